@@ -1,0 +1,3 @@
+//! Text → checked syntax tree and diagnostics. Parsing never fails.
+
+pub mod ast;

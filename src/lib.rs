@@ -1,0 +1,24 @@
+//! trueup: a task language and prompt for a robot arm whose digital twin tells the truth.
+//!
+//! Data flow one way, layer by layer: text becomes a checked tree ([`language`]), the tree a
+//! spatial-temporal-causal And-Or graph ([`graph`]); pixels and joint readings become poses in a
+//! [`world`] ([`alignment`]); a goal becomes joints over time ([`motion`]), is tried in the [`twin`],
+//! and is carried out and recorded ([`execution`]) on an arm, which may be the embedded [`lab`];
+//! what came of it is judged ([`monitor`]). [`workcell`] wires the layers together, [`report`] words
+//! what they say, [`repl`] and [`cli`] are the two doors.
+
+pub mod units;
+pub mod fit;
+pub mod language;
+pub mod graph;
+pub mod world;
+pub mod alignment;
+pub mod motion;
+pub mod twin;
+pub mod lab;
+pub mod execution;
+pub mod monitor;
+pub mod workcell;
+pub mod report;
+pub mod repl;
+pub mod cli;

@@ -1,0 +1,231 @@
+//! The camera model: a pinhole with skew and radial distortion, and where it stands.
+//!
+//! Conventions, stated once: camera x right, y down, z forward; [`Pixel`] `u` right, `v` down, (0, 0)
+//! the centre of the top-left pixel. Distortion acts on normalised coordinates `x = X/Z`, `y = Y/Z`:
+//! `x_d = x (1 + k1 r² + k2 r⁴)` with `r² = x² + y²` (`OpenCV`'s and Zhang's first two terms).
+//!
+//! Fitting a camera is [`crate::alignment`]'s work, drawing with one is [`crate::twin`]'s.
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::frame::{Camera as CameraFrame, Point, Pose, World};
+
+/// A place in an image, px.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Pixel {
+    /// To the right, px.
+    pub u: f64,
+    /// Down, px.
+    pub v: f64,
+}
+
+impl Pixel {
+    /// Returns the pixel at `(u, v)`.
+    pub fn new(u: f64, v: f64) -> Self {
+        Self { u, v }
+    }
+
+    /// Returns the distance to another pixel, px.
+    pub fn distance(self, other: Self) -> f64 {
+        (self.u - other.u).hypot(self.v - other.v)
+    }
+}
+
+/// What is inside the camera: focal lengths, principal point, skew, distortion, image size.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Intrinsics {
+    /// Focal length along u, px.
+    pub fx: f64,
+    /// Focal length along v, px.
+    pub fy: f64,
+    /// Principal point, u, px.
+    pub cx: f64,
+    /// Principal point, v, px.
+    pub cy: f64,
+    /// Skew, px: `u = fx x + skew y + cx`.
+    pub skew: f64,
+    /// First radial distortion coefficient.
+    pub k1: f64,
+    /// Second radial distortion coefficient.
+    pub k2: f64,
+    /// Image width, px.
+    pub width: u32,
+    /// Image height, px.
+    pub height: u32,
+}
+
+impl Intrinsics {
+    /// Returns a distortion-free camera with square pixels and the principal point in the centre.
+    pub fn centred(focal_px: f64, width: u32, height: u32) -> Self {
+        Self {
+            fx: focal_px,
+            fy: focal_px,
+            cx: (f64::from(width) - 1.0) / 2.0,
+            cy: (f64::from(height) - 1.0) / 2.0,
+            skew: 0.0,
+            k1: 0.0,
+            k2: 0.0,
+            width,
+            height,
+        }
+    }
+
+    /// Returns the paper's matrix I (Eq. 4) without its last column.
+    pub fn matrix(&self) -> Matrix3<f64> {
+        Matrix3::new(self.fx, self.skew, self.cx, 0.0, self.fy, self.cy, 0.0, 0.0, 1.0)
+    }
+
+    /// Returns the pixel of normalised, undistorted image coordinates.
+    pub fn pixel(&self, normalised: Vector2<f64>) -> Pixel {
+        let d = self.distort(normalised);
+        Pixel::new(self.fx * d.x + self.skew * d.y + self.cx, self.fy * d.y + self.cy)
+    }
+
+    /// Returns the normalised, undistorted image coordinates of a pixel.
+    pub fn normalise(&self, pixel: Pixel) -> Vector2<f64> {
+        let y = (pixel.v - self.cy) / self.fy;
+        let x = (pixel.u - self.cx - self.skew * y) / self.fx;
+        self.undistort(Vector2::new(x, y))
+    }
+
+    /// Applies the radial distortion to normalised coordinates.
+    pub fn distort(&self, n: Vector2<f64>) -> Vector2<f64> {
+        let r2 = n.norm_squared();
+        n * (1.0 + r2 * (self.k1 + r2 * self.k2))
+    }
+
+    /// Removes the radial distortion by Newton's method on the radius.
+    pub fn undistort(&self, d: Vector2<f64>) -> Vector2<f64> {
+        let rd = d.norm();
+        if rd < 1e-12 {
+            return d;
+        }
+        let mut r = rd;
+        for _ in 0..12 {
+            let r2 = r * r;
+            let f = r * (1.0 + r2 * (self.k1 + r2 * self.k2)) - rd;
+            let slope = 1.0 + r2 * (3.0 * self.k1 + 5.0 * r2 * self.k2);
+            // Past the fold of a strong barrel lens the slope vanishes; stay on the near branch.
+            if slope < 0.05 {
+                break;
+            }
+            let step = f / slope;
+            r -= step;
+            if step.abs() < 1e-14 {
+                break;
+            }
+        }
+        d * (r / rd)
+    }
+
+    /// Returns whether the pixel lies in the image.
+    pub fn contains(&self, p: Pixel) -> bool {
+        p.u >= -0.5
+            && p.v >= -0.5
+            && p.u < f64::from(self.width) - 0.5
+            && p.v < f64::from(self.height) - 0.5
+    }
+}
+
+/// A camera in the world.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Camera {
+    /// What is inside.
+    pub intrinsics: Intrinsics,
+    /// Where it stands.
+    pub world_from_camera: Pose<World, CameraFrame>,
+}
+
+/// A half-line from the camera centre, in world coordinates.
+#[derive(Debug, Clone, Copy)]
+pub struct Ray {
+    /// The camera centre, m.
+    pub origin: Vector3<f64>,
+    /// Unit direction.
+    pub direction: Vector3<f64>,
+}
+
+impl Ray {
+    /// Returns the point of the ray on the plane `normal · p = offset`, or `None` when it never meets it.
+    ///
+    /// This is the paper's use of a known plane to solve Eq. 6 for the 3D point.
+    pub fn meet_plane(&self, normal: Vector3<f64>, offset: f64) -> Option<Point<World>> {
+        let slope = normal.dot(&self.direction);
+        if slope.abs() < 1e-9 {
+            return None;
+        }
+        let t = (offset - normal.dot(&self.origin)) / slope;
+        (t > 0.0).then(|| Point::from(self.origin + self.direction * t))
+    }
+}
+
+impl Camera {
+    /// Returns a camera at `eye` looking at `target` (m, world), image upright as seen with world z up.
+    pub fn looking(intrinsics: Intrinsics, eye: Vector3<f64>, target: Vector3<f64>) -> Self {
+        let z = (target - eye).normalize();
+        let up = if z.cross(&Vector3::z()).norm() > 1e-6 { Vector3::z() } else { Vector3::x() };
+        let x = z.cross(&up).normalize();
+        let y = z.cross(&x);
+        let rotation =
+            nalgebra::Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, y, z]));
+        Self { intrinsics, world_from_camera: Pose::from_parts(eye, rotation.into()) }
+    }
+
+    /// Returns the pixel of a world point, or `None` when it lies behind the camera.
+    pub fn project(&self, point: Point<World>) -> Option<Pixel> {
+        self.project_with_depth(point).map(|(pixel, _)| pixel)
+    }
+
+    /// As [`Self::project`], with the depth along camera z, m.
+    pub fn project_with_depth(&self, point: Point<World>) -> Option<(Pixel, f64)> {
+        let p = (self.world_from_camera.inverse() * point).coords();
+        (p.z > 1e-6).then(|| (self.intrinsics.pixel(Vector2::new(p.x / p.z, p.y / p.z)), p.z))
+    }
+
+    /// Returns the ray through a pixel.
+    pub fn ray(&self, pixel: Pixel) -> Ray {
+        let n = self.intrinsics.normalise(pixel);
+        let direction = self.world_from_camera.rotation() * Vector3::new(n.x, n.y, 1.0);
+        Ray { origin: self.world_from_camera.origin(), direction: direction.normalize() }
+    }
+
+    /// Returns the world point of a pixel on the horizontal plane at height `z` m, if it is in view.
+    pub fn on_plane(&self, pixel: Pixel, z: f64) -> Option<Point<World>> {
+        self.ray(pixel).meet_plane(Vector3::z(), z)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera() -> Camera {
+        let mut intrinsics = Intrinsics::centred(900.0, 1280, 720);
+        intrinsics.k1 = -0.12;
+        intrinsics.k2 = 0.03;
+        intrinsics.skew = 0.4;
+        Camera::looking(intrinsics, Vector3::new(1.25, 0.0, 0.85), Vector3::new(0.6, 0.0, 0.05))
+    }
+
+    #[test]
+    fn a_table_point_comes_back_from_its_pixel() {
+        let camera = camera();
+        for (x, y) in [(0.5, 0.0), (0.3, -0.3), (0.8, 0.25)] {
+            let pixel = camera.project(Point::new(x, y, 0.0)).unwrap();
+            let back = camera.on_plane(pixel, 0.0).unwrap().coords();
+            assert!((back - Vector3::new(x, y, 0.0)).norm() < 1e-9, "{back:?}");
+        }
+    }
+
+    #[test]
+    fn the_image_is_upright_and_not_mirrored() {
+        let camera = camera();
+        let low = camera.project(Point::new(0.6, 0.0, 0.0)).unwrap();
+        let high = camera.project(Point::new(0.6, 0.0, 0.2)).unwrap();
+        assert!(high.v < low.v, "higher points are further up in the picture");
+        // The camera looks along -x, so world +y is on its right.
+        let right = camera.project(Point::new(0.6, 0.1, 0.0)).unwrap();
+        assert!(right.u > low.u);
+    }
+}

@@ -1,0 +1,60 @@
+//! What is where, at one instant: frames, the camera model, objects, scenes, and the state of them all.
+//!
+//! [`Scene`] is what is known beforehand and never changes; [`WorldState`] is what changes. There are
+//! always two states: what the twin says and what was measured.
+
+pub mod camera;
+pub mod frame;
+pub mod object;
+pub mod scene;
+
+use serde::{Deserialize, Serialize};
+
+pub use camera::{Camera, Intrinsics, Pixel, Ray};
+pub use frame::{Point, Pose};
+pub use object::{Cavity, Material, Object, Shape};
+pub use scene::{Mark, Scene, Table};
+
+/// What is known of one object at one instant.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ObjectState {
+    /// Which object of the scene.
+    pub name: String,
+    /// Where it is, `None` when nobody knows.
+    pub world_from_object: Option<Pose<frame::World, frame::Object>>,
+    /// One standard deviation of its position, m.
+    pub std: f64,
+    /// Water inside, m³, `None` when nobody knows.
+    pub water: Option<f64>,
+}
+
+/// Everything that changes, at one instant.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WorldState {
+    /// Time since the run began, s.
+    pub time: f64,
+    /// Arm joints, base first, rad.
+    pub q: Vec<f64>,
+    /// Opening between the finger pads, m.
+    pub opening: f64,
+    /// The tool centre point.
+    pub world_from_tool: Pose<frame::World, frame::Tool>,
+    /// The object the fingers hold, if any, by name.
+    pub held: Option<String>,
+    /// Objects in the scene's order.
+    pub objects: Vec<ObjectState>,
+    /// Water on the table, m³, `None` when nobody knows.
+    pub spilt: Option<f64>,
+}
+
+impl WorldState {
+    /// Returns the state of the object of that name.
+    pub fn object(&self, name: &str) -> Option<&ObjectState> {
+        self.objects.iter().find(|object| object.name == name)
+    }
+
+    /// As [`Self::object`], to change it.
+    pub fn object_mut(&mut self, name: &str) -> Option<&mut ObjectState> {
+        self.objects.iter_mut().find(|object| object.name == name)
+    }
+}

@@ -1,0 +1,119 @@
+//! Objects: their shape, what they are made of, what they hold. Constant once a scene is read.
+//!
+//! Where an object is and what it holds *now* belongs to [`super::WorldState`]. The origin of an object
+//! is the centre of its base, z up when it stands. Lengths in m, volumes in m³.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// The two solids of the paper (section 2.2): cuboids and upright cylinders.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Shape {
+    /// A box with edges along x, y and z, m.
+    Cuboid {
+        /// Edge lengths, m.
+        size: Vector3<f64>,
+    },
+    /// A cylinder about z, m.
+    Cylinder {
+        /// Radius, m.
+        radius: f64,
+        /// Height, m.
+        height: f64,
+    },
+}
+
+impl Shape {
+    /// Returns the height, m.
+    pub fn height(&self) -> f64 {
+        match *self {
+            Self::Cuboid { size } => size.z,
+            Self::Cylinder { height, .. } => height,
+        }
+    }
+
+    /// Returns the radius of the upright cylinder that just contains the shape, m.
+    pub fn outer_radius(&self) -> f64 {
+        match *self {
+            Self::Cuboid { size } => 0.5 * size.x.hypot(size.y),
+            Self::Cylinder { radius, .. } => radius,
+        }
+    }
+
+    /// Returns the radius of the largest upright cylinder inside the shape, m.
+    pub fn inner_radius(&self) -> f64 {
+        match *self {
+            Self::Cuboid { size } => 0.5 * size.x.min(size.y),
+            Self::Cylinder { radius, .. } => radius,
+        }
+    }
+
+    /// Returns the angle, rad, by which the shape may be turned about z without looking different;
+    /// 0 when any turn looks the same.
+    pub fn symmetry(&self) -> f64 {
+        use std::f64::consts::{FRAC_PI_2, PI};
+        match *self {
+            Self::Cuboid { size } if (size.x - size.y).abs() < 1e-6 => FRAC_PI_2,
+            Self::Cuboid { .. } => PI,
+            Self::Cylinder { .. } => 0.0,
+        }
+    }
+}
+
+/// What light does to an object.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Material {
+    /// Its colour is seen.
+    Opaque,
+    /// What is behind it is seen: glass or clear plastic.
+    Transparent,
+}
+
+/// An open-topped vessel's inside.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Cavity {
+    /// Thickness of walls and floor, m.
+    pub wall: f64,
+    /// Volume to the brim, m³.
+    pub capacity: f64,
+    /// Volume of water at the start, as the scene file says, m³.
+    pub filled: f64,
+}
+
+/// One thing on the table.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Object {
+    /// Its name in programs: `jar`.
+    pub name: String,
+    /// Its type in programs: `Container`.
+    pub kind: String,
+    /// Its outside.
+    pub shape: Shape,
+    /// Its inside, when it is a vessel.
+    pub cavity: Option<Cavity>,
+    /// How people call it: "transparent jar".
+    pub looks: String,
+    /// What it is made of, to the eye.
+    pub material: Material,
+    /// Its colour, sRGB.
+    pub colour: [u8; 3],
+    /// Its mass when empty, kg.
+    pub mass: f64,
+}
+
+impl Object {
+    /// Returns the shape of the space inside the walls, from the inside floor to the rim, if a vessel.
+    pub fn inside(&self) -> Option<Shape> {
+        let wall = self.cavity?.wall;
+        Some(match self.shape {
+            Shape::Cuboid { size } => Shape::Cuboid {
+                size: Vector3::new(size.x - 2.0 * wall, size.y - 2.0 * wall, size.z - wall),
+            },
+            Shape::Cylinder { radius, height } => {
+                Shape::Cylinder { radius: radius - wall, height: height - wall }
+            }
+        })
+    }
+}

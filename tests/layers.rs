@@ -1,0 +1,81 @@
+//! The layers import one way. `LAYERS` is the rule; `ARCHITECTURE.md` says why.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Each layer and what it may import, lowest first; `*` stands for every layer before it.
+const LAYERS: &[(&str, &[&str])] = &[
+    ("units", &[]),
+    ("fit", &["units"]),
+    ("language", &["units"]),
+    ("graph", &["units", "language"]),
+    ("world", &["units", "language"]),
+    ("alignment", &["units", "fit", "world"]),
+    ("motion", &["units", "fit", "world"]),
+    ("twin", &["units", "world", "motion"]),
+    ("lab", &["units", "world", "motion", "twin"]),
+    ("execution", &["units", "language", "graph", "world", "alignment", "motion", "twin", "lab"]),
+    ("monitor", &["units", "language", "graph", "world", "alignment", "execution"]),
+    ("workcell", &["*"]),
+    ("report", &["*"]),
+    ("repl", &["language", "workcell", "report"]),
+    ("cli", &["workcell", "report", "repl"]),
+];
+
+#[test]
+fn every_layer_imports_only_what_the_table_allows() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut wrong = Vec::new();
+    for path in rust_files(&src) {
+        let inside = path.strip_prefix(&src).unwrap();
+        let first = inside.iter().next().unwrap().to_str().unwrap();
+        let layer = first.trim_end_matches(".rs");
+        if matches!(layer, "lib" | "main") {
+            continue;
+        }
+        let at = LAYERS.iter().position(|(name, _)| *name == layer);
+        let at = at.unwrap_or_else(|| panic!("`{layer}` is missing from LAYERS"));
+        let allowed = allowed(at);
+        for (number, line) in fs::read_to_string(&path).unwrap().lines().enumerate() {
+            let code = line.split("//").next().unwrap_or_default();
+            for rest in code.split("crate::").skip(1) {
+                let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_');
+                let target = &rest[..end.unwrap_or(rest.len())];
+                if target != layer && !allowed.contains(&target) {
+                    wrong.push(format!("{}:{}: `{target}`", inside.display(), number + 1));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "imports outside the table:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn the_table_has_no_cycle() {
+    for (at, (layer, _)) in LAYERS.iter().enumerate() {
+        for below in allowed(at) {
+            assert!(LAYERS[..at].iter().any(|(name, _)| *name == below), "{layer} imports {below}");
+        }
+    }
+}
+
+fn allowed(at: usize) -> Vec<&'static str> {
+    match LAYERS[at].1 {
+        ["*"] => LAYERS[..at].iter().map(|(name, _)| *name).collect(),
+        listed => listed.to_vec(),
+    }
+}
+
+fn rust_files(dir: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(dir).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files.extend(rust_files(&path));
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            files.push(path);
+        }
+    }
+    files.sort();
+    files
+}
