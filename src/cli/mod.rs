@@ -1,1 +1,138 @@
-//! (to come)
+//! The command line: the same verbs as the prompt, as subcommands.
+//!
+//! This file holds the arguments and the exit codes of `INTERFACES`; what a command does is in the
+//! module of its name, how it is worded in [`crate::report`].
+
+mod align;
+mod camera;
+mod robot;
+mod run;
+mod text;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::report::{Failure, Style};
+
+/// Script a robot arm against a digital twin that tells the truth.
+#[derive(Debug, Parser)]
+#[command(name = "trueup", version, about, disable_help_subcommand = true)]
+struct Cli {
+    #[command(flatten)]
+    common: Common,
+    #[command(flatten)]
+    cell: CellArgs,
+    /// Evaluate one line, such as `pour(jar, cup)`, and exit.
+    #[arg(short = 'c', value_name = "LINE")]
+    line: Option<String>,
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+/// Options every command takes.
+#[derive(Debug, Clone, Args)]
+struct Common {
+    /// Print one JSON document on stdout and nothing else there.
+    #[arg(long, global = true)]
+    json: bool,
+    /// No progress and no tables.
+    #[arg(long, short, global = true)]
+    quiet: bool,
+    /// All chance comes from this number.
+    #[arg(long, global = true, default_value_t = 1)]
+    seed: u64,
+}
+
+/// What a command works with.
+#[derive(Debug, Clone, Args)]
+struct CellArgs {
+    /// The arm: `lab`, the embedded reality, or `twin`, the simulation alone.
+    #[arg(long, global = true, default_value = "lab")]
+    robot: String,
+    /// A `.task` file with a `scene`, instead of the kitchen of the stdlib.
+    #[arg(long, global = true, value_name = "FILE")]
+    scene: Option<PathBuf>,
+    /// Settings of the lab (TOML), instead of its defaults.
+    #[arg(long, global = true, value_name = "FILE")]
+    lab: Option<PathBuf>,
+    /// A folder whose files come before the embedded stdlib.
+    #[arg(long, global = true, value_name = "DIR")]
+    stdlib: Option<PathBuf>,
+    /// Leave a regression out, to see what it is worth: 1 camera alignment, 2 intrinsics, 3 robot offset.
+    #[arg(long, global = true, value_name = "1|2|3", value_delimiter = ',')]
+    without_regression: Vec<u8>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a saved script; a run folder is written.
+    Run(run::RunArgs),
+    /// Find mistakes in task files.
+    Check(text::CheckArgs),
+    /// Lay task files out in the one canonical way.
+    Fmt(text::FmtArgs),
+    /// Draw the And-Or graph of a task.
+    Graph(text::GraphArgs),
+    /// Kinematics, dynamics and planning of a robot.
+    #[command(subcommand)]
+    Robot(robot::RobotCommand),
+    /// Find objects in a picture.
+    #[command(subcommand)]
+    Camera(camera::CameraCommand),
+    /// The three regressions on files.
+    #[command(subcommand)]
+    Align(align::AlignCommand),
+}
+
+/// How a command ended; the numbers are the exit codes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Exit {
+    /// Done and true.
+    Yes = 0,
+    /// Done, and the answer is no.
+    No = 1,
+    /// Usage or bad input.
+    BadInput = 2,
+    /// Stopped by a person or a safety limit.
+    Stopped = 3,
+    /// An arm, a camera or an endpoint is not available.
+    Unavailable = 4,
+}
+
+/// Runs the program with the arguments of the process and returns its exit code.
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version go to stdout with code 0; everything else is bad usage.
+            let code = if error.use_stderr() { Exit::BadInput } else { Exit::Yes };
+            let _ = error.print();
+            return ExitCode::from(code as u8);
+        }
+    };
+    let style = Style::detect(cli.common.json, cli.common.quiet);
+    let outcome = dispatch(&cli, &style);
+    ExitCode::from(match outcome {
+        Ok(exit) => exit as u8,
+        Err(failure) => {
+            style.failure(&failure);
+            failure.exit()
+        }
+    })
+}
+
+fn dispatch(cli: &Cli, style: &Style) -> Result<Exit, Failure> {
+    match (&cli.command, &cli.line) {
+        (Some(Command::Run(args)), _) => run::script(args, cli, style),
+        (Some(Command::Check(args)), _) => text::check(args, style),
+        (Some(Command::Fmt(args)), _) => text::fmt(args, style),
+        (Some(Command::Graph(args)), _) => text::graph(args, cli, style),
+        (Some(Command::Robot(command)), _) => robot::robot(command, cli.common.seed, style),
+        (Some(Command::Camera(command)), _) => camera::camera(command, style),
+        (Some(Command::Align(command)), _) => align::align(command, style),
+        (None, Some(line)) => run::line(line, cli, style),
+        (None, None) => run::prompt(cli, style),
+    }
+}

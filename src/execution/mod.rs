@@ -1,1 +1,20 @@
-//! (to come)
+//! A parse graph → commands, and a record of what came of them.
+//!
+//! An action is a rhai script ([`script`]) over a [`stage`]: an arm ([`arm`]), what is known of the world,
+//! and the tape of decisions ([`tape`]). [`walk`] carries out the steps of a parse graph on any stage; the
+//! twin's ([`twin_arm`]) rehearses, a real one ([`real`], [`lab_arm`]) performs. Every motion passes
+//! [`limits`].
+
+pub mod arm;
+pub mod limits;
+pub mod plan;
+pub mod tape;
+pub mod trace;
+pub mod stage;
+pub mod script;
+pub mod calibrate;
+pub mod real;
+pub mod ticked;
+pub mod twin_arm;
+pub mod lab_arm;
+pub mod walk;

@@ -1,1 +1,54 @@
-//! (to come)
+//! Did it happen? Fluents in the twin beside fluents as measured, and the questionnaire.
+//!
+//! Judging never commands: what to do about a difference is [`crate::workcell`]'s business.
+
+pub mod questionnaire;
+
+use crate::execution::trace::{FluentRow, Measure};
+use crate::execution::walk::FluentReading;
+use crate::units::Quantity;
+use crate::world::fluent::{Reading, Score, score};
+
+/// What twin and measurement say after one step, side by side.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    /// One row a fluent, in the parse graph's order.
+    pub rows: Vec<FluentRow>,
+    /// How far they agree (the paper's Eq. 8).
+    pub score: Score,
+}
+
+/// Sets the fluents of the twin beside those measured; both lists are of the same parse graph.
+///
+/// Fluents the twin has no reading of are unknown there, and unknown is not a mismatch.
+pub fn compare(twin: &[FluentReading], measured: &[FluentReading]) -> Comparison {
+    let rows: Vec<FluentRow> = measured
+        .iter()
+        .map(|real| {
+            let twin = twin.iter().find(|twin| twin.text == real.text);
+            let reading = twin.map(|twin| &twin.reading);
+            FluentRow {
+                name: real.text.clone(),
+                expected: real.expected,
+                twin: reading.and_then(|reading| reading.truth),
+                measured: real.reading.truth,
+                margin: margin(&real.reading),
+                twin_margin: reading.and_then(margin),
+                ask: real.ask.clone(),
+                why: real.reading.why(),
+            }
+        })
+        .collect();
+    let twin: Vec<_> = rows.iter().map(|row| row.twin).collect();
+    let real: Vec<_> = rows.iter().map(|row| row.measured).collect();
+    Comparison { score: score(&twin, &real), rows }
+}
+
+fn margin(reading: &Reading) -> Option<Measure> {
+    reading.margin.map(measure)
+}
+
+/// Returns a quantity in the unit of INTERFACES: SI, with the unit's name.
+pub fn measure(quantity: Quantity) -> Measure {
+    Measure { value: quantity.value, unit: quantity.dimension.si_name() }
+}

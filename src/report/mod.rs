@@ -1,1 +1,168 @@
-//! (to come)
+//! Every error, verdict and finding → text for people or JSON for programs; the one place that words things.
+//!
+//! Layers below return data. What a person reads comes from here, always in the same order: what, where,
+//! what would help. Colour only repeats what the words say, and is left out for `NO_COLOR` and pipes.
+
+mod run;
+
+use std::io::{IsTerminal, Write};
+
+use serde_json::{Value, json};
+
+/// How to speak: to a person or a program, in colour or plain, at length or not at all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Style {
+    /// One JSON document on stdout and nothing else there.
+    pub json: bool,
+    /// No progress and no tables.
+    pub quiet: bool,
+    /// Colour on stdout.
+    pub colour: bool,
+    /// Whether stderr is a terminal, so that progress may be a bar.
+    pub bars: bool,
+}
+
+/// What went wrong, worded for people, with the exit code it deserves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Failure {
+    /// `io::missing`, `task::unit`, `plan::out_of_reach`, …
+    pub code: String,
+    /// What.
+    pub message: String,
+    /// Where: a file, a line, an object.
+    pub place: Option<String>,
+    /// What would help.
+    pub help: Option<String>,
+    exit: u8,
+}
+
+impl Failure {
+    /// Bad usage or input: exit code 2.
+    pub fn input(code: &str, message: impl Into<String>) -> Self {
+        Self { code: code.into(), message: message.into(), place: None, help: None, exit: 2 }
+    }
+
+    /// Done, and the answer is no: exit code 1.
+    pub fn no(code: &str, message: impl Into<String>) -> Self {
+        Self { exit: 1, ..Self::input(code, message) }
+    }
+
+    /// Stopped by a person or a safety limit: exit code 3.
+    pub fn stopped(message: impl Into<String>) -> Self {
+        Self { exit: 3, ..Self::input("run::stopped", message) }
+    }
+
+    /// A device is not there: exit code 4.
+    pub fn unavailable(code: &str, message: impl Into<String>) -> Self {
+        Self { exit: 4, ..Self::input(code, message) }
+    }
+
+    /// Says where.
+    #[must_use]
+    pub fn at(mut self, place: impl Into<String>) -> Self {
+        self.place = Some(place.into());
+        self
+    }
+
+    /// Says what would help.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// Returns the exit code.
+    pub fn exit(&self) -> u8 {
+        self.exit
+    }
+}
+
+impl Style {
+    /// Looks at the terminal and the environment once.
+    pub fn detect(json: bool, quiet: bool) -> Self {
+        let plain = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+        Self {
+            json,
+            quiet,
+            colour: !plain && !json && std::io::stdout().is_terminal(),
+            bars: std::io::stderr().is_terminal(),
+        }
+    }
+
+    /// Prints a line on stdout for people; nothing in JSON mode.
+    pub fn say(&self, line: impl AsRef<str>) {
+        if !self.json {
+            out(line.as_ref());
+        }
+    }
+
+    /// Prints the one JSON document.
+    pub fn document(&self, value: &impl serde::Serialize) {
+        match serde_json::to_string_pretty(value) {
+            Ok(text) => out(&text),
+            Err(error) => self.failure(&Failure::input("json", error.to_string())),
+        }
+    }
+
+    /// Tells a failure: a JSON document on stdout, or words on stderr.
+    pub fn failure(&self, failure: &Failure) {
+        if self.json {
+            self.document(&json!({"error": {
+                "code": failure.code,
+                "message": failure.message,
+                "where": failure.place,
+                "help": failure.help,
+            }}));
+            return;
+        }
+        let mut text = format!("{} {}", self.red("error:"), failure.message);
+        if let Some(place) = &failure.place {
+            text += &format!("\n  --> {place}");
+        }
+        if let Some(help) = &failure.help {
+            text += &format!("\nhelp: {help}");
+        }
+        complain(&text);
+    }
+
+    /// Prints on stderr for people, unless asked to be quiet.
+    pub fn note(&self, line: &str) {
+        if !self.quiet {
+            complain(line);
+        }
+    }
+
+    /// Wraps in red where colour is on.
+    pub fn red(&self, text: &str) -> String {
+        self.paint(text, 31)
+    }
+
+    /// Wraps in green where colour is on.
+    pub fn green(&self, text: &str) -> String {
+        self.paint(text, 32)
+    }
+
+    /// Wraps in a dim shade where colour is on.
+    pub fn dim(&self, text: &str) -> String {
+        self.paint(text, 2)
+    }
+
+    fn paint(&self, text: &str, code: u8) -> String {
+        if self.colour { format!("\x1b[{code}m{text}\x1b[0m") } else { text.to_owned() }
+    }
+}
+
+/// Writes a line to stdout; a closed pipe is not our error.
+pub fn out(line: &str) {
+    let _ = writeln!(std::io::stdout().lock(), "{line}");
+}
+
+/// Writes a line to stderr; a closed pipe is not our error.
+pub fn complain(line: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
+}
+
+/// Returns a number as JSON, with `null` for what is not a number.
+pub fn number(value: f64) -> Value {
+    serde_json::Number::from_f64(value).map_or(Value::Null, Value::Number)
+}

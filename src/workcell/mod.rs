@@ -1,1 +1,375 @@
-//! (to come)
+//! Arm, camera, world, twin and graph wired together; its verbs are the commands of the prompt and of the
+//! command line, so both say the same.
+//!
+//! A [`WorkCell`] is opened once and keeps what it has learnt: the three regressions, where things stand,
+//! and where the arm is. Nothing here prints; what happens is told to observers as it happens.
+
+pub mod picture;
+pub mod record;
+pub mod rehearse;
+pub mod stdlib;
+mod perform;
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::execution::arm::{Cancel, DeviceError, Scales};
+use crate::execution::calibrate::{self, Calibration, Switches};
+use crate::execution::lab_arm::{self, LabCamera, LabScales, SharedLab};
+use crate::execution::limits::Limits;
+use crate::execution::real::{Belief, RealBody};
+use crate::execution::script::Scripts;
+use crate::execution::stage::{ActionError, Cell, Stage};
+use crate::execution::tape::Tape;
+use crate::execution::trace::{Event, Observer};
+use crate::execution::walk::Walker;
+use crate::graph::{self, Graph, ParseGraph, infer};
+use crate::lab::{Lab, LabSettings};
+use crate::language::ast::{Call, Expr};
+use crate::language::{Diagnostic, Library, Source};
+use crate::motion::robot::Robot;
+use crate::twin::Settings;
+use crate::twin::physics::ArmModel;
+use crate::twin::render::{ArmLook, View};
+use crate::world::{Scene, WorldState};
+
+pub use perform::{Ending, Run, Timing, Tried, Water};
+pub use stdlib::Stdlib;
+
+/// Why a verb of the cell could not be done.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file cannot be read or written.
+    #[error("{path}: {error}")]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// What the system says.
+        error: std::io::Error,
+    },
+    /// The text has mistakes.
+    #[error("{} mistakes in the text", .0.len())]
+    Text(Vec<(Diagnostic, Arc<Source>)>),
+    /// The call cannot be made a graph.
+    #[error("{}", .0.iter().map(|p| p.message.as_str()).collect::<Vec<_>>().join("; "))]
+    Graph(Vec<graph::Problem>),
+    /// No branch of the graph is possible.
+    #[error("{0}")]
+    Branch(#[from] graph::Error),
+    /// There is no such scene.
+    #[error("no `scene` in {0}")]
+    NoScene(String),
+    /// The lab cannot be built.
+    #[error("the lab cannot be built: {0}")]
+    Lab(String),
+    /// The camera's picture cannot be aligned.
+    #[error("{0}")]
+    Calibrate(#[from] calibrate::Error),
+    /// Objects the call needs are not where the camera looks.
+    #[error("{} cannot be seen: {}", .0.iter().map(|(o, _)| format!("`{o}`")).collect::<Vec<_>>().join(", "),
+        .0.iter().map(|(_, why)| why.as_str()).collect::<Vec<_>>().join("; "))]
+    NotSeen(Vec<(String, String)>),
+    /// Everything failed in the twin; nothing has moved.
+    #[error("none of {tried} candidates survived the twin; the best failed at {step}: {reason}")]
+    NoSurvivor {
+        /// How many were tried.
+        tried: usize,
+        /// Where the best one failed.
+        step: String,
+        /// Why.
+        reason: String,
+    },
+    /// There is nothing to do.
+    #[error("there is nothing to do")]
+    NothingToDo,
+    /// An action could not be done.
+    #[error("{0}")]
+    Action(#[from] ActionError),
+}
+
+/// How to open a cell.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// `lab` or `twin`.
+    pub robot: String,
+    /// A `.task` file with a scene, as path and text; the kitchen when `None`.
+    pub scene: Option<Source>,
+    /// A user's script whose items come with the library, as path and text.
+    pub script: Option<Source>,
+    /// The lab's settings.
+    pub lab: LabSettings,
+    /// The stdlib.
+    pub stdlib: Stdlib,
+    /// All chance comes from this.
+    pub seed: u64,
+    /// Which regressions are in force.
+    pub switches: Switches,
+    /// Returns seconds since some instant; only differences are used.
+    pub clock: fn() -> f64,
+}
+
+/// Several observers as one.
+#[derive(Default)]
+pub struct Fan(Vec<Box<dyn Observer + Send>>);
+
+impl Observer for Fan {
+    fn event(&mut self, event: &Event) {
+        for observer in &mut self.0 {
+            observer.event(event);
+        }
+    }
+}
+
+/// Tells a shared observer.
+fn tell(fan: &Mutex<Fan>, event: &Event) {
+    fan.lock().unwrap_or_else(PoisonError::into_inner).event(event);
+}
+
+/// Arm, cameras, world, twin and graph.
+pub struct WorkCell {
+    library: Library,
+    stdlib: Stdlib,
+    cell: Cell,
+    arm: ArmModel,
+    look: ArmLook,
+    settings: Settings,
+    scripts: Scripts,
+    scales: Option<Box<dyn Scales>>,
+    robot_name: String,
+    seed: u64,
+    switches: Switches,
+    cancel: Cancel,
+    clock: fn() -> f64,
+    fan: Arc<Mutex<Fan>>,
+    is_aligned: bool,
+}
+
+impl WorkCell {
+    /// Opens a cell: reads the library and the scene, and connects arm and camera. Nothing moves.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with the texts, all of it at once, or with the lab's settings.
+    pub fn open(options: Options) -> Result<Self, Error> {
+        let mut library = library(&options.stdlib);
+        let scene_source = options.scene.as_ref().map(|source| library.add(source.clone()));
+        let script = options.script.map(|source| library.add(source));
+        let wrong = library.check();
+        if !wrong.is_empty() {
+            return Err(Error::Text(wrong));
+        }
+        let scene = Arc::new(scene_of(&library, scene_source.or(script))?);
+
+        let robot = Arc::new(Robot::gen3());
+        let cell = Cell { robot: robot.clone(), scene: scene.clone(), limits: Limits::default() };
+        let arm = ArmModel::gen3();
+        let look = ArmLook::gen3();
+        let settings = match options.robot.as_str() {
+            "twin" => LabSettings::perfect(),
+            _ => options.lab,
+        };
+        let lab = Lab::new(&scene, settings, options.seed).map_err(|e| Error::Lab(e.to_string()))?;
+        let lab: SharedLab = Arc::new(Mutex::new(lab));
+        let fan: Arc<Mutex<Fan>> = Arc::default();
+        let cancel = Cancel::default();
+        let body = RealBody::new(
+            cell.clone(),
+            Box::new(lab_arm::connect(lab.clone())),
+            Box::new(LabCamera(lab.clone())),
+            Calibration::nominal(&scene),
+            Belief::new(scene),
+            look.clone(),
+            fan.clone(),
+        );
+        let stage = Stage::new(
+            cell.clone(),
+            Box::new(body),
+            Vec::new(),
+            Tape::recording(),
+            (options.seed, 0),
+            cancel.clone(),
+            fan.clone(),
+        );
+        Ok(Self {
+            library,
+            stdlib: options.stdlib,
+            cell,
+            arm,
+            look,
+            settings: Settings::default(),
+            scripts: Scripts::new(stage),
+            scales: Some(Box::new(LabScales(lab))),
+            robot_name: options.robot,
+            seed: options.seed,
+            switches: options.switches,
+            cancel,
+            clock: options.clock,
+            fan,
+            is_aligned: false,
+        })
+    }
+
+    /// Returns the wish to stop that everything in this cell obeys.
+    pub fn cancel(&self) -> Cancel {
+        self.cancel.clone()
+    }
+
+    /// Returns the texts this cell knows.
+    pub fn library(&self) -> &Library {
+        &self.library
+    }
+
+    /// Returns the scene.
+    pub fn scene(&self) -> &Scene {
+        &self.cell.scene
+    }
+
+    /// Lets someone watch from now on, in place of all who watched before.
+    pub fn watched_by(&mut self, observers: Vec<Box<dyn Observer + Send>>) {
+        *self.fan.lock().unwrap_or_else(PoisonError::into_inner) = Fan(observers);
+    }
+
+    /// Returns the And-Or graph of a call.
+    ///
+    /// # Errors
+    ///
+    /// Every reason why the call has none.
+    pub fn graph(&self, call: &Call) -> Result<Graph, Error> {
+        graph::build(&self.library, call).map_err(Error::Graph)
+    }
+
+    /// Returns the world as far as it is known now.
+    ///
+    /// # Errors
+    ///
+    /// When the arm does not answer.
+    pub fn state(&self) -> Result<WorldState, Error> {
+        Ok(self.scripts.stage().state()?)
+    }
+
+    /// Aligns camera and robot if that has not been done, and looks.
+    ///
+    /// # Errors
+    ///
+    /// When the table's marks cannot be found, or a device fails.
+    pub fn perceive(&mut self) -> Result<(), Error> {
+        if !self.is_aligned {
+            self.align()?;
+        }
+        self.scripts.stage().look()?;
+        Ok(())
+    }
+
+    /// Fits the three regressions anew: camera alignment, intrinsics, robot offset.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::perceive`].
+    pub fn align(&mut self) -> Result<(), Error> {
+        let mut stage = self.scripts.stage();
+        calibrate::run(&mut stage, self.switches)?;
+        self.is_aligned = true;
+        Ok(())
+    }
+
+    /// Returns up to `k` parse graphs that differ in what people choose, the likeliest first.
+    fn parses(&self, graph: &Graph, start: &WorldState, k: usize) -> Result<Vec<ParseGraph>, Error> {
+        let scene = self.cell.scene.clone();
+        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, start);
+        let holds = |expr: &Expr| walker.read(expr, start).truth;
+        let pins = BTreeMap::new();
+        let given = infer::Given {
+            definitions: &self.library,
+            holds: &holds,
+            pins: &pins,
+            priors: None,
+            cost: &|_| 0.0,
+        };
+        Ok(graph::diverse(graph, &given, k)?)
+    }
+
+    /// After a failed step: the same choices but for the nearest branch not yet tried, and where to go on.
+    fn other_branch(
+        &self,
+        graph: &Graph,
+        failed: &ParseGraph,
+        index: usize,
+        tried: &mut BTreeMap<String, Vec<String>>,
+    ) -> Result<Option<(ParseGraph, usize)>, Error> {
+        let state = self.state()?;
+        let scene = self.cell.scene.clone();
+        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, &state);
+        let holds = |expr: &Expr| walker.read(expr, &state).truth;
+        let pins = BTreeMap::new();
+        let given = infer::Given {
+            definitions: &self.library,
+            holds: &holds,
+            pins: &pins,
+            priors: None,
+            cost: &|_| 0.0,
+        };
+        Ok(graph::retry(graph, &given, failed, index, tried)?)
+    }
+
+    fn now(&self) -> f64 {
+        (self.clock)()
+    }
+
+    fn tell(&self, event: &Event) {
+        tell(&self.fan, event);
+    }
+
+    fn phase(&self, name: &str, detail: &str) {
+        self.tell(&Event::Phase { name: name.into(), detail: detail.into() });
+    }
+
+    fn note(&self, text: &str) {
+        self.tell(&Event::Note { text: text.into() });
+    }
+
+    fn photo_for_run(&self, name: &str) -> Result<(), Error> {
+        let image = self.scripts.stage().body().photo().map_err(ActionError::from)?;
+        if let Some(image) = image {
+            self.tell(&Event::Picture { name: name.into(), image });
+        }
+        Ok(())
+    }
+
+    fn twin_picture(&self, name: &str, view: &View) {
+        let camera = self.scripts.stage().body().eye();
+        let image = picture::draw(&camera.unwrap_or(self.cell.scene.camera), view);
+        self.tell(&Event::Picture { name: name.into(), image });
+    }
+}
+
+/// Reads the stdlib into a library.
+pub fn library(stdlib: &Stdlib) -> Library {
+    let mut library = Library::new();
+    for (path, text) in stdlib.tasks() {
+        library.add(Source::new(path, text));
+    }
+    library
+}
+
+/// Returns the scene of a source, or the first one there is.
+fn scene_of(library: &Library, source: Option<usize>) -> Result<Scene, Error> {
+    let mut scenes: Vec<_> = library.scenes().collect();
+    let own = source.and_then(|at| {
+        let name = &library.source(at)?.name;
+        scenes.iter().position(|(_, from)| from.name == *name)
+    });
+    if scenes.is_empty() {
+        return Err(Error::NoScene("the library".into()));
+    }
+    let (item, from) = scenes.swap_remove(own.unwrap_or(0));
+    let from = Arc::new(from.clone());
+    Scene::from_item(item, &from)
+        .map_err(|wrong| Error::Text(wrong.into_iter().map(|d| (d, from.clone())).collect()))
+}
+
+impl From<DeviceError> for Error {
+    fn from(error: DeviceError) -> Self {
+        Self::Action(error.into())
+    }
+}

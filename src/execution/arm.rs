@@ -1,0 +1,146 @@
+//! What an arm, a camera and a pair of kitchen scales can do, whoever stands behind them.
+//!
+//! The twin, the lab and a real Gen3 are all met through these traits, so what runs in one runs in the
+//! others. Nothing here plans, judges or corrects. Motion is asked for as a [`Cleared`] trajectory, which
+//! only [`super::limits`] can make: nothing moves an arm except through the limits.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use image::RgbImage;
+use serde::{Deserialize, Serialize};
+
+use super::limits::Cleared;
+
+/// A wish to stop, shared by the prompt, the scripts and the arm. Cloning shares it.
+#[derive(Debug, Clone, Default)]
+pub struct Cancel(Arc<AtomicBool>);
+
+impl Cancel {
+    /// Asks everyone who polls to stop.
+    pub fn cancel(&self) {
+        self.0.store(true, Ordering::SeqCst);
+    }
+
+    /// Forgets the wish, before the next command.
+    pub fn clear(&self) {
+        self.0.store(false, Ordering::SeqCst);
+    }
+
+    /// Returns whether someone asked to stop.
+    pub fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::SeqCst)
+    }
+
+    /// Returns the flag itself, for planners that poll it.
+    pub fn flag(&self) -> &AtomicBool {
+        &self.0
+    }
+}
+
+/// What the arm reports of itself at one instant.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Feedback {
+    /// Time since the arm was connected, s.
+    pub time: f64,
+    /// Joint positions commanded last, rad.
+    pub q_cmd: Vec<f64>,
+    /// Joint positions measured, rad.
+    pub q: Vec<f64>,
+    /// Joint speeds measured, rad/s.
+    pub dq: Vec<f64>,
+    /// Joint torques measured, N·m.
+    pub tau: Vec<f64>,
+    /// Opening between the finger pads measured, m.
+    pub opening: f64,
+}
+
+/// How a grip ended.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Grip {
+    /// Opening between the pads when the fingers came to rest, m.
+    pub opening: f64,
+    /// Whether something stopped the fingers before they got where they were sent.
+    pub stalled: bool,
+}
+
+/// What a laboratory's kitchen scales say.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Weighing {
+    /// Water in each vessel, by its name, m³.
+    pub water: Vec<(String, f64)>,
+    /// Water anywhere else, m³.
+    pub spilt: f64,
+}
+
+/// What may go wrong with a device.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum DeviceError {
+    /// A person asked to stop.
+    #[error("stopped; the arm holds its position")]
+    Stopped,
+    /// The arm did not follow.
+    #[error("joint {joint} is {error_deg:.1} deg behind its command (limit {limit_deg:.1} deg)")]
+    FollowingError {
+        /// Joint number from 1.
+        joint: usize,
+        /// How far behind, degrees.
+        error_deg: f64,
+        /// The most that is tolerated, degrees.
+        limit_deg: f64,
+    },
+    /// The device cannot be reached or refuses to work.
+    #[error("{0}")]
+    Unavailable(String),
+}
+
+/// A robot arm with a two-finger gripper.
+pub trait Arm: Send {
+    /// Returns what the arm says of itself now.
+    fn feedback(&mut self) -> Result<Feedback, DeviceError>;
+
+    /// Follows a trajectory to its end, polling `cancel`; `watch` sees every control tick.
+    ///
+    /// # Errors
+    ///
+    /// [`DeviceError::Stopped`] when cancelled: the arm has been brought to rest and holds.
+    fn follow(
+        &mut self,
+        trajectory: &Cleared,
+        cancel: &Cancel,
+        watch: &mut dyn FnMut(&Feedback),
+    ) -> Result<(), DeviceError>;
+
+    /// Moves the fingers to `opening` m at `speed` m/s with at most `force` N, and waits until they rest.
+    fn grip(
+        &mut self,
+        opening: f64,
+        speed: f64,
+        force: f64,
+        cancel: &Cancel,
+        watch: &mut dyn FnMut(&Feedback),
+    ) -> Result<Grip, DeviceError>;
+
+    /// Holds still for `seconds`.
+    fn wait(
+        &mut self,
+        seconds: f64,
+        cancel: &Cancel,
+        watch: &mut dyn FnMut(&Feedback),
+    ) -> Result<(), DeviceError>;
+
+    /// Brings the arm to rest as fast as its limits allow, and holds it.
+    fn stop(&mut self);
+}
+
+/// A colour camera that stands still.
+pub trait Camera: Send {
+    /// Takes a photograph.
+    fn photo(&mut self) -> Result<RgbImage, DeviceError>;
+}
+
+/// Scales under the vessels and the table, read when a run is over to say what became of the water.
+pub trait Scales: Send {
+    /// Reads them, or `None` where there are none.
+    fn weigh(&mut self) -> Option<Weighing>;
+}

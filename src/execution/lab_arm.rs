@@ -1,0 +1,80 @@
+//! `Arm`, `Camera` and `Scales` over the lab: the only file that sees both.
+//!
+//! What crosses here is what a laboratory lets one see: commands in; feedback, photographs and the kitchen
+//! scales' readings out.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use image::RgbImage;
+
+use crate::lab::Lab;
+
+use super::arm::{Camera, DeviceError, Feedback, Scales, Weighing};
+use super::ticked::{Plant, Ticked};
+
+/// The lab, shared by its arm, its camera and its scales.
+pub type SharedLab = Arc<Mutex<Lab>>;
+
+/// The lab's arm.
+pub type LabArm = Ticked<LabPlant>;
+
+/// The lab as something that is stepped.
+pub struct LabPlant(SharedLab);
+
+/// The lab's camera.
+pub struct LabCamera(pub SharedLab);
+
+/// The lab's kitchen scales.
+pub struct LabScales(pub SharedLab);
+
+/// Connects to the lab's arm where it stands.
+pub fn connect(lab: SharedLab) -> LabArm {
+    Ticked::new(LabPlant(lab))
+}
+
+fn lock(lab: &SharedLab) -> MutexGuard<'_, Lab> {
+    lab.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn broken(error: impl std::fmt::Display) -> DeviceError {
+    DeviceError::Unavailable(format!("the lab's arm failed: {error}"))
+}
+
+impl Plant for LabPlant {
+    fn command(&mut self, q: &[f64], dq: &[f64]) -> Result<(), DeviceError> {
+        lock(&self.0).command(q, dq).map_err(broken)
+    }
+
+    fn aim(&mut self, opening: f64, speed: f64, force: f64) -> Result<(), DeviceError> {
+        lock(&self.0).grip(opening, speed, force).map_err(broken)
+    }
+
+    fn advance(&mut self, seconds: f64) -> Result<(), DeviceError> {
+        lock(&self.0).advance(seconds).map_err(broken)
+    }
+
+    fn report(&mut self) -> Feedback {
+        let told = lock(&self.0).feedback();
+        Feedback {
+            time: told.time,
+            q_cmd: Vec::new(),
+            q: told.q,
+            dq: told.dq,
+            tau: told.tau,
+            opening: told.opening,
+        }
+    }
+}
+
+impl Camera for LabCamera {
+    fn photo(&mut self) -> Result<RgbImage, DeviceError> {
+        Ok(lock(&self.0).photo())
+    }
+}
+
+impl Scales for LabScales {
+    fn weigh(&mut self) -> Option<Weighing> {
+        let read = lock(&self.0).scales();
+        Some(Weighing { water: read.water, spilt: read.spilt })
+    }
+}

@@ -1,0 +1,93 @@
+//! The one gate before an arm: speed, acceleration, joint range and workspace.
+//!
+//! [`Limits::clear`] turns a [`Trajectory`] into a [`Cleared`] one, or says what is wrong with it. Every
+//! arm takes only `Cleared`, whose field nobody else can fill, so no command goes round this file.
+
+use crate::motion::robot::Robot;
+use crate::motion::trajectory::Trajectory;
+
+/// A trajectory that has passed the limits.
+#[derive(Debug, Clone)]
+pub struct Cleared {
+    trajectory: Trajectory,
+}
+
+impl Cleared {
+    /// Returns the trajectory.
+    pub fn trajectory(&self) -> &Trajectory {
+        &self.trajectory
+    }
+}
+
+/// Bounds every command is held to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limits {
+    /// Fraction of the robot's own speed and acceleration limits that may be used.
+    pub scale: f64,
+    /// The most a trajectory's first point may differ from the last command, rad.
+    pub jump: f64,
+    /// The lowest the tool centre point may go, m above the table.
+    pub floor: f64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        // 1.02 leaves room for the rounding of a trajectory timed exactly to its limits.
+        Self { scale: 1.02, jump: 0.02, floor: 0.005 }
+    }
+}
+
+/// Why a trajectory may not be followed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum LimitError {
+    /// It asks for a joint position outside the joint's range.
+    #[error("joint {joint} would go to {value_deg:.1} deg at {time_s:.2} s; its range is {lower_deg:.1} to {upper_deg:.1} deg")]
+    Range {
+        /// Joint number from 1.
+        joint: usize,
+        /// When, s.
+        time_s: f64,
+        /// What is asked for, degrees.
+        value_deg: f64,
+        /// Lower end of the range, degrees.
+        lower_deg: f64,
+        /// Upper end of the range, degrees.
+        upper_deg: f64,
+    },
+    /// It asks for too much speed.
+    #[error("joint {joint} would turn at {value_deg_s:.1} deg/s at {time_s:.2} s; its limit is {limit_deg_s:.1} deg/s")]
+    Speed {
+        /// Joint number from 1.
+        joint: usize,
+        /// When, s.
+        time_s: f64,
+        /// What is asked for, deg/s.
+        value_deg_s: f64,
+        /// The limit, deg/s.
+        limit_deg_s: f64,
+    },
+    /// It does not begin where the arm is.
+    #[error("the path begins {jump_deg:.1} deg from where joint {joint} is")]
+    Jump {
+        /// Joint number from 1.
+        joint: usize,
+        /// How far off, degrees.
+        jump_deg: f64,
+    },
+    /// It leads the tool into the table.
+    #[error("the tool would go to {height_mm:.0} mm above the table at {time_s:.2} s; the limit is {floor_mm:.0} mm")]
+    Floor {
+        /// Height of the tool centre point, mm.
+        height_mm: f64,
+        /// The lowest allowed, mm.
+        floor_mm: f64,
+        /// When, s.
+        time_s: f64,
+    },
+    /// It is not a number.
+    #[error("the path is not a number at {time_s:.2} s")]
+    NotFinite {
+        /// When, s.
+        time_s: f64,
+    },
+}

@@ -1,0 +1,306 @@
+//! A goal in the world → joint paths that reach it: how to grasp, pour, put down and get there.
+//!
+//! Every list comes best first and holds only ways that the arm reaches and that touch nothing; whether
+//! the water stays in is for the twin to say. Kinematics, collision and search are [`crate::motion`]'s.
+
+mod grasp;
+mod place;
+mod pour;
+
+use std::sync::Arc;
+
+use nalgebra::{DVector, Isometry3, Vector3};
+
+use crate::motion::collision::{Attached, CollisionWorld, Obstacle};
+use crate::motion::dynamics::{Bodies, Dynamics, GRAVITY};
+use crate::motion::ik;
+use crate::motion::robot::Robot;
+use crate::motion::rrt;
+use crate::motion::solid::{Placed, Solid};
+use crate::world::frame::{Object, Tool, World};
+use crate::world::{Pose, WorldState};
+
+use super::arm::Cancel;
+use super::stage::Cell;
+
+pub use grasp::Grasp;
+pub use place::Placement;
+pub use pour::Pour;
+
+/// There is no way, and why.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NoWay {
+    /// What was wanted: "to grasp `jar`".
+    pub what: String,
+    /// Why not.
+    pub why: Why,
+}
+
+/// Why there is no way.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Why {
+    /// Nobody knows where the object is.
+    NotSeen(String),
+    /// It does not fit between the fingers.
+    TooWide {
+        /// Its narrowest width, m.
+        width: f64,
+        /// The fingers' opening, m.
+        opening: f64,
+    },
+    /// The arm does not reach.
+    OutOfReach {
+        /// The smallest distance between the goal and what the tool can reach, m.
+        nearest: f64,
+    },
+    /// Every reachable way touches something.
+    Blocked {
+        /// How many ways were tried.
+        tried: usize,
+        /// What was touched most often.
+        by: String,
+    },
+    /// The search ended without a path.
+    NoPath(String),
+    /// There is nothing in the hand.
+    EmptyHand,
+}
+
+impl std::fmt::Display for NoWay {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "no way {}: ", self.what)?;
+        match &self.why {
+            Why::NotSeen(o) => write!(f, "nobody knows where `{o}` is"),
+            Why::TooWide { width, opening } => write!(
+                f,
+                "it is {:.0} mm wide and the fingers open {:.0} mm",
+                width * 1e3,
+                opening * 1e3
+            ),
+            Why::OutOfReach { nearest } => {
+                write!(f, "it is {:.0} mm out of reach", nearest * 1e3)
+            }
+            Why::Blocked { tried, by } => {
+                write!(f, "all {tried} reachable ways touch something, mostly {by}")
+            }
+            Why::NoPath(why) => write!(f, "no path was found ({why})"),
+            Why::EmptyHand => write!(f, "there is nothing in the hand"),
+        }
+    }
+}
+
+impl std::error::Error for NoWay {}
+
+/// Plans from one state of the world.
+pub struct Planner {
+    cell: Cell,
+    state: WorldState,
+    /// Where the arm is, rad.
+    q: Vec<f64>,
+    cancel: Cancel,
+}
+
+/// Collects why ways were dropped, to say the commonest reason when none is left.
+#[derive(Debug, Default)]
+struct Dropped {
+    tried: usize,
+    blocked: std::collections::BTreeMap<String, usize>,
+    nearest: f64,
+}
+
+impl Planner {
+    /// Starts from a state of the world and the arm at `q` rad.
+    pub fn new(cell: Cell, state: WorldState, q: Vec<f64>, cancel: Cancel) -> Self {
+        Self { cell, state, q, cancel }
+    }
+
+    fn robot(&self) -> &Robot {
+        &self.cell.robot
+    }
+
+    /// Returns where an object is known to be.
+    fn pose(&self, o: &str, what: &str) -> Result<Pose<World, Object>, NoWay> {
+        let known = self.state.object(o).and_then(|object| object.world_from_object);
+        known.ok_or_else(|| NoWay { what: what.to_owned(), why: Why::NotSeen(o.to_owned()) })
+    }
+
+    /// Returns the tool pose of joint positions.
+    fn tool_at(&self, q: &[f64]) -> Pose<World, Tool> {
+        tool_pose(&self.cell, q)
+    }
+
+    /// Returns every joint position that brings the tool to a pose, nearest to `near` first.
+    fn reach(&self, tool: &Pose<World, Tool>, near: &[f64]) -> Vec<Vec<f64>> {
+        let base_from_tool = self.cell.scene.world_from_base.inverse() * *tool;
+        let base_from_tip = base_from_tool * self.robot().flange_from_tool().inverse();
+        ik::all_near(self.robot(), &base_from_tip, near)
+    }
+
+    /// Returns how far the tool is from reaching a pose, m.
+    fn shortfall(&self, tool: &Pose<World, Tool>) -> f64 {
+        let base_from_tool = self.cell.scene.world_from_base.inverse() * *tool;
+        let base_from_tip = base_from_tool * self.robot().flange_from_tool().inverse();
+        ik::shortfall(self.robot(), &base_from_tip)
+    }
+
+    /// Follows tool poses with the joints, starting at `q`: one joint position a pose, on one branch.
+    ///
+    /// Returns `None` where a pose is out of reach or the nearest joint position is a jump away.
+    fn track(&self, q: &[f64], poses: &[Pose<World, Tool>]) -> Option<Vec<Vec<f64>>> {
+        // A continuous motion never moves a joint further than this between two poses, rad.
+        const JUMP: f64 = 0.25;
+        let mut path = vec![q.to_vec()];
+        for pose in poses {
+            let base_from_tool = self.cell.scene.world_from_base.inverse() * *pose;
+            let base_from_tip = base_from_tool * self.robot().flange_from_tool().inverse();
+            let last = path.last()?;
+            let next = ik::follow(self.robot(), &base_from_tip, last)?;
+            let step = next.iter().zip(last).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            if step > JUMP {
+                return None;
+            }
+            path.push(next);
+        }
+        Some(path)
+    }
+
+    /// What is in the way now: the table and every object whose place is known, but for `except`.
+    fn obstacles(&self, except: &[&str]) -> CollisionWorld {
+        let mut world = CollisionWorld::new();
+        let table = &self.cell.scene.table;
+        let centre = Vector3::new(table.centre[0], table.centre[1], -table.size.z / 2.0);
+        world.add(Obstacle::new(
+            "table",
+            Solid::Cuboid { half: table.size / 2.0 },
+            Isometry3::translation(centre.x, centre.y, centre.z),
+        ));
+        for object in &self.cell.scene.objects {
+            if except.contains(&object.name.as_str())
+                || self.state.held.as_deref() == Some(object.name.as_str())
+            {
+                continue;
+            }
+            let known = self.state.object(&object.name).and_then(|o| o.world_from_object);
+            if let Some(pose) = known {
+                let placed = Placed::of_object(&object.shape);
+                world.add(Obstacle::new(&object.name, placed.solid, pose.isometry() * placed.pose));
+            }
+        }
+        world.opening = self.state.opening;
+        if let Some((name, tool_from_object)) = self.in_hand() {
+            if let Some(object) = self.cell.scene.object(&name) {
+                world.attached = Some(Attached::new(&name, &object.shape, tool_from_object));
+            }
+        }
+        world
+    }
+
+    /// Returns what is in the hand and how it lies there.
+    fn in_hand(&self) -> Option<(String, Pose<Tool, Object>)> {
+        let name = self.state.held.clone()?;
+        let pose = self.state.object(&name)?.world_from_object?;
+        Some((name, self.state.world_from_tool.inverse() * pose))
+    }
+
+    /// Returns a path from where the arm is to `q`, round everything in the way; `tilt` bounds the angle,
+    /// rad, of what is in the hand from upright.
+    pub fn free(&self, q: &[f64], tilt: Option<f64>, seed: u64) -> Result<Vec<Vec<f64>>, NoWay> {
+        let world = self.obstacles(&[]);
+        let what = "to get there".to_owned();
+        let held = self.in_hand();
+        let upright = |q: &[f64]| match (&held, tilt) {
+            (Some((_, tool_from_object)), Some(most)) => {
+                (self.tool_at(q) * *tool_from_object).tilt() <= most
+            }
+            _ => true,
+        };
+        let request = rrt::Request {
+            start: self.q.clone(),
+            goals: vec![q.to_vec()],
+            seed,
+            upright: tilt.is_some().then_some(&upright),
+        };
+        rrt::plan(&self.cell.robot, &world, &request, self.cancel.flag())
+            .map_err(|error| NoWay { what, why: Why::NoPath(error.to_string()) })
+    }
+
+    /// Returns the joint path of a straight line of the tool by `by` m in the world, orientation kept.
+    pub fn line(&self, by: Vector3<f64>) -> Result<Vec<Vec<f64>>, NoWay> {
+        let from = self.tool_at(&self.q);
+        let poses = straight(&from, by);
+        self.track(&self.q, &poses).ok_or_else(|| NoWay {
+            what: format!("to move the tool by {:.0} mm", by.norm() * 1e3),
+            why: Why::OutOfReach {
+                nearest: poses.last().map_or(0.0, |pose| self.shortfall(pose)),
+            },
+        })
+    }
+
+    /// Drops a path that touches something; returns its smallest clearance otherwise.
+    fn clear(&self, world: &CollisionWorld, path: &[Vec<f64>], dropped: &mut Dropped) -> Option<f64> {
+        let mut least = f64::INFINITY;
+        for q in path {
+            let (clearance, what) = world.clearance(self.robot(), q);
+            if clearance <= 0.0 {
+                *dropped.blocked.entry(what).or_default() += 1;
+                return None;
+            }
+            least = least.min(clearance);
+        }
+        Some(least)
+    }
+}
+
+impl Dropped {
+    fn new() -> Self {
+        Self { nearest: f64::INFINITY, ..Self::default() }
+    }
+
+    fn out_of_reach(&mut self, shortfall: f64) {
+        self.nearest = self.nearest.min(shortfall);
+    }
+
+    fn why(self) -> Why {
+        match self.blocked.into_iter().max_by_key(|(_, count)| *count) {
+            Some((by, _)) => Why::Blocked { tried: self.tried, by },
+            None => Why::OutOfReach { nearest: self.nearest.min(9.99) },
+        }
+    }
+}
+
+/// Returns the tool pose of joint positions of a cell's robot.
+pub fn tool_pose(cell: &Cell, q: &[f64]) -> Pose<World, Tool> {
+    let base_from_tool = cell.robot.forward_tool(q).expect("the plan has one angle per joint");
+    cell.scene.world_from_base * base_from_tool
+}
+
+/// Returns poses every 5 mm along a straight line from `from` by `by` m, the start left out.
+fn straight(from: &Pose<World, Tool>, by: Vector3<f64>) -> Vec<Pose<World, Tool>> {
+    let n = (by.norm() / 0.005).ceil().max(1.0) as usize;
+    (1..=n)
+        .map(|i| {
+            Pose::from_parts(from.origin() + by * (i as f64 / n as f64), from.rotation())
+        })
+        .collect()
+}
+
+/// Returns the joint torques, N·m, that hold the arm and its gripper still at `q`.
+pub fn gravity_torque(robot: &Arc<Robot>, q: &[f64]) -> Vec<f64> {
+    let torques = Dynamics::new(robot, Bodies::All).gravity_torques(q);
+    torques.map_or_else(|_| vec![0.0; q.len()], |torques: DVector<f64>| torques.as_slice().to_vec())
+}
+
+/// Returns the joint torques, N·m, that one more kilogram at the tool centre point takes at `q`.
+pub fn payload_torque(robot: &Arc<Robot>, q: &[f64]) -> Vec<f64> {
+    let Ok(jacobian) = robot.jacobian_at_tool(q) else {
+        return vec![0.0; q.len()];
+    };
+    (0..q.len()).map(|joint| jacobian[(2, joint)] * GRAVITY).collect()
+}
+
+/// Returns the angle, rad, through which the tool turns along a joint path.
+pub fn turned_angle(robot: &Arc<Robot>, path: &[Vec<f64>]) -> f64 {
+    let turns: Vec<_> =
+        path.iter().filter_map(|q| robot.forward_tool(q).ok()).map(|pose| pose.rotation()).collect();
+    turns.windows(2).map(|pair| pair[0].angle_to(&pair[1])).sum()
+}

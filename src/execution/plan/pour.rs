@@ -1,0 +1,166 @@
+//! Ways to pour: a place for the lip above the cup, and the joints' way of turning the jar about it.
+//!
+//! The lip stays still while the jar turns about it (`R(θ) = Rot(n, θ) R0`, `p(θ) = P - R(θ) l`), so the
+//! water leaves from one known point; whether it lands in the cup is for the twin to say.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
+
+use crate::world::frame::{Object, World};
+use crate::world::{Pose, Shape};
+
+use super::grasp::distance;
+use super::{Dropped, NoWay, Planner, Why};
+
+/// How far the jar is turned: past level, so that the last film runs out, rad.
+const TURN: f64 = 115.0 * PI / 180.0;
+/// One joint position every so many rad of the turn.
+const STEP: f64 = 3.0 * PI / 180.0;
+/// As many ways are kept.
+const KEPT: usize = 8;
+
+/// One way to pour.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pour {
+    /// What is poured from.
+    pub source: String,
+    /// What is poured into.
+    pub target: String,
+    /// Joint positions with the jar upright and its lip in place, rad.
+    pub start: Vec<f64>,
+    /// The turn, rad.
+    pub turn: Vec<Vec<f64>>,
+    /// Where the lip is, m in the world.
+    pub lip: [f64; 3],
+    /// Smallest distance to anything during the turn, m.
+    pub clearance: f64,
+    /// What the ways are sorted by; less is better.
+    cost: f64,
+}
+
+impl Planner {
+    /// Returns ways to pour from `source`, which is in the hand, into `target`, best first.
+    ///
+    /// `clearance` is the room between the rim of the target and the base of the upright source, m.
+    ///
+    /// # Errors
+    ///
+    /// [`NoWay`] when the hand is empty, a place is unknown, or no way is reachable and free.
+    pub fn pours(&self, source: &str, target: &str, clearance: f64) -> Result<Vec<Pour>, NoWay> {
+        let what = format!("to pour from `{source}` into `{target}`");
+        let no = |why| NoWay { what: what.clone(), why };
+        let (held, tool_from_object) = self.in_hand().ok_or_else(|| no(Why::EmptyHand))?;
+        if held != source {
+            return Err(no(Why::EmptyHand));
+        }
+        let scene = &self.cell.scene;
+        let shape = |name: &str| scene.object(name).map(|object| object.shape);
+        let source_shape = shape(source).ok_or_else(|| no(Why::NotSeen(source.to_owned())))?;
+        let target_shape = shape(target).ok_or_else(|| no(Why::NotSeen(target.to_owned())))?;
+        let cup = self.pose(target, &what)?;
+
+        let world = self.obstacles(&[]);
+        let mut dropped = Dropped::new();
+        let mut ways: Vec<Pour> = Vec::new();
+        let away = cup.origin().y.atan2(cup.origin().x);
+        let object_from_tool = tool_from_object.inverse();
+        // The hand's heading relative to the direction from the base to the cup, small turns first.
+        for i in 0..13_i32 {
+            let turn = f64::from((i + 1) / 2) * (if i % 2 == 0 { 1.0 } else { -1.0 }) * TAU / 36.0;
+            let heading = away + turn;
+            for side in [1.0, -1.0] {
+                // The jar leans to the hand's left or right: it turns about the hand's own axis.
+                let axis = Vector3::new(heading.cos(), heading.sin(), 0.0) * side;
+                let lean = axis.cross(&Vector3::z());
+                for back in [0.030, 0.045] {
+                    let lip = cup.origin() - lean * back
+                        + Vector3::z()
+                            * (target_shape.height() + clearance + source_shape.height());
+                    let upright =
+                        self.upright_under(&source_shape, &tool_from_object, heading, lip, lean);
+                    let poses: Vec<_> = (0..=(TURN / STEP).round() as usize)
+                        .map(|k| about(&upright, lip, axis, k as f64 * STEP) * object_from_tool)
+                        .collect();
+                    let solutions = self.reach(&poses[0], &self.q);
+                    if solutions.is_empty() {
+                        dropped.out_of_reach(self.shortfall(&poses[0]));
+                    }
+                    for start in solutions.iter().take(12) {
+                        dropped.tried += 1;
+                        let Some(path) = self.track(start, &poses[1..]) else {
+                            dropped.out_of_reach(0.0);
+                            continue;
+                        };
+                        let Some(clearance) = self.clear(&world, &path, &mut dropped) else {
+                            continue;
+                        };
+                        let cost = distance(start, &self.q) + turn.abs() + back;
+                        ways.push(Pour {
+                            source: source.to_owned(),
+                            target: target.to_owned(),
+                            start: start.clone(),
+                            turn: path,
+                            lip: lip.into(),
+                            clearance,
+                            cost,
+                        });
+                        // One branch of the arm a lip is enough; the next lip may have another.
+                        break;
+                    }
+                }
+            }
+            if ways.len() >= 2 * KEPT {
+                break;
+            }
+        }
+        if ways.is_empty() {
+            return Err(no(dropped.why()));
+        }
+        ways.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        ways.truncate(KEPT);
+        Ok(ways)
+    }
+
+    /// Returns the upright pose of the held object whose lip, on the side of `lean`, is at `lip`, with
+    /// the hand heading along `heading`.
+    fn upright_under(
+        &self,
+        shape: &Shape,
+        tool_from_object: &Pose<crate::world::frame::Tool, Object>,
+        heading: f64,
+        lip: Vector3<f64>,
+        lean: Vector3<f64>,
+    ) -> Pose<World, Object> {
+        // Seen from the object, the hand comes along this direction.
+        let ahead = tool_from_object.inverse().axis(2);
+        let yaw = heading - ahead.y.atan2(ahead.x);
+        let turned: Pose<World, Object> = Pose::upright(0.0, 0.0, 0.0, yaw);
+        let reach = rim_reach(shape, &(turned.inverse().rotation() * lean));
+        let base = lip - lean * reach - Vector3::z() * shape.height();
+        Pose::from_parts(base, turned.rotation())
+    }
+}
+
+/// Returns how far the rim reaches from the axis in a level direction of the object's frame, m.
+fn rim_reach(shape: &Shape, direction: &Vector3<f64>) -> f64 {
+    match *shape {
+        Shape::Cylinder { radius, .. } => radius,
+        Shape::Cuboid { size } => {
+            let (x, y) = (direction.x.abs(), direction.y.abs());
+            let along = |half: f64, share: f64| if share > 1e-9 { half / share } else { f64::MAX };
+            along(0.5 * size.x, x).min(along(0.5 * size.y, y))
+        }
+    }
+}
+
+/// Turns a pose about the point `lip` by `angle` rad round the level unit vector `axis`.
+fn about(
+    pose: &Pose<World, Object>,
+    lip: Vector3<f64>,
+    axis: Vector3<f64>,
+    angle: f64,
+) -> Pose<World, Object> {
+    let turn = UnitQuaternion::from_axis_angle(&UnitVector3::new_normalize(axis), angle);
+    Pose::from_parts(lip + turn * (pose.origin() - lip), turn * pose.rotation())
+}

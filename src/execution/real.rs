@@ -1,0 +1,263 @@
+//! A real body: an arm and a camera behind their traits, and what they let one believe about the world.
+//!
+//! Nothing is known here that a laboratory would not know: photographs, joint feedback, the scene file,
+//! and the three regressions fitted from them. What follows from what was measured is worked out in one
+//! place, [`Belief`]; what nobody measured stays unknown.
+
+use std::sync::Arc;
+
+use nalgebra::Isometry3;
+
+use crate::alignment::vision::{self, Sighting};
+use crate::motion::ik;
+use crate::world::frame::{Object, Tool, World};
+use crate::world::{ObjectState, Pose, Scene, WorldState};
+
+use super::arm::{Arm, Camera, DeviceError, Feedback, Grip};
+use super::calibrate::Calibration;
+use super::stage::{Body, Cell, Watcher};
+use super::trace::Event;
+
+/// Density of water, kg/m³.
+const WATER: f64 = 998.0;
+/// Pads this much closer or wider than an object's width still hold it, m.
+const PAD_TOLERANCE: f64 = 0.008;
+
+/// What was measured, and what follows from it.
+#[derive(Debug, Clone)]
+pub struct Belief {
+    scene: Arc<Scene>,
+    objects: Vec<ObjectState>,
+    /// What is between the fingers and how it lies there.
+    held: Option<(String, Pose<Tool, Object>)>,
+    /// The last object whose lip was over another: where what leaves the hand goes.
+    below: Option<String>,
+    /// The last mass weighed in the hand, kg.
+    mass: Option<f64>,
+}
+
+impl Belief {
+    /// Knows the scene file and nothing else: no places, and the water the file declares.
+    pub fn new(scene: Arc<Scene>) -> Self {
+        let objects = scene
+            .objects
+            .iter()
+            .map(|object| ObjectState {
+                name: object.name.clone(),
+                world_from_object: None,
+                std: f64::INFINITY,
+                water: object.cavity.map(|cavity| cavity.filled),
+            })
+            .collect();
+        Self { scene, objects, held: None, below: None, mass: None }
+    }
+
+    /// Takes what a photograph showed. What is in the hand is known better by the hand.
+    pub fn saw(&mut self, sightings: &[Sighting]) {
+        for sighting in sightings {
+            if self.held.as_ref().is_some_and(|(name, _)| *name == sighting.name) {
+                continue;
+            }
+            let Some(object) = self.objects.iter_mut().find(|o| o.name == sighting.name) else {
+                continue;
+            };
+            object.world_from_object = sighting.world_from_object;
+            object.std = sighting.std;
+        }
+    }
+
+    /// Takes how a grip on `aim` ended, with the tool at `tool`.
+    pub fn gripped(&mut self, grip: Grip, aim: Option<&str>, tool: &Pose<World, Tool>) {
+        if let Some((name, tool_from_object)) = self.held.take() {
+            // What was held stands where the hand let it go.
+            let mut pose = *tool * tool_from_object;
+            let origin = pose.origin();
+            if origin.z < 0.03 {
+                pose = Pose::upright(origin.x, origin.y, 0.0, pose.yaw());
+            }
+            if let Some(object) = self.objects.iter_mut().find(|object| object.name == name) {
+                object.world_from_object = Some(pose);
+            }
+            self.mass = None;
+        }
+        let Some(aim) = aim.filter(|_| grip.stalled) else { return };
+        let Some(object) = self.scene.object(aim) else { return };
+        let widths = match object.shape {
+            crate::world::Shape::Cuboid { size } => vec![size.x, size.y],
+            crate::world::Shape::Cylinder { radius, .. } => vec![2.0 * radius],
+        };
+        let fits = widths.iter().any(|width| (grip.opening - width).abs() < PAD_TOLERANCE);
+        let known = self.objects.iter().find(|o| o.name == aim).and_then(|o| o.world_from_object);
+        if let (true, Some(pose)) = (fits, known) {
+            self.held = Some((aim.to_owned(), tool.inverse() * pose));
+        }
+    }
+
+    /// Takes the mass in the hand, kg: what it lost since the last time went into what is below it.
+    pub fn weighed(&mut self, mass: f64) {
+        let Some((name, _)) = &self.held else { return };
+        let name = name.clone();
+        let lost = self.mass.map(|before| (before - mass) / WATER);
+        self.mass = Some(mass);
+        let Some(lost) = lost else { return };
+        let below = self.below.clone();
+        for object in &mut self.objects {
+            if let Some(water) = &mut object.water {
+                if object.name == name {
+                    *water = (*water - lost).max(0.0);
+                } else if Some(&object.name) == below.as_ref() {
+                    *water = (*water + lost).max(0.0);
+                }
+            }
+        }
+    }
+
+    /// Returns the world with the arm as reported and the tool where it really is.
+    pub fn state(&mut self, feedback: &Feedback, tool: Pose<World, Tool>) -> WorldState {
+        let mut objects = self.objects.clone();
+        if let Some((name, tool_from_object)) = &self.held {
+            if let Some(object) = objects.iter_mut().find(|object| object.name == *name) {
+                object.world_from_object = Some(tool * *tool_from_object);
+            }
+            self.below = below(&self.scene, &objects, name).or(self.below.take());
+        }
+        WorldState {
+            time: feedback.time,
+            q: feedback.q.clone(),
+            opening: feedback.opening,
+            world_from_tool: tool,
+            held: self.held.as_ref().map(|(name, _)| name.clone()),
+            objects,
+            // No one weighs the table during a run.
+            spilt: None,
+        }
+    }
+}
+
+/// Returns the vessel over whose mouth the held object's middle hangs.
+fn below(scene: &Scene, objects: &[ObjectState], held: &str) -> Option<String> {
+    let pose = |name: &str| objects.iter().find(|o| o.name == name)?.world_from_object;
+    let hand = pose(held)?;
+    scene.objects.iter().filter(|o| o.name != held && o.cavity.is_some()).find_map(|object| {
+        let under = pose(&object.name)?;
+        let gap = (hand.origin() - under.origin()).xy().norm();
+        let near = gap < object.shape.outer_radius() + 0.08;
+        (near && hand.origin().z > under.origin().z + 0.05).then(|| object.name.clone())
+    })
+}
+
+/// An arm and a camera as a body on stage.
+pub struct RealBody {
+    cell: Cell,
+    arm: Box<dyn Arm>,
+    camera: Box<dyn Camera>,
+    calibration: Calibration,
+    belief: Belief,
+    watcher: Watcher,
+    photos: usize,
+}
+
+impl RealBody {
+    /// Takes devices on stage with what is known so far.
+    pub fn new(
+        cell: Cell,
+        arm: Box<dyn Arm>,
+        camera: Box<dyn Camera>,
+        calibration: Calibration,
+        belief: Belief,
+        watcher: Watcher,
+    ) -> Self {
+        Self { cell, arm, camera, calibration, belief, watcher, photos: 0 }
+    }
+
+    /// Lends the camera and the arm, for calibration.
+    pub fn devices(&mut self) -> (&mut dyn Arm, &mut dyn Camera) {
+        (self.arm.as_mut(), self.camera.as_mut())
+    }
+
+    /// Returns the regressions in force.
+    pub fn calibration(&self) -> &Calibration {
+        &self.calibration
+    }
+
+    /// Puts new regressions in force.
+    pub fn calibrate(&mut self, calibration: Calibration) {
+        self.calibration = calibration;
+    }
+
+    /// Takes a photograph and keeps it with the run.
+    pub fn photo(&mut self) -> Result<image::RgbImage, DeviceError> {
+        self.camera.photo()
+    }
+
+    /// Returns where the tool really is at these reported joint positions (regression 3).
+    fn tool(&self, q: &[f64]) -> Pose<World, Tool> {
+        self.calibration.real_from_reported(&super::plan::tool_pose(&self.cell, q))
+    }
+}
+
+impl Body for RealBody {
+    fn arm(&mut self) -> &mut dyn Arm {
+        self.arm.as_mut()
+    }
+
+    fn state(&mut self) -> Result<WorldState, DeviceError> {
+        let feedback = self.arm.feedback()?;
+        let tool = self.tool(&feedback.q);
+        Ok(self.belief.state(&feedback, tool))
+    }
+
+    fn look(&mut self) -> Result<(), DeviceError> {
+        let photo = self.camera.photo()?;
+        let scene = self.cell.scene.clone();
+        let sightings = vision::see(&photo, &self.calibration.camera, &scene);
+        self.photos += 1;
+        if let Ok(mut watcher) = self.watcher.lock() {
+            let image = vision::annotate(&photo, &self.calibration.camera, &scene, &sightings);
+            watcher.event(&Event::Picture { name: format!("look-{}", self.photos), image });
+            for sighting in &sightings {
+                watcher.event(&Event::Note { text: sighting.summary() });
+            }
+        }
+        self.belief.saw(&sightings);
+        Ok(())
+    }
+
+    fn correct(&self, q: &[f64]) -> Vec<f64> {
+        let planned = super::plan::tool_pose(&self.cell, q);
+        let reported = self.calibration.reported_from_real(&planned);
+        let robot = &self.cell.robot;
+        let base_from_tool = self.cell.scene.world_from_base.inverse() * reported;
+        let tip = base_from_tool * robot.flange_from_tool().inverse();
+        // Out of reach by a hair: the uncorrected position is the best there is.
+        ik::follow(robot, &tip, q).unwrap_or_else(|| q.to_vec())
+    }
+
+    fn gripped(&mut self, grip: Grip, aim: Option<&str>) -> Result<(), DeviceError> {
+        let feedback = self.arm.feedback()?;
+        let tool = self.tool(&feedback.q);
+        self.belief.gripped(grip, aim, &tool);
+        Ok(())
+    }
+
+    fn weighed(&mut self, mass: f64) {
+        self.belief.weighed(mass);
+    }
+
+    fn contact(&mut self, a: &str, b: &str) -> Option<bool> {
+        let held = self.belief.held.as_ref().map(|(name, _)| name.as_str());
+        match (a, b) {
+            ("gripper", o) | (o, "gripper") => Some(held == Some(o)),
+            // Touch between two things on the table is not measured.
+            _ => None,
+        }
+    }
+}
+
+/// Returns a rigid motion as the isometry it is; `D` of regression 3 in the form poses are moved by.
+pub fn rigid(matrix: &nalgebra::Matrix4<f64>) -> Isometry3<f64> {
+    let rotation = matrix.fixed_view::<3, 3>(0, 0).into_owned();
+    let rotation = nalgebra::Rotation3::from_matrix(&rotation);
+    let shift = matrix.fixed_view::<3, 1>(0, 3).into_owned();
+    Isometry3::from_parts(shift.into(), rotation.into())
+}

@@ -1,0 +1,314 @@
+//! The rhai engine: atomic actions are scripts, and these are the words they may use.
+//!
+//! A script sees its action's parameters by name (objects as their names, quantities in SI), the units
+//! `m cm mm deg rad s ms mL L kg g N`, and three handles: `camera` (look), `twin` (ask and plan), `arm`
+//! (act). `choose` takes one of several ways, `remember` and `recall` carry a value to a later action.
+//! Scripts have limits on operations, depth and size, and every binding that moves polls the cancel token.
+//!
+//! What the words do is in [`super::stage`]; this file only binds them and translates errors.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use rhai::{Array, Dynamic, Engine, EvalAltResult, INT, Map, Position, Scope};
+
+use super::plan::{Grasp, Placement, Pour};
+use super::stage::{ActionError, Stage};
+
+/// A value handed to a script by the name of a parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ScriptValue {
+    /// An object or another name.
+    Name(String),
+    /// A quantity in SI.
+    Number(f64),
+    /// Yes or no.
+    Truth(bool),
+}
+
+/// Why a script ended early.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ScriptError {
+    /// What it asked for could not be done.
+    #[error("{error}")]
+    Action {
+        /// What.
+        error: ActionError,
+        /// Line in the script, from 1.
+        line: Option<usize>,
+    },
+    /// The script itself is wrong.
+    #[error("{file}:{line}: {message}")]
+    Wrong {
+        /// The script.
+        file: String,
+        /// Line, from 1; 0 when unknown.
+        line: usize,
+        /// What the engine says.
+        message: String,
+    },
+}
+
+/// The handle a script calls `arm`, `twin` or `camera`.
+#[derive(Clone)]
+struct Handle<const KIND: u8>(Arc<Mutex<Stage>>);
+
+type Camera = Handle<0>;
+type Twin = Handle<1>;
+type Arm = Handle<2>;
+type Fallible<T> = Result<T, Box<EvalAltResult>>;
+
+impl<const KIND: u8> Handle<KIND> {
+    fn stage(&self) -> MutexGuard<'_, Stage> {
+        lock(&self.0)
+    }
+}
+
+/// Locks the stage. A panic elsewhere does not make the arm's state unreadable: it is still what it was.
+fn lock(stage: &Mutex<Stage>) -> MutexGuard<'_, Stage> {
+    stage.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Runs action scripts over one stage.
+pub struct Scripts {
+    engine: Engine,
+    stage: Arc<Mutex<Stage>>,
+}
+
+impl Scripts {
+    /// Binds the words to a stage.
+    pub fn new(stage: Stage) -> Self {
+        let cancel = stage.cancel().clone();
+        let stage = Arc::new(Mutex::new(stage));
+        let mut engine = Engine::new();
+        engine.set_max_operations(2_000_000);
+        engine.set_max_call_levels(32);
+        engine.set_max_expr_depths(64, 32);
+        engine.set_max_string_size(64 * 1024);
+        engine.set_max_array_size(10_000);
+        engine.set_max_map_size(1_000);
+        engine.on_progress(move |_| cancel.is_cancelled().then(|| Dynamic::from("stopped")));
+        bind_values(&mut engine);
+        bind_camera(&mut engine);
+        bind_twin(&mut engine);
+        bind_arm(&mut engine);
+        bind_memory(&mut engine, &stage);
+        Self { engine, stage }
+    }
+
+    /// Lends the stage.
+    pub fn stage(&self) -> MutexGuard<'_, Stage> {
+        lock(&self.stage)
+    }
+
+    /// Runs the script `text` of file `file` with these arguments.
+    ///
+    /// # Errors
+    ///
+    /// [`ScriptError::Action`] with the binding's own error when the arm, the planner or a person said
+    /// no; [`ScriptError::Wrong`] when the script cannot be read or misuses a word.
+    pub fn run(
+        &self,
+        file: &str,
+        text: &str,
+        args: &BTreeMap<String, ScriptValue>,
+    ) -> Result<(), ScriptError> {
+        let mut scope = Scope::new();
+        for (name, si) in UNITS {
+            scope.push_constant(*name, *si);
+        }
+        scope.push("camera", Handle::<0>(self.stage.clone()));
+        scope.push("twin", Handle::<1>(self.stage.clone()));
+        scope.push("arm", Handle::<2>(self.stage.clone()));
+        for (name, value) in args {
+            match value {
+                ScriptValue::Name(text) => scope.push(name.clone(), text.clone()),
+                ScriptValue::Number(number) => scope.push(name.clone(), *number),
+                ScriptValue::Truth(truth) => scope.push(name.clone(), *truth),
+            };
+        }
+        let result = self.engine.run_with_scope(&mut scope, text);
+        result.map_err(|error| translate(file, &error))
+    }
+}
+
+/// Units as factors to SI, so that a script may write `12.0 * cm`.
+const UNITS: &[(&str, f64)] = &[
+    ("m", 1.0),
+    ("cm", 0.01),
+    ("mm", 0.001),
+    ("deg", std::f64::consts::PI / 180.0),
+    ("rad", 1.0),
+    ("s", 1.0),
+    ("ms", 0.001),
+    ("mL", 1e-6),
+    ("L", 1e-3),
+    ("kg", 1.0),
+    ("g", 0.001),
+    ("N", 1.0),
+];
+
+/// Finds the binding's own error inside the engine's, whatever calls it is wrapped in.
+fn translate(file: &str, error: &EvalAltResult) -> ScriptError {
+    let line = |position: Position| position.line();
+    match error {
+        EvalAltResult::ErrorTerminated(token, position) => {
+            let error = token.clone().try_cast::<ActionError>().unwrap_or(ActionError::Stopped);
+            ScriptError::Action { error, line: line(*position) }
+        }
+        EvalAltResult::ErrorRuntime(token, position) => {
+            if let Some(error) = token.clone().try_cast::<ActionError>() {
+                return ScriptError::Action { error, line: line(*position) };
+            }
+            // `throw "words"` in a script is the script's own way to say no.
+            let error = ActionError::Refused(token.to_string());
+            ScriptError::Action { error, line: line(*position) }
+        }
+        EvalAltResult::ErrorInFunctionCall(_, _, inner, _) => translate(file, inner),
+        other => ScriptError::Wrong {
+            file: file.to_owned(),
+            line: other.position().line().unwrap_or(0),
+            message: other.to_string(),
+        },
+    }
+}
+
+/// Carries an action's error through the engine. A stop cannot be caught by a script, anything else can.
+fn raise(error: ActionError) -> Box<EvalAltResult> {
+    let stop = matches!(error, ActionError::Stopped);
+    let token = Dynamic::from(error);
+    Box::new(if stop {
+        EvalAltResult::ErrorTerminated(token, Position::NONE)
+    } else {
+        EvalAltResult::ErrorRuntime(token, Position::NONE)
+    })
+}
+
+fn numbers(array: &Array) -> Fallible<Vec<f64>> {
+    array
+        .iter()
+        .map(|value| {
+            value
+                .as_float()
+                .or_else(|_| value.as_int().map(|whole| whole as f64))
+                .map_err(|found| format!("expected a number, found {found}").into())
+        })
+        .collect()
+}
+
+fn array(values: impl IntoIterator<Item = f64>) -> Array {
+    values.into_iter().map(Dynamic::from).collect()
+}
+
+fn list<T: Clone + Send + Sync + 'static>(values: Vec<T>) -> Array {
+    values.into_iter().map(Dynamic::from).collect()
+}
+
+fn bind_values(engine: &mut Engine) {
+    engine
+        .register_type_with_name::<Grasp>("Grasp")
+        .register_get("before", |grasp: &mut Grasp| array(grasp.before.iter().copied()))
+        .register_get("way_in", |grasp: &mut Grasp| Path(grasp.way_in.clone()))
+        .register_get("way_out", |grasp: &mut Grasp| {
+            Path(grasp.way_in.iter().rev().cloned().collect())
+        })
+        .register_get("clearance", |grasp: &mut Grasp| grasp.clearance)
+        .register_type_with_name::<Pour>("Pour")
+        .register_get("start", |pour: &mut Pour| array(pour.start.iter().copied()))
+        .register_get("turn", |pour: &mut Pour| Path(pour.turn.clone()))
+        .register_get("back", |pour: &mut Pour| Path(pour.turn.iter().rev().cloned().collect()))
+        .register_get("clearance", |pour: &mut Pour| pour.clearance)
+        .register_type_with_name::<Placement>("Placement")
+        .register_get("above", |place: &mut Placement| array(place.above.iter().copied()))
+        .register_get("way_down", |place: &mut Placement| Path(place.way_down.clone()))
+        .register_get("way_out", |place: &mut Placement| Path(place.way_out.clone()))
+        .register_type_with_name::<Path>("Path")
+        .register_get("length", |path: &mut Path| path.0.len() as INT);
+}
+
+/// A joint path in a script's hands.
+#[derive(Clone)]
+struct Path(Vec<Vec<f64>>);
+
+fn bind_camera(engine: &mut Engine) {
+    engine
+        .register_type_with_name::<Camera>("Camera")
+        .register_fn("look", |camera: &mut Camera| camera.stage().look().map_err(raise));
+}
+
+fn bind_twin(engine: &mut Engine) {
+    engine
+        .register_type_with_name::<Twin>("Twin")
+        .register_fn("grasps", |twin: &mut Twin, o: &str, pitch: f64| {
+            twin.stage().grasps(o, pitch).map(list).map_err(raise)
+        })
+        .register_fn("pours", |twin: &mut Twin, o: &str, at: &str, clearance: f64| {
+            twin.stage().pours(o, at, clearance).map(list).map_err(raise)
+        })
+        .register_fn("placements", |twin: &mut Twin, o: &str| {
+            twin.stage().placements(o).map(list).map_err(raise)
+        })
+        .register_fn("pose_named", |twin: &mut Twin, name: &str| {
+            twin.stage().named_pose(name).map(array).map_err(raise)
+        })
+        .register_fn("position", |twin: &mut Twin, o: &str| {
+            twin.stage().position(o).map(array).map_err(raise)
+        })
+        .register_fn("volume", |twin: &mut Twin, o: &str| {
+            twin.stage().volume(o).map_err(raise)
+        });
+}
+
+fn bind_arm(engine: &mut Engine) {
+    engine
+        .register_type_with_name::<Arm>("Arm")
+        .register_fn("open", |arm: &mut Arm| arm.stage().open().map_err(raise))
+        .register_fn("close", |arm: &mut Arm, o: &str, force: f64| {
+            arm.stage().close(o, force).map_err(raise)
+        })
+        .register_fn("move_to", |arm: &mut Arm, q: Array| {
+            let q = numbers(&q)?;
+            arm.stage().move_to(&q, None, 1.0).map_err(raise)
+        })
+        .register_fn("carry_to", |arm: &mut Arm, q: Array, tilt: f64, speed: f64| {
+            let q = numbers(&q)?;
+            arm.stage().move_to(&q, Some(tilt), speed).map_err(raise)
+        })
+        .register_fn("follow", |arm: &mut Arm, path: Path, speed: f64| {
+            arm.stage().follow(&path.0, speed).map_err(raise)
+        })
+        .register_fn("turn", |arm: &mut Arm, path: Path, rate: f64| {
+            arm.stage().turn(&path.0, rate).map_err(raise)
+        })
+        .register_fn("move_by", |arm: &mut Arm, by: Array, speed: f64| {
+            let by = numbers(&by)?;
+            let [x, y, z] = by[..] else {
+                return Err("move_by takes [x, y, z] in m".into());
+            };
+            arm.stage().move_by([x, y, z], speed).map_err(raise)
+        })
+        .register_fn("weigh", |arm: &mut Arm| arm.stage().weigh().map_err(raise))
+        .register_fn("opening", |arm: &mut Arm| arm.stage().opening().map_err(raise))
+        .register_fn("wait", |arm: &mut Arm, seconds: f64| {
+            arm.stage().wait(seconds).map_err(raise)
+        });
+}
+
+fn bind_memory(engine: &mut Engine, stage: &Arc<Mutex<Stage>>) {
+    let memory: Arc<Mutex<Map>> = Arc::default();
+    let kept = memory.clone();
+    engine.register_fn("remember", move |name: &str, value: Dynamic| {
+        kept.lock().unwrap_or_else(PoisonError::into_inner).insert(name.into(), value);
+    });
+    engine.register_fn("recall", move |name: &str| -> Fallible<Dynamic> {
+        let memory = memory.lock().unwrap_or_else(PoisonError::into_inner);
+        memory.get(name).cloned().ok_or_else(|| {
+            raise(ActionError::Refused(format!("no earlier action remembered a `{name}`")))
+        })
+    });
+    let chooser = stage.clone();
+    engine.register_fn("choose", move |ways: Array| -> Fallible<Dynamic> {
+        let chosen = lock(&chooser).choose(ways.len()).map_err(raise)?;
+        ways.into_iter().nth(chosen).ok_or_else(|| "choose was given nothing".into())
+    });
+}

@@ -1,0 +1,421 @@
+//! What an action script acts upon: one arm, what is known of the world, and the tape of decisions.
+//!
+//! The same words serve the twin and the arm. In the twin they plan and record; on the arm they play what
+//! the twin survived, corrected by regression 3, through [`super::limits`]. The words are bound to rhai in
+//! [`super::script`]; planning itself is in [`super::plan`].
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use nalgebra::Vector3;
+use rand::rngs::StdRng;
+use rand::{RngExt, SeedableRng};
+
+use crate::motion::robot::Robot;
+use crate::motion::trajectory::Trajectory;
+use crate::world::{Scene, WorldState};
+
+use super::arm::{Arm, Cancel, DeviceError, Feedback, Grip};
+use super::limits::{LimitError, Limits};
+use super::plan::{Grasp, NoWay, Placement, Planner, Pour};
+use super::tape::{Entry, OffTape, Tape};
+use super::trace::{Event, Observer};
+
+/// Why an action could not be done.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ActionError {
+    /// A person asked to stop.
+    #[error("stopped; the arm holds its position")]
+    Stopped,
+    /// A device failed.
+    #[error("{0}")]
+    Device(DeviceError),
+    /// The limits refused the motion.
+    #[error("{0}")]
+    Limit(#[from] LimitError),
+    /// There is no way to do it.
+    #[error("{0}")]
+    NoWay(#[from] NoWay),
+    /// It is not what was rehearsed.
+    #[error("{0}")]
+    OffTape(#[from] OffTape),
+    /// The script itself gave up.
+    #[error("{0}")]
+    Refused(String),
+}
+
+impl From<DeviceError> for ActionError {
+    fn from(error: DeviceError) -> Self {
+        match error {
+            DeviceError::Stopped => Self::Stopped,
+            other => Self::Device(other),
+        }
+    }
+}
+
+/// Someone who watches, shared between the stage and whoever owns it.
+pub type Watcher = Arc<Mutex<dyn Observer + Send>>;
+
+/// A body in a world: the twin's, or a real one behind devices.
+pub trait Body: Send {
+    /// Lends the arm.
+    fn arm(&mut self) -> &mut dyn Arm;
+
+    /// Returns the world as far as it is known now.
+    fn state(&mut self) -> Result<WorldState, DeviceError>;
+
+    /// Looks at the table and takes what it sees for what is there.
+    fn look(&mut self) -> Result<(), DeviceError>;
+
+    /// Returns the joint positions to command so that the arm really goes to `q` (regression 3).
+    fn correct(&self, q: &[f64]) -> Vec<f64>;
+
+    /// Takes note of how a grip on `aim` ended.
+    fn gripped(&mut self, grip: Grip, aim: Option<&str>) -> Result<(), DeviceError>;
+
+    /// Takes note of the mass in the hand, kg.
+    fn weighed(&mut self, mass: f64);
+
+    /// Returns whether two things touch, `None` when nobody can tell.
+    fn contact(&mut self, a: &str, b: &str) -> Option<bool>;
+}
+
+/// What never changes while actions run.
+#[derive(Debug, Clone)]
+pub struct Cell {
+    /// The arm model.
+    pub robot: Arc<Robot>,
+    /// What is known beforehand.
+    pub scene: Arc<Scene>,
+    /// Bounds on every motion.
+    pub limits: Limits,
+}
+
+/// One arm, one belief, one tape.
+pub struct Stage {
+    cell: Cell,
+    body: Box<dyn Body>,
+    tape: Tape,
+    chance: StdRng,
+    /// Which of several equally planned candidates this is; 0 always takes the best way.
+    variant: usize,
+    /// Where the plan has the arm, rad, before correction.
+    q: Vec<f64>,
+    /// Joint torques with an empty hand, beyond the model, N·m.
+    tare: Option<Vec<f64>>,
+    cancel: Cancel,
+    watcher: Watcher,
+}
+
+impl Stage {
+    /// Puts a body on stage where the plan has it at `q` (rad).
+    pub fn new(
+        cell: Cell,
+        body: Box<dyn Body>,
+        q: Vec<f64>,
+        tape: Tape,
+        chance: (u64, usize),
+        cancel: Cancel,
+        watcher: Watcher,
+    ) -> Self {
+        let (seed, variant) = chance;
+        let mixed = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(variant as u64);
+        let chance = StdRng::seed_from_u64(mixed);
+        Self { cell, body, tape, chance, variant, q, tare: None, cancel, watcher }
+    }
+
+    /// Returns the wish to stop that this stage obeys.
+    pub fn cancel(&self) -> &Cancel {
+        &self.cancel
+    }
+
+    /// Returns the constants.
+    pub fn cell(&self) -> &Cell {
+        &self.cell
+    }
+
+    /// Returns where the plan has the arm, rad.
+    pub fn planned_q(&self) -> &[f64] {
+        &self.q
+    }
+
+    /// Returns what was decided so far.
+    pub fn tape(&self) -> &Tape {
+        &self.tape
+    }
+
+    /// Plays these decisions from now on, or records new ones.
+    pub fn set_tape(&mut self, tape: Tape) {
+        self.tape = tape;
+    }
+
+    /// Lends the body.
+    pub fn body(&mut self) -> &mut dyn Body {
+        self.body.as_mut()
+    }
+
+    /// Returns the world as far as it is known now.
+    pub fn state(&mut self) -> Result<WorldState, ActionError> {
+        Ok(self.body.state()?)
+    }
+
+    /// `camera.look()`.
+    pub fn look(&mut self) -> Result<(), ActionError> {
+        Ok(self.body.look()?)
+    }
+
+    /// `twin.grasps(o, pitch)`: ways to take `o` with the tool pitched down by `pitch` rad, best first.
+    pub fn grasps(&mut self, o: &str, pitch: f64) -> Result<Vec<Grasp>, ActionError> {
+        let taped = self.tape.next("ways to grasp", |entry| match entry {
+            Entry::Grasps(ways) => Some(ways.clone()),
+            _ => None,
+        })?;
+        if let Some(ways) = taped {
+            return Ok(ways);
+        }
+        let ways = self.planner()?.grasps(o, pitch)?;
+        self.tape.record(Entry::Grasps(ways.clone()));
+        Ok(ways)
+    }
+
+    /// `twin.pours(o, at, clearance)`: ways to pour from `o` in the hand into `at`, best first.
+    pub fn pours(&mut self, o: &str, at: &str, clearance: f64) -> Result<Vec<Pour>, ActionError> {
+        let taped = self.tape.next("ways to pour", |entry| match entry {
+            Entry::Pours(ways) => Some(ways.clone()),
+            _ => None,
+        })?;
+        if let Some(ways) = taped {
+            return Ok(ways);
+        }
+        let ways = self.planner()?.pours(o, at, clearance)?;
+        self.tape.record(Entry::Pours(ways.clone()));
+        Ok(ways)
+    }
+
+    /// `twin.placements(o)`: ways to put `o` down on a free place of the table, best first.
+    pub fn placements(&mut self, o: &str) -> Result<Vec<Placement>, ActionError> {
+        let taped = self.tape.next("ways to put down", |entry| match entry {
+            Entry::Placements(ways) => Some(ways.clone()),
+            _ => None,
+        })?;
+        if let Some(ways) = taped {
+            return Ok(ways);
+        }
+        let ways = self.planner()?.placements(o)?;
+        self.tape.record(Entry::Placements(ways.clone()));
+        Ok(ways)
+    }
+
+    /// `choose(ways)`: the best one in the first candidate, a good one in the others.
+    pub fn choose(&mut self, n: usize) -> Result<usize, ActionError> {
+        let taped = self.tape.next("a choice", |entry| match entry {
+            Entry::Choice(chosen) => Some(*chosen),
+            _ => None,
+        })?;
+        if let Some(chosen) = taped {
+            return Ok(chosen);
+        }
+        if n == 0 {
+            return Err(ActionError::Refused("there is nothing to choose from".into()));
+        }
+        let mut chosen = 0;
+        // Ways come best first, so later ones are taken ever more rarely.
+        while self.variant > 0 && chosen + 1 < n && self.chance.random_bool(0.5) {
+            chosen += 1;
+        }
+        self.tape.record(Entry::Choice(chosen));
+        Ok(chosen)
+    }
+
+    /// `twin.pose_named(name)`: joint positions of a named pose of the robot, rad.
+    pub fn named_pose(&self, name: &str) -> Result<Vec<f64>, ActionError> {
+        let poses = self.cell.robot.named_poses();
+        poses.get(name).cloned().ok_or_else(|| {
+            let known: Vec<&str> = poses.keys().map(String::as_str).collect();
+            let known = known.join(", ");
+            ActionError::Refused(format!("the robot has no pose `{name}`; it has {known}"))
+        })
+    }
+
+    /// `twin.position(o)`: where `o` stands, m in the world.
+    pub fn position(&mut self, o: &str) -> Result<[f64; 3], ActionError> {
+        let state = self.state()?;
+        let pose = state.object(o).and_then(|object| object.world_from_object);
+        let pose = pose.ok_or_else(|| ActionError::Refused(format!("nobody knows where `{o}` is")))?;
+        Ok(pose.origin().into())
+    }
+
+    /// `twin.volume(o)`: water in `o`, m³.
+    pub fn volume(&mut self, o: &str) -> Result<f64, ActionError> {
+        let state = self.state()?;
+        let water = state.object(o).and_then(|object| object.water);
+        water.ok_or_else(|| ActionError::Refused(format!("nobody knows how much is in `{o}`")))
+    }
+
+    /// `arm.move_to(q)`, `arm.carry_to(q, tilt, speed)`: a free motion round everything in the way, with the
+    /// hand within `tilt` rad of upright when that is asked for.
+    pub fn move_to(&mut self, q: &[f64], tilt: Option<f64>, speed: f64) -> Result<(), ActionError> {
+        let path = match self.taped_path()? {
+            Some(path) => path,
+            None => {
+                let seed = self.chance.random();
+                let path = self.planner()?.free(q, tilt, seed)?;
+                self.tape.record(Entry::Path(path.clone()));
+                path
+            }
+        };
+        self.follow(&path, speed)
+    }
+
+    /// `arm.move_by([x, y, z], speed)`: a straight line of the tool in the world, orientation kept.
+    pub fn move_by(&mut self, by: [f64; 3], speed: f64) -> Result<(), ActionError> {
+        let path = match self.taped_path()? {
+            Some(path) => path,
+            None => {
+                let path = self.planner()?.line(Vector3::from(by))?;
+                self.tape.record(Entry::Path(path.clone()));
+                path
+            }
+        };
+        self.follow(&path, speed)
+    }
+
+    /// `arm.follow(path, speed)`: a joint path at a fraction of the speed limits.
+    pub fn follow(&mut self, path: &[Vec<f64>], speed: f64) -> Result<(), ActionError> {
+        let corrected = self.corrected(path);
+        let trajectory = Trajectory::along(&self.cell.robot, &corrected, speed.clamp(0.02, 1.0))
+            .map_err(|error| ActionError::Refused(error.to_string()))?;
+        self.drive(trajectory, path)
+    }
+
+    /// `arm.turn(path, rate)`: a joint path that turns the hand, at `rate` rad/s.
+    pub fn turn(&mut self, path: &[Vec<f64>], rate: f64) -> Result<(), ActionError> {
+        let corrected = self.corrected(path);
+        let robot = &self.cell.robot;
+        let angle = self.planner_angle(path);
+        let mut trajectory = Trajectory::along(robot, &corrected, 1.0)
+            .map_err(|error| ActionError::Refused(error.to_string()))?;
+        let wanted = angle / rate.max(1e-3);
+        if wanted > trajectory.duration() {
+            trajectory = trajectory.stretched(wanted / trajectory.duration());
+        }
+        self.drive(trajectory, path)
+    }
+
+    /// `arm.open()`: fingers as wide as they go.
+    pub fn open(&mut self) -> Result<(), ActionError> {
+        let widest = self.cell.robot.jaw_stroke();
+        let grip = self.grip(widest, 60.0)?;
+        self.body.gripped(grip, None)?;
+        Ok(())
+    }
+
+    /// `arm.close(o, force)`: fingers closed on `o` with at most `force` N.
+    pub fn close(&mut self, o: &str, force: f64) -> Result<(), ActionError> {
+        self.tare()?;
+        let grip = self.grip(0.0, force)?;
+        self.body.gripped(grip, Some(o))?;
+        Ok(())
+    }
+
+    /// `arm.wait(seconds)`.
+    pub fn wait(&mut self, seconds: f64) -> Result<(), ActionError> {
+        let (watcher, cancel) = (self.watcher.clone(), self.cancel.clone());
+        self.body.arm().wait(seconds, &cancel, &mut ticks(&watcher))?;
+        Ok(())
+    }
+
+    /// `arm.opening()`: opening between the pads, m.
+    pub fn opening(&mut self) -> Result<f64, ActionError> {
+        Ok(self.body.arm().feedback()?.opening)
+    }
+
+    /// `arm.weigh()`: the mass in the hand, kg, from joint torques held still for half a second.
+    ///
+    /// The tare taken before the fingers closed takes the sensors' bias out.
+    pub fn weigh(&mut self) -> Result<f64, ActionError> {
+        let (q, mut excess) = self.torque_excess(0.5)?;
+        if let Some(tare) = &self.tare {
+            for (joint, bias) in excess.iter_mut().zip(tare) {
+                *joint -= bias;
+            }
+        }
+        let column = super::plan::payload_torque(&self.cell.robot, &q);
+        let along: f64 = column.iter().zip(&excess).map(|(c, e)| c * e).sum();
+        let norm: f64 = column.iter().map(|c| c * c).sum();
+        let mass = if norm > 1e-9 { along / norm } else { 0.0 };
+        self.body.weighed(mass);
+        Ok(mass)
+    }
+
+    fn tare(&mut self) -> Result<(), ActionError> {
+        self.tare = Some(self.torque_excess(0.5)?.1);
+        Ok(())
+    }
+
+    /// Returns the mean joint positions and the mean torques beyond the model's, over `seconds` at rest.
+    fn torque_excess(&mut self, seconds: f64) -> Result<(Vec<f64>, Vec<f64>), ActionError> {
+        let samples: Arc<Mutex<Vec<Feedback>>> = Arc::default();
+        let (watcher, cancel) = (self.watcher.clone(), self.cancel.clone());
+        // The arm swings out for a moment before the torques are worth reading.
+        self.body.arm().wait(0.3, &cancel, &mut ticks(&watcher))?;
+        let mut tick = ticks(&watcher);
+        self.body.arm().wait(seconds, &cancel, &mut |feedback| {
+            samples.lock().unwrap_or_else(PoisonError::into_inner).push(feedback.clone());
+            tick(feedback);
+        })?;
+        let samples = samples.lock().unwrap_or_else(PoisonError::into_inner);
+        let n = self.q.len();
+        let mean = |pick: &dyn Fn(&Feedback) -> &Vec<f64>| -> Vec<f64> {
+            let count = samples.len().max(1) as f64;
+            (0..n).map(|joint| samples.iter().map(|s| pick(s)[joint]).sum::<f64>() / count).collect()
+        };
+        let (q, tau) = (mean(&|s| &s.q), mean(&|s| &s.tau));
+        let model = super::plan::gravity_torque(&self.cell.robot, &q);
+        Ok((q, tau.iter().zip(model).map(|(tau, g)| tau - g).collect()))
+    }
+
+    fn grip(&mut self, opening: f64, force: f64) -> Result<Grip, ActionError> {
+        let (watcher, cancel) = (self.watcher.clone(), self.cancel.clone());
+        Ok(self.body.arm().grip(opening, 0.06, force, &cancel, &mut ticks(&watcher))?)
+    }
+
+    fn taped_path(&mut self) -> Result<Option<Vec<Vec<f64>>>, ActionError> {
+        Ok(self.tape.next("a path", |entry| match entry {
+            Entry::Path(path) => Some(path.clone()),
+            _ => None,
+        })?)
+    }
+
+    fn corrected(&self, path: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        path.iter().map(|q| self.body.correct(q)).collect()
+    }
+
+    /// Clears a trajectory and follows it; the plan then has the arm at the end of `path`.
+    fn drive(&mut self, trajectory: Trajectory, path: &[Vec<f64>]) -> Result<(), ActionError> {
+        let from = self.body.arm().feedback()?.q_cmd;
+        let cleared = self.cell.limits.clear(&self.cell.robot, trajectory, &from)?;
+        let (watcher, cancel) = (self.watcher.clone(), self.cancel.clone());
+        self.body.arm().follow(&cleared, &cancel, &mut ticks(&watcher))?;
+        if let Some(last) = path.last() {
+            self.q.clone_from(last);
+        }
+        Ok(())
+    }
+
+    fn planner(&mut self) -> Result<Planner, ActionError> {
+        let state = self.body.state()?;
+        Ok(Planner::new(self.cell.clone(), state, self.q.clone(), self.cancel.clone()))
+    }
+
+    fn planner_angle(&self, path: &[Vec<f64>]) -> f64 {
+        super::plan::turned_angle(&self.cell.robot, path)
+    }
+}
+
+fn ticks(watcher: &Watcher) -> impl FnMut(&Feedback) + use<> {
+    let watcher = watcher.clone();
+    move |feedback| {
+        let mut watcher = watcher.lock().unwrap_or_else(PoisonError::into_inner);
+        watcher.event(&Event::Tick(feedback.clone()));
+    }
+}

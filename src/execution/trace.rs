@@ -1,0 +1,147 @@
+//! The record of a run: events in order, and the hook that lets others watch.
+//!
+//! Events are data; [`crate::report`] words them and the run folder keeps them. Nothing here judges.
+
+use serde::{Deserialize, Serialize};
+
+use crate::world::WorldState;
+
+use super::arm::Feedback;
+
+/// One quantity a person would read, with its unit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Measure {
+    /// The number.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+}
+
+/// One fluent after one step, in the twin and as measured.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FluentRow {
+    /// As people read it: `holding(jar)`.
+    pub name: String,
+    /// What the plan says, if it says anything.
+    pub expected: Option<bool>,
+    /// In the twin; `None` is unknown.
+    pub twin: Option<bool>,
+    /// As measured; `None` is unknown.
+    pub measured: Option<bool>,
+    /// By how much it holds (positive) or fails as measured.
+    pub margin: Option<Measure>,
+    /// By how much it holds or fails in the twin.
+    pub twin_margin: Option<Measure>,
+    /// The question a person would be asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ask: Option<String>,
+    /// Why it is unknown or false, in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub why: Option<String>,
+}
+
+/// How one step ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// Everything it should make true is true.
+    Success,
+    /// Something it should make true is false, or its script gave up.
+    Failure,
+    /// A person or a limit stopped it.
+    Stopped,
+}
+
+/// One step that was carried out.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StepRecord {
+    /// Its place in the run, from 1.
+    pub number: usize,
+    /// Its node's path in the graph.
+    pub path: String,
+    /// As a call: `grasp(jar)`.
+    pub action: String,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Why, when it failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// Start and end in arm time, s.
+    pub interval_s: [f64; 2],
+    /// The fluents after it.
+    pub fluents: Vec<FluentRow>,
+    /// How many known fluents differ between twin and measurement (Eq. 8).
+    pub hamming: usize,
+    /// `exp(-hamming)` (Eq. 8).
+    pub score: f64,
+    /// The world after it, as measured.
+    pub measured: WorldState,
+    /// The world after it in the twin, if the step was rehearsed.
+    pub twin: Option<WorldState>,
+}
+
+/// What happens during a run, in order.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "event", rename_all = "snake_case")]
+pub enum Event {
+    /// A part of the work begins: `perceive`, `plan`, `simulate`, `execute`.
+    Phase {
+        /// Its name.
+        name: String,
+        /// What it is about, in words.
+        detail: String,
+    },
+    /// Something worth a line.
+    Note {
+        /// The line.
+        text: String,
+    },
+    /// How far a long piece of work has come.
+    Progress {
+        /// What is being done.
+        what: String,
+        /// From 0 to 1.
+        fraction: f64,
+    },
+    /// A step begins.
+    StepStart {
+        /// Its place in the run, from 1.
+        number: usize,
+        /// How many there are in the plan.
+        of: usize,
+        /// As a call.
+        action: String,
+        /// Its node's path in the graph.
+        path: String,
+    },
+    /// A step has ended.
+    StepEnd {
+        /// What came of it.
+        record: Box<StepRecord>,
+    },
+    /// One control tick of the arm.
+    #[serde(skip)]
+    Tick(Feedback),
+    /// A picture: name and PNG-ready pixels go to the recorder, not to the event file.
+    #[serde(skip)]
+    Picture {
+        /// File name without ending.
+        name: String,
+        /// The picture.
+        image: image::RgbImage,
+    },
+}
+
+/// Someone who watches a run.
+pub trait Observer {
+    /// Sees one event. An observer never slows the arm: it may only note and return.
+    fn event(&mut self, event: &Event);
+}
+
+/// Watches nothing.
+#[derive(Debug, Default, Clone, Copy)]
+pub struct Nobody;
+
+impl Observer for Nobody {
+    fn event(&mut self, _event: &Event) {}
+}

@@ -1,0 +1,94 @@
+//! `Arm` over the twin, and the twin as a body whose whole state is known.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use crate::twin::Twin;
+use crate::world::WorldState;
+
+use super::arm::{Arm, DeviceError, Feedback, Grip};
+use super::stage::Body;
+use super::ticked::{Plant, Ticked};
+
+/// A twin that several handles share: its arm, and those who ask for its state.
+pub type SharedTwin = Arc<Mutex<Twin>>;
+
+/// The arm of a twin.
+pub type TwinArm = Ticked<TwinPlant>;
+
+/// A twin as something that is stepped.
+pub struct TwinPlant(SharedTwin);
+
+fn lock(twin: &SharedTwin) -> MutexGuard<'_, Twin> {
+    twin.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn broken(error: impl std::fmt::Display) -> DeviceError {
+    DeviceError::Unavailable(format!("the twin cannot be stepped: {error}"))
+}
+
+impl Plant for TwinPlant {
+    fn command(&mut self, q: &[f64], dq: &[f64]) -> Result<(), DeviceError> {
+        lock(&self.0).command(q, dq).map_err(broken)
+    }
+
+    fn aim(&mut self, opening: f64, speed: f64, force: f64) -> Result<(), DeviceError> {
+        lock(&self.0).grip(opening, speed, force).map_err(broken)
+    }
+
+    fn advance(&mut self, seconds: f64) -> Result<(), DeviceError> {
+        lock(&self.0).run(seconds).map_err(broken)
+    }
+
+    fn report(&mut self) -> Feedback {
+        let twin = lock(&self.0);
+        Feedback {
+            time: twin.time(),
+            q_cmd: Vec::new(),
+            q: twin.q(),
+            dq: twin.dq(),
+            tau: twin.torques(),
+            opening: twin.opening(),
+        }
+    }
+}
+
+/// The twin as a body: nothing is hidden, nothing needs correcting.
+pub struct TwinBody {
+    arm: TwinArm,
+    twin: SharedTwin,
+}
+
+impl TwinBody {
+    /// Takes a twin on stage.
+    pub fn new(twin: SharedTwin) -> Self {
+        Self { arm: Ticked::new(TwinPlant(twin.clone())), twin }
+    }
+}
+
+impl Body for TwinBody {
+    fn arm(&mut self) -> &mut dyn Arm {
+        &mut self.arm
+    }
+
+    fn state(&mut self) -> Result<WorldState, DeviceError> {
+        Ok(lock(&self.twin).state())
+    }
+
+    fn look(&mut self) -> Result<(), DeviceError> {
+        Ok(())
+    }
+
+    fn correct(&self, q: &[f64]) -> Vec<f64> {
+        q.to_vec()
+    }
+
+    fn gripped(&mut self, _grip: Grip, _aim: Option<&str>) -> Result<(), DeviceError> {
+        Ok(())
+    }
+
+    fn weighed(&mut self, _mass: f64) {}
+
+    fn contact(&mut self, a: &str, b: &str) -> Option<bool> {
+        Some(lock(&self.twin).contacts(a, b))
+    }
+}

@@ -1,0 +1,243 @@
+//! Walks a parse graph: requires, acts, promises.
+//!
+//! One walker serves the twin and the arm. Before a step its needs must hold, after it what it gives must
+//! be true; what keeps it going or ends it early is read at its end. Every fluent of the parse graph is
+//! read after every step. A condition nobody can judge does not stop a step, and is recorded as unknown;
+//! what to do about a failure is for whoever called.
+
+use std::collections::BTreeMap;
+
+use crate::graph::{Condition, Definitions, ParseGraph, Step};
+use crate::language::ast::{Expr, ExprKind};
+use crate::language::text;
+use crate::world::fluent::{Evaluator, Facts, Reading};
+use crate::world::{Scene, WorldState};
+
+use super::script::{ScriptError, ScriptValue, Scripts};
+use super::stage::ActionError;
+use super::trace::Outcome;
+
+/// Where an action's script is looked up.
+pub trait Texts {
+    /// Returns the script of that file name.
+    fn script(&self, name: &str) -> Option<&str>;
+}
+
+/// What a fluent was worth after a step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FluentReading {
+    /// As text: `holding(jar)`.
+    pub text: String,
+    /// What the plan says of it now, if anything.
+    pub expected: Option<bool>,
+    /// What it is.
+    pub reading: Reading,
+    /// Its question, if it has one.
+    pub ask: Option<String>,
+}
+
+/// One step that was carried out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Done {
+    /// Which step of the parse graph.
+    pub index: usize,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Why, when it did not succeed.
+    pub reason: Option<String>,
+    /// Start and end in arm time, s.
+    pub interval: [f64; 2],
+    /// Every fluent of the parse graph, in its order.
+    pub fluents: Vec<FluentReading>,
+    /// The world after it.
+    pub state: WorldState,
+}
+
+/// Carries out steps on one stage.
+pub struct Walker<'a> {
+    scripts: &'a Scripts,
+    texts: &'a dyn Texts,
+    definitions: &'a dyn Definitions,
+    scene: &'a Scene,
+    /// The world when the run began, for `filled`.
+    start: &'a WorldState,
+}
+
+/// Facts that only a body knows.
+struct BodyFacts<'a>(&'a Scripts);
+
+impl Facts for BodyFacts<'_> {
+    fn contact(&self, a: &str, b: &str) -> Option<bool> {
+        self.0.stage().body().contact(a, b)
+    }
+
+    fn reachable(&self, o: &str) -> Option<bool> {
+        Some(self.0.stage().reachable(o).is_ok())
+    }
+}
+
+impl<'a> Walker<'a> {
+    /// Walks on this stage; `start` is the world when the run began.
+    pub fn new(
+        scripts: &'a Scripts,
+        texts: &'a dyn Texts,
+        definitions: &'a dyn Definitions,
+        scene: &'a Scene,
+        start: &'a WorldState,
+    ) -> Self {
+        Self { scripts, texts, definitions, scene, start }
+    }
+
+    /// Reads one closed expression now.
+    pub fn read(&self, expr: &Expr, state: &WorldState) -> Reading {
+        let facts = BodyFacts(self.scripts);
+        Evaluator {
+            scene: self.scene,
+            state,
+            start: self.start,
+            definitions: &|name: &str| self.definitions.fluent(name),
+            facts: &facts,
+        }
+        .read(expr)
+    }
+
+    /// Carries out step `index` of `pg` and reads `watched` afterwards.
+    ///
+    /// # Errors
+    ///
+    /// Only [`ActionError::Stopped`] and device errors end the walk; everything else is an outcome.
+    pub fn step(
+        &mut self,
+        pg: &ParseGraph,
+        index: usize,
+        watched: &[Expr],
+    ) -> Result<Done, ActionError> {
+        let step = &pg.steps[index];
+        let before = self.scripts.stage().state()?;
+        let begin = before.time;
+        if !step.unless.is_empty() && self.any(&step.unless, &before) {
+            return self.done(step, index, begin, watched, Outcome::Success, None);
+        }
+        if let Some(unmet) = self.unmet(&step.needs, &before) {
+            let reason = format!("it needs {unmet}");
+            return self.done(step, index, begin, watched, Outcome::Failure, Some(reason));
+        }
+        if let Err(error) = self.act(step) {
+            let reason = match error {
+                ScriptError::Action { error: ActionError::Stopped, .. } => {
+                    return Err(ActionError::Stopped);
+                }
+                ScriptError::Action { error: error @ ActionError::Device(_), .. } => {
+                    return Err(error);
+                }
+                ScriptError::Action { error, line } => match (line, &step.script) {
+                    (Some(line), Some(file)) => format!("{error} ({file}:{line})"),
+                    _ => error.to_string(),
+                },
+                wrong @ ScriptError::Wrong { .. } => wrong.to_string(),
+            };
+            return self.done(step, index, begin, watched, Outcome::Failure, Some(reason));
+        }
+        let after = self.scripts.stage().state()?;
+        let broken = self
+            .unmet(&step.gives, &after)
+            .map(|unmet| format!("it should have made true {unmet}"))
+            .or_else(|| self.unmet(&step.keeps, &after).map(|unmet| format!("it lost {unmet}")));
+        let outcome = if broken.is_some() { Outcome::Failure } else { Outcome::Success };
+        self.done(step, index, begin, watched, outcome, broken)
+    }
+
+    fn act(&mut self, step: &Step) -> Result<(), ScriptError> {
+        let (Some(file), Some(args)) = (&step.script, step.arguments()) else {
+            return Ok(());
+        };
+        let Some(script) = self.texts.script(file) else {
+            return Err(ScriptError::Wrong {
+                file: file.clone(),
+                line: 0,
+                message: "there is no such script; actions look in `actions/` of the stdlib".into(),
+            });
+        };
+        let state = self.scripts.stage().state().map_err(at_nowhere)?;
+        let mut values = BTreeMap::new();
+        for argument in args {
+            values.insert(argument.name.clone(), self.value(&argument.value, &state));
+        }
+        self.scripts.run(file, script, &values)
+    }
+
+    /// Returns what a script is given for an argument: a name stays a name, anything else is worked out.
+    fn value(&self, expr: &Expr, state: &WorldState) -> ScriptValue {
+        match &expr.kind {
+            ExprKind::Name(name) => ScriptValue::Name(name.clone()),
+            ExprKind::Text(text) => ScriptValue::Name(text.clone()),
+            ExprKind::Bool(truth) => ScriptValue::Truth(*truth),
+            ExprKind::Literal(quantity) => ScriptValue::Number(quantity.value),
+            _ => {
+                let reading = self.read(expr, state);
+                match (reading.value, reading.truth) {
+                    (Some(quantity), _) => ScriptValue::Number(quantity.value),
+                    (None, Some(truth)) => ScriptValue::Truth(truth),
+                    (None, None) => ScriptValue::Name(text::expr(expr)),
+                }
+            }
+        }
+    }
+
+    fn any(&self, conditions: &[Condition], state: &WorldState) -> bool {
+        conditions.iter().any(|c| self.read(&c.expr, state).truth == Some(true))
+    }
+
+    /// Returns the first condition that is false, with its margin, in words.
+    fn unmet(&self, conditions: &[Condition], state: &WorldState) -> Option<String> {
+        conditions.iter().find_map(|condition| {
+            let reading = self.read(&condition.expr, state);
+            (reading.truth == Some(false)).then(|| match &reading.margin {
+                Some(margin) => format!("`{}`, which is false by {}", condition.text, {
+                    let mut off = *margin;
+                    off.value = off.value.abs();
+                    off
+                }),
+                None => format!("`{}`, which is false", condition.text),
+            })
+        })
+    }
+
+    fn done(
+        &self,
+        step: &Step,
+        index: usize,
+        begin: f64,
+        watched: &[Expr],
+        outcome: Outcome,
+        reason: Option<String>,
+    ) -> Result<Done, ActionError> {
+        let state = self.scripts.stage().state()?;
+        let promised: Vec<String> = step.gives.iter().map(|c| c.text.clone()).collect();
+        let fluents = watched
+            .iter()
+            .map(|expr| {
+                let text = text::expr(expr);
+                let expected = promised.iter().any(|p| p.contains(&text)).then_some(true);
+                let ask = self.question(expr);
+                FluentReading { expected, ask, reading: self.read(expr, &state), text }
+            })
+            .collect();
+        let interval = [begin, state.time];
+        Ok(Done { index, outcome, reason, interval, fluents, state })
+    }
+
+    fn question(&self, expr: &Expr) -> Option<String> {
+        let questions = crate::graph::fluent::questions(expr, self.definitions);
+        questions.first().map(|question| {
+            question.with(|name| {
+                let object = self.scene.object(name);
+                object.map_or_else(|| name.to_owned(), |object| object.looks.clone())
+            })
+        })
+    }
+}
+
+fn at_nowhere(error: ActionError) -> ScriptError {
+    ScriptError::Action { error, line: None }
+}

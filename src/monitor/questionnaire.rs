@@ -1,0 +1,35 @@
+//! The paper's four questions, answered by geometry after each step.
+//!
+//! A question is the `ask` text of a fluent; whoever has the fluent has the answer, with a margin. People
+//! and models answer the same questions elsewhere and are compared with these.
+
+use serde::{Deserialize, Serialize};
+
+use crate::execution::trace::FluentRow;
+
+/// One question after one step.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Answer {
+    /// The question as a person reads it.
+    pub question: String,
+    /// The fluent it asks about.
+    pub fluent: String,
+    /// Geometry's answer in the twin; `None` cannot be told.
+    pub twin: Option<bool>,
+    /// Geometry's answer from measurements; `None` cannot be told.
+    pub measured: Option<bool>,
+}
+
+/// Returns the questions of a step's fluents with geometry's answers.
+pub fn by_geometry(rows: &[FluentRow]) -> Vec<Answer> {
+    rows.iter()
+        .filter_map(|row| {
+            Some(Answer {
+                question: row.ask.clone()?,
+                fluent: row.name.clone(),
+                twin: row.twin,
+                measured: row.measured,
+            })
+        })
+        .collect()
+}

@@ -1,0 +1,460 @@
+//! A call, carried out: rehearse, choose, perform, compare after each step, recover, and say how it went.
+
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+
+use serde::{Deserialize, Serialize};
+
+use crate::execution::arm::Weighing;
+use crate::execution::stage::ActionError;
+use crate::execution::tape::Tape;
+use crate::execution::trace::{Event, Outcome, StepRecord};
+use crate::execution::walk::{Done, Walker};
+use crate::graph::{self, Graph, ParseGraph};
+use crate::language::ast::{Call, Remedy};
+use crate::monitor::questionnaire::{self, Answer};
+use crate::monitor::{self, Comparison};
+use crate::world::WorldState;
+
+use super::rehearse::{Candidate, Rehearsal, Rehearsals};
+use super::{Error, WorkCell, tell};
+
+/// How many candidates are rehearsed for one attempt.
+const CANDIDATES: usize = 4;
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Ending {
+    /// Everything the task gives is true as measured, as far as anyone can tell.
+    Success,
+    /// It is not.
+    Failure,
+    /// A person or a limit stopped it.
+    Stopped,
+}
+
+/// What became of the water.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Water {
+    /// In the vessel that was poured into, mL.
+    pub in_target_ml: f64,
+    /// Left in the vessel that was poured from, mL.
+    pub in_source_ml: f64,
+    /// Anywhere else, mL.
+    pub spilt_ml: f64,
+    /// Whose scales say so.
+    pub measured_by: String,
+}
+
+/// Seconds of wall time.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Timing {
+    /// Calibrating and looking.
+    pub perceive: f64,
+    /// Building and choosing the graph.
+    pub plan: f64,
+    /// Rehearsing in the twin.
+    pub simulate: f64,
+    /// Performing on the arm.
+    pub execute: f64,
+    /// All of it.
+    pub total: f64,
+}
+
+/// One rehearsal in a few words.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Tried {
+    /// What was chosen at each Or: `pick/either=level_side`.
+    pub choices: Vec<String>,
+    /// Which set of choices inside the scripts.
+    pub variant: usize,
+    /// Whether it survived.
+    pub success: bool,
+    /// Water on the table at its end, mL.
+    pub spilt_ml: f64,
+    /// Arm time, s.
+    pub time_s: f64,
+    /// Where and why it failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failed: Option<String>,
+}
+
+/// A run: the answer of `trueup run --json`, and `run.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    /// The call: `pour(jar, cup)`.
+    pub task: String,
+    /// How it ended.
+    pub outcome: Ending,
+    /// Whether everything the task gives is true as measured.
+    pub reached: bool,
+    /// Why, when it did not succeed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// The seed.
+    pub seed: u64,
+    /// `lab` or `twin`.
+    pub robot: String,
+    /// The program's version.
+    pub version: String,
+    /// The steps, as carried out.
+    pub steps: Vec<StepRecord>,
+    /// The questionnaire, answered by geometry after each step.
+    pub questions: Vec<Vec<Answer>>,
+    /// What was tried in the twin, best first, attempt after attempt.
+    pub rehearsals: Vec<Tried>,
+    /// The parse graphs that were performed, one an attempt.
+    pub parse_graphs: Vec<ParseGraph>,
+    /// What the scales say at the end, where there are scales.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub water: Option<Water>,
+    /// How long it took.
+    pub timing_s: Timing,
+    /// The run folder.
+    pub run_dir: Option<String>,
+}
+
+impl WorkCell {
+    /// Carries out a call on the arm, rehearsed first.
+    ///
+    /// # Errors
+    ///
+    /// Before anything moves: the call cannot be understood, an object is not seen, nothing survives the
+    /// twin. Later failures are the run's outcome.
+    pub fn run(&mut self, call: &Call) -> Result<Run, Error> {
+        let total = self.now();
+        let mut run = Run {
+            task: crate::language::text::call(call),
+            outcome: Ending::Failure,
+            reached: false,
+            reason: None,
+            seed: self.seed,
+            robot: self.robot_name.clone(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            steps: Vec::new(),
+            questions: Vec::new(),
+            rehearsals: Vec::new(),
+            parse_graphs: Vec::new(),
+            water: None,
+            timing_s: Timing::default(),
+            run_dir: None,
+        };
+        // The call is understood before anything is done for it.
+        let graph = self.graph(call)?;
+        self.phase("perceive", "calibrating and looking");
+        self.perceive()?;
+        run.timing_s.perceive = self.now() - total;
+        let start = self.state()?;
+        let result = self.attempt(&graph, &start, &mut run);
+        match result {
+            Ok(()) => {}
+            Err(Error::Action(ActionError::Stopped)) => run.outcome = Ending::Stopped,
+            // Nothing has moved yet, so there is no run to speak of.
+            Err(error) if run.steps.is_empty() => return Err(error),
+            Err(error) => run.reason = Some(error.to_string()),
+        }
+        run.water = self.weigh(call);
+        run.timing_s.total = self.now() - total;
+        Ok(run)
+    }
+
+    /// Rehearses and performs until the task is done or given up.
+    fn attempt(
+        &mut self,
+        graph: &Graph,
+        start: &WorldState,
+        run: &mut Run,
+    ) -> Result<(), Error> {
+        let begin = self.now();
+        self.phase("plan", "choosing parse graphs");
+        let mut candidates = self.candidates(graph, start)?;
+        run.timing_s.plan += self.now() - begin;
+        let mut tried_branches = BTreeMap::new();
+        let mut used: BTreeMap<String, u32> = BTreeMap::new();
+        loop {
+            let best = self.rehearse(candidates, start, run)?;
+            let begin = self.now();
+            self.phase("execute", "the arm moves");
+            let failed = self.perform(&best, start, run);
+            run.timing_s.execute += self.now() - begin;
+            let Some((index, reason)) = failed? else {
+                run.outcome = Ending::Success;
+                run.reached = true;
+                return Ok(());
+            };
+            self.note(&format!("step failed: {reason}"));
+            let pg = &best.candidate.pg;
+            let recovery = self.recovery(pg, index, &used);
+            let Some(recovery) = recovery else {
+                run.reason = Some(reason);
+                return Ok(());
+            };
+            let plan = pg.recoveries[recovery].clone();
+            *used.entry(plan.path.clone()).or_default() += 1;
+            self.note(&format!("recovering: {}", plan.path));
+            self.carry_out(&plan.steps, start, run)?;
+            match plan.remedy {
+                Some(Remedy::Retry { other, .. }) => {
+                    let from = if other {
+                        self.other_branch(graph, pg, index, &mut tried_branches)?
+                    } else {
+                        None
+                    };
+                    let (pg, from) = from.unwrap_or_else(|| (pg.clone(), first_of(pg, index)));
+                    candidates = (0..CANDIDATES)
+                        .map(|variant| Candidate { pg: pg.clone(), from, variant })
+                        .collect();
+                }
+                Some(Remedy::Abort(why)) => {
+                    run.reason = Some(match why {
+                        Some(why) => format!("{reason}; {why}"),
+                        None => reason,
+                    });
+                    return Ok(());
+                }
+                None => {
+                    run.reason = Some(reason);
+                    return Ok(());
+                }
+            }
+        }
+    }
+
+    /// Returns the candidates of a first attempt: the likeliest parse graphs, each with its best ways and
+    /// with others.
+    fn candidates(&self, graph: &Graph, start: &WorldState) -> Result<Vec<Candidate>, Error> {
+        let pgs = self.parses(graph, start, CANDIDATES / 2)?;
+        Ok((0..CANDIDATES)
+            .map(|i| Candidate { pg: pgs[i % pgs.len()].clone(), from: 0, variant: i / pgs.len() })
+            .collect())
+    }
+
+    /// Rehearses candidates from the present and returns the best survivor.
+    fn rehearse(
+        &mut self,
+        candidates: Vec<Candidate>,
+        start: &WorldState,
+        run: &mut Run,
+    ) -> Result<Rehearsal, Error> {
+        let begin = self.now();
+        let n = candidates.len();
+        self.phase("simulate", &format!("{n} candidates in the twin"));
+        let state = self.state()?;
+        let q = self.scripts.stage().planned_q().to_vec();
+        let finished = Mutex::new(0_usize);
+        let tried = Rehearsals {
+            cell: &self.cell,
+            arm: &self.arm,
+            look: &self.look,
+            settings: &self.settings,
+            stdlib: &self.stdlib,
+            definitions: &self.library,
+            state: &state,
+            start,
+            q: &q,
+            seed: self.seed,
+            cancel: &self.cancel,
+        }
+        .all(candidates, &|_| {
+            let mut finished = finished.lock().unwrap_or_else(PoisonError::into_inner);
+            *finished += 1;
+            tell(&self.fan, &Event::Progress {
+                what: "rehearsals".into(),
+                fraction: *finished as f64 / n as f64,
+            });
+        })?;
+        run.timing_s.simulate += self.now() - begin;
+        run.rehearsals.extend(tried.iter().map(summary));
+        for rehearsal in &tried {
+            self.note(&told(rehearsal));
+        }
+        let Some(best) = tried.into_iter().next() else {
+            return Err(Error::NothingToDo);
+        };
+        match best.failure() {
+            None => Ok(best),
+            Some((index, reason)) => Err(Error::NoSurvivor {
+                tried: n,
+                step: best.candidate.pg.steps[index].text.clone(),
+                reason: reason.to_owned(),
+            }),
+        }
+    }
+
+    /// Performs a rehearsal on the arm; returns the step that failed and why, if one did.
+    fn perform(
+        &mut self,
+        rehearsal: &Rehearsal,
+        start: &WorldState,
+        run: &mut Run,
+    ) -> Result<Option<(usize, String)>, Error> {
+        let pg = &rehearsal.candidate.pg;
+        run.parse_graphs.push(pg.clone());
+        self.scripts.stage().set_tape(rehearsal.tape.rewound());
+        let scene = self.cell.scene.clone();
+        let watched = pg.fluents();
+        let mut failed = None;
+        for (k, index) in (rehearsal.candidate.from..pg.steps.len()).enumerate() {
+            let number = run.steps.len() + 1;
+            self.tell(&Event::StepStart {
+                number,
+                of: run.steps.len() + pg.steps.len() - index,
+                action: pg.steps[index].text.clone(),
+                path: pg.steps[index].path.clone(),
+            });
+            self.photo_for_run(&format!("{number:02}-before-real"))?;
+            if k > 0 {
+                self.twin_picture(&format!("{number:02}-before-twin"), &rehearsal.views[k - 1]);
+            }
+            let done = {
+                let walker =
+                    Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, start);
+                walker.step(pg, index, &watched)?
+            };
+            let twin = rehearsal.steps.get(k);
+            let comparison = monitor::compare(twin.map_or(&[], |t| &t.fluents), &done.fluents);
+            if done.outcome != Outcome::Success {
+                let reason = done.reason.clone().unwrap_or_default();
+                failed = Some((index, format!("{}: {reason}", pg.steps[index].text)));
+            }
+            run.questions.push(questionnaire::by_geometry(&comparison.rows));
+            let record = record(pg, number, done, comparison, twin);
+            self.tell(&Event::StepEnd { record: Box::new(record.clone()) });
+            run.steps.push(record);
+            self.photo_for_run(&format!("{number:02}-after-real"))?;
+            if let Some(view) = rehearsal.views.get(k) {
+                self.twin_picture(&format!("{number:02}-after-twin"), view);
+            }
+            if failed.is_some() {
+                break;
+            }
+        }
+        self.scripts.stage().set_tape(Tape::recording());
+        Ok(failed)
+    }
+
+    /// Carries out the steps of a recovery: rehearsed first, like everything that moves the arm.
+    fn carry_out(
+        &mut self,
+        steps: &[graph::Step],
+        start: &WorldState,
+        run: &mut Run,
+    ) -> Result<(), Error> {
+        if steps.is_empty() {
+            return Ok(());
+        }
+        let pg = ParseGraph {
+            call: "recovery".into(),
+            choices: Vec::new(),
+            steps: steps.to_vec(),
+            timings: Vec::new(),
+            recoveries: Vec::new(),
+            log_p: 0.0,
+        };
+        let candidates =
+            (0..2).map(|variant| Candidate { pg: pg.clone(), from: 0, variant }).collect();
+        let best = self.rehearse(candidates, start, run)?;
+        self.perform(&best, start, run)?;
+        Ok(())
+    }
+
+    /// Returns the innermost recovery in force for a step that still has tries left.
+    fn recovery(
+        &self,
+        pg: &ParseGraph,
+        index: usize,
+        used: &BTreeMap<String, u32>,
+    ) -> Option<usize> {
+        pg.steps[index].recoveries.iter().copied().find(|&at| {
+            let plan = &pg.recoveries[at];
+            let most = match plan.remedy {
+                Some(Remedy::Retry { times, .. }) => times,
+                _ => 1,
+            };
+            used.get(&plan.path).copied().unwrap_or(0) < most
+        })
+    }
+
+    /// Returns what the scales say about a call's first two vessels.
+    fn weigh(&mut self, call: &Call) -> Option<Water> {
+        let Weighing { water, spilt } = self.scales.as_mut()?.weigh()?;
+        let named: Vec<String> = call
+            .args
+            .iter()
+            .filter_map(|arg| match &arg.values.first()?.kind {
+                crate::language::ast::ExprKind::Name(name) => Some(name.clone()),
+                _ => None,
+            })
+            .collect();
+        let of = |name: Option<&String>| {
+            let found = name.and_then(|name| water.iter().find(|(vessel, _)| vessel == name));
+            found.map_or(0.0, |(_, volume)| volume * 1e6)
+        };
+        Some(Water {
+            in_source_ml: of(named.first()),
+            in_target_ml: of(named.get(1)),
+            spilt_ml: spilt * 1e6,
+            measured_by: self.robot_name.clone(),
+        })
+    }
+}
+
+/// Returns the first step of the smallest sub-task that holds a step, to be done again.
+fn first_of(pg: &ParseGraph, index: usize) -> usize {
+    let path = &pg.steps[index].path;
+    let above = path.rsplit_once('/').map_or(path.as_str(), |(above, _)| above);
+    pg.steps_of(above).next().unwrap_or(index)
+}
+
+fn record(
+    pg: &ParseGraph,
+    number: usize,
+    done: Done,
+    comparison: Comparison,
+    twin: Option<&Done>,
+) -> StepRecord {
+    let step = &pg.steps[done.index];
+    StepRecord {
+        number,
+        path: step.path.clone(),
+        action: step.text.clone(),
+        outcome: done.outcome,
+        reason: done.reason,
+        interval_s: done.interval,
+        fluents: comparison.rows,
+        hamming: comparison.score.hamming,
+        score: comparison.score.p,
+        measured: done.state,
+        twin: twin.map(|twin| twin.state.clone()),
+    }
+}
+
+fn summary(rehearsal: &Rehearsal) -> Tried {
+    let pg = &rehearsal.candidate.pg;
+    let choices = pg.choices.iter().map(|c| format!("{}={}", c.node, c.branch)).collect();
+    Tried {
+        choices,
+        variant: rehearsal.candidate.variant,
+        success: rehearsal.worth.success,
+        spilt_ml: rehearsal.worth.spilt * 1e6,
+        time_s: rehearsal.worth.time,
+        failed: rehearsal
+            .failure()
+            .map(|(index, reason)| format!("{}: {reason}", pg.steps[index].text)),
+    }
+}
+
+fn told(rehearsal: &Rehearsal) -> String {
+    let tried = summary(rehearsal);
+    let free = rehearsal.candidate.pg.choices.iter().filter(|c| c.is_free);
+    let branches: Vec<_> = free.map(|c| c.branch.as_str()).collect();
+    let name = format!("{} #{}", branches.join(" "), tried.variant);
+    match tried.failed {
+        None => format!(
+            "twin: {name} survived, {:.1} mL spilt, {:.0} s on the arm",
+            tried.spilt_ml, tried.time_s
+        ),
+        Some(why) => format!("twin: {name} failed at {why}"),
+    }
+}

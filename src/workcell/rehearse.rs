@@ -1,0 +1,171 @@
+//! Tries parse graphs in the twin, several at a time, and ranks what survives.
+//!
+//! Each candidate is one parse graph and one set of choices inside its scripts. A rehearsal starts from
+//! the world as it is believed to be, runs the same scripts as the arm will, with rigid bodies and water,
+//! and ends with every decision on a tape.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use rayon::prelude::*;
+
+use crate::execution::script::Scripts;
+use crate::execution::stage::{ActionError, Cell, Stage};
+use crate::execution::tape::Tape;
+use crate::execution::trace::{Nobody, Outcome};
+use crate::execution::twin_arm::TwinBody;
+use crate::execution::walk::{Done, Walker};
+use crate::execution::arm::Cancel;
+use crate::graph::{Definitions, ParseGraph};
+use crate::twin::physics::ArmModel;
+use crate::twin::render::View;
+use crate::twin::{Settings, Twin};
+use crate::world::WorldState;
+
+use super::stdlib::Stdlib;
+
+/// One parse graph with one set of choices.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// What is to be done.
+    pub pg: ParseGraph,
+    /// From which step on.
+    pub from: usize,
+    /// Which set of choices: 0 takes the best way everywhere.
+    pub variant: usize,
+}
+
+/// What a rehearsal is worth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Worth {
+    /// Whether every step did what it promised.
+    pub success: bool,
+    /// Water on the table at the end, m³.
+    pub spilt: f64,
+    /// How far it came, from 0 to 1.
+    pub progress: f64,
+    /// Arm time it took, s.
+    pub time: f64,
+}
+
+impl Worth {
+    /// Returns one number to sort by, less is better: success, then spill, then time.
+    fn cost(&self) -> f64 {
+        let failed = if self.success { 0.0 } else { 1e6 * (2.0 - self.progress) };
+        // A millilitre on the table is worth a quarter of a minute.
+        failed + self.spilt * 1e6 * 15.0 + self.time
+    }
+}
+
+/// One candidate carried out in the twin.
+#[derive(Debug, Clone)]
+pub struct Rehearsal {
+    /// What was tried.
+    pub candidate: Candidate,
+    /// How each step went, from `candidate.from` on.
+    pub steps: Vec<Done>,
+    /// What the twin looked like after each step.
+    pub views: Vec<View>,
+    /// Every decision.
+    pub tape: Tape,
+    /// What it is worth.
+    pub worth: Worth,
+}
+
+impl Rehearsal {
+    /// Returns the step that failed and why.
+    pub fn failure(&self) -> Option<(usize, &str)> {
+        let last = self.steps.last()?;
+        let reason = last.reason.as_deref().unwrap_or("no reason was given");
+        (last.outcome != Outcome::Success).then_some((last.index, reason))
+    }
+}
+
+/// What every rehearsal shares.
+pub struct Rehearsals<'a> {
+    /// Robot, scene, limits.
+    pub cell: &'a Cell,
+    /// The twin's arm.
+    pub arm: &'a ArmModel,
+    /// The twin's settings.
+    pub settings: &'a Settings,
+    /// Scripts.
+    pub stdlib: &'a Stdlib,
+    /// Tasks, actions, fluents.
+    pub definitions: &'a (dyn Definitions + Sync),
+    /// The world as it is believed to be.
+    pub state: &'a WorldState,
+    /// The world when the run began.
+    pub start: &'a WorldState,
+    /// Where the plan has the arm, rad.
+    pub q: &'a [f64],
+    /// All chance comes from this.
+    pub seed: u64,
+    /// Stops all of them.
+    pub cancel: &'a Cancel,
+}
+
+impl Rehearsals<'_> {
+    /// Rehearses every candidate and returns them, best first; `done` is told after each.
+    ///
+    /// # Errors
+    ///
+    /// Only when a person stopped it or the twin itself cannot be built.
+    pub fn all(
+        &self,
+        candidates: Vec<Candidate>,
+        done: &(dyn Fn(&Rehearsal) + Sync),
+    ) -> Result<Vec<Rehearsal>, ActionError> {
+        let tried: Result<Vec<_>, _> = candidates
+            .into_par_iter()
+            .map(|candidate| {
+                let rehearsal = self.one(candidate)?;
+                done(&rehearsal);
+                Ok(rehearsal)
+            })
+            .collect();
+        let mut tried = tried?;
+        tried.sort_by(|a, b| a.worth.cost().total_cmp(&b.worth.cost()));
+        Ok(tried)
+    }
+
+    fn one(&self, candidate: Candidate) -> Result<Rehearsal, ActionError> {
+        let settings = Settings { seed: self.seed, ..self.settings.clone() };
+        let twin = Twin::new(self.arm, &self.cell.scene, self.state, settings)
+            .map_err(|error| ActionError::Refused(format!("the twin cannot be built: {error}")))?;
+        let twin = Arc::new(Mutex::new(twin));
+        let stage = Stage::new(
+            self.cell.clone(),
+            Box::new(TwinBody::new(twin.clone())),
+            self.q.to_vec(),
+            Tape::recording(),
+            (self.seed, candidate.variant),
+            self.cancel.clone(),
+            Arc::new(Mutex::new(Nobody)),
+        );
+        let scripts = Scripts::new(stage);
+        let scene = self.cell.scene.clone();
+        let walker = Walker::new(&scripts, self.stdlib, self.definitions, &scene, self.start);
+        let watched = candidate.pg.fluents();
+        let (mut steps, mut views) = (Vec::new(), Vec::new());
+        let mut success = true;
+        for index in candidate.from..candidate.pg.steps.len() {
+            let step = walker.step(&candidate.pg, index, &watched)?;
+            success = step.outcome == Outcome::Success;
+            steps.push(step);
+            views.push(super::picture::view(&twin.lock().unwrap_or_else(PoisonError::into_inner)));
+            if !success {
+                break;
+            }
+        }
+        let state = scripts.stage().state()?;
+        let planned = candidate.pg.steps.len().saturating_sub(candidate.from).max(1);
+        let worth = Worth {
+            success,
+            spilt: state.spilt.unwrap_or(0.0),
+            progress: steps.len() as f64 / planned as f64,
+            time: state.time - self.state.time,
+        };
+        let tape = scripts.stage().tape().clone();
+        Ok(Rehearsal { candidate, steps, views, tape, worth })
+    }
+}
