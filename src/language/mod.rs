@@ -14,6 +14,5 @@ mod check;
 mod parse;
 
 pub use diagnostic::{Diagnostic, Label, Severity, Source, Style, render};
-pub use format::format;
 pub use library::{Library, Scope};
 pub use parse::{is_incomplete, parse, parse_line};

@@ -20,6 +20,7 @@ use super::ast::{Item, Program, Span, Step};
 use super::diagnostic::Diagnostic;
 use brackets::{Balanced, balance};
 use build::Builder;
+pub(crate) use explain::nearest;
 use lexer::{Kind, Token, tokens};
 
 /// The parser that pest derives; apart, because the derive documents nothing.
