@@ -1,3 +1,18 @@
 //! Text → checked syntax tree and diagnostics. Parsing never fails.
+//!
+//! [`parse`] reads a file, [`parse_line`] a line typed at the prompt; both always return a tree, and
+//! beside it everything that is wrong. A [`Library`] merges the standard library with a user's files
+//! and looks names up; [`Library::check`] finds wrong names, arguments, types and units. [`builtins`]
+//! is the list of what fluents may measure. Nothing here knows a robot or evaluates anything.
 
 pub mod ast;
+ pub mod builtins;
+pub mod diagnostic;
+pub mod format;
+pub mod library;
+mod check;
+mod parse;
+
+pub use diagnostic::{Diagnostic, Label, Severity, Source, Style, render};
+pub use library::{Library, Scope};
+pub use parse::{is_incomplete, parse, parse_line};

@@ -1,0 +1,256 @@
+//! What is wrong with a text and what would help: one value, drawn, narrated or written as JSON.
+//!
+//! A [`Diagnostic`] names bytes of one [`Source`]. Lines and columns are counted here and only here:
+//! both start at 1, columns count characters. Nothing is printed; [`render`] returns the text.
+//!
+//! Source: the graphics and the narration are miette's.
+
+use std::fmt;
+
+use miette::{
+    GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, NarratableReportHandler,
+    Severity as MietteSeverity,
+};
+use serde::{Deserialize, Serialize};
+
+use super::ast::Span;
+
+/// A text with the name a person knows it by: a file name, `std.task`, `prompt`.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Source {
+    /// Its name.
+    pub name: String,
+    /// The whole text.
+    pub text: String,
+}
+
+/// How bad it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Severity {
+    /// Worth a look; the program can run.
+    Warning,
+    /// The item that holds it cannot run.
+    Error,
+}
+
+/// A place with a few words beside it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Label {
+    /// Which bytes.
+    pub span: Span,
+    /// The words; may be empty.
+    pub text: String,
+}
+
+/// One thing that is wrong.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// Which kind of mistake, stable: `task::unit`, `task::unclosed`, `task::unknown_name`, …
+    pub code: &'static str,
+    /// How bad.
+    pub severity: Severity,
+    /// One sentence.
+    pub message: String,
+    /// The name of the source it is in; empty until a [`super::Library`] or a caller says so.
+    pub file: String,
+    /// The bytes the sentence is about.
+    pub span: Span,
+    /// What to mark, the place itself first.
+    pub labels: Vec<Label>,
+    /// What to do about it.
+    pub help: Option<String>,
+}
+
+/// How [`render`] draws.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Style {
+    /// Lines and arrows, in colour.
+    Colour,
+    /// Lines and arrows, no colour: `NO_COLOR`, files.
+    Plain,
+    /// Sentences only, for a screen reader.
+    Narrated,
+}
+
+impl Source {
+    /// A text under a name.
+    pub fn new(name: impl Into<String>, text: impl Into<String>) -> Self {
+        Self { name: name.into(), text: text.into() }
+    }
+
+    /// Returns line and column, both from 1, of a byte; the column counts characters.
+    pub fn line_column(&self, byte: usize) -> (usize, usize) {
+        let mut end = byte.min(self.text.len());
+        while !self.text.is_char_boundary(end) {
+            end -= 1;
+        }
+        let before = &self.text[..end];
+        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+    }
+
+    /// Returns the text of a span, empty when it does not lie in this source.
+    pub fn slice(&self, span: Span) -> &str {
+        self.text.get(span.from..span.to).unwrap_or_default()
+    }
+
+    /// Returns `std.task:11`, as a place is named in a sentence.
+    pub fn place(&self, span: Span) -> String {
+        format!("{}:{}", self.name, self.line_column(span.from).0)
+    }
+}
+
+impl Diagnostic {
+    /// An error at a place, with a label there.
+    pub fn error(
+        code: &'static str,
+        span: Span,
+        message: impl Into<String>,
+        label: impl Into<String>,
+    ) -> Self {
+        Self {
+            code,
+            severity: Severity::Error,
+            message: message.into(),
+            file: String::new(),
+            span,
+            labels: vec![Label { span, text: label.into() }],
+            help: None,
+        }
+    }
+
+    /// As [`Self::error`], but the program can run.
+    pub fn warning(
+        code: &'static str,
+        span: Span,
+        message: impl Into<String>,
+        label: impl Into<String>,
+    ) -> Self {
+        Self { severity: Severity::Warning, ..Self::error(code, span, message, label) }
+    }
+
+    /// Adds what to do about it.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// Marks a further place.
+    #[must_use]
+    pub fn label(mut self, span: Span, text: impl Into<String>) -> Self {
+        self.labels.push(Label { span, text: text.into() });
+        self
+    }
+
+    /// Returns whether it keeps the program from running.
+    pub fn is_error(&self) -> bool {
+        self.severity == Severity::Error
+    }
+
+    /// Returns the object that `trueup check --json` lists.
+    pub fn to_json(&self, source: &Source) -> serde_json::Value {
+        let (line, column) = source.line_column(self.span.from);
+        let labels: Vec<_> = self
+            .labels
+            .iter()
+            .map(|label| {
+                let (line, column) = source.line_column(label.span.from);
+                serde_json::json!({
+                    "span": [label.span.from, label.span.to],
+                    "line": line, "column": column, "message": label.text,
+                })
+            })
+            .collect();
+        serde_json::json!({
+            "code": self.code,
+            "severity": self.severity,
+            "message": self.message,
+            "file": if self.file.is_empty() { &source.name } else { &self.file },
+            "span": [self.span.from, self.span.to],
+            "line": line,
+            "column": column,
+            "labels": labels,
+            "help": self.help,
+        })
+    }
+}
+
+/// Draws a diagnostic over its source, ending in a newline.
+pub fn render(diagnostic: &Diagnostic, source: &Source, style: Style) -> String {
+    let view = View { diagnostic, source: NamedSource::new(&source.name, source.text.clone()) };
+    let mut out = String::new();
+    let drawn = match style {
+        Style::Narrated => {
+            NarratableReportHandler::new().with_context_lines(0).render_report(&mut out, &view)
+        }
+        Style::Colour | Style::Plain => {
+            let theme = match style {
+                Style::Colour => GraphicalTheme::unicode(),
+                _ => GraphicalTheme::unicode_nocolor(),
+            };
+            GraphicalReportHandler::new_themed(theme)
+                .with_links(false)
+                .with_width(100)
+                .with_context_lines(1)
+                .render_report(&mut out, &view)
+        }
+    };
+    if drawn.is_err() {
+        // The spans do not fit the text, so the words have to do.
+        out = format!("{}: {}\n", source.place(diagnostic.span), diagnostic.message);
+    }
+    out
+}
+
+/// miette's view of a diagnostic with its text.
+#[derive(Debug)]
+struct View<'a> {
+    diagnostic: &'a Diagnostic,
+    source: NamedSource<String>,
+}
+
+impl fmt::Display for View<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.diagnostic.message)
+    }
+}
+
+impl std::error::Error for View<'_> {}
+
+impl miette::Diagnostic for View<'_> {
+    fn code<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        Some(Box::new(self.diagnostic.code))
+    }
+
+    fn severity(&self) -> Option<MietteSeverity> {
+        Some(match self.diagnostic.severity {
+            Severity::Warning => MietteSeverity::Warning,
+            Severity::Error => MietteSeverity::Error,
+        })
+    }
+
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        self.diagnostic.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
+    }
+
+    fn source_code(&self) -> Option<&dyn miette::SourceCode> {
+        Some(&self.source)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let end = self.source.inner().len();
+        Some(Box::new(self.diagnostic.labels.iter().enumerate().map(move |(i, label)| {
+            // miette refuses a span past the end, and draws nothing for an empty one.
+            let from = label.span.from.min(end);
+            let len = label.span.to.min(end).saturating_sub(from);
+            let text = (!label.text.is_empty()).then(|| label.text.clone());
+            if i == 0 {
+                LabeledSpan::new_primary_with_span(text, (from, len))
+            } else {
+                LabeledSpan::new_with_span(text, (from, len))
+            }
+        })))
+    }
+}

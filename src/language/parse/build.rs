@@ -1,0 +1,582 @@
+//! The grammar's pairs → items, clauses and steps of the tree.
+//!
+//! Expressions are in [`super::expression`], scenes and twins in [`super::scene`]. A pair's own span
+//! may end in blanks and notes, so spans are taken from the first token to the last.
+
+use super::super::ast::{
+    Act, ActionItem, Allen, Block, Branch, Call, Conditions, Either, FluentItem, Hold, If, Import,
+    Item, Literal, ModelItem, Name, Param, Recovery, Remedy, Repeat, Span, Step, TaskItem, Timing,
+    Together, TypeItem,
+};
+use super::super::diagnostic::Diagnostic;
+use super::brackets::Balanced;
+use super::explain::explain;
+use super::{Pair, Place, Rule};
+
+/// Builds the tree of one balanced piece and collects what is wrong in it.
+pub(super) struct Builder<'a> {
+    pub(super) balanced: &'a Balanced,
+    pub(super) diagnostics: Vec<Diagnostic>,
+}
+
+/// What the clauses and steps between braces add up to.
+#[derive(Default)]
+struct Body {
+    say: Vec<String>,
+    conditions: Conditions,
+    script: Option<(String, Span)>,
+    limit: Option<Literal>,
+    steps: Vec<Step>,
+    recoveries: Vec<Recovery>,
+    timings: Vec<Timing>,
+    remedy: Option<Remedy>,
+}
+
+impl<'a> Builder<'a> {
+    pub(super) fn new(balanced: &'a Balanced) -> Self {
+        Self { balanced, diagnostics: Vec::new() }
+    }
+
+    /// Returns the bytes of a pair in the original, from its first token to its last.
+    pub(super) fn span(&self, pair: &Pair) -> Span {
+        let (from, to) = (pair.as_span().start(), tight_end(pair));
+        self.balanced.original(from, to)
+    }
+
+    pub(super) fn name(&self, pair: &Pair) -> Name {
+        Name { text: pair.as_str().into(), span: self.span(pair) }
+    }
+
+    /// Explains a slice that could not be read, unless its brackets have been complained about.
+    pub(super) fn bad(&mut self, pair: &Pair, place: Place) -> Span {
+        let span = self.span(pair);
+        if !self.balanced.mended(span) {
+            let slice = pair.as_str();
+            let base = pair.as_span().start();
+            let to_original = |from: usize, to: usize| self.balanced.original(base + from, base + to);
+            self.diagnostics.extend(explain(place, slice, &to_original));
+        }
+        span
+    }
+
+    /// Reads the pairs of a `file`.
+    pub(super) fn file(&mut self, pairs: pest::iterators::Pairs<Rule>) -> Vec<Item> {
+        let mut items = Vec::new();
+        for pair in pairs.flat_map(|file| file.into_inner()) {
+            let span = self.span(&pair);
+            let doc = self.doc(&pair);
+            let rule = pair.as_rule();
+            let mut inner = pair
+                .clone()
+                .into_inner()
+                .filter(|p| !matches!(p.as_rule(), Rule::doc) && !is_keyword(p.as_rule()));
+            items.push(match rule {
+                Rule::import_ => {
+                    let path = inner.next().map(|p| unquote(p.as_str())).unwrap_or_default();
+                    Item::Import(Import { path, span })
+                }
+                Rule::type_ => {
+                    let mut names = inner.filter(|p| p.as_rule() == Rule::id).map(|p| self.name(&p));
+                    let Some(name) = names.next() else { continue };
+                    Item::Type(TypeItem { doc, name, parents: names.collect(), span })
+                }
+                Rule::fluent => Item::Fluent(self.fluent(doc, inner, span)),
+                Rule::action => {
+                    let (name, params, body) = self.definition(inner);
+                    Item::Action(ActionItem {
+                        doc,
+                        name,
+                        params,
+                        conditions: body.conditions,
+                        script: body.script,
+                        limit: body.limit,
+                        span,
+                    })
+                }
+                Rule::task => {
+                    let (name, params, body) = self.definition(inner);
+                    Item::Task(TaskItem {
+                        doc,
+                        name,
+                        params,
+                        say: body.say,
+                        conditions: body.conditions,
+                        limit: body.limit,
+                        steps: body.steps,
+                        recoveries: body.recoveries,
+                        span,
+                    })
+                }
+                Rule::scene => Item::Scene(self.scene(doc, inner, span)),
+                Rule::twin => Item::Twin(self.twin(doc, inner, span)),
+                Rule::model => {
+                    let mut parts = inner.filter(|p| matches!(p.as_rule(), Rule::id | Rule::model_body));
+                    let Some(name) = parts.next().map(|p| self.name(&p)) else { continue };
+                    let body = parts.next().map_or(Span { from: span.to, to: span.to }, |p| {
+                        self.balanced.original(p.as_span().start(), p.as_span().end())
+                    });
+                    Item::Model(ModelItem { doc, name, body, span })
+                }
+                Rule::run_ => {
+                    let Some(step) = inner.next().and_then(|p| self.step(&p, &mut Body::default()))
+                    else {
+                        continue;
+                    };
+                    Item::Run(step)
+                }
+                Rule::bad_item => Item::Bad(self.bad(&pair, Place::Item)),
+                _ => continue,
+            });
+        }
+        items
+    }
+
+    fn fluent<'i>(
+        &mut self,
+        doc: Vec<String>,
+        inner: impl Iterator<Item = Pair<'i>>,
+        span: Span,
+    ) -> FluentItem {
+        let mut item = FluentItem {
+            doc,
+            name: Name { text: String::new(), span },
+            params: Vec::new(),
+            body: self.nothing(span),
+            ask: None,
+            span,
+        };
+        for pair in inner {
+            match pair.as_rule() {
+                Rule::id => item.name = self.name(&pair),
+                Rule::params => item.params = self.params(&pair),
+                Rule::expr => item.body = self.expr(&pair),
+                Rule::ask => item.ask = text_in(&pair),
+                _ => {}
+            }
+        }
+        item
+    }
+
+    /// Reads name, parameters and body of an action or a task.
+    fn definition<'i>(
+        &mut self,
+        inner: impl Iterator<Item = Pair<'i>>,
+    ) -> (Name, Vec<Param>, Body) {
+        let mut name = Name { text: String::new(), span: Span::default() };
+        let mut params = Vec::new();
+        let mut body = Body::default();
+        for pair in inner {
+            match pair.as_rule() {
+                Rule::id => name = self.name(&pair),
+                Rule::params => params = self.params(&pair),
+                _ => self.part(&pair, &mut body),
+            }
+        }
+        if let Some(Timing { span, .. }) = body.timings.first() {
+            self.timing_outside(*span);
+        }
+        (name, params, body)
+    }
+
+    fn params(&mut self, pair: &Pair) -> Vec<Param> {
+        let mut out = Vec::new();
+        for part in pair.clone().into_inner() {
+            match part.as_rule() {
+                Rule::param => {
+                    let mut ids = part.clone().into_inner().filter(|p| p.as_rule() == Rule::id);
+                    let (Some(name), Some(ty)) = (ids.next(), ids.next()) else { continue };
+                    let default = find(&part, Rule::expr).map(|p| self.expr(&p));
+                    out.push(Param { name: self.name(&name), ty: self.name(&ty), default });
+                }
+                Rule::bad_params => {
+                    // The slice is read again with what stands before it, to be told in its place.
+                    self.bad_list(pair, &part, Place::Params);
+                }
+                _ => {}
+            }
+        }
+        out
+    }
+
+    /// Explains a list between parentheses whose end could not be read.
+    pub(super) fn bad_list(&mut self, list: &Pair, bad: &Pair, place: Place) {
+        let open = find(list, Rule::lpar);
+        let from = open.map_or(bad.as_span().start(), |p| p.as_span().start());
+        let close = list.clone().into_inner().filter(|p| p.as_rule() == Rule::rpar).last();
+        let to = close.map_or(bad.as_span().end(), |p| p.as_span().end());
+        let span = self.balanced.original(bad.as_span().start(), bad.as_span().end());
+        if self.balanced.mended(span) {
+            return;
+        }
+        let slice = &self.balanced.text[from..to];
+        let to_original = |a: usize, b: usize| self.balanced.original(from + a, from + b);
+        self.diagnostics.extend(explain(place, slice, &to_original));
+    }
+
+    /// Reads one clause, step or recovery of a body.
+    fn part(&mut self, pair: &Pair, body: &mut Body) {
+        match pair.as_rule() {
+            Rule::say => body.say.extend(text_in(pair)),
+            Rule::needs => self.condition(pair, |b| &mut b.conditions.needs, body),
+            Rule::keeps => self.condition(pair, |b| &mut b.conditions.keeps, body),
+            Rule::gives => self.condition(pair, |b| &mut b.conditions.gives, body),
+            Rule::script => {
+                if let Some(text) = find(pair, Rule::text) {
+                    let span = self.span(&text);
+                    self.once(body.script.is_some(), "run", self.span(pair));
+                    body.script = Some((unquote(text.as_str()), span));
+                }
+            }
+            Rule::limit => {
+                self.once(body.limit.is_some(), "limit", self.span(pair));
+                body.limit = find(pair, Rule::quant).map(|p| self.literal(&p));
+            }
+            Rule::recover => {
+                let recovery = self.recovery(pair);
+                body.recoveries.push(recovery);
+            }
+            Rule::remedy => {
+                self.once(body.remedy.is_some(), "retry or abort", self.span(pair));
+                body.remedy = Some(self.remedy(pair));
+            }
+            Rule::step => {
+                if let Some(step) = self.step(pair, body) {
+                    body.steps.push(step);
+                }
+            }
+            Rule::bad_step | Rule::bad_clause => {
+                let place =
+                    if pair.as_rule() == Rule::bad_step { Place::Step } else { Place::Clause };
+                // What follows an `either` or `if` that could not be read is lost with it.
+                let orphan = matches!(body.steps.last(), Some(Step::Bad(_)))
+                    && matches!(pair.as_str().split_whitespace().next(), Some("or" | "else"));
+                let span = if orphan { self.span(pair) } else { self.bad(pair, place) };
+                body.steps.push(Step::Bad(span));
+            }
+            _ => {}
+        }
+    }
+
+    fn condition(
+        &mut self,
+        pair: &Pair,
+        list: impl Fn(&mut Body) -> &mut Vec<super::super::ast::Expr>,
+        body: &mut Body,
+    ) {
+        if let Some(expr) = find(pair, Rule::expr) {
+            let expr = self.expr(&expr);
+            list(body).push(expr);
+        }
+    }
+
+    /// Complains when a clause that stands once stands twice.
+    fn once(&mut self, already: bool, what: &str, span: Span) {
+        if already {
+            self.diagnostics.push(
+                Diagnostic::error(
+                    "task::duplicate",
+                    span,
+                    format!("`{what}` stands here twice"),
+                    "the second one",
+                )
+                .help("keep one of them"),
+            );
+        }
+    }
+
+    fn timing_outside(&mut self, span: Span) {
+        self.diagnostics.push(
+            Diagnostic::error(
+                "task::timing",
+                span,
+                "`timing` relates steps that run at the same time",
+                "not inside `together`",
+            )
+            .help("move it into the `together { … }` whose steps it names"),
+        );
+    }
+
+    /// Reads a step; a `timing` goes to the body instead, where `together` looks for it.
+    fn step(&mut self, pair: &Pair, body: &mut Body) -> Option<Step> {
+        let inner = pair.clone().into_inner().next()?;
+        let span = self.span(&inner);
+        Some(match inner.as_rule() {
+            Rule::either => Step::Either(self.either(&inner, span)),
+            Rule::branch => self.branch(&inner, span),
+            Rule::repeat => {
+                let times = find(&inner, Rule::num).map_or(1, |p| self.count(&p));
+                let block = find(&inner, Rule::block)?;
+                Step::Repeat(Repeat {
+                    times,
+                    block: self.block(&block),
+                    until: find(&inner, Rule::expr).map(|p| self.expr(&p)),
+                    span,
+                })
+            }
+            Rule::together => {
+                let block = find(&inner, Rule::block)?;
+                let mut inside = Body::default();
+                for part in block.into_inner() {
+                    self.part(&part, &mut inside);
+                }
+                if let Some(recovery) = inside.recoveries.first() {
+                    self.diagnostics.push(
+                        Diagnostic::error(
+                            "task::recovery",
+                            recovery.span,
+                            "steps that run together fail together",
+                            "no recovery can stand here",
+                        )
+                        .help("put `on failure` after the `together { … }`"),
+                    );
+                }
+                Step::Together(Together { steps: inside.steps, timings: inside.timings, span })
+            }
+            Rule::check => Step::Check(find(&inner, Rule::expr).map(|p| self.expr(&p))?, span),
+            Rule::bind => {
+                let name = find(&inner, Rule::id).map(|p| self.name(&p))?;
+                Step::Let(name, find(&inner, Rule::expr).map(|p| self.expr(&p))?, span)
+            }
+            Rule::timing => {
+                let ids: Vec<Name> = inner
+                    .clone()
+                    .into_inner()
+                    .filter(|p| p.as_rule() == Rule::id)
+                    .map(|p| self.name(&p))
+                    .collect();
+                let [a, b] = <[Name; 2]>::try_from(ids).ok()?;
+                let relation = find(&inner, Rule::allen).map(|p| allen(p.as_str()))?;
+                let by = find(&inner, Rule::quant).map(|p| self.literal(&p));
+                body.timings.push(Timing { a, relation, b, by, span });
+                return None;
+            }
+            _ => {
+                let mut ones: Vec<Step> = inner
+                    .into_inner()
+                    .filter(|p| p.as_rule() == Rule::one)
+                    .filter_map(|p| self.one(&p))
+                    .collect();
+                if ones.len() == 1 { ones.pop()? } else { Step::Sequence(ones, span) }
+            }
+        })
+    }
+
+    /// Reads a call or a block with its holds and label.
+    fn one(&mut self, pair: &Pair) -> Option<Step> {
+        let span = self.span(pair);
+        let mut holds = Vec::new();
+        let mut label = None;
+        for part in pair.clone().into_inner() {
+            match part.as_rule() {
+                Rule::hold => {
+                    let Some(expr) = find(&part, Rule::expr) else { continue };
+                    let expr = self.expr(&expr);
+                    let is_while = find(&part, Rule::K_while).is_some();
+                    holds.push(if is_while { Hold::While(expr) } else { Hold::Until(expr) });
+                }
+                Rule::id => label = Some(self.name(&part)),
+                _ => {}
+            }
+        }
+        if let Some(call) = find(pair, Rule::call) {
+            let call = self.call(&call)?;
+            return Some(Step::Act(Act { call, holds, label, span }));
+        }
+        let block = self.block(&find(pair, Rule::block)?);
+        Some(Step::Block(Block { holds, label, span, ..block }))
+    }
+
+    fn block(&mut self, pair: &Pair) -> Block {
+        let span = self.span(pair);
+        let mut body = Body::default();
+        for part in pair.clone().into_inner() {
+            self.part(&part, &mut body);
+        }
+        if let Some(Timing { span, .. }) = body.timings.first() {
+            self.timing_outside(*span);
+        }
+        Block {
+            steps: body.steps,
+            recoveries: body.recoveries,
+            holds: Vec::new(),
+            label: None,
+            span,
+        }
+    }
+
+    fn either(&mut self, pair: &Pair, span: Span) -> Either {
+        let mut branches: Vec<Branch> = Vec::new();
+        for part in pair.clone().into_inner().filter(|p| p.as_rule() == Rule::alternative) {
+            let (Some(name), Some(block)) = (find(&part, Rule::id), find(&part, Rule::block)) else {
+                continue;
+            };
+            let prior = find(&part, Rule::prior).and_then(|p| find(&p, Rule::num));
+            let when = find(&part, Rule::guard).and_then(|p| find(&p, Rule::expr));
+            branches.push(Branch {
+                name: self.name(&name),
+                prior: prior.map(|p| number(p.as_str())),
+                when: when.map(|p| self.expr(&p)),
+                block: self.block(&block),
+            });
+        }
+        Either { branches, span }
+    }
+
+    /// `if … else if … else …`: each further `if` stands alone in the block of the `else` before it.
+    fn branch(&mut self, pair: &Pair, span: Span) -> Step {
+        let mut conditions = Vec::new();
+        let mut blocks = Vec::new();
+        for part in pair.clone().into_inner() {
+            match part.as_rule() {
+                Rule::expr => conditions.push(self.expr(&part)),
+                Rule::block => blocks.push(self.block(&part)),
+                _ => {}
+            }
+        }
+        if conditions.len() > 64 {
+            self.diagnostics.push(
+                Diagnostic::error("task::depth", span, "more than 64 `else if` in a row", "here")
+                    .help("split it into tasks of its own"),
+            );
+            return Step::Bad(span);
+        }
+        let mut otherwise = if blocks.len() > conditions.len() { blocks.pop() } else { None };
+        let mut out = Step::Bad(span);
+        while let (Some(condition), Some(then)) = (conditions.pop(), blocks.pop()) {
+            let from = if conditions.is_empty() { span.from } else { condition.span.from };
+            let span = Span { from, to: span.to };
+            let step = Step::If(If { condition, then, otherwise: otherwise.take(), span });
+            if conditions.is_empty() {
+                out = step;
+            } else {
+                otherwise = Some(Block {
+                    steps: vec![step],
+                    recoveries: Vec::new(),
+                    holds: Vec::new(),
+                    label: None,
+                    span,
+                });
+            }
+        }
+        out
+    }
+
+    fn recovery(&mut self, pair: &Pair) -> Recovery {
+        let span = self.span(pair);
+        let mut of = None;
+        let mut body = Body::default();
+        for part in pair.clone().into_inner() {
+            match part.as_rule() {
+                Rule::call => of = self.call(&part),
+                Rule::id => {
+                    // `on failure of grasp`: any call of it.
+                    let name = self.name(&part);
+                    of = Some(Call { span: name.span, name, args: Vec::new() });
+                }
+                _ => self.part(&part, &mut body),
+            }
+        }
+        Recovery { of, steps: body.steps, remedy: body.remedy, span }
+    }
+
+    fn remedy(&mut self, pair: &Pair) -> Remedy {
+        if find(pair, Rule::K_abort).is_some() {
+            return Remedy::Abort(text_in(pair));
+        }
+        Remedy::Retry {
+            other: find(pair, Rule::K_other).is_some(),
+            times: find(pair, Rule::num).map_or(1, |p| self.count(&p)),
+        }
+    }
+
+    /// A whole number of repetitions, at least 1.
+    fn count(&mut self, pair: &Pair) -> u32 {
+        let value = number(pair.as_str());
+        if value.fract() == 0.0 && (1.0..=1000.0).contains(&value) {
+            return value as u32;
+        }
+        self.diagnostics.push(
+            Diagnostic::error(
+                "task::count",
+                self.span(pair),
+                format!("`{}` is not a number of times", pair.as_str()),
+                "a whole number from 1 to 1000 stands here",
+            )
+            .help("write how often at most, such as `3 times`"),
+        );
+        1
+    }
+
+    /// Returns the documentation lines of an item, without their slashes.
+    fn doc(&self, pair: &Pair) -> Vec<String> {
+        pair.clone()
+            .into_inner()
+            .take_while(|p| p.as_rule() == Rule::doc)
+            .map(|p| {
+                let line = p.as_str().trim_start_matches('/').trim_end();
+                line.strip_prefix(' ').unwrap_or(line).to_string()
+            })
+            .collect()
+    }
+}
+
+/// The end of the last token inside a pair: pest counts the blanks before an absent optional in.
+fn tight_end(pair: &Pair) -> usize {
+    let mut last = pair.clone();
+    while let Some(inner) = last.clone().into_inner().next_back() {
+        last = inner;
+    }
+    let start = last.as_span().start();
+    start + last.as_str().trim_end().len()
+}
+
+/// Returns the first pair of a rule directly inside a pair.
+pub(super) fn find<'i>(pair: &Pair<'i>, rule: Rule) -> Option<Pair<'i>> {
+    pair.clone().into_inner().find(|p| p.as_rule() == rule)
+}
+
+/// Returns the unquoted text inside a pair.
+pub(super) fn text_in(pair: &Pair) -> Option<String> {
+    find(pair, Rule::text).map(|p| unquote(p.as_str()))
+}
+
+/// Takes the quotes off and resolves `\"`, `\\` and `\n`.
+pub(super) fn unquote(text: &str) -> String {
+    let inner = text.strip_prefix('"').unwrap_or(text);
+    let inner = inner.strip_suffix('"').unwrap_or(inner);
+    let mut out = String::with_capacity(inner.len());
+    let mut chars = inner.chars();
+    while let Some(c) = chars.next() {
+        match c {
+            '\\' => match chars.next() {
+                Some('n') => out.push('\n'),
+                Some(other) => out.push(other),
+                None => {}
+            },
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// Reads the grammar's `num`; what it accepts is always a number, though it may overflow to infinity.
+pub(super) fn number(text: &str) -> f64 {
+    text.replace('_', "").parse().unwrap_or(f64::NAN)
+}
+
+fn allen(text: &str) -> Allen {
+    match text {
+        "before" => Allen::Before,
+        "meets" => Allen::Meets,
+        "overlaps" => Allen::Overlaps,
+        "starts" => Allen::Starts,
+        "during" => Allen::During,
+        "finishes" => Allen::Finishes,
+        _ => Allen::Equals,
+    }
+}
+
+/// Whether a rule only spells a keyword.
+fn is_keyword(rule: Rule) -> bool {
+    format!("{rule:?}").starts_with("K_")
+}

@@ -1,0 +1,4 @@
+//! The language as a whole: texts in, trees and diagnostics out.
+
+mod diagnostics;
+mod stdlib;
