@@ -4,8 +4,10 @@
 //! that `12 deg` is never taken for a plain number. Nothing here parses programs; that is
 //! [`crate::language`]'s work.
 
+use serde::{Deserialize, Serialize};
+
 /// Exponents of the base quantities a unit is made of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
 pub struct Dimension {
     /// Length, m.
     pub length: i8,
@@ -22,7 +24,7 @@ pub struct Dimension {
 }
 
 /// A number in SI units with its dimension.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Quantity {
     /// The value in SI: m, kg, s, rad, A, px and their products.
     pub value: f64,

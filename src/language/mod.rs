@@ -1,3 +1,4 @@
 //! Text → checked syntax tree and diagnostics. Parsing never fails.
 
 pub mod ast;
+pub mod text;
