@@ -1,127 +1,11 @@
-//! Filling in arguments: parameters become what the caller gave, all the way down an expression.
-//!
-//! Expressions are closed by substitution rather than worked out: `0.9 * filled(source)` becomes
-//! `0.9 * filled(jar)` and gets its value from the state in which it is asked.
+//! Which calls an `on failure of` means.
 
-use std::collections::BTreeMap;
-
-use crate::language::ast::{Arg, Call, Expr, ExprKind, Param, Span};
+use super::Argument;
+use crate::language::ast::Call;
 use crate::language::text;
 
-/// What the names in scope stand for.
-pub(super) type Scope = BTreeMap<String, Expr>;
-
-/// Returns `expr` with every name in scope replaced; the bytes stay those of `expr`.
-pub(super) fn fill(expr: &Expr, scope: &Scope) -> Expr {
-    let inner = |e: &Expr| Box::new(fill(e, scope));
-    let kind = match &expr.kind {
-        ExprKind::Name(name) => match scope.get(name) {
-            Some(value) => return at(value, expr.span),
-            None => ExprKind::Name(name.clone()),
-        },
-        ExprKind::Call(call) => ExprKind::Call(fill_call(call, scope)),
-        ExprKind::Member(of, name) => ExprKind::Member(inner(of), name.clone()),
-        ExprKind::Not(e) => ExprKind::Not(inner(e)),
-        ExprKind::Negate(e) => ExprKind::Negate(inner(e)),
-        ExprKind::Binary(a, op, b) => ExprKind::Binary(inner(a), *op, inner(b)),
-        ExprKind::Within(e, by) => ExprKind::Within(inner(e), inner(by)),
-        kind @ (ExprKind::Literal(_) | ExprKind::Text(_) | ExprKind::Bool(_) | ExprKind::Bad) => {
-            kind.clone()
-        }
-    };
-    Expr { kind, span: expr.span }
-}
-
-/// Returns `call` with its arguments filled in.
-pub(super) fn fill_call(call: &Call, scope: &Scope) -> Call {
-    let args = call.args.iter().map(|arg| Arg {
-        name: arg.name.clone(),
-        values: arg.values.iter().map(|value| fill(value, scope)).collect(),
-        span: arg.span,
-    });
-    Call { name: call.name.clone(), args: args.collect(), span: call.span }
-}
-
-/// Returns `expr` as if it stood at `span`: what is put in points to where it is used, since the bytes it
-/// came from may be another file's.
-fn at(expr: &Expr, span: Span) -> Expr {
-    let inner = |e: &Expr| Box::new(at(e, span));
-    let kind = match &expr.kind {
-        ExprKind::Call(call) => {
-            let args = call.args.iter().map(|arg| Arg {
-                name: arg.name.clone(),
-                values: arg.values.iter().map(|value| at(value, span)).collect(),
-                span,
-            });
-            ExprKind::Call(Call { name: call.name.clone(), args: args.collect(), span })
-        }
-        ExprKind::Member(of, name) => ExprKind::Member(inner(of), name.clone()),
-        ExprKind::Not(e) => ExprKind::Not(inner(e)),
-        ExprKind::Negate(e) => ExprKind::Negate(inner(e)),
-        ExprKind::Binary(a, op, b) => ExprKind::Binary(inner(a), *op, inner(b)),
-        ExprKind::Within(e, by) => ExprKind::Within(inner(e), inner(by)),
-        leaf => leaf.clone(),
-    };
-    Expr { kind, span }
-}
-
-/// A parameter with the values it may take; more than one makes an Or.
-#[derive(Debug, Clone)]
-pub(super) struct Bound {
-    pub(super) name: String,
-    pub(super) values: Vec<Expr>,
-    /// Whether the value is a default, written in terms of the parameters before it.
-    pub(super) default: bool,
-}
-
-/// Gives each parameter its values, first those without a name in order, then those with one.
-///
-/// Defaults see the parameters before them. A message says what does not fit.
-pub(super) fn arguments(
-    what: &str,
-    params: &[Param],
-    call: &Call,
-) -> Result<Vec<Bound>, (String, Span, Option<String>)> {
-    let signature = || {
-        let all: Vec<String> =
-            params.iter().map(|p| format!("{}: {}", p.name.text, p.ty.text)).collect();
-        Some(format!("it is declared as `{}({})`", call.name.text, all.join(", ")))
-    };
-    let mut given: BTreeMap<&str, &Arg> = BTreeMap::new();
-    let mut bare = params.iter();
-    for arg in &call.args {
-        let param = match &arg.name {
-            Some(name) => params.iter().find(|p| p.name.text == name.text).ok_or_else(|| {
-                let message = format!("{what} has no parameter `{}`", name.text);
-                (message, name.span, signature())
-            })?,
-            None => bare.next().ok_or_else(|| {
-                let message = format!("{what} takes {}, not more", count(params.len()));
-                (message, arg.span, signature())
-            })?,
-        };
-        if given.insert(&param.name.text, arg).is_some() {
-            let message = format!("`{}` of {what} is given twice", param.name.text);
-            return Err((message, arg.span, None));
-        }
-    }
-    let mut bound: Vec<Bound> = Vec::new();
-    for param in params {
-        let (values, default) = match (given.get(param.name.text.as_str()), &param.default) {
-            (Some(arg), _) if !arg.values.is_empty() => (arg.values.clone(), false),
-            (None, Some(default)) => (vec![default.clone()], true),
-            _ => {
-                let message = format!("{what} needs `{}`", param.name.text);
-                return Err((message, call.span, signature()));
-            }
-        };
-        bound.push(Bound { name: param.name.text.clone(), values, default });
-    }
-    Ok(bound)
-}
-
 /// Returns whether a recovery `of` pattern means this call: every argument it names is the same.
-pub(super) fn matches(pattern: &Call, name: &str, args: &[super::Argument]) -> bool {
+pub(super) fn matches(pattern: &Call, name: &str, args: &[Argument]) -> bool {
     if pattern.name.text != name {
         return false;
     }
@@ -138,10 +22,3 @@ pub(super) fn matches(pattern: &Call, name: &str, args: &[super::Argument]) -> b
     })
 }
 
-fn count(n: usize) -> String {
-    match n {
-        0 => "no argument".into(),
-        1 => "one argument".into(),
-        n => format!("{n} arguments"),
-    }
-}

@@ -5,8 +5,8 @@
 use std::collections::BTreeSet;
 
 use super::Definitions;
-use super::bind::{self, Scope};
 use crate::language::ast::{BinaryOp, Expr, ExprKind};
+use crate::language::bind::{self, Scope};
 use crate::language::text;
 
 /// A fluent that some node needs, keeps, gives, asks or is guarded by.

@@ -1,4 +1,5 @@
 //! Text → checked syntax tree and diagnostics. Parsing never fails.
 
 pub mod ast;
+pub mod bind;
 pub mod text;

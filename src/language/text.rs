@@ -21,7 +21,7 @@ pub fn call(call: &Call) -> String {
         .args
         .iter()
         .map(|arg| {
-            let values: Vec<String> = arg.values.iter().map(self::expr).collect();
+            let values: Vec<String> = arg.values.iter().map(expr).collect();
             match &arg.name {
                 Some(name) => format!("{}: {}", name.text, values.join(" | ")),
                 None => values.join(" | "),

@@ -10,12 +10,12 @@ mod text_of;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::bind::{self, Scope};
 use super::{
     And, Argument, Causes, Definitions, Does, Form, Graph, Holding, Node, NodeId, NodeKind,
     Problem, Relation, Terminal,
 };
 use crate::language::ast::{Arg, Call, Conditions, Expr, Hold, Name, Param, Span};
+use crate::language::bind::{self, Scope};
 use crate::language::text;
 
 /// More nodes than a person could follow, and far fewer than memory holds: loops inside loops.
@@ -213,7 +213,7 @@ impl Builder<'_> {
         }
         let mut bound = match bind::arguments(&format!("{kind} `{name}`"), params, call) {
             Ok(bound) => bound,
-            Err((message, span, help)) => {
+            Err(bind::Misfit { message, span, help }) => {
                 self.problem("graph::arguments", message, span, &place.within, help);
                 return None;
             }

@@ -1,13 +1,13 @@
 //! The forms a step can take, each as nodes.
 
 use super::{Builder, Place, Request, holding};
-use crate::graph::bind::{self, Scope};
 use crate::graph::{
     And, Branch, Decides, Does, Form, Holding, NodeId, NodeKind, Or, Relation, Role, Terminal,
 };
 use crate::language::ast::{
     Act, Allen, Block, Either, Expr, ExprKind, If, Param, Recovery, Repeat, Span, Step, Together,
 };
+use crate::language::bind::{self, Scope};
 use crate::language::text;
 
 impl Builder<'_> {
