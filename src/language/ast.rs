@@ -3,10 +3,12 @@
 //! A tree exists for every input; what could not be read is [`Item::Bad`] or [`Step::Bad`] and has a
 //! diagnostic of its own. Names are not resolved here, units are: a [`Literal`] is in SI.
 
+use serde::{Deserialize, Serialize};
+
 use crate::units::Quantity;
 
 /// A range of bytes of one source text.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub struct Span {
     /// First byte.
     pub from: usize,
@@ -15,7 +17,7 @@ pub struct Span {
 }
 
 /// A name where it stands.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Name {
     /// The name.
     pub text: String,
@@ -295,7 +297,7 @@ pub struct Timing {
 }
 
 /// Allen's interval relations that the language names.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Allen {
     /// Ends before the other begins.
     Before,
@@ -327,7 +329,7 @@ pub struct Recovery {
 }
 
 /// How a recovery ends.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Remedy {
     /// `retry [other] [upto n times]`: the failed step, its Or node, or the task again.
     Retry {
@@ -341,7 +343,7 @@ pub enum Remedy {
 }
 
 /// `name(arg, by: 12 cm)`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Call {
     /// What is called.
     pub name: Name,
@@ -352,7 +354,7 @@ pub struct Call {
 }
 
 /// One argument: `at: tray | table` has two alternatives.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Arg {
     /// `at:`.
     pub name: Option<Name>,
@@ -363,7 +365,7 @@ pub struct Arg {
 }
 
 /// A number with its unit, in SI.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Literal {
     /// The quantity.
     pub quantity: Quantity,
@@ -372,7 +374,7 @@ pub struct Literal {
 }
 
 /// An expression.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Expr {
     /// What it is.
     pub kind: ExprKind,
@@ -381,7 +383,7 @@ pub struct Expr {
 }
 
 /// The forms of an expression.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum ExprKind {
     /// `12 cm`, `0.5`.
     Literal(Quantity),
@@ -408,7 +410,7 @@ pub enum ExprKind {
 }
 
 /// Binary operators, loosest first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum BinaryOp {
     /// `or`
     Or,

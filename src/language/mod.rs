@@ -6,10 +6,12 @@
 //! is the list of what fluents may measure. Nothing here knows a robot or evaluates anything.
 
 pub mod ast;
- pub mod builtins;
+pub mod bind;
+pub mod builtins;
 pub mod diagnostic;
 pub mod format;
 pub mod library;
+pub mod text;
 mod check;
 mod parse;
 

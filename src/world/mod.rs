@@ -7,6 +7,7 @@ pub mod camera;
 pub mod frame;
 pub mod object;
 pub mod scene;
+pub mod fluent;
 
 use serde::{Deserialize, Serialize};
 

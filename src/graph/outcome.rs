@@ -1,0 +1,191 @@
+//! Two numbers for every branch: how people choose (prior) and how often it worked (success).
+//!
+//! [`Priors`] are learnt from demonstrations alone. A robot's own runs feed [`Outcomes`] and never the
+//! priors: fed by its own choices, a prior of 0.7 for the worse of two branches stays there for good.
+//! Twin and arm are counted apart. Outcomes are an append-only file of JSON lines, so two programs may
+//! write and nothing is lost when one of them stops half-way.
+
+use std::collections::BTreeMap;
+
+use rand::RngExt;
+use rand::rngs::StdRng;
+use serde::{Deserialize, Serialize};
+
+use super::{Branch, Error, Or, ParseGraph};
+
+/// How many demonstrations the prior in the text is worth.
+const PRIOR_STRENGTH: f64 = 10.0;
+
+/// How often a branch worked and failed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Counts {
+    /// Worked.
+    pub worked: u32,
+    /// Failed.
+    pub failed: u32,
+}
+
+impl Counts {
+    /// Returns the mean of Beta(worked + 1, failed + 1).
+    pub fn mean(&self) -> f64 {
+        (f64::from(self.worked) + 1.0) / (f64::from(self.worked) + f64::from(self.failed) + 2.0)
+    }
+
+    /// Returns how often it was tried.
+    pub fn tries(&self) -> u32 {
+        self.worked + self.failed
+    }
+}
+
+/// One line of an outcomes file.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// The branch: `pick/either.side`.
+    pub branch: String,
+    /// Fingerprint of the branch's text, hexadecimal.
+    pub text: String,
+    /// `"twin"` or `"real"`.
+    pub domain: String,
+    /// Whether it worked.
+    pub worked: bool,
+    /// The run it comes from.
+    pub run: String,
+}
+
+/// What came of every branch in earlier runs.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Outcomes {
+    counts: BTreeMap<(String, String, String), Counts>,
+}
+
+impl Outcomes {
+    /// Reads the lines of an outcomes file.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Outcomes`] with the line that is not an outcome. A last line cut short by a crash is
+    /// passed over.
+    pub fn read(lines: &str) -> Result<Self, Error> {
+        let mut all = Self::default();
+        let is_cut = !lines.is_empty() && !lines.ends_with('\n');
+        let count = lines.lines().count();
+        for (i, line) in lines.lines().enumerate() {
+            if line.trim().is_empty() {
+                continue;
+            }
+            match serde_json::from_str(line) {
+                Ok(outcome) => all.add(&outcome),
+                Err(_) if is_cut && i + 1 == count => {}
+                Err(error) => {
+                    return Err(Error::Outcomes { line: i + 1, why: error.to_string() });
+                }
+            }
+        }
+        Ok(all)
+    }
+
+    /// Counts one outcome.
+    pub fn add(&mut self, outcome: &Outcome) {
+        let key = (outcome.branch.clone(), outcome.text.clone(), outcome.domain.clone());
+        let counts = self.counts.entry(key).or_default();
+        if outcome.worked {
+            counts.worked += 1;
+        } else {
+            counts.failed += 1;
+        }
+    }
+
+    /// Returns the counts of a branch as it is written today.
+    pub fn of(&self, branch: &Branch, domain: &str) -> Counts {
+        self.at(&branch.key, branch.text, domain)
+    }
+
+    /// Returns the counts that hang on a key and a fingerprint.
+    pub fn at(&self, key: &str, text: u64, domain: &str) -> Counts {
+        let key = (key.to_owned(), fingerprint(text), domain.to_owned());
+        self.counts.get(&key).copied().unwrap_or_default()
+    }
+}
+
+/// Returns one outcome for every free choice of a run, to be counted and written to the file.
+///
+/// `worked(path)` says whether the Or of that path did what it was for; `None` when the run never came
+/// so far, which is no outcome.
+pub fn outcomes_of(
+    pg: &ParseGraph,
+    domain: &str,
+    run: &str,
+    worked: impl Fn(&str) -> Option<bool>,
+) -> Vec<Outcome> {
+    let free = pg.choices.iter().filter(|choice| choice.is_free);
+    let known = free.filter_map(|choice| {
+        Some(Outcome {
+            branch: choice.key.clone(),
+            text: fingerprint(choice.text),
+            domain: domain.to_owned(),
+            worked: worked(&choice.node)?,
+            run: run.to_owned(),
+        })
+    });
+    known.collect()
+}
+
+/// Priors from demonstrations: relative frequency, with the text's prior as ten earlier ones.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Priors {
+    /// How often people took each branch, by key.
+    pub counts: BTreeMap<String, u32>,
+}
+
+impl Priors {
+    /// Counts what one demonstration chose.
+    pub fn learn(&mut self, demonstration: &ParseGraph) {
+        for choice in demonstration.choices.iter().filter(|choice| choice.is_free) {
+            *self.counts.entry(choice.key.clone()).or_default() += 1;
+        }
+    }
+
+    /// Returns the probability of each branch of an Or; they add up to 1.
+    pub fn of(&self, or: &Or) -> Vec<f64> {
+        let seen = |branch: &Branch| f64::from(self.counts.get(&branch.key).copied().unwrap_or(0));
+        let total: f64 = PRIOR_STRENGTH + or.branches.iter().map(seen).sum::<f64>();
+        or.branches.iter().map(|b| PRIOR_STRENGTH.mul_add(b.prior, seen(b)) / total).collect()
+    }
+}
+
+/// Draws from Beta(worked + 1, failed + 1).
+pub fn draw_beta(counts: &Counts, rng: &mut StdRng) -> f64 {
+    let a = draw_gamma(f64::from(counts.worked) + 1.0, rng);
+    let b = draw_gamma(f64::from(counts.failed) + 1.0, rng);
+    a / (a + b)
+}
+
+/// Draws from Gamma(shape, 1), shape ≥ 1.
+///
+/// Source: Marsaglia and Tsang, "A simple method for generating gamma variables", ACM TOMS 26, 2000.
+fn draw_gamma(shape: f64, rng: &mut StdRng) -> f64 {
+    let d = shape - 1.0 / 3.0;
+    let c = 1.0 / (9.0 * d).sqrt();
+    loop {
+        let x = draw_normal(rng);
+        let v = (1.0 + c * x).powi(3);
+        if v <= 0.0 {
+            continue;
+        }
+        let u: f64 = 1.0 - rng.random::<f64>();
+        if u.ln() < 0.5 * x * x + d - d * v + d * v.ln() {
+            return d * v;
+        }
+    }
+}
+
+/// Draws from N(0, 1) by Box and Muller's formula.
+fn draw_normal(rng: &mut StdRng) -> f64 {
+    let u: f64 = 1.0 - rng.random::<f64>();
+    let v: f64 = rng.random();
+    (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+}
+
+fn fingerprint(text: u64) -> String {
+    format!("{text:016x}")
+}
