@@ -1,0 +1,4 @@
+//! Motion: published reference values, laws, closed forms.
+
+mod reference;
+mod robots;
