@@ -12,6 +12,8 @@ pub mod solid;
 pub mod robot;
 pub mod kinematics;
 pub mod dynamics;
+pub mod closed_form;
+pub mod ik;
 
 pub use error::Error;
 pub use robot::Robot;
