@@ -3,3 +3,4 @@
 
 mod language;
 mod layers;
+mod motion;

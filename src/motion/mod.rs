@@ -1,1 +1,19 @@
-//! (to come)
+//! A goal becomes joints over time: robot model, kinematics, dynamics, planning, timing.
+//!
+//! [`Robot`] is read from a URDF and constant. [`ik`] turns a pose into joint positions, [`rrt`] joint
+//! positions into a collision-free path through a [`collision::CollisionWorld`], [`trajectory`] a path
+//! into joints over time within their limits. Nothing here knows physics beyond rigid-body torques, and
+//! nothing moves an arm.
+
+mod error;
+mod side;
+mod tree;
+pub mod solid;
+pub mod robot;
+pub mod kinematics;
+pub mod dynamics;
+pub mod closed_form;
+pub mod ik;
+
+pub use error::Error;
+pub use robot::Robot;

@@ -1,0 +1,117 @@
+//! What can go wrong in this layer; each variant carries the numbers that explain it.
+
+/// Why a motion could not be computed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// A file could not be read.
+    #[error("cannot read {path}: {what}")]
+    File {
+        /// Which file.
+        path: String,
+        /// What the system said.
+        what: String,
+    },
+    /// The text is not a URDF this program understands.
+    #[error("not a usable URDF: {what}")]
+    Urdf {
+        /// What is wrong with it.
+        what: String,
+    },
+    /// The file beside the URDF is wrong.
+    #[error("robot.toml: {what}")]
+    SideFile {
+        /// What is wrong with it.
+        what: String,
+    },
+    /// There is no such link.
+    #[error("the robot has no link {name}; it has {}", known.join(", "))]
+    NoLink {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// There is no such named pose.
+    #[error("the robot has no pose {name}; it has {}", if known.is_empty() { "none".into() } else { known.join(", ") })]
+    NoPose {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// No joint moves between the root and the tip.
+    #[error("no joint moves between the root and {tip}")]
+    NoJoints {
+        /// The tip.
+        tip: String,
+    },
+    /// The file has several arms.
+    #[error("the robot branches at {link} into {}: name the tip", ways.join(" and "))]
+    Branches {
+        /// Where.
+        link: String,
+        /// First link of each way.
+        ways: Vec<String>,
+    },
+    /// A list of joint values has the wrong length.
+    #[error("{found} joint values were given; the robot has {expected} joints")]
+    WrongLength {
+        /// How many joints there are.
+        expected: usize,
+        /// How many values were given.
+        found: usize,
+    },
+    /// A joint value is NaN or infinite.
+    #[error("the value of {joint} is not a finite number")]
+    NotFinite {
+        /// Which joint.
+        joint: String,
+    },
+    /// A joint is outside its range.
+    #[error("{joint} is at {value:.4}, outside its range {lower:.4} to {upper:.4}")]
+    Limit {
+        /// Which joint.
+        joint: String,
+        /// Where it would be, rad or m.
+        value: f64,
+        /// Its lowest position.
+        lower: f64,
+        /// Its highest position.
+        upper: f64,
+    },
+    /// The start of a motion is in collision.
+    #[error("the {which} is in collision: {first} and {second} overlap by {:.1} mm", depth * 1e3)]
+    Collision {
+        /// "start" or "goal".
+        which: String,
+        /// One of the two.
+        first: String,
+        /// The other.
+        second: String,
+        /// By how much, m.
+        depth: f64,
+    },
+    /// A Cartesian path cannot be followed to its end.
+    #[error("the path can be followed only {:.0} % of the way: {why}", fraction * 100.0)]
+    Cartesian {
+        /// Share of the path that was followed.
+        fraction: f64,
+        /// What stopped it.
+        why: String,
+    },
+    /// Text that should hold numbers does not.
+    #[error("{what}")]
+    Input {
+        /// What is wrong, and where.
+        what: String,
+    },
+    /// A trajectory cannot be made from what was given.
+    #[error("no trajectory: {what}")]
+    Trajectory {
+        /// Why.
+        what: String,
+    },
+    /// A person or a watcher asked to stop.
+    #[error("stopped")]
+    Cancelled,
+}

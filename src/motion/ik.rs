@@ -1,0 +1,433 @@
+//! Inverse kinematics: joint positions that put the tip at a pose.
+//!
+//! Arms with the Gen3's geometry have a [closed form](super::closed_form) with joint 3 free, which finds
+//! every solution of a sweep over joint 3. Every other chain is solved numerically from many starts. A
+//! collision check is the caller's, by a filter.
+//!
+//! Source: numerical method: Sugihara, "Solvability-unconcerned inverse kinematics by the
+//! Levenberg-Marquardt method", T-RO 2011 (damping scaled by the error).
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{DMatrix, DVector, Isometry3, Matrix6xX};
+use rand::rngs::StdRng;
+use rand::{RngExt, SeedableRng};
+
+use super::closed_form::ClosedForm;
+use super::kinematics::pose_error;
+use super::robot::Robot;
+use crate::world::frame::{Base, Flange, Pose};
+
+/// A numerical solution counts when position (m) and rotation (rad) are off by less.
+const EXACT: f64 = 1e-10;
+/// Iterations from one start: Sugihara's method needs about 20 on the arms tried.
+const ITERATIONS: usize = 80;
+
+/// What may be chosen about a search.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Solutions are sorted by distance to this, rad, and continuous joints take the turn nearest to it.
+    pub near: Vec<f64>,
+    /// How many values of joint 3 the closed form tries over a full turn, besides the one of `near`.
+    pub sweep: usize,
+    /// How many starts the numerical method tries.
+    pub restarts: usize,
+    /// Stop after so many solutions; the nearest are not guaranteed then.
+    pub enough: usize,
+    /// Seed of the numerical method's starts.
+    pub seed: u64,
+}
+
+impl Options {
+    /// Returns the usual options, near `q`: all solutions over 64 values of joint 3.
+    pub fn near(q: &[f64]) -> Self {
+        Self { near: q.to_vec(), sweep: 64, restarts: 100, enough: usize::MAX, seed: 0 }
+    }
+
+    /// As [`Self::near`], content with the first solution found.
+    pub fn first(q: &[f64]) -> Self {
+        Self { enough: 1, ..Self::near(q) }
+    }
+}
+
+/// Why there is no solution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unreachable {
+    /// What stands in the way.
+    pub reason: Reason,
+    /// How far from the target the tip can come with the wanted orientation, m: the smallest distance
+    /// found. For [`Reason::Collision`] 0, since the pose itself can be reached.
+    pub nearest: f64,
+}
+
+/// What stands in the way of a pose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reason {
+    /// No joint positions at all reach it.
+    OutOfReach,
+    /// Only joint positions outside the limits reach it.
+    Limits,
+    /// The filter refused every solution.
+    Collision,
+}
+
+impl Reason {
+    /// Returns the word of the JSON answer.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::OutOfReach => "out_of_reach",
+            Self::Limits => "limits",
+            Self::Collision => "collision",
+        }
+    }
+}
+
+/// A robot with what its inverse kinematics needs worked out once.
+#[derive(Debug, Clone)]
+pub struct Solver<'a> {
+    robot: &'a Robot,
+    closed_form: Option<ClosedForm>,
+}
+
+impl<'a> Solver<'a> {
+    /// Prepares a robot: recognises the closed form by the joints' geometry, not by name.
+    pub fn new(robot: &'a Robot) -> Self {
+        Self { robot, closed_form: ClosedForm::of(robot) }
+    }
+
+    /// Returns the closed form, if this arm has one.
+    pub fn closed_form(&self) -> Option<&ClosedForm> {
+        self.closed_form.as_ref()
+    }
+
+    /// Returns the robot.
+    pub fn robot(&self) -> &'a Robot {
+        self.robot
+    }
+
+    /// Returns joint positions inside the limits that put the tip at `target` and that `accept` takes,
+    /// nearest to `options.near` first. Distances are maximum differences per joint, rad.
+    ///
+    /// # Errors
+    ///
+    /// [`Unreachable`] if there is none.
+    pub fn solve(
+        &self,
+        target: &Pose<Base, Flange>,
+        options: &Options,
+        accept: &dyn Fn(&[f64]) -> bool,
+    ) -> Result<Vec<Vec<f64>>, Unreachable> {
+        let target = target.isometry();
+        let near = self.near(options);
+        let mut search = Search::new(self, &near, accept);
+        if let Some(form) = &self.closed_form {
+            search.sweep(form, target, options);
+        }
+        if search.found.is_empty() && !(search.outside && search.refused) {
+            // Also for the closed form: a narrow window of joint 3 may lie between two values tried.
+            let restarts = if self.closed_form.is_none() {
+                options.restarts
+            } else if search.outside || search.refused {
+                options.restarts.min(12)
+            } else {
+                0
+            };
+            search.descend(target, options, restarts);
+        }
+        if search.found.is_empty() {
+            return Err(self.why_not(target, &search, &near, options));
+        }
+        let mut found = search.found;
+        found.sort_by(|a, b| distance(a, &near).total_cmp(&distance(b, &near)));
+        Ok(found)
+    }
+
+    /// Returns the solution nearest to `near`, as [`Self::solve`].
+    ///
+    /// # Errors
+    ///
+    /// [`Unreachable`] if there is none.
+    pub fn nearest(
+        &self,
+        target: &Pose<Base, Flange>,
+        near: &[f64],
+    ) -> Result<Vec<f64>, Unreachable> {
+        let mut all = self.solve(target, &Options::near(near), &|_| true)?;
+        Ok(all.swap_remove(0))
+    }
+
+    /// Appends the in-limit solutions with joint 3 held at `q3` (closed form only), turned near `near`.
+    pub fn at_joint_3(&self, target: &Pose<Base, Flange>, q3: f64, near: &[f64]) -> Vec<Vec<f64>> {
+        let Some(form) = &self.closed_form else { return Vec::new() };
+        let mut raw = Vec::with_capacity(8);
+        form.solve(self.robot, target.isometry(), q3, near, &mut raw);
+        raw.iter().filter_map(|q| self.fit(q, near)).collect()
+    }
+
+    /// Brings `q` near `near` by whole turns, inside the limits; `None` if it does not fit.
+    pub(super) fn fit(&self, q: &[f64], near: &[f64]) -> Option<Vec<f64>> {
+        // Rounding may put a solution at a limit just past it.
+        const SLACK: f64 = 1e-9;
+        let mut out = q.to_vec();
+        for ((x, near), limits) in out.iter_mut().zip(near).zip(self.robot.joints()) {
+            if self.robot.links[limits.link].joint.motion == super::robot::Motion::Turn {
+                *x = near + wrap(*x - near);
+                if *x > limits.upper + SLACK {
+                    *x -= TAU * ((*x - limits.upper) / TAU).ceil();
+                } else if *x < limits.lower - SLACK {
+                    *x += TAU * ((limits.lower - *x) / TAU).ceil();
+                }
+            }
+            if *x < limits.lower - SLACK || *x > limits.upper + SLACK {
+                return None;
+            }
+            *x = x.clamp(limits.lower, limits.upper);
+        }
+        Some(out)
+    }
+
+    fn near(&self, options: &Options) -> Vec<f64> {
+        if options.near.len() == self.robot.n_joints() {
+            return options.near.clone();
+        }
+        self.robot.joints().iter().map(|j| 0.0_f64.clamp(j.lower, j.upper)).collect()
+    }
+
+    /// Works out what the failed search says about the target.
+    fn why_not(
+        &self,
+        target: &Isometry3<f64>,
+        search: &Search<'_>,
+        near: &[f64],
+        options: &Options,
+    ) -> Unreachable {
+        if search.refused {
+            return Unreachable { reason: Reason::Collision, nearest: 0.0 };
+        }
+        let mut outside = search.outside;
+        let mut free = near.to_vec();
+        let mut random = StdRng::seed_from_u64(options.seed);
+        for _ in 0..if outside || self.closed_form.is_some() { 0 } else { 20 } {
+            outside |= descend(self.robot, target, &mut free, false);
+            free = random_configuration(self.robot, &mut random);
+        }
+        let reason = if outside { Reason::Limits } else { Reason::OutOfReach };
+        Unreachable { reason, nearest: self.nearest_distance(target, near, options.seed) }
+    }
+
+    /// Returns how near the tip comes with the wanted orientation, m: the least over several starts.
+    fn nearest_distance(&self, target: &Isometry3<f64>, near: &[f64], seed: u64) -> f64 {
+        let mut random = StdRng::seed_from_u64(seed);
+        let mut q = near.to_vec();
+        let mut least = f64::INFINITY;
+        for _ in 0..24 {
+            least = least.min(approach(self.robot, target, &mut q));
+            q = random_configuration(self.robot, &mut random);
+        }
+        if least.is_infinite() {
+            // The orientation itself cannot be had: the position alone is what is left to say.
+            let p = self.robot.forward_unchecked(near).translation.vector;
+            least = (p - target.translation.vector).norm();
+        }
+        least
+    }
+}
+
+/// One search: what was found, and what was found wanting.
+struct Search<'s> {
+    solver: &'s Solver<'s>,
+    near: &'s [f64],
+    accept: &'s dyn Fn(&[f64]) -> bool,
+    found: Vec<Vec<f64>>,
+    /// A solution outside the limits was seen.
+    outside: bool,
+    /// The filter refused a solution.
+    refused: bool,
+}
+
+impl<'s> Search<'s> {
+    fn new(solver: &'s Solver<'s>, near: &'s [f64], accept: &'s dyn Fn(&[f64]) -> bool) -> Self {
+        Self { solver, near, accept, found: Vec::new(), outside: false, refused: false }
+    }
+
+    fn take(&mut self, q: &[f64]) {
+        match self.solver.fit(q, self.near) {
+            None => self.outside = true,
+            Some(q) if !(self.accept)(&q) => self.refused = true,
+            Some(q) => {
+                if !self.found.iter().any(|other| distance(other, &q) < 1e-6) {
+                    self.found.push(q);
+                }
+            }
+        }
+    }
+
+    /// Tries the value of joint 3 at hand, then a full turn of it, coarse before fine.
+    fn sweep(&mut self, form: &ClosedForm, target: &Isometry3<f64>, options: &Options) {
+        let limits = &self.solver.robot.joints()[2];
+        let mut raw = Vec::with_capacity(8);
+        for k in 0..=options.sweep {
+            let q3 = if k == 0 { self.near[2] } else { self.near[2] + TAU * coarse_to_fine(k) };
+            let q3 = if limits.continuous { q3 } else { wrap(q3) };
+            if q3 < limits.lower || q3 > limits.upper {
+                continue;
+            }
+            raw.clear();
+            form.solve(self.solver.robot, target, q3, self.near, &mut raw);
+            for q in &raw {
+                self.take(q);
+            }
+            if self.found.len() >= options.enough {
+                return;
+            }
+        }
+    }
+
+    fn descend(&mut self, target: &Isometry3<f64>, options: &Options, restarts: usize) {
+        let mut random = StdRng::seed_from_u64(options.seed);
+        // Many starts end in the same few solutions; a handful is enough to choose from.
+        let enough = options.enough.min(8);
+        let mut q = self.near.to_vec();
+        for _ in 0..restarts {
+            if descend(self.solver.robot, target, &mut q, true) {
+                self.take(&q.clone());
+            }
+            if self.found.len() >= enough {
+                return;
+            }
+            q = random_configuration(self.solver.robot, &mut random);
+        }
+    }
+}
+
+/// Runs Levenberg-Marquardt from `q`; returns whether it ended on the target.
+fn descend(robot: &Robot, target: &Isometry3<f64>, q: &mut [f64], keep_limits: bool) -> bool {
+    let n = robot.n_joints();
+    let mut jacobian = Matrix6xX::zeros(n);
+    let mut best = f64::INFINITY;
+    let mut stalled = 0;
+    for _ in 0..ITERATIONS {
+        let tip = robot.jacobian_into(q, &mut jacobian);
+        let error = pose_error(&tip, target);
+        if error.amax() < EXACT {
+            return true;
+        }
+        let size = 0.5 * error.norm_squared();
+        stalled = if size < 0.9 * best { 0 } else { stalled + 1 };
+        best = best.min(size);
+        if stalled > 12 {
+            return false;
+        }
+        let mut normal = DMatrix::zeros(n, n);
+        jacobian.tr_mul_to(&jacobian, &mut normal);
+        // Sugihara (13): the damping vanishes with the error, so the end is quadratic.
+        for i in 0..n {
+            normal[(i, i)] += size + 1e-14;
+        }
+        let slope: DVector<f64> = jacobian.tr_mul(&error);
+        let Some(factor) = normal.cholesky() else { return false };
+        let step = factor.solve(&slope);
+        let scale = (1.0 / step.amax()).min(1.0);
+        for i in 0..n {
+            q[i] += scale * step[i];
+            if keep_limits {
+                q[i] = q[i].clamp(robot.joints()[i].lower, robot.joints()[i].upper);
+            }
+        }
+    }
+    false
+}
+
+/// Goes as near to the target as the limits allow while the orientation is kept; returns the distance
+/// of the positions, m, or infinity if the orientation was not reached.
+fn approach(robot: &Robot, target: &Isometry3<f64>, q: &mut [f64]) -> f64 {
+    /// The orientation weighs so much more that it gives way by less than a thousandth of a radian.
+    const TURN_WEIGHT: f64 = 30.0;
+    let n = robot.n_joints();
+    let mut jacobian = Matrix6xX::zeros(n);
+    let mut damping = 1e-2;
+    let weigh = |mut e: nalgebra::Vector6<f64>| {
+        for i in 3..6 {
+            e[i] *= TURN_WEIGHT;
+        }
+        e
+    };
+    let mut error = weigh(pose_error(&robot.forward_unchecked(q), target));
+    for _ in 0..200 {
+        robot.jacobian_into(q, &mut jacobian);
+        for i in 3..6 {
+            jacobian.row_mut(i).scale_mut(TURN_WEIGHT);
+        }
+        let mut normal = jacobian.tr_mul(&jacobian);
+        let slope: DVector<f64> = jacobian.tr_mul(&error);
+        // A joint at a limit that the step would push further is held.
+        for i in 0..n {
+            let limits = &robot.joints()[i];
+            let held = (q[i] <= limits.lower && slope[i] < 0.0)
+                || (q[i] >= limits.upper && slope[i] > 0.0);
+            if held {
+                normal.row_mut(i).fill(0.0);
+                normal.column_mut(i).fill(0.0);
+                normal[(i, i)] = 1e12;
+            }
+            normal[(i, i)] += damping;
+        }
+        let Some(factor) = normal.cholesky() else { break };
+        let step = factor.solve(&slope);
+        let tried: Vec<f64> = (0..n)
+            .map(|i| (q[i] + step[i]).clamp(robot.joints()[i].lower, robot.joints()[i].upper))
+            .collect();
+        let next = weigh(pose_error(&robot.forward_unchecked(&tried), target));
+        if next.norm_squared() < error.norm_squared() {
+            let gain = error.norm_squared() - next.norm_squared();
+            q.copy_from_slice(&tried);
+            error = next;
+            damping = (damping * 0.3).max(1e-9);
+            if gain < 1e-14 {
+                break;
+            }
+        } else {
+            damping *= 5.0;
+            if damping > 1e6 {
+                break;
+            }
+        }
+    }
+    let e = pose_error(&robot.forward_unchecked(q), target);
+    if e.fixed_rows::<3>(3).norm() < 0.02 { e.fixed_rows::<3>(0).norm() } else { f64::INFINITY }
+}
+
+/// Draws joint positions, uniformly inside the limits; a full turn where there are none.
+pub(super) fn random_configuration(robot: &Robot, random: &mut StdRng) -> Vec<f64> {
+    robot
+        .joints()
+        .iter()
+        .map(|joint| {
+            let (low, high) = (joint.lower.max(-PI), joint.upper.min(PI));
+            if low < high { random.random_range(low..high) } else { low }
+        })
+        .collect()
+}
+
+/// The largest difference of any joint.
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// Brings an angle into ±π.
+pub(super) fn wrap(angle: f64) -> f64 {
+    angle - TAU * (angle / TAU).round()
+}
+
+/// The k-th number of a sequence that fills (0, 1) ever more finely (van der Corput, base 2).
+fn coarse_to_fine(k: usize) -> f64 {
+    let (mut k, mut value, mut digit) = (k, 0.0, 0.5);
+    while k > 0 {
+        if k % 2 == 1 {
+            value += digit;
+        }
+        digit *= 0.5;
+        k /= 2;
+    }
+    value
+}

@@ -1,0 +1,196 @@
+//! Forward kinematics and the geometric Jacobian.
+//!
+//! `Base` stands for the robot's root link, `Flange` for its tip link, whatever they are called; for
+//! the stdlib Gen3 these are `base_link` and `end_effector_link`.
+//!
+//! Source: Siciliano et al., *Robotics*, 2009, §2.8 and §3.1.3.
+
+use nalgebra::{Isometry3, Matrix6xX, Translation3, UnitQuaternion, Vector3, Vector6};
+
+use super::error::Error;
+use super::robot::{Drive, Joint, Motion, Robot};
+use crate::world::frame::{Base, Flange, Pose, Tool};
+
+impl Joint {
+    /// Returns the joint's value for some `q` and gripper opening, rad or m.
+    pub(super) fn value(&self, q: &[f64], opening: f64) -> f64 {
+        match self.drive {
+            Drive::None => 0.0,
+            Drive::Joint { index, multiplier, offset } => multiplier * q[index] + offset,
+            Drive::Jaw { multiplier, offset } => {
+                (multiplier * opening + offset).clamp(self.range.0, self.range.1)
+            }
+        }
+    }
+
+    /// Carries points of the link into its parent.
+    pub(super) fn parent_from_link(&self, value: f64) -> Isometry3<f64> {
+        match self.motion {
+            Motion::Fixed => self.parent_from_link,
+            Motion::Turn => {
+                let (sin, cos) = (0.5 * value).sin_cos();
+                let a = self.axis.into_inner() * sin;
+                // A unit quaternion by construction; normalising would cost a root per joint.
+                let turn =
+                    UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(cos, a.x, a.y, a.z));
+                Isometry3::from_parts(
+                    self.parent_from_link.translation,
+                    self.parent_from_link.rotation * turn,
+                )
+            }
+            Motion::Slide => {
+                self.parent_from_link * Translation3::from(self.axis.into_inner() * value)
+            }
+        }
+    }
+}
+
+/// Writes the pose of every link into `base_from_link`, in the order of [`Robot::links`].
+///
+/// `q` in rad (m for sliding joints), `opening` the gap between the jaws in m. The lengths are the
+/// caller's to keep: this is the inner loop of planning.
+pub(super) fn link_poses_into(
+    robot: &Robot,
+    q: &[f64],
+    opening: f64,
+    base_from_link: &mut Vec<Isometry3<f64>>,
+) {
+    base_from_link.clear();
+    for link in &robot.links {
+        let Some(parent) = link.parent else {
+            base_from_link.push(Isometry3::identity());
+            continue;
+        };
+        let step = link.joint.parent_from_link(link.joint.value(q, opening));
+        base_from_link.push(base_from_link[parent] * step);
+    }
+}
+
+impl Robot {
+    /// Returns `base_from_link` for every link, in the order of [`Robot::links`], jaws included.
+    ///
+    /// `q` in rad, `opening` the gap between the jaws in m.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::WrongLength`] or [`Error::NotFinite`].
+    pub fn link_poses(&self, q: &[f64], opening: f64) -> Result<Vec<Isometry3<f64>>, Error> {
+        self.check(q)?;
+        let mut poses = Vec::with_capacity(self.links.len());
+        link_poses_into(self, q, opening, &mut poses);
+        Ok(poses)
+    }
+
+    /// Returns the pose of the tip.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::WrongLength`] or [`Error::NotFinite`].
+    pub fn forward(&self, q: &[f64]) -> Result<Pose<Base, Flange>, Error> {
+        self.check(q)?;
+        Ok(Pose::new(self.forward_unchecked(q)))
+    }
+
+    /// As [`Self::forward`], for a `q` that is known to fit.
+    pub(super) fn forward_unchecked(&self, q: &[f64]) -> Isometry3<f64> {
+        let mut pose = Isometry3::identity();
+        for &link in &self.path {
+            let joint = &self.links[link].joint;
+            pose *= joint.parent_from_link(joint.value(q, 0.0));
+        }
+        pose
+    }
+
+    /// Carries points of the tool into the flange; constant, since the tool is rigid. Identity when the
+    /// robot names no tool.
+    pub fn flange_from_tool(&self) -> Pose<Flange, Tool> {
+        self.flange_from_tool
+    }
+
+    /// Returns the pose of the tool centre point.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::forward`].
+    pub fn forward_tool(&self, q: &[f64]) -> Result<Pose<Base, Tool>, Error> {
+        Ok(self.forward(q)? * self.flange_from_tool)
+    }
+
+    /// Returns the geometric Jacobian of the tip: `[v; ω] = J(q) q̇`.
+    ///
+    /// `q` is one value per joint, base first. `J` is 6 × n: rows 0–2 in m/rad, rows 3–5 in rad/rad,
+    /// about the tip's origin, in base axes.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::WrongLength`] or [`Error::NotFinite`].
+    ///
+    /// Source: Siciliano et al., *Robotics*, 2009, §3.1.3.
+    pub fn jacobian(&self, q: &[f64]) -> Result<Matrix6xX<f64>, Error> {
+        self.check(q)?;
+        let mut jacobian = Matrix6xX::zeros(self.n_joints());
+        self.jacobian_into(q, &mut jacobian);
+        Ok(jacobian)
+    }
+
+    /// Writes the Jacobian into a matrix of the right size and returns the tip's pose.
+    pub(super) fn jacobian_into(&self, q: &[f64], jacobian: &mut Matrix6xX<f64>) -> Isometry3<f64> {
+        jacobian.fill(0.0);
+        let tip = self.forward_unchecked(q);
+        let p = tip.translation.vector;
+        let mut pose = Isometry3::identity();
+        for &link in &self.path {
+            let joint = &self.links[link].joint;
+            pose *= joint.parent_from_link(joint.value(q, 0.0));
+            let Drive::Joint { index, multiplier, .. } = joint.drive else { continue };
+            let axis = pose.rotation * joint.axis.into_inner() * multiplier;
+            // A joint and its mimics share a column.
+            let mut column = jacobian.column_mut(index);
+            if joint.motion == Motion::Turn {
+                let lever = axis.cross(&(p - pose.translation.vector));
+                column += Vector6::new(lever.x, lever.y, lever.z, axis.x, axis.y, axis.z);
+            } else {
+                column += Vector6::new(axis.x, axis.y, axis.z, 0.0, 0.0, 0.0);
+            }
+        }
+        tip
+    }
+
+    /// Returns the tip's acceleration that comes from `dq` alone, `J̇ q̇`: linear m/s² over angular rad/s².
+    ///
+    /// # Errors
+    ///
+    /// [`Error::WrongLength`] or [`Error::NotFinite`].
+    ///
+    /// Source: the outward recursion of Siciliano et al., §7.5, with zero joint accelerations.
+    pub fn jacobian_rate(&self, q: &[f64], dq: &[f64]) -> Result<Vector6<f64>, Error> {
+        self.check(q)?;
+        self.check(dq)?;
+        let mut pose = Isometry3::<f64>::identity();
+        let (mut omega, mut alpha, mut acc) =
+            (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
+        for &link in &self.path {
+            let joint = &self.links[link].joint;
+            let before = pose.translation.vector;
+            pose *= joint.parent_from_link(joint.value(q, 0.0));
+            let arm = pose.translation.vector - before;
+            acc += alpha.cross(&arm) + omega.cross(&omega.cross(&arm));
+            let Drive::Joint { index, multiplier, .. } = joint.drive else { continue };
+            let axis = pose.rotation * joint.axis.into_inner() * (multiplier * dq[index]);
+            if joint.motion == Motion::Turn {
+                alpha += omega.cross(&axis);
+                omega += axis;
+            } else {
+                acc += 2.0 * omega.cross(&axis);
+            }
+        }
+        Ok(Vector6::new(acc.x, acc.y, acc.z, alpha.x, alpha.y, alpha.z))
+    }
+}
+
+/// Returns what carries `from` to `to` as position difference (m) over rotation vector (rad), base axes.
+pub fn pose_error(from: &Isometry3<f64>, to: &Isometry3<f64>) -> Vector6<f64> {
+    let shift = to.translation.vector - from.translation.vector;
+    let turn = (to.rotation * from.rotation.inverse()).scaled_axis();
+    Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z)
+}

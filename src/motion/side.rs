@@ -1,0 +1,70 @@
+//! The side file `robot.toml`: what a URDF has no place for.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use super::error::Error;
+use super::robot::Robot;
+
+/// The file, key by key.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SideFile {
+    /// The tip when no other is named.
+    pub(super) tip: Option<String>,
+    tool: Option<String>,
+    max_acceleration_rad_s2: Option<Vec<f64>>,
+    #[serde(default)]
+    poses_deg: BTreeMap<String, Vec<f64>>,
+    #[serde(default)]
+    unchecked: Vec<Unchecked>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Unchecked {
+    link: String,
+    with: Vec<String>,
+}
+
+impl SideFile {
+    pub(super) fn parse(text: &str) -> Result<Self, Error> {
+        toml::from_str(text).map_err(|error| Error::SideFile { what: error.to_string() })
+    }
+
+    /// Adds what the file says to a robot that was just read.
+    pub(super) fn apply(self, robot: &mut Robot) -> Result<(), Error> {
+        if let Some(tool) = &self.tool {
+            robot.tool = Some(robot.link(tool)?);
+        }
+        robot.has_side_file = !self.unchecked.is_empty();
+        for entry in &self.unchecked {
+            let first = robot.link(&entry.link)?;
+            for other in &entry.with {
+                let second = robot.link(other)?;
+                robot.unchecked.push((first.min(second), first.max(second)));
+            }
+        }
+        // A tip half-way up the arm has fewer joints than the file speaks of; the first ones are meant.
+        let n = robot.joints.len();
+        if let Some(limits) = &self.max_acceleration_rad_s2 {
+            if limits.len() < n || limits.iter().any(|a| !(*a > 0.0)) {
+                let what = format!("max_acceleration_rad_s2 needs {n} positive numbers");
+                return Err(Error::SideFile { what });
+            }
+            for (joint, limit) in robot.joints.iter_mut().zip(limits) {
+                joint.acceleration = *limit;
+            }
+        }
+        for (name, pose) in self.poses_deg {
+            if pose.len() < n {
+                let what = format!("pose {name} has {} angles; the arm has {n} joints", pose.len());
+                return Err(Error::SideFile { what });
+            }
+            let radians = pose[..n].iter().map(|deg| deg.to_radians()).collect();
+            robot.poses.insert(name, radians);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,199 @@
+//! The tree of a URDF: links in an order with parents first, which joints are jaws, and where the arm ends.
+
+use std::collections::BTreeMap;
+
+use urdf_rs::JointType;
+
+use super::error::Error;
+
+/// Names that URDFs give the flange, by common use: Kinova, ROS-Industrial, Universal Robots.
+const FLANGE_NAMES: [&str; 4] = ["end_effector_link", "tool0", "ee_link", "flange"];
+
+/// One link in the order that puts parents first.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Step {
+    /// Index among the file's links.
+    pub(super) link: usize,
+    /// Place of the parent in this order.
+    pub(super) parent: Option<usize>,
+    /// Index among the file's joints.
+    pub(super) joint: Option<usize>,
+}
+
+/// Returns the links, parents before children, otherwise as the file lists the joints.
+///
+/// # Errors
+///
+/// [`Error::Urdf`] if the links do not form one tree.
+pub(super) fn order(urdf: &urdf_rs::Robot) -> Result<Vec<Step>, Error> {
+    let fail = |what: String| Err(Error::Urdf { what });
+    let mut index = BTreeMap::new();
+    for (at, link) in urdf.links.iter().enumerate() {
+        if index.insert(link.name.as_str(), at).is_some() {
+            return fail(format!("two links are named {}", link.name));
+        }
+    }
+    let mut carried: Vec<Option<&str>> = vec![None; urdf.links.len()];
+    for joint in &urdf.joints {
+        for end in [&joint.parent.link, &joint.child.link] {
+            if !index.contains_key(end.as_str()) {
+                return fail(format!(
+                    "joint {} names a link {end}, which does not exist",
+                    joint.name
+                ));
+            }
+        }
+        let child = index[joint.child.link.as_str()];
+        if let Some(other) = carried[child] {
+            return fail(format!(
+                "link {} hangs on two joints, {other} and {}: closed loops are not supported",
+                joint.child.link, joint.name
+            ));
+        }
+        carried[child] = Some(&joint.name);
+    }
+    let roots: Vec<usize> = (0..urdf.links.len()).filter(|&at| carried[at].is_none()).collect();
+    let root = match roots[..] {
+        [root] => root,
+        [] => return fail("every link has a parent: the joints form a loop".into()),
+        [first, second, ..] => {
+            return fail(format!(
+                "links {} and {} both have no parent: the links do not form one tree",
+                urdf.links[first].name, urdf.links[second].name
+            ));
+        }
+    };
+    let mut steps = vec![Step { link: root, parent: None, joint: None }];
+    let mut at = 0;
+    while at < steps.len() {
+        let parent = &urdf.links[steps[at].link].name;
+        for (joint_idx, joint) in urdf.joints.iter().enumerate() {
+            if joint.parent.link == *parent {
+                let link = index[joint.child.link.as_str()];
+                steps.push(Step { link, parent: Some(at), joint: Some(joint_idx) });
+            }
+        }
+        at += 1;
+    }
+    if steps.len() < urdf.links.len() {
+        return fail("some joints form a loop that hangs on nothing".into());
+    }
+    Ok(steps)
+}
+
+/// Returns the links from the root's child to `tip`.
+pub(super) fn path(order: &[Step], tip: usize) -> Vec<usize> {
+    let mut path = Vec::new();
+    let mut at = tip;
+    while let Some(parent) = order[at].parent {
+        path.push(at);
+        at = parent;
+    }
+    path.reverse();
+    path
+}
+
+/// Returns, per link of `order`, whether its joint is a jaw: it moves with another that is neither
+/// above nor below it, as the two fingers of a gripper do.
+pub(super) fn jaws(urdf: &urdf_rs::Robot, order: &[Step]) -> Vec<bool> {
+    let name = |at: usize| order[at].joint.map(|j| urdf.joints[j].name.as_str());
+    let above = |high: usize, mut low: usize| {
+        loop {
+            if low == high {
+                return true;
+            }
+            match order[low].parent {
+                Some(parent) => low = parent,
+                None => return false,
+            }
+        }
+    };
+    let mut jaw = vec![false; order.len()];
+    for follower in 0..order.len() {
+        let Some(mimic) = order[follower].joint.and_then(|j| urdf.joints[j].mimic.as_ref()) else {
+            continue;
+        };
+        let master = (0..order.len()).find(|&at| name(at) == Some(mimic.joint.as_str()));
+        if let Some(master) = master
+            && !above(master, follower)
+            && !above(follower, master)
+        {
+            jaw[master] = true;
+            jaw[follower] = true;
+        }
+    }
+    // What follows a jaw is part of the gripper, also where it sits further out on the same finger.
+    for follower in 0..order.len() {
+        let mimic = order[follower].joint.and_then(|j| urdf.joints[j].mimic.as_ref());
+        let master =
+            mimic.and_then(|m| (0..order.len()).find(|&at| name(at) == Some(m.joint.as_str())));
+        jaw[follower] |= master.is_some_and(|master| jaw[master]);
+    }
+    jaw
+}
+
+/// Returns where the arm ends when nobody says: along the only way with moving joints, then the
+/// flange by its usual names, else the longest way of fixed joints.
+///
+/// # Errors
+///
+/// [`Error::Branches`] if the ways part before any joint moved.
+pub(super) fn default_tip(
+    urdf: &urdf_rs::Robot,
+    order: &[Step],
+    jaws: &[bool],
+) -> Result<usize, Error> {
+    let moves = |at: usize| {
+        order[at].joint.is_some_and(|j| urdf.joints[j].joint_type != JointType::Fixed) && !jaws[at]
+    };
+    // Whether anything at or beyond a link moves.
+    let mut mobile = vec![false; order.len()];
+    for at in (0..order.len()).rev() {
+        mobile[at] |= moves(at);
+        if let (true, Some(parent)) = (mobile[at], order[at].parent) {
+            mobile[parent] = true;
+        }
+    }
+    let mut at = 0;
+    let mut passed = 0;
+    let mut last = 0;
+    loop {
+        let next: Vec<usize> =
+            (at + 1..order.len()).filter(|&c| order[c].parent == Some(at) && mobile[c]).collect();
+        match next[..] {
+            [] => break,
+            [only] => {
+                at = only;
+                if moves(at) {
+                    passed += 1;
+                    last = at;
+                }
+            }
+            [..] if passed > 0 => break,
+            [..] => {
+                return Err(Error::Branches {
+                    link: urdf.links[order[at].link].name.clone(),
+                    ways: next.iter().map(|&c| urdf.links[order[c].link].name.clone()).collect(),
+                });
+            }
+        }
+    }
+    // Links rigidly joined to the last that moved, with how far out they are.
+    let mut depth = vec![None; order.len()];
+    depth[last] = Some(0);
+    for child in last + 1..order.len() {
+        let parent = order[child].parent.and_then(|parent| depth[parent]);
+        if let Some(d) = parent
+            && order[child].joint.is_some_and(|j| urdf.joints[j].joint_type == JointType::Fixed)
+        {
+            depth[child] = Some(d + 1);
+        }
+    }
+    let rigid = |at: &usize| depth[*at].is_some();
+    let by_name = FLANGE_NAMES.iter().find_map(|name| {
+        (last..order.len()).filter(rigid).find(|&at| urdf.links[order[at].link].name == *name)
+    });
+    let deepest =
+        (last..order.len()).filter(rigid).max_by_key(|&at| (depth[at], std::cmp::Reverse(at)));
+    Ok(by_name.or(deepest).unwrap_or(last))
+}

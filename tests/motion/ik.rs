@@ -1,0 +1,133 @@
+//! Forward ∘ inverse kinematics is the identity.
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use rand::rngs::StdRng;
+use rand::{RngExt, SeedableRng};
+use trueup::motion::Robot;
+use trueup::motion::ik::{Options, Reason, Solver};
+use trueup::world::Pose;
+
+fn random_q(robot: &Robot, random: &mut StdRng) -> Vec<f64> {
+    robot
+        .joints()
+        .iter()
+        .map(|j| random.random_range(j.lower.max(-3.1)..j.upper.min(3.1)))
+        .collect()
+}
+
+#[test]
+fn every_reachable_pose_of_the_gen3_is_solved_exactly() {
+    let robot = Robot::gen3();
+    let solver = Solver::new(&robot);
+    assert!(solver.closed_form().is_some());
+    let mut random = StdRng::seed_from_u64(1);
+    let home = robot.pose("home").unwrap();
+    let mut solutions = 0;
+    for _ in 0..1000 {
+        let target = robot.forward(&random_q(&robot, &mut random)).unwrap();
+        let found = solver.solve(&target, &Options { sweep: 16, ..Options::near(home) }, &|_| true);
+        let found = found.expect("it is reachable by construction");
+        solutions += found.len();
+        let mut last = 0.0;
+        for q in &found {
+            assert!(robot.outside_limits(q, 0.0).is_none());
+            let pose = robot.forward(q).unwrap();
+            assert!((pose.origin() - target.origin()).norm() < 1e-9);
+            assert!(pose.rotation().angle_to(&target.rotation()) < 1e-7);
+            let gap = q.iter().zip(home).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(gap >= last);
+            last = gap;
+        }
+    }
+    // 17 values of joint 3, up to 8 branches each, of which the limits leave a good part.
+    assert!(solutions > 1000 * 40, "{solutions}");
+}
+
+#[test]
+fn the_configuration_a_pose_came_from_is_among_its_solutions() {
+    let robot = Robot::gen3();
+    let solver = Solver::new(&robot);
+    let mut random = StdRng::seed_from_u64(2);
+    for _ in 0..300 {
+        let q = random_q(&robot, &mut random);
+        let target = robot.forward(&q).unwrap();
+        let all = solver.at_joint_3(&target, q[2], &q);
+        let nearest = all
+            .iter()
+            .map(|s| s.iter().zip(&q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max))
+            .fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1e-6, "{nearest} {q:?}");
+    }
+}
+
+#[test]
+fn named_poses_and_singular_ones_are_solved() {
+    let robot = Robot::gen3();
+    let solver = Solver::new(&robot);
+    let singular = [0.4, 0.0, 0.0, 0.0, 0.3, 0.0, 0.2];
+    let poses = ["zero", "home", "retract"].map(|name| robot.pose(name).unwrap().to_vec());
+    for q in poses.iter().chain([&singular.to_vec()]) {
+        let target = robot.forward(q).unwrap();
+        let found = solver.nearest(&target, q).unwrap();
+        let pose = robot.forward(&found).unwrap();
+        assert!((pose.origin() - target.origin()).norm() < 1e-8, "{q:?}");
+    }
+}
+
+#[test]
+fn an_unreachable_pose_says_why_and_how_far() {
+    let robot = Robot::gen3();
+    let solver = Solver::new(&robot);
+    let home = robot.pose("home").unwrap();
+    // Straight up the arm reaches 1.187 m; 10 cm more is out of reach by 10 cm.
+    let above = robot.forward(&[0.0; 7]).unwrap();
+    let target = Pose::from_parts(above.origin() + Vector3::new(0.0, 0.0, 0.1), above.rotation());
+    let why = solver.solve(&target, &Options::near(home), &|_| true).unwrap_err();
+    assert_eq!(why.reason, Reason::OutOfReach);
+    assert!((why.nearest - 0.1).abs() < 1e-3, "{}", why.nearest);
+    // A filter that refuses everything stands for a collision.
+    let at_home = robot.forward(home).unwrap();
+    let why = solver.solve(&at_home, &Options::near(home), &|_| false).unwrap_err();
+    assert_eq!(why.reason, Reason::Collision);
+    // Folded on itself beyond the limit of joint 4.
+    let folded = robot.forward(&[0.0, 0.0, 0.0, 2.9, 0.0, 0.0, 0.0]).unwrap();
+    let why = solver.solve(&folded, &Options::near(home), &|_| true).unwrap_err();
+    assert_eq!(why.reason, Reason::Limits);
+    assert!(why.nearest > 1e-3 && why.nearest < 0.2, "{}", why.nearest);
+}
+
+/// A UR5 (published DH parameters, as a URDF without meshes): six joints, no closed form here.
+pub(super) const UR5: &str = r#"<robot name="ur5"><link name="base_link"/><link name="l1"/><link name="l2"/>
+  <link name="l3"/><link name="l4"/><link name="l5"/><link name="l6"/><link name="tool0"/>
+  <joint name="j1" type="revolute"><parent link="base_link"/><child link="l1"/><origin xyz="0 0 0.089159"/>
+    <axis xyz="0 0 1"/><limit lower="-6.2832" upper="6.2832" velocity="3.15" effort="150"/></joint>
+  <joint name="j2" type="revolute"><parent link="l1"/><child link="l2"/><origin xyz="0 0.13585 0" rpy="0 1.570796327 0"/>
+    <axis xyz="0 1 0"/><limit lower="-6.2832" upper="6.2832" velocity="3.15" effort="150"/></joint>
+  <joint name="j3" type="revolute"><parent link="l2"/><child link="l3"/><origin xyz="0 -0.1197 0.425"/>
+    <axis xyz="0 1 0"/><limit lower="-3.1416" upper="3.1416" velocity="3.15" effort="150"/></joint>
+  <joint name="j4" type="revolute"><parent link="l3"/><child link="l4"/><origin xyz="0 0 0.39225" rpy="0 1.570796327 0"/>
+    <axis xyz="0 1 0"/><limit lower="-6.2832" upper="6.2832" velocity="3.2" effort="28"/></joint>
+  <joint name="j5" type="revolute"><parent link="l4"/><child link="l5"/><origin xyz="0 0.093 0"/>
+    <axis xyz="0 0 1"/><limit lower="-6.2832" upper="6.2832" velocity="3.2" effort="28"/></joint>
+  <joint name="j6" type="revolute"><parent link="l5"/><child link="l6"/><origin xyz="0 0 0.09465"/>
+    <axis xyz="0 1 0"/><limit lower="-6.2832" upper="6.2832" velocity="3.2" effort="28"/></joint>
+  <joint name="t" type="fixed"><parent link="l6"/><child link="tool0"/><origin xyz="0 0.0823 0" rpy="-1.570796327 0 0"/></joint>
+</robot>"#;
+
+#[test]
+fn another_arm_is_solved_numerically() {
+    let robot = Robot::from_urdf(UR5, None).unwrap();
+    let solver = Solver::new(&robot);
+    assert!(solver.closed_form().is_none());
+    let mut random = StdRng::seed_from_u64(3);
+    for _ in 0..200 {
+        let target = robot.forward(&random_q(&robot, &mut random)).unwrap();
+        let found = solver.solve(&target, &Options::first(&[0.0; 6]), &|_| true).unwrap();
+        let pose = robot.forward(&found[0]).unwrap();
+        assert!((pose.origin() - target.origin()).norm() < 1e-9);
+    }
+    let far = Isometry3::from_parts(Translation3::new(2.0, 0.0, 0.0), UnitQuaternion::identity());
+    let why = solver.solve(&Pose::new(far), &Options::near(&[0.0; 6]), &|_| true).unwrap_err();
+    assert_eq!(why.reason, Reason::OutOfReach);
+    assert!(why.nearest > 0.9 && why.nearest < 1.4, "{}", why.nearest);
+}
