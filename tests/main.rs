@@ -4,3 +4,4 @@
 mod language;
 mod layers;
 mod motion;
+mod twin;
