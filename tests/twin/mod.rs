@@ -1,0 +1,3 @@
+//! The twin: what it draws.
+
+mod render;
