@@ -72,10 +72,9 @@ impl Lighting {
             albedo.component_mul(&(self.lamp * (facing * lit) + Vector3::repeat(around)));
         if specular > 0.0 {
             let halfway = (self.towards - from_eye).normalize();
-            let power = 12.0 + 90.0 * specular * specular;
-            let shine = normal.dot(&halfway).max(0.0).powf(power) * lit * specular * 0.9;
-            let rim = (1.0 + normal.dot(&from_eye)).clamp(0.0, 1.0).powi(4) * specular * 0.12;
-            light += self.lamp * shine + Vector3::repeat(self.ambient * rim * open);
+            let power = 12 + (90.0 * specular * specular) as i32;
+            let shine = normal.dot(&halfway).max(0.0).powi(power) * lit * specular * 0.9;
+            light += self.lamp * shine;
         }
         light
     }
@@ -112,13 +111,21 @@ impl Lighting {
             return self.table * (0.55 * self.level());
         }
         let room = Vector3::repeat(0.30 + 0.25 * d.z) * self.level();
-        // The lamp is a panel; its edge is softened a little so that its mirror image does not flicker.
+        // The lamp's edge is softened a little so that its mirror image does not flicker.
         let off = d.dot(&self.towards).clamp(-1.0, 1.0).acos();
-        let panel = 1.0 - ((off - self.spread) / 0.06).clamp(0.0, 1.0);
-        // A second, weaker one: a window to the side.
-        let window = Vector3::new(-0.35, 0.85, 0.40).normalize();
-        let pane = 1.0 - ((d.dot(&window).clamp(-1.0, 1.0).acos() - 0.22) / 0.08).clamp(0.0, 1.0);
-        room + self.lamp * (9.0 * panel * panel) + Vector3::repeat(1.6 * pane * self.level())
+        let lamp = 1.0 - ((off - self.spread) / 0.06).clamp(0.0, 1.0);
+        // Beside it a laboratory's ceiling: rows of weaker panels 2.2 m above the table.
+        let panel = if d.z > 0.05 {
+            let inside = |at: f64, apart: f64, half: f64| {
+                let from_middle = (at - apart * (at / apart).round()).abs();
+                1.0 - ((from_middle - half) / 0.08).clamp(0.0, 1.0)
+            };
+            let scale = 2.2 / d.z;
+            inside(d.x * scale - 0.4, 1.5, 0.22) * inside(d.y * scale + 0.3, 1.9, 0.50)
+        } else {
+            0.0
+        };
+        room + self.lamp * (12.0 * lamp * lamp + 5.0 * panel)
     }
 
     fn level(&self) -> f64 {
@@ -155,7 +162,7 @@ impl Shade {
         if shadows && towards.z > 0.1 {
             let casters: Vec<&Thing> =
                 things.iter().filter(|thing| thing.id != TABLE && thing.id != WATER).collect();
-            let lamp = disc(towards, light.spread, 12);
+            let lamp = disc(towards, light.spread, 24);
             let dome: Vec<Vector3<f64>> = [(0.35, 5, 0.0), (0.8, 7, 0.3)]
                 .into_iter()
                 .flat_map(|(off, n, phase)| ring(Vector3::z(), off, n, phase))
@@ -177,7 +184,80 @@ impl Shade {
                 }
             });
         }
-        Self { low, columns, rows, cells }
+        let mut shade = Self { low, columns, rows, cells };
+        shade.uncover(things);
+        shade.soften();
+        shade
+    }
+
+    /// Gives cells under standing things the light of their neighbours, so that the dark below a thing does
+    /// not creep out from under its outline.
+    fn uncover(&mut self, things: &[Thing]) {
+        let mut covered: Vec<usize> = Vec::new();
+        for thing in things.iter().filter(|thing| thing.id != TABLE && thing.id != WATER) {
+            let row_of = |y: f64| ((y - self.low[1]) / CELL + 0.5).clamp(0.0, self.rows as f64) as usize;
+            let column_of =
+                |x: f64| ((x - self.low[0]) / CELL + 0.5).clamp(0.0, self.columns as f64) as usize;
+            if thing.centre.z > thing.radius + 0.002 {
+                continue;
+            }
+            let (c, r) = (thing.centre, thing.radius);
+            for row in row_of(c.y - r)..row_of(c.y + r) {
+                for column in column_of(c.x - r)..column_of(c.x + r) {
+                    let at = self.centre(column, row);
+                    if thing.holds(at) {
+                        covered.push(row * self.columns + column);
+                    }
+                }
+            }
+        }
+        let mut known = vec![true; self.cells.len()];
+        covered.iter().for_each(|&k| known[k] = false);
+        // Two rings are as far as interpolation and softening reach.
+        for _ in 0..2 {
+            let before = (self.cells.clone(), known.clone());
+            for &k in &covered {
+                if before.1[k] {
+                    continue;
+                }
+                let (row, column) = (k / self.columns, k % self.columns);
+                let (mut sum, mut n) = ((0.0, 0.0), 0.0);
+                for j in row.saturating_sub(1)..(row + 2).min(self.rows) {
+                    for i in column.saturating_sub(1)..(column + 2).min(self.columns) {
+                        let near = j * self.columns + i;
+                        if before.1[near] {
+                            sum = (sum.0 + before.0[near].0, sum.1 + before.0[near].1);
+                            n += 1.0;
+                        }
+                    }
+                }
+                if n > 0.0 {
+                    self.cells[k] = (sum.0 / n, sum.1 / n);
+                    known[k] = true;
+                }
+            }
+        }
+    }
+
+    /// Takes the mean over each cell and its neighbours: it hides that the lamp is a few points.
+    fn soften(&mut self) {
+        let before = self.cells.clone();
+        for row in 1..self.rows - 1 {
+            for column in 1..self.columns - 1 {
+                let mut sum = (0.0, 0.0);
+                for j in row - 1..=row + 1 {
+                    for cell in &before[j * self.columns + column - 1..][..3] {
+                        sum = (sum.0 + cell.0, sum.1 + cell.1);
+                    }
+                }
+                self.cells[row * self.columns + column] = (sum.0 / 9.0, sum.1 / 9.0);
+            }
+        }
+    }
+
+    fn centre(&self, column: usize, row: usize) -> Vector3<f64> {
+        let place = |k: usize, low: f64| low + (k as f64 - 0.5) * CELL;
+        Vector3::new(place(column, self.low[0]), place(row, self.low[1]), 1e-5)
     }
 
     /// Returns `(lamp, room)` at a place, between the centres of four cells.
@@ -269,7 +349,8 @@ static WOOD: LazyLock<Vec<f32>> = LazyLock::new(|| {
 fn grain(x: f64, y: f64) -> f64 {
     let fold = |a: f64| {
         let period = (GRAIN - 2) as f64;
-        let a = (a / TEXEL + 0.31 * period).rem_euclid(2.0 * period);
+        let a = a / TEXEL + 0.31 * period;
+        let a = a - 2.0 * period * (a / (2.0 * period)).floor();
         if a > period { 2.0 * period - a } else { a }
     };
     let (u, v) = (fold(x), fold(y));

@@ -181,6 +181,16 @@ impl Thing {
         }
     }
 
+    /// Returns whether a point is inside the thing's outline, hollows included.
+    pub(super) fn holds(&self, p: Vector3<f64>) -> bool {
+        let (local, _) = self.inward(p, Vector3::z());
+        match &self.kind {
+            Kind::Solid(solid) => solid.holds(local),
+            Kind::Vessel(hollow) => hollow.outer.holds(local),
+            Kind::Triangle { .. } => false,
+        }
+    }
+
     /// Returns whether the thing stands between `o` and what lies far along `d`.
     pub(super) fn blocks(&self, o: Vector3<f64>, d: Vector3<f64>) -> bool {
         let (lo, ld) = self.inward(o, d);
