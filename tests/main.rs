@@ -4,4 +4,5 @@
 mod language;
 mod layers;
 mod motion;
+mod kitchen;
 mod twin;

@@ -489,3 +489,6 @@ impl Twin {
 fn is_finite(pose: &Isometry3<f64>) -> bool {
     pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|value| value.is_finite())
 }
+//! (to come)
+
+pub mod render;

@@ -154,3 +154,6 @@ pub(crate) fn twin(objects: Vec<Object>, state: &WorldState) -> Twin {
     let model = gen3();
     Twin::new(&model, &scene(objects), state, Settings::for_arm(&model)).unwrap()
 }
+//! The twin: what it draws.
+
+mod render;

@@ -1,0 +1,379 @@
+//! Light: the room, the lamp, the shadows on the table, the grain of its wood.
+//!
+//! All in linear light, where 1 is white paper in a good exposure. Nothing here is random: the grain
+//! comes from a hash of the place.
+
+use std::sync::LazyLock;
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::scene::{Thing, linear};
+use super::view::{Light, TABLE, View, WATER};
+
+/// A colour as linear light: red, green, blue.
+pub(super) type Rgb = Vector3<f64>;
+
+/// Height of the floor below the table top, m. A common height for a table.
+const FLOOR: f64 = -0.74;
+
+/// The light of a view, made ready.
+pub(super) struct Lighting {
+    towards: Vector3<f64>,
+    lamp: Rgb,
+    ambient: f64,
+    spread: f64,
+    table: Rgb,
+    shade: Shade,
+    samples: Vec<Vector3<f64>>,
+}
+
+impl Lighting {
+    pub(super) fn new(view: &View, things: &[Thing], shadows: bool) -> Self {
+        let light = view.light;
+        let towards = light.towards.try_normalize(1e-9).unwrap_or(Vector3::z());
+        Self {
+            towards,
+            lamp: Vector3::from(light.tint) * light.intensity,
+            ambient: light.ambient,
+            spread: light.spread,
+            table: linear(view.table.colour),
+            shade: Shade::new(view, things, &light, towards, shadows),
+            samples: if shadows { disc(towards, light.spread, 4) } else { Vec::new() },
+        }
+    }
+
+    /// Returns a few directions spread over the lamp; none when nothing casts shadows.
+    pub(super) fn samples(&self) -> &[Vector3<f64>] {
+        &self.samples
+    }
+
+    /// Returns the direction to the lamp, unit, world.
+    pub(super) fn towards(&self) -> Vector3<f64> {
+        self.towards
+    }
+
+    /// Returns the light a surface sends towards the eye. `lit` (0 to 1) is the part of the lamp it sees,
+    /// `open` (0 to 1) the part of the room.
+    pub(super) fn surface(
+        &self,
+        albedo: Rgb,
+        specular: f64,
+        normal: Vector3<f64>,
+        from_eye: Vector3<f64>,
+        lit: f64,
+        open: f64,
+    ) -> Rgb {
+        // Light from the surroundings comes mostly from above; the table sends some back up.
+        let up = 0.5 + 0.5 * normal.z;
+        let around = self.ambient * open * (0.42 + 0.58 * up);
+        let facing = normal.dot(&self.towards).max(0.0);
+        let mut light =
+            albedo.component_mul(&(self.lamp * (facing * lit) + Vector3::repeat(around)));
+        if specular > 0.0 {
+            let halfway = (self.towards - from_eye).normalize();
+            let power = 12 + (90.0 * specular * specular) as i32;
+            let shine = normal.dot(&halfway).max(0.0).powi(power) * lit * specular * 0.9;
+            light += self.lamp * shine;
+        }
+        light
+    }
+
+    /// Returns what the table top looks like at `(x, y)`: its light, without marks.
+    pub(super) fn table_top(&self, x: f64, y: f64, from_eye: Vector3<f64>) -> Rgb {
+        let (lit, open) = self.shade.at(x, y);
+        let wood = self.table * grain(x, y);
+        self.surface(wood, 0.10, Vector3::z(), from_eye, lit, open)
+    }
+
+    /// Returns the ink of a printed mark at `(x, y)`.
+    pub(super) fn mark(&self, x: f64, y: f64, from_eye: Vector3<f64>) -> Rgb {
+        let (lit, open) = self.shade.at(x, y);
+        self.surface(Vector3::repeat(0.016), 0.08, Vector3::z(), from_eye, lit, open)
+    }
+
+    /// Returns what the room looks like from `o` in the direction `d` (unit): floor and walls.
+    pub(super) fn room(&self, o: Vector3<f64>, d: Vector3<f64>) -> Rgb {
+        if d.z < -1e-3 {
+            let t = (FLOOR - o.z) / d.z;
+            let p = o + d * t.max(0.0);
+            // Grey linoleum, darker away from the lamp and under the table.
+            let far = 1.0 / (1.0 + 0.05 * (p.x * p.x + p.y * p.y));
+            let speck = 0.985 + 0.03 * noise(p.x * 7.0, p.y * 7.0);
+            return Vector3::new(0.155, 0.165, 0.172) * (speck * (0.35 + 0.65 * far)) * self.level();
+        }
+        Vector3::new(0.44, 0.45, 0.45) * self.level() * (0.8 + 0.3 * d.z)
+    }
+
+    /// Returns what a polished surface mirrors in the direction `d` (unit) without asking what stands there.
+    pub(super) fn mirrored(&self, d: Vector3<f64>) -> Rgb {
+        if d.z < 0.0 {
+            return self.table * (0.55 * self.level());
+        }
+        let room = Vector3::repeat(0.30 + 0.25 * d.z) * self.level();
+        // The lamp's edge is softened a little so that its mirror image does not flicker.
+        let off = d.dot(&self.towards).clamp(-1.0, 1.0).acos();
+        let lamp = 1.0 - ((off - self.spread) / 0.06).clamp(0.0, 1.0);
+        // Beside it a laboratory's ceiling: rows of weaker panels 2.2 m above the table.
+        let panel = if d.z > 0.05 {
+            let inside = |at: f64, apart: f64, half: f64| {
+                let from_middle = (at - apart * (at / apart).round()).abs();
+                1.0 - ((from_middle - half) / 0.08).clamp(0.0, 1.0)
+            };
+            let scale = 2.2 / d.z;
+            inside(d.x * scale - 0.4, 1.5, 0.22) * inside(d.y * scale + 0.3, 1.9, 0.50)
+        } else {
+            0.0
+        };
+        room + self.lamp * (12.0 * lamp * lamp + 5.0 * panel)
+    }
+
+    fn level(&self) -> f64 {
+        self.ambient + 0.8 * self.lamp.max()
+    }
+}
+
+/// How much of the lamp and of the room each place of the table sees.
+struct Shade {
+    low: [f64; 2],
+    columns: usize,
+    rows: usize,
+    /// `(lamp, room)`, row by row.
+    cells: Vec<(f64, f64)>,
+}
+
+/// Edge of a cell of the shadow grid, m. Shadows of a wide lamp are softer than this.
+const CELL: f64 = 0.006;
+
+impl Shade {
+    fn new(
+        view: &View,
+        things: &[Thing],
+        light: &Light,
+        towards: Vector3<f64>,
+        shadows: bool,
+    ) -> Self {
+        let [x, y] = view.table.centre;
+        let (hx, hy) = (view.table.size.x / 2.0, view.table.size.y / 2.0);
+        let columns = (2.0 * hx / CELL).ceil() as usize + 2;
+        let rows = (2.0 * hy / CELL).ceil() as usize + 2;
+        let low = [x - hx, y - hy];
+        let mut cells = vec![(1.0, 1.0); columns * rows];
+        if shadows && towards.z > 0.1 {
+            let casters: Vec<&Thing> =
+                things.iter().filter(|thing| thing.id != TABLE && thing.id != WATER).collect();
+            let lamp = disc(towards, light.spread, 24);
+            let dome: Vec<Vector3<f64>> = [(0.35, 5, 0.0), (0.8, 7, 0.3)]
+                .into_iter()
+                .flat_map(|(off, n, phase)| ring(Vector3::z(), off, n, phase))
+                .collect();
+            cells.par_chunks_mut(columns).enumerate().for_each(|(row, cells)| {
+                let y = low[1] + (row as f64 - 0.5) * CELL;
+                for (directions, is_lamp) in [(&lamp, true), (&dome, false)] {
+                    let part = 1.0 / directions.len() as f64;
+                    for &d in directions {
+                        let mut seen = vec![1.0_f64; cells.len()];
+                        for thing in &casters {
+                            darken(thing, d, y, low[0], &mut seen);
+                        }
+                        for (cell, seen) in cells.iter_mut().zip(seen) {
+                            let loss = part * (1.0 - seen);
+                            if is_lamp { cell.0 -= loss } else { cell.1 -= 0.85 * loss }
+                        }
+                    }
+                }
+            });
+        }
+        let mut shade = Self { low, columns, rows, cells };
+        shade.uncover(things);
+        shade.soften();
+        shade
+    }
+
+    /// Gives cells under standing things the light of their neighbours, so that the dark below a thing does
+    /// not creep out from under its outline.
+    fn uncover(&mut self, things: &[Thing]) {
+        let mut covered: Vec<usize> = Vec::new();
+        for thing in things.iter().filter(|thing| thing.id != TABLE && thing.id != WATER) {
+            let row_of = |y: f64| ((y - self.low[1]) / CELL + 0.5).clamp(0.0, self.rows as f64) as usize;
+            let column_of =
+                |x: f64| ((x - self.low[0]) / CELL + 0.5).clamp(0.0, self.columns as f64) as usize;
+            if thing.centre.z > thing.radius + 0.002 {
+                continue;
+            }
+            let (c, r) = (thing.centre, thing.radius);
+            for row in row_of(c.y - r)..row_of(c.y + r) {
+                for column in column_of(c.x - r)..column_of(c.x + r) {
+                    let at = self.centre(column, row);
+                    if thing.holds(at) {
+                        covered.push(row * self.columns + column);
+                    }
+                }
+            }
+        }
+        let mut known = vec![true; self.cells.len()];
+        covered.iter().for_each(|&k| known[k] = false);
+        // Two rings are as far as interpolation and softening reach.
+        for _ in 0..2 {
+            let before = (self.cells.clone(), known.clone());
+            for &k in &covered {
+                if before.1[k] {
+                    continue;
+                }
+                let (row, column) = (k / self.columns, k % self.columns);
+                let (mut sum, mut n) = ((0.0, 0.0), 0.0);
+                for j in row.saturating_sub(1)..(row + 2).min(self.rows) {
+                    for i in column.saturating_sub(1)..(column + 2).min(self.columns) {
+                        let near = j * self.columns + i;
+                        if before.1[near] {
+                            sum = (sum.0 + before.0[near].0, sum.1 + before.0[near].1);
+                            n += 1.0;
+                        }
+                    }
+                }
+                if n > 0.0 {
+                    self.cells[k] = (sum.0 / n, sum.1 / n);
+                    known[k] = true;
+                }
+            }
+        }
+    }
+
+    /// Takes the mean over each cell and its neighbours: it hides that the lamp is a few points.
+    fn soften(&mut self) {
+        let before = self.cells.clone();
+        for row in 1..self.rows - 1 {
+            for column in 1..self.columns - 1 {
+                let mut sum = (0.0, 0.0);
+                for j in row - 1..=row + 1 {
+                    for cell in &before[j * self.columns + column - 1..][..3] {
+                        sum = (sum.0 + cell.0, sum.1 + cell.1);
+                    }
+                }
+                self.cells[row * self.columns + column] = (sum.0 / 9.0, sum.1 / 9.0);
+            }
+        }
+    }
+
+    fn centre(&self, column: usize, row: usize) -> Vector3<f64> {
+        let place = |k: usize, low: f64| low + (k as f64 - 0.5) * CELL;
+        Vector3::new(place(column, self.low[0]), place(row, self.low[1]), 1e-5)
+    }
+
+    /// Returns `(lamp, room)` at a place, between the centres of four cells.
+    fn at(&self, x: f64, y: f64) -> (f64, f64) {
+        let u = ((x - self.low[0]) / CELL + 0.5).clamp(0.0, self.columns as f64 - 1.001);
+        let v = ((y - self.low[1]) / CELL + 0.5).clamp(0.0, self.rows as f64 - 1.001);
+        let (i, j) = (u as usize, v as usize);
+        let (fu, fv) = (u - i as f64, v - j as f64);
+        let at = j * self.columns + i;
+        let [a, b, c, d] =
+            [at, at + 1, at + self.columns, at + self.columns + 1].map(|k| self.cells[k]);
+        let mix = |a: f64, b: f64, c: f64, d: f64| {
+            (a * (1.0 - fu) + b * fu) * (1.0 - fv) + (c * (1.0 - fu) + d * fu) * fv
+        };
+        (mix(a.0, b.0, c.0, d.0), mix(a.1, b.1, c.1, d.1))
+    }
+}
+
+/// Marks the cells of a row whose line of sight along `d` a thing blocks.
+fn darken(thing: &Thing, d: Vector3<f64>, y: f64, low_x: f64, seen: &mut [f64]) {
+    // The ball around the thing, seen along d on the plane z = 0, reaches r / d.z at most.
+    let reach = thing.radius / d.z;
+    let foot = thing.centre - d * (thing.centre.z / d.z);
+    let dy = y - foot.y;
+    if dy.abs() > reach {
+        return;
+    }
+    let half = (reach * reach - dy * dy).sqrt();
+    let from = ((foot.x - half - low_x) / CELL + 0.5).floor().max(0.0) as usize;
+    let to = ((foot.x + half - low_x) / CELL + 1.5).ceil().max(0.0) as usize;
+    // Glass lets most light through and gathers what it bends; a third is missing beside the bright spots.
+    let left = if thing.paint.transparent { 0.70 } else { 0.0 };
+    for (k, seen) in seen.iter_mut().enumerate().take(to).skip(from) {
+        if *seen <= left {
+            continue;
+        }
+        let o = Vector3::new(low_x + (k as f64 - 0.5) * CELL, y, 1e-5);
+        if thing.near(o, d) && thing.blocks(o, d) {
+            *seen = seen.min(left);
+        }
+    }
+}
+
+/// Returns `n` directions spread evenly over a cone of half angle `spread` (Vogel's spiral).
+fn disc(towards: Vector3<f64>, spread: f64, n: usize) -> Vec<Vector3<f64>> {
+    (0..n)
+        .flat_map(|k| {
+            let off = spread * ((k as f64 + 0.5) / n as f64).sqrt();
+            ring(towards, off, 1, k as f64 * 2.399_963)
+        })
+        .collect()
+}
+
+/// Returns `n` directions at an angle `off` from an axis.
+fn ring(axis: Vector3<f64>, off: f64, n: usize, phase: f64) -> Vec<Vector3<f64>> {
+    let side = if axis.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
+    let u = axis.cross(&side).normalize();
+    let v = axis.cross(&u);
+    (0..n)
+        .map(|k| {
+            let turn = phase + std::f64::consts::TAU * k as f64 / n as f64;
+            axis * off.cos() + (u * turn.cos() + v * turn.sin()) * off.sin()
+        })
+        .collect()
+}
+
+/// Edge of the stored piece of wood in texels, and of a texel in m.
+const GRAIN: usize = 640;
+const TEXEL: f64 = 0.0025;
+
+/// A piece of wood of 1.6 m by 1.6 m, mirrored beyond: factors about 1.
+static WOOD: LazyLock<Vec<f32>> = LazyLock::new(|| {
+    (0..GRAIN * GRAIN)
+        .into_par_iter()
+        .map(|k| {
+            let (x, y) = ((k % GRAIN) as f64 * TEXEL, (k / GRAIN) as f64 * TEXEL);
+            // Growth rings cut lengthwise: stretched along x, bent by a slow wave.
+            let bent = y + 0.02 * (noise(x * 2.2, y * 3.0) - 0.5);
+            let rings = (noise(x * 1.3 + 9.0, bent * 34.0) - 0.5)
+                + 0.6 * (noise(x * 3.1, bent * 95.0) - 0.5)
+                + 0.35 * (noise(x * 26.0, bent * 190.0) - 0.5);
+            let patch = noise(x * 1.7 + 40.0, y * 2.1 + 7.0) - 0.5;
+            (1.0 + 0.085 * rings + 0.06 * patch) as f32
+        })
+        .collect()
+});
+
+/// Returns the wood's brightness at a place of the table, about 1.
+fn grain(x: f64, y: f64) -> f64 {
+    let fold = |a: f64| {
+        let period = (GRAIN - 2) as f64;
+        let a = a / TEXEL + 0.31 * period;
+        let a = a - 2.0 * period * (a / (2.0 * period)).floor();
+        if a > period { 2.0 * period - a } else { a }
+    };
+    let (u, v) = (fold(x), fold(y));
+    let (i, j) = (u as usize, v as usize);
+    let (fu, fv) = (u - i as f64, v - j as f64);
+    let at = |i: usize, j: usize| f64::from(WOOD[j * GRAIN + i]);
+    (at(i, j) * (1.0 - fu) + at(i + 1, j) * fu) * (1.0 - fv)
+        + (at(i, j + 1) * (1.0 - fu) + at(i + 1, j + 1) * fu) * fv
+}
+
+/// Smooth value noise on the unit grid, 0 to 1 (Perlin's interpolation of hashed corners).
+fn noise(x: f64, y: f64) -> f64 {
+    let (i, j) = (x.floor(), y.floor());
+    let (fx, fy) = (x - i, y - j);
+    let corner = |di: i64, dj: i64| {
+        let mut h = ((i as i64 + di).wrapping_mul(0x9E37_79B1) ^ (j as i64 + dj).wrapping_mul(0x85EB_CA77))
+            as u64;
+        h = (h ^ (h >> 15)).wrapping_mul(0x2C1B_3C6D_7F4A_7C15);
+        h = (h ^ (h >> 31)).wrapping_mul(0x9FB2_1C65_1E98_DF25);
+        (h >> 40) as f64 / (1_u64 << 24) as f64
+    };
+    let smooth = |t: f64| t * t * (3.0 - 2.0 * t);
+    let (sx, sy) = (smooth(fx), smooth(fy));
+    (corner(0, 0) * (1.0 - sx) + corner(1, 0) * sx) * (1.0 - sy)
+        + (corner(0, 1) * (1.0 - sx) + corner(1, 1) * sx) * sy
+}

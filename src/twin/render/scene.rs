@@ -1,0 +1,419 @@
+//! The view as a list of placed solids, ready to be met by rays.
+
+use nalgebra::{Isometry3, Matrix3, Vector3};
+
+use super::solid::{Solid, TOP};
+use super::view::{Body, FIRST_BODY, MARKER, Paint, Shape, TABLE, View, WATER};
+use crate::world::object;
+
+/// A solid in the world.
+#[derive(Debug, Clone)]
+pub(super) struct Thing {
+    pub(super) kind: Kind,
+    local_from_world: Matrix3<f64>,
+    world_from_local: Matrix3<f64>,
+    origin: Vector3<f64>,
+    /// A ball that holds it, world.
+    pub(super) centre: Vector3<f64>,
+    pub(super) radius: f64,
+    pub(super) paint: Paint,
+    /// The paint's colour as linear light.
+    pub(super) albedo: Vector3<f64>,
+    pub(super) id: u16,
+}
+
+/// How a thing is met.
+#[derive(Debug, Clone)]
+pub(super) enum Kind {
+    /// A convex solid.
+    Solid(Solid),
+    /// A solid with an open hollow, and perhaps water in it.
+    Vessel(Hollow),
+    /// A flat triangle `a + s ab + t ac`.
+    Triangle { a: Vector3<f64>, ab: Vector3<f64>, ac: Vector3<f64> },
+}
+
+/// An open-topped vessel in its own frame.
+#[derive(Debug, Clone)]
+pub(super) struct Hollow {
+    pub(super) outer: Solid,
+    pub(super) cavity: Solid,
+    /// Height of the rim above the origin, m.
+    pub(super) rim: f64,
+    /// The water's surface: up in the vessel's frame, and how far up it is.
+    pub(super) level: Option<(Vector3<f64>, f64)>,
+}
+
+/// Where a ray meets a thing.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Hit {
+    pub(super) t: f64,
+    /// Outward unit normal, world.
+    pub(super) normal: Vector3<f64>,
+    /// Tells apart faces of one thing whose common edge must be drawn finely.
+    pub(super) face: u8,
+    /// How deep inside a vessel, 0 at the rim or outside, 1 on its floor.
+    pub(super) depth: f64,
+    /// The ray meets the water in the vessel before it meets the vessel.
+    pub(super) wet: bool,
+}
+
+impl Thing {
+    fn new(kind: Kind, pose: &Isometry3<f64>, paint: Paint, id: u16) -> Self {
+        let rotation = *pose.rotation.to_rotation_matrix().matrix();
+        let (low, high) = match &kind {
+            Kind::Solid(solid) => solid.bounds(),
+            Kind::Vessel(hollow) => hollow.outer.bounds(),
+            Kind::Triangle { a, ab, ac } => {
+                let (b, c) = (a + ab, a + ac);
+                (a.inf(&b).inf(&c), a.sup(&b).sup(&c))
+            }
+        };
+        Self {
+            kind,
+            local_from_world: rotation.transpose(),
+            world_from_local: rotation,
+            origin: pose.translation.vector,
+            centre: pose * nalgebra::Point3::from((low + high) / 2.0) - nalgebra::Point3::origin(),
+            radius: (high - low).norm() / 2.0,
+            albedo: linear(paint.colour),
+            paint,
+            id,
+        }
+    }
+
+    /// Returns a ray in the thing's own frame.
+    pub(super) fn inward(&self, o: Vector3<f64>, d: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+        (self.local_from_world * (o - self.origin), self.local_from_world * d)
+    }
+
+    /// Returns a direction of the thing's frame in the world.
+    pub(super) fn outward(&self, d: Vector3<f64>) -> Vector3<f64> {
+        self.world_from_local * d
+    }
+
+    /// Returns a point of the thing's frame in the world.
+    pub(super) fn back(&self, p: Vector3<f64>) -> Vector3<f64> {
+        self.world_from_local * p + self.origin
+    }
+
+    /// Returns whether the line `o + t d`, `d` of length 1, comes near enough ahead to be worth a closer look.
+    pub(super) fn near(&self, o: Vector3<f64>, d: Vector3<f64>) -> bool {
+        let to = self.centre - o;
+        let along = to.dot(&d);
+        let r2 = self.radius * self.radius;
+        let off = to.norm_squared() - along * along;
+        off <= r2 && (along >= 0.0 || to.norm_squared() <= r2)
+    }
+
+    /// Returns the corners of the box that holds it, world.
+    pub(super) fn corners(&self) -> Vec<Vector3<f64>> {
+        let (low, high) = match &self.kind {
+            Kind::Solid(solid) => solid.bounds(),
+            Kind::Vessel(hollow) => hollow.outer.bounds(),
+            Kind::Triangle { a, ab, ac } => {
+                return [*a, a + ab, a + ac]
+                    .iter()
+                    .map(|p| self.world_from_local * p + self.origin)
+                    .collect();
+            }
+        };
+        (0..8)
+            .map(|k| {
+                let pick = |i: usize| if k >> i & 1 == 0 { low[i] } else { high[i] };
+                self.world_from_local * Vector3::new(pick(0), pick(1), pick(2)) + self.origin
+            })
+            .collect()
+    }
+
+    /// Returns where a ray first meets the thing beyond `least`, taking it as opaque.
+    pub(super) fn hit(&self, o: Vector3<f64>, d: Vector3<f64>, least: f64) -> Option<Hit> {
+        let (lo, ld) = self.inward(o, d);
+        match &self.kind {
+            Kind::Solid(solid) => {
+                let span = solid.span(lo, ld)?;
+                (span.enter > least).then(|| self.report(solid, span.enter, span.enter_face, lo, ld))
+            }
+            Kind::Vessel(hollow) => {
+                let span = hollow.outer.span(lo, ld)?;
+                let inside = hollow.cavity.span(lo, ld);
+                // In through the mouth, or already between the walls.
+                let open = inside.filter(|c| {
+                    c.leave > least
+                        && (c.enter <= least
+                            || (c.enter_face == TOP && c.enter <= span.enter + 1e-9))
+                });
+                let Some(c) = open else {
+                    return (span.enter > least)
+                        .then(|| self.report(&hollow.outer, span.enter, span.enter_face, lo, ld));
+                };
+                if c.leave_face == TOP {
+                    return None;
+                }
+                let at = lo + ld * c.leave;
+                Some(Hit {
+                    t: c.leave,
+                    normal: -self.outward(hollow.cavity.normal(c.leave_face, at)),
+                    face: c.leave_face + 8,
+                    depth: 1.0 - at.z.max(0.0) / hollow.rim,
+                    wet: hollow.level.is_some_and(|(up, height)| up.dot(&at) < height),
+                })
+            }
+            Kind::Triangle { a, ab, ac } => {
+                // Möller and Trumbore, 1997.
+                let p = ld.cross(ac);
+                let det = ab.dot(&p);
+                if det.abs() < 1e-15 {
+                    return None;
+                }
+                let s = lo - a;
+                let u = s.dot(&p) / det;
+                let q = s.cross(ab);
+                let v = ld.dot(&q) / det;
+                let t = ac.dot(&q) / det;
+                if u < 0.0 || v < 0.0 || u + v > 1.0 || t <= least {
+                    return None;
+                }
+                let normal = self.outward(ab.cross(ac)).normalize();
+                let normal = if normal.dot(&d) > 0.0 { -normal } else { normal };
+                Some(Hit { t, normal, face: 0, depth: 0.0, wet: false })
+            }
+        }
+    }
+
+    /// Returns whether a point is inside the thing's outline, hollows included.
+    pub(super) fn holds(&self, p: Vector3<f64>) -> bool {
+        let (local, _) = self.inward(p, Vector3::z());
+        match &self.kind {
+            Kind::Solid(solid) => solid.holds(local),
+            Kind::Vessel(hollow) => hollow.outer.holds(local),
+            Kind::Triangle { .. } => false,
+        }
+    }
+
+    /// Returns whether the thing stands between `o` and what lies far along `d`.
+    pub(super) fn blocks(&self, o: Vector3<f64>, d: Vector3<f64>) -> bool {
+        let (lo, ld) = self.inward(o, d);
+        match &self.kind {
+            Kind::Solid(solid) => solid.span(lo, ld).is_some_and(|span| span.leave > 1e-6),
+            Kind::Vessel(hollow) => {
+                let from_wall = hollow.outer.holds(lo) && !hollow.cavity.holds(lo);
+                from_wall || self.hit(o, d, 1e-6).is_some()
+            }
+            Kind::Triangle { .. } => self.hit(o, d, 1e-6).is_some(),
+        }
+    }
+
+    fn report(&self, solid: &Solid, t: f64, face: u8, o: Vector3<f64>, d: Vector3<f64>) -> Hit {
+        let normal = self.outward(solid.normal(face % 8, o + d * t));
+        Hit { t, normal, face, depth: 0.0, wet: false }
+    }
+}
+
+/// Everything of a view that rays can meet; the table is the first.
+pub(super) fn things(view: &View) -> Vec<Thing> {
+    let table = view.table;
+    let slab = Solid::Cuboid { centre: Vector3::zeros(), half: table.size / 2.0 };
+    let [x, y] = table.centre;
+    let mut things = vec![Thing::new(
+        Kind::Solid(slab),
+        &Isometry3::translation(x, y, -table.size.z / 2.0),
+        Paint::opaque(table.colour, 0.18),
+        TABLE,
+    )];
+    for (k, body) in view.bodies.iter().enumerate() {
+        let id = FIRST_BODY + u16::try_from(k).unwrap_or(u16::MAX - FIRST_BODY);
+        things.extend(of_body(body, id));
+    }
+    if let Some(ball) = view.marker {
+        let solid = Solid::Capsule { radius: ball.radius, bottom: 0.0, top: 0.0 };
+        let pose = Isometry3::translation(ball.centre.x, ball.centre.y, ball.centre.z);
+        things.push(Thing::new(Kind::Solid(solid), &pose, Paint::opaque(ball.colour, 0.05), MARKER));
+    }
+    things.extend(free_water(view, &things));
+    things
+}
+
+fn of_body(body: &Body, id: u16) -> Vec<Thing> {
+    let pose = &body.world_from_body;
+    let one = |kind| vec![Thing::new(kind, pose, body.paint, id)];
+    match &body.shape {
+        Shape::Cuboid(size) => {
+            one(Kind::Solid(Solid::Cuboid { centre: Vector3::zeros(), half: size / 2.0 }))
+        }
+        Shape::Cylinder { radius, length } => one(Kind::Solid(Solid::Cylinder {
+            radius: *radius,
+            bottom: -length / 2.0,
+            top: length / 2.0,
+        })),
+        Shape::Capsule { radius, length } => one(Kind::Solid(Solid::Capsule {
+            radius: *radius,
+            bottom: -length / 2.0,
+            top: length / 2.0,
+        })),
+        Shape::Sphere(radius) => {
+            one(Kind::Solid(Solid::Capsule { radius: *radius, bottom: 0.0, top: 0.0 }))
+        }
+        Shape::Standing(shape) => one(Kind::Solid(standing(shape, 0.0, 0.0))),
+        Shape::Vessel { outside, wall, water } => {
+            let (outer, cavity) = (standing(outside, 0.0, 0.0), standing(outside, *wall, *wall));
+            let up = pose.rotation.inverse() * Vector3::z();
+            let level = (*water > 1e-9).then(|| (up, surface(&cavity, up, *water)));
+            let rim = outside.height();
+            one(Kind::Vessel(Hollow { outer, cavity, rim, level }))
+        }
+        Shape::Mesh { vertices, triangles } => triangles
+            .iter()
+            .filter_map(|t| {
+                let [a, b, c] = [vertices.get(t[0])?, vertices.get(t[1])?, vertices.get(t[2])?];
+                Some(Thing::new(
+                    Kind::Triangle { a: *a, ab: b - a, ac: c - a },
+                    pose,
+                    body.paint,
+                    id,
+                ))
+            })
+            .collect(),
+    }
+}
+
+/// A scene's solid, shrunk by `wall` on its sides and raised by `floor` at its bottom.
+fn standing(shape: &object::Shape, wall: f64, floor: f64) -> Solid {
+    match *shape {
+        object::Shape::Cuboid { size } => Solid::Cuboid {
+            centre: Vector3::new(0.0, 0.0, f64::midpoint(size.z, floor)),
+            half: Vector3::new(size.x / 2.0 - wall, size.y / 2.0 - wall, (size.z - floor) / 2.0),
+        },
+        object::Shape::Cylinder { radius, height } => {
+            Solid::Cylinder { radius: radius - wall, bottom: floor, top: height }
+        }
+    }
+}
+
+/// Returns how far along `up` (unit, vessel frame) the level surface of `volume` m³ of water lies in a
+/// cavity of any tilt, m: the height whose half-space holds that part of it. Beyond the cavity's capacity
+/// it is full. Found by bisection over the volume of a fine grid of columns, each measured exactly.
+pub(super) fn surface(cavity: &Solid, up: Vector3<f64>, volume: f64) -> f64 {
+    const N: usize = 32;
+    let (low, high) = cavity.bounds();
+    let size = high - low;
+    let capacity = match *cavity {
+        Solid::Cylinder { radius, bottom, top } => {
+            std::f64::consts::PI * radius * radius * (top - bottom)
+        }
+        _ => size.x * size.y * size.z,
+    };
+    let columns: Vec<Vector3<f64>> = (0..N * N)
+        .map(|k| {
+            let part = |i: usize| (i as f64 + 0.5) / N as f64;
+            low + Vector3::new(part(k % N) * size.x, part(k / N) * size.y, 0.0)
+        })
+        .filter(|p| cavity.holds(p + Vector3::z() * (size.z / 2.0)))
+        .collect();
+    let share = (volume / capacity).clamp(0.0, 1.0);
+    let filled = |height: f64| -> f64 {
+        let parts = columns.iter().map(|foot| {
+            let (at_foot, at_top) = (up.dot(foot), up.dot(foot) + up.z * size.z);
+            let (a, b) = (at_foot.min(at_top), at_foot.max(at_top));
+            if b - a < 1e-9 { f64::from(height > a) } else { ((height - a) / (b - a)).clamp(0.0, 1.0) }
+        });
+        parts.sum::<f64>() / columns.len() as f64
+    };
+    let reach = low.norm().max(high.norm()) + size.norm();
+    let (mut below, mut above) = (-reach, reach);
+    for _ in 0..48 {
+        let middle = f64::midpoint(below, above);
+        if filled(middle) < share {
+            below = middle;
+        } else {
+            above = middle;
+        }
+    }
+    f64::midpoint(below, above)
+}
+
+/// Water outside every vessel: drops in flight joined to their neighbours, flat drops on the table.
+fn free_water(view: &View, things: &[Thing]) -> Vec<Thing> {
+    let r = view.particle_radius;
+    let glass = Paint::glass();
+    let free: Vec<Vector3<f64>> = view
+        .water
+        .iter()
+        .map(|p| Vector3::from(p.map(f64::from)))
+        .filter(|p| p.iter().all(|x| x.is_finite()))
+        .filter(|&p| {
+            !things.iter().any(|thing| match &thing.kind {
+                Kind::Vessel(hollow) => {
+                    let (local, _) = thing.inward(p, Vector3::z());
+                    // A margin: particles rest against walls and heap a little above the rim.
+                    hollow.outer.holds(local) || hollow.cavity.holds(local - Vector3::z() * r)
+                }
+                _ => false,
+            })
+        })
+        .collect();
+    let mut water = Vec::new();
+    for (k, p) in free.iter().enumerate() {
+        let flat = p.z < 2.0 * r && view.table.holds(p.x, p.y, 0.0);
+        if flat {
+            // The same volume as a ball of radius r, spread as a drop on varnished wood lies.
+            let half = Vector3::new(1.9 * r, 1.9 * r, r / 3.61);
+            let pose = Isometry3::translation(p.x, p.y, half.z * 0.2);
+            water.push(Thing::new(Kind::Solid(Solid::Ellipsoid { half }), &pose, glass, WATER));
+            continue;
+        }
+        let next = free[k + 1..]
+            .iter()
+            .map(|other| other - p)
+            .filter(|to| to.norm() < 3.2 * r && to.norm() > 1e-6)
+            .min_by(|a, b| a.norm().total_cmp(&b.norm()));
+        let (pose, top) = match next {
+            Some(to) => {
+                let turn = nalgebra::UnitQuaternion::rotation_between(&Vector3::z(), &to)
+                    .unwrap_or_else(|| {
+                        nalgebra::UnitQuaternion::from_axis_angle(
+                            &Vector3::x_axis(),
+                            std::f64::consts::PI,
+                        )
+                    });
+                (Isometry3::from_parts((*p).into(), turn), to.norm())
+            }
+            None => (Isometry3::translation(p.x, p.y, p.z), 0.0),
+        };
+        let solid = Solid::Capsule { radius: 0.85 * r, bottom: 0.0, top };
+        water.push(Thing::new(Kind::Solid(solid), &pose, glass, WATER));
+    }
+    water
+}
+
+/// Returns an sRGB colour as linear light, 0 to 1.
+pub(super) fn linear(colour: [u8; 3]) -> Vector3<f64> {
+    Vector3::from(colour.map(|c| {
+        let c = f64::from(c) / 255.0;
+        if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn water_stands_level_in_a_tilted_box_as_geometry_says() {
+        let cavity = Solid::Cuboid {
+            centre: Vector3::new(0.0, 0.0, 0.07),
+            half: Vector3::new(0.03, 0.03, 0.07),
+        };
+        let volume = 0.06 * 0.06 * 0.08;
+        // As long as the surface meets only the four walls, the height above the middle of the floor
+        // along the box's axis stays the depth of the upright water, whatever the tilt.
+        for tilt in [0.0_f64, 0.2, 0.5, 0.7] {
+            let up = Vector3::new(tilt.sin(), 0.0, tilt.cos());
+            let height = surface(&cavity, up, volume);
+            assert!((height / tilt.cos() - 0.08).abs() < 1e-4, "{tilt}: {height}");
+        }
+        // Lying on its side, a box filled to 4/7 is filled to 4/7 of its width.
+        let side = surface(&cavity, Vector3::x(), volume);
+        assert!((side - (-0.03 + 0.06 * 4.0 / 7.0)).abs() < 0.002, "{side}");
+    }
+}
