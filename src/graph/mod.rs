@@ -27,6 +27,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::language::Library;
 use crate::language::ast::{ActionItem, Call, Expr, FluentItem, Item, Program, Span, TaskItem};
 
 pub use build::build;
@@ -90,6 +91,27 @@ pub trait Holds {
 impl<F: Fn(&Expr) -> Option<bool>> Holds for F {
     fn holds(&self, what: &Expr) -> Option<bool> {
         self(what)
+    }
+}
+
+/// The stdlib with a user's files over it.
+impl Definitions for Library {
+    fn task(&self, name: &str) -> Option<&TaskItem> {
+        Some(self.task(name)?.0)
+    }
+
+    fn action(&self, name: &str) -> Option<&ActionItem> {
+        Some(self.action(name)?.0)
+    }
+
+    fn fluent(&self, name: &str) -> Option<&FluentItem> {
+        Some(self.fluent(name)?.0)
+    }
+
+    fn file_of(&self, name: &str) -> Option<&str> {
+        let of_callable = self.callable(name).map(|(_, source)| source);
+        let source = of_callable.or_else(|| self.fluent(name).map(|(_, source)| source))?;
+        Some(&source.name)
     }
 }
 

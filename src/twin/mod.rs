@@ -9,6 +9,7 @@ pub mod convert;
 pub mod physics;
 pub mod fluid;
 pub mod effect;
+pub mod render;
 mod settings;
 
 use std::sync::Arc;
@@ -489,6 +490,3 @@ impl Twin {
 fn is_finite(pose: &Isometry3<f64>) -> bool {
     pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|value| value.is_finite())
 }
-//! (to come)
-
-pub mod render;

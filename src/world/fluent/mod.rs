@@ -22,6 +22,7 @@ mod score;
 use std::collections::BTreeMap;
 
 use super::{Scene, WorldState};
+use crate::language::Library;
 use crate::language::ast::{Expr, FluentItem, Item, Program};
 use crate::units::Quantity;
 
@@ -41,6 +42,12 @@ impl Fluents for Program {
             Item::Fluent(fluent) if fluent.name.text == name => Some(fluent),
             _ => None,
         })
+    }
+}
+
+impl Fluents for Library {
+    fn fluent(&self, name: &str) -> Option<&FluentItem> {
+        Some(self.fluent(name)?.0)
     }
 }
 
