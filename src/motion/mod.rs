@@ -14,6 +14,8 @@ pub mod kinematics;
 pub mod dynamics;
 pub mod closed_form;
 pub mod ik;
+mod distance;
+pub mod collision;
 
 pub use error::Error;
 pub use robot::Robot;

@@ -1,5 +1,6 @@
 //! Motion: published reference values, laws, closed forms.
 
+mod collision;
 mod ik;
 mod reference;
 mod robots;

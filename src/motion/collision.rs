@@ -1,0 +1,444 @@
+//! What touches what: the robot and what it holds, against itself and against obstacles.
+//!
+//! A [`CollisionWorld`] belongs to one moment: obstacles stand still, the gripper's opening and the held
+//! object are fixed. Links that no joint moves (the base) are not checked against obstacles, since no
+//! plan could change that. Distances are signed, m, negative by the depth of overlap.
+
+use std::collections::BTreeSet;
+
+use nalgebra::Isometry3;
+use rand::SeedableRng;
+use rand::rngs::StdRng;
+
+use super::distance::{Body, signed_distance};
+use super::error::Error;
+use super::ik::random_configuration;
+use super::kinematics::link_poses_into;
+use super::robot::{Drive, Motion, Robot};
+use super::solid::{Placed, Solid};
+use crate::world::Shape;
+use crate::world::frame::{Base, Flange, Object, Pose};
+
+/// Something that stands in the way.
+#[derive(Debug, Clone)]
+pub struct Obstacle {
+    /// What messages call it.
+    pub name: String,
+    /// Its solid, placed in base coordinates.
+    pub solid: Placed,
+}
+
+impl Obstacle {
+    /// Returns a solid whose own origin stands at `base_from_solid`.
+    pub fn new(name: &str, solid: Solid, base_from_solid: Isometry3<f64>) -> Self {
+        Self { name: name.into(), solid: Placed { solid, pose: base_from_solid } }
+    }
+
+    /// Returns an object of a scene, whose origin is the centre of its base.
+    pub fn of_object(name: &str, shape: &Shape, base_from_object: Pose<Base, Object>) -> Self {
+        let Placed { solid, pose } = Solid::of_object(shape);
+        Self::new(name, solid, base_from_object.isometry() * pose)
+    }
+}
+
+/// The smallest distance found, and between what.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Clearance {
+    /// Signed distance, m; infinite when there is nothing to touch.
+    pub distance: f64,
+    /// A link or the held object.
+    pub first: String,
+    /// A link or an obstacle.
+    pub second: String,
+}
+
+/// One rigid part of the robot, or the held object.
+#[derive(Debug, Clone)]
+struct Part {
+    name: String,
+    /// The link it moves with.
+    link: usize,
+    /// Solids in the link's frame.
+    solids: Vec<Body>,
+    /// Whether any joint moves it.
+    moves: bool,
+}
+
+/// The robot among obstacles, at one moment.
+#[derive(Debug, Clone)]
+pub struct CollisionWorld<'a> {
+    robot: &'a Robot,
+    opening: f64,
+    margin: f64,
+    parts: Vec<Part>,
+    /// Pairs of parts that are checked.
+    pairs: Vec<(usize, usize)>,
+    obstacles: Vec<(String, Body)>,
+    ignored: BTreeSet<(String, String)>,
+    /// Per part and obstacle: whether the pair is checked. Derived from the above.
+    watched: Vec<(usize, usize)>,
+    /// Per joint, m/rad or m/m: how far any point beyond it can move for a unit of the joint.
+    reach: Vec<f64>,
+}
+
+impl<'a> CollisionWorld<'a> {
+    /// Returns the robot alone, jaws wide open.
+    pub fn new(robot: &'a Robot) -> Self {
+        let mut world = Self {
+            robot,
+            opening: robot.max_opening(),
+            margin: 0.0,
+            parts: Vec::new(),
+            pairs: Vec::new(),
+            obstacles: Vec::new(),
+            ignored: BTreeSet::new(),
+            watched: Vec::new(),
+            reach: Vec::new(),
+        };
+        let mut moves = vec![false; robot.links.len()];
+        for (at, link) in robot.links.iter().enumerate() {
+            moves[at] = matches!(link.joint.drive, Drive::Joint { .. })
+                || link.parent.is_some_and(|parent| moves[parent]);
+            if !link.collision.is_empty() {
+                world.parts.push(Part {
+                    name: link.name.clone(),
+                    link: at,
+                    solids: link.collision.iter().map(Body::new).collect(),
+                    moves: moves[at],
+                });
+            }
+        }
+        world.pairs = world.self_pairs();
+        world.refresh();
+        world
+    }
+
+    /// Adds an obstacle.
+    pub fn add(&mut self, obstacle: &Obstacle) {
+        self.obstacles.push((obstacle.name.clone(), Body::new(&obstacle.solid)));
+        self.refresh();
+    }
+
+    /// As [`Self::add`], for building one in an expression.
+    #[must_use]
+    pub fn with(mut self, obstacles: &[Obstacle]) -> Self {
+        for obstacle in obstacles {
+            self.add(obstacle);
+        }
+        self
+    }
+
+    /// Removes every obstacle of that name.
+    pub fn remove(&mut self, name: &str) {
+        self.obstacles.retain(|(other, _)| other != name);
+        self.refresh();
+    }
+
+    /// Fixes an object to the flange. It is checked against obstacles and against all links that are not
+    /// rigidly joined to the flange and are no jaws; those it is meant to touch.
+    pub fn attach(&mut self, name: &str, shape: &Shape, flange_from_object: Pose<Flange, Object>) {
+        let Placed { solid, pose } = Solid::of_object(shape);
+        let placed = Placed { solid, pose: flange_from_object.isometry() * pose };
+        let tip = self.robot.tip;
+        let held = self.parts.len();
+        self.parts.push(Part {
+            name: name.into(),
+            link: tip,
+            solids: vec![Body::new(&placed)],
+            moves: true,
+        });
+        let group = self.groups();
+        for (at, part) in self.parts[..held].iter().enumerate() {
+            let jaw = matches!(self.robot.links[part.link].joint.drive, Drive::Jaw { .. });
+            if group[part.link] != group[tip] && !jaw {
+                self.pairs.push((at, held));
+            }
+        }
+        self.refresh();
+    }
+
+    /// Lets go of whatever was attached.
+    pub fn detach(&mut self) {
+        let kept = self
+            .parts
+            .iter()
+            .position(|part| !self.robot.links.iter().any(|link| link.name == part.name));
+        if let Some(kept) = kept {
+            self.parts.truncate(kept);
+            self.pairs.retain(|&(a, b)| a < kept && b < kept);
+            self.refresh();
+        }
+    }
+
+    /// Stops checking a pair of names: links, the held object, obstacles; for contact that is meant.
+    pub fn ignore(&mut self, first: &str, second: &str) {
+        self.ignored.insert((first.into(), second.into()));
+        self.ignored.insert((second.into(), first.into()));
+        let parts = &self.parts;
+        let ignored = &self.ignored;
+        self.pairs
+            .retain(|&(a, b)| !ignored.contains(&(parts[a].name.clone(), parts[b].name.clone())));
+        self.refresh();
+    }
+
+    /// As [`Self::ignore`], for the whole gripper: everything at and beyond the flange.
+    pub fn ignore_gripper(&mut self, obstacle: &str) {
+        for name in self.gripper() {
+            self.ignore(&name, obstacle);
+        }
+    }
+
+    /// Sets the gap between the jaws, m.
+    pub fn set_opening(&mut self, opening: f64) {
+        self.opening = opening;
+    }
+
+    /// Asks for at least so much distance, m, before a configuration counts as free.
+    pub fn set_margin(&mut self, margin: f64) {
+        self.margin = margin;
+    }
+
+    /// Returns the robot.
+    pub fn robot(&self) -> &'a Robot {
+        self.robot
+    }
+
+    /// Returns the distance asked for, m.
+    pub fn margin(&self) -> f64 {
+        self.margin
+    }
+
+    /// Returns whether `q` keeps its margin everywhere. `q` must have one entry per joint.
+    pub fn free(&self, q: &[f64]) -> bool {
+        let bodies = self.place(q);
+        self.nearest(&bodies, self.margin, true).is_none_or(|(distance, ..)| distance > self.margin)
+    }
+
+    /// Returns the smallest distance at `q` and between what.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::WrongLength`] or [`Error::NotFinite`].
+    pub fn clearance(&self, q: &[f64]) -> Result<Clearance, Error> {
+        self.robot.check(q)?;
+        let bodies = self.place(q);
+        let nothing =
+            || Clearance { distance: f64::INFINITY, first: String::new(), second: String::new() };
+        Ok(self.nearest(&bodies, f64::INFINITY, false).map_or_else(nothing, |(distance, a, b)| {
+            let second = match b {
+                Other::Part(part) => self.parts[part].name.clone(),
+                Other::Obstacle(obstacle) => self.obstacles[obstacle].0.clone(),
+            };
+            Clearance { distance, first: self.parts[a].name.clone(), second }
+        }))
+    }
+
+    /// As [`Self::clearance`] without the names: for loops.
+    pub fn distance(&self, q: &[f64]) -> f64 {
+        let bodies = self.place(q);
+        self.nearest(&bodies, f64::INFINITY, false).map_or(f64::INFINITY, |(distance, ..)| distance)
+    }
+
+    /// Returns how far, m, any point of the robot may move between two configurations at most.
+    pub fn displacement(&self, from: &[f64], to: &[f64]) -> f64 {
+        from.iter().zip(to).zip(&self.reach).map(|((a, b), reach)| (a - b).abs() * reach).sum()
+    }
+
+    /// Returns whether the straight joint motion from `from` to `to` is free, not only at samples: an
+    /// interval counts once the clearance at its middle exceeds what any point can move on it.
+    ///
+    /// Two parts may approach each other from both sides; the bound counts either's motion in full.
+    /// Intervals on which nothing moves more than 0.5 mm count as free when their middle is.
+    ///
+    /// Source: conservative advancement; Schwarzer, Saha and Latombe, "Adaptive dynamic collision
+    /// checking", T-RO 2005.
+    pub fn certify(&self, from: &[f64], to: &[f64]) -> bool {
+        const SMALL: f64 = 5e-4;
+        let at =
+            |t: f64| -> Vec<f64> { from.iter().zip(to).map(|(a, b)| a + t * (b - a)).collect() };
+        let whole = self.displacement(from, to);
+        let mut stack = vec![(0.0, 1.0)];
+        if !self.free(from) || !self.free(to) {
+            return false;
+        }
+        while let Some((low, high)) = stack.pop() {
+            let middle = 0.5 * (low + high);
+            let clear = self.distance(&at(middle)) - self.margin;
+            if clear <= 0.0 {
+                return false;
+            }
+            let moved = whole * 0.5 * (high - low);
+            if moved > clear && moved > SMALL {
+                stack.push((middle, high));
+                stack.push((low, middle));
+            }
+        }
+        true
+    }
+
+    fn place(&self, q: &[f64]) -> Vec<Vec<Body>> {
+        let mut poses = Vec::with_capacity(self.robot.links.len());
+        link_poses_into(self.robot, q, self.opening, &mut poses);
+        self.parts
+            .iter()
+            .map(|part| part.solids.iter().map(|solid| solid.moved(&poses[part.link])).collect())
+            .collect()
+    }
+
+    /// Returns the smallest distance below `limit`; with `any`, the first found that is not above it.
+    fn nearest(&self, bodies: &[Vec<Body>], limit: f64, any: bool) -> Option<(f64, usize, Other)> {
+        let mut best: Option<(f64, usize, Other)> = None;
+        let mut bound = limit;
+        let mut look = |first: usize, a: &Body, b: &Body, other: Other| {
+            let (centre, radius) = a.bounds();
+            if b.distance_to_ball(&centre, radius) > bound {
+                return false;
+            }
+            let distance = signed_distance(a, b);
+            if best.is_none_or(|(least, ..)| distance < least) {
+                best = Some((distance, first, other));
+                bound = bound.min(distance);
+            }
+            any && distance <= limit
+        };
+        // From the hand backwards: what is far out collides first.
+        for &(part, obstacle) in self.watched.iter().rev() {
+            for a in &bodies[part] {
+                if look(part, a, &self.obstacles[obstacle].1, Other::Obstacle(obstacle)) {
+                    return best;
+                }
+            }
+        }
+        for &(first, second) in self.pairs.iter().rev() {
+            for a in &bodies[first] {
+                for b in &bodies[second] {
+                    if look(first, a, b, Other::Part(second)) {
+                        return best;
+                    }
+                }
+            }
+        }
+        best
+    }
+
+    /// Numbers the sets of links that are rigidly joined.
+    fn groups(&self) -> Vec<usize> {
+        let mut group = vec![0; self.robot.links.len()];
+        for (at, link) in self.robot.links.iter().enumerate() {
+            group[at] = match link.parent {
+                Some(parent) if link.joint.motion == Motion::Fixed => group[parent],
+                _ => at,
+            };
+        }
+        group
+    }
+
+    fn self_pairs(&self) -> Vec<(usize, usize)> {
+        let links = &self.robot.links;
+        let group = self.groups();
+        let above = |link: usize| links[group[link]].parent.map(|parent| group[parent]);
+        let jaw = |link: usize| matches!(links[link].joint.drive, Drive::Jaw { .. });
+        let mut pairs = Vec::new();
+        for first in 0..self.parts.len() {
+            for second in first + 1..self.parts.len() {
+                let (a, b) = (self.parts[first].link, self.parts[second].link);
+                let joined = group[a] == group[b]
+                    || above(a) == Some(group[b])
+                    || above(b) == Some(group[a])
+                    || (jaw(a) && jaw(b));
+                if !joined && !self.robot.unchecked.contains(&(a.min(b), a.max(b))) {
+                    pairs.push((first, second));
+                }
+            }
+        }
+        if !self.robot.has_side_file {
+            pairs.retain(|&pair| !self.always_touches(pair));
+        }
+        pairs
+    }
+
+    /// Whether two parts overlap nearly everywhere, as neighbours of coarse solids do: then the overlap
+    /// is the model's, not the motion's. Decided on 100 seeded configurations, as MoveIt's assistant does.
+    fn always_touches(&self, (first, second): (usize, usize)) -> bool {
+        const SAMPLES: usize = 100;
+        let mut random = StdRng::seed_from_u64(0);
+        let mut touching = 0;
+        let mut poses = Vec::new();
+        for _ in 0..SAMPLES {
+            let q = random_configuration(self.robot, &mut random);
+            link_poses_into(self.robot, &q, self.opening, &mut poses);
+            let near = self.parts[first].solids.iter().any(|a| {
+                let a = a.moved(&poses[self.parts[first].link]);
+                self.parts[second]
+                    .solids
+                    .iter()
+                    .any(|b| signed_distance(&a, &b.moved(&poses[self.parts[second].link])) <= 0.0)
+            });
+            touching += usize::from(near);
+        }
+        touching * 100 >= SAMPLES * 95
+    }
+
+    /// Names of the parts at and beyond the flange, without what is held.
+    fn gripper(&self) -> Vec<String> {
+        let links = &self.robot.links;
+        let mut beyond = vec![false; links.len()];
+        for at in 0..links.len() {
+            beyond[at] = links[at].parent.is_some_and(|p| p == self.robot.tip || beyond[p]);
+        }
+        let of_link = |part: &&Part| beyond[part.link] && links[part.link].name == part.name;
+        self.parts.iter().filter(of_link).map(|part| part.name.clone()).collect()
+    }
+
+    fn refresh(&mut self) {
+        self.watched.clear();
+        for (at, part) in self.parts.iter().enumerate().filter(|(_, part)| part.moves) {
+            for (obstacle, (name, _)) in self.obstacles.iter().enumerate() {
+                if !self.ignored.contains(&(part.name.clone(), name.clone())) {
+                    self.watched.push((at, obstacle));
+                }
+            }
+        }
+        self.reach = self.reaches();
+    }
+
+    /// How far beyond each joint the robot can extend, m: link offsets and solids added up.
+    fn reaches(&self) -> Vec<f64> {
+        let links = &self.robot.links;
+        let mut extent = vec![0.0_f64; links.len()];
+        for part in &self.parts {
+            for solid in &part.solids {
+                let (centre, radius) = solid.bounds();
+                extent[part.link] = extent[part.link].max(centre.norm() + radius);
+            }
+        }
+        for at in (1..links.len()).rev() {
+            let joint = &links[at].joint;
+            let slide = match (joint.motion, joint.drive) {
+                (Motion::Slide, Drive::Joint { .. }) => {
+                    joint.range.0.abs().max(joint.range.1.abs())
+                }
+                (Motion::Slide, _) => self.opening,
+                _ => 0.0,
+            };
+            let beyond = joint.parent_from_link.translation.vector.norm() + slide + extent[at];
+            let parent = links[at].parent.expect("only the root has no parent");
+            extent[parent] = extent[parent].max(beyond);
+        }
+        let mut reach = vec![0.0; self.robot.n_joints()];
+        for (at, link) in links.iter().enumerate() {
+            if let Drive::Joint { index, multiplier, .. } = link.joint.drive {
+                let arm = if link.joint.motion == Motion::Turn { extent[at] } else { 1.0 };
+                reach[index] += multiplier.abs() * arm;
+            }
+        }
+        reach
+    }
+}
+
+/// The other side of a nearest pair.
+#[derive(Debug, Clone, Copy)]
+enum Other {
+    Part(usize),
+    Obstacle(usize),
+}
