@@ -50,8 +50,7 @@ impl Planner {
         let headings = headings(&object.shape, pose.yaw(), stroke)
             .map_err(|width| NoWay { what: what.clone(), why: Why::TooWide { width, opening: stroke } })?;
 
-        let mut world = self.obstacles(&[o]);
-        world.opening = stroke;
+        let world = self.obstacles(&[o], stroke);
         let mut dropped = Dropped::new();
         let mut ways = Vec::new();
         // Above the middle, where there is room for the wrist below and the lip stays free.
@@ -60,18 +59,24 @@ impl Planner {
             for &heading in &headings {
                 let at = side_pose(pose.origin() + Vector3::z() * height, heading, pitch);
                 let back = -at.axis(2) * STANDOFF;
-                let solutions = self.reach(&at, &self.q);
-                if solutions.is_empty() {
-                    dropped.out_of_reach(self.shortfall(&at));
-                    continue;
-                }
+                let solutions = match self.reach(&at, &self.q) {
+                    Ok(solutions) => solutions,
+                    Err(nearest) => {
+                        dropped.out_of_reach(nearest);
+                        continue;
+                    }
+                };
                 for q_at in solutions.iter().take(24) {
                     dropped.tried += 1;
-                    let Some(mut way) = self.track(q_at, &straight(&at, back)) else { continue };
+                    let Ok(mut way) = self.track(q_at, &straight(&at, back)) else {
+                        dropped.out_of_reach(0.0);
+                        continue;
+                    };
                     way.reverse();
                     let Some(clearance) = self.clear(&world, &way, &mut dropped) else { continue };
                     let lift = Vector3::z() * 0.10;
-                    if self.track(q_at, &straight(&at, lift)).is_none() {
+                    if self.track(q_at, &straight(&at, lift)).is_err() {
+                        dropped.out_of_reach(0.0);
                         continue;
                     }
                     let travel = distance(&way[0], &self.q);
@@ -156,7 +161,7 @@ fn headings(shape: &Shape, yaw: f64, stroke: f64) -> Result<Vec<f64>, f64> {
 
 /// Returns the tool pose at `at` m that points along `heading` rad, `pitch` rad down, its jaws opening
 /// level and the arm's own camera on top.
-pub(super) fn side_pose(at: Vector3<f64>, heading: f64, pitch: f64) -> Pose<World, Tool> {
+pub fn side_pose(at: Vector3<f64>, heading: f64, pitch: f64) -> Pose<World, Tool> {
     let ahead = Vector3::new(heading.cos(), heading.sin(), 0.0);
     let z = (ahead * pitch.cos() - Vector3::z() * pitch.sin()).normalize();
     let x = Vector3::z().cross(&ahead);

@@ -9,21 +9,21 @@ mod pour;
 
 use std::sync::Arc;
 
-use nalgebra::{DVector, Isometry3, Vector3};
+use nalgebra::{DVector, Vector3};
 
-use crate::motion::collision::{Attached, CollisionWorld, Obstacle};
+use crate::motion::collision::{CollisionWorld, Obstacle};
 use crate::motion::dynamics::{Bodies, Dynamics, GRAVITY};
-use crate::motion::ik;
+use crate::motion::ik::{self, Solver};
 use crate::motion::robot::Robot;
 use crate::motion::rrt;
-use crate::motion::solid::{Placed, Solid};
-use crate::world::frame::{Object, Tool, World};
+use crate::motion::solid::Solid;
+use crate::world::frame::{Base, Flange, Object, Tool, World};
 use crate::world::{Pose, WorldState};
 
 use super::arm::Cancel;
 use super::stage::Cell;
 
-pub use grasp::Grasp;
+pub use grasp::{Grasp, side_pose};
 pub use place::Placement;
 pub use pour::Pour;
 
@@ -129,68 +129,67 @@ impl Planner {
         tool_pose(&self.cell, q)
     }
 
-    /// Returns every joint position that brings the tool to a pose, nearest to `near` first.
-    fn reach(&self, tool: &Pose<World, Tool>, near: &[f64]) -> Vec<Vec<f64>> {
+    /// Carries points of the robot's tip, for which kinematics are solved, into the base.
+    fn tip(&self, tool: &Pose<World, Tool>) -> Pose<Base, Flange> {
         let base_from_tool = self.cell.scene.world_from_base.inverse() * *tool;
-        let base_from_tip = base_from_tool * self.robot().flange_from_tool().inverse();
-        ik::all_near(self.robot(), &base_from_tip, near)
+        base_from_tool * self.robot().flange_from_tool().inverse()
     }
 
-    /// Returns how far the tool is from reaching a pose, m.
-    fn shortfall(&self, tool: &Pose<World, Tool>) -> f64 {
-        let base_from_tool = self.cell.scene.world_from_base.inverse() * *tool;
-        let base_from_tip = base_from_tool * self.robot().flange_from_tool().inverse();
-        ik::shortfall(self.robot(), &base_from_tip)
+    /// Returns every joint position that brings the tool to a pose, nearest to `near` first.
+    ///
+    /// # Errors
+    ///
+    /// How far out of reach the pose is, m.
+    fn reach(&self, tool: &Pose<World, Tool>, near: &[f64]) -> Result<Vec<Vec<f64>>, f64> {
+        let options = ik::Options { sweep: 24, ..ik::Options::near(near) };
+        let found = Solver::new(self.robot()).solve(&self.tip(tool), &options, &|_| true);
+        found.map_err(|unreachable| unreachable.nearest)
     }
 
     /// Follows tool poses with the joints, starting at `q`: one joint position a pose, on one branch.
     ///
-    /// Returns `None` where a pose is out of reach or the nearest joint position is a jump away.
-    fn track(&self, q: &[f64], poses: &[Pose<World, Tool>]) -> Option<Vec<Vec<f64>>> {
-        // A continuous motion never moves a joint further than this between two poses, rad.
-        const JUMP: f64 = 0.25;
+    /// # Errors
+    ///
+    /// How far out of reach the first pose is that cannot be followed without a jump, m.
+    fn track(&self, q: &[f64], poses: &[Pose<World, Tool>]) -> Result<Vec<Vec<f64>>, f64> {
+        let solver = Solver::new(self.robot());
         let mut path = vec![q.to_vec()];
         for pose in poses {
-            let base_from_tool = self.cell.scene.world_from_base.inverse() * *pose;
-            let base_from_tip = base_from_tool * self.robot().flange_from_tool().inverse();
-            let last = path.last()?;
-            let next = ik::follow(self.robot(), &base_from_tip, last)?;
-            let step = next.iter().zip(last).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            if step > JUMP {
-                return None;
-            }
+            let last = path.last().expect("the path begins with `q`");
+            let next = follow(&solver, &self.tip(pose), last)?;
             path.push(next);
         }
-        Some(path)
+        Ok(path)
     }
 
-    /// What is in the way now: the table and every object whose place is known, but for `except`.
-    fn obstacles(&self, except: &[&str]) -> CollisionWorld {
-        let mut world = CollisionWorld::new();
-        let table = &self.cell.scene.table;
-        let centre = Vector3::new(table.centre[0], table.centre[1], -table.size.z / 2.0);
-        world.add(Obstacle::new(
-            "table",
-            Solid::Cuboid { half: table.size / 2.0 },
-            Isometry3::translation(centre.x, centre.y, centre.z),
-        ));
-        for object in &self.cell.scene.objects {
-            if except.contains(&object.name.as_str())
-                || self.state.held.as_deref() == Some(object.name.as_str())
-            {
-                continue;
-            }
+    /// What is in the way now: the table and every object whose place is known, but for `except`, and
+    /// what is in the hand.
+    fn obstacles(&self, except: &[&str], opening: f64) -> CollisionWorld<'_> {
+        let scene = &self.cell.scene;
+        let base_from_world = scene.world_from_base.inverse();
+        let mut world = CollisionWorld::new(self.robot());
+        let table = &scene.table;
+        let centre: Pose<World, Object> =
+            Pose::upright(table.centre[0], table.centre[1], -table.size.z / 2.0, 0.0);
+        let slab = Solid::Cuboid { half: table.size / 2.0 };
+        world.add(&Obstacle::new("table", slab, *(base_from_world * centre).isometry()));
+        // The arm is bolted to the table.
+        world.ignore(&self.robot().links()[0].name, "table");
+        let held = self.in_hand();
+        for object in &scene.objects {
+            let in_hand = held.as_ref().is_some_and(|(name, _)| *name == object.name);
             let known = self.state.object(&object.name).and_then(|o| o.world_from_object);
-            if let Some(pose) = known {
-                let placed = Placed::of_object(&object.shape);
-                world.add(Obstacle::new(&object.name, placed.solid, pose.isometry() * placed.pose));
+            if let Some(pose) = known.filter(|_| !in_hand && !except.contains(&&*object.name)) {
+                let pose = base_from_world * pose;
+                world.add(&Obstacle::of_object(&object.name, &object.shape, pose));
             }
         }
-        world.opening = self.state.opening;
-        if let Some((name, tool_from_object)) = self.in_hand() {
-            if let Some(object) = self.cell.scene.object(&name) {
-                world.attached = Some(Attached::new(&name, &object.shape, tool_from_object));
-            }
+        world.set_opening(opening);
+        if let Some((name, tool_from_object)) = held
+            && let Some(object) = scene.object(&name).filter(|_| !except.contains(&&*name))
+        {
+            let flange_from_object = self.robot().flange_from_tool() * tool_from_object;
+            world.attach(&name, &object.shape, flange_from_object);
         }
         world
     }
@@ -205,7 +204,7 @@ impl Planner {
     /// Returns a path from where the arm is to `q`, round everything in the way; `tilt` bounds the angle,
     /// rad, of what is in the hand from upright.
     pub fn free(&self, q: &[f64], tilt: Option<f64>, seed: u64) -> Result<Vec<Vec<f64>>, NoWay> {
-        let world = self.obstacles(&[]);
+        let world = self.obstacles(&[], self.state.opening);
         let what = "to get there".to_owned();
         let held = self.in_hand();
         let upright = |q: &[f64]| match (&held, tilt) {
@@ -226,26 +225,29 @@ impl Planner {
 
     /// Returns the joint path of a straight line of the tool by `by` m in the world, orientation kept.
     pub fn line(&self, by: Vector3<f64>) -> Result<Vec<Vec<f64>>, NoWay> {
-        let from = self.tool_at(&self.q);
-        let poses = straight(&from, by);
-        self.track(&self.q, &poses).ok_or_else(|| NoWay {
+        let poses = straight(&self.tool_at(&self.q), by);
+        self.track(&self.q, &poses).map_err(|nearest| NoWay {
             what: format!("to move the tool by {:.0} mm", by.norm() * 1e3),
-            why: Why::OutOfReach {
-                nearest: poses.last().map_or(0.0, |pose| self.shortfall(pose)),
-            },
+            why: Why::OutOfReach { nearest },
         })
     }
 
     /// Drops a path that touches something; returns its smallest clearance otherwise.
-    fn clear(&self, world: &CollisionWorld, path: &[Vec<f64>], dropped: &mut Dropped) -> Option<f64> {
+    fn clear(
+        &self,
+        world: &CollisionWorld<'_>,
+        path: &[Vec<f64>],
+        dropped: &mut Dropped,
+    ) -> Option<f64> {
         let mut least = f64::INFINITY;
         for q in path {
-            let (clearance, what) = world.clearance(self.robot(), q);
-            if clearance <= 0.0 {
-                *dropped.blocked.entry(what).or_default() += 1;
+            let nearest = world.clearance(q).expect("the path has one angle per joint");
+            if nearest.distance <= 0.0 {
+                let pair = format!("{} with {}", nearest.first, nearest.second);
+                *dropped.blocked.entry(pair).or_default() += 1;
                 return None;
             }
-            least = least.min(clearance);
+            least = least.min(nearest.distance);
         }
         Some(least)
     }
@@ -266,6 +268,31 @@ impl Dropped {
             None => Why::OutOfReach { nearest: self.nearest.min(9.99) },
         }
     }
+}
+
+/// Returns the joint position nearest to `last` that brings the tip to a pose a small way off.
+///
+/// # Errors
+///
+/// How far out of reach the pose is, m; 0 when it can only be reached by a jump.
+pub fn follow(
+    solver: &Solver<'_>,
+    tip: &Pose<Base, Flange>,
+    last: &[f64],
+) -> Result<Vec<f64>, f64> {
+    // A continuous motion never moves a joint further than this between two poses, rad.
+    const JUMP: f64 = 0.25;
+    let step = |q: &Vec<f64>| grasp::distance(q, last);
+    let nearest = |found: Vec<Vec<f64>>| found.into_iter().min_by(|a, b| step(a).total_cmp(&step(b)));
+    // The elbow stays where it is while it can, and moves a little when it must.
+    for shift in [0.0, 0.04, -0.04, 0.1, -0.1] {
+        let on_branch = nearest(solver.at_joint_3(tip, last[2] + shift, last));
+        if let Some(q) = on_branch.filter(|q| step(q) <= JUMP) {
+            return Ok(q);
+        }
+    }
+    let q = solver.nearest(tip, last).map_err(|unreachable| unreachable.nearest)?;
+    if step(&q) <= JUMP { Ok(q) } else { Err(0.0) }
 }
 
 /// Returns the tool pose of joint positions of a cell's robot.
@@ -292,10 +319,17 @@ pub fn gravity_torque(robot: &Arc<Robot>, q: &[f64]) -> Vec<f64> {
 
 /// Returns the joint torques, N·m, that one more kilogram at the tool centre point takes at `q`.
 pub fn payload_torque(robot: &Arc<Robot>, q: &[f64]) -> Vec<f64> {
-    let Ok(jacobian) = robot.jacobian_at_tool(q) else {
+    let (Ok(jacobian), Ok(flange)) = (robot.jacobian(q), robot.forward(q)) else {
         return vec![0.0; q.len()];
     };
-    (0..q.len()).map(|joint| jacobian[(2, joint)] * GRAVITY).collect()
+    // The Jacobian is about the flange; the tool is ahead of it.
+    let ahead = flange.rotation() * robot.flange_from_tool().origin();
+    (0..q.len())
+        .map(|joint| {
+            let turn = jacobian.fixed_view::<3, 1>(3, joint).into_owned();
+            (jacobian[(2, joint)] + turn.cross(&ahead).z) * GRAVITY
+        })
+        .collect()
 }
 
 /// Returns the angle, rad, through which the tool turns along a joint path.

@@ -45,10 +45,8 @@ impl Planner {
         let object = self.cell.scene.object(o).filter(|_| held == o);
         let object = object.ok_or_else(|| no(Why::EmptyHand))?;
 
-        let world = self.obstacles(&[]);
-        let mut empty = self.obstacles(&[o]);
-        empty.attached = None;
-        empty.opening = self.robot().max_opening();
+        let world = self.obstacles(&[], self.state.opening);
+        let empty = self.obstacles(&[o], self.robot().max_opening());
         let object_from_tool = tool_from_object.inverse();
         let ahead = object_from_tool.axis(2);
         let mut dropped = Dropped::new();
@@ -60,15 +58,18 @@ impl Planner {
                 let stands: Pose<frame::World, Object> = Pose::upright(x, y, DROP, yaw);
                 let down = stands * object_from_tool;
                 let up = Vector3::z() * ABOVE;
-                let Some(q_down) = self.reach(&down, &self.q).into_iter().next() else {
-                    dropped.out_of_reach(self.shortfall(&down));
-                    continue;
+                let q_down = match self.reach(&down, &self.q) {
+                    Ok(mut found) => found.swap_remove(0),
+                    Err(nearest) => {
+                        dropped.out_of_reach(nearest);
+                        continue;
+                    }
                 };
                 dropped.tried += 1;
-                let Some(mut way_down) = self.track(&q_down, &straight(&down, up)) else { continue };
+                let Ok(mut way_down) = self.track(&q_down, &straight(&down, up)) else { continue };
                 way_down.reverse();
                 let back = -down.axis(2) * BACK;
-                let Some(way_out) = self.track(&q_down, &straight(&down, back)) else { continue };
+                let Ok(way_out) = self.track(&q_down, &straight(&down, back)) else { continue };
                 // The object itself may come close to the table at the very end of the way down.
                 let high = &way_down[..way_down.len().saturating_sub(4)];
                 if self.clear(&world, high, &mut dropped).is_none()

@@ -60,7 +60,7 @@ impl Planner {
         let target_shape = shape(target).ok_or_else(|| no(Why::NotSeen(target.to_owned())))?;
         let cup = self.pose(target, &what)?;
 
-        let world = self.obstacles(&[]);
+        let world = self.obstacles(&[], self.state.opening);
         let mut dropped = Dropped::new();
         let mut ways: Vec<Pour> = Vec::new();
         let away = cup.origin().y.atan2(cup.origin().x);
@@ -82,15 +82,21 @@ impl Planner {
                     let poses: Vec<_> = (0..=(TURN / STEP).round() as usize)
                         .map(|k| about(&upright, lip, axis, k as f64 * STEP) * object_from_tool)
                         .collect();
-                    let solutions = self.reach(&poses[0], &self.q);
-                    if solutions.is_empty() {
-                        dropped.out_of_reach(self.shortfall(&poses[0]));
-                    }
+                    let solutions = match self.reach(&poses[0], &self.q) {
+                        Ok(solutions) => solutions,
+                        Err(nearest) => {
+                            dropped.out_of_reach(nearest);
+                            continue;
+                        }
+                    };
                     for start in solutions.iter().take(12) {
                         dropped.tried += 1;
-                        let Some(path) = self.track(start, &poses[1..]) else {
-                            dropped.out_of_reach(0.0);
-                            continue;
+                        let path = match self.track(start, &poses[1..]) {
+                            Ok(path) => path,
+                            Err(nearest) => {
+                                dropped.out_of_reach(nearest);
+                                continue;
+                            }
                         };
                         let Some(clearance) = self.clear(&world, &path, &mut dropped) else {
                             continue;

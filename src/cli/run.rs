@@ -1,0 +1,240 @@
+//! `trueup run`, `trueup -c` and `trueup`: calls carried out in a work cell.
+
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use clap::Args;
+
+use crate::execution::calibrate::Switches;
+use crate::lab::LabSettings;
+use crate::language::ast::{Item, Step};
+use crate::language::{self, Source};
+use crate::report::{self, Failure, Style, run::Console};
+use crate::workcell::record::Recorder;
+use crate::workcell::{Ending, Options, Run, Stdlib, WorkCell};
+
+use super::{Cli, Exit};
+
+/// Run a saved script; a run folder is written.
+#[derive(Debug, Args)]
+pub(super) struct RunArgs {
+    /// The script.
+    file: PathBuf,
+    /// Where the run folder is made.
+    #[arg(long, value_name = "DIR", default_value = "runs")]
+    record: PathBuf,
+}
+
+/// Returns seconds since the program could first be asked; only differences mean something.
+#[expect(clippy::disallowed_methods, reason = "the one clock of the program, handed down from here")]
+fn clock() -> f64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
+}
+
+/// Returns the time of day as run folders are named: `20261121-140307`, UTC.
+fn stamp() -> String {
+    let seconds = clock() as i64;
+    let (days, rest) = (seconds.div_euclid(86_400), seconds.rem_euclid(86_400));
+    // Civil date from days since 1970 (Hinnant, "chrono-compatible low-level date algorithms").
+    let shifted = days + 719_468;
+    let era = shifted.div_euclid(146_097);
+    let of_era = shifted.rem_euclid(146_097);
+    let year_of_era =
+        (of_era - of_era / 1_460 + of_era / 36_524 - of_era / 146_096).div_euclid(365);
+    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month_shifted = (5 * of_year + 2) / 153;
+    let day = of_year - (153 * month_shifted + 2) / 5 + 1;
+    let month = if month_shifted < 10 { month_shifted + 3 } else { month_shifted - 9 };
+    let year = year_of_era + era * 400 + i64::from(month <= 2);
+    let (hour, minute, second) = (rest / 3600, rest / 60 % 60, rest % 60);
+    format!("{year:04}{month:02}{day:02}-{hour:02}{minute:02}{second:02}")
+}
+
+/// Reads a text file, with an error that says which and why.
+pub(super) fn read(path: &Path) -> Result<String, Failure> {
+    std::fs::read_to_string(path).map_err(|error| {
+        let place = path.display().to_string();
+        let (code, help) = match error.kind() {
+            std::io::ErrorKind::NotFound => ("io::missing", "is the path right?"),
+            std::io::ErrorKind::InvalidData => ("io::text", "it is not a text file in UTF-8"),
+            _ => ("io::read", "may it be read?"),
+        };
+        Failure::input(code, format!("cannot read {place}: {error}")).at(place).help(help)
+    })
+}
+
+fn stdlib(cli: &Cli) -> Result<Stdlib, Failure> {
+    let embedded = Stdlib::embedded();
+    match &cli.cell.stdlib {
+        None => Ok(embedded),
+        Some(folder) => embedded.with_folder(folder).map_err(|(path, error)| {
+            Failure::input("io::read", format!("cannot read {}: {error}", path.display()))
+                .help("`--stdlib` takes a folder laid out like the project's `stdlib/`")
+        }),
+    }
+}
+
+fn options(cli: &Cli, script: Option<Source>) -> Result<Options, Failure> {
+    let robot = cli.cell.robot.as_str();
+    if robot.starts_with("kortex://") {
+        return Err(Failure::unavailable(
+            "robot::kortex",
+            "this version cannot speak to a real Gen3 yet",
+        )
+        .at(robot)
+        .help("use `--robot lab`, the embedded reality"));
+    }
+    if !matches!(robot, "lab" | "twin") {
+        return Err(Failure::input("robot::unknown", format!("there is no robot `{robot}`"))
+            .help("use `--robot lab` or `--robot twin`"));
+    }
+    let lab = match &cli.cell.lab {
+        None => LabSettings::default(),
+        Some(path) => LabSettings::from_toml(&read(path)?).map_err(|error| {
+            Failure::input("lab::settings", error.to_string()).at(path.display().to_string())
+        })?,
+    };
+    let scene = match &cli.cell.scene {
+        None => None,
+        Some(path) => Some(Source::new(path.display().to_string(), read(path)?)),
+    };
+    let mut switches = Switches::default();
+    for which in &cli.cell.without_regression {
+        match which {
+            1 => switches.camera = false,
+            2 => switches.intrinsics = false,
+            3 => switches.offset = false,
+            other => {
+                return Err(Failure::input(
+                    "usage::regression",
+                    format!("there is no regression {other}"),
+                )
+                .help("1 camera alignment, 2 intrinsics, 3 robot offset"));
+            }
+        }
+    }
+    Ok(Options {
+        robot: robot.to_owned(),
+        scene,
+        script,
+        lab,
+        stdlib: stdlib(cli)?,
+        seed: cli.common.seed,
+        switches,
+        clock,
+    })
+}
+
+/// Opens the cell the arguments ask for.
+fn open(cli: &Cli, script: Option<Source>, style: &Style) -> Result<WorkCell, Failure> {
+    WorkCell::open(options(cli, script)?).map_err(|error| report::cell_failure(&error, style))
+}
+
+/// `trueup run FILE.task`.
+pub(super) fn script(args: &RunArgs, cli: &Cli, style: &Style) -> Result<Exit, Failure> {
+    let source = Source::new(args.file.display().to_string(), read(&args.file)?);
+    let (program, diagnostics) = language::parse(&source.text);
+    if diagnostics.iter().any(language::Diagnostic::is_error) {
+        return Err(report::text_failure(&diagnostics, &source, style));
+    }
+    let steps: Vec<Step> = program
+        .items
+        .into_iter()
+        .filter_map(|item| match item {
+            Item::Run(step) => Some(step),
+            _ => None,
+        })
+        .collect();
+    if steps.is_empty() {
+        return Err(Failure::input("script::empty", "the script calls nothing")
+            .at(source.name)
+            .help("end it with a call such as `pour(jar, cup)`"));
+    }
+    let mut cell = open(cli, Some(source), style)?;
+    let mut exit = Exit::Yes;
+    let mut runs = Vec::new();
+    for step in &steps {
+        let run = one(&mut cell, step, Some(&args.record), style)?;
+        exit = ended(&run);
+        runs.push(run);
+        if exit != Exit::Yes {
+            break;
+        }
+    }
+    if style.json {
+        match &runs[..] {
+            [run] => style.document(run),
+            several => style.document(&several),
+        }
+    }
+    Ok(exit)
+}
+
+/// `trueup -c LINE`.
+pub(super) fn line(line: &str, cli: &Cli, style: &Style) -> Result<Exit, Failure> {
+    let source = Source::new("command line", line);
+    let (step, diagnostics) = language::parse_line(line);
+    let Some(step) = step.filter(|_| !diagnostics.iter().any(language::Diagnostic::is_error)) else {
+        return Err(report::text_failure(&diagnostics, &source, style));
+    };
+    let mut cell = open(cli, None, style)?;
+    let run = one(&mut cell, &step, Some(Path::new("runs")), style)?;
+    if style.json {
+        style.document(&run);
+    }
+    Ok(ended(&run))
+}
+
+/// `trueup`: the prompt.
+pub(super) fn prompt(cli: &Cli, style: &Style) -> Result<Exit, Failure> {
+    let cell = open(cli, None, style)?;
+    stop_on_interrupt(&cell)?;
+    crate::repl::run(cell, style, &|cell, step| one(cell, step, Some(Path::new("runs")), style))?;
+    Ok(Exit::Yes)
+}
+
+/// Makes Ctrl-C a wish to stop; once a process.
+fn stop_on_interrupt(cell: &WorkCell) -> Result<(), Failure> {
+    let cancel = cell.cancel();
+    ctrlc::set_handler(move || cancel.cancel())
+        .map_err(|error| Failure::unavailable("signal", format!("cannot watch Ctrl-C: {error}")))
+}
+
+/// Carries out one step of a script or one line, recorded if a folder is named.
+fn one(
+    cell: &mut WorkCell,
+    step: &Step,
+    record: Option<&Path>,
+    style: &Style,
+) -> Result<Run, Failure> {
+    let Step::Act(act) = step else {
+        return Err(Failure::input("run::not_a_call", "only a call can be run by itself")
+            .help("put the steps into a task and call that"));
+    };
+    let call = &act.call;
+    let graph = cell.graph(call).map_err(|error| report::cell_failure(&error, style))?;
+    let recorder = match record {
+        None => None,
+        Some(root) => Some(Recorder::create(root, &stamp(), &call.name.text).map_err(
+            |(path, error)| {
+                let place = path.display().to_string();
+                Failure::input("io::write", format!("cannot make a run folder: {error}"))
+                    .at(place)
+                    .help("name a folder that may be written with `--record DIR`")
+            },
+        )?),
+    };
+    cell.cancel().clear();
+    let run = cell.run_recorded(call, &graph, recorder, Box::new(Console::new(*style)));
+    let run = run.map_err(|error| report::cell_failure(&error, style))?;
+    style.say(report::run::ending(&run, style));
+    Ok(run)
+}
+
+fn ended(run: &Run) -> Exit {
+    match run.outcome {
+        Ending::Success => Exit::Yes,
+        Ending::Failure => Exit::No,
+        Ending::Stopped => Exit::Stopped,
+    }
+}

@@ -1,0 +1,195 @@
+//! `trueup check`, `trueup fmt` and `trueup graph`: texts without a robot.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use serde_json::json;
+
+use crate::graph;
+use crate::language::ast::{Call, Item, Program, Step};
+use crate::language::{self, Diagnostic, Source};
+use crate::report::{self, Failure, Style};
+use crate::workcell::{Stdlib, library};
+
+use super::run::read;
+use super::{Cli, Exit};
+
+/// Find mistakes in task files.
+#[derive(Debug, Args)]
+pub(super) struct CheckArgs {
+    /// Files, or folders with `.task` files.
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+}
+
+/// Lay task files out in the one canonical way.
+#[derive(Debug, Args)]
+pub(super) struct FmtArgs {
+    /// Change nothing; say which files would change, with exit code 1 when there are any.
+    #[arg(long)]
+    check: bool,
+    /// Files, or folders with `.task` files.
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+}
+
+/// Draw the And-Or graph of a task.
+#[derive(Debug, Args)]
+pub(super) struct GraphArgs {
+    /// A call such as `pour(jar, cup)`, or a script that makes one.
+    what: String,
+    /// How.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// A tree in the terminal.
+    Text,
+    /// A drawing.
+    Svg,
+    /// Graphviz.
+    Dot,
+    /// The exchange format.
+    Json,
+}
+
+/// Returns the task files that paths name, folders searched to the bottom, in order of name.
+fn task_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
+    let mut found = Vec::new();
+    for path in paths {
+        if !path.is_dir() {
+            found.push(path.clone());
+            continue;
+        }
+        let mut open = vec![path.clone()];
+        while let Some(dir) = open.pop() {
+            let entries = std::fs::read_dir(&dir).map_err(|error| {
+                Failure::input("io::read", format!("cannot read {}: {error}", dir.display()))
+            })?;
+            for entry in entries.flatten() {
+                let path = entry.path();
+                if path.is_dir() {
+                    open.push(path);
+                } else if path.extension().is_some_and(|ending| ending == "task") {
+                    found.push(path);
+                }
+            }
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// `trueup check FILE...`: each file by itself over the stdlib.
+pub(super) fn check(args: &CheckArgs, style: &Style) -> Result<Exit, Failure> {
+    let standard = library(&Stdlib::embedded());
+    let mut all: Vec<(Diagnostic, Source)> = Vec::new();
+    for path in task_files(&args.files)? {
+        let source = Source::new(path.display().to_string(), read(&path)?);
+        let mut library = standard.clone();
+        library.add(source.clone());
+        all.extend(
+            library
+                .check()
+                .into_iter()
+                .filter(|diagnostic| diagnostic.file == source.name)
+                .map(|diagnostic| (diagnostic, source.clone())),
+        );
+    }
+    let errors = all.iter().filter(|(diagnostic, _)| diagnostic.is_error()).count();
+    if style.json {
+        let list: Vec<_> = all.iter().map(|(d, source)| d.to_json(source)).collect();
+        style.document(&json!({ "diagnostics": list }));
+    } else {
+        for (diagnostic, source) in &all {
+            style.say(report::diagnostic(diagnostic, source, style));
+        }
+        if all.is_empty() {
+            style.say(style.green("no mistakes found"));
+        }
+    }
+    Ok(if errors > 0 { Exit::No } else { Exit::Yes })
+}
+
+/// `trueup fmt FILE...`.
+pub(super) fn fmt(args: &FmtArgs, style: &Style) -> Result<Exit, Failure> {
+    let mut changed = Vec::new();
+    for path in task_files(&args.files)? {
+        let text = read(&path)?;
+        let name = path.display().to_string();
+        let formatted = language::format(&text).map_err(|diagnostics| {
+            let source = Source::new(name.clone(), text.clone());
+            report::text_failure(&diagnostics, &source, style)
+        })?;
+        if formatted == text {
+            continue;
+        }
+        if !args.check {
+            std::fs::write(&path, formatted).map_err(|error| {
+                Failure::input("io::write", format!("cannot write {name}: {error}")).at(&name)
+            })?;
+        }
+        changed.push(name);
+    }
+    if style.json {
+        style.document(&json!({ "changed": changed }));
+    } else {
+        let verb = if args.check { "would change" } else { "formatted" };
+        for name in &changed {
+            style.say(format!("{verb}: {name}"));
+        }
+    }
+    Ok(if args.check && !changed.is_empty() { Exit::No } else { Exit::Yes })
+}
+
+/// `trueup graph FILE|'CALL'`.
+pub(super) fn graph(args: &GraphArgs, cli: &Cli, style: &Style) -> Result<Exit, Failure> {
+    let mut stdlib = Stdlib::embedded();
+    if let Some(folder) = &cli.cell.stdlib {
+        stdlib = stdlib.with_folder(folder).map_err(|(path, error)| {
+            Failure::input("io::read", format!("cannot read {}: {error}", path.display()))
+        })?;
+    }
+    let mut library = library(&stdlib);
+    let is_file = Path::new(&args.what).extension().is_some_and(|ending| ending == "task");
+    let (source, program) = if is_file {
+        let source = Source::new(args.what.clone(), read(Path::new(&args.what))?);
+        let (program, diagnostics) = language::parse(&source.text);
+        if diagnostics.iter().any(Diagnostic::is_error) {
+            return Err(report::text_failure(&diagnostics, &source, style));
+        }
+        library.add(source.clone());
+        (source, program)
+    } else {
+        let source = Source::new("command line", args.what.clone());
+        let (step, diagnostics) = language::parse_line(&args.what);
+        let Some(step) = step.filter(|_| diagnostics.is_empty()) else {
+            return Err(report::text_failure(&diagnostics, &source, style));
+        };
+        (source, Program { items: vec![Item::Run(step)] })
+    };
+    let call = first_call(&program).ok_or_else(|| {
+        Failure::input("script::empty", "there is no call to draw")
+            .at(source.name.clone())
+            .help("name a call such as `pour(jar, cup)`")
+    })?;
+    let graph = graph::build(&library, call)
+        .map_err(|problems| report::problems_failure(&problems, &library, &source))?;
+    match args.format {
+        Format::Json => style.document(&graph::exchange::to_json(&graph)),
+        _ if style.json => style.document(&graph::exchange::to_json(&graph)),
+        Format::Text => report::out(graph::outline::outline(&graph).trim_end()),
+        Format::Svg => report::out(&graph::draw::svg(&graph)),
+        Format::Dot => report::out(&graph::exchange::to_dot(&graph)),
+    }
+    Ok(Exit::Yes)
+}
+
+fn first_call(program: &Program) -> Option<&Call> {
+    program.items.iter().find_map(|item| match item {
+        Item::Run(Step::Act(act)) => Some(&act.call),
+        _ => None,
+    })
+}

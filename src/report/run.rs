@@ -1,0 +1,172 @@
+//! A run in words: what happens as it happens, and how it ended.
+
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::execution::trace::{Event, FluentRow, Measure, Observer, Outcome, StepRecord};
+use crate::units::Unit;
+use crate::workcell::{Ending, Run};
+
+use super::{Style, complain};
+
+/// Tells a run on the terminal: steps and tables on stdout, progress on stderr.
+pub struct Console {
+    style: Style,
+    bar: Option<ProgressBar>,
+}
+
+impl Console {
+    /// Speaks in this style.
+    pub fn new(style: Style) -> Self {
+        Self { style, bar: None }
+    }
+
+    fn clear(&mut self) {
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+    }
+
+    fn spin(&mut self, message: String) {
+        self.clear();
+        if self.style.quiet {
+            return;
+        }
+        if !self.style.bars {
+            complain(&message);
+            return;
+        }
+        let look = ProgressStyle::with_template("{spinner} {msg} {elapsed}");
+        let bar = ProgressBar::new_spinner()
+            .with_style(look.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+        bar.set_message(message);
+        bar.enable_steady_tick(Duration::from_millis(120));
+        self.bar = Some(bar);
+    }
+}
+
+impl Observer for Console {
+    fn event(&mut self, event: &Event) {
+        match event {
+            Event::Phase { name, detail } => self.spin(format!("{name}: {detail}")),
+            Event::Note { text } => {
+                if !self.style.quiet && !self.style.json {
+                    match &self.bar {
+                        Some(bar) => bar.println(format!("  {text}")),
+                        None => complain(&format!("  {text}")),
+                    }
+                }
+            }
+            Event::Progress { what, fraction } => {
+                if let Some(bar) = &self.bar {
+                    bar.set_message(format!("{what} {:.0} %", fraction * 100.0));
+                }
+            }
+            Event::StepStart { number, of, action, .. } => {
+                self.spin(format!("step {number} of {of}: {action}"));
+            }
+            Event::StepEnd { record } => {
+                self.clear();
+                if !self.style.quiet {
+                    self.style.say(step(record, &self.style).trim_end());
+                }
+            }
+            Event::Tick(_) | Event::Picture { .. } => {}
+        }
+    }
+}
+
+impl Drop for Console {
+    fn drop(&mut self) {
+        self.clear();
+    }
+}
+
+/// Words one step: its line and its fluent table.
+pub fn step(record: &StepRecord, style: &Style) -> String {
+    let mark = match record.outcome {
+        Outcome::Success => style.green("✓"),
+        Outcome::Failure => style.red("✗"),
+        Outcome::Stopped => style.red("◦"),
+    };
+    let seconds = record.interval_s[1] - record.interval_s[0];
+    let mut text = format!(
+        "{mark} {:>2}  {:<44} {seconds:>5.1} s   P = exp(-{}) = {:.2}\n",
+        record.number, record.action, record.hamming, record.score
+    );
+    if let Some(reason) = &record.reason {
+        text += &format!("       {}\n", style.red(reason));
+    }
+    let told: Vec<_> = record
+        .fluents
+        .iter()
+        .filter(|row| row.twin.is_some() || row.measured.is_some() || row.expected.is_some())
+        .collect();
+    if !told.is_empty() {
+        let head = format!(
+            "       {:<42} {:<9} {:<6} {:<9} margin",
+            "fluent", "expected", "twin", "measured"
+        );
+        text += &format!("{}\n", style.dim(&head));
+    }
+    for row in told {
+        text += &fluent(row, style);
+    }
+    text
+}
+
+fn fluent(row: &FluentRow, style: &Style) -> String {
+    let word = |truth: Option<bool>| match truth {
+        Some(true) => "yes",
+        Some(false) => "NO",
+        None => "?",
+    };
+    let margin = row.margin.as_ref().map(people).unwrap_or_default();
+    let expected = row.expected.map_or("", |truth| word(Some(truth)));
+    let line = format!(
+        "       {:<42} {expected:<9} {:<6} {:<9} {margin}",
+        row.name,
+        word(row.twin),
+        word(row.measured),
+    );
+    let differs = matches!((row.twin, row.measured), (Some(a), Some(b)) if a != b)
+        || matches!((row.expected, row.measured), (Some(a), Some(b)) if a != b);
+    format!("{}\n", if differs { style.red(line.trim_end()) } else { line.trim_end().to_owned() })
+}
+
+/// Returns a measure in the unit people use, with its sign.
+pub fn people(measure: &Measure) -> String {
+    match Unit::parse(&measure.unit) {
+        Ok(unit) => unit.of(measure.value).signed(),
+        Err(_) => format!("{:+.3} {}", measure.value, measure.unit),
+    }
+}
+
+/// Words how a run ended.
+pub fn ending(run: &Run, style: &Style) -> String {
+    let mut text = match run.outcome {
+        Ending::Success => style.green(&format!("done: {}", run.task)),
+        Ending::Failure => style.red(&format!("failed: {}", run.task)),
+        Ending::Stopped => style.red(&format!("stopped: {}; the arm holds its position", run.task)),
+    };
+    if let Some(reason) = &run.reason {
+        text += &format!("\n  {reason}");
+    }
+    if let Some(water) = &run.water {
+        text += &format!(
+            "\n  water on the {}'s scales: {:.1} mL in the target, {:.1} mL left in the source, \
+             {:.1} mL spilt",
+            water.measured_by, water.in_target_ml, water.in_source_ml, water.spilt_ml
+        );
+    }
+    let t = &run.timing_s;
+    text += &format!(
+        "\n  {:.1} s: {:.1} perceiving, {:.1} planning, {:.1} simulating, {:.1} on the arm",
+        t.total, t.perceive, t.plan, t.simulate, t.execute
+    );
+    if let Some(dir) = &run.run_dir {
+        text += &format!("\n  run folder: {dir}");
+    }
+    text
+}
