@@ -6,7 +6,7 @@
 //! is the list of what fluents may measure. Nothing here knows a robot or evaluates anything.
 
 pub mod ast;
- pub mod builtins;
+pub mod builtins;
 pub mod diagnostic;
 pub mod format;
 pub mod library;
@@ -14,5 +14,6 @@ mod check;
 mod parse;
 
 pub use diagnostic::{Diagnostic, Label, Severity, Source, Style, render};
+pub use format::format;
 pub use library::{Library, Scope};
-pub use parse::{is_incomplete, parse, parse_line};
+pub use parse::{is_incomplete, nearest, parse, parse_line};
