@@ -129,10 +129,10 @@ impl Dimension {
 
     /// Returns it in words for a sentence: `a length`, `a plain number`, or its SI unit.
     pub fn words(self) -> String {
-        NAMES
-            .iter()
-            .find(|(_, dimension, ..)| *dimension == self)
-            .map_or_else(|| format!("a quantity in {}", self.si()), |(.., words, _)| (*words).into())
+        NAMES.iter().find(|(_, dimension, ..)| *dimension == self).map_or_else(
+            || format!("a quantity in {}", self.si()),
+            |(.., words, _)| (*words).into(),
+        )
     }
 
     /// Returns the unit people write it in, which is also what a missing unit is taken to mean.
@@ -596,7 +596,10 @@ mod tests {
     #[test]
     fn columns_carry_their_unit() {
         let column = parse_column(" tau_4[N*m] ").unwrap();
-        assert_eq!((column.name.as_str(), column.unit.unwrap().dimension), ("tau_4", Dimension::TORQUE));
+        assert_eq!(
+            (column.name.as_str(), column.unit.unwrap().dimension),
+            ("tau_4", Dimension::TORQUE)
+        );
         assert_eq!(parse_column("view").unwrap().unit, None);
         assert!(matches!(parse_column("q_1[rad"), Err(Error::BadColumn { .. })));
         assert!(matches!(parse_column("[rad]"), Err(Error::BadColumn { .. })));

@@ -63,7 +63,12 @@ pub const CONSTANTS: &[(&str, &str, &str)] = &[
 /// Members of constants: object, member, type, one line.
 pub const MEMBERS: &[(&str, &str, &str, &str)] = &[
     ("gripper", "open", "Bool", "The jaws are open."),
-    ("table", "height", "Length", "Height of the table top, which is where heights are counted from."),
+    (
+        "table",
+        "height",
+        "Length",
+        "Height of the table top, which is where heights are counted from.",
+    ),
 ];
 
 const fn of(
@@ -95,7 +100,12 @@ pub const FUNCTIONS: &[Builtin] = &[
     of("tall", ONE, "Bool", "`o` is high enough to be held from the side."),
     of("height", ONE, "Length", "Height of the base of `o` above the table."),
     of("distance", TWO, "Length", "Horizontal distance between the axes of `a` and `b`."),
-    of("offset", &[("a", "Place"), ("b", "Place")], "Length", "Horizontal distance between two places."),
+    of(
+        "offset",
+        &[("a", "Place"), ("b", "Place")],
+        "Length",
+        "Horizontal distance between two places.",
+    ),
     of("gap", TWO, "Length", "How far the lowest point of the lip of `a` is above the rim of `b`."),
     of("lip", ONE, "Place", "The lowest point of the rim of `o`: where water leaves it."),
     of("center", ONE, "Place", "The centre of the rim of `o`."),
@@ -142,8 +152,9 @@ impl Ty {
             "Place" => Self::Place,
             "Face" => Self::Face,
             "Text" => Self::Text,
-            name => Dimension::named(name)
-                .map_or_else(|| Self::Object(name.into()), Self::Quantity),
+            name => {
+                Dimension::named(name).map_or_else(|| Self::Object(name.into()), Self::Quantity)
+            }
         }
     }
 

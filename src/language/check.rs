@@ -6,8 +6,8 @@
 use std::collections::BTreeMap;
 
 use super::ast::{
-    ActionItem, Act, Arg, BinaryOp, Block, Call, Conditions, Expr, ExprKind, FluentItem, Hold, Item,
-    Name, Param, Program, Recovery, Span, Step, TaskItem,
+    Act, ActionItem, Arg, BinaryOp, Block, Call, Conditions, Expr, ExprKind, FluentItem, Hold,
+    Item, Name, Param, Program, Recovery, Span, Step, TaskItem,
 };
 use super::builtins::{self, Ty};
 use super::diagnostic::{Diagnostic, Source};
@@ -59,7 +59,8 @@ impl<'a> Checker<'a> {
                 Item::Type(item) => {
                     for parent in &item.parents {
                         self.object_type(parent);
-                        if parent.text == item.name.text || self.library.is_a(&parent.text, &item.name.text)
+                        if parent.text == item.name.text
+                            || self.library.is_a(&parent.text, &item.name.text)
                         {
                             self.tell(Diagnostic::error(
                                 "task::cycle",
@@ -227,7 +228,11 @@ impl<'a> Checker<'a> {
     }
 
     fn conditions(&mut self, conditions: &Conditions, names: &Names) {
-        let all = [("needs", &conditions.needs), ("keeps", &conditions.keeps), ("gives", &conditions.gives)];
+        let all = [
+            ("needs", &conditions.needs),
+            ("keeps", &conditions.keeps),
+            ("gives", &conditions.gives),
+        ];
         for (what, list) in all {
             for expr in list {
                 self.condition(what, expr, names);
@@ -814,14 +819,7 @@ impl<'a> Checker<'a> {
         Ty::Any
     }
 
-    fn binary(
-        &mut self,
-        left: &Expr,
-        op: BinaryOp,
-        right: &Expr,
-        span: Span,
-        names: &Names,
-    ) -> Ty {
+    fn binary(&mut self, left: &Expr, op: BinaryOp, right: &Expr, span: Span, names: &Names) -> Ty {
         match op {
             BinaryOp::Or | BinaryOp::And => {
                 let word = if op == BinaryOp::Or { "or" } else { "and" };
@@ -938,7 +936,11 @@ impl<'a> Checker<'a> {
             Diagnostic::error(
                 "task::type",
                 span,
-                format!("this takes quantities, and `{}` is {}", self.source.slice(span), ty.words()),
+                format!(
+                    "this takes quantities, and `{}` is {}",
+                    self.source.slice(span),
+                    ty.words()
+                ),
                 "not a quantity",
             )
             .help("measure it first, such as `height(jar)`"),
@@ -949,7 +951,11 @@ impl<'a> Checker<'a> {
 
 /// What a parameter asks for, as a call sees it.
 fn slot(param: &Param) -> Slot<'_> {
-    Slot { name: &param.name.text, ty: Ty::named(&param.ty.text), optional: param.default.is_some() }
+    Slot {
+        name: &param.name.text,
+        ty: Ty::named(&param.ty.text),
+        optional: param.default.is_some(),
+    }
 }
 
 fn signature(name: &str, slots: &[Slot]) -> String {

@@ -16,5 +16,6 @@ mod check;
 mod parse;
 
 pub use diagnostic::{Diagnostic, Label, Severity, Source, Style, render};
+pub use format::format;
 pub use library::{Library, Scope};
-pub use parse::{is_incomplete, parse, parse_line};
+pub use parse::{is_incomplete, nearest, parse, parse_line};

@@ -1,11 +1,330 @@
 //! What a person is told, word by word.
 
+use trueup::language::{Library, Scope, Source, Style, parse, render};
+
+/// One file, five planted errors, one pass: the prototype of the language's design, reproduced.
+const BAD: &str = "\
+task pick(o: Graspable) {
+    needs visible(o
+    either side prior 0.7 { grasp(o, side) }
+    or     top  prior 0.3 { grasp(o, top }
+    lift(o, by: 12 centimetres) while holding(o)
+}
+
+/// Pour.
+task pour(source: Container target: Container) {
+    lift(source)
+}
+
+tsak place(o: Graspable) {
+    lower(o)
+}
+";
+
+/// Renders everything wrong with a text by its syntax alone.
+fn told(text: &str) -> Vec<String> {
+    let source = Source::new("bad.task", text);
+    parse(text).1.iter().map(|d| render(d, &source, Style::Plain)).collect()
+}
+
+/// Returns code, message and help of everything wrong with a text beside the standard library.
+fn checked(text: &str) -> Vec<(&'static str, String, String)> {
+    let mut library = Library::standard();
+    let file = library.add(Source::new("mine.task", text));
+    let scope: Scope = library.scope("kitchen");
+    library
+        .check_file(file, &scope)
+        .into_iter()
+        .map(|d| (d.code, d.message, d.help.unwrap_or_default()))
+        .collect()
+}
+
 #[test]
-fn x() {
-    let text = "task pick(o: Graspable) {\n    needs visible(o\n    either side prior 0.7 { grasp(o, side) }\n    or     top  prior 0.3 { grasp(o, top }\n    lift(o, by: 12 centimetres) while holding(o)\n}\n\n/// Pour.\ntask pour(source: Container target: Container) {\n    lift(source)\n}\n\ntsak place(o: Graspable) {\n    lower(o)\n}\n";
-    let source = trueup::language::Source::new("bad.task", text);
-    for d in trueup::language::parse(text).1 {
-        println!("{}", trueup::language::render(&d, &source, trueup::language::Style::Plain));
+fn five_planted_errors_are_found_in_one_pass() {
+    let codes: Vec<(&str, usize)> = {
+        let source = Source::new("bad.task", BAD);
+        parse(BAD).1.iter().map(|d| (d.code, source.line_column(d.span.from).0)).collect()
+    };
+    assert_eq!(
+        codes,
+        [
+            ("task::unclosed", 2),
+            ("task::unclosed", 4),
+            ("task::unit", 5),
+            ("task::comma", 9),
+            ("task::keyword", 13),
+        ]
+    );
+}
+
+#[test]
+fn an_unclosed_parenthesis_shows_both_ends() {
+    assert_eq!(
+        told(BAD)[1],
+        "task::unclosed
+
+  × `(` is never closed
+   ╭─[bad.task:4:34]
+ 3 │     either side prior 0.7 { grasp(o, side) }
+ 4 │     or     top  prior 0.3 { grasp(o, top }
+   ·                                  ┬       ┬
+   ·                                  │       ╰── expected the closing bracket before this
+   ·                                  ╰── opened here
+ 5 │     lift(o, by: 12 centimetres) while holding(o)
+   ╰────
+  help: add `)` before this `}`
+"
+    );
+}
+
+#[test]
+fn a_wrong_unit_names_the_right_one() {
+    assert_eq!(
+        told(BAD)[2],
+        "task::unit
+
+  × `centimetres` is not a unit
+   ╭─[bad.task:5:20]
+ 4 │     or     top  prior 0.3 { grasp(o, top }
+ 5 │     lift(o, by: 12 centimetres) while holding(o)
+   ·                    ─────┬─────
+   ·                         ╰── unknown unit
+ 6 │ }
+   ╰────
+  help: write `12 cm`  (units: mm cm m deg rad ms s min mL L g kg N N*m %)
+"
+    );
+}
+
+#[test]
+fn a_missing_comma_is_told_where_it_is_missing() {
+    assert_eq!(
+        told(BAD)[3],
+        "task::comma
+
+  × missing `,` before `target`
+    ╭─[bad.task:9:29]
+  8 │ /// Pour.
+  9 │ task pour(source: Container target: Container) {
+    ·                             ───┬──
+    ·                                ╰── expected `)`, `,`
+ 10 │     lift(source)
+    ╰────
+  help: separate parameters with commas
+"
+    );
+}
+
+#[test]
+fn a_screen_reader_hears_sentences() {
+    let source = Source::new("bad.task", BAD);
+    let narrated = render(&parse(BAD).1[1], &source, Style::Narrated);
+    assert!(narrated.contains("`(` is never closed"), "{narrated}");
+    assert!(narrated.contains("label at line 4, column 34: opened here"), "{narrated}");
+    assert!(narrated.contains("add `)` before this `}`"), "{narrated}");
+    assert!(!narrated.contains('╭'));
+}
+
+#[test]
+fn json_has_the_fields_of_the_interface() {
+    let source = Source::new("bad.task", BAD);
+    let json = parse(BAD).1[2].to_json(&source);
+    assert_eq!(json["code"], "task::unit");
+    assert_eq!(json["severity"], "error");
+    assert_eq!(json["file"], "bad.task");
+    assert_eq!((json["line"].as_u64(), json["column"].as_u64()), (Some(5), Some(20)));
+    let (from, to) = (json["span"][0].as_u64().unwrap(), json["span"][1].as_u64().unwrap());
+    assert_eq!(&BAD[from as usize..to as usize], "centimetres");
+    assert_eq!(json["labels"][0]["message"], "unknown unit");
+    assert!(json["help"].as_str().unwrap().starts_with("write `12 cm`"));
+}
+
+#[test]
+fn columns_count_characters_also_after_a_degree_sign() {
+    let text = "f(a: 5 °) then g(b: 3 furlongs)\n";
+    let source = Source::new("x.task", text);
+    let found = &parse(text).1[0];
+    assert_eq!(source.line_column(found.span.from), (1, 23));
+    assert_eq!(source.slice(found.span), "furlongs");
+}
+
+#[test]
+fn each_kind_of_mistake_is_named_with_what_would_help() {
+    let cases: &[(&str, &str, &str, &str)] = &[
+        ("pour(jra, cup)", "task::unknown_name", "there is no object `jra`", "did you mean `jar`?"),
+        (
+            "pour(bottle, cup)",
+            "task::unknown_name",
+            "there is no object `bottle`",
+            "known are: cup, jar, table",
+        ),
+        (
+            "puor(jar, cup)",
+            "task::unknown_name",
+            "there is no task or action `puor`",
+            "did you mean `pour`?",
+        ),
+        (
+            "lift(jar, by: 12)",
+            "task::unit",
+            "`by` is a length, and `12` has no unit",
+            "write `12 cm`",
+        ),
+        (
+            "lift(jar, by: 5 s)",
+            "task::unit",
+            "`by` is a length, and `5 s` is a time",
+            "write a length, such as `12 cm`",
+        ),
+        (
+            "lift(jar, up: 5 cm)",
+            "task::unknown_name",
+            "there is no parameter of `lift` called `up`",
+            "known are: o, by",
+        ),
+        (
+            "pour(jar)",
+            "task::argument",
+            "`pour` lacks `target`, a Container",
+            "write `pour(source, target, amount)`",
+        ),
+        (
+            "pour(jar, cup, 60 mL, 3)",
+            "task::argument",
+            "`pour` takes 3 arguments",
+            "write `pour(source, target, amount)`",
+        ),
+        (
+            "pour(jar, table)",
+            "task::type",
+            "`target` is a Container, and `table` is a Surface",
+            "what fits here: cup, jar",
+        ),
+        (
+            "check volume(cup) == 60 mL",
+            "task::tolerance",
+            "two measured quantities are never exactly equal",
+            "add a tolerance: `volume(cup) == 60 mL within 10 mL`",
+        ),
+        (
+            "check height(jar)",
+            "task::type",
+            "`check` takes a condition, and this is a length",
+            "compare it, such as `height(jar) >= 12 cm`",
+        ),
+        (
+            "check height(jar) > 3",
+            "task::unit",
+            "`height(jar)` is a length, and `3` has no unit",
+            "write `3 cm`",
+        ),
+        (
+            "check height(jar) > tilt(jar)",
+            "task::unit",
+            "`height(jar)` is a length, and `tilt(jar)` is an angle",
+            "put quantities of one kind on both sides",
+        ),
+        (
+            "check lvel(jar)",
+            "task::unknown_name",
+            "there is no fluent `lvel`",
+            "did you mean `level`?",
+        ),
+        (
+            "holding(jar)",
+            "task::not_a_step",
+            "`holding` is something to ask, not something to do",
+            "to ask it, write `check holding(…)`",
+        ),
+        (
+            "check 1 cm < height(jar) < 5 cm",
+            "task::chain",
+            "a comparison has two sides",
+            "compare two at a time and join them with `and`",
+        ),
+        (
+            "check gripper.opne",
+            "task::unknown_name",
+            "there is no member `opne`",
+            "did you mean `open`?",
+        ),
+        (
+            "check jar.level",
+            "task::unknown_name",
+            "`level` is asked with the object in parentheses",
+            "write `level(…)`",
+        ),
+        (
+            "task t(or: Graspable) { look() }",
+            "task::reserved",
+            "`or` is a word of the language and cannot be a name",
+            "choose another name, such as `or_`",
+        ),
+        (
+            "task t(o: Grasbable) { look() }",
+            "task::unknown_name",
+            "there is no type `Grasbable`",
+            "did you mean `Graspable`?",
+        ),
+        (
+            "fluent f() = g()\nfluent g() = f()",
+            "task::cycle",
+            "`g` leads back to what it is to explain",
+            "say what it is by things that can be measured",
+        ),
+        (
+            "fluent tilt(o: Object) = true",
+            "task::built_in",
+            "`tilt` is built in",
+            "choose another name for yours",
+        ),
+        (
+            "action a() { limit 5 s }",
+            "task::missing",
+            "the action `a` does nothing",
+            "add `run \"a.rhai\"`",
+        ),
+        (
+            "action a() { run \"a.rhai\" limit 5 cm }",
+            "task::unit",
+            "`limit` takes a time, and this is a length",
+            "write a time, such as `20 s`",
+        ),
+        (
+            "pour(jar, cup))",
+            "task::unopened",
+            "`)` closes nothing",
+            "remove this `)`, or open it earlier",
+        ),
+        (
+            "task t() { repeat upto 0 times { look() } }",
+            "task::count",
+            "`0` is not a number of times",
+            "write how often at most, such as `3 times`",
+        ),
+        (
+            "task t() { timing a before b look() }",
+            "task::timing",
+            "`timing` relates steps that run at the same time",
+            "move it into the `together { … }` whose steps it names",
+        ),
+    ];
+    for (text, code, message, help) in cases {
+        let found = checked(text);
+        let first = found.first().unwrap_or_else(|| panic!("nothing is told about `{text}`"));
+        assert_eq!(
+            (first.0, first.1.as_str(), first.2.as_str()),
+            (*code, *message, *help),
+            "{text}"
+        );
     }
-    panic!();
+}
+
+#[test]
+fn one_mistake_is_told_once() {
+    for text in
+        ["pour(jra, cup)", "lift(jar, by: 12 parsecs)", "pour(jar, cup", "task t() { tilt( }"]
+    {
+        assert_eq!(checked(text).len(), 1, "{text}: {:?}", checked(text));
+    }
 }

@@ -39,7 +39,8 @@ impl Balanced {
     /// The original place of one byte, or of the place just after it.
     fn origin(&self, byte: usize, after: bool) -> usize {
         let i = self.pieces.partition_point(|(mended, ..)| *mended <= byte);
-        let Some((mended, original, len)) = i.checked_sub(1).and_then(|i| self.pieces.get(i)) else {
+        let Some((mended, original, len)) = i.checked_sub(1).and_then(|i| self.pieces.get(i))
+        else {
             return self.pieces.first().map_or(0, |(_, original, _)| *original);
         };
         let inside = byte - mended;
@@ -55,8 +56,8 @@ struct Edit {
 
 /// Reserved words that no expression can hold: one inside parentheses means they were not closed.
 const NEVER_IN_PARENTHESES: &[&str] = &[
-    "needs", "keeps", "gives", "either", "if", "else", "repeat", "together", "check", "let", "while",
-    "until", "import", "type", "fluent", "action", "task",
+    "needs", "keeps", "gives", "either", "if", "else", "repeat", "together", "check", "let",
+    "while", "until", "import", "type", "fluent", "action", "task",
 ];
 
 /// Balances `source[from..to]`.
@@ -207,16 +208,20 @@ fn ends_parentheses(source: &str, code: &[Token], i: usize) -> bool {
                 word => NEVER_IN_PARENTHESES.contains(&word),
             };
             // Two operands side by side on two lines, the second a call: the next step has begun.
-            let beside = i > 0 && {
-                let before = code[i - 1];
-                let operand = match before.kind {
-                    Kind::Number | Kind::Text => true,
-                    Kind::Word => !matches!(before.text(source), "and" | "or" | "not" | "within"),
-                    Kind::Close => before.text(source) == ")",
-                    _ => false,
-                };
-                code[i].first_on_line && operand && next_text == "("
-            } && !matches!(text, "and" | "or" | "not" | "within");
+            let beside = i > 0
+                && {
+                    let before = code[i - 1];
+                    let operand = match before.kind {
+                        Kind::Number | Kind::Text => true,
+                        Kind::Word => {
+                            !matches!(before.text(source), "and" | "or" | "not" | "within")
+                        }
+                        Kind::Close => before.text(source) == ")",
+                        _ => false,
+                    };
+                    code[i].first_on_line && operand && next_text == "("
+                }
+                && !matches!(text, "and" | "or" | "not" | "within");
             clause || beside
         }
         _ => false,
@@ -345,7 +350,10 @@ mod tests {
     #[test]
     fn a_parenthesis_is_closed_before_what_cannot_stand_inside() {
         assert_eq!(mended("{ grasp(o, top }").0, "{ grasp(o, top) }");
-        assert_eq!(mended("{ needs visible(o\n gives held(o) }").0, "{ needs visible(o)\n gives held(o) }");
+        assert_eq!(
+            mended("{ needs visible(o\n gives held(o) }").0,
+            "{ needs visible(o)\n gives held(o) }"
+        );
         assert_eq!(mended("{ lift(o\n grasp(o) }").0, "{ lift(o)\n grasp(o) }");
         assert_eq!(mended("task f(o: A { g(o) }").0, "task f(o: A) { g(o) }");
         assert_eq!(mended("f(g(h(x").0, "f(g(h(x)))");

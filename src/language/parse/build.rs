@@ -53,7 +53,8 @@ impl<'a> Builder<'a> {
         if !self.balanced.mended(span) {
             let slice = pair.as_str();
             let base = pair.as_span().start();
-            let to_original = |from: usize, to: usize| self.balanced.original(base + from, base + to);
+            let to_original =
+                |from: usize, to: usize| self.balanced.original(base + from, base + to);
             self.diagnostics.extend(explain(place, slice, &to_original));
         }
         span
@@ -76,7 +77,8 @@ impl<'a> Builder<'a> {
                     Item::Import(Import { path, span })
                 }
                 Rule::type_ => {
-                    let mut names = inner.filter(|p| p.as_rule() == Rule::id).map(|p| self.name(&p));
+                    let mut names =
+                        inner.filter(|p| p.as_rule() == Rule::id).map(|p| self.name(&p));
                     let Some(name) = names.next() else { continue };
                     Item::Type(TypeItem { doc, name, parents: names.collect(), span })
                 }
@@ -110,7 +112,8 @@ impl<'a> Builder<'a> {
                 Rule::scene => Item::Scene(self.scene(doc, inner, span)),
                 Rule::twin => Item::Twin(self.twin(doc, inner, span)),
                 Rule::model => {
-                    let mut parts = inner.filter(|p| matches!(p.as_rule(), Rule::id | Rule::model_body));
+                    let mut parts =
+                        inner.filter(|p| matches!(p.as_rule(), Rule::id | Rule::model_body));
                     let Some(name) = parts.next().map(|p| self.name(&p)) else { continue };
                     let body = parts.next().map_or(Span { from: span.to, to: span.to }, |p| {
                         self.balanced.original(p.as_span().start(), p.as_span().end())
@@ -407,7 +410,8 @@ impl<'a> Builder<'a> {
     fn either(&mut self, pair: &Pair, span: Span) -> Either {
         let mut branches: Vec<Branch> = Vec::new();
         for part in pair.clone().into_inner().filter(|p| p.as_rule() == Rule::alternative) {
-            let (Some(name), Some(block)) = (find(&part, Rule::id), find(&part, Rule::block)) else {
+            let (Some(name), Some(block)) = (find(&part, Rule::id), find(&part, Rule::block))
+            else {
                 continue;
             };
             let prior = find(&part, Rule::prior).and_then(|p| find(&p, Rule::num));

@@ -17,11 +17,10 @@ use crate::units::{UNITS, known_units, suggest_unit};
 type ToOriginal<'a> = dyn Fn(usize, usize) -> Span + 'a;
 
 /// What may start an item, and what may start a step or a clause.
-const ITEMS: &[&str] =
-    &["task", "action", "fluent", "type", "scene", "twin", "model", "import"];
+const ITEMS: &[&str] = &["task", "action", "fluent", "type", "scene", "twin", "model", "import"];
 const STEPS: &[&str] = &[
-    "either", "if", "repeat", "together", "check", "let", "needs", "keeps", "gives", "say", "limit",
-    "timing", "retry", "abort",
+    "either", "if", "repeat", "together", "check", "let", "needs", "keeps", "gives", "say",
+    "limit", "timing", "retry", "abort",
 ];
 const CLAUSES: &[&str] = &["needs", "keeps", "gives", "run", "limit"];
 const ENTRIES: &[&str] = &["marks", "camera", "robot", "effect", "image", "focal", "looking", "at"];
@@ -40,10 +39,8 @@ const RESERVED: &[&str] = &[
 
 /// Returns what is wrong with a slice.
 pub(super) fn explain(place: Place, slice: &str, original: &ToOriginal) -> Vec<Diagnostic> {
-    let code: Vec<Token> = tokens(slice)
-        .into_iter()
-        .filter(|t| !matches!(t.kind, Kind::Note | Kind::Doc))
-        .collect();
+    let code: Vec<Token> =
+        tokens(slice).into_iter().filter(|t| !matches!(t.kind, Kind::Note | Kind::Doc)).collect();
     let units = wrong_units(slice, &code, original);
     if !units.is_empty() {
         return units;
@@ -74,7 +71,11 @@ fn wrong_units(slice: &str, code: &[Token], original: &ToOriginal) -> Vec<Diagno
         let known = UNITS.iter().any(|(unit, ..)| *unit == text);
         let after = code.get(i + 2).map_or("", |t| t.text(slice));
         // `name(`, `name:` and keywords begin something new.
-        if known || AFTER_NUMBER.contains(&text) || RESERVED.contains(&text) || matches!(after, "(" | ":") {
+        if known
+            || AFTER_NUMBER.contains(&text)
+            || RESERVED.contains(&text)
+            || matches!(after, "(" | ":")
+        {
             continue;
         }
         let span = original(word.from, word.to);
@@ -129,10 +130,7 @@ fn misspelt(
 }
 
 /// Returns the candidate nearest to a word, if any is near enough to be meant.
-pub(crate) fn nearest<'a>(
-    word: &str,
-    candidates: impl Iterator<Item = &'a str>,
-) -> Option<&'a str> {
+pub fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let lower = word.to_lowercase();
     let allowed = if lower.chars().count() <= 3 { 1 } else { 2 };
     candidates
@@ -177,7 +175,11 @@ fn expected(place: Place, slice: &str, code: &[Token], original: &ToOriginal) ->
             "task::syntax",
             original(last.saturating_sub(1), last),
             "something is missing after this",
-            if list.is_empty() { "it ends too early".to_string() } else { format!("expected {list}") },
+            if list.is_empty() {
+                "it ends too early".to_string()
+            } else {
+                format!("expected {list}")
+            },
         );
         return found;
     };
@@ -260,8 +262,16 @@ fn words(rules: &[Rule]) -> Vec<String> {
             }
             Rule::comparator => "a comparison".into(),
             Rule::plus | Rule::minus | Rule::times | Rule::divided => "an operator".into(),
-            Rule::expr | Rule::conjunction | Rule::negation | Rule::comparison | Rule::sum
-            | Rule::product | Rule::factor | Rule::path | Rule::K_not | Rule::K_true
+            Rule::expr
+            | Rule::conjunction
+            | Rule::negation
+            | Rule::comparison
+            | Rule::sum
+            | Rule::product
+            | Rule::factor
+            | Rule::path
+            | Rule::K_not
+            | Rule::K_true
             | Rule::K_false => "a value or a condition".into(),
             Rule::step | Rule::act | Rule::one => "a step".into(),
             Rule::shape => "a shape such as `cuboid(6 cm, 6 cm, 14 cm)`".into(),

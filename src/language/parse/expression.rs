@@ -23,9 +23,7 @@ impl Builder<'_> {
             Rule::negation => self.prefixed(pair, span, Rule::K_not, ExprKind::Not),
             Rule::factor => self.prefixed(pair, span, Rule::minus, ExprKind::Negate),
             Rule::comparison => self.comparison(pair, span),
-            Rule::quant => {
-                Expr { kind: ExprKind::Literal(self.literal(pair).quantity), span }
-            }
+            Rule::quant => Expr { kind: ExprKind::Literal(self.literal(pair).quantity), span },
             Rule::text => Expr { kind: ExprKind::Text(unquote(pair.as_str())), span },
             Rule::K_true => Expr { kind: ExprKind::Bool(true), span },
             Rule::K_false => Expr { kind: ExprKind::Bool(false), span },
@@ -153,7 +151,8 @@ impl Builder<'_> {
             let here = self.span(part);
             match (part.as_rule(), out.take()) {
                 (Rule::call, _) => {
-                    out = self.call(part).map(|call| Expr { kind: ExprKind::Call(call), span: here });
+                    out =
+                        self.call(part).map(|call| Expr { kind: ExprKind::Call(call), span: here });
                 }
                 (Rule::id, None) => {
                     out = Some(Expr { kind: ExprKind::Name(part.as_str().into()), span: here });

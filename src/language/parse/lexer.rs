@@ -96,7 +96,6 @@ pub(crate) fn tokens(source: &str) -> Vec<Token> {
     out
 }
 
-
 /// The length of the rest of the line, without blanks at its end.
 fn line_len(rest: &str) -> usize {
     rest.split('\n').next().unwrap_or_default().trim_end().len()
@@ -146,7 +145,8 @@ mod tests {
 
     #[test]
     fn every_byte_that_is_not_blank_is_in_one_token() {
-        let source = "task f(o: A) { // note\n  lift(o, by: 1.5e-2 m) \"a\\\"b\" >= +- °é \"open }\n}";
+        let source =
+            "task f(o: A) { // note\n  lift(o, by: 1.5e-2 m) \"a\\\"b\" >= +- °é \"open }\n}";
         let tokens = tokens(source);
         let mut at = 0;
         for token in &tokens {

@@ -20,7 +20,7 @@ use super::ast::{Item, Program, Span, Step};
 use super::diagnostic::Diagnostic;
 use brackets::{Balanced, balance};
 use build::Builder;
-pub(crate) use explain::nearest;
+pub use explain::nearest;
 use lexer::{Kind, Token, tokens};
 
 /// The parser that pest derives; apart, because the derive documents nothing.
@@ -112,9 +112,29 @@ pub fn is_incomplete(source: &str) -> bool {
         Kind::Sign => !matches!(text, "%" | "°"),
         Kind::Word => matches!(
             text,
-            "and" | "or" | "not" | "within" | "while" | "until" | "then" | "as" | "check" | "let" | "if"
-                | "else" | "either" | "repeat" | "together" | "needs" | "keeps" | "gives" | "import"
-                | "task" | "action" | "fluent" | "type"
+            "and"
+                | "or"
+                | "not"
+                | "within"
+                | "while"
+                | "until"
+                | "then"
+                | "as"
+                | "check"
+                | "let"
+                | "if"
+                | "else"
+                | "either"
+                | "repeat"
+                | "together"
+                | "needs"
+                | "keeps"
+                | "gives"
+                | "import"
+                | "task"
+                | "action"
+                | "fluent"
+                | "type"
         ),
         // `task pick(o: Graspable)` waits for its body.
         Kind::Close => {

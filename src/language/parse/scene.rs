@@ -75,7 +75,11 @@ impl Builder<'_> {
                 Rule::extent => {
                     let value = self.signed(&find(&part, Rule::signed)?);
                     let name = find(&part, Rule::id).map(|p| self.name(&p));
-                    args.push(Arg { name, values: vec![literal_expr(value)], span: self.span(&part) });
+                    args.push(Arg {
+                        name,
+                        values: vec![literal_expr(value)],
+                        span: self.span(&part),
+                    });
                 }
                 Rule::bad_args => self.bad_list(pair, &part, Place::Args),
                 _ => {}
@@ -169,7 +173,8 @@ impl Builder<'_> {
         .iter()
         .filter_map(|(what, is_missing)| is_missing.then_some(*what))
         .collect();
-        let (Some(image), Some(focal), Some(at), Some(looking)) = (image, focal, at, looking) else {
+        let (Some(image), Some(focal), Some(at), Some(looking)) = (image, focal, at, looking)
+        else {
             if !self.balanced.mended(span) {
                 self.diagnostics.push(
                     Diagnostic::error(
