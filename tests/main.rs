@@ -1,4 +1,6 @@
 //! All tests in one binary, a module per layer; each further binary would link the physics engine again.
 #![expect(clippy::unwrap_used, reason = "a failed unwrap in a test is a failed test")]
 
+mod graph;
 mod layers;
+mod world;
