@@ -6,3 +6,6 @@ mod layers;
 mod motion;
 mod kitchen;
 mod twin;
+mod graph;
+mod layers;
+mod world;

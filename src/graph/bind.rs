@@ -21,4 +21,3 @@ pub(super) fn matches(pattern: &Call, name: &str, args: &[Argument]) -> bool {
         found.is_some_and(|found| arg.values.iter().any(|v| text::expr(v) == found.text))
     })
 }
-

@@ -74,10 +74,8 @@ fn question(atom: &Expr, definitions: &dyn Definitions) -> Option<Question> {
     let item = definitions.fluent(&call.name.text)?;
     let template = item.ask.clone()?;
     let bound = bind::arguments("", &item.params, call).ok()?;
-    let blanks = bound
-        .into_iter()
-        .filter_map(|b| Some((b.name, text::expr(b.values.first()?))))
-        .collect();
+    let blanks =
+        bound.into_iter().filter_map(|b| Some((b.name, text::expr(b.values.first()?)))).collect();
     Some(Question { fluent: text::expr(atom), template, blanks })
 }
 

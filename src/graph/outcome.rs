@@ -121,7 +121,7 @@ pub fn outcomes_of(
     let known = free.filter_map(|choice| {
         Some(Outcome {
             branch: choice.key.clone(),
-            text: fingerprint(choice.text),
+            text: choice.text.clone(),
             domain: domain.to_owned(),
             worked: worked(&choice.node)?,
             run: run.to_owned(),
@@ -186,6 +186,7 @@ fn draw_normal(rng: &mut StdRng) -> f64 {
     (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
 }
 
-fn fingerprint(text: u64) -> String {
+/// Writes a fingerprint as files hold it.
+pub(super) fn fingerprint(text: u64) -> String {
     format!("{text:016x}")
 }

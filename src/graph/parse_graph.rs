@@ -42,8 +42,8 @@ pub struct Choice {
     pub branch: String,
     /// What learnt counts hang on: `pick/either.side`.
     pub key: String,
-    /// Fingerprint of the branch's text.
-    pub text: u64,
+    /// Fingerprint of the branch's text, hexadecimal: JSON numbers lose such digits elsewhere.
+    pub text: String,
     /// Its probability among the branches that were possible.
     pub p: f64,
     /// The branches that were possible.
@@ -167,7 +167,8 @@ impl ParseGraph {
 
     /// Returns the indices of the steps at or below a path.
     pub fn steps_of(&self, path: &str) -> impl Iterator<Item = usize> {
-        let inside = self.steps.iter().enumerate().filter(move |(_, s)| is_at_or_below(&s.path, path));
+        let inside =
+            self.steps.iter().enumerate().filter(move |(_, s)| is_at_or_below(&s.path, path));
         inside.map(|(i, _)| i)
     }
 
@@ -295,7 +296,7 @@ impl Writer<'_> {
             node: node.path.clone(),
             branch: branch.name.clone(),
             key: branch.key.clone(),
-            text: branch.text,
+            text: super::outcome::fingerprint(branch.text),
             p: taken.p,
             possible: taken.possible.iter().map(|b| or.branches[*b].name.clone()).collect(),
             is_free: or.decides.is_free(),

@@ -65,9 +65,7 @@ pub fn step(step: &Step) -> String {
             let label = act.label.as_ref().map(|l| format!(" as {}", l.text)).unwrap_or_default();
             format!("{}{}{label}", call(&act.call), holds(&act.holds))
         }
-        Step::Sequence(all, _) => {
-            all.iter().map(self::step).collect::<Vec<_>>().join(" then ")
-        }
+        Step::Sequence(all, _) => all.iter().map(self::step).collect::<Vec<_>>().join(" then "),
         Step::Block(all) => block(all),
         Step::Either(either) => {
             let mut text = String::from("either");

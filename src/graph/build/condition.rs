@@ -8,8 +8,8 @@ use crate::language::text;
 
 /// Types of parameters that are not things on the table.
 pub(super) const QUANTITIES: &[&str] = &[
-    "Length", "Angle", "Volume", "Time", "Mass", "Force", "Torque", "Speed", "Number", "Bool", "Text",
-    "Face",
+    "Length", "Angle", "Volume", "Time", "Mass", "Force", "Torque", "Speed", "Number", "Bool",
+    "Text", "Face",
 ];
 
 impl Builder<'_> {

@@ -43,7 +43,8 @@ pub fn build(definitions: &dyn Definitions, call: &Call) -> Result<Graph, Vec<Pr
         lets: BTreeSet::new(),
         files: BTreeMap::new(),
     };
-    let place = Place { parent: None, path: String::new(), key: String::new(), within: String::new() };
+    let place =
+        Place { parent: None, path: String::new(), key: String::new(), within: String::new() };
     let name = call.name.text.clone();
     let request = Request { call, label: None, holding: Holding::default() };
     let root = builder.invoke(&request, &Scope::new(), &place, &name);
@@ -333,9 +334,11 @@ impl Builder<'_> {
             keeps: fill(&conditions.keeps),
             gives: fill(&conditions.gives),
         };
-        for (role, all) in
-            [(Role::Needs, &causes.needs), (Role::Keeps, &causes.keeps), (Role::Gives, &causes.gives)]
-        {
+        for (role, all) in [
+            (Role::Needs, &causes.needs),
+            (Role::Keeps, &causes.keeps),
+            (Role::Gives, &causes.gives),
+        ] {
             self.conditions.extend(all.iter().map(|e| (id, role, e.clone())));
         }
         causes

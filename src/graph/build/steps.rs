@@ -145,7 +145,13 @@ impl Builder<'_> {
     fn repeat(&mut self, repeat: &Repeat, scope: &Scope, place: &Place) -> Option<NodeId> {
         if repeat.times == 0 {
             let help = Some("say how often it may be done at most".into());
-            self.problem("graph::repeat", "this is repeated 0 times", repeat.span, &place.within, help);
+            self.problem(
+                "graph::repeat",
+                "this is repeated 0 times",
+                repeat.span,
+                &place.within,
+                help,
+            );
             return None;
         }
         let until = repeat.until.as_ref().map(|until| bind::fill(until, scope));
@@ -286,7 +292,8 @@ impl Builder<'_> {
             let children = self.sequence(&recovery.steps, &mut scope.clone(), &below);
             let form = Form::Recovery { of, remedy: recovery.remedy.clone() };
             self.set(taken, NodeKind::And(And { children, ..And::empty(form) }));
-            let branches = vec![self.branch("nominal", 1.0, nominal), self.branch("taken", 0.0, taken)];
+            let branches =
+                vec![self.branch("nominal", 1.0, nominal), self.branch("taken", 0.0, taken)];
             self.set(id, NodeKind::Or(Or { decides: Decides::Recovery, branches }));
             made.push(id);
         }
@@ -369,7 +376,9 @@ fn priors(written: &[Option<f64>]) -> Result<Vec<f64>, String> {
     let given: f64 = written.iter().flatten().sum();
     let open = written.iter().filter(|p| p.is_none()).count();
     if open > 0 && given >= 1.0 {
-        return Err(format!("the priors written here add up to {given}, so the others would never be taken"));
+        return Err(format!(
+            "the priors written here add up to {given}, so the others would never be taken"
+        ));
     }
     if open == 0 && given <= 0.0 {
         return Err("every prior here is 0".into());

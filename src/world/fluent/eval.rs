@@ -310,17 +310,23 @@ fn compare(
         (None, None) => None,
     };
     let unknown = left.unknown.clone().or(right.unknown.clone());
-    Ok(with_margin(on, expr, &Margin {
-        value: left.quantity(),
-        limit: right.quantity(),
-        margin,
-        dimension: left.dimension,
-        sigma: left.sigma.hypot(right.sigma),
-        tolerance: within.filter(|t| *t > 0.0).unwrap_or_else(|| usual_tolerance(left.dimension)),
-        is_strict: matches!(op, BinaryOp::Lt | BinaryOp::Gt | BinaryOp::Ne),
-        grows,
-        unknown,
-    }))
+    Ok(with_margin(
+        on,
+        expr,
+        &Margin {
+            value: left.quantity(),
+            limit: right.quantity(),
+            margin,
+            dimension: left.dimension,
+            sigma: left.sigma.hypot(right.sigma),
+            tolerance: within
+                .filter(|t| *t > 0.0)
+                .unwrap_or_else(|| usual_tolerance(left.dimension)),
+            is_strict: matches!(op, BinaryOp::Lt | BinaryOp::Gt | BinaryOp::Ne),
+            grows,
+            unknown,
+        },
+    ))
 }
 
 /// `==` and `!=` between things, words and truths.
@@ -448,10 +454,11 @@ pub(super) fn kind(expr: &Expr, found: &Value, wanted: &str) -> Error {
 }
 
 pub(super) fn unknown_name(on: &Evaluator<'_>, name: &str) -> Error {
-    let near = |other: &&str| strsim::jaro_winkler(name, other);
+    // A slip of a letter or two, not another word.
+    let near = |other: &&str| strsim::damerau_levenshtein(name, other);
     let known = on.scene.objects.iter().map(|o| o.name.as_str()).chain(["gripper", "table"]);
-    let best = known.max_by(|a, b| near(a).total_cmp(&near(b)));
-    let suggestion = best.filter(|best| near(best) > 0.75).map(str::to_owned);
+    let best = known.min_by_key(near);
+    let suggestion = best.filter(|best| near(best) <= 1.max(name.len() / 3)).map(str::to_owned);
     Error::UnknownName { name: name.to_owned(), suggestion }
 }
 

@@ -182,7 +182,8 @@ impl Reading {
     pub(super) fn negated(mut self) -> Self {
         self.truth = self.truth.map(|truth| !truth);
         self.rank = -self.rank;
-        for margin in self.margin.iter_mut().chain(self.terms.iter_mut().filter_map(|t| t.margin.as_mut()))
+        for margin in
+            self.margin.iter_mut().chain(self.terms.iter_mut().filter_map(|t| t.margin.as_mut()))
         {
             margin.value = -margin.value;
         }

@@ -1,0 +1,3 @@
+//! The state of the world, and what fluents are worth in it.
+
+mod fluent;
