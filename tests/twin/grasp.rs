@@ -3,10 +3,7 @@
 use super::*;
 
 /// A twin about to close on the jar at `(0.62, 0)`, and the joint angles there and 20 cm above.
-pub(super) fn before_grasp(
-    water: f64,
-    change: impl Fn(&mut Settings),
-) -> (Twin, Vec<f64>, Vec<f64>) {
+fn before_grasp(water: f64, change: impl Fn(&mut Settings)) -> (Twin, Vec<f64>, Vec<f64>) {
     let model = gen3();
     let low = reach(&model, &forward(0.61, 0.0, 0.09), &HOME);
     let high = reach(&model, &forward(0.61, 0.0, 0.29), &low);

@@ -1,7 +1,6 @@
 //! The twin: closed forms for rigid bodies and torques, planted grasps and pours, and water that is
 //! neither lost nor made.
 
-mod bench;
 mod grasp;
 mod rigid;
 mod torque;
@@ -16,7 +15,7 @@ use trueup::world::{
 
 /// A posture over the table, clear of everything.
 pub(crate) const HOME: [f64; 7] =
-    [0.0, 0.261_799, std::f64::consts::PI, -2.268_928, 0.0, 0.959_931, 1.570_796];
+    [0.0, 0.261_799, std::f64::consts::PI, -2.268_928, 0.0, 0.959_931, std::f64::consts::FRAC_PI_2];
 
 /// The robot of the standard library.
 pub(crate) fn gen3() -> ArmModel {

@@ -66,13 +66,14 @@ impl Grid {
                             let bucket = hash(near, buckets);
                             let range = starts[bucket] as usize..starts[bucket + 1] as usize;
                             for &j in &sorted[range] {
-                                // Different cells may share a bucket.
                                 let j_at = j as usize;
-                                if j_at == i || cells[j_at] != near {
-                                    continue;
-                                }
                                 let apart = (positions[i] - positions[j_at]).norm_squared();
-                                if apart < h * h && (*count as usize) < MAX_NEIGHBOURS {
+                                // Different cells may share a bucket: each counts its own.
+                                if apart < h * h
+                                    && j_at != i
+                                    && cells[j_at] == near
+                                    && (*count as usize) < MAX_NEIGHBOURS
+                                {
                                     list[*count as usize] = j;
                                     *count += 1;
                                 }

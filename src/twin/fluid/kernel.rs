@@ -16,12 +16,19 @@ pub struct Kernel {
     pub h: f32,
     poly6: f32,
     spiky: f32,
+    plane: f32,
 }
 
 impl Kernel {
     /// Returns the kernels of support radius `h` m.
     pub fn new(h: f32) -> Self {
-        Self { h, poly6: 315.0 / (64.0 * PI * h.powi(9)), spiky: 45.0 / (PI * h.powi(6)) }
+        let h6 = h.powi(6);
+        Self {
+            h,
+            poly6: 315.0 / (64.0 * PI * h.powi(9)),
+            spiky: 45.0 / (PI * h6),
+            plane: 30.0 / h6,
+        }
     }
 
     /// Returns the poly6 kernel at squared distance `r2`, 1/m³.
@@ -49,7 +56,7 @@ impl Kernel {
         // The kernel's integral over the plane: 30/h⁶ ∫ u³ (h - u) du from 0 to h - |d|.
         let u = (self.h - d.abs()).max(0.0);
         let u4 = u * u * u * u;
-        30.0 / self.h.powi(6) * (self.h * u4 / 4.0 - u4 * u / 5.0)
+        self.plane * u4 * (self.h / 4.0 - u / 5.0)
     }
 }
 

@@ -43,7 +43,7 @@ impl Outline {
                 p.y = p.y.clamp(-y, y);
             }
             Self::Round(r) => {
-                let d = p.x.hypot(p.y);
+                let d = across(p);
                 if d > r {
                     p.x *= r / d;
                     p.y *= r / d;
@@ -63,7 +63,7 @@ impl Outline {
                 }
             }
             Self::Round(r) => {
-                let d = p.x.hypot(p.y);
+                let d = across(p);
                 if d > 1e-9 {
                     p.x *= r / d;
                     p.y *= r / d;
@@ -95,6 +95,11 @@ impl Outline {
             }
         }
     }
+}
+
+/// Returns the distance from the axis, m; lengths here are far from where `hypot` would be needed.
+fn across(p: &Vector3<f32>) -> f32 {
+    (p.x * p.x + p.y * p.y).sqrt()
 }
 
 /// A vessel in its own frame: origin at the centre of its base, z up.
@@ -289,7 +294,7 @@ impl Vessel {
                 add(y - p.y.abs(), Vector3::y() * p.y.signum(), below);
             }
             Outline::Round(r) => {
-                let d = p.x.hypot(p.y);
+                let d = across(p);
                 if d > 1e-6 {
                     add(r - d, Vector3::new(p.x / d, p.y / d, 0.0), below);
                 }
@@ -307,7 +312,7 @@ impl Vessel {
     pub fn wall_distance(&self, p: &Vector3<f32>) -> f32 {
         let side = match self.inner {
             Outline::Box(x, y) => (x - p.x.abs()).min(y - p.y.abs()),
-            Outline::Round(r) => r - p.x.hypot(p.y),
+            Outline::Round(r) => r - across(p),
         };
         side.min(p.z - self.floor)
     }

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rapier3d_f64::dynamics::{
     CoefficientCombineRule, GenericJoint, GenericJointBuilder, JointAxesMask, JointAxis,
-    MotorModel, MultibodyDofCoupling, RigidBodyBuilder, RigidBodyHandle,
+    MotorModel, MultibodyDofCoupling, MultibodyLink, RigidBodyBuilder, RigidBodyHandle,
 };
 use rapier3d_f64::geometry::{
     ColliderBuilder, Group, InteractionGroups, InteractionTestMode, SharedShape,
@@ -154,7 +154,7 @@ impl Physics {
         let mut ids = Vec::new();
         for joint in &joints {
             let (multibody, link) = self.multibody_joints.get(joint.handle).expect("just inserted");
-            let dof = multibody.link(link).map_or(0, |link| link.assembly_id());
+            let dof = multibody.link(link).map_or(0, MultibodyLink::assembly_id);
             displacement[dof] = coordinate(joint.body);
             ids.push((link, dof));
         }
@@ -199,7 +199,7 @@ impl Physics {
                 self.objects.push(None);
                 continue;
             };
-            if !(object.mass > 0.0) {
+            if object.mass.is_nan() || object.mass <= 0.0 {
                 return Err(Error::Massless(object.name.clone()));
             }
             let body = RigidBodyBuilder::dynamic().pose(pose_to_engine(pose.isometry()));
