@@ -1,4 +1,5 @@
 //! All tests in one binary, a module per layer; each further binary would link the physics engine again.
 #![expect(clippy::unwrap_used, reason = "a failed unwrap in a test is a failed test")]
 
+mod alignment_vision;
 mod layers;

@@ -1,0 +1,4 @@
+//! Vision: pictures with known truth, painted here, and published photographs read in place.
+
+mod marks;
+mod paint;
