@@ -106,7 +106,7 @@ fn a_bare_table_says_that_there_are_no_dots() {
 }
 
 #[test]
-fn the_ball_is_found_to_a_tenth_of_a_pixel_or_not_at_all() {
+fn the_ball_is_found_to_a_quarter_of_a_pixel_or_not_at_all() {
     let (scene, camera) = (kitchen(), true_camera());
     let magenta = [0xd0, 0x20, 0x8f];
     for (i, centre) in
@@ -136,7 +136,7 @@ fn the_ball_is_found_to_a_tenth_of_a_pixel_or_not_at_all() {
         };
         let truth = camera.project(Point::from(centre)).unwrap();
         let seen = find_marker_ball(&paint(0.0), &scene.camera, 0.018, magenta).unwrap();
-        assert!(seen.pixel.distance(truth) < 0.15, "{seen:?} against {truth:?}");
+        assert!(seen.pixel.distance(truth) < 0.25, "{seen:?} against {truth:?}");
         let grazed = find_marker_ball(&paint(0.1), &scene.camera, 0.018, magenta);
         if let Some(seen) = grazed {
             assert!(seen.pixel.distance(truth) < 0.3, "{seen:?} against {truth:?}");
