@@ -10,7 +10,7 @@
 use image::RgbImage;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use super::picture::lab;
+use super::picture::{lab, median};
 use crate::world::{Camera, Pixel};
 
 /// The ball, seen.
@@ -183,8 +183,15 @@ fn fit_circle(
         return None;
     }
     let mut circle = start;
-    for round in 0..18 {
-        let reach = [6.0, 2.0, 0.8][round / 6];
+    for round in 0..20 {
+        // At last only points as close as most of them: a covering edge pulls while it is within reach.
+        let reach = if round < 5 {
+            6.0
+        } else {
+            let mut off: Vec<f64> =
+                rim.iter().map(|p| ((p - circle.xy()).norm() - circle.z).abs()).collect();
+            (4.0 * median(&mut off)).clamp(0.3, 2.0)
+        };
         let (mut normal, mut rhs) = (Matrix3::zeros(), Vector3::zeros());
         for p in rim {
             let d = p - circle.xy();

@@ -139,7 +139,7 @@ fn the_ball_is_found_to_a_quarter_of_a_pixel_or_not_at_all() {
         assert!(seen.pixel.distance(truth) < 0.25, "{seen:?} against {truth:?}");
         let grazed = find_marker_ball(&paint(0.1), &scene.camera, 0.018, magenta);
         if let Some(seen) = grazed {
-            assert!(seen.pixel.distance(truth) < 0.3, "{seen:?} against {truth:?}");
+            assert!(seen.pixel.distance(truth) < 0.4, "{seen:?} against {truth:?}");
         }
         assert_eq!(find_marker_ball(&paint(0.55), &scene.camera, 0.018, magenta), None);
         assert_eq!(find_marker_ball(&paint(1.2), &scene.camera, 0.018, magenta), None);
