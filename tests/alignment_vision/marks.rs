@@ -139,7 +139,8 @@ fn the_ball_is_found_to_a_quarter_of_a_pixel_or_not_at_all() {
         assert!(seen.pixel.distance(truth) < 0.25, "{seen:?} against {truth:?}");
         let grazed = find_marker_ball(&paint(0.1), &scene.camera, 0.018, magenta);
         if let Some(seen) = grazed {
-            assert!(seen.pixel.distance(truth) < 0.4, "{seen:?} against {truth:?}");
+            let off = seen.pixel.distance(truth);
+            assert!(off < 1.0 && off < 3.0 * seen.sigma, "{seen:?} against {truth:?}");
         }
         assert_eq!(find_marker_ball(&paint(0.55), &scene.camera, 0.018, magenta), None);
         assert_eq!(find_marker_ball(&paint(1.2), &scene.camera, 0.018, magenta), None);
