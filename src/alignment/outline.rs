@@ -8,7 +8,7 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use crate::world::{Camera, Intrinsics, Pixel, Pose, Shape, frame};
+use crate::world::{Camera, Intrinsics, Pose, Shape, frame};
 
 /// A pose of an object in the world.
 pub type ObjectPose = Pose<frame::World, frame::Object>;
@@ -313,11 +313,6 @@ fn cylinder(
         }
     }
     Some(outline)
-}
-
-/// Returns a pixel as a vector.
-pub(super) fn vector(pixel: Pixel) -> Vector2<f64> {
-    Vector2::new(pixel.u, pixel.v)
 }
 
 #[cfg(test)]

@@ -40,3 +40,65 @@ pub enum Error {
         marks: usize,
     },
 }
+
+use image::{GrayImage, RgbImage};
+use std::collections::BTreeMap;
+
+use super::outline::{ObjectPose, Projector};
+use super::picture::{Picture, Plane};
+use super::placement::{Candidate, Evidence, Hidden, Score, Window, assign};
+use super::segment::TableModel;
+use crate::world::{Camera, Scene};
+
+/// Where to look and what to leave out.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// For some objects, by name, the part of the table to search; others are searched for everywhere.
+    pub windows: BTreeMap<String, Window>,
+    /// Non-zero where the picture shows something that is not to be judged, such as the arm.
+    pub ignore: Option<GrayImage>,
+}
+
+/// One object of the scene as the picture shows it.
+#[derive(Debug, Clone)]
+pub struct Sighting {
+    pub name: String,
+    pub found: bool,
+    pub reason: Option<String>,
+    pub world_from_object: Option<ObjectPose>,
+    pub score: Score,
+    pub gap: f64,
+    pub candidate: Option<Candidate>,
+}
+
+pub fn see(image: &RgbImage, camera: &Camera, scene: &Scene, options: &Options) -> Result<Vec<Sighting>, Error> {
+    let picture = Picture::new(image);
+    let view = Projector::new(camera);
+    let change = TableModel::fit(&picture, &view, &scene.table).map_or_else(
+        || Plane::zeros(picture.small[0].width, picture.small[0].height),
+        |table| table.change(&picture),
+    );
+    let mut all = Vec::new();
+    for object in &scene.objects {
+        let hidden = Hidden { mask: options.ignore.clone(), hulls: Vec::new() };
+        let evidence = Evidence::new(&picture, &view, object, &change, hidden);
+        let [a, _, b, _] = scene.table.corners();
+        let window = options.windows.get(&object.name).copied().unwrap_or(Window { x: [a[0], b[0]], y: [a[1], b[1]] });
+        all.push(evidence.search(&window));
+    }
+    let objects: Vec<_> = scene.objects.iter().collect();
+    let chosen = assign(&objects, &all, 0.1);
+    Ok(scene.objects.iter().zip(&all).zip(chosen).map(|((object, c), k)| {
+        let best = k.map(|k| c[k]);
+        let next = best.and_then(|b| c.iter().find(|o| o.distance(&b) > 0.025));
+        Sighting {
+            name: object.name.clone(),
+            found: best.is_some(),
+            reason: None,
+            world_from_object: best.map(|b| b.pose()),
+            score: best.map(|b| b.score).unwrap_or_default(),
+            gap: best.map_or(0.0, |b| 1.0 - next.map_or(0.0, |n| n.score.total / b.score.total)),
+            candidate: best,
+        }
+    }).collect())
+}

@@ -2,3 +2,5 @@
 
 mod marks;
 mod paint;
+mod see;
+mod visp;
