@@ -1,0 +1,355 @@
+//! What of an object a camera sees as lines: its silhouette and the edges inside it.
+//!
+//! In: a camera, a solid, a pose (any, standing or held). Out: points along the visible edges with their
+//! normals in the picture. Each point remembers where it sits on the solid, so that a fit can ask how it
+//! moves when the pose does; for the sides of a cylinder, which touch the silhouette in a line that slides
+//! as the cylinder moves, this is right to first order (the envelope). Other objects in front are the
+//! caller's business.
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+use crate::world::{Camera, Intrinsics, Pose, Shape, frame};
+
+/// A pose of an object in the world.
+pub type ObjectPose = Pose<frame::World, frame::Object>;
+
+/// A camera unpacked for projecting many points.
+#[derive(Debug, Clone, Copy)]
+pub struct Projector {
+    rotation: Matrix3<f64>,
+    shift: Vector3<f64>,
+    eye: Vector3<f64>,
+    /// What is inside the camera.
+    pub intrinsics: Intrinsics,
+}
+
+impl Projector {
+    /// Unpacks a camera.
+    pub fn new(camera: &Camera) -> Self {
+        let inverse = camera.world_from_camera.inverse();
+        Self {
+            rotation: inverse.rotation().to_rotation_matrix().into_inner(),
+            shift: inverse.origin(),
+            eye: camera.world_from_camera.origin(),
+            intrinsics: camera.intrinsics,
+        }
+    }
+
+    /// Returns the pixel of a world point, `None` behind the camera.
+    pub fn pixel(&self, point: Vector3<f64>) -> Option<Vector2<f64>> {
+        let p = self.rotation * point + self.shift;
+        (p.z > 0.02).then(|| {
+            let pixel = self.intrinsics.pixel(Vector2::new(p.x / p.z, p.y / p.z));
+            Vector2::new(pixel.u, pixel.v)
+        })
+    }
+
+    /// Returns the camera centre, m, world.
+    pub fn eye(&self) -> Vector3<f64> {
+        self.eye
+    }
+}
+
+/// What a visible line is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Between the object and what is behind it.
+    Silhouette,
+    /// Between two visible faces.
+    Inner,
+}
+
+/// A point of a visible edge.
+#[derive(Debug, Clone, Copy)]
+pub struct Sample {
+    /// Where it is in the picture, px; it may lie outside.
+    pub pixel: Vector2<f64>,
+    /// Unit normal of the edge in the picture; of a silhouette, pointing out of the object.
+    pub normal: Vector2<f64>,
+    /// Where it sits on the object, m, object frame.
+    pub body: Vector3<f64>,
+    /// Length of outline it stands for, px.
+    pub length: f64,
+    /// What its edge is.
+    pub kind: Kind,
+    /// Which edge of the outline; samples of one edge follow each other.
+    pub edge: usize,
+}
+
+/// The visible edges of an object.
+#[derive(Debug, Clone, Default)]
+pub struct Outline {
+    /// Points along them.
+    pub samples: Vec<Sample>,
+    /// The silhouette's corner points (of a cylinder: many), in order around it, px.
+    pub hull: Vec<Vector2<f64>>,
+    /// Corners (cuboid) or the rims' extreme points (cylinder), px.
+    pub key_points: Vec<Vector2<f64>>,
+}
+
+impl Outline {
+    /// Returns the outline of a solid, `per_edge` points on each edge.
+    ///
+    /// Empty when part of the object is behind the camera or the camera is inside it.
+    pub fn new(view: &Projector, shape: &Shape, pose: &ObjectPose, per_edge: usize) -> Self {
+        match *shape {
+            Shape::Cuboid { size } => cuboid(view, size, pose, per_edge),
+            Shape::Cylinder { radius, height } => cylinder(view, radius, height, pose, per_edge),
+        }
+        .unwrap_or_default()
+    }
+
+    /// Returns the bounding box of the silhouette `[u0, v0, u1, v1]`, px.
+    pub fn bounds(&self) -> [f64; 4] {
+        self.hull.iter().fold(
+            [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY],
+            |b, p| [b[0].min(p.x), b[1].min(p.y), b[2].max(p.x), b[3].max(p.y)],
+        )
+    }
+
+    /// Returns whether a pixel lies inside the silhouette.
+    pub fn contains(&self, p: Vector2<f64>) -> bool {
+        inside_convex(&self.hull, p)
+    }
+
+    /// Returns the middle of the silhouette's corner points, px.
+    pub fn middle(&self) -> Vector2<f64> {
+        self.hull.iter().sum::<Vector2<f64>>() / self.hull.len().max(1) as f64
+    }
+}
+
+/// Returns whether a point lies inside a convex polygon given in order, either way round.
+pub(super) fn inside_convex(polygon: &[Vector2<f64>], p: Vector2<f64>) -> bool {
+    let mut sign = 0.0;
+    for (i, a) in polygon.iter().enumerate() {
+        let b = polygon[(i + 1) % polygon.len()];
+        let cross = (b - a).perp(&(p - a));
+        if cross * sign < 0.0 {
+            return false;
+        }
+        if cross.abs() > 1e-12 {
+            sign = cross.signum();
+        }
+    }
+    polygon.len() >= 3
+}
+
+/// Returns the convex hull, counter-clockwise with v down being clockwise to the eye (monotone chain).
+pub(super) fn convex_hull(points: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
+    let mut sorted = points.to_vec();
+    sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    sorted.dedup_by(|a, b| (*a - *b).norm() < 1e-9);
+    if sorted.len() < 3 {
+        return sorted;
+    }
+    let half = |points: &mut dyn Iterator<Item = &Vector2<f64>>| {
+        let mut chain: Vec<Vector2<f64>> = Vec::new();
+        for &p in points {
+            while chain.len() >= 2 {
+                let (a, b) = (chain[chain.len() - 2], chain[chain.len() - 1]);
+                if (b - a).perp(&(p - a)) > 0.0 {
+                    break;
+                }
+                chain.pop();
+            }
+            chain.push(p);
+        }
+        chain.pop();
+        chain
+    };
+    let mut hull = half(&mut sorted.iter());
+    hull.extend(half(&mut sorted.iter().rev()));
+    hull
+}
+
+/// Adds an edge of body points; the normal is turned away from `inside` (px) for silhouettes.
+fn push_edge(
+    samples: &mut Vec<Sample>,
+    view: &Projector,
+    pose: &ObjectPose,
+    body: impl Fn(f64) -> Vector3<f64>,
+    n: usize,
+    kind: Kind,
+    inside: Vector2<f64>,
+) -> Option<()> {
+    let edge = samples.last().map_or(0, |sample| sample.edge + 1);
+    let isometry = pose.isometry();
+    let place = |t: f64| {
+        let point = isometry * nalgebra::Point3::from(body(t));
+        view.pixel(point.coords)
+    };
+    let mut before = place(0.0)?;
+    for i in 0..n {
+        let t = (i as f64 + 0.5) / n as f64;
+        let pixel = place(t)?;
+        let after = place((i + 1) as f64 / n as f64)?;
+        let along = after - before;
+        let length = along.norm();
+        let mut normal = Vector2::new(-along.y, along.x) / length.max(1e-9);
+        if normal.dot(&(pixel - inside)) < 0.0 {
+            normal = -normal;
+        }
+        if length > 1e-6 {
+            samples.push(Sample { pixel, normal, body: body(t), length, kind, edge });
+        }
+        before = after;
+    }
+    Some(())
+}
+
+fn cuboid(
+    view: &Projector,
+    size: Vector3<f64>,
+    pose: &ObjectPose,
+    per_edge: usize,
+) -> Option<Outline> {
+    let eye = pose.isometry().inverse() * nalgebra::Point3::from(view.eye());
+    // Faces by axis and side: x-, x+, y-, y+, z-, z+.
+    let low = Vector3::new(-size.x / 2.0, -size.y / 2.0, 0.0);
+    let high = Vector3::new(size.x / 2.0, size.y / 2.0, size.z);
+    let visible = |axis: usize, side: usize| {
+        if side == 0 { eye[axis] < low[axis] } else { eye[axis] > high[axis] }
+    };
+    let corner = |i: usize| {
+        Vector3::new(
+            if i & 1 == 0 { low.x } else { high.x },
+            if i & 2 == 0 { low.y } else { high.y },
+            if i & 4 == 0 { low.z } else { high.z },
+        )
+    };
+    let mut pixels = Vec::with_capacity(8);
+    for i in 0..8 {
+        let world = pose.isometry() * nalgebra::Point3::from(corner(i));
+        pixels.push(view.pixel(world.coords)?);
+    }
+    let inside = pixels.iter().sum::<Vector2<f64>>() / 8.0;
+    let mut outline = Outline { hull: convex_hull(&pixels), ..Outline::default() };
+    let mut seen = [false; 8];
+    for axis in 0..3 {
+        let (other, third) = ((axis + 1) % 3, (axis + 2) % 3);
+        for (s, t) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            let faces = usize::from(visible(other, s)) + usize::from(visible(third, t));
+            if faces == 0 {
+                continue;
+            }
+            let from = (s << other) | (t << third);
+            let to = from | (1 << axis);
+            seen[from] = true;
+            seen[to] = true;
+            let (a, b) = (corner(from), corner(to));
+            let kind = if faces == 1 { Kind::Silhouette } else { Kind::Inner };
+            push_edge(
+                &mut outline.samples,
+                view,
+                pose,
+                |u| a + (b - a) * u,
+                per_edge,
+                kind,
+                inside,
+            )?;
+        }
+    }
+    outline.key_points = (0..8).filter(|&i| seen[i]).map(|i| pixels[i]).collect();
+    Some(outline)
+}
+
+fn cylinder(
+    view: &Projector,
+    radius: f64,
+    height: f64,
+    pose: &ObjectPose,
+    per_edge: usize,
+) -> Option<Outline> {
+    let eye = (pose.isometry().inverse() * nalgebra::Point3::from(view.eye())).coords;
+    let away = eye.xy().norm();
+    let facing = eye.y.atan2(eye.x);
+    // The generators whose tangent plane holds the camera: cos(φ - φ_eye) = r / |eye|.
+    let opening = (away > radius * 1.0001).then(|| (radius / away).acos());
+    let (sees_top, sees_bottom) = (eye.z > height, eye.z < 0.0);
+    if opening.is_none() && !sees_top && !sees_bottom {
+        return None;
+    }
+    let rim = |phi: f64, z: f64| Vector3::new(radius * phi.cos(), radius * phi.sin(), z);
+    let world = |body: Vector3<f64>| (pose.isometry() * nalgebra::Point3::from(body)).coords;
+    let inside = view.pixel(world(Vector3::new(0.0, 0.0, height / 2.0)))?;
+    let mut outline = Outline::default();
+    let mut points = Vec::with_capacity(64);
+    for i in 0..32 {
+        let phi = std::f64::consts::TAU * f64::from(i) / 32.0 + facing;
+        for z in [0.0, height] {
+            points.push(view.pixel(world(rim(phi, z)))?);
+        }
+    }
+    if let Some(half) = opening {
+        for phi in [facing - half, facing + half] {
+            for z in [0.0, height] {
+                let pixel = view.pixel(world(rim(phi, z)))?;
+                points.push(pixel);
+                outline.key_points.push(pixel);
+            }
+        }
+    }
+    outline.hull = convex_hull(&points);
+    let samples = &mut outline.samples;
+    if let Some(half) = opening {
+        for phi in [facing - half, facing + half] {
+            let side = |t: f64| rim(phi, t * height);
+            push_edge(samples, view, pose, side, per_edge, Kind::Silhouette, inside)?;
+        }
+    }
+    for (z, sees_face) in [(0.0, sees_bottom), (height, sees_top)] {
+        let half = opening.unwrap_or(0.0);
+        if half > 0.0 {
+            // The near half of the rim is always seen; it lies inside when the face beyond is seen too.
+            let near = |t: f64| rim(facing - half + 2.0 * half * t, z);
+            let kind = if sees_face { Kind::Inner } else { Kind::Silhouette };
+            push_edge(samples, view, pose, near, 2 * per_edge, kind, inside)?;
+            outline.key_points.push(view.pixel(world(rim(facing, z)))?);
+        }
+        if sees_face {
+            let far = |t: f64| rim(facing + half + (std::f64::consts::TAU - 2.0 * half) * t, z);
+            push_edge(samples, view, pose, far, 2 * per_edge, Kind::Silhouette, inside)?;
+            outline.key_points.push(view.pixel(world(rim(facing + std::f64::consts::PI, z)))?);
+        }
+    }
+    Some(outline)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view() -> Projector {
+        Projector::new(&Camera::looking(
+            Intrinsics::centred(900.0, 1280, 720),
+            Vector3::new(1.25, 0.0, 0.85),
+            Vector3::new(0.6, 0.0, 0.05),
+        ))
+    }
+
+    #[test]
+    fn a_cuboid_seen_from_above_shows_nine_edges_and_seven_corners() {
+        let shape = Shape::Cuboid { size: Vector3::new(0.065, 0.065, 0.14) };
+        let outline = Outline::new(&view(), &shape, &ObjectPose::upright(0.6, 0.1, 0.0, 0.4), 10);
+        assert_eq!(outline.samples.len(), 90);
+        assert_eq!(outline.key_points.len(), 7);
+        assert_eq!(outline.hull.len(), 6);
+        let silhouette = outline.samples.iter().filter(|s| s.kind == Kind::Silhouette).count();
+        assert_eq!(silhouette, 60);
+    }
+
+    #[test]
+    fn silhouette_points_lie_on_the_hull_and_their_normals_leave_it() {
+        for shape in [
+            Shape::Cuboid { size: Vector3::new(0.06, 0.1, 0.14) },
+            Shape::Cylinder { radius: 0.08, height: 0.095 },
+        ] {
+            let outline =
+                Outline::new(&view(), &shape, &ObjectPose::upright(0.55, -0.1, 0.0, 0.9), 12);
+            for s in outline.samples.iter().filter(|s| s.kind == Kind::Silhouette) {
+                assert!(outline.contains(s.pixel - 2.0 * s.normal), "inside: {s:?}");
+                assert!(!outline.contains(s.pixel + 2.0 * s.normal), "outside: {s:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,225 @@
+//! Moving edges: the last fraction of a pixel of a placement, and how sure it is.
+//!
+//! From a pose that is right to a few pixels, the picture is searched along the normals of the predicted
+//! outline for the strongest edge, and the pose is moved by Gauss-Newton with Tukey weights so that the
+//! outline meets them. The covariance is that of the normal equations, scaled by the residuals that are
+//! left. The plane z = 0 is taken as given.
+//!
+//! Source: Harris, "Tracking with rigid models", 1992 (RAPiD); Drummond and Cipolla, "Real-time visual
+//! tracking of complex structures", PAMI 2002; Comport et al., TVCG 2006 (robust weights).
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+use super::outline::{Kind, ObjectPose, Outline, Projector};
+use super::picture::{Picture, median};
+use super::placement::Hidden;
+use crate::world::{Material, Shape};
+
+/// A placement fitted to edges.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fit {
+    /// Position on the table, m.
+    pub x: f64,
+    /// Position on the table, m.
+    pub y: f64,
+    /// Turn about z, rad.
+    pub yaw: f64,
+    /// Covariance of x, y (m²) and yaw (rad²).
+    pub covariance: Matrix3<f64>,
+    /// Root mean square distance between outline and edges used, px.
+    pub rms_px: f64,
+    /// Share of the visible outline that found an edge within 2.5 px.
+    pub support: f64,
+}
+
+/// What no picture shows: the camera's own calibration and edges that are not quite where the solid ends, px.
+const FLOOR_PX: f64 = 0.15;
+/// Neighbouring edge points share pixels; about every third pixel along an edge is new information.
+const INDEPENDENT_PX: f64 = 3.0;
+
+/// One look along one normal.
+struct Edge {
+    row: Vector3<f64>,
+    offset: f64,
+    weight: f64,
+    edge: usize,
+}
+
+/// Fits x, y and yaw; `None` when too few edges are near, or they do not determine the pose.
+///
+/// `full` is the gradient, CIELAB/px, at which an edge counts in full.
+#[expect(clippy::too_many_arguments, reason = "what a fit needs: picture, camera, solid, start, limits")]
+pub fn refine(
+    picture: &Picture,
+    view: &Projector,
+    shape: &Shape,
+    pose: &ObjectPose,
+    hidden: &Hidden,
+    full: f64,
+    material: Material,
+) -> Option<Fit> {
+    // A clear thing's edge is a thin line of light or dark, with a gradient on either side of it; seen
+    // more broadly it is one edge, in its middle.
+    let broad = if material == Material::Transparent { 2 } else { 0 };
+    let turns = shape.symmetry() > 0.0;
+    let (start, start_yaw) = (pose.origin(), pose.yaw());
+    let mut state = Vector3::new(start.x, start.y, start_yaw);
+    let reaches = [6.0, 5.0, 4.0, 3.5, 3.0, 2.5, 2.5, 2.5];
+    let mut last = None;
+    for reach in reaches {
+        let pose = ObjectPose::upright(state.x, state.y, 0.0, state.z);
+        let (edges, judged) = look(picture, view, shape, &pose, hidden, (full, reach, broad));
+        let mut off: Vec<f64> = edges.iter().map(|e| e.offset.abs()).collect();
+        let spread = (1.4826 * median(&mut off)).max(0.3);
+        let (mut normal, mut rhs) = (Matrix3::zeros(), Vector3::zeros());
+        let (mut square, mut weight, mut near) = (0.0, 0.0, 0.0);
+        for edge in &edges {
+            let t = (edge.offset / (4.0 * spread)).powi(2);
+            if t < 1.0 {
+                let w = edge.weight * (1.0 - t).powi(2);
+                normal += w * edge.row * edge.row.transpose();
+                rhs += w * edge.row * edge.offset;
+                square += w * edge.offset * edge.offset;
+                weight += w;
+            }
+            if edge.offset.abs() < 2.5 {
+                near += edge.weight;
+            }
+        }
+        if !turns {
+            for k in 0..3 {
+                normal[(k, 2)] = 0.0;
+                normal[(2, k)] = 0.0;
+            }
+            normal[(2, 2)] = 1.0;
+            rhs.z = 0.0;
+        }
+        if weight < 0.15 * judged {
+            return None;
+        }
+        let inverse = normal.try_inverse()?;
+        let step = inverse * rhs;
+        state += step;
+        let moved = (state.x - start.x).hypot(state.y - start.y);
+        // The start was right to a few pixels; whatever runs farther follows another thing's edge.
+        if moved > 0.03 || !step.iter().all(|s| s.is_finite()) {
+            return None;
+        }
+        let rms = (square / weight.max(1e-9)).sqrt();
+        last = Some((inverse, rms, near / judged.max(1e-9)));
+    }
+    let (inverse, rms_px, support) = last?;
+    // Weights are px of outline, so `inverse` is per px; each independent stretch is one measurement.
+    let mut covariance = inverse * INDEPENDENT_PX * (rms_px * rms_px);
+    let metres_per_px = {
+        let depth = (view.eye() - Vector3::new(state.x, state.y, shape.height() / 2.0)).norm();
+        depth / view.intrinsics.fx.abs()
+    };
+    let floor = (FLOOR_PX * metres_per_px).powi(2);
+    covariance[(0, 0)] += floor;
+    covariance[(1, 1)] += floor;
+    if turns {
+        covariance[(2, 2)] += floor / shape.inner_radius().powi(2);
+    } else {
+        covariance[(2, 2)] = 0.0;
+    }
+    Some(Fit { x: state.x, y: state.y, yaw: state.z, covariance, rms_px, support })
+}
+
+/// Looks along every normal; returns the edges found and the length of outline that was judged, px.
+fn look(
+    picture: &Picture,
+    view: &Projector,
+    shape: &Shape,
+    pose: &ObjectPose,
+    hidden: &Hidden,
+    (full, reach, broad): (f64, f64, i64),
+) -> (Vec<Edge>, f64) {
+    const H: f64 = 1e-5;
+    let outline = Outline::new(view, shape, pose, 24);
+    let (w, h) = picture.size();
+    let (at, yaw) = (pose.origin(), pose.yaw());
+    let moved = [
+        ObjectPose::upright(at.x + H, at.y, 0.0, yaw),
+        ObjectPose::upright(at.x, at.y + H, 0.0, yaw),
+        ObjectPose::upright(at.x, at.y, 0.0, yaw + H),
+    ];
+    let mut edges = Vec::with_capacity(outline.samples.len());
+    let mut judged = 0.0;
+    let (mut found, mut looked) = ([0.0; 16], [0.0; 16]);
+    for sample in &outline.samples {
+        let p = sample.pixel;
+        if p.x < 3.0 || p.y < 3.0 || p.x > w as f64 - 4.0 || p.y > h as f64 - 4.0 {
+            continue;
+        }
+        if hidden.covers(p) {
+            continue;
+        }
+        let weight = sample.length * if sample.kind == Kind::Inner { 0.5 } else { 1.0 };
+        judged += weight;
+        looked[sample.edge.min(15)] += weight;
+        let Some((offset, strength)) = strongest(picture, p, sample.normal, (full, reach, broad)) else {
+            continue;
+        };
+        let mut row = Vector3::zeros();
+        for (k, pose) in moved.iter().enumerate() {
+            let world = pose.isometry() * nalgebra::Point3::from(sample.body);
+            if let Some(q) = view.pixel(world.coords) {
+                row[k] = sample.normal.dot(&(q - p)) / H;
+            }
+        }
+        edges.push(Edge { row, offset, weight: weight * strength, edge: sample.edge });
+        found[sample.edge.min(15)] += weight;
+    }
+    // An edge of the solid that the picture hardly shows (a rim out of view, a side in the dark) would be
+    // drawn to whatever else is near; it is left out whole.
+    edges.retain(|e| found[e.edge.min(15)] > 0.4 * looked[e.edge.min(15)]);
+    (edges, judged)
+}
+
+/// Returns the offset along the normal, px, of the strongest edge within `reach`, and its strength 0 to 1.
+///
+/// `full` is the gradient that counts in full, CIELAB/px; the profile is averaged over `broad` half pixels
+/// to either side.
+pub fn strongest(
+    picture: &Picture,
+    p: Vector2<f64>,
+    normal: Vector2<f64>,
+    (full, reach, broad): (f64, f64, i64),
+) -> Option<(f64, f64)> {
+    const STEP: f64 = 0.5;
+    let n = (reach / STEP).round() as i64;
+    let around = n + 2 + broad;
+    let colours: Vec<[f32; 3]> = (-around..=around)
+        .map(|k| {
+            let q = p + normal * (k as f64 * STEP);
+            [0, 1, 2].map(|c| picture.lab[c].sample(q.x, q.y))
+        })
+        .collect();
+    let gradient: Vec<f64> = (0..colours.len() - 4)
+        .map(|k| {
+            let (a, b) = (colours[k], colours[k + 4]);
+            let square: f32 = (0..3).map(|c| (b[c] - a[c]).powi(2)).sum();
+            f64::from(square.sqrt()) / (4.0 * STEP)
+        })
+        .collect();
+    let width = 2 * broad as usize + 1;
+    let gradient: Vec<f64> =
+        gradient.windows(width).map(|w| w.iter().sum::<f64>() / width as f64).collect();
+    let mut best: Option<(f64, f64, f64)> = None;
+    for k in 1..gradient.len() - 1 {
+        let (before, here, after) = (gradient[k - 1], gradient[k], gradient[k + 1]);
+        if here < before || here <= after || here < 0.35 * full {
+            continue;
+        }
+        let bend = before - 2.0 * here + after;
+        let shift = if bend < -1e-9 { 0.5 * (before - after) / bend } else { 0.0 };
+        let offset = (k as f64 - n as f64 + shift) * STEP;
+        // A near edge is preferred to a somewhat stronger one far off.
+        let value = here.min(full) * (-0.5 * (offset / (0.6 * reach)).powi(2)).exp();
+        if best.is_none_or(|b| value > b.0) {
+            best = Some((value, offset, (here / full).min(1.0)));
+        }
+    }
+    best.map(|(_, offset, strength)| (offset, strength))
+}
