@@ -8,5 +8,4 @@ mod motion;
 mod kitchen;
 mod twin;
 mod graph;
-mod layers;
 mod world;

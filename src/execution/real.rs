@@ -170,26 +170,6 @@ impl RealBody {
         Self { cell, arm, camera, calibration, belief, watcher, photos: 0 }
     }
 
-    /// Lends the camera and the arm, for calibration.
-    pub fn devices(&mut self) -> (&mut dyn Arm, &mut dyn Camera) {
-        (self.arm.as_mut(), self.camera.as_mut())
-    }
-
-    /// Returns the regressions in force.
-    pub fn calibration(&self) -> &Calibration {
-        &self.calibration
-    }
-
-    /// Puts new regressions in force.
-    pub fn calibrate(&mut self, calibration: Calibration) {
-        self.calibration = calibration;
-    }
-
-    /// Takes a photograph and keeps it with the run.
-    pub fn photo(&mut self) -> Result<image::RgbImage, DeviceError> {
-        self.camera.photo()
-    }
-
     /// Returns where the tool really is at these reported joint positions (regression 3).
     fn tool(&self, q: &[f64]) -> Pose<World, Tool> {
         self.calibration.real_from_reported(&super::plan::tool_pose(&self.cell, q))
@@ -242,6 +222,18 @@ impl Body for RealBody {
 
     fn weighed(&mut self, mass: f64) {
         self.belief.weighed(mass);
+    }
+
+    fn photo(&mut self) -> Result<Option<image::RgbImage>, DeviceError> {
+        Ok(Some(self.camera.photo()?))
+    }
+
+    fn calibrate(&mut self, calibration: Calibration) {
+        self.calibration = calibration;
+    }
+
+    fn calibration(&self) -> Option<&Calibration> {
+        Some(&self.calibration)
     }
 
     fn contact(&mut self, a: &str, b: &str) -> Option<bool> {

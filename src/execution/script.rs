@@ -239,8 +239,8 @@ fn bind_camera(engine: &mut Engine) {
 fn bind_twin(engine: &mut Engine) {
     engine
         .register_type_with_name::<Twin>("Twin")
-        .register_fn("grasps", |twin: &mut Twin, o: &str, pitch: f64| {
-            twin.stage().grasps(o, pitch).map(list).map_err(raise)
+        .register_fn("grasps", |twin: &mut Twin, o: &str, face: &str, pitch: f64| {
+            twin.stage().grasps(o, face, pitch).map(list).map_err(raise)
         })
         .register_fn("pours", |twin: &mut Twin, o: &str, at: &str, clearance: f64| {
             twin.stage().pours(o, at, clearance).map(list).map_err(raise)

@@ -6,15 +6,18 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+use image::RgbImage;
 use nalgebra::Vector3;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
 use crate::motion::robot::Robot;
 use crate::motion::trajectory::Trajectory;
-use crate::world::{Scene, WorldState};
+use crate::world::frame::{Tool, World};
+use crate::world::{Pose, Scene, WorldState};
 
 use super::arm::{Arm, Cancel, DeviceError, Feedback, Grip};
+use super::calibrate::Calibration;
 use super::limits::{LimitError, Limits};
 use super::plan::{Grasp, NoWay, Placement, Planner, Pour};
 use super::tape::{Entry, OffTape, Tape};
@@ -77,6 +80,19 @@ pub trait Body: Send {
 
     /// Returns whether two things touch, `None` when nobody can tell.
     fn contact(&mut self, a: &str, b: &str) -> Option<bool>;
+
+    /// Takes a photograph, where there is a camera.
+    fn photo(&mut self) -> Result<Option<RgbImage>, DeviceError> {
+        Ok(None)
+    }
+
+    /// Puts the three regressions in force, where there is something to correct.
+    fn calibrate(&mut self, _calibration: Calibration) {}
+
+    /// Returns the regressions in force.
+    fn calibration(&self) -> Option<&Calibration> {
+        None
+    }
 }
 
 /// What never changes while actions run.
@@ -158,13 +174,42 @@ impl Stage {
         Ok(self.body.state()?)
     }
 
+    /// Tells whoever watches.
+    pub fn tell(&self, event: &Event) {
+        self.watcher.lock().unwrap_or_else(PoisonError::into_inner).event(event);
+    }
+
+    /// Returns how the arm can get at `o`: nothing, or why not.
+    pub fn reachable(&mut self, o: &str) -> Result<(), NoWay> {
+        match self.planner() {
+            Ok(planner) => planner.reachable(o),
+            // An arm that does not answer is a device error the next step will tell.
+            Err(_) => Ok(()),
+        }
+    }
+
+    /// Goes to a tool pose round everything in the way; for calibration, without a tape.
+    pub fn visit(&mut self, at: &Pose<World, Tool>) -> Result<(), ActionError> {
+        let planner = self.planner()?;
+        let seed = self.chance.random();
+        let path = planner.visit(at, seed)?;
+        self.follow(&path, 0.8)
+    }
+
+    /// Returns the tool pose the arm itself reports.
+    pub fn reported_tool(&mut self) -> Result<Pose<World, Tool>, ActionError> {
+        let feedback = self.body.arm().feedback()?;
+        Ok(super::plan::tool_pose(&self.cell, &feedback.q))
+    }
+
     /// `camera.look()`.
     pub fn look(&mut self) -> Result<(), ActionError> {
         Ok(self.body.look()?)
     }
 
-    /// `twin.grasps(o, pitch)`: ways to take `o` with the tool pitched down by `pitch` rad, best first.
-    pub fn grasps(&mut self, o: &str, pitch: f64) -> Result<Vec<Grasp>, ActionError> {
+    /// `twin.grasps(o, face, pitch)`: ways to take `o` at a face with the tool pitched down by `pitch` rad,
+    /// best first.
+    pub fn grasps(&mut self, o: &str, face: &str, pitch: f64) -> Result<Vec<Grasp>, ActionError> {
         let taped = self.tape.next("ways to grasp", |entry| match entry {
             Entry::Grasps(ways) => Some(ways.clone()),
             _ => None,
@@ -172,6 +217,14 @@ impl Stage {
         if let Some(ways) = taped {
             return Ok(ways);
         }
+        let pitch = match face {
+            "side" => pitch,
+            "top" => std::f64::consts::FRAC_PI_2,
+            other => {
+                let words = format!("there is no face `{other}`; faces are side and top");
+                return Err(ActionError::Refused(words));
+            }
+        };
         let ways = self.planner()?.grasps(o, pitch)?;
         self.tape.record(Entry::Grasps(ways.clone()));
         Ok(ways)
@@ -228,12 +281,8 @@ impl Stage {
 
     /// `twin.pose_named(name)`: joint positions of a named pose of the robot, rad.
     pub fn named_pose(&self, name: &str) -> Result<Vec<f64>, ActionError> {
-        let poses = self.cell.robot.named_poses();
-        poses.get(name).cloned().ok_or_else(|| {
-            let known: Vec<&str> = poses.keys().map(String::as_str).collect();
-            let known = known.join(", ");
-            ActionError::Refused(format!("the robot has no pose `{name}`; it has {known}"))
-        })
+        let pose = self.cell.robot.pose(name);
+        pose.map(<[f64]>::to_vec).map_err(|error| ActionError::Refused(error.to_string()))
     }
 
     /// `twin.position(o)`: where `o` stands, m in the world.
@@ -303,7 +352,7 @@ impl Stage {
 
     /// `arm.open()`: fingers as wide as they go.
     pub fn open(&mut self) -> Result<(), ActionError> {
-        let widest = self.cell.robot.jaw_stroke();
+        let widest = self.cell.robot.max_opening();
         let grip = self.grip(widest, 60.0)?;
         self.body.gripped(grip, None)?;
         Ok(())

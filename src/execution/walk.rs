@@ -7,12 +7,15 @@
 
 use std::collections::BTreeMap;
 
-use crate::graph::{Condition, Definitions, ParseGraph, Step};
+use crate::graph::{Condition, Does, ParseGraph, Step};
+use crate::language::Library;
 use crate::language::ast::{Expr, ExprKind};
 use crate::language::text;
-use crate::world::fluent::{Evaluator, Facts, Reading};
+use crate::units::{Dimension, Quantity};
+use crate::world::fluent::{Evaluator, Fact, Facts, Reading};
 use crate::world::{Scene, WorldState};
 
+use super::plan::{NoWay, Why};
 use super::script::{ScriptError, ScriptValue, Scripts};
 use super::stage::ActionError;
 use super::trace::Outcome;
@@ -57,7 +60,7 @@ pub struct Done {
 pub struct Walker<'a> {
     scripts: &'a Scripts,
     texts: &'a dyn Texts,
-    definitions: &'a dyn Definitions,
+    library: &'a Library,
     scene: &'a Scene,
     /// The world when the run began, for `filled`.
     start: &'a WorldState,
@@ -71,8 +74,21 @@ impl Facts for BodyFacts<'_> {
         self.0.stage().body().contact(a, b)
     }
 
-    fn reachable(&self, o: &str) -> Option<bool> {
-        Some(self.0.stage().reachable(o).is_ok())
+    fn reachable(&self, o: &str, _face: Option<&str>) -> Option<Fact> {
+        let reach = self.0.stage().reachable(o);
+        let margin = match &reach {
+            Err(NoWay { why: Why::OutOfReach { nearest }, .. }) => {
+                Some(Quantity { value: -nearest, dimension: Dimension::LENGTH })
+            }
+            _ => None,
+        };
+        // What nobody has seen is neither in reach nor out of it.
+        let unseen = matches!(&reach, Err(NoWay { why: Why::NotSeen(_), .. }));
+        Some(Fact { truth: (!unseen).then_some(reach.is_ok()), margin })
+    }
+
+    fn stroke(&self) -> f64 {
+        self.0.stage().cell().robot.max_opening()
     }
 }
 
@@ -81,11 +97,11 @@ impl<'a> Walker<'a> {
     pub fn new(
         scripts: &'a Scripts,
         texts: &'a dyn Texts,
-        definitions: &'a dyn Definitions,
+        library: &'a Library,
         scene: &'a Scene,
         start: &'a WorldState,
     ) -> Self {
-        Self { scripts, texts, definitions, scene, start }
+        Self { scripts, texts, library, scene, start }
     }
 
     /// Reads one closed expression now.
@@ -95,7 +111,8 @@ impl<'a> Walker<'a> {
             scene: self.scene,
             state,
             start: self.start,
-            definitions: &|name: &str| self.definitions.fluent(name),
+            fluents: self.library,
+            bindings: &BTreeMap::new(),
             facts: &facts,
         }
         .read(expr)
@@ -148,7 +165,7 @@ impl<'a> Walker<'a> {
     }
 
     fn act(&mut self, step: &Step) -> Result<(), ScriptError> {
-        let (Some(file), Some(args)) = (&step.script, step.arguments()) else {
+        let (Some(file), Does::Action { args, .. }) = (&step.script, &step.does) else {
             return Ok(());
         };
         let Some(script) = self.texts.script(file) else {
@@ -228,7 +245,7 @@ impl<'a> Walker<'a> {
     }
 
     fn question(&self, expr: &Expr) -> Option<String> {
-        let questions = crate::graph::fluent::questions(expr, self.definitions);
+        let questions = crate::graph::fluent::questions(expr, self.library);
         questions.first().map(|question| {
             question.with(|name| {
                 let object = self.scene.object(name);

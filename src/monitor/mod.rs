@@ -35,7 +35,7 @@ pub fn compare(twin: &[FluentReading], measured: &[FluentReading]) -> Comparison
                 margin: margin(&real.reading),
                 twin_margin: reading.and_then(margin),
                 ask: real.ask.clone(),
-                why: real.reading.why(),
+                why: why(&real.reading),
             }
         })
         .collect();
@@ -44,11 +44,17 @@ pub fn compare(twin: &[FluentReading], measured: &[FluentReading]) -> Comparison
     Comparison { score: score(&twin, &real), rows }
 }
 
+/// Returns why a reading is not a yes, in a few words.
+fn why(reading: &Reading) -> Option<String> {
+    let wrong = reading.error.as_ref().map(ToString::to_string);
+    wrong.or_else(|| reading.unknown.clone())
+}
+
 fn margin(reading: &Reading) -> Option<Measure> {
     reading.margin.map(measure)
 }
 
 /// Returns a quantity in the unit of INTERFACES: SI, with the unit's name.
 pub fn measure(quantity: Quantity) -> Measure {
-    Measure { value: quantity.value, unit: quantity.dimension.si_name() }
+    Measure { value: quantity.value, unit: quantity.dimension.si() }
 }

@@ -337,7 +337,7 @@ impl WorkCell {
     }
 
     fn twin_picture(&self, name: &str, view: &View) {
-        let camera = self.scripts.stage().body().eye();
+        let camera = self.scripts.stage().body().calibration().map(|found| found.camera);
         let image = picture::draw(&camera.unwrap_or(self.cell.scene.camera), view);
         self.tell(&Event::Picture { name: name.into(), image });
     }

@@ -249,7 +249,7 @@ impl WorkCell {
             look: &self.look,
             settings: &self.settings,
             stdlib: &self.stdlib,
-            definitions: &self.library,
+            library: &self.library,
             state: &state,
             start,
             q: &q,

@@ -12,7 +12,7 @@ pub fn view(twin: &Twin, look: &ArmLook) -> View {
         twin.link_poses().into_iter().map(|(name, pose)| (name.to_owned(), pose)).collect();
     let water: Vec<[f32; 3]> = twin.water().iter().map(|p| [p.x, p.y, p.z]).collect();
     View::of(twin.scene(), &twin.state(), look, &links)
-        .with_water(&water, f64::from(twin.fluid().particle_radius()))
+        .with_water(&water, twin.fluid().radius())
 }
 
 /// Draws a view through a camera, small enough to keep a whole run of them.

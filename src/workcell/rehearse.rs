@@ -15,9 +15,10 @@ use crate::execution::trace::{Nobody, Outcome};
 use crate::execution::twin_arm::TwinBody;
 use crate::execution::walk::{Done, Walker};
 use crate::execution::arm::Cancel;
-use crate::graph::{Definitions, ParseGraph};
+use crate::graph::ParseGraph;
+use crate::language::Library;
 use crate::twin::physics::ArmModel;
-use crate::twin::render::View;
+use crate::twin::render::{ArmLook, View};
 use crate::twin::{Settings, Twin};
 use crate::world::WorldState;
 
@@ -86,12 +87,14 @@ pub struct Rehearsals<'a> {
     pub cell: &'a Cell,
     /// The twin's arm.
     pub arm: &'a ArmModel,
+    /// How the arm looks.
+    pub look: &'a ArmLook,
     /// The twin's settings.
     pub settings: &'a Settings,
     /// Scripts.
     pub stdlib: &'a Stdlib,
     /// Tasks, actions, fluents.
-    pub definitions: &'a (dyn Definitions + Sync),
+    pub library: &'a Library,
     /// The world as it is believed to be.
     pub state: &'a WorldState,
     /// The world when the run began.
@@ -144,7 +147,7 @@ impl Rehearsals<'_> {
         );
         let scripts = Scripts::new(stage);
         let scene = self.cell.scene.clone();
-        let walker = Walker::new(&scripts, self.stdlib, self.definitions, &scene, self.start);
+        let walker = Walker::new(&scripts, self.stdlib, self.library, &scene, self.start);
         let watched = candidate.pg.fluents();
         let (mut steps, mut views) = (Vec::new(), Vec::new());
         let mut success = true;
@@ -152,7 +155,8 @@ impl Rehearsals<'_> {
             let step = walker.step(&candidate.pg, index, &watched)?;
             success = step.outcome == Outcome::Success;
             steps.push(step);
-            views.push(super::picture::view(&twin.lock().unwrap_or_else(PoisonError::into_inner)));
+            let twin = twin.lock().unwrap_or_else(PoisonError::into_inner);
+            views.push(super::picture::view(&twin, self.look));
             if !success {
                 break;
             }

@@ -232,6 +232,40 @@ impl Planner {
         })
     }
 
+    /// Returns a path to where the tool is at `at`, round everything in the way.
+    pub fn visit(&self, at: &Pose<World, Tool>, seed: u64) -> Result<Vec<Vec<f64>>, NoWay> {
+        let no = |why| NoWay { what: "to get there".to_owned(), why };
+        let goals = self.reach(at, &self.q).map_err(|nearest| no(Why::OutOfReach { nearest }))?;
+        let world = self.obstacles(&[], self.state.opening);
+        let free = goals.iter().find(|q| world.free(q));
+        let goal = free.ok_or_else(|| no(Why::Blocked { tried: goals.len(), by: String::new() }))?;
+        self.free(goal, None, seed)
+    }
+
+    /// Returns whether the arm can get at an object: between its fingers, or over it when it is too wide.
+    ///
+    /// # Errors
+    ///
+    /// How far out of reach it is.
+    pub fn reachable(&self, o: &str) -> Result<(), NoWay> {
+        let what = format!("to reach `{o}`");
+        let origin = self.pose(o, &what)?.origin();
+        let height = self.cell.scene.object(o).map_or(0.1, |object| object.shape.height());
+        let mut nearest = f64::INFINITY;
+        // Level grasps all round, low as for taking it and high as for pouring over it.
+        for up in [0.6 * height, height + 0.12] {
+            for turn in 0..8 {
+                let heading = origin.y.atan2(origin.x) + f64::from(turn) * std::f64::consts::FRAC_PI_4;
+                let pose = side_pose(origin + Vector3::z() * up, heading, 0.0);
+                match self.reach(&pose, &self.q) {
+                    Ok(_) => return Ok(()),
+                    Err(shortfall) => nearest = nearest.min(shortfall),
+                }
+            }
+        }
+        Err(NoWay { what, why: Why::OutOfReach { nearest } })
+    }
+
     /// Drops a path that touches something; returns its smallest clearance otherwise.
     fn clear(
         &self,
