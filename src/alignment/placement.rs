@@ -165,6 +165,7 @@ impl<'a> Evidence<'a> {
         let full = self.full_edge(level);
         let mut support: Vec<(f64, f64)> = Vec::with_capacity(outline.samples.len());
         let (mut all, mut seen) = (0.0, 0.0);
+        let mut by_edge = [(0.0f64, 0.0f64); 16];
         for s in &outline.samples {
             // Inner edges of a clear thing and of an unlit one may be invisible; they count half.
             let weight = s.length * if s.kind == Kind::Inner { 0.5 } else { 1.0 };
@@ -173,6 +174,9 @@ impl<'a> Evidence<'a> {
                 seen += weight;
                 let edge = level.edge(s.pixel.x, s.pixel.y, s.normal) / full;
                 support.push((edge.min(1.0), weight));
+                let slot = &mut by_edge[s.edge.min(15)];
+                slot.0 += edge.min(1.0) * weight;
+                slot.1 += weight;
             }
         }
         let visible = seen / all.max(1e-9);
@@ -189,7 +193,13 @@ impl<'a> Evidence<'a> {
             weak += value * length;
             weight += length;
         }
-        let weakest = weak / weight.max(1e-9);
+        // A whole edge without support (the foot of a tube whose sides fit) weighs as much as a third.
+        let worst_edge = by_edge
+            .iter()
+            .filter(|e| e.1 > 0.06 * seen)
+            .map(|e| e.0 / e.1)
+            .fold(1.0, f64::min);
+        let weakest = 0.5 * (weak / weight.max(1e-9)) + 0.5 * worst_edge;
         let (change, colour) = self.regions(&outline, judged);
         let edges = 0.6 * edge + 0.4 * weakest;
         let total = match colour {
@@ -326,7 +336,7 @@ impl<'a> Evidence<'a> {
             next.score = self.score(&next.pose(), 0, 16);
             next.fit = Some(fit);
             // Moving edges are finer than the score, which is flat within a pixel: a small loss is no loss.
-            if next.score.total < 0.97 * best.score.total {
+            if next.score.total < 0.98 * best.score.total {
                 break;
             }
             best = next;
