@@ -18,7 +18,13 @@ pub fn annotate(image: &RgbImage, sightings: &[Sighting]) -> RgbImage {
     for (i, s) in sightings.iter().enumerate() {
         let colour = COLOURS[i % COLOURS.len()];
         if !s.found {
-            text(&mut out, (8, f64::from(8 + 10 * line * scale)), scale, colour, &format!("{}: not found", s.name));
+            text(
+                &mut out,
+                (8, f64::from(8 + 10 * line * scale)),
+                scale,
+                colour,
+                &format!("{}: not found", s.name),
+            );
             line += 1;
             continue;
         }
@@ -34,7 +40,13 @@ pub fn annotate(image: &RgbImage, sightings: &[Sighting]) -> RgbImage {
             }
         }
         let place = s.world_from_object.map(|pose| pose.origin()).unwrap_or_default();
-        let label = format!("{} {:.0} {:.0} MM {:.0}%", s.name, 1e3 * place.x, 1e3 * place.y, 100.0 * s.confidence);
+        let label = format!(
+            "{} {:.0} {:.0} MM {:.0}%",
+            s.name,
+            1e3 * place.x,
+            1e3 * place.y,
+            100.0 * s.confidence
+        );
         let at = (s.bbox[0], (s.bbox[1] - f64::from(10 * scale)).max(1.0));
         text(&mut out, (at.0 as u32, at.1), scale, colour, &label);
     }
@@ -106,8 +118,8 @@ fn text(image: &mut RgbImage, at: (u32, f64), scale: u32, colour: [u8; 3], words
     let size = f64::from(scale);
     for (i, letter) in words.to_uppercase().chars().enumerate() {
         let glyph = GLYPHS.iter().find(|g| g.0 == letter).map_or([0; 5], |g| g.1);
-        for column in 0..6u32 {
-            for row in 0..8u32 {
+        for column in 0..6_u32 {
+            for row in 0..8_u32 {
                 let ink = column < 5 && glyph[column as usize] >> row & 1 == 1;
                 for dy in 0..scale {
                     for dx in 0..scale {

@@ -40,7 +40,9 @@ pub enum Error {
         camera: (u32, u32),
     },
     /// The scene has too few printed dots for a homography.
-    #[error("the scene has {marks} table marks, alignment needs at least {needed}; add `marks dots` to the scene")]
+    #[error(
+        "the scene has {marks} table marks, alignment needs at least {needed}; add `marks dots` to the scene"
+    )]
     NoMarks {
         /// Marks in the scene.
         marks: usize,
@@ -192,7 +194,8 @@ pub fn see(
                         && far(other) < far(&own)
                         && belief(&other.score) > FOUND
                     {
-                        let view = Evidence::new(&picture, &view, objects[j], &change, bare.clone());
+                        let view =
+                            Evidence::new(&picture, &view, objects[j], &change, bare.clone());
                         hidden.hulls.push(view.outline(&other.pose(), 4).hull);
                     }
                 }
@@ -264,12 +267,8 @@ fn judge(
     let outline = evidence.outline(&best.pose(), 12);
     let (w, h) = image.dimensions();
     let [u0, v0, u1, v1] = outline.bounds();
-    sighting.bbox = [
-        u0.max(0.0),
-        v0.max(0.0),
-        u1.min(f64::from(w) - 1.0),
-        v1.min(f64::from(h) - 1.0),
-    ];
+    sighting.bbox =
+        [u0.max(0.0), v0.max(0.0), u1.min(f64::from(w) - 1.0), v1.min(f64::from(h) - 1.0)];
     if !sighting.found {
         sighting.reason = Some(match rival {
             Some(r) if gap < 0.05 => format!(
@@ -289,17 +288,14 @@ fn judge(
         return sighting;
     }
     sighting.world_from_object = Some(best.pose());
-    match best.fit {
-        Some(fit) => {
-            let plane = fit.covariance.fixed_view::<2, 2>(0, 0).into_owned();
-            sighting.std = plane.symmetric_eigenvalues().max().max(0.0).sqrt();
-            sighting.yaw_std = fit.covariance[(2, 2)].max(0.0).sqrt();
-        }
-        None => {
-            // Not fitted below the scoring's own step: a few pixels' worth.
-            sighting.std = 0.004;
-            sighting.yaw_std = if object.shape.symmetry() > 0.0 { 0.03 } else { 0.0 };
-        }
+    if let Some(fit) = best.fit {
+        let plane = fit.covariance.fixed_view::<2, 2>(0, 0).into_owned();
+        sighting.std = plane.symmetric_eigenvalues().max().max(0.0).sqrt();
+        sighting.yaw_std = fit.covariance[(2, 2)].max(0.0).sqrt();
+    } else {
+        // Not fitted below the scoring's own step: a few pixels' worth.
+        sighting.std = 0.004;
+        sighting.yaw_std = if object.shape.symmetry() > 0.0 { 0.03 } else { 0.0 };
     }
     let inside = |p: &Vector2<f64>| {
         p.x >= -0.5 && p.y >= -0.5 && p.x < f64::from(w) - 0.5 && p.y < f64::from(h) - 0.5
@@ -308,8 +304,11 @@ fn judge(
     sighting.key_points = outline.key_points.iter().filter(shown).map(|p| [p.x, p.y]).collect();
     sighting.hull = outline.hull.iter().map(|p| [p.x, p.y]).collect();
     let mut mask = GrayImage::new(w, h);
-    for y in sighting.bbox[1].floor() as u32..=sighting.bbox[3].ceil().min(f64::from(h) - 1.0) as u32 {
-        for x in sighting.bbox[0].floor() as u32..=sighting.bbox[2].ceil().min(f64::from(w) - 1.0) as u32
+    for y in
+        sighting.bbox[1].floor() as u32..=sighting.bbox[3].ceil().min(f64::from(h) - 1.0) as u32
+    {
+        for x in
+            sighting.bbox[0].floor() as u32..=sighting.bbox[2].ceil().min(f64::from(w) - 1.0) as u32
         {
             let p = Vector2::new(f64::from(x), f64::from(y));
             if outline.contains(p) && !evidence.hidden.covers(p) {

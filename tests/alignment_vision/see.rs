@@ -83,15 +83,17 @@ fn a_jar_behind_the_cup_is_found_or_said_to_be_unsure() {
 #[test]
 fn absent_objects_are_not_found() {
     let (scene, camera) = (kitchen(), true_camera());
-    for (seed, jar, cup) in [
-        (11, None, Some((0.6, 0.02, 0.0))),
-        (12, Some((0.5, 0.0, 0.5)), None),
-        (13, None, None),
-    ] {
+    for (seed, jar, cup) in
+        [(11, None, Some((0.6, 0.02, 0.0))), (12, Some((0.5, 0.0, 0.5)), None), (13, None, None)]
+    {
         let image = picture(&scene, &camera, jar, cup, &Light::even(seed));
         let seen = see(&image, &camera, &scene, &Options::default()).unwrap();
         for (s, there) in seen.iter().zip([jar.is_some(), cup.is_some()]) {
-            assert_eq!(s.found, there, "{seed}: {} confidence {} {:?}", s.name, s.confidence, s.score);
+            assert_eq!(
+                s.found, there,
+                "{seed}: {} confidence {} {:?}",
+                s.name, s.confidence, s.score
+            );
             assert_eq!(s.reason.is_none(), there);
             assert_eq!(s.world_from_object.is_some(), there);
         }
@@ -190,8 +192,7 @@ fn visp_cube_and_tube_are_placed_on_real_photographs() {
     for frame in (0..=200).step_by(20) {
         let visp = Visp::read(&folder, Some(frame));
         let (cube, axis) = visp.truth(frame);
-        let seen =
-            see(&visp.image(frame), &visp.camera, &visp.scene, &Options::default()).unwrap();
+        let seen = see(&visp.image(frame), &visp.camera, &visp.scene, &Options::default()).unwrap();
         let at = cube.origin();
         assert!(seen[0].found && seen[1].found, "frame {frame}: {seen:?}");
         let (mm, degrees) = off(&seen[0], at.x, at.y, cube.yaw());
