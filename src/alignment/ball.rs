@@ -151,10 +151,9 @@ fn rim_points(
         let direction = Vector2::new(cos, sin);
         let step = 0.25;
         let inner = (radius - 4.0).max(0.5 * radius);
-        let plateau = (0..5)
-            .map(|k| sample(centre + direction * (inner - 0.5 * f64::from(k))))
-            .sum::<f64>()
-            / 5.0;
+        let plateau =
+            (0..5).map(|k| sample(centre + direction * (inner - 0.5 * f64::from(k)))).sum::<f64>()
+                / 5.0;
         if plateau < threshold {
             continue;
         }
@@ -177,10 +176,7 @@ fn rim_points(
 }
 
 /// Fits a circle with Tukey weights; returns it, the number of points within 1.5 px, and their RMS, px.
-fn fit_circle(
-    rim: &[Vector2<f64>],
-    start: Vector3<f64>,
-) -> Option<(Vector3<f64>, usize, f64)> {
+fn fit_circle(rim: &[Vector2<f64>], start: Vector3<f64>) -> Option<(Vector3<f64>, usize, f64)> {
     if rim.len() < RAYS / 2 {
         return None;
     }
@@ -209,11 +205,8 @@ fn fit_circle(
         }
         circle += normal.try_inverse()? * rhs;
     }
-    let residuals: Vec<f64> = rim
-        .iter()
-        .map(|p| (p - circle.xy()).norm() - circle.z)
-        .filter(|r| r.abs() < 1.5)
-        .collect();
+    let residuals: Vec<f64> =
+        rim.iter().map(|p| (p - circle.xy()).norm() - circle.z).filter(|r| r.abs() < 1.5).collect();
     let n = residuals.len();
     let rms = (residuals.iter().map(|r| r * r).sum::<f64>() / n.max(1) as f64).sqrt();
     (n > 0 && circle.z > 1.0).then_some((circle, n, rms))

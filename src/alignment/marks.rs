@@ -11,6 +11,8 @@
 //! Source: Heikkilä, "Geometric camera calibration using circular control points", PAMI 2000 (the bias);
 //! Hartley and Zisserman, *Multiple View Geometry*, 2004, §4.1 (the homography).
 
+#![expect(clippy::cast_possible_wrap, reason = "a picture has far fewer than 2^63 pixels")]
+
 use image::RgbImage;
 use nalgebra::{DMatrix, Matrix3, Vector2, Vector3};
 
@@ -120,9 +122,7 @@ fn grey(image: &RgbImage) -> Grey {
     let (width, height) = (image.width() as usize, image.height() as usize);
     let data: Vec<f64> = image
         .pixels()
-        .map(|p| {
-            0.299 * f64::from(p.0[0]) + 0.587 * f64::from(p.0[1]) + 0.114 * f64::from(p.0[2])
-        })
+        .map(|p| 0.299 * f64::from(p.0[0]) + 0.587 * f64::from(p.0[1]) + 0.114 * f64::from(p.0[2]))
         .collect();
     let mut sums = vec![0.0; (width + 1) * (height + 1)];
     for y in 0..height {

@@ -10,7 +10,6 @@ pub mod outline;
 pub mod placement;
 pub mod refine;
 pub mod segment;
-pub mod maxflow;
 pub mod contour;
 pub mod vision;
 pub mod overlay;

@@ -101,10 +101,11 @@ impl Outline {
 
     /// Returns the bounding box of the silhouette `[u0, v0, u1, v1]`, px.
     pub fn bounds(&self) -> [f64; 4] {
-        self.hull.iter().fold(
-            [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY],
-            |b, p| [b[0].min(p.x), b[1].min(p.y), b[2].max(p.x), b[3].max(p.y)],
-        )
+        self.hull
+            .iter()
+            .fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, p| {
+                [b[0].min(p.x), b[1].min(p.y), b[2].max(p.x), b[3].max(p.y)]
+            })
     }
 
     /// Returns whether a pixel lies inside the silhouette.

@@ -1,1 +1,134 @@
-//! (to come)
+//! A picture for people: what was seen, drawn over the photograph.
+
+use image::{Rgb, RgbImage};
+
+use super::vision::Sighting;
+
+/// Colours that stay apart for the colour-blind (Okabe and Ito), one per object in turn.
+const COLOURS: [[u8; 3]; 6] =
+    [[230, 159, 0], [86, 180, 233], [0, 158, 115], [240, 228, 66], [213, 94, 0], [204, 121, 167]];
+
+/// Draws outlines, key points, names and how sure over a copy of the picture.
+///
+/// Objects that were not found are listed in the top left corner.
+pub fn annotate(image: &RgbImage, sightings: &[Sighting]) -> RgbImage {
+    let mut out = image.clone();
+    let scale = (image.width() / 640).max(1);
+    let mut line = 0;
+    for (i, s) in sightings.iter().enumerate() {
+        let colour = COLOURS[i % COLOURS.len()];
+        if !s.found {
+            text(
+                &mut out,
+                (8, f64::from(8 + 10 * line * scale)),
+                scale,
+                colour,
+                &format!("{}: not found", s.name),
+            );
+            line += 1;
+            continue;
+        }
+        for (k, a) in s.hull.iter().enumerate() {
+            let b = s.hull[(k + 1) % s.hull.len()];
+            stroke(&mut out, *a, b, colour);
+        }
+        for p in &s.key_points {
+            for dy in -2..=2 {
+                for dx in -2..=2 {
+                    put(&mut out, p[0] + f64::from(dx), p[1] + f64::from(dy), colour);
+                }
+            }
+        }
+        let place = s.world_from_object.map(|pose| pose.origin()).unwrap_or_default();
+        let label = format!(
+            "{} {:.0} {:.0} MM {:.0}%",
+            s.name,
+            1e3 * place.x,
+            1e3 * place.y,
+            100.0 * s.confidence
+        );
+        let at = (s.bbox[0], (s.bbox[1] - f64::from(10 * scale)).max(1.0));
+        text(&mut out, (at.0 as u32, at.1), scale, colour, &label);
+    }
+    out
+}
+
+fn put(image: &mut RgbImage, u: f64, v: f64, colour: [u8; 3]) {
+    let (x, y) = (u.round(), v.round());
+    if x >= 0.0 && y >= 0.0 && x < f64::from(image.width()) && y < f64::from(image.height()) {
+        image.put_pixel(x as u32, y as u32, Rgb(colour));
+    }
+}
+
+fn stroke(image: &mut RgbImage, a: [f64; 2], b: [f64; 2], colour: [u8; 3]) {
+    let n = ((b[0] - a[0]).hypot(b[1] - a[1])).clamp(1.0, 10_000.0).ceil() as u32;
+    for i in 0..=n {
+        let t = f64::from(i) / f64::from(n);
+        put(image, a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t, colour);
+    }
+}
+
+/// Glyphs five pixels wide, a column per byte, the lowest bit on top.
+const GLYPHS: &[(char, [u8; 5])] = &[
+    ('A', [0x7e, 0x11, 0x11, 0x11, 0x7e]),
+    ('B', [0x7f, 0x49, 0x49, 0x49, 0x36]),
+    ('C', [0x3e, 0x41, 0x41, 0x41, 0x22]),
+    ('D', [0x7f, 0x41, 0x41, 0x22, 0x1c]),
+    ('E', [0x7f, 0x49, 0x49, 0x49, 0x41]),
+    ('F', [0x7f, 0x09, 0x09, 0x09, 0x01]),
+    ('G', [0x3e, 0x41, 0x49, 0x49, 0x7a]),
+    ('H', [0x7f, 0x08, 0x08, 0x08, 0x7f]),
+    ('I', [0x00, 0x41, 0x7f, 0x41, 0x00]),
+    ('J', [0x20, 0x40, 0x41, 0x3f, 0x01]),
+    ('K', [0x7f, 0x08, 0x14, 0x22, 0x41]),
+    ('L', [0x7f, 0x40, 0x40, 0x40, 0x40]),
+    ('M', [0x7f, 0x02, 0x0c, 0x02, 0x7f]),
+    ('N', [0x7f, 0x04, 0x08, 0x10, 0x7f]),
+    ('O', [0x3e, 0x41, 0x41, 0x41, 0x3e]),
+    ('P', [0x7f, 0x09, 0x09, 0x09, 0x06]),
+    ('Q', [0x3e, 0x41, 0x51, 0x21, 0x5e]),
+    ('R', [0x7f, 0x09, 0x19, 0x29, 0x46]),
+    ('S', [0x46, 0x49, 0x49, 0x49, 0x31]),
+    ('T', [0x01, 0x01, 0x7f, 0x01, 0x01]),
+    ('U', [0x3f, 0x40, 0x40, 0x40, 0x3f]),
+    ('V', [0x1f, 0x20, 0x40, 0x20, 0x1f]),
+    ('W', [0x3f, 0x40, 0x38, 0x40, 0x3f]),
+    ('X', [0x63, 0x14, 0x08, 0x14, 0x63]),
+    ('Y', [0x07, 0x08, 0x70, 0x08, 0x07]),
+    ('Z', [0x61, 0x51, 0x49, 0x45, 0x43]),
+    ('0', [0x3e, 0x51, 0x49, 0x45, 0x3e]),
+    ('1', [0x00, 0x42, 0x7f, 0x40, 0x00]),
+    ('2', [0x42, 0x61, 0x51, 0x49, 0x46]),
+    ('3', [0x21, 0x41, 0x45, 0x4b, 0x31]),
+    ('4', [0x18, 0x14, 0x12, 0x7f, 0x10]),
+    ('5', [0x27, 0x45, 0x45, 0x45, 0x39]),
+    ('6', [0x3c, 0x4a, 0x49, 0x49, 0x30]),
+    ('7', [0x01, 0x71, 0x09, 0x05, 0x03]),
+    ('8', [0x36, 0x49, 0x49, 0x49, 0x36]),
+    ('9', [0x06, 0x49, 0x49, 0x29, 0x1e]),
+    ('%', [0x23, 0x13, 0x08, 0x64, 0x62]),
+    ('-', [0x08, 0x08, 0x08, 0x08, 0x08]),
+    ('_', [0x40, 0x40, 0x40, 0x40, 0x40]),
+    (':', [0x00, 0x36, 0x36, 0x00, 0x00]),
+];
+
+/// Writes on a dark ground so that it reads on any picture; letters without a glyph are left blank.
+fn text(image: &mut RgbImage, at: (u32, f64), scale: u32, colour: [u8; 3], words: &str) {
+    let (x0, y0) = (f64::from(at.0), at.1);
+    let size = f64::from(scale);
+    for (i, letter) in words.to_uppercase().chars().enumerate() {
+        let glyph = GLYPHS.iter().find(|g| g.0 == letter).map_or([0; 5], |g| g.1);
+        for column in 0..6_u32 {
+            for row in 0..8_u32 {
+                let ink = column < 5 && glyph[column as usize] >> row & 1 == 1;
+                for dy in 0..scale {
+                    for dx in 0..scale {
+                        let u = x0 + size * (6.0 * i as f64 + f64::from(column)) + f64::from(dx);
+                        let v = y0 + size * f64::from(row) + f64::from(dy);
+                        put(image, u, v, if ink { colour } else { [20, 20, 20] });
+                    }
+                }
+            }
+        }
+    }
+}

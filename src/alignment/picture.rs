@@ -7,6 +7,8 @@
 //! Source: CIE 15 (CIELAB, D65); Di Zenzo, "A note on the gradient of a multi-image", 1986 (the tensor);
 //! Immerkær, "Fast noise variance estimation", 1996.
 
+#![expect(clippy::cast_possible_wrap, reason = "a picture has far fewer than 2^63 pixels")]
+
 use image::RgbImage;
 use nalgebra::Vector2;
 
@@ -51,11 +53,13 @@ impl Plane {
         let mut kernel: Vec<f32> =
             (-radius..=radius).map(|i| (-0.5 * (i as f32 / sigma).powi(2)).exp()).collect();
         let sum: f32 = kernel.iter().sum();
-        kernel.iter_mut().for_each(|k| *k /= sum);
+        for k in &mut kernel {
+            *k /= sum;
+        }
         let (w, h) = (self.width, self.height);
         let r = radius as usize;
-        let mut across = vec![0.0f32; w * h];
-        let mut row = vec![0.0f32; w + 2 * r];
+        let mut across = vec![0.0_f32; w * h];
+        let mut row = vec![0.0_f32; w + 2 * r];
         for y in 0..h {
             let source = &self.data[y * w..(y + 1) * w];
             row[..r].fill(source[0]);
@@ -65,7 +69,7 @@ impl Plane {
                 *value = kernel.iter().zip(&row[x..]).map(|(k, s)| k * s).sum();
             }
         }
-        let mut data = vec![0.0f32; w * h];
+        let mut data = vec![0.0_f32; w * h];
         for y in 0..h {
             let out = &mut data[y * w..(y + 1) * w];
             for (k, weight) in kernel.iter().enumerate() {
@@ -87,7 +91,10 @@ impl Plane {
             for x in 0..w {
                 let (a, b) = (2 * x as i64, 2 * y as i64);
                 half.data[y * w + x] = 0.25
-                    * (self.at(a, b) + self.at(a + 1, b) + self.at(a, b + 1) + self.at(a + 1, b + 1));
+                    * (self.at(a, b)
+                        + self.at(a + 1, b)
+                        + self.at(a, b + 1)
+                        + self.at(a + 1, b + 1));
             }
         }
         half
@@ -162,9 +169,8 @@ impl Level {
         let x = ((u + 0.5) / self.scale - 0.5).round() as i64;
         let y = ((v + 0.5) / self.scale - 0.5).round() as i64;
         let [xx, xy, yy] = [0, 1, 2].map(|i| f64::from(self.tensor[i].at(x, y)));
-        let along = normal.x * normal.x * xx
-            + 2.0 * normal.x * normal.y * xy
-            + normal.y * normal.y * yy;
+        let along =
+            normal.x * normal.x * xx + 2.0 * normal.x * normal.y * xy + normal.y * normal.y * yy;
         along.max(0.0) / ((xx + yy).sqrt() + 1e-6)
     }
 }
@@ -208,14 +214,13 @@ impl Picture {
         let lab = raw.map(|plane| plane.blurred(0.8));
         let half = [0, 1, 2].map(|c| lab[c].halved());
         let small = [0, 1, 2].map(|c| half[c].halved());
-        let levels = [
-            Level::new(&lab, 1.0, 0.7),
-            Level::new(&half, 2.0, 0.8),
-            Level::new(&small, 4.0, 1.2),
-        ];
+        let levels =
+            [Level::new(&lab, 1.0, 0.7), Level::new(&half, 2.0, 0.8), Level::new(&small, 4.0, 1.2)];
         let light = light.map(|plane| plane.halved().halved());
-        let mut chromaticity =
-            [Plane::zeros(small[0].width, small[0].height), Plane::zeros(small[0].width, small[0].height)];
+        let mut chromaticity = [
+            Plane::zeros(small[0].width, small[0].height),
+            Plane::zeros(small[0].width, small[0].height),
+        ];
         for at in 0..chromaticity[0].data.len() {
             let [r, g, b] = [0, 1, 2].map(|c| light[c].data[at]);
             // A little white keeps the ratio of near-black pixels from being noise.

@@ -165,6 +165,7 @@ impl<'a> Evidence<'a> {
         let full = self.full_edge(level);
         let mut support: Vec<(f64, f64)> = Vec::with_capacity(outline.samples.len());
         let (mut all, mut seen) = (0.0, 0.0);
+        let mut by_edge = [(0.0_f64, 0.0_f64); 16];
         for s in &outline.samples {
             // Inner edges of a clear thing and of an unlit one may be invisible; they count half.
             let weight = s.length * if s.kind == Kind::Inner { 0.5 } else { 1.0 };
@@ -173,6 +174,9 @@ impl<'a> Evidence<'a> {
                 seen += weight;
                 let edge = level.edge(s.pixel.x, s.pixel.y, s.normal) / full;
                 support.push((edge.min(1.0), weight));
+                let slot = &mut by_edge[s.edge.min(15)];
+                slot.0 += edge.min(1.0) * weight;
+                slot.1 += weight;
             }
         }
         let visible = seen / all.max(1e-9);
@@ -189,7 +193,10 @@ impl<'a> Evidence<'a> {
             weak += value * length;
             weight += length;
         }
-        let weakest = weak / weight.max(1e-9);
+        // A whole edge without support (the foot of a tube whose sides fit) weighs as much as a third.
+        let worst_edge =
+            by_edge.iter().filter(|e| e.1 > 0.06 * seen).map(|e| e.0 / e.1).fold(1.0, f64::min);
+        let weakest = 0.5 * (weak / weight.max(1e-9)) + 0.5 * worst_edge;
         let (change, colour) = self.regions(&outline, judged);
         let edges = 0.6 * edge + 0.4 * weakest;
         let total = match colour {
@@ -208,8 +215,8 @@ impl<'a> Evidence<'a> {
         judged: impl Fn(Vector2<f64>) -> bool,
     ) -> (f64, Option<f64>) {
         let middle = outline.middle();
-        let mut sums = [[0.0f64; 2]; 2];
-        let mut counts = [0.0f64; 2];
+        let mut sums = [[0.0_f64; 2]; 2];
+        let mut counts = [0.0_f64; 2];
         let rim: Vec<&super::outline::Sample> =
             outline.samples.iter().filter(|s| s.kind == Kind::Silhouette).collect();
         for s in rim.iter().step_by(2) {
@@ -239,7 +246,11 @@ impl<'a> Evidence<'a> {
         let steps = |range: [f64; 2]| {
             let n = ((range[1] - range[0]) / GRID_M).ceil().max(0.0) as usize;
             (0..=n).map(move |i| {
-                if n == 0 { range[0] } else { range[0] + (range[1] - range[0]) * i as f64 / n as f64 }
+                if n == 0 {
+                    range[0]
+                } else {
+                    range[0] + (range[1] - range[0]) * i as f64 / n as f64
+                }
             })
         };
         let mut all = Vec::new();
@@ -256,7 +267,8 @@ impl<'a> Evidence<'a> {
             }
         }
         let coarse = distinct(all, 40, 0.02, 0.3, symmetry);
-        let finer: Vec<Candidate> = coarse.iter().map(|c| self.climb(c, 1, 8, 0.008, 0.12)).collect();
+        let finer: Vec<Candidate> =
+            coarse.iter().map(|c| self.climb(c, 1, 8, 0.008, 0.12)).collect();
         let finer = distinct(finer, 12, 0.012, 0.15, symmetry);
         let fitted: Vec<Candidate> = finer.iter().map(|c| self.fit(c)).collect();
         distinct(fitted, 8, 0.012, 0.15, symmetry)
@@ -326,7 +338,7 @@ impl<'a> Evidence<'a> {
             next.score = self.score(&next.pose(), 0, 16);
             next.fit = Some(fit);
             // Moving edges are finer than the score, which is flat within a pixel: a small loss is no loss.
-            if next.score.total < 0.97 * best.score.total {
+            if next.score.total < 0.98 * best.score.total {
                 break;
             }
             best = next;
@@ -467,10 +479,12 @@ pub fn overlap(a: &Object, at: &Candidate, b: &Object, bt: &Candidate) -> bool {
             let edge = polygon[(i + 1) % polygon.len()] - polygon[i];
             let axis = Vector2::new(edge.y, -edge.x).normalize();
             let range = |points: &[Vector2<f64>]| {
-                points.iter().map(|p| axis.dot(p)).fold(
-                    (f64::INFINITY, f64::NEG_INFINITY),
-                    |(low, high), d| (low.min(d), high.max(d)),
-                )
+                points
+                    .iter()
+                    .map(|p| axis.dot(p))
+                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), d| {
+                        (low.min(d), high.max(d))
+                    })
             };
             let ((pl, ph), (ql, qh)) = (range(&p), range(&q));
             ph - SLACK_M <= ql || qh - SLACK_M <= pl

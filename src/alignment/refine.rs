@@ -3,9 +3,9 @@
 //! From a pose that is right to a few pixels, the picture is searched along the normals of the predicted
 //! outline for the strongest edge, and the pose is moved by Gauss-Newton with Tukey weights so that the
 //! outline meets them. The covariance is that of the normal equations, scaled by the residuals that are
-//! left. The plane z = 0 is taken as given.
+//! left, and by how much whole edges disagree (White's sandwich, clustered). The plane z = 0 is taken as given.
 //!
-//! Source: Harris, "Tracking with rigid models", 1992 (RAPiD); Drummond and Cipolla, "Real-time visual
+//! Source: Harris, "Tracking with rigid models", 1992 (the `RAPiD` tracker); Drummond and Cipolla, "Real-time visual
 //! tracking of complex structures", PAMI 2002; Comport et al., TVCG 2006 (robust weights).
 
 use nalgebra::{Matrix3, Vector2, Vector3};
@@ -42,13 +42,12 @@ struct Edge {
     row: Vector3<f64>,
     offset: f64,
     weight: f64,
-    edge: usize,
+    of: usize,
 }
 
 /// Fits x, y and yaw; `None` when too few edges are near, or they do not determine the pose.
 ///
 /// `full` is the gradient, CIELAB/px, at which an edge counts in full.
-#[expect(clippy::too_many_arguments, reason = "what a fit needs: picture, camera, solid, start, limits")]
 pub fn refine(
     picture: &Picture,
     view: &Projector,
@@ -58,9 +57,8 @@ pub fn refine(
     full: f64,
     material: Material,
 ) -> Option<Fit> {
-    // A clear thing's edge is a thin line of light or dark, with a gradient on either side of it; seen
-    // more broadly it is one edge, in its middle.
-    let broad = if material == Material::Transparent { 2 } else { 0 };
+    // A clear thing's edge may be a thin line of light or dark, with a gradient on either side of it.
+    let lines = material == Material::Transparent;
     let turns = shape.symmetry() > 0.0;
     let (start, start_yaw) = (pose.origin(), pose.yaw());
     let mut state = Vector3::new(start.x, start.y, start_yaw);
@@ -68,17 +66,19 @@ pub fn refine(
     let mut last = None;
     for reach in reaches {
         let pose = ObjectPose::upright(state.x, state.y, 0.0, state.z);
-        let (edges, judged) = look(picture, view, shape, &pose, hidden, (full, reach, broad));
+        let (edges, judged) = look(picture, view, shape, &pose, hidden, (full, reach, lines));
         let mut off: Vec<f64> = edges.iter().map(|e| e.offset.abs()).collect();
         let spread = (1.4826 * median(&mut off)).max(0.3);
         let (mut normal, mut rhs) = (Matrix3::zeros(), Vector3::zeros());
         let (mut square, mut weight, mut near) = (0.0, 0.0, 0.0);
+        let mut pulls = [Vector3::zeros(); 16];
         for edge in &edges {
             let t = (edge.offset / (4.0 * spread)).powi(2);
             if t < 1.0 {
                 let w = edge.weight * (1.0 - t).powi(2);
                 normal += w * edge.row * edge.row.transpose();
                 rhs += w * edge.row * edge.offset;
+                pulls[edge.of.min(15)] += w * edge.row * edge.offset;
                 square += w * edge.offset * edge.offset;
                 weight += w;
             }
@@ -93,6 +93,9 @@ pub fn refine(
             }
             normal[(2, 2)] = 1.0;
             rhs.z = 0.0;
+            for pull in &mut pulls {
+                pull.z = 0.0;
+            }
         }
         if weight < 0.15 * judged {
             return None;
@@ -102,15 +105,18 @@ pub fn refine(
         state += step;
         let moved = (state.x - start.x).hypot(state.y - start.y);
         // The start was right to a few pixels; whatever runs farther follows another thing's edge.
-        if moved > 0.03 || !step.iter().all(|s| s.is_finite()) {
+        if moved > 0.008 || !step.iter().all(|s| s.is_finite()) {
             return None;
         }
         let rms = (square / weight.max(1e-9)).sqrt();
-        last = Some((inverse, rms, near / judged.max(1e-9)));
+        let meat = pulls.iter().fold(Matrix3::zeros(), |sum, pull| sum + pull * pull.transpose());
+        last = Some((inverse, inverse * meat * inverse, rms, near / judged.max(1e-9)));
     }
-    let (inverse, rms_px, support) = last?;
+    let (inverse, by_edge, rms_px, support) = last?;
     // Weights are px of outline, so `inverse` is per px; each independent stretch is one measurement.
-    let mut covariance = inverse * INDEPENDENT_PX * (rms_px * rms_px);
+    // An edge that is off as a whole (a rounded rim, a shadow's border) is off by one error, not many: the
+    // sandwich with whole edges as clusters adds what the edges disagree by.
+    let mut covariance = inverse * INDEPENDENT_PX * (rms_px * rms_px) + by_edge;
     let metres_per_px = {
         let depth = (view.eye() - Vector3::new(state.x, state.y, shape.height() / 2.0)).norm();
         depth / view.intrinsics.fx.abs()
@@ -133,7 +139,7 @@ fn look(
     shape: &Shape,
     pose: &ObjectPose,
     hidden: &Hidden,
-    (full, reach, broad): (f64, f64, i64),
+    (full, reach, lines): (f64, f64, bool),
 ) -> (Vec<Edge>, f64) {
     const H: f64 = 1e-5;
     let outline = Outline::new(view, shape, pose, 24);
@@ -158,7 +164,8 @@ fn look(
         let weight = sample.length * if sample.kind == Kind::Inner { 0.5 } else { 1.0 };
         judged += weight;
         looked[sample.edge.min(15)] += weight;
-        let Some((offset, strength)) = strongest(picture, p, sample.normal, (full, reach, broad)) else {
+        let Some((offset, strength)) = strongest(picture, p, sample.normal, (full, reach, lines))
+        else {
             continue;
         };
         let mut row = Vector3::zeros();
@@ -168,29 +175,28 @@ fn look(
                 row[k] = sample.normal.dot(&(q - p)) / H;
             }
         }
-        edges.push(Edge { row, offset, weight: weight * strength, edge: sample.edge });
+        edges.push(Edge { row, offset, weight: weight * strength, of: sample.edge });
         found[sample.edge.min(15)] += weight;
     }
     // An edge of the solid that the picture hardly shows (a rim out of view, a side in the dark) would be
     // drawn to whatever else is near; it is left out whole.
-    edges.retain(|e| found[e.edge.min(15)] > 0.4 * looked[e.edge.min(15)]);
+    edges.retain(|e| found[e.of.min(15)] > 0.25 * looked[e.of.min(15)]);
     (edges, judged)
 }
 
 /// Returns the offset along the normal, px, of the strongest edge within `reach`, and its strength 0 to 1.
 ///
-/// `full` is the gradient that counts in full, CIELAB/px; the profile is averaged over `broad` half pixels
-/// to either side.
+/// `full` is the gradient that counts in full, CIELAB/px; with `lines` two
+/// opposite flanks of a thin line are taken for one edge in its middle.
 pub fn strongest(
     picture: &Picture,
     p: Vector2<f64>,
     normal: Vector2<f64>,
-    (full, reach, broad): (f64, f64, i64),
+    (full, reach, lines): (f64, f64, bool),
 ) -> Option<(f64, f64)> {
     const STEP: f64 = 0.5;
     let n = (reach / STEP).round() as i64;
-    let around = n + 2 + broad;
-    let colours: Vec<[f32; 3]> = (-around..=around)
+    let colours: Vec<[f32; 3]> = (-n - 2..=n + 2)
         .map(|k| {
             let q = p + normal * (k as f64 * STEP);
             [0, 1, 2].map(|c| picture.lab[c].sample(q.x, q.y))
@@ -203,10 +209,9 @@ pub fn strongest(
             f64::from(square.sqrt()) / (4.0 * STEP)
         })
         .collect();
-    let width = 2 * broad as usize + 1;
-    let gradient: Vec<f64> =
-        gradient.windows(width).map(|w| w.iter().sum::<f64>() / width as f64).collect();
-    let mut best: Option<(f64, f64, f64)> = None;
+    let rises = |k: usize| colours[k + 4][0] > colours[k][0];
+    let mut peaks: Vec<(f64, f64, bool)> = Vec::new();
+    let mut best: Option<(f64, usize)> = None;
     for k in 1..gradient.len() - 1 {
         let (before, here, after) = (gradient[k - 1], gradient[k], gradient[k + 1]);
         if here < before || here <= after || here < 0.35 * full {
@@ -218,8 +223,21 @@ pub fn strongest(
         // A near edge is preferred to a somewhat stronger one far off.
         let value = here.min(full) * (-0.5 * (offset / (0.6 * reach)).powi(2)).exp();
         if best.is_none_or(|b| value > b.0) {
-            best = Some((value, offset, (here / full).min(1.0)));
+            best = Some((value, peaks.len()));
+        }
+        peaks.push((offset, here, rises(k)));
+    }
+    let (mut offset, strength, rising) = peaks[best?.1];
+    if lines {
+        // The two flanks of a line: opposite, near, and of like strength. The edge is its middle.
+        let flank = peaks.iter().find(|(other, here, rises)| {
+            *rises != rising && (other - offset).abs() < 3.6 && *here > 0.4 * strength
+        });
+        if let Some((other, here, _)) = flank
+            && strength > 0.4 * here
+        {
+            offset = 0.5 * (offset + other);
         }
     }
-    best.map(|(_, offset, strength)| (offset, strength))
+    Some((offset, (strength / full).min(1.0)))
 }

@@ -92,8 +92,8 @@ impl TableModel {
             for x in 0..w {
                 let table = self.colour(x as f64, y as f64);
                 let mut far = 0.0;
-                for c in 0..3 {
-                    let d = f64::from(picture.small[c].data[y * w + x]) - table[c];
+                for (c, colour) in table.iter().enumerate() {
+                    let d = f64::from(picture.small[c].data[y * w + x]) - colour;
                     let share = if c == 0 && !picture.is_grey { 0.33 } else { 1.0 };
                     far += share * (d / (self.spread[c] + 0.6)).powi(2);
                 }
@@ -107,9 +107,5 @@ impl TableModel {
 
 /// Returns the table's top in the picture, px, if all of it is in front of the camera.
 fn table_polygon(view: &Projector, table: &Table) -> Option<Vec<Vector2<f64>>> {
-    table
-        .corners()
-        .iter()
-        .map(|c| view.pixel(nalgebra::Vector3::new(c[0], c[1], 0.0)))
-        .collect()
+    table.corners().iter().map(|c| view.pixel(nalgebra::Vector3::new(c[0], c[1], 0.0))).collect()
 }

@@ -1,1 +1,268 @@
-//! stub
+//! The graph in files: JSON (versioned) and Graphviz DOT.
+//!
+//! DOT uses the attribute names of the authors' own program (`STC`, `AO`, `name`) and adds `weight` and
+//! `id`. Neither format is read back into a graph: the text of the task is the source.
+//!
+//! Source: github.com/BinRoot/STCAOG for the DOT attributes; LANGUAGE 5.6 for the JSON.
+
+use std::fmt::Write as _;
+
+use serde_json::{Map, Value, json};
+
+use super::{
+    And, Branch, Decides, Does, Form, Graph, Node, NodeId, NodeKind, Outcomes, Priors, Relation,
+    Role,
+};
+use crate::language::text;
+
+/// The version of [`to_json`]'s format.
+pub const VERSION: u32 = 1;
+
+/// What is learnt, to be written beside what the text says.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Learnt<'a> {
+    /// What came of earlier runs, twin and arm.
+    pub outcomes: Option<&'a Outcomes>,
+    /// Priors from demonstrations.
+    pub priors: Option<&'a Priors>,
+}
+
+/// Returns the graph as JSON: `{"format": "stc-aog", "version": 1, "root": …, "nodes": […], "edges": […]}`.
+///
+/// Nodes are And, Or and leaf (`"stc": "T"`) and fluents (`"stc": "F"`). Edges are the tree's (`from`,
+/// `to`, `order`), temporal (`"stc": "T"`), causal (`"C"`) and spatial (`"S"`).
+pub fn to_json(graph: &Graph, learnt: &Learnt<'_>) -> Value {
+    let mut nodes: Vec<Value> =
+        graph.nodes().iter().map(|node| node_json(graph, node, learnt)).collect();
+    let mut edges = Vec::new();
+    for node in graph.nodes() {
+        for (order, below) in graph.below(node).into_iter().enumerate() {
+            edges.push(json!({"from": node.path, "to": graph.node(below).path, "order": order}));
+        }
+    }
+    for fluent in &graph.fluents {
+        let mut value = json!({
+            "id": fluent.id, "stc": "F", "expr": fluent.body.as_ref().unwrap_or(&fluent.text),
+            "real": fluent.is_real,
+        });
+        if let Some(ask) = &fluent.ask {
+            value["ask"] = json!(ask);
+        }
+        nodes.push(value);
+    }
+    edges.extend(graph.relations.iter().map(|relation| relation_json(graph, relation)));
+    json!({
+        "format": "stc-aog", "version": VERSION, "root": graph.root().path,
+        "call": text::call(&graph.call), "nodes": nodes, "edges": edges,
+    })
+}
+
+fn node_json(graph: &Graph, node: &Node, learnt: &Learnt<'_>) -> Value {
+    let mut value = Map::new();
+    let mut put = |key: &str, entry: Value| value.insert(key.to_owned(), entry);
+    put("id", json!(node.path));
+    put("ao", json!(kind(node)));
+    put("stc", json!("T"));
+    put("label", json!(node.label));
+    let file = graph.files.get(&node.within).or_else(|| graph.files.get(&node.key));
+    put("span", json!([file.unwrap_or(&node.within), node.span.from, node.span.to]));
+    if let Some((or, branch)) = branch_above(graph, node) {
+        if or.decides.is_free() {
+            let i = or.branches.iter().position(|b| b.node == node.id).unwrap_or(0);
+            let prior = learnt.priors.map_or(branch.prior, |priors| priors.of(or)[i]);
+            put("key", json!(branch.key));
+            put("text", json!(super::outcome::fingerprint(branch.text)));
+            put("prior", json!({"count": (prior * 1e4).round() / 1e3, "of": 10}));
+            if let Some(outcomes) = learnt.outcomes {
+                let pair = |domain| {
+                    let counts = outcomes.of(branch, domain);
+                    json!([counts.worked, counts.failed])
+                };
+                put("success", json!({"real": pair("real"), "twin": pair("twin")}));
+            }
+        }
+        if let Some(guard) = &branch.guard {
+            put("guard", json!(text::expr(guard)));
+        }
+    }
+    let mut conditions = |words: &[(&str, &Vec<crate::language::ast::Expr>)]| {
+        for (word, all) in words.iter().filter(|(_, all)| !all.is_empty()) {
+            put(word, json!(all.iter().map(text::expr).collect::<Vec<_>>()));
+        }
+    };
+    match &node.kind {
+        NodeKind::And(And { form, causes, holding, limit, .. }) => {
+            conditions(&[
+                ("needs", &causes.needs),
+                ("keeps", &causes.keeps),
+                ("gives", &causes.gives),
+                ("while", &holding.whiles),
+                ("until", &holding.untils),
+            ]);
+            put("form", json!(form_word(form)));
+            if let Form::Recovery { of, remedy } = form {
+                put("of", json!(of.as_ref().map(text::call)));
+                put("remedy", json!(remedy.as_ref().map(text::remedy)));
+            }
+            if let Some(limit) = limit {
+                put("limit_s", json!(limit));
+            }
+        }
+        NodeKind::Or(or) => {
+            put("decides", json!(decides_word(&or.decides)));
+        }
+        NodeKind::Terminal(terminal) => {
+            conditions(&[
+                ("needs", &terminal.causes.needs),
+                ("keeps", &terminal.causes.keeps),
+                ("gives", &terminal.causes.gives),
+                ("while", &terminal.holding.whiles),
+                ("until", &terminal.holding.untils),
+            ]);
+            match &terminal.does {
+                Does::Action { name, args } => {
+                    let args: Map<String, Value> =
+                        args.iter().map(|a| (a.name.clone(), json!(a.text))).collect();
+                    put("action", json!(name));
+                    put("args", Value::Object(args));
+                }
+                Does::Check(what) => {
+                    put("check", json!(text::expr(what)));
+                }
+                Does::Let { name, value } => {
+                    put("let", json!({"name": name, "value": text::expr(value)}));
+                }
+            }
+            if let Some(script) = &terminal.script {
+                put("script", json!(script));
+            }
+            if let Some(limit) = terminal.limit {
+                put("limit_s", json!(limit));
+            }
+        }
+    }
+    Value::Object(value)
+}
+
+fn relation_json(graph: &Graph, relation: &Relation) -> Value {
+    let path = |id: &NodeId| graph.node(*id).path.as_str();
+    match relation {
+        Relation::Temporal { a, allen, b, by } => {
+            let mut value =
+                json!({"stc": "T", "rel": text::allen(*allen), "a": path(a), "b": path(b)});
+            if let Some(by) = by {
+                value["by_s"] = json!(by);
+            }
+            value
+        }
+        Relation::Causal { node, role, fluent, negated } => json!({
+            "stc": "C", "rel": role.word(), "a": path(node), "b": graph.fluents[*fluent].id,
+            "negated": negated,
+        }),
+        Relation::Spatial { fluent, objects } => json!({
+            "stc": "S", "rel": "over", "a": graph.fluents[*fluent].id, "objects": objects,
+        }),
+    }
+}
+
+/// Returns the graph for Graphviz: `dot -Tsvg`.
+pub fn to_dot(graph: &Graph) -> String {
+    let mut out =
+        String::from("digraph stcaog {\n  rankdir=LR;\n  node [fontname=\"sans-serif\"];\n");
+    let name = |id: &NodeId| format!("n{}", id.0);
+    for node in graph.nodes() {
+        let (shape, style) = match &node.kind {
+            NodeKind::And(_) => ("box", "filled,rounded"),
+            NodeKind::Or(_) => ("diamond", "bold"),
+            NodeKind::Terminal(_) => ("box", "solid"),
+        };
+        let (id, path) = (name(&node.id), quoted(&node.path));
+        let (ao, label) = (kind(node), quoted(&node.label));
+        let _ = writeln!(
+            out,
+            "  {id} [id={path}, name={label}, label={label}, STC=\"T\", AO=\"{ao}\", shape={shape}, style=\"{style}\"];"
+        );
+    }
+    for (i, fluent) in graph.fluents.iter().enumerate() {
+        let (id, label) = (quoted(&fluent.id), quoted(&fluent.text));
+        let _ = writeln!(
+            out,
+            "  f{i} [id={id}, name={label}, label={label}, STC=\"F\", AO=\"leaf\", shape=oval];"
+        );
+    }
+    for node in graph.nodes() {
+        for (order, below) in graph.below(node).iter().enumerate() {
+            let weight = match &node.kind {
+                NodeKind::Or(or) if or.decides.is_free() => {
+                    format!(", weight={p}, label=\"{p}\"", p = or.branches[order].prior)
+                }
+                _ => String::new(),
+            };
+            let _ = writeln!(out, "  {} -> {} [STC=\"T\"{weight}];", name(&node.id), name(below));
+        }
+    }
+    for relation in &graph.relations {
+        let _ = match relation {
+            Relation::Temporal { a, allen, b, .. } => writeln!(
+                out,
+                "  {} -> {} [STC=\"T\", label=\"{}\", color=gray, constraint=false];",
+                name(a),
+                name(b),
+                text::allen(*allen)
+            ),
+            Relation::Causal { node, role, fluent, negated } => {
+                let not = if *negated { " not" } else { "" };
+                let ends = if *role == Role::Gives { "" } else { ", dir=back" };
+                writeln!(
+                    out,
+                    "  {} -> f{fluent} [STC=\"C\", label=\"{}{not}\", style=dashed{ends}];",
+                    name(node),
+                    role.word()
+                )
+            }
+            Relation::Spatial { .. } => Ok(()),
+        };
+    }
+    out.push_str("}\n");
+    out
+}
+
+/// Returns `and`, `or` or `leaf`.
+fn kind(node: &Node) -> &'static str {
+    match &node.kind {
+        NodeKind::And(_) => "and",
+        NodeKind::Or(_) => "or",
+        NodeKind::Terminal(_) => "leaf",
+    }
+}
+
+fn form_word(form: &Form) -> &'static str {
+    match form {
+        Form::Task(_) => "task",
+        Form::Sequence => "sequence",
+        Form::Together => "together",
+        Form::Repeat => "repeat",
+        Form::Skip => "skip",
+        Form::Recovery { .. } => "recovery",
+    }
+}
+
+fn decides_word(decides: &Decides) -> String {
+    match decides {
+        Decides::Choice => "choice".into(),
+        Decides::Argument(name) => format!("argument {name}"),
+        Decides::Condition(e) => format!("if {}", text::expr(e)),
+        Decides::Repetition(e) => format!("until {}", text::expr(e)),
+        Decides::Recovery => "failure".into(),
+    }
+}
+
+fn branch_above<'g>(graph: &'g Graph, node: &Node) -> Option<(&'g super::Or, &'g Branch)> {
+    let NodeKind::Or(or) = &graph.node(node.parent?).kind else { return None };
+    Some((or, or.branches.iter().find(|branch| branch.node == node.id)?))
+}
+
+/// Writes a DOT string: quotes and backslashes escaped.
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', " "))
+}

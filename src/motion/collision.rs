@@ -10,7 +10,7 @@ use nalgebra::Isometry3;
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 
-use super::distance::{Body, signed_distance};
+use super::distance::{Body, distance_or_overlap, signed_distance};
 use super::error::Error;
 use super::ik::random_configuration;
 use super::kinematics::link_poses_into;
@@ -294,7 +294,11 @@ impl<'a> CollisionWorld<'a> {
             if b.distance_to_ball(&centre, radius) > bound {
                 return false;
             }
-            let distance = signed_distance(a, b);
+            let distance = if any {
+                distance_or_overlap(a, b).unwrap_or(f64::NEG_INFINITY)
+            } else {
+                signed_distance(a, b)
+            };
             if best.is_none_or(|(least, ..)| distance < least) {
                 best = Some((distance, first, other));
                 bound = bound.min(distance);

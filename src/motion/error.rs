@@ -91,6 +91,24 @@ pub enum Error {
         /// By how much, m.
         depth: f64,
     },
+    /// The start or goal does not keep the tool's axis inside its cone.
+    #[error("the {which} tilts the tool by {:.1}°, more than {:.1}°", angle.to_degrees(), max_angle.to_degrees())]
+    Tilted {
+        /// "start" or "goal".
+        which: String,
+        /// Tilt, rad.
+        angle: f64,
+        /// Highest tilt allowed, rad.
+        max_angle: f64,
+    },
+    /// No path was found.
+    #[error("no path found with {samples} samples: {why}")]
+    NoPath {
+        /// How many samples were drawn.
+        samples: usize,
+        /// What is known about it.
+        why: String,
+    },
     /// A Cartesian path cannot be followed to its end.
     #[error("the path can be followed only {:.0} % of the way: {why}", fraction * 100.0)]
     Cartesian {

@@ -164,6 +164,12 @@ impl<'a> Solver<'a> {
         raw.iter().filter_map(|q| self.fit(q, near)).collect()
     }
 
+    /// Descends from `q` to the target without leaving the limits: the solution a small motion leads to.
+    pub fn descend_from(&self, target: &Pose<Base, Flange>, q: &[f64]) -> Option<Vec<f64>> {
+        let mut q = q.to_vec();
+        descend(self.robot, target.isometry(), &mut q, true).then_some(q)
+    }
+
     /// Brings `q` near `near` by whole turns, inside the limits; `None` if it does not fit.
     pub(super) fn fit(&self, q: &[f64], near: &[f64]) -> Option<Vec<f64>> {
         // Rounding may put a solution at a limit just past it.

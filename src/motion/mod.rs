@@ -16,6 +16,7 @@ pub mod closed_form;
 pub mod ik;
 mod distance;
 pub mod collision;
+pub mod rrt;
 
 pub use error::Error;
 pub use robot::Robot;

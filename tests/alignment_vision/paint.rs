@@ -98,8 +98,12 @@ impl<'a> Painter<'a> {
         };
         let length = a.distance(b).max(1e-9);
         let (nx, ny) = (-(b.v - a.v) / length * width / 2.0, (b.u - a.u) / length * width / 2.0);
-        let quad =
-            [(a.u + nx, a.v + ny), (b.u + nx, b.v + ny), (b.u - nx, b.v - ny), (a.u - nx, a.v - ny)];
+        let quad = [
+            (a.u + nx, a.v + ny),
+            (b.u + nx, b.v + ny),
+            (b.u - nx, b.v - ny),
+            (a.u - nx, a.v - ny),
+        ];
         self.polygon(&quad, colour, alpha);
     }
 
@@ -134,15 +138,10 @@ impl<'a> Painter<'a> {
         }
     }
 
-    fn cuboid(
-        &mut self,
-        size: P3,
-        pose: &Pose<World, ObjectFrame>,
-        colour: [f64; 3],
-        clear: bool,
-    ) {
+    fn cuboid(&mut self, size: P3, pose: &Pose<World, ObjectFrame>, colour: [f64; 3], clear: bool) {
         let corner = |i: usize| {
-            let s = |bit: usize, length: f64| if i & bit == 0 { -length / 2.0 } else { length / 2.0 };
+            let s =
+                |bit: usize, length: f64| if i & bit == 0 { -length / 2.0 } else { length / 2.0 };
             let z = if i & 4 == 0 { 0.0 } else { size.z };
             (*pose * Point::new(s(1, size.x), s(2, size.y), z)).coords()
         };
@@ -209,10 +208,8 @@ impl<'a> Painter<'a> {
                 if x >= self.width || y >= self.height {
                     continue;
                 }
-                let pixel = trueup::world::Pixel::new(
-                    (x as f64 - 0.5) / 2.0,
-                    (y as f64 - 0.5) / 2.0,
-                );
+                let pixel =
+                    trueup::world::Pixel::new((x as f64 - 0.5) / 2.0, (y as f64 - 0.5) / 2.0);
                 let ray = self.camera.ray(pixel);
                 let along = ray.direction.dot(&(centre - eye));
                 let off = (centre - eye).norm_squared() - along * along;
@@ -263,8 +260,18 @@ fn circle(pose: &Pose<World, ObjectFrame>, radius: f64, z: f64) -> Vec<P3> {
 pub(super) fn kitchen() -> Scene {
     use trueup::world::{Cavity, Intrinsics, Mark, Table};
     let dots = [
-        (0.25, -0.36), (0.25, -0.18), (0.25, 0.18), (0.25, 0.36), (0.50, -0.36), (0.50, 0.36),
-        (0.80, -0.36), (0.80, -0.12), (0.80, 0.12), (0.80, 0.36), (0.92, -0.25), (0.92, 0.0),
+        (0.25, -0.36),
+        (0.25, -0.18),
+        (0.25, 0.18),
+        (0.25, 0.36),
+        (0.50, -0.36),
+        (0.50, 0.36),
+        (0.80, -0.36),
+        (0.80, -0.12),
+        (0.80, 0.12),
+        (0.80, 0.36),
+        (0.92, -0.25),
+        (0.92, 0.0),
         (0.92, 0.25),
     ];
     Scene {

@@ -1,68 +1,212 @@
+//! Whole pictures: painted kitchens with known poses, and the ViSP photographs.
+
+use std::f64::consts::FRAC_PI_2;
+
+use image::RgbImage;
+use nalgebra::{UnitQuaternion, Vector3};
+use trueup::alignment::vision::{Answer, Options, Sighting, see, verify};
+use trueup::world::frame::{Object as ObjectFrame, World};
+use trueup::world::{Camera, Pose, Scene};
+
 use super::paint::{Light, Painter, kitchen, true_camera};
 use super::visp::{Visp, folder};
-use trueup::alignment::vision::{Options, see};
-use trueup::world::Pose;
 
-#[test]
-fn visp_frames() {
-    let Some(folder) = folder() else { return };
-    for frame in (0..=200).step_by(20) {
-    let visp = Visp::read(&folder, Some(frame));
-        let (cube, axis) = visp.truth(frame);
-        let s = see(&visp.image(frame), &visp.camera, &visp.scene, &Options::default()).unwrap();
-        for (k, s) in s.iter().enumerate() {
-            let p = s.world_from_object.unwrap_or(Pose::upright(9., 9., 0., 0.));
-            let truth = if k == 0 { cube.origin() } else { axis };
-            let d = (p.origin() - truth).xy().norm() * 1e3;
-            let turn = (p.yaw() - cube.yaw()).rem_euclid(std::f64::consts::FRAC_PI_2);
-            let turn = turn.min(std::f64::consts::FRAC_PI_2 - turn).to_degrees();
-            println!("{frame} {} d={d:.1}mm yaw={turn:.2} gap={:.3} {:?} rms {:?}", s.name, s.gap, s.score, s.candidate.and_then(|c| c.fit).map(|f| (f.rms_px, f.support, f.covariance[(0,0)].sqrt())));
-        }
+type Place = (f64, f64, f64);
+
+fn picture(
+    scene: &Scene,
+    camera: &Camera,
+    jar: Option<Place>,
+    cup: Option<Place>,
+    light: &Light,
+) -> RgbImage {
+    let mut painter = Painter::new(camera, [70, 72, 75]);
+    painter.table(scene);
+    let mut things: Vec<(usize, Place)> =
+        [jar.map(|p| (0, p)), cup.map(|p| (1, p))].into_iter().flatten().collect();
+    // The camera stands at large x: what is nearer is painted later.
+    things.sort_by(|a, b| a.1.0.total_cmp(&b.1.0));
+    for (idx, (x, y, yaw)) in things {
+        painter.object(&scene.objects[idx], &Pose::upright(x, y, 0.0, yaw));
     }
+    painter.finish(light)
 }
 
+/// Distance in mm and turn in degrees, by the smallest symmetric turn of a square.
+fn off(seen: &Sighting, x: f64, y: f64, yaw: f64) -> (f64, f64) {
+    let pose = seen.world_from_object.unwrap();
+    let turn = (pose.yaw() - yaw).rem_euclid(FRAC_PI_2);
+    let far = (pose.origin().x - x).hypot(pose.origin().y - y);
+    (1e3 * far, turn.min(FRAC_PI_2 - turn).to_degrees())
+}
+
+/// The jar is clear, the light falls off, gains differ; both are placed to a millimetre.
 #[test]
-fn kitchen_truth() {
+fn jar_and_cup_are_placed_to_a_millimetre() {
     let (scene, camera) = (kitchen(), true_camera());
     for (seed, jar, cup, slope, gain) in [
-        (1u64, (0.55, -0.2, 0.3), (0.6, 0.15), [0.0, 0.0], 1.0),
-        (2, (0.62, 0.05, 0.0), (0.5, -0.2), [0.6, -0.3], 0.8),
-        (3, (0.5, 0.25, 0.7), (0.7, -0.1), [-0.4, 0.3], 1.15),
-        (4, (0.45, 0.0, 0.5), (0.6, 0.02), [0.0, 0.0], 0.7),
-        (5, (2.45, 0.0, 0.5), (0.6, 0.02), [0.0, 0.0], 1.0),
-        (6, (0.5, 0.0, 0.5), (2.6, 0.02), [0.0, 0.0], 1.0),
+        (1, (0.55, -0.2, 0.3), (0.6, 0.15, 0.0), [0.0, 0.0], 1.0),
+        (2, (0.62, 0.05, 0.0), (0.5, -0.2, 0.0), [0.6, -0.3], 0.8),
+        (3, (0.5, 0.25, 0.7), (0.7, -0.1, 0.0), [-0.4, 0.3], 1.15),
+        (4, (0.45, -0.25, 0.5), (0.6, 0.02, 0.0), [0.0, 0.0], 0.7),
     ] {
-        let mut painter = Painter::new(&camera, [70, 72, 75]);
-        painter.table(&scene);
-        let jp = Pose::upright(jar.0, jar.1, 0.0, jar.2);
-        let cp = Pose::upright(cup.0, cup.1, 0.0, 0.0);
-        if jar.0 < 1.0 { painter.object(&scene.objects[0], &jp); }
-        if cup.0 < 1.0 { painter.object(&scene.objects[1], &cp); }
-        let image = painter.finish(&Light { gain, slope, noise: 1.5, seed });
-        image.save(format!("/tmp/k{seed}.png")).unwrap();
-        let t = std::process::Command::new("date").arg("+%s.%N").output().unwrap();
-        print!("{}", String::from_utf8(t.stdout).unwrap());
-        let s = see(&image, &camera, &scene, &Options::default()).unwrap();
-        for (k, s) in s.iter().enumerate() {
-            let p = s.world_from_object.unwrap_or(Pose::upright(9., 9., 0., 0.));
-            let truth = [jp, cp][k];
-            let d = (p.origin() - truth.origin()).norm() * 1e3;
-            println!("{seed} {} d={d:.2}mm yaw={:.2} gap={:.3} {:?} rms {:?}", s.name, (p.yaw() - truth.yaw()).to_degrees(), s.gap, s.score, s.candidate.and_then(|c| c.fit).map(|f| (f.rms_px, f.support, f.covariance[(0,0)].sqrt())));
+        let light = Light { gain, slope, noise: 1.5, seed };
+        let image = picture(&scene, &camera, Some(jar), Some(cup), &light);
+        let seen = see(&image, &camera, &scene, &Options::default()).unwrap();
+        for (s, place) in seen.iter().zip([jar, cup]) {
+            assert!(s.found, "{seed}: {s:?}");
+            let (mm, degrees) = off(s, place.0, place.1, place.2);
+            assert!(mm < 1.0, "{seed}: {} is {mm:.2} mm off", s.name);
+            assert!(mm < 4e3 * s.std, "{seed}: {} is {mm:.2} mm off, std {} m", s.name, s.std);
+            assert!(s.name == "cup" || degrees < 0.6, "{seed}: {degrees:.2} deg");
         }
     }
 }
 
+/// A clear jar half behind the cup is still found; so is one with its foot hidden.
 #[test]
-fn jar_debug() {
-    use trueup::alignment::outline::*; use trueup::alignment::picture::*; use trueup::alignment::placement::*; use trueup::alignment::refine;
+fn a_jar_behind_the_cup_is_found_or_said_to_be_unsure() {
     let (scene, camera) = (kitchen(), true_camera());
-    let image = image::open("/tmp/k2.png").unwrap().to_rgb8();
-    let picture = Picture::new(&image); let view = Projector::new(&camera);
-    let truth = Pose::upright(0.62,0.05,0.0,0.0);
-    let o = Outline::new(&view, &scene.objects[0].shape, &truth, 24);
-    let mut e: std::collections::BTreeMap<usize, Vec<String>> = Default::default();
-    for s in o.samples.iter().step_by(4) { e.entry(s.edge).or_default().push(format!("{:?}", refine::strongest(&picture, s.pixel, s.normal, (0.9, 4.0, 2)).map(|r| (( r.0*10.).round()/10., (r.1*10.).round()/10.)))); }
-    for (k, v) in e { println!("edge {k} {:?}: {}", o.samples[k*24].kind, v.join(" ")); }
-    let f = refine::refine(&picture, &view, &scene.objects[0].shape, &truth, &Hidden::default(), 0.9, scene.objects[0].material);
-    println!("{f:?}");
+    let (jar, cup) = ((0.47, 0.07, 0.4), (0.6, 0.0, 0.0));
+    let image = picture(&scene, &camera, Some(jar), Some(cup), &Light::even(5));
+    let seen = see(&image, &camera, &scene, &Options::default()).unwrap();
+    assert!(seen[1].found);
+    if seen[0].found {
+        let (mm, _) = off(&seen[0], jar.0, jar.1, jar.2);
+        assert!(mm < 3.0, "{mm:.2} mm");
+    } else {
+        assert!(seen[0].reason.is_some());
+    }
+}
+
+/// What is not there is not found, with dots and other dark things on the table to be mistaken for it.
+#[test]
+fn absent_objects_are_not_found() {
+    let (scene, camera) = (kitchen(), true_camera());
+    for (seed, jar, cup) in
+        [(11, None, Some((0.6, 0.02, 0.0))), (12, Some((0.5, 0.0, 0.5)), None), (13, None, None)]
+    {
+        let image = picture(&scene, &camera, jar, cup, &Light::even(seed));
+        let seen = see(&image, &camera, &scene, &Options::default()).unwrap();
+        for (s, there) in seen.iter().zip([jar.is_some(), cup.is_some()]) {
+            assert_eq!(
+                s.found, there,
+                "{seed}: {} confidence {} {:?}",
+                s.name, s.confidence, s.score
+            );
+            assert_eq!(s.reason.is_none(), there);
+            assert_eq!(s.world_from_object.is_some(), there);
+        }
+    }
+}
+
+/// Things of other shapes, a red box and a green can and an arm's link, are not taken for the objects.
+#[test]
+fn distractors_are_not_taken_for_the_objects() {
+    let (scene, camera) = (kitchen(), true_camera());
+    for with in [true, false] {
+        let mut painter = Painter::new(&camera, [70, 72, 75]);
+        painter.table(&scene);
+        let mut red = scene.objects[0].clone();
+        red.material = trueup::world::Material::Opaque;
+        red.colour = [200, 40, 30];
+        red.shape = trueup::world::Shape::Cuboid { size: Vector3::new(0.12, 0.05, 0.06) };
+        let mut can = scene.objects[1].clone();
+        can.colour = [40, 150, 60];
+        can.shape = trueup::world::Shape::Cylinder { radius: 0.033, height: 0.115 };
+        painter.object(&red, &Pose::upright(0.42, 0.22, 0.0, 0.6));
+        painter.object(&can, &Pose::upright(0.5, -0.28, 0.0, 0.0));
+        if with {
+            painter.object(&scene.objects[0], &Pose::upright(0.56, -0.12, 0.0, 0.2));
+            painter.object(&scene.objects[1], &Pose::upright(0.66, 0.15, 0.0, 0.0));
+        }
+        let image = painter.finish(&Light::even(20));
+        let seen = see(&image, &camera, &scene, &Options::default()).unwrap();
+        for (s, place) in seen.iter().zip([(0.56, -0.12, 0.2), (0.66, 0.15, 0.0)]) {
+            assert_eq!(s.found, with, "{}: {} {:?}", s.name, s.confidence, s.score);
+            if with {
+                assert!(off(s, place.0, place.1, place.2).0 < 1.5);
+            }
+        }
+    }
+}
+
+/// A jar lifted and tilted is supported where it is and not where it is not.
+#[test]
+fn a_held_object_is_verified_where_it_is() {
+    let (scene, camera) = (kitchen(), true_camera());
+    let pose: Pose<World, ObjectFrame> = Pose::from_parts(
+        Vector3::new(0.6, -0.05, 0.12),
+        UnitQuaternion::from_euler_angles(0.5, 0.1, 0.3),
+    );
+    let mut painter = Painter::new(&camera, [70, 72, 75]);
+    painter.table(&scene);
+    let mut jar = scene.objects[0].clone();
+    jar.material = trueup::world::Material::Opaque;
+    jar.colour = [180, 60, 40];
+    painter.object(&jar, &pose);
+    let image = painter.finish(&Light::even(30));
+    let there = verify(&image, &camera, &scene, &jar, &pose, None).unwrap();
+    assert!(there.confidence > 0.8, "{there:?}");
+    assert!(there.shift_px[0].hypot(there.shift_px[1]) < 0.5, "{there:?}");
+    let near = Pose::from_parts(pose.origin() + Vector3::new(0.0, 0.003, 0.0), pose.rotation());
+    let near = verify(&image, &camera, &scene, &jar, &near, None).unwrap();
+    // 3 mm along y at about 0.9 m: three pixels; the outline must go back left.
+    assert!((near.shift_px[0] + 3.1).abs() < 0.8, "{near:?}");
+    let elsewhere = Pose::from_parts(Vector3::new(0.6, 0.25, 0.12), pose.rotation());
+    let elsewhere = verify(&image, &camera, &scene, &jar, &elsewhere, None).unwrap();
+    assert!(elsewhere.confidence < 0.1, "{elsewhere:?}");
+}
+
+/// The answer has the fields that others read.
+#[test]
+fn the_answer_is_the_interface() {
+    let (scene, camera) = (kitchen(), true_camera());
+    let image = picture(&scene, &camera, Some((0.55, -0.2, 0.3)), None, &Light::even(40));
+    let seen = see(&image, &camera, &scene, &Options::default()).unwrap();
+    let answer = Answer::new(&seen, |s| Some(format!("{}.png", s.name)));
+    let json = serde_json::to_value(&answer).unwrap();
+    let jar = &json["objects"][0];
+    assert_eq!(jar["name"], "jar");
+    assert_eq!(jar["found"], true);
+    assert_eq!(jar["mask"], "jar.png");
+    assert_eq!(jar["bbox_px"].as_array().unwrap().len(), 4);
+    assert!(jar["key_points_px"][0][1].is_f64());
+    assert!(jar["world_from_object"]["xyz_m"][0].is_f64());
+    assert!(jar["std_m"].as_f64().unwrap() > 0.0 && jar["confidence"].as_f64().unwrap() > 0.5);
+    let cup = &json["objects"][1];
+    assert_eq!(cup["found"], false);
+    assert!(cup["reason"].is_string() && cup.get("world_from_object").is_none());
+}
+
+/// Real photographs: both solids are found on the whole table in all eleven frames.
+///
+/// The table is the cube's base in that frame's reference pose: the sheet the solids stand on is lifted by
+/// up to 11 mm on the way. The bars are those set before the method was built.
+#[test]
+fn visp_cube_and_tube_are_placed_on_real_photographs() {
+    let Some(folder) = folder() else {
+        println!("skipped: shared/data/public/visp_cube_cylinder is not here");
+        return;
+    };
+    for frame in (0..=200).step_by(20) {
+        let visp = Visp::read(&folder, Some(frame));
+        let (cube, axis) = visp.truth(frame);
+        let seen = see(&visp.image(frame), &visp.camera, &visp.scene, &Options::default()).unwrap();
+        let at = cube.origin();
+        assert!(seen[0].found && seen[1].found, "frame {frame}: {seen:?}");
+        let (mm, degrees) = off(&seen[0], at.x, at.y, cube.yaw());
+        let (tube, _) = off(&seen[1], axis.x, axis.y, 0.0);
+        println!("frame {frame:3}: cube {mm:.1} mm {degrees:.2} deg, tube {tube:.1} mm");
+        assert!(mm < 4.0 && degrees < 1.0, "frame {frame}: cube {mm:.2} mm {degrees:.2} deg");
+        assert!(tube < 6.0, "frame {frame}: tube {tube:.2} mm");
+    }
+    // Against the published pose of frame 0 alone, which is independent of the reference above.
+    let visp = Visp::read(&folder, None);
+    let (cube, axis) = visp.published();
+    let seen = see(&visp.image(0), &visp.camera, &visp.scene, &Options::default()).unwrap();
+    let (mm, degrees) = off(&seen[0], cube.origin().x, cube.origin().y, cube.yaw());
+    let (tube, _) = off(&seen[1], axis.x, axis.y, 0.0);
+    println!("published  : cube {mm:.1} mm {degrees:.2} deg, tube {tube:.1} mm");
+    assert!(mm < 4.0 && degrees < 1.0 && tube < 5.0);
 }

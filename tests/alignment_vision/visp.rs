@@ -11,7 +11,7 @@ use trueup::world::{Camera, Intrinsics, Material, Object, Pose, Scene, Shape, Ta
 const EDGE: f64 = 0.084;
 
 /// The folder, if it is there.
-pub fn folder() -> Option<PathBuf> {
+pub(crate) fn folder() -> Option<PathBuf> {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/public/visp_cube_cylinder");
     let path = Path::new(path).to_path_buf();
     path.join("cube.xml").is_file().then_some(path)
@@ -45,17 +45,17 @@ fn published_pose(folder: &Path) -> Isometry3<f64> {
 }
 
 /// The sequence: camera with the table as z = 0, scene, and the reference of each frame.
-pub struct Visp {
-    pub folder: PathBuf,
-    pub camera: Camera,
-    pub scene: Scene,
+pub(crate) struct Visp {
+    pub(crate) folder: PathBuf,
+    pub(crate) camera: Camera,
+    pub(crate) scene: Scene,
     reference: serde_json::Value,
 }
 
 impl Visp {
     /// Reads the dataset's files. The table is the cube's base in the published pose of frame 0
     /// (`cube.0.pos`), or in the reference pose of `frame`.
-    pub fn read(folder: &Path, frame: Option<u32>) -> Self {
+    pub(crate) fn read(folder: &Path, frame: Option<u32>) -> Self {
         let xml = fs::read_to_string(folder.join("cube.xml")).unwrap();
         let reference: serde_json::Value =
             serde_json::from_str(&fs::read_to_string(folder.join("reference_poses.json")).unwrap())
@@ -84,7 +84,8 @@ impl Visp {
         let origin = ray * (normal.dot(&base) / normal.dot(&ray));
         let away = (ray - normal * normal.dot(&ray)).normalize();
         let right = away.cross(&normal);
-        let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[right, away, normal]));
+        let rotation =
+            Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[right, away, normal]));
         let camera_from_world = Isometry3::from_parts(Translation3::from(origin), rotation.into());
         let world_from_camera: Pose<World, CameraFrame> = Pose::new(camera_from_world.inverse());
         let camera = Camera { intrinsics, world_from_camera };
@@ -123,7 +124,7 @@ impl Visp {
     }
 
     /// Where the reference says the cube and the tube's axis stand in a frame, world.
-    pub fn truth(&self, frame: u32) -> (Pose<World, ObjectFrame>, Vector3<f64>) {
+    pub(crate) fn truth(&self, frame: u32) -> (Pose<World, ObjectFrame>, Vector3<f64>) {
         let entry = &self.reference["frames"][frame.to_string()];
         let pose = camera_from_cube(&numbers(&entry["t_m"]), &numbers(&entry["rvec"]));
         let world = self.camera.world_from_camera.isometry() * pose;
@@ -133,14 +134,13 @@ impl Visp {
     }
 
     /// As [`Self::truth`], from the published pose of frame 0.
-    pub fn published(&self) -> (Pose<World, ObjectFrame>, Vector3<f64>) {
+    pub(crate) fn published(&self) -> (Pose<World, ObjectFrame>, Vector3<f64>) {
         let world = self.camera.world_from_camera.isometry() * published_pose(&self.folder);
-        let axis =
-            world * cube_from_corner().inverse() * nalgebra::Point3::new(-0.17, -0.03, 0.0);
+        let axis = world * cube_from_corner().inverse() * nalgebra::Point3::new(-0.17, -0.03, 0.0);
         (Pose::new(world), axis.coords)
     }
 
-    pub fn image(&self, frame: u32) -> image::RgbImage {
+    pub(crate) fn image(&self, frame: u32) -> image::RgbImage {
         image::open(self.folder.join(format!("image{frame:04}.png"))).unwrap().to_rgb8()
     }
 }

@@ -3,6 +3,7 @@
 mod build;
 mod infer;
 mod parse;
+mod show;
 pub(crate) mod tree;
 
 use std::collections::BTreeMap;

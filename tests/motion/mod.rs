@@ -4,3 +4,4 @@ mod collision;
 mod ik;
 mod reference;
 mod robots;
+mod rrt;

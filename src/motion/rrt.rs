@@ -1,0 +1,496 @@
+//! RRT-Connect: a collision-free joint path from a configuration to one of several goals.
+//!
+//! One tree grows from the start and one from the goals until they touch. The path is then shortcut and
+//! every edge certified (see [`CollisionWorld::certify`]). It is a list of corners without time;
+//! [`super::trajectory`] rounds and times it. All chance comes from the seed.
+//!
+//! Continuous joints turn the short way: a goal is reached up to whole turns of these.
+//!
+//! Source: Kuffner and LaValle, "RRT-Connect", ICRA 2000; projection onto a constraint: Berenson,
+//! Srinivasa, Ferguson and Kuffner, "Manipulation planning on constraint manifolds", ICRA 2009.
+
+use std::f64::consts::PI;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
+use rand::rngs::StdRng;
+use rand::{RngExt, SeedableRng};
+
+use super::collision::CollisionWorld;
+use super::error::Error;
+use super::ik::{Solver, wrap};
+use super::robot::{Motion, Robot};
+use crate::world::frame::Pose;
+
+/// A direction of the tip that must stay within a cone: a vessel carried upright.
+#[derive(Debug, Clone, Copy)]
+pub struct Cone {
+    /// The direction that is watched, in the flange frame.
+    pub axis_in_flange: Unit<Vector3<f64>>,
+    /// The cone's axis in base coordinates, usually up.
+    pub up_in_base: Unit<Vector3<f64>>,
+    /// Half the cone's opening, rad.
+    pub max_angle: f64,
+}
+
+impl Cone {
+    /// Returns the angle between the two directions at `q`, rad.
+    pub fn angle(&self, robot: &Robot, q: &[f64]) -> f64 {
+        let axis = robot.forward_unchecked(q).rotation * self.axis_in_flange.into_inner();
+        axis.dot(&self.up_in_base).clamp(-1.0, 1.0).acos()
+    }
+
+    /// Returns whether `q` keeps inside the cone.
+    pub fn holds(&self, robot: &Robot, q: &[f64]) -> bool {
+        let axis = robot.forward_unchecked(q).rotation * self.axis_in_flange.into_inner();
+        axis.dot(&self.up_in_base) >= self.max_angle.cos() - 1e-12
+    }
+
+    /// Turns the tip about its own origin until the axis is well inside the cone, joints staying as near
+    /// as they can; `None` if no joint positions do that.
+    fn project(&self, solver: &Solver<'_>, q: &[f64]) -> Option<Vec<f64>> {
+        let robot = solver.robot();
+        let tip = robot.forward_unchecked(q);
+        let axis = tip.rotation * self.axis_in_flange.into_inner();
+        let angle = axis.dot(&self.up_in_base).clamp(-1.0, 1.0).acos();
+        if angle <= self.max_angle {
+            return Some(q.to_vec());
+        }
+        let turn = axis.cross(&self.up_in_base);
+        let turn = Unit::try_new(turn, 1e-9).unwrap_or_else(|| {
+            // Upside down: any level axis will do.
+            Unit::new_normalize(self.up_in_base.cross(&Vector3::new(0.6, 0.64, 0.48)))
+        });
+        let turn = UnitQuaternion::from_axis_angle(&turn, angle - 0.5 * self.max_angle);
+        let target = Pose::new(Isometry3::from_parts(tip.translation, turn * tip.rotation));
+        let candidates = if solver.closed_form().is_some() {
+            solver.at_joint_3(&target, q[2], q)
+        } else {
+            solver.descend_from(&target, q).into_iter().collect()
+        };
+        candidates.into_iter().min_by(|a, b| l2(a, q).total_cmp(&l2(b, q)))
+    }
+}
+
+/// What may be chosen about a search.
+#[derive(Debug, Clone, Copy)]
+pub struct Settings {
+    /// Seed of all chance.
+    pub seed: u64,
+    /// How many samples are drawn before giving up.
+    pub max_samples: usize,
+    /// Longest step of a tree, rad (Euclidean over the joints).
+    pub range: f64,
+    /// Farthest any point of the robot may move between two checks while searching, m.
+    pub resolution: f64,
+    /// How many shortcuts are tried.
+    pub shortcuts: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { seed: 0, max_samples: 20_000, range: 1.0, resolution: 0.03, shortcuts: 120 }
+    }
+}
+
+impl Settings {
+    /// Returns the usual settings with another seed.
+    pub fn seeded(seed: u64) -> Self {
+        Self { seed, ..Self::default() }
+    }
+}
+
+/// A path, and what it took to find it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Path {
+    /// Corners, start first, rad. Straight joint motions lead from each to the next.
+    pub corners: Vec<Vec<f64>>,
+    /// Which goal it leads to.
+    pub goal: usize,
+    /// Samples drawn; 0 if the straight motion was free.
+    pub samples: usize,
+    /// Configurations checked for collision.
+    pub checks: usize,
+    /// Length before shortcutting, rad (Euclidean over the joints).
+    pub raw_length: f64,
+}
+
+impl Path {
+    /// Returns the length, rad (Euclidean over the joints).
+    pub fn length(&self) -> f64 {
+        length(&self.corners)
+    }
+}
+
+/// Finds a path from `start` to any of `goals`, inside the joint limits, free of collision and, if a
+/// cone is given, inside it all the way.
+///
+/// # Errors
+///
+/// [`Error::WrongLength`], [`Error::NotFinite`]; [`Error::Limit`] and [`Error::Collision`] for a start, or
+/// for goals of which none is possible; [`Error::NoPath`] when the samples are used up;
+/// [`Error::Cancelled`] once `cancel` is set.
+pub fn plan(
+    solver: &Solver<'_>,
+    world: &CollisionWorld<'_>,
+    start: &[f64],
+    goals: &[Vec<f64>],
+    cone: Option<&Cone>,
+    settings: &Settings,
+    cancel: &AtomicBool,
+) -> Result<Path, Error> {
+    let robot = solver.robot();
+    check_end(robot, world, cone, start, "start")?;
+    let mut usable = Vec::new();
+    let mut refused = None;
+    for (index, goal) in goals.iter().enumerate() {
+        robot.check(goal)?;
+        let goal = short_way(robot, start, goal);
+        match check_end(robot, world, cone, &goal, "goal") {
+            Ok(()) => usable.push((index, goal)),
+            Err(error) => refused = Some(error),
+        }
+    }
+    if usable.is_empty() {
+        return Err(refused.unwrap_or_else(|| Error::Input { what: "no goal was given".into() }));
+    }
+    usable.sort_by(|a, b| l2(&a.1, start).total_cmp(&l2(&b.1, start)));
+
+    // A path that passes the sampled checks but not the certificate is searched again more finely.
+    let mut settings = *settings;
+    let mut checks = 0;
+    let mut samples = 0;
+    for _ in 0..4 {
+        let mut search = Search { solver, world, cone, settings, checks, cancel };
+        let found = search.run(start, &usable, &mut samples);
+        checks = search.checks;
+        let (corners, goal) = found?;
+        let raw_length = length(&corners);
+        let corners = search.shorten(corners);
+        checks = search.checks;
+        if corners.windows(2).all(|edge| world.certify(&edge[0], &edge[1])) {
+            return Ok(Path { corners, goal, samples, checks, raw_length });
+        }
+        settings.resolution *= 0.4;
+        settings.seed = settings.seed.wrapping_add(0x9e37_79b9);
+    }
+    Err(Error::NoPath {
+        samples,
+        why: "what was found grazes an obstacle between two checks".into(),
+    })
+}
+
+struct Search<'s> {
+    solver: &'s Solver<'s>,
+    world: &'s CollisionWorld<'s>,
+    cone: Option<&'s Cone>,
+    settings: Settings,
+    checks: usize,
+    cancel: &'s AtomicBool,
+}
+
+/// Configurations grown from some roots, each knowing the one it grew from.
+struct Tree {
+    nodes: Vec<Vec<f64>>,
+    parents: Vec<Option<usize>>,
+}
+
+enum Extended {
+    Reached(usize),
+    Advanced(usize),
+    Trapped,
+}
+
+impl Tree {
+    fn rooted(roots: impl IntoIterator<Item = Vec<f64>>) -> Self {
+        let nodes: Vec<_> = roots.into_iter().collect();
+        Self { parents: vec![None; nodes.len()], nodes }
+    }
+
+    fn nearest(&self, q: &[f64]) -> usize {
+        let mut best = (f64::INFINITY, 0);
+        for (at, node) in self.nodes.iter().enumerate() {
+            let gap: f64 = node.iter().zip(q).map(|(a, b)| (a - b) * (a - b)).sum();
+            if gap < best.0 {
+                best = (gap, at);
+            }
+        }
+        best.1
+    }
+
+    fn push(&mut self, q: Vec<f64>, parent: usize) -> usize {
+        self.nodes.push(q);
+        self.parents.push(Some(parent));
+        self.nodes.len() - 1
+    }
+
+    /// Returns the way from a node back to its root.
+    fn trace(&self, from: usize) -> Vec<Vec<f64>> {
+        let mut way = Vec::new();
+        let mut at = Some(from);
+        while let Some(node) = at {
+            way.push(self.nodes[node].clone());
+            at = self.parents[node];
+        }
+        way
+    }
+}
+
+impl Search<'_> {
+    fn run(
+        &mut self,
+        start: &[f64],
+        goals: &[(usize, Vec<f64>)],
+        samples: &mut usize,
+    ) -> Result<(Vec<Vec<f64>>, usize), Error> {
+        for (index, goal) in goals {
+            if self.edge_free(start, goal) {
+                return Ok((vec![start.to_vec(), goal.clone()], *index));
+            }
+        }
+        let robot = self.solver.robot();
+        let mut random = StdRng::seed_from_u64(self.settings.seed);
+        let mut trees =
+            [Tree::rooted([start.to_vec()]), Tree::rooted(goals.iter().map(|(_, q)| q.clone()))];
+        let mut active = 0;
+        for _ in 0..self.settings.max_samples {
+            if self.cancel.load(Ordering::Relaxed) {
+                return Err(Error::Cancelled);
+            }
+            *samples += 1;
+            let sample = self.sample(robot, start, &mut random);
+            let grown = match self.extend(&mut trees[active], &sample) {
+                Extended::Trapped => {
+                    active = 1 - active;
+                    continue;
+                }
+                Extended::Reached(node) | Extended::Advanced(node) => node,
+            };
+            let target = trees[active].nodes[grown].clone();
+            let met = loop {
+                match self.extend(&mut trees[1 - active], &target) {
+                    Extended::Reached(node) => break Some(node),
+                    Extended::Advanced(_) if self.cancel.load(Ordering::Relaxed) => break None,
+                    Extended::Advanced(_) => {}
+                    Extended::Trapped => break None,
+                }
+            };
+            if let Some(met) = met {
+                let (near, far) = if active == 0 { (grown, met) } else { (met, grown) };
+                let mut way = trees[0].trace(near);
+                way.reverse();
+                let tail = trees[1].trace(far);
+                let end = tail.last().expect("a way holds at least its root");
+                let goal = goals
+                    .iter()
+                    .find(|(_, q)| q == end)
+                    .expect("the far tree is rooted in the goals")
+                    .0;
+                // Where the trees meet, both hold the same configuration.
+                way.extend(tail.into_iter().skip(1));
+                return Ok((way, goal));
+            }
+            // The smaller tree grows: it has more to learn.
+            active = usize::from(trees[1].nodes.len() < trees[0].nodes.len());
+        }
+        Err(Error::NoPath {
+            samples: *samples,
+            why: format!(
+                "the trees from start and goal hold {} and {} configurations and never met",
+                trees[0].nodes.len(),
+                trees[1].nodes.len()
+            ),
+        })
+    }
+
+    /// Draws a configuration: in the limits, and half a turn about the start where there are none.
+    fn sample(&self, robot: &Robot, start: &[f64], random: &mut StdRng) -> Vec<f64> {
+        let q: Vec<f64> = robot
+            .joints()
+            .iter()
+            .zip(start)
+            .map(|(joint, start)| {
+                let (low, high) = (joint.lower.max(start - PI), joint.upper.min(start + PI));
+                if low < high { random.random_range(low..high) } else { low }
+            })
+            .collect();
+        match self.cone {
+            Some(cone) => cone.project(self.solver, &q).unwrap_or(q),
+            None => q,
+        }
+    }
+
+    fn extend(&mut self, tree: &mut Tree, target: &[f64]) -> Extended {
+        let from = tree.nearest(target);
+        let gap = l2(&tree.nodes[from], target);
+        if gap < 1e-9 {
+            return Extended::Reached(from);
+        }
+        // A joint motion of that length leaves a narrow cone less often when it is short.
+        let range =
+            if self.cone.is_some() { self.settings.range.min(0.4) } else { self.settings.range };
+        let reaches = gap <= range;
+        let mut next =
+            if reaches { target.to_vec() } else { between(&tree.nodes[from], target, range / gap) };
+        let mut bent = false;
+        if let Some(cone) = self.cone
+            && !cone.holds(self.solver.robot(), &next)
+        {
+            let Some(projected) = cone.project(self.solver, &next) else {
+                return Extended::Trapped;
+            };
+            // Another branch of the arm is no continuation, and a step back is no progress.
+            if l2(&projected, &next) > range || l2(&projected, target) > gap - 0.1 * range {
+                return Extended::Trapped;
+            }
+            next = projected;
+            bent = true;
+        }
+        if !self.edge_free(&tree.nodes[from], &next) {
+            return Extended::Trapped;
+        }
+        let node = tree.push(next, from);
+        if reaches && !bent { Extended::Reached(node) } else { Extended::Advanced(node) }
+    }
+
+    /// Checks the straight motion, its end first and then ever more finely, so that a collision anywhere
+    /// is met early.
+    fn edge_free(&mut self, from: &[f64], to: &[f64]) -> bool {
+        let moved = self.world.displacement(from, to);
+        let steps = (moved / self.settings.resolution).ceil().max(1.0) as usize;
+        if !self.free(to) {
+            return false;
+        }
+        // Strides halve: with stride s the odd multiples of s are new.
+        let mut stride = steps.next_power_of_two() / 2;
+        while stride > 0 {
+            let mut k = stride;
+            while k < steps {
+                if !self.free(&between(from, to, k as f64 / steps as f64)) {
+                    return false;
+                }
+                k += 2 * stride;
+            }
+            stride /= 2;
+        }
+        true
+    }
+
+    fn free(&mut self, q: &[f64]) -> bool {
+        self.checks += 1;
+        self.cone.is_none_or(|cone| cone.holds(self.solver.robot(), q)) && self.world.free(q)
+    }
+
+    /// Replaces stretches of the path by straight motions where these are free.
+    fn shorten(&mut self, mut corners: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+        let mut random = StdRng::seed_from_u64(self.settings.seed ^ 0x51de);
+        // From the start, as far as one can see: this alone removes most corners.
+        let mut at = 0;
+        while at + 2 < corners.len() {
+            let seen = (at + 2..corners.len())
+                .rev()
+                .find(|&far| self.edge_free(&corners[at].clone(), &corners[far].clone()));
+            if let Some(far) = seen {
+                corners.drain(at + 1..far);
+            }
+            at += 1;
+        }
+        for _ in 0..self.settings.shortcuts {
+            if corners.len() < 3 || self.cancel.load(Ordering::Relaxed) {
+                break;
+            }
+            let total = length(&corners);
+            let (a, b) = (random.random_range(0.0..total), random.random_range(0.0..total));
+            let (from_edge, from) = point_at(&corners, a.min(b));
+            let (to_edge, to) = point_at(&corners, a.max(b));
+            if from_edge == to_edge {
+                continue;
+            }
+            let old = l2(&from, &corners[from_edge + 1])
+                + length(&corners[from_edge + 1..=to_edge])
+                + l2(&corners[to_edge], &to);
+            if l2(&from, &to) < old - 1e-6 && self.edge_free(&from, &to) {
+                corners.splice(from_edge + 1..=to_edge, [from, to]);
+            }
+        }
+        corners
+    }
+}
+
+/// Checks that a path may begin or end at `q`.
+fn check_end(
+    robot: &Robot,
+    world: &CollisionWorld<'_>,
+    cone: Option<&Cone>,
+    q: &[f64],
+    which: &str,
+) -> Result<(), Error> {
+    robot.check(q)?;
+    if let Some(at) = robot.outside_limits(q, 1e-9) {
+        let joint = &robot.joints()[at];
+        return Err(Error::Limit {
+            joint: joint.name.clone(),
+            value: q[at],
+            lower: joint.lower,
+            upper: joint.upper,
+        });
+    }
+    if !world.free(q) {
+        let clearance = world.clearance(q)?;
+        return Err(Error::Collision {
+            which: which.into(),
+            first: clearance.first,
+            second: clearance.second,
+            depth: world.margin() - clearance.distance,
+        });
+    }
+    if let Some(cone) = cone
+        && !cone.holds(robot, q)
+    {
+        return Err(Error::Tilted {
+            which: which.into(),
+            angle: cone.angle(robot, q),
+            max_angle: cone.max_angle,
+        });
+    }
+    Ok(())
+}
+
+/// Returns the goal with every continuous joint turned the short way from `start`.
+pub fn short_way(robot: &Robot, start: &[f64], goal: &[f64]) -> Vec<f64> {
+    let mut out = goal.to_vec();
+    for (i, joint) in robot.joints().iter().enumerate() {
+        if joint.continuous && robot.links()[joint.link].joint.motion == Motion::Turn {
+            out[i] = start[i] + wrap(goal[i] - start[i]);
+        }
+    }
+    out
+}
+
+fn between(from: &[f64], to: &[f64], t: f64) -> Vec<f64> {
+    from.iter().zip(to).map(|(a, b)| a + t * (b - a)).collect()
+}
+
+/// Euclidean distance of two configurations, rad.
+pub(super) fn l2(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+}
+
+/// Returns the length of a polyline, rad.
+pub fn length(corners: &[Vec<f64>]) -> f64 {
+    corners.windows(2).map(|edge| l2(&edge[0], &edge[1])).sum()
+}
+
+/// Returns the edge and the configuration `along` rad from the start of a polyline.
+fn point_at(corners: &[Vec<f64>], along: f64) -> (usize, Vec<f64>) {
+    let mut left = along;
+    for edge in 0..corners.len() - 1 {
+        let size = l2(&corners[edge], &corners[edge + 1]);
+        if left <= size || edge + 2 == corners.len() {
+            let t = if size > 0.0 { (left / size).min(1.0) } else { 0.0 };
+            return (edge, between(&corners[edge], &corners[edge + 1], t));
+        }
+        left -= size;
+    }
+    (0, corners[0].clone())
+}
