@@ -212,7 +212,7 @@ fn one(
             .help("put the steps into a task and call that"));
     };
     let call = &act.call;
-    let graph = cell.graph(call).map_err(|error| report::cell_failure(&error, style))?;
+    cell.graph(call).map_err(|error| report::cell_failure(&error, style))?;
     let recorder = match record {
         None => None,
         Some(root) => Some(Recorder::create(root, &stamp(), &call.name.text).map_err(
@@ -225,7 +225,7 @@ fn one(
         )?),
     };
     cell.cancel().clear();
-    let run = cell.run_recorded(call, &graph, recorder, Box::new(Console::new(*style)));
+    let run = cell.run(call, recorder, Box::new(Console::new(*style)));
     let run = run.map_err(|error| report::cell_failure(&error, style))?;
     style.say(report::run::ending(&run, style));
     Ok(run)

@@ -3,8 +3,9 @@
 //! [`Limits::clear`] turns a [`Trajectory`] into a [`Cleared`] one, or says what is wrong with it. Every
 //! arm takes only `Cleared`, whose field nobody else can fill, so no command goes round this file.
 
-use crate::motion::robot::Robot;
 use crate::motion::trajectory::Trajectory;
+
+use super::stage::Cell;
 
 /// A trajectory that has passed the limits.
 #[derive(Debug, Clone)]
@@ -34,6 +35,66 @@ impl Default for Limits {
     fn default() -> Self {
         // 1.02 leaves room for the rounding of a trajectory timed exactly to its limits.
         Self { scale: 1.02, jump: 0.02, floor: 0.005 }
+    }
+}
+
+impl Limits {
+    /// Clears a trajectory that begins at the last command `from`, rad, or says what is wrong with it.
+    ///
+    /// Speeds, ranges and the tool's height are looked at every 10 ms: between two looks no joint turns
+    /// further than 0.8 deg at the highest speed there is.
+    ///
+    /// # Errors
+    ///
+    /// The first thing found, with joint, time, value and limit.
+    pub fn clear(
+        &self,
+        cell: &Cell,
+        trajectory: Trajectory,
+        from: &[f64],
+    ) -> Result<Cleared, LimitError> {
+        let robot = &cell.robot;
+        let begin = trajectory.sample(0.0).q;
+        for (i, (a, b)) in begin.iter().zip(from).enumerate() {
+            if (a - b).abs() > self.jump {
+                let jump_deg = (a - b).abs().to_degrees();
+                return Err(LimitError::Jump { joint: i + 1, jump_deg });
+            }
+        }
+        let ticks = (trajectory.duration() / 0.01).ceil() as usize;
+        for tick in 0..=ticks {
+            let time_s = tick as f64 * 0.01;
+            let at = trajectory.sample(time_s);
+            if at.q.iter().chain(&at.dq).any(|value| !value.is_finite()) {
+                return Err(LimitError::NotFinite { time_s });
+            }
+            for (i, limit) in robot.joints().iter().enumerate() {
+                let (q, dq) = (at.q[i], at.dq[i].abs());
+                if q < limit.lower - 1e-9 || q > limit.upper + 1e-9 {
+                    return Err(LimitError::Range {
+                        joint: i + 1,
+                        time_s,
+                        value_deg: q.to_degrees(),
+                        lower_deg: limit.lower.to_degrees(),
+                        upper_deg: limit.upper.to_degrees(),
+                    });
+                }
+                if dq > limit.velocity * self.scale {
+                    return Err(LimitError::Speed {
+                        joint: i + 1,
+                        time_s,
+                        value_deg_s: dq.to_degrees(),
+                        limit_deg_s: limit.velocity.to_degrees(),
+                    });
+                }
+            }
+            let height = super::plan::tool_pose(cell, &at.q).origin().z;
+            if height < self.floor {
+                let (height_mm, floor_mm) = (height * 1e3, self.floor * 1e3);
+                return Err(LimitError::Floor { height_mm, floor_mm, time_s });
+            }
+        }
+        Ok(Cleared { trajectory })
     }
 }
 

@@ -6,10 +6,13 @@
 
 use std::sync::Arc;
 
+use image::GrayImage;
 use nalgebra::Isometry3;
 
+use crate::alignment::overlay::annotate;
 use crate::alignment::vision::{self, Sighting};
-use crate::motion::ik;
+use crate::motion::ik::Solver;
+use crate::twin::render::{ArmLook, Marker, NOTHING, Options, TABLE, View, render};
 use crate::world::frame::{Object, Tool, World};
 use crate::world::{ObjectState, Pose, Scene, WorldState};
 
@@ -153,6 +156,7 @@ pub struct RealBody {
     camera: Box<dyn Camera>,
     calibration: Calibration,
     belief: Belief,
+    look: ArmLook,
     watcher: Watcher,
     photos: usize,
 }
@@ -165,9 +169,30 @@ impl RealBody {
         camera: Box<dyn Camera>,
         calibration: Calibration,
         belief: Belief,
+        look: ArmLook,
         watcher: Watcher,
     ) -> Self {
-        Self { cell, arm, camera, calibration, belief, watcher, photos: 0 }
+        Self { cell, arm, camera, calibration, belief, look, watcher, photos: 0 }
+    }
+
+    /// Returns where the arm hides the table from the camera, by its own report and a little more.
+    fn arm_in_picture(&self, camera: &crate::world::Camera, q: &[f64]) -> GrayImage {
+        let robot = &self.cell.robot;
+        let world_from_base = self.cell.scene.world_from_base;
+        let poses = robot.link_poses(q, robot.max_opening()).unwrap_or_default();
+        let links: Vec<_> = robot
+            .links()
+            .iter()
+            .zip(poses)
+            .map(|(link, pose)| (link.name.clone(), world_from_base.isometry() * pose))
+            .collect();
+        let view = View::of_arm(&self.cell.scene, &self.look, &links);
+        let frame = render(camera, &view, &Options::quick());
+        let (w, h) = (camera.intrinsics.width, camera.intrinsics.height);
+        let bodies = frame.ids.iter().map(|&id| if id == NOTHING || id == TABLE { 0 } else { 255 });
+        let mask = GrayImage::from_raw(w, h, bodies.collect()).unwrap_or_else(|| GrayImage::new(w, h));
+        // The arm is not quite where it says, and it casts a soft edge.
+        imageproc::morphology::dilate(&mask, imageproc::distance_transform::Norm::LInf, 12)
     }
 
     /// Returns where the tool really is at these reported joint positions (regression 3).
@@ -190,13 +215,20 @@ impl Body for RealBody {
     fn look(&mut self) -> Result<(), DeviceError> {
         let photo = self.camera.photo()?;
         let scene = self.cell.scene.clone();
-        let sightings = vision::see(&photo, &self.calibration.camera, &scene);
+        let camera = self.calibration.camera;
+        let q = self.arm.feedback()?.q;
+        let options = vision::Options {
+            ignore: Some(self.arm_in_picture(&camera, &q)),
+            ..vision::Options::default()
+        };
+        let sightings = vision::see(&photo, &camera, &scene, &options)
+            .map_err(|error| DeviceError::Unavailable(format!("the photograph is no use: {error}")))?;
         self.photos += 1;
         if let Ok(mut watcher) = self.watcher.lock() {
-            let image = vision::annotate(&photo, &self.calibration.camera, &scene, &sightings);
+            let image = annotate(&photo, &sightings);
             watcher.event(&Event::Picture { name: format!("look-{}", self.photos), image });
             for sighting in &sightings {
-                watcher.event(&Event::Note { text: sighting.summary() });
+                watcher.event(&Event::Note { text: summary(sighting) });
             }
         }
         self.belief.saw(&sightings);
@@ -210,7 +242,7 @@ impl Body for RealBody {
         let base_from_tool = self.cell.scene.world_from_base.inverse() * reported;
         let tip = base_from_tool * robot.flange_from_tool().inverse();
         // Out of reach by a hair: the uncorrected position is the best there is.
-        ik::follow(robot, &tip, q).unwrap_or_else(|| q.to_vec())
+        super::plan::follow(&Solver::new(robot), &tip, q).unwrap_or_else(|_| q.to_vec())
     }
 
     fn gripped(&mut self, grip: Grip, aim: Option<&str>) -> Result<(), DeviceError> {
@@ -244,6 +276,34 @@ impl Body for RealBody {
             _ => None,
         }
     }
+}
+
+/// Words a sighting.
+fn summary(seen: &Sighting) -> String {
+    match seen.world_from_object {
+        Some(pose) => {
+            let at = pose.origin();
+            format!(
+                "camera: {} at ({:.1}, {:.1}) cm, turned {:.1} deg, ± {:.1} mm, confidence {:.2}",
+                seen.name,
+                at.x * 100.0,
+                at.y * 100.0,
+                pose.yaw().to_degrees(),
+                seen.std * 1e3,
+                seen.confidence
+            )
+        }
+        None => format!(
+            "camera: {} not found: {}",
+            seen.name,
+            seen.reason.as_deref().unwrap_or("nothing in the picture looks like it")
+        ),
+    }
+}
+
+/// The ball on the gripper that the camera looks for.
+pub fn marker() -> Marker {
+    Marker::default()
 }
 
 /// Returns a rigid motion as the isometry it is; `D` of regression 3 in the form poses are moved by.

@@ -12,7 +12,7 @@ use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
 use crate::motion::robot::Robot;
-use crate::motion::trajectory::Trajectory;
+use crate::motion::trajectory::{self, Trajectory};
 use crate::world::frame::{Tool, World};
 use crate::world::{Pose, Scene, WorldState};
 
@@ -193,7 +193,7 @@ impl Stage {
         let planner = self.planner()?;
         let seed = self.chance.random();
         let path = planner.visit(at, seed)?;
-        self.follow(&path, 0.8)
+        self.drive_corners(&path, 0.8)
     }
 
     /// Returns the tool pose the arm itself reports.
@@ -312,7 +312,7 @@ impl Stage {
                 path
             }
         };
-        self.follow(&path, speed)
+        self.drive_corners(&path, speed)
     }
 
     /// `arm.move_by([x, y, z], speed)`: a straight line of the tool in the world, orientation kept.
@@ -330,23 +330,35 @@ impl Stage {
 
     /// `arm.follow(path, speed)`: a joint path at a fraction of the speed limits.
     pub fn follow(&mut self, path: &[Vec<f64>], speed: f64) -> Result<(), ActionError> {
-        let corrected = self.corrected(path);
-        let trajectory = Trajectory::along(&self.cell.robot, &corrected, speed.clamp(0.02, 1.0))
+        let trajectory = Trajectory::through_points(&self.corrected(path), &self.paced(speed))
             .map_err(|error| ActionError::Refused(error.to_string()))?;
         self.drive(trajectory, path)
     }
 
+    /// Follows straight joint motions from corner to corner, the corners a little rounded.
+    fn drive_corners(&mut self, corners: &[Vec<f64>], speed: f64) -> Result<(), ActionError> {
+        // Planning keeps a margin wider than a corner cut this short moves any point of the arm, rad.
+        const CUT: f64 = 0.05;
+        let corrected = self.corrected(corners);
+        let trajectory =
+            Trajectory::through_corners(&corrected, &self.paced(speed), CUT, &|_| true)
+                .map_err(|error| ActionError::Refused(error.to_string()))?;
+        self.drive(trajectory, corners)
+    }
+
+    /// Returns the robot's limits at a fraction of its speed.
+    fn paced(&self, speed: f64) -> trajectory::Limits {
+        let speed = speed.clamp(0.02, 1.0);
+        trajectory::Limits::of(&self.cell.robot).scaled(speed, speed)
+    }
+
     /// `arm.turn(path, rate)`: a joint path that turns the hand, at `rate` rad/s.
     pub fn turn(&mut self, path: &[Vec<f64>], rate: f64) -> Result<(), ActionError> {
-        let corrected = self.corrected(path);
-        let robot = &self.cell.robot;
-        let angle = self.planner_angle(path);
-        let mut trajectory = Trajectory::along(robot, &corrected, 1.0)
+        let angle = super::plan::turned_angle(&self.cell.robot, path);
+        let trajectory = Trajectory::through_points(&self.corrected(path), &self.paced(1.0))
             .map_err(|error| ActionError::Refused(error.to_string()))?;
-        let wanted = angle / rate.max(1e-3);
-        if wanted > trajectory.duration() {
-            trajectory = trajectory.stretched(wanted / trajectory.duration());
-        }
+        let slower = angle / rate.max(1e-3) / trajectory.duration().max(1e-3);
+        let trajectory = if slower > 1.0 { trajectory.slowed(slower) } else { trajectory };
         self.drive(trajectory, path)
     }
 
@@ -442,7 +454,7 @@ impl Stage {
     /// Clears a trajectory and follows it; the plan then has the arm at the end of `path`.
     fn drive(&mut self, trajectory: Trajectory, path: &[Vec<f64>]) -> Result<(), ActionError> {
         let from = self.body.arm().feedback()?.q_cmd;
-        let cleared = self.cell.limits.clear(&self.cell.robot, trajectory, &from)?;
+        let cleared = self.cell.limits.clear(&self.cell, trajectory, &from)?;
         let (watcher, cancel) = (self.watcher.clone(), self.cancel.clone());
         self.body.arm().follow(&cleared, &cancel, &mut ticks(&watcher))?;
         if let Some(last) = path.last() {
@@ -454,10 +466,6 @@ impl Stage {
     fn planner(&mut self) -> Result<Planner, ActionError> {
         let state = self.body.state()?;
         Ok(Planner::new(self.cell.clone(), state, self.q.clone(), self.cancel.clone()))
-    }
-
-    fn planner_angle(&self, path: &[Vec<f64>]) -> f64 {
-        super::plan::turned_angle(&self.cell.robot, path)
     }
 }
 

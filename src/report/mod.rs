@@ -3,11 +3,16 @@
 //! Layers below return data. What a person reads comes from here, always in the same order: what, where,
 //! what would help. Colour only repeats what the words say, and is left out for `NO_COLOR` and pipes.
 
-mod run;
+pub mod run;
 
 use std::io::{IsTerminal, Write};
 
 use serde_json::{Value, json};
+
+use crate::execution::stage::ActionError;
+use crate::graph;
+use crate::language::{self, Diagnostic, Library, Source};
+use crate::workcell;
 
 /// How to speak: to a person or a program, in colour or plain, at length or not at all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -165,4 +170,82 @@ pub fn complain(line: &str) {
 /// Returns a number as JSON, with `null` for what is not a number.
 pub fn number(value: f64) -> Value {
     serde_json::Number::from_f64(value).map_or(Value::Null, Value::Number)
+}
+
+/// Draws a diagnostic as the terminal can show it.
+pub fn diagnostic(diagnostic: &Diagnostic, source: &Source, style: &Style) -> String {
+    let look = if style.colour { language::Style::Colour } else { language::Style::Plain };
+    language::render(diagnostic, source, look)
+}
+
+/// Shows everything that is wrong with a text and sums it up as a failure.
+pub fn text_failure(diagnostics: &[Diagnostic], source: &Source, style: &Style) -> Failure {
+    let pairs: Vec<_> = diagnostics.iter().map(|d| (d.clone(), source.clone())).collect();
+    texts_failure(&pairs, style)
+}
+
+fn texts_failure(wrong: &[(Diagnostic, Source)], style: &Style) -> Failure {
+    let Some((first, source)) = wrong.iter().find(|(d, _)| d.is_error()).or(wrong.first()) else {
+        return Failure::input("task::empty", "there is nothing to run")
+            .help("type a call such as `pour(jar, cup)`");
+    };
+    if !style.json {
+        for (each, source) in wrong {
+            complain(diagnostic(each, source, style).trim_end());
+        }
+    }
+    let (line, column) = source.line_column(first.span.from);
+    let count = wrong.iter().filter(|(d, _)| d.is_error()).count();
+    let message = match count {
+        0 | 1 => first.message.clone(),
+        n => format!("{n} mistakes in the text; the first: {}", first.message),
+    };
+    let mut failure = Failure::input(first.code, message)
+        .at(format!("{}:{line}:{column}", source.name));
+    failure.help.clone_from(&first.help);
+    failure
+}
+
+/// Words why a call has no graph.
+pub fn problems_failure(problems: &[graph::Problem], library: &Library, asked: &Source) -> Failure {
+    let Some(first) = problems.first() else {
+        return Failure::input("graph::empty", "the call has no graph");
+    };
+    let written = library.callable(&first.within).map(|(_, source)| source);
+    let source = if first.within.is_empty() { asked } else { written.unwrap_or(asked) };
+    let mut failure = Failure::input(first.code, first.message.clone()).at(source.place(first.span));
+    failure.help.clone_from(&first.help);
+    failure
+}
+
+/// Words why a verb of the cell could not be done.
+pub fn cell_failure(error: &workcell::Error, style: &Style) -> Failure {
+    use workcell::Error;
+    let words = error.to_string();
+    match error {
+        Error::Text(wrong) => texts_failure(wrong, style),
+        Error::File { path, .. } => {
+            Failure::input("io::write", words).at(path.display().to_string())
+        }
+        Error::Graph(problems) => {
+            problems_failure(problems, &Library::new(), &Source::new("command line", ""))
+        }
+        Error::Branch(_) => Failure::no("graph::no_branch", words),
+        Error::NoScene(_) => Failure::input("scene::missing", words)
+            .help("add a `scene` item, or leave `--scene` out to use the kitchen"),
+        Error::Lab(_) => Failure::input("lab::settings", words),
+        Error::Calibrate(_) => Failure::no("align::failed", words)
+            .help("is the table in the picture, and do its dots match the scene's `marks`?"),
+        Error::NotSeen(_) => Failure::no("camera::not_seen", words)
+            .help("clear the view and try again; nothing has moved towards it"),
+        Error::NoSurvivor { .. } => Failure::no("plan::no_survivor", words)
+            .help("move the objects closer together or nearer to the arm; nothing has moved"),
+        Error::NothingToDo => Failure::input("run::empty", words),
+        Error::Action(action) => match action {
+            ActionError::Stopped => Failure::stopped(words),
+            ActionError::Device(_) => Failure::unavailable("device", words),
+            ActionError::Limit(_) => Failure::stopped(words),
+            _ => Failure::no("run::action", words),
+        },
+    }
 }

@@ -26,7 +26,7 @@ use crate::execution::trace::{Event, Observer};
 use crate::execution::walk::Walker;
 use crate::graph::{self, Graph, ParseGraph, infer};
 use crate::lab::{Lab, LabSettings};
-use crate::language::ast::{Call, Expr};
+use crate::language::ast::{Call, Expr, Step};
 use crate::language::{Diagnostic, Library, Source};
 use crate::motion::robot::Robot;
 use crate::twin::Settings;
@@ -50,7 +50,7 @@ pub enum Error {
     },
     /// The text has mistakes.
     #[error("{} mistakes in the text", .0.len())]
-    Text(Vec<(Diagnostic, Arc<Source>)>),
+    Text(Vec<(Diagnostic, Source)>),
     /// The call cannot be made a graph.
     #[error("{}", .0.iter().map(|p| p.message.as_str()).collect::<Vec<_>>().join("; "))]
     Graph(Vec<graph::Problem>),
@@ -153,13 +153,15 @@ impl WorkCell {
     /// What is wrong with the texts, all of it at once, or with the lab's settings.
     pub fn open(options: Options) -> Result<Self, Error> {
         let mut library = library(&options.stdlib);
-        let scene_source = options.scene.as_ref().map(|source| library.add(source.clone()));
+        let scene_source = options.scene.map(|source| library.add(source));
         let script = options.script.map(|source| library.add(source));
-        let wrong = library.check();
+        let scene = Arc::new(scene_of(&library, scene_source.or(script))?);
+        let scope = library.scope(&scene.name);
+        let wrong = library.check(&scope).into_iter().filter(Diagnostic::is_error);
+        let wrong = with_sources(&library, wrong);
         if !wrong.is_empty() {
             return Err(Error::Text(wrong));
         }
-        let scene = Arc::new(scene_of(&library, scene_source.or(script))?);
 
         let robot = Arc::new(Robot::gen3());
         let cell = Cell { robot: robot.clone(), scene: scene.clone(), limits: Limits::default() };
@@ -312,6 +314,12 @@ impl WorkCell {
         Ok(graph::retry(graph, &given, failed, index, tried)?)
     }
 
+    /// Checks a line typed at the prompt and returns what is wrong with it.
+    pub fn check_line(&self, step: &Step, source: &Source) -> Vec<Diagnostic> {
+        let scope = self.library.scope(&self.cell.scene.name);
+        self.library.check_step(step, source, &scope)
+    }
+
     fn now(&self) -> f64 {
         (self.clock)()
     }
@@ -363,9 +371,21 @@ fn scene_of(library: &Library, source: Option<usize>) -> Result<Scene, Error> {
         return Err(Error::NoScene("the library".into()));
     }
     let (item, from) = scenes.swap_remove(own.unwrap_or(0));
-    let from = Arc::new(from.clone());
-    Scene::from_item(item, &from)
-        .map_err(|wrong| Error::Text(wrong.into_iter().map(|d| (d, from.clone())).collect()))
+    Scene::from_item(item, from)
+        .map_err(|wrong| Error::Text(with_sources(library, wrong.into_iter())))
+}
+
+/// Puts beside each diagnostic the text it is about.
+fn with_sources(
+    library: &Library,
+    diagnostics: impl Iterator<Item = Diagnostic>,
+) -> Vec<(Diagnostic, Source)> {
+    diagnostics
+        .map(|diagnostic| {
+            let source = library.source_named(&diagnostic.file).cloned().unwrap_or_default();
+            (diagnostic, source)
+        })
+        .collect()
 }
 
 impl From<DeviceError> for Error {

@@ -1,14 +1,14 @@
 //! A call, carried out: rehearse, choose, perform, compare after each step, recover, and say how it went.
 
 use std::collections::BTreeMap;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
 use crate::execution::arm::Weighing;
 use crate::execution::stage::ActionError;
 use crate::execution::tape::Tape;
-use crate::execution::trace::{Event, Outcome, StepRecord};
+use crate::execution::trace::{Event, Observer, Outcome, StepRecord};
 use crate::execution::walk::{Done, Walker};
 use crate::graph::{self, Graph, ParseGraph};
 use crate::language::ast::{Call, Remedy};
@@ -17,6 +17,7 @@ use crate::monitor::{self, Comparison};
 use crate::world::WorldState;
 
 use super::rehearse::{Candidate, Rehearsal, Rehearsals};
+use super::record::Recorder;
 use super::{Error, WorkCell, tell};
 
 /// How many candidates are rehearsed for one attempt.
@@ -116,13 +117,36 @@ pub struct Run {
 }
 
 impl WorkCell {
-    /// Carries out a call on the arm, rehearsed first.
+    /// Carries out a call on the arm, rehearsed first, and keeps the run in a folder if one is given.
     ///
     /// # Errors
     ///
     /// Before anything moves: the call cannot be understood, an object is not seen, nothing survives the
     /// twin. Later failures are the run's outcome.
-    pub fn run(&mut self, call: &Call) -> Result<Run, Error> {
+    pub fn run(
+        &mut self,
+        call: &Call,
+        recorder: Option<Recorder>,
+        watcher: Box<dyn Observer + Send>,
+    ) -> Result<Run, Error> {
+        let recorder = recorder.map(|recorder| Arc::new(Mutex::new(recorder)));
+        let mut observers = vec![watcher];
+        if let Some(recorder) = &recorder {
+            observers.push(Box::new(Shared(recorder.clone())));
+        }
+        self.watched_by(observers);
+        let run = self.carry(call, recorder.as_ref());
+        self.watched_by(Vec::new());
+        let mut run = run?;
+        if let Some(recorder) = recorder {
+            let mut recorder = recorder.lock().unwrap_or_else(PoisonError::into_inner);
+            run.run_dir = Some(recorder.dir().display().to_string());
+            save(&mut recorder, &run)?;
+        }
+        Ok(run)
+    }
+
+    fn carry(&mut self, call: &Call, recorder: Option<&SharedRecorder>) -> Result<Run, Error> {
         let total = self.now();
         let mut run = Run {
             task: crate::language::text::call(call),
@@ -142,11 +166,17 @@ impl WorkCell {
         };
         // The call is understood before anything is done for it.
         let graph = self.graph(call)?;
+        if let Some(recorder) = recorder {
+            let drawing = graph::draw::to_svg(&graph, &graph::draw::Drawing::default());
+            let recorder = recorder.lock().unwrap_or_else(PoisonError::into_inner);
+            let path = recorder.dir().join("graph.svg");
+            recorder.write("graph.svg", &drawing).map_err(|error| Error::File { path, error })?;
+        }
         self.phase("perceive", "calibrating and looking");
         self.perceive()?;
         run.timing_s.perceive = self.now() - total;
         let start = self.state()?;
-        let result = self.attempt(&graph, &start, &mut run);
+        let result = self.attempt(&graph, &start, &mut run, recorder);
         match result {
             Ok(()) => {}
             Err(Error::Action(ActionError::Stopped)) => run.outcome = Ending::Stopped,
@@ -165,6 +195,7 @@ impl WorkCell {
         graph: &Graph,
         start: &WorldState,
         run: &mut Run,
+        recorder: Option<&SharedRecorder>,
     ) -> Result<(), Error> {
         let begin = self.now();
         self.phase("plan", "choosing parse graphs");
@@ -176,7 +207,7 @@ impl WorkCell {
             let best = self.rehearse(candidates, start, run)?;
             let begin = self.now();
             self.phase("execute", "the arm moves");
-            let failed = self.perform(&best, start, run);
+            let failed = self.perform(&best, start, run, recorder);
             run.timing_s.execute += self.now() - begin;
             let Some((index, reason)) = failed? else {
                 run.outcome = Ending::Success;
@@ -193,7 +224,7 @@ impl WorkCell {
             let plan = pg.recoveries[recovery].clone();
             *used.entry(plan.path.clone()).or_default() += 1;
             self.note(&format!("recovering: {}", plan.path));
-            self.carry_out(&plan.steps, start, run)?;
+            self.carry_out(&plan.steps, start, run, recorder)?;
             match plan.remedy {
                 Some(Remedy::Retry { other, .. }) => {
                     let from = if other {
@@ -288,6 +319,7 @@ impl WorkCell {
         rehearsal: &Rehearsal,
         start: &WorldState,
         run: &mut Run,
+        recorder: Option<&SharedRecorder>,
     ) -> Result<Option<(usize, String)>, Error> {
         let pg = &rehearsal.candidate.pg;
         run.parse_graphs.push(pg.clone());
@@ -322,6 +354,9 @@ impl WorkCell {
             let record = record(pg, number, done, comparison, twin);
             self.tell(&Event::StepEnd { record: Box::new(record.clone()) });
             run.steps.push(record);
+            if let Some(recorder) = recorder {
+                save(&mut recorder.lock().unwrap_or_else(PoisonError::into_inner), run)?;
+            }
             self.photo_for_run(&format!("{number:02}-after-real"))?;
             if let Some(view) = rehearsal.views.get(k) {
                 self.twin_picture(&format!("{number:02}-after-twin"), view);
@@ -340,6 +375,7 @@ impl WorkCell {
         steps: &[graph::Step],
         start: &WorldState,
         run: &mut Run,
+        recorder: Option<&SharedRecorder>,
     ) -> Result<(), Error> {
         if steps.is_empty() {
             return Ok(());
@@ -355,7 +391,7 @@ impl WorkCell {
         let candidates =
             (0..2).map(|variant| Candidate { pg: pg.clone(), from: 0, variant }).collect();
         let best = self.rehearse(candidates, start, run)?;
-        self.perform(&best, start, run)?;
+        self.perform(&best, start, run, recorder)?;
         Ok(())
     }
 
@@ -398,6 +434,22 @@ impl WorkCell {
             measured_by: self.robot_name.clone(),
         })
     }
+}
+
+type SharedRecorder = Arc<Mutex<Recorder>>;
+
+/// A recorder that the run also writes to itself.
+struct Shared(SharedRecorder);
+
+impl Observer for Shared {
+    fn event(&mut self, event: &Event) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).event(event);
+    }
+}
+
+fn save(recorder: &mut Recorder, run: &Run) -> Result<(), Error> {
+    let path = recorder.dir().join("run.json");
+    recorder.save(run).map_err(|error| Error::File { path, error })
 }
 
 /// Returns the first step of the smallest sub-task that holds a step, to be done again.

@@ -9,13 +9,13 @@ mod pour;
 
 use std::sync::Arc;
 
-use nalgebra::{DVector, Vector3};
+use nalgebra::{DVector, Unit, Vector3};
 
 use crate::motion::collision::{CollisionWorld, Obstacle};
 use crate::motion::dynamics::{Bodies, Dynamics, GRAVITY};
 use crate::motion::ik::{self, Solver};
 use crate::motion::robot::Robot;
-use crate::motion::rrt;
+use crate::motion::rrt::{self, Cone};
 use crate::motion::solid::Solid;
 use crate::world::frame::{Base, Flange, Object, Tool, World};
 use crate::world::{Pose, WorldState};
@@ -205,22 +205,34 @@ impl Planner {
     /// rad, of what is in the hand from upright.
     pub fn free(&self, q: &[f64], tilt: Option<f64>, seed: u64) -> Result<Vec<Vec<f64>>, NoWay> {
         let world = self.obstacles(&[], self.state.opening);
-        let what = "to get there".to_owned();
-        let held = self.in_hand();
-        let upright = |q: &[f64]| match (&held, tilt) {
-            (Some((_, tool_from_object)), Some(most)) => {
-                (self.tool_at(q) * *tool_from_object).tilt() <= most
-            }
-            _ => true,
+        let cone = match (self.in_hand(), tilt) {
+            (Some((_, tool_from_object)), Some(max_angle)) => Some(Cone {
+                axis_in_flange: Unit::new_normalize(
+                    (self.robot().flange_from_tool() * tool_from_object).axis(2),
+                ),
+                up_in_base: Unit::new_normalize(
+                    self.cell.scene.world_from_base.inverse().rotation() * Vector3::z(),
+                ),
+                max_angle,
+            }),
+            _ => None,
         };
-        let request = rrt::Request {
-            start: self.q.clone(),
-            goals: vec![q.to_vec()],
-            seed,
-            upright: tilt.is_some().then_some(&upright),
-        };
-        rrt::plan(&self.cell.robot, &world, &request, self.cancel.flag())
-            .map_err(|error| NoWay { what, why: Why::NoPath(error.to_string()) })
+        let solver = Solver::new(self.robot());
+        let goals = [rrt::short_way(self.robot(), &self.q, q)];
+        let settings = rrt::Settings::seeded(seed);
+        let found = rrt::plan(
+            &solver,
+            &world,
+            &self.q,
+            &goals,
+            cone.as_ref(),
+            &settings,
+            self.cancel.flag(),
+        );
+        let what = || "to get there".to_owned();
+        found
+            .map(|path| path.corners)
+            .map_err(|error| NoWay { what: what(), why: Why::NoPath(error.to_string()) })
     }
 
     /// Returns the joint path of a straight line of the tool by `by` m in the world, orientation kept.

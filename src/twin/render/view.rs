@@ -179,9 +179,16 @@ impl View {
                 paint: paint_of(object),
             });
         }
+        let arm = Self::of_arm(scene, look, links);
+        bodies.extend(arm.bodies);
+        Self { bodies, ..arm }
+    }
+
+    /// Returns the view of the table and the arm alone.
+    pub fn of_arm(scene: &Scene, look: &ArmLook, links: &[(String, Isometry3<f64>)]) -> Self {
         let poses: BTreeMap<&str, Isometry3<f64>> =
             links.iter().map(|(name, pose)| (name.as_str(), *pose)).collect();
-        bodies.extend(look.bodies(&poses));
+        let bodies = look.bodies(&poses);
         let marker = look.marker.and_then(|marker| marker.ball(&poses));
         Self {
             table: scene.table,
