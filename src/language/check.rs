@@ -282,7 +282,9 @@ impl<'a> Checker<'a> {
             self.step(step, names);
         }
         let mut called = Vec::new();
-        steps.iter().for_each(|step| calls(step, &mut called));
+        for step in steps {
+            calls(step, &mut called);
+        }
         for recovery in recoveries {
             if let Some(of) = &recovery.of {
                 if self.library.callable(&of.name.text).is_none() {

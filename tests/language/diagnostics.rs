@@ -322,9 +322,13 @@ fn each_kind_of_mistake_is_named_with_what_would_help() {
 
 #[test]
 fn one_mistake_is_told_once() {
-    for text in
-        ["pour(jra, cup)", "lift(jar, by: 12 parsecs)", "pour(jar, cup", "task t() { tilt( }"]
-    {
+    for text in [
+        "pour(jra, cup)",
+        "lift(jar, by: 12 parsecs)",
+        "pour(jar, cup",
+        "task t() { tilt( }",
+        "check height(jar) > 5 parsecs",
+    ] {
         assert_eq!(checked(text).len(), 1, "{text}: {:?}", checked(text));
     }
 }

@@ -39,9 +39,8 @@ const RESERVED: &[&str] = &[
 
 /// Returns what is wrong with a slice.
 pub(super) fn explain(place: Place, slice: &str, original: &ToOriginal) -> Vec<Diagnostic> {
-    let code: Vec<Token> =
-        tokens(slice).into_iter().filter(|t| !matches!(t.kind, Kind::Note | Kind::Doc)).collect();
-    let units = wrong_units(slice, &code, original);
+    let code = code(slice);
+    let units = wrong_units(slice, original);
     if !units.is_empty() {
         return units;
     }
@@ -59,9 +58,15 @@ pub(super) fn explain(place: Place, slice: &str, original: &ToOriginal) -> Vec<D
     vec![expected(place, slice, &code, original)]
 }
 
-/// A number with a word beside it that is no unit.
-fn wrong_units(slice: &str, code: &[Token], original: &ToOriginal) -> Vec<Diagnostic> {
+/// The tokens that are no notes.
+fn code(slice: &str) -> Vec<Token> {
+    tokens(slice).into_iter().filter(|t| !matches!(t.kind, Kind::Note | Kind::Doc)).collect()
+}
+
+/// Numbers with a word beside them that is no unit.
+pub(super) fn wrong_units(slice: &str, original: &ToOriginal) -> Vec<Diagnostic> {
     let mut out = Vec::new();
+    let code = code(slice);
     for (i, pair) in code.windows(2).enumerate() {
         let [number, word] = pair else { continue };
         if number.kind != Kind::Number || word.kind != Kind::Word || word.first_on_line {
@@ -309,8 +314,9 @@ mod tests {
     #[test]
     fn the_grammar_spells_exactly_the_units_of_the_table() {
         for (unit, ..) in UNITS {
-            let read = TaskParser::parse(Rule::quant, &format!("5 {unit}")).unwrap();
-            assert_eq!(read.as_str(), format!("5 {unit}"), "the grammar lacks `{unit}`");
+            let text = format!("5 {unit}");
+            let read = TaskParser::parse(Rule::quant, &text).unwrap();
+            assert_eq!(read.as_str(), text, "the grammar lacks `{unit}`");
         }
         let grammar = include_str!("../../../grammar/task.pest");
         let rule = grammar.split("unit_name = _{").nth(1).unwrap().split('}').next().unwrap();

@@ -9,6 +9,7 @@ use super::super::ast::{
 };
 use super::super::diagnostic::Diagnostic;
 use super::build::{Builder, find, number, unquote};
+use super::expression::no_name;
 use super::{Pair, Place, Rule};
 use crate::units::Dimension;
 
@@ -22,7 +23,7 @@ impl Builder<'_> {
     ) -> SceneItem {
         let mut item = SceneItem {
             doc,
-            name: self.no_name(span),
+            name: no_name(span),
             things: Vec::new(),
             marks: Vec::new(),
             cameras: Vec::new(),
@@ -297,8 +298,8 @@ impl Builder<'_> {
             }
         }
         let mut names = names.into_iter();
-        let name = names.next().unwrap_or_else(|| self.no_name(span));
-        let of = names.next().unwrap_or_else(|| self.no_name(span));
+        let name = names.next().unwrap_or_else(|| no_name(span));
+        let of = names.next().unwrap_or_else(|| no_name(span));
         TwinItem { doc, name, of, effects, span }
     }
 
