@@ -309,6 +309,20 @@ impl Library {
         ancestor == builtins::OBJECT
     }
 
+    /// Returns the scene that is meant when nobody names one: the last one a user's file defines, else
+    /// [`DEFAULT_SCENE`].
+    pub fn default_scene(&self) -> &str {
+        let own =
+            self.files.iter().filter(|f| !STANDARD.iter().any(|(name, _)| *name == f.source.name));
+        own.flat_map(|file| &file.program.items)
+            .filter_map(|item| match item {
+                Item::Scene(scene) => Some(scene.name.text.as_str()),
+                _ => None,
+            })
+            .last()
+            .unwrap_or(DEFAULT_SCENE)
+    }
+
     /// Returns the objects of a scene: what names mean while that scene is on the table.
     pub fn scope(&self, scene: &str) -> Scope {
         let objects = self.scene(scene).map_or_else(BTreeMap::new, |(scene, _)| {

@@ -59,7 +59,7 @@ impl Builder<'_> {
             match part.as_rule() {
                 Rule::property => properties.extend(self.property(&part)),
                 Rule::bad_entry => {
-                    self.bad(&part, Place::Entry);
+                    self.bad(&part, Place::Property);
                 }
                 _ => {}
             }
@@ -82,7 +82,7 @@ impl Builder<'_> {
                         span: self.span(&part),
                     });
                 }
-                Rule::bad_args => self.bad_list(pair, &part, Place::Args),
+                Rule::bad_args => self.bad_list(pair, &part, Place::Extents),
                 _ => {}
             }
         }
@@ -137,7 +137,7 @@ impl Builder<'_> {
                     }
                 }
                 Rule::bad_entry => {
-                    self.bad(&part, Place::Entry);
+                    self.bad(&part, Place::Point);
                 }
                 _ => {}
             }
@@ -160,7 +160,7 @@ impl Builder<'_> {
                 Rule::place => at = self.place(&part),
                 Rule::looking => looking = self.place(&part),
                 Rule::bad_entry => {
-                    self.bad(&part, Place::Entry);
+                    self.bad(&part, Place::View);
                 }
                 _ => {}
             }
@@ -292,7 +292,7 @@ impl Builder<'_> {
                 Rule::id => names.push(self.name(&pair)),
                 Rule::effect => effects.extend(self.effect(&pair)),
                 Rule::bad_entry => {
-                    self.bad(&pair, Place::Entry);
+                    self.bad(&pair, Place::Effect);
                 }
                 _ => {}
             }
@@ -336,7 +336,7 @@ impl Builder<'_> {
                     parameters.push(EffectParameter { name, value, std });
                 }
                 Rule::bad_entry => {
-                    self.bad(&part, Place::Entry);
+                    self.bad(&part, Place::Parameter);
                 }
                 _ => {}
             }
