@@ -508,7 +508,8 @@ pub fn significant(value: f64, digits: usize) -> String {
     if !(-5..=9).contains(&exponent) {
         return rounded;
     }
-    let decimals = usize::try_from(digits as i64 - 1 - i64::from(exponent)).unwrap_or(0);
+    let decimals = i32::try_from(digits).map_or(0, |n| n - 1 - exponent);
+    let decimals = usize::try_from(decimals).unwrap_or(0);
     let text = format!("{value:.decimals$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }

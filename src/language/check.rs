@@ -33,11 +33,20 @@ pub(super) struct Checker<'a> {
     diagnostics: Vec<Diagnostic>,
     /// Fluents whose type is being worked out, outermost first.
     pending: Vec<String>,
+    /// The types of the fluents worked out so far.
+    fluents: BTreeMap<String, Ty>,
 }
 
 impl<'a> Checker<'a> {
     pub(super) fn new(library: &'a Library, scope: &'a Scope, source: &'a Source) -> Self {
-        Self { library, scope, source, diagnostics: Vec::new(), pending: Vec::new() }
+        Self {
+            library,
+            scope,
+            source,
+            diagnostics: Vec::new(),
+            pending: Vec::new(),
+            fluents: BTreeMap::new(),
+        }
     }
 
     /// Returns what was found, with the name of its file.
@@ -54,6 +63,8 @@ impl<'a> Checker<'a> {
 
     /// Checks a whole file.
     pub(super) fn program(&mut self, program: &Program) {
+        // What a script's `let` names, its later steps know.
+        let mut names = Names::new();
         for item in &program.items {
             match item {
                 Item::Type(item) => {
@@ -86,7 +97,7 @@ impl<'a> Checker<'a> {
                         self.unknown(&item.of.text, item.of.span, "scene", &names);
                     }
                 }
-                Item::Run(step) => self.top_step(step),
+                Item::Run(step) => self.step(step, &mut names),
                 Item::Import(_) | Item::Model(_) | Item::Bad(_) => {}
             }
         }
@@ -282,7 +293,9 @@ impl<'a> Checker<'a> {
             self.step(step, names);
         }
         let mut called = Vec::new();
-        steps.iter().for_each(|step| calls(step, &mut called));
+        for step in steps {
+            calls(step, &mut called);
+        }
         for recovery in recoveries {
             if let Some(of) = &recovery.of {
                 if self.library.callable(&of.name.text).is_none() {
@@ -735,27 +748,12 @@ impl<'a> Checker<'a> {
             );
             return Ty::Any;
         }
-        // Most are comparisons or conditions; only then is there nothing to work out.
-        if matches!(
-            fluent.body.kind,
-            ExprKind::Not(_)
-                | ExprKind::Within(..)
-                | ExprKind::Bool(_)
-                | ExprKind::Binary(
-                    _,
-                    BinaryOp::Or
-                        | BinaryOp::And
-                        | BinaryOp::Eq
-                        | BinaryOp::Ne
-                        | BinaryOp::Le
-                        | BinaryOp::Ge
-                        | BinaryOp::Lt
-                        | BinaryOp::Gt,
-                    _
-                )
-        ) && self.pending.len() > 8
-        {
-            return Ty::Bool;
+        if let Some(ty) = self.fluents.get(name) {
+            return ty.clone();
+        }
+        // Fluents of fluents of fluents: beyond this nobody follows, and neither does the stack.
+        if self.pending.len() > 64 {
+            return Ty::Any;
         }
         self.pending.push(name.clone());
         let told = self.diagnostics.len();
@@ -769,6 +767,7 @@ impl<'a> Checker<'a> {
         let cycle = self.diagnostics[told..].iter().any(|d| d.code == "task::cycle");
         self.diagnostics.truncate(told);
         self.pending.pop();
+        self.fluents.insert(name.clone(), ty.clone());
         if cycle && self.pending.len() == 1 {
             self.tell(
                 Diagnostic::error(

@@ -183,7 +183,7 @@ pub fn render(diagnostic: &Diagnostic, source: &Source, style: Style) -> String 
     let mut out = String::new();
     let drawn = match style {
         Style::Narrated => {
-            NarratableReportHandler::new().with_context_lines(0).render_report(&mut out, &view)
+            NarratableReportHandler::new().with_context_lines(1).render_report(&mut out, &view)
         }
         Style::Colour | Style::Plain => {
             let theme = match style {

@@ -95,16 +95,13 @@ impl Library {
             diagnostic.file.clone_from(&source.name);
         }
         let file = File { source, program, diagnostics };
-        let at = match self.files.iter().position(|f| f.source.name == file.source.name) {
-            Some(at) => {
-                self.files[at] = file;
-                at
-            }
-            None => {
-                self.files.push(file);
-                self.files.len() - 1
-            }
-        };
+        let known = self.files.iter().position(|f| f.source.name == file.source.name);
+        let at = known.unwrap_or(self.files.len());
+        if known.is_some() {
+            self.files[at] = file;
+        } else {
+            self.files.push(file);
+        }
         self.reindex();
         at
     }
@@ -312,6 +309,20 @@ impl Library {
         ancestor == builtins::OBJECT
     }
 
+    /// Returns the scene that is meant when nobody names one: the last one a user's file defines, else
+    /// [`DEFAULT_SCENE`].
+    pub fn default_scene(&self) -> &str {
+        let own =
+            self.files.iter().filter(|f| !STANDARD.iter().any(|(name, _)| *name == f.source.name));
+        own.flat_map(|file| &file.program.items)
+            .filter_map(|item| match item {
+                Item::Scene(scene) => Some(scene.name.text.as_str()),
+                _ => None,
+            })
+            .last()
+            .unwrap_or(DEFAULT_SCENE)
+    }
+
     /// Returns the objects of a scene: what names mean while that scene is on the table.
     pub fn scope(&self, scene: &str) -> Scope {
         let objects = self.scene(scene).map_or_else(BTreeMap::new, |(scene, _)| {
@@ -332,7 +343,18 @@ impl Library {
         let mut out = file.diagnostics.clone();
         let mut checker = Checker::new(self, scope, &file.source);
         checker.program(&file.program);
-        out.extend(checker.finish());
+        // What stands at a place that could not be read is wrong because of that: `12 parsecs` has a
+        // wrong unit, not none.
+        let text = &file.source.text;
+        let because = |d: &Diagnostic| {
+            file.diagnostics.iter().any(|syntax| {
+                syntax.span.from >= d.span.from
+                    && text
+                        .get(d.span.to.min(syntax.span.from)..syntax.span.from)
+                        .is_some_and(|between| between.chars().all(|c| c == ' '))
+            })
+        };
+        out.extend(checker.finish().into_iter().filter(|d| !because(d)));
         out.sort_by_key(|d| (d.span.from, d.span.to));
         out
     }

@@ -225,6 +225,67 @@ fn each_kind_of_mistake_is_named_with_what_would_help() {
             "put quantities of one kind on both sides",
         ),
         (
+            "pour jar cup",
+            "task::call",
+            "what `pour` acts on stands in parentheses",
+            "write `pour(jar, cup)`",
+        ),
+        ("pour(jar, cup);", "task::separator", "steps need no `;` between them", "remove the `;`"),
+        (
+            "lift(jar, by = 12 cm)",
+            "task::equals",
+            "an argument is given with `:`, not with `=`",
+            "write `by: 12 cm`",
+        ),
+        (
+            "check height(jar) = 3 cm",
+            "task::equals",
+            "`=` gives a value; it does not compare",
+            "write `==` with `within` and a tolerance, or `>=`, `<=`",
+        ),
+        (
+            "repeat 3 times { look() }",
+            "task::loop",
+            "a repetition says how often at most",
+            "write `repeat upto 3 times { … }`",
+        ),
+        (
+            "either a { look() }",
+            "task::syntax",
+            "something is missing after this",
+            "a choice has at least two branches: `or other { … }`",
+        ),
+        (
+            "pick(jar) wihle held(jar)",
+            "task::keyword",
+            "`wihle` cannot start anything here",
+            "did you mean `while`?",
+        ),
+        (
+            "look",
+            "task::syntax",
+            "something is missing after this",
+            "to run `look`, write `look(…)` with what it acts on",
+        ),
+        (
+            "action a() {\n    look()\n    run \"a.rhai\"\n}",
+            "task::syntax",
+            "an action runs one script and has no steps",
+            "make it a task, or call `look` from the script",
+        ),
+        (
+            "scene s { c: Container = cylinder(radius 8 cm height 9 cm) }",
+            "task::comma",
+            "missing `,` before `height`",
+            "separate arguments with commas",
+        ),
+        (
+            "scene s { c: Container = cylinder(radius 8 cm, height 9 cm) { looks blue } }",
+            "task::syntax",
+            "`blue` cannot stand here",
+            "",
+        ),
+        (
             "check lvel(jar)",
             "task::unknown_name",
             "there is no fluent `lvel`",
@@ -322,9 +383,25 @@ fn each_kind_of_mistake_is_named_with_what_would_help() {
 
 #[test]
 fn one_mistake_is_told_once() {
-    for text in
-        ["pour(jra, cup)", "lift(jar, by: 12 parsecs)", "pour(jar, cup", "task t() { tilt( }"]
-    {
+    for text in [
+        "pour(jra, cup)",
+        "lift(jar, by: 12 parsecs)",
+        "pour(jar, cup",
+        "task t() { tilt( }",
+        "check height(jar) > 5 parsecs",
+    ] {
         assert_eq!(checked(text).len(), 1, "{text}: {:?}", checked(text));
     }
+}
+
+#[test]
+fn fluents_of_fluents_are_followed_once_and_not_forever() {
+    // Followed anew at each mention, sixty doublings would outlast the arm.
+    let mut text = String::from("fluent f0(o: Object) = height(o) > 1 cm\n");
+    for i in 1..60 {
+        let before = i - 1;
+        text += &format!("fluent f{i}(o: Object) = f{before}(o) and f{before}(o)\n");
+    }
+    text += "check f59(jar)\n";
+    assert_eq!(checked(&text), []);
 }

@@ -62,7 +62,7 @@ fn item_starts(text: &str) -> Vec<usize> {
     for line in text.split_inclusive('\n') {
         let word = line.split(' ').next().unwrap();
         let item = ["task", "action", "fluent", "type", "scene"].contains(&word);
-        if (item && !documented) || (line.starts_with("///") && !documented) {
+        if !documented && (item || line.starts_with("///")) {
             starts.push(at);
         }
         documented = line.starts_with("///");

@@ -10,7 +10,8 @@ use super::super::ast::{
 };
 use super::super::diagnostic::Diagnostic;
 use super::brackets::Balanced;
-use super::explain::explain;
+use super::explain::{explain, wrong_units};
+use super::expression::nothing;
 use super::{Pair, Place, Rule};
 
 /// Builds the tree of one balanced piece and collects what is wrong in it.
@@ -51,11 +52,18 @@ impl<'a> Builder<'a> {
     pub(super) fn bad(&mut self, pair: &Pair, place: Place) -> Span {
         let span = self.span(pair);
         if !self.balanced.mended(span) {
-            let slice = pair.as_str();
-            let base = pair.as_span().start();
-            let to_original =
-                |from: usize, to: usize| self.balanced.original(base + from, base + to);
-            self.diagnostics.extend(explain(place, slice, &to_original));
+            let text = &self.balanced.text;
+            let (from, to) = (pair.as_span().start(), pair.as_span().end());
+            // `12 parsecs`: the number has been read, and only with it the word makes sense.
+            let before = text[..from].trim_end_matches([' ', '\t']);
+            let digits = before.trim_end_matches(|c: char| c.is_ascii_digit() || c == '.').len();
+            let with_number = |a: usize, b: usize| self.balanced.original(digits + a, digits + b);
+            let mut found = wrong_units(&text[digits..to], &with_number);
+            if found.is_empty() {
+                let to_original = |a: usize, b: usize| self.balanced.original(from + a, from + b);
+                found = explain(place, &text[from..to], &to_original);
+            }
+            self.diagnostics.extend(found);
         }
         span
     }
@@ -63,9 +71,9 @@ impl<'a> Builder<'a> {
     /// Reads the pairs of a `file`.
     pub(super) fn file(&mut self, pairs: pest::iterators::Pairs<Rule>) -> Vec<Item> {
         let mut items = Vec::new();
-        for pair in pairs.flat_map(|file| file.into_inner()) {
+        for pair in pairs.flat_map(Pair::into_inner) {
             let span = self.span(&pair);
-            let doc = self.doc(&pair);
+            let doc = Self::doc(&pair);
             let rule = pair.as_rule();
             let mut inner = pair
                 .clone()
@@ -144,7 +152,7 @@ impl<'a> Builder<'a> {
             doc,
             name: Name { text: String::new(), span },
             params: Vec::new(),
-            body: self.nothing(span),
+            body: nothing(span),
             ask: None,
             span,
         };
@@ -512,7 +520,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Returns the documentation lines of an item, without their slashes.
-    fn doc(&self, pair: &Pair) -> Vec<String> {
+    fn doc(pair: &Pair) -> Vec<String> {
         pair.clone()
             .into_inner()
             .take_while(|p| p.as_rule() == Rule::doc)

@@ -20,10 +20,11 @@ type ToOriginal<'a> = dyn Fn(usize, usize) -> Span + 'a;
 const ITEMS: &[&str] = &["task", "action", "fluent", "type", "scene", "twin", "model", "import"];
 const STEPS: &[&str] = &[
     "either", "if", "repeat", "together", "check", "let", "needs", "keeps", "gives", "say",
-    "limit", "timing", "retry", "abort",
+    "limit", "timing", "retry", "abort", "while", "until", "then", "else",
 ];
 const CLAUSES: &[&str] = &["needs", "keeps", "gives", "run", "limit"];
-const ENTRIES: &[&str] = &["marks", "camera", "robot", "effect", "image", "focal", "looking", "at"];
+const ENTRIES: &[&str] = &["marks", "camera", "robot"];
+const VIEWS: &[&str] = &["image", "focal", "looking", "at"];
 
 /// Words that may follow a number and are no units.
 const AFTER_NUMBER: &[&str] = &[
@@ -39,9 +40,8 @@ const RESERVED: &[&str] = &[
 
 /// Returns what is wrong with a slice.
 pub(super) fn explain(place: Place, slice: &str, original: &ToOriginal) -> Vec<Diagnostic> {
-    let code: Vec<Token> =
-        tokens(slice).into_iter().filter(|t| !matches!(t.kind, Kind::Note | Kind::Doc)).collect();
-    let units = wrong_units(slice, &code, original);
+    let code = code(slice);
+    let units = wrong_units(slice, original);
     if !units.is_empty() {
         return units;
     }
@@ -53,15 +53,24 @@ pub(super) fn explain(place: Place, slice: &str, original: &ToOriginal) -> Vec<D
             "expected something here",
         )];
     };
+    if let Some(found) = habit(place, slice, &code, original) {
+        return vec![found];
+    }
     if let Some(found) = misspelt(place, slice, &code, *first, original) {
         return vec![found];
     }
     vec![expected(place, slice, &code, original)]
 }
 
-/// A number with a word beside it that is no unit.
-fn wrong_units(slice: &str, code: &[Token], original: &ToOriginal) -> Vec<Diagnostic> {
+/// The tokens that are no notes.
+fn code(slice: &str) -> Vec<Token> {
+    tokens(slice).into_iter().filter(|t| !matches!(t.kind, Kind::Note | Kind::Doc)).collect()
+}
+
+/// Numbers with a word beside them that is no unit.
+pub(super) fn wrong_units(slice: &str, original: &ToOriginal) -> Vec<Diagnostic> {
     let mut out = Vec::new();
+    let code = code(slice);
     for (i, pair) in code.windows(2).enumerate() {
         let [number, word] = pair else { continue };
         if number.kind != Kind::Number || word.kind != Kind::Word || word.first_on_line {
@@ -97,6 +106,105 @@ fn wrong_units(slice: &str, code: &[Token], original: &ToOriginal) -> Vec<Diagno
     out
 }
 
+/// What other languages have taught people to write.
+fn habit(place: Place, slice: &str, code: &[Token], original: &ToOriginal) -> Option<Diagnostic> {
+    let text = |i: usize| code.get(i).map_or("", |t| t.text(slice));
+    let first = code.first()?;
+    let tell = |at: &Token, code: &'static str, message: String, label: &str, help: String| {
+        Some(Diagnostic::error(code, original(at.from, at.to), message, label).help(help))
+    };
+    if place == Place::Args {
+        let at = code.iter().position(|t| t.text(slice) == "=")?;
+        let name = text(at.checked_sub(1)?);
+        let end = code[at..].iter().find(|t| matches!(t.text(slice), "," | ")"));
+        let value = slice[code[at].to..end.map_or(slice.len(), |t| t.from)].trim();
+        return tell(
+            &code[at],
+            "task::equals",
+            "an argument is given with `:`, not with `=`".into(),
+            "expected `:`",
+            format!("write `{name}: {value}`"),
+        );
+    }
+    if !matches!(place, Place::Step | Place::Item | Place::Clause) {
+        return None;
+    }
+    match text(0) {
+        "=" => tell(
+            first,
+            "task::equals",
+            "`=` gives a value; it does not compare".into(),
+            "expected a comparison",
+            "write `==` with `within` and a tolerance, or `>=`, `<=`".into(),
+        ),
+        sign @ (";" | ",") => tell(
+            first,
+            "task::separator",
+            format!("steps need no `{sign}` between them"),
+            "not needed",
+            format!("remove the `{sign}`"),
+        ),
+        "and" => tell(
+            first,
+            "task::separator",
+            "`and` joins conditions, not steps".into(),
+            "expected a step",
+            "write `then`, or nothing at all: steps run one after the other".into(),
+        ),
+        word @ ("while" | "for" | "loop") => tell(
+            first,
+            "task::loop",
+            format!("there is no `{word}` loop: every loop has an end"),
+            "not a step",
+            "write `repeat upto 10 times { … } until …`; after a call, `while` says what must hold"
+                .into(),
+        ),
+        "repeat" if code.get(1).is_some_and(|t| t.kind == Kind::Number) => tell(
+            &code[1],
+            "task::loop",
+            "a repetition says how often at most".into(),
+            "expected `upto`",
+            format!("write `repeat upto {} times {{ … }}`", text(1)),
+        ),
+        "on" if place == Place::Item && text(1) == "failure" => tell(
+            first,
+            "task::recovery",
+            "a recovery belongs to a task".into(),
+            "outside of any",
+            "put it between the braces of the task whose failure it answers".into(),
+        ),
+        name if place == Place::Clause && first.kind == Kind::Word && text(1) == "(" => tell(
+            first,
+            "task::syntax",
+            "an action runs one script and has no steps".into(),
+            "a step",
+            format!("make it a task, or call `{name}` from the script"),
+        ),
+        name if text(1) == "[" => tell(
+            &code[1],
+            "task::syntax",
+            "`[` cannot stand here".into(),
+            "expected `(`",
+            format!("arguments stand in parentheses: `{name}(…)`"),
+        ),
+        // `pour jar cup`: a command line's habit.
+        name if code.len() > 1
+            && code.iter().all(|t| t.kind == Kind::Word && !RESERVED.contains(&t.text(slice)))
+            && nearest(name, ITEMS.iter().chain(STEPS).copied()).is_none() =>
+        {
+            let args: Vec<&str> = code[1..].iter().map(|t| t.text(slice)).collect();
+            tell(
+                &code[1],
+                "task::call",
+                format!("what `{name}` acts on stands in parentheses"),
+                "expected `(`",
+                format!("write `{name}({})`", args.join(", ")),
+            )
+        }
+        _ => None,
+    }
+}
+
 /// A first word that is one or two letters away from one that may stand there.
 fn misspelt(
     place: Place,
@@ -110,7 +218,9 @@ fn misspelt(
         Place::Step => STEPS.to_vec(),
         Place::Clause => CLAUSES.to_vec(),
         Place::Entry => ENTRIES.to_vec(),
-        Place::Params | Place::Args => return None,
+        Place::View => VIEWS.to_vec(),
+        Place::Effect => vec!["effect"],
+        _ => return None,
     };
     let word = first.text(slice);
     let called = code.get(1).is_some_and(|t| matches!(t.text(slice), "(" | ":"));
@@ -148,8 +258,14 @@ fn expected(place: Place, slice: &str, code: &[Token], original: &ToOriginal) ->
         Place::Step => Rule::only_step,
         Place::Clause => Rule::only_clause,
         Place::Entry => Rule::only_entry,
+        Place::Property => Rule::only_property,
+        Place::View => Rule::only_view,
+        Place::Point => Rule::only_point,
+        Place::Effect => Rule::only_effect,
+        Place::Parameter => Rule::only_parameter,
         Place::Params => Rule::only_params,
         Place::Args => Rule::only_args,
+        Place::Extents => Rule::only_extents,
     };
     let (at, rules) = match TaskParser::parse(rule, slice) {
         Err(error) => {
@@ -181,7 +297,13 @@ fn expected(place: Place, slice: &str, code: &[Token], original: &ToOriginal) ->
                 format!("expected {list}")
             },
         );
-        return found;
+        return if words == ["`or`"] {
+            found.help("a choice has at least two branches: `or other { … }`")
+        } else if code.len() == 1 && matches!(place, Place::Step | Place::Item) {
+            found.help(format!("to run `{first}`, write `{first}(…)` with what it acts on"))
+        } else {
+            found
+        };
     };
     let text = token.text(slice);
     let span = original(token.from, token.to);
@@ -212,25 +334,7 @@ fn expected(place: Place, slice: &str, code: &[Token], original: &ToOriginal) ->
         )
         .help(format!("separate {what} with commas"));
     }
-    if text == "=" && has(Rule::comparator) {
-        return Diagnostic::error(
-            "task::equals",
-            span,
-            "`=` gives a value; it does not compare",
-            "expected a comparison",
-        )
-        .help("write `==` with `within` and a tolerance, or `>=`, `<=`");
-    }
-    let found =
-        Diagnostic::error("task::syntax", span, format!("`{text}` cannot stand here"), label);
-    let plain_call = code.len() == 1 && token.kind == Kind::Word && place != Place::Clause;
-    if plain_call && matches!(place, Place::Step | Place::Item) {
-        return found.help(format!("to run `{text}`, write `{text}()` with what it acts on"));
-    }
-    if place == Place::Entry && token.kind == Kind::Number {
-        return found.help(format!("units: {}", known_units()));
-    }
-    found
+    Diagnostic::error("task::syntax", span, format!("`{text}` cannot stand here"), label)
 }
 
 /// The expected rules in words, most telling first, each once.
@@ -309,8 +413,9 @@ mod tests {
     #[test]
     fn the_grammar_spells_exactly_the_units_of_the_table() {
         for (unit, ..) in UNITS {
-            let read = TaskParser::parse(Rule::quant, &format!("5 {unit}")).unwrap();
-            assert_eq!(read.as_str(), format!("5 {unit}"), "the grammar lacks `{unit}`");
+            let text = format!("5 {unit}");
+            let read = TaskParser::parse(Rule::quant, &text).unwrap();
+            assert_eq!(read.as_str(), text, "the grammar lacks `{unit}`");
         }
         let grammar = include_str!("../../../grammar/task.pest");
         let rule = grammar.split("unit_name = _{").nth(1).unwrap().split('}').next().unwrap();

@@ -10,11 +10,6 @@ use crate::units::{Quantity, Unit};
 const MAX_CHAIN: usize = 128;
 
 impl Builder<'_> {
-    /// What stands for an expression that could not be read.
-    pub(super) fn nothing(&self, span: Span) -> Expr {
-        Expr { kind: ExprKind::Bad, span }
-    }
-
     /// Reads an `expr` and everything under it.
     pub(super) fn expr(&mut self, pair: &Pair) -> Expr {
         let span = self.span(pair);
@@ -28,7 +23,7 @@ impl Builder<'_> {
             Rule::K_true => Expr { kind: ExprKind::Bool(true), span },
             Rule::K_false => Expr { kind: ExprKind::Bool(false), span },
             Rule::path => self.path(pair, span),
-            _ => self.nothing(span),
+            _ => nothing(span),
         }
     }
 
@@ -39,7 +34,7 @@ impl Builder<'_> {
         let parts: Vec<Pair> = pair.clone().into_inner().collect();
         if parts.len() > MAX_CHAIN {
             self.too_long(span);
-            return self.nothing(span);
+            return nothing(span);
         }
         for part in parts {
             match part.as_rule() {
@@ -62,7 +57,7 @@ impl Builder<'_> {
                 }
             }
         }
-        out.unwrap_or_else(|| self.nothing(span))
+        out.unwrap_or_else(|| nothing(span))
     }
 
     /// `not not φ`, `- -x`.
@@ -76,7 +71,7 @@ impl Builder<'_> {
         let parts: Vec<Pair> = pair.clone().into_inner().collect();
         if parts.len() > MAX_CHAIN {
             self.too_long(span);
-            return self.nothing(span);
+            return nothing(span);
         }
         let mut out = None;
         for part in parts.iter().rev() {
@@ -92,7 +87,7 @@ impl Builder<'_> {
                 Some(inner) => inner,
             });
         }
-        out.unwrap_or_else(|| self.nothing(span))
+        out.unwrap_or_else(|| nothing(span))
     }
 
     fn comparison(&mut self, pair: &Pair, span: Span) -> Expr {
@@ -108,10 +103,10 @@ impl Builder<'_> {
                 )
                 .help("compare two at a time and join them with `and`"),
             );
-            return self.nothing(span);
+            return nothing(span);
         }
         let mut sums = parts.iter().filter(|p| p.as_rule() == Rule::sum);
-        let Some(left) = sums.next().map(|p| self.expr(p)) else { return self.nothing(span) };
+        let Some(left) = sums.next().map(|p| self.expr(p)) else { return nothing(span) };
         let (Some(op), Some(right)) =
             (parts.iter().find(|p| p.as_rule() == Rule::comparator), sums.next())
         else {
@@ -144,7 +139,7 @@ impl Builder<'_> {
         let parts: Vec<Pair> = pair.clone().into_inner().collect();
         if parts.len() > MAX_CHAIN {
             self.too_long(span);
-            return self.nothing(span);
+            return nothing(span);
         }
         let mut out: Option<Expr> = None;
         for part in &parts {
@@ -165,7 +160,7 @@ impl Builder<'_> {
                 (_, other) => out = other,
             }
         }
-        out.unwrap_or_else(|| self.nothing(span))
+        out.unwrap_or_else(|| nothing(span))
     }
 
     /// Reads `name(arg, by: 12 cm, at: tray | table)`.
@@ -187,7 +182,7 @@ impl Builder<'_> {
                 Rule::bad_args => {
                     self.bad_list(pair, &part, Place::Args);
                     let span = self.span(&part);
-                    args.push(Arg { name: None, values: vec![self.nothing(span)], span });
+                    args.push(Arg { name: None, values: vec![nothing(span)], span });
                 }
                 _ => {}
             }
@@ -223,9 +218,14 @@ impl Builder<'_> {
             .help("give a part of it a name with `let`, or make it a fluent"),
         );
     }
+}
 
-    /// A name for something that has none because it could not be read.
-    pub(super) fn no_name(&self, span: Span) -> Name {
-        Name { text: String::new(), span }
-    }
+/// What stands for an expression that could not be read.
+pub(super) fn nothing(span: Span) -> Expr {
+    Expr { kind: ExprKind::Bad, span }
+}
+
+/// A name for something that has none because it could not be read.
+pub(super) fn no_name(span: Span) -> Name {
+    Name { text: String::new(), span }
 }

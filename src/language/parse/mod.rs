@@ -176,12 +176,30 @@ fn pieces(source: &str) -> Vec<Span> {
 /// What a diagnostic calls a slice's place in the text, and how the slice is read again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Place {
+    /// At the top level.
     Item,
+    /// Between the braces of a task or block.
     Step,
+    /// Between the braces of an action.
     Clause,
+    /// Between the braces of a scene.
     Entry,
+    /// Between the braces of a thing.
+    Property,
+    /// Between the braces of a camera.
+    View,
+    /// Between the braces of marks.
+    Point,
+    /// Between the braces of a twin.
+    Effect,
+    /// Between the braces of an effect.
+    Parameter,
+    /// Between the parentheses of a definition.
     Params,
+    /// Between the parentheses of a call.
     Args,
+    /// Between the parentheses of a shape.
+    Extents,
 }
 
 impl Balanced {

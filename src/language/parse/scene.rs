@@ -9,6 +9,7 @@ use super::super::ast::{
 };
 use super::super::diagnostic::Diagnostic;
 use super::build::{Builder, find, number, unquote};
+use super::expression::no_name;
 use super::{Pair, Place, Rule};
 use crate::units::Dimension;
 
@@ -22,7 +23,7 @@ impl Builder<'_> {
     ) -> SceneItem {
         let mut item = SceneItem {
             doc,
-            name: self.no_name(span),
+            name: no_name(span),
             things: Vec::new(),
             marks: Vec::new(),
             cameras: Vec::new(),
@@ -58,7 +59,7 @@ impl Builder<'_> {
             match part.as_rule() {
                 Rule::property => properties.extend(self.property(&part)),
                 Rule::bad_entry => {
-                    self.bad(&part, Place::Entry);
+                    self.bad(&part, Place::Property);
                 }
                 _ => {}
             }
@@ -81,7 +82,7 @@ impl Builder<'_> {
                         span: self.span(&part),
                     });
                 }
-                Rule::bad_args => self.bad_list(pair, &part, Place::Args),
+                Rule::bad_args => self.bad_list(pair, &part, Place::Extents),
                 _ => {}
             }
         }
@@ -136,7 +137,7 @@ impl Builder<'_> {
                     }
                 }
                 Rule::bad_entry => {
-                    self.bad(&part, Place::Entry);
+                    self.bad(&part, Place::Point);
                 }
                 _ => {}
             }
@@ -159,7 +160,7 @@ impl Builder<'_> {
                 Rule::place => at = self.place(&part),
                 Rule::looking => looking = self.place(&part),
                 Rule::bad_entry => {
-                    self.bad(&part, Place::Entry);
+                    self.bad(&part, Place::View);
                 }
                 _ => {}
             }
@@ -291,14 +292,14 @@ impl Builder<'_> {
                 Rule::id => names.push(self.name(&pair)),
                 Rule::effect => effects.extend(self.effect(&pair)),
                 Rule::bad_entry => {
-                    self.bad(&pair, Place::Entry);
+                    self.bad(&pair, Place::Effect);
                 }
                 _ => {}
             }
         }
         let mut names = names.into_iter();
-        let name = names.next().unwrap_or_else(|| self.no_name(span));
-        let of = names.next().unwrap_or_else(|| self.no_name(span));
+        let name = names.next().unwrap_or_else(|| no_name(span));
+        let of = names.next().unwrap_or_else(|| no_name(span));
         TwinItem { doc, name, of, effects, span }
     }
 
@@ -335,7 +336,7 @@ impl Builder<'_> {
                     parameters.push(EffectParameter { name, value, std });
                 }
                 Rule::bad_entry => {
-                    self.bad(&part, Place::Entry);
+                    self.bad(&part, Place::Parameter);
                 }
                 _ => {}
             }
