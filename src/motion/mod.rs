@@ -17,6 +17,8 @@ pub mod ik;
 mod distance;
 pub mod collision;
 pub mod rrt;
+mod curve;
+pub mod trajectory;
 
 pub use error::Error;
 pub use robot::Robot;

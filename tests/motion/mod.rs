@@ -5,3 +5,4 @@ mod ik;
 mod reference;
 mod robots;
 mod rrt;
+mod trajectory;

@@ -1,0 +1,253 @@
+//! Curves in joint space without time: straight edges with rounded corners, or a spline through points.
+//!
+//! A curve has a parameter `s` from 0 to its length and two continuous derivatives, so that a smooth
+//! `s(t)` gives continuous accelerations. Timing it is [`super::trajectory`].
+
+use super::rrt::l2;
+
+/// A point of a curve and its first two derivatives by `s`.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct At {
+    pub(super) q: Vec<f64>,
+    pub(super) dq: Vec<f64>,
+    pub(super) ddq: Vec<f64>,
+}
+
+/// One stretch of a curve.
+#[derive(Debug, Clone, PartialEq)]
+enum Piece {
+    /// From one point straight to another.
+    Line { from: Vec<f64>, to: Vec<f64> },
+    /// A corner rounded by a Bézier curve of degree 5 whose ends are straight: control points `from`,
+    /// half-way to the corner, twice the corner, half-way on, `to`.
+    Corner { from: Vec<f64>, corner: Vec<f64>, to: Vec<f64> },
+    /// A cubic by its end points and slopes.
+    Cubic { from: Vec<f64>, to: Vec<f64>, slope_from: Vec<f64>, slope_to: Vec<f64> },
+}
+
+/// A curve, constant.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Curve {
+    pieces: Vec<Piece>,
+    /// Where each piece begins, and where the last ends.
+    knots: Vec<f64>,
+}
+
+impl Curve {
+    /// Returns the polyline through `corners` with corner `i` cut `cuts[i]` rad before and after it; ends
+    /// have no cut. Neighbouring corners must differ.
+    pub(super) fn rounded(corners: &[Vec<f64>], cuts: &[f64]) -> Self {
+        let mut pieces = Vec::new();
+        let mut knots = vec![0.0];
+        let mut push = |piece, size: f64| {
+            pieces.push(piece);
+            let last = *knots.last().expect("it begins with one");
+            knots.push(last + size);
+        };
+        let mut at = corners[0].clone();
+        for i in 1..corners.len() {
+            let (before, corner) = (&corners[i - 1], &corners[i]);
+            let edge = l2(before, corner);
+            let cut = if i + 1 < corners.len() { cuts[i] } else { 0.0 };
+            let to = if cut > 0.0 { mix(corner, before, cut / edge) } else { corner.clone() };
+            let straight = l2(&at, &to);
+            if straight > 1e-12 {
+                push(Piece::Line { from: at, to: to.clone() }, straight);
+            }
+            at = to;
+            if cut > 0.0 {
+                let next = mix(corner, &corners[i + 1], cut / l2(corner, &corners[i + 1]));
+                // At its ends the Bézier curve moves 5/2 of the cut per unit of its own parameter: with
+                // this length `s` runs at unit speed there, as on the straight edges.
+                let piece = Piece::Corner { from: at, corner: corner.clone(), to: next.clone() };
+                push(piece, 2.5 * cut);
+                at = next;
+            }
+        }
+        Self { pieces, knots }
+    }
+
+    /// Returns the cubic spline with two continuous derivatives through `points` at parameters `knots`,
+    /// with the slopes given at its ends.
+    ///
+    /// Source: de Boor, *A Practical Guide to Splines*, 1978, chapter IV (complete spline).
+    pub(super) fn spline(knots: &[f64], points: &[Vec<f64>], ends: [&[f64]; 2]) -> Self {
+        let (n, dof) = (points.len(), points[0].len());
+        let h: Vec<f64> = knots.windows(2).map(|k| k[1] - k[0]).collect();
+        let mut slopes = vec![vec![0.0; dof]; n];
+        slopes[0] = ends[0].to_vec();
+        slopes[n - 1] = ends[1].to_vec();
+        // Tridiagonal: h_i m_{i-1} + 2 (h_{i-1} + h_i) m_i + h_{i-1} m_{i+1} = right-hand side.
+        let mut upper = vec![0.0; n];
+        for j in 0..dof {
+            let secant = |i: usize| (points[i + 1][j] - points[i][j]) / h[i];
+            upper[0] = 0.0;
+            for i in 1..n - 1 {
+                let right = 3.0 * (h[i] * secant(i - 1) + h[i - 1] * secant(i));
+                let right = if i + 2 == n { right - h[i - 1] * slopes[n - 1][j] } else { right };
+                let pivot = 2.0 * (h[i - 1] + h[i]) - h[i] * upper[i - 1];
+                upper[i] = h[i - 1] / pivot;
+                slopes[i][j] = (right - h[i] * slopes[i - 1][j]) / pivot;
+            }
+            for i in (1..n.saturating_sub(2)).rev() {
+                let next = slopes[i + 1][j];
+                slopes[i][j] -= upper[i] * next;
+            }
+        }
+        let pieces = (0..n - 1)
+            .map(|i| Piece::Cubic {
+                from: points[i].clone(),
+                to: points[i + 1].clone(),
+                slope_from: slopes[i].clone(),
+                slope_to: slopes[i + 1].clone(),
+            })
+            .collect();
+        Self { pieces, knots: knots.to_vec() }
+    }
+
+    /// Returns the spline through `points` by chord length, its end slopes those of parabolas.
+    pub(super) fn through(points: &[Vec<f64>]) -> Self {
+        let mut knots = vec![0.0];
+        for edge in points.windows(2) {
+            let last = *knots.last().expect("it begins with one");
+            knots.push(last + l2(&edge[0], &edge[1]));
+        }
+        let n = points.len();
+        let slope = |a: usize, b: usize, c: usize| -> Vec<f64> {
+            let (h, k) = (knots[b] - knots[a], knots[c] - knots[a]);
+            (0..points[a].len())
+                .map(|j| {
+                    let (u, v) =
+                        ((points[b][j] - points[a][j]) / h, (points[c][j] - points[a][j]) / k);
+                    u + (u - v) * h / (k - h)
+                })
+                .collect()
+        };
+        let ends = if n == 2 {
+            let straight: Vec<f64> =
+                points[0].iter().zip(&points[1]).map(|(a, b)| (b - a) / knots[1]).collect();
+            [straight.clone(), straight]
+        } else {
+            [slope(0, 1, 2), slope(n - 1, n - 2, n - 3)]
+        };
+        Self::spline(&knots, points, [&ends[0], &ends[1]])
+    }
+
+    pub(super) fn length(&self) -> f64 {
+        *self.knots.last().expect("it holds at least the start")
+    }
+
+    /// Returns the parameters where pieces meet, ends included.
+    pub(super) fn knots(&self) -> &[f64] {
+        &self.knots
+    }
+
+    /// Returns the end point itself, free of rounding.
+    pub(super) fn end(&self) -> &[f64] {
+        match self.pieces.last().expect("a curve has a piece") {
+            Piece::Line { to, .. } | Piece::Corner { to, .. } | Piece::Cubic { to, .. } => to,
+        }
+    }
+
+    /// Evaluates the curve at `s`, clamped to its ends.
+    pub(super) fn at(&self, s: f64) -> At {
+        let s = s.clamp(0.0, self.length());
+        let piece = self.knots.partition_point(|knot| *knot <= s).clamp(1, self.pieces.len()) - 1;
+        let h = self.knots[piece + 1] - self.knots[piece];
+        let u = (s - self.knots[piece]) / h;
+        let n = self.end().len();
+        let mut out = At { q: vec![0.0; n], dq: vec![0.0; n], ddq: vec![0.0; n] };
+        // Weights of the control points for the value and its derivatives by u.
+        match &self.pieces[piece] {
+            Piece::Line { from, to } => {
+                for i in 0..n {
+                    let d = to[i] - from[i];
+                    out.q[i] = if u < 1.0 { from[i] + u * d } else { to[i] };
+                    out.dq[i] = d / h;
+                }
+            }
+            Piece::Corner { from, corner, to } => {
+                for i in 0..n {
+                    let c = [
+                        from[i],
+                        0.5 * (from[i] + corner[i]),
+                        corner[i],
+                        corner[i],
+                        0.5 * (corner[i] + to[i]),
+                        to[i],
+                    ];
+                    let (value, first, second) = bezier(c, u);
+                    out.q[i] = value;
+                    out.dq[i] = first / h;
+                    out.ddq[i] = second / (h * h);
+                }
+            }
+            Piece::Cubic { from, to, slope_from, slope_to } => {
+                for i in 0..n {
+                    let (a, b) = (h * slope_from[i], h * slope_to[i]);
+                    let d = to[i] - from[i];
+                    // Hermite: from + a u + (3d - 2a - b) u² + (a + b - 2d) u³.
+                    let (c2, c3) = (3.0 * d - 2.0 * a - b, a + b - 2.0 * d);
+                    out.q[i] = if u < 1.0 { from[i] + u * (a + u * (c2 + u * c3)) } else { to[i] };
+                    out.dq[i] = (a + u * (2.0 * c2 + 3.0 * u * c3)) / h;
+                    out.ddq[i] = (2.0 * c2 + 6.0 * u * c3) / (h * h);
+                }
+            }
+        }
+        out
+    }
+}
+
+/// De Casteljau at degree 5: value and two derivatives.
+fn bezier(mut c: [f64; 6], u: f64) -> (f64, f64, f64) {
+    for level in 0..3 {
+        for i in 0..5 - level {
+            c[i] += u * (c[i + 1] - c[i]);
+        }
+    }
+    // Three points of degree 2 are left.
+    let second = 20.0 * (c[2] - 2.0 * c[1] + c[0]);
+    let (a, b) = (c[0] + u * (c[1] - c[0]), c[1] + u * (c[2] - c[1]));
+    (a + u * (b - a), 5.0 * (b - a), second)
+}
+
+/// The point a share `t` of the way from `a` to `b`.
+pub(super) fn mix(a: &[f64], b: &[f64], t: f64) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a + t * (b - a)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn smooth(curve: &Curve) {
+        let h = 1e-6;
+        let n = 400;
+        for k in 1..n {
+            let s = curve.length() * f64::from(k) / f64::from(n);
+            let (before, here, after) = (curve.at(s - h), curve.at(s), curve.at(s + h));
+            for i in 0..here.q.len() {
+                let first = (after.q[i] - before.q[i]) / (2.0 * h);
+                assert!((first - here.dq[i]).abs() < 1e-6, "s {s}");
+                // The third derivative is bounded, so this also says that none jumps.
+                assert!((after.dq[i] - before.dq[i] - 2.0 * h * here.ddq[i]).abs() < 1e-9, "s {s}");
+            }
+        }
+    }
+
+    #[test]
+    fn derivatives_are_those_of_the_curve_and_do_not_jump() {
+        let corners = [vec![0.0, 0.0], vec![1.0, 0.0], vec![1.0, 0.8], vec![0.2, 1.0]];
+        let curve = Curve::rounded(&corners, &[0.0, 0.3, 0.4, 0.0]);
+        smooth(&curve);
+        assert_eq!(curve.at(0.0).q, corners[0]);
+        assert_eq!(curve.at(curve.length()).q, corners[3]);
+        let points: Vec<Vec<f64>> =
+            (0..20).map(|k| f64::from(k) * 0.1).map(|t| vec![t.sin(), t.cos(), t * t]).collect();
+        let curve = Curve::through(&points);
+        smooth(&curve);
+        for (k, point) in points.iter().enumerate() {
+            assert!(l2(&curve.at(curve.knots()[k]).q, point) < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,484 @@
+//! Joints over time: timed paths that keep speed and acceleration limits at every instant.
+//!
+//! A path of corners is rounded inside what is free, then timed as fast as the limits allow, then
+//! smoothed in time so that the acceleration has no jumps. The geometric path is kept exactly: smoothing
+//! acts on how far along the path the arm is, not on where it goes. Rest to rest.
+//!
+//! Source: reachability analysis: Pham and Pham, "A new approach to time-optimal path parameterization
+//! based on reachability analysis", T-RO 2018, its two-variable programs solved in closed form; smoothing by a moving
+//! average: Biagiotti and Melchiorri, "FIR filters for online trajectory planning with time- and
+//! frequency-domain specifications", Control Engineering Practice 2012.
+
+use super::curve::{At, Curve, mix};
+use super::error::Error;
+use super::robot::Robot;
+use super::rrt::l2;
+
+/// Acceleration goes from none to its limit in about this time, s. Chosen: at the Gen3's limits it means
+/// jerks of about 50 rad/s³; no jerk limit of the arm is published.
+const SMOOTHING: f64 = 0.1;
+
+/// Limits of a motion, one entry per joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limits {
+    /// Highest speeds, rad/s.
+    pub velocity: Vec<f64>,
+    /// Highest accelerations, rad/s².
+    pub acceleration: Vec<f64>,
+}
+
+impl Limits {
+    /// Returns the robot's own limits.
+    pub fn of(robot: &Robot) -> Self {
+        Self {
+            velocity: robot.joints().iter().map(|joint| joint.velocity).collect(),
+            acceleration: robot.joints().iter().map(|joint| joint.acceleration).collect(),
+        }
+    }
+
+    /// Returns the limits with speeds times `speed` and accelerations times `acceleration`.
+    #[must_use]
+    pub fn scaled(&self, speed: f64, acceleration: f64) -> Self {
+        Self {
+            velocity: self.velocity.iter().map(|v| v * speed).collect(),
+            acceleration: self.acceleration.iter().map(|a| a * acceleration).collect(),
+        }
+    }
+}
+
+/// Where the joints are at one instant, and how they move.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sample {
+    /// Positions, rad.
+    pub q: Vec<f64>,
+    /// Speeds, rad/s.
+    pub dq: Vec<f64>,
+    /// Accelerations, rad/s².
+    pub ddq: Vec<f64>,
+}
+
+/// Joints over time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trajectory {
+    parts: Vec<Part>,
+}
+
+/// One stretch: a curve and how it is run through.
+#[derive(Debug, Clone, PartialEq)]
+struct Part {
+    /// When it begins, s.
+    start: f64,
+    /// How long it takes, s.
+    duration: f64,
+    curve: Curve,
+    law: Law,
+    /// Time runs slower by this factor than `law` says.
+    stretch: f64,
+}
+
+/// How far along the curve one is after some time.
+#[derive(Debug, Clone, PartialEq)]
+enum Law {
+    /// The curve's parameter is time.
+    Time,
+    /// A profile of constant accelerations between knots, averaged over a window.
+    Smoothed { profile: Profile, window: f64 },
+}
+
+/// `s(t)` with constant acceleration between knots.
+#[derive(Debug, Clone, PartialEq)]
+struct Profile {
+    t: Vec<f64>,
+    s: Vec<f64>,
+    v: Vec<f64>,
+    /// The integral of `s` up to each knot.
+    sum: Vec<f64>,
+}
+
+impl Profile {
+    /// Returns the integral of `s`, `s` and its rate at `t`; before and after it rests at the ends.
+    fn at(&self, t: f64) -> [f64; 3] {
+        let last = self.t.len() - 1;
+        if t <= 0.0 {
+            return [0.0, 0.0, 0.0];
+        }
+        if t >= self.t[last] {
+            return [self.sum[last] + self.s[last] * (t - self.t[last]), self.s[last], 0.0];
+        }
+        let k = self.t.partition_point(|knot| *knot <= t) - 1;
+        let (h, tau) = (self.t[k + 1] - self.t[k], t - self.t[k]);
+        let a = (self.v[k + 1] - self.v[k]) / h;
+        let (s, v) = (self.s[k], self.v[k]);
+        [
+            self.sum[k] + tau * (s + tau * (v / 2.0 + tau * a / 6.0)),
+            s + tau * (v + tau * a / 2.0),
+            v + tau * a,
+        ]
+    }
+
+    fn duration(&self) -> f64 {
+        *self.t.last().expect("a profile has knots")
+    }
+}
+
+impl Part {
+    fn sample(&self, t: f64) -> Sample {
+        let t = (t / self.stretch).max(0.0);
+        let (s, ds, dds) = match &self.law {
+            Law::Time => (t.min(self.curve.length()), 1.0, 0.0),
+            Law::Smoothed { profile, window } => {
+                let (now, then) = (profile.at(t), profile.at(t - window));
+                (
+                    (now[0] - then[0]) / window,
+                    (now[1] - then[1]) / window,
+                    (now[2] - then[2]) / window,
+                )
+            }
+        };
+        let At { q, dq, ddq } = self.curve.at(s);
+        let (k, kk) = (self.stretch, self.stretch * self.stretch);
+        Sample {
+            q,
+            ddq: dq.iter().zip(&ddq).map(|(d, dd)| (d * dds + dd * ds * ds) / kk).collect(),
+            dq: dq.iter().map(|d| d * ds / k).collect(),
+        }
+    }
+
+    fn end(&self) -> Sample {
+        let rest = vec![0.0; self.curve.end().len()];
+        match self.law {
+            Law::Smoothed { .. } => {
+                Sample { q: self.curve.end().to_vec(), dq: rest.clone(), ddq: rest }
+            }
+            Law::Time => Sample { q: self.curve.end().to_vec(), ..self.sample(self.duration) },
+        }
+    }
+}
+
+impl Trajectory {
+    /// Times a path of corners at the limits. Corners are rounded where `free` allows it, at most
+    /// `max_cut` rad along each edge; where it does not, the arm stops at the corner.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Trajectory`] without a corner, or for limits that are not positive.
+    pub fn through_corners(
+        corners: &[Vec<f64>],
+        limits: &Limits,
+        max_cut: f64,
+        free: &dyn Fn(&[f64]) -> bool,
+    ) -> Result<Self, Error> {
+        let corners = distinct(corners, limits)?;
+        if corners.len() < 2 {
+            return Ok(Self::resting(&corners[0]));
+        }
+        let cuts = cut_corners(&corners, max_cut, free);
+        let mut whole = Self { parts: Vec::new() };
+        let mut from = 0;
+        for to in 1..corners.len() {
+            // A corner that cannot be rounded is an end of one motion and the start of the next.
+            if to + 1 == corners.len() || cuts[to] <= 0.0 {
+                let curve = Curve::rounded(&corners[from..=to], &cuts[from..=to]);
+                whole.push(Part::timed(curve, limits));
+                from = to;
+            }
+        }
+        Ok(whole)
+    }
+
+    /// Times a dense path, as a Cartesian motion gives it, at the limits: a smooth curve through every point.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::through_corners`].
+    pub fn through_points(points: &[Vec<f64>], limits: &Limits) -> Result<Self, Error> {
+        let points = distinct(points, limits)?;
+        if points.len() < 2 {
+            return Ok(Self::resting(&points[0]));
+        }
+        let mut whole = Self { parts: Vec::new() };
+        whole.push(Part::timed(Curve::through(&points), limits));
+        Ok(whole)
+    }
+
+    /// Returns the motion through `points` at given `times` (s, increasing), at rest at both ends. Limits
+    /// are the caller's to check, with [`Self::worst`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Trajectory`] if there are not as many times as points, or they do not increase.
+    pub fn from_points(times: &[f64], points: &[Vec<f64>]) -> Result<Self, Error> {
+        let fail = |what: &str| Err(Error::Trajectory { what: what.into() });
+        if times.len() != points.len() || times.len() < 2 {
+            return fail("it takes as many times as points, at least two");
+        }
+        if !times.windows(2).all(|t| t[1] > t[0] && t[1].is_finite()) {
+            return fail("times must increase");
+        }
+        let n = points[0].len();
+        if points.iter().any(|p| p.len() != n || p.iter().any(|x| !x.is_finite())) {
+            return fail("points must be finite and of one length");
+        }
+        let knots: Vec<f64> = times.iter().map(|t| t - times[0]).collect();
+        let rest = vec![0.0; n];
+        let curve = Curve::spline(&knots, points, [&rest, &rest]);
+        let duration = curve.length();
+        let part = Part { start: 0.0, duration, curve, law: Law::Time, stretch: 1.0 };
+        Ok(Self { parts: vec![part] })
+    }
+
+    /// Returns the trajectory that stays where it is and takes no time.
+    pub fn resting(q: &[f64]) -> Self {
+        let knots = [0.0, 1e-9];
+        let rest = vec![0.0; q.len()];
+        let curve = Curve::spline(&knots, &[q.to_vec(), q.to_vec()], [&rest, &rest]);
+        let part = Part { start: 0.0, duration: 0.0, curve, law: Law::Time, stretch: 1.0 };
+        Self { parts: vec![part] }
+    }
+
+    /// Returns how long it takes, s.
+    pub fn duration(&self) -> f64 {
+        self.parts.last().map_or(0.0, |part| part.start + part.duration)
+    }
+
+    /// Returns where the joints are at `t`, s; before and after, where they begin and end.
+    pub fn sample(&self, t: f64) -> Sample {
+        let last = self.parts.last().expect("a trajectory has a part");
+        if t >= self.duration() {
+            return last.end();
+        }
+        let at = self.parts.partition_point(|part| part.start <= t).max(1) - 1;
+        let part = &self.parts[at];
+        part.sample((t - part.start).max(0.0))
+    }
+
+    /// Returns the first and the last position.
+    pub fn ends(&self) -> (Vec<f64>, Vec<f64>) {
+        (self.sample(0.0).q, self.sample(self.duration()).q)
+    }
+
+    /// Appends another trajectory, which must begin where this one ends (to 1e-6 rad).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Trajectory`] if it begins elsewhere.
+    pub fn then(mut self, next: &Self) -> Result<Self, Error> {
+        let gap = l2(&self.ends().1, &next.ends().0);
+        if gap > 1e-6 {
+            let what = format!("the next one begins {gap:.6} rad from where this one ends");
+            return Err(Error::Trajectory { what });
+        }
+        for part in &next.parts {
+            self.push(part.clone());
+        }
+        Ok(self)
+    }
+
+    /// Returns the same motion, `factor` times as slow.
+    #[must_use]
+    pub fn slowed(mut self, factor: f64) -> Self {
+        for part in &mut self.parts {
+            part.start *= factor;
+            part.duration *= factor;
+            part.stretch *= factor;
+        }
+        self
+    }
+
+    /// Returns the largest share of its limit that any speed and any acceleration takes, looked at every
+    /// `step` s.
+    pub fn worst(&self, limits: &Limits, step: f64) -> (f64, f64) {
+        let n = (self.duration() / step).ceil().max(1.0) as usize;
+        let mut worst = (0.0_f64, 0.0_f64);
+        for k in 0..=n {
+            let sample = self.sample(self.duration() * k as f64 / n as f64);
+            for i in 0..sample.q.len() {
+                worst.0 = worst.0.max(sample.dq[i].abs() / limits.velocity[i]);
+                worst.1 = worst.1.max(sample.ddq[i].abs() / limits.acceleration[i]);
+            }
+        }
+        worst
+    }
+
+    /// Returns instants `step` s apart, the end included, and the positions there.
+    pub fn sampled(&self, step: f64) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let n = (self.duration() / step).ceil().max(1.0) as usize;
+        let times: Vec<f64> = (0..=n).map(|k| self.duration() * k as f64 / n as f64).collect();
+        let points = times.iter().map(|&t| self.sample(t).q).collect();
+        (times, points)
+    }
+
+    fn push(&mut self, mut part: Part) {
+        part.start = self.duration();
+        self.parts.push(part);
+    }
+}
+
+impl Part {
+    /// Times a curve at the limits.
+    fn timed(curve: Curve, limits: &Limits) -> Self {
+        let profile = fastest(&curve, limits);
+        let duration = profile.duration() + SMOOTHING;
+        let law = Law::Smoothed { profile, window: SMOOTHING };
+        let mut part = Self { start: 0.0, duration, curve, law, stretch: 1.0 };
+        // Averaging keeps the limits on straight edges; on a rounded corner, and between the knots of the
+        // profile, it may pass them by a little. The whole is slowed by what that takes.
+        let n = (duration / 2.5e-4).ceil().clamp(200.0, 40_000.0) as usize;
+        let (mut speed, mut acc) = (0.0_f64, 0.0_f64);
+        for k in 0..=n {
+            let sample = part.sample(duration * k as f64 / n as f64);
+            for i in 0..sample.q.len() {
+                speed = speed.max(sample.dq[i].abs() / limits.velocity[i]);
+                acc = acc.max(sample.ddq[i].abs() / limits.acceleration[i]);
+            }
+        }
+        // Between two of these instants nothing grows by more than this.
+        let stretch = (speed * 1.001).max((acc * 1.003).sqrt()).max(1.0);
+        part.stretch = stretch;
+        part.duration *= stretch;
+        part
+    }
+}
+
+/// Drops points that repeat the one before and checks what is left.
+fn distinct(points: &[Vec<f64>], limits: &Limits) -> Result<Vec<Vec<f64>>, Error> {
+    let fail = |what: &str| Err(Error::Trajectory { what: what.into() });
+    let n = limits.velocity.len();
+    if points.is_empty() {
+        return fail("the path has no points");
+    }
+    if points.iter().any(|p| p.len() != n || p.iter().any(|x| !x.is_finite())) {
+        return fail("every point needs one finite number per joint");
+    }
+    if limits.acceleration.len() != n
+        || !limits.velocity.iter().chain(&limits.acceleration).all(|x| *x > 0.0)
+    {
+        return fail("every joint needs a positive speed and acceleration limit");
+    }
+    let mut kept: Vec<Vec<f64>> = Vec::with_capacity(points.len());
+    for point in points {
+        if kept.last().is_none_or(|last| l2(last, point) > 1e-9) {
+            kept.push(point.clone());
+        }
+    }
+    Ok(kept)
+}
+
+/// Returns how far each corner may be cut: half its shorter edge or `max_cut`, halved until it is free.
+fn cut_corners(corners: &[Vec<f64>], max_cut: f64, free: &dyn Fn(&[f64]) -> bool) -> Vec<f64> {
+    let n = corners.len();
+    let mut cuts = vec![0.0; n];
+    for i in 1..n - 1 {
+        let (before, after) = (l2(&corners[i - 1], &corners[i]), l2(&corners[i], &corners[i + 1]));
+        let mut cut = (0.5 * before).min(0.5 * after).min(max_cut);
+        for _ in 0..7 {
+            let from = mix(&corners[i], &corners[i - 1], cut / before);
+            let to = mix(&corners[i], &corners[i + 1], cut / after);
+            let bend = Curve::rounded(&[from, corners[i].clone(), to], &[0.0, cut, 0.0]);
+            let samples = (bend.length() / 0.01).ceil().max(16.0) as usize;
+            if (1..samples).all(|k| free(&bend.at(bend.length() * k as f64 / samples as f64).q)) {
+                cuts[i] = cut;
+                break;
+            }
+            cut *= 0.5;
+        }
+    }
+    cuts
+}
+
+/// The fastest profile of speeds along a curve, from rest to rest.
+///
+/// With `x = ṡ²` and `u = s̈`, joint accelerations are `q'u + q''x`: linear. Backwards, the largest `x` at
+/// each knot from which the next can be entered; then forwards, as fast as that allows.
+fn fastest(curve: &Curve, limits: &Limits) -> Profile {
+    let grid = grid(curve);
+    let n = grid.len();
+    let points: Vec<At> = grid.iter().map(|&s| curve.at(s)).collect();
+    let mut top = vec![0.0; n];
+    for i in (0..n - 1).rev() {
+        let step = grid[i + 1] - grid[i];
+        top[i] = highest(&points[i], limits, Some((top[i + 1], step)));
+    }
+    top[0] = 0.0;
+    let mut x = vec![0.0; n];
+    for i in 0..n - 1 {
+        let step = grid[i + 1] - grid[i];
+        let push = hardest_push(&points[i], limits, x[i]);
+        x[i + 1] = (x[i] + 2.0 * step * push).clamp(0.0, top[i + 1]);
+    }
+    let mut profile = Profile { t: vec![0.0], s: grid.clone(), v: Vec::new(), sum: vec![0.0] };
+    profile.v = x.iter().map(|x| x.sqrt()).collect();
+    for i in 0..n - 1 {
+        let step = grid[i + 1] - grid[i];
+        let pace = (profile.v[i] + profile.v[i + 1]).max(1e-9);
+        let h = 2.0 * step / pace;
+        let a = (profile.v[i + 1] - profile.v[i]) / h;
+        profile.t.push(profile.t[i] + h);
+        let grown = h * (grid[i] + h * (profile.v[i] / 2.0 + h * a / 6.0));
+        profile.sum.push(profile.sum[i] + grown);
+    }
+    profile
+}
+
+/// Knots along the curve: fine enough that its shape hardly changes between two, finer towards the ends,
+/// where the arm is slow and each knot takes long.
+fn grid(curve: &Curve) -> Vec<f64> {
+    let length = curve.length();
+    let mut grid = Vec::new();
+    for piece in curve.knots().windows(2) {
+        let size = piece[1] - piece[0];
+        let parts = (size / 0.02).ceil().clamp(2.0, 200.0) as usize;
+        let parts = if curve.knots().len() > 60 { 2 } else { parts.max(16) };
+        grid.extend((0..parts).map(|k| piece[0] + size * k as f64 / parts as f64));
+    }
+    grid.push(length);
+    let near = [1e-5, 1e-4, 4e-4, 1e-3, 2e-3, 4e-3, 7e-3];
+    grid.extend(near.iter().map(|share| share * length));
+    grid.extend(near.iter().map(|share| length - share * length));
+    grid.sort_unstable_by(f64::total_cmp);
+    grid.dedup_by(|b, a| *b - *a < 1e-7 * length);
+    if let Some(last) = grid.last_mut() {
+        *last = length;
+    }
+    grid
+}
+
+/// The largest `x` for which some `u` keeps the limits and, if given, leads to at most `next.0` after
+/// `next.1`.
+fn highest(at: &At, limits: &Limits, next: Option<(f64, f64)>) -> f64 {
+    let mut top = f64::INFINITY;
+    // Bounds on u, each `c + d x`.
+    let mut lower: Vec<(f64, f64)> = Vec::with_capacity(at.q.len() + 1);
+    let mut upper: Vec<(f64, f64)> = Vec::with_capacity(at.q.len() + 1);
+    for i in 0..at.q.len() {
+        let (d, dd, a) = (at.dq[i], at.ddq[i], limits.acceleration[i]);
+        if d.abs() > 1e-12 {
+            let v = limits.velocity[i] / d.abs();
+            top = top.min(v * v);
+            lower.push((-a / d.abs(), -dd / d));
+            upper.push((a / d.abs(), -dd / d));
+        } else if dd.abs() > 1e-12 {
+            top = top.min(a / dd.abs());
+        }
+    }
+    if let Some((x_next, step)) = next {
+        upper.push((x_next / (2.0 * step), -1.0 / (2.0 * step)));
+    }
+    for (c, d) in &lower {
+        for (e, f) in &upper {
+            // c + d x <= e + f x.
+            if d - f > 1e-15 {
+                top = top.min((e - c) / (d - f));
+            }
+        }
+    }
+    top.max(0.0)
+}
+
+/// The largest `u` that keeps the acceleration limits at `x`.
+fn hardest_push(at: &At, limits: &Limits, x: f64) -> f64 {
+    (0..at.q.len())
+        .filter(|&i| at.dq[i].abs() > 1e-12)
+        .map(|i| limits.acceleration[i] / at.dq[i].abs() - at.ddq[i] / at.dq[i] * x)
+        .fold(f64::INFINITY, f64::min)
+}
