@@ -2,6 +2,7 @@
 //! neither lost nor made.
 
 mod grasp;
+mod pour;
 mod rigid;
 mod torque;
 mod water;

@@ -1,6 +1,9 @@
 //! Rigid bodies against closed forms.
 
+use std::sync::Arc;
+
 use super::*;
+use trueup::twin::{Effect, Moment, Parameter};
 
 #[test]
 fn a_dropped_block_falls_as_galileo_says() {
@@ -74,7 +77,7 @@ fn bad_commands_are_refused_and_the_last_one_stays() {
 }
 
 #[test]
-fn joint_friction_slows_and_compliance_bends_what_the_encoder_does_not_see() {
+fn compliance_bends_what_the_encoder_does_not_see() {
     let model = gen3();
     let mut settings = Settings::for_arm(&model);
     settings.arm.compliance = vec![2e-4; 7];
@@ -106,4 +109,55 @@ fn restoring_a_snapshot_and_stepping_equals_stepping() {
     assert_eq!(finish(&mut twin), first);
     let mut fresh = snapshot.into_twin();
     assert_eq!(finish(&mut fresh), first);
+}
+
+/// A torque on the second joint and a lie of the first joint's encoder.
+#[derive(Debug)]
+struct Push(f64);
+
+impl Effect for Push {
+    fn name(&self) -> &'static str {
+        "push"
+    }
+    fn parameters(&self) -> Vec<Parameter> {
+        vec![Parameter { name: "torque".into(), value: self.0, unit: "N*m".into() }]
+    }
+    fn torque(&self, _: &Moment<'_>, tau: &mut [f64]) {
+        tau[1] += self.0;
+    }
+    fn sensor(&self, _: &Moment<'_>, q: &mut [f64], _: &mut [f64]) {
+        q[0] += 0.01;
+    }
+}
+
+#[test]
+fn an_effect_adds_its_torque_and_changes_what_the_sensor_says() {
+    let model = gen3();
+    let settings = Settings::for_arm(&model);
+    let effects: Vec<Arc<dyn Effect>> = vec![Arc::new(Push(8.0))];
+    let start = state(&HOME, &[]);
+    let mut twin = Twin::with_effects(&model, &scene(vec![]), &start, settings, effects).unwrap();
+    twin.run(1.0).unwrap();
+    // The servo's spring of 4000 N·m/rad gives way by 2 mrad under 8 N·m.
+    assert!((twin.q()[1] - HOME[1] - 0.002).abs() < 2e-5, "{}", twin.q()[1] - HOME[1]);
+    assert!((twin.encoders()[0] - twin.q()[0] - 0.01).abs() < 1e-12);
+}
+
+#[test]
+fn dry_friction_holds_a_joint_against_a_smaller_torque_and_yields_to_a_larger() {
+    let model = gen3();
+    let moved = |friction: f64| {
+        let mut settings = Settings::for_arm(&model);
+        settings.arm.kp = vec![1e-3; 7];
+        settings.arm.kd = vec![1e-3; 7];
+        settings.arm.coulomb = vec![friction; 7];
+        let effects: Vec<Arc<dyn Effect>> = vec![Arc::new(Push(2.0))];
+        let start = state(&HOME, &[]);
+        let mut twin =
+            Twin::with_effects(&model, &scene(vec![]), &start, settings, effects).unwrap();
+        twin.run(0.3).unwrap();
+        (twin.q()[1] - HOME[1]).abs()
+    };
+    assert!(moved(2.5) < 1e-4, "{}", moved(2.5));
+    assert!(moved(1.0) > 1e-2, "{}", moved(1.0));
 }

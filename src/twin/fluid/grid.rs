@@ -1,27 +1,43 @@
 //! Neighbour search: particles hashed by cell, so that strays far away cost nothing.
 
 use nalgebra::Vector3;
-use rayon::prelude::*;
+
+use super::solve::map;
 
 /// Most neighbours one particle may have; water at rest has about 30.
 const MAX_NEIGHBOURS: usize = 80;
 
+/// The neighbours of one particle.
+#[derive(Debug)]
+struct Neighbours {
+    n: usize,
+    ids: [u32; MAX_NEIGHBOURS],
+}
+
 /// Particles sorted by hashed cell, and each one's neighbours.
-#[derive(Debug, Clone, Default)]
+///
+/// It is built anew in each step, so a copy of the water starts with an empty one.
+#[derive(Debug, Default)]
 pub(super) struct Grid {
     cells: Vec<[i32; 3]>,
     starts: Vec<u32>,
     sorted: Vec<u32>,
-    counts: Vec<u32>,
-    lists: Vec<u32>,
+    /// Positions in the order of `sorted`: what is searched together lies together.
+    places: Vec<Vector3<f32>>,
+    lists: Vec<Neighbours>,
 }
 
-fn hash(cell: [i32; 3], buckets: usize) -> usize {
+impl Clone for Grid {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+/// Returns a cell's bucket: hashed by column, so that the cells above each other are neighbours.
+fn bucket([x, y, z]: [i32; 3], buckets: usize) -> usize {
     // Teschner et al., "Optimized spatial hashing for collision detection", 2003.
-    let [x, y, z] = cell.map(|c| c as u32);
-    let mixed =
-        x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663) ^ z.wrapping_mul(83_492_791);
-    mixed as usize & (buckets - 1)
+    let column = (x as u32).wrapping_mul(73_856_093) ^ (y as u32).wrapping_mul(19_349_663);
+    (column.wrapping_add(z as u32)) as usize & (buckets - 1)
 }
 
 impl Grid {
@@ -35,7 +51,7 @@ impl Grid {
         self.starts.clear();
         self.starts.resize(buckets + 1, 0);
         for c in &self.cells {
-            self.starts[hash(*c, buckets) + 1] += 1;
+            self.starts[bucket(*c, buckets) + 1] += 1;
         }
         for b in 0..buckets {
             self.starts[b + 1] += self.starts[b];
@@ -43,50 +59,55 @@ impl Grid {
         let mut next = self.starts.clone();
         self.sorted.clear();
         self.sorted.resize(n, 0);
+        self.places.clear();
+        self.places.resize(n, Vector3::zeros());
         for (i, c) in self.cells.iter().enumerate() {
-            let bucket = hash(*c, buckets);
-            self.sorted[next[bucket] as usize] = i as u32;
-            next[bucket] += 1;
+            let at = &mut next[bucket(*c, buckets)];
+            self.sorted[*at as usize] = i as u32;
+            self.places[*at as usize] = positions[i];
+            *at += 1;
         }
-        self.counts.clear();
-        self.counts.resize(n, 0);
-        self.lists.resize(n * MAX_NEIGHBOURS, 0);
-        let (cells, starts, sorted) = (&self.cells, &self.starts, &self.sorted);
-        self.lists
-            .par_chunks_mut(MAX_NEIGHBOURS)
-            .zip(self.counts.par_iter_mut())
-            .enumerate()
-            .with_min_len(256)
-            .for_each(|(i, (list, count))| {
-                let [cx, cy, cz] = cells[i];
-                for dx in -1..=1 {
-                    for dy in -1..=1 {
-                        for dz in -1..=1 {
-                            let near = [cx + dx, cy + dy, cz + dz];
-                            let bucket = hash(near, buckets);
-                            let range = starts[bucket] as usize..starts[bucket + 1] as usize;
-                            for &j in &sorted[range] {
-                                let j_at = j as usize;
-                                let apart = (positions[i] - positions[j_at]).norm_squared();
-                                // Different cells may share a bucket: each counts its own.
-                                if apart < h * h
-                                    && j_at != i
-                                    && cells[j_at] == near
-                                    && (*count as usize) < MAX_NEIGHBOURS
-                                {
-                                    list[*count as usize] = j;
-                                    *count += 1;
-                                }
-                            }
+        let (cells, starts, sorted, places) =
+            (&self.cells, &self.starts, &self.sorted, &self.places);
+        self.lists = map(n, |i| {
+            let [cx, cy, cz] = cells[i];
+            let mut list = Neighbours { n: 0, ids: [0; MAX_NEIGHBOURS] };
+            let mut search = |x: i32, y: i32, from: u32, to: u32| {
+                for at in from as usize..to as usize {
+                    let near = (positions[i] - places[at]).norm_squared() < h * h;
+                    if !near || list.n == MAX_NEIGHBOURS {
+                        continue;
+                    }
+                    let j = sorted[at];
+                    let [jx, jy, _] = cells[j as usize];
+                    // Different columns may share a bucket: each finds its own.
+                    if j as usize != i && jx == x && jy == y {
+                        list.ids[list.n] = j;
+                        list.n += 1;
+                    }
+                }
+            };
+            for x in cx - 1..=cx + 1 {
+                for y in cy - 1..=cy + 1 {
+                    let middle = bucket([x, y, cz], buckets);
+                    if middle > 0 && middle + 1 < buckets {
+                        search(x, y, starts[middle - 1], starts[middle + 2]);
+                    } else {
+                        for z in cz - 1..=cz + 1 {
+                            let at = bucket([x, y, z], buckets);
+                            search(x, y, starts[at], starts[at + 1]);
                         }
                     }
                 }
-            });
+            }
+            list
+        });
     }
 
     /// Returns the neighbours of particle `i`, itself left out.
     pub(super) fn of(&self, i: usize) -> &[u32] {
-        &self.lists[i * MAX_NEIGHBOURS..i * MAX_NEIGHBOURS + self.counts[i] as usize]
+        let list = &self.lists[i];
+        &list.ids[..list.n]
     }
 }
 
