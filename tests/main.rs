@@ -4,3 +4,4 @@
 mod layers;
 mod kitchen;
 mod twin;
+mod lab;

@@ -228,7 +228,8 @@ fn a_box_casts_its_shadow_away_from_the_lamp() {
 #[test]
 fn drops_are_drawn_outside_vessels_and_not_inside() {
     let scene = kitchen::scene();
-    let drops = [[0.72_f32, 0.0, 0.3], [0.72, 0.0, 0.292], [0.60, -0.10, 0.05], [0.75, 0.05, 0.003]];
+    let drops = [[0.72, 0.0, 0.3], [0.72, 0.0, 0.292], [0.60, -0.10, 0.05], [0.75, 0.05, 0.003]]
+        .map(Vector3::<f32>::from);
     let view = view(&scene).with_water(&drops, 0.004);
     let frame = render(&scene.camera, &view, &Options::default());
     let at = |x, y, z| {
@@ -270,12 +271,13 @@ fn pictures_to_look_at() {
     state.objects[1].water = Some(80e-6);
     let robot = urdf_rs::read_from_string(kitchen::URDF).unwrap();
     let links = kitchen::links(&robot, &REACHING, 0.065);
-    let drops: Vec<[f32; 3]> = (0..60)
+    let drops: Vec<Vector3<f32>> = (0..60)
         .map(|k| {
             let t = k as f32 * 0.003;
             [0.6 + 0.002 * (k as f32 * 1.7).sin(), 0.095 + 0.25 * t, 0.20 - 0.4 * t - 4.9 * t * t]
         })
         .chain([[0.75, 0.0, 0.003], [0.757, 0.004, 0.003], [0.70, -0.02, 0.003]])
+        .map(Vector3::from)
         .collect();
     let pouring =
         View::of(&scene, &state, &ArmLook::new(&robot), &links).with_water(&drops, 0.0039);

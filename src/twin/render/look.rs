@@ -11,12 +11,12 @@ use urdf_rs::Geometry;
 use super::view::{Body, Paint, Shape};
 
 /// The link that carries the marker ball.
-pub const MARKER_LINK: &str = "end_effector_link";
+pub const MARKER_LINK: &str = "gripper_base_link";
 
 /// A matt coloured ball glued to the gripper, by which a camera sees where the tool is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Marker {
-    /// Its centre in the flange frame (`end_effector_link`), m.
+    /// Its centre in the frame of [`MARKER_LINK`], which nominally is the flange's, m.
     pub centre: Vector3<f64>,
     /// Its radius, m.
     pub radius: f64,

@@ -339,7 +339,7 @@ fn free_water(view: &View, things: &[Thing]) -> Vec<Thing> {
     let free: Vec<Vector3<f64>> = view
         .water
         .iter()
-        .map(|p| Vector3::from(p.map(f64::from)))
+        .map(|p| p.map(f64::from))
         .filter(|p| p.iter().all(|x| x.is_finite()))
         .filter(|&p| {
             !things.iter().any(|thing| match &thing.kind {
