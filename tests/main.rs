@@ -5,3 +5,4 @@ mod layers;
 mod kitchen;
 mod twin;
 mod lab;
+mod twin;

@@ -1,3 +1,494 @@
 //! (to come)
 
 pub mod render;
+//! The world, stepped forward: everything that is planned is first tried here.
+//!
+//! A [`Twin`] is built from an arm, a scene and a state; commands go in, steps are taken, states come
+//! out. [`physics`] moves the rigid bodies, [`fluid`] the water, [`effect`] is the seam for what reality
+//! adds. The same engine with other numbers serves as the lab. Time advances by [`Twin::step`] alone and
+//! all chance comes from the seed, so the same calls give the same bits.
+
+pub mod convert;
+pub mod physics;
+pub mod fluid;
+pub mod effect;
+mod settings;
+
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Vector3};
+use thiserror::Error;
+
+pub use effect::{Effect, Moment, Parameter};
+pub use fluid::{Fluid, FluidSettings};
+pub use physics::ArmModel;
+pub use settings::{ArmSettings, FrictionSettings, GripperSettings, Settings};
+
+use crate::world::{ObjectState, Pose, Scene, WorldState};
+use fluid::{Filling, Vessel};
+use physics::{Part, Physics};
+
+/// What can go wrong in the twin.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum Error {
+    /// The robot file describes nothing the physics can move.
+    #[error("{0}")]
+    Robot(String),
+    /// A list has not one entry per joint.
+    #[error("`{what}` has {found} entries; the arm has {expected} joints")]
+    WrongLength {
+        /// Which list.
+        what: &'static str,
+        /// Entries it should have.
+        expected: usize,
+        /// Entries it has.
+        found: usize,
+    },
+    /// A number that is not finite came in or out.
+    #[error("`{what}` is not a finite number at {time} s")]
+    NotFinite {
+        /// Which quantity.
+        what: String,
+        /// Time in the twin, s.
+        time: f64,
+    },
+    /// A vessel is to hold more than fits below its rim.
+    #[error("{water_ml:.0} mL of water do not fit into `{vessel}`")]
+    Overfull {
+        /// Which vessel.
+        vessel: String,
+        /// The water it was to hold, mL.
+        water_ml: f64,
+    },
+    /// An object without mass.
+    #[error("`{0}` has no mass; give it one in the scene")]
+    Massless(String),
+}
+
+/// Where the jaws are going.
+#[derive(Debug, Clone, Copy)]
+struct Grip {
+    /// Where each jaw is aimed now, m from the middle.
+    aim: f64,
+    /// Where each jaw should come to, m from the middle.
+    goal: f64,
+    /// How fast each jaw goes there, m/s.
+    speed: f64,
+    /// Largest force of each jaw, N.
+    force: f64,
+}
+
+/// The twin: arm, gripper, table, objects and water, at one instant and on.
+#[derive(Debug, Clone)]
+pub struct Twin {
+    model: Arc<ArmModel>,
+    scene: Arc<Scene>,
+    settings: Settings,
+    effects: Vec<Arc<dyn Effect>>,
+    physics: Physics,
+    fluid: Fluid,
+    /// Object of each vessel of the water, in the scene's order.
+    vessels: Vec<usize>,
+    /// Rigid steps per step of the water.
+    stride: u64,
+    steps: u64,
+    began: f64,
+    command: (Vec<f64>, Vec<f64>),
+    grip: Grip,
+    /// Speeds and accelerations of every body's joint in the last step.
+    motion: (Vec<f64>, Vec<f64>),
+}
+
+/// A twin at one instant, to return to.
+#[derive(Debug, Clone)]
+pub struct Snapshot(Box<Twin>);
+
+impl Snapshot {
+    /// Returns a twin of its own at that instant, to try something from there beside the first.
+    pub fn into_twin(self) -> Twin {
+        *self.0
+    }
+}
+
+impl Twin {
+    /// Builds the twin in the given state.
+    ///
+    /// Objects without a pose are not there. Water the state does not know is what the scene says was
+    /// filled in. An object named as held is gripped with the settings' force from the first step on.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::WrongLength`] or [`Error::NotFinite`] when the state or settings do not fit the arm,
+    /// [`Error::Overfull`] and [`Error::Massless`] when the scene cannot be.
+    pub fn new(
+        arm: &ArmModel,
+        scene: &Scene,
+        state: &WorldState,
+        settings: Settings,
+    ) -> Result<Self, Error> {
+        Self::with_effects(arm, scene, state, settings, Vec::new())
+    }
+
+    /// As [`Self::new`], with effects that reality adds.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`].
+    pub fn with_effects(
+        arm: &ArmModel,
+        scene: &Scene,
+        state: &WorldState,
+        settings: Settings,
+        effects: Vec<Arc<dyn Effect>>,
+    ) -> Result<Self, Error> {
+        let finite = |what: &str, ok: bool| {
+            let what = what.to_owned();
+            if ok { Ok(()) } else { Err(Error::NotFinite { what, time: state.time }) }
+        };
+        finite("q", state.q.iter().all(|q| q.is_finite()))?;
+        finite("opening", state.opening.is_finite())?;
+        finite("dt", settings.dt.is_finite() && settings.dt > 0.0)?;
+        let mut model = arm.clone();
+        for effect in &effects {
+            effect.geometry(&mut model);
+        }
+        let stride = (settings.fluid.dt / settings.dt).round().max(1.0);
+        let mut vessels = Vec::new();
+        let mut fillings = Vec::new();
+        for (i, object) in scene.objects.iter().enumerate() {
+            let known = state.object(&object.name);
+            let Some(pose) = known.and_then(|known| known.world_from_object) else { continue };
+            finite(&object.name, is_finite(pose.isometry()))?;
+            let (Some(cavity), Some(vessel)) = (object.cavity, Vessel::new(object)) else {
+                continue;
+            };
+            let water = known.and_then(|known| known.water).unwrap_or(cavity.filled);
+            finite(&object.name, water.is_finite() && water >= 0.0)?;
+            vessels.push(i);
+            fillings.push(Filling { vessel, pose: *pose.isometry(), water });
+        }
+        let physics = Physics::new(&model, scene, state, &settings)?;
+        let fluid_dt = stride * settings.dt;
+        let fluid = Fluid::new(
+            &settings.fluid,
+            &fillings,
+            scene.table,
+            settings.gravity,
+            fluid_dt,
+            settings.seed,
+        )
+        .map_err(|k| Error::Overfull {
+            vessel: scene.objects[vessels[k]].name.clone(),
+            water_ml: fillings[k].water * 1e6,
+        })?;
+        let n_bodies = physics.tree.bodies.len();
+        let goal = if state.held.is_some() { 0.0 } else { state.opening / 2.0 };
+        let mut twin = Self {
+            model: Arc::new(model),
+            scene: Arc::new(scene.clone()),
+            effects,
+            physics,
+            fluid,
+            vessels,
+            stride: stride as u64,
+            steps: 0,
+            began: state.time,
+            command: (state.q.clone(), vec![0.0; state.q.len()]),
+            grip: Grip { aim: goal, goal, speed: 0.0, force: settings.gripper.force },
+            motion: (vec![0.0; n_bodies], vec![0.0; n_bodies]),
+            settings,
+        };
+        twin.feel_water();
+        Ok(twin)
+    }
+
+    /// Sets the joint angles (rad) and speeds (rad/s) the arm's servos aim at, base first.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::WrongLength`] or [`Error::NotFinite`]; the command before stays in force then.
+    pub fn command(&mut self, q: &[f64], dq: &[f64]) -> Result<(), Error> {
+        let expected = self.model.arm.len();
+        for (what, list) in [("q", q), ("dq", dq)] {
+            if list.len() != expected {
+                return Err(Error::WrongLength { what, expected, found: list.len() });
+            }
+            if list.iter().any(|value| !value.is_finite()) {
+                return Err(Error::NotFinite { what: what.into(), time: self.time() });
+            }
+        }
+        self.command = (q.to_vec(), dq.to_vec());
+        Ok(())
+    }
+
+    /// Sends the jaws to an opening (m between the pads) at a speed of the opening (m/s), each pressing
+    /// with at most `force` N on what is in the way.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotFinite`]; the order before stays in force then.
+    pub fn grip(&mut self, opening: f64, speed: f64, force: f64) -> Result<(), Error> {
+        if ![opening, speed, force].iter().all(|value| value.is_finite()) {
+            return Err(Error::NotFinite { what: "grip".into(), time: self.time() });
+        }
+        let [low, high] = self.model.joints[self.model.jaws[0]].limits;
+        let here = self.physics.jaws()[0];
+        self.grip = Grip {
+            aim: here,
+            goal: (opening / 2.0).clamp(low, high),
+            speed: speed.abs() / 2.0,
+            force: force.abs(),
+        };
+        Ok(())
+    }
+
+    /// Advances the twin by one time step.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotFinite`] when the physics diverged; the twin is of no use then, restore a snapshot.
+    pub fn step(&mut self) -> Result<(), Error> {
+        let dt = self.settings.dt;
+        let (q, dq) = (self.physics.q(), self.physics.dq());
+        let (mut aim, mut speed) = self.command.clone();
+        if self.settings.arm.compliance.iter().any(|&c| c > 0.0) {
+            // The servo brings the motor to the command; the link hangs from it by the gear's spring.
+            let load = self.torques();
+            for (i, aim) in aim.iter_mut().enumerate() {
+                *aim -= self.settings.arm.compliance[i] * load[i];
+            }
+        }
+        if !self.effects.is_empty() {
+            let moment = Moment { time: self.time(), q: &q, dq: &dq };
+            let mut tau = vec![0.0; q.len()];
+            for effect in &self.effects {
+                effect.command(&moment, &mut aim, &mut speed);
+                effect.torque(&moment, &mut tau);
+            }
+            self.physics.apply_torques(&tau);
+        }
+        self.physics.aim_arm(&aim, &speed, &self.settings);
+
+        let left = self.grip.goal - self.grip.aim;
+        let stride = if self.grip.speed > 0.0 { self.grip.speed * dt } else { f64::INFINITY };
+        let move_by = left.clamp(-stride, stride);
+        self.grip.aim += move_by;
+        let jaw_speed = if stride.is_finite() { move_by / dt } else { 0.0 };
+        self.physics.aim_jaws(self.grip.aim, jaw_speed, self.grip.force, &self.settings);
+
+        self.physics.step();
+        self.steps += 1;
+        let (_, speeds) = self.physics.coordinates();
+        let acceleration = speeds.iter().zip(&self.motion.0).map(|(now, then)| (now - then) / dt);
+        self.motion = (speeds.clone(), acceleration.collect());
+
+        if self.steps.is_multiple_of(self.stride) && !self.vessels.is_empty() {
+            let poses: Vec<Isometry3<f64>> =
+                self.vessels.iter().filter_map(|&i| self.physics.object_pose(i)).collect();
+            if poses.iter().all(is_finite) {
+                self.fluid.step(&poses);
+                self.feel_water();
+            }
+        }
+        self.check()
+    }
+
+    /// Advances the twin by `seconds`, to the nearest step.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::step`].
+    pub fn run(&mut self, seconds: f64) -> Result<(), Error> {
+        let steps = (seconds / self.settings.dt).round().max(0.0) as u64;
+        (0..steps).try_for_each(|_| self.step())
+    }
+
+    /// NaN is caught where a step ends.
+    fn check(&self) -> Result<(), Error> {
+        let fail = |what: &str| Error::NotFinite { what: what.to_owned(), time: self.time() };
+        if !self.physics.q().iter().all(|q| q.is_finite()) {
+            return Err(fail("q"));
+        }
+        for (i, object) in self.scene.objects.iter().enumerate() {
+            if self.physics.object_pose(i).is_some_and(|pose| !is_finite(&pose)) {
+                return Err(fail(&object.name));
+            }
+        }
+        Ok(())
+    }
+
+    /// Lets each vessel feel the weight of its water.
+    fn feel_water(&mut self) {
+        for (k, &object) in self.vessels.iter().enumerate() {
+            self.physics.add_inertia(object, &self.fluid.felt(k));
+        }
+    }
+
+    /// Returns the time, s, on from that of the state the twin was built from.
+    pub fn time(&self) -> f64 {
+        self.began + self.steps as f64 * self.settings.dt
+    }
+
+    /// Returns the time step, s.
+    pub fn dt(&self) -> f64 {
+        self.settings.dt
+    }
+
+    /// Returns the true joint angles, on the links' side, base first, rad.
+    pub fn q(&self) -> Vec<f64> {
+        self.physics.q()
+    }
+
+    /// Returns the joint speeds, base first, rad/s.
+    pub fn dq(&self) -> Vec<f64> {
+        self.physics.dq()
+    }
+
+    /// Returns what the joints' encoders say, base first, rad: the angles on the motors' side.
+    pub fn encoders(&self) -> Vec<f64> {
+        let mut q = self.q();
+        let mut tau = self.torques();
+        for (i, q) in q.iter_mut().enumerate() {
+            *q += self.settings.arm.compliance[i] * tau[i];
+        }
+        self.sense(&mut q, &mut tau);
+        q
+    }
+
+    /// Returns what torque sensors in the joints say, base first, N·m: what it takes to carry and
+    /// accelerate links, gripper and the held object with its water.
+    ///
+    /// Positive as the joint turns. Contacts other than the grasp are not felt.
+    pub fn torques(&self) -> Vec<f64> {
+        let tree = &self.physics.tree;
+        let (coordinates, _) = self.physics.coordinates();
+        let gravity = self.scene.world_from_base.rotation().inverse() * self.settings.gravity;
+        let load = self.held_index().and_then(|object| {
+            let body = *tree.arm.last()?;
+            let inertia = self.physics.object_inertia(object)?;
+            let pose = self.physics.object_pose(object)?;
+            let body_from_object = self.physics.body_pose(body).inverse() * pose;
+            Some((body, inertia.seen_from(&body_from_object)))
+        });
+        let (speeds, accelerations) = &self.motion;
+        let all = tree.inverse_dynamics(&coordinates, speeds, accelerations, gravity, load);
+        tree.arm.iter().map(|&body| all[body]).collect()
+    }
+
+    /// Returns what the torque sensors say once the effects have had their part in it, N·m.
+    pub fn torque_sensors(&self) -> Vec<f64> {
+        let (mut q, mut tau) = (self.q(), self.torques());
+        self.sense(&mut q, &mut tau);
+        tau
+    }
+
+    fn sense(&self, q: &mut [f64], tau: &mut [f64]) {
+        if !self.effects.is_empty() {
+            let (true_q, true_dq) = (self.q(), self.dq());
+            let moment = Moment { time: self.time(), q: &true_q, dq: &true_dq };
+            for effect in &self.effects {
+                effect.sensor(&moment, q, tau);
+            }
+        }
+    }
+
+    /// Returns the opening between the pads, m.
+    pub fn opening(&self) -> f64 {
+        self.physics.jaws().iter().sum()
+    }
+
+    /// Returns whether two things touch: links, objects or `table`, by name. What is not there touches
+    /// nothing.
+    pub fn contacts(&self, a: &str, b: &str) -> bool {
+        let part = |name: &str| {
+            if name == "table" {
+                return Some(Part::Table);
+            }
+            let object = self.scene.objects.iter().position(|object| object.name == name);
+            let link = || self.model.links.iter().position(|link| link.name == name);
+            object
+                .map(Part::Object)
+                .or_else(|| link().map(|link| Part::Body(self.physics.tree.links[link].0)))
+        };
+        matches!((part(a), part(b)), (Some(a), Some(b)) if self.physics.touch(a, b))
+    }
+
+    /// Returns the object both pads touch, if any.
+    fn held_index(&self) -> Option<usize> {
+        (0..self.scene.objects.len()).find(|&object| self.physics.holds(object))
+    }
+
+    /// Returns the poses of all links in the world, by name.
+    pub fn link_poses(&self) -> Vec<(&str, Isometry3<f64>)> {
+        let links = self.model.links.iter().enumerate();
+        links.map(|(i, link)| (link.name.as_str(), self.physics.link_pose(i))).collect()
+    }
+
+    /// Returns the velocity of an object's centre of mass (m/s) and its spin (rad/s).
+    pub fn object_velocity(&self, name: &str) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let object = self.scene.objects.iter().position(|object| object.name == name)?;
+        self.physics.object_velocity(object)
+    }
+
+    /// Returns the centres of the water's particles in the world, m.
+    pub fn water(&self) -> &[Vector3<f32>] {
+        self.fluid.positions()
+    }
+
+    /// Returns the water itself.
+    pub fn fluid(&self) -> &Fluid {
+        &self.fluid
+    }
+
+    /// Returns the arm as the effects have changed it.
+    pub fn arm(&self) -> &ArmModel {
+        &self.model
+    }
+
+    /// Returns the scene the twin was built from.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Returns the settings the twin was built with.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Returns everything that changes, as it is now.
+    pub fn state(&self) -> WorldState {
+        let objects = self.scene.objects.iter().enumerate().map(|(i, object)| ObjectState {
+            name: object.name.clone(),
+            world_from_object: self.physics.object_pose(i).map(Pose::new),
+            std: 0.0,
+            water: self
+                .vessels
+                .iter()
+                .position(|&vessel| vessel == i)
+                .map(|k| self.fluid.volume_in(k)),
+        });
+        WorldState {
+            time: self.time(),
+            q: self.q(),
+            opening: self.opening(),
+            world_from_tool: Pose::new(self.physics.link_pose(self.model.tool)),
+            held: self.held_index().map(|i| self.scene.objects[i].name.clone()),
+            objects: objects.collect(),
+            spilt: Some(self.fluid.spilt()),
+        }
+    }
+
+    /// Returns the twin as it is now, to come back to.
+    pub fn snapshot(&self) -> Snapshot {
+        Snapshot(Box::new(self.clone()))
+    }
+
+    /// Returns to a snapshot; stepping on gives the same bits as it did from there.
+    pub fn restore(&mut self, snapshot: &Snapshot) {
+        *self = (*snapshot.0).clone();
+    }
+}
+
+fn is_finite(pose: &Isometry3<f64>) -> bool {
+    pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|value| value.is_finite())
+}

@@ -1,0 +1,390 @@
+//! Analytic open vessels: a prism with a floor, walls of some thickness and an open top.
+//!
+//! A particle knows for each vessel whether it is inside, and the only way in or out is through the
+//! mouth: [`Vessel::confine`] looks at the path since the last step, relative to the moving vessel, and
+//! at the side the particle was on. So nothing crosses a wall, however fast, and also when the lip of
+//! one vessel dips below the rim of another.
+
+use nalgebra::{Isometry3, Vector3};
+
+use super::kernel::Kernel;
+use crate::world::{Object, Shape};
+
+/// The outline of a prism, seen from above.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Outline {
+    /// Half edge lengths, m.
+    Box(f32, f32),
+    /// Radius, m.
+    Round(f32),
+}
+
+impl Outline {
+    /// Returns the outline moved outwards by `d` m.
+    fn grown(self, d: f32) -> Self {
+        match self {
+            Self::Box(x, y) => Self::Box((x + d).max(0.0), (y + d).max(0.0)),
+            Self::Round(r) => Self::Round((r + d).max(0.0)),
+        }
+    }
+
+    fn contains(self, p: &Vector3<f32>) -> bool {
+        match self {
+            Self::Box(x, y) => p.x.abs() <= x && p.y.abs() <= y,
+            Self::Round(r) => p.x * p.x + p.y * p.y <= r * r,
+        }
+    }
+
+    /// Moves a point that is outside onto the outline.
+    fn pull_in(self, p: &mut Vector3<f32>) {
+        match self {
+            Self::Box(x, y) => {
+                p.x = p.x.clamp(-x, x);
+                p.y = p.y.clamp(-y, y);
+            }
+            Self::Round(r) => {
+                let d = across(p);
+                if d > r {
+                    p.x *= r / d;
+                    p.y *= r / d;
+                }
+            }
+        }
+    }
+
+    /// Moves a point that is inside onto the nearest place of the outline.
+    fn push_out(self, p: &mut Vector3<f32>) {
+        match self {
+            Self::Box(x, y) => {
+                if x - p.x.abs() < y - p.y.abs() {
+                    p.x = x.copysign(p.x);
+                } else {
+                    p.y = y.copysign(p.y);
+                }
+            }
+            Self::Round(r) => {
+                let d = across(p);
+                if d > 1e-9 {
+                    p.x *= r / d;
+                    p.y *= r / d;
+                } else {
+                    p.x = r;
+                }
+            }
+        }
+    }
+
+    /// Returns the fraction of the way from `a` (inside) to `b` (outside) where the path leaves.
+    fn leaves_at(self, a: &Vector3<f32>, b: &Vector3<f32>) -> f32 {
+        match self {
+            Self::Box(x, y) => {
+                let axis = |a: f32, b: f32, half: f32| {
+                    if b.abs() > half { (half.copysign(b) - a) / (b - a) } else { 1.0 }
+                };
+                axis(a.x, b.x, x).min(axis(a.y, b.y, y)).clamp(0.0, 1.0)
+            }
+            Self::Round(r) => {
+                let (dx, dy) = (b.x - a.x, b.y - a.y);
+                let square = dx * dx + dy * dy;
+                let along = a.x * dx + a.y * dy;
+                let rest = (a.x * a.x + a.y * a.y - r * r).min(0.0);
+                if square < 1e-18 {
+                    return 1.0;
+                }
+                ((-along + (along * along - square * rest).sqrt()) / square).clamp(0.0, 1.0)
+            }
+        }
+    }
+}
+
+/// Returns the distance from the axis, m; lengths here are far from where `hypot` would be needed.
+fn across(p: &Vector3<f32>) -> f32 {
+    (p.x * p.x + p.y * p.y).sqrt()
+}
+
+/// A vessel in its own frame: origin at the centre of its base, z up.
+#[derive(Debug, Clone)]
+pub struct Vessel {
+    inner: Outline,
+    outer: Outline,
+    floor: f32,
+    rim: f32,
+}
+
+impl Vessel {
+    /// Returns the vessel an object is, if it is one.
+    pub fn new(object: &Object) -> Option<Self> {
+        let outline = |shape: Shape| match shape {
+            Shape::Cuboid { size } => Outline::Box((size.x / 2.0) as f32, (size.y / 2.0) as f32),
+            Shape::Cylinder { radius, .. } => Outline::Round(radius as f32),
+        };
+        Some(Self {
+            inner: outline(object.inside()?),
+            outer: outline(object.shape),
+            floor: object.cavity?.wall as f32,
+            rim: object.shape.height() as f32,
+        })
+    }
+
+    /// Returns the volume to the rim, m³.
+    pub fn volume(&self) -> f32 {
+        self.area() * (self.rim - self.floor)
+    }
+
+    /// Returns the height of the rim above the base, m.
+    pub fn rim(&self) -> f32 {
+        self.rim
+    }
+
+    /// Returns the radius about the origin that contains the vessel, m.
+    pub fn bound(&self) -> f32 {
+        let across = match self.outer {
+            Outline::Box(x, y) => x.hypot(y),
+            Outline::Round(r) => r,
+        };
+        across.hypot(self.rim)
+    }
+
+    /// Returns whether a point is between the inside walls or above them.
+    pub fn above_floor(&self, p: &Vector3<f32>) -> bool {
+        p.z > 0.0 && self.inner.contains(p)
+    }
+
+    /// Returns the area of the inside floor, m².
+    pub fn area(&self) -> f32 {
+        match self.inner {
+            Outline::Box(x, y) => 4.0 * x * y,
+            Outline::Round(r) => std::f32::consts::PI * r * r,
+        }
+    }
+
+    /// Returns `n` places for particles about `spacing` m apart, filling the vessel from the floor, or
+    /// `None` when they do not fit below the rim.
+    pub fn fill(&self, n: usize, spacing: f32) -> Option<Vec<Vector3<f32>>> {
+        let mut layer = Vec::new();
+        let reach = match self.inner {
+            Outline::Box(x, y) => x.max(y),
+            Outline::Round(r) => r,
+        };
+        let half = (reach / spacing).ceil() as i32;
+        let allowed = self.inner.grown(-0.45 * spacing);
+        // A lattice symmetric about the axis, with or without a row through it, whichever holds more.
+        for shift in [0.0, 0.5] {
+            let mut rows = Vec::new();
+            for i in -half..=half {
+                for j in -half..=half {
+                    let x = (i as f32 + shift) * spacing;
+                    let p = Vector3::new(x, (j as f32 + shift) * spacing, 0.0);
+                    if allowed.contains(&p) {
+                        rows.push(p);
+                    }
+                }
+            }
+            if rows.len() > layer.len() {
+                layer = rows;
+            }
+        }
+        if n == 0 {
+            return Some(Vec::new());
+        }
+        if layer.is_empty() {
+            return None;
+        }
+        let layers = n.div_ceil(layer.len());
+        let height = self.rim - self.floor;
+        // A nearly full vessel may need the layers a little closer than the rows.
+        let step = spacing.min(height / layers as f32);
+        if step < 0.7 * spacing {
+            return None;
+        }
+        let places = (0..layers).flat_map(|k| {
+            let z = self.floor + (k as f32 + 0.5) * step;
+            layer.iter().map(move |p| Vector3::new(p.x, p.y, z))
+        });
+        Some(places.take(n).collect())
+    }
+
+    /// Returns whether a point (in the vessel's frame) lies between floor and rim, inside the walls.
+    pub fn holds(&self, p: &Vector3<f32>) -> bool {
+        p.z < self.rim && p.z >= 0.0 && self.inner.grown(1e-5).contains(p)
+    }
+
+    /// Returns whether a point is near the vessel or above its mouth: where a particle matters to it.
+    pub fn near(&self, p: &Vector3<f32>, reach: f32) -> bool {
+        p.z < self.rim + reach && p.z > -reach && self.outer.grown(reach).contains(p)
+    }
+
+    /// Returns where a particle may be that was at `from` and wants to be at `to` (both in the vessel's
+    /// frame, then and now), and whether it is inside now. `margin` m is kept from the surfaces.
+    pub fn confine(
+        &self,
+        from: &Vector3<f32>,
+        inside: bool,
+        to: &Vector3<f32>,
+        margin: f32,
+    ) -> (Vector3<f32>, bool) {
+        let mut p = *to;
+        let came_in = !inside && self.enters(from, to);
+        if inside || came_in {
+            if p.z >= self.rim {
+                let out = !self.inner.contains(&p);
+                if out && inside {
+                    let t = self.inner.leaves_at(from, &p);
+                    if from.z + t * (p.z - from.z) < self.rim {
+                        self.inner.grown(-margin).pull_in(&mut p);
+                    }
+                }
+                return (p, false);
+            }
+            self.inner.grown(-margin).pull_in(&mut p);
+            p.z = p.z.max(self.floor + margin);
+            return (p, true);
+        }
+        let hull = self.outer.grown(margin);
+        if p.z >= self.rim || p.z <= -margin || !hull.contains(&p) {
+            return (p, false);
+        }
+        // It came into the walls from outside: on top of the rim, from below, or through the side.
+        if from.z >= self.rim && self.outer.contains(&self.at_rim(from, to)) {
+            p.z = self.rim;
+        } else if from.z <= -margin && self.outer.contains(from) {
+            p.z = -margin;
+        } else {
+            hull.push_out(&mut p);
+        }
+        (p, false)
+    }
+
+    /// Returns whether a path from outside goes down through the mouth.
+    fn enters(&self, from: &Vector3<f32>, to: &Vector3<f32>) -> bool {
+        from.z >= self.rim && to.z < self.rim && self.inner.contains(&self.at_rim(from, to))
+    }
+
+    /// Returns where a downward path passes the rim's plane.
+    fn at_rim(&self, from: &Vector3<f32>, to: &Vector3<f32>) -> Vector3<f32> {
+        let drop = from.z - to.z;
+        let t = if drop > 1e-9 { ((from.z - self.rim) / drop).clamp(0.0, 1.0) } else { 1.0 };
+        from + (to - from) * t
+    }
+
+    /// Returns the density that the walls lend to a particle inside, and its gradient, 1/m.
+    pub fn wall_density(&self, p: &Vector3<f32>, kernel: &Kernel) -> (f32, Vector3<f32>) {
+        let h = kernel.h;
+        if p.z > self.rim + h {
+            return (0.0, Vector3::zeros());
+        }
+        // Walls end at the rim: what a particle near it lacks is only the part below.
+        let below = 1.0 - kernel.beyond(self.rim - p.z);
+        let mut free = 1.0;
+        let mut walls: [(f32, f32, Vector3<f32>); 4] = [(0.0, 0.0, Vector3::zeros()); 4];
+        let mut n_walls = 0;
+        let mut add = |distance: f32, outward: Vector3<f32>, share: f32| {
+            if distance < h {
+                let lack = kernel.beyond(distance) * share;
+                walls[n_walls] = (lack, kernel.beyond_slope(distance) * share, outward);
+                n_walls += 1;
+                free *= 1.0 - lack;
+            }
+        };
+        add(p.z - self.floor, -Vector3::z(), 1.0);
+        match self.inner {
+            Outline::Box(x, y) => {
+                // The nearer wall of each pair; a vessel is wider than two kernels.
+                add(x - p.x.abs(), Vector3::x() * p.x.signum(), below);
+                add(y - p.y.abs(), Vector3::y() * p.y.signum(), below);
+            }
+            Outline::Round(r) => {
+                let d = across(p);
+                if d > 1e-6 {
+                    add(r - d, Vector3::new(p.x / d, p.y / d, 0.0), below);
+                }
+            }
+        }
+        // Walls at right angles overlap in the corner; the free parts multiply.
+        let mut gradient = Vector3::zeros();
+        for &(lack, slope, outward) in &walls[..n_walls] {
+            gradient += outward * (slope * free / (1.0 - lack).max(1e-3));
+        }
+        (1.0 - free, gradient)
+    }
+
+    /// Returns the distance to the nearest inside surface, m, for a particle inside.
+    pub fn wall_distance(&self, p: &Vector3<f32>) -> f32 {
+        let side = match self.inner {
+            Outline::Box(x, y) => (x - p.x.abs()).min(y - p.y.abs()),
+            Outline::Round(r) => r - across(p),
+        };
+        side.min(p.z - self.floor)
+    }
+}
+
+/// Returns a pose in single precision.
+pub(super) fn single(pose: &Isometry3<f64>) -> Isometry3<f32> {
+    pose.cast()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn jar() -> Vessel {
+        Vessel {
+            inner: Outline::Box(0.03, 0.03),
+            outer: Outline::Box(0.033, 0.033),
+            floor: 0.003,
+            rim: 0.14,
+        }
+    }
+
+    fn cup() -> Vessel {
+        Vessel {
+            inner: Outline::Round(0.077),
+            outer: Outline::Round(0.08),
+            floor: 0.003,
+            rim: 0.095,
+        }
+    }
+
+    #[test]
+    fn no_path_leaves_through_a_wall_but_any_through_the_mouth() {
+        let inside = Vector3::new(0.02, 0.0, 0.05);
+        for vessel in [jar(), cup()] {
+            for to in [
+                Vector3::new(0.2, 0.0, 0.05),
+                Vector3::new(0.02, -0.3, 0.07),
+                Vector3::new(0.0, 0.0, -0.1),
+                Vector3::new(0.5, 0.0, 0.2),
+            ] {
+                let (p, still) = vessel.confine(&inside, true, &to, 0.001);
+                assert!(still == (p.z < vessel.rim), "{to:?} became {p:?}");
+                assert!(vessel.inner.contains(&p) && p.z >= vessel.floor, "{to:?} became {p:?}");
+            }
+            let up = Vector3::new(0.02, 0.0, 0.2);
+            assert_eq!(vessel.confine(&inside, true, &up, 0.001), (up, false));
+        }
+    }
+
+    #[test]
+    fn no_path_enters_through_a_wall_but_any_through_the_mouth() {
+        for vessel in [jar(), cup()] {
+            let target = Vector3::new(0.0, 0.01, 0.05);
+            for from in [
+                Vector3::new(0.2, 0.0, 0.05),
+                Vector3::new(0.0, 0.0, -0.05),
+                Vector3::new(0.2, 0.0, vessel.rim + 0.001),
+            ] {
+                let (p, inside) = vessel.confine(&from, false, &target, 0.001);
+                assert!(!inside && !vessel.holds(&p), "{from:?} became {p:?}");
+            }
+            let above = Vector3::new(0.0, 0.01, vessel.rim + 0.02);
+            assert_eq!(vessel.confine(&above, false, &target, 0.001), (target, true));
+        }
+    }
+
+    #[test]
+    fn a_drop_on_the_rim_stays_on_the_rim() {
+        let from = Vector3::new(0.0315, 0.0, 0.142);
+        let (p, inside) = jar().confine(&from, false, &Vector3::new(0.0315, 0.0, 0.13), 0.001);
+        assert!(!inside && (p.z - 0.14).abs() < 1e-6);
+    }
+}

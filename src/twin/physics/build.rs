@@ -1,0 +1,338 @@
+//! Putting arm, table and objects into the engine.
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use rapier3d_f64::dynamics::{
+    CoefficientCombineRule, GenericJoint, GenericJointBuilder, JointAxesMask, JointAxis,
+    MotorModel, MultibodyDofCoupling, MultibodyLink, RigidBodyBuilder, RigidBodyHandle,
+};
+use rapier3d_f64::geometry::{
+    ColliderBuilder, Group, InteractionGroups, InteractionTestMode, SharedShape,
+};
+use rapier3d_f64::math::Pose as EnginePose;
+
+use super::super::convert::{inertia_to_engine, pose_to_engine};
+use super::super::{Error, Settings};
+use super::arm::{ArmModel, JointKind, JointModel, Solid};
+use super::{Joint, Physics};
+use crate::world::{Object, Scene, Shape, WorldState};
+
+/// Sides of the polygon that stands for a round wall.
+const SIDES: usize = 16;
+
+const TABLE: Group = Group::GROUP_1;
+const ARM: Group = Group::GROUP_2;
+const OBJECT: Group = Group::GROUP_3;
+
+/// The arm is not tested against itself: its planner keeps it clear, and its neighbours overlap.
+fn groups(member: Group) -> InteractionGroups {
+    let all = TABLE | ARM | OBJECT;
+    let filter = if member == OBJECT { all } else { all & !member };
+    InteractionGroups::new(member, filter, InteractionTestMode::And)
+}
+
+/// Surface coefficients whose products are the pairs' coefficients.
+struct Roughness {
+    pad: f64,
+    table: f64,
+    object: f64,
+}
+
+impl Roughness {
+    fn new(settings: &Settings) -> Self {
+        let friction = &settings.friction;
+        // With a frictionless object no product could give the other pairs any friction.
+        let object = friction.object_object.max(1e-6).sqrt();
+        Self { pad: friction.pad_object / object, table: friction.table_object / object, object }
+    }
+}
+
+/// Gives a collider its friction and its groups.
+fn surface(builder: ColliderBuilder, roughness: f64, member: Group) -> ColliderBuilder {
+    builder
+        .friction(roughness)
+        .friction_combine_rule(CoefficientCombineRule::Multiply)
+        .restitution(0.0)
+        .collision_groups(groups(member))
+}
+
+impl Physics {
+    /// Adds the table slab, its top the plane z = 0.
+    pub(super) fn add_table(&mut self, scene: &Scene, settings: &Settings) -> RigidBodyHandle {
+        let half = scene.table.size / 2.0;
+        let [x, y] = scene.table.centre;
+        let pose = Isometry3::translation(x, y, -half.z);
+        let body = self.bodies.insert(RigidBodyBuilder::fixed().pose(pose_to_engine(&pose)));
+        let slab = ColliderBuilder::cuboid(half.x, half.y, half.z);
+        let slab = surface(slab, Roughness::new(settings).table, TABLE);
+        self.colliders.insert_with_parent(slab, body, &mut self.bodies);
+        body
+    }
+
+    /// Adds the arm as one multibody in the state's configuration.
+    pub(super) fn add_arm(
+        &mut self,
+        model: &ArmModel,
+        scene: &Scene,
+        state: &WorldState,
+        settings: &Settings,
+    ) -> Result<(), Error> {
+        let n = model.arm.len();
+        check_length("q", n, state.q.len())?;
+        for (what, list) in [
+            ("kp", &settings.arm.kp),
+            ("kd", &settings.arm.kd),
+            ("armature", &settings.arm.armature),
+            ("coulomb", &settings.arm.coulomb),
+            ("viscous", &settings.arm.viscous),
+            ("compliance", &settings.arm.compliance),
+        ] {
+            check_length(what, n, list.len())?;
+        }
+        let roughness = Roughness::new(settings);
+        let tree = self.tree.clone();
+        let jaw = state.opening / 2.0;
+        let coordinate = |body: usize| {
+            let arm = tree.arm.iter().position(|&b| b == body).map(|i| state.q[i]);
+            arm.or(tree.jaws.contains(&body).then_some(jaw)).unwrap_or(0.0)
+        };
+
+        let mut poses: Vec<Isometry3<f64>> = Vec::new();
+        for (i, body) in tree.bodies.iter().enumerate() {
+            let pose = match (body.parent, &body.joint) {
+                (Some(parent), Some(joint)) => {
+                    poses[parent] * joint.parent_from_child(coordinate(i))
+                }
+                _ => *scene.world_from_base.isometry(),
+            };
+            poses.push(pose);
+            let builder = if body.parent.is_none() {
+                RigidBodyBuilder::fixed()
+            } else {
+                RigidBodyBuilder::dynamic()
+                    .gravity_scale(settings.arm.uncompensated)
+                    .additional_mass_properties(inertia_to_engine(&body.inertia))
+            };
+            let builder = builder.pose(pose_to_engine(&pose)).can_sleep(false);
+            let handle = self.bodies.insert(builder);
+            self.links.push(handle);
+            let pad = tree.jaws.contains(&i);
+            let rough = if pad { roughness.pad } else { roughness.object };
+            for &(link, body_from_link) in &body.links {
+                for (link_from_shape, solid) in &model.links[link].shapes {
+                    let (turned, shape) = shape(solid);
+                    let pose = body_from_link * link_from_shape * turned;
+                    let collider = ColliderBuilder::new(shape).density(0.0);
+                    let collider = collider.position(pose_to_engine(&pose));
+                    let collider = surface(collider, rough, ARM);
+                    self.colliders.insert_with_parent(collider, handle, &mut self.bodies);
+                }
+            }
+        }
+
+        for (i, body) in tree.bodies.iter().enumerate() {
+            let (Some(parent), Some(model)) = (body.parent, &body.joint) else { continue };
+            let is_jaw = tree.jaws.contains(&i);
+            let effort = if is_jaw { settings.gripper.force } else { model.effort };
+            let joint = engine_joint(model, effort);
+            let (a, b) = (self.links[parent], self.links[i]);
+            let handle = self
+                .multibody_joints
+                .insert(a, b, joint, true)
+                .expect("each body of a tree is joined to one parent");
+            let axis = joint_axis(model);
+            let joint = Joint { handle, axis, body: i };
+            if is_jaw { self.jaws.push(joint) } else { self.arm.push(joint) }
+        }
+        // The coordinates and the order of the engine's degrees of freedom are final only after a
+        // first pass of forward kinematics.
+        let Some(first) = self.arm.first().copied() else { return Ok(()) };
+        let (multibody, _) = self.multibody_joints.get_mut(first.handle).expect("just inserted");
+        multibody.set_self_contacts_enabled(false);
+        multibody.forward_kinematics(&self.bodies, true);
+        let mut displacement = vec![0.0; multibody.ndofs()];
+        let joints: Vec<Joint> = self.arm.iter().chain(&self.jaws).copied().collect();
+        let mut ids = Vec::new();
+        for joint in &joints {
+            let (multibody, link) = self.multibody_joints.get(joint.handle).expect("just inserted");
+            let dof = multibody.link(link).map_or(0, MultibodyLink::assembly_id);
+            displacement[dof] = coordinate(joint.body);
+            ids.push((link, dof));
+        }
+        let (multibody, _) = self.multibody_joints.get_mut(first.handle).expect("just inserted");
+        for (i, &(_, dof)) in ids.iter().enumerate() {
+            let arm = i < n;
+            multibody.damping_mut()[dof] = if arm { settings.arm.viscous[i] } else { 0.0 };
+            multibody.frictions_mut()[dof] = if arm { settings.arm.coulomb[i] } else { 0.0 };
+            multibody.armature_mut()[dof] =
+                if arm { settings.arm.armature[i] } else { settings.gripper.armature };
+        }
+        let [(lead, _), (follow, _)] = ids[n..] else {
+            return Err(Error::Robot("the gripper has not two jaws".into()));
+        };
+        multibody.add_dof_coupling(MultibodyDofCoupling {
+            link1: lead,
+            dof1: 0,
+            axis1: JointAxis::LinX as usize,
+            link2: follow,
+            dof2: 0,
+            axis2: JointAxis::LinX as usize,
+            coeff: 1.0,
+            offset: 0.0,
+        });
+        multibody.apply_displacements(&displacement);
+        multibody.forward_kinematics(&self.bodies, false);
+        multibody.update_rigid_bodies(&mut self.bodies, true);
+        Ok(())
+    }
+
+    /// Adds the objects whose poses are known.
+    pub(super) fn add_objects(
+        &mut self,
+        scene: &Scene,
+        state: &WorldState,
+        settings: &Settings,
+    ) -> Result<(), Error> {
+        let roughness = Roughness::new(settings);
+        for object in &scene.objects {
+            let pose = state.object(&object.name).and_then(|state| state.world_from_object);
+            let Some(pose) = pose else {
+                self.objects.push(None);
+                continue;
+            };
+            if object.mass.is_nan() || object.mass <= 0.0 {
+                return Err(Error::Massless(object.name.clone()));
+            }
+            let body = RigidBodyBuilder::dynamic().pose(pose_to_engine(pose.isometry()));
+            let handle = self.bodies.insert(body.can_sleep(false));
+            let collider = ColliderBuilder::new(object_shape(object)).mass(object.mass);
+            let collider = surface(collider, roughness.object, OBJECT);
+            self.colliders.insert_with_parent(collider, handle, &mut self.bodies);
+            self.objects.push(Some(handle));
+        }
+        Ok(())
+    }
+}
+
+fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(), Error> {
+    if expected == found { Ok(()) } else { Err(Error::WrongLength { what, expected, found }) }
+}
+
+/// Returns the engine's number of the joint's free axis.
+fn joint_axis(model: &JointModel) -> JointAxis {
+    if model.kind == JointKind::Prismatic { JointAxis::LinX } else { JointAxis::AngX }
+}
+
+/// Returns the engine's joint: its free axis is local x, so both frames are turned to the model's axis.
+fn engine_joint(model: &JointModel, effort: f64) -> GenericJoint {
+    let axis = joint_axis(model);
+    let turn = UnitQuaternion::rotation_between(&Vector3::x(), &model.axis).unwrap_or_else(|| {
+        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::PI)
+    });
+    let turn = Isometry3::from_parts(Translation3::identity(), turn);
+    let locked = JointAxesMask::all() & !JointAxesMask::from(axis);
+    let mut builder = GenericJointBuilder::new(locked)
+        .local_frame1(pose_to_engine(&(model.origin * turn)))
+        .local_frame2(pose_to_engine(&turn))
+        .contacts_enabled(false)
+        .motor_model(axis, MotorModel::ForceBased)
+        .motor_max_force(axis, effort);
+    if model.limits.iter().all(|limit| limit.is_finite()) {
+        builder = builder.limits(axis, model.limits);
+    }
+    builder.build()
+}
+
+/// Returns the engine's shape of a solid, and how the solid must be turned: the engine's cylinders and
+/// capsules stand along y, ours along z.
+fn shape(solid: &Solid) -> (Isometry3<f64>, SharedShape) {
+    match *solid {
+        Solid::Box(half) => (Isometry3::identity(), SharedShape::cuboid(half.x, half.y, half.z)),
+        Solid::Ball(radius) => (Isometry3::identity(), SharedShape::ball(radius)),
+        Solid::Cylinder(radius, half) => (y_to_z(), SharedShape::cylinder(half, radius)),
+        Solid::Capsule(radius, half) => (y_to_z(), SharedShape::capsule_y(half, radius)),
+    }
+}
+
+fn y_to_z() -> Isometry3<f64> {
+    Isometry3::rotation(Vector3::x() * std::f64::consts::FRAC_PI_2)
+}
+
+/// Returns an object's shape in its own frame: thin walls when it is a vessel, else a solid.
+fn object_shape(object: &Object) -> SharedShape {
+    let at = |x: f64, y: f64, z: f64| Isometry3::translation(x, y, z);
+    let Some(cavity) = object.cavity else {
+        let (turned, shape) = match object.shape {
+            Shape::Cuboid { size } => shape(&Solid::Box(size / 2.0)),
+            Shape::Cylinder { radius, height } => shape(&Solid::Cylinder(radius, height / 2.0)),
+        };
+        let pose = at(0.0, 0.0, object.shape.height() / 2.0) * turned;
+        return SharedShape::compound(vec![(pose_to_engine(&pose), shape)]);
+    };
+    let half_wall = cavity.wall / 2.0;
+    // Walls stand on the floor, so that only the floor touches the table.
+    let wall_half = (object.shape.height() - cavity.wall) / 2.0;
+    let wall_z = cavity.wall + wall_half;
+    let mut parts: Vec<(EnginePose, SharedShape)> = Vec::new();
+    match object.shape {
+        Shape::Cuboid { size } => {
+            let (hx, hy) = (size.x / 2.0, size.y / 2.0);
+            let floor = SharedShape::cuboid(hx, hy, half_wall);
+            parts.push((pose_to_engine(&at(0.0, 0.0, half_wall)), floor));
+            for side in [-1.0, 1.0] {
+                let x = at(side * (hx - half_wall), 0.0, wall_z);
+                parts.push((pose_to_engine(&x), SharedShape::cuboid(half_wall, hy, wall_half)));
+                let y = at(0.0, side * (hy - half_wall), wall_z);
+                parts.push((pose_to_engine(&y), SharedShape::cuboid(hx, half_wall, wall_half)));
+            }
+        }
+        Shape::Cylinder { radius, .. } => {
+            let (turned, floor) = shape(&Solid::Cylinder(radius, half_wall));
+            parts.push((pose_to_engine(&(at(0.0, 0.0, half_wall) * turned)), floor));
+            let half_angle = std::f64::consts::PI / SIDES as f64;
+            for side in 0..SIDES {
+                let turn = Isometry3::rotation(Vector3::z() * (2.0 * half_angle * side as f64));
+                let pose = turn * at(radius - half_wall, 0.0, wall_z);
+                let wall = SharedShape::cuboid(half_wall, radius * half_angle.tan(), wall_half);
+                parts.push((pose_to_engine(&pose), wall));
+            }
+        }
+    }
+    SharedShape::compound(parts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::convert::to_engine;
+    use super::*;
+    use crate::world::{Cavity, Material};
+
+    #[test]
+    fn a_vessel_is_open_at_the_top_and_closed_below() {
+        let cavity = Cavity { wall: 0.003, capacity: 2.5e-4, filled: 0.0 };
+        for shape in [
+            Shape::Cuboid { size: Vector3::new(0.065, 0.065, 0.14) },
+            Shape::Cylinder { radius: 0.08, height: 0.095 },
+        ] {
+            let object = Object {
+                name: "vessel".into(),
+                kind: "Container".into(),
+                shape,
+                cavity: Some(cavity),
+                looks: String::new(),
+                material: Material::Opaque,
+                colour: [0; 3],
+                mass: 0.1,
+            };
+            let solid = object_shape(&object);
+            let inside = |x: f64, y: f64, z: f64| {
+                solid.contains_point(&EnginePose::IDENTITY, to_engine(&Vector3::new(x, y, z)))
+            };
+            let outer = shape.inner_radius();
+            assert!(inside(0.0, 0.0, 0.001), "the floor is solid");
+            assert!(!inside(0.0, 0.0, 0.004), "the cavity is empty");
+            assert!(!inside(0.0, 0.0, shape.height() - 1e-4), "the mouth is open");
+            assert!(inside(outer - 0.001, 0.0, shape.height() / 2.0), "the wall is solid");
+            assert!(!inside(outer + 1e-4, 0.0, shape.height() / 2.0), "the wall ends");
+        }
+    }
+}

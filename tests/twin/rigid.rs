@@ -1,0 +1,109 @@
+//! Rigid bodies against closed forms.
+
+use super::*;
+
+#[test]
+fn a_dropped_block_falls_as_galileo_says() {
+    let block = solid("block", Shape::Cuboid { size: Vector3::new(0.05, 0.05, 0.05) }, 0.3);
+    let mut twin = twin(vec![block], &state(&HOME, &[("block", at(0.3, 0.3, 0.8), 0.0)]));
+    let t = 0.3;
+    twin.run(t).unwrap();
+    let z = twin.state().objects[0].world_from_object.unwrap().origin().z;
+    // Symplectic Euler is ahead of the parabola by g t dt / 2 at most.
+    let expected = 0.8 - 0.5 * 9.81 * t * t;
+    assert!((z - expected).abs() < 9.81 * t * twin.dt(), "{z} for {expected}");
+}
+
+/// Runs a block on a table tilted by `angle` (gravity tilted the other way); returns how far it slid.
+fn slide(angle: f64, seconds: f64) -> f64 {
+    let block = solid("block", Shape::Cuboid { size: Vector3::new(0.06, 0.06, 0.03) }, 0.3);
+    let model = gen3();
+    let mut settings = Settings::for_arm(&model);
+    settings.gravity = Vector3::new(9.81 * angle.sin(), 0.0, -9.81 * angle.cos());
+    let start = state(&HOME, &[("block", at(0.2, 0.3, 0.0), 0.0)]);
+    let mut twin = Twin::new(&model, &scene(vec![block]), &start, settings).unwrap();
+    twin.run(seconds).unwrap();
+    twin.state().objects[0].world_from_object.unwrap().origin().x - 0.2
+}
+
+#[test]
+fn a_block_on_an_incline_holds_below_the_friction_angle_and_slides_above_it() {
+    let mu: f64 = 0.4;
+    let limit = mu.atan();
+    assert!(slide(limit - 0.02, 1.0).abs() < 2e-4, "{}", slide(limit - 0.02, 1.0));
+    let (angle, t) = (limit + 0.1, 0.5);
+    let expected = 0.5 * 9.81 * (angle.sin() - mu * angle.cos()) * t * t;
+    let slid = slide(angle, t);
+    assert!((slid - expected).abs() < 0.05 * expected, "{slid} for {expected}");
+}
+
+#[test]
+fn a_cup_at_rest_on_the_table_stays_where_it_is() {
+    let start = at(0.55, 0.2, 0.0);
+    let mut twin = twin(vec![cup()], &state(&HOME, &[("cup", start, 0.0)]));
+    twin.run(2.0).unwrap();
+    let pose = twin.state().objects[0].world_from_object.unwrap();
+    assert!((pose.origin() - start.translation.vector).norm() < 3e-4, "{pose:?}");
+    assert!(pose.tilt() < 2e-3 && twin.contacts("cup", "table") && !twin.contacts("cup", "jar"));
+}
+
+#[test]
+fn the_arm_follows_its_command_and_the_jaws_theirs() {
+    let mut twin = twin(vec![], &state(&HOME, &[]));
+    let goal: Vec<f64> = HOME.iter().map(|q| q + 0.3).collect();
+    drive(&mut twin, &goal, 1.5);
+    twin.run(0.3).unwrap();
+    let worst = twin.q().iter().zip(&goal).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(worst < 1e-3, "{worst} rad");
+    twin.grip(0.02, 0.1, 40.0).unwrap();
+    twin.run(1.0).unwrap();
+    assert!((twin.opening() - 0.02).abs() < 2e-4, "{} m", twin.opening());
+    let model = gen3();
+    let tool = model.base_from_links(&twin.q(), 0.02)[model.tool];
+    let seen = twin.state().world_from_tool;
+    assert!((tool.translation.vector - seen.origin()).norm() < 1e-9);
+}
+
+#[test]
+fn bad_commands_are_refused_and_the_last_one_stays() {
+    let mut twin = twin(vec![], &state(&HOME, &[]));
+    assert!(twin.command(&[0.0; 3], &[0.0; 7]).is_err());
+    assert!(twin.command(&[f64::NAN; 7], &[0.0; 7]).is_err());
+    twin.run(0.1).unwrap();
+    assert!(twin.q().iter().zip(HOME).all(|(a, b)| (a - b).abs() < 1e-3));
+}
+
+#[test]
+fn joint_friction_slows_and_compliance_bends_what_the_encoder_does_not_see() {
+    let model = gen3();
+    let mut settings = Settings::for_arm(&model);
+    settings.arm.compliance = vec![2e-4; 7];
+    let mut twin = Twin::new(&model, &scene(vec![]), &state(&HOME, &[]), settings).unwrap();
+    twin.run(1.0).unwrap();
+    let (q, seen, tau) = (twin.q(), twin.encoders(), twin.torques());
+    for i in 0..7 {
+        assert!((seen[i] - HOME[i]).abs() < 2e-4, "the motor is where it should be");
+        assert!((q[i] - (HOME[i] - 2e-4 * tau[i])).abs() < 2e-4, "the link hangs from it");
+    }
+    assert!((q[1] - HOME[1]).abs() > 1e-3, "{}", q[1] - HOME[1]);
+}
+
+#[test]
+fn restoring_a_snapshot_and_stepping_equals_stepping() {
+    let objects = vec![jar(), cup()];
+    let poses = [("jar", at(0.6, 0.1, 0.01), 5e-5), ("cup", at(0.6, -0.15, 0.0), 0.0)];
+    let mut twin = twin(objects, &state(&HOME, &poses));
+    let goal: Vec<f64> = HOME.iter().map(|q| q + 0.2).collect();
+    twin.command(&goal, &[0.0; 7]).unwrap();
+    twin.run(0.05).unwrap();
+    let snapshot = twin.snapshot();
+    let finish = |twin: &mut Twin| {
+        twin.run(0.3).unwrap();
+        (twin.state(), twin.water().to_vec(), twin.torques())
+    };
+    let first = finish(&mut twin);
+    twin.restore(&snapshot);
+    assert_eq!(finish(&mut twin), first);
+    let mut fresh = snapshot.into_twin();
+    assert_eq!(finish(&mut fresh), first);
+}

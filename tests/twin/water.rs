@@ -1,0 +1,214 @@
+//! Water: level at rest, nothing lost, nothing through a wall.
+
+use super::*;
+use trueup::twin::FluidSettings;
+use trueup::twin::fluid::{Filling, Fluid, Vessel};
+
+const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
+const DT: f64 = 1.0 / 250.0;
+
+fn fluid(fillings: &[(Object, Isometry3<f64>, f64)], settings: &FluidSettings) -> Fluid {
+    let fillings: Vec<Filling> = fillings
+        .iter()
+        .map(|(object, pose, water)| Filling {
+            vessel: Vessel::new(object).unwrap(),
+            pose: *pose,
+            water: *water,
+        })
+        .collect();
+    Fluid::new(settings, &fillings, scene(vec![]).table, GRAVITY, DT, 3).unwrap()
+}
+
+fn awake() -> FluidSettings {
+    FluidSettings { freeze: false, ..FluidSettings::default() }
+}
+
+/// Watches that no particle goes from the cavity of a vessel to the space beside or below it, or back,
+/// without having been above the rim. Knows nothing of the fluid's own bookkeeping.
+struct Witness {
+    objects: Vec<Object>,
+    places: Vec<Vec<Place>>,
+    crossings: usize,
+}
+
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Place {
+    Cavity,
+    Beside,
+    Above,
+}
+
+impl Witness {
+    fn new(objects: &[Object]) -> Self {
+        Self { objects: objects.to_vec(), places: vec![Vec::new(); objects.len()], crossings: 0 }
+    }
+
+    fn look(&mut self, poses: &[Isometry3<f64>], particles: &[Vector3<f32>]) {
+        for (k, object) in self.objects.iter().enumerate() {
+            let place = |p: &Vector3<f32>| {
+                let local = poses[k].inverse() * nalgebra::Point3::from(p.cast::<f64>());
+                let within = |outline: Shape| match outline {
+                    Shape::Cuboid { size } => {
+                        local.x.abs() <= size.x / 2.0 && local.y.abs() <= size.y / 2.0
+                    }
+                    Shape::Cylinder { radius, .. } => local.x.hypot(local.y) <= radius,
+                };
+                // A particle on the rim is neither in nor beside.
+                if local.z > object.shape.height() - 1e-4 {
+                    Place::Above
+                } else if local.z > 0.0 && within(object.inside().unwrap()) {
+                    Place::Cavity
+                } else {
+                    Place::Beside
+                }
+            };
+            let now: Vec<Place> = particles.iter().map(place).collect();
+            for (then, now) in self.places[k].iter().zip(&now) {
+                let crossed = matches!(
+                    (then, now),
+                    (Place::Cavity, Place::Beside) | (Place::Beside, Place::Cavity)
+                );
+                self.crossings += usize::from(crossed);
+            }
+            self.places[k] = now;
+        }
+    }
+}
+
+/// The pose of a jar turned by `angle` about its lip, which stays at `lip`.
+fn tipped(lip: &Vector3<f64>, angle: f64) -> Isometry3<f64> {
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), angle);
+    let lip_in_jar = Vector3::new(0.0, -0.0325, 0.14);
+    Isometry3::from_parts((lip - turn * lip_in_jar).into(), turn)
+}
+
+#[test]
+fn water_at_rest_stands_as_high_as_its_volume_says() {
+    // Twice the height of the centre of mass is the level; a cup's is one or two particles deep.
+    for (object, area) in
+        [(jar(), 0.059_f64.powi(2)), (cup(), std::f64::consts::PI * 0.077 * 0.077)]
+    {
+        for water in [1.5e-4, 2.5e-4] {
+            let pose = at(0.6, 0.0, 0.0);
+            let mut fluid = fluid(&[(object.clone(), pose, water)], &awake());
+            for _ in 0..250 {
+                fluid.step(&[pose]);
+            }
+            let ratio = 2.0 * (fluid.centre_in(0).unwrap().z - 0.003) / (water / area);
+            let allowed = if object.name == "jar" { 0.02 } else { 0.10 };
+            assert!((ratio - 1.0).abs() < allowed, "{} {water}: {ratio}", object.name);
+            assert!((fluid.volume_in(0) - water).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn a_shaken_jar_keeps_its_water_and_a_wild_one_throws_it_over_the_rim_only() {
+    for (amplitude, wild) in [(0.025, false), (0.12, true)] {
+        let pose = |t: f64| {
+            let shift = amplitude * (1.0 - (2.0 * std::f64::consts::PI * t / 0.8).cos());
+            let wobble = if wild { 0.6 } else { 0.1 } * (9.0 * t).sin();
+            let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), wobble);
+            Isometry3::from_parts(Vector3::new(0.5 + shift, 0.0, 0.2).into(), turn)
+        };
+        let mut fluid = fluid(&[(jar(), pose(0.0), 1.5e-4)], &awake());
+        let mut witness = Witness::new(&[jar()]);
+        for i in 0..500 {
+            let now = [pose(f64::from(i) * DT)];
+            fluid.step(&now);
+            witness.look(&now, fluid.positions());
+        }
+        assert_eq!(witness.crossings, 0, "amplitude {amplitude}");
+        assert!((fluid.total() - 1.5e-4).abs() < 1e-9);
+        if !wild {
+            assert!((fluid.volume_in(0) - 1.5e-4).abs() < 1e-9, "{}", fluid.volume_in(0));
+        }
+    }
+}
+
+/// Pours a jar into a cup at 0.5 m: the lip starts 25 cm high, `y` from the cup's axis, and is lowered to
+/// `z` while the jar is turned to 125 degrees. Returns the fluid at the end.
+fn pour(y: f64, z: f64, degrees_per_second: f64) -> (Fluid, Witness) {
+    let cup_pose = at(0.5, 0.0, 0.0);
+    let jar_pose = |degrees: f64| {
+        let down = ((degrees - 20.0) / 100.0).clamp(0.0, 1.0);
+        tipped(&Vector3::new(0.5, y, 0.25 + (z - 0.25) * down), degrees.to_radians())
+    };
+    let fillings = [(jar(), jar_pose(0.0), 1.5e-4), (cup(), cup_pose, 0.0)];
+    let mut fluid = fluid(&fillings, &FluidSettings::default());
+    let mut witness = Witness::new(&[jar(), cup()]);
+    let steps = ((125.0 / degrees_per_second + 1.5) / DT) as usize;
+    for i in 0..steps {
+        let degrees = (degrees_per_second * i as f64 * DT).min(125.0);
+        let poses = [jar_pose(degrees), cup_pose];
+        fluid.step(&poses);
+        witness.look(&poses, fluid.positions());
+    }
+    (fluid, witness)
+}
+
+#[test]
+fn a_poured_jar_ends_in_the_cup_and_every_drop_is_accounted_for() {
+    let (fluid, witness) = pour(0.02, 0.14, 20.0);
+    let (jar, cup, spilt) = (fluid.volume_in(0), fluid.volume_in(1), fluid.spilt());
+    assert_eq!(witness.crossings, 0);
+    assert!((jar + cup + spilt - 1.5e-4).abs() < 1e-9, "{jar} {cup} {spilt}");
+    assert!(cup > 0.97 * 1.5e-4 && spilt < 3e-6, "in the cup {cup}, spilt {spilt}");
+}
+
+#[test]
+fn a_lip_below_the_rim_of_the_cup_loses_no_water_through_either_wall() {
+    let (fluid, witness) = pour(-0.02, 0.075, 40.0);
+    assert_eq!(witness.crossings, 0);
+    let kept = fluid.volume_in(0) + fluid.volume_in(1) + fluid.spilt();
+    assert!((kept - 1.5e-4).abs() < 1e-9, "{kept}");
+    assert!(fluid.volume_in(1) > 0.9 * 1.5e-4, "{}", fluid.volume_in(1));
+}
+
+#[test]
+fn a_jar_poured_beside_the_cup_spills_and_says_so() {
+    let (fluid, witness) = pour(0.2, 0.15, 60.0);
+    assert_eq!(witness.crossings, 0);
+    assert!(fluid.volume_in(1) < 1e-6, "{}", fluid.volume_in(1));
+    assert!(fluid.spilt() > 0.95 * 1.5e-4, "{}", fluid.spilt());
+}
+
+#[test]
+fn water_that_is_carried_gently_freezes_and_a_tilt_wakes_it() {
+    let mut fluid = fluid(&[(jar(), at(0.5, 0.0, 0.0), 1.5e-4)], &FluidSettings::default());
+    assert!(fluid.is_frozen());
+    for i in 0..400 {
+        let shift = 0.1 * f64::from(i) * DT;
+        fluid.step(&[at(0.5 + shift, 0.0, shift)]);
+    }
+    // The jump to 0.1 m/s wakes it; a second of even motion lets it sleep again and come along.
+    assert!(fluid.is_frozen());
+    let com = fluid.centre_in(0).unwrap();
+    assert!(com.xy().norm() < 2e-3, "{com:?}");
+    fluid.step(&[tipped(&Vector3::new(0.6, -0.0325, 0.24), 0.1)]);
+    assert!(!fluid.is_frozen());
+}
+
+#[test]
+fn an_overfull_jar_is_refused() {
+    let filling =
+        Filling { vessel: Vessel::new(&jar()).unwrap(), pose: at(0.5, 0.0, 0.0), water: 1e-3 };
+    let table = scene(vec![]).table;
+    let made = Fluid::new(&FluidSettings::default(), &[filling], table, GRAVITY, DT, 0);
+    assert_eq!(made.err(), Some(0));
+}
+
+#[test]
+fn the_number_of_threads_does_not_change_a_bit() {
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let settings = FluidSettings { particles: 1500, ..awake() };
+            let lip = Vector3::new(0.5, 0.02, 0.14);
+            let mut fluid = fluid(&[(jar(), tipped(&lip, 1.0), 1.5e-4)], &settings);
+            (0..50).for_each(|i| fluid.step(&[tipped(&lip, 1.0 + 0.01 * f64::from(i))]));
+            fluid.positions().to_vec()
+        })
+    };
+    assert_eq!(run(1), run(3));
+}
