@@ -5,4 +5,3 @@ mod layers;
 mod kitchen;
 mod twin;
 mod lab;
-mod twin;

@@ -23,8 +23,8 @@ use crate::twin::render::{self, ArmLook, Options, View};
 use crate::twin::{self, ArmModel, Twin};
 use crate::world::{ObjectState, Pose, Scene, WorldState};
 pub use settings::{
-    CameraError, JointError, LabSettings, Latency, LensError, LightError, Mounting, Placement, Range,
-    Readings, Sensor, Spot, Start, Switches, Things,
+    CameraError, JointError, LabSettings, Latency, LensError, LightError, Mounting, Placement,
+    Range, Readings, Sensor, Spot, Start, Switches, Things,
 };
 use truth::Truth;
 
@@ -71,7 +71,7 @@ pub struct Feedback {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Weighing {
     /// Water in each vessel, m³, by name.
-    pub vessels: Vec<(String, f64)>,
+    pub water: Vec<(String, f64)>,
     /// Water in no vessel, m³.
     pub spilt: f64,
 }
@@ -79,7 +79,7 @@ pub struct Weighing {
 impl Weighing {
     /// Returns the water in a vessel, m³.
     pub fn water_in(&self, name: &str) -> Option<f64> {
-        self.vessels.iter().find(|(vessel, _)| vessel == name).map(|&(_, water)| water)
+        self.water.iter().find(|(vessel, _)| vessel == name).map(|&(_, water)| water)
     }
 }
 
@@ -124,8 +124,15 @@ impl std::fmt::Debug for Lab {
 }
 
 /// Kinova's home configuration, rad. Source: Kinova Gen3 user guide.
-const HOME: [f64; 7] =
-    [0.0, 0.261_799_388, std::f64::consts::PI, -2.268_928_028, 0.0, 0.959_931_089, 1.570_796_327];
+const HOME: [f64; 7] = [
+    0.0,
+    0.261_799_388,
+    std::f64::consts::PI,
+    -2.268_928_028,
+    0.0,
+    0.959_931_089,
+    std::f64::consts::FRAC_PI_2,
+];
 
 /// What kitchen scales resolve, m³ of water: a tenth of a gram.
 const SCALE: f64 = 1e-7;
@@ -143,8 +150,9 @@ impl Lab {
     /// fit, [`Error::Twin`] when the robot or the scene cannot be simulated.
     pub fn new(urdf: &str, scene: &Scene, settings: LabSettings, seed: u64) -> Result<Self, Error> {
         settings.check()?;
-        let robot = urdf_rs::read_from_string(urdf)
-            .map_err(|error| twin::Error::Robot(format!("the robot file cannot be read: {error}")))?;
+        let robot = urdf_rs::read_from_string(urdf).map_err(|error| {
+            twin::Error::Robot(format!("the robot file cannot be read: {error}"))
+        })?;
         let mut arm = ArmModel::from_urdf(&robot, "tool_frame")?;
         let efforts: Vec<f64> = arm.arm.iter().map(|&i| arm.joints[i].effort).collect();
         let truth = Truth::draw(scene, &efforts, &settings, seed)?;
@@ -190,7 +198,8 @@ impl Lab {
         physics.arm.compliance.clone_from(&truth.compliance);
         physics.arm.uncompensated = truth.uncompensated;
         physics.friction.pad_object = truth.pad_friction.unwrap_or(physics.friction.pad_object);
-        physics.friction.table_object = truth.table_friction.unwrap_or(physics.friction.table_object);
+        physics.friction.table_object =
+            truth.table_friction.unwrap_or(physics.friction.table_object);
         physics.seed = seed;
         let look = ArmLook::new(&robot);
         let world = Twin::new(&arm, &scene, &state, physics)?;
@@ -329,7 +338,7 @@ impl Lab {
         let state = self.world.state();
         let vessels = state.objects.iter();
         Weighing {
-            vessels: vessels
+            water: vessels
                 .filter_map(|object| Some((object.name.clone(), read(object.water?))))
                 .collect(),
             spilt: read(state.spilt.unwrap_or(0.0)),
@@ -394,11 +403,9 @@ fn mount(arm: &mut ArmModel, shift: Vector3<f64>) {
     let Some(&last) = arm.arm.last() else { return };
     // From the last moving joint through fixed ones to the frame that carries the tool's.
     let mut flange = arm.joints[last].child;
-    while let Some(joint) = arm
-        .joints
-        .iter()
-        .find(|joint| joint.parent == flange && joint.child != arm.tool && carries(arm, joint.child))
-    {
+    while let Some(joint) = arm.joints.iter().find(|joint| {
+        joint.parent == flange && joint.child != arm.tool && carries(arm, joint.child)
+    }) {
         if arm.joints.iter().any(|other| other.parent == flange && other.child == arm.tool) {
             break;
         }

@@ -41,11 +41,12 @@ fn blurred(light: &[[f32; 3]], width: usize, height: usize, sigma: f64) -> Vec<[
     if sigma < 1e-3 {
         return light.to_vec();
     }
-    let reach = (3.0 * sigma).ceil() as isize;
-    let weights: Vec<f32> =
-        (-reach..=reach).map(|k| (-0.5 * (k as f64 / sigma).powi(2)).exp() as f32).collect();
+    let reach = (3.0 * sigma).ceil() as usize;
+    let weights: Vec<f32> = (0..=2 * reach)
+        .map(|k| (-0.5 * ((k as f64 - reach as f64) / sigma).powi(2)).exp() as f32)
+        .collect();
     let total: f32 = weights.iter().sum();
-    let pass = |from: &[[f32; 3]], step_u: isize, step_v: isize| -> Vec<[f32; 3]> {
+    let pass = |from: &[[f32; 3]], step_u: usize, step_v: usize| -> Vec<[f32; 3]> {
         (0..height)
             .into_par_iter()
             .flat_map_iter(|v| {
@@ -53,9 +54,8 @@ fn blurred(light: &[[f32; 3]], width: usize, height: usize, sigma: f64) -> Vec<[
                 (0..width).map(move |u| {
                     let mut sum = [0.0_f32; 3];
                     for (k, weight) in weights.iter().enumerate() {
-                        let off = k as isize - reach;
-                        let x = (u as isize + off * step_u).clamp(0, width as isize - 1) as usize;
-                        let y = (v as isize + off * step_v).clamp(0, height as isize - 1) as usize;
+                        let x = (u + k * step_u).saturating_sub(reach * step_u).min(width - 1);
+                        let y = (v + k * step_v).saturating_sub(reach * step_v).min(height - 1);
                         let at = from[y * width + x];
                         for c in 0..3 {
                             sum[c] += weight * at[c];

@@ -131,7 +131,8 @@ impl Truth {
         let uncompensated = chance.even(settings.joints.uncompensated);
         let latency = Chance::new(seed, Topic::Latency).even(settings.latency.command_s);
         let mut chance = Chance::new(seed, Topic::Readings);
-        let tau_bias = (0..n).map(|i| part(i) * chance.even(settings.readings.tau_bias_nm)).collect();
+        let tau_bias =
+            (0..n).map(|i| part(i) * chance.even(settings.readings.tau_bias_nm)).collect();
         let mut chance = Chance::new(seed, Topic::Things);
         let pad = chance.even(settings.things.pad_friction);
         let table = chance.even(settings.things.table_friction);
@@ -177,7 +178,9 @@ fn camera(assumed: Camera, settings: &LabSettings, seed: u64) -> Camera {
         let lens = &settings.lens;
         let i = &mut camera.intrinsics;
         i.fx *= 1.0 + chance.even(lens.focal);
-        i.fy = i.fx * (assumed.intrinsics.fy / assumed.intrinsics.fx) * (1.0 + chance.even(lens.aspect));
+        i.fy = i.fx
+            * (assumed.intrinsics.fy / assumed.intrinsics.fx)
+            * (1.0 + chance.even(lens.aspect));
         i.cx += chance.even(lens.principal_px);
         i.cy += chance.even(lens.principal_px);
         i.k1 = chance.even(lens.k1);

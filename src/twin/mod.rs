@@ -1,6 +1,3 @@
-//! (to come)
-
-pub mod render;
 //! The world, stepped forward: everything that is planned is first tried here.
 //!
 //! A [`Twin`] is built from an arm, a scene and a state; commands go in, steps are taken, states come
@@ -12,6 +9,7 @@ pub mod convert;
 pub mod physics;
 pub mod fluid;
 pub mod effect;
+pub mod render;
 mod settings;
 
 use std::sync::Arc;

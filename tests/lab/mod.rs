@@ -9,7 +9,8 @@ use crate::kitchen;
 mod secrecy;
 
 /// The arm reaching out level over the table with the marker in view, rad; found by trying.
-const REACHING: [f64; 7] = [-0.35, 0.95, std::f64::consts::PI, -1.75, 0.0, 1.13, 1.570_796_327];
+const REACHING: [f64; 7] =
+    [-0.35, 0.95, std::f64::consts::PI, -1.75, 0.0, 1.13, std::f64::consts::FRAC_PI_2];
 
 fn with_places(mut settings: LabSettings) -> LabSettings {
     let mut put = |name: &str, x_m, y_m, yaw_rad| {
