@@ -10,13 +10,30 @@ use trueup::world::{
 pub(crate) const URDF: &str = include_str!("../stdlib/robots/gen3_2f85/gen3_2f85.urdf");
 
 /// Kinova's home configuration, rad.
-pub(crate) const HOME: [f64; 7] =
-    [0.0, 0.261_799_388, std::f64::consts::PI, -2.268_928_028, 0.0, 0.959_931_089, 1.570_796_327];
+pub(crate) const HOME: [f64; 7] = [
+    0.0,
+    0.261_799_388,
+    std::f64::consts::PI,
+    -2.268_928_028,
+    0.0,
+    0.959_931_089,
+    std::f64::consts::FRAC_PI_2,
+];
 
 pub(crate) fn scene() -> Scene {
     let marks = [
-        (0.25, -0.36), (0.25, -0.18), (0.25, 0.18), (0.25, 0.36), (0.50, -0.36), (0.50, 0.36),
-        (0.80, -0.36), (0.80, -0.12), (0.80, 0.12), (0.80, 0.36), (0.92, -0.25), (0.92, 0.0),
+        (0.25, -0.36),
+        (0.25, -0.18),
+        (0.25, 0.18),
+        (0.25, 0.36),
+        (0.50, -0.36),
+        (0.50, 0.36),
+        (0.80, -0.36),
+        (0.80, -0.12),
+        (0.80, 0.12),
+        (0.80, 0.36),
+        (0.92, -0.25),
+        (0.92, 0.0),
         (0.92, 0.25),
     ];
     Scene {
@@ -81,7 +98,11 @@ pub(crate) fn state(jar: [f64; 3], cup: [f64; 3]) -> WorldState {
 
 /// Link poses by the textbook chain of joint transforms, written here so that tests of pictures do not rest
 /// on the kinematics under test elsewhere.
-pub(crate) fn links(robot: &urdf_rs::Robot, q: &[f64], opening: f64) -> Vec<(String, Isometry3<f64>)> {
+pub(crate) fn links(
+    robot: &urdf_rs::Robot,
+    q: &[f64],
+    opening: f64,
+) -> Vec<(String, Isometry3<f64>)> {
     let mut poses = vec![("base_link".to_owned(), Isometry3::identity())];
     let mut angles = q.iter();
     for joint in &robot.joints {

@@ -9,3 +9,4 @@ mod kitchen;
 mod twin;
 mod graph;
 mod world;
+mod lab;

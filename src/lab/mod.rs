@@ -1,1 +1,431 @@
-//! (to come)
+//! The laboratory: an embedded reality that serves when no arm is plugged in.
+//!
+//! It is another world than the twin, run by the same engine with other numbers: its camera stands
+//! elsewhere and has a lens, its joints have wrong zeros, friction and give, commands act late, sensors
+//! are noisy, objects stand where nobody was told. All of that is drawn from a seed within the sizes that
+//! [`LabSettings`] says, and none of it can be read: a [`Lab`] has no public field, no accessor for it, a
+//! [`std::fmt::Debug`] that tells nothing, and no `Clone`, for a copy of reality could be run ahead.
+//!
+//! What can be had is what a person with an arm, a camera and kitchen scales has: [`Lab::photo`],
+//! [`Lab::feedback`], commands, and after the run [`Lab::scales`].
+
+mod sensor;
+mod settings;
+mod truth;
+
+use std::collections::VecDeque;
+
+use image::RgbImage;
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use thiserror::Error as ThisError;
+
+use crate::twin::render::{self, ArmLook, Options, View};
+use crate::twin::{self, ArmModel, Twin};
+use crate::world::{ObjectState, Pose, Scene, WorldState};
+pub use settings::{
+    CameraError, JointError, LabSettings, Latency, LensError, LightError, Mounting, Placement,
+    Range, Readings, Sensor, Spot, Start, Switches, Things,
+};
+use truth::Truth;
+
+/// What can go wrong in the laboratory.
+#[derive(Debug, Clone, PartialEq, ThisError)]
+pub enum Error {
+    /// Settings that make no sense.
+    #[error("the laboratory's settings: {0}")]
+    Settings(String),
+    /// The objects do not fit on the table as the settings ask.
+    #[error(
+        "no place was found for the objects in {tries} tries; widen `placement.radius_m`, \
+         `placement.apart_m` or `placement.side_rad`, or fix places in `placement.fixed`"
+    )]
+    NoPlace {
+        /// How often it was tried.
+        tries: usize,
+    },
+    /// The arm, or the physics below it.
+    #[error(transparent)]
+    Twin(#[from] twin::Error),
+}
+
+/// What the arm says of itself, through its sensors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Feedback {
+    /// Time since the laboratory was opened, s.
+    pub time: f64,
+    /// Joint angles as the encoders read them, base first, rad.
+    pub q: Vec<f64>,
+    /// Joint speeds, base first, rad/s.
+    pub dq: Vec<f64>,
+    /// Joint torques as the sensors read them, base first, N·m, positive as the joint turns.
+    pub tau: Vec<f64>,
+    /// Opening between the pads, m.
+    pub opening: f64,
+    /// Current of the gripper's motor, A.
+    pub gripper_current: f64,
+    /// Whether the fingers were stopped by something on their way, as a Robotiq gripper reports it.
+    pub grasped: bool,
+}
+
+/// What kitchen scales under each vessel and under the table say.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Weighing {
+    /// Water in each vessel, m³, by name.
+    pub water: Vec<(String, f64)>,
+    /// Water in no vessel, m³.
+    pub spilt: f64,
+}
+
+impl Weighing {
+    /// Returns the water in a vessel, m³.
+    pub fn water_in(&self, name: &str) -> Option<f64> {
+        self.water.iter().find(|(vessel, _)| vessel == name).map(|&(_, water)| water)
+    }
+}
+
+/// What a person sends to the arm.
+#[derive(Debug, Clone, PartialEq)]
+enum Order {
+    Move { q: Vec<f64>, dq: Vec<f64> },
+    Grip { opening: f64, speed: f64, force: f64 },
+}
+
+/// The embedded reality. What it hides is said in the [module's words](self).
+pub struct Lab {
+    world: Twin,
+    truth: Truth,
+    settings: LabSettings,
+    look: ArmLook,
+    seed: u64,
+    photos: u64,
+    steps: u64,
+    /// Time advanced but not yet stepped, s.
+    owed: f64,
+    orders: VecDeque<(u64, Order)>,
+    jaws: Jaws,
+}
+
+/// What the gripper's own electronics remember.
+#[derive(Debug, Clone, Copy)]
+struct Jaws {
+    /// Opening aimed at, m.
+    goal: f64,
+    /// Whether the goal was narrower than the opening when it was set.
+    closing: bool,
+    /// Opening a little earlier, m, and the step it was read at.
+    before: (f64, u64),
+    moving: bool,
+}
+
+impl std::fmt::Debug for Lab {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Lab").field("seed", &self.seed).finish_non_exhaustive()
+    }
+}
+
+/// Kinova's home configuration, rad. Source: Kinova Gen3 user guide.
+const HOME: [f64; 7] = [
+    0.0,
+    0.261_799_388,
+    std::f64::consts::PI,
+    -2.268_928_028,
+    0.0,
+    0.959_931_089,
+    std::f64::consts::FRAC_PI_2,
+];
+
+/// What kitchen scales resolve, m³ of water: a tenth of a gram.
+const SCALE: f64 = 1e-7;
+
+/// How far a stopped finger is from where it was sent, m, and how long it must stand still, s.
+const STOPPED_SHORT: f64 = 0.0015;
+const STILL: f64 = 0.06;
+
+impl Lab {
+    /// Opens a laboratory with the robot of a URDF text and the things of a scene.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Settings`] for settings that make no sense, [`Error::NoPlace`] when the objects do not
+    /// fit, [`Error::Twin`] when the robot or the scene cannot be simulated.
+    pub fn new(urdf: &str, scene: &Scene, settings: LabSettings, seed: u64) -> Result<Self, Error> {
+        settings.check()?;
+        let robot = urdf_rs::read_from_string(urdf).map_err(|error| {
+            twin::Error::Robot(format!("the robot file cannot be read: {error}"))
+        })?;
+        let mut arm = ArmModel::from_urdf(&robot, "tool_frame")?;
+        let efforts: Vec<f64> = arm.arm.iter().map(|&i| arm.joints[i].effort).collect();
+        let truth = Truth::draw(scene, &efforts, &settings, seed)?;
+
+        arm.shift_zeros(&truth.zeros);
+        mount(&mut arm, truth.tool);
+        let mut scene = scene.clone();
+        let (shift, turn) = truth.base;
+        let beside = Isometry3::from_parts(
+            Translation3::from(shift),
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turn),
+        );
+        scene.world_from_base = Pose::new(beside * scene.world_from_base.isometry());
+        for (object, factor) in scene.objects.iter_mut().zip(&truth.mass) {
+            object.mass *= factor;
+        }
+
+        let q = match settings.start.q_rad.as_slice() {
+            [] if efforts.len() == HOME.len() => HOME.to_vec(),
+            [] => vec![0.0; efforts.len()],
+            q => q.to_vec(),
+        };
+        let objects = scene.objects.iter().zip(&truth.places).zip(&truth.fill).map(
+            |((object, &[x, y, yaw]), fill)| ObjectState {
+                name: object.name.clone(),
+                world_from_object: Some(Pose::upright(x, y, 0.0, yaw)),
+                std: 0.0,
+                water: object.cavity.map(|cavity| (cavity.filled * fill).min(cavity.capacity)),
+            },
+        );
+        let state = WorldState {
+            time: 0.0,
+            q,
+            opening: settings.start.opening_m,
+            world_from_tool: Pose::identity(),
+            held: None,
+            objects: objects.collect(),
+            spilt: Some(0.0),
+        };
+        let mut physics = twin::Settings::for_arm(&arm);
+        physics.arm.coulomb.clone_from(&truth.coulomb);
+        physics.arm.viscous.clone_from(&truth.viscous);
+        physics.arm.compliance.clone_from(&truth.compliance);
+        physics.arm.uncompensated = truth.uncompensated;
+        physics.friction.pad_object = truth.pad_friction.unwrap_or(physics.friction.pad_object);
+        physics.friction.table_object =
+            truth.table_friction.unwrap_or(physics.friction.table_object);
+        physics.seed = seed;
+        let look = ArmLook::new(&robot);
+        let world = Twin::new(&arm, &scene, &state, physics)?;
+        let opening = world.opening();
+        let jaws = Jaws { goal: opening, closing: false, before: (opening, 0), moving: false };
+        Ok(Self {
+            world,
+            truth,
+            settings,
+            look,
+            seed,
+            photos: 0,
+            steps: 0,
+            owed: 0.0,
+            orders: VecDeque::new(),
+            jaws,
+        })
+    }
+
+    /// Takes a photo of the table as it is now.
+    pub fn photo(&mut self) -> RgbImage {
+        self.photos += 1;
+        let mut view =
+            View::of(self.world.scene(), &self.world.state(), &self.look, &self.world.link_poses())
+                .with_water(self.world.water(), self.world.fluid().radius());
+        view.light = self.truth.light;
+        let drawn = render::radiance(&self.truth.camera, &view, &Options::default());
+        sensor::expose(&drawn, &self.truth.exposure, self.key(1, self.photos))
+    }
+
+    /// Sends joint angles (rad) and speeds (rad/s) to the arm's servos, base first; they act after the
+    /// arm's latency.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Twin`] for a list of the wrong length or a number that is not finite; nothing is sent then.
+    pub fn command(&mut self, q: &[f64], dq: &[f64]) -> Result<(), Error> {
+        let expected = self.truth.zeros.len();
+        for (what, list) in [("q", q), ("dq", dq)] {
+            if list.len() != expected {
+                return Err(twin::Error::WrongLength { what, expected, found: list.len() }.into());
+            }
+            self.finite(what, list)?;
+        }
+        self.send(Order::Move { q: q.to_vec(), dq: dq.to_vec() });
+        Ok(())
+    }
+
+    /// Sends the fingers to an opening (m between the pads) at a speed (m/s) with at most `force` N each.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Twin`] for a number that is not finite; nothing is sent then.
+    pub fn grip(&mut self, opening: f64, speed: f64, force: f64) -> Result<(), Error> {
+        self.finite("grip", &[opening, speed, force])?;
+        self.send(Order::Grip { opening, speed, force });
+        Ok(())
+    }
+
+    /// Holds the arm where it is and forgets every order on its way. The arm's own controller does this,
+    /// so it is not late. The fingers keep their grip: a stop must not drop what is held.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Twin`] when the physics has no finite joint angles left to hold.
+    pub fn stop(&mut self) -> Result<(), Error> {
+        self.orders.clear();
+        let q = self.world.encoders();
+        self.world.command(&q, &vec![0.0; q.len()])?;
+        Ok(())
+    }
+
+    /// Lets `dt` seconds pass. Parts of a time step are kept for the next call.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Twin`] when the physics diverged; the laboratory must be opened anew then.
+    pub fn advance(&mut self, dt: f64) -> Result<(), Error> {
+        self.finite("dt", &[dt])?;
+        let step = self.world.dt();
+        self.owed += dt.max(0.0);
+        // Half a rounding error short of a whole step is a whole step.
+        while self.owed > step * (1.0 - 1e-6) {
+            self.owed -= step;
+            while self.orders.front().is_some_and(|&(due, _)| due <= self.steps) {
+                if let Some((_, order)) = self.orders.pop_front() {
+                    self.obey(order)?;
+                }
+            }
+            self.world.step()?;
+            self.steps += 1;
+            self.feel_jaws();
+        }
+        Ok(())
+    }
+
+    /// Returns what the arm says of itself now. Asked twice at one instant it says the same.
+    pub fn feedback(&self) -> Feedback {
+        let r = &self.settings.readings;
+        let on = if self.settings.switches.readings { 1.0 } else { 0.0 };
+        let noise = |channel: u64, i: usize, sigma: f64| {
+            on * sigma * sensor::noise(self.key(2 + channel, self.steps), i as u64)
+        };
+        let step = if on > 0.0 { r.q_step_rad } else { 0.0 };
+        let rounded = |q: f64| if step > 0.0 { (q / step).round() * step } else { q };
+        let each = |values: Vec<f64>, channel: u64, sigma: f64| -> Vec<f64> {
+            values.iter().enumerate().map(|(i, x)| x + noise(channel, i, sigma)).collect()
+        };
+        let q = each(self.world.encoders(), 0, r.q_sigma_rad).into_iter().map(rounded).collect();
+        let tau = each(self.world.torque_sensors(), 2, r.tau_sigma_nm);
+        let opening = (self.world.opening() + noise(3, 0, r.opening_sigma_m)).max(0.0);
+        let grasped = self.jaws.closing
+            && !self.jaws.moving
+            && self.world.opening() > self.jaws.goal + STOPPED_SHORT;
+        Feedback {
+            time: self.time(),
+            q,
+            dq: each(self.world.dq(), 1, r.dq_sigma_rad_s),
+            tau: tau.iter().zip(&self.truth.tau_bias).map(|(tau, bias)| tau + bias).collect(),
+            opening,
+            // As measured on a real gripper: 1 A while it moves, 0.05 A while it holds.
+            gripper_current: if self.jaws.moving {
+                1.0
+            } else if grasped {
+                0.05
+            } else {
+                0.0
+            },
+            grasped,
+        }
+    }
+
+    /// Returns what kitchen scales say: how a run is scored once it is over. A task must not look.
+    pub fn scales(&self) -> Weighing {
+        let read = |volume: f64| (volume / SCALE).round() * SCALE;
+        let state = self.world.state();
+        let vessels = state.objects.iter();
+        Weighing {
+            water: vessels
+                .filter_map(|object| Some((object.name.clone(), read(object.water?))))
+                .collect(),
+            spilt: read(state.spilt.unwrap_or(0.0)),
+        }
+    }
+
+    /// Returns the time since the laboratory was opened, s.
+    pub fn time(&self) -> f64 {
+        self.world.time()
+    }
+
+    fn send(&mut self, order: Order) {
+        let late = (self.truth.latency / self.world.dt()).round() as u64;
+        self.orders.push_back((self.steps + late, order));
+    }
+
+    fn obey(&mut self, order: Order) -> Result<(), Error> {
+        match order {
+            Order::Move { q, dq } => self.world.command(&q, &dq)?,
+            Order::Grip { opening, speed, force } => {
+                let here = self.world.opening();
+                self.jaws = Jaws {
+                    goal: opening.max(0.0),
+                    closing: opening < here,
+                    before: (here, self.steps),
+                    moving: (opening - here).abs() > STOPPED_SHORT,
+                };
+                self.world.grip(opening, speed, force)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The gripper's electronics look every few hundredths of a second whether the fingers still move.
+    fn feel_jaws(&mut self) {
+        let (before, at) = self.jaws.before;
+        if (self.steps - at) as f64 * self.world.dt() < STILL {
+            return;
+        }
+        let here = self.world.opening();
+        self.jaws.moving = (here - before).abs() > 2e-4;
+        self.jaws.before = (here, self.steps);
+    }
+
+    fn finite(&self, what: &str, list: &[f64]) -> Result<(), Error> {
+        if list.iter().all(|value| value.is_finite()) {
+            return Ok(());
+        }
+        Err(twin::Error::NotFinite { what: what.to_owned(), time: self.time() }.into())
+    }
+
+    /// A key for the noise of one channel at one instant.
+    fn key(&self, channel: u64, instant: u64) -> u64 {
+        (self.seed ^ channel.wrapping_mul(0xD1B5_4A32_D192_ED03))
+            .wrapping_add(instant.wrapping_mul(0x8CB9_2BA7_2F3D_8DD7))
+            .rotate_left(17)
+    }
+}
+
+/// Moves everything that is fixed to the flange by `shift` m in its frame.
+fn mount(arm: &mut ArmModel, shift: Vector3<f64>) {
+    let Some(&last) = arm.arm.last() else { return };
+    // From the last moving joint through fixed ones to the frame that carries the tool's.
+    let mut flange = arm.joints[last].child;
+    while let Some(joint) = arm.joints.iter().find(|joint| {
+        joint.parent == flange && joint.child != arm.tool && carries(arm, joint.child)
+    }) {
+        if arm.joints.iter().any(|other| other.parent == flange && other.child == arm.tool) {
+            break;
+        }
+        flange = joint.child;
+    }
+    for joint in &mut arm.joints {
+        if joint.parent == flange {
+            joint.origin = Translation3::from(shift) * joint.origin;
+        }
+    }
+}
+
+/// Returns whether a link has the tool's among those it carries.
+fn carries(arm: &ArmModel, link: usize) -> bool {
+    let mut at = arm.tool;
+    while let Some(joint) = arm.joints.iter().find(|joint| joint.child == at) {
+        if joint.parent == link {
+            return true;
+        }
+        at = joint.parent;
+    }
+    false
+}

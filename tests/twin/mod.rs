@@ -3,6 +3,7 @@
 
 mod grasp;
 mod pour;
+mod render;
 mod rigid;
 mod torque;
 mod water;
@@ -154,6 +155,3 @@ pub(crate) fn twin(objects: Vec<Object>, state: &WorldState) -> Twin {
     let model = gen3();
     Twin::new(&model, &scene(objects), state, Settings::for_arm(&model)).unwrap()
 }
-//! The twin: what it draws.
-
-mod render;

@@ -17,7 +17,8 @@ fn bent_camera(scene: &Scene) -> Camera {
 }
 
 /// The arm reaching out level over the table, rad; found by trying.
-const REACHING: [f64; 7] = [-0.35, 0.95, std::f64::consts::PI, -1.75, 0.0, 1.13, 1.570_796_327];
+const REACHING: [f64; 7] =
+    [-0.35, 0.95, std::f64::consts::PI, -1.75, 0.0, 1.13, std::f64::consts::FRAC_PI_2];
 
 /// The kitchen, arm over the table, water in the jar.
 fn view(scene: &Scene) -> View {
@@ -92,9 +93,12 @@ fn marks_appear_where_the_camera_model_projects_them() {
 fn table_edges_bend_as_the_lens_bends_them() {
     let scene = kitchen::scene();
     let mut camera = bent_camera(&scene);
-    camera.world_from_camera =
-        Camera::looking(camera.intrinsics, Vector3::new(1.5, 0.0, 1.3), Vector3::new(0.5, 0.0, 0.0))
-            .world_from_camera;
+    camera.world_from_camera = Camera::looking(
+        camera.intrinsics,
+        Vector3::new(1.5, 0.0, 1.3),
+        Vector3::new(0.5, 0.0, 0.0),
+    )
+    .world_from_camera;
     let mut view = bare(&scene);
     view.marks.clear();
     let drawn = radiance(&camera, &view, &Options { shadows: false, ..Options::default() });
@@ -187,7 +191,8 @@ fn glass_shows_the_table_behind_it_with_bright_and_dark_edges() {
     };
     let jar = with.id_of("jar").unwrap();
     let options = Options::default();
-    let (a, b) = (radiance(&scene.camera, &with, &options), radiance(&scene.camera, &without, &options));
+    let (a, b) =
+        (radiance(&scene.camera, &with, &options), radiance(&scene.camera, &without, &options));
     let mut ratios: Vec<f32> = Vec::new();
     for k in 0..a.ids.len() {
         if a.glass_ids[k] == jar {
@@ -228,7 +233,8 @@ fn a_box_casts_its_shadow_away_from_the_lamp() {
 #[test]
 fn drops_are_drawn_outside_vessels_and_not_inside() {
     let scene = kitchen::scene();
-    let drops = [[0.72_f32, 0.0, 0.3], [0.72, 0.0, 0.292], [0.60, -0.10, 0.05], [0.75, 0.05, 0.003]];
+    let drops = [[0.72, 0.0, 0.3], [0.72, 0.0, 0.292], [0.60, -0.10, 0.05], [0.75, 0.05, 0.003]]
+        .map(Vector3::<f32>::from);
     let view = view(&scene).with_water(&drops, 0.004);
     let frame = render(&scene.camera, &view, &Options::default());
     let at = |x, y, z| {
@@ -264,26 +270,31 @@ fn pictures_to_look_at() {
     render(&camera, &view(&scene), &options).colour.save(folder.join("kitchen.png")).unwrap();
     // Held over the cup, tilted, pouring.
     let mut state = kitchen::state([0.6, -0.1, 0.3], [0.62, 0.12, 0.0]);
-    let tilted = Isometry3::translation(0.60, -0.04, 0.20) * Isometry3::rotation(Vector3::x() * -1.25);
+    let tilted =
+        Isometry3::translation(0.60, -0.04, 0.20) * Isometry3::rotation(Vector3::x() * -1.25);
     state.objects[0].world_from_object = Some(trueup::world::Pose::new(tilted));
     state.objects[0].water = Some(60e-6);
     state.objects[1].water = Some(80e-6);
     let robot = urdf_rs::read_from_string(kitchen::URDF).unwrap();
     let links = kitchen::links(&robot, &REACHING, 0.065);
-    let drops: Vec<[f32; 3]> = (0..60)
+    let drops: Vec<Vector3<f32>> = (0..60)
         .map(|k| {
             let t = k as f32 * 0.003;
             [0.6 + 0.002 * (k as f32 * 1.7).sin(), 0.095 + 0.25 * t, 0.20 - 0.4 * t - 4.9 * t * t]
         })
         .chain([[0.75, 0.0, 0.003], [0.757, 0.004, 0.003], [0.70, -0.02, 0.003]])
+        .map(Vector3::from)
         .collect();
     let pouring =
         View::of(&scene, &state, &ArmLook::new(&robot), &links).with_water(&drops, 0.0039);
     render(&camera, &pouring, &options).colour.save(folder.join("pouring.png")).unwrap();
     let mut near = camera;
-    near.world_from_camera =
-        Camera::looking(near.intrinsics, Vector3::new(0.95, 0.1, 0.35), Vector3::new(0.6, 0.0, 0.07))
-            .world_from_camera;
+    near.world_from_camera = Camera::looking(
+        near.intrinsics,
+        Vector3::new(0.95, 0.1, 0.35),
+        Vector3::new(0.6, 0.0, 0.07),
+    )
+    .world_from_camera;
     render(&near, &view(&scene), &options).colour.save(folder.join("near.png")).unwrap();
     render(&near, &pouring, &options).colour.save(folder.join("near_pouring.png")).unwrap();
 }

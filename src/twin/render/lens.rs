@@ -60,8 +60,8 @@ impl Lens {
         let x = (u - i.cx - i.skew * y) / i.fx;
         let at = (x * x + y * y) * self.steps_per_unit;
         let cell = (at as usize).min(STEPS);
-        let s = self.factors[cell]
-            + (self.factors[cell + 1] - self.factors[cell]) * (at - cell as f64);
+        let s =
+            self.factors[cell] + (self.factors[cell + 1] - self.factors[cell]) * (at - cell as f64);
         self.world_from_camera * Vector3::new(x * s, y * s, 1.0)
     }
 

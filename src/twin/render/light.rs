@@ -100,21 +100,16 @@ impl Lighting {
             // Grey linoleum, darker away from the lamp and under the table.
             let far = 1.0 / (1.0 + 0.05 * (p.x * p.x + p.y * p.y));
             let speck = 0.985 + 0.03 * noise(p.x * 7.0, p.y * 7.0);
-            return Vector3::new(0.155, 0.165, 0.172) * (speck * (0.35 + 0.65 * far)) * self.level();
+            return Vector3::new(0.155, 0.165, 0.172)
+                * (speck * (0.35 + 0.65 * far))
+                * self.level();
         }
         Vector3::new(0.44, 0.45, 0.45) * self.level() * (0.8 + 0.3 * d.z)
     }
 
     /// Returns what a polished surface mirrors in the direction `d` (unit) without asking what stands there.
     pub(super) fn mirrored(&self, d: Vector3<f64>) -> Rgb {
-        if d.z < 0.0 {
-            return self.table * (0.55 * self.level());
-        }
-        let room = Vector3::repeat(0.30 + 0.25 * d.z) * self.level();
-        // The lamp's edge is softened a little so that its mirror image does not flicker.
-        let off = d.dot(&self.towards).clamp(-1.0, 1.0).acos();
-        let lamp = 1.0 - ((off - self.spread) / 0.06).clamp(0.0, 1.0);
-        // Beside it a laboratory's ceiling: rows of weaker panels 2.2 m above the table.
+        // Beside the lamp a laboratory's ceiling: rows of weaker panels 2.2 m above the table.
         let panel = if d.z > 0.05 {
             let inside = |at: f64, apart: f64, half: f64| {
                 let from_middle = (at - apart * (at / apart).round()).abs();
@@ -125,7 +120,20 @@ impl Lighting {
         } else {
             0.0
         };
-        room + self.lamp * (12.0 * lamp * lamp + 5.0 * panel)
+        self.sheen(d) + self.lamp * (5.0 * panel)
+    }
+
+    /// Returns what lacquer, less smooth than glass, mirrors in the direction `d`: the lamp and the room's
+    /// brightness, but no image of it.
+    pub(super) fn sheen(&self, d: Vector3<f64>) -> Rgb {
+        if d.z < 0.0 {
+            return self.table * (0.55 * self.level());
+        }
+        let room = Vector3::repeat(0.30 + 0.25 * d.z) * self.level();
+        // The lamp's edge is softened a little so that its mirror image does not flicker.
+        let off = d.dot(&self.towards).clamp(-1.0, 1.0).acos();
+        let lamp = 1.0 - ((off - self.spread) / 0.06).clamp(0.0, 1.0);
+        room + self.lamp * (12.0 * lamp * lamp)
     }
 
     fn level(&self) -> f64 {
@@ -195,7 +203,8 @@ impl Shade {
     fn uncover(&mut self, things: &[Thing]) {
         let mut covered: Vec<usize> = Vec::new();
         for thing in things.iter().filter(|thing| thing.id != TABLE && thing.id != WATER) {
-            let row_of = |y: f64| ((y - self.low[1]) / CELL + 0.5).clamp(0.0, self.rows as f64) as usize;
+            let row_of =
+                |y: f64| ((y - self.low[1]) / CELL + 0.5).clamp(0.0, self.rows as f64) as usize;
             let column_of =
                 |x: f64| ((x - self.low[0]) / CELL + 0.5).clamp(0.0, self.columns as f64) as usize;
             if thing.centre.z > thing.radius + 0.002 {
@@ -212,7 +221,9 @@ impl Shade {
             }
         }
         let mut known = vec![true; self.cells.len()];
-        covered.iter().for_each(|&k| known[k] = false);
+        for &k in &covered {
+            known[k] = false;
+        }
         // Two rings are as far as interpolation and softening reach.
         for _ in 0..2 {
             let before = (self.cells.clone(), known.clone());
@@ -366,8 +377,8 @@ fn noise(x: f64, y: f64) -> f64 {
     let (i, j) = (x.floor(), y.floor());
     let (fx, fy) = (x - i, y - j);
     let corner = |di: i64, dj: i64| {
-        let mut h = ((i as i64 + di).wrapping_mul(0x9E37_79B1) ^ (j as i64 + dj).wrapping_mul(0x85EB_CA77))
-            as u64;
+        let mut h = ((i as i64 + di).wrapping_mul(0x9E37_79B1)
+            ^ (j as i64 + dj).wrapping_mul(0x85EB_CA77)) as u64;
         h = (h ^ (h >> 15)).wrapping_mul(0x2C1B_3C6D_7F4A_7C15);
         h = (h ^ (h >> 31)).wrapping_mul(0x9FB2_1C65_1E98_DF25);
         (h >> 40) as f64 / (1_u64 << 24) as f64

@@ -11,12 +11,12 @@ use urdf_rs::Geometry;
 use super::view::{Body, Paint, Shape};
 
 /// The link that carries the marker ball.
-pub const MARKER_LINK: &str = "end_effector_link";
+pub const MARKER_LINK: &str = "gripper_base_link";
 
 /// A matt coloured ball glued to the gripper, by which a camera sees where the tool is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Marker {
-    /// Its centre in the flange frame (`end_effector_link`), m.
+    /// Its centre in the frame of [`MARKER_LINK`], which nominally is the flange's, m.
     pub centre: Vector3<f64>,
     /// Its radius, m.
     pub radius: f64,
@@ -44,7 +44,7 @@ pub struct ArmLook {
 #[derive(Debug, Clone, PartialEq)]
 struct Part {
     link: String,
-    link_from_part: Isometry3<f64>,
+    placed: Isometry3<f64>,
     shape: Shape,
     paint: Paint,
 }
@@ -56,7 +56,7 @@ impl ArmLook {
         let mut skipped = Vec::new();
         for link in &robot.links {
             for (k, visual) in link.visual.iter().enumerate() {
-                let link_from_part = isometry(&visual.origin);
+                let placed = isometry(&visual.origin);
                 let shape = match &visual.geometry {
                     Geometry::Box { size } => Shape::Cuboid(Vector3::from(size.0)),
                     Geometry::Sphere { radius } => Shape::Sphere(*radius),
@@ -65,7 +65,7 @@ impl ArmLook {
                     }
                     Geometry::Cylinder { radius, length } => {
                         let capped = [-0.5, 0.5].iter().all(|end| {
-                            let tip = link_from_part * nalgebra::Point3::new(0.0, 0.0, end * length);
+                            let tip = placed * nalgebra::Point3::new(0.0, 0.0, end * length);
                             link.collision.iter().any(|c| match c.geometry {
                                 Geometry::Sphere { radius: r } => {
                                     let centre = Vector3::from(c.origin.xyz.0);
@@ -86,7 +86,7 @@ impl ArmLook {
                     }
                 };
                 let paint = paint(&link.name, k, visual);
-                parts.push(Part { link: link.name.clone(), link_from_part, shape, paint });
+                parts.push(Part { link: link.name.clone(), placed, shape, paint });
             }
         }
         let carries = robot.links.iter().any(|link| link.name == MARKER_LINK);
@@ -94,11 +94,13 @@ impl ArmLook {
         if let Some(marker) = marker {
             // A thin stalk from the gripper's body to the ball.
             let length = marker.centre.y - 0.03;
-            let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
-            let middle = Vector3::new(marker.centre.x, marker.centre.y - length / 2.0, marker.centre.z);
+            let turn =
+                UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
+            let middle =
+                Vector3::new(marker.centre.x, marker.centre.y - length / 2.0, marker.centre.z);
             parts.push(Part {
                 link: MARKER_LINK.to_owned(),
-                link_from_part: Isometry3::from_parts(Translation3::from(middle), turn),
+                placed: Isometry3::from_parts(Translation3::from(middle), turn),
                 shape: Shape::Cylinder { radius: 0.003, length },
                 paint: Paint::opaque([70, 70, 72], 0.2),
             });
@@ -116,7 +118,7 @@ impl ArmLook {
                 Some(Body {
                     name: part.link.clone(),
                     shape: part.shape.clone(),
-                    world_from_body: world_from_link * part.link_from_part,
+                    world_from_body: world_from_link * part.placed,
                     paint: part.paint,
                 })
             })

@@ -28,9 +28,7 @@ use lens::Lens;
 use light::Lighting;
 pub use look::{ArmLook, MARKER_LINK, Marker};
 use trace::{Sample, Stage};
-pub use view::{
-    Ball, Body, FIRST_BODY, Light, MARKER, NOTHING, Paint, Shape, TABLE, View, WATER,
-};
+pub use view::{Ball, Body, FIRST_BODY, Light, MARKER, NOTHING, Paint, Shape, TABLE, View, WATER};
 
 /// How a picture is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -113,10 +111,11 @@ pub fn radiance(camera: &Camera, view: &View, options: &Options) -> Radiance {
         (stage.look(lens.centre, d / length, Some(list), 0), length)
     };
 
-    let mut first = vec![
-        Pixel { light: [0.0; 3], key: 0, depth: f32::INFINITY, id: NOTHING, glass: NOTHING };
-        width * height
-    ];
+    let mut first =
+        vec![
+            Pixel { light: [0.0; 3], key: 0, depth: f32::INFINITY, id: NOTHING, glass: NOTHING };
+            width * height
+        ];
     first.par_chunks_mut(width.max(1)).enumerate().for_each(|(v, row)| {
         for (u, pixel) in row.iter_mut().enumerate() {
             let (sample, length) = look(u as f64, v as f64, tiles.at(u, v));
@@ -168,8 +167,9 @@ pub fn srgb(x: f32) -> f32 {
 /// Returns the sRGB byte of linear light, from a table: a picture asks three million times.
 fn developed(x: f32) -> u8 {
     const STEPS: f32 = 16383.0;
-    static TABLE: LazyLock<Vec<u8>> =
-        LazyLock::new(|| (0..16384).map(|k| (srgb(k as f32 / STEPS) * 255.0 + 0.5) as u8).collect());
+    static TABLE: LazyLock<Vec<u8>> = LazyLock::new(|| {
+        (0..16384).map(|k| (srgb(k as f32 / STEPS) * 255.0 + 0.5) as u8).collect()
+    });
     TABLE[(x.clamp(0.0, 1.0) * STEPS + 0.5) as usize]
 }
 
@@ -192,9 +192,8 @@ fn clamped(light: Vector3<f64>) -> [f32; 3] {
 /// Returns whether any of the eight neighbours sees another surface.
 fn edge(first: &[Pixel], width: usize, height: usize, u: usize, v: usize) -> bool {
     let key = first[v * width + u].key;
-    (v.saturating_sub(1)..(v + 2).min(height)).any(|y| {
-        (u.saturating_sub(1)..(u + 2).min(width)).any(|x| first[y * width + x].key != key)
-    })
+    (v.saturating_sub(1)..(v + 2).min(height))
+        .any(|y| (u.saturating_sub(1)..(u + 2).min(width)).any(|x| first[y * width + x].key != key))
 }
 
 /// Returns the k-th of n places in a pixel (Hammersley's points): all their columns and all their rows

@@ -132,7 +132,8 @@ impl Thing {
         match &self.kind {
             Kind::Solid(solid) => {
                 let span = solid.span(lo, ld)?;
-                (span.enter > least).then(|| self.report(solid, span.enter, span.enter_face, lo, ld))
+                (span.enter > least)
+                    .then(|| self.report(solid, span.enter, span.enter_face, lo, ld))
             }
             Kind::Vessel(hollow) => {
                 let span = hollow.outer.span(lo, ld)?;
@@ -228,7 +229,12 @@ pub(super) fn things(view: &View) -> Vec<Thing> {
     if let Some(ball) = view.marker {
         let solid = Solid::Capsule { radius: ball.radius, bottom: 0.0, top: 0.0 };
         let pose = Isometry3::translation(ball.centre.x, ball.centre.y, ball.centre.z);
-        things.push(Thing::new(Kind::Solid(solid), &pose, Paint::opaque(ball.colour, 0.05), MARKER));
+        things.push(Thing::new(
+            Kind::Solid(solid),
+            &pose,
+            Paint::opaque(ball.colour, 0.05),
+            MARKER,
+        ));
     }
     things.extend(free_water(view, &things));
     things
@@ -315,7 +321,11 @@ pub(super) fn surface(cavity: &Solid, up: Vector3<f64>, volume: f64) -> f64 {
         let parts = columns.iter().map(|foot| {
             let (at_foot, at_top) = (up.dot(foot), up.dot(foot) + up.z * size.z);
             let (a, b) = (at_foot.min(at_top), at_foot.max(at_top));
-            if b - a < 1e-9 { f64::from(height > a) } else { ((height - a) / (b - a)).clamp(0.0, 1.0) }
+            if b - a < 1e-9 {
+                f64::from(height > a)
+            } else {
+                ((height - a) / (b - a)).clamp(0.0, 1.0)
+            }
         });
         parts.sum::<f64>() / columns.len() as f64
     };
@@ -339,7 +349,7 @@ fn free_water(view: &View, things: &[Thing]) -> Vec<Thing> {
     let free: Vec<Vector3<f64>> = view
         .water
         .iter()
-        .map(|p| Vector3::from(p.map(f64::from)))
+        .map(|p| p.map(f64::from))
         .filter(|p| p.iter().all(|x| x.is_finite()))
         .filter(|&p| {
             !things.iter().any(|thing| match &thing.kind {

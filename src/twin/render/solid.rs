@@ -69,7 +69,9 @@ impl Solid {
             Self::Cylinder { radius, bottom, top } => {
                 cylinder(origin, direction, radius, bottom, top)
             }
-            Self::Capsule { radius, bottom, top } => capsule(origin, direction, radius, bottom, top),
+            Self::Capsule { radius, bottom, top } => {
+                capsule(origin, direction, radius, bottom, top)
+            }
             Self::Ellipsoid { half } => {
                 let span = ball(origin.component_div(&half), direction.component_div(&half), 1.0)?;
                 Some(span)
@@ -82,7 +84,7 @@ impl Solid {
         match *self {
             Self::Cuboid { .. } => {
                 let mut n = Vector3::zeros();
-                n[usize::from(face / 2)] = if face % 2 == 0 { -1.0 } else { 1.0 };
+                n[usize::from(face / 2)] = if face.is_multiple_of(2) { -1.0 } else { 1.0 };
                 n
             }
             Self::Cylinder { .. } => match face {
@@ -93,9 +95,11 @@ impl Solid {
             Self::Capsule { bottom, top, .. } => {
                 (at - Vector3::z() * at.z.clamp(bottom, top)).normalize()
             }
-            Self::Ellipsoid { half } => {
-                at.component_div(&half).component_div(&half).try_normalize(0.0).unwrap_or(Vector3::z())
-            }
+            Self::Ellipsoid { half } => at
+                .component_div(&half)
+                .component_div(&half)
+                .try_normalize(0.0)
+                .unwrap_or(Vector3::z()),
         }
     }
 
@@ -134,12 +138,8 @@ impl Solid {
 
 /// The slab method of Kay and Kajiya (SIGGRAPH 1986).
 fn cuboid(o: Vector3<f64>, d: Vector3<f64>, half: Vector3<f64>) -> Option<Span> {
-    let mut span = Span {
-        enter: f64::NEG_INFINITY,
-        enter_face: 0,
-        leave: f64::INFINITY,
-        leave_face: 0,
-    };
+    let mut span =
+        Span { enter: f64::NEG_INFINITY, enter_face: 0, leave: f64::INFINITY, leave_face: 0 };
     for (axis, face) in [(0, 0_u8), (1, 2), (2, 4)] {
         if d[axis].abs() < 1e-12 {
             if o[axis].abs() > half[axis] {
@@ -218,12 +218,11 @@ fn capsule(o: Vector3<f64>, d: Vector3<f64>, radius: f64, bottom: f64, top: f64)
     }
     let high = ball(o - Vector3::z() * top, d, radius);
     let parts = [low, high, cylinder(o, d, radius, bottom, top)];
-    parts.into_iter().flatten().reduce(|a, b| Span {
-        enter: a.enter.min(b.enter),
-        leave: a.leave.max(b.leave),
-        ..a
-    })
-    .map(|span| Span { enter_face: SIDE, leave_face: SIDE, ..span })
+    parts
+        .into_iter()
+        .flatten()
+        .reduce(|a, b| Span { enter: a.enter.min(b.enter), leave: a.leave.max(b.leave), ..a })
+        .map(|span| Span { enter_face: SIDE, leave_face: SIDE, ..span })
 }
 
 #[cfg(test)]
@@ -232,7 +231,10 @@ mod tests {
 
     fn solids() -> Vec<Solid> {
         vec![
-            Solid::Cuboid { centre: Vector3::new(0.1, 0.0, 0.2), half: Vector3::new(0.3, 0.2, 0.4) },
+            Solid::Cuboid {
+                centre: Vector3::new(0.1, 0.0, 0.2),
+                half: Vector3::new(0.3, 0.2, 0.4),
+            },
             Solid::Cylinder { radius: 0.3, bottom: -0.2, top: 0.5 },
             Solid::Capsule { radius: 0.2, bottom: -0.1, top: 0.4 },
             Solid::Capsule { radius: 0.25, bottom: 0.0, top: 0.0 },

@@ -106,7 +106,8 @@ impl Stage<'_> {
         }
         let distance = solid.map_or(f64::INFINITY, |(hit, _)| hit.t);
         let id = solid.map_or(NOTHING, |(_, thing)| thing.id);
-        let mut sample = Sample { light: Rgb::zeros(), key: u64::from(id), distance, id, glass: NOTHING };
+        let mut sample =
+            Sample { light: Rgb::zeros(), key: u64::from(id), distance, id, glass: NOTHING };
         if let Some((t, thing)) = clear
             && t < distance
             && bounce < MOST_BOUNCES
@@ -142,7 +143,7 @@ impl Stage<'_> {
         }
         if hit.wet
             && let Kind::Vessel(hollow) = &thing.kind
-            && let Some(seen) = self.into_water(thing, hollow, o, d)
+            && let Some(seen) = self.under_water(thing, hollow, o, d)
         {
             return (seen, 66 + u64::from(hit.face));
         }
@@ -157,7 +158,7 @@ impl Stage<'_> {
             let back = d + hit.normal * (2.0 * cos);
             // Schlick's form of Fresnel's equations for a lacquer.
             let part = (0.04 + 0.96 * (1.0 - cos).powi(5)) * gloss * open;
-            light += self.lighting.mirrored(back) * part;
+            light += self.lighting.sheen(back) * part;
         }
         (light, u64::from(hit.face) * 8 + key)
     }
@@ -201,7 +202,7 @@ impl Stage<'_> {
     }
 
     /// Returns what is seen in the water of an opaque vessel, or `None` when the ray misses the water.
-    fn into_water(
+    fn under_water(
         &self,
         thing: &Thing,
         hollow: &Hollow,
@@ -212,7 +213,7 @@ impl Stage<'_> {
         let (lo, ld) = thing.inward(o, d);
         let t = (height - up.dot(&lo)) / up.dot(&ld);
         let at = lo + ld * t;
-        if !(t > 0.0 && up.dot(&ld) < 0.0) || !hollow.cavity.holds(at) {
+        if !(t > 0.0 && up.dot(&ld) < 0.0 && hollow.cavity.holds(at)) {
             return None;
         }
         let (mirrored, bent) = split(ld, up, 1.0, N_WATER);
@@ -431,7 +432,10 @@ mod tests {
     fn a_ray_through_a_thin_window_comes_out_parallel() {
         let pane = Hollow {
             outer: Solid::Cuboid { centre: Vector3::zeros(), half: Vector3::new(0.5, 0.5, 0.5) },
-            cavity: Solid::Cuboid { centre: Vector3::zeros(), half: Vector3::new(0.49, 0.49, 0.49) },
+            cavity: Solid::Cuboid {
+                centre: Vector3::zeros(),
+                half: Vector3::new(0.49, 0.49, 0.49),
+            },
             rim: 0.5,
             level: None,
         };
@@ -448,8 +452,8 @@ mod tests {
             media.push(medium);
             assert!(media.len() < 9);
         }
-        use Medium::{Air, Glass};
-        assert_eq!(media, [Air, Glass, Air, Glass, Air]);
+        let (air, glass) = (Medium::Air, Medium::Glass);
+        assert_eq!(media, [air, glass, air, glass, air]);
         assert!((way - start).norm() < 1e-12);
     }
 }

@@ -148,7 +148,7 @@ pub struct View {
     pub bodies: Vec<Body>,
     /// Centres of water particles, m, world. Those inside a vessel of `bodies` are not drawn: the
     /// vessel's own `water` stands for them.
-    pub water: Vec<[f32; 3]>,
+    pub water: Vec<Vector3<f32>>,
     /// Radius of the ball of a particle's volume, m.
     pub particle_radius: f64,
     /// The light.
@@ -159,14 +159,14 @@ pub struct View {
 
 impl View {
     /// Returns the view of a scene in a state: objects at known poses, filled as the state says, the arm as
-    /// `look` describes it with its links at `links` (world from link, by name), the marker on its flange.
+    /// `look` describes it with its links at `links` (world from link, by name), the marker on its gripper.
     ///
-    /// Objects nobody has seen are left out. `water` may be empty.
-    pub fn of(
+    /// Objects nobody has seen are left out; water outside vessels is added by [`Self::with_water`].
+    pub fn of<Name: AsRef<str>>(
         scene: &Scene,
         state: &WorldState,
         look: &ArmLook,
-        links: &[(String, Isometry3<f64>)],
+        links: &[(Name, Isometry3<f64>)],
     ) -> Self {
         let mut bodies = Vec::new();
         for object in &scene.objects {
@@ -187,7 +187,7 @@ impl View {
     /// Returns the view of the table and the arm alone.
     pub fn of_arm(scene: &Scene, look: &ArmLook, links: &[(String, Isometry3<f64>)]) -> Self {
         let poses: BTreeMap<&str, Isometry3<f64>> =
-            links.iter().map(|(name, pose)| (name.as_str(), *pose)).collect();
+            links.iter().map(|(name, pose)| (name.as_ref(), *pose)).collect();
         let bodies = look.bodies(&poses);
         let marker = look.marker.and_then(|marker| marker.ball(&poses));
         Self {
@@ -203,7 +203,7 @@ impl View {
 
     /// Adds water particles: centres (m, world) and the radius of the ball of a particle's volume, m.
     #[must_use]
-    pub fn with_water(mut self, particles: &[[f32; 3]], radius: f64) -> Self {
+    pub fn with_water(mut self, particles: &[Vector3<f32>], radius: f64) -> Self {
         self.water = particles.to_vec();
         self.particle_radius = radius;
         self

@@ -1,0 +1,108 @@
+//! What a camera's sensor makes of light: blur, vignetting, colour gains, shot and read noise, eight bits.
+//!
+//! The noise of a pixel is a hash of the photo's number and the pixel's place, so a photo is the same on any
+//! number of threads and two photos of the same scene differ as two photos do.
+//!
+//! Source: EMVA 1288 for the noise (variance = read² + signal / full well).
+
+use image::RgbImage;
+use rayon::prelude::*;
+
+use super::truth::Exposure;
+use crate::twin::render::{Radiance, srgb};
+
+/// Returns the photo that a sensor takes of `light`; `key` chooses the noise.
+pub(super) fn expose(drawn: &Radiance, exposure: &Exposure, key: u64) -> RgbImage {
+    let (width, height) = (drawn.width as usize, drawn.height as usize);
+    let light = blurred(&drawn.light, width, height, exposure.blur);
+    let mut bytes = vec![0; width * height * 3];
+    let (cu, cv) = (width as f64 / 2.0, height as f64 / 2.0);
+    let corner = cu.hypot(cv).max(1.0);
+    bytes.par_chunks_mut((width * 3).max(1)).enumerate().for_each(|(v, row)| {
+        for u in 0..width {
+            let r = (u as f64 - cu).hypot(v as f64 - cv) / corner;
+            let fall = 1.0 - exposure.vignetting * r * r;
+            for c in 0..3 {
+                let signal = f64::from(light[v * width + u][c]) * fall * exposure.gain[c];
+                let place = ((v * width + u) * 3 + c) as u64;
+                let variance = exposure.read_noise * exposure.read_noise
+                    + signal.max(0.0) / exposure.full_well;
+                let noisy = signal + variance.sqrt() * noise(key, place);
+                row[3 * u + c] = (srgb(noisy as f32) * 255.0 + 0.5) as u8;
+            }
+        }
+    });
+    RgbImage::from_raw(drawn.width, drawn.height, bytes)
+        .expect("three bytes were made for each of width × height pixels")
+}
+
+/// Blurs with a Gaussian of `sigma` px, along rows and then columns; the border repeats.
+fn blurred(light: &[[f32; 3]], width: usize, height: usize, sigma: f64) -> Vec<[f32; 3]> {
+    if sigma < 1e-3 {
+        return light.to_vec();
+    }
+    let reach = (3.0 * sigma).ceil() as usize;
+    let weights: Vec<f32> = (0..=2 * reach)
+        .map(|k| (-0.5 * ((k as f64 - reach as f64) / sigma).powi(2)).exp() as f32)
+        .collect();
+    let total: f32 = weights.iter().sum();
+    let pass = |from: &[[f32; 3]], step_u: usize, step_v: usize| -> Vec<[f32; 3]> {
+        (0..height)
+            .into_par_iter()
+            .flat_map_iter(|v| {
+                let weights = &weights;
+                (0..width).map(move |u| {
+                    let mut sum = [0.0_f32; 3];
+                    for (k, weight) in weights.iter().enumerate() {
+                        let x = (u + k * step_u).saturating_sub(reach * step_u).min(width - 1);
+                        let y = (v + k * step_v).saturating_sub(reach * step_v).min(height - 1);
+                        let at = from[y * width + x];
+                        for c in 0..3 {
+                            sum[c] += weight * at[c];
+                        }
+                    }
+                    sum.map(|x| x / total)
+                })
+            })
+            .collect()
+    };
+    pass(&pass(light, 1, 0), 0, 1)
+}
+
+/// Returns nearly normal noise of deviation 1: the sum of four even draws from one hash (Irwin and Hall).
+pub(super) fn noise(key: u64, place: u64) -> f64 {
+    // splitmix64, Steele, Lea and Flood, 2014.
+    let mut z = key ^ place.wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^= z >> 31;
+    let sum: u64 = (0..4).map(|k| z >> (16 * k) & 0xFFFF).sum();
+    (sum as f64 / 65535.0 - 2.0) * 3.0_f64.sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_is_centred_and_of_deviation_one() {
+        let n = 200_000;
+        let draws: Vec<f64> = (0..n).map(|k| noise(7, k)).collect();
+        let mean = draws.iter().sum::<f64>() / n as f64;
+        let variance = draws.iter().map(|x| x * x).sum::<f64>() / n as f64 - mean * mean;
+        // Four standard errors.
+        assert!(mean.abs() < 0.009 && (variance - 1.0).abs() < 0.012, "{mean} {variance}");
+    }
+
+    #[test]
+    fn blur_keeps_the_light_and_its_middle() {
+        let mut light = vec![[0.0_f32; 3]; 21 * 21];
+        light[10 * 21 + 8] = [1.0, 2.0, 3.0];
+        let soft = blurred(&light, 21, 21, 1.2);
+        let sum: f32 = soft.iter().map(|x| x[2]).sum();
+        let middle: f32 =
+            soft.iter().enumerate().map(|(k, x)| x[2] * (k % 21) as f32).sum::<f32>() / sum;
+        assert!((sum - 3.0).abs() < 1e-4 && (middle - 8.0).abs() < 1e-4);
+        assert!(soft[10 * 21 + 8][2] < 1.0);
+    }
+}

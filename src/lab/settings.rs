@@ -1,0 +1,421 @@
+//! How far the laboratory may be from what the program assumes: magnitudes, never the values drawn.
+//!
+//! Every field can be set in a TOML file (`trueup --lab FILE.toml`); what a file leaves out keeps its
+//! default. Each topic draws its chance from its own stream, so switching one off leaves all others as
+//! they were: that is what makes ablations comparable. Keys carry their units.
+//!
+//! ```toml
+//! [switches]
+//! zero_offsets = false        # everything else stays hidden and wrong
+//!
+//! [lens]
+//! k1 = [-0.10, -0.10]         # a range of one value: always this
+//!
+//! [placement.fixed.cup]       # not drawn but put here
+//! x_m = 0.62
+//! y_m = 0.20
+//! yaw_rad = 0.0
+//! ```
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::Error;
+
+/// Lowest and highest value of an even draw.
+pub type Range = [f64; 2];
+
+/// Everything that may be hidden, with its size. Defaults are chosen to be what a careful student finds
+/// in a laboratory set up yesterday; the sources are said where they are known.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LabSettings {
+    /// What is hidden at all.
+    pub switches: Switches,
+    /// Where the camera stands.
+    pub camera: CameraError,
+    /// What is inside the camera.
+    pub lens: LensError,
+    /// What the sensor makes of the light.
+    pub sensor: Sensor,
+    /// The light.
+    pub light: LightError,
+    /// The arm's joints.
+    pub joints: JointError,
+    /// Where the gripper sits on the flange, and the arm on the table.
+    pub mounting: Mounting,
+    /// How late commands act.
+    pub latency: Latency,
+    /// What encoders and torque sensors add.
+    pub readings: Readings,
+    /// Objects: friction, mass, water.
+    pub things: Things,
+    /// Where objects are put.
+    pub placement: Placement,
+    /// Where the arm waits at the start.
+    pub start: Start,
+}
+
+/// One switch per topic; off means the topic is as the program assumes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[expect(clippy::struct_excessive_bools, reason = "independent switches, each named in a file")]
+pub struct Switches {
+    /// The camera stands elsewhere.
+    pub camera_pose: bool,
+    /// Focal length, principal point and distortion differ.
+    pub lens: bool,
+    /// The sensor is noisy, blurs and vignettes.
+    pub sensor: bool,
+    /// Light comes from elsewhere and is weaker or stronger.
+    pub light: bool,
+    /// Joint encoders have wrong zeros.
+    pub zero_offsets: bool,
+    /// The gripper sits beside its place on the flange.
+    pub tool_offset: bool,
+    /// Joints have friction.
+    pub joint_friction: bool,
+    /// Gears give way and the weight is not fully compensated.
+    pub compliance: bool,
+    /// Commands act late.
+    pub latency: bool,
+    /// Encoders and torque sensors are noisy and biased.
+    pub readings: bool,
+    /// Surfaces are more or less slippery, objects heavier or lighter.
+    pub surfaces: bool,
+    /// The jar holds a little more or less water than the scene says.
+    pub fill: bool,
+}
+
+impl Default for Switches {
+    fn default() -> Self {
+        Self::all(true)
+    }
+}
+
+impl Switches {
+    /// Returns all switches on or all off.
+    pub fn all(on: bool) -> Self {
+        Self {
+            camera_pose: on,
+            lens: on,
+            sensor: on,
+            light: on,
+            zero_offsets: on,
+            tool_offset: on,
+            joint_friction: on,
+            compliance: on,
+            latency: on,
+            readings: on,
+            surfaces: on,
+            fill: on,
+        }
+    }
+}
+
+macro_rules! section {
+    ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident : $type:ty = $value:expr),* $(,)? }) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct $name { $($(#[$field_doc])* pub $field: $type),* }
+        impl Default for $name {
+            fn default() -> Self { Self { $($field: $value),* } }
+        }
+    };
+}
+
+section! {
+    /// Where the camera stands. Normal draws are cut at two standard deviations, here and below.
+    CameraError {
+        /// Standard deviation along each axis, m: a tape measure and a tripod.
+        position_sigma_m: f64 = 0.015,
+        /// Standard deviation about each axis, rad.
+        turn_sigma_rad: f64 = 1.2_f64.to_radians(),
+    }
+}
+
+section! {
+    /// What is inside the camera.
+    LensError {
+        /// Focal length over the assumed one, minus 1.
+        focal: Range = [-0.04, 0.04],
+        /// Vertical over horizontal focal length, minus 1.
+        aspect: Range = [-0.002, 0.002],
+        /// Shift of the principal point along u and v, px.
+        principal_px: Range = [-6.0, 6.0],
+        /// First radial coefficient.
+        k1: Range = [-0.18, -0.05],
+        /// Second radial coefficient.
+        k2: Range = [0.0, 0.03],
+    }
+}
+
+section! {
+    /// What the sensor makes of the light.
+    Sensor {
+        /// Electrons of a pixel that white paper fills; shot noise follows from it.
+        full_well: f64 = 9000.0,
+        /// Read noise as a part of white.
+        read_noise: f64 = 0.0025,
+        /// Standard deviation of the optical blur, px.
+        blur_px: f64 = 0.55,
+        /// Light missing in the corners, as a part.
+        vignetting: Range = [0.08, 0.22],
+        /// Factor on red and blue against green, minus 1.
+        white_balance: Range = [-0.05, 0.05],
+        /// Factor on everything, minus 1.
+        exposure: Range = [-0.10, 0.08],
+    }
+}
+
+section! {
+    /// The light.
+    LightError {
+        /// Standard deviation of the lamp's direction about each axis, rad.
+        turn_sigma_rad: f64 = 0.25,
+        /// Strength of the lamp over the usual, minus 1.
+        lamp: Range = [-0.25, 0.15],
+        /// Strength of the room's light over the usual, minus 1.
+        room: Range = [-0.12, 0.12],
+    }
+}
+
+section! {
+    /// The arm's joints; base to wrist all alike but for size: joints of less than 20 N·m have a third.
+    JointError {
+        /// Standard deviation of an encoder's zero, rad.
+        zero_sigma_rad: f64 = 0.35_f64.to_radians(),
+        /// Coulomb friction, N·m. Harmonic drives of this size show 0.3 to 2.
+        coulomb_nm: Range = [0.4, 1.6],
+        /// Viscous friction, N·m·s/rad.
+        viscous_nm_s_per_rad: Range = [0.5, 3.0],
+        /// Compliance of a gear, rad/(N·m): a third of the joint's stiffness counts for small joints.
+        compliance_rad_per_nm: Range = [2e-5, 8e-5],
+        /// Part of the links' weight the servo does not carry.
+        uncompensated: Range = [0.0, 0.04],
+    }
+}
+
+section! {
+    /// Where the gripper sits on the flange, and the arm on the table.
+    Mounting {
+        /// Standard deviation of the gripper along each axis of the flange, m.
+        tool_sigma_m: f64 = 0.002,
+        /// Standard deviation of the arm's base along x and y of the table, m.
+        base_sigma_m: f64 = 0.0,
+        /// Standard deviation of the arm's base about the table's normal, rad.
+        base_turn_sigma_rad: f64 = 0.0,
+    }
+}
+
+section! {
+    /// How late commands act.
+    Latency {
+        /// From the command to the servo, s.
+        command_s: Range = [0.010, 0.040],
+    }
+}
+
+section! {
+    /// What encoders and torque sensors add.
+    Readings {
+        /// Standard deviation of an angle, rad.
+        q_sigma_rad: f64 = 5e-5,
+        /// Step of the encoders, rad.
+        q_step_rad: f64 = 1.7e-5,
+        /// Standard deviation of a speed, rad/s.
+        dq_sigma_rad_s: f64 = 1e-3,
+        /// Standard deviation of a torque, N·m.
+        tau_sigma_nm: f64 = 0.08,
+        /// Constant error of a torque sensor, N·m either way.
+        tau_bias_nm: Range = [-0.25, 0.25],
+        /// Standard deviation of the opening, m.
+        opening_sigma_m: f64 = 1e-4,
+    }
+}
+
+section! {
+    /// Objects: friction, mass, water.
+    Things {
+        /// Friction of finger pads on objects.
+        pad_friction: Range = [0.65, 0.90],
+        /// Friction of the table on objects.
+        table_friction: Range = [0.30, 0.50],
+        /// Mass of an object over the scene's, minus 1.
+        mass: Range = [-0.06, 0.06],
+        /// Water in a vessel over the scene's, minus 1.
+        fill: Range = [-0.03, 0.03],
+    }
+}
+
+section! {
+    /// Where objects are put: upright, turned anyhow, on a ring around the arm's base.
+    Placement {
+        /// Distance of an object's axis from the base's axis, m.
+        radius_m: Range = [0.55, 0.70],
+        /// Largest angle to either side of the base's x axis, rad.
+        side_rad: f64 = 50.0_f64.to_radians(),
+        /// Distance between the axes of two objects, m.
+        apart_m: Range = [0.20, 0.45],
+        /// Least distance from an object to the table's edge, m.
+        edge_m: f64 = 0.03,
+        /// Least distance from an object to a printed mark, m.
+        mark_m: f64 = 0.01,
+        /// Objects with a place of their own, by name.
+        fixed: BTreeMap<String, Spot> = BTreeMap::new(),
+    }
+}
+
+/// A place on the table.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spot {
+    /// Along x, m.
+    pub x_m: f64,
+    /// Along y, m.
+    pub y_m: f64,
+    /// About the table's normal, rad.
+    #[serde(default)]
+    pub yaw_rad: f64,
+}
+
+section! {
+    /// Where the arm waits at the start.
+    Start {
+        /// Joint angles, rad; empty means Kinova's home for a 7-joint arm, zeros for others.
+        q_rad: Vec<f64> = Vec::new(),
+        /// Opening between the pads, m.
+        opening_m: f64 = 0.085,
+    }
+}
+
+impl LabSettings {
+    /// Returns a laboratory that is exactly as the program assumes; only places of objects are drawn.
+    pub fn perfect() -> Self {
+        Self { switches: Switches::all(false), ..Self::default() }
+    }
+
+    /// Reads settings from TOML; what is left out keeps its default.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Settings`] for text that is no TOML, an unknown key, a range turned round, a number that
+    /// is not finite, or a size below zero.
+    pub fn from_toml(text: &str) -> Result<Self, Error> {
+        let settings: Self =
+            toml::from_str(text).map_err(|error| Error::Settings(error.to_string()))?;
+        settings.check()?;
+        Ok(settings)
+    }
+
+    /// Says what makes no sense.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Settings`] names the first such key.
+    pub fn check(&self) -> Result<(), Error> {
+        let range = |key: &str, [low, high]: Range, least: f64| {
+            if low.is_finite() && high.is_finite() && low <= high && low >= least {
+                return Ok(());
+            }
+            let least = if least.is_finite() { format!(", from {least}") } else { String::new() };
+            Err(Error::Settings(format!(
+                "`{key}` = [{low}, {high}] should be [lowest, highest]{least}"
+            )))
+        };
+        let size = |key: &str, value: f64| {
+            if value.is_finite() && value >= 0.0 {
+                return Ok(());
+            }
+            Err(Error::Settings(format!("`{key}` = {value} should be 0 or more")))
+        };
+        let any = f64::NEG_INFINITY;
+        size("camera.position_sigma_m", self.camera.position_sigma_m)?;
+        size("camera.turn_sigma_rad", self.camera.turn_sigma_rad)?;
+        range("lens.focal", self.lens.focal, -0.9)?;
+        range("lens.aspect", self.lens.aspect, -0.9)?;
+        range("lens.principal_px", self.lens.principal_px, any)?;
+        range("lens.k1", self.lens.k1, any)?;
+        range("lens.k2", self.lens.k2, any)?;
+        size("sensor.full_well", self.sensor.full_well)?;
+        size("sensor.read_noise", self.sensor.read_noise)?;
+        size("sensor.blur_px", self.sensor.blur_px)?;
+        range("sensor.vignetting", self.sensor.vignetting, 0.0)?;
+        range("sensor.white_balance", self.sensor.white_balance, -0.9)?;
+        range("sensor.exposure", self.sensor.exposure, -0.9)?;
+        size("light.turn_sigma_rad", self.light.turn_sigma_rad)?;
+        range("light.lamp", self.light.lamp, -1.0)?;
+        range("light.room", self.light.room, -1.0)?;
+        size("joints.zero_sigma_rad", self.joints.zero_sigma_rad)?;
+        range("joints.coulomb_nm", self.joints.coulomb_nm, 0.0)?;
+        range("joints.viscous_nm_s_per_rad", self.joints.viscous_nm_s_per_rad, 0.0)?;
+        range("joints.compliance_rad_per_nm", self.joints.compliance_rad_per_nm, 0.0)?;
+        range("joints.uncompensated", self.joints.uncompensated, 0.0)?;
+        size("mounting.tool_sigma_m", self.mounting.tool_sigma_m)?;
+        size("mounting.base_sigma_m", self.mounting.base_sigma_m)?;
+        size("mounting.base_turn_sigma_rad", self.mounting.base_turn_sigma_rad)?;
+        range("latency.command_s", self.latency.command_s, 0.0)?;
+        size("readings.q_sigma_rad", self.readings.q_sigma_rad)?;
+        size("readings.q_step_rad", self.readings.q_step_rad)?;
+        size("readings.dq_sigma_rad_s", self.readings.dq_sigma_rad_s)?;
+        size("readings.tau_sigma_nm", self.readings.tau_sigma_nm)?;
+        range("readings.tau_bias_nm", self.readings.tau_bias_nm, any)?;
+        size("readings.opening_sigma_m", self.readings.opening_sigma_m)?;
+        range("things.pad_friction", self.things.pad_friction, 0.0)?;
+        range("things.table_friction", self.things.table_friction, 0.0)?;
+        range("things.mass", self.things.mass, -0.9)?;
+        range("things.fill", self.things.fill, -1.0)?;
+        range("placement.radius_m", self.placement.radius_m, 0.0)?;
+        size("placement.side_rad", self.placement.side_rad)?;
+        range("placement.apart_m", self.placement.apart_m, 0.0)?;
+        size("placement.edge_m", self.placement.edge_m)?;
+        size("placement.mark_m", self.placement.mark_m)?;
+        size("start.opening_m", self.start.opening_m)?;
+        for (name, spot) in &self.placement.fixed {
+            for (key, value) in [("x_m", spot.x_m), ("y_m", spot.y_m), ("yaw_rad", spot.yaw_rad)] {
+                if !value.is_finite() {
+                    return Err(Error::Settings(format!(
+                        "`placement.fixed.{name}.{key}` = {value} should be a finite number"
+                    )));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_changes_what_it_names_and_nothing_else() {
+        let text = "[switches]\nlens = false\n[joints]\nzero_sigma_rad = 0.02\n\
+                    [placement.fixed.cup]\nx_m = 0.9\ny_m = 0.1\n";
+        let settings = LabSettings::from_toml(text).unwrap();
+        let mut expected = LabSettings::default();
+        expected.switches.lens = false;
+        expected.joints.zero_sigma_rad = 0.02;
+        let cup = Spot { x_m: 0.9, y_m: 0.1, yaw_rad: 0.0 };
+        expected.placement.fixed.insert("cup".into(), cup);
+        assert_eq!(settings, expected);
+        let again = LabSettings::from_toml(&toml::to_string(&settings).unwrap()).unwrap();
+        assert_eq!(again, settings, "what is written is read back");
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        for (text, word) in [
+            ("[lens]\nk1 = [0.1, -0.1]\n", "lens.k1"),
+            ("[lens]\nk3 = 1.0\n", "k3"),
+            ("[readings]\ntau_sigma_nm = -1.0\n", "readings.tau_sigma_nm"),
+            ("[latency]\ncommand_s = [nan, 0.1]\n", "latency.command_s"),
+            ("nonsense", "nonsense"),
+        ] {
+            let Err(Error::Settings(said)) = LabSettings::from_toml(text) else { panic!("{text}") };
+            assert!(said.contains(word), "{said}");
+        }
+    }
+}
