@@ -10,3 +10,5 @@ mod twin;
 mod graph;
 mod world;
 mod lab;
+mod fit;
+mod alignment;

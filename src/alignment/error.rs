@@ -1,0 +1,158 @@
+//! What can go wrong in the regressions. Rows are counted from 0 in the order given.
+
+use crate::fit;
+
+/// Why a regression gives no answer.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// Too few measurements for the model.
+    #[error(
+        "{what} needs at least {needed} {of}, {given} given: measure more, or choose a simpler model"
+    )]
+    TooFew {
+        /// The model.
+        what: &'static str,
+        /// What is counted.
+        of: &'static str,
+        /// How many it needs.
+        needed: usize,
+        /// How many there are.
+        given: usize,
+    },
+    /// A number is NaN or infinite.
+    #[error("row {row} of {what} is not a finite number")]
+    NotFinite {
+        /// Which table.
+        what: &'static str,
+        /// Which row.
+        row: usize,
+    },
+    /// All points are the same point.
+    #[error(
+        "the {what} all lie within {spread:.3e} {unit} of each other: they say nothing about scale \
+         or direction, spread them out"
+    )]
+    Coincident {
+        /// Which points.
+        what: &'static str,
+        /// Root mean square distance from their centre.
+        spread: f64,
+        /// Unit of the spread.
+        unit: &'static str,
+    },
+    /// All points lie on one line.
+    #[error(
+        "the {what} lie on one line (across it they spread {ratio:.1e} of their length): \
+         add points off the line, or choose `scale`"
+    )]
+    Collinear {
+        /// Which points.
+        what: &'static str,
+        /// Spread across the line over spread along it.
+        ratio: f64,
+    },
+    /// The points leave directions of the model free.
+    #[error(
+        "the points do not determine {model}: {free} of its directions are free \
+         (no four of the points are in general position); add points, or choose a simpler model"
+    )]
+    Degenerate {
+        /// The model.
+        model: &'static str,
+        /// How many directions are free.
+        free: usize,
+    },
+    /// The map cannot be written with a 1 in its corner.
+    #[error(
+        "the map sends the twin's pixel (0, 0) to infinity (h33 = 0), so it has no form with a 1 in \
+         its corner (Eq. 3): move the origin of the twin's pixels, for example to the image centre"
+    )]
+    OriginAtInfinity,
+    /// The map cannot be inverted.
+    #[error("the map is singular: it squeezes the plane into a line")]
+    Singular,
+    /// No model agrees with enough of the measurements.
+    #[error(
+        "no {model} agrees with more than {agreeing} of {given} {of}: check that the rows are paired \
+         rightly"
+    )]
+    NoConsensus {
+        /// The model.
+        model: &'static str,
+        /// How many agree with the best one.
+        agreeing: usize,
+        /// How many there are.
+        given: usize,
+        /// What is counted.
+        of: &'static str,
+    },
+    /// Known extrinsics, but the points hardly spread in a direction.
+    #[error(
+        "std({axis}/Z) is {spread:.2e}: the points hardly spread across the picture in {axis}, so the \
+         focal length would be off by about {relative:.0} % per pixel of noise; spread the points"
+    )]
+    NoLeverage {
+        /// `X` or `Y`.
+        axis: char,
+        /// The standard deviation of `X/Z` or `Y/Z`.
+        spread: f64,
+        /// Relative error of the focal length per pixel of noise, %.
+        relative: f64,
+    },
+    /// The views are too alike for Zhang's closed form.
+    #[error(
+        "{views} view(s) of the plane do not determine the camera ({why}): add views tilted in other \
+         directions by 20° or more"
+    )]
+    Views {
+        /// How many views.
+        views: usize,
+        /// Why.
+        why: String,
+    },
+    /// A point lies behind the camera.
+    #[error(
+        "point {row} lies behind the camera: check the extrinsics' direction (world_from_camera)"
+    )]
+    BehindCamera {
+        /// Which point.
+        row: usize,
+    },
+    /// The points of a planar target are not on z = 0.
+    #[error(
+        "row {row}: z = {z} m, but without extrinsics every point must lie on the target's plane z = 0; \
+         give POINTS.extrinsics.json"
+    )]
+    OffPlane {
+        /// Which row.
+        row: usize,
+        /// Its z, m.
+        z: f64,
+    },
+    /// The image size is needed and was not given.
+    #[error("one view needs the image size, to place the principal point in its centre")]
+    ImageSize,
+    /// A list has the wrong length.
+    #[error("{what}: {given} given, {expected} expected")]
+    Length {
+        /// Which list.
+        what: &'static str,
+        /// Its length.
+        given: usize,
+        /// The length it should have.
+        expected: usize,
+    },
+    /// The model does not exist in this form.
+    #[error("{what} has no {model} form; use {instead}")]
+    NoSuchModel {
+        /// Which regression.
+        what: &'static str,
+        /// The model asked for.
+        model: &'static str,
+        /// What there is.
+        instead: &'static str,
+    },
+    /// The solver.
+    #[error(transparent)]
+    Fit(#[from] fit::Error),
+}

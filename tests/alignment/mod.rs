@@ -1,0 +1,4 @@
+//! The three regressions: planted truth, degenerate input, published numbers.
+
+mod support;
+mod image_map;
