@@ -1,4 +1,4 @@
-//! Seeing on real photographs: finds the ViSP cube and tube, and prepares `trueup camera see` for them.
+//! Seeing on real photographs: finds the `ViSP` cube and tube, and prepares `trueup camera see` for them.
 //!
 //! `cargo run --example camera_see -- OUT` reads the sequence in place, writes to OUT the scene
 //! (`visp.task`), a calibration per frame (`calibration_0000.json`: the table is the sheet the solids stand
@@ -54,7 +54,7 @@ fn main() {
                     s.confidence
                 ),
                 None => {
-                    println!("frame {frame:3} {}: {}", s.name, s.reason.as_deref().unwrap_or("?"))
+                    println!("frame {frame:3} {}: {}", s.name, s.reason.as_deref().unwrap_or("?"));
                 }
             }
         }

@@ -1,5 +1,16 @@
-//! The bare table as a smooth surface of colour, and what differs from it.
+//! Masks: the bare table as a smooth surface of colour, and an object cut out of the picture in a box.
+//!
+//! [`TableModel`] says where the picture differs from bare table. [`cut`] separates an object from its
+//! surroundings by a minimal cut between colours learnt inside and outside; it is the second opinion on a
+//! placement and the mask that people see. What is cut badly shows in [`super::contour`] and in the overlap
+//! with the placed solid, and is then not used.
+//!
+//! Source: Rother, Kolmogorov and Blake, "`GrabCut`", SIGGRAPH 2004; Dinitz's maximal flow.
 
+use image::{GrayImage, Luma, imageops};
+use imageproc::distance_transform::Norm;
+use imageproc::morphology;
+use imageproc::region_labelling::{Connectivity, connected_components};
 use nalgebra::{SMatrix, SVector, Vector2};
 
 use super::outline::{Projector, inside_convex};
@@ -108,4 +119,319 @@ impl TableModel {
 /// Returns the table's top in the picture, px, if all of it is in front of the camera.
 fn table_polygon(view: &Projector, table: &Table) -> Option<Vec<Vector2<f64>>> {
     table.corners().iter().map(|c| view.pixel(nalgebra::Vector3::new(c[0], c[1], 0.0))).collect()
+}
+
+/// Picture pixels per cell of the grid that is cut, along each side.
+const CELL: usize = 2;
+/// Price of a border between two cells of one colour, in units of log-likelihood.
+const BORDER: f64 = 12.0;
+
+/// A mixture of a few colours with their spreads and shares.
+struct Palette {
+    colours: Vec<([f64; 3], [f64; 3], f64)>,
+}
+
+impl Palette {
+    /// Learns four colours by k-means from seeds spread over the lightness order; `None` of too few cells.
+    fn learn(cells: &[[f64; 3]]) -> Option<Self> {
+        const K: usize = 4;
+        if cells.len() < 4 * K {
+            return None;
+        }
+        let mut sorted: Vec<[f64; 3]> = cells.to_vec();
+        sorted.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let mut means: Vec<[f64; 3]> =
+            (0..K).map(|k| sorted[(2 * k + 1) * sorted.len() / (2 * K)]).collect();
+        let far = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>();
+        let nearest = |means: &[[f64; 3]], cell: &[f64; 3]| {
+            (0..K)
+                .min_by(|&i, &j| far(&means[i], cell).total_cmp(&far(&means[j], cell)))
+                .unwrap_or(0)
+        };
+        let mut colours = Vec::new();
+        for _ in 0..6 {
+            let mut sums = [([0.0; 3], [0.0; 3], 0.0); K];
+            for cell in cells {
+                let slot = &mut sums[nearest(&means, cell)];
+                for (c, value) in cell.iter().enumerate() {
+                    slot.0[c] += value;
+                    slot.1[c] += value * value;
+                }
+                slot.2 += 1.0;
+            }
+            colours.clear();
+            for (k, (sum, square, n)) in sums.into_iter().enumerate() {
+                if n < 3.0 {
+                    continue;
+                }
+                let mean = sum.map(|s| s / n);
+                means[k] = mean;
+                // A floor of one CIELAB keeps a flat colour from being infinitely sure of itself.
+                let variance =
+                    [0, 1, 2].map(|c| (square[c] / n - mean[c] * mean[c]).max(0.0) + 1.0);
+                colours.push((mean, variance, n / cells.len() as f64));
+            }
+        }
+        Some(Self { colours })
+    }
+
+    /// Returns the negative log-likelihood of a colour.
+    fn cost(&self, cell: &[f64; 3]) -> f64 {
+        self.colours
+            .iter()
+            .map(|(mean, variance, share)| {
+                (0..3)
+                    .map(|c| (cell[c] - mean[c]).powi(2) / variance[c] + variance[c].ln())
+                    .sum::<f64>()
+                    / 2.0
+                    - share.ln()
+            })
+            .fold(40.0, f64::min)
+    }
+}
+
+/// Cuts an object out of the picture: 255 inside, the picture's size; `None` when nothing separates.
+///
+/// `bounds` is the box it is expected in, `[u0, v0, u1, v1]` px; `inside` says of a pixel whether it is
+/// expected to be the object. The box is grown by 15 % and its border taken for background.
+pub fn cut(
+    picture: &Picture,
+    bounds: [f64; 4],
+    inside: impl Fn(Vector2<f64>) -> bool,
+) -> Option<GrayImage> {
+    let (w, h) = picture.size();
+    let grow = [0.15 * (bounds[2] - bounds[0]) + 6.0, 0.15 * (bounds[3] - bounds[1]) + 6.0];
+    let x0 = (bounds[0] - grow[0]).max(0.0) as usize / CELL;
+    let y0 = (bounds[1] - grow[1]).max(0.0) as usize / CELL;
+    let x1 = ((bounds[2] + grow[0]).min(w as f64 - 1.0).max(0.0) as usize / CELL).max(x0);
+    let y1 = ((bounds[3] + grow[1]).min(h as f64 - 1.0).max(0.0) as usize / CELL).max(y0);
+    let (cols, rows) = (x1 - x0 + 1, y1 - y0 + 1);
+    if cols < 8 || rows < 8 || cols * rows > 200_000 {
+        return None;
+    }
+    let place = |i: usize| {
+        let (x, y) = ((x0 + i % cols) * CELL, (y0 + i / cols) * CELL);
+        Vector2::new(x as f64 + 0.5, y as f64 + 0.5)
+    };
+    let cells: Vec<[f64; 3]> = (0..cols * rows)
+        .map(|i| [0, 1, 2].map(|c| f64::from(picture.lab[c].sample(place(i).x, place(i).y))))
+        .collect();
+    let ring = |i: usize| {
+        let (x, y) = (i % cols, i / cols);
+        // Where the box ends at the picture's border the object may go on beyond it.
+        (x < 2 && x0 > 0)
+            || (y < 2 && y0 > 0)
+            || (x + 2 >= cols && (x1 + 1) * CELL < w)
+            || (y + 2 >= rows && (y1 + 1) * CELL < h)
+    };
+    let mut object: Vec<bool> = (0..cols * rows).map(|i| !ring(i) && inside(place(i))).collect();
+    let pairs: Vec<(usize, usize)> = (0..cols * rows)
+        .flat_map(|i| {
+            let (x, y) = (i % cols, i / cols);
+            [(x + 1 < cols).then_some((i, i + 1)), (y + 1 < rows).then_some((i, i + cols))]
+        })
+        .flatten()
+        .collect();
+    let far = |a: usize, b: usize| (0..3).map(|c| (cells[a][c] - cells[b][c]).powi(2)).sum::<f64>();
+    let mean = pairs.iter().map(|&(a, b)| far(a, b)).sum::<f64>() / pairs.len() as f64;
+    for _ in 0..3 {
+        let of = |wanted: bool| -> Vec<[f64; 3]> {
+            (0..cells.len()).filter(|&i| object[i] == wanted).map(|i| cells[i]).collect()
+        };
+        let (own, other) = (Palette::learn(&of(true))?, Palette::learn(&of(false))?);
+        let mut flow = Flow::new(cells.len());
+        for (i, cell) in cells.iter().enumerate() {
+            let (as_object, as_ground) =
+                if ring(i) { (1e6, 0.0) } else { (own.cost(cell), other.cost(cell)) };
+            flow.terminal(i, as_ground - as_object);
+        }
+        for &(a, b) in &pairs {
+            flow.link(a, b, BORDER * (-far(a, b) / (2.0 * mean + 1e-9)).exp());
+        }
+        object = flow.source_side();
+    }
+    let mut mask = GrayImage::new(w as u32, h as u32);
+    for (i, _) in object.iter().enumerate().filter(|(_, inside)| **inside) {
+        let (x, y) = ((x0 + i % cols) * CELL, (y0 + i / cols) * CELL);
+        for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            if x + dx < w && y + dy < h {
+                mask.put_pixel((x + dx) as u32, (y + dy) as u32, Luma([255]));
+            }
+        }
+    }
+    Some(tidy(&mask, [x0 * CELL, y0 * CELL, (x1 + 1) * CELL, (y1 + 1) * CELL]))
+}
+
+/// Closes gaps, fills holes, removes spurs and keeps the largest piece of a mask, inside a box.
+fn tidy(mask: &GrayImage, [x0, y0, x1, y1]: [usize; 4]) -> GrayImage {
+    let (x1, y1) = (x1.min(mask.width() as usize), y1.min(mask.height() as usize));
+    let (w, h) = ((x1 - x0) as u32, (y1 - y0) as u32);
+    let part = imageops::crop_imm(mask, x0 as u32, y0 as u32, w, h).to_image();
+    let reach = (0.03 * f64::from(w.min(h))).round().clamp(1.0, 12.0) as u8;
+    let closed = morphology::close(&part, Norm::L2, reach);
+    // Holes: background that the border of the box does not reach.
+    let holes = connected_components(
+        &GrayImage::from_fn(w, h, |x, y| Luma([255 - closed.get_pixel(x, y).0[0]])),
+        Connectivity::Four,
+        Luma([0]),
+    );
+    let mut open = vec![false; w as usize * h as usize + 1];
+    for (x, y, label) in holes.enumerate_pixels() {
+        if x == 0 || y == 0 || x + 1 == w || y + 1 == h {
+            open[label.0[0] as usize] = true;
+        }
+    }
+    let filled = GrayImage::from_fn(w, h, |x, y| {
+        let label = holes.get_pixel(x, y).0[0] as usize;
+        Luma([if closed.get_pixel(x, y).0[0] > 0 || !open[label] { 255 } else { 0 }])
+    });
+    let opened = morphology::open(&filled, Norm::L2, reach);
+    let labels = connected_components(&opened, Connectivity::Four, Luma([0]));
+    let mut sizes = vec![0_usize; w as usize * h as usize + 1];
+    for label in labels.pixels() {
+        sizes[label.0[0] as usize] += 1;
+    }
+    sizes[0] = 0;
+    let largest = (0..sizes.len()).max_by_key(|&i| sizes[i]).unwrap_or(0);
+    let mut out = GrayImage::new(mask.width(), mask.height());
+    for (x, y, label) in labels.enumerate_pixels() {
+        if label.0[0] != 0 && label.0[0] as usize == largest {
+            out.put_pixel(x0 as u32 + x, y0 as u32 + y, Luma([255]));
+        }
+    }
+    out
+}
+
+/// A maximal flow on a graph with a source and a sink, by Dinitz's blocking flows.
+struct Flow {
+    /// Per arc: where it leads and what it can still carry; arc `k ^ 1` is its reverse.
+    arcs: Vec<(usize, f64)>,
+    out: Vec<Vec<usize>>,
+    source: usize,
+    sink: usize,
+}
+
+impl Flow {
+    fn new(n: usize) -> Self {
+        Self { arcs: Vec::new(), out: vec![Vec::new(); n + 2], source: n, sink: n + 1 }
+    }
+
+    fn arc(&mut self, from: usize, to: usize, there: f64, back: f64) {
+        self.out[from].push(self.arcs.len());
+        self.arcs.push((to, there));
+        self.out[to].push(self.arcs.len());
+        self.arcs.push((from, back));
+    }
+
+    /// A positive preference ties a node to the source, a negative one to the sink.
+    fn terminal(&mut self, node: usize, preference: f64) {
+        if preference > 0.0 {
+            self.arc(self.source, node, preference, 0.0);
+        } else {
+            self.arc(node, self.sink, -preference, 0.0);
+        }
+    }
+
+    fn link(&mut self, a: usize, b: usize, capacity: f64) {
+        self.arc(a, b, capacity, capacity);
+    }
+
+    /// Saturates the graph and returns, for each node, whether the source still reaches it.
+    fn source_side(mut self) -> Vec<bool> {
+        const LEAST: f64 = 1e-9;
+        let n = self.out.len();
+        loop {
+            let mut level = vec![usize::MAX; n];
+            level[self.source] = 0;
+            let mut queue = vec![self.source];
+            let mut head = 0;
+            while head < queue.len() {
+                let node = queue[head];
+                head += 1;
+                for &arc in &self.out[node] {
+                    let (to, left) = self.arcs[arc];
+                    if left > LEAST && level[to] == usize::MAX {
+                        level[to] = level[node] + 1;
+                        queue.push(to);
+                    }
+                }
+            }
+            if level[self.sink] == usize::MAX {
+                return (0..n - 2).map(|node| level[node] != usize::MAX).collect();
+            }
+            // Walk forward along the levels, push the least that fits, step back from dead ends.
+            let mut next = vec![0_usize; n];
+            let mut path: Vec<usize> = Vec::new();
+            let mut node = self.source;
+            loop {
+                if node == self.sink {
+                    let least = path.iter().map(|&a| self.arcs[a].1).fold(f64::INFINITY, f64::min);
+                    let mut back = 0;
+                    for (k, &arc) in path.iter().enumerate().rev() {
+                        self.arcs[arc].1 -= least;
+                        self.arcs[arc ^ 1].1 += least;
+                        if self.arcs[arc].1 <= LEAST {
+                            back = k;
+                        }
+                    }
+                    node = self.arcs[path[back] ^ 1].0;
+                    path.truncate(back);
+                    continue;
+                }
+                if let Some(&arc) = self.out[node].get(next[node]) {
+                    let (to, left) = self.arcs[arc];
+                    if left > LEAST && level[to] == level[node] + 1 {
+                        path.push(arc);
+                        node = to;
+                    } else {
+                        next[node] += 1;
+                    }
+                } else if let Some(arc) = path.pop() {
+                    level[node] = usize::MAX;
+                    node = self.arcs[arc ^ 1].0;
+                    next[node] += 1;
+                } else {
+                    break;
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The minimal cut of a small graph, by hand: the two weak links part it.
+    #[test]
+    fn a_cut_goes_through_the_weak_links() {
+        let mut flow = Flow::new(4);
+        flow.terminal(0, 10.0);
+        flow.terminal(3, -10.0);
+        flow.link(0, 1, 5.0);
+        flow.link(1, 2, 1.0);
+        flow.link(2, 3, 5.0);
+        flow.link(0, 2, 0.5);
+        assert_eq!(flow.source_side(), vec![true, true, false, false]);
+    }
+
+    #[test]
+    fn a_disc_is_cut_out_of_a_gradient() {
+        let image = image::RgbImage::from_fn(200, 160, |x, y| {
+            let far = (f64::from(x) - 100.0).hypot(f64::from(y) - 80.0);
+            let light = 150 + (x / 8) as u8;
+            image::Rgb(if far < 40.0 { [60, 90, 160] } else { [light, light, light - 10] })
+        });
+        let picture = Picture::new(&image);
+        // Expected eight pixels to the left of where it is.
+        let guess = |p: Vector2<f64>| (p - Vector2::new(92.0, 80.0)).norm() < 40.0;
+        let mask = cut(&picture, [52.0, 40.0, 140.0, 120.0], guess).unwrap();
+        let (mut both, mut either) = (0.0, 0.0);
+        for (x, y, p) in mask.enumerate_pixels() {
+            let truth = (f64::from(x) - 100.0).hypot(f64::from(y) - 80.0) < 40.0;
+            both += f64::from(u8::from(truth && p.0[0] > 0));
+            either += f64::from(u8::from(truth || p.0[0] > 0));
+        }
+        assert!(both / either > 0.95, "IoU {}", both / either);
+    }
 }

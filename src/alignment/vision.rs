@@ -15,11 +15,12 @@ use nalgebra::Vector2;
 use serde::Serialize;
 use thiserror::Error as ThisError;
 
+use super::contour::Smoothness;
 use super::outline::{Kind, ObjectPose, Projector};
 use super::picture::{Picture, Plane, median};
 use super::placement::{Candidate, Evidence, Hidden, Score, Window, assign, overlap};
 use super::refine::strongest;
-use super::segment::TableModel;
+use super::segment::{TableModel, cut};
 use crate::world::{Camera, Object, Scene};
 
 pub use super::overlay::annotate;
@@ -316,7 +317,19 @@ fn judge(
             }
         }
     }
-    let _ = picture;
+    // The picture's own cut is the better mask when it is smooth and agrees with the solid.
+    if let Some(own) = cut(picture, sighting.bbox, |p| outline.contains(p)) {
+        let (mut both, mut either) = (0.0, 0.0);
+        for (a, b) in own.pixels().zip(mask.pixels()) {
+            both += f64::from(u8::from(a.0[0] > 0 && b.0[0] > 0));
+            either += f64::from(u8::from(a.0[0] > 0 || b.0[0] > 0));
+        }
+        let iou = both / f64::max(either, 1.0);
+        sighting.mask_iou = Some(iou);
+        if iou > 0.85 && Smoothness::of(&own).is_some_and(|s| s.is_smooth()) {
+            mask = own;
+        }
+    }
     sighting.mask = Some(mask);
     sighting
 }

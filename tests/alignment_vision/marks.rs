@@ -16,7 +16,7 @@ fn dots_are_found_through_a_wrong_guess() {
     let image = painter.finish(&Light { gain: 0.9, slope: [0.5, -0.3], noise: 2.0, seed: 1 });
     let sightings = find_marks(&image, &scene, &scene.camera).unwrap();
     assert_eq!(sightings.len(), scene.marks.len(), "{sightings:?}");
-    let (mut worst, mut offset) = (0.0f64, 0.0f64);
+    let (mut worst, mut offset) = (0.0_f64, 0.0_f64);
     for s in &sightings {
         let mark = scene.marks[s.mark_idx];
         let truth = camera.project(Point::new(mark.x, mark.y, 0.0)).unwrap();

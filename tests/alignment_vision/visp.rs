@@ -1,4 +1,4 @@
-//! The ViSP cube and cylinder sequence, read in place: its camera and scene from its own files.
+//! The `ViSP` cube and cylinder sequence, read in place: its camera and scene from its own files.
 
 use std::fs;
 use std::path::{Path, PathBuf};
