@@ -89,14 +89,12 @@ pub(super) fn check(args: &CheckArgs, style: &Style) -> Result<Exit, Failure> {
     for path in task_files(&args.files)? {
         let source = Source::new(path.display().to_string(), read(&path)?);
         let mut library = standard.clone();
-        library.add(source.clone());
-        all.extend(
-            library
-                .check()
-                .into_iter()
-                .filter(|diagnostic| diagnostic.file == source.name)
-                .map(|diagnostic| (diagnostic, source.clone())),
-        );
+        let file = library.add(source.clone());
+        // A script's calls are about the objects of its own scene, or of the kitchen.
+        let own = library.program(file).and_then(first_scene);
+        let scope = library.scope(own.as_deref().unwrap_or("kitchen"));
+        let found = library.check_file(file, &scope).into_iter();
+        all.extend(found.map(|diagnostic| (diagnostic, source.clone())));
     }
     let errors = all.iter().filter(|(diagnostic, _)| diagnostic.is_error()).count();
     if style.json {
@@ -119,10 +117,12 @@ pub(super) fn fmt(args: &FmtArgs, style: &Style) -> Result<Exit, Failure> {
     for path in task_files(&args.files)? {
         let text = read(&path)?;
         let name = path.display().to_string();
-        let formatted = language::format(&text).map_err(|diagnostics| {
-            let source = Source::new(name.clone(), text.clone());
-            report::text_failure(&diagnostics, &source, style)
-        })?;
+        let (_, diagnostics) = language::parse(&text);
+        if diagnostics.iter().any(Diagnostic::is_error) {
+            let source = Source::new(name, text);
+            return Err(report::text_failure(&diagnostics, &source, style));
+        }
+        let formatted = language::format(&text);
         if formatted == text {
             continue;
         }
@@ -178,13 +178,20 @@ pub(super) fn graph(args: &GraphArgs, cli: &Cli, style: &Style) -> Result<Exit, 
     let graph = graph::build(&library, call)
         .map_err(|problems| report::problems_failure(&problems, &library, &source))?;
     match args.format {
-        Format::Json => style.document(&graph::exchange::to_json(&graph)),
-        _ if style.json => style.document(&graph::exchange::to_json(&graph)),
-        Format::Text => report::out(graph::outline::outline(&graph).trim_end()),
-        Format::Svg => report::out(&graph::draw::svg(&graph)),
+        Format::Json => style.document(&graph::exchange::to_json(&graph, &graph::exchange::Learnt::default())),
+        _ if style.json => style.document(&graph::exchange::to_json(&graph, &graph::exchange::Learnt::default())),
+        Format::Text => report::out(graph::outline::outline(&graph, &graph::outline::Learnt::default()).trim_end()),
+        Format::Svg => report::out(&graph::draw::to_svg(&graph, &graph::draw::Drawing::default())),
         Format::Dot => report::out(&graph::exchange::to_dot(&graph)),
     }
     Ok(Exit::Yes)
+}
+
+fn first_scene(program: &Program) -> Option<String> {
+    program.items.iter().find_map(|item| match item {
+        Item::Scene(scene) => Some(scene.name.text.clone()),
+        _ => None,
+    })
 }
 
 fn first_call(program: &Program) -> Option<&Call> {

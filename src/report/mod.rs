@@ -11,8 +11,10 @@ use serde_json::{Value, json};
 
 use crate::execution::stage::ActionError;
 use crate::graph;
-use crate::language::{self, Diagnostic, Library, Source};
+use crate::language::ast::{Conditions, Param};
+use crate::language::{self, Diagnostic, Library, Source, text};
 use crate::workcell;
+use crate::world::{Scene, WorldState};
 
 /// How to speak: to a person or a program, in colour or plain, at length or not at all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -248,4 +250,81 @@ pub fn cell_failure(error: &workcell::Error, style: &Style) -> Failure {
             _ => Failure::no("run::action", words),
         },
     }
+}
+
+/// Words what is on the table.
+pub fn objects(scene: &Scene, state: &WorldState) -> String {
+    let mut text = String::new();
+    for object in &scene.objects {
+        let known = state.object(&object.name);
+        let place = match known.and_then(|o| o.world_from_object) {
+            Some(pose) => {
+                let at = pose.origin();
+                let std = known.map_or(f64::NAN, |o| o.std);
+                format!("at ({:.1}, {:.1}) cm ± {:.1} mm", at.x * 1e2, at.y * 1e2, std * 1e3)
+            }
+            None => "not seen yet".to_owned(),
+        };
+        let water = known.and_then(|o| o.water).map(|water| format!("{:.0} mL", water * 1e6));
+        let held = if state.held.as_deref() == Some(&object.name) { "in the hand" } else { "" };
+        let line = format!(
+            "{:<8} {:<10} {:<18} {place:<28} {:<8} {held}",
+            object.name,
+            object.kind,
+            object.looks,
+            water.unwrap_or_default()
+        );
+        text += line.trim_end();
+        text.push('\n');
+    }
+    text.trim_end().to_owned()
+}
+
+/// Words the head of a task or an action with the first sentence of its documentation.
+pub fn signature(name: &str, params: &[Param], doc: &[String]) -> String {
+    let params: Vec<String> = params
+        .iter()
+        .map(|param| {
+            let default = param.default.as_ref().map(|d| format!(" = {}", text::expr(d)));
+            format!("{}: {}{}", param.name.text, param.ty.text, default.unwrap_or_default())
+        })
+        .collect();
+    let summary = doc.first().map_or("", |line| line.trim());
+    format!("{name}({})\n  {summary}", params.join(", "))
+}
+
+/// Words all there is to say about a task, an action or a fluent; `None` when there is none of the name.
+pub fn documentation(library: &Library, name: &str) -> Option<String> {
+    let conditions = |conditions: &Conditions| {
+        let mut lines = String::new();
+        let kinds = [
+            ("needs", &conditions.needs),
+            ("keeps", &conditions.keeps),
+            ("gives", &conditions.gives),
+        ];
+        for (word, exprs) in kinds {
+            for expr in exprs {
+                lines += &format!("\n  {word}  {}", text::expr(expr));
+            }
+        }
+        lines
+    };
+    if let Some((task, source)) = library.task(name) {
+        let head = signature(name, &task.params, &task.doc);
+        let say: String = task.say.iter().map(|s| format!("\n  say    \"{s}\"")).collect();
+        let place = source.place(task.name.span);
+        return Some(format!("{head}{}{say}\n  {place}", conditions(&task.conditions)));
+    }
+    if let Some((action, source)) = library.action(name) {
+        let head = signature(name, &action.params, &action.doc);
+        let run = action.script.as_ref().map(|(file, _)| format!("\n  run    {file}"));
+        let place = source.place(action.name.span);
+        let run = run.unwrap_or_default();
+        return Some(format!("{head}{}{run}\n  {place}", conditions(&action.conditions)));
+    }
+    let (fluent, source) = library.fluent(name)?;
+    let head = signature(name, &fluent.params, &fluent.doc);
+    let ask = fluent.ask.as_ref().map(|ask| format!("\n  ask    \"{ask}\"")).unwrap_or_default();
+    let place = source.place(fluent.name.span);
+    Some(format!("{head}\n  is     {}{ask}\n  {place}", text::expr(&fluent.body)))
 }

@@ -170,3 +170,28 @@ pub fn ending(run: &Run, style: &Style) -> String {
     }
     text
 }
+
+/// Words why a run went as it did: the step that failed, what was false there and by how much.
+pub fn why(run: &Run) -> String {
+    let failed = run.steps.iter().find(|step| step.outcome != Outcome::Success);
+    let Some(step) = failed else {
+        return match &run.reason {
+            Some(reason) => reason.clone(),
+            None => format!("{} did what it promised in all {} steps", run.task, run.steps.len()),
+        };
+    };
+    let mut text = format!("step {} {} did not do what it should", step.number, step.action);
+    if let Some(reason) = &step.reason {
+        text += &format!(": {reason}");
+    }
+    for row in step.fluents.iter().filter(|row| row.measured == Some(false)) {
+        let margin = row.margin.as_ref().map(|m| format!(" by {}", people(m))).unwrap_or_default();
+        let twin = match row.twin {
+            Some(true) => "; the twin had it true",
+            Some(false) => "; the twin had it false too",
+            None => "",
+        };
+        text += &format!("\n  {} is false{margin}{twin}", row.name);
+    }
+    text
+}

@@ -185,7 +185,11 @@ impl View {
     }
 
     /// Returns the view of the table and the arm alone.
-    pub fn of_arm(scene: &Scene, look: &ArmLook, links: &[(String, Isometry3<f64>)]) -> Self {
+    pub fn of_arm<Name: AsRef<str>>(
+        scene: &Scene,
+        look: &ArmLook,
+        links: &[(Name, Isometry3<f64>)],
+    ) -> Self {
         let poses: BTreeMap<&str, Isometry3<f64>> =
             links.iter().map(|(name, pose)| (name.as_ref(), *pose)).collect();
         let bodies = look.bodies(&poses);
