@@ -12,6 +12,7 @@
 mod error;
 pub mod consensus;
 pub mod image_map;
+mod reprojection;
 pub mod intrinsics;
 pub mod camera_fit;
 pub mod offset;
