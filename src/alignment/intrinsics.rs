@@ -1,1 +1,373 @@
-//! (to come)
+//! Regression 2: what is inside the camera (Eq. 4 to 6), from points of known position and their pixels.
+//!
+//! [`calibrate`] takes views. Where all extrinsics are known, `u = fx (X/Z) + cx` and `v = fy (Y/Z) + cy`
+//! are two straight lines, polished together with the distortion. Where none are, every view is one of a
+//! planar target (z = 0) and the camera comes from Zhang's closed form, polished over all poses. Finding
+//! the one camera of the scene from a rough guess is [`crate::alignment::camera_fit`]'s work.
+//!
+//! Source: Zhang, "A Flexible New Technique for Camera Calibration", PAMI 2000, §3 and Appendix B.
+
+mod zhang;
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+use super::Error;
+use super::reprojection::{INTRINSIC, POSE, Reprojection, Seen};
+use crate::fit::{self, Fit, Noise, Prior};
+use crate::world::{Intrinsics, Pixel, Point, Pose, frame};
+
+/// What one picture shows of the points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct View {
+    /// Its name in files and messages.
+    pub name: String,
+    /// Points in world (or target) coordinates and where they appear.
+    pub points: Vec<(Point<frame::World>, Pixel)>,
+    /// Where the camera stood, if known.
+    pub world_from_camera: Option<Pose<frame::World, frame::Camera>>,
+}
+
+/// How many radial distortion coefficients to fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Distortion {
+    /// None: a pinhole.
+    None,
+    /// `k1`.
+    K1,
+    /// `k1` and `k2`.
+    #[default]
+    K1K2,
+}
+
+impl Distortion {
+    /// Returns the choice of that name on the command line.
+    pub fn from_name(name: &str) -> Option<Self> {
+        match name {
+            "none" => Some(Self::None),
+            "k1" => Some(Self::K1),
+            "k1k2" => Some(Self::K1K2),
+            _ => None,
+        }
+    }
+}
+
+/// How well the extrinsics are known, when they are to be refined as well.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExtrinsicsPrior {
+    /// Standard deviation of where the camera stands, per axis, m.
+    pub position: f64,
+    /// Standard deviation of its direction, per axis, rad.
+    pub rotation: f64,
+}
+
+/// How to calibrate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Which distortion to fit.
+    pub distortion: Distortion,
+    /// Whether to fit a skew; `None` for yes with three or more planar views and no otherwise.
+    pub skew: Option<bool>,
+    /// With known extrinsics, refine them too, as far as this allows.
+    pub refine_extrinsics: Option<ExtrinsicsPrior>,
+    /// Expected noise of a pixel coordinate, px: weighs pixels against the prior on the extrinsics.
+    pub sigma_px: f64,
+    /// Width and height of the pictures, px; needed for a single planar view only.
+    pub image_size: Option<(u32, u32)>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            distortion: Distortion::K1K2,
+            skew: None,
+            refine_extrinsics: None,
+            sigma_px: 0.5,
+            image_size: None,
+        }
+    }
+}
+
+/// How far the points spread in normalised coordinates: the lever of the two straight-line fits,
+/// `var(fx) = σ² / (N var(X/Z))`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Leverage {
+    /// Standard deviation of `X/Z`.
+    pub std_x: f64,
+    /// Standard deviation of `Y/Z`.
+    pub std_y: f64,
+    /// Mean of `X/Z`; the correlation of `fx` and `cx` follows it.
+    pub mean_x: f64,
+    /// Mean of `Y/Z`.
+    pub mean_y: f64,
+}
+
+/// One view after calibration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ViewFit {
+    /// Its name.
+    pub name: String,
+    /// Where the target was seen from.
+    pub camera_from_world: Pose<frame::Camera, frame::World>,
+    /// Root mean square reprojection error of its points, px.
+    pub rms_px: f64,
+    /// How far the camera moved from the extrinsics given, m (0 where none were).
+    pub moved_m: f64,
+    /// How far it turned, rad.
+    pub turned_rad: f64,
+}
+
+/// The camera and what is known about it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibration {
+    /// The camera; width and height are 0 where no image size was given.
+    pub intrinsics: Intrinsics,
+    /// Standard deviations in the same places: px, and 1 for `k1`, `k2`; 0 for what was not fitted.
+    pub std: [f64; 7],
+    /// Covariance of `fx, fy, cx, cy, skew, k1, k2`.
+    pub covariance: nalgebra::SMatrix<f64, 7, 7>,
+    /// Root mean square reprojection error per point, px.
+    pub rms_px: f64,
+    /// Standard deviation of the noise of one pixel coordinate, px.
+    pub noise_px: f64,
+    /// The views in the order given.
+    pub views: Vec<ViewFit>,
+    /// The lever of the straight-line fits; `None` for planar targets without extrinsics.
+    pub leverage: Option<Leverage>,
+    /// Least singular value over the largest of the scaled problem.
+    pub conditioning: f64,
+}
+
+/// Finds what is inside the camera.
+///
+/// # Errors
+///
+/// [`Error::TooFew`], [`Error::NotFinite`], [`Error::NoLeverage`], [`Error::BehindCamera`],
+/// [`Error::OffPlane`], [`Error::Views`], [`Error::ImageSize`], and [`Error::Length`] when only some of
+/// the views have extrinsics.
+pub fn calibrate(views: &[View], options: &Options) -> Result<Calibration, Error> {
+    let n: usize = views.iter().map(|v| v.points.len()).sum();
+    if views.is_empty() || n == 0 {
+        return Err(Error::TooFew { what: "the camera", of: "points", needed: 4, given: n });
+    }
+    let rows = views.iter().flat_map(|v| &v.points);
+    for (row, (point, pixel)) in rows.enumerate() {
+        let p = point.coords();
+        if ![p.x, p.y, p.z, pixel.u, pixel.v].iter().all(|v| v.is_finite()) {
+            return Err(Error::NotFinite { what: "the points", row });
+        }
+    }
+    let known = views.iter().filter(|v| v.world_from_camera.is_some()).count();
+    if known == views.len() {
+        with_extrinsics(views, options)
+    } else if known == 0 {
+        zhang::planar(views, options)
+    } else {
+        Err(Error::Length { what: "views with extrinsics", given: known, expected: views.len() })
+    }
+}
+
+/// Below this spread of `X/Z` one pixel of noise is a whole focal length at f = 1000 px.
+const LEAST_SPREAD: f64 = 1e-3;
+
+fn with_extrinsics(views: &[View], options: &Options) -> Result<Calibration, Error> {
+    let poses: Vec<_> = views.iter().filter_map(|v| v.world_from_camera).collect();
+    let mut normalised = Vec::new();
+    for (view, pose) in views.iter().zip(&poses) {
+        let camera_from_world = pose.inverse();
+        for (point, pixel) in &view.points {
+            let p = (camera_from_world * *point).coords();
+            if p.z <= 1e-9 {
+                return Err(Error::BehindCamera { row: normalised.len() });
+            }
+            normalised.push((Vector2::new(p.x / p.z, p.y / p.z), *pixel));
+        }
+    }
+    let skew = options.skew.unwrap_or(false);
+    let needed = if skew { 4 } else { 3 };
+    if normalised.len() < needed {
+        let given = normalised.len();
+        return Err(Error::TooFew { what: "the camera", of: "points", needed, given });
+    }
+    let n = normalised.len() as f64;
+    let mean = normalised.iter().map(|(p, _)| p).sum::<Vector2<f64>>() / n;
+    let spread = |axis: usize| {
+        (normalised.iter().map(|(p, _)| (p[axis] - mean[axis]).powi(2)).sum::<f64>() / n).sqrt()
+    };
+    let leverage = Leverage { std_x: spread(0), std_y: spread(1), mean_x: mean.x, mean_y: mean.y };
+    for (axis, spread) in [('X', leverage.std_x), ('Y', leverage.std_y)] {
+        if spread < LEAST_SPREAD {
+            let relative = 100.0 / (1000.0 * spread.max(1e-12) * n.sqrt());
+            return Err(Error::NoLeverage { axis, spread, relative });
+        }
+    }
+    // Two straight lines: u against X/Z and v against Y/Z.
+    let line = |axis: usize, value: fn(&Pixel) -> f64| {
+        let centre = normalised.iter().map(|(_, p)| value(p)).sum::<f64>() / n;
+        let slope = normalised
+            .iter()
+            .map(|(x, p)| (x[axis] - mean[axis]) * (value(p) - centre))
+            .sum::<f64>()
+            / normalised.iter().map(|(x, _)| (x[axis] - mean[axis]).powi(2)).sum::<f64>();
+        (slope, centre - slope * mean[axis])
+    };
+    let ((fx, cx), (fy, cy)) = (line(0, |p| p.u), line(1, |p| p.v));
+    let (width, height) = options.image_size.unwrap_or((0, 0));
+    let start = Intrinsics { fx, fy, cx, cy, skew: 0.0, k1: 0.0, k2: 0.0, width, height };
+    let mut fixed = Vec::new();
+    let mut priors = Vec::new();
+    for view in 0..poses.len() {
+        let first = INTRINSIC + POSE * view;
+        match options.refine_extrinsics {
+            None => fixed.extend(first..first + POSE),
+            Some(prior) => {
+                for k in 0..3 {
+                    let (turn, shift) = (first + k, first + 3 + k);
+                    priors.push(Prior { parameter: turn, mean: 0.0, std: prior.rotation });
+                    priors.push(Prior { parameter: shift, mean: 0.0, std: prior.position });
+                }
+            }
+        }
+    }
+    if !skew {
+        fixed.push(4);
+    }
+    let mut calibration = polish(views, poses, &start, fixed, priors, None, options)?;
+    calibration.leverage = Some(leverage);
+    Ok(calibration)
+}
+
+/// Levenberg–Marquardt over everything, and the answer.
+fn polish(
+    views: &[View],
+    poses: Vec<Pose<frame::World, frame::Camera>>,
+    start: &Intrinsics,
+    mut fixed: Vec<usize>,
+    priors: Vec<Prior>,
+    aspect: Option<f64>,
+    options: &Options,
+) -> Result<Calibration, Error> {
+    match options.distortion {
+        Distortion::None => fixed.extend([5, 6]),
+        Distortion::K1 => fixed.push(6),
+        Distortion::K1K2 => {}
+    }
+    if aspect.is_some() {
+        fixed.push(1);
+    }
+    let sigma = options.sigma_px;
+    let seen = views
+        .iter()
+        .enumerate()
+        .flat_map(|(view, v)| {
+            v.points.iter().map(move |(point, pixel)| Seen {
+                view,
+                point: point.coords(),
+                pixel: *pixel,
+                sigma,
+            })
+        })
+        .collect();
+    let size = options.image_size.unwrap_or((0, 0));
+    let problem = Reprojection { seen, poses, aspect, size };
+    // Without priors the size of sigma cancels and the noise is taken from the residuals.
+    let noise = if priors.is_empty() { Noise::Estimated } else { Noise::Known };
+    let solver =
+        fit::Options { fixed, priors, noise, max_iterations: 200, ..fit::Options::default() };
+    let fit = fit::solve(&problem, &problem.start(start), &solver)?;
+    if let Some(direction) = fit.conditioning.unobservable.first()
+        && !fit.conditioning.undetermined.is_empty()
+    {
+        return Err(Error::Views { views: views.len(), why: name_direction(direction) });
+    }
+    Ok(summary(views, &problem, &fit, sigma))
+}
+
+/// Names of the intrinsic parameters, in order.
+pub const NAMES: [&str; 7] = ["fx", "fy", "cx", "cy", "skew", "k1", "k2"];
+
+fn name_direction(direction: &fit::Direction) -> String {
+    let names: Vec<&str> = direction
+        .parameters
+        .iter()
+        .map(|(i, _)| NAMES.get(*i).copied().unwrap_or("a pose"))
+        .take(4)
+        .collect();
+    format!("{} can change together unseen", names.join(", "))
+}
+
+fn summary(views: &[View], problem: &Reprojection, fit: &Fit, sigma: f64) -> Calibration {
+    let intrinsics = problem.intrinsics(&fit.x);
+    let mut covariance = nalgebra::SMatrix::<f64, 7, 7>::zeros();
+    covariance.copy_from(&fit.covariance.view((0, 0), (INTRINSIC, INTRINSIC)));
+    if problem.aspect.is_some() {
+        // fy follows fx.
+        let a = intrinsics.fy / intrinsics.fx;
+        let row = covariance.row(0) * a;
+        covariance.row_mut(1).copy_from(&row);
+        let column = covariance.column(0) * a;
+        covariance.column_mut(1).copy_from(&column);
+    }
+    let mut std = [0.0; 7];
+    for (i, s) in std.iter_mut().enumerate() {
+        *s = covariance[(i, i)].max(0.0).sqrt();
+    }
+    let squares: Vec<f64> = fit
+        .residuals
+        .chunks_exact(2)
+        .map(|r| (r[0] * r[0] + r[1] * r[1]) * sigma * sigma)
+        .collect();
+    let mut from = 0;
+    let fits = views
+        .iter()
+        .enumerate()
+        .map(|(i, view)| {
+            let part = &squares[from..from + view.points.len()];
+            from += view.points.len();
+            let pose = problem.pose(&fit.x, i);
+            let given = view.world_from_camera.unwrap_or(pose);
+            ViewFit {
+                name: view.name.clone(),
+                camera_from_world: pose.inverse(),
+                rms_px: (part.iter().sum::<f64>() / part.len().max(1) as f64).sqrt(),
+                moved_m: (pose.origin() - given.origin()).norm(),
+                turned_rad: pose.rotation().angle_to(&given.rotation()),
+            }
+        })
+        .collect();
+    Calibration {
+        intrinsics,
+        std,
+        covariance,
+        rms_px: (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt(),
+        noise_px: fit.noise_std.unwrap_or(0.0) * sigma,
+        views: fits,
+        leverage: None,
+        conditioning: fit.conditioning.ratio,
+    }
+}
+
+/// Returns where a plane z = 0 was seen from, given its homography (pixel from plane, the plane in front
+/// of the camera) and the camera's matrix.
+pub(super) fn pose_from_homography(
+    k: &Matrix3<f64>,
+    h: &Matrix3<f64>,
+) -> Option<Pose<frame::World, frame::Camera>> {
+    let a = k.try_inverse()? * h;
+    let scale = 2.0 / (a.column(0).norm() + a.column(1).norm());
+    let mut a = a * scale;
+    // The plane is in front of the camera.
+    if a[(2, 2)] < 0.0 {
+        a = -a;
+    }
+    let (r1, r2): (Vector3<f64>, Vector3<f64>) = (a.column(0).into(), a.column(1).into());
+    let rough = Matrix3::from_columns(&[r1, r2, r1.cross(&r2)]);
+    let svd = rough.svd(true, true);
+    let rotation = svd.u? * svd.v_t?;
+    if rotation.determinant() <= 0.0 || !rotation.iter().all(|v| v.is_finite()) {
+        return None;
+    }
+    let rotation = nalgebra::Rotation3::from_matrix_unchecked(rotation);
+    let camera_from_world: Pose<frame::Camera, frame::World> =
+        Pose::from_parts(a.column(2).into(), rotation.into());
+    Some(camera_from_world.inverse())
+}

@@ -27,6 +27,7 @@ pub mod overlay;
 mod error;
 pub mod consensus;
 pub mod image_map;
+mod reprojection;
 pub mod intrinsics;
 pub mod camera_fit;
 pub mod offset;

@@ -2,3 +2,5 @@
 
 mod support;
 mod image_map;
+mod intrinsics;
+mod camera_fit;

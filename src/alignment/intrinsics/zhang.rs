@@ -1,0 +1,164 @@
+//! Zhang's closed form: the camera from homographies of a plane, then its polish.
+
+use nalgebra::{DMatrix, Matrix3, Vector3};
+
+use super::{Calibration, Error, Options, View, polish, pose_from_homography};
+use crate::alignment::image_map::{self, Model, NoiseIn, Pair};
+use crate::world::{Intrinsics, Pixel};
+
+/// Calibrates from views of a planar target at z = 0 whose poses are unknown.
+pub(super) fn planar(views: &[View], options: &Options) -> Result<Calibration, Error> {
+    let mut row = 0;
+    for view in views {
+        for (point, _) in &view.points {
+            let z = point.coords().z;
+            if z.abs() > 1e-9 {
+                return Err(Error::OffPlane { row, z });
+            }
+            row += 1;
+        }
+    }
+    let map = image_map::Options { robust: false, noise: NoiseIn::Real, seed: 0 };
+    let mut homographies = Vec::new();
+    for view in views {
+        let pairs: Vec<Pair> = view
+            .points
+            .iter()
+            .map(|(point, pixel)| {
+                let p = point.coords();
+                Pair { real: *pixel, twin: Pixel::new(p.x, p.y) }
+            })
+            .collect();
+        homographies.push(image_map::fit_map(&pairs, Model::Projective, &map)?.m);
+    }
+    let single = views.len() == 1;
+    let skew = options.skew.unwrap_or(views.len() >= 3);
+    if skew && views.len() < 3 {
+        let why = "a skew takes three".to_string();
+        return Err(Error::Views { views: views.len(), why });
+    }
+    let k = if single {
+        one_view(&homographies[0], options)?
+    } else {
+        closed_form(&homographies, skew)?
+    };
+    let (width, height) = options.image_size.unwrap_or((0, 0));
+    let start = Intrinsics {
+        fx: k[(0, 0)],
+        fy: k[(1, 1)],
+        cx: k[(0, 2)],
+        cy: k[(1, 2)],
+        skew: k[(0, 1)],
+        k1: 0.0,
+        k2: 0.0,
+        width,
+        height,
+    };
+    let poses = homographies
+        .iter()
+        .map(|h| pose_from_homography(&k, h))
+        .collect::<Option<Vec<_>>>()
+        .ok_or_else(|| Error::Views {
+            views: views.len(),
+            why: "a homography is not one of a plane in front of the camera".to_string(),
+        })?;
+    let mut fixed = Vec::new();
+    if !skew {
+        fixed.push(4);
+    }
+    let aspect = single.then_some(1.0);
+    if single {
+        fixed.extend([2, 3]);
+    }
+    polish(views, poses, &start, fixed, Vec::new(), aspect, options)
+}
+
+/// The focal length from one view, square pixels and the principal point in the centre of the picture.
+fn one_view(h: &Matrix3<f64>, options: &Options) -> Result<Matrix3<f64>, Error> {
+    let (width, height) = options.image_size.ok_or(Error::ImageSize)?;
+    let (cx, cy) = ((f64::from(width) - 1.0) / 2.0, (f64::from(height) - 1.0) / 2.0);
+    let c = Matrix3::new(1.0, 0.0, -cx, 0.0, 1.0, -cy, 0.0, 0.0, 1.0) * h;
+    let (a, b): (Vector3<f64>, Vector3<f64>) = (c.column(0).into(), c.column(1).into());
+    // Two equations in w = 1/f²: the axes are at right angles, and equally long.
+    let right = (a.x * b.x + a.y * b.y, -a.z * b.z);
+    let equal = (a.x * a.x + a.y * a.y - b.x * b.x - b.y * b.y, b.z * b.z - a.z * a.z);
+    let w = (right.0 * right.1 + equal.0 * equal.1) / (right.0 * right.0 + equal.0 * equal.0);
+    if !(w > 0.0 && w.is_finite())
+        || a.z.hypot(b.z) < 1e-6 * a.norm().max(b.norm()) / f64::from(width)
+    {
+        let why =
+            "the plane is seen face-on, so its distance and the focal length trade".to_string();
+        return Err(Error::Views { views: 1, why });
+    }
+    let f = 1.0 / w.sqrt();
+    Ok(Matrix3::new(f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0))
+}
+
+/// Zhang 2000, Eq. 9 and Appendix B, in pixels scaled to about 1.
+fn closed_form(homographies: &[Matrix3<f64>], skew: bool) -> Result<Matrix3<f64>, Error> {
+    let views = homographies.len();
+    let fail = |why: &str| Error::Views { views, why: why.to_string() };
+    // Where the target's origin and its surroundings appear says how large the picture is, roughly.
+    let centre: Vector3<f64> =
+        homographies.iter().map(|h| h.column(2) / h[(2, 2)]).sum::<Vector3<f64>>() / views as f64;
+    let size = centre.x.abs().max(centre.y.abs()).max(100.0);
+    let normal = Matrix3::new(
+        1.0 / size,
+        0.0,
+        -centre.x / size,
+        0.0,
+        1.0 / size,
+        -centre.y / size,
+        0.0,
+        0.0,
+        1.0,
+    );
+    let mut v = DMatrix::zeros(2 * views + usize::from(!skew), 6);
+    for (i, h) in homographies.iter().enumerate() {
+        // Columns of the plane are in metres; their length says nothing here.
+        let h = normal * h;
+        let h = h / h.column(0).norm().max(h.column(1).norm());
+        let pair = |a: usize, b: usize| {
+            let (p, q) = (h.column(a), h.column(b));
+            [
+                p[0] * q[0],
+                p[0] * q[1] + p[1] * q[0],
+                p[1] * q[1],
+                p[2] * q[0] + p[0] * q[2],
+                p[2] * q[1] + p[1] * q[2],
+                p[2] * q[2],
+            ]
+        };
+        let (v12, v11, v22) = (pair(0, 1), pair(0, 0), pair(1, 1));
+        for c in 0..6 {
+            v[(2 * i, c)] = v12[c];
+            v[(2 * i + 1, c)] = v11[c] - v22[c];
+        }
+    }
+    if !skew {
+        v[(2 * views, 1)] = 1.0;
+    }
+    // Fewer rows than columns would hide the null space from a thin decomposition.
+    let eigen = nalgebra::SymmetricEigen::new(v.transpose() * &v);
+    let mut order: Vec<usize> = (0..6).collect();
+    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+    if eigen.eigenvalues[order[1]] < 1e-12 * eigen.eigenvalues[order[5]] {
+        return Err(fail("they are parallel to each other"));
+    }
+    let b = eigen.eigenvectors.column(order[0]).clone_owned();
+    let b = if b[0] < 0.0 { -b } else { b };
+    let minor = b[0] * b[2] - b[1] * b[1];
+    let v0 = (b[1] * b[3] - b[0] * b[4]) / minor;
+    let lambda = b[5] - (b[3] * b[3] + v0 * (b[1] * b[3] - b[0] * b[4])) / b[0];
+    let (alpha2, beta2) = (lambda / b[0], lambda * b[0] / minor);
+    if !(alpha2 > 0.0 && beta2 > 0.0) {
+        return Err(fail("the closed form gives no real focal length"));
+    }
+    let (alpha, beta) = (alpha2.sqrt(), beta2.sqrt());
+    let gamma = -b[1] * alpha2 * beta / lambda;
+    let u0 = gamma * v0 / beta - b[3] * alpha2 / lambda;
+    let k = Matrix3::new(alpha, gamma, u0, 0.0, beta, v0, 0.0, 0.0, 1.0);
+    let back = Matrix3::new(size, 0.0, centre.x, 0.0, size, centre.y, 0.0, 0.0, 1.0);
+    let k = back * k;
+    k.iter().all(|x| x.is_finite()).then_some(k).ok_or_else(|| fail("the closed form broke down"))
+}
