@@ -319,7 +319,7 @@ impl Library {
                 Item::Scene(scene) => Some(scene.name.text.as_str()),
                 _ => None,
             })
-            .last()
+            .next_back()
             .unwrap_or(DEFAULT_SCENE)
     }
 

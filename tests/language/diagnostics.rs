@@ -397,11 +397,8 @@ fn one_mistake_is_told_once() {
 #[test]
 fn fluents_of_fluents_are_followed_once_and_not_forever() {
     // Followed anew at each mention, sixty doublings would outlast the arm.
-    let mut text = String::from("fluent f0(o: Object) = height(o) > 1 cm\n");
-    for i in 1..60 {
-        let before = i - 1;
-        text += &format!("fluent f{i}(o: Object) = f{before}(o) and f{before}(o)\n");
-    }
-    text += "check f59(jar)\n";
+    let doubled = |i: u32| format!("fluent f{i}(o: Object) = f{0}(o) and f{0}(o)\n", i - 1);
+    let fluents: String = (1..60).map(doubled).collect();
+    let text = format!("fluent f0(o: Object) = height(o) > 1 cm\n{fluents}check f59(jar)\n");
     assert_eq!(checked(&text), []);
 }

@@ -1,12 +1,12 @@
-//! The grammar's pairs → items, clauses and steps of the tree.
+//! The grammar's pairs → items and clauses of the tree.
 //!
-//! Expressions are in [`super::expression`], scenes and twins in [`super::scene`]. A pair's own span
+//! Steps are in [`super::step`], expressions in [`super::expression`], scenes and twins in
+//! [`super::scene`]. A pair's own span
 //! may end in blanks and notes, so spans are taken from the first token to the last.
 
 use super::super::ast::{
-    Act, ActionItem, Allen, Block, Branch, Call, Conditions, Either, FluentItem, Hold, If, Import,
-    Item, Literal, ModelItem, Name, Param, Recovery, Remedy, Repeat, Span, Step, TaskItem, Timing,
-    Together, TypeItem,
+    ActionItem, Conditions, FluentItem, Import, Item, Literal, ModelItem, Name, Param, Recovery,
+    Remedy, Span, Step, TaskItem, Timing, TypeItem,
 };
 use super::super::diagnostic::Diagnostic;
 use super::brackets::Balanced;
@@ -22,15 +22,15 @@ pub(super) struct Builder<'a> {
 
 /// What the clauses and steps between braces add up to.
 #[derive(Default)]
-struct Body {
-    say: Vec<String>,
-    conditions: Conditions,
-    script: Option<(String, Span)>,
-    limit: Option<Literal>,
-    steps: Vec<Step>,
-    recoveries: Vec<Recovery>,
-    timings: Vec<Timing>,
-    remedy: Option<Remedy>,
+pub(super) struct Body {
+    pub(super) say: Vec<String>,
+    pub(super) conditions: Conditions,
+    pub(super) script: Option<(String, Span)>,
+    pub(super) limit: Option<Literal>,
+    pub(super) steps: Vec<Step>,
+    pub(super) recoveries: Vec<Recovery>,
+    pub(super) timings: Vec<Timing>,
+    pub(super) remedy: Option<Remedy>,
 }
 
 impl<'a> Builder<'a> {
@@ -225,7 +225,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Reads one clause, step or recovery of a body.
-    fn part(&mut self, pair: &Pair, body: &mut Body) {
+    pub(super) fn part(&mut self, pair: &Pair, body: &mut Body) {
         match pair.as_rule() {
             Rule::say => body.say.extend(text_in(pair)),
             Rule::needs => self.condition(pair, |b| &mut b.conditions.needs, body),
@@ -295,7 +295,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    fn timing_outside(&mut self, span: Span) {
+    pub(super) fn timing_outside(&mut self, span: Span) {
         self.diagnostics.push(
             Diagnostic::error(
                 "task::timing",
@@ -305,218 +305,6 @@ impl<'a> Builder<'a> {
             )
             .help("move it into the `together { … }` whose steps it names"),
         );
-    }
-
-    /// Reads a step; a `timing` goes to the body instead, where `together` looks for it.
-    fn step(&mut self, pair: &Pair, body: &mut Body) -> Option<Step> {
-        let inner = pair.clone().into_inner().next()?;
-        let span = self.span(&inner);
-        Some(match inner.as_rule() {
-            Rule::either => Step::Either(self.either(&inner, span)),
-            Rule::branch => self.branch(&inner, span),
-            Rule::repeat => {
-                let times = find(&inner, Rule::num).map_or(1, |p| self.count(&p));
-                let block = find(&inner, Rule::block)?;
-                Step::Repeat(Repeat {
-                    times,
-                    block: self.block(&block),
-                    until: find(&inner, Rule::expr).map(|p| self.expr(&p)),
-                    span,
-                })
-            }
-            Rule::together => {
-                let block = find(&inner, Rule::block)?;
-                let mut inside = Body::default();
-                for part in block.into_inner() {
-                    self.part(&part, &mut inside);
-                }
-                if let Some(recovery) = inside.recoveries.first() {
-                    self.diagnostics.push(
-                        Diagnostic::error(
-                            "task::recovery",
-                            recovery.span,
-                            "steps that run together fail together",
-                            "no recovery can stand here",
-                        )
-                        .help("put `on failure` after the `together { … }`"),
-                    );
-                }
-                Step::Together(Together { steps: inside.steps, timings: inside.timings, span })
-            }
-            Rule::check => Step::Check(find(&inner, Rule::expr).map(|p| self.expr(&p))?, span),
-            Rule::bind => {
-                let name = find(&inner, Rule::id).map(|p| self.name(&p))?;
-                Step::Let(name, find(&inner, Rule::expr).map(|p| self.expr(&p))?, span)
-            }
-            Rule::timing => {
-                let ids: Vec<Name> = inner
-                    .clone()
-                    .into_inner()
-                    .filter(|p| p.as_rule() == Rule::id)
-                    .map(|p| self.name(&p))
-                    .collect();
-                let [a, b] = <[Name; 2]>::try_from(ids).ok()?;
-                let relation = find(&inner, Rule::allen).map(|p| allen(p.as_str()))?;
-                let by = find(&inner, Rule::quant).map(|p| self.literal(&p));
-                body.timings.push(Timing { a, relation, b, by, span });
-                return None;
-            }
-            _ => {
-                let mut ones: Vec<Step> = inner
-                    .into_inner()
-                    .filter(|p| p.as_rule() == Rule::one)
-                    .filter_map(|p| self.one(&p))
-                    .collect();
-                if ones.len() == 1 { ones.pop()? } else { Step::Sequence(ones, span) }
-            }
-        })
-    }
-
-    /// Reads a call or a block with its holds and label.
-    fn one(&mut self, pair: &Pair) -> Option<Step> {
-        let span = self.span(pair);
-        let mut holds = Vec::new();
-        let mut label = None;
-        for part in pair.clone().into_inner() {
-            match part.as_rule() {
-                Rule::hold => {
-                    let Some(expr) = find(&part, Rule::expr) else { continue };
-                    let expr = self.expr(&expr);
-                    let is_while = find(&part, Rule::K_while).is_some();
-                    holds.push(if is_while { Hold::While(expr) } else { Hold::Until(expr) });
-                }
-                Rule::id => label = Some(self.name(&part)),
-                _ => {}
-            }
-        }
-        if let Some(call) = find(pair, Rule::call) {
-            let call = self.call(&call)?;
-            return Some(Step::Act(Act { call, holds, label, span }));
-        }
-        let block = self.block(&find(pair, Rule::block)?);
-        Some(Step::Block(Block { holds, label, span, ..block }))
-    }
-
-    fn block(&mut self, pair: &Pair) -> Block {
-        let span = self.span(pair);
-        let mut body = Body::default();
-        for part in pair.clone().into_inner() {
-            self.part(&part, &mut body);
-        }
-        if let Some(Timing { span, .. }) = body.timings.first() {
-            self.timing_outside(*span);
-        }
-        Block {
-            steps: body.steps,
-            recoveries: body.recoveries,
-            holds: Vec::new(),
-            label: None,
-            span,
-        }
-    }
-
-    fn either(&mut self, pair: &Pair, span: Span) -> Either {
-        let mut branches: Vec<Branch> = Vec::new();
-        for part in pair.clone().into_inner().filter(|p| p.as_rule() == Rule::alternative) {
-            let (Some(name), Some(block)) = (find(&part, Rule::id), find(&part, Rule::block))
-            else {
-                continue;
-            };
-            let prior = find(&part, Rule::prior).and_then(|p| find(&p, Rule::num));
-            let when = find(&part, Rule::guard).and_then(|p| find(&p, Rule::expr));
-            branches.push(Branch {
-                name: self.name(&name),
-                prior: prior.map(|p| number(p.as_str())),
-                when: when.map(|p| self.expr(&p)),
-                block: self.block(&block),
-            });
-        }
-        Either { branches, span }
-    }
-
-    /// `if … else if … else …`: each further `if` stands alone in the block of the `else` before it.
-    fn branch(&mut self, pair: &Pair, span: Span) -> Step {
-        let mut conditions = Vec::new();
-        let mut blocks = Vec::new();
-        for part in pair.clone().into_inner() {
-            match part.as_rule() {
-                Rule::expr => conditions.push(self.expr(&part)),
-                Rule::block => blocks.push(self.block(&part)),
-                _ => {}
-            }
-        }
-        if conditions.len() > 64 {
-            self.diagnostics.push(
-                Diagnostic::error("task::depth", span, "more than 64 `else if` in a row", "here")
-                    .help("split it into tasks of its own"),
-            );
-            return Step::Bad(span);
-        }
-        let mut otherwise = if blocks.len() > conditions.len() { blocks.pop() } else { None };
-        let mut out = Step::Bad(span);
-        while let (Some(condition), Some(then)) = (conditions.pop(), blocks.pop()) {
-            let from = if conditions.is_empty() { span.from } else { condition.span.from };
-            let span = Span { from, to: span.to };
-            let step = Step::If(If { condition, then, otherwise: otherwise.take(), span });
-            if conditions.is_empty() {
-                out = step;
-            } else {
-                otherwise = Some(Block {
-                    steps: vec![step],
-                    recoveries: Vec::new(),
-                    holds: Vec::new(),
-                    label: None,
-                    span,
-                });
-            }
-        }
-        out
-    }
-
-    fn recovery(&mut self, pair: &Pair) -> Recovery {
-        let span = self.span(pair);
-        let mut of = None;
-        let mut body = Body::default();
-        for part in pair.clone().into_inner() {
-            match part.as_rule() {
-                Rule::call => of = self.call(&part),
-                Rule::id => {
-                    // `on failure of grasp`: any call of it.
-                    let name = self.name(&part);
-                    of = Some(Call { span: name.span, name, args: Vec::new() });
-                }
-                _ => self.part(&part, &mut body),
-            }
-        }
-        Recovery { of, steps: body.steps, remedy: body.remedy, span }
-    }
-
-    fn remedy(&mut self, pair: &Pair) -> Remedy {
-        if find(pair, Rule::K_abort).is_some() {
-            return Remedy::Abort(text_in(pair));
-        }
-        Remedy::Retry {
-            other: find(pair, Rule::K_other).is_some(),
-            times: find(pair, Rule::num).map_or(1, |p| self.count(&p)),
-        }
-    }
-
-    /// A whole number of repetitions, at least 1.
-    fn count(&mut self, pair: &Pair) -> u32 {
-        let value = number(pair.as_str());
-        if value.fract() == 0.0 && (1.0..=1000.0).contains(&value) {
-            return value as u32;
-        }
-        self.diagnostics.push(
-            Diagnostic::error(
-                "task::count",
-                self.span(pair),
-                format!("`{}` is not a number of times", pair.as_str()),
-                "a whole number from 1 to 1000 stands here",
-            )
-            .help("write how often at most, such as `3 times`"),
-        );
-        1
     }
 
     /// Returns the documentation lines of an item, without their slashes.
@@ -574,18 +362,6 @@ pub(super) fn unquote(text: &str) -> String {
 /// Reads the grammar's `num`; what it accepts is always a number, though it may overflow to infinity.
 pub(super) fn number(text: &str) -> f64 {
     text.replace('_', "").parse().unwrap_or(f64::NAN)
-}
-
-fn allen(text: &str) -> Allen {
-    match text {
-        "before" => Allen::Before,
-        "meets" => Allen::Meets,
-        "overlaps" => Allen::Overlaps,
-        "starts" => Allen::Starts,
-        "during" => Allen::During,
-        "finishes" => Allen::Finishes,
-        _ => Allen::Equals,
-    }
 }
 
 /// Whether a rule only spells a keyword.

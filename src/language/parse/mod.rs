@@ -13,6 +13,7 @@ mod explain;
 mod expression;
 pub(crate) mod lexer;
 mod scene;
+mod step;
 
 use pest::Parser;
 

@@ -1,0 +1,201 @@
+//! Arguments against parameters: how many, of which name, type and unit.
+
+use super::super::ast::{Arg, Call, Expr, ExprKind, Param};
+use super::super::builtins::Ty;
+use super::super::diagnostic::Diagnostic;
+use super::{Checker, Names};
+use crate::units::Dimension;
+
+/// A parameter as a call sees it.
+pub(super) struct Slot<'a> {
+    pub(super) name: &'a str,
+    pub(super) ty: Ty,
+    pub(super) optional: bool,
+}
+
+impl Checker<'_> {
+    /// Checks the arguments of a call against its parameters.
+    pub(super) fn args(&mut self, call: &Call, slots: &[Slot], names: &Names) {
+        let mut taken: Vec<bool> = vec![false; slots.len()];
+        let mut incomplete = false;
+        for arg in &call.args {
+            let types: Vec<Ty> = arg.values.iter().map(|value| self.expr(value, names)).collect();
+            // An argument that could not be read may have been any of them.
+            if arg.values.iter().any(|value| value.kind == ExprKind::Bad) {
+                incomplete = true;
+                continue;
+            }
+            let at = match &arg.name {
+                Some(name) => slots.iter().position(|slot| slot.name == name.text),
+                None => taken.iter().position(|taken| !taken),
+            };
+            let Some(at) = at else {
+                incomplete |= arg.name.is_some();
+                self.extra_argument(call, arg, slots);
+                continue;
+            };
+            if taken[at] {
+                self.tell(
+                    Diagnostic::error(
+                        "task::argument",
+                        arg.span,
+                        format!("`{}` is given twice", slots[at].name),
+                        "the second one",
+                    )
+                    .help("keep one of them"),
+                );
+            }
+            taken[at] = true;
+            for (value, given) in arg.values.iter().zip(&types) {
+                self.fits(slots[at].name, &slots[at].ty, given, value);
+            }
+        }
+        if incomplete {
+            return;
+        }
+        let missing: Vec<String> = slots
+            .iter()
+            .zip(&taken)
+            .filter(|(slot, taken)| !slot.optional && !**taken)
+            .map(|(slot, _)| format!("`{}`, {}", slot.name, slot.ty.words()))
+            .collect();
+        if !missing.is_empty() {
+            self.tell(
+                Diagnostic::error(
+                    "task::argument",
+                    call.span,
+                    format!("`{}` lacks {}", call.name.text, missing.join(" and ")),
+                    "something is missing here",
+                )
+                .help(format!("write {}", signature(&call.name.text, slots))),
+            );
+        }
+    }
+
+    pub(super) fn extra_argument(&mut self, call: &Call, arg: &Arg, slots: &[Slot]) {
+        if let Some(name) = &arg.name {
+            let known: Vec<&str> = slots.iter().map(|slot| slot.name).collect();
+            let what = format!("parameter of `{}` called", call.name.text);
+            self.unknown(&name.text, name.span, &what, &known);
+            return;
+        }
+        let n = slots.len();
+        let takes = match n {
+            0 => "nothing".to_string(),
+            1 => "1 argument".into(),
+            n => format!("{n} arguments"),
+        };
+        self.tell(
+            Diagnostic::error(
+                "task::argument",
+                arg.span,
+                format!("`{}` takes {takes}", call.name.text),
+                "one too many",
+            )
+            .help(format!("write {}", signature(&call.name.text, slots))),
+        );
+    }
+
+    /// Complains when a value is not what a parameter takes.
+    pub(super) fn fits(&mut self, name: &str, wanted: &Ty, given: &Ty, value: &Expr) {
+        let fine = match (wanted, given) {
+            (Ty::Any, _) | (_, Ty::Any) | (Ty::Place, Ty::Object(_)) => true,
+            (Ty::Object(wanted), Ty::Object(given)) => self.library.is_a(given, wanted),
+            (wanted, given) => wanted == given,
+        };
+        if fine {
+            return;
+        }
+        let text = self.source.slice(value.span).to_string();
+        let code = match (wanted, given) {
+            (Ty::Quantity(_), Ty::Quantity(_)) => "task::unit",
+            _ => "task::type",
+        };
+        let found = match (wanted, given) {
+            (Ty::Quantity(d), Ty::Quantity(none)) if none.is_none() => Diagnostic::error(
+                code,
+                value.span,
+                format!("`{name}` is {}, and `{text}` has no unit", wanted.words()),
+                "no unit",
+            )
+            .help(missing_unit(&text, value, *d)),
+            _ => Diagnostic::error(
+                code,
+                value.span,
+                format!("`{name}` is {}, and `{text}` is {}", wanted.words(), given.words()),
+                format!("expected {}", wanted.words()),
+            ),
+        };
+        let found = match (wanted, given) {
+            (Ty::Quantity(d), Ty::Quantity(other)) if !other.is_none() => {
+                found.help(format!("write {}, such as `{}`", d.words(), sample(*d)))
+            }
+            (Ty::Object(wanted), Ty::Object(_)) => {
+                let fitting: Vec<&str> = self
+                    .scope
+                    .objects
+                    .iter()
+                    .filter(|(_, ty)| self.library.is_a(ty, wanted))
+                    .map(|(name, _)| name.as_str())
+                    .collect();
+                if fitting.is_empty() {
+                    found
+                } else {
+                    found.help(format!("what fits here: {}", fitting.join(", ")))
+                }
+            }
+            (Ty::Face, _) => found.help("write `side` or `top`"),
+            _ => found,
+        };
+        self.tell(found);
+    }
+}
+
+/// What a parameter asks for, as a call sees it.
+pub(super) fn slot(param: &Param) -> Slot<'_> {
+    Slot {
+        name: &param.name.text,
+        ty: Ty::named(&param.ty.text),
+        optional: param.default.is_some(),
+    }
+}
+
+pub(super) fn signature(name: &str, slots: &[Slot]) -> String {
+    let params: Vec<&str> = slots.iter().map(|slot| slot.name).collect();
+    format!("`{name}({})`", params.join(", "))
+}
+
+/// What to write instead of a number without a unit.
+pub(super) fn missing_unit(text: &str, value: &Expr, dimension: Dimension) -> String {
+    let literal = match &value.kind {
+        ExprKind::Literal(_) => true,
+        ExprKind::Negate(inner) => matches!(inner.kind, ExprKind::Literal(_)),
+        _ => false,
+    };
+    if literal {
+        format!("write `{text} {}`", dimension.everyday_unit())
+    } else {
+        format!("write {}, such as `{}`", dimension.words(), sample(dimension))
+    }
+}
+
+/// An everyday quantity of a dimension, as an example.
+pub(super) fn sample(dimension: Dimension) -> String {
+    let number = match dimension {
+        Dimension::LENGTH => "12",
+        Dimension::VOLUME => "60",
+        Dimension::ANGLE => "45",
+        Dimension::MASS => "200",
+        _ => "5",
+    };
+    format!("{number} {}", dimension.everyday_unit()).trim_end().into()
+}
+
+/// An everyday tolerance of a dimension, as an example.
+pub(super) fn small(dimension: Dimension) -> String {
+    match dimension {
+        Dimension::LENGTH => "5 mm".into(),
+        Dimension::NONE => "0.05".into(),
+        dimension => format!("10 {}", dimension.everyday_unit()),
+    }
+}
