@@ -44,7 +44,7 @@ fn rows_are_read_with_and_without_a_header() {
 fn fk_ik_and_dynamics_answer_as_the_interface_says() {
     let robot = Robot::gen3();
     let home = robot.pose("home").unwrap().to_vec();
-    let answer = to_value(fk(&robot, &[home.clone()]).unwrap()).unwrap();
+    let answer = to_value(fk(&robot, std::slice::from_ref(&home)).unwrap()).unwrap();
     assert_eq!(answer["poses"][0]["tip"], "end_effector_link");
     assert!((answer["poses"][0]["xyz_m"][2].as_f64().unwrap() - 0.433_724_314_027).abs() < 1e-11);
     assert_eq!(answer["poses"][0]["quat_wxyz"].as_array().unwrap().len(), 4);
@@ -71,8 +71,8 @@ fn fk_ik_and_dynamics_answer_as_the_interface_says() {
 
 fn problem() -> Value {
     json!({
-        "start": [-0.6, 0.26, 3.14, -2.27, 0.0, 0.96, 1.57],
-        "goals": [[0.6, 0.26, 3.14, -2.27, 0.0, 0.96, 1.57]],
+        "start": [-0.6, 0.26, 3.1, -2.27, 0.0, 0.96, 1.57],
+        "goals": [[0.6, 0.26, 3.1, -2.27, 0.0, 0.96, 1.57]],
         "obstacles": [
             {"shape": "box", "size_m": [0.5, 0.02, 0.5],
              "pose": {"xyz_m": [0.55, 0.0, 0.3], "quat_wxyz": [1, 0, 0, 0]}},
