@@ -362,7 +362,7 @@ impl<'a> CollisionWorld<'a> {
     }
 
     /// Whether two parts overlap nearly everywhere, as neighbours of coarse solids do: then the overlap
-    /// is the model's, not the motion's. Decided on 100 seeded configurations, as MoveIt's assistant does.
+    /// is the model's, not the motion's. Decided on 100 seeded configurations, as `MoveIt`'s assistant does.
     fn always_touches(&self, (first, second): (usize, usize)) -> bool {
         const SAMPLES: usize = 100;
         let mut random = StdRng::seed_from_u64(0);

@@ -67,17 +67,13 @@ impl Body {
 
     /// Returns a number no larger than the distance to anything inside a ball; quick.
     pub(super) fn distance_to_ball(&self, centre: &Vector3<f64>, radius: f64) -> f64 {
-        match self {
-            // A large box, as a table is, has a useless bounding ball.
-            Self::Cuboid { frame, half } => {
-                let p = frame.rotation.inverse() * (centre - frame.translation.vector);
-                (p.abs() - half).map(|x| x.max(0.0)).norm() - radius
-            }
-            _ => {
-                let (own, size) = self.bounds();
-                (own - centre).norm() - size - radius
-            }
+        // A large box, as a table is, has a useless bounding ball.
+        if let Self::Cuboid { frame, half } = self {
+            let p = frame.rotation.inverse() * (centre - frame.translation.vector);
+            return (p.abs() - half).map(|x| x.max(0.0)).norm() - radius;
         }
+        let (own, size) = self.bounds();
+        (own - centre).norm() - size - radius
     }
 }
 

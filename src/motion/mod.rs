@@ -19,6 +19,8 @@ pub mod collision;
 pub mod rrt;
 mod curve;
 pub mod trajectory;
+pub mod cartesian;
+pub mod answer;
 
 pub use error::Error;
 pub use robot::Robot;

@@ -293,8 +293,8 @@ impl Robot {
             on_path[link] = true;
         }
         // Masters on the path first: they are the entries of q, base first.
-        for link in 0..order.len() {
-            let Some(joint) = order[link].joint.map(|at| &urdf.joints[at]) else { continue };
+        for (link, step) in order.iter().enumerate() {
+            let Some(joint) = step.joint.map(|at| &urdf.joints[at]) else { continue };
             let moves = self.links[link].joint.motion != Motion::Fixed;
             if !moves || !on_path[link] || jaws[link] || joint.mimic.is_some() {
                 continue;
@@ -341,8 +341,8 @@ impl Robot {
                     && self.links[link].joint.drive == Drive::None
             })
             .count();
-        for link in 0..order.len() {
-            let Some(joint) = order[link].joint.map(|at| &urdf.joints[at]) else { continue };
+        for (link, step) in order.iter().enumerate() {
+            let Some(joint) = step.joint.map(|at| &urdf.joints[at]) else { continue };
             if self.links[link].joint.motion == Motion::Fixed
                 || self.links[link].joint.drive != Drive::None
             {
@@ -518,7 +518,7 @@ fn joint_of(joint: &urdf_rs::Joint) -> Result<Joint, Error> {
         T::Revolute | T::Prismatic => (joint.limit.lower, joint.limit.upper),
         _ => (f64::NEG_INFINITY, f64::INFINITY),
     };
-    if !(range.0 <= range.1) {
+    if range.0.is_nan() || range.1.is_nan() || range.0 > range.1 {
         let what = format!(
             "joint {}: its lower limit {} is above its upper {}",
             joint.name, range.0, range.1

@@ -162,9 +162,7 @@ pub fn plan(
     let mut samples = 0;
     for _ in 0..4 {
         let mut search = Search { solver, world, cone, settings, checks, cancel };
-        let found = search.run(start, &usable, &mut samples);
-        checks = search.checks;
-        let (corners, goal) = found?;
+        let (corners, goal) = search.run(start, &usable, &mut samples)?;
         let raw_length = length(&corners);
         let corners = search.shorten(corners);
         checks = search.checks;

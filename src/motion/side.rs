@@ -49,7 +49,7 @@ impl SideFile {
         // A tip half-way up the arm has fewer joints than the file speaks of; the first ones are meant.
         let n = robot.joints.len();
         if let Some(limits) = &self.max_acceleration_rad_s2 {
-            if limits.len() < n || limits.iter().any(|a| !(*a > 0.0)) {
+            if limits.len() < n || limits.iter().any(|a| a.is_nan() || *a <= 0.0) {
                 let what = format!("max_acceleration_rad_s2 needs {n} positive numbers");
                 return Err(Error::SideFile { what });
             }

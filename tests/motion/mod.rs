@@ -1,5 +1,7 @@
 //! Motion: published reference values, laws, closed forms.
 
+mod answer;
+mod cartesian;
 mod collision;
 mod ik;
 mod reference;

@@ -1,4 +1,4 @@
-//! The stdlib Gen3 against reference values computed with Pinocchio and MuJoCo on Kinova's numbers.
+//! The stdlib Gen3 against reference values, computed elsewhere (Pinocchio, `MuJoCo`) on Kinova's numbers.
 //!
 //! `reference.csv`: five configurations; `g_V12` for the bracelet the stdlib URDF carries, `g_K`, `nle_K`
 //! and `M_K` for the bracelet that Kinova's ROS package prints, whose centre of mass has the other sign.

@@ -1,0 +1,133 @@
+//! The JSON answers of `robot fk | ik | dynamics | plan`.
+
+use std::sync::atomic::AtomicBool;
+
+use serde_json::{Value, json, to_value};
+use trueup::motion::answer::{Problem, dynamics, fk, ik, joint_rows, plan, pose_rows};
+use trueup::motion::dynamics::Bodies;
+use trueup::motion::rrt::Settings;
+use trueup::motion::{Error, Robot};
+
+/// A clock that goes on by 5 µs whenever it is read.
+fn clock() -> impl FnMut() -> f64 {
+    let mut now = 0.0;
+    move || {
+        now += 5.0;
+        now
+    }
+}
+
+#[test]
+fn rows_are_read_with_and_without_a_header() {
+    let robot = Robot::gen3();
+    let bare = joint_rows(&robot, "0,0,0,0,0,0,0\n\n1,2,3,4,5,6,7\n").unwrap();
+    assert_eq!(bare.len(), 2);
+    let named =
+        joint_rows(&robot, "name,q_1[rad],q2,q3,q4,q5,q6,q7\nhome,1,2,3,4,5,6,7\n").unwrap();
+    assert_eq!(named, vec![vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]]);
+    let reference = joint_rows(&robot, include_str!("reference.csv")).unwrap();
+    assert_eq!(reference.len(), 5);
+    for (text, part) in [
+        ("1,2,3", "3 numbers where 7"),
+        ("1,2,3,4,x,6,7", "line 1"),
+        ("q1,q2\n1,2", "header needs"),
+        ("", "no numbers"),
+    ] {
+        let error = joint_rows(&robot, text).unwrap_err().to_string();
+        assert!(error.contains(part), "{error}");
+    }
+    assert_eq!(pose_rows("x,y,z,qw,qx,qy,qz\n0.4,0,0.3,1,0,0,0").unwrap().len(), 1);
+    assert!(pose_rows("0.4,0,0.3,0,0,0,0").unwrap_err().to_string().contains("length 0.0000"));
+}
+
+#[test]
+fn fk_ik_and_dynamics_answer_as_the_interface_says() {
+    let robot = Robot::gen3();
+    let home = robot.pose("home").unwrap().to_vec();
+    let answer = to_value(fk(&robot, std::slice::from_ref(&home)).unwrap()).unwrap();
+    assert_eq!(answer["poses"][0]["tip"], "end_effector_link");
+    assert!((answer["poses"][0]["xyz_m"][2].as_f64().unwrap() - 0.433_724_314_027).abs() < 1e-11);
+    assert_eq!(answer["poses"][0]["quat_wxyz"].as_array().unwrap().len(), 4);
+
+    let pose = robot.forward(&home).unwrap();
+    let far = pose_rows("3,0,0,1,0,0,0").unwrap()[0];
+    let answer = to_value(ik(&robot, &[pose, far], &home, 0, &mut clock())).unwrap();
+    let first = &answer["solutions"][0];
+    assert_eq!(first["found"], true);
+    assert!(first["position_error_m"].as_f64().unwrap() < 1e-9);
+    assert!((first["time_us"].as_f64().unwrap() - 5.0).abs() < 1e-9);
+    let second = &answer["solutions"][1];
+    assert_eq!(
+        (second["found"].clone(), second["reason"].clone()),
+        (json!(false), json!("out_of_reach"))
+    );
+    assert!(second["nearest_m"].as_f64().unwrap() > 1.5);
+
+    let answer = to_value(dynamics(&robot, Bodies::UpToTip, &[home]).unwrap()).unwrap();
+    let row = &answer["rows"][0];
+    assert!((row["gravity_nm"][1].as_f64().unwrap() + 8.729_415).abs() < 1e-6);
+    assert_eq!(row["mass_matrix"].as_array().unwrap().len(), 7);
+}
+
+fn problem() -> Value {
+    json!({
+        "start": [-0.6, 0.26, 3.1, -2.27, 0.0, 0.96, 1.57],
+        "goals": [[0.6, 0.26, 3.1, -2.27, 0.0, 0.96, 1.57]],
+        "obstacles": [
+            {"shape": "box", "size_m": [0.5, 0.02, 0.5],
+             "pose": {"xyz_m": [0.55, 0.0, 0.3], "quat_wxyz": [1, 0, 0, 0]}},
+            {"shape": "cylinder", "size_m": [0.03, 0.3],
+             "pose": {"xyz_m": [0.3, 0.5, 0.15], "quat_wxyz": [1, 0, 0, 0]}},
+            {"shape": "sphere", "size_m": [0.05],
+             "pose": {"xyz_m": [-0.4, 0.0, 0.5], "quat_wxyz": [1, 0, 0, 0]}},
+        ],
+    })
+}
+
+#[test]
+fn a_plan_is_timed_inside_the_limits_and_free_all_the_way() {
+    let robot = Robot::gen3();
+    let problem = Problem::parse(&problem().to_string()).unwrap();
+    let run = AtomicBool::new(false);
+    let answer = plan(&robot, &problem, &Settings::default(), &run, &mut clock()).unwrap();
+    let answer = to_value(answer).unwrap();
+    assert_eq!(answer["found"], true);
+    let rows = |value: &Value| -> Vec<Vec<f64>> { serde_json::from_value(value.clone()).unwrap() };
+    let path = rows(&answer["path_rad"]);
+    let times: Vec<f64> = serde_json::from_value(answer["time_s"].clone()).unwrap();
+    assert_eq!(path.len(), times.len());
+    assert!(times.windows(2).all(|t| t[1] >= t[0]));
+    let q = rows(&answer["trajectory"]["q_rad"]);
+    let t: Vec<f64> = serde_json::from_value(answer["trajectory"]["t_s"].clone()).unwrap();
+    assert_eq!(q[0], problem.start);
+    assert_eq!(q.last().unwrap(), path.last().unwrap());
+    let world = problem.world(&robot).unwrap();
+    for k in 0..q.len() {
+        assert!(world.free(&q[k]));
+        if k > 0 {
+            for (i, joint) in robot.joints().iter().enumerate() {
+                let speed = (q[k][i] - q[k - 1][i]).abs() / (t[k] - t[k - 1]);
+                assert!(speed <= joint.velocity * 1.000_001);
+            }
+        }
+    }
+    assert!(answer["min_clearance_m"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn a_problem_that_cannot_be_solved_or_read_says_why() {
+    let robot = Robot::gen3();
+    let run = AtomicBool::new(false);
+    let mut blocked = problem();
+    blocked["obstacles"][0]["pose"]["xyz_m"] = json!([0.45, -0.3, 0.4]);
+    let blocked = Problem::parse(&blocked.to_string()).unwrap();
+    let answer = plan(&robot, &blocked, &Settings::default(), &run, &mut clock()).unwrap();
+    let answer = to_value(answer).unwrap();
+    assert_eq!(answer["found"], false);
+    assert!(answer["reason"].as_str().unwrap().contains("goal is in collision"), "{answer}");
+    let mut wrong = problem();
+    wrong["obstacles"][1]["size_m"] = json!([0.1]);
+    let wrong = Problem::parse(&wrong.to_string()).unwrap();
+    assert!(matches!(wrong.world(&robot), Err(Error::Input { .. })));
+    assert!(Problem::parse("{\"start\": 3}").unwrap_err().to_string().contains("line 1"));
+}
