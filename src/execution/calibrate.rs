@@ -8,10 +8,9 @@ use nalgebra::{Isometry3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::alignment::ball::find_marker_ball;
-use crate::alignment::camera_fit::{Refine, refine_camera};
+use crate::alignment::camera_fit::{self, Refine, refine_camera};
 use crate::alignment::image_map::{self, Pair, fit_map};
 use crate::alignment::marks::find_marks;
-use crate::alignment::offset::fit_offset_from_pixels;
 use crate::world::frame::{Tool, World};
 use crate::world::{Camera, Point, Pose, Scene};
 
@@ -69,6 +68,12 @@ pub enum Error {
 
 impl From<crate::alignment::Error> for Error {
     fn from(error: crate::alignment::Error) -> Self {
+        Self::Alignment(error.to_string())
+    }
+}
+
+impl From<crate::alignment::vision::Error> for Error {
+    fn from(error: crate::alignment::vision::Error) -> Self {
         Self::Alignment(error.to_string())
     }
 }
@@ -149,7 +154,11 @@ fn align_camera(
         .iter()
         .enumerate()
         .filter(|(i, _)| !map.outliers.contains(i))
-        .map(|(_, seen)| (on_table(seen.mark_idx), seen.pixel, seen.sigma))
+        .map(|(_, seen)| camera_fit::Sighting {
+            point: on_table(seen.mark_idx),
+            pixel: seen.pixel,
+            sigma: seen.sigma,
+        })
         .collect();
     calibration.notes.push(format!(
         "regression 1: {} of {} dots, projective map, rms {:.2} px, camera {}",
@@ -158,7 +167,11 @@ fn align_camera(
         map.rms_px,
         if switches.camera { "aligned" } else { "left where the scene file says" },
     ));
-    let refine = Refine::of(switches.camera, switches.intrinsics);
+    let refine = match (switches.camera, switches.intrinsics) {
+        (true, true) => Refine::all(),
+        (true, false) => Refine::pose_only(),
+        (false, _) => Refine::intrinsics_only(),
+    };
     let fit = refine_camera(&guess, &points, &refine)?;
     calibration.camera = fit.camera;
     let k = fit.camera.intrinsics;

@@ -187,7 +187,7 @@ impl Session<'_> {
             other => {
                 let failure = Failure::input("repl::command", format!("there is no `:{other}`"));
                 let known = ["help", "objects", "tasks", "graph", "align", "look", "why", "quit"];
-                let failure = match language::nearest(other, known) {
+                let failure = match language::nearest(other, known.into_iter()) {
                     Some(near) => failure.help(format!("did you mean `:{near}`?")),
                     None => failure.help("`:help` lists the commands"),
                 };

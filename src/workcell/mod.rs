@@ -165,13 +165,14 @@ impl WorkCell {
 
         let robot = Arc::new(Robot::gen3());
         let cell = Cell { robot: robot.clone(), scene: scene.clone(), limits: Limits::default() };
-        let arm = ArmModel::gen3();
-        let look = ArmLook::gen3();
+        let urdf = options.stdlib.file("robots/gen3_2f85/gen3_2f85.urdf").unwrap_or_default();
+        let arm = ArmModel::from_urdf_text(urdf, "tool_frame").map_err(twin_failed)?;
+        let look = ArmLook::from_urdf_text(urdf).map_err(twin_failed)?;
         let settings = match options.robot.as_str() {
             "twin" => LabSettings::perfect(),
             _ => options.lab,
         };
-        let lab = Lab::new(&scene, settings, options.seed).map_err(|e| Error::Lab(e.to_string()))?;
+        let lab = Lab::new(urdf, &scene, settings, options.seed).map_err(|e| Error::Lab(e.to_string()))?;
         let lab: SharedLab = Arc::new(Mutex::new(lab));
         let fan: Arc<Mutex<Fan>> = Arc::default();
         let cancel = Cancel::default();
@@ -195,11 +196,11 @@ impl WorkCell {
         );
         Ok(Self {
             library,
-            stdlib: options.stdlib,
             cell,
+            settings: Settings::for_arm(&arm),
             arm,
             look,
-            settings: Settings::default(),
+            stdlib: options.stdlib,
             scripts: Scripts::new(stage),
             scales: Some(Box::new(LabScales(lab))),
             robot_name: options.robot,
@@ -215,6 +216,11 @@ impl WorkCell {
     /// Returns the wish to stop that everything in this cell obeys.
     pub fn cancel(&self) -> Cancel {
         self.cancel.clone()
+    }
+
+    /// Returns the arm's name: `lab` or `twin`.
+    pub fn robot_name(&self) -> &str {
+        &self.robot_name
     }
 
     /// Returns the texts this cell knows.
@@ -386,6 +392,10 @@ fn with_sources(
             (diagnostic, source)
         })
         .collect()
+}
+
+fn twin_failed(error: crate::twin::Error) -> Error {
+    Error::Lab(error.to_string())
 }
 
 impl From<DeviceError> for Error {

@@ -118,7 +118,7 @@ impl Rehearsals<'_> {
         candidates: Vec<Candidate>,
         done: &(dyn Fn(&Rehearsal) + Sync),
     ) -> Result<Vec<Rehearsal>, ActionError> {
-        let tried: Result<Vec<_>, _> = candidates
+        let tried: Result<Vec<Rehearsal>, ActionError> = candidates
             .into_par_iter()
             .map(|candidate| {
                 let rehearsal = self.one(candidate)?;

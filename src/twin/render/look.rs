@@ -9,6 +9,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use urdf_rs::Geometry;
 
 use super::view::{Body, Paint, Shape};
+use crate::twin::Error;
 
 /// The link that carries the marker ball.
 pub const MARKER_LINK: &str = "gripper_base_link";
@@ -50,6 +51,17 @@ struct Part {
 }
 
 impl ArmLook {
+    /// Returns the look of a robot given as the text of a URDF.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Robot`] when the text is no URDF.
+    pub fn from_urdf_text(text: &str) -> Result<Self, Error> {
+        let robot = urdf_rs::read_from_string(text)
+            .map_err(|error| Error::Robot(format!("the robot file cannot be read: {error}")))?;
+        Ok(Self::new(&robot))
+    }
+
     /// Returns the look of a robot described in URDF, with the default marker if it has the link for it.
     pub fn new(robot: &urdf_rs::Robot) -> Self {
         let mut parts = Vec::new();
