@@ -8,7 +8,7 @@
 //!
 //! Nothing here knows geometry: whether a fluent holds is asked through [`Holds`].
 //!
-//! Sources: Zeng, Zhao and Wu, "Triple Regression for Sim2Real Adaptation", section 2.1; Xiong, Shukla,
+//! Sources: Zeng, Zhao and Wu, "Triple Regression for `Sim2Real` Adaptation", section 2.1; Xiong, Shukla,
 //! Xiong and Zhu, "Robot Learning with a Spatial, Temporal, and Causal And-Or Graph", ICRA 2016.
 
 mod bind;

@@ -1,5 +1,7 @@
 //! Parse graphs as what an executor walks.
 
+use std::collections::BTreeMap;
+
 use trueup::graph::energy::{self, Compared, Found};
 use trueup::graph::{Energy, Evidence, Interval, ParseGraph, best, retry};
 use trueup::language::ast::Remedy;
@@ -106,14 +108,14 @@ fn a_failed_grasp_is_tried_from_the_other_side_and_then_no_more() {
     let graph = built(&program, &call("pour", &["jar", "cup"]));
     let settings = Settings::new(&program, &kitchen);
     let first = best(&graph, &settings.given()).unwrap();
-    let mut tried = std::collections::BTreeMap::new();
+    let mut tried = BTreeMap::new();
     let (second, from) = retry(&graph, &settings.given(), &first, 1, &mut tried).unwrap().unwrap();
     assert_eq!(second.branch("pour/pick/either"), Some("top"));
     assert_eq!(second.steps[from].text, "approach(jar, top)");
     assert_eq!(second.branch("pour/place/at"), first.branch("pour/place/at"));
     assert_eq!(retry(&graph, &settings.given(), &second, from + 1, &mut tried).unwrap(), None);
     // A step outside every choice has no other way.
-    assert_eq!(retry(&graph, &settings.given(), &first, 7, &mut Default::default()).unwrap(), None);
+    assert_eq!(retry(&graph, &settings.given(), &first, 7, &mut BTreeMap::new()).unwrap(), None);
 }
 
 #[test]
