@@ -34,7 +34,7 @@ pub use energy::{Energy, Evidence};
 pub use fluent::FluentNode;
 pub use infer::{Policy, best, diverse, k_best, retry, sample};
 pub use outcome::{Counts, Outcomes, Priors};
-pub use parse_graph::{Choice, Condition, ParseGraph, RecoveryPlan, Step};
+pub use parse_graph::{Choice, Condition, Matched, ParseGraph, RecoveryPlan, Step};
 pub use relation::{Interval, Relation, Role};
 
 /// Where the graph looks up what a program calls; the language's library implements it.
