@@ -11,12 +11,11 @@ pub(super) fn matches(pattern: &Call, name: &str, args: &[Argument]) -> bool {
     }
     let mut bare = 0;
     pattern.args.iter().all(|arg| {
-        let found = match &arg.name {
-            Some(wanted) => args.iter().find(|a| a.name == wanted.text),
-            None => {
-                bare += 1;
-                args.get(bare - 1)
-            }
+        let found = if let Some(wanted) = &arg.name {
+            args.iter().find(|a| a.name == wanted.text)
+        } else {
+            bare += 1;
+            args.get(bare - 1)
         };
         found.is_some_and(|found| arg.values.iter().any(|v| text::expr(v) == found.text))
     })

@@ -15,7 +15,7 @@ use super::{Condition, ParseGraph};
 const IMPOSSIBLE: f64 = 10.0;
 /// A relation off by this much costs one nat, s: chosen as a person's notion of "at the same time".
 const TIME_SCALE: f64 = 0.1;
-/// How often a fluent is misjudged where nothing better is known: `e⁻¹ / (1 + e⁻¹)`, for which E_data
+/// How often a fluent is misjudged where nothing better is known: `e⁻¹ / (1 + e⁻¹)`, for which `E_data`
 /// differs from the paper's Hamming distance by a constant per fluent.
 pub const PAPER_ERROR_RATE: f64 = 0.268_941_421_369_995_1;
 
@@ -95,7 +95,7 @@ pub fn energy(pg: &ParseGraph, evidence: &Evidence) -> Energy {
         let found = evidence.found.get(&step.path);
         let cost = |all: &[Condition]| -> f64 {
             let each = all.iter().filter_map(|condition| found?.get(&condition.text));
-            each.map(|found| found.cost()).sum()
+            each.map(Found::cost).sum()
         };
         energy.spatial += cost(&step.needs) + cost(&step.keeps);
         energy.causal += cost(&step.gives);

@@ -121,10 +121,9 @@ fn body(atom: &Expr, definitions: &dyn Definitions) -> Option<Expr> {
 
 fn has_limit(e: &Expr) -> bool {
     match &e.kind {
-        ExprKind::Within(..) => true,
         ExprKind::Not(inner) => has_limit(inner),
         ExprKind::Binary(a, BinaryOp::And | BinaryOp::Or, b) => has_limit(a) || has_limit(b),
-        ExprKind::Binary(..) => true,
+        ExprKind::Binary(..) | ExprKind::Within(..) => true,
         _ => false,
     }
 }

@@ -369,9 +369,9 @@ fn list(graph: &Graph, id: NodeId, given: &Given<'_>, k: usize) -> Result<Vec<Wa
 /// least as cheap.
 fn merge(a: &[Way], b: &[Way], k: usize) -> Vec<Way> {
     let mut pairs = Vec::new();
-    for i in 0..a.len().min(k) {
-        for j in 0..b.len().min(k / (i + 1)) {
-            pairs.push((a[i].energy + b[j].energy, i, j));
+    for (i, x) in a.iter().enumerate().take(k) {
+        for (j, y) in b.iter().enumerate().take(k / (i + 1)) {
+            pairs.push((x.energy + y.energy, i, j));
         }
     }
     pairs.sort_by(|x, y| x.0.total_cmp(&y.0));

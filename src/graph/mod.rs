@@ -8,7 +8,7 @@
 //!
 //! Nothing here knows geometry: whether a fluent holds is asked through [`Holds`].
 //!
-//! Sources: Zeng, Zhao and Wu, "Triple Regression for Sim2Real Adaptation", section 2.1; Xiong, Shukla,
+//! Sources: Zeng, Zhao and Wu, "Triple Regression for `Sim2Real` Adaptation", section 2.1; Xiong, Shukla,
 //! Xiong and Zhu, "Robot Learning with a Spatial, Temporal, and Causal And-Or Graph", ICRA 2016.
 
 mod bind;
@@ -35,7 +35,7 @@ pub use energy::{Energy, Evidence};
 pub use fluent::FluentNode;
 pub use infer::{Policy, best, diverse, k_best, retry, sample};
 pub use outcome::{Counts, Outcomes, Priors};
-pub use parse_graph::{Choice, Condition, ParseGraph, RecoveryPlan, Step};
+pub use parse_graph::{Choice, Condition, Matched, ParseGraph, RecoveryPlan, Step};
 pub use relation::{Interval, Relation, Role};
 
 /// Where the graph looks up what a program calls; the language's library implements it.

@@ -49,7 +49,7 @@ impl Writer<'_> {
             None => node.label.clone(),
         };
         match &node.kind {
-            NodeKind::Terminal(_) => self.line(first, &format!("{said}{}", self.holds(node)), ""),
+            NodeKind::Terminal(_) => self.line(first, &format!("{said}{}", holds(node)), ""),
             NodeKind::Or(or) => {
                 let note = match &or.decides {
                     Decides::Choice | Decides::Argument(_) => self.tried(or),
@@ -77,7 +77,7 @@ impl Writer<'_> {
                     Form::Repeat => "And, in turn",
                     _ => "",
                 };
-                self.line(first, &format!("{said}{}", self.holds(node)), kind);
+                self.line(first, &format!("{said}{}", holds(node)), kind);
                 self.inside(node, and, rest);
             }
         }
@@ -88,13 +88,11 @@ impl Writer<'_> {
         let mut groups: Vec<Vec<NodeId>> = Vec::new();
         for child in &and.children {
             let node = self.graph.node(*child);
-            let is_simple =
-                matches!(node.kind, NodeKind::Terminal(_)) && self.holds(node).is_empty();
+            let is_simple = matches!(node.kind, NodeKind::Terminal(_)) && holds(node).is_empty();
             match groups.last_mut() {
                 Some(group) if is_simple && and.form == Form::Sequence => {
                     let last = self.graph.node(group[group.len() - 1]);
-                    let fits =
-                        matches!(last.kind, NodeKind::Terminal(_)) && self.holds(last).is_empty();
+                    let fits = matches!(last.kind, NodeKind::Terminal(_)) && holds(last).is_empty();
                     if fits { group.push(*child) } else { groups.push(vec![*child]) }
                 }
                 _ => groups.push(vec![*child]),
@@ -165,23 +163,6 @@ impl Writer<'_> {
         all.collect()
     }
 
-    /// `  during …  until …` of a step.
-    fn holds(&self, node: &Node) -> String {
-        let holding = match &node.kind {
-            NodeKind::And(and) => &and.holding,
-            NodeKind::Terminal(terminal) => &terminal.holding,
-            NodeKind::Or(_) => return String::new(),
-        };
-        let mut said = String::new();
-        for e in &holding.whiles {
-            let _ = write!(said, "   while {}", text::expr(e));
-        }
-        for e in &holding.untils {
-            let _ = write!(said, "   {} {}", Role::Until.word(), text::expr(e));
-        }
-        said
-    }
-
     fn branch(&self, branch: &Branch, prior: f64, node: &Node) -> String {
         let mut said = branch.name.clone();
         if prior.is_finite() {
@@ -236,4 +217,21 @@ impl Writer<'_> {
         }
         self.text.push('\n');
     }
+}
+
+/// Returns `   while …   until …` of a step.
+fn holds(node: &Node) -> String {
+    let holding = match &node.kind {
+        NodeKind::And(and) => &and.holding,
+        NodeKind::Terminal(terminal) => &terminal.holding,
+        NodeKind::Or(_) => return String::new(),
+    };
+    let mut said = String::new();
+    for e in &holding.whiles {
+        let _ = write!(said, "   while {}", text::expr(e));
+    }
+    for e in &holding.untils {
+        let _ = write!(said, "   {} {}", Role::Until.word(), text::expr(e));
+    }
+    said
 }

@@ -13,7 +13,7 @@ use super::fluent::{self, Question};
 use super::{
     And, Argument, Decides, Definitions, Does, Form, Graph, Node, NodeId, NodeKind, Relation, Role,
 };
-use crate::language::ast::{Allen, Expr, Remedy, Span};
+use crate::language::ast::{Allen, Call, Expr, Remedy, Span};
 use crate::language::text;
 
 /// One way a graph can be carried out.
@@ -143,6 +143,17 @@ pub struct RecoveryPlan {
     pub remedy: Option<Remedy>,
 }
 
+/// Steps of two parse graphs that are the same node, by index, and those that are in one alone.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Matched {
+    /// In both: index in the first, index in the second.
+    pub both: Vec<(usize, usize)>,
+    /// In the first alone.
+    pub only_first: Vec<usize>,
+    /// In the second alone.
+    pub only_second: Vec<usize>,
+}
+
 /// A branch taken at an Or: which one and how likely it was.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Taken {
@@ -170,6 +181,22 @@ impl ParseGraph {
         let inside =
             self.steps.iter().enumerate().filter(move |(_, s)| is_at_or_below(&s.path, path));
         inside.map(|(i, _)| i)
+    }
+
+    /// Matches the steps of two parse graphs by path: the twin's and the arm's.
+    ///
+    /// Structural differences (another branch, a shorter run) are told apart, never folded into a score.
+    pub fn matched(&self, other: &Self) -> Matched {
+        let mut matched = Matched::default();
+        for (i, step) in self.steps.iter().enumerate() {
+            match other.steps.iter().position(|theirs| theirs.path == step.path) {
+                Some(j) => matched.both.push((i, j)),
+                None => matched.only_first.push(i),
+            }
+        }
+        let is_lone = |j: &usize| matched.both.iter().all(|(_, theirs)| theirs != j);
+        matched.only_second = (0..other.steps.len()).filter(is_lone).collect();
+        matched
     }
 
     /// Returns every fluent the steps speak of, once each, as text: the fluent vector of 5.2.
@@ -307,7 +334,7 @@ impl Writer<'_> {
     fn and(&mut self, node: &Node, and: &And, context: &Context) {
         let mut inside = context.clone();
         if let Form::Task(call) = &and.form {
-            inside.calls.push((call.name.text.clone(), arguments_of(call)));
+            inside.calls.push((call.name.text.clone(), arguments_of(call, self.definitions)));
         }
         if and.form == Form::Together {
             inside.together = Some(node.path.clone());
@@ -451,11 +478,12 @@ fn step(node: &Node, text: String, does: Does, context: &Context) -> Step {
     }
 }
 
-/// The arguments of a closed call; a bare one has no name to go by but its place.
-fn arguments_of(call: &crate::language::ast::Call) -> Vec<Argument> {
-    let all = call.args.iter().filter_map(|arg| {
+/// The arguments of a closed call by the names of the task's parameters, in whose order they stand.
+fn arguments_of(call: &Call, definitions: &dyn Definitions) -> Vec<Argument> {
+    let params = definitions.task(&call.name.text).map(|task| task.params.as_slice());
+    let names = params.unwrap_or_default().iter().map(|param| param.name.text.clone());
+    let all = names.zip(&call.args).filter_map(|(name, arg)| {
         let value = arg.values.first()?.clone();
-        let name = arg.name.as_ref().map(|name| name.text.clone()).unwrap_or_default();
         Some(Argument { name, text: text::expr(&value), value })
     });
     all.collect()

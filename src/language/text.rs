@@ -267,6 +267,7 @@ fn base_units(d: Dimension) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::language::ast::Span;
 
     fn q(value: f64, length: i8, angle: i8) -> Quantity {
         Quantity { value, dimension: Dimension { length, angle, ..Dimension::default() } }
@@ -284,10 +285,10 @@ mod tests {
 
     #[test]
     fn parentheses_stand_only_where_they_change_the_meaning() {
-        let name = |n: &str| Expr { kind: ExprKind::Name(n.into()), span: Default::default() };
+        let name = |n: &str| Expr { kind: ExprKind::Name(n.into()), span: Span::default() };
         let two = |a: Expr, op, b: Expr| Expr {
             kind: ExprKind::Binary(Box::new(a), op, Box::new(b)),
-            span: Default::default(),
+            span: Span::default(),
         };
         let sum = two(name("a"), BinaryOp::Sub, two(name("b"), BinaryOp::Sub, name("c")));
         assert_eq!(expr(&sum), "a - (b - c)");
@@ -295,7 +296,7 @@ mod tests {
         assert_eq!(expr(&left), "a - b - c");
         let both = two(name("p"), BinaryOp::And, two(name("q"), BinaryOp::Or, name("r")));
         assert_eq!(expr(&both), "p and (q or r)");
-        let not = Expr { kind: ExprKind::Not(Box::new(both)), span: Default::default() };
+        let not = Expr { kind: ExprKind::Not(Box::new(both)), span: Span::default() };
         assert_eq!(expr(&not), "not (p and (q or r))");
     }
 }

@@ -1,5 +1,7 @@
 //! Parse graphs as what an executor walks.
 
+use std::collections::BTreeMap;
+
 use trueup::graph::energy::{self, Compared, Found};
 use trueup::graph::{Energy, Evidence, Interval, ParseGraph, best, retry};
 use trueup::language::ast::Remedy;
@@ -106,14 +108,49 @@ fn a_failed_grasp_is_tried_from_the_other_side_and_then_no_more() {
     let graph = built(&program, &call("pour", &["jar", "cup"]));
     let settings = Settings::new(&program, &kitchen);
     let first = best(&graph, &settings.given()).unwrap();
-    let mut tried = std::collections::BTreeMap::new();
+    let mut tried = BTreeMap::new();
     let (second, from) = retry(&graph, &settings.given(), &first, 1, &mut tried).unwrap().unwrap();
     assert_eq!(second.branch("pour/pick/either"), Some("top"));
     assert_eq!(second.steps[from].text, "approach(jar, top)");
     assert_eq!(second.branch("pour/place/at"), first.branch("pour/place/at"));
     assert_eq!(retry(&graph, &settings.given(), &second, from + 1, &mut tried).unwrap(), None);
     // A step outside every choice has no other way.
-    assert_eq!(retry(&graph, &settings.given(), &first, 7, &mut Default::default()).unwrap(), None);
+    assert_eq!(retry(&graph, &settings.given(), &first, 7, &mut BTreeMap::new()).unwrap(), None);
+}
+
+/// 5.7 (11), as far as it is the graph's: another branch is another structure, told as such.
+#[test]
+fn twin_and_arm_are_matched_by_node() {
+    let program = pouring();
+    let graph = built(&program, &call("pour", &["jar", "cup"]));
+    let twin = pour();
+    assert_eq!(twin.matched(&pour()).both.len(), twin.steps.len());
+    let top = Settings::new(&program, &kitchen).pin("pour/pick/either", "top");
+    let matched = twin.matched(&best(&graph, &top.given()).unwrap());
+    assert_eq!((matched.only_first, matched.only_second), (vec![0, 1], vec![0, 1]));
+    assert_eq!(matched.both[0], (2, 2));
+}
+
+/// A recovery may name the arguments of a task, bare or not.
+#[test]
+fn a_recovery_of_a_task_covers_every_step_of_it() {
+    use trueup::language::ast::{Item, Recovery};
+    let mut program = pouring();
+    for (index, key) in ["", "o"].into_iter().enumerate() {
+        let mut outer =
+            task("outer", vec![], vec![act(call("pick", &["jar"])), act(call("untilt", &["jar"]))]);
+        outer.recoveries = vec![Recovery {
+            of: Some(call_with("pick", vec![(key, vec![n("jar")])])),
+            steps: vec![],
+            remedy: Some(Remedy::Retry { other: false, times: 1 }),
+            span: at(),
+        }];
+        program.items.push(Item::Task(outer));
+        let graph = built(&program, &call("outer", &[]));
+        let pg = best(&graph, &Settings::new(&program, &kitchen).given()).unwrap();
+        let covered: Vec<bool> = pg.steps.iter().map(|s| s.recoveries.contains(&0)).collect();
+        assert_eq!(covered, [true, true, true, false], "written way {index}");
+    }
 }
 
 #[test]

@@ -151,7 +151,10 @@ pub(crate) fn act_as(call: Call, holds: Vec<Hold>, label: Option<&str>) -> Step 
     Step::Act(Act { call, holds, label: label.map(name), span: at() })
 }
 
-pub(crate) fn either(branches: Vec<(&str, Option<f64>, Option<Expr>, Vec<Step>)>) -> Step {
+/// A branch: its name, prior, guard and steps.
+pub(crate) type Way<'a> = (&'a str, Option<f64>, Option<Expr>, Vec<Step>);
+
+pub(crate) fn either(branches: Vec<Way<'_>>) -> Step {
     let branches = branches.into_iter().map(|(branch, prior, when, steps)| Branch {
         name: name(branch),
         prior,

@@ -89,7 +89,7 @@ impl Builder<'_> {
         let recoveries = self.recoveries(&block.recoveries, &scope, &inside);
         let holding = holding(&block.holds, &scope);
         self.note_holding(id, &holding);
-        let and = And { children, recoveries, holding, ..And::empty(Form::Sequence) };
+        let and = And { children, holding, recoveries, ..And::empty(Form::Sequence) };
         self.set(id, NodeKind::And(and));
         id
     }

@@ -1,6 +1,6 @@
 //! Where everything stands: the tree in columns by depth and rows by order, fluents in a last column.
 
-use crate::graph::{And, Decides, Form, Graph, Node, NodeId, NodeKind, Relation};
+use crate::graph::{And, Decides, Form, Graph, Node, NodeId, NodeKind, Relation, Role};
 use crate::language::text;
 
 /// Font size of second lines and of the legend, px.
@@ -18,7 +18,7 @@ const TOP: f64 = 56.0;
 /// Below it, for the legend, px.
 const BOTTOM: f64 = 62.0;
 /// Between the tree and the fluents, px: room for the edges.
-const CAUSAL: f64 = 190.0;
+const CAUSAL: f64 = 200.0;
 /// The legend needs this much, px.
 const LEAST_WIDTH: f64 = 1500.0;
 
@@ -50,6 +50,8 @@ impl Box {
 pub(super) struct Layout {
     nodes: Vec<Option<Box>>,
     pub(super) fluents: Vec<Box>,
+    /// What tasks and branches want of each fluent, in words: `pick gives, place needs`.
+    pub(super) tags: Vec<String>,
     /// Right edge of the tree, px.
     pub(super) tree_right: f64,
     pub(super) width: f64,
@@ -78,13 +80,17 @@ impl Layout {
         let mut layout = Self {
             nodes: vec![None; n],
             fluents: Vec::new(),
+            tags: tags(graph),
             tree_right: lefts[columns.len()] - GAP,
             width: 0.0,
             height: 0.0,
         };
         let bottom = layout.place(graph, graph.root().id, TOP, &depth, &lefts);
         layout.place_fluents(graph);
-        let right = layout.fluents.iter().map(Box::right).fold(layout.tree_right, f64::max);
+        let tagged = layout.fluents.iter().zip(&layout.tags);
+        let right = tagged
+            .map(|(b, tag)| b.right() + 8.0 + width_of(tag, 11.0))
+            .fold(layout.tree_right, f64::max);
         let low = layout.fluents.iter().map(Box::bottom).fold(bottom, f64::max);
         layout.width = (right + 24.0).max(LEAST_WIDTH);
         layout.height = low + BOTTOM;
@@ -173,6 +179,29 @@ impl Layout {
             self.fluents[*i].y = y;
         }
     }
+}
+
+/// Says beside each fluent which tasks and branches need, keep or give it.
+fn tags(graph: &Graph) -> Vec<String> {
+    let mut tags: Vec<Vec<String>> = vec![Vec::new(); graph.fluents.len()];
+    for relation in &graph.relations {
+        let Relation::Causal { node, role, fluent, negated } = relation else { continue };
+        let node = graph.node(*node);
+        let who = match &node.kind {
+            NodeKind::Terminal(_) => continue,
+            NodeKind::And(And { form: Form::Task(call), .. }) => call.name.text.clone(),
+            _ => node.label.clone(),
+        };
+        let not = if *negated { " not" } else { "" };
+        let tag = match role {
+            Role::Guard => format!("decides {who}"),
+            role => format!("{who} {}{not}", role.word()),
+        };
+        if !tags[*fluent].contains(&tag) {
+            tags[*fluent].push(tag);
+        }
+    }
+    tags.into_iter().map(|all| shorten(&all.join(", "), LONGEST_LINE)).collect()
 }
 
 /// Branches that do nothing are not drawn: `nominal` of a recovery, `done` of a loop, a missing `else`.

@@ -33,6 +33,8 @@ const KEEPS: &str = "#8a4f9e";
 const GIVES: &str = "#00795a";
 const CHECKS: &str = "#0063a0";
 const TIME: &str = "#8c8c8c";
+/// What a parse graph leaves out.
+const FADED: &str = " opacity=\"0.28\"";
 
 /// Returns the picture as the text of an SVG file.
 pub fn to_svg(graph: &Graph, drawing: &Drawing<'_>) -> String {
@@ -88,31 +90,41 @@ impl Picture<'_> {
         );
     }
 
-    /// The edges of the tree, with priors and guards on those of an Or.
+    /// The edges of the tree, with priors and counts on those of an Or.
     fn tree(&mut self) {
         for node in self.graph.nodes() {
             let Some(from) = self.layout.of_node(node.id) else { continue };
+            let bend = from.right() + 14.0;
+            // One path for what fades and one for what does not: overlaid strokes would look fuller.
+            let trunk = format!("M{:.1} {:.1} H{bend:.1}", from.right(), from.y);
+            let mut paths = [(String::new(), false), (String::new(), true)];
             for (i, below) in self.graph.below(node).into_iter().enumerate() {
                 let Some(to) = self.layout.of_node(below) else { continue };
-                let fade = self.fade(below);
-                let (x0, y0, x1, y1) = (from.right(), from.y, to.left(), to.y);
-                let bend = x1 - (x1 - x0).min(40.0) / 2.0;
-                let _ = writeln!(
-                    self.out,
-                    "<path d=\"M{x0:.1} {y0:.1} H{bend:.1} V{y1:.1} H{x1:.1}\" fill=\"none\" \
-                     stroke=\"#777\" stroke-width=\"1.2\"{fade}/>"
-                );
+                let is_faded = self.is_faded(below);
+                let path = &mut paths[usize::from(is_faded)].0;
+                if path.is_empty() {
+                    path.push_str(&trunk);
+                }
+                let _ = write!(path, " M{bend:.1} {:.1} V{:.1} H{:.1}", from.y, to.y, to.left());
                 if let NodeKind::Or(or) = &node.kind
                     && let Some(said) = self.on_edge(or, i)
                 {
                     let _ = writeln!(
                         self.out,
-                        "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"{SMALL}\" text-anchor=\"end\" fill=\"#7a5b00\"{fade}>{}</text>",
-                        x1 - 4.0,
-                        y1 - 4.0,
+                        "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"{SMALL}\" fill=\"#7a5b00\"{}>{}</text>",
+                        bend + 5.0,
+                        to.y - 4.0,
+                        self.fade(below),
                         escaped(&said)
                     );
                 }
+            }
+            for (path, is_faded) in paths.iter().filter(|(path, _)| !path.is_empty()) {
+                let fade = if *is_faded { FADED } else { "" };
+                let _ = writeln!(
+                    self.out,
+                    "<path d=\"{path}\" fill=\"none\" stroke=\"#777\" stroke-width=\"1.2\"{fade}/>"
+                );
             }
         }
     }
@@ -171,7 +183,8 @@ impl Picture<'_> {
         }
     }
 
-    /// Causal edges between terminals and fluents. Those of tasks are written in their boxes.
+    /// Causal edges between terminals and fluents. Those of tasks would cross the whole tree; they are
+    /// written in the task's box and beside the fluent.
     fn causal(&mut self) {
         let mut lanes = 0.0;
         for relation in &self.graph.relations {
@@ -196,13 +209,11 @@ impl Picture<'_> {
             };
             let (x0, y0, x1, y1) = (from.right(), from.y + shift, to.left(), to.y);
             let mid = f64::midpoint(turn, x1);
-            let ends = if matches!(role, Role::Gives) {
-                format!("marker-end=\"url(#{marker})\"")
-            } else {
-                format!("marker-start=\"url(#{marker}-back)\"")
+            // What is given flows to the fluent; what is needed is read from it.
+            let ends = match role {
+                Role::Gives => format!("marker-end=\"url(#{marker})\""),
+                _ => String::new(),
             };
-            // Needs and keeps are read from the fluent to the step.
-            let ends = if matches!(role, Role::Gives) { ends } else { String::new() };
             let _ = write!(
                 self.out,
                 "<path d=\"M{x0:.1} {y0:.1} H{turn:.1} C{mid:.1} {y0:.1} {mid:.1} {y1:.1} {x1:.1} {y1:.1}\" fill=\"none\" \
@@ -326,6 +337,15 @@ impl Picture<'_> {
                 y + 4.0,
                 escaped(&shorten(&fluent.text, layout::LONGEST_FLUENT))
             );
+            if let Some(said) = self.layout.tags.get(i).filter(|said| !said.is_empty()) {
+                let _ = writeln!(
+                    self.out,
+                    "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"{SMALL}\" fill=\"#555\">{}</text>",
+                    b.right() + 8.0,
+                    y + 4.0,
+                    escaped(said)
+                );
+            }
         }
     }
 
@@ -408,7 +428,7 @@ impl Picture<'_> {
     }
 
     fn fade(&self, id: NodeId) -> &'static str {
-        if self.is_faded(id) { " opacity=\"0.28\"" } else { "" }
+        if self.is_faded(id) { FADED } else { "" }
     }
 }
 

@@ -5,7 +5,7 @@
 
 use nalgebra::Vector3;
 
-use super::eval::{self, Margin, Measure, Value};
+use super::eval::{self, Comparison, Measure, Value};
 use super::reading::{Error, Reading};
 use super::{Evaluator, rim};
 use crate::language::ast::{Call, Expr};
@@ -170,11 +170,11 @@ pub(super) fn call(
         "visible" => {
             let a = first()?;
             let seen = on.facts.visible(&a.object.name).unwrap_or(a.pose.is_some());
-            yes_no(expr, Some(seen), "")
+            Ok(yes_no(expr, Some(seen), ""))
         }
         "held" => {
             let object = first()?.object;
-            yes_no(expr, Some(on.state.held.as_deref() == Some(&object.name)), "")
+            Ok(yes_no(expr, Some(on.state.held.as_deref() == Some(&object.name)), ""))
         }
         // At least as high as it is wide.
         "tall" => {
@@ -196,7 +196,7 @@ pub(super) fn call(
             let object = first()?.object;
             match on.facts.reachable(&object.name, face) {
                 Some(fact) => Ok(Value::Truth(Box::new(from_fact(expr, fact)))),
-                None => yes_no(expr, None, "nobody has planned a way to it yet"),
+                None => Ok(yes_no(expr, None, "nobody has planned a way to it yet")),
             }
         }
     }
@@ -222,20 +222,20 @@ pub(super) fn member(
 
 fn contact(on: &Evaluator<'_>, expr: &Expr, a: &str, b: &str) -> Result<Value, Error> {
     if let Some(known) = on.facts.contact(a, b).or_else(|| on.facts.contact(b, a)) {
-        return yes_no(expr, Some(known), "");
+        return Ok(yes_no(expr, Some(known), ""));
     }
     // What the state says by itself.
     match (a, b) {
         ("gripper", "table") | ("table", "gripper") => {
-            yes_no(expr, None, "nobody felt for the table")
+            Ok(yes_no(expr, None, "nobody felt for the table"))
         }
         ("gripper", object) | (object, "gripper") => {
-            yes_no(expr, Some(on.state.held.as_deref() == Some(object)), "")
+            Ok(yes_no(expr, Some(on.state.held.as_deref() == Some(object)), ""))
         }
         ("table", object) | (object, "table") => {
             let standing = known_object(on, object)?;
             let Some(pose) = standing.pose else {
-                return yes_no(expr, None, &unseen(&[&standing]));
+                return Ok(yes_no(expr, None, &unseen(&[&standing])));
             };
             let above = rim::lowest_of(standing.object, &pose).abs();
             Ok(limit(on, expr, above, TOUCHES, TOUCHES - above, standing.sigma))
@@ -244,15 +244,15 @@ fn contact(on: &Evaluator<'_>, expr: &Expr, a: &str, b: &str) -> Result<Value, E
             // Far apart is certain; close is for physics to say.
             let (a, b) = (known_object(on, a)?, known_object(on, b)?);
             let (Some(pa), Some(pb)) = (a.pose, b.pose) else {
-                return yes_no(expr, None, &unseen(&[&a, &b]));
+                return Ok(yes_no(expr, None, &unseen(&[&a, &b])));
             };
             let ball = |o: &Object| o.shape.outer_radius().hypot(0.5 * o.shape.height());
             let between = (rim::middle(a.object, &pa) - rim::middle(b.object, &pb)).norm();
             let clear = between - ball(a.object) - ball(b.object);
             if clear > 2.0 * a.sigma.hypot(b.sigma) {
-                return yes_no(expr, Some(false), "");
+                return Ok(yes_no(expr, Some(false), ""));
             }
-            yes_no(expr, None, "they are close, and nobody measured whether they touch")
+            Ok(yes_no(expr, None, "they are close, and nobody measured whether they touch"))
         }
     }
 }
@@ -369,8 +369,8 @@ fn not_a_vessel(object: &Object, what: &str) -> Error {
     Error::NotAVessel { object: object.name.clone(), what: what.to_owned() }
 }
 
-fn yes_no(expr: &Expr, truth: Option<bool>, why: &str) -> Result<Value, Error> {
-    Ok(Value::Truth(Box::new(Reading::plain(expr, truth, Some(why.to_owned())))))
+fn yes_no(expr: &Expr, truth: Option<bool>, why: &str) -> Value {
+    Value::Truth(Box::new(Reading::plain(expr, truth, Some(why.to_owned()))))
 }
 
 /// A length against a limit, with the margin given.
@@ -383,7 +383,7 @@ fn limit(
     sigma: f64,
 ) -> Value {
     let length = |value| Some(Quantity { value, dimension: LENGTH });
-    let found = Margin {
+    let found = Comparison {
         value: length(value),
         limit: length(limit),
         margin: Some(margin).filter(|m| m.is_finite()),

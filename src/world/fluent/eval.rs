@@ -130,7 +130,7 @@ pub(super) fn value(on: &Evaluator<'_>, expr: &Expr, depth: usize) -> Result<Val
                 return Err(kind(inner, &found, "a comparison before `within`"));
             };
             let tolerance = measure(on, by, depth)?;
-            reading(compare(on, expr, (a, *op, b), Some((by, tolerance)), depth)?)
+            reading(compare(on, expr, (a, *op, b), Some(&(&**by, tolerance)), depth)?)
         }
         ExprKind::Bad => Err(Error::Unreadable),
     }
@@ -263,7 +263,7 @@ fn compare(
     on: &Evaluator<'_>,
     expr: &Expr,
     (a, op, b): (&Expr, BinaryOp, &Expr),
-    tolerance: Option<(&Expr, Measure)>,
+    tolerance: Option<&(&Expr, Measure)>,
     depth: usize,
 ) -> Result<Reading, Error> {
     let (left, right) = (value(on, a, depth)?, value(on, b, depth)?);
@@ -274,7 +274,7 @@ fn compare(
     if left.dimension != right.dimension {
         return Err(Error::Dimension { left: text::expr(a), right: text::expr(b) });
     }
-    let within = match &tolerance {
+    let within = match tolerance {
         Some((by, tolerance)) if tolerance.dimension != left.dimension => {
             return Err(Error::Dimension { left: text::expr(a), right: text::expr(by) });
         }
@@ -299,7 +299,7 @@ fn compare(
         }
         _ => (|x, y, t| y - x + t, -1.0),
     };
-    let lacks = tolerance.as_ref().is_some_and(|(_, t)| t.value.is_none());
+    let lacks = tolerance.is_some_and(|(_, t)| t.value.is_none());
     let margin = match (left.value, right.value) {
         (Some(x), Some(y)) if !lacks => Some(margin(x, y, slack)).filter(|m| m.is_finite()),
         _ => None,
@@ -313,7 +313,7 @@ fn compare(
     Ok(with_margin(
         on,
         expr,
-        &Margin {
+        &Comparison {
             value: left.quantity(),
             limit: right.quantity(),
             margin,
@@ -358,7 +358,7 @@ fn same(
 }
 
 /// What a comparison found.
-pub(super) struct Margin {
+pub(super) struct Comparison {
     pub(super) value: Option<Quantity>,
     pub(super) limit: Option<Quantity>,
     pub(super) margin: Option<f64>,
@@ -373,7 +373,7 @@ pub(super) struct Margin {
 }
 
 /// Returns the reading of a comparison.
-pub(super) fn with_margin(on: &Evaluator<'_>, expr: &Expr, found: &Margin) -> Reading {
+pub(super) fn with_margin(on: &Evaluator<'_>, expr: &Expr, found: &Comparison) -> Reading {
     let quantity = |value| Quantity { value, dimension: found.dimension };
     let mut unknown = found.unknown.clone();
     let truth = found.margin.and_then(|margin| {
@@ -428,13 +428,12 @@ pub(super) fn with_margin(on: &Evaluator<'_>, expr: &Expr, found: &Margin) -> Re
 /// What counts as a lot in each unit, where a term names no tolerance of its own; chosen.
 pub(super) fn usual_tolerance(dimension: Dimension) -> f64 {
     match (dimension.length, dimension.mass, dimension.time, dimension.angle) {
-        (1, 0, 0, 0) => 0.01,
+        // 10 mm, 10 g, 10 mm/s.
+        (1, 0, 0 | -1, 0) | (0, 1, 0, 0) => 0.01,
         (3, 0, 0, 0) => 10e-6,
-        (0, 1, 0, 0) => 0.01,
-        (0, 0, 1, 0) => 1.0,
         (0, 0, 0, 1) => 5.0_f64.to_radians(),
-        (1, 0, -1, 0) => 0.01,
         (0, 0, 0, 0) => 0.1,
+        // 1 s, 1 N, one of anything else.
         _ => 1.0,
     }
 }
