@@ -337,3 +337,61 @@ fn photos_to_look_at() {
         lab.photo().save(file).unwrap();
     }
 }
+
+/// The fingers close on the jar between them: they stop at its width, say so, and carry it up.
+#[test]
+fn fingers_stopped_by_the_jar_have_grasped_it() {
+    use std::f64::consts::{FRAC_PI_2, PI};
+    let robot = urdf_rs::read_from_string(kitchen::URDF).unwrap();
+    let tool = |q: &[f64; 7]| {
+        kitchen::links(&robot, q, 0.085)
+            .into_iter()
+            .find(|(name, _)| name == "tool_frame")
+            .unwrap()
+            .1
+    };
+    // A level gripper, by trying: the wrist makes up for the two bends before it.
+    let level = |q2: f64, q4: f64| [0.0, q2, PI, q4, 0.0, q2 - q4 - FRAC_PI_2, FRAC_PI_2];
+    let mut best = (f64::INFINITY, HOME_BENDS);
+    for i in 0..80 {
+        for k in 0..80 {
+            let bends = (0.6 + 0.015 * f64::from(i), -2.3 + 0.015 * f64::from(k));
+            let p = tool(&level(bends.0, bends.1)).translation.vector;
+            let off = (p.x - 0.62).hypot(p.z - 0.085);
+            if off < best.0 {
+                best = (off, bends);
+            }
+        }
+    }
+    let q = level(best.1.0, best.1.1);
+    let at = tool(&q).translation.vector;
+    assert!(best.0 < 0.02, "no level posture was found: {at:?}");
+    let mut settings = LabSettings::default();
+    settings.switches.readings = false;
+    settings.start.q_rad = q.to_vec();
+    settings.placement.fixed.insert("jar".into(), Spot { x_m: at.x, y_m: at.y, yaw_rad: 0.0 });
+    settings.placement.fixed.insert("cup".into(), Spot { x_m: 0.62, y_m: 0.32, yaw_rad: 0.0 });
+    let mut lab = Lab::new(kitchen::URDF, &kitchen::scene(), settings, 1).unwrap();
+    lab.grip(0.0, 0.08, 25.0).unwrap();
+    lab.advance(1.0).unwrap();
+    let held = lab.feedback();
+    assert!(held.grasped && (held.opening - 0.065).abs() < 2e-3, "{held:?}");
+    assert!((held.gripper_current - 0.05).abs() < 1e-9);
+    // Up by a few centimetres.
+    let mut raised = q;
+    for _ in 0..100 {
+        raised[1] -= 0.001;
+        raised[5] -= 0.001;
+        lab.command(&raised, &[0.0; 7]).unwrap();
+        lab.advance(0.008).unwrap();
+    }
+    lab.advance(0.3).unwrap();
+    let up = lab.feedback();
+    assert!(up.grasped, "{up:?}");
+    assert!((up.opening - 0.065).abs() < 2e-3);
+    let said = lab.scales();
+    assert!(said.spilt < 1e-6, "carried level, nothing is spilt: {said:?}");
+}
+
+/// Where the search for a level posture begins, rad.
+const HOME_BENDS: (f64, f64) = (0.95, -1.75);
