@@ -1,3 +1,7 @@
 //! The program: hands its arguments to `cli`, turns the outcome into an exit code.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    trueup::cli::main()
+}

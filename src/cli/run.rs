@@ -27,7 +27,7 @@ pub(super) struct RunArgs {
 
 /// Returns seconds since the program could first be asked; only differences mean something.
 #[expect(clippy::disallowed_methods, reason = "the one clock of the program, handed down from here")]
-fn clock() -> f64 {
+pub(super) fn clock() -> f64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
 }
 

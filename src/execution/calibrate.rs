@@ -222,16 +222,56 @@ fn align_robot(stage: &mut Stage, calibration: &mut Calibration) -> Result<(), E
     if seen.len() < NEEDED {
         return Err(Error::Unseen { seen: seen.len(), visited, needed: NEEDED });
     }
-    let fit = fit_offset_from_pixels(&seen, &calibration.camera)?;
-    let d: Isometry3<f64> = super::real::rigid(&fit.d);
-    calibration.reported_from_real = Pose::new(d);
+    let (real_from_reported, rms) = fit_offset(&seen, &calibration.camera);
+    let off = real_from_reported * nalgebra::Point3::new(0.6, 0.0, 0.15);
+    calibration.reported_from_real = Pose::new(real_from_reported.inverse());
     calibration.notes.push(format!(
-        "regression 3: {} of {visited} points, the arm is {:.1} mm off where it says, rms {:.2} px",
+        "regression 3: {} of {visited} points, the arm is {:.1} mm off where it says, rms {rms:.2} px",
         seen.len(),
-        fit.shift_at(Vector3::new(0.6, 0.0, 0.15)) * 1e3,
-        fit.rms_px,
+        (off.coords - Vector3::new(0.6, 0.0, 0.15)).norm() * 1e3,
     ));
     Ok(())
+}
+
+/// TEMPORARY
+fn fit_offset(seen: &[(Vector3<f64>, crate::world::Pixel, f64)], camera: &Camera) -> (Isometry3<f64>, f64) {
+    use nalgebra::{DMatrix, DVector, Translation3, UnitQuaternion};
+    let mut d = Isometry3::identity();
+    let centre = seen.iter().map(|s| s.0).sum::<Vector3<f64>>() / seen.len() as f64;
+    let apply = |d: &Isometry3<f64>, x: &[f64; 6]| {
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::new(x[0], x[1], x[2]));
+        let about = Translation3::from(centre + Vector3::new(x[3], x[4], x[5])) * turn * Translation3::from(-centre);
+        about * d
+    };
+    let residuals = |d: &Isometry3<f64>| -> Vec<f64> {
+        seen.iter().flat_map(|(p, pixel, _)| {
+            let q = d * nalgebra::Point3::from(*p);
+            match camera.project(Point::new(q.x, q.y, q.z)) {
+                Some(at) => [at.u - pixel.u, at.v - pixel.v],
+                None => [100.0, 100.0],
+            }
+        }).collect()
+    };
+    for _ in 0..20 {
+        let r = DVector::from_vec(residuals(&d));
+        let mut j = DMatrix::zeros(r.len(), 6);
+        for k in 0..6 {
+            let mut x = [0.0; 6];
+            x[k] = 1e-6;
+            let up = DVector::from_vec(residuals(&apply(&d, &x)));
+            j.set_column(k, &((up - &r) / 1e-6));
+        }
+        // Huber weights at 1.5 px.
+        let w: Vec<f64> = r.iter().map(|r| if r.abs() > 1.5 { 1.5 / r.abs() } else { 1.0 }).collect();
+        let jw = DMatrix::from_fn(j.nrows(), 6, |i, k| j[(i, k)] * w[i]);
+        let normal = jw.transpose() * &j + DMatrix::identity(6, 6) * 1e-3;
+        let Some(step) = normal.lu().solve(&(-(jw.transpose() * &r))) else { break };
+        let x = [step[0], step[1], step[2], step[3], step[4], step[5]];
+        d = apply(&d, &x);
+        if step.norm() < 1e-10 { break; }
+    }
+    let r = residuals(&d);
+    (d, (r.iter().map(|r| r * r).sum::<f64>() / r.len() as f64).sqrt())
 }
 
 /// Points over the table, near and far, left and right, low and high, the hand level and facing out.

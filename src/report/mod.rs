@@ -10,6 +10,7 @@ use std::io::{IsTerminal, Write};
 use serde_json::{Value, json};
 
 use crate::execution::stage::ActionError;
+use crate::alignment::vision::Sighting;
 use crate::graph;
 use crate::language::ast::{Conditions, Param};
 use crate::language::{self, Diagnostic, Library, Source, text};
@@ -249,6 +250,29 @@ pub fn cell_failure(error: &workcell::Error, style: &Style) -> Failure {
             ActionError::Limit(_) => Failure::stopped(words),
             _ => Failure::no("run::action", words),
         },
+    }
+}
+
+/// Words what a picture shows of one object.
+pub fn sighting(seen: &Sighting) -> String {
+    match seen.world_from_object {
+        Some(pose) => {
+            let at = pose.origin();
+            format!(
+                "{:<8} at ({:.1}, {:.1}) mm, turned {:.1} deg, ± {:.1} mm, confidence {:.2}",
+                seen.name,
+                at.x * 1e3,
+                at.y * 1e3,
+                pose.yaw().to_degrees(),
+                seen.std * 1e3,
+                seen.confidence
+            )
+        }
+        None => format!(
+            "{:<8} not found: {}",
+            seen.name,
+            seen.reason.as_deref().unwrap_or("nothing in the picture looks like it")
+        ),
     }
 }
 

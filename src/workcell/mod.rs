@@ -367,7 +367,11 @@ pub fn library(stdlib: &Stdlib) -> Library {
 }
 
 /// Returns the scene of a source, or the first one there is.
-fn scene_of(library: &Library, source: Option<usize>) -> Result<Scene, Error> {
+///
+/// # Errors
+///
+/// When there is none, or it makes no sense.
+pub fn scene_of(library: &Library, source: Option<usize>) -> Result<Scene, Error> {
     let mut scenes: Vec<_> = library.scenes().collect();
     let own = source.and_then(|at| {
         let name = &library.source(at)?.name;

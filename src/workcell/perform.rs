@@ -340,7 +340,7 @@ impl WorkCell {
                 self.twin_picture(&format!("{number:02}-before-twin"), &rehearsal.views[k - 1]);
             }
             let done = {
-                let walker =
+                let mut walker =
                     Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, start);
                 walker.step(pg, index, &watched)?
             };

@@ -147,7 +147,7 @@ impl Rehearsals<'_> {
         );
         let scripts = Scripts::new(stage);
         let scene = self.cell.scene.clone();
-        let walker = Walker::new(&scripts, self.stdlib, self.library, &scene, self.start);
+        let mut walker = Walker::new(&scripts, self.stdlib, self.library, &scene, self.start);
         let watched = candidate.pg.fluents();
         let (mut steps, mut views) = (Vec::new(), Vec::new());
         let mut success = true;

@@ -1,0 +1,113 @@
+//! `trueup camera`: find objects in a picture.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use serde::Deserialize;
+
+use crate::alignment::vision::{self, Answer, Options};
+use crate::language::{self, Source};
+use crate::report::{self, Failure, Style};
+use crate::workcell;
+use crate::world::Camera;
+
+use super::Exit;
+use super::run::read;
+
+#[derive(Debug, Subcommand)]
+pub(super) enum CameraCommand {
+    /// Find the scene's objects in a picture: mask, key points, pose, confidence.
+    See(SeeArgs),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct SeeArgs {
+    /// The picture (PNG or JPEG).
+    image: PathBuf,
+    /// The camera as calibrated: `{"camera": {"intrinsics": .., "world_from_camera": ..}}`. Without it the
+    /// scene's guess is believed.
+    #[arg(long, value_name = "FILE")]
+    calibration: Option<PathBuf>,
+    /// Where masks and an annotated copy of the picture go.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// The part of a calibration file that seeing needs.
+#[derive(Debug, Deserialize)]
+struct CalibrationFile {
+    camera: Camera,
+}
+
+/// `trueup camera ...`.
+pub(super) fn camera(
+    command: &CameraCommand,
+    scene: Option<&PathBuf>,
+    style: &Style,
+) -> Result<Exit, Failure> {
+    let CameraCommand::See(args) = command;
+    let library = workcell::library(&workcell::Stdlib::embedded());
+    let scene = match scene {
+        None => workcell::scene_of(&library, None),
+        Some(path) => {
+            let source = Source::new(path.display().to_string(), read(path)?);
+            let (_, diagnostics) = language::parse(&source.text);
+            if diagnostics.iter().any(language::Diagnostic::is_error) {
+                return Err(report::text_failure(&diagnostics, &source, style));
+            }
+            let mut library = library;
+            let file = library.add(source);
+            workcell::scene_of(&library, Some(file))
+        }
+    };
+    let scene = scene.map_err(|error| report::cell_failure(&error, style))?;
+    let place = args.image.display().to_string();
+    let image = image::open(&args.image).map_err(|error| {
+        Failure::input("io::image", format!("cannot read the picture {place}: {error}"))
+            .at(&place)
+            .help("PNG and JPEG pictures can be read")
+    })?;
+    let camera = match &args.calibration {
+        None => scene.camera,
+        Some(path) => {
+            let place = path.display().to_string();
+            serde_json::from_str::<CalibrationFile>(&read(path)?)
+                .map_err(|error| {
+                    Failure::input("camera::calibration", format!("not a calibration: {error}"))
+                        .at(place)
+                        .help("it holds {\"camera\": {\"intrinsics\": .., \"world_from_camera\": ..}}")
+                })?
+                .camera
+        }
+    };
+    let image = image.to_rgb8();
+    let sightings = vision::see(&image, &camera, &scene, &Options::default())
+        .map_err(|error| Failure::input("camera::picture", error.to_string()).at(&place))?;
+    if let Some(dir) = &args.out {
+        let written = std::fs::create_dir_all(dir).map_err(image::ImageError::IoError).and_then(|()| {
+            for sighting in &sightings {
+                if let Some(mask) = &sighting.mask {
+                    mask.save(dir.join(format!("{}-mask.png", sighting.name)))?;
+                }
+            }
+            vision::annotate(&image, &sightings).save(dir.join("seen.png"))
+        });
+        written.map_err(|error| {
+            Failure::input("io::write", format!("cannot write pictures: {error}"))
+                .at(dir.display().to_string())
+        })?;
+    }
+    if style.json {
+        style.document(&Answer::new(&sightings, |sighting| {
+            let dir = args.out.as_ref()?;
+            sighting.mask.as_ref()?;
+            Some(dir.join(format!("{}-mask.png", sighting.name)).display().to_string())
+        }));
+    } else {
+        for sighting in &sightings {
+            style.say(report::sighting(sighting));
+        }
+    }
+    let all = sightings.iter().all(|sighting| sighting.found);
+    Ok(if all { Exit::Yes } else { Exit::No })
+}

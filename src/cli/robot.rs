@@ -1,0 +1,168 @@
+//! `trueup robot`: kinematics, dynamics and planning of any robot with a URDF.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+use crate::execution::arm::Cancel;
+use crate::motion::dynamics::Bodies;
+use crate::motion::robot::Robot;
+use crate::motion::{self, answer, rrt};
+use crate::report::{Failure, Style};
+
+use super::Exit;
+use super::run::{clock, read};
+
+#[derive(Debug, Subcommand)]
+pub(super) enum RobotCommand {
+    /// Where the tip is for joint positions.
+    Fk(QArgs),
+    /// Joint positions that bring the tip to a pose.
+    Ik(IkArgs),
+    /// Gravity torques and mass matrix, of the links up to the tip.
+    Dynamics(DynamicsArgs),
+    /// A collision-free path, timed.
+    Plan(PlanArgs),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Which {
+    /// The robot; the stdlib's Gen3 when left out.
+    #[arg(long, value_name = "URDF")]
+    robot_file: Option<PathBuf>,
+    /// The link whose pose is meant; the Gen3's flange when left out, or the end of the chain.
+    #[arg(long, value_name = "LINK")]
+    tip: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct QArgs {
+    #[command(flatten)]
+    which: Which,
+    /// Joint positions, rad: `q1,...,qn`.
+    #[arg(long, allow_hyphen_values = true, required_unless_present = "q_file")]
+    q: Option<String>,
+    /// Rows of joint positions, rad, with or without a header.
+    #[arg(long, value_name = "CSV", conflicts_with = "q")]
+    q_file: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct DynamicsArgs {
+    #[command(flatten)]
+    rows: QArgs,
+    /// Count the gripper and everything else beyond the tip too.
+    #[arg(long)]
+    with_gripper: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct IkArgs {
+    #[command(flatten)]
+    which: Which,
+    /// A pose of the tip in the base: `x,y,z,qw,qx,qy,qz`, m.
+    #[arg(long, allow_hyphen_values = true, required_unless_present = "pose_file")]
+    pose: Option<String>,
+    /// Rows of poses.
+    #[arg(long, value_name = "CSV", conflicts_with = "pose")]
+    pose_file: Option<PathBuf>,
+    /// Prefer solutions near these joint positions, rad.
+    #[arg(long, allow_hyphen_values = true)]
+    near: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct PlanArgs {
+    #[command(flatten)]
+    which: Which,
+    /// The problem: start, goals, obstacles.
+    #[arg(long, value_name = "FILE.json")]
+    problem: PathBuf,
+}
+
+fn robot_of(which: &Which) -> Result<Robot, Failure> {
+    let tip = which.tip.as_deref();
+    match (&which.robot_file, tip) {
+        (Some(path), tip) => Robot::from_file(path, tip).map_err(|error| {
+            failure(&error).at(path.display().to_string())
+        }),
+        (None, Some(tip)) => Robot::gen3_to(tip).map_err(|error| failure(&error)),
+        (None, None) => Ok(Robot::gen3()),
+    }
+}
+
+fn failure(error: &motion::Error) -> Failure {
+    Failure::input("robot::input", error.to_string())
+}
+
+/// Reads rows given on the line or in a file.
+fn rows_of(robot: &Robot, line: Option<&String>, file: Option<&PathBuf>) -> Result<Rows, Failure> {
+    let (text, place) = match (line, file) {
+        (Some(line), _) => (line.clone(), "--q".to_owned()),
+        (None, Some(path)) => (read(path)?, path.display().to_string()),
+        (None, None) => (String::new(), "--q".to_owned()),
+    };
+    answer::joint_rows(robot, &text).map_err(|error| failure(&error).at(place))
+}
+
+type Rows = Vec<Vec<f64>>;
+
+/// `trueup robot ...`.
+pub(super) fn robot(command: &RobotCommand, seed: u64, style: &Style) -> Result<Exit, Failure> {
+    let mut now_us = || clock() * 1e6;
+    match command {
+        RobotCommand::Fk(args) => {
+            let robot = robot_of(&args.which)?;
+            let rows = rows_of(&robot, args.q.as_ref(), args.q_file.as_ref())?;
+            let found = answer::fk(&robot, &rows).map_err(|error| failure(&error))?;
+            told(style, &found);
+            Ok(Exit::Yes)
+        }
+        RobotCommand::Dynamics(args) => {
+            let robot = robot_of(&args.rows.which)?;
+            let rows = rows_of(&robot, args.rows.q.as_ref(), args.rows.q_file.as_ref())?;
+            let bodies = if args.with_gripper { Bodies::All } else { Bodies::UpToTip };
+            let found =
+                answer::dynamics(&robot, bodies, &rows).map_err(|error| failure(&error))?;
+            told(style, &found);
+            Ok(Exit::Yes)
+        }
+        RobotCommand::Ik(args) => {
+            let robot = robot_of(&args.which)?;
+            let (text, place) = match (&args.pose, &args.pose_file) {
+                (Some(line), _) => (line.clone(), "--pose".to_owned()),
+                (None, Some(path)) => (read(path)?, path.display().to_string()),
+                (None, None) => (String::new(), "--pose".to_owned()),
+            };
+            let poses = answer::pose_rows(&text).map_err(|error| failure(&error).at(place))?;
+            let near = match &args.near {
+                None => Vec::new(),
+                Some(_) => rows_of(&robot, args.near.as_ref(), None)?.swap_remove(0),
+            };
+            let found = answer::ik(&robot, &poses, &near, seed, &mut now_us);
+            told(style, &found);
+            Ok(if found.solutions.iter().all(|s| matches!(s, answer::IkSolution::Found { .. })) { Exit::Yes } else { Exit::No })
+        }
+        RobotCommand::Plan(args) => {
+            let robot = robot_of(&args.which)?;
+            let place = args.problem.display().to_string();
+            let problem: answer::Problem =
+                serde_json::from_str(&read(&args.problem)?).map_err(|error| {
+                    Failure::input("robot::problem", format!("not a planning problem: {error}"))
+                        .at(&place)
+                        .help("it holds {\"start\": [..], \"goals\": [[..]], \"obstacles\": [..]}")
+                })?;
+            let settings = rrt::Settings::seeded(seed);
+            let cancel = Cancel::default();
+            let found = answer::plan(&robot, &problem, &settings, cancel.flag(), &mut now_us)
+                .map_err(|error| failure(&error).at(place))?;
+            told(style, &found);
+            Ok(if matches!(found, answer::PlanAnswer::Found { .. }) { Exit::Yes } else { Exit::No })
+        }
+    }
+}
+
+/// The answer is numbers either way: the document serves people too.
+fn told(style: &Style, answer: &impl serde::Serialize) {
+    style.document(answer);
+}
