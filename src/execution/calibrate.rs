@@ -112,11 +112,13 @@ pub fn run(stage: &mut Stage, switches: Switches) -> Result<(), Error> {
         align_camera(&photo, &scene, switches, &mut calibration)?;
     }
     stage.body().calibrate(calibration.clone());
+    stage.find_arm()?;
     if switches.offset {
         // The arm goes among what stands on the table, so it looks first.
         stage.look()?;
         align_robot(stage, &mut calibration)?;
         stage.body().calibrate(calibration.clone());
+        stage.find_arm()?;
     } else {
         calibration.notes.push("regression 3 left out: the arm is taken at its word".into());
     }

@@ -195,6 +195,15 @@ impl RealBody {
         imageproc::morphology::dilate(&mask, imageproc::distance_transform::Norm::LInf, 12)
     }
 
+    /// Returns the joint positions near `q` that bring the tool to a pose a little off.
+    fn at_tool(&self, tool: &Pose<World, Tool>, q: &[f64]) -> Vec<f64> {
+        let robot = &self.cell.robot;
+        let base_from_tool = self.cell.scene.world_from_base.inverse() * *tool;
+        let tip = base_from_tool * robot.flange_from_tool().inverse();
+        // Out of reach by a hair: where it is is the best there is.
+        super::plan::follow(&Solver::new(robot), &tip, q).unwrap_or_else(|_| q.to_vec())
+    }
+
     /// Returns where the tool really is at these reported joint positions (regression 3).
     fn tool(&self, q: &[f64]) -> Pose<World, Tool> {
         self.calibration.real_from_reported(&super::plan::tool_pose(&self.cell, q))
@@ -237,12 +246,12 @@ impl Body for RealBody {
 
     fn correct(&self, q: &[f64]) -> Vec<f64> {
         let planned = super::plan::tool_pose(&self.cell, q);
-        let reported = self.calibration.reported_from_real(&planned);
-        let robot = &self.cell.robot;
-        let base_from_tool = self.cell.scene.world_from_base.inverse() * reported;
-        let tip = base_from_tool * robot.flange_from_tool().inverse();
-        // Out of reach by a hair: the uncorrected position is the best there is.
-        super::plan::follow(&Solver::new(robot), &tip, q).unwrap_or_else(|_| q.to_vec())
+        self.at_tool(&self.calibration.reported_from_real(&planned), q)
+    }
+
+    fn uncorrect(&self, q: &[f64]) -> Vec<f64> {
+        let reported = super::plan::tool_pose(&self.cell, q);
+        self.at_tool(&self.calibration.real_from_reported(&reported), q)
     }
 
     fn gripped(&mut self, grip: Grip, aim: Option<&str>) -> Result<(), DeviceError> {

@@ -72,6 +72,10 @@ pub trait Body: Send {
     /// Returns the joint positions to command so that the arm really goes to `q` (regression 3).
     fn correct(&self, q: &[f64]) -> Vec<f64>;
 
+    /// Returns where the arm really is, as joint positions of the plan, when it was sent to `q`: what
+    /// [`Self::correct`] undoes.
+    fn uncorrect(&self, q: &[f64]) -> Vec<f64>;
+
     /// Takes note of how a grip on `aim` ended.
     fn gripped(&mut self, grip: Grip, aim: Option<&str>) -> Result<(), DeviceError>;
 
@@ -152,6 +156,13 @@ impl Stage {
     /// Returns where the plan has the arm, rad.
     pub fn planned_q(&self) -> &[f64] {
         &self.q
+    }
+
+    /// Lets the plan begin where the arm was last sent, as the regressions in force understand it.
+    pub fn find_arm(&mut self) -> Result<(), ActionError> {
+        let sent = self.body.arm().feedback()?.q_cmd;
+        self.q = self.body.uncorrect(&sent);
+        Ok(())
     }
 
     /// Returns what was decided so far.

@@ -82,6 +82,10 @@ impl Body for TwinBody {
         q.to_vec()
     }
 
+    fn uncorrect(&self, q: &[f64]) -> Vec<f64> {
+        q.to_vec()
+    }
+
     fn gripped(&mut self, _grip: Grip, _aim: Option<&str>) -> Result<(), DeviceError> {
         Ok(())
     }
@@ -89,6 +93,13 @@ impl Body for TwinBody {
     fn weighed(&mut self, _mass: f64) {}
 
     fn contact(&mut self, a: &str, b: &str) -> Option<bool> {
-        Some(lock(&self.twin).contacts(a, b))
+        let twin = lock(&self.twin);
+        let jaws: Vec<String> = twin.arm().jaw_links().map(str::to_owned).collect();
+        // The gripper touches what any of its jaws touches.
+        let parts = |name: &str| match name {
+            "gripper" => jaws.clone(),
+            other => vec![other.to_owned()],
+        };
+        Some(parts(a).iter().any(|a| parts(b).iter().any(|b| twin.contacts(a, b))))
     }
 }

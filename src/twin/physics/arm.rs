@@ -213,6 +213,11 @@ impl ArmModel {
         Ok(Self { links, joints, arm, jaws, base, tool })
     }
 
+    /// Returns the names of the links the jaws carry, the leading one first.
+    pub fn jaw_links(&self) -> impl Iterator<Item = &str> {
+        self.jaws.iter().map(|&joint| self.links[self.joints[joint].child].name.as_str())
+    }
+
     /// Turns each arm joint's zero by `offsets` rad: at coordinate 0 the joint stands at its offset.
     pub fn shift_zeros(&mut self, offsets: &[f64]) {
         for (&i, &offset) in self.arm.iter().zip(offsets) {
