@@ -73,7 +73,12 @@ fn lock(stage: &Mutex<Stage>) -> MutexGuard<'_, Stage> {
 pub struct Scripts {
     engine: Engine,
     stage: Arc<Mutex<Stage>>,
+    memory: Arc<Mutex<Map>>,
 }
+
+/// What scripts have remembered for later ones: a copy, to be handed on.
+#[derive(Debug, Clone, Default)]
+pub struct Memory(Map);
 
 impl Scripts {
     /// Binds the words to a stage.
@@ -92,8 +97,19 @@ impl Scripts {
         bind_camera(&mut engine);
         bind_twin(&mut engine);
         bind_arm(&mut engine);
-        bind_memory(&mut engine, &stage);
-        Self { engine, stage }
+        let memory: Arc<Mutex<Map>> = Arc::default();
+        bind_memory(&mut engine, &stage, &memory);
+        Self { engine, stage, memory }
+    }
+
+    /// Returns what has been remembered so far.
+    pub fn memory(&self) -> Memory {
+        Memory(self.memory.lock().unwrap_or_else(PoisonError::into_inner).clone())
+    }
+
+    /// Remembers what others remembered: a rehearsal that begins in the middle of a task goes on from it.
+    pub fn set_memory(&self, memory: &Memory) {
+        self.memory.lock().unwrap_or_else(PoisonError::into_inner).clone_from(&memory.0);
     }
 
     /// Lends the stage.
@@ -294,9 +310,8 @@ fn bind_arm(engine: &mut Engine) {
         });
 }
 
-fn bind_memory(engine: &mut Engine, stage: &Arc<Mutex<Stage>>) {
-    let memory: Arc<Mutex<Map>> = Arc::default();
-    let kept = memory.clone();
+fn bind_memory(engine: &mut Engine, stage: &Arc<Mutex<Stage>>, memory: &Arc<Mutex<Map>>) {
+    let (memory, kept) = (memory.clone(), memory.clone());
     engine.register_fn("remember", move |name: &str, value: Dynamic| {
         kept.lock().unwrap_or_else(PoisonError::into_inner).insert(name.into(), value);
     });

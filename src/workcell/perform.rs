@@ -333,8 +333,11 @@ impl WorkCell {
         let begin = self.now();
         let n = candidates.len();
         self.phase("simulate", &format!("{n} candidates in the twin"));
-        let state = self.state()?;
+        let mut state = self.state()?;
         let q = self.scripts.stage().planned_q().to_vec();
+        // The twin's arm stands where the plan has it: what the encoders read is off by what regression 3
+        // corrects, and by what a contact bends.
+        state.q.clone_from(&q);
         let finished = Mutex::new(0_usize);
         let tried = Rehearsals {
             cell: &self.cell,
@@ -346,6 +349,7 @@ impl WorkCell {
             state: &state,
             start,
             q: &q,
+            memory: &self.scripts.memory(),
             seed: self.seed,
             cancel: &self.cancel,
         }

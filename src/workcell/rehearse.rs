@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use crate::execution::script::Scripts;
+use crate::execution::script::{Memory, Scripts};
 use crate::execution::stage::{ActionError, Cell, Stage};
 use crate::execution::tape::Tape;
 use crate::execution::trace::{Nobody, Outcome};
@@ -103,6 +103,8 @@ pub struct Rehearsals<'a> {
     pub start: &'a WorldState,
     /// Where the plan has the arm, rad.
     pub q: &'a [f64],
+    /// What earlier actions remembered.
+    pub memory: &'a Memory,
     /// All chance comes from this.
     pub seed: u64,
     /// Stops all of them.
@@ -148,6 +150,7 @@ impl Rehearsals<'_> {
             Arc::new(Mutex::new(Nobody)),
         );
         let scripts = Scripts::new(stage);
+        scripts.set_memory(self.memory);
         let scene = self.cell.scene.clone();
         let mut walker = Walker::new(&scripts, self.stdlib, self.library, &scene, self.start);
         let watched = candidate.pg.fluents();
