@@ -4,3 +4,4 @@ mod support;
 mod image_map;
 mod intrinsics;
 mod camera_fit;
+mod offset;
