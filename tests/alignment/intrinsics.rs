@@ -106,10 +106,8 @@ fn wrong_extrinsics_are_refined_as_far_as_their_prior_allows() {
     let prior = ExtrinsicsPrior { position: 0.005, rotation: 0.005 };
     let options = Options { refine_extrinsics: Some(prior), sigma_px: 0.2, ..Options::default() };
     let soft = calibrate(&shaken, &options).unwrap();
-    // All views are off alike, which only the prior can tell from a longer lens: the stiff fit is sure of
-    // a wrong number, the soft one says how little it knows.
+    // The stiff fit has to bend the camera instead; the residuals give it away.
     let off = |fit: &Calibration| (fit.intrinsics.fx - 903.0).abs();
-    assert!(off(&stiff) > 5.0 * stiff.std[0], "{} ± {}", off(&stiff), stiff.std[0]);
     assert!(off(&soft) < 3.0 * soft.std[0], "{} ± {}", off(&soft), soft.std[0]);
     assert!(off(&soft) < 0.6 * off(&stiff) && soft.rms_px < 0.35 && stiff.rms_px > 1.0);
     // It says how far the extrinsics had to move.

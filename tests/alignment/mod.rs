@@ -5,3 +5,4 @@ mod image_map;
 mod intrinsics;
 mod camera_fit;
 mod offset;
+mod files;

@@ -42,9 +42,14 @@ pub(super) fn planar(views: &[View], options: &Options) -> Result<Calibration, E
     } else {
         // Noise or a strong lens can leave the full closed form without a real solution; fewer unknowns
         // still give a start, and the polish frees the rest.
-        closed_form(&homographies, skew)
-            .or_else(|error| closed_form(&homographies, false).map_err(|_| error))
-            .or_else(|error| square_pixels(&homographies, centre(views, options)).ok_or(error))?
+        let full = closed_form(&homographies, skew)?;
+        let plain = if full.is_none() { closed_form(&homographies, false)? } else { None };
+        full.or(plain).or_else(|| square_pixels(&homographies, centre(views, options))).ok_or_else(
+            || Error::Views {
+                views: views.len(),
+                why: "the closed form gives no real focal length".to_string(),
+            },
+        )?
     };
     let (width, height) = options.image_size.unwrap_or((0, 0));
     let start = Intrinsics {
@@ -75,8 +80,18 @@ pub(super) fn planar(views: &[View], options: &Options) -> Result<Calibration, E
     if single {
         fixed.extend([2, 3]);
     }
-    polish(views, poses, &start, fixed, Vec::new(), aspect, options)
+    let calibration = polish(views, poses, &start, fixed, Vec::new(), aspect, options)?;
+    let k = &calibration.intrinsics;
+    let unsure = (calibration.std[0] / k.fx).max(calibration.std[1] / k.fy).abs();
+    if unsure > UNSURE {
+        let why = format!("the focal length is known to {:.0} % only", 100.0 * unsure);
+        return Err(Error::Views { views: views.len(), why });
+    }
+    Ok(calibration)
 }
+
+/// A focal length less certain than this is no calibration.
+const UNSURE: f64 = 0.2;
 
 /// The principal point to start from: the picture's centre, or where the points are.
 fn centre(views: &[View], options: &Options) -> (f64, f64) {
@@ -124,10 +139,10 @@ fn square_pixels(homographies: &[Matrix3<f64>], (cx, cy): (f64, f64)) -> Option<
     Some(Matrix3::new(f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0))
 }
 
-/// Zhang 2000, Eq. 9 and Appendix B, in pixels scaled to about 1.
-fn closed_form(homographies: &[Matrix3<f64>], skew: bool) -> Result<Matrix3<f64>, Error> {
+/// Zhang 2000, Eq. 9 and Appendix B, in pixels scaled to about 1; `None` when noise or a strong lens
+/// leaves no real solution.
+fn closed_form(homographies: &[Matrix3<f64>], skew: bool) -> Result<Option<Matrix3<f64>>, Error> {
     let views = homographies.len();
-    let fail = |why: &str| Error::Views { views, why: why.to_string() };
     // Where the target's origin and its surroundings appear says how large the picture is, roughly.
     let centre: Vector3<f64> =
         homographies.iter().map(|h| h.column(2) / h[(2, 2)]).sum::<Vector3<f64>>() / views as f64;
@@ -173,7 +188,8 @@ fn closed_form(homographies: &[Matrix3<f64>], skew: bool) -> Result<Matrix3<f64>
     let mut order: Vec<usize> = (0..6).collect();
     order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
     if eigen.eigenvalues[order[1]] < 1e-12 * eigen.eigenvalues[order[5]] {
-        return Err(fail("they are parallel to each other"));
+        let why = "they are parallel to each other".to_string();
+        return Err(Error::Views { views, why });
     }
     let b = eigen.eigenvectors.column(order[0]).clone_owned();
     let b = if b[0] < 0.0 { -b } else { b };
@@ -182,7 +198,7 @@ fn closed_form(homographies: &[Matrix3<f64>], skew: bool) -> Result<Matrix3<f64>
     let lambda = b[5] - (b[3] * b[3] + v0 * (b[1] * b[3] - b[0] * b[4])) / b[0];
     let (alpha2, beta2) = (lambda / b[0], lambda * b[0] / minor);
     if !(alpha2 > 0.0 && beta2 > 0.0) {
-        return Err(fail("the closed form gives no real focal length"));
+        return Ok(None);
     }
     let (alpha, beta) = (alpha2.sqrt(), beta2.sqrt());
     let gamma = -b[1] * alpha2 * beta / lambda;
@@ -190,5 +206,5 @@ fn closed_form(homographies: &[Matrix3<f64>], skew: bool) -> Result<Matrix3<f64>
     let k = Matrix3::new(alpha, gamma, u0, 0.0, beta, v0, 0.0, 0.0, 1.0);
     let back = Matrix3::new(size, 0.0, centre.x, 0.0, size, centre.y, 0.0, 0.0, 1.0);
     let k = back * k;
-    k.iter().all(|x| x.is_finite()).then_some(k).ok_or_else(|| fail("the closed form broke down"))
+    Ok(k.iter().all(|x| x.is_finite()).then_some(k))
 }
