@@ -40,7 +40,7 @@ pub trait Regression {
     /// Returns a key that orders measurements by value, not by row.
     fn key(&self, row: usize) -> u64;
     /// Returns the model through a minimal sample, `None` when the sample is degenerate.
-    fn from_sample(&self, rows: &[usize]) -> Option<Self::Model>;
+    fn through(&self, rows: &[usize]) -> Option<Self::Model>;
     /// Returns the squared error of a measurement; infinite where the model has no value.
     fn error2(&self, model: &Self::Model, row: usize) -> f64;
     /// Returns the model that fits weighted rows best, starting from `model`.
@@ -88,12 +88,12 @@ pub fn search<R: Regression>(regression: &R, seed: u64) -> Option<Consensus<R::M
         tried += 1;
         draw(&mut random, rows.len(), &mut sample);
         let picked: Vec<usize> = sample.iter().map(|&i| rows[i]).collect();
-        let Some(model) = regression.from_sample(&picked) else { continue };
+        let Some(model) = regression.through(&picked) else { continue };
         let score = score(regression, &model, scored, &mut errors);
         if best.len() < 3 || score.value > best[best.len() - 1].0 {
             if best.first().is_none_or(|first| score.value > first.0) {
                 // Twice the minimal count guards against samples that are clean but badly spread.
-                let clean = score.share.powi(minimal as i32).clamp(1e-9, 1.0 - 1e-9);
+                let clean = score.share.powf(minimal as f64).clamp(1e-9, 1.0 - 1e-9);
                 let enough = MISS.ln() / (1.0 - clean).ln();
                 wanted = (enough.ceil() as usize).clamp(40, 3000);
             }
@@ -114,7 +114,7 @@ pub fn search<R: Regression>(regression: &R, seed: u64) -> Option<Consensus<R::M
     }
     let (_, model, state) = refined?;
     let all: Vec<usize> = (0..n).collect();
-    let rounds = if n > REFINED { 1 } else { 0 };
+    let rounds = usize::from(n > REFINED);
     let (model, state) = refine(regression, model, state, &all, rounds);
     settle(regression, model, state, &all)
 }

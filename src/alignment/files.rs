@@ -251,20 +251,19 @@ pub fn read_views(text: &str, extrinsics: Option<&str>) -> Result<Vec<View>, Err
     let mut at: BTreeMap<String, usize> = BTreeMap::new();
     for (i, r) in table.rows.iter().enumerate() {
         let name = table.labels.as_ref().map_or("1".to_string(), |labels| labels[i].clone());
-        let view = match at.get(&name) {
-            Some(&view) => view,
-            None => {
-                let world_from_camera = match &mut poses {
-                    None => None,
-                    Some(poses) => Some(poses.remove(&name).ok_or_else(|| Error::MissingView {
-                        view: name.clone(),
-                        found: poses.keys().cloned().collect::<Vec<_>>().join(", "),
-                    })?),
-                };
-                at.insert(name.clone(), views.len());
-                views.push(View { name, points: Vec::new(), world_from_camera });
-                views.len() - 1
-            }
+        let view = if let Some(&view) = at.get(&name) {
+            view
+        } else {
+            let world_from_camera = match &mut poses {
+                None => None,
+                Some(poses) => Some(poses.remove(&name).ok_or_else(|| Error::MissingView {
+                    view: name.clone(),
+                    found: poses.keys().cloned().collect::<Vec<_>>().join(", "),
+                })?),
+            };
+            at.insert(name.clone(), views.len());
+            views.push(View { name, points: Vec::new(), world_from_camera });
+            views.len() - 1
         };
         views[view].points.push((Point::new(r[0], r[1], r[2]), Pixel::new(r[3], r[4])));
     }

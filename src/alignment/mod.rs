@@ -6,7 +6,7 @@
 //! they print. All three share one least-squares solver ([`crate::fit`]) and one way of telling outliers
 //! ([`consensus`]).
 //!
-//! Source: Zeng, Zhao and Wu, "Triple Regression for Sim2Real Adaptation", section 2.2.
+//! Source: Zeng, Zhao and Wu, "Triple Regression for `Sim2Real` Adaptation", section 2.2.
 
 // The three regressions.
 mod error;

@@ -1,5 +1,7 @@
 //! Tables in, answers out: what `INTERFACES.md` fixes.
 
+use std::fmt::Write;
+
 use serde_json::Value;
 use trueup::alignment::answer::{IntrinsicsAnswer, MapAnswer, OffsetAnswer};
 use trueup::alignment::files::{Error, read_map_pairs, read_offset_pairs, read_views};
@@ -109,7 +111,7 @@ fn answers_have_the_keys_that_others_rely_on() {
     for i in 0..8 {
         let (x, y, z) =
             (0.1 * f64::from(i % 2), 0.1 * f64::from(i / 2 % 2), 0.1 * f64::from(i / 4));
-        table += &format!("{},{y},{z},{x},{y},{z}\n", x + 0.02);
+        writeln!(table, "{},{y},{z},{x},{y},{z}", x + 0.02).unwrap();
     }
     let pairs = read_offset_pairs(&table).unwrap();
     let fit = fit_offset(&pairs, offset::Model::Rigid, &offset::Options::default()).unwrap();
@@ -122,7 +124,7 @@ fn answers_have_the_keys_that_others_rely_on() {
         let (x, y) = (0.1 * f64::from(i % 3), 0.1 * f64::from(i / 3));
         // A camera 1 m above, looking down, x to the right and y up the picture; f = 500, centre 320, 240.
         let (u, v) = (500.0 * x + 320.0, -500.0 * y + 240.0);
-        table += &format!("{x},{y},0,{u},{v},top\n");
+        writeln!(table, "{x},{y},0,{u},{v},top").unwrap();
     }
     let pose = r#"{"top": {"xyz_m": [0, 0, 1], "quat_wxyz": [0, 1, 0, 0]}}"#;
     let views = read_views(&table, Some(pose)).unwrap();

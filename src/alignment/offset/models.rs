@@ -11,7 +11,7 @@ use crate::alignment::consensus::{Regression, mix};
 use crate::fit::{self, Noise, Prior, Residuals};
 
 pub(super) struct Pairs<'a> {
-    pairs: &'a [Pair],
+    rows: &'a [Pair],
     model: Model,
     shrink: f64,
     centre: Vector3<f64>,
@@ -52,13 +52,20 @@ impl<'a> Pairs<'a> {
         let size = square.sqrt();
         // Outliers lie anywhere in the space that is worked in, at least a decimetre across.
         let volume = (4.0 * size).max(0.1).powi(3);
-        Self { pairs, model, shrink, centre, size: if size > 0.0 { size } else { 1.0 }, volume }
+        Self {
+            rows: pairs,
+            model,
+            shrink,
+            centre,
+            size: if size > 0.0 { size } else { 1.0 },
+            volume,
+        }
     }
 
     /// Root mean square distance of the real points from their centre, m.
     pub(super) fn spread(&self) -> f64 {
-        let n = self.pairs.len().max(1) as f64;
-        let square = self.pairs.iter().map(|p| (p.real - self.centre).norm_squared()).sum::<f64>();
+        let n = self.rows.len().max(1) as f64;
+        let square = self.rows.iter().map(|p| (p.real - self.centre).norm_squared()).sum::<f64>();
         (square / n).sqrt()
     }
 
@@ -108,7 +115,7 @@ impl<'a> Pairs<'a> {
             function: |x: &[f64], r: &mut [f64]| {
                 let d = self.matrix(x);
                 for ((row, _), r) in rows.iter().zip(r.chunks_exact_mut(3)) {
-                    let pair = &self.pairs[*row];
+                    let pair = &self.rows[*row];
                     let e = super::apply(&d, pair.real)
                         .map_or(Vector3::repeat(f64::INFINITY), |p| (p - pair.said) / sigma);
                     r.copy_from_slice(e.as_slice());
@@ -216,7 +223,7 @@ impl<'a> Pairs<'a> {
         let n = result.x.len();
         let (mut sum, mut worst) = (0.0, None::<(usize, f64)>);
         for (at, (row, _)) in rows.iter().enumerate() {
-            let real = self.pairs[*row].real;
+            let real = self.rows[*row].real;
             let mut j = DMatrix::zeros(3, n);
             let h = 1e-6;
             for c in 0..n {
@@ -249,13 +256,13 @@ impl<'a> Pairs<'a> {
     fn start(&self, rows: &[usize]) -> Vec<f64> {
         let mut x = vec![0.0; self.model.dof()];
         let n = rows.len().max(1) as f64;
-        let real = rows.iter().map(|&i| self.pairs[i].real).sum::<Vector3<f64>>() / n;
-        let said = rows.iter().map(|&i| self.pairs[i].said).sum::<Vector3<f64>>() / n;
+        let real = rows.iter().map(|&i| self.rows[i].real).sum::<Vector3<f64>>() / n;
+        let said = rows.iter().map(|&i| self.rows[i].said).sum::<Vector3<f64>>() / n;
         let mut turn = UnitQuaternion::identity();
         if matches!(self.model, Model::Rigid | Model::Similarity) {
             let cross = rows
                 .iter()
-                .map(|&i| (self.pairs[i].said - said) * (self.pairs[i].real - real).transpose())
+                .map(|&i| (self.rows[i].said - said) * (self.rows[i].real - real).transpose())
                 .sum::<Matrix3<f64>>();
             let svd = cross.svd(true, true);
             if let (Some(u), Some(v_t)) = (svd.u, svd.v_t)
@@ -278,7 +285,7 @@ impl Regression for Pairs<'_> {
     type Model = Vec<f64>;
 
     fn len(&self) -> usize {
-        self.pairs.len()
+        self.rows.len()
     }
     fn minimal(&self) -> usize {
         self.model.minimal()
@@ -293,10 +300,10 @@ impl Regression for Pairs<'_> {
         FLOOR_M
     }
     fn key(&self, row: usize) -> u64 {
-        let p = &self.pairs[row];
+        let p = &self.rows[row];
         p.said.iter().chain(p.real.iter()).fold(0, |key, v| mix(key ^ v.to_bits()))
     }
-    fn from_sample(&self, rows: &[usize]) -> Option<Vec<f64>> {
+    fn through(&self, rows: &[usize]) -> Option<Vec<f64>> {
         let start = self.start(rows);
         if matches!(self.model, Model::Affine | Model::Full) {
             let weighted: Vec<(usize, f64)> = rows.iter().map(|&i| (i, 1.0)).collect();
@@ -305,7 +312,7 @@ impl Regression for Pairs<'_> {
         start.iter().all(|v| v.is_finite()).then_some(start)
     }
     fn error2(&self, x: &Vec<f64>, row: usize) -> f64 {
-        let pair = &self.pairs[row];
+        let pair = &self.rows[row];
         super::apply(&self.matrix(x), pair.real)
             .map_or(f64::INFINITY, |p| (p - pair.said).norm_squared())
     }

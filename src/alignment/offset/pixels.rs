@@ -107,7 +107,7 @@ pub fn fit_offset_from_pixels(
     }
     for (row, s) in sightings.iter().enumerate() {
         let finite = s.reported.iter().chain([&s.pixel.u, &s.pixel.v]).all(|v| v.is_finite());
-        if !finite || !(s.sigma > 0.0 && s.sigma.is_finite()) {
+        if !(finite && s.sigma > 0.0 && s.sigma.is_finite()) {
             return Err(Error::NotFinite { what: "the sightings", row });
         }
     }
