@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
-use serde::Serialize;
 
 use crate::alignment::answer::{IntrinsicsAnswer, MapAnswer, OffsetAnswer};
 use crate::alignment::intrinsics::{self, Distortion, calibrate};
@@ -68,7 +67,7 @@ pub(super) fn align(command: &AlignCommand, style: &Style) -> Result<Exit, Failu
             let model = image_map::Model::from_name(model).unwrap_or(image_map::Model::Projective);
             let fit = image_map::fit_map(&pairs, model, &image_map::Options::default())
                 .map_err(|error| degenerate(&error, file))?;
-            told(style, &MapAnswer::from(&fit));
+            style.answer(&MapAnswer::from(&fit));
         }
         AlignCommand::Intrinsics(args) => {
             let file = &args.file;
@@ -82,14 +81,14 @@ pub(super) fn align(command: &AlignCommand, style: &Style) -> Result<Exit, Failu
                 ..intrinsics::Options::default()
             };
             let fit = calibrate(&views, &options).map_err(|error| degenerate(&error, file))?;
-            told(style, &IntrinsicsAnswer::from(&fit));
+            style.answer(&IntrinsicsAnswer::from(&fit));
         }
         AlignCommand::Offset { file, model } => {
             let pairs = files::read_offset_pairs(&read(file)?).map_err(|e| table(&e, file))?;
             let model = offset::Model::from_name(model).unwrap_or(offset::Model::Auto);
             let fit = offset::fit_offset(&pairs, model, &offset::Options::default())
                 .map_err(|error| degenerate(&error, file))?;
-            told(style, &OffsetAnswer::from(&fit));
+            style.answer(&OffsetAnswer::from(&fit));
         }
     }
     Ok(Exit::Yes)
@@ -101,9 +100,4 @@ fn table(error: &files::Error, file: &Path) -> Failure {
 
 fn degenerate(error: &crate::alignment::Error, file: &Path) -> Failure {
     Failure::input("align::degenerate", error.to_string()).at(file.display().to_string())
-}
-
-/// The answer is numbers either way: the document serves people too.
-fn told(style: &Style, answer: &impl Serialize) {
-    style.document(answer);
 }

@@ -101,33 +101,46 @@ impl Calibration {
     }
 }
 
-/// Fits the regressions that are switched on and puts them in force on the stage.
+/// Fits regressions 1 and 2, those that are switched on, and puts them in force on the stage. Nothing
+/// moves.
 ///
 /// # Errors
 ///
-/// When too few reference points are found, a fit is degenerate, or the arm or camera fails.
-pub fn run(stage: &mut Stage, switches: Switches) -> Result<(), Error> {
+/// When too few reference points are found, a fit is degenerate, or the camera fails.
+pub fn camera(stage: &mut Stage, switches: Switches) -> Result<(), Error> {
     let scene = stage.cell().scene.clone();
     let mut calibration = Calibration::nominal(&scene);
     calibration.notes.clear();
     if let Some(photo) = stage.body().photo().map_err(ActionError::from)? {
         align_camera(&photo, &scene, switches, &mut calibration)?;
     }
-    stage.body().calibrate(calibration.clone());
-    stage.find_arm()?;
+    in_force(stage, calibration, 0)
+}
+
+/// Fits regression 3, if it is switched on, and puts it in force on the stage. The arm moves among what
+/// was seen on the table, so it must have looked before.
+///
+/// # Errors
+///
+/// When the marker is seen too rarely, the fit is degenerate, or the arm or camera fails.
+pub fn robot(stage: &mut Stage, switches: Switches) -> Result<(), Error> {
+    let Some(mut calibration) = stage.body().calibration().cloned() else { return Ok(()) };
+    let told = calibration.notes.len();
     if switches.offset {
-        // The arm goes among what stands on the table, so it looks first.
-        stage.look()?;
         align_robot(stage, &mut calibration)?;
-        stage.body().calibrate(calibration.clone());
-        stage.find_arm()?;
     } else {
         calibration.notes.push("regression 3 left out: the arm is taken at its word".into());
     }
-    for text in &calibration.notes {
+    in_force(stage, calibration, told)
+}
+
+/// Puts a calibration in force and tells its notes from number `told` on.
+fn in_force(stage: &mut Stage, calibration: Calibration, told: usize) -> Result<(), Error> {
+    for text in &calibration.notes[told..] {
         stage.tell(&Event::Note { text: text.clone() });
     }
-    Ok(())
+    stage.body().calibrate(calibration);
+    Ok(stage.find_arm()?)
 }
 
 /// Regressions 1 and 2 from one photograph of the table's dots.

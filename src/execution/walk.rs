@@ -206,16 +206,20 @@ impl<'a> Walker<'a> {
     }
 
     /// Returns the first condition that is false, with its margin, in words.
-    fn unmet(&self, conditions: &[Condition], state: &WorldState) -> Option<String> {
+    pub fn unmet(&self, conditions: &[Condition], state: &WorldState) -> Option<String> {
         conditions.iter().find_map(|condition| {
             let reading = self.read(&condition.expr, state);
-            (reading.truth == Some(false)).then(|| match &reading.margin {
-                Some(margin) => format!("`{}`, which is false by {}", condition.text, {
-                    let mut off = *margin;
-                    off.value = off.value.abs();
-                    off
-                }),
-                None => format!("`{}`, which is false", condition.text),
+            if reading.truth != Some(false) {
+                return None;
+            }
+            // Of a long condition the part that decided is told.
+            let term = if reading.term.is_empty() { &condition.text } else { &reading.term };
+            Some(match reading.margin {
+                Some(Quantity { value, dimension }) => {
+                    let off = Quantity { value: value.abs(), dimension };
+                    format!("`{term}`, which is false by {off}")
+                }
+                None => format!("`{term}`, which is false"),
             })
         })
     }
