@@ -218,7 +218,7 @@ pub fn fit_map(pairs: &[Pair], model: Model, options: &Options) -> Result<MapFit
     }
     let (map, inliers) = fit_one(pairs, model, options)?;
     let compared = select::compare(pairs, &inliers, options);
-    describe(pairs, map, &inliers, compared, format!("{} was asked for", model.name()))
+    describe(pairs, &map, &inliers, compared, format!("{} was asked for", model.name()))
 }
 
 /// Fits one form: the map and the rows that agree with it.
@@ -253,7 +253,7 @@ fn fit_one(pairs: &[Pair], model: Model, options: &Options) -> Result<(Map, Vec<
 /// Puts the answer together.
 fn describe(
     pairs: &[Pair],
-    map: Map,
+    map: &Map,
     inliers: &[usize],
     compared: Vec<Compared>,
     reason: String,

@@ -49,7 +49,7 @@ impl Frame {
 
 /// All pairs, normalised.
 pub(super) struct Pairs<'a> {
-    pairs: &'a [Pair],
+    rows: &'a [Pair],
     pub(super) model: Model,
     noise: NoiseIn,
     real: Frame,
@@ -142,7 +142,7 @@ impl<'a> Pairs<'a> {
         let side = high - low;
         // A line of points still has room for outliers beside it.
         let area = side.x.max(0.1 * side.y).max(1.0) * side.y.max(0.1 * side.x).max(1.0);
-        Self { pairs, model, noise, real, twin, points, area }
+        Self { rows: pairs, model, noise, real, twin, points, area }
     }
 
     /// The inverse Cholesky factor of the error's covariance (in units of the noise), for errors in px.
@@ -229,7 +229,7 @@ impl Regression for Pairs<'_> {
     type Model = Matrix3<f64>;
 
     fn len(&self) -> usize {
-        self.pairs.len()
+        self.rows.len()
     }
     fn minimal(&self) -> usize {
         self.model.minimal()
@@ -244,10 +244,10 @@ impl Regression for Pairs<'_> {
         FLOOR_PX
     }
     fn key(&self, row: usize) -> u64 {
-        let p = self.pairs[row];
+        let p = self.rows[row];
         [p.real.u, p.real.v, p.twin.u, p.twin.v].iter().fold(0, |key, v| mix(key ^ v.to_bits()))
     }
-    fn from_sample(&self, rows: &[usize]) -> Option<Matrix3<f64>> {
+    fn through(&self, rows: &[usize]) -> Option<Matrix3<f64>> {
         match self.model {
             Model::Projective => projective::through_four(&[
                 self.points[rows[0]],
