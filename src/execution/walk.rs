@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::graph::{Condition, Does, ParseGraph, Step};
+use crate::graph::{Condition, Does, ParseGraph, Step, fluent};
 use crate::language::Library;
 use crate::language::ast::{Expr, ExprKind};
 use crate::language::text;
@@ -230,12 +230,17 @@ impl<'a> Walker<'a> {
         reason: Option<String>,
     ) -> Result<Done, ActionError> {
         let state = self.scripts.stage().state()?;
-        let promised: Vec<String> = step.gives.iter().map(|c| c.text.clone()).collect();
+        let promised: Vec<(String, bool)> = step
+            .gives
+            .iter()
+            .flat_map(|condition| fluent::atoms(&condition.expr))
+            .map(|(atom, is_positive)| (text::expr(atom), is_positive))
+            .collect();
         let fluents = watched
             .iter()
             .map(|expr| {
                 let text = text::expr(expr);
-                let expected = promised.iter().any(|p| p.contains(&text)).then_some(true);
+                let expected = promised.iter().find(|(atom, _)| *atom == text).map(|(_, truth)| *truth);
                 let ask = self.question(expr);
                 FluentReading { expected, ask, reading: self.read(expr, &state), text }
             })
@@ -245,7 +250,7 @@ impl<'a> Walker<'a> {
     }
 
     fn question(&self, expr: &Expr) -> Option<String> {
-        let questions = crate::graph::fluent::questions(expr, self.library);
+        let questions = fluent::questions(expr, self.library);
         questions.first().map(|question| {
             question.with(|name| {
                 let object = self.scene.object(name);

@@ -11,6 +11,7 @@ mod tree;
 pub mod solid;
 pub mod robot;
 pub mod kinematics;
+pub mod gripper;
 pub mod dynamics;
 pub mod closed_form;
 pub mod ik;

@@ -224,7 +224,11 @@ impl WorkCell {
             let plan = pg.recoveries[recovery].clone();
             *used.entry(plan.path.clone()).or_default() += 1;
             self.note(&format!("recovering: {}", plan.path));
-            self.carry_out(&plan.steps, start, run, recorder)?;
+            if let Err(error) = self.carry_out(&plan.steps, start, run, recorder) {
+                let stopped = matches!(error, Error::Action(ActionError::Stopped));
+                run.reason = Some(format!("{reason}; then the recovery failed: {error}"));
+                return if stopped { Err(error) } else { Ok(()) };
+            }
             match plan.remedy {
                 Some(Remedy::Retry { other, .. }) => {
                     let from = if other {
@@ -273,6 +277,7 @@ impl WorkCell {
         self.phase("simulate", &format!("{n} candidates in the twin"));
         let state = self.state()?;
         let q = self.scripts.stage().planned_q().to_vec();
+        let memory = self.scripts.stage().memory().clone();
         let finished = Mutex::new(0_usize);
         let tried = Rehearsals {
             cell: &self.cell,
@@ -284,6 +289,7 @@ impl WorkCell {
             state: &state,
             start,
             q: &q,
+            memory: &memory,
             seed: self.seed,
             cancel: &self.cancel,
         }
