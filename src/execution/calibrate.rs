@@ -11,7 +11,8 @@ use crate::alignment::ball::find_marker_ball;
 use crate::alignment::camera_fit::{self, Refine, refine_camera};
 use crate::alignment::image_map::{self, Pair, fit_map};
 use crate::alignment::marks::find_marks;
-use crate::alignment::offset::{self, fit_offset_from_pixels};
+use crate::alignment::offset;
+use crate::alignment::offset::pixels::{self, fit_offset_from_pixels};
 use crate::world::frame::{Tool, World};
 use crate::world::{Camera, Point, Pose, Scene};
 
@@ -220,7 +221,7 @@ fn align_robot(stage: &mut Stage, calibration: &mut Calibration) -> Result<(), E
         };
         let reported = stage.reported_tool()?;
         let ball_in_tool = flange_from_tool.inverse() * Point::from(marker.centre);
-        seen.push(offset::Sighting {
+        seen.push(pixels::Sighting {
             reported: (reported * ball_in_tool).coords(),
             pixel: ball.pixel,
             sigma: ball.sigma,
@@ -233,7 +234,7 @@ fn align_robot(stage: &mut Stage, calibration: &mut Calibration) -> Result<(), E
         &seen,
         &calibration.camera,
         offset::Model::Rigid,
-        &offset::Priors::default(),
+        &pixels::Priors::default(),
     )?;
     calibration.reported_from_real = fit.real_from_reported.inverse();
     calibration.notes.push(format!(

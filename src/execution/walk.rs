@@ -234,7 +234,7 @@ impl<'a> Walker<'a> {
             .gives
             .iter()
             .flat_map(|condition| fluent::atoms(&condition.expr))
-            .map(|(atom, is_positive)| (text::expr(atom), is_positive))
+            .map(|(atom, is_negated)| (text::expr(atom), !is_negated))
             .collect();
         let fluents = watched
             .iter()
