@@ -334,7 +334,7 @@ pub fn follow(
 ) -> Result<Vec<f64>, f64> {
     // A continuous motion never moves a joint further than this between two poses, rad.
     const JUMP: f64 = 0.25;
-    let step = |q: &Vec<f64>| grasp::distance(q, last);
+    let step = |q: &Vec<f64>| distance(q, last);
     let inside = |q: &Vec<f64>| solver.robot().outside_limits(q, -0.5 * RESERVE).is_none();
     let nearest = |found: Vec<Vec<f64>>| {
         found.into_iter().filter(inside).min_by(|a, b| step(a).total_cmp(&step(b)))
