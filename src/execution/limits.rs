@@ -8,6 +8,13 @@ use crate::motion::trajectory::Trajectory;
 use super::stage::Cell;
 
 /// A trajectory that has passed the limits.
+///
+/// Nobody else can make one: its field is private to this file.
+///
+/// ```compile_fail,E0451
+/// use trueup::{execution::limits::Cleared, motion::trajectory::Trajectory};
+/// let cleared = Cleared { trajectory: Trajectory::resting(&[0.0; 7]) };
+/// ```
 #[derive(Debug, Clone)]
 pub struct Cleared {
     trajectory: Trajectory,
