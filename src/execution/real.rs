@@ -12,7 +12,7 @@ use nalgebra::Isometry3;
 use crate::alignment::overlay::annotate;
 use crate::alignment::vision::{self, Sighting};
 use crate::motion::ik::Solver;
-use crate::twin::render::{ArmLook, Marker, NOTHING, Options, TABLE, View, render};
+use crate::twin::render::{ArmLook, NOTHING, Options, TABLE, View, render};
 use crate::world::frame::{Object, Tool, World};
 use crate::world::{ObjectState, Pose, Scene, WorldState};
 
@@ -308,11 +308,6 @@ fn summary(seen: &Sighting) -> String {
             seen.reason.as_deref().unwrap_or("nothing in the picture looks like it")
         ),
     }
-}
-
-/// The ball on the gripper that the camera looks for.
-pub fn marker() -> Marker {
-    Marker::default()
 }
 
 /// Returns a rigid motion as the isometry it is; `D` of regression 3 in the form poses are moved by.

@@ -352,7 +352,7 @@ impl Stage {
         const CUT: f64 = 0.05;
         let corrected = self.corrected(corners);
         let trajectory =
-            Trajectory::through_corners(&corrected, &self.paced(speed), CUT, &|_| true)
+            Trajectory::through_corners(&corrected, &self.paced(speed), CUT, &|_, _| true)
                 .map_err(|error| ActionError::Refused(error.to_string()))?;
         self.drive(trajectory, corners)
     }

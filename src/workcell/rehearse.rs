@@ -17,7 +17,6 @@ use crate::execution::walk::{Done, Walker};
 use crate::execution::arm::Cancel;
 use crate::graph::ParseGraph;
 use crate::language::Library;
-use crate::twin::physics::ArmModel;
 use crate::twin::render::{ArmLook, View};
 use crate::twin::{Settings, Twin};
 use crate::world::WorldState;
@@ -85,8 +84,6 @@ impl Rehearsal {
 pub struct Rehearsals<'a> {
     /// Robot, scene, limits.
     pub cell: &'a Cell,
-    /// The twin's arm.
-    pub arm: &'a ArmModel,
     /// How the arm looks.
     pub look: &'a ArmLook,
     /// The twin's settings.
@@ -133,7 +130,7 @@ impl Rehearsals<'_> {
 
     fn one(&self, candidate: Candidate) -> Result<Rehearsal, ActionError> {
         let settings = Settings { seed: self.seed, ..self.settings.clone() };
-        let twin = Twin::new(self.arm, &self.cell.scene, self.state, settings)
+        let twin = Twin::new(&self.cell.robot, &self.cell.scene, self.state, settings)
             .map_err(|error| ActionError::Refused(format!("the twin cannot be built: {error}")))?;
         let twin = Arc::new(Mutex::new(twin));
         let stage = Stage::new(
