@@ -92,7 +92,7 @@ pub fn search<R: Regression>(regression: &R, seed: u64) -> Option<Consensus<R::M
         let score = score(regression, &model, scored, &mut errors);
         if best.len() < 3 || score.value > best[best.len() - 1].0 {
             if best.first().is_none_or(|first| score.value > first.0) {
-                // Twice the minimal count guards against samples that are clean but badly spread.
+                // At least 40, since a sample may be clean and still badly spread.
                 let clean = score.share.powf(minimal as f64).clamp(1e-9, 1.0 - 1e-9);
                 let enough = MISS.ln() / (1.0 - clean).ln();
                 wanted = (enough.ceil() as usize).clamp(40, 3000);
@@ -105,14 +105,15 @@ pub fn search<R: Regression>(regression: &R, seed: u64) -> Option<Consensus<R::M
     let some = &rows[..rows.len().min(REFINED)];
     let mut refined: Option<(f64, R::Model, Score)> = None;
     for (_, start) in best {
-        let first = score(regression, &start, some, &mut errors);
-        let (model, last) = refine(regression, start, first, some, 12);
-        let value = likelihood(regression, &model, some, last);
+        let first = score(regression, &start, scored, &mut errors);
+        let (model, last) = refine(regression, start, first, scored, 6);
+        let value = likelihood(regression, &model, scored, last);
         if refined.as_ref().is_none_or(|(v, ..)| value > *v) {
             refined = Some((value, model, last));
         }
     }
     let (_, model, state) = refined?;
+    let (model, state) = refine(regression, model, state, some, 10);
     let all: Vec<usize> = (0..n).collect();
     let rounds = usize::from(n > REFINED);
     let (model, state) = refine(regression, model, state, &all, rounds);

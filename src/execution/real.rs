@@ -7,7 +7,6 @@
 use std::sync::Arc;
 
 use image::GrayImage;
-use nalgebra::Isometry3;
 
 use crate::alignment::overlay::annotate;
 use crate::alignment::vision::{self, Sighting};
@@ -308,12 +307,4 @@ fn summary(seen: &Sighting) -> String {
             seen.reason.as_deref().unwrap_or("nothing in the picture looks like it")
         ),
     }
-}
-
-/// Returns a rigid motion as the isometry it is; `D` of regression 3 in the form poses are moved by.
-pub fn rigid(matrix: &nalgebra::Matrix4<f64>) -> Isometry3<f64> {
-    let rotation = matrix.fixed_view::<3, 3>(0, 0).into_owned();
-    let rotation = nalgebra::Rotation3::from_matrix(&rotation);
-    let shift = matrix.fixed_view::<3, 1>(0, 3).into_owned();
-    Isometry3::from_parts(shift.into(), rotation.into())
 }

@@ -10,7 +10,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use rhai::{Array, Dynamic, Engine, EvalAltResult, INT, Map, Position, Scope};
+use rhai::{Array, Dynamic, Engine, EvalAltResult, INT, Position, Scope};
 
 use super::plan::{Grasp, Placement, Pour};
 use super::stage::{ActionError, Stage};
@@ -280,6 +280,9 @@ fn bind_arm(engine: &mut Engine) {
         .register_fn("turn", |arm: &mut Arm, path: Path, rate: f64| {
             arm.stage().turn(&path.0, rate).map_err(raise)
         })
+        .register_fn("turn_back", |arm: &mut Arm, path: Path, rate: f64| {
+            arm.stage().turn_back(&path.0, rate).map_err(raise)
+        })
         .register_fn("move_by", |arm: &mut Arm, by: Array, speed: f64| {
             let by = numbers(&by)?;
             let [x, y, z] = by[..] else {
@@ -295,17 +298,12 @@ fn bind_arm(engine: &mut Engine) {
 }
 
 fn bind_memory(engine: &mut Engine, stage: &Arc<Mutex<Stage>>) {
-    let memory: Arc<Mutex<Map>> = Arc::default();
-    let kept = memory.clone();
+    let keeper = stage.clone();
     engine.register_fn("remember", move |name: &str, value: Dynamic| {
-        kept.lock().unwrap_or_else(PoisonError::into_inner).insert(name.into(), value);
+        lock(&keeper).remember(name, value);
     });
-    engine.register_fn("recall", move |name: &str| -> Fallible<Dynamic> {
-        let memory = memory.lock().unwrap_or_else(PoisonError::into_inner);
-        memory.get(name).cloned().ok_or_else(|| {
-            raise(ActionError::Refused(format!("no earlier action remembered a `{name}`")))
-        })
-    });
+    let keeper = stage.clone();
+    engine.register_fn("recall", move |name: &str| lock(&keeper).recall(name).map_err(raise));
     let chooser = stage.clone();
     engine.register_fn("choose", move |ways: Array| -> Fallible<Dynamic> {
         let chosen = lock(&chooser).choose(ways.len()).map_err(raise)?;

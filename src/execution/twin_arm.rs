@@ -94,9 +94,7 @@ impl Body for TwinBody {
 
     fn contact(&mut self, a: &str, b: &str) -> Option<bool> {
         let twin = lock(&self.twin);
-        let robot = twin.robot();
-        let jaws: Vec<String> =
-            robot.jaws().map(|link| robot.links()[link].name.clone()).collect();
+        let jaws: Vec<String> = twin.robot().jaw_links().map(str::to_owned).collect();
         // The gripper touches what any of its jaws touches.
         let parts = |name: &str| match name {
             "gripper" => jaws.clone(),

@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::graph::{Condition, Does, ParseGraph, Step};
+use crate::graph::{Condition, Does, ParseGraph, Step, fluent};
 use crate::language::Library;
 use crate::language::ast::{Expr, ExprKind};
 use crate::language::text;
@@ -206,16 +206,20 @@ impl<'a> Walker<'a> {
     }
 
     /// Returns the first condition that is false, with its margin, in words.
-    fn unmet(&self, conditions: &[Condition], state: &WorldState) -> Option<String> {
+    pub fn unmet(&self, conditions: &[Condition], state: &WorldState) -> Option<String> {
         conditions.iter().find_map(|condition| {
             let reading = self.read(&condition.expr, state);
-            (reading.truth == Some(false)).then(|| match &reading.margin {
-                Some(margin) => format!("`{}`, which is false by {}", condition.text, {
-                    let mut off = *margin;
-                    off.value = off.value.abs();
-                    off
-                }),
-                None => format!("`{}`, which is false", condition.text),
+            if reading.truth != Some(false) {
+                return None;
+            }
+            // Of a long condition the part that decided is told.
+            let term = if reading.term.is_empty() { &condition.text } else { &reading.term };
+            Some(match reading.margin {
+                Some(Quantity { value, dimension }) => {
+                    let off = Quantity { value: value.abs(), dimension };
+                    format!("`{term}`, which is false by {off}")
+                }
+                None => format!("`{term}`, which is false"),
             })
         })
     }
@@ -230,12 +234,17 @@ impl<'a> Walker<'a> {
         reason: Option<String>,
     ) -> Result<Done, ActionError> {
         let state = self.scripts.stage().state()?;
-        let promised: Vec<String> = step.gives.iter().map(|c| c.text.clone()).collect();
+        let promised: Vec<(String, bool)> = step
+            .gives
+            .iter()
+            .flat_map(|condition| fluent::atoms(&condition.expr))
+            .map(|(atom, is_negated)| (text::expr(atom), !is_negated))
+            .collect();
         let fluents = watched
             .iter()
             .map(|expr| {
                 let text = text::expr(expr);
-                let expected = promised.iter().any(|p| p.contains(&text)).then_some(true);
+                let expected = promised.iter().find(|(atom, _)| *atom == text).map(|(_, truth)| *truth);
                 let ask = self.question(expr);
                 FluentReading { expected, ask, reading: self.read(expr, &state), text }
             })
@@ -245,7 +254,7 @@ impl<'a> Walker<'a> {
     }
 
     fn question(&self, expr: &Expr) -> Option<String> {
-        let questions = crate::graph::fluent::questions(expr, self.library);
+        let questions = fluent::questions(expr, self.library);
         questions.first().map(|question| {
             question.with(|name| {
                 let object = self.scene.object(name);

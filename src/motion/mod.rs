@@ -13,6 +13,7 @@ pub mod solid;
 pub mod inertial;
 pub mod robot;
 pub mod kinematics;
+pub mod gripper;
 pub mod dynamics;
 pub mod closed_form;
 pub mod ik;

@@ -295,13 +295,6 @@ impl Robot {
         Some(Point::from((flange_from_link * Point3::from(marker.centre)).coords))
     }
 
-    /// Returns the indices of the links that slide with the gripper's opening.
-    pub fn jaws(&self) -> impl Iterator<Item = usize> {
-        let slides =
-            |joint: &Joint| joint.motion == Motion::Slide && matches!(joint.drive, Drive::Jaw { .. });
-        (0..self.links.len()).filter(move |&link| slides(&self.links[link].joint))
-    }
-
     /// Returns this robot with other zeros: where it reads 0 rad, joint `i` stands at `offsets[i]` rad.
     ///
     /// Joints beyond the end of `offsets` keep theirs.

@@ -3,6 +3,7 @@
 //! Layers below return data. What a person reads comes from here, always in the same order: what, where,
 //! what would help. Colour only repeats what the words say, and is left out for `NO_COLOR` and pipes.
 
+mod numbers;
 pub mod run;
 
 use std::io::{IsTerminal, Write};
@@ -109,6 +110,14 @@ impl Style {
         match serde_json::to_string_pretty(value) {
             Ok(text) => out(&text),
             Err(error) => self.failure(&Failure::input("json", error.to_string())),
+        }
+    }
+
+    /// Tells an answer that is numbers: the document for programs, lines for people.
+    pub fn answer(&self, value: &impl serde::Serialize) {
+        match serde_json::to_value(value) {
+            Ok(value) if !self.json => out(numbers::lines(&value).trim_end()),
+            _ => self.document(value),
         }
     }
 
@@ -239,10 +248,10 @@ pub fn cell_failure(error: &workcell::Error, style: &Style) -> Failure {
         Error::Lab(_) => Failure::input("lab::settings", words),
         Error::Calibrate(_) => Failure::no("align::failed", words)
             .help("is the table in the picture, and do its dots match the scene's `marks`?"),
-        Error::NotSeen(_) => Failure::no("camera::not_seen", words)
-            .help("clear the view and try again; nothing has moved towards it"),
+        Error::Needs { .. } => Failure::no("run::needs", words)
+            .help("put it right on the table and try again; `:objects` shows what is seen and where"),
         Error::NoSurvivor { .. } => Failure::no("plan::no_survivor", words)
-            .help("move the objects closer together or nearer to the arm; nothing has moved"),
+            .help("move the objects apart or nearer to the arm, or try another `--seed`; nothing has moved"),
         Error::NothingToDo => Failure::input("run::empty", words),
         Error::Action(action) => match action {
             ActionError::Stopped => Failure::stopped(words),

@@ -65,10 +65,14 @@ pub enum Error {
     /// The camera's picture cannot be aligned.
     #[error("{0}")]
     Calibrate(#[from] calibrate::Error),
-    /// Objects the call needs are not where the camera looks.
-    #[error("{} cannot be seen: {}", .0.iter().map(|(o, _)| format!("`{o}`")).collect::<Vec<_>>().join(", "),
-        .0.iter().map(|(_, why)| why.as_str()).collect::<Vec<_>>().join("; "))]
-    NotSeen(Vec<(String, String)>),
+    /// What the call needs is not so; nothing has moved.
+    #[error("{call} needs {unmet}; nothing has moved")]
+    Needs {
+        /// The call.
+        call: String,
+        /// The condition, and by how much it is false.
+        unmet: String,
+    },
     /// Everything failed in the twin; nothing has moved.
     #[error("none of {tried} candidates survived the twin; the best failed at {step}: {reason}")]
     NoSurvivor {
@@ -140,7 +144,8 @@ pub struct WorkCell {
     cancel: Cancel,
     clock: fn() -> f64,
     fan: Arc<Mutex<Fan>>,
-    is_aligned: bool,
+    is_camera_aligned: bool,
+    is_robot_aligned: bool,
 }
 
 impl WorkCell {
@@ -205,7 +210,8 @@ impl WorkCell {
             cancel,
             clock: options.clock,
             fan,
-            is_aligned: false,
+            is_camera_aligned: false,
+            is_robot_aligned: false,
         })
     }
 
@@ -258,23 +264,48 @@ impl WorkCell {
     ///
     /// When the table's marks cannot be found, or a device fails.
     pub fn perceive(&mut self) -> Result<(), Error> {
-        if !self.is_aligned {
-            self.align()?;
+        if !self.is_camera_aligned {
+            calibrate::camera(&mut self.scripts.stage(), self.switches)?;
+            self.is_camera_aligned = true;
         }
-        self.scripts.stage().look()?;
-        Ok(())
+        Ok(self.scripts.stage().look()?)
     }
 
     /// Fits the three regressions anew: camera alignment, intrinsics, robot offset.
     ///
     /// # Errors
     ///
-    /// As [`Self::perceive`].
+    /// As [`Self::perceive`], or when the marker on the gripper is not seen.
     pub fn align(&mut self) -> Result<(), Error> {
-        let mut stage = self.scripts.stage();
-        calibrate::run(&mut stage, self.switches)?;
-        self.is_aligned = true;
+        self.is_camera_aligned = false;
+        self.is_robot_aligned = false;
+        self.perceive()?;
+        self.align_robot()
+    }
+
+    /// Has the arm visit points before the camera, unless that has been done; then looks again.
+    fn align_robot(&mut self) -> Result<(), Error> {
+        if !self.is_robot_aligned {
+            calibrate::robot(&mut self.scripts.stage(), self.switches)?;
+            self.is_robot_aligned = true;
+            self.scripts.stage().look()?;
+        }
         Ok(())
+    }
+
+    /// Refuses a call whose own needs are false, before anything has moved for it.
+    fn refuse_early(&self, graph: &Graph) -> Result<(), Error> {
+        let start = self.state()?;
+        let Some(best) = self.parses(graph, &start, 1)?.into_iter().next() else {
+            return Err(Error::NothingToDo);
+        };
+        let Some(first) = best.steps.first() else { return Err(Error::NothingToDo) };
+        let scene = self.cell.scene.clone();
+        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, &start);
+        match walker.unmet(&first.needs, &start) {
+            Some(unmet) => Err(Error::Needs { call: best.call.clone(), unmet }),
+            None => Ok(()),
+        }
     }
 
     /// Returns up to `k` parse graphs that differ in what people choose, the likeliest first.

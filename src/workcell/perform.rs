@@ -135,20 +135,23 @@ impl WorkCell {
             observers.push(Box::new(Shared(recorder.clone())));
         }
         self.watched_by(observers);
-        let run = self.carry(call, recorder.as_ref());
+        let mut run = self.blank(call);
+        let ended = self.carry(call, &mut run, recorder.as_ref());
         self.watched_by(Vec::new());
-        let mut run = run?;
         if let Some(recorder) = recorder {
             let mut recorder = recorder.lock().unwrap_or_else(PoisonError::into_inner);
             run.run_dir = Some(recorder.dir().display().to_string());
+            if let Err(error) = &ended {
+                run.reason = Some(error.to_string());
+            }
             save(&mut recorder, &run)?;
         }
-        Ok(run)
+        ended.map(|()| run)
     }
 
-    fn carry(&mut self, call: &Call, recorder: Option<&SharedRecorder>) -> Result<Run, Error> {
-        let total = self.now();
-        let mut run = Run {
+    /// Returns the record of a run that has not begun.
+    fn blank(&self, call: &Call) -> Run {
+        Run {
             task: crate::language::text::call(call),
             outcome: Ending::Failure,
             reached: false,
@@ -163,7 +166,16 @@ impl WorkCell {
             water: None,
             timing_s: Timing::default(),
             run_dir: None,
-        };
+        }
+    }
+
+    fn carry(
+        &mut self,
+        call: &Call,
+        run: &mut Run,
+        recorder: Option<&SharedRecorder>,
+    ) -> Result<(), Error> {
+        let total = self.now();
         // The call is understood before anything is done for it.
         let graph = self.graph(call)?;
         if let Some(recorder) = recorder {
@@ -174,19 +186,21 @@ impl WorkCell {
         }
         self.phase("perceive", "calibrating and looking");
         self.perceive()?;
+        self.refuse_early(&graph)?;
+        self.align_robot()?;
         run.timing_s.perceive = self.now() - total;
         let start = self.state()?;
-        let result = self.attempt(&graph, &start, &mut run, recorder);
+        let result = self.attempt(&graph, &start, run, recorder);
+        run.timing_s.total = self.now() - total;
         match result {
             Ok(()) => {}
             Err(Error::Action(ActionError::Stopped)) => run.outcome = Ending::Stopped,
-            // Nothing has moved yet, so there is no run to speak of.
+            // Nothing was performed, so there is nothing to weigh.
             Err(error) if run.steps.is_empty() => return Err(error),
             Err(error) => run.reason = Some(error.to_string()),
         }
         run.water = self.weigh(call);
-        run.timing_s.total = self.now() - total;
-        Ok(run)
+        Ok(())
     }
 
     /// Rehearses and performs until the task is done or given up.
@@ -224,7 +238,11 @@ impl WorkCell {
             let plan = pg.recoveries[recovery].clone();
             *used.entry(plan.path.clone()).or_default() += 1;
             self.note(&format!("recovering: {}", plan.path));
-            self.carry_out(&plan.steps, start, run, recorder)?;
+            if let Err(error) = self.carry_out(&plan.steps, start, run, recorder) {
+                let stopped = matches!(error, Error::Action(ActionError::Stopped));
+                run.reason = Some(format!("{reason}; then the recovery failed: {error}"));
+                return if stopped { Err(error) } else { Ok(()) };
+            }
             match plan.remedy {
                 Some(Remedy::Retry { other, .. }) => {
                     let from = if other {
@@ -273,6 +291,7 @@ impl WorkCell {
         self.phase("simulate", &format!("{n} candidates in the twin"));
         let state = self.state()?;
         let q = self.scripts.stage().planned_q().to_vec();
+        let memory = self.scripts.stage().memory().clone();
         let finished = Mutex::new(0_usize);
         let tried = Rehearsals {
             cell: &self.cell,
@@ -283,6 +302,7 @@ impl WorkCell {
             state: &state,
             start,
             q: &q,
+            memory: &memory,
             seed: self.seed,
             cancel: &self.cancel,
         }

@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rayon::prelude::*;
 
 use crate::execution::script::Scripts;
-use crate::execution::stage::{ActionError, Cell, Stage};
+use crate::execution::stage::{ActionError, Cell, Memory, Stage};
 use crate::execution::tape::Tape;
 use crate::execution::trace::{Nobody, Outcome};
 use crate::execution::twin_arm::TwinBody;
@@ -98,6 +98,8 @@ pub struct Rehearsals<'a> {
     pub start: &'a WorldState,
     /// Where the plan has the arm, rad.
     pub q: &'a [f64],
+    /// What actions before this remember.
+    pub memory: &'a Memory,
     /// All chance comes from this.
     pub seed: u64,
     /// Stops all of them.
@@ -130,8 +132,14 @@ impl Rehearsals<'_> {
 
     fn one(&self, candidate: Candidate) -> Result<Rehearsal, ActionError> {
         let settings = Settings { seed: self.seed, ..self.settings.clone() };
-        let twin = Twin::new(&self.cell.robot, &self.cell.scene, self.state, settings)
-            .map_err(|error| ActionError::Refused(format!("the twin cannot be built: {error}")))?;
+        // The plan knows better than the encoders where the arm is.
+        let state = WorldState { q: self.q.to_vec(), ..self.state.clone() };
+        let failed = |error| ActionError::Refused(format!("the twin cannot be built: {error}"));
+        let mut twin = Twin::new(&self.cell.robot, &self.cell.scene, &state, settings).map_err(failed)?;
+        if state.held.is_some() {
+            // The fingers take hold in the first tenths of a second.
+            twin.run(0.3).map_err(failed)?;
+        }
         let twin = Arc::new(Mutex::new(twin));
         let stage = Stage::new(
             self.cell.clone(),
@@ -143,6 +151,7 @@ impl Rehearsals<'_> {
             Arc::new(Mutex::new(Nobody)),
         );
         let scripts = Scripts::new(stage);
+        scripts.stage().set_memory(self.memory.clone());
         let scene = self.cell.scene.clone();
         let mut walker = Walker::new(&scripts, self.stdlib, self.library, &scene, self.start);
         let watched = candidate.pg.fluents();

@@ -26,7 +26,9 @@ pub(super) fn compare(pairs: &[Pair], rows: &[usize], options: &Options) -> Vec<
     let all: Vec<usize> = (0..kept.len()).collect();
     let mut compared = Vec::new();
     for model in Model::FORMS {
-        if kept.len() < model.minimal() || super::pairs::check_spread(&kept, &all, model).is_err() {
+        if kept.len() < model.minimal()
+            || super::normalise::check_spread(&kept, &all, model).is_err()
+        {
             continue;
         }
         let Ok(map) = Pairs::new(&kept, model, options.noise).fit(&all) else { continue };
