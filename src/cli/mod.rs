@@ -60,6 +60,9 @@ struct CellArgs {
     /// A folder whose files come before the embedded stdlib.
     #[arg(long, global = true, value_name = "DIR")]
     stdlib: Option<PathBuf>,
+    /// Where run folders are made.
+    #[arg(long, global = true, value_name = "DIR", default_value = "runs")]
+    record: PathBuf,
     /// Leave a regression out, to see what it is worth: 1 camera alignment, 2 intrinsics, 3 robot offset.
     #[arg(long, global = true, value_name = "1|2|3", value_delimiter = ',')]
     without_regression: Vec<u8>,
@@ -108,7 +111,11 @@ pub fn main() -> ExitCode {
         Err(error) => {
             // Help and version go to stdout with code 0; everything else is bad usage.
             let code = if error.use_stderr() { Exit::BadInput } else { Exit::Yes };
-            let _ = error.print();
+            if error.use_stderr() && std::env::args_os().any(|argument| argument == "--json") {
+                Style::detect(true, true).failure(&usage(&error));
+            } else {
+                let _ = error.print();
+            }
             return ExitCode::from(code as u8);
         }
     };
@@ -123,6 +130,15 @@ pub fn main() -> ExitCode {
     })
 }
 
+/// Words bad usage for a program: the first line says what, the rest what would help.
+fn usage(error: &clap::Error) -> Failure {
+    let text = error.render().to_string();
+    let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    let what = lines.next().unwrap_or("bad usage");
+    let help = lines.collect::<Vec<_>>().join("; ");
+    Failure::input("usage", what.strip_prefix("error: ").unwrap_or(what)).help(help)
+}
+
 fn dispatch(cli: &Cli, style: &Style) -> Result<Exit, Failure> {
     match (&cli.command, &cli.line) {
         (Some(Command::Run(args)), _) => run::script(args, cli, style),
@@ -133,6 +149,8 @@ fn dispatch(cli: &Cli, style: &Style) -> Result<Exit, Failure> {
         (Some(Command::Camera(command)), _) => camera::camera(command, cli.cell.scene.as_ref(), style),
         (Some(Command::Align(command)), _) => align::align(command, style),
         (None, Some(line)) => run::line(line, cli, style),
+        (None, None) if style.json => Err(Failure::input("usage", "the prompt has no JSON form")
+            .help("give a command, or a line with `-c`")),
         (None, None) => run::prompt(cli, style),
     }
 }

@@ -20,9 +20,6 @@ use super::{Cli, Exit};
 pub(super) struct RunArgs {
     /// The script.
     file: PathBuf,
-    /// Where the run folder is made.
-    #[arg(long, value_name = "DIR", default_value = "runs")]
-    record: PathBuf,
 }
 
 /// Returns seconds since the program could first be asked; only differences mean something.
@@ -151,10 +148,11 @@ pub(super) fn script(args: &RunArgs, cli: &Cli, style: &Style) -> Result<Exit, F
             .help("end it with a call such as `pour(jar, cup)`"));
     }
     let mut cell = open(cli, Some(source), style)?;
+    stop_on_interrupt(&cell)?;
     let mut exit = Exit::Yes;
     let mut runs = Vec::new();
     for step in &steps {
-        let run = one(&mut cell, step, Some(&args.record), style)?;
+        let run = one(&mut cell, step, &cli.cell.record, style)?;
         exit = ended(&run);
         runs.push(run);
         if exit != Exit::Yes {
@@ -178,7 +176,12 @@ pub(super) fn line(line: &str, cli: &Cli, style: &Style) -> Result<Exit, Failure
         return Err(report::text_failure(&diagnostics, &source, style));
     };
     let mut cell = open(cli, None, style)?;
-    let run = one(&mut cell, &step, Some(Path::new("runs")), style)?;
+    let diagnostics = cell.check_line(&step, &source);
+    if diagnostics.iter().any(language::Diagnostic::is_error) {
+        return Err(report::text_failure(&diagnostics, &source, style));
+    }
+    stop_on_interrupt(&cell)?;
+    let run = one(&mut cell, &step, &cli.cell.record, style)?;
     if style.json {
         style.document(&run);
     }
@@ -189,7 +192,7 @@ pub(super) fn line(line: &str, cli: &Cli, style: &Style) -> Result<Exit, Failure
 pub(super) fn prompt(cli: &Cli, style: &Style) -> Result<Exit, Failure> {
     let cell = open(cli, None, style)?;
     stop_on_interrupt(&cell)?;
-    crate::repl::run(cell, style, &|cell, step| one(cell, step, Some(Path::new("runs")), style))?;
+    crate::repl::run(cell, style, &|cell, step| one(cell, step, &cli.cell.record, style))?;
     Ok(Exit::Yes)
 }
 
@@ -200,11 +203,11 @@ fn stop_on_interrupt(cell: &WorkCell) -> Result<(), Failure> {
         .map_err(|error| Failure::unavailable("signal", format!("cannot watch Ctrl-C: {error}")))
 }
 
-/// Carries out one step of a script or one line, recorded if a folder is named.
+/// Carries out one step of a script or one line, recorded in a folder of its own under `root`.
 fn one(
     cell: &mut WorkCell,
     step: &Step,
-    record: Option<&Path>,
+    root: &Path,
     style: &Style,
 ) -> Result<Run, Failure> {
     let Step::Act(act) = step else {
@@ -213,19 +216,12 @@ fn one(
     };
     let call = &act.call;
     cell.graph(call).map_err(|error| report::cell_failure(&error, style))?;
-    let recorder = match record {
-        None => None,
-        Some(root) => Some(Recorder::create(root, &stamp(), &call.name.text).map_err(
-            |(path, error)| {
-                let place = path.display().to_string();
-                Failure::input("io::write", format!("cannot make a run folder: {error}"))
-                    .at(place)
-                    .help("name a folder that may be written with `--record DIR`")
-            },
-        )?),
-    };
-    cell.cancel().clear();
-    let run = cell.run(call, recorder, Box::new(Console::new(*style)));
+    let recorder = Recorder::create(root, &stamp(), &call.name.text).map_err(|(path, error)| {
+        Failure::input("io::write", format!("cannot make a run folder: {error}"))
+            .at(path.display().to_string())
+            .help("name a folder that may be written with `--record DIR`")
+    })?;
+    let run = cell.run(call, Some(recorder), Box::new(Console::new(*style)));
     let run = run.map_err(|error| report::cell_failure(&error, style))?;
     style.say(report::run::ending(&run, style));
     Ok(run)

@@ -509,7 +509,11 @@ impl Stage {
         let from = self.body.arm().feedback()?.q_cmd;
         let cleared = self.cell.limits.clear(&self.cell, trajectory, &from)?;
         let (watcher, cancel) = (self.watcher.clone(), self.cancel.clone());
-        self.body.arm().follow(&cleared, &cancel, &mut ticks(&watcher))?;
+        if let Err(error) = self.body.arm().follow(&cleared, &cancel, &mut ticks(&watcher)) {
+            // The motion was cut short: the next plan begins where the arm was left, not at the path's end.
+            self.find_arm()?;
+            return Err(error.into());
+        }
         if let Some(last) = path.last() {
             self.q.clone_from(last);
         }

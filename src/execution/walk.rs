@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use crate::graph::{Condition, Does, ParseGraph, Step, fluent};
 use crate::language::Library;
-use crate::language::ast::{Expr, ExprKind};
+use crate::language::ast::{BinaryOp, Expr, ExprKind};
 use crate::language::text;
 use crate::units::{Dimension, Quantity};
 use crate::world::fluent::{Evaluator, Fact, Facts, Reading};
@@ -205,6 +205,23 @@ impl<'a> Walker<'a> {
         conditions.iter().any(|c| self.read(&c.expr, state).truth == Some(true))
     }
 
+    /// Returns what is known at the end of a step that a person or a device cut short.
+    ///
+    /// # Errors
+    ///
+    /// When the arm does not answer.
+    pub fn interrupted(
+        &self,
+        pg: &ParseGraph,
+        index: usize,
+        begin: f64,
+        watched: &[Expr],
+        why: &ActionError,
+    ) -> Result<Done, ActionError> {
+        let reason = Some(why.to_string());
+        self.done(&pg.steps[index], index, begin, watched, Outcome::Stopped, reason)
+    }
+
     /// Returns the first condition that is false, with its margin, in words.
     pub fn unmet(&self, conditions: &[Condition], state: &WorldState) -> Option<String> {
         conditions.iter().find_map(|condition| {
@@ -234,17 +251,13 @@ impl<'a> Walker<'a> {
         reason: Option<String>,
     ) -> Result<Done, ActionError> {
         let state = self.scripts.stage().state()?;
-        let promised: Vec<(String, bool)> = step
-            .gives
-            .iter()
-            .flat_map(|condition| fluent::atoms(&condition.expr))
-            .map(|(atom, is_negated)| (text::expr(atom), !is_negated))
-            .collect();
+        // A step that did not end by itself promises nothing.
+        let promised = if outcome == Outcome::Stopped { &[][..] } else { &step.gives[..] };
         let fluents = watched
             .iter()
             .map(|expr| {
                 let text = text::expr(expr);
-                let expected = promised.iter().find(|(atom, _)| *atom == text).map(|(_, truth)| *truth);
+                let expected = promised.iter().find_map(|given| promise(&given.expr, &text));
                 let ask = self.question(expr);
                 FluentReading { expected, ask, reading: self.read(expr, &state), text }
             })
@@ -261,6 +274,20 @@ impl<'a> Walker<'a> {
                 object.map_or_else(|| name.to_owned(), |object| object.looks.clone())
             })
         })
+    }
+}
+
+/// Returns what a promise says of the fluent written `text`: `p and not q` says yes of `p` and no of `q`.
+fn promise(given: &Expr, fluent: &str) -> Option<bool> {
+    if text::expr(given) == fluent {
+        return Some(true);
+    }
+    match &given.kind {
+        ExprKind::Not(inner) => (text::expr(inner) == fluent).then_some(false),
+        ExprKind::Binary(a, BinaryOp::And, b) => {
+            promise(a, fluent).or_else(|| promise(b, fluent))
+        }
+        _ => None,
     }
 }
 

@@ -25,7 +25,15 @@ struct Session<'a> {
     cell: WorkCell,
     style: &'a Style,
     perform: Perform<'a>,
-    last: Option<Run>,
+    last: Option<Last>,
+}
+
+/// What came of the last call.
+enum Last {
+    /// It was carried out, well or not.
+    Run(Box<Run>),
+    /// Nothing was done, and why.
+    Failure(Failure),
 }
 
 /// Whether the loop goes on.
@@ -140,14 +148,19 @@ impl Session<'_> {
         if line.is_empty() || line.starts_with("//") {
             return Next::Prompt;
         }
+        // A wish to stop was about an earlier line.
+        self.cell.cancel().clear();
         if let Some(name) = line.strip_prefix('?') {
             self.tell_about(name.trim());
         } else if let Some(command) = line.strip_prefix(':') {
             return self.command(command);
         } else if let Some(step) = self.read(line) {
             match (self.perform)(&mut self.cell, &step) {
-                Ok(run) => self.last = Some(run),
-                Err(failure) => self.style.failure(&failure),
+                Ok(run) => self.last = Some(Last::Run(Box::new(run))),
+                Err(failure) => {
+                    self.style.failure(&failure);
+                    self.last = Some(Last::Failure(failure));
+                }
             }
         }
         Next::Prompt
@@ -241,7 +254,8 @@ impl Session<'_> {
 
     fn why(&self) {
         match &self.last {
-            Some(run) => self.style.say(report::run::why(run)),
+            Some(Last::Run(run)) => self.style.say(report::run::why(run)),
+            Some(Last::Failure(failure)) => self.style.failure(failure),
             None => self.style.say("nothing has run yet"),
         }
     }

@@ -42,13 +42,22 @@ pub struct Failure {
     pub place: Option<String>,
     /// What would help.
     pub help: Option<String>,
+    /// Whether a person has been shown it already, as a mistake drawn into its text.
+    pub is_shown: bool,
     exit: u8,
 }
 
 impl Failure {
     /// Bad usage or input: exit code 2.
     pub fn input(code: &str, message: impl Into<String>) -> Self {
-        Self { code: code.into(), message: message.into(), place: None, help: None, exit: 2 }
+        Self {
+            code: code.into(),
+            message: message.into(),
+            place: None,
+            help: None,
+            is_shown: false,
+            exit: 2,
+        }
     }
 
     /// Done, and the answer is no: exit code 1.
@@ -132,6 +141,9 @@ impl Style {
             }}));
             return;
         }
+        if failure.is_shown {
+            return;
+        }
         let mut text = format!("{} {}", self.red("error:"), failure.message);
         if let Some(place) = &failure.place {
             text += &format!("\n  --> {place}");
@@ -201,13 +213,16 @@ fn texts_failure(wrong: &[(Diagnostic, Source)], style: &Style) -> Failure {
         return Failure::input("task::empty", "there is nothing to run")
             .help("type a call such as `pour(jar, cup)`");
     };
+    let (line, column) = source.line_column(first.span.from);
+    let count = wrong.iter().filter(|(d, _)| d.is_error()).count();
     if !style.json {
         for (each, source) in wrong {
             complain(diagnostic(each, source, style).trim_end());
         }
+        if count > 1 {
+            complain(&format!("{} {count} mistakes; nothing was done", style.red("error:")));
+        }
     }
-    let (line, column) = source.line_column(first.span.from);
-    let count = wrong.iter().filter(|(d, _)| d.is_error()).count();
     let message = match count {
         0 | 1 => first.message.clone(),
         n => format!("{n} mistakes in the text; the first: {}", first.message),
@@ -215,6 +230,7 @@ fn texts_failure(wrong: &[(Diagnostic, Source)], style: &Style) -> Failure {
     let mut failure = Failure::input(first.code, message)
         .at(format!("{}:{line}:{column}", source.name));
     failure.help.clone_from(&first.help);
+    failure.is_shown = !style.json;
     failure
 }
 
@@ -248,10 +264,15 @@ pub fn cell_failure(error: &workcell::Error, style: &Style) -> Failure {
         Error::Lab(_) => Failure::input("lab::settings", words),
         Error::Calibrate(_) => Failure::no("align::failed", words)
             .help("is the table in the picture, and do its dots match the scene's `marks`?"),
+        Error::NotSeen(_) => Failure::no("camera::not_seen", words)
+            .help("clear the view and try again; nothing has moved towards it"),
+        Error::OutOfReach { object, .. } => Failure::no("plan::out_of_reach", words)
+            .at(object.clone())
+            .help("move it nearer to the arm; nothing has moved"),
         Error::Needs { .. } => Failure::no("run::needs", words)
-            .help("put it right on the table and try again; `:objects` shows what is seen and where"),
+            .help("make it true first; nothing has moved"),
         Error::NoSurvivor { .. } => Failure::no("plan::no_survivor", words)
-            .help("move the objects apart or nearer to the arm, or try another `--seed`; nothing has moved"),
+            .help("move the objects closer together or nearer to the arm; none has been touched"),
         Error::NothingToDo => Failure::input("run::empty", words),
         Error::Action(action) => match action {
             ActionError::Stopped => Failure::stopped(words),

@@ -26,7 +26,7 @@ use crate::execution::trace::{Event, Observer};
 use crate::execution::walk::Walker;
 use crate::graph::{self, Graph, ParseGraph, infer};
 use crate::lab::{Lab, LabSettings};
-use crate::language::ast::{Call, Expr, Step};
+use crate::language::ast::{BinaryOp, Call, Expr, ExprKind, Step};
 use crate::language::{Diagnostic, Library, Source};
 use crate::motion::robot::Robot;
 use crate::twin::Settings;
@@ -64,16 +64,30 @@ pub enum Error {
     Lab(String),
     /// The camera's picture cannot be aligned.
     #[error("{0}")]
-    Calibrate(#[from] calibrate::Error),
-    /// What the call needs is not so; nothing has moved.
-    #[error("{call} needs {unmet}; nothing has moved")]
+    Calibrate(calibrate::Error),
+    /// Objects the call needs are not where the camera looks.
+    #[error("{} cannot be seen: {}", .0.iter().map(|(o, _)| format!("`{o}`")).collect::<Vec<_>>().join(", "),
+        .0.iter().map(|(_, why)| why.as_str()).collect::<Vec<_>>().join("; "))]
+    NotSeen(Vec<(String, String)>),
+    /// The arm does not get at an object the call needs; nothing has moved.
+    #[error("`{object}` is {:.0} mm out of reach", .by * 1e3)]
+    OutOfReach {
+        /// Which.
+        object: String,
+        /// How far, m.
+        by: f64,
+    },
+    /// What the call needs is false before it begins; nothing has moved.
+    #[error("`{call}` needs `{what}`, which is false{by}")]
     Needs {
         /// The call.
         call: String,
-        /// The condition, and by how much it is false.
-        unmet: String,
+        /// The condition.
+        what: String,
+        /// By how much, in words: ` by 3 mm`.
+        by: String,
     },
-    /// Everything failed in the twin; nothing has moved.
+    /// Everything failed in the twin.
     #[error("none of {tried} candidates survived the twin; the best failed at {step}: {reason}")]
     NoSurvivor {
         /// How many were tried.
@@ -293,19 +307,39 @@ impl WorkCell {
         Ok(())
     }
 
-    /// Refuses a call whose own needs are false, before anything has moved for it.
-    fn refuse_early(&self, graph: &Graph) -> Result<(), Error> {
-        let start = self.state()?;
-        let Some(best) = self.parses(graph, &start, 1)?.into_iter().next() else {
-            return Err(Error::NothingToDo);
+    /// Says which of the call's own needs is false now; what nobody knows does not stand in the way.
+    fn check_needs(&self, graph: &Graph) -> Result<(), Error> {
+        let state = self.state()?;
+        let likeliest = self.parses(graph, &state, 1)?;
+        let Some(first) = likeliest.first().and_then(|pg| pg.steps.first()) else {
+            return Ok(());
         };
-        let Some(first) = best.steps.first() else { return Err(Error::NothingToDo) };
         let scene = self.cell.scene.clone();
-        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, &start);
-        match walker.unmet(&first.needs, &start) {
-            Some(unmet) => Err(Error::Needs { call: best.call.clone(), unmet }),
-            None => Ok(()),
+        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, &state);
+        let root = &graph.root().path;
+        let own = first.needs.iter().filter(|need| need.owner == *root);
+        for part in own.flat_map(|need| parts(&need.expr)) {
+            let reading = walker.read(part, &state);
+            if reading.truth != Some(false) {
+                continue;
+            }
+            let by = reading.margin.map_or(0.0, |margin| margin.value.abs());
+            return Err(match about(part) {
+                Some(("reachable", object)) => Error::OutOfReach { object, by },
+                Some(("visible", object)) => {
+                    Error::NotSeen(vec![(object, "nothing in the picture looks like it".into())])
+                }
+                _ => Error::Needs {
+                    call: graph.root().label.clone(),
+                    what: crate::language::text::expr(part),
+                    by: reading.margin.map_or_else(String::new, |mut margin| {
+                        margin.value = margin.value.abs();
+                        format!(" by {margin}")
+                    }),
+                },
+            });
         }
+        Ok(())
     }
 
     /// Returns up to `k` parse graphs that differ in what people choose, the likeliest first.
@@ -412,6 +446,25 @@ pub fn scene_of(library: &Library, source: Option<usize>) -> Result<Scene, Error
         .map_err(|wrong| Error::Text(with_sources(library, wrong.into_iter())))
 }
 
+/// Returns what must all hold for a condition to hold.
+fn parts(condition: &Expr) -> Vec<&Expr> {
+    match &condition.kind {
+        ExprKind::Binary(a, BinaryOp::And, b) => {
+            parts(a).into_iter().chain(parts(b)).collect()
+        }
+        _ => vec![condition],
+    }
+}
+
+/// Returns the name and the first argument of a fluent: `reachable` and `cup` of `reachable(cup)`.
+fn about(fluent: &Expr) -> Option<(&str, String)> {
+    let ExprKind::Call(call) = &fluent.kind else { return None };
+    match &call.args.first()?.values.first()?.kind {
+        ExprKind::Name(object) => Some((&call.name.text, object.clone())),
+        _ => None,
+    }
+}
+
 /// Puts beside each diagnostic the text it is about.
 fn with_sources(
     library: &Library,
@@ -423,6 +476,16 @@ fn with_sources(
             (diagnostic, source)
         })
         .collect()
+}
+
+impl From<calibrate::Error> for Error {
+    fn from(error: calibrate::Error) -> Self {
+        match error {
+            // A stop is a stop wherever it reaches the arm.
+            calibrate::Error::Action(error) => Self::Action(error),
+            other => Self::Calibrate(other),
+        }
+    }
 }
 
 impl From<DeviceError> for Error {

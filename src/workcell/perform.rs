@@ -135,22 +135,38 @@ impl WorkCell {
             observers.push(Box::new(Shared(recorder.clone())));
         }
         self.watched_by(observers);
-        let mut run = self.blank(call);
-        let ended = self.carry(call, &mut run, recorder.as_ref());
-        self.watched_by(Vec::new());
-        if let Some(recorder) = recorder {
-            let mut recorder = recorder.lock().unwrap_or_else(PoisonError::into_inner);
+        let total = self.now();
+        let mut run = self.nothing_done(call);
+        if let Some(recorder) = &recorder {
+            let recorder = recorder.lock().unwrap_or_else(PoisonError::into_inner);
             run.run_dir = Some(recorder.dir().display().to_string());
-            if let Err(error) = &ended {
-                run.reason = Some(error.to_string());
-            }
-            save(&mut recorder, &run)?;
         }
-        ended.map(|()| run)
+        let carried = self.carry(call, &mut run, recorder.as_ref());
+        self.watched_by(Vec::new());
+        // Decisions of a performance that was cut short are not for whatever comes next.
+        self.scripts.stage().set_tape(Tape::recording());
+        run.timing_s.total = self.now() - total;
+        let carried = match carried {
+            Err(Error::Action(ActionError::Stopped)) => {
+                run.outcome = Ending::Stopped;
+                Ok(())
+            }
+            Err(error) => {
+                run.reason = Some(error.to_string());
+                // Once something was done there is a run to speak of.
+                if run.steps.is_empty() { Err(error) } else { Ok(()) }
+            }
+            Ok(()) => Ok(()),
+        };
+        // Whatever happened, the folder holds a whole document.
+        let saved = recorder.map_or(Ok(()), |recorder| {
+            save(&mut recorder.lock().unwrap_or_else(PoisonError::into_inner), &run)
+        });
+        carried.and(saved).map(|()| run)
     }
 
-    /// Returns the record of a run that has not begun.
-    fn blank(&self, call: &Call) -> Run {
+    /// Returns the run of a call of which nothing has been done yet.
+    fn nothing_done(&self, call: &Call) -> Run {
         Run {
             task: crate::language::text::call(call),
             outcome: Ending::Failure,
@@ -175,7 +191,7 @@ impl WorkCell {
         run: &mut Run,
         recorder: Option<&SharedRecorder>,
     ) -> Result<(), Error> {
-        let total = self.now();
+        let begin = self.now();
         // The call is understood before anything is done for it.
         let graph = self.graph(call)?;
         if let Some(recorder) = recorder {
@@ -185,21 +201,57 @@ impl WorkCell {
             recorder.write("graph.svg", &drawing).map_err(|error| Error::File { path, error })?;
         }
         self.phase("perceive", "calibrating and looking");
+        // What the call needs and does not find is said before the arm moves for regression 3.
         self.perceive()?;
-        self.refuse_early(&graph)?;
+        self.check_needs(&graph)?;
         self.align_robot()?;
-        run.timing_s.perceive = self.now() - total;
+        run.timing_s.perceive = self.now() - begin;
         let start = self.state()?;
-        let result = self.attempt(&graph, &start, run, recorder);
-        run.timing_s.total = self.now() - total;
-        match result {
-            Ok(()) => {}
-            Err(Error::Action(ActionError::Stopped)) => run.outcome = Ending::Stopped,
-            // Nothing was performed, so there is nothing to weigh.
-            Err(error) if run.steps.is_empty() => return Err(error),
-            Err(error) => run.reason = Some(error.to_string()),
+        let attempted = self.attempt(&graph, &start, run, recorder);
+        let weighing = self.scales.as_mut().and_then(|scales| scales.weigh());
+        if let Some(weighing) = &weighing {
+            run.water = Some(self.water(call, weighing));
         }
-        run.water = self.weigh(call);
+        attempted?;
+        if run.outcome == Ending::Success {
+            self.judge(&graph, &start, weighing.as_ref(), run)?;
+        }
+        Ok(())
+    }
+
+    /// Reads at the end what the call itself gives, with the scales' word on the water where there are
+    /// scales: a false promise makes the run a failure, and only what is known to be true is reached.
+    fn judge(
+        &self,
+        graph: &Graph,
+        start: &WorldState,
+        weighing: Option<&Weighing>,
+        run: &mut Run,
+    ) -> Result<(), Error> {
+        let mut state = self.state()?;
+        if let Some(weighing) = weighing {
+            state.spilt = Some(weighing.spilt);
+            for (vessel, water) in &weighing.water {
+                if let Some(object) = state.object_mut(vessel) {
+                    object.water = Some(*water);
+                }
+            }
+        }
+        let scene = self.cell.scene.clone();
+        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, start);
+        let last = run.parse_graphs.last().and_then(|pg| pg.steps.last());
+        let given: Vec<_> = last
+            .map_or(&[][..], |step| &step.gives)
+            .iter()
+            .filter(|given| given.owner == graph.root().path)
+            .cloned()
+            .collect();
+        if let Some(broken) = walker.unmet(&given, &state) {
+            run.outcome = Ending::Failure;
+            run.reason = Some(format!("at the end it should have made true {broken}"));
+        }
+        run.reached =
+            given.iter().all(|given| walker.read(&given.expr, &state).truth == Some(true));
         Ok(())
     }
 
@@ -225,7 +277,6 @@ impl WorkCell {
             run.timing_s.execute += self.now() - begin;
             let Some((index, reason)) = failed? else {
                 run.outcome = Ending::Success;
-                run.reached = true;
                 return Ok(());
             };
             self.note(&format!("step failed: {reason}"));
@@ -355,13 +406,20 @@ impl WorkCell {
                 path: pg.steps[index].path.clone(),
             });
             self.photo_for_run(&format!("{number:02}-before-real"))?;
-            if k > 0 {
-                self.twin_picture(&format!("{number:02}-before-twin"), &rehearsal.views[k - 1]);
-            }
-            let done = {
+            let before = if k == 0 { &rehearsal.start } else { &rehearsal.views[k - 1] };
+            self.twin_picture(&format!("{number:02}-before-twin"), before);
+            let begin = self.state()?.time;
+            let (done, cut_short) = {
                 let mut walker =
                     Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, start);
-                walker.step(pg, index, &watched)?
+                match walker.step(pg, index, &watched) {
+                    Ok(done) => (done, None),
+                    // The step is recorded as far as it came.
+                    Err(error) => (
+                        walker.interrupted(pg, index, begin, &watched, &error)?,
+                        Some(error),
+                    ),
+                }
             };
             let twin = rehearsal.steps.get(k);
             let comparison = monitor::compare(twin.map_or(&[], |t| &t.fluents), &done.fluents);
@@ -379,6 +437,9 @@ impl WorkCell {
             self.photo_for_run(&format!("{number:02}-after-real"))?;
             if let Some(view) = rehearsal.views.get(k) {
                 self.twin_picture(&format!("{number:02}-after-twin"), view);
+            }
+            if let Some(error) = cut_short {
+                return Err(error.into());
             }
             if failed.is_some() {
                 break;
@@ -432,8 +493,8 @@ impl WorkCell {
     }
 
     /// Returns what the scales say about a call's first two vessels.
-    fn weigh(&mut self, call: &Call) -> Option<Water> {
-        let Weighing { water, spilt } = self.scales.as_mut()?.weigh()?;
+    fn water(&self, call: &Call, weighing: &Weighing) -> Water {
+        let Weighing { water, spilt } = weighing;
         let named: Vec<String> = call
             .args
             .iter()
@@ -446,12 +507,12 @@ impl WorkCell {
             let found = name.and_then(|name| water.iter().find(|(vessel, _)| vessel == name));
             found.map_or(0.0, |(_, volume)| volume * 1e6)
         };
-        Some(Water {
+        Water {
             in_source_ml: of(named.first()),
             in_target_ml: of(named.get(1)),
             spilt_ml: spilt * 1e6,
             measured_by: self.robot_name.clone(),
-        })
+        }
     }
 }
 

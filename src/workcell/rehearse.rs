@@ -63,6 +63,8 @@ pub struct Rehearsal {
     pub candidate: Candidate,
     /// How each step went, from `candidate.from` on.
     pub steps: Vec<Done>,
+    /// What the twin looked like before the first step.
+    pub start: View,
     /// What the twin looked like after each step.
     pub views: Vec<View>,
     /// Every decision.
@@ -155,6 +157,10 @@ impl Rehearsals<'_> {
         let scene = self.cell.scene.clone();
         let mut walker = Walker::new(&scripts, self.stdlib, self.library, &scene, self.start);
         let watched = candidate.pg.fluents();
+        let start = super::picture::view(
+            &twin.lock().unwrap_or_else(PoisonError::into_inner),
+            self.look,
+        );
         let (mut steps, mut views) = (Vec::new(), Vec::new());
         let mut success = true;
         for index in candidate.from..candidate.pg.steps.len() {
@@ -176,6 +182,6 @@ impl Rehearsals<'_> {
             time: state.time - self.state.time,
         };
         let tape = scripts.stage().tape().clone();
-        Ok(Rehearsal { candidate, steps, views, tape, worth })
+        Ok(Rehearsal { candidate, steps, start, views, tape, worth })
     }
 }
