@@ -212,7 +212,9 @@ const NEEDED: usize = 6;
 /// Regression 3: the arm visits points, the camera says where the marker ball is.
 fn align_robot(stage: &mut Stage, calibration: &mut Calibration) -> Result<(), Error> {
     let scene = stage.cell().scene.clone();
-    let marker = super::real::marker();
+    let Some(marker) = stage.cell().robot.marker().copied() else {
+        return Err(Error::Alignment("the robot's side file describes no marker ball".into()));
+    };
     let flange_from_tool = stage.cell().robot.flange_from_tool();
     let mut seen = Vec::new();
     let visits = visits(&scene);

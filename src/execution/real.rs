@@ -11,7 +11,7 @@ use image::GrayImage;
 use crate::alignment::overlay::annotate;
 use crate::alignment::vision::{self, Sighting};
 use crate::motion::ik::Solver;
-use crate::twin::render::{ArmLook, Marker, NOTHING, Options, TABLE, View, render};
+use crate::twin::render::{ArmLook, NOTHING, Options, TABLE, View, render};
 use crate::world::frame::{Object, Tool, World};
 use crate::world::{ObjectState, Pose, Scene, WorldState};
 
@@ -313,9 +313,4 @@ fn summary(seen: &Sighting) -> String {
             seen.reason.as_deref().unwrap_or("nothing in the picture looks like it")
         ),
     }
-}
-
-/// The ball on the gripper that the camera looks for.
-pub fn marker() -> Marker {
-    Marker::default()
 }

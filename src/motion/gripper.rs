@@ -1,7 +1,7 @@
 //! What planning a grasp needs to know of the gripper: which links are jaws, and where the palm is.
 
 use super::Robot;
-use super::robot::Drive;
+use super::robot::{Drive, Joint, Motion};
 use super::solid::Solid;
 
 /// The flat of the hand between the jaws, seen from the tool centre point.
@@ -14,17 +14,23 @@ pub struct Palm {
 }
 
 impl Robot {
-    /// Returns the names of the links that the gripper's opening moves.
+    /// Returns the indices of the links that slide with the gripper's opening.
+    pub fn jaws(&self) -> impl Iterator<Item = usize> {
+        let slides = |joint: &Joint| {
+            joint.motion == Motion::Slide && matches!(joint.drive, Drive::Jaw { .. })
+        };
+        (0..self.links.len()).filter(move |&link| slides(&self.links[link].joint))
+    }
+
+    /// Returns the names of the links that slide with the gripper's opening.
     pub fn jaw_links(&self) -> impl Iterator<Item = &str> {
-        let moved = |drive| matches!(drive, Drive::Jaw { multiplier, .. } if multiplier != 0.0);
-        self.links.iter().filter(move |link| moved(link.joint.drive)).map(|link| link.name.as_str())
+        self.jaws().map(|link| self.links[link].name.as_str())
     }
 
     /// Returns the palm: the foremost face of what carries the jaws; `None` without jaws or a tool.
     pub fn palm(&self) -> Option<Palm> {
         let tool = self.tool?;
-        let jaw = self.links.iter().find(|link| matches!(link.joint.drive, Drive::Jaw { .. }))?;
-        let hand = jaw.parent?;
+        let hand = self.links[self.jaws().next()?].parent?;
         let poses = self.link_poses(&vec![0.0; self.n_joints()], 0.0).ok()?;
         let tool_from_hand = poses[tool].inverse() * poses[hand];
         let faces = self.links[hand].collision.iter().map(|placed| {

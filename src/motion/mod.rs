@@ -8,7 +8,9 @@
 mod error;
 mod side;
 mod tree;
+mod urdf;
 pub mod solid;
+pub mod inertial;
 pub mod robot;
 pub mod kinematics;
 pub mod gripper;
@@ -24,4 +26,5 @@ pub mod cartesian;
 pub mod answer;
 
 pub use error::Error;
+pub use inertial::Inertial;
 pub use robot::Robot;

@@ -30,7 +30,6 @@ use crate::language::ast::{BinaryOp, Call, Expr, ExprKind, Step};
 use crate::language::{Diagnostic, Library, Source};
 use crate::motion::robot::Robot;
 use crate::twin::Settings;
-use crate::twin::physics::ArmModel;
 use crate::twin::render::{ArmLook, View};
 use crate::world::{Scene, WorldState};
 
@@ -149,7 +148,6 @@ pub struct WorkCell {
     library: Library,
     stdlib: Stdlib,
     cell: Cell,
-    arm: ArmModel,
     look: ArmLook,
     settings: Settings,
     scripts: Scripts,
@@ -184,14 +182,13 @@ impl WorkCell {
 
         let robot = Arc::new(Robot::gen3());
         let cell = Cell { robot: robot.clone(), scene: scene.clone(), limits: Limits::default() };
-        let urdf = options.stdlib.file("robots/gen3_2f85/gen3_2f85.urdf").unwrap_or_default();
-        let arm = ArmModel::from_urdf_text(urdf, "tool_frame").map_err(twin_failed)?;
-        let look = ArmLook::from_urdf_text(urdf).map_err(twin_failed)?;
+        let look = ArmLook::new(&robot);
         let settings = match options.robot.as_str() {
             "twin" => LabSettings::perfect(),
             _ => options.lab,
         };
-        let lab = Lab::new(urdf, &scene, settings, options.seed).map_err(|e| Error::Lab(e.to_string()))?;
+        let lab = Lab::new(&robot, &scene, settings, options.seed)
+            .map_err(|error| Error::Lab(error.to_string()))?;
         let lab: SharedLab = Arc::new(Mutex::new(lab));
         let fan: Arc<Mutex<Fan>> = Arc::default();
         let cancel = Cancel::default();
@@ -216,8 +213,7 @@ impl WorkCell {
         Ok(Self {
             library,
             cell,
-            settings: Settings::for_arm(&arm),
-            arm,
+            settings: Settings::for_arm(&robot),
             look,
             stdlib: options.stdlib,
             scripts: Scripts::new(stage),
@@ -480,10 +476,6 @@ fn with_sources(
             (diagnostic, source)
         })
         .collect()
-}
-
-fn twin_failed(error: crate::twin::Error) -> Error {
-    Error::Lab(error.to_string())
 }
 
 impl From<calibrate::Error> for Error {

@@ -346,7 +346,6 @@ impl WorkCell {
         let finished = Mutex::new(0_usize);
         let tried = Rehearsals {
             cell: &self.cell,
-            arm: &self.arm,
             look: &self.look,
             settings: &self.settings,
             stdlib: &self.stdlib,

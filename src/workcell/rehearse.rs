@@ -17,7 +17,6 @@ use crate::execution::walk::{Done, Walker};
 use crate::execution::arm::Cancel;
 use crate::graph::ParseGraph;
 use crate::language::Library;
-use crate::twin::physics::ArmModel;
 use crate::twin::render::{ArmLook, View};
 use crate::twin::{Settings, Twin};
 use crate::world::WorldState;
@@ -87,8 +86,6 @@ impl Rehearsal {
 pub struct Rehearsals<'a> {
     /// Robot, scene, limits.
     pub cell: &'a Cell,
-    /// The twin's arm.
-    pub arm: &'a ArmModel,
     /// How the arm looks.
     pub look: &'a ArmLook,
     /// The twin's settings.
@@ -140,7 +137,7 @@ impl Rehearsals<'_> {
         // The plan knows better than the encoders where the arm is.
         let state = WorldState { q: self.q.to_vec(), ..self.state.clone() };
         let failed = |error| ActionError::Refused(format!("the twin cannot be built: {error}"));
-        let mut twin = Twin::new(self.arm, &self.cell.scene, &state, settings).map_err(failed)?;
+        let mut twin = Twin::new(&self.cell.robot, &self.cell.scene, &state, settings).map_err(failed)?;
         if state.held.is_some() {
             // The fingers take hold in the first tenths of a second.
             twin.run(0.3).map_err(failed)?;
