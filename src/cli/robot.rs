@@ -115,7 +115,7 @@ pub(super) fn robot(command: &RobotCommand, seed: u64, style: &Style) -> Result<
             let robot = robot_of(&args.which)?;
             let rows = rows_of(&robot, args.q.as_ref(), args.q_file.as_ref())?;
             let found = answer::fk(&robot, &rows).map_err(|error| failure(&error))?;
-            told(style, &found);
+            style.answer(&found);
             Ok(Exit::Yes)
         }
         RobotCommand::Dynamics(args) => {
@@ -124,7 +124,7 @@ pub(super) fn robot(command: &RobotCommand, seed: u64, style: &Style) -> Result<
             let bodies = if args.with_gripper { Bodies::All } else { Bodies::UpToTip };
             let found =
                 answer::dynamics(&robot, bodies, &rows).map_err(|error| failure(&error))?;
-            told(style, &found);
+            style.answer(&found);
             Ok(Exit::Yes)
         }
         RobotCommand::Ik(args) => {
@@ -140,7 +140,7 @@ pub(super) fn robot(command: &RobotCommand, seed: u64, style: &Style) -> Result<
                 Some(_) => rows_of(&robot, args.near.as_ref(), None)?.swap_remove(0),
             };
             let found = answer::ik(&robot, &poses, &near, seed, &mut now_us);
-            told(style, &found);
+            style.answer(&found);
             Ok(if found.solutions.iter().all(|s| matches!(s, answer::IkSolution::Found { .. })) { Exit::Yes } else { Exit::No })
         }
         RobotCommand::Plan(args) => {
@@ -156,13 +156,8 @@ pub(super) fn robot(command: &RobotCommand, seed: u64, style: &Style) -> Result<
             let cancel = Cancel::default();
             let found = answer::plan(&robot, &problem, &settings, cancel.flag(), &mut now_us)
                 .map_err(|error| failure(&error).at(place))?;
-            told(style, &found);
+            style.answer(&found);
             Ok(if matches!(found, answer::PlanAnswer::Found { .. }) { Exit::Yes } else { Exit::No })
         }
     }
-}
-
-/// The answer is numbers either way: the document serves people too.
-fn told(style: &Style, answer: &impl serde::Serialize) {
-    style.document(answer);
 }

@@ -7,12 +7,11 @@
 use std::sync::Arc;
 
 use image::GrayImage;
-use nalgebra::Isometry3;
 
 use crate::alignment::overlay::annotate;
 use crate::alignment::vision::{self, Sighting};
 use crate::motion::ik::Solver;
-use crate::twin::render::{ArmLook, Marker, NOTHING, Options, TABLE, View, render};
+use crate::twin::render::{ArmLook, NOTHING, Options, TABLE, View, render};
 use crate::world::frame::{Object, Tool, World};
 use crate::world::{ObjectState, Pose, Scene, WorldState};
 
@@ -314,17 +313,4 @@ fn summary(seen: &Sighting) -> String {
             seen.reason.as_deref().unwrap_or("nothing in the picture looks like it")
         ),
     }
-}
-
-/// The ball on the gripper that the camera looks for.
-pub fn marker() -> Marker {
-    Marker::default()
-}
-
-/// Returns a rigid motion as the isometry it is; `D` of regression 3 in the form poses are moved by.
-pub fn rigid(matrix: &nalgebra::Matrix4<f64>) -> Isometry3<f64> {
-    let rotation = matrix.fixed_view::<3, 3>(0, 0).into_owned();
-    let rotation = nalgebra::Rotation3::from_matrix(&rotation);
-    let shift = matrix.fixed_view::<3, 1>(0, 3).into_owned();
-    Isometry3::from_parts(shift.into(), rotation.into())
 }

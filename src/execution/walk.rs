@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::graph::{Condition, Does, ParseGraph, Step};
+use crate::graph::{Condition, Does, ParseGraph, Step, fluent};
 use crate::language::Library;
 use crate::language::ast::{BinaryOp, Expr, ExprKind};
 use crate::language::text;
@@ -106,16 +106,18 @@ impl<'a> Walker<'a> {
 
     /// Reads one closed expression now.
     pub fn read(&self, expr: &Expr, state: &WorldState) -> Reading {
-        let facts = BodyFacts(self.scripts);
-        Evaluator {
+        self.evaluate(state, |evaluator| evaluator.read(expr))
+    }
+
+    fn evaluate<T>(&self, state: &WorldState, ask: impl FnOnce(&Evaluator<'_>) -> T) -> T {
+        ask(&Evaluator {
             scene: self.scene,
             state,
             start: self.start,
             fluents: self.library,
             bindings: &BTreeMap::new(),
-            facts: &facts,
-        }
-        .read(expr)
+            facts: &BodyFacts(self.scripts),
+        })
     }
 
     /// Carries out step `index` of `pg` and reads `watched` afterwards.
@@ -190,14 +192,14 @@ impl<'a> Walker<'a> {
             ExprKind::Text(text) => ScriptValue::Name(text.clone()),
             ExprKind::Bool(truth) => ScriptValue::Truth(*truth),
             ExprKind::Literal(quantity) => ScriptValue::Number(quantity.value),
-            _ => {
-                let reading = self.read(expr, state);
-                match (reading.value, reading.truth) {
-                    (Some(quantity), _) => ScriptValue::Number(quantity.value),
-                    (None, Some(truth)) => ScriptValue::Truth(truth),
-                    (None, None) => ScriptValue::Name(text::expr(expr)),
-                }
-            }
+            _ => match self.evaluate(state, |evaluator| evaluator.quantity(expr)) {
+                Ok(Some(quantity)) => ScriptValue::Number(quantity.value),
+                _ => match self.read(expr, state).truth {
+                    Some(truth) => ScriptValue::Truth(truth),
+                    // Nobody knows what it is worth; the script is told what it is.
+                    None => ScriptValue::Name(text::expr(expr)),
+                },
+            },
         }
     }
 
@@ -226,13 +228,17 @@ impl<'a> Walker<'a> {
     pub fn unmet(&self, conditions: &[Condition], state: &WorldState) -> Option<String> {
         conditions.iter().find_map(|condition| {
             let reading = self.read(&condition.expr, state);
-            (reading.truth == Some(false)).then(|| match &reading.margin {
-                Some(margin) => format!("`{}`, which is false by {}", condition.text, {
-                    let mut off = *margin;
-                    off.value = off.value.abs();
-                    off
-                }),
-                None => format!("`{}`, which is false", condition.text),
+            if reading.truth != Some(false) {
+                return None;
+            }
+            // Of a long condition the part that decided is told.
+            let term = if reading.term.is_empty() { &condition.text } else { &reading.term };
+            Some(match reading.margin {
+                Some(Quantity { value, dimension }) => {
+                    let off = Quantity { value: value.abs(), dimension };
+                    format!("`{term}`, which is false by {off}")
+                }
+                None => format!("`{term}`, which is false"),
             })
         })
     }
@@ -263,7 +269,7 @@ impl<'a> Walker<'a> {
     }
 
     fn question(&self, expr: &Expr) -> Option<String> {
-        let questions = crate::graph::fluent::questions(expr, self.library);
+        let questions = fluent::questions(expr, self.library);
         questions.first().map(|question| {
             question.with(|name| {
                 let object = self.scene.object(name);

@@ -3,6 +3,7 @@
 //! Layers below return data. What a person reads comes from here, always in the same order: what, where,
 //! what would help. Colour only repeats what the words say, and is left out for `NO_COLOR` and pipes.
 
+mod numbers;
 pub mod run;
 
 use std::io::{IsTerminal, Write};
@@ -118,6 +119,14 @@ impl Style {
         match serde_json::to_string_pretty(value) {
             Ok(text) => out(&text),
             Err(error) => self.failure(&Failure::input("json", error.to_string())),
+        }
+    }
+
+    /// Tells an answer that is numbers: the document for programs, lines for people.
+    pub fn answer(&self, value: &impl serde::Serialize) {
+        match serde_json::to_value(value) {
+            Ok(value) if !self.json => out(numbers::lines(&value).trim_end()),
+            _ => self.document(value),
         }
     }
 

@@ -14,12 +14,13 @@ use super::{Style, complain};
 pub struct Console {
     style: Style,
     bar: Option<ProgressBar>,
+    before: Vec<FluentRow>,
 }
 
 impl Console {
     /// Speaks in this style.
     pub fn new(style: Style) -> Self {
-        Self { style, bar: None }
+        Self { style, bar: None, before: Vec::new() }
     }
 
     fn clear(&mut self) {
@@ -69,8 +70,9 @@ impl Observer for Console {
             Event::StepEnd { record } => {
                 self.clear();
                 if !self.style.quiet {
-                    self.style.say(step(record, &self.style).trim_end());
+                    self.style.say(step(record, &self.before, &self.style).trim_end());
                 }
+                self.before.clone_from(&record.fluents);
             }
             Event::Tick(_) | Event::Picture { .. } => {}
         }
@@ -83,8 +85,9 @@ impl Drop for Console {
     }
 }
 
-/// Words one step: its line and its fluent table.
-pub fn step(record: &StepRecord, style: &Style) -> String {
+/// Words one step: its line and those of its fluents that are news after the fluents `before` it.
+/// `run.json` keeps them all.
+pub fn step(record: &StepRecord, before: &[FluentRow], style: &Style) -> String {
     let mark = match record.outcome {
         Outcome::Success => style.green("✓"),
         Outcome::Failure => style.red("✗"),
@@ -98,11 +101,7 @@ pub fn step(record: &StepRecord, style: &Style) -> String {
     if let Some(reason) = &record.reason {
         text += &format!("       {}\n", style.red(reason));
     }
-    let told: Vec<_> = record
-        .fluents
-        .iter()
-        .filter(|row| row.twin.is_some() || row.measured.is_some() || row.expected.is_some())
-        .collect();
+    let told: Vec<_> = record.fluents.iter().filter(|row| is_news(row, before)).collect();
     if !told.is_empty() {
         let head = format!(
             "       {:<42} {:<9} {:<6} {:<9} margin",
@@ -114,6 +113,15 @@ pub fn step(record: &StepRecord, style: &Style) -> String {
         text += &fluent(row, style);
     }
     text
+}
+
+/// A fluent is news when the step should have made it true, when it changed, when twin and measurement
+/// differ, and when people are asked about it.
+fn is_news(row: &FluentRow, before: &[FluentRow]) -> bool {
+    let earlier = before.iter().find(|earlier| earlier.name == row.name);
+    let changed = earlier.is_some_and(|e| e.twin != row.twin || e.measured != row.measured);
+    let differs = matches!((row.twin, row.measured), (Some(a), Some(b)) if a != b);
+    row.expected.is_some() || changed || differs || row.ask.is_some()
 }
 
 fn fluent(row: &FluentRow, style: &Style) -> String {

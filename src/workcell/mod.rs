@@ -30,7 +30,6 @@ use crate::language::ast::{BinaryOp, Call, Expr, ExprKind, Step};
 use crate::language::{Diagnostic, Library, Source};
 use crate::motion::robot::Robot;
 use crate::twin::Settings;
-use crate::twin::physics::ArmModel;
 use crate::twin::render::{ArmLook, View};
 use crate::world::{Scene, WorldState};
 
@@ -149,7 +148,6 @@ pub struct WorkCell {
     library: Library,
     stdlib: Stdlib,
     cell: Cell,
-    arm: ArmModel,
     look: ArmLook,
     settings: Settings,
     scripts: Scripts,
@@ -160,7 +158,8 @@ pub struct WorkCell {
     cancel: Cancel,
     clock: fn() -> f64,
     fan: Arc<Mutex<Fan>>,
-    is_aligned: bool,
+    is_camera_aligned: bool,
+    is_robot_aligned: bool,
 }
 
 impl WorkCell {
@@ -183,14 +182,13 @@ impl WorkCell {
 
         let robot = Arc::new(Robot::gen3());
         let cell = Cell { robot: robot.clone(), scene: scene.clone(), limits: Limits::default() };
-        let urdf = options.stdlib.file("robots/gen3_2f85/gen3_2f85.urdf").unwrap_or_default();
-        let arm = ArmModel::from_urdf_text(urdf, "tool_frame").map_err(twin_failed)?;
-        let look = ArmLook::from_urdf_text(urdf).map_err(twin_failed)?;
+        let look = ArmLook::new(&robot);
         let settings = match options.robot.as_str() {
             "twin" => LabSettings::perfect(),
             _ => options.lab,
         };
-        let lab = Lab::new(urdf, &scene, settings, options.seed).map_err(|e| Error::Lab(e.to_string()))?;
+        let lab = Lab::new(&robot, &scene, settings, options.seed)
+            .map_err(|error| Error::Lab(error.to_string()))?;
         let lab: SharedLab = Arc::new(Mutex::new(lab));
         let fan: Arc<Mutex<Fan>> = Arc::default();
         let cancel = Cancel::default();
@@ -215,8 +213,7 @@ impl WorkCell {
         Ok(Self {
             library,
             cell,
-            settings: Settings::for_arm(&arm),
-            arm,
+            settings: Settings::for_arm(&robot),
             look,
             stdlib: options.stdlib,
             scripts: Scripts::new(stage),
@@ -227,7 +224,8 @@ impl WorkCell {
             cancel,
             clock: options.clock,
             fan,
-            is_aligned: false,
+            is_camera_aligned: false,
+            is_robot_aligned: false,
         })
     }
 
@@ -280,39 +278,30 @@ impl WorkCell {
     ///
     /// When the table's marks cannot be found, or a device fails.
     pub fn perceive(&mut self) -> Result<(), Error> {
-        if !self.is_aligned {
-            self.align()?;
+        if !self.is_camera_aligned {
+            calibrate::camera(&mut self.scripts.stage(), self.switches)?;
+            self.is_camera_aligned = true;
         }
-        self.scripts.stage().look()?;
-        Ok(())
+        Ok(self.scripts.stage().look()?)
     }
 
     /// Fits the three regressions anew: camera alignment, intrinsics, robot offset.
     ///
     /// # Errors
     ///
-    /// As [`Self::perceive`].
+    /// As [`Self::perceive`], or when the marker on the gripper is not seen.
     pub fn align(&mut self) -> Result<(), Error> {
-        self.is_aligned = false;
-        let mut stage = self.scripts.stage();
-        calibrate::run(&mut stage, self.switches)?;
-        self.is_aligned = true;
-        Ok(())
+        self.is_camera_aligned = false;
+        self.is_robot_aligned = false;
+        self.perceive()?;
+        self.align_robot()
     }
 
-    /// As [`Self::perceive`], but says what the call needs and does not find before the arm moves, which
-    /// it does for regression 3.
-    fn perceive_for(&mut self, graph: &Graph) -> Result<(), Error> {
-        let calibration = if self.is_aligned {
-            None
-        } else {
-            Some(calibrate::from_photo(&mut self.scripts.stage(), self.switches)?)
-        };
-        self.scripts.stage().look()?;
-        self.check_needs(graph)?;
-        if let Some(calibration) = calibration {
-            calibrate::by_touch(&mut self.scripts.stage(), self.switches, calibration)?;
-            self.is_aligned = true;
+    /// Has the arm visit points before the camera, unless that has been done; then looks again.
+    fn align_robot(&mut self) -> Result<(), Error> {
+        if !self.is_robot_aligned {
+            calibrate::robot(&mut self.scripts.stage(), self.switches)?;
+            self.is_robot_aligned = true;
             self.scripts.stage().look()?;
         }
         Ok(())
@@ -487,10 +476,6 @@ fn with_sources(
             (diagnostic, source)
         })
         .collect()
-}
-
-fn twin_failed(error: crate::twin::Error) -> Error {
-    Error::Lab(error.to_string())
 }
 
 impl From<calibrate::Error> for Error {

@@ -201,7 +201,10 @@ impl WorkCell {
             recorder.write("graph.svg", &drawing).map_err(|error| Error::File { path, error })?;
         }
         self.phase("perceive", "calibrating and looking");
-        self.perceive_for(&graph)?;
+        // What the call needs and does not find is said before the arm moves for regression 3.
+        self.perceive()?;
+        self.check_needs(&graph)?;
+        self.align_robot()?;
         run.timing_s.perceive = self.now() - begin;
         let start = self.state()?;
         let attempted = self.attempt(&graph, &start, run, recorder);
@@ -286,7 +289,11 @@ impl WorkCell {
             let plan = pg.recoveries[recovery].clone();
             *used.entry(plan.path.clone()).or_default() += 1;
             self.note(&format!("recovering: {}", plan.path));
-            self.carry_out(&plan.steps, start, run, recorder)?;
+            if let Err(error) = self.carry_out(&plan.steps, start, run, recorder) {
+                let stopped = matches!(error, Error::Action(ActionError::Stopped));
+                run.reason = Some(format!("{reason}; then the recovery failed: {error}"));
+                return if stopped { Err(error) } else { Ok(()) };
+            }
             match plan.remedy {
                 Some(Remedy::Retry { other, .. }) => {
                     let from = if other {
@@ -333,15 +340,12 @@ impl WorkCell {
         let begin = self.now();
         let n = candidates.len();
         self.phase("simulate", &format!("{n} candidates in the twin"));
-        let mut state = self.state()?;
+        let state = self.state()?;
         let q = self.scripts.stage().planned_q().to_vec();
-        // The twin's arm stands where the plan has it: what the encoders read is off by what regression 3
-        // corrects, and by what a contact bends.
-        state.q.clone_from(&q);
+        let memory = self.scripts.stage().memory().clone();
         let finished = Mutex::new(0_usize);
         let tried = Rehearsals {
             cell: &self.cell,
-            arm: &self.arm,
             look: &self.look,
             settings: &self.settings,
             stdlib: &self.stdlib,
@@ -349,7 +353,7 @@ impl WorkCell {
             state: &state,
             start,
             q: &q,
-            memory: &self.scripts.memory(),
+            memory: &memory,
             seed: self.seed,
             cancel: &self.cancel,
         }

@@ -8,8 +8,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use crate::execution::script::{Memory, Scripts};
-use crate::execution::stage::{ActionError, Cell, Stage};
+use crate::execution::script::Scripts;
+use crate::execution::stage::{ActionError, Cell, Memory, Stage};
 use crate::execution::tape::Tape;
 use crate::execution::trace::{Nobody, Outcome};
 use crate::execution::twin_arm::TwinBody;
@@ -17,7 +17,6 @@ use crate::execution::walk::{Done, Walker};
 use crate::execution::arm::Cancel;
 use crate::graph::ParseGraph;
 use crate::language::Library;
-use crate::twin::physics::ArmModel;
 use crate::twin::render::{ArmLook, View};
 use crate::twin::{Settings, Twin};
 use crate::world::WorldState;
@@ -87,8 +86,6 @@ impl Rehearsal {
 pub struct Rehearsals<'a> {
     /// Robot, scene, limits.
     pub cell: &'a Cell,
-    /// The twin's arm.
-    pub arm: &'a ArmModel,
     /// How the arm looks.
     pub look: &'a ArmLook,
     /// The twin's settings.
@@ -103,7 +100,7 @@ pub struct Rehearsals<'a> {
     pub start: &'a WorldState,
     /// Where the plan has the arm, rad.
     pub q: &'a [f64],
-    /// What earlier actions remembered.
+    /// What actions before this remember.
     pub memory: &'a Memory,
     /// All chance comes from this.
     pub seed: u64,
@@ -137,8 +134,14 @@ impl Rehearsals<'_> {
 
     fn one(&self, candidate: Candidate) -> Result<Rehearsal, ActionError> {
         let settings = Settings { seed: self.seed, ..self.settings.clone() };
-        let twin = Twin::new(self.arm, &self.cell.scene, self.state, settings)
-            .map_err(|error| ActionError::Refused(format!("the twin cannot be built: {error}")))?;
+        // The plan knows better than the encoders where the arm is.
+        let state = WorldState { q: self.q.to_vec(), ..self.state.clone() };
+        let failed = |error| ActionError::Refused(format!("the twin cannot be built: {error}"));
+        let mut twin = Twin::new(&self.cell.robot, &self.cell.scene, &state, settings).map_err(failed)?;
+        if state.held.is_some() {
+            // The fingers take hold in the first tenths of a second.
+            twin.run(0.3).map_err(failed)?;
+        }
         let twin = Arc::new(Mutex::new(twin));
         let stage = Stage::new(
             self.cell.clone(),
@@ -150,7 +153,7 @@ impl Rehearsals<'_> {
             Arc::new(Mutex::new(Nobody)),
         );
         let scripts = Scripts::new(stage);
-        scripts.set_memory(self.memory);
+        scripts.stage().set_memory(self.memory.clone());
         let scene = self.cell.scene.clone();
         let mut walker = Walker::new(&scripts, self.stdlib, self.library, &scene, self.start);
         let watched = candidate.pg.fluents();

@@ -23,7 +23,7 @@ use crate::world::{Pose, WorldState};
 use super::arm::Cancel;
 use super::stage::Cell;
 
-pub use grasp::{Grasp, side_pose};
+pub use grasp::{Grasp, distance, side_pose};
 pub use place::Placement;
 pub use pour::Pour;
 
@@ -91,6 +91,10 @@ impl std::fmt::Display for NoWay {
 
 impl std::error::Error for NoWay {}
 
+/// How far plans keep from the ends of a joint's range, rad: a smooth curve through planned points
+/// swings a little past them, and the correction of regression 3 needs some room too.
+const RESERVE: f64 = 0.03;
+
 /// Plans from one state of the world.
 pub struct Planner {
     cell: Cell,
@@ -142,7 +146,9 @@ impl Planner {
     /// How far out of reach the pose is, m.
     fn reach(&self, tool: &Pose<World, Tool>, near: &[f64]) -> Result<Vec<Vec<f64>>, f64> {
         let options = ik::Options { sweep: 24, ..ik::Options::near(near) };
-        let found = Solver::new(self.robot()).solve(&self.tip(tool), &options, &|_| true);
+        let robot = self.robot();
+        let inside = |q: &[f64]| robot.outside_limits(q, -RESERVE).is_none();
+        let found = Solver::new(robot).solve(&self.tip(tool), &options, &inside);
         found.map_err(|unreachable| unreachable.nearest)
     }
 
@@ -328,8 +334,11 @@ pub fn follow(
 ) -> Result<Vec<f64>, f64> {
     // A continuous motion never moves a joint further than this between two poses, rad.
     const JUMP: f64 = 0.25;
-    let step = |q: &Vec<f64>| grasp::distance(q, last);
-    let nearest = |found: Vec<Vec<f64>>| found.into_iter().min_by(|a, b| step(a).total_cmp(&step(b)));
+    let step = |q: &Vec<f64>| distance(q, last);
+    let inside = |q: &Vec<f64>| solver.robot().outside_limits(q, -0.5 * RESERVE).is_none();
+    let nearest = |found: Vec<Vec<f64>>| {
+        found.into_iter().filter(inside).min_by(|a, b| step(a).total_cmp(&step(b)))
+    };
     // The elbow stays where it is while it can, and moves a little when it must.
     for shift in [0.0, 0.04, -0.04, 0.1, -0.1] {
         let on_branch = nearest(solver.at_joint_3(tip, last[2] + shift, last));

@@ -25,7 +25,7 @@ use rand::{RngExt, SeedableRng, rngs::StdRng};
 pub use kernel::Kernel;
 pub use vessel::Vessel;
 
-use super::physics::Inertia;
+use crate::motion::Inertial;
 use crate::world::Table;
 use grid::Grid;
 
@@ -310,11 +310,11 @@ impl Fluid {
     /// Returns the inertia of the water in vessel `k` as the vessel feels it, in its frame.
     ///
     /// The water turns with its vessel only in part; it is taken as a ball of the same volume.
-    pub fn felt(&self, k: usize) -> Inertia {
+    pub fn felt(&self, k: usize) -> Inertial {
         let (mass, com) = self.vessels[k].felt;
         let radius = (3.0 * mass / WATER_DENSITY / (4.0 * std::f64::consts::PI)).cbrt();
-        let about_com = nalgebra::Matrix3::identity() * (0.4 * mass * radius * radius);
-        Inertia { mass, com, about_com }
+        let inertia = nalgebra::Matrix3::identity() * (0.4 * mass * radius * radius);
+        Inertial { mass, com, inertia }
     }
 
     /// Returns the volume of water in vessel `k`, m³.
