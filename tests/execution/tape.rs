@@ -47,7 +47,7 @@ fn asking_for_something_else_is_off_the_tape() {
 #[test]
 fn a_played_script_moves_as_the_recorded_one() {
     let cancel = Cancel::default();
-    let script = "arm.move_to(twin.pose_named(\"retract\")); arm.move_by([0.0, 0.0, -0.02], 0.3);";
+    let script = "arm.move_by([0.0, 0.0, -0.02], 0.3); arm.move_to(twin.pose_named(\"retract\"));";
     let recorded = scripts(&cancel, Tape::recording());
     recorded.run("go.rhai", script, &Default::default()).unwrap();
     let tape = recorded.stage().tape().clone();
