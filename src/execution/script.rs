@@ -174,6 +174,10 @@ fn translate(file: &str, error: &EvalAltResult) -> ScriptError {
 }
 
 /// Carries an action's error through the engine. A stop cannot be caught by a script, anything else can.
+#[expect(
+    clippy::unnecessary_box_returns,
+    reason = "the engine's functions fail with a boxed error"
+)]
 fn raise(error: ActionError) -> Box<EvalAltResult> {
     let stop = matches!(error, ActionError::Stopped);
     let token = Dynamic::from(error);
@@ -223,7 +227,7 @@ fn bind_values(engine: &mut Engine) {
         .register_get("way_down", |place: &mut Placement| Path(place.way_down.clone()))
         .register_get("way_out", |place: &mut Placement| Path(place.way_out.clone()))
         .register_type_with_name::<Path>("Path")
-        .register_get("length", |path: &mut Path| path.0.len() as INT);
+        .register_get("length", |path: &mut Path| INT::try_from(path.0.len()).unwrap_or(INT::MAX));
 }
 
 /// A joint path in a script's hands.
@@ -254,9 +258,7 @@ fn bind_twin(engine: &mut Engine) {
         .register_fn("position", |twin: &mut Twin, o: &str| {
             twin.stage().position(o).map(array).map_err(raise)
         })
-        .register_fn("volume", |twin: &mut Twin, o: &str| {
-            twin.stage().volume(o).map_err(raise)
-        });
+        .register_fn("volume", |twin: &mut Twin, o: &str| twin.stage().volume(o).map_err(raise));
 }
 
 fn bind_arm(engine: &mut Engine) {
