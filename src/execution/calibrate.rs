@@ -112,9 +112,8 @@ impl Calibration {
 pub fn camera(stage: &mut Stage, switches: Switches) -> Result<(), Error> {
     let scene = stage.cell().scene.clone();
     let mut calibration = Calibration::nominal(&scene);
-    calibration.notes.clear();
     if let Some(photo) = stage.body().photo().map_err(ActionError::from)? {
-        align_camera(&photo, &scene, switches, &mut calibration)?;
+        (calibration.camera, calibration.notes) = from_marks(&photo, &scene, switches)?;
     }
     in_force(stage, calibration, 0)
 }
@@ -145,17 +144,21 @@ fn in_force(stage: &mut Stage, calibration: Calibration, told: usize) -> Result<
     Ok(stage.find_arm()?)
 }
 
-/// Regressions 1 and 2 from one photograph of the table's dots.
-fn align_camera(
+/// Regressions 1 and 2 from one photograph of the table's dots: the camera, and what was fitted in words.
+///
+/// # Errors
+///
+/// When too few dots are found or they do not determine the camera.
+pub fn from_marks(
     photo: &image::RgbImage,
     scene: &Scene,
     switches: Switches,
-    calibration: &mut Calibration,
-) -> Result<(), Error> {
+) -> Result<(Camera, Vec<String>), Error> {
     let guess = scene.camera;
+    let mut notes = Vec::new();
     if !switches.camera && !switches.intrinsics {
-        calibration.notes.push("regressions 1 and 2 left out: the scene file is believed".into());
-        return Ok(());
+        notes.push("regressions 1 and 2 left out: the scene file is believed".into());
+        return Ok((guess, notes));
     }
     let sightings = find_marks(photo, scene, &guess)?;
     let on_table = |idx: usize| {
@@ -179,7 +182,7 @@ fn align_camera(
             sigma: seen.sigma,
         })
         .collect();
-    calibration.notes.push(format!(
+    notes.push(format!(
         "regression 1: {} of {} dots, projective map, rms {:.2} px, camera {}",
         points.len(),
         scene.marks.len(),
@@ -192,9 +195,8 @@ fn align_camera(
         (false, _) => Refine::intrinsics_only(),
     };
     let fit = refine_camera(&guess, &points, &refine)?;
-    calibration.camera = fit.camera;
     let k = fit.camera.intrinsics;
-    calibration.notes.push(format!(
+    notes.push(format!(
         "regression 2: focal {:.1} px, centre ({:.1}, {:.1}) px, k1 {:.4}, rms {:.2} px{}",
         k.fx,
         k.cx,
@@ -203,7 +205,7 @@ fn align_camera(
         fit.rms_px,
         if switches.intrinsics { "" } else { " (left out: the scene file's lens is believed)" },
     ));
-    Ok(())
+    Ok((fit.camera, notes))
 }
 
 /// Fewest points the offset is fitted to.

@@ -82,16 +82,22 @@ impl Belief {
             }
             self.mass = None;
         }
-        let Some(aim) = aim.filter(|_| grip.stalled) else { return };
+        let Some(aim) = aim else { return };
         let Some(object) = self.scene.object(aim) else { return };
         let widths = match object.shape {
             crate::world::Shape::Cuboid { size } => vec![size.x, size.y],
             crate::world::Shape::Cylinder { radius, .. } => vec![2.0 * radius],
         };
         let fits = widths.iter().any(|width| (grip.opening - width).abs() < PAD_TOLERANCE);
-        let known = self.objects.iter().find(|o| o.name == aim).and_then(|o| o.world_from_object);
-        if let (true, Some(pose)) = (fits, known) {
-            self.held = Some((aim.to_owned(), tool.inverse() * pose));
+        let Some(known) = self.objects.iter_mut().find(|o| o.name == aim) else { return };
+        if grip.stalled && fits {
+            if let Some(pose) = known.world_from_object {
+                self.held = Some((aim.to_owned(), tool.inverse() * pose));
+            }
+        } else {
+            // The fingers closed where it should have been, so it is somewhere else: look again.
+            known.world_from_object = None;
+            known.std = f64::INFINITY;
         }
     }
 

@@ -227,7 +227,16 @@ fn bind_values(engine: &mut Engine) {
         .register_get("way_down", |place: &mut Placement| Path(place.way_down.clone()))
         .register_get("way_out", |place: &mut Placement| Path(place.way_out.clone()))
         .register_type_with_name::<Path>("Path")
-        .register_get("length", |path: &mut Path| INT::try_from(path.0.len()).unwrap_or(INT::MAX));
+        .register_get("length", |path: &mut Path| INT::try_from(path.0.len()).unwrap_or(INT::MAX))
+        .register_fn("part", |path: &mut Path, from: INT, to: INT| -> Fallible<Path> {
+            let range = usize::try_from(from).ok().zip(usize::try_from(to).ok());
+            let part = range
+                .and_then(|(from, to)| path.0.get(from..=to.min(path.0.len().saturating_sub(1))));
+            part.map(|part| Path(part.to_vec())).ok_or_else(|| {
+                format!("the path has no part from {from} to {to}; it has {} points", path.0.len())
+                    .into()
+            })
+        });
 }
 
 /// A joint path in a script's hands.
@@ -257,6 +266,9 @@ fn bind_twin(engine: &mut Engine) {
         })
         .register_fn("position", |twin: &mut Twin, o: &str| {
             twin.stage().position(o).map(array).map_err(raise)
+        })
+        .register_fn("enough", |twin: &mut Twin, o: &str, volume: f64| {
+            twin.stage().enough(o, volume).map_err(raise)
         })
         .register_fn("volume", |twin: &mut Twin, o: &str| twin.stage().volume(o).map_err(raise));
 }

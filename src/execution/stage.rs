@@ -309,6 +309,21 @@ impl Stage {
         Ok(ways)
     }
 
+    /// `twin.enough(o, volume)`: whether `o` has gained so much, m³, since the run began in the twin; on the
+    /// arm, which cannot weigh while it pours, what the twin said at this point of the rehearsal.
+    pub fn enough(&mut self, o: &str, volume: f64) -> Result<bool, ActionError> {
+        let taped = self.tape.next("a yes or no", |entry| match entry {
+            Entry::Choice(chosen) => Some(*chosen == 1),
+            _ => None,
+        })?;
+        if let Some(is_enough) = taped {
+            return Ok(is_enough);
+        }
+        let is_enough = self.volume(o)? >= volume;
+        self.tape.record(Entry::Choice(usize::from(is_enough)));
+        Ok(is_enough)
+    }
+
     /// `choose(ways)`: the best one in the first candidate, a good one in the others.
     pub fn choose(&mut self, n: usize) -> Result<usize, ActionError> {
         let taped = self.tape.next("a choice", |entry| match entry {
@@ -503,7 +518,8 @@ impl Stage {
 
     fn grip(&mut self, opening: f64, force: f64) -> Result<Grip, ActionError> {
         let (watcher, cancel) = (self.watcher.clone(), self.cancel.clone());
-        Ok(self.body.arm().grip(opening, 0.06, force, &cancel, &mut ticks(&watcher))?)
+        let grip = self.cell.limits.clear_grip(&self.cell, opening, 0.06, force)?;
+        Ok(self.body.arm().grip(&grip, &cancel, &mut ticks(&watcher))?)
     }
 
     fn taped_path(&mut self) -> Result<Option<Vec<Vec<f64>>>, ActionError> {

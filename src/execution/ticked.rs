@@ -4,7 +4,7 @@
 //! following, gripping, waiting and stopping are written once.
 
 use super::arm::{Arm, Cancel, DeviceError, Feedback, Grip};
-use super::limits::Cleared;
+use super::limits::{Cleared, ClearedGrip};
 
 /// Something with an arm that is stepped through time.
 pub trait Plant: Send {
@@ -133,13 +133,12 @@ impl<P: Plant> Arm for Ticked<P> {
 
     fn grip(
         &mut self,
-        opening: f64,
-        speed: f64,
-        force: f64,
+        grip: &ClearedGrip,
         cancel: &Cancel,
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<Grip, DeviceError> {
-        self.plant.aim(opening, speed, force)?;
+        let opening = grip.opening();
+        self.plant.aim(opening, grip.speed(), grip.force())?;
         let mut last = self.plant.report().opening;
         let mut still = 0;
         // At most five seconds: the slowest fingers need two.

@@ -106,16 +106,18 @@ impl<'a> Walker<'a> {
 
     /// Reads one closed expression now.
     pub fn read(&self, expr: &Expr, state: &WorldState) -> Reading {
-        let facts = BodyFacts(self.scripts);
-        Evaluator {
+        self.evaluate(state, |evaluator| evaluator.read(expr))
+    }
+
+    fn evaluate<T>(&self, state: &WorldState, ask: impl FnOnce(&Evaluator<'_>) -> T) -> T {
+        ask(&Evaluator {
             scene: self.scene,
             state,
             start: self.start,
             fluents: self.library,
             bindings: &BTreeMap::new(),
-            facts: &facts,
-        }
-        .read(expr)
+            facts: &BodyFacts(self.scripts),
+        })
     }
 
     /// Carries out step `index` of `pg` and reads `watched` afterwards.
@@ -190,14 +192,14 @@ impl<'a> Walker<'a> {
             ExprKind::Text(text) => ScriptValue::Name(text.clone()),
             ExprKind::Bool(truth) => ScriptValue::Truth(*truth),
             ExprKind::Literal(quantity) => ScriptValue::Number(quantity.value),
-            _ => {
-                let reading = self.read(expr, state);
-                match (reading.value, reading.truth) {
-                    (Some(quantity), _) => ScriptValue::Number(quantity.value),
-                    (None, Some(truth)) => ScriptValue::Truth(truth),
-                    (None, None) => ScriptValue::Name(text::expr(expr)),
-                }
-            }
+            _ => match self.evaluate(state, |evaluator| evaluator.quantity(expr)) {
+                Ok(Some(quantity)) => ScriptValue::Number(quantity.value),
+                _ => match self.read(expr, state).truth {
+                    Some(truth) => ScriptValue::Truth(truth),
+                    // Nobody knows what it is worth; the script is told what it is.
+                    None => ScriptValue::Name(text::expr(expr)),
+                },
+            },
         }
     }
 

@@ -1,7 +1,7 @@
 //! The run folder: everything a run decided, did and measured, on disk step by step.
 //!
-//! `events.jsonl` is appended and flushed event by event, `arm.csv` is a recording as
-//! [`crate::discovery`] reads it, pictures are PNG files in `frames/`, and `run.json` is written anew
+//! `events.jsonl` is appended and flushed event by event, `arm.csv` is a recording of
+//! commands, joints and torques, pictures are PNG files in `frames/`, and `run.json` is written anew
 //! after each step, so that an interrupted run is still a whole document.
 
 use std::fmt::Write as _;

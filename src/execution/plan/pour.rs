@@ -16,7 +16,7 @@ use super::{Dropped, NoWay, Planner, Why};
 /// How far the jar is turned: past level, so that the last film runs out, rad.
 const TURN: f64 = 115.0 * PI / 180.0;
 /// One joint position every so many rad of the turn.
-const STEP: f64 = 3.0 * PI / 180.0;
+const STEP: f64 = 2.0 * PI / 180.0;
 /// As many ways are kept.
 const KEPT: usize = 8;
 
