@@ -41,7 +41,7 @@ struct CalibrationFile {
 }
 
 /// Aligns the scene's camera by the table's dots where there are enough of them; says so where not.
-fn aligned(image: &image::RgbImage, scene: &Scene, style: &Style) -> Camera {
+fn aligned(image: &image::RgbImage, scene: &Scene, style: Style) -> Camera {
     match calibrate::from_marks(image, scene, Switches::default()) {
         Ok((camera, notes)) => {
             for note in notes {
