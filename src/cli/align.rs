@@ -60,7 +60,7 @@ fn size(text: &str) -> Result<(u32, u32), String> {
 }
 
 /// `trueup align ...`.
-pub(super) fn align(command: &AlignCommand, style: &Style) -> Result<Exit, Failure> {
+pub(super) fn align(command: &AlignCommand, style: Style) -> Result<Exit, Failure> {
     match command {
         AlignCommand::Map { file, model } => {
             let pairs = files::read_map_pairs(&read(file)?).map_err(|e| table(&e, file))?;

@@ -41,7 +41,7 @@ struct CalibrationFile {
 }
 
 /// Aligns the scene's camera by the table's dots where there are enough of them; says so where not.
-fn aligned(image: &image::RgbImage, scene: &Scene, style: &Style) -> Camera {
+fn aligned(image: &image::RgbImage, scene: &Scene, style: Style) -> Camera {
     match calibrate::from_marks(image, scene, Switches::default()) {
         Ok((camera, notes)) => {
             for note in notes {
@@ -63,7 +63,7 @@ fn aligned(image: &image::RgbImage, scene: &Scene, style: &Style) -> Camera {
 pub(super) fn camera(
     command: &CameraCommand,
     scene: Option<&PathBuf>,
-    style: &Style,
+    style: Style,
 ) -> Result<Exit, Failure> {
     let CameraCommand::See(args) = command;
     let library = workcell::library(&workcell::Stdlib::embedded());
@@ -104,14 +104,15 @@ pub(super) fn camera(
     let sightings = vision::see(&image, &camera, &scene, &Options::default())
         .map_err(|error| Failure::input("camera::picture", error.to_string()).at(&place))?;
     if let Some(dir) = &args.out {
-        let written = std::fs::create_dir_all(dir).map_err(image::ImageError::IoError).and_then(|()| {
-            for sighting in &sightings {
-                if let Some(mask) = &sighting.mask {
-                    mask.save(dir.join(format!("{}-mask.png", sighting.name)))?;
+        let written =
+            std::fs::create_dir_all(dir).map_err(image::ImageError::IoError).and_then(|()| {
+                for sighting in &sightings {
+                    if let Some(mask) = &sighting.mask {
+                        mask.save(dir.join(format!("{}-mask.png", sighting.name)))?;
+                    }
                 }
-            }
-            vision::annotate(&image, &sightings).save(dir.join("seen.png"))
-        });
+                vision::annotate(&image, &sightings).save(dir.join("seen.png"))
+            });
         written.map_err(|error| {
             Failure::input("io::write", format!("cannot write pictures: {error}"))
                 .at(dir.display().to_string())

@@ -120,7 +120,7 @@ pub fn main() -> ExitCode {
         }
     };
     let style = Style::detect(cli.common.json, cli.common.quiet);
-    let outcome = dispatch(&cli, &style);
+    let outcome = dispatch(&cli, style);
     ExitCode::from(match outcome {
         Ok(exit) => exit as u8,
         Err(failure) => {
@@ -142,14 +142,16 @@ fn usage(error: &clap::Error) -> Failure {
     Failure::input("usage", what.strip_prefix("error: ").unwrap_or(&what)).help(joined(help, "; "))
 }
 
-fn dispatch(cli: &Cli, style: &Style) -> Result<Exit, Failure> {
+fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
     match (&cli.command, &cli.line) {
         (Some(Command::Run(args)), _) => run::script(args, cli, style),
         (Some(Command::Check(args)), _) => text::check(args, style),
         (Some(Command::Fmt(args)), _) => text::fmt(args, style),
         (Some(Command::Graph(args)), _) => text::graph(args, cli, style),
         (Some(Command::Robot(command)), _) => robot::robot(command, cli.common.seed, style),
-        (Some(Command::Camera(command)), _) => camera::camera(command, cli.cell.scene.as_ref(), style),
+        (Some(Command::Camera(command)), _) => {
+            camera::camera(command, cli.cell.scene.as_ref(), style)
+        }
         (Some(Command::Align(command)), _) => align::align(command, style),
         (None, Some(line)) => run::line(line, cli, style),
         (None, None) if style.json => Err(Failure::input("usage", "the prompt has no JSON form")

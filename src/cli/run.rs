@@ -23,7 +23,10 @@ pub(super) struct RunArgs {
 }
 
 /// Returns seconds since the program could first be asked; only differences mean something.
-#[expect(clippy::disallowed_methods, reason = "the one clock of the program, handed down from here")]
+#[expect(
+    clippy::disallowed_methods,
+    reason = "the one clock of the program, handed down from here"
+)]
 pub(super) fn clock() -> f64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
 }
@@ -123,12 +126,12 @@ fn options(cli: &Cli, script: Option<Source>) -> Result<Options, Failure> {
 }
 
 /// Opens the cell the arguments ask for.
-fn open(cli: &Cli, script: Option<Source>, style: &Style) -> Result<WorkCell, Failure> {
+fn open(cli: &Cli, script: Option<Source>, style: Style) -> Result<WorkCell, Failure> {
     WorkCell::open(options(cli, script)?).map_err(|error| report::cell_failure(&error, style))
 }
 
 /// `trueup run FILE.task`.
-pub(super) fn script(args: &RunArgs, cli: &Cli, style: &Style) -> Result<Exit, Failure> {
+pub(super) fn script(args: &RunArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
     let source = Source::new(args.file.display().to_string(), read(&args.file)?);
     let (program, diagnostics) = language::parse(&source.text);
     if diagnostics.iter().any(language::Diagnostic::is_error) {
@@ -169,10 +172,11 @@ pub(super) fn script(args: &RunArgs, cli: &Cli, style: &Style) -> Result<Exit, F
 }
 
 /// `trueup -c LINE`.
-pub(super) fn line(line: &str, cli: &Cli, style: &Style) -> Result<Exit, Failure> {
+pub(super) fn line(line: &str, cli: &Cli, style: Style) -> Result<Exit, Failure> {
     let source = Source::new("command line", line);
     let (step, diagnostics) = language::parse_line(line);
-    let Some(step) = step.filter(|_| !diagnostics.iter().any(language::Diagnostic::is_error)) else {
+    let Some(step) = step.filter(|_| !diagnostics.iter().any(language::Diagnostic::is_error))
+    else {
         return Err(report::text_failure(&diagnostics, &source, style));
     };
     let mut cell = open(cli, None, style)?;
@@ -189,7 +193,7 @@ pub(super) fn line(line: &str, cli: &Cli, style: &Style) -> Result<Exit, Failure
 }
 
 /// `trueup`: the prompt.
-pub(super) fn prompt(cli: &Cli, style: &Style) -> Result<Exit, Failure> {
+pub(super) fn prompt(cli: &Cli, style: Style) -> Result<Exit, Failure> {
     let cell = open(cli, None, style)?;
     stop_on_interrupt(&cell)?;
     crate::repl::run(cell, style, &|cell, step| one(cell, step, &cli.cell.record, style))?;
@@ -204,12 +208,7 @@ fn stop_on_interrupt(cell: &WorkCell) -> Result<(), Failure> {
 }
 
 /// Carries out one step of a script or one line, recorded in a folder of its own under `root`.
-fn one(
-    cell: &mut WorkCell,
-    step: &Step,
-    root: &Path,
-    style: &Style,
-) -> Result<Run, Failure> {
+fn one(cell: &mut WorkCell, step: &Step, root: &Path, style: Style) -> Result<Run, Failure> {
     let Step::Act(act) = step else {
         return Err(Failure::input("run::not_a_call", "only a call can be run by itself")
             .help("put the steps into a task and call that"));
@@ -221,7 +220,7 @@ fn one(
             .at(path.display().to_string())
             .help("name a folder that may be written with `--record DIR`")
     })?;
-    let run = cell.run(call, Some(recorder), Box::new(Console::new(*style)));
+    let run = cell.run(call, Some(recorder), Box::new(Console::new(style)));
     let run = run.map_err(|error| report::cell_failure(&error, style))?;
     style.say(report::run::ending(&run, style));
     Ok(run)

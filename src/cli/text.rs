@@ -80,8 +80,9 @@ fn task_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
         }
         if found.len() == before {
             let place = path.display().to_string();
-            return Err(Failure::input("io::empty", "there are no `.task` files in the folder")
-                .at(place));
+            return Err(
+                Failure::input("io::empty", "there are no `.task` files in the folder").at(place)
+            );
         }
     }
     found.sort();
@@ -89,7 +90,7 @@ fn task_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
 }
 
 /// `trueup check FILE...`: each file by itself over the stdlib.
-pub(super) fn check(args: &CheckArgs, style: &Style) -> Result<Exit, Failure> {
+pub(super) fn check(args: &CheckArgs, style: Style) -> Result<Exit, Failure> {
     let standard = library(&Stdlib::embedded());
     let mut all: Vec<(Diagnostic, Source)> = Vec::new();
     for path in task_files(&args.files)? {
@@ -118,7 +119,7 @@ pub(super) fn check(args: &CheckArgs, style: &Style) -> Result<Exit, Failure> {
 }
 
 /// `trueup fmt FILE...`.
-pub(super) fn fmt(args: &FmtArgs, style: &Style) -> Result<Exit, Failure> {
+pub(super) fn fmt(args: &FmtArgs, style: Style) -> Result<Exit, Failure> {
     let mut changed = Vec::new();
     for path in task_files(&args.files)? {
         let text = read(&path)?;
@@ -153,7 +154,7 @@ pub(super) fn fmt(args: &FmtArgs, style: &Style) -> Result<Exit, Failure> {
 }
 
 /// `trueup graph FILE|'CALL'`.
-pub(super) fn graph(args: &GraphArgs, cli: &Cli, style: &Style) -> Result<Exit, Failure> {
+pub(super) fn graph(args: &GraphArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
     let mut stdlib = Stdlib::embedded();
     if let Some(folder) = &cli.cell.stdlib {
         stdlib = stdlib.with_folder(folder).map_err(|(path, error)| {
@@ -196,9 +197,15 @@ pub(super) fn graph(args: &GraphArgs, cli: &Cli, style: &Style) -> Result<Exit, 
     let graph = graph::build(&library, call)
         .map_err(|problems| report::problems_failure(&problems, &library, &source))?;
     match args.format {
-        Format::Json => style.document(&graph::exchange::to_json(&graph, &graph::exchange::Learnt::default())),
-        _ if style.json => style.document(&graph::exchange::to_json(&graph, &graph::exchange::Learnt::default())),
-        Format::Text => report::out(graph::outline::outline(&graph, &graph::outline::Learnt::default()).trim_end()),
+        Format::Json => {
+            style.document(&graph::exchange::to_json(&graph, &graph::exchange::Learnt::default()));
+        }
+        _ if style.json => {
+            style.document(&graph::exchange::to_json(&graph, &graph::exchange::Learnt::default()));
+        }
+        Format::Text => report::out(
+            graph::outline::outline(&graph, &graph::outline::Learnt::default()).trim_end(),
+        ),
         Format::Svg => report::out(&graph::draw::to_svg(&graph, &graph::draw::Drawing::default())),
         Format::Dot => report::out(&graph::exchange::to_dot(&graph)),
     }

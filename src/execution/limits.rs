@@ -187,7 +187,9 @@ impl Limits {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum LimitError {
     /// It asks for a joint position outside the joint's range.
-    #[error("joint {joint} would go to {value_deg:.1} deg at {time_s:.2} s; its range is {lower_deg:.1} to {upper_deg:.1} deg")]
+    #[error(
+        "joint {joint} would go to {value_deg:.1} deg at {time_s:.2} s; its range is {lower_deg:.1} to {upper_deg:.1} deg"
+    )]
     Range {
         /// Joint number from 1.
         joint: usize,
@@ -201,7 +203,9 @@ pub enum LimitError {
         upper_deg: f64,
     },
     /// It asks for too much speed.
-    #[error("joint {joint} would turn at {value_deg_s:.1} deg/s at {time_s:.2} s; its limit is {limit_deg_s:.1} deg/s")]
+    #[error(
+        "joint {joint} would turn at {value_deg_s:.1} deg/s at {time_s:.2} s; its limit is {limit_deg_s:.1} deg/s"
+    )]
     Speed {
         /// Joint number from 1.
         joint: usize,
@@ -213,7 +217,9 @@ pub enum LimitError {
         limit_deg_s: f64,
     },
     /// It asks for too much acceleration.
-    #[error("joint {joint} would accelerate at {value_deg_s2:.0} deg/s² at {time_s:.2} s; its limit is {limit_deg_s2:.0} deg/s²")]
+    #[error(
+        "joint {joint} would accelerate at {value_deg_s2:.0} deg/s² at {time_s:.2} s; its limit is {limit_deg_s2:.0} deg/s²"
+    )]
     Acceleration {
         /// Joint number from 1.
         joint: usize,
@@ -245,7 +251,9 @@ pub enum LimitError {
         jump_deg: f64,
     },
     /// It leads the tool into the table.
-    #[error("the tool would go to {height_mm:.0} mm above the table at {time_s:.2} s; the limit is {floor_mm:.0} mm")]
+    #[error(
+        "the tool would go to {height_mm:.0} mm above the table at {time_s:.2} s; the limit is {floor_mm:.0} mm"
+    )]
     Floor {
         /// Height of the tool centre point, mm.
         height_mm: f64,

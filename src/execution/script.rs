@@ -174,6 +174,10 @@ fn translate(file: &str, error: &EvalAltResult) -> ScriptError {
 }
 
 /// Carries an action's error through the engine. A stop cannot be caught by a script, anything else can.
+#[expect(
+    clippy::unnecessary_box_returns,
+    reason = "the engine's functions fail with a boxed error"
+)]
 fn raise(error: ActionError) -> Box<EvalAltResult> {
     let stop = matches!(error, ActionError::Stopped);
     let token = Dynamic::from(error);
@@ -223,10 +227,11 @@ fn bind_values(engine: &mut Engine) {
         .register_get("way_down", |place: &mut Placement| Path(place.way_down.clone()))
         .register_get("way_out", |place: &mut Placement| Path(place.way_out.clone()))
         .register_type_with_name::<Path>("Path")
-        .register_get("length", |path: &mut Path| path.0.len() as INT)
+        .register_get("length", |path: &mut Path| INT::try_from(path.0.len()).unwrap_or(INT::MAX))
         .register_fn("part", |path: &mut Path, from: INT, to: INT| -> Fallible<Path> {
             let range = usize::try_from(from).ok().zip(usize::try_from(to).ok());
-            let part = range.and_then(|(from, to)| path.0.get(from..=to.min(path.0.len() - 1)));
+            let part = range
+                .and_then(|(from, to)| path.0.get(from..=to.min(path.0.len().saturating_sub(1))));
             part.map(|part| Path(part.to_vec())).ok_or_else(|| {
                 format!("the path has no part from {from} to {to}; it has {} points", path.0.len())
                     .into()
@@ -265,9 +270,7 @@ fn bind_twin(engine: &mut Engine) {
         .register_fn("enough", |twin: &mut Twin, o: &str, volume: f64| {
             twin.stage().enough(o, volume).map_err(raise)
         })
-        .register_fn("volume", |twin: &mut Twin, o: &str| {
-            twin.stage().volume(o).map_err(raise)
-        });
+        .register_fn("volume", |twin: &mut Twin, o: &str| twin.stage().volume(o).map_err(raise));
 }
 
 fn bind_arm(engine: &mut Engine) {

@@ -286,9 +286,7 @@ fn promise(given: &Expr, fluent: &str) -> Option<bool> {
     }
     match &given.kind {
         ExprKind::Not(inner) => (text::expr(inner) == fluent).then_some(false),
-        ExprKind::Binary(a, BinaryOp::And, b) => {
-            promise(a, fluent).or_else(|| promise(b, fluent))
-        }
+        ExprKind::Binary(a, BinaryOp::And, b) => promise(a, fluent).or_else(|| promise(b, fluent)),
         _ => None,
     }
 }

@@ -51,7 +51,9 @@ impl MarkerBall {
         }
         let positive = self.radius_m.is_finite() && self.radius_m > 0.0;
         if !positive || self.centre_m.iter().any(|x| !x.is_finite()) {
-            return wrong("marker: centre_m and radius_m must be finite, the radius positive".into());
+            return wrong(
+                "marker: centre_m and radius_m must be finite, the radius positive".into(),
+            );
         }
         let (centre, radius) = (self.centre_m.into(), self.radius_m);
         Ok(Marker { link, centre, radius, colour: self.colour_srgb })

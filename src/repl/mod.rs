@@ -11,6 +11,7 @@ use rustyline::error::ReadlineError;
 use rustyline::history::DefaultHistory;
 use rustyline::{Config, Editor};
 
+use crate::graph::outline;
 use crate::language::ast::{Call, Step};
 use crate::language::{self, Diagnostic, Source};
 use crate::report::{self, Failure, Style};
@@ -23,7 +24,7 @@ pub type Perform<'a> = &'a dyn Fn(&mut WorkCell, &Step) -> Result<Run, Failure>;
 /// What the prompt remembers between lines.
 struct Session<'a> {
     cell: WorkCell,
-    style: &'a Style,
+    style: Style,
     perform: Perform<'a>,
     last: Option<Last>,
 }
@@ -58,13 +59,9 @@ type a call:   pour(jar, cup)      pick(jar)      Tab completes, Up recalls
 /// # Errors
 ///
 /// Only when the terminal itself fails; everything else is told and the prompt comes back.
-pub fn run(cell: WorkCell, style: &Style, perform: Perform<'_>) -> Result<(), Failure> {
+pub fn run(cell: WorkCell, style: Style, perform: Perform<'_>) -> Result<(), Failure> {
     let mut session = Session { cell, style, perform, last: None };
-    if std::io::stdin().is_terminal() {
-        session.terminal()
-    } else {
-        session.piped()
-    }
+    if std::io::stdin().is_terminal() { session.terminal() } else { session.piped() }
 }
 
 impl Session<'_> {
@@ -76,7 +73,7 @@ impl Session<'_> {
         let config = config.map_err(broken)?.build();
         let mut editor: Editor<Helper, DefaultHistory> =
             Editor::with_config(config).map_err(broken)?;
-        editor.set_helper(Some(Helper::new(&self.cell, *self.style)));
+        editor.set_helper(Some(Helper::new(&self.cell, self.style)));
         let history = history_file();
         if let Some(path) = &history {
             // A missing history is an empty one.
@@ -107,8 +104,9 @@ impl Session<'_> {
     fn piped(&mut self) -> Result<(), Failure> {
         let mut statement = String::new();
         for line in std::io::stdin().lock().lines() {
-            let line = line
-                .map_err(|error| Failure::input("io::read", format!("cannot read input: {error}")))?;
+            let line = line.map_err(|error| {
+                Failure::input("io::read", format!("cannot read input: {error}"))
+            })?;
             statement += &line;
             statement.push('\n');
             if !statement.starts_with(':') && language::is_incomplete(&statement) {
@@ -239,8 +237,8 @@ impl Session<'_> {
         let call: &Call = &act.call;
         match self.cell.graph(call) {
             Ok(graph) => {
-                let learnt = crate::graph::outline::Learnt::default();
-                self.style.say(crate::graph::outline::outline(&graph, &learnt).trim_end());
+                let learnt = outline::Learnt::default();
+                self.style.say(outline::outline(&graph, &learnt).trim_end());
             }
             Err(error) => self.style.failure(&report::cell_failure(&error, self.style)),
         }
@@ -275,9 +273,9 @@ impl Session<'_> {
 }
 
 fn history_file() -> Option<std::path::PathBuf> {
-    let home = std::env::var_os("XDG_STATE_HOME")
-        .map(std::path::PathBuf::from)
-        .or_else(|| Some(std::path::PathBuf::from(std::env::var_os("HOME")?).join(".local/state")))?;
+    let home = std::env::var_os("XDG_STATE_HOME").map(std::path::PathBuf::from).or_else(|| {
+        Some(std::path::PathBuf::from(std::env::var_os("HOME")?).join(".local/state"))
+    })?;
     let dir = home.join("trueup");
     std::fs::create_dir_all(&dir).ok()?;
     Some(dir.join("history"))

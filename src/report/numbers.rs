@@ -1,5 +1,7 @@
 //! An answer that is numbers, as lines for people: the keys of the JSON document with their units.
 
+use std::fmt::Write as _;
+
 use serde_json::Value;
 
 /// Returns one line a value: lists of numbers on one line, lists of things numbered from 1.
@@ -12,7 +14,7 @@ pub(super) fn lines(value: &Value) -> String {
 fn write(value: &Value, depth: usize, text: &mut String) {
     let indent = "  ".repeat(depth);
     let Value::Object(map) = value else {
-        *text += &format!("{indent}{}\n", inline(value));
+        let _ = writeln!(text, "{indent}{}", inline(value));
         return;
     };
     for (key, value) in map {
@@ -20,21 +22,23 @@ fn write(value: &Value, depth: usize, text: &mut String) {
             Value::Null => {}
             Value::Array(items) if items.iter().any(Value::is_object) => {
                 for (i, item) in items.iter().enumerate() {
-                    *text += &format!("{indent}{key} {}\n", i + 1);
+                    let _ = writeln!(text, "{indent}{key} {}", i + 1);
                     write(item, depth + 1, text);
                 }
             }
             Value::Array(rows) if rows.iter().any(Value::is_array) => {
-                *text += &format!("{indent}{key}\n");
+                let _ = writeln!(text, "{indent}{key}");
                 for row in rows {
-                    *text += &format!("{indent}  {}\n", inline(row));
+                    let _ = writeln!(text, "{indent}  {}", inline(row));
                 }
             }
             Value::Object(_) => {
-                *text += &format!("{indent}{key}\n");
+                let _ = writeln!(text, "{indent}{key}");
                 write(value, depth + 1, text);
             }
-            plain => *text += &format!("{indent}{key:<20} {}\n", inline(plain)),
+            plain => {
+                let _ = writeln!(text, "{indent}{key:<20} {}", inline(plain));
+            }
         }
     }
 }

@@ -1,5 +1,6 @@
 //! A run in words: what happens as it happens, and how it ended.
 
+use std::fmt::Write as _;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -70,7 +71,7 @@ impl Observer for Console {
             Event::StepEnd { record } => {
                 self.clear();
                 if !self.style.quiet {
-                    self.style.say(step(record, &self.before, &self.style).trim_end());
+                    self.style.say(step(record, &self.before, self.style).trim_end());
                 }
                 self.before.clone_from(&record.fluents);
             }
@@ -87,7 +88,7 @@ impl Drop for Console {
 
 /// Words one step: its line and those of its fluents that are news after the fluents `before` it.
 /// `run.json` keeps them all.
-pub fn step(record: &StepRecord, before: &[FluentRow], style: &Style) -> String {
+pub fn step(record: &StepRecord, before: &[FluentRow], style: Style) -> String {
     let mark = match record.outcome {
         Outcome::Success => style.green("✓"),
         Outcome::Failure => style.red("✗"),
@@ -99,7 +100,7 @@ pub fn step(record: &StepRecord, before: &[FluentRow], style: &Style) -> String 
         record.number, record.action, record.hamming, record.score
     );
     if let Some(reason) = &record.reason {
-        text += &format!("       {}\n", style.red(reason));
+        let _ = writeln!(text, "       {}", style.red(reason));
     }
     let told: Vec<_> = record.fluents.iter().filter(|row| is_news(row, before)).collect();
     if !told.is_empty() {
@@ -107,7 +108,7 @@ pub fn step(record: &StepRecord, before: &[FluentRow], style: &Style) -> String 
             "       {:<42} {:<9} {:<6} {:<9} margin",
             "fluent", "expected", "twin", "measured"
         );
-        text += &format!("{}\n", style.dim(&head));
+        let _ = writeln!(text, "{}", style.dim(&head));
     }
     for row in told {
         text += &fluent(row, style);
@@ -124,7 +125,7 @@ fn is_news(row: &FluentRow, before: &[FluentRow]) -> bool {
     row.expected.is_some() || changed || differs || row.ask.is_some()
 }
 
-fn fluent(row: &FluentRow, style: &Style) -> String {
+fn fluent(row: &FluentRow, style: Style) -> String {
     let word = |truth: Option<bool>| match truth {
         Some(true) => "yes",
         Some(false) => "NO",
@@ -152,29 +153,31 @@ pub fn people(measure: &Measure) -> String {
 }
 
 /// Words how a run ended.
-pub fn ending(run: &Run, style: &Style) -> String {
+pub fn ending(run: &Run, style: Style) -> String {
     let mut text = match run.outcome {
         Ending::Success => style.green(&format!("done: {}", run.task)),
         Ending::Failure => style.red(&format!("failed: {}", run.task)),
         Ending::Stopped => style.red(&format!("stopped: {}; the arm holds its position", run.task)),
     };
     if let Some(reason) = &run.reason {
-        text += &format!("\n  {reason}");
+        let _ = write!(text, "\n  {reason}");
     }
     if let Some(water) = &run.water {
-        text += &format!(
+        let _ = write!(
+            text,
             "\n  water on the {}'s scales: {:.1} mL in the target, {:.1} mL left in the source, \
              {:.1} mL spilt",
             water.measured_by, water.in_target_ml, water.in_source_ml, water.spilt_ml
         );
     }
     let t = &run.timing_s;
-    text += &format!(
+    let _ = write!(
+        text,
         "\n  {:.1} s: {:.1} perceiving, {:.1} planning, {:.1} simulating, {:.1} on the arm",
         t.total, t.perceive, t.plan, t.simulate, t.execute
     );
     if let Some(dir) = &run.run_dir {
-        text += &format!("\n  run folder: {dir}");
+        let _ = write!(text, "\n  run folder: {dir}");
     }
     text
 }
@@ -190,7 +193,7 @@ pub fn why(run: &Run) -> String {
     };
     let mut text = format!("step {} {} did not do what it should", step.number, step.action);
     if let Some(reason) = &step.reason {
-        text += &format!(": {reason}");
+        let _ = write!(text, ": {reason}");
     }
     for row in step.fluents.iter().filter(|row| row.measured == Some(false)) {
         let margin = row.margin.as_ref().map(|m| format!(" by {}", people(m))).unwrap_or_default();
@@ -199,7 +202,7 @@ pub fn why(run: &Run) -> String {
             Some(false) => "; the twin had it false too",
             None => "",
         };
-        text += &format!("\n  {} is false{margin}{twin}", row.name);
+        let _ = write!(text, "\n  {} is false{margin}{twin}", row.name);
     }
     text
 }

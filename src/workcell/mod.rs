@@ -353,7 +353,12 @@ impl WorkCell {
     }
 
     /// Returns up to `k` parse graphs that differ in what people choose, the likeliest first.
-    fn parses(&self, graph: &Graph, start: &WorldState, k: usize) -> Result<Vec<ParseGraph>, Error> {
+    fn parses(
+        &self,
+        graph: &Graph,
+        start: &WorldState,
+        k: usize,
+    ) -> Result<Vec<ParseGraph>, Error> {
         let scene = self.cell.scene.clone();
         let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, start);
         let holds = |expr: &Expr| walker.read(expr, start).truth;
@@ -459,9 +464,7 @@ pub fn scene_of(library: &Library, source: Option<usize>) -> Result<Scene, Error
 /// Returns what must all hold for a condition to hold.
 fn parts(condition: &Expr) -> Vec<&Expr> {
     match &condition.kind {
-        ExprKind::Binary(a, BinaryOp::And, b) => {
-            parts(a).into_iter().chain(parts(b)).collect()
-        }
+        ExprKind::Binary(a, BinaryOp::And, b) => parts(a).into_iter().chain(parts(b)).collect(),
         _ => vec![condition],
     }
 }

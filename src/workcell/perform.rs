@@ -16,8 +16,8 @@ use crate::monitor::questionnaire::{self, Answer};
 use crate::monitor::{self, Comparison};
 use crate::world::WorldState;
 
-use super::rehearse::{Candidate, Rehearsal, Rehearsals};
 use super::record::Recorder;
+use super::rehearse::{Candidate, Rehearsal, Rehearsals};
 use super::{Error, WorkCell, tell};
 
 /// How many candidates are rehearsed for one attempt.
@@ -281,7 +281,7 @@ impl WorkCell {
             };
             self.note(&format!("step failed: {reason}"));
             let pg = &best.candidate.pg;
-            let recovery = self.recovery(pg, index, &used);
+            let recovery = recovery(pg, index, &used);
             let Some(recovery) = recovery else {
                 run.reason = Some(reason);
                 return Ok(());
@@ -360,10 +360,13 @@ impl WorkCell {
         .all(candidates, &|_| {
             let mut finished = finished.lock().unwrap_or_else(PoisonError::into_inner);
             *finished += 1;
-            tell(&self.fan, &Event::Progress {
-                what: "rehearsals".into(),
-                fraction: *finished as f64 / n as f64,
-            });
+            tell(
+                &self.fan,
+                &Event::Progress {
+                    what: "rehearsals".into(),
+                    fraction: *finished as f64 / n as f64,
+                },
+            );
         })?;
         run.timing_s.simulate += self.now() - begin;
         run.rehearsals.extend(tried.iter().map(summary));
@@ -415,10 +418,9 @@ impl WorkCell {
                 match walker.step(pg, index, &watched) {
                     Ok(done) => (done, None),
                     // The step is recorded as far as it came.
-                    Err(error) => (
-                        walker.interrupted(pg, index, begin, &watched, &error)?,
-                        Some(error),
-                    ),
+                    Err(error) => {
+                        (walker.interrupted(pg, index, begin, &watched, &error)?, Some(error))
+                    }
                 }
             };
             let twin = rehearsal.steps.get(k);
@@ -475,23 +477,6 @@ impl WorkCell {
         Ok(())
     }
 
-    /// Returns the innermost recovery in force for a step that still has tries left.
-    fn recovery(
-        &self,
-        pg: &ParseGraph,
-        index: usize,
-        used: &BTreeMap<String, u32>,
-    ) -> Option<usize> {
-        pg.steps[index].recoveries.iter().copied().find(|&at| {
-            let plan = &pg.recoveries[at];
-            let most = match plan.remedy {
-                Some(Remedy::Retry { times, .. }) => times,
-                _ => 1,
-            };
-            used.get(&plan.path).copied().unwrap_or(0) < most
-        })
-    }
-
     /// Returns what the scales say about a call's first two vessels.
     fn water(&self, call: &Call, weighing: &Weighing) -> Water {
         let Weighing { water, spilt } = weighing;
@@ -514,6 +499,18 @@ impl WorkCell {
             measured_by: self.robot_name.clone(),
         }
     }
+}
+
+/// Returns the innermost recovery in force for a step that still has tries left.
+fn recovery(pg: &ParseGraph, index: usize, used: &BTreeMap<String, u32>) -> Option<usize> {
+    pg.steps[index].recoveries.iter().copied().find(|&at| {
+        let plan = &pg.recoveries[at];
+        let most = match plan.remedy {
+            Some(Remedy::Retry { times, .. }) => times,
+            _ => 1,
+        };
+        used.get(&plan.path).copied().unwrap_or(0) < most
+    })
 }
 
 type SharedRecorder = Arc<Mutex<Recorder>>;

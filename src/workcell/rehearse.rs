@@ -8,13 +8,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+use crate::execution::arm::Cancel;
 use crate::execution::script::Scripts;
 use crate::execution::stage::{ActionError, Cell, Memory, Stage};
 use crate::execution::tape::Tape;
 use crate::execution::trace::{Nobody, Outcome};
 use crate::execution::twin_arm::TwinBody;
 use crate::execution::walk::{Done, Walker};
-use crate::execution::arm::Cancel;
 use crate::graph::ParseGraph;
 use crate::language::Library;
 use crate::twin::render::{ArmLook, View};
@@ -137,7 +137,8 @@ impl Rehearsals<'_> {
         // The plan knows better than the encoders where the arm is.
         let state = WorldState { q: self.q.to_vec(), ..self.state.clone() };
         let failed = |error| ActionError::Refused(format!("the twin cannot be built: {error}"));
-        let mut twin = Twin::new(&self.cell.robot, &self.cell.scene, &state, settings).map_err(failed)?;
+        let mut twin =
+            Twin::new(&self.cell.robot, &self.cell.scene, &state, settings).map_err(failed)?;
         if state.held.is_some() {
             // The fingers take hold in the first tenths of a second.
             twin.run(0.3).map_err(failed)?;
@@ -157,10 +158,8 @@ impl Rehearsals<'_> {
         let scene = self.cell.scene.clone();
         let mut walker = Walker::new(&scripts, self.stdlib, self.library, &scene, self.start);
         let watched = candidate.pg.fluents();
-        let start = super::picture::view(
-            &twin.lock().unwrap_or_else(PoisonError::into_inner),
-            self.look,
-        );
+        let start =
+            super::picture::view(&twin.lock().unwrap_or_else(PoisonError::into_inner), self.look);
         let (mut steps, mut views) = (Vec::new(), Vec::new());
         let mut success = true;
         for index in candidate.from..candidate.pg.steps.len() {

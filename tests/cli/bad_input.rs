@@ -30,8 +30,20 @@ const CASES: &[Case] = &[
     case(&["check"], 2, "usage", "required", ""),
     case(&["-c", "pour(jar, cup)", "--seed", "abc"], 2, "usage", "abc", ""),
     case(&["-c", "pour(jar, cup)", "--robot", "foo"], 2, "robot::unknown", "foo", "lab"),
-    case(&["-c", "pour(jar, cup)", "--robot", "kortex://10.0.0.1"], 4, "robot::kortex", "Gen3", "lab"),
-    case(&["-c", "pour(jar, cup)", "--without-regression", "4"], 2, "usage::regression", "4", "offset"),
+    case(
+        &["-c", "pour(jar, cup)", "--robot", "kortex://10.0.0.1"],
+        4,
+        "robot::kortex",
+        "Gen3",
+        "lab",
+    ),
+    case(
+        &["-c", "pour(jar, cup)", "--without-regression", "4"],
+        2,
+        "usage::regression",
+        "4",
+        "offset",
+    ),
     // Files.
     case(&["check", "gone.task"], 2, "io::missing", "gone.task", ""),
     case(&["fmt", "gone.task"], 2, "io::missing", "gone.task", ""),
@@ -45,7 +57,13 @@ const CASES: &[Case] = &[
     case(&["-c", "pour(jar, cup)", "--lab", "bad.toml"], 2, "lab::settings", "`foo`", ""),
     case(&["-c", "pour(jar, cup)", "--lab", "kettle.toml"], 2, "lab::settings", "kettle", ""),
     case(&["-c", "pour(jar, cup)", "--stdlib", "gone"], 2, "io::read", "gone", "stdlib"),
-    case(&["-c", "pour(jar, cup)", "--record", "afile/x"], 2, "io::write", "run folder", "--record"),
+    case(
+        &["-c", "pour(jar, cup)", "--record", "afile/x"],
+        2,
+        "io::write",
+        "run folder",
+        "--record",
+    ),
     // Texts.
     case(&["run", "open.task"], 2, "task::unclosed", "never closed", ")"),
     case(&["run", "kup.task"], 2, "task::unknown_name", "`kup`", "`cup`"),
@@ -63,13 +81,25 @@ const CASES: &[Case] = &[
     case(&["robot", "fk", "--q", ""], 2, "robot::input", "no numbers", ""),
     case(&["robot", "fk"], 2, "usage", "--q", ""),
     case(&["robot", "fk", "--q-file", "gone.csv"], 2, "io::missing", "gone.csv", ""),
-    case(&["robot", "fk", "--q", "0", "--robot-file", "gone.urdf"], 2, "robot::input", "gone.urdf", ""),
+    case(
+        &["robot", "fk", "--q", "0", "--robot-file", "gone.urdf"],
+        2,
+        "robot::input",
+        "gone.urdf",
+        "",
+    ),
     case(&["robot", "fk", "--q", "0", "--robot-file", "kup.task"], 2, "robot::input", "", ""),
     case(&["robot", "fk", "--q", "0", "--tip", "elbow"], 2, "robot::input", "elbow", ""),
     case(&["robot", "ik", "--pose", "0,0,0,0,0,0,0"], 2, "robot::input", "quaternion", ""),
     case(&["robot", "dynamics", "--q", "0,0,0"], 2, "robot::input", "7 are needed", ""),
     case(&["robot", "plan", "--problem", "gone.json"], 2, "io::missing", "gone.json", ""),
-    case(&["robot", "plan", "--problem", "kup.task"], 2, "robot::problem", "not a planning problem", "start"),
+    case(
+        &["robot", "plan", "--problem", "kup.task"],
+        2,
+        "robot::problem",
+        "not a planning problem",
+        "start",
+    ),
     case(&["robot", "plan", "--problem", "cone.json"], 2, "robot::input", "cone", ""),
     // Camera.
     case(&["camera", "see", "gone.png"], 2, "io::image", "gone.png", "PNG"),
@@ -78,7 +108,13 @@ const CASES: &[Case] = &[
     case(&["camera", "see", "tiny.png"], 2, "camera::picture", "1280", ""),
     case(&["camera", "see", "tiny.png", "--scene", "gone.task"], 2, "io::missing", "gone.task", ""),
     case(&["camera", "see", "tiny.png", "--scene", "open.task"], 2, "task::unclosed", "", ""),
-    case(&["camera", "see", "tiny.png", "--calibration", "kup.task"], 2, "camera::calibration", "", "camera"),
+    case(
+        &["camera", "see", "tiny.png", "--calibration", "kup.task"],
+        2,
+        "camera::calibration",
+        "",
+        "camera",
+    ),
 ];
 
 fn desk(name: &str) -> Desk {
@@ -131,7 +167,13 @@ fn each_mistake_is_told_once_to_a_person() {
         assert_eq!(said.out, "", "{args:?}: a mistake is no answer");
         assert!(said.err.contains(says) && said.err.contains(helps), "{args:?}: {}", said.err);
         // What clap says of usage is clap's own.
-        for line in said.err.lines().filter(|_| *code != "usage").map(str::trim).filter(|line| line.len() > 8) {
+        for line in said
+            .err
+            .lines()
+            .filter(|_| *code != "usage")
+            .map(str::trim)
+            .filter(|line| line.len() > 8)
+        {
             assert_eq!(said.err.matches(line).count(), 1, "{args:?}: twice `{line}`: {}", said.err);
         }
     }

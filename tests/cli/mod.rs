@@ -53,8 +53,7 @@ fn both_pipes_closed_still_end_with_the_right_code() {
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
     let end = writer.try_clone().unwrap();
-    let status =
-        desk.command(&["check", "gone.task"]).stdout(writer).stderr(end).status().unwrap();
+    let status = desk.command(&["check", "gone.task"]).stdout(writer).stderr(end).status().unwrap();
     assert_eq!(status.code(), Some(2));
 }
 

@@ -113,9 +113,11 @@ fn a_plan_goes_round_an_obstacle_and_a_walled_in_goal_has_none() {
     let desk = Desk::new("cli-plan");
     let post = r#"{"shape": "cylinder", "pose": {"xyz_m": [0.5, 0.0, 0.4], "quat_wxyz": [1, 0, 0, 0]},
                    "size_m": [0.05, 0.8]}"#;
-    let (start, goal) = ("[-0.9, 0.9, 3.14159, -1.6, 0, 1.0, 1.57]", "[0.9, 0.9, 3.14159, -1.6, 0, 1.0, 1.57]");
-    let problem =
-        |obstacle: &str| format!(r#"{{"start": {start}, "goals": [{goal}], "obstacles": [{obstacle}]}}"#);
+    let (start, goal) =
+        ("[-0.9, 0.9, 3.14159, -1.6, 0, 1.0, 1.57]", "[0.9, 0.9, 3.14159, -1.6, 0, 1.0, 1.57]");
+    let problem = |obstacle: &str| {
+        format!(r#"{{"start": {start}, "goals": [{goal}], "obstacles": [{obstacle}]}}"#)
+    };
     desk.file("post.json", problem(post));
     let said = desk.trueup(&["robot", "plan", "--problem", "post.json", "--json", "--seed", "3"]);
     assert_eq!((said.code, said.err.as_str()), (0, ""), "{}", said.out);

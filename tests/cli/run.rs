@@ -41,7 +41,9 @@ fn the_script_that_is_shipped_pours() {
     assert!(parts.iter().sum::<f64>() <= number(&time["total"]) + 1e-6, "{time}");
     let steps = run["steps"].as_array().unwrap();
     let actions: Vec<&str> = steps.iter().map(|step| step["action"].as_str().unwrap()).collect();
-    for (earlier, later) in [("grasp(jar", "lift(jar"), ("lift(jar", "tilt(jar"), ("tilt(", "lower(jar)")] {
+    for (earlier, later) in
+        [("grasp(jar", "lift(jar"), ("lift(jar", "tilt(jar"), ("tilt(", "lower(jar)")]
+    {
         let place = |start: &str| actions.iter().position(|action| action.starts_with(start));
         assert!(place(earlier).unwrap() < place(later).unwrap(), "{actions:?}");
     }
@@ -62,7 +64,8 @@ fn the_script_that_is_shipped_pours() {
                 assert!(margin.keys().eq(["unit", "value"]), "{row}");
             }
             let expected = row["expected"].as_bool();
-            let denied = expected.is_some() && row["measured"].as_bool().is_some_and(|m| Some(m) != expected);
+            let denied = expected.is_some()
+                && row["measured"].as_bool().is_some_and(|m| Some(m) != expected);
             assert!(!denied, "{} succeeded against its own promise: {row}", step["action"]);
         }
     }
@@ -70,7 +73,8 @@ fn the_script_that_is_shipped_pours() {
     // The folder: what was printed, and everything beside it.
     let folder = desk.run_folder("records");
     assert!(folder.ends_with(Path::new(run["run_dir"].as_str().unwrap()).file_name().unwrap()));
-    let kept: Value = serde_json::from_str(&fs::read_to_string(folder.join("run.json")).unwrap()).unwrap();
+    let kept: Value =
+        serde_json::from_str(&fs::read_to_string(folder.join("run.json")).unwrap()).unwrap();
     assert_eq!(kept, run);
     let again: Run = serde_json::from_value(kept).unwrap();
     assert_eq!((again.outcome, again.steps.len()), (Ending::Success, steps.len()));
@@ -93,8 +97,7 @@ fn the_script_that_is_shipped_pours() {
 /// `events.jsonl`: one JSON document a line, phases in order, each step begun and ended.
 fn events(folder: &Path, steps: usize) {
     let text = fs::read_to_string(folder.join("events.jsonl")).unwrap();
-    let events: Vec<Value> =
-        text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let events: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let of = |kind: &str| events.iter().filter(|event| event["event"] == kind).count();
     assert_eq!((of("step_start"), of("step_end")), (steps, steps));
     let phases: Vec<&str> = events
@@ -121,9 +124,8 @@ fn recording(folder: &Path) {
         }
     }
     assert!(names.contains(&"gripper"));
-    let rows: Vec<Vec<f64>> = lines
-        .map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect())
-        .collect();
+    let rows: Vec<Vec<f64>> =
+        lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
     assert!(rows.len() > 1000, "{} rows", rows.len());
     assert!(rows.iter().all(|row| row.len() == names.len() && row.iter().all(|x| x.is_finite())));
     assert!(rows.windows(2).all(|pair| pair[1][0] > pair[0][0]), "time goes on");
@@ -155,7 +157,8 @@ fn an_unreachable_cup_is_said_before_anything_moves() {
     // Nothing moved: there is no joint reading in the recording, and the folder is whole.
     let folder = desk.run_folder("runs");
     assert_eq!(fs::read_to_string(folder.join("arm.csv")).unwrap(), "");
-    let kept: Run = serde_json::from_str(&fs::read_to_string(folder.join("run.json")).unwrap()).unwrap();
+    let kept: Run =
+        serde_json::from_str(&fs::read_to_string(folder.join("run.json")).unwrap()).unwrap();
     assert_eq!((kept.outcome, kept.reached, kept.steps.len()), (Ending::Failure, false, 0));
     assert!(kept.reason.unwrap().contains("out of reach"));
 }

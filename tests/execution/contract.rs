@@ -152,7 +152,11 @@ fn waiting_lets_time_pass_and_nothing_else() {
         let mut ticks = 0;
         arm.wait(0.5, &Cancel::default(), &mut |_| ticks += 1).unwrap();
         let after = arm.feedback().unwrap();
-        assert!((after.time - before.time - 0.5).abs() < 0.01, "{name}: {}", after.time - before.time);
+        assert!(
+            (after.time - before.time - 0.5).abs() < 0.01,
+            "{name}: {}",
+            after.time - before.time
+        );
         assert!(ticks >= 50, "{name}: {ticks}");
         assert_eq!(after.q_cmd, before.q_cmd, "{name}");
         assert!(largest(&after.q, &before.q) < 1e-3, "{name}");
@@ -205,13 +209,19 @@ fn a_stop_brings_the_arm_to_rest_and_holds_it() {
         let ran_on = rest.q[0] - called.q[0];
         // v²/2a at the limits is the least there can be; the servo's lag and latency add a little.
         let least = called.dq[0].powi(2) / (2.0 * limits.acceleration[0]);
-        assert!((0.8 * least..least + 0.12).contains(&ran_on), "{name}: {ran_on} rad, least {least}");
+        assert!(
+            (0.8 * least..least + 0.12).contains(&ran_on),
+            "{name}: {ran_on} rad, least {least}"
+        );
         assert!(rest.q[0] < end[0] - 0.1, "{name}");
         let furthest = ticks.iter().map(|tick| tick.q[0]).fold(f64::NEG_INFINITY, f64::max);
         assert!(furthest - rest.q[0] < 3e-3, "{name}: it swung back by {}", furthest - rest.q[0]);
         for pair in ticks.windows(2) {
             let jump = largest(&pair[0].q_cmd, &pair[1].q_cmd);
-            assert!(jump < 1.1 * limits.velocity[0] * 0.004, "{name}: the command jumped {jump} rad");
+            assert!(
+                jump < 1.1 * limits.velocity[0] * 0.004,
+                "{name}: the command jumped {jump} rad"
+            );
         }
         assert_eq!(rest.q_cmd, ticks.last().unwrap().q_cmd, "{name}");
 

@@ -173,9 +173,14 @@ fn only_clear_makes_something_cleared() {
             }
             for line in fs::read_to_string(&path).unwrap().lines() {
                 let code = line.split("//").next().unwrap();
-                let makes = (code.contains("Cleared {") || code.contains("ClearedGrip {")) && !code.contains("struct") && !code.contains("impl");
+                let makes = (code.contains("Cleared {") || code.contains("ClearedGrip {"))
+                    && !code.contains("struct")
+                    && !code.contains("impl");
                 if makes {
-                    makers.push((path.strip_prefix(&src).unwrap().to_owned(), code.trim().to_owned()));
+                    makers.push((
+                        path.strip_prefix(&src).unwrap().to_owned(),
+                        code.trim().to_owned(),
+                    ));
                 }
             }
         }

@@ -105,8 +105,11 @@ fn what_cannot_be_done_is_the_bindings_own_error() {
             other => panic!("{text}: {other:?}"),
         }
     }
-    run(&scripts, "try { recall(\"grasp\"); } catch { remember(\"grasp\", 1); } recall(\"grasp\");")
-        .unwrap();
+    run(
+        &scripts,
+        "try { recall(\"grasp\"); } catch { remember(\"grasp\", 1); } recall(\"grasp\");",
+    )
+    .unwrap();
 }
 
 #[test]
@@ -127,7 +130,9 @@ fn arguments_come_in_si_and_by_name() {
 /// Ctrl-C comes from another thread while a script does nothing but count.
 #[test]
 fn a_stop_ends_a_loop_and_cannot_be_caught() {
-    for text in ["loop { }", "try { loop { } } catch { loop { } }", "loop { try { loop { } } catch { } }"] {
+    for text in
+        ["loop { }", "try { loop { } } catch { loop { } }", "loop { try { loop { } } catch { } }"]
+    {
         let cancel = Cancel::default();
         let scripts = super::scripts(&cancel, Tape::recording());
         let stop = cancel.clone();
@@ -139,7 +144,8 @@ fn a_stop_ends_a_loop_and_cannot_be_caught() {
         stopping.join().unwrap();
         let stopped = matches!(error, ScriptError::Action { error: ActionError::Stopped, .. });
         // Two million operations may be over before the stop comes.
-        let ended = matches!(&error, ScriptError::Wrong { message, .. } if message.contains("operations"));
+        let ended =
+            matches!(&error, ScriptError::Wrong { message, .. } if message.contains("operations"));
         assert!(stopped || ended, "{text}: {error:?}");
     }
     // Asked to stop beforehand, a script does not begin.

@@ -80,8 +80,5 @@ fn what_failed_in_the_twin_is_not_on_the_tape() {
     assert_eq!(tape.next("a choice", choice), Ok(Some(0)));
     assert!(tape.next("a choice", choice).is_err());
     let error = scripts.stage().placements("jar").unwrap_err();
-    assert!(
-        matches!(&error, ActionError::NoWay(NoWay { why: Why::EmptyHand, .. })),
-        "{error}"
-    );
+    assert!(matches!(&error, ActionError::NoWay(NoWay { why: Why::EmptyHand, .. })), "{error}");
 }

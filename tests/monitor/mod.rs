@@ -99,11 +99,8 @@ fn the_score_falls_by_one_factor_a_mismatch() {
     let names = ["a", "b", "c", "d"];
     for wrong in 0..=names.len() {
         let twin: Vec<_> = names.map(|name| read(name, Some(true), None)).into();
-        let measured: Vec<_> = names
-            .iter()
-            .enumerate()
-            .map(|(i, name)| read(name, Some(i >= wrong), None))
-            .collect();
+        let measured: Vec<_> =
+            names.iter().enumerate().map(|(i, name)| read(name, Some(i >= wrong), None)).collect();
         let score = compare(&twin, &measured).score;
         assert_eq!((score.hamming, score.unknown), (wrong, 0));
         assert!((score.p - (-(wrong as f64)).exp()).abs() < 1e-15);
@@ -132,8 +129,7 @@ fn questions_are_answered_as_their_fluents_are() {
     twin.ask.clone_from(&asked.ask);
     let comparison = compare(&[twin], &[asked, open, silent]);
     let answers = by_geometry(&comparison.rows);
-    let said: Vec<_> =
-        answers.iter().map(|a| (a.fluent.as_str(), a.twin, a.measured)).collect();
+    let said: Vec<_> = answers.iter().map(|a| (a.fluent.as_str(), a.twin, a.measured)).collect();
     assert_eq!(
         said,
         [("pouring(jar, cup)", Some(false), Some(true)), ("holding(jar)", None, None)]

@@ -124,7 +124,8 @@ fn a_shifted_mounting_carries_tool_jaws_and_marker_with_it() {
 
 #[test]
 fn a_marker_sits_on_a_link_of_the_robot_that_the_opening_does_not_move() {
-    let with = |marker: &str| Robot::from_urdf_with(TWO_LINKS, &format!("[marker]\n{marker}"), None);
+    let with =
+        |marker: &str| Robot::from_urdf_with(TWO_LINKS, &format!("[marker]\n{marker}"), None);
     let ball = "centre_m = [0.1, 0.0, 0.02]\nradius_m = 0.01\ncolour_srgb = [255, 0, 128]";
     let robot = with(&format!("link = \"fore\"\n{ball}")).unwrap();
     let marker = robot.marker().unwrap();

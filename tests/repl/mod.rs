@@ -103,7 +103,8 @@ fn input_that_ends_too_early_is_told() {
 fn the_prompt_outlives_what_is_typed() {
     let desk = Desk::new("repl-noise");
     assert_eq!(desk.typed(&[], "").out, "");
-    let noise = "?\n:\n::\n: help\n? pour\n)\n(\n)\n\u{1f600}\nlab> :tasks\n//\nlab>\npour\npour(\n)\n\t\n";
+    let noise =
+        "?\n:\n::\n: help\n? pour\n)\n(\n)\n\u{1f600}\nlab> :tasks\n//\nlab>\npour\npour(\n)\n\t\n";
     let said = desk.typed(&[], &format!("{noise}:help\n"));
     assert_eq!(said.code, 0, "{}", said.out);
     assert!(!said.out.contains("panicked"), "{}", said.out);

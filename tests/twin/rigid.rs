@@ -174,7 +174,10 @@ fn arms_the_physics_cannot_move_are_refused() {
     let no_jaws = TWO_LINKS.replace("type=\"prismatic\"", "type=\"fixed\"");
     let error = build(&no_jaws).unwrap_err().to_string();
     assert!(error.contains("not a pair of coupled sliding jaws"), "{error}");
-    let coupled = TWO_LINKS.replace("effort=\"10\"/></joint>\n  <joint name=\"h\"", "effort=\"10\"/><mimic joint=\"a\"/></joint>\n  <joint name=\"h\"");
+    let coupled = TWO_LINKS.replace(
+        "effort=\"10\"/></joint>\n  <joint name=\"h\"",
+        "effort=\"10\"/><mimic joint=\"a\"/></joint>\n  <joint name=\"h\"",
+    );
     assert_ne!(coupled, TWO_LINKS);
     let error = build(&coupled).unwrap_err().to_string();
     assert!(error.contains("follow each other"), "{error}");

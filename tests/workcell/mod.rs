@@ -102,7 +102,8 @@ fn a_stop_in_a_step_is_recorded_and_the_cell_goes_on() {
     assert!(!folder.join("run.json.part").exists());
     // The arm is at rest, and was not sent anywhere afterwards.
     let text = fs::read_to_string(folder.join("arm.csv")).unwrap();
-    let numbers = |line: &str| -> Vec<f64> { line.split(',').map(|x| x.parse().unwrap()).collect() };
+    let numbers =
+        |line: &str| -> Vec<f64> { line.split(',').map(|x| x.parse().unwrap()).collect() };
     let end = numbers(text.lines().last().unwrap());
     assert!(end[15..22].iter().all(|dq| dq.abs() < 0.03), "{:?}", &end[15..22]);
     assert!(run.water.unwrap().spilt_ml < 0.5);
@@ -152,7 +153,8 @@ fn the_scales_have_the_last_word_on_the_water() {
     let mut cell = WorkCell::open(options).unwrap();
     let run = cell.run(&call("glance()"), None, Box::new(Nobody)).unwrap();
     assert_eq!((run.outcome, run.reached), (Ending::Success, true), "{:?}", run.reason);
-    let dry = run.steps.last().unwrap().fluents.iter().find(|row| row.name.starts_with("dry")).unwrap();
+    let dry =
+        run.steps.last().unwrap().fluents.iter().find(|row| row.name.starts_with("dry")).unwrap();
     assert_eq!((dry.twin, dry.measured), (Some(true), None), "in the run nobody measured it");
     assert_eq!(run.run_dir, None);
 }

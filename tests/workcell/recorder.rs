@@ -123,7 +123,9 @@ fn a_folder_overrides_the_stdlib_file_by_file() {
     assert_eq!(mine.file("actions/grasp.rhai"), Some("arm.close(o, 5.0 * N);\n"));
     assert_eq!(mine.file("actions/lift.rhai"), embedded.file("actions/lift.rhai"));
     assert_eq!(mine.file("notes.txt"), None);
-    let names = |stdlib: &Stdlib| -> Vec<String> { stdlib.tasks().map(|(path, _)| path.to_owned()).collect() };
+    let names = |stdlib: &Stdlib| -> Vec<String> {
+        stdlib.tasks().map(|(path, _)| path.to_owned()).collect()
+    };
     let mut added = names(&mine);
     added.retain(|path| !names(&embedded).contains(path));
     assert_eq!(added, ["tasks/extra.task"]);

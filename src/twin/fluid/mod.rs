@@ -1,7 +1,7 @@
 //! Water as particles: what pours, splashes, and is never lost.
 //!
 //! A position-based fluid: particles are moved by gravity, then pushed apart until their density is
-//! that of water, and their velocity is what they moved. Vessels are analytic ([`vessel`]) and moved
+//! that of water, and their velocity is what they moved. Vessels are analytic (`vessel.rs`) and moved
 //! from outside; the water answers by its mass and centre of mass. Each particle carries the same
 //! volume, so what is in a vessel is counted, and nothing is created or lost.
 //!
