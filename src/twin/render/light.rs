@@ -24,21 +24,48 @@ pub(super) struct Lighting {
     ambient: f64,
     spread: f64,
     table: Rgb,
+    on_table: OnTable,
+    /// Cosine of the angle from the lamp at which its softened image ends.
+    sheen_from: f64,
     shade: Shade,
     samples: Vec<Vector3<f64>>,
 }
 
+/// What shading the table needs, in single precision: half of a picture is table.
+struct OnTable {
+    /// What the whole lamp adds to a white table.
+    lamp: Vector3<f32>,
+    ambient: f32,
+    /// What the lamp's mirror image adds, per part mirrored.
+    gloss: Vector3<f32>,
+    colour: Vector3<f32>,
+    wood: &'static [f32],
+}
+
+/// Width of the softened edge of the lamp's mirror image, rad.
+const SHEEN_EDGE: f64 = 0.06;
+
 impl Lighting {
-    pub(super) fn new(view: &View, things: &[Thing], shadows: bool) -> Self {
+    /// Makes the light of a view ready to be seen from `eye`.
+    pub(super) fn new(view: &View, things: &[Thing], shadows: bool, eye: Vector3<f64>) -> Self {
         let light = view.light;
         let towards = light.towards.try_normalize(1e-9).unwrap_or(Vector3::z());
+        let lamp = Vector3::from(light.tint) * light.intensity;
         Self {
             towards,
-            lamp: Vector3::from(light.tint) * light.intensity,
+            lamp,
             ambient: light.ambient,
             spread: light.spread,
             table: linear(view.table.colour),
-            shade: Shade::new(view, things, &light, towards, shadows),
+            on_table: OnTable {
+                lamp: (lamp * towards.z.max(0.0)).cast(),
+                ambient: light.ambient as f32,
+                gloss: lamp.cast(),
+                colour: linear(view.table.colour).cast(),
+                wood: &WOOD,
+            },
+            sheen_from: (light.spread + SHEEN_EDGE).cos(),
+            shade: Shade::new(view, things, &light, towards, shadows, eye),
             samples: if shadows { disc(towards, light.spread, 4) } else { Vec::new() },
         }
     }
@@ -46,6 +73,29 @@ impl Lighting {
     /// Returns a few directions spread over the lamp; none when nothing casts shadows.
     pub(super) fn samples(&self) -> &[Vector3<f64>] {
         &self.samples
+    }
+
+    /// Returns which things can stand between thing `own` and the lamp.
+    pub(super) fn casters(&self, things: &[Thing], own: usize) -> Vec<u32> {
+        /// For more things (a mesh) finding the pairs would take longer than it saves.
+        const MANY: usize = 400;
+        if self.samples.is_empty() || things[own].id == WATER {
+            return Vec::new();
+        }
+        let slope = self.spread.tan();
+        let below = &things[own];
+        let between = |thing: &Thing| {
+            let to = thing.centre - below.centre;
+            let (along, both) = (to.dot(&self.towards), thing.radius + below.radius);
+            let reach = both + slope * (along.abs() + both);
+            along > -both && to.norm_squared() - along * along < reach * reach
+        };
+        let others = things.iter().enumerate().skip(1);
+        others
+            .filter(|&(k, thing)| k != own && thing.id != WATER)
+            .filter(|&(_, thing)| things.len() > MANY || between(thing))
+            .map(|(k, _)| k as u32)
+            .collect()
     }
 
     /// Returns the direction to the lamp, unit, world.
@@ -80,16 +130,21 @@ impl Lighting {
     }
 
     /// Returns what the table top looks like at `(x, y)`: its light, without marks.
-    pub(super) fn table_top(&self, x: f64, y: f64, from_eye: Vector3<f64>) -> Rgb {
-        let (lit, open) = self.shade.at(x, y);
-        let wood = self.table * grain(x, y);
-        self.surface(wood, 0.10, Vector3::z(), from_eye, lit, open)
+    pub(super) fn table_top(&self, x: f64, y: f64) -> Vector3<f32> {
+        self.flat(self.on_table.colour * grain(self.on_table.wood, x, y), 0.10, x, y)
     }
 
     /// Returns the ink of a printed mark at `(x, y)`.
-    pub(super) fn mark(&self, x: f64, y: f64, from_eye: Vector3<f64>) -> Rgb {
-        let (lit, open) = self.shade.at(x, y);
-        self.surface(Vector3::repeat(0.016), 0.08, Vector3::z(), from_eye, lit, open)
+    pub(super) fn mark(&self, x: f64, y: f64) -> Vector3<f32> {
+        self.flat(Vector3::repeat(0.016), 0.08, x, y)
+    }
+
+    /// As [`Self::surface`] for what lies flat on the table.
+    fn flat(&self, albedo: Vector3<f32>, specular: f32, x: f64, y: f64) -> Vector3<f32> {
+        let [lit, open, shine, _] = self.shade.at(x, y);
+        let on = &self.on_table;
+        let light = on.lamp * lit + Vector3::repeat(on.ambient * open);
+        albedo.component_mul(&light) + on.gloss * (lit * shine * specular)
     }
 
     /// Returns what the room looks like from `o` in the direction `d` (unit): floor and walls.
@@ -130,9 +185,12 @@ impl Lighting {
             return self.table * (0.55 * self.level());
         }
         let room = Vector3::repeat(0.30 + 0.25 * d.z) * self.level();
+        let cos = d.dot(&self.towards);
+        if cos < self.sheen_from {
+            return room;
+        }
         // The lamp's edge is softened a little so that its mirror image does not flicker.
-        let off = d.dot(&self.towards).clamp(-1.0, 1.0).acos();
-        let lamp = 1.0 - ((off - self.spread) / 0.06).clamp(0.0, 1.0);
+        let lamp = 1.0 - ((cos.min(1.0).acos() - self.spread) / SHEEN_EDGE).clamp(0.0, 1.0);
         room + self.lamp * (12.0 * lamp * lamp)
     }
 
@@ -146,8 +204,9 @@ struct Shade {
     low: [f64; 2],
     columns: usize,
     rows: usize,
-    /// `(lamp, room)`, row by row.
-    cells: Vec<(f64, f64)>,
+    /// The parts of the lamp and of the room, and how much of the lamp a polished table would mirror to
+    /// the eye; row by row.
+    cells: Vec<[f32; 4]>,
 }
 
 /// Edge of a cell of the shadow grid, m. Shadows of a wide lamp are softer than this.
@@ -160,13 +219,14 @@ impl Shade {
         light: &Light,
         towards: Vector3<f64>,
         shadows: bool,
+        eye: Vector3<f64>,
     ) -> Self {
         let [x, y] = view.table.centre;
         let (hx, hy) = (view.table.size.x / 2.0, view.table.size.y / 2.0);
         let columns = (2.0 * hx / CELL).ceil() as usize + 2;
         let rows = (2.0 * hy / CELL).ceil() as usize + 2;
         let low = [x - hx, y - hy];
-        let mut cells = vec![(1.0, 1.0); columns * rows];
+        let mut cells = vec![[1.0_f32, 1.0, 0.0, 0.0]; columns * rows];
         if shadows && towards.z > 0.1 {
             let casters: Vec<&Thing> =
                 things.iter().filter(|thing| thing.id != TABLE && thing.id != WATER).collect();
@@ -178,15 +238,15 @@ impl Shade {
             cells.par_chunks_mut(columns).enumerate().for_each(|(row, cells)| {
                 let y = low[1] + (row as f64 - 0.5) * CELL;
                 for (directions, is_lamp) in [(&lamp, true), (&dome, false)] {
-                    let part = 1.0 / directions.len() as f64;
+                    let part = 1.0 / directions.len() as f32;
                     for &d in directions {
-                        let mut seen = vec![1.0_f64; cells.len()];
+                        let mut seen = vec![1.0_f32; cells.len()];
                         for thing in &casters {
                             darken(thing, d, y, low[0], &mut seen);
                         }
                         for (cell, seen) in cells.iter_mut().zip(seen) {
                             let loss = part * (1.0 - seen);
-                            if is_lamp { cell.0 -= loss } else { cell.1 -= 0.85 * loss }
+                            if is_lamp { cell[0] -= loss } else { cell[1] -= 0.85 * loss }
                         }
                     }
                 }
@@ -195,6 +255,11 @@ impl Shade {
         let mut shade = Self { low, columns, rows, cells };
         shade.uncover(things);
         shade.soften();
+        for k in 0..shade.cells.len() {
+            let at = shade.centre(k % columns, k / columns);
+            let halfway = (towards + (eye - at).normalize()).normalize();
+            shade.cells[k][2] = 0.9 * (halfway.z.max(0.0) as f32).powi(12);
+        }
         shade
     }
 
@@ -232,18 +297,18 @@ impl Shade {
                     continue;
                 }
                 let (row, column) = (k / self.columns, k % self.columns);
-                let (mut sum, mut n) = ((0.0, 0.0), 0.0);
+                let (mut sum, mut n) = ([0.0; 2], 0.0);
                 for j in row.saturating_sub(1)..(row + 2).min(self.rows) {
                     for i in column.saturating_sub(1)..(column + 2).min(self.columns) {
                         let near = j * self.columns + i;
                         if before.1[near] {
-                            sum = (sum.0 + before.0[near].0, sum.1 + before.0[near].1);
+                            sum = [sum[0] + before.0[near][0], sum[1] + before.0[near][1]];
                             n += 1.0;
                         }
                     }
                 }
                 if n > 0.0 {
-                    self.cells[k] = (sum.0 / n, sum.1 / n);
+                    self.cells[k] = [sum[0] / n, sum[1] / n, 0.0, 0.0];
                     known[k] = true;
                 }
             }
@@ -255,13 +320,13 @@ impl Shade {
         let before = self.cells.clone();
         for row in 1..self.rows - 1 {
             for column in 1..self.columns - 1 {
-                let mut sum = (0.0, 0.0);
+                let mut sum = [0.0; 2];
                 for j in row - 1..=row + 1 {
                     for cell in &before[j * self.columns + column - 1..][..3] {
-                        sum = (sum.0 + cell.0, sum.1 + cell.1);
+                        sum = [sum[0] + cell[0], sum[1] + cell[1]];
                     }
                 }
-                self.cells[row * self.columns + column] = (sum.0 / 9.0, sum.1 / 9.0);
+                self.cells[row * self.columns + column] = [sum[0] / 9.0, sum[1] / 9.0, 0.0, 0.0];
             }
         }
     }
@@ -271,24 +336,23 @@ impl Shade {
         Vector3::new(place(column, self.low[0]), place(row, self.low[1]), 1e-5)
     }
 
-    /// Returns `(lamp, room)` at a place, between the centres of four cells.
-    fn at(&self, x: f64, y: f64) -> (f64, f64) {
+    /// Returns a cell's values at a place, between the centres of four cells.
+    fn at(&self, x: f64, y: f64) -> [f32; 4] {
         let u = ((x - self.low[0]) / CELL + 0.5).clamp(0.0, self.columns as f64 - 1.001);
         let v = ((y - self.low[1]) / CELL + 0.5).clamp(0.0, self.rows as f64 - 1.001);
         let (i, j) = (u as usize, v as usize);
-        let (fu, fv) = (u - i as f64, v - j as f64);
+        let (fu, fv) = ((u - i as f64) as f32, (v - j as f64) as f32);
         let at = j * self.columns + i;
-        let [a, b, c, d] =
-            [at, at + 1, at + self.columns, at + self.columns + 1].map(|k| self.cells[k]);
-        let mix = |a: f64, b: f64, c: f64, d: f64| {
-            (a * (1.0 - fu) + b * fu) * (1.0 - fv) + (c * (1.0 - fu) + d * fu) * fv
-        };
-        (mix(a.0, b.0, c.0, d.0), mix(a.1, b.1, c.1, d.1))
+        let [near, far] = [at, at + self.columns].map(|at| {
+            let (a, b) = (&self.cells[at], &self.cells[at + 1]);
+            std::array::from_fn::<f32, 4, _>(|k| a[k] + (b[k] - a[k]) * fu)
+        });
+        std::array::from_fn(|k| near[k] + (far[k] - near[k]) * fv)
     }
 }
 
 /// Marks the cells of a row whose line of sight along `d` a thing blocks.
-fn darken(thing: &Thing, d: Vector3<f64>, y: f64, low_x: f64, seen: &mut [f64]) {
+fn darken(thing: &Thing, d: Vector3<f64>, y: f64, low_x: f64, seen: &mut [f32]) {
     // The ball around the thing, seen along d on the plane z = 0, reaches r / d.z at most.
     let reach = thing.radius / d.z;
     let foot = thing.centre - d * (thing.centre.z / d.z);
@@ -300,16 +364,10 @@ fn darken(thing: &Thing, d: Vector3<f64>, y: f64, low_x: f64, seen: &mut [f64]) 
     let from = ((foot.x - half - low_x) / CELL + 0.5).floor().max(0.0) as usize;
     let to = ((foot.x + half - low_x) / CELL + 1.5).ceil().max(0.0) as usize;
     // Glass lets most light through and gathers what it bends; a third is missing beside the bright spots.
-    let left = if thing.paint.transparent { 0.70 } else { 0.0 };
-    for (k, seen) in seen.iter_mut().enumerate().take(to).skip(from) {
-        if *seen <= left {
-            continue;
-        }
-        let o = Vector3::new(low_x + (k as f64 - 0.5) * CELL, y, 1e-5);
-        if thing.near(o, d) && thing.blocks(o, d) {
-            *seen = seen.min(left);
-        }
-    }
+    let left = if thing.paint.transparent { 0.70_f32 } else { 0.0 };
+    let first = Vector3::new(low_x - 0.5 * CELL, y, 1e-5);
+    let to = to.min(seen.len()).max(from.min(seen.len()));
+    thing.blocked(first, Vector3::x() * CELL, d, from.min(to)..to, |k| seen[k] = seen[k].min(left));
 }
 
 /// Returns `n` directions spread evenly over a cone of half angle `spread` (Vogel's spiral).
@@ -357,19 +415,20 @@ static WOOD: LazyLock<Vec<f32>> = LazyLock::new(|| {
 });
 
 /// Returns the wood's brightness at a place of the table, about 1.
-fn grain(x: f64, y: f64) -> f64 {
+fn grain(wood: &[f32], x: f64, y: f64) -> f32 {
     let fold = |a: f64| {
-        let period = (GRAIN - 2) as f64;
-        let a = a / TEXEL + 0.31 * period;
-        let a = a - 2.0 * period * (a / (2.0 * period)).floor();
-        if a > period { 2.0 * period - a } else { a }
+        const PERIOD: f64 = (GRAIN - 2) as f64;
+        // Enough whole periods on top make it positive, so that a cast rounds down.
+        let a = a * (1.0 / TEXEL) + (0.31 + 64.0) * PERIOD;
+        let a = a - 2.0 * PERIOD * f64::from((a * (0.5 / PERIOD)) as i32);
+        (if a > PERIOD { 2.0 * PERIOD - a } else { a }).clamp(0.0, PERIOD)
     };
     let (u, v) = (fold(x), fold(y));
     let (i, j) = (u as usize, v as usize);
-    let (fu, fv) = (u - i as f64, v - j as f64);
-    let at = |i: usize, j: usize| f64::from(WOOD[j * GRAIN + i]);
-    (at(i, j) * (1.0 - fu) + at(i + 1, j) * fu) * (1.0 - fv)
-        + (at(i, j + 1) * (1.0 - fu) + at(i + 1, j + 1) * fu) * fv
+    let (fu, fv) = ((u - i as f64) as f32, (v - j as f64) as f32);
+    let wood = &wood[j * GRAIN + i..][..GRAIN + 2];
+    let (near, far) = (wood[0] + (wood[1] - wood[0]) * fu, &wood[GRAIN..]);
+    near + (far[0] + (far[1] - far[0]) * fu - near) * fv
 }
 
 /// Smooth value noise on the unit grid, 0 to 1 (Perlin's interpolation of hashed corners).

@@ -14,6 +14,7 @@ mod light;
 mod look;
 mod scene;
 mod solid;
+mod tile;
 mod trace;
 mod view;
 
@@ -25,8 +26,8 @@ use rayon::prelude::*;
 
 use crate::world::Camera;
 use lens::Lens;
-use light::Lighting;
 pub use look::ArmLook;
+use tile::{Content, TILE, Tile};
 use trace::{Sample, Stage};
 pub use view::{Ball, Body, FIRST_BODY, Light, MARKER, NOTHING, Paint, Shape, TABLE, View, WATER};
 
@@ -100,62 +101,135 @@ pub fn render(camera: &Camera, view: &View, options: &Options) -> Frame {
 /// Draws a view as light, before a sensor makes numbers of it.
 pub fn radiance(camera: &Camera, view: &View, options: &Options) -> Radiance {
     let (width, height) = (camera.intrinsics.width as usize, camera.intrinsics.height as usize);
-    let things = scene::things(view);
-    let lighting = Lighting::new(view, &things, options.shadows);
-    let stage = Stage { things, lighting, marks: &view.marks };
     let lens = Lens::new(camera);
-    let tiles = Tiles::new(&stage, &lens, width, height);
-    let look = |u: f64, v: f64, list: &[u32]| -> (Sample, f64) {
-        let d = lens.direction(u, v);
-        let length = d.norm();
-        (stage.look(lens.centre, d / length, Some(list), 0), length)
+    let stage = Stage::new(view, options.shadows, lens.centre);
+    let tiles = tile::tiles(&stage, &lens, width, height);
+    let columns = width.div_ceil(TILE);
+
+    let n = width * height;
+    let mut drawn = Radiance {
+        width: camera.intrinsics.width,
+        height: camera.intrinsics.height,
+        light: vec![[0.0; 3]; n],
+        depth: vec![0.0; n],
+        ids: vec![NOTHING; n],
+        glass_ids: vec![NOTHING; n],
     };
-
-    let mut first =
-        vec![
-            Pixel { light: [0.0; 3], key: 0, depth: f32::INFINITY, id: NOTHING, glass: NOTHING };
-            width * height
-        ];
-    first.par_chunks_mut(width.max(1)).enumerate().for_each(|(v, row)| {
-        for (u, pixel) in row.iter_mut().enumerate() {
-            let (sample, length) = look(u as f64, v as f64, tiles.at(u, v));
-            *pixel = Pixel {
-                light: clamped(sample.light),
-                key: sample.key,
-                depth: (sample.distance / length) as f32,
-                id: sample.id,
-                glass: sample.glass,
+    let mut keys = vec![0_u32; n];
+    let band = (width * TILE).max(1);
+    drawn
+        .light
+        .par_chunks_mut(band)
+        .zip(drawn.depth.par_chunks_mut(band))
+        .zip(drawn.ids.par_chunks_mut(band))
+        .zip(drawn.glass_ids.par_chunks_mut(band))
+        .zip(keys.par_chunks_mut(band))
+        .enumerate()
+        .for_each(|(row, ((((light, depth), ids), glass), keys))| {
+            let size = (width, light.len() / width);
+            let mut put = |at: usize, sample: Sample| {
+                light[at] = clamped(sample.light);
+                depth[at] = sample.distance as f32;
+                ids[at] = sample.id;
+                glass[at] = sample.glass;
+                keys[at] = (sample.key ^ sample.key >> 32) as u32;
             };
-        }
-    });
+            for column in 0..columns {
+                let tile = &tiles[row * columns + column];
+                first_look(&stage, &lens, tile, (column, row), size, &mut put);
+            }
+        });
 
-    let mut light: Vec<[f32; 3]> = first.iter().map(|pixel| pixel.light).collect();
     if options.edge_samples > 1 {
         let n = options.edge_samples;
         let offsets: Vec<[f64; 2]> = (0..n).map(|k| offset(k, n)).collect();
-        light.par_chunks_mut(width.max(1)).enumerate().for_each(|(v, row)| {
-            for (u, light) in row.iter_mut().enumerate() {
-                if !edge(&first, width, height, u, v) {
-                    continue;
-                }
-                let mut sum = [0.0_f32; 3];
-                for [du, dv] in &offsets {
-                    let (sample, _) = look(u as f64 + du, v as f64 + dv, tiles.at(u, v));
-                    let one = clamped(sample.light);
-                    sum = [sum[0] + one[0], sum[1] + one[1], sum[2] + one[2]];
-                }
-                *light = sum.map(|x| x / f32::from(n));
+        drawn.light.par_chunks_mut(width.max(1)).enumerate().for_each(|(v, row)| {
+            let mut edges = Vec::new();
+            find_edges(&keys, width, height, v, &mut edges);
+            for &u in &edges {
+                let tile = &tiles[(v / TILE) * columns + u / TILE];
+                row[u] = look_closely(&stage, &lens, tile, (u, v), &offsets);
             }
         });
     }
-    Radiance {
-        width: camera.intrinsics.width,
-        height: camera.intrinsics.height,
-        light,
-        depth: first.iter().map(|pixel| pixel.depth).collect(),
-        ids: first.iter().map(|pixel| pixel.id).collect(),
-        glass_ids: first.iter().map(|pixel| pixel.glass).collect(),
+    drawn
+}
+
+/// Looks once at each pixel of a square of a band of `rows` and hands over what it saw, distances along
+/// camera z.
+fn first_look(
+    stage: &Stage<'_>,
+    lens: &Lens,
+    tile: &Tile,
+    (column, row): (usize, usize),
+    (width, rows): (usize, usize),
+    put: &mut impl FnMut(usize, Sample),
+) {
+    let across = column * TILE..((column + 1) * TILE).min(width);
+    for y in 0..rows {
+        let v = (row * TILE + y) as f64;
+        for u in across.clone() {
+            let sample = match &tile.content {
+                Content::Room(corners) => {
+                    let at = |k: usize| k as f32 / TILE as f32;
+                    let (fu, fv) = (at(u - across.start), at(y));
+                    let top = corners[0] + (corners[1] - corners[0]) * fu;
+                    let bottom = corners[2] + (corners[3] - corners[2]) * fu;
+                    Sample::room((top + (bottom - top) * fv).cast())
+                }
+                Content::Table => stage.look_at_table(
+                    lens.centre,
+                    lens.direction(u as f64, v),
+                    &tile.candidates.marks,
+                ),
+                Content::Things => {
+                    let d = lens.direction(u as f64, v);
+                    let length = d.norm();
+                    let sample = stage.look(lens.centre, d / length, Some(&tile.candidates), 0);
+                    Sample { distance: sample.distance / length, ..sample }
+                }
+            };
+            put(y * width + u, sample);
+        }
     }
+}
+
+/// Looks many times at a pixel where surfaces meet and returns the mean.
+///
+/// Which surface is seen is asked at each of the places; how bright it is only at a few of each surface,
+/// for light changes slowly along a surface.
+fn look_closely(
+    stage: &Stage<'_>,
+    lens: &Lens,
+    tile: &Tile,
+    (u, v): (usize, usize),
+    offsets: &[[f64; 2]],
+) -> [f32; 3] {
+    let few = offsets.len() < 10;
+    let mut known: [(u64, [f32; 3]); 6] = [(u64::MAX, [0.0; 3]); 6];
+    let mut n_known = 0;
+    let mut sum = [0.0_f32; 3];
+    for (k, [du, dv]) in offsets.iter().enumerate() {
+        let d = lens.direction(u as f64 + du, v as f64 + dv).normalize();
+        let seen = stage.see(lens.centre, d, Some(&tile.candidates), 0);
+        let surface = seen.surface();
+        let at = known[..n_known].iter().position(|(known, _)| *known == surface);
+        // Of Hammersley's sixteen points every fifth, or for glass, which shows much in little space, those
+        // with an even number of ones: both choices are spread over the pixel as all points are.
+        let chosen = if seen.is_clear() { k.count_ones().is_multiple_of(2) } else { k % 5 == 0 };
+        let light = match at {
+            Some(at) if !few && !chosen => known[at].1,
+            _ => {
+                let light = clamped(stage.develop(&seen, lens.centre, d, 0).light);
+                let at = at.unwrap_or(n_known.min(known.len() - 1));
+                known[at] = (surface, light);
+                n_known = n_known.max(at + 1);
+                light
+            }
+        };
+        sum = [sum[0] + light[0], sum[1] + light[1], sum[2] + light[2]];
+    }
+    sum.map(|x| x / offsets.len() as f32)
 }
 
 /// The sRGB transfer function: linear light (clamped to 0–1) to 0–1.
@@ -173,27 +247,28 @@ fn developed(x: f32) -> u8 {
     TABLE[(x.clamp(0.0, 1.0) * STEPS + 0.5) as usize]
 }
 
-/// The first look at a pixel.
-#[derive(Debug, Clone, Copy)]
-struct Pixel {
-    light: [f32; 3],
-    key: u64,
-    depth: f32,
-    id: u16,
-    glass: u16,
-}
-
 /// Highlights are cut where a sensor's pixel would be full several times over; else one bright look would
 /// outweigh all others of an edge.
 fn clamped(light: Vector3<f64>) -> [f32; 3] {
-    [light.x, light.y, light.z].map(|x| x.clamp(0.0, 4.0) as f32)
+    let cut = |x: f64| (x as f32).clamp(0.0, 4.0);
+    [cut(light.x), cut(light.y), cut(light.z)]
 }
 
-/// Returns whether any of the eight neighbours sees another surface.
-fn edge(first: &[Pixel], width: usize, height: usize, u: usize, v: usize) -> bool {
-    let key = first[v * width + u].key;
-    (v.saturating_sub(1)..(v + 2).min(height))
-        .any(|y| (u.saturating_sub(1)..(u + 2).min(width)).any(|x| first[y * width + x].key != key))
+/// Collects the columns of row `v` of which the pixel beside, above or below sees another surface.
+///
+/// Neighbours across a corner need not be asked: the corner lies midway between the two others beside it, so
+/// a straight edge that leaves both on the pixel's side does not reach into the pixel.
+fn find_edges(keys: &[u32], width: usize, height: usize, v: usize, edges: &mut Vec<usize>) {
+    let row = |v: usize| &keys[v * width..(v + 1) * width];
+    let here = row(v);
+    let (above, below) = (row(v.saturating_sub(1)), row((v + 1).min(height - 1)));
+    for u in 0..width {
+        let (left, right) = (here[u.saturating_sub(1)], here[(u + 1).min(width - 1)]);
+        let key = here[u];
+        if (left != key) | (right != key) | (above[u] != key) | (below[u] != key) {
+            edges.push(u);
+        }
+    }
 }
 
 /// Returns the k-th of n places in a pixel (Hammersley's points): all their columns and all their rows
@@ -202,42 +277,4 @@ fn offset(k: u16, n: u16) -> [f64; 2] {
     let across = (f64::from(k) + 0.5) / f64::from(n);
     let down = f64::from(k.reverse_bits()) / 65536.0 + 0.5 / f64::from(n.next_power_of_two());
     [across - 0.5, down - 0.5]
-}
-
-/// Which things can appear in which square of the picture.
-struct Tiles {
-    columns: usize,
-    lists: Vec<Vec<u32>>,
-}
-
-/// Edge of a square, px.
-const TILE: usize = 16;
-
-impl Tiles {
-    fn new(stage: &Stage, lens: &Lens, width: usize, height: usize) -> Self {
-        let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
-        let mut lists = vec![Vec::new(); columns * rows];
-        for (index, thing) in stage.things.iter().enumerate() {
-            let (across, down) = match lens.frame(&thing.corners()) {
-                None => (0..columns, 0..rows),
-                Some([u0, v0, u1, v1]) => {
-                    let range = |low: f64, high: f64, n: usize| {
-                        let tile = |x: f64| (x / TILE as f64).floor().clamp(-1.0, n as f64);
-                        tile(low).max(0.0) as usize..((tile(high) + 1.0) as usize).min(n)
-                    };
-                    (range(u0, u1, columns), range(v0, v1, rows))
-                }
-            };
-            for row in down {
-                for column in across.clone() {
-                    lists[row * columns + column].push(index as u32);
-                }
-            }
-        }
-        Self { columns, lists }
-    }
-
-    fn at(&self, u: usize, v: usize) -> &[u32] {
-        &self.lists[(v / TILE) * self.columns + u / TILE]
-    }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
-use super::solid::{Solid, TOP};
+use super::solid::{Solid, TOP, times};
 use super::view::{Body, FIRST_BODY, MARKER, Paint, Shape, TABLE, View, WATER};
 use crate::world::object;
 
@@ -84,17 +84,17 @@ impl Thing {
 
     /// Returns a ray in the thing's own frame.
     pub(super) fn inward(&self, o: Vector3<f64>, d: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
-        (self.local_from_world * (o - self.origin), self.local_from_world * d)
+        (times(&self.local_from_world, o - self.origin), times(&self.local_from_world, d))
     }
 
     /// Returns a direction of the thing's frame in the world.
     pub(super) fn outward(&self, d: Vector3<f64>) -> Vector3<f64> {
-        self.world_from_local * d
+        times(&self.world_from_local, d)
     }
 
     /// Returns a point of the thing's frame in the world.
     pub(super) fn back(&self, p: Vector3<f64>) -> Vector3<f64> {
-        self.world_from_local * p + self.origin
+        times(&self.world_from_local, p) + self.origin
     }
 
     /// Returns whether the line `o + t d`, `d` of length 1, comes near enough ahead to be worth a closer look.
@@ -106,24 +106,25 @@ impl Thing {
         off <= r2 && (along >= 0.0 || to.norm_squared() <= r2)
     }
 
-    /// Returns the corners of the box that holds it, world.
-    pub(super) fn corners(&self) -> Vec<Vector3<f64>> {
-        let (low, high) = match &self.kind {
-            Kind::Solid(solid) => solid.bounds(),
-            Kind::Vessel(hollow) => hollow.outer.bounds(),
-            Kind::Triangle { a, ab, ac } => {
-                return [*a, a + ab, a + ac]
-                    .iter()
-                    .map(|p| self.world_from_local * p + self.origin)
-                    .collect();
-            }
+    /// Returns whether the thing can be met by a ray from the tip of a cone of rays. `axis` is of length 1,
+    /// `slope` the tangent of half the cone's angle. It may say yes for a near miss, never no for a hit.
+    pub(super) fn in_cone(&self, tip: Vector3<f64>, axis: Vector3<f64>, slope: f64) -> bool {
+        // A point of the thing on a ray of the cone is no farther from the axis than the cone is wide at the
+        // thing's far side; so the axis meets the thing grown by that width.
+        let width = slope * ((self.centre - tip).norm() + self.radius);
+        let to = self.centre - tip;
+        let along = to.dot(&axis);
+        let reach = self.radius + width;
+        if along < -reach || to.norm_squared() - along * along > reach * reach {
+            return false;
+        }
+        let solid = match &self.kind {
+            Kind::Solid(solid) => solid,
+            Kind::Vessel(hollow) => &hollow.outer,
+            Kind::Triangle { .. } => return true,
         };
-        (0..8)
-            .map(|k| {
-                let pick = |i: usize| if k >> i & 1 == 0 { low[i] } else { high[i] };
-                self.world_from_local * Vector3::new(pick(0), pick(1), pick(2)) + self.origin
-            })
-            .collect()
+        let (o, d) = self.inward(tip, axis);
+        solid.grown(width).span(o, d).is_some_and(|span| span.leave > 0.0)
     }
 
     /// Returns where a ray first meets the thing beyond `least`, taking it as opaque.
@@ -202,6 +203,34 @@ impl Thing {
                 from_wall || self.hit(o, d, 1e-6).is_some()
             }
             Kind::Triangle { .. } => self.hit(o, d, 1e-6).is_some(),
+        }
+    }
+
+    /// Tells `told` which of the places `from + k step`, `k` in `cells`, do not see far along `d` (unit) for
+    /// this thing.
+    pub(super) fn blocked(
+        &self,
+        from: Vector3<f64>,
+        step: Vector3<f64>,
+        d: Vector3<f64>,
+        cells: std::ops::Range<usize>,
+        mut told: impl FnMut(usize),
+    ) {
+        let (lo, ld) = self.inward(from, d);
+        let stride = times(&self.local_from_world, step);
+        for k in cells {
+            let blocks = match &self.kind {
+                Kind::Solid(solid) => {
+                    solid.span(lo + stride * k as f64, ld).is_some_and(|span| span.leave > 1e-6)
+                }
+                _ => {
+                    let o = from + step * k as f64;
+                    self.near(o, d) && self.blocks(o, d)
+                }
+            };
+            if blocks {
+                told(k);
+            }
         }
     }
 

@@ -7,10 +7,10 @@
 use nalgebra::Vector3;
 
 use super::light::{Lighting, Rgb};
-use super::scene::{Hit, Hollow, Kind, Thing};
+use super::scene::{self, Hit, Hollow, Kind, Thing};
 use super::solid::{Solid, TOP};
-use super::view::{NOTHING, TABLE, WATER};
-use crate::world::Mark;
+use super::view::{NOTHING, TABLE, View};
+use crate::world::{Mark, Table};
 
 /// Index of refraction of soda-lime glass, and of water.
 const N_GLASS: f64 = 1.52;
@@ -24,11 +24,50 @@ const MOST_SURFACES: usize = 14;
 /// How many transparent things in a row a ray is followed through.
 const MOST_BOUNCES: u8 = 3;
 
-/// A view ready to be looked at.
+/// A view ready to be looked at. The table is the first of its things.
 pub(super) struct Stage<'a> {
     pub(super) things: Vec<Thing>,
     pub(super) lighting: Lighting,
     pub(super) marks: &'a [Mark],
+    table: Table,
+    /// For each thing those that can cast a shadow on it.
+    casters: Vec<Vec<u32>>,
+}
+
+/// What can be met in a part of the picture; see [`super::tile`].
+#[derive(Debug, Clone, Default)]
+pub(super) struct Candidates {
+    pub(super) things: Vec<u32>,
+    pub(super) marks: Vec<u32>,
+}
+
+/// What a ray meets first.
+pub(super) struct Seen<'a> {
+    /// What is opaque.
+    solid: Option<(Hit, usize)>,
+    /// What is transparent in front of it: how far, and which thing.
+    clear: Option<(f64, usize)>,
+    /// The printed mark it is, when the opaque thing is the table.
+    mark: Option<&'a Mark>,
+}
+
+impl Seen<'_> {
+    /// Returns whether something transparent is in front.
+    pub(super) fn is_clear(&self) -> bool {
+        self.clear.is_some()
+    }
+
+    /// Returns a number that two rays share when they see the same surface.
+    pub(super) fn surface(&self) -> u64 {
+        match (self.clear, &self.solid) {
+            (Some((_, index)), _) => 1 << 32 | index as u64,
+            (None, Some((hit, index))) => {
+                let extra = u64::from(hit.face) << 2 | u64::from(hit.wet) << 1;
+                2 << 32 | (*index as u64) << 10 | extra | u64::from(self.mark.is_some())
+            }
+            (None, None) => 0,
+        }
+    }
 }
 
 /// What one ray sees.
@@ -44,6 +83,13 @@ pub(super) struct Sample {
     pub(super) id: u16,
     /// What transparent thing is in front of it.
     pub(super) glass: u16,
+}
+
+impl Sample {
+    /// Returns what a ray sees that meets nothing but the room.
+    pub(super) fn room(light: Rgb) -> Self {
+        Self { light, key: 0, distance: f64::INFINITY, id: NOTHING, glass: NOTHING }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,58 +114,143 @@ impl Medium {
             Self::Glass => TINT_GLASS,
             Self::Water => TINT_WATER,
         };
-        Vector3::from(tint.map(|a| (-a * length).exp()))
+        // Single precision is quick, and far finer than the tint is known.
+        Vector3::from(tint.map(|a| f64::from(((-a * length) as f32).exp())))
     }
 }
 
-impl Stage<'_> {
+impl<'a> Stage<'a> {
+    /// Makes a view ready to be looked at from `eye`.
+    pub(super) fn new(view: &'a View, shadows: bool, eye: Vector3<f64>) -> Self {
+        let things = scene::things(view);
+        let lighting = Lighting::new(view, &things, shadows, eye);
+        let casters = (0..things.len()).map(|k| lighting.casters(&things, k)).collect();
+        Self { things, lighting, marks: &view.marks, table: view.table, casters }
+    }
+
     /// Looks from `o` along `d` (unit). `candidates` are the things that can be met; `None` means any.
     pub(super) fn look(
         &self,
         o: Vector3<f64>,
         d: Vector3<f64>,
-        candidates: Option<&[u32]>,
+        candidates: Option<&Candidates>,
         bounce: u8,
     ) -> Sample {
-        let mut solid: Option<(Hit, &Thing)> = None;
-        let mut clear: Option<(f64, &Thing)> = None;
+        self.develop(&self.see(o, d, candidates, bounce), o, d, bounce)
+    }
+
+    /// Returns what a ray from `o` along `d` (unit) meets.
+    pub(super) fn see(
+        &self,
+        o: Vector3<f64>,
+        d: Vector3<f64>,
+        candidates: Option<&Candidates>,
+        bounce: u8,
+    ) -> Seen<'_> {
+        let mut solid: Option<(Hit, usize)> = None;
+        let mut clear: Option<(f64, usize)> = None;
         let mut consider = |index: usize| {
             let thing = &self.things[index];
-            if candidates.is_none() && !thing.near(o, d) {
+            let hit = if index == 0 {
+                self.meet_table(o, d)
+            } else if !thing.near(o, d) {
                 return;
-            }
-            if thing.paint.transparent {
+            } else if thing.paint.transparent {
                 if let Some(t) = entry(thing, o, d)
                     && clear.is_none_or(|(best, _)| t < best)
                 {
-                    clear = Some((t, thing));
+                    clear = Some((t, index));
                 }
-            } else if let Some(hit) = thing.hit(o, d, 1e-6)
+                return;
+            } else {
+                thing.hit(o, d, 1e-6)
+            };
+            if let Some(hit) = hit
                 && solid.is_none_or(|(best, _)| hit.t < best.t)
             {
-                solid = Some((hit, thing));
+                solid = Some((hit, index));
             }
         };
         match candidates {
-            Some(list) => list.iter().for_each(|&index| consider(index as usize)),
+            Some(list) => list.things.iter().for_each(|&index| consider(index as usize)),
             None => (0..self.things.len()).for_each(&mut consider),
         }
         let distance = solid.map_or(f64::INFINITY, |(hit, _)| hit.t);
-        let id = solid.map_or(NOTHING, |(_, thing)| thing.id);
+        let mark =
+            solid.filter(|(hit, index)| *index == 0 && hit.face == TOP).and_then(|(hit, _)| {
+                let at = o + d * hit.t;
+                self.mark_at(at.x, at.y, candidates.map(|list| list.marks.as_slice()))
+            });
+        Seen { solid, clear: clear.filter(|&(t, _)| t < distance && bounce < MOST_BOUNCES), mark }
+    }
+
+    /// Returns the mark at a place of the table, among those listed or any.
+    pub(super) fn mark_at(&self, x: f64, y: f64, listed: Option<&[u32]>) -> Option<&Mark> {
+        let on = |mark: &&Mark| {
+            let (x, y) = (x - mark.x, y - mark.y);
+            x * x + y * y < mark.radius * mark.radius
+        };
+        match listed {
+            Some(list) => list.iter().map(|&k| &self.marks[k as usize]).find(on),
+            None => self.marks.iter().find(on),
+        }
+    }
+
+    /// Returns where a ray meets the table: nearly always its top, which is quickly told.
+    fn meet_table(&self, o: Vector3<f64>, d: Vector3<f64>) -> Option<Hit> {
+        if o.z > 1e-6 {
+            if d.z >= 0.0 {
+                return None;
+            }
+            let t = -o.z / d.z;
+            if self.table.holds(o.x + d.x * t, o.y + d.y * t, 0.0) {
+                return Some(Hit { t, normal: Vector3::z(), face: TOP, depth: 0.0, wet: false });
+            }
+        }
+        self.things[0].hit(o, d, 1e-6)
+    }
+
+    /// Looks along `d` (any length) where only room and table can be seen; distances are in lengths of `d`.
+    pub(super) fn look_at_table(&self, o: Vector3<f64>, d: Vector3<f64>, marks: &[u32]) -> Sample {
+        if o.z > 1e-6 && d.z < 0.0 {
+            let t = -o.z / d.z;
+            let (x, y) = (o.x + d.x * t, o.y + d.y * t);
+            if self.table.holds(x, y, 0.0) {
+                let on = self.mark_at(x, y, Some(marks)).is_some();
+                let light =
+                    if on { self.lighting.mark(x, y) } else { self.lighting.table_top(x, y) };
+                let key = mix(u64::from(TABLE), table_key(on));
+                return Sample { light: light.cast(), key, distance: t, id: TABLE, glass: NOTHING };
+            }
+        }
+        let length = d.norm();
+        let only = Candidates { things: vec![0], marks: marks.to_vec() };
+        let sample = self.look(o, d / length, Some(&only), 0);
+        Sample { distance: sample.distance / length, ..sample }
+    }
+
+    /// Returns the light of what a ray from `o` along `d` met.
+    pub(super) fn develop(
+        &self,
+        seen: &Seen<'_>,
+        o: Vector3<f64>,
+        d: Vector3<f64>,
+        bounce: u8,
+    ) -> Sample {
+        let id = seen.solid.map_or(NOTHING, |(_, index)| self.things[index].id);
+        let distance = seen.solid.map_or(f64::INFINITY, |(hit, _)| hit.t);
         let mut sample =
             Sample { light: Rgb::zeros(), key: u64::from(id), distance, id, glass: NOTHING };
-        if let Some((t, thing)) = clear
-            && t < distance
-            && bounce < MOST_BOUNCES
-        {
+        if let Some((t, index)) = seen.clear {
+            let thing = &self.things[index];
             sample.glass = thing.id;
             (sample.light, sample.key) = self.through(thing, o, d, t, bounce);
             return sample;
         }
-        match solid {
+        match seen.solid {
             None => sample.light = self.lighting.room(o, d),
-            Some((hit, thing)) => {
-                let (light, key) = self.shade(thing, &hit, o, d);
+            Some((hit, index)) => {
+                let (light, key) = self.shade(index, &hit, seen.mark.is_some(), o, d);
                 sample.light = light;
                 sample.key = mix(sample.key, key);
             }
@@ -128,18 +259,23 @@ impl Stage<'_> {
     }
 
     /// Returns the light of an opaque surface, and a key that changes at its inner edges.
-    fn shade(&self, thing: &Thing, hit: &Hit, o: Vector3<f64>, d: Vector3<f64>) -> (Rgb, u64) {
+    fn shade(
+        &self,
+        index: usize,
+        hit: &Hit,
+        on_mark: bool,
+        o: Vector3<f64>,
+        d: Vector3<f64>,
+    ) -> (Rgb, u64) {
+        let thing = &self.things[index];
         let at = o + d * hit.t;
         if thing.id == TABLE && hit.face == TOP {
-            let on = self.marks.iter().any(|mark| {
-                let (x, y) = (at.x - mark.x, at.y - mark.y);
-                x * x + y * y < mark.radius * mark.radius
-            });
-            return if on {
-                (self.lighting.mark(at.x, at.y, d), 64)
+            let light = if on_mark {
+                self.lighting.mark(at.x, at.y)
             } else {
-                (self.lighting.table_top(at.x, at.y, d), 65)
+                self.lighting.table_top(at.x, at.y)
             };
+            return (light.cast(), table_key(on_mark));
         }
         if hit.wet
             && let Kind::Vessel(hollow) = &thing.kind
@@ -147,7 +283,7 @@ impl Stage<'_> {
         {
             return (seen, 66 + u64::from(hit.face));
         }
-        let (lit, key) = self.lit(thing, hit, at);
+        let (lit, key) = self.lit(index, hit, at);
         let open = 1.0 - 0.6 * hit.depth;
         // Close above the table less of the room is seen.
         let open = open * (1.0 - 0.25 * (-at.z.max(0.0) / 0.02).exp());
@@ -164,7 +300,8 @@ impl Stage<'_> {
     }
 
     /// Returns the part of the lamp a place on a body sees, and a key that changes with it.
-    fn lit(&self, own: &Thing, hit: &Hit, at: Vector3<f64>) -> (f64, u64) {
+    fn lit(&self, index: usize, hit: &Hit, at: Vector3<f64>) -> (f64, u64) {
+        let own = &self.things[index];
         if hit.normal.dot(&self.lighting.towards()) <= 0.0 {
             return (0.0, 0);
         }
@@ -185,11 +322,9 @@ impl Stage<'_> {
                     continue;
                 }
             }
-            for thing in &self.things[1..] {
-                if thing.id == WATER || std::ptr::eq(thing, own) || !thing.near(from, to) {
-                    continue;
-                }
-                if thing.blocks(from, to) {
+            for &caster in &self.casters[index] {
+                let thing = &self.things[caster as usize];
+                if thing.near(from, to) && thing.blocks(from, to) {
                     left = left.min(if thing.paint.transparent { 0.7 } else { 0.0 });
                     if left <= 0.0 {
                         break;
@@ -334,7 +469,14 @@ fn next_surface(kind: &Kind, o: Vector3<f64>, d: Vector3<f64>, now: Medium) -> O
     {
         ends[4] = ((height - up.dot(&o)) / up.dot(&d), 32);
     }
-    ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // Insertion: a general sort takes longer to begin than five numbers take to order.
+    for k in 1..ends.len() {
+        let mut at = k;
+        while at > 0 && ends[at].0 < ends[at - 1].0 {
+            ends.swap(at, at - 1);
+            at -= 1;
+        }
+    }
     for (k, &(t, code)) in ends.iter().enumerate() {
         if t <= NEAR || t >= far {
             continue;
@@ -398,6 +540,11 @@ fn split(way: Vector3<f64>, normal: Vector3<f64>, n1: f64, n2: f64) -> (f64, Opt
     let p = (n1 * cos2 - n2 * cos1) / (n1 * cos2 + n2 * cos1);
     let bent = way * ratio + normal * (ratio * cos1 - cos2);
     (f64::midpoint(s * s, p * p), Some(bent.normalize()))
+}
+
+/// The key of the table's top, and of a mark on it.
+fn table_key(on_mark: bool) -> u64 {
+    if on_mark { 64 } else { 65 }
 }
 
 /// Folds a number into a key (FNV-1a's step).
