@@ -130,13 +130,16 @@ pub fn main() -> ExitCode {
     })
 }
 
-/// Words bad usage for a program: the first line says what, the rest what would help.
+/// Words bad usage for a program: the first paragraph says what, the rest what would help.
 fn usage(error: &clap::Error) -> Failure {
     let text = error.render().to_string();
-    let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
-    let what = lines.next().unwrap_or("bad usage");
-    let help = lines.collect::<Vec<_>>().join("; ");
-    Failure::input("usage", what.strip_prefix("error: ").unwrap_or(what)).help(help)
+    let (what, help) = text.split_once("\n\n").unwrap_or((&text, ""));
+    let joined = |text: &str, by: &str| {
+        let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+        lines.collect::<Vec<_>>().join(by)
+    };
+    let what = joined(what, " ");
+    Failure::input("usage", what.strip_prefix("error: ").unwrap_or(&what)).help(joined(help, "; "))
 }
 
 fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {

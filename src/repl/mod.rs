@@ -229,25 +229,38 @@ impl Session<'_> {
     }
 
     fn graph(&self, call: &str) {
+        if call.is_empty() {
+            let failure = Failure::input("repl::graph", "`:graph` takes a call");
+            return self.style.failure(&failure.help("type one, such as `:graph pour(jar, cup)`"));
+        }
         let Some(Step::Act(act)) = self.read(call) else { return };
         let call: &Call = &act.call;
         match self.cell.graph(call) {
             Ok(graph) => {
                 let learnt = outline::Learnt::default();
-                self.style.say(outline::outline(&graph, &learnt));
+                self.style.say(outline::outline(&graph, &learnt).trim_end());
             }
             Err(error) => self.style.failure(&report::cell_failure(&error, self.style)),
         }
     }
 
     fn tell_about(&self, name: &str) {
-        match report::documentation(self.cell.library(), name) {
-            Some(text) => self.style.say(text),
-            None => self.style.failure(
-                &Failure::input("repl::unknown", format!("nothing here is called `{name}`"))
-                    .help("`:tasks` lists what can be called"),
-            ),
+        let library = self.cell.library();
+        if let Some(text) = report::documentation(library, name) {
+            return self.style.say(text);
         }
+        let tasks = library.tasks().map(|(task, _)| task.name.text.as_str());
+        let actions = library.actions().map(|(action, _)| action.name.text.as_str());
+        let fluents = library.fluents().map(|(fluent, _)| fluent.name.text.as_str());
+        let failure = match name {
+            "" => Failure::input("repl::unknown", "`?` takes a name, such as `?pour`"),
+            name => Failure::input("repl::unknown", format!("nothing here is called `{name}`")),
+        };
+        let near = language::nearest(name, tasks.chain(actions).chain(fluents));
+        self.style.failure(&match near {
+            Some(near) => failure.help(format!("did you mean `?{near}`?")),
+            None => failure.help("`:tasks` lists what can be called"),
+        });
     }
 
     fn why(&self) {

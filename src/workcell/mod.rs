@@ -26,7 +26,7 @@ use crate::execution::trace::{Event, Observer};
 use crate::execution::walk::Walker;
 use crate::graph::{self, Graph, ParseGraph, infer};
 use crate::lab::{Lab, LabSettings};
-use crate::language::ast::{BinaryOp, Call, Expr, ExprKind, Step};
+use crate::language::ast::{BinaryOp, Call, Expr, ExprKind, Item, Step};
 use crate::language::{Diagnostic, Library, Source};
 use crate::motion::robot::Robot;
 use crate::twin::Settings;
@@ -172,6 +172,16 @@ impl WorkCell {
         let mut library = library(&options.stdlib);
         let scene_source = options.scene.map(|source| library.add(source));
         let script = options.script.map(|source| library.add(source));
+        if let Some(file) = scene_source {
+            let own = library.program(file).is_some_and(|program| {
+                program.items.iter().any(|item| matches!(item, Item::Scene(_)))
+            });
+            // A file that was named for its scene does not quietly mean another one's.
+            if !own {
+                let name = library.source(file).map(|source| source.name.clone());
+                return Err(Error::NoScene(name.unwrap_or_default()));
+            }
+        }
         let scene = Arc::new(scene_of(&library, scene_source.or(script))?);
         let scope = library.scope(&scene.name);
         let wrong = library.check(&scope).into_iter().filter(Diagnostic::is_error);

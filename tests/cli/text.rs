@@ -141,7 +141,7 @@ fn a_graph_is_drawn_for_people_programs_and_graphviz() {
         }
     }
     let or: Vec<&Value> =
-        nodes.iter().filter(|node| node["ao"] == "or" && node["decides"].is_null()).collect();
+        nodes.iter().filter(|node| node["ao"] == "or" && node["decides"] == "choice").collect();
     assert_eq!(or.len(), 1, "pick has one choice: {or:?}");
     assert_eq!(desk.trueup(&["graph", "pour(jar, cup)", "--json"]).json(), graph);
 

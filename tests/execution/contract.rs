@@ -3,9 +3,9 @@
 use std::sync::{Arc, Mutex};
 
 use nalgebra::Vector3;
-use trueup::execution::arm::{Arm, Cancel, DeviceError, Feedback};
+use trueup::execution::arm::{Arm, Cancel, DeviceError, Feedback, Grip};
 use trueup::execution::lab_arm;
-use trueup::execution::limits::Cleared;
+use trueup::execution::limits::{Cleared, ClearedGrip};
 use trueup::execution::plan::side_pose;
 use trueup::execution::stage::{Body, Cell};
 use trueup::execution::twin_arm::TwinBody;
@@ -13,7 +13,7 @@ use trueup::lab::{Lab, LabSettings, Spot};
 use trueup::motion::ik::Solver;
 use trueup::motion::trajectory::{Limits, Trajectory};
 
-use crate::kitchen::{self, HOME};
+use crate::kitchen::HOME;
 
 use super::{cell, state, twin};
 
@@ -38,7 +38,7 @@ fn arms(cell: &Cell, q: &[f64]) -> Vec<(&'static str, Box<dyn Arm>)> {
         settings.placement.fixed.insert("jar".into(), spot(JAR));
         settings.placement.fixed.insert("cup".into(), spot([0.45, 0.33, 0.0]));
         settings.start.q_rad = q.to_vec();
-        let lab = Lab::new(kitchen::URDF, &cell.scene, settings, 3).unwrap();
+        let lab = Lab::new(&cell.robot, &cell.scene, settings, 3).unwrap();
         Box::new(lab_arm::connect(Arc::new(Mutex::new(lab))))
     };
     vec![
@@ -67,13 +67,11 @@ impl<B: Body> Arm for OfBody<B> {
 
     fn grip(
         &mut self,
-        opening: f64,
-        speed: f64,
-        force: f64,
+        grip: &ClearedGrip,
         cancel: &Cancel,
         watch: &mut dyn FnMut(&Feedback),
-    ) -> Result<trueup::execution::arm::Grip, DeviceError> {
-        self.0.arm().grip(opening, speed, force, cancel, watch)
+    ) -> Result<Grip, DeviceError> {
+        self.0.arm().grip(grip, cancel, watch)
     }
 
     fn wait(
@@ -97,6 +95,11 @@ fn turned(cell: &Cell, q: &[f64], turn: f64) -> (Cleared, Vec<f64>) {
     let path = [q.to_vec(), end.clone()];
     let timed = Trajectory::through_points(&path, &Limits::of(&cell.robot)).unwrap();
     (cell.limits.clear(cell, timed, q).unwrap(), end)
+}
+
+/// The fingers sent to `opening` m, gently.
+fn fingers(cell: &Cell, opening: f64) -> ClearedGrip {
+    cell.limits.clear_grip(cell, opening, 0.06, 30.0).unwrap()
 }
 
 fn largest(a: &[f64], b: &[f64]) -> f64 {
@@ -165,18 +168,18 @@ fn fingers_go_where_they_are_sent_unless_something_is_between_them() {
     let cell = cell();
     let never = Cancel::default();
     for (name, mut arm) in arms(&cell, &HOME) {
-        let grip = arm.grip(0.02, 0.06, 30.0, &never, &mut |_| {}).unwrap();
+        let grip = arm.grip(&fingers(&cell, 0.02), &never, &mut |_| {}).unwrap();
         assert!(!grip.stalled && (grip.opening - 0.02).abs() < 2e-3, "{name}: {grip:?}");
-        let grip = arm.grip(0.08, 0.06, 30.0, &never, &mut |_| {}).unwrap();
+        let grip = arm.grip(&fingers(&cell, 0.08), &never, &mut |_| {}).unwrap();
         assert!(!grip.stalled && (grip.opening - 0.08).abs() < 2e-3, "{name}: {grip:?}");
     }
     let q = around_the_jar(&cell);
     for (name, mut arm) in arms(&cell, &q) {
-        let grip = arm.grip(0.0, 0.06, 30.0, &never, &mut |_| {}).unwrap();
+        let grip = arm.grip(&fingers(&cell, 0.0), &never, &mut |_| {}).unwrap();
         assert!(grip.stalled && (grip.opening - WIDTH).abs() < 4e-3, "{name}: {grip:?}");
         let shown = arm.feedback().unwrap().opening;
         assert!((shown - grip.opening).abs() < 2e-3, "{name}: {shown}");
-        let grip = arm.grip(0.085, 0.06, 30.0, &never, &mut |_| {}).unwrap();
+        let grip = arm.grip(&fingers(&cell, 0.085), &never, &mut |_| {}).unwrap();
         assert!(!grip.stalled && grip.opening > 0.08, "{name}: {grip:?}");
     }
 }

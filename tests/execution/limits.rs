@@ -32,7 +32,7 @@ fn what_is_timed_inside_the_robots_limits_is_cleared_unchanged() {
     let cell = cell();
     let limits = trajectory::Limits::of(&cell.robot);
     let path = [HOME.to_vec(), with(1, 0.8), with(2, 0.6)];
-    let timed = Trajectory::through_corners(&path, &limits, 0.1, &|_| true).unwrap();
+    let timed = Trajectory::through_corners(&path, &limits, 0.1, &|_, _| true).unwrap();
     let cleared = cell.limits.clear(&cell, timed.clone(), &HOME).unwrap();
     assert_eq!(cleared.trajectory(), &timed);
     // Staying where it is takes no time and is a motion like any other.
@@ -43,19 +43,61 @@ fn what_is_timed_inside_the_robots_limits_is_cleared_unchanged() {
 fn too_much_speed_is_refused_with_the_joint_and_both_numbers() {
     let cell = cell();
     // A cubic from rest to rest is fastest in its middle: 1.5 times the mean.
-    let limit = cell.robot.joints()[2].velocity;
-    let turn = 0.6;
+    let limit = cell.robot.joints()[0].velocity;
+    let turn = 2.0;
     let at_limit = 1.5 * turn / limit;
-    let slow = to(&with(3, HOME[2] - turn), 1.05 * at_limit);
-    assert!(cell.limits.clear(&cell, slow, &HOME).is_ok());
-    match refused(&cell, to(&with(3, HOME[2] - turn), 0.8 * at_limit)) {
+    assert!(cell.limits.clear(&cell, to(&with(1, turn), 1.05 * at_limit), &HOME).is_ok());
+    match refused(&cell, to(&with(1, turn), 0.85 * at_limit)) {
         LimitError::Speed { joint, value_deg_s, limit_deg_s, time_s } => {
-            assert_eq!(joint, 3);
+            assert_eq!(joint, 1);
             assert!((limit_deg_s - limit.to_degrees()).abs() < 1e-9);
             assert!(value_deg_s > 1.02 * limit_deg_s, "{value_deg_s} against {limit_deg_s}");
-            assert!(time_s > 0.0 && time_s < 0.8 * at_limit);
+            assert!(time_s > 0.0 && time_s < 0.85 * at_limit);
         }
         other => panic!("{other}"),
+    }
+}
+
+/// Slow enough all the way, and still a jerk: a cubic's acceleration at its ends is 6 turns over time squared.
+#[test]
+fn too_much_acceleration_is_refused() {
+    let cell = cell();
+    let limit = cell.robot.joints()[0].acceleration;
+    let (turn, seconds) = (0.2, 0.4);
+    match refused(&cell, to(&with(1, turn), seconds)) {
+        LimitError::Acceleration { joint, value_deg_s2, limit_deg_s2, .. } => {
+            assert_eq!(joint, 1);
+            let expected = (6.0 * turn / (seconds * seconds)).to_degrees();
+            assert!((value_deg_s2 - expected).abs() < 1e-6, "{value_deg_s2} against {expected}");
+            assert!((limit_deg_s2 - limit.to_degrees()).abs() < 1e-9);
+        }
+        other => panic!("{other}"),
+    }
+    assert!(cell.limits.clear(&cell, to(&with(1, turn), 0.6), &HOME).is_ok());
+}
+
+#[test]
+fn what_the_fingers_cannot_or_may_not_do_is_refused() {
+    let cell = cell();
+    let ask = |opening, speed, force| cell.limits.clear_grip(&cell, opening, speed, force);
+    let fine = ask(0.02, 0.06, 40.0).unwrap();
+    let kept = [fine.opening(), fine.speed(), fine.force()];
+    assert!(kept.iter().zip([0.02, 0.06, 40.0]).all(|(a, b)| (a - b).abs() < 1e-15), "{kept:?}");
+    assert!(ask(0.0, 0.0, 0.0).is_ok() && ask(cell.robot.max_opening(), 0.06, 40.0).is_ok());
+    for (opening, speed, force, unit) in [
+        (0.1, 0.06, 40.0, "m"),
+        (-0.001, 0.06, 40.0, "m"),
+        (f64::NAN, 0.06, 40.0, "m"),
+        (0.02, 0.5, 40.0, "m/s"),
+        (0.02, f64::NAN, 40.0, "m/s"),
+        (0.02, 0.06, 500.0, "N"),
+        (0.02, 0.06, -1.0, "N"),
+        (0.02, 0.06, f64::INFINITY, "N"),
+    ] {
+        match ask(opening, speed, force).unwrap_err() {
+            LimitError::Fingers { unit: said, .. } => assert_eq!(said, unit),
+            other => panic!("{other}"),
+        }
     }
 }
 
@@ -115,8 +157,8 @@ fn what_is_not_a_number_is_refused() {
     assert!(matches!(nan, LimitError::NotFinite { .. }), "{nan}");
 }
 
-/// `Cleared` has a private field, so only its own file can fill it; and in that file only `clear` does.
-/// That a file elsewhere does not compile is a test of `limits.rs` itself.
+/// What is cleared has private fields, so only its own file can fill them; and in that file only the two
+/// functions that check do. That a file elsewhere does not compile is a test of `limits.rs` itself.
 #[test]
 fn only_clear_makes_something_cleared() {
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
@@ -131,7 +173,7 @@ fn only_clear_makes_something_cleared() {
             }
             for line in fs::read_to_string(&path).unwrap().lines() {
                 let code = line.split("//").next().unwrap();
-                let makes = code.contains("Cleared {")
+                let makes = (code.contains("Cleared {") || code.contains("ClearedGrip {"))
                     && !code.contains("struct")
                     && !code.contains("impl");
                 if makes {
@@ -143,5 +185,13 @@ fn only_clear_makes_something_cleared() {
             }
         }
     }
-    assert_eq!(makers, [("execution/limits.rs".into(), "Ok(Cleared { trajectory })".to_owned())]);
+    let gate = std::path::PathBuf::from("execution/limits.rs");
+    makers.sort();
+    assert_eq!(
+        makers,
+        [
+            (gate.clone(), "Ok(Cleared { trajectory })".to_owned()),
+            (gate, "Ok(ClearedGrip { opening, speed, force })".to_owned()),
+        ]
+    );
 }

@@ -4,7 +4,6 @@ mod recorder;
 
 use std::fs;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex};
 
 use trueup::execution::arm::Cancel;
 use trueup::execution::calibrate::Switches;
@@ -128,21 +127,6 @@ fn a_stop_while_calibrating_leaves_a_whole_run_without_steps() {
     let (run, folder) = recorded(&mut cell, &desk, "pick(jar)", Box::new(press));
     assert_eq!((run.outcome, run.steps.len()), (Ending::Stopped, 0));
     assert_eq!(kept(&folder), run);
-}
-
-/// What happened, for a test to look at afterwards.
-#[derive(Clone, Default)]
-struct Seen(Arc<Mutex<Vec<String>>>);
-
-impl Observer for Seen {
-    fn event(&mut self, event: &Event) {
-        let word = match event {
-            Event::StepStart { path, .. } => path.clone(),
-            Event::Note { text } if text.starts_with("recovering") => text.clone(),
-            _ => return,
-        };
-        self.0.lock().unwrap().push(word);
-    }
 }
 
 /// Whether nothing was spilt is not known during a run; the kitchen scales know at its end.
