@@ -150,8 +150,7 @@ fn an_unreachable_cup_is_said_before_anything_moves() {
         .split_whitespace()
         .zip(message.split_whitespace().skip(1))
         .find(|(_, unit)| *unit == "mm")
-        .map(|(number, _)| number.parse().unwrap())
-        .unwrap_or_else(|| panic!("no distance in {message}"));
+        .map_or_else(|| panic!("no distance in {message}"), |(number, _)| number.parse().unwrap());
     // The tool reaches 0.9026 + 0.12 m from a shoulder 0.285 m up; the cup is taken 5 to 22 cm up.
     assert!((15.0..60.0).contains(&distance), "{message}");
     // Nothing moved: there is no joint reading in the recording, and the folder is whole.

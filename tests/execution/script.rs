@@ -64,7 +64,7 @@ fn a_mistake_points_at_its_line() {
                 assert_eq!(line, Some(at), "{text}");
                 assert!(error.to_string().contains(word), "{text}: {error}");
             }
-            other => panic!("{text}: {other}"),
+            other @ ScriptError::Wrong { .. } => panic!("{text}: {other}"),
         }
     }
     let (line, message) = wrong(&scripts, "arm.wait(jug);");

@@ -1,5 +1,7 @@
 //! Decisions are recorded in the twin and played on the arm; off the tape, nothing is improvised.
 
+use std::collections::BTreeMap;
+
 use trueup::execution::arm::Cancel;
 use trueup::execution::plan::{NoWay, Why};
 use trueup::execution::script::ScriptError;
@@ -49,19 +51,19 @@ fn a_played_script_moves_as_the_recorded_one() {
     let cancel = Cancel::default();
     let script = "arm.move_by([0.0, 0.0, -0.02], 0.3); arm.move_to(twin.pose_named(\"retract\"));";
     let recorded = scripts(&cancel, Tape::recording());
-    recorded.run("go.rhai", script, &Default::default()).unwrap();
+    recorded.run("go.rhai", script, &BTreeMap::default()).unwrap();
     let tape = recorded.stage().tape().clone();
     assert!(!tape.is_playing());
 
     let played = scripts(&cancel, tape.rewound());
-    played.run("go.rhai", script, &Default::default()).unwrap();
+    played.run("go.rhai", script, &BTreeMap::default()).unwrap();
     assert_eq!(played.stage().planned_q(), recorded.stage().planned_q());
     let (a, b) = (played.stage().state().unwrap(), recorded.stage().state().unwrap());
     assert_eq!((a.q, a.time), (b.q, b.time));
 
     let astray = scripts(&cancel, tape.rewound());
     let before = astray.stage().state().unwrap().q;
-    let error = astray.run("go.rhai", "choose([1, 2, 3]);", &Default::default()).unwrap_err();
+    let error = astray.run("go.rhai", "choose([1, 2, 3]);", &BTreeMap::default()).unwrap_err();
     assert!(
         matches!(error, ScriptError::Action { error: ActionError::OffTape(_), line: Some(1) }),
         "{error:?}"
@@ -75,7 +77,7 @@ fn what_failed_in_the_twin_is_not_on_the_tape() {
     let cancel = Cancel::default();
     let scripts = scripts(&cancel, Tape::recording());
     let script = "try { twin.placements(\"jar\"); } catch { choose([1]); }";
-    scripts.run("go.rhai", script, &Default::default()).unwrap();
+    scripts.run("go.rhai", script, &BTreeMap::default()).unwrap();
     let mut tape = scripts.stage().tape().rewound();
     assert_eq!(tape.next("a choice", choice), Ok(Some(0)));
     assert!(tape.next("a choice", choice).is_err());

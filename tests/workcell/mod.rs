@@ -4,7 +4,6 @@ mod recorder;
 
 use std::fs;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex};
 
 use trueup::execution::arm::Cancel;
 use trueup::execution::calibrate::Switches;
