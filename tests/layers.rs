@@ -9,6 +9,8 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("fit", &["units"]),
     ("language", &["units"]),
     ("graph", &["units", "language"]),
+    // A scene is read from a syntax tree, and a fluent is an expression of the language: the world gives
+    // both their meaning, and needs no graph for it.
     ("world", &["units", "language"]),
     ("alignment", &["units", "fit", "world"]),
     ("motion", &["units", "fit", "world"]),
@@ -18,8 +20,9 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("monitor", &["units", "language", "graph", "world", "alignment", "execution"]),
     ("workcell", &["*"]),
     ("report", &["*"]),
-    ("repl", &["language", "workcell", "report"]),
-    ("cli", &["workcell", "report", "repl"]),
+    ("repl", &["language", "graph", "workcell", "report"]),
+    // A command for one layer alone (`robot fk`, `align map`, `check`) asks that layer, without a cell.
+    ("cli", &["*"]),
 ];
 
 #[test]

@@ -1,1 +1,286 @@
-//! (to come)
+//! The regressions' answers as `INTERFACES.md` fixes them for `trueup align map|intrinsics|offset --json`.
+//!
+//! Rows in `outliers` are counted from 0, as in the table's data. Keys beyond those fixed there are the
+//! same numbers a person is shown.
+
+use nalgebra::{DMatrix, Matrix3, Matrix4};
+use serde::Serialize;
+
+use super::image_map::MapFit;
+use super::intrinsics::{Calibration, NAMES};
+use super::offset::OffsetFit;
+use crate::world::{Pose, frame};
+
+/// The row predicted worst from all others.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Worst {
+    /// Which row, from 0.
+    pub row: usize,
+    /// By how much, px for regression 1 and m for regression 3.
+    pub error: f64,
+}
+
+/// One form beside the others, regression 1.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MapCompared {
+    /// The form.
+    pub model: &'static str,
+    /// Its degrees of freedom.
+    pub dof: usize,
+    /// Mean square error, px².
+    pub mse_px: f64,
+    /// Error of rows predicted from the others, px.
+    pub leave_one_out_px: Option<f64>,
+    /// `-BIC/2`; more is better.
+    pub evidence: f64,
+}
+
+/// `align map`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MapAnswer {
+    /// The form.
+    pub model: &'static str,
+    /// `M`, rows.
+    #[serde(rename = "M")]
+    pub m: [[f64; 3]; 3],
+    /// Root mean square error, px.
+    pub rms_px: f64,
+    /// Mean square error, px².
+    pub mse_px: f64,
+    /// Standard deviation of the errors' lengths, px.
+    pub std_px: f64,
+    /// Noise of one coordinate, px.
+    pub noise_px: f64,
+    /// Rows left out, from 0.
+    pub outliers: Vec<usize>,
+    /// Error of rows predicted from the others, px.
+    pub leave_one_out_px: Option<f64>,
+    /// The row predicted worst, px.
+    pub worst: Option<Worst>,
+    /// Covariance of the free entries of `M`, row order.
+    pub covariance: Vec<Vec<f64>>,
+    /// Least singular value over the largest.
+    pub conditioning: f64,
+    /// The forms side by side.
+    pub compared: Vec<MapCompared>,
+    /// Why this form.
+    pub reason: String,
+}
+
+impl From<&MapFit> for MapAnswer {
+    fn from(fit: &MapFit) -> Self {
+        Self {
+            model: fit.model.name(),
+            m: rows3(&fit.m),
+            rms_px: fit.rms_px,
+            mse_px: fit.mse_px,
+            std_px: fit.std_px,
+            noise_px: fit.noise_px,
+            outliers: fit.outliers.clone(),
+            leave_one_out_px: fit.leave_one_out_px,
+            worst: fit.worst.map(|(row, error)| Worst { row, error }),
+            covariance: rows(&fit.covariance),
+            conditioning: fit.conditioning,
+            compared: fit
+                .compared
+                .iter()
+                .map(|c| MapCompared {
+                    model: c.model.name(),
+                    dof: c.model.dof(),
+                    mse_px: c.mse_px,
+                    leave_one_out_px: c.leave_one_out_px,
+                    evidence: c.evidence,
+                })
+                .collect(),
+            reason: fit.reason.clone(),
+        }
+    }
+}
+
+/// One standard deviation of each intrinsic parameter; 0 for what was not fitted.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct IntrinsicsStd {
+    /// px.
+    pub fx_px: f64,
+    /// px.
+    pub fy_px: f64,
+    /// px.
+    pub cx_px: f64,
+    /// px.
+    pub cy_px: f64,
+    /// px.
+    pub skew_px: f64,
+    /// Without unit.
+    pub k1: f64,
+    /// Without unit.
+    pub k2: f64,
+}
+
+/// One view, regression 2.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ViewAnswer {
+    /// Its name.
+    pub view: String,
+    /// Where the points were seen from.
+    pub camera_from_world: Pose<frame::Camera, frame::World>,
+    /// Root mean square reprojection error, px.
+    pub rms_px: f64,
+    /// How far the camera moved from the extrinsics given, m.
+    pub moved_m: f64,
+    /// How far it turned from them, rad.
+    pub turned_rad: f64,
+}
+
+/// The lever of the straight-line fits, regression 2.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LeverageAnswer {
+    /// Standard deviation of `X/Z`.
+    pub std_x_over_z: f64,
+    /// Standard deviation of `Y/Z`.
+    pub std_y_over_z: f64,
+}
+
+/// `align intrinsics`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct IntrinsicsAnswer {
+    /// Focal length along u, px.
+    pub fx_px: f64,
+    /// Focal length along v, px.
+    pub fy_px: f64,
+    /// Principal point, u, px.
+    pub cx_px: f64,
+    /// Principal point, v, px.
+    pub cy_px: f64,
+    /// Skew, px.
+    pub skew_px: f64,
+    /// First radial distortion.
+    pub k1: f64,
+    /// Second radial distortion.
+    pub k2: f64,
+    /// Standard deviations.
+    pub std: IntrinsicsStd,
+    /// Root mean square reprojection error per point, px.
+    pub rms_px: f64,
+    /// Noise of one coordinate, px.
+    pub noise_px: f64,
+    /// The views.
+    pub views: Vec<ViewAnswer>,
+    /// The lever, where extrinsics were given.
+    pub leverage: Option<LeverageAnswer>,
+    /// Covariance in the order of `parameters`.
+    pub covariance: Vec<Vec<f64>>,
+    /// Names of the rows of `covariance`.
+    pub parameters: [&'static str; 7],
+}
+
+impl From<&Calibration> for IntrinsicsAnswer {
+    fn from(fit: &Calibration) -> Self {
+        let k = &fit.intrinsics;
+        let [fx_px, fy_px, cx_px, cy_px, skew_px, k1, k2] = fit.std;
+        Self {
+            fx_px: k.fx,
+            fy_px: k.fy,
+            cx_px: k.cx,
+            cy_px: k.cy,
+            skew_px: k.skew,
+            k1: k.k1,
+            k2: k.k2,
+            std: IntrinsicsStd { fx_px, fy_px, cx_px, cy_px, skew_px, k1, k2 },
+            rms_px: fit.rms_px,
+            noise_px: fit.noise_px,
+            views: fit
+                .views
+                .iter()
+                .map(|v| ViewAnswer {
+                    view: v.name.clone(),
+                    camera_from_world: v.camera_from_world,
+                    rms_px: v.rms_px,
+                    moved_m: v.moved_m,
+                    turned_rad: v.turned_rad,
+                })
+                .collect(),
+            leverage: fit
+                .leverage
+                .map(|l| LeverageAnswer { std_x_over_z: l.std_x, std_y_over_z: l.std_y }),
+            covariance: fit.covariance.row_iter().map(|r| r.iter().copied().collect()).collect(),
+            parameters: NAMES,
+        }
+    }
+}
+
+/// One form beside the others, regression 3.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OffsetCompared {
+    /// The form.
+    pub model: &'static str,
+    /// Its degrees of freedom.
+    pub dof: usize,
+    /// Root mean square error, m.
+    pub rms_m: f64,
+    /// Error of rows predicted from the others, m.
+    pub leave_one_out_m: Option<f64>,
+    /// `-BIC/2`; more is better.
+    pub evidence: f64,
+}
+
+/// `align offset`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OffsetAnswer {
+    /// The form.
+    pub model: &'static str,
+    /// `D`, rows.
+    #[serde(rename = "D")]
+    pub d: [[f64; 4]; 4],
+    /// Root mean square error, m.
+    pub rms_m: f64,
+    /// Noise of one coordinate, m.
+    pub noise_m: f64,
+    /// Error of rows predicted from the others, m.
+    pub leave_one_out_m: Option<f64>,
+    /// The row predicted worst, m.
+    pub worst: Option<Worst>,
+    /// Rows left out, from 0.
+    pub outliers: Vec<usize>,
+    /// What the points leave free; it keeps the value of "no offset".
+    pub unobservable: Vec<String>,
+    /// The forms side by side.
+    pub compared: Vec<OffsetCompared>,
+}
+
+impl From<&OffsetFit> for OffsetAnswer {
+    fn from(fit: &OffsetFit) -> Self {
+        Self {
+            model: fit.model.name(),
+            d: rows4(&fit.d),
+            rms_m: fit.rms_m,
+            noise_m: fit.noise_m,
+            leave_one_out_m: fit.leave_one_out_m,
+            worst: fit.worst.map(|(row, error)| Worst { row, error }),
+            outliers: fit.outliers.clone(),
+            unobservable: fit.unobservable.clone(),
+            compared: fit
+                .compared
+                .iter()
+                .map(|c| OffsetCompared {
+                    model: c.model.name(),
+                    dof: c.model.dof(),
+                    rms_m: c.rms_m,
+                    leave_one_out_m: c.leave_one_out_m,
+                    evidence: c.evidence,
+                })
+                .collect(),
+        }
+    }
+}
+
+fn rows3(m: &Matrix3<f64>) -> [[f64; 3]; 3] {
+    m.transpose().into()
+}
+
+fn rows4(m: &Matrix4<f64>) -> [[f64; 4]; 4] {
+    m.transpose().into()
+}
+
+fn rows(m: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    m.row_iter().map(|r| r.iter().copied().collect()).collect()
+}

@@ -191,7 +191,7 @@ pub fn refine_camera(
     for (row, s) in sightings.iter().enumerate() {
         let p = s.point.coords();
         let finite = [p.x, p.y, p.z, s.pixel.u, s.pixel.v].iter().all(|v| v.is_finite());
-        if !finite || !(s.sigma > 0.0 && s.sigma.is_finite()) {
+        if !(finite && s.sigma > 0.0 && s.sigma.is_finite()) {
             return Err(Error::NotFinite { what: "the sightings", row });
         }
     }

@@ -3,10 +3,8 @@
 //! Inliers scatter about the model with one unknown standard deviation `σ`; outliers lie anywhere in the
 //! volume that is measured. Hypotheses come from minimal samples and are scored by the likelihood of that
 //! mixture, with `σ` and the share of inliers at their best for each hypothesis, so that no pixel
-//! threshold is needed. The best few are refined by expectation–maximisation, now with a third kind of
-//! row: near misses, four times as far off as inliers, which real matches have and which would pull a
-//! two-part mixture wide. [`image_map`] and [`offset`] use it; they say how a model is made and how far a
-//! measurement is from it.
+//! threshold is needed. The best few are refined by expectation–maximisation. [`image_map`] and
+//! [`offset`] use it; they say how a model is made and how far a measurement is from it.
 //!
 //! Everything is seeded, and the sample that hypotheses are drawn from is chosen by the value of the
 //! measurements rather than their order: the same rows in another order give the same answer.
@@ -42,7 +40,7 @@ pub trait Regression {
     /// Returns a key that orders measurements by value, not by row.
     fn key(&self, row: usize) -> u64;
     /// Returns the model through a minimal sample, `None` when the sample is degenerate.
-    fn from_sample(&self, rows: &[usize]) -> Option<Self::Model>;
+    fn through(&self, rows: &[usize]) -> Option<Self::Model>;
     /// Returns the squared error of a measurement; infinite where the model has no value.
     fn error2(&self, model: &Self::Model, row: usize) -> f64;
     /// Returns the model that fits weighted rows best, starting from `model`.
@@ -90,12 +88,12 @@ pub fn search<R: Regression>(regression: &R, seed: u64) -> Option<Consensus<R::M
         tried += 1;
         draw(&mut random, rows.len(), &mut sample);
         let picked: Vec<usize> = sample.iter().map(|&i| rows[i]).collect();
-        let Some(model) = regression.from_sample(&picked) else { continue };
+        let Some(model) = regression.through(&picked) else { continue };
         let score = score(regression, &model, scored, &mut errors);
         if best.len() < 3 || score.value > best[best.len() - 1].0 {
             if best.first().is_none_or(|first| score.value > first.0) {
-                // Twice the minimal count guards against samples that are clean but badly spread.
-                let clean = score.share.powi(minimal as i32).clamp(1e-9, 1.0 - 1e-9);
+                // At least 40, since a sample may be clean and still badly spread.
+                let clean = score.share.powf(minimal as f64).clamp(1e-9, 1.0 - 1e-9);
                 let enough = MISS.ln() / (1.0 - clean).ln();
                 wanted = (enough.ceil() as usize).clamp(40, 3000);
             }
@@ -107,16 +105,17 @@ pub fn search<R: Regression>(regression: &R, seed: u64) -> Option<Consensus<R::M
     let some = &rows[..rows.len().min(REFINED)];
     let mut refined: Option<(f64, R::Model, Score)> = None;
     for (_, start) in best {
-        let first = score(regression, &start, some, &mut errors);
-        let (model, last) = refine(regression, start, first, some, 30);
-        let value = likelihood(regression, &model, some, last);
+        let first = score(regression, &start, scored, &mut errors);
+        let (model, last) = refine(regression, start, first, scored, 6);
+        let value = likelihood(regression, &model, scored, last);
         if refined.as_ref().is_none_or(|(v, ..)| value > *v) {
             refined = Some((value, model, last));
         }
     }
     let (_, model, state) = refined?;
+    let (model, state) = refine(regression, model, state, some, 10);
     let all: Vec<usize> = (0..n).collect();
-    let rounds = if n > REFINED { 1 } else { 0 };
+    let rounds = usize::from(n > REFINED);
     let (model, state) = refine(regression, model, state, &all, rounds);
     settle(regression, model, state, &all)
 }
@@ -159,13 +158,7 @@ struct Score {
     value: f64,
     sigma: f64,
     share: f64,
-    /// Share of near misses.
-    near: f64,
 }
-
-/// Near misses scatter this many times as far as inliers. Chosen: at 4 the two are told apart by their
-/// shape, and a clean sample gives near misses no share.
-const NEAR: f64 = 4.0;
 
 /// The log-likelihood gained over "all are outliers", at the best number of inliers.
 ///
@@ -184,8 +177,7 @@ fn score<R: Regression>(
     errors.clear();
     errors.extend(rows.iter().map(|&i| regression.error2(model, i)));
     errors.sort_unstable_by(f64::total_cmp);
-    let mut best =
-        Score { value: f64::NEG_INFINITY, sigma: regression.floor(), share: 0.0, near: 0.0 };
+    let mut best = Score { value: f64::NEG_INFINITY, sigma: regression.floor(), share: 0.0 };
     let mut sum = 0.0;
     for (i, e2) in errors.iter().enumerate() {
         if !e2.is_finite() {
@@ -205,34 +197,23 @@ fn score<R: Regression>(
             + share.ln();
         let value = told * gain + (n - k) as f64 * (1.0 - share).ln();
         if value > best.value {
-            best = Score { value, sigma: sigma2.sqrt(), share, near: 0.0 };
+            best = Score { value, sigma: sigma2.sqrt(), share };
         }
     }
     best
 }
 
-/// The log-densities of a row with squared error `e2` as an inlier, a near miss and an outlier.
-fn densities<R: Regression>(regression: &R, state: Score, e2: f64) -> [f64; 3] {
-    let d = regression.dimension() as f64;
-    let gauss = |share: f64, sigma: f64| {
-        let sigma2 = sigma * sigma;
-        share.ln() - 0.5 * d * (std::f64::consts::TAU * sigma2).ln() - 0.5 * e2 / sigma2
-    };
-    let far = (1.0 - state.share - state.near).max(1e-12);
-    [
-        gauss(state.share, state.sigma),
-        gauss(state.near, NEAR * state.sigma),
-        far.ln() - regression.volume().ln(),
-    ]
+/// The chance that a row with squared error `e2` is an inlier.
+fn responsibility<R: Regression>(regression: &R, state: Score, e2: f64) -> f64 {
+    let inlier = log_inlier(regression, state, e2);
+    let outlier = (1.0 - state.share).ln() - regression.volume().ln();
+    1.0 / (1.0 + (outlier - inlier).exp())
 }
 
-/// The chances that a row is an inlier, a near miss or an outlier, and the log-likelihood of the row.
-fn responsibilities<R: Regression>(regression: &R, state: Score, e2: f64) -> ([f64; 3], f64) {
-    let logs = densities(regression, state, e2);
-    let top = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let parts = logs.map(|l| (l - top).exp());
-    let sum: f64 = parts.iter().sum();
-    (parts.map(|p| p / sum), top + sum.ln())
+fn log_inlier<R: Regression>(regression: &R, state: Score, e2: f64) -> f64 {
+    let d = regression.dimension() as f64;
+    let sigma2 = state.sigma.powi(2);
+    state.share.ln() - 0.5 * d * (std::f64::consts::TAU * sigma2).ln() - 0.5 * e2 / sigma2
 }
 
 fn likelihood<R: Regression>(
@@ -241,10 +222,17 @@ fn likelihood<R: Regression>(
     rows: &[usize],
     state: Score,
 ) -> f64 {
-    rows.iter().map(|&i| responsibilities(regression, state, regression.error2(model, i)).1).sum()
+    let outlier = (1.0 - state.share).ln() - regression.volume().ln();
+    rows.iter()
+        .map(|&i| {
+            let inlier = log_inlier(regression, state, regression.error2(model, i));
+            let top = inlier.max(outlier);
+            top + ((inlier - top).exp() + (outlier - top).exp()).ln()
+        })
+        .sum()
 }
 
-/// Expectation–maximisation over model, `σ` and the shares.
+/// Expectation–maximisation over model, `σ` and share.
 fn refine<R: Regression>(
     regression: &R,
     mut model: R::Model,
@@ -254,21 +242,18 @@ fn refine<R: Regression>(
 ) -> (R::Model, Score) {
     let d = regression.dimension() as f64;
     let m = regression.minimal() as f64;
-    let n = rows.len() as f64;
-    for round in 0..rounds {
+    for _ in 0..rounds {
         let mut weights = Vec::with_capacity(rows.len());
-        let (mut inside, mut near) = (0.0, 0.0);
+        let mut total = 0.0;
         for &i in rows {
-            let ([a, b, _], _) = responsibilities(regression, state, regression.error2(&model, i));
-            inside += a;
-            near += b;
-            let w = a + b / (NEAR * NEAR);
+            let w = responsibility(regression, state, regression.error2(&model, i));
             // Rows of no weight cost time and change nothing.
             if w > 1e-6 {
                 weights.push((i, w));
+                total += w;
             }
         }
-        if inside + near < m {
+        if total < m {
             break;
         }
         let Some(next) = regression.refit(&model, &weights) else { break };
@@ -277,15 +262,10 @@ fn refine<R: Regression>(
             break;
         }
         model = next;
-        let sigma = (sum / (d * (inside + near - m).max(1.0))).sqrt().max(regression.floor());
-        let share = (inside + 1.0) / (n + 2.0);
-        let mut near = near / n;
-        if round == 0 && rows.len() >= MIXED {
-            near = near.max(0.1 * share);
-        }
-        let near = near.min(0.999 - share).max(0.0);
+        let sigma = (sum / (d * (total - m).max(1.0))).sqrt().max(regression.floor());
+        let share = (total + 1.0) / (rows.len() as f64 + 2.0);
         let still = (sigma / state.sigma - 1.0).abs() < 1e-4 && (share - state.share).abs() < 1e-4;
-        state = Score { value: state.value, sigma, share, near };
+        state = Score { value: state.value, sigma, share };
         if still {
             break;
         }
@@ -293,34 +273,35 @@ fn refine<R: Regression>(
     (model, state)
 }
 
-/// With fewer rows than this the shape of the scatter cannot be told; all of it counts as noise.
-const MIXED: usize = 50;
-
 /// Decides who is in, refits on them with equal weights, and checks the decision against that model.
 fn settle<R: Regression>(
     regression: &R,
     mut model: R::Model,
-    state: Score,
+    mut state: Score,
     rows: &[usize],
 ) -> Option<Consensus<R::Model>> {
+    let d = regression.dimension() as f64;
     let m = regression.minimal();
     let mut inliers: Vec<usize> = Vec::new();
     for _ in 0..6 {
         let now: Vec<usize> = rows
             .iter()
             .copied()
-            .filter(|&i| {
-                let e2 = regression.error2(&model, i);
-                let ([a, ..], _) = responsibilities(regression, state, e2);
-                a >= 0.5
-            })
+            .filter(|&i| responsibility(regression, state, regression.error2(&model, i)) >= 0.5)
             .collect();
         if now.len() < m || now == inliers {
             break;
         }
         let weights: Vec<(usize, f64)> = now.iter().map(|&i| (i, 1.0)).collect();
         let Some(next) = regression.refit(&model, &weights) else { break };
+        let sum: f64 = now.iter().map(|&i| regression.error2(&next, i)).sum();
+        if !sum.is_finite() {
+            break;
+        }
         model = next;
+        let told = now.len().saturating_sub(m).max(1) as f64;
+        state.sigma = (sum / (d * told)).sqrt().max(regression.floor());
+        state.share = (now.len() as f64 + 1.0) / (rows.len() as f64 + 2.0);
         inliers = now;
     }
     (!inliers.is_empty()).then_some(Consensus {

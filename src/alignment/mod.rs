@@ -7,7 +7,7 @@
 //! [`answer`] is what they print. All three regressions share one least-squares solver ([`crate::fit`])
 //! and one way of telling outliers ([`consensus`]).
 //!
-//! Source: Zeng, Zhao and Wu, "Triple Regression for Sim2Real Adaptation", section 2.2.
+//! Source: Zeng, Zhao and Wu, "Triple Regression for `Sim2Real` Adaptation", section 2.2.
 
 // Seeing: pixels → objects on the table.
 pub mod picture;

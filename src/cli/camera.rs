@@ -6,10 +6,11 @@ use clap::{Args, Subcommand};
 use serde::Deserialize;
 
 use crate::alignment::vision::{self, Answer, Options};
+use crate::execution::calibrate::{self, Switches};
 use crate::language::{self, Source};
 use crate::report::{self, Failure, Style};
 use crate::workcell;
-use crate::world::Camera;
+use crate::world::{Camera, Scene};
 
 use super::Exit;
 use super::run::read;
@@ -25,7 +26,7 @@ pub(super) struct SeeArgs {
     /// The picture (PNG or JPEG).
     image: PathBuf,
     /// The camera as calibrated: `{"camera": {"intrinsics": .., "world_from_camera": ..}}`. Without it the
-    /// scene's guess is believed.
+    /// camera is aligned by the scene's marks in the picture, if they are seen.
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
     /// Where masks and an annotated copy of the picture go.
@@ -39,11 +40,30 @@ struct CalibrationFile {
     camera: Camera,
 }
 
+/// Aligns the scene's camera by the table's dots where there are enough of them; says so where not.
+fn aligned(image: &image::RgbImage, scene: &Scene, style: Style) -> Camera {
+    match calibrate::from_marks(image, scene, Switches::default()) {
+        Ok((camera, notes)) => {
+            for note in notes {
+                style.note(&format!("  {note}"));
+            }
+            camera
+        }
+        Err(error) => {
+            style.note(&format!(
+                "warning: the scene's guess of the camera is believed, and places may be centimetres \
+                 off: {error}"
+            ));
+            scene.camera
+        }
+    }
+}
+
 /// `trueup camera ...`.
 pub(super) fn camera(
     command: &CameraCommand,
     scene: Option<&PathBuf>,
-    style: &Style,
+    style: Style,
 ) -> Result<Exit, Failure> {
     let CameraCommand::See(args) = command;
     let library = workcell::library(&workcell::Stdlib::embedded());
@@ -67,8 +87,9 @@ pub(super) fn camera(
             .at(&place)
             .help("PNG and JPEG pictures can be read")
     })?;
+    let image = image.to_rgb8();
     let camera = match &args.calibration {
-        None => scene.camera,
+        None => aligned(&image, &scene, style),
         Some(path) => {
             let place = path.display().to_string();
             serde_json::from_str::<CalibrationFile>(&read(path)?)
@@ -80,18 +101,18 @@ pub(super) fn camera(
                 .camera
         }
     };
-    let image = image.to_rgb8();
     let sightings = vision::see(&image, &camera, &scene, &Options::default())
         .map_err(|error| Failure::input("camera::picture", error.to_string()).at(&place))?;
     if let Some(dir) = &args.out {
-        let written = std::fs::create_dir_all(dir).map_err(image::ImageError::IoError).and_then(|()| {
-            for sighting in &sightings {
-                if let Some(mask) = &sighting.mask {
-                    mask.save(dir.join(format!("{}-mask.png", sighting.name)))?;
+        let written =
+            std::fs::create_dir_all(dir).map_err(image::ImageError::IoError).and_then(|()| {
+                for sighting in &sightings {
+                    if let Some(mask) = &sighting.mask {
+                        mask.save(dir.join(format!("{}-mask.png", sighting.name)))?;
+                    }
                 }
-            }
-            vision::annotate(&image, &sightings).save(dir.join("seen.png"))
-        });
+                vision::annotate(&image, &sightings).save(dir.join("seen.png"))
+            });
         written.map_err(|error| {
             Failure::input("io::write", format!("cannot write pictures: {error}"))
                 .at(dir.display().to_string())

@@ -60,6 +60,9 @@ struct CellArgs {
     /// A folder whose files come before the embedded stdlib.
     #[arg(long, global = true, value_name = "DIR")]
     stdlib: Option<PathBuf>,
+    /// Where run folders are made.
+    #[arg(long, global = true, value_name = "DIR", default_value = "runs")]
+    record: PathBuf,
     /// Leave a regression out, to see what it is worth: 1 camera alignment, 2 intrinsics, 3 robot offset.
     #[arg(long, global = true, value_name = "1|2|3", value_delimiter = ',')]
     without_regression: Vec<u8>,
@@ -108,12 +111,16 @@ pub fn main() -> ExitCode {
         Err(error) => {
             // Help and version go to stdout with code 0; everything else is bad usage.
             let code = if error.use_stderr() { Exit::BadInput } else { Exit::Yes };
-            let _ = error.print();
+            if error.use_stderr() && std::env::args_os().any(|argument| argument == "--json") {
+                Style::detect(true, true).failure(&usage(&error));
+            } else {
+                let _ = error.print();
+            }
             return ExitCode::from(code as u8);
         }
     };
     let style = Style::detect(cli.common.json, cli.common.quiet);
-    let outcome = dispatch(&cli, &style);
+    let outcome = dispatch(&cli, style);
     ExitCode::from(match outcome {
         Ok(exit) => exit as u8,
         Err(failure) => {
@@ -123,16 +130,32 @@ pub fn main() -> ExitCode {
     })
 }
 
-fn dispatch(cli: &Cli, style: &Style) -> Result<Exit, Failure> {
+/// Words bad usage for a program: the first paragraph says what, the rest what would help.
+fn usage(error: &clap::Error) -> Failure {
+    let text = error.render().to_string();
+    let (what, help) = text.split_once("\n\n").unwrap_or((&text, ""));
+    let joined = |text: &str, by: &str| {
+        let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+        lines.collect::<Vec<_>>().join(by)
+    };
+    let what = joined(what, " ");
+    Failure::input("usage", what.strip_prefix("error: ").unwrap_or(&what)).help(joined(help, "; "))
+}
+
+fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
     match (&cli.command, &cli.line) {
         (Some(Command::Run(args)), _) => run::script(args, cli, style),
         (Some(Command::Check(args)), _) => text::check(args, style),
         (Some(Command::Fmt(args)), _) => text::fmt(args, style),
         (Some(Command::Graph(args)), _) => text::graph(args, cli, style),
         (Some(Command::Robot(command)), _) => robot::robot(command, cli.common.seed, style),
-        (Some(Command::Camera(command)), _) => camera::camera(command, cli.cell.scene.as_ref(), style),
+        (Some(Command::Camera(command)), _) => {
+            camera::camera(command, cli.cell.scene.as_ref(), style)
+        }
         (Some(Command::Align(command)), _) => align::align(command, style),
         (None, Some(line)) => run::line(line, cli, style),
+        (None, None) if style.json => Err(Failure::input("usage", "the prompt has no JSON form")
+            .help("give a command, or a line with `-c`")),
         (None, None) => run::prompt(cli, style),
     }
 }

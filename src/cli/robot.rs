@@ -83,9 +83,8 @@ pub(super) struct PlanArgs {
 fn robot_of(which: &Which) -> Result<Robot, Failure> {
     let tip = which.tip.as_deref();
     match (&which.robot_file, tip) {
-        (Some(path), tip) => Robot::from_file(path, tip).map_err(|error| {
-            failure(&error).at(path.display().to_string())
-        }),
+        (Some(path), tip) => Robot::from_file(path, tip)
+            .map_err(|error| failure(&error).at(path.display().to_string())),
         (None, Some(tip)) => Robot::gen3_to(tip).map_err(|error| failure(&error)),
         (None, None) => Ok(Robot::gen3()),
     }
@@ -108,23 +107,22 @@ fn rows_of(robot: &Robot, line: Option<&String>, file: Option<&PathBuf>) -> Resu
 type Rows = Vec<Vec<f64>>;
 
 /// `trueup robot ...`.
-pub(super) fn robot(command: &RobotCommand, seed: u64, style: &Style) -> Result<Exit, Failure> {
+pub(super) fn robot(command: &RobotCommand, seed: u64, style: Style) -> Result<Exit, Failure> {
     let mut now_us = || clock() * 1e6;
     match command {
         RobotCommand::Fk(args) => {
             let robot = robot_of(&args.which)?;
             let rows = rows_of(&robot, args.q.as_ref(), args.q_file.as_ref())?;
             let found = answer::fk(&robot, &rows).map_err(|error| failure(&error))?;
-            told(style, &found);
+            style.answer(&found);
             Ok(Exit::Yes)
         }
         RobotCommand::Dynamics(args) => {
             let robot = robot_of(&args.rows.which)?;
             let rows = rows_of(&robot, args.rows.q.as_ref(), args.rows.q_file.as_ref())?;
             let bodies = if args.with_gripper { Bodies::All } else { Bodies::UpToTip };
-            let found =
-                answer::dynamics(&robot, bodies, &rows).map_err(|error| failure(&error))?;
-            told(style, &found);
+            let found = answer::dynamics(&robot, bodies, &rows).map_err(|error| failure(&error))?;
+            style.answer(&found);
             Ok(Exit::Yes)
         }
         RobotCommand::Ik(args) => {
@@ -140,8 +138,12 @@ pub(super) fn robot(command: &RobotCommand, seed: u64, style: &Style) -> Result<
                 Some(_) => rows_of(&robot, args.near.as_ref(), None)?.swap_remove(0),
             };
             let found = answer::ik(&robot, &poses, &near, seed, &mut now_us);
-            told(style, &found);
-            Ok(if found.solutions.iter().all(|s| matches!(s, answer::IkSolution::Found { .. })) { Exit::Yes } else { Exit::No })
+            style.answer(&found);
+            Ok(if found.solutions.iter().all(|s| matches!(s, answer::IkSolution::Found { .. })) {
+                Exit::Yes
+            } else {
+                Exit::No
+            })
         }
         RobotCommand::Plan(args) => {
             let robot = robot_of(&args.which)?;
@@ -156,13 +158,8 @@ pub(super) fn robot(command: &RobotCommand, seed: u64, style: &Style) -> Result<
             let cancel = Cancel::default();
             let found = answer::plan(&robot, &problem, &settings, cancel.flag(), &mut now_us)
                 .map_err(|error| failure(&error).at(place))?;
-            told(style, &found);
+            style.answer(&found);
             Ok(if matches!(found, answer::PlanAnswer::Found { .. }) { Exit::Yes } else { Exit::No })
         }
     }
-}
-
-/// The answer is numbers either way: the document serves people too.
-fn told(style: &Style, answer: &impl serde::Serialize) {
-    style.document(answer);
 }

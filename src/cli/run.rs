@@ -20,13 +20,13 @@ use super::{Cli, Exit};
 pub(super) struct RunArgs {
     /// The script.
     file: PathBuf,
-    /// Where the run folder is made.
-    #[arg(long, value_name = "DIR", default_value = "runs")]
-    record: PathBuf,
 }
 
 /// Returns seconds since the program could first be asked; only differences mean something.
-#[expect(clippy::disallowed_methods, reason = "the one clock of the program, handed down from here")]
+#[expect(
+    clippy::disallowed_methods,
+    reason = "the one clock of the program, handed down from here"
+)]
 pub(super) fn clock() -> f64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
 }
@@ -126,12 +126,12 @@ fn options(cli: &Cli, script: Option<Source>) -> Result<Options, Failure> {
 }
 
 /// Opens the cell the arguments ask for.
-fn open(cli: &Cli, script: Option<Source>, style: &Style) -> Result<WorkCell, Failure> {
+fn open(cli: &Cli, script: Option<Source>, style: Style) -> Result<WorkCell, Failure> {
     WorkCell::open(options(cli, script)?).map_err(|error| report::cell_failure(&error, style))
 }
 
 /// `trueup run FILE.task`.
-pub(super) fn script(args: &RunArgs, cli: &Cli, style: &Style) -> Result<Exit, Failure> {
+pub(super) fn script(args: &RunArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
     let source = Source::new(args.file.display().to_string(), read(&args.file)?);
     let (program, diagnostics) = language::parse(&source.text);
     if diagnostics.iter().any(language::Diagnostic::is_error) {
@@ -151,10 +151,11 @@ pub(super) fn script(args: &RunArgs, cli: &Cli, style: &Style) -> Result<Exit, F
             .help("end it with a call such as `pour(jar, cup)`"));
     }
     let mut cell = open(cli, Some(source), style)?;
+    stop_on_interrupt(&cell)?;
     let mut exit = Exit::Yes;
     let mut runs = Vec::new();
     for step in &steps {
-        let run = one(&mut cell, step, Some(&args.record), style)?;
+        let run = one(&mut cell, step, &cli.cell.record, style)?;
         exit = ended(&run);
         runs.push(run);
         if exit != Exit::Yes {
@@ -171,14 +172,20 @@ pub(super) fn script(args: &RunArgs, cli: &Cli, style: &Style) -> Result<Exit, F
 }
 
 /// `trueup -c LINE`.
-pub(super) fn line(line: &str, cli: &Cli, style: &Style) -> Result<Exit, Failure> {
+pub(super) fn line(line: &str, cli: &Cli, style: Style) -> Result<Exit, Failure> {
     let source = Source::new("command line", line);
     let (step, diagnostics) = language::parse_line(line);
-    let Some(step) = step.filter(|_| !diagnostics.iter().any(language::Diagnostic::is_error)) else {
+    let Some(step) = step.filter(|_| !diagnostics.iter().any(language::Diagnostic::is_error))
+    else {
         return Err(report::text_failure(&diagnostics, &source, style));
     };
     let mut cell = open(cli, None, style)?;
-    let run = one(&mut cell, &step, Some(Path::new("runs")), style)?;
+    let diagnostics = cell.check_line(&step, &source);
+    if diagnostics.iter().any(language::Diagnostic::is_error) {
+        return Err(report::text_failure(&diagnostics, &source, style));
+    }
+    stop_on_interrupt(&cell)?;
+    let run = one(&mut cell, &step, &cli.cell.record, style)?;
     if style.json {
         style.document(&run);
     }
@@ -186,10 +193,10 @@ pub(super) fn line(line: &str, cli: &Cli, style: &Style) -> Result<Exit, Failure
 }
 
 /// `trueup`: the prompt.
-pub(super) fn prompt(cli: &Cli, style: &Style) -> Result<Exit, Failure> {
+pub(super) fn prompt(cli: &Cli, style: Style) -> Result<Exit, Failure> {
     let cell = open(cli, None, style)?;
     stop_on_interrupt(&cell)?;
-    crate::repl::run(cell, style, &|cell, step| one(cell, step, Some(Path::new("runs")), style))?;
+    crate::repl::run(cell, style, &|cell, step| one(cell, step, &cli.cell.record, style))?;
     Ok(Exit::Yes)
 }
 
@@ -200,32 +207,20 @@ fn stop_on_interrupt(cell: &WorkCell) -> Result<(), Failure> {
         .map_err(|error| Failure::unavailable("signal", format!("cannot watch Ctrl-C: {error}")))
 }
 
-/// Carries out one step of a script or one line, recorded if a folder is named.
-fn one(
-    cell: &mut WorkCell,
-    step: &Step,
-    record: Option<&Path>,
-    style: &Style,
-) -> Result<Run, Failure> {
+/// Carries out one step of a script or one line, recorded in a folder of its own under `root`.
+fn one(cell: &mut WorkCell, step: &Step, root: &Path, style: Style) -> Result<Run, Failure> {
     let Step::Act(act) = step else {
         return Err(Failure::input("run::not_a_call", "only a call can be run by itself")
             .help("put the steps into a task and call that"));
     };
     let call = &act.call;
     cell.graph(call).map_err(|error| report::cell_failure(&error, style))?;
-    let recorder = match record {
-        None => None,
-        Some(root) => Some(Recorder::create(root, &stamp(), &call.name.text).map_err(
-            |(path, error)| {
-                let place = path.display().to_string();
-                Failure::input("io::write", format!("cannot make a run folder: {error}"))
-                    .at(place)
-                    .help("name a folder that may be written with `--record DIR`")
-            },
-        )?),
-    };
-    cell.cancel().clear();
-    let run = cell.run(call, recorder, Box::new(Console::new(*style)));
+    let recorder = Recorder::create(root, &stamp(), &call.name.text).map_err(|(path, error)| {
+        Failure::input("io::write", format!("cannot make a run folder: {error}"))
+            .at(path.display().to_string())
+            .help("name a folder that may be written with `--record DIR`")
+    })?;
+    let run = cell.run(call, Some(recorder), Box::new(Console::new(style)));
     let run = run.map_err(|error| report::cell_failure(&error, style))?;
     style.say(report::run::ending(&run, style));
     Ok(run)

@@ -63,6 +63,7 @@ fn task_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
             found.push(path.clone());
             continue;
         }
+        let before = found.len();
         let mut open = vec![path.clone()];
         while let Some(dir) = open.pop() {
             let entries = std::fs::read_dir(&dir).map_err(|error| {
@@ -77,13 +78,19 @@ fn task_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
                 }
             }
         }
+        if found.len() == before {
+            let place = path.display().to_string();
+            return Err(
+                Failure::input("io::empty", "there are no `.task` files in the folder").at(place)
+            );
+        }
     }
     found.sort();
     Ok(found)
 }
 
 /// `trueup check FILE...`: each file by itself over the stdlib.
-pub(super) fn check(args: &CheckArgs, style: &Style) -> Result<Exit, Failure> {
+pub(super) fn check(args: &CheckArgs, style: Style) -> Result<Exit, Failure> {
     let standard = library(&Stdlib::embedded());
     let mut all: Vec<(Diagnostic, Source)> = Vec::new();
     for path in task_files(&args.files)? {
@@ -112,7 +119,7 @@ pub(super) fn check(args: &CheckArgs, style: &Style) -> Result<Exit, Failure> {
 }
 
 /// `trueup fmt FILE...`.
-pub(super) fn fmt(args: &FmtArgs, style: &Style) -> Result<Exit, Failure> {
+pub(super) fn fmt(args: &FmtArgs, style: Style) -> Result<Exit, Failure> {
     let mut changed = Vec::new();
     for path in task_files(&args.files)? {
         let text = read(&path)?;
@@ -126,13 +133,15 @@ pub(super) fn fmt(args: &FmtArgs, style: &Style) -> Result<Exit, Failure> {
         if formatted == text {
             continue;
         }
-        if !args.check {
-            std::fs::write(&path, formatted).map_err(|error| {
-                Failure::input("io::write", format!("cannot write {name}: {error}")).at(&name)
-            })?;
-        }
-        changed.push(name);
+        changed.push((name, path, formatted));
     }
+    // Nothing is written before everything has been read.
+    for (name, path, formatted) in changed.iter().filter(|_| !args.check) {
+        std::fs::write(path, formatted).map_err(|error| {
+            Failure::input("io::write", format!("cannot write {name}: {error}")).at(name)
+        })?;
+    }
+    let changed: Vec<String> = changed.into_iter().map(|(name, ..)| name).collect();
     if style.json {
         style.document(&json!({ "changed": changed }));
     } else {
@@ -145,7 +154,7 @@ pub(super) fn fmt(args: &FmtArgs, style: &Style) -> Result<Exit, Failure> {
 }
 
 /// `trueup graph FILE|'CALL'`.
-pub(super) fn graph(args: &GraphArgs, cli: &Cli, style: &Style) -> Result<Exit, Failure> {
+pub(super) fn graph(args: &GraphArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
     let mut stdlib = Stdlib::embedded();
     if let Some(folder) = &cli.cell.stdlib {
         stdlib = stdlib.with_folder(folder).map_err(|(path, error)| {
@@ -154,22 +163,32 @@ pub(super) fn graph(args: &GraphArgs, cli: &Cli, style: &Style) -> Result<Exit, 
     }
     let mut library = library(&stdlib);
     let is_file = Path::new(&args.what).extension().is_some_and(|ending| ending == "task");
-    let (source, program) = if is_file {
-        let source = Source::new(args.what.clone(), read(Path::new(&args.what))?);
-        let (program, diagnostics) = language::parse(&source.text);
-        if diagnostics.iter().any(Diagnostic::is_error) {
-            return Err(report::text_failure(&diagnostics, &source, style));
+    let own = match &cli.cell.scene {
+        None => None,
+        Some(path) => {
+            let file = library.add(Source::new(path.display().to_string(), read(path)?));
+            library.program(file).and_then(first_scene)
         }
-        library.add(source.clone());
-        (source, program)
+    };
+    let own = own.as_deref().unwrap_or("kitchen");
+    let (source, program, wrong) = if is_file {
+        let source = Source::new(args.what.clone(), read(Path::new(&args.what))?);
+        let (program, _) = language::parse(&source.text);
+        let file = library.add(source.clone());
+        let scope = library.scope(first_scene(&program).as_deref().unwrap_or(own));
+        let wrong = library.check_file(file, &scope);
+        (source, program, wrong)
     } else {
         let source = Source::new("command line", args.what.clone());
-        let (step, diagnostics) = language::parse_line(&args.what);
-        let Some(step) = step.filter(|_| diagnostics.is_empty()) else {
-            return Err(report::text_failure(&diagnostics, &source, style));
-        };
-        (source, Program { items: vec![Item::Run(step)] })
+        let (step, mut wrong) = language::parse_line(&args.what);
+        if let Some(step) = step.as_ref().filter(|_| wrong.is_empty()) {
+            wrong = library.check_step(step, &source, &library.scope(own));
+        }
+        (source, Program { items: step.map(Item::Run).into_iter().collect() }, wrong)
     };
+    if wrong.iter().any(Diagnostic::is_error) {
+        return Err(report::text_failure(&wrong, &source, style));
+    }
     let call = first_call(&program).ok_or_else(|| {
         Failure::input("script::empty", "there is no call to draw")
             .at(source.name.clone())
@@ -178,9 +197,15 @@ pub(super) fn graph(args: &GraphArgs, cli: &Cli, style: &Style) -> Result<Exit, 
     let graph = graph::build(&library, call)
         .map_err(|problems| report::problems_failure(&problems, &library, &source))?;
     match args.format {
-        Format::Json => style.document(&graph::exchange::to_json(&graph, &graph::exchange::Learnt::default())),
-        _ if style.json => style.document(&graph::exchange::to_json(&graph, &graph::exchange::Learnt::default())),
-        Format::Text => report::out(graph::outline::outline(&graph, &graph::outline::Learnt::default()).trim_end()),
+        Format::Json => {
+            style.document(&graph::exchange::to_json(&graph, &graph::exchange::Learnt::default()));
+        }
+        _ if style.json => {
+            style.document(&graph::exchange::to_json(&graph, &graph::exchange::Learnt::default()));
+        }
+        Format::Text => report::out(
+            graph::outline::outline(&graph, &graph::outline::Learnt::default()).trim_end(),
+        ),
         Format::Svg => report::out(&graph::draw::to_svg(&graph, &graph::draw::Drawing::default())),
         Format::Dot => report::out(&graph::exchange::to_dot(&graph)),
     }

@@ -1,8 +1,8 @@
 //! What an arm, a camera and a pair of kitchen scales can do, whoever stands behind them.
 //!
 //! The twin, the lab and a real Gen3 are all met through these traits, so what runs in one runs in the
-//! others. Nothing here plans, judges or corrects. Motion is asked for as a [`Cleared`] trajectory, which
-//! only [`super::limits`] can make: nothing moves an arm except through the limits.
+//! others. Nothing here plans, judges or corrects. Motion is asked for as a [`Cleared`] trajectory or a
+//! [`ClearedGrip`], which only [`super::limits`] can make: nothing moves an arm except through the limits.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use image::RgbImage;
 use serde::{Deserialize, Serialize};
 
-use super::limits::Cleared;
+use super::limits::{Cleared, ClearedGrip};
 
 /// A wish to stop, shared by the prompt, the scripts and the arm. Cloning shares it.
 #[derive(Debug, Clone, Default)]
@@ -111,12 +111,10 @@ pub trait Arm: Send {
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<(), DeviceError>;
 
-    /// Moves the fingers to `opening` m at `speed` m/s with at most `force` N, and waits until they rest.
+    /// Moves the fingers as asked and waits until they rest.
     fn grip(
         &mut self,
-        opening: f64,
-        speed: f64,
-        force: f64,
+        grip: &ClearedGrip,
         cancel: &Cancel,
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<Grip, DeviceError>;

@@ -4,13 +4,15 @@
 //! points, regression 3 has the arm visit points and asks the camera where the marker ball on the gripper
 //! is. Each can be left out, to see what it is worth. The fits themselves are [`crate::alignment`]'s.
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::alignment::ball::find_marker_ball;
 use crate::alignment::camera_fit::{self, Refine, refine_camera};
 use crate::alignment::image_map::{self, Pair, fit_map};
 use crate::alignment::marks::find_marks;
+use crate::alignment::offset;
+use crate::alignment::offset::pixels::{self, fit_offset_from_pixels};
 use crate::world::frame::{Tool, World};
 use crate::world::{Camera, Point, Pose, Scene};
 
@@ -55,7 +57,9 @@ pub enum Error {
     #[error("the camera cannot be aligned: {0}")]
     Alignment(String),
     /// The arm's marker was seen too rarely.
-    #[error("the marker ball was seen at {seen} of {visited} points; the offset needs at least {needed}")]
+    #[error(
+        "the marker ball was seen at {seen} of {visited} points; the offset needs at least {needed}"
+    )]
     Unseen {
         /// Where it was seen.
         seen: usize,
@@ -99,46 +103,62 @@ impl Calibration {
     }
 }
 
-/// Fits the regressions that are switched on and puts them in force on the stage.
+/// Fits regressions 1 and 2, those that are switched on, and puts them in force on the stage. Nothing
+/// moves.
 ///
 /// # Errors
 ///
-/// When too few reference points are found, a fit is degenerate, or the arm or camera fails.
-pub fn run(stage: &mut Stage, switches: Switches) -> Result<(), Error> {
+/// When too few reference points are found, a fit is degenerate, or the camera fails.
+pub fn camera(stage: &mut Stage, switches: Switches) -> Result<(), Error> {
     let scene = stage.cell().scene.clone();
     let mut calibration = Calibration::nominal(&scene);
-    calibration.notes.clear();
     if let Some(photo) = stage.body().photo().map_err(ActionError::from)? {
-        align_camera(&photo, &scene, switches, &mut calibration)?;
+        (calibration.camera, calibration.notes) = from_marks(&photo, &scene, switches)?;
     }
-    stage.body().calibrate(calibration.clone());
-    stage.find_arm()?;
+    in_force(stage, calibration, 0)
+}
+
+/// Fits regression 3, if it is switched on, and puts it in force on the stage. The arm moves among what
+/// was seen on the table, so it must have looked before.
+///
+/// # Errors
+///
+/// When the marker is seen too rarely, the fit is degenerate, or the arm or camera fails.
+pub fn robot(stage: &mut Stage, switches: Switches) -> Result<(), Error> {
+    let Some(mut calibration) = stage.body().calibration().cloned() else { return Ok(()) };
+    let told = calibration.notes.len();
     if switches.offset {
-        // The arm goes among what stands on the table, so it looks first.
-        stage.look()?;
         align_robot(stage, &mut calibration)?;
-        stage.body().calibrate(calibration.clone());
-        stage.find_arm()?;
     } else {
         calibration.notes.push("regression 3 left out: the arm is taken at its word".into());
     }
-    for text in &calibration.notes {
-        stage.tell(&Event::Note { text: text.clone() });
-    }
-    Ok(())
+    in_force(stage, calibration, told)
 }
 
-/// Regressions 1 and 2 from one photograph of the table's dots.
-fn align_camera(
+/// Puts a calibration in force and tells its notes from number `told` on.
+fn in_force(stage: &mut Stage, calibration: Calibration, told: usize) -> Result<(), Error> {
+    for text in &calibration.notes[told..] {
+        stage.tell(&Event::Note { text: text.clone() });
+    }
+    stage.body().calibrate(calibration);
+    Ok(stage.find_arm()?)
+}
+
+/// Regressions 1 and 2 from one photograph of the table's dots: the camera, and what was fitted in words.
+///
+/// # Errors
+///
+/// When too few dots are found or they do not determine the camera.
+pub fn from_marks(
     photo: &image::RgbImage,
     scene: &Scene,
     switches: Switches,
-    calibration: &mut Calibration,
-) -> Result<(), Error> {
+) -> Result<(Camera, Vec<String>), Error> {
     let guess = scene.camera;
+    let mut notes = Vec::new();
     if !switches.camera && !switches.intrinsics {
-        calibration.notes.push("regressions 1 and 2 left out: the scene file is believed".into());
-        return Ok(());
+        notes.push("regressions 1 and 2 left out: the scene file is believed".into());
+        return Ok((guess, notes));
     }
     let sightings = find_marks(photo, scene, &guess)?;
     let on_table = |idx: usize| {
@@ -162,7 +182,7 @@ fn align_camera(
             sigma: seen.sigma,
         })
         .collect();
-    calibration.notes.push(format!(
+    notes.push(format!(
         "regression 1: {} of {} dots, projective map, rms {:.2} px, camera {}",
         points.len(),
         scene.marks.len(),
@@ -175,9 +195,8 @@ fn align_camera(
         (false, _) => Refine::intrinsics_only(),
     };
     let fit = refine_camera(&guess, &points, &refine)?;
-    calibration.camera = fit.camera;
     let k = fit.camera.intrinsics;
-    calibration.notes.push(format!(
+    notes.push(format!(
         "regression 2: focal {:.1} px, centre ({:.1}, {:.1}) px, k1 {:.4}, rms {:.2} px{}",
         k.fx,
         k.cx,
@@ -186,7 +205,7 @@ fn align_camera(
         fit.rms_px,
         if switches.intrinsics { "" } else { " (left out: the scene file's lens is believed)" },
     ));
-    Ok(())
+    Ok((fit.camera, notes))
 }
 
 /// Fewest points the offset is fitted to.
@@ -195,7 +214,9 @@ const NEEDED: usize = 6;
 /// Regression 3: the arm visits points, the camera says where the marker ball is.
 fn align_robot(stage: &mut Stage, calibration: &mut Calibration) -> Result<(), Error> {
     let scene = stage.cell().scene.clone();
-    let marker = super::real::marker();
+    let Some(marker) = stage.cell().robot.marker().copied() else {
+        return Err(Error::Alignment("the robot's side file describes no marker ball".into()));
+    };
     let flange_from_tool = stage.cell().robot.flange_from_tool();
     let mut seen = Vec::new();
     let visits = visits(&scene);
@@ -219,72 +240,43 @@ fn align_robot(stage: &mut Stage, calibration: &mut Calibration) -> Result<(), E
         };
         let reported = stage.reported_tool()?;
         let ball_in_tool = flange_from_tool.inverse() * Point::from(marker.centre);
-        seen.push(((reported * ball_in_tool).coords(), ball.pixel, ball.sigma));
+        seen.push(pixels::Sighting {
+            reported: (reported * ball_in_tool).coords(),
+            pixel: ball.pixel,
+            sigma: ball.sigma,
+        });
     }
     if seen.len() < NEEDED {
         return Err(Error::Unseen { seen: seen.len(), visited, needed: NEEDED });
     }
-    let (real_from_reported, rms) = fit_offset(&seen, &calibration.camera);
-    let off = real_from_reported * nalgebra::Point3::new(0.6, 0.0, 0.15);
-    calibration.reported_from_real = Pose::new(real_from_reported.inverse());
+    let fit = fit_offset_from_pixels(
+        &seen,
+        &calibration.camera,
+        offset::Model::Rigid,
+        &pixels::Priors::default(),
+    )?;
+    calibration.reported_from_real = fit.real_from_reported.inverse();
     calibration.notes.push(format!(
-        "regression 3: {} of {visited} points, the arm is {:.1} mm off where it says, rms {rms:.2} px",
+        "regression 3: {} of {visited} points, the arm is {:.1} mm and {:.2} deg off where it says, \
+         rms {:.2} px before and {:.2} px after",
         seen.len(),
-        (off.coords - Vector3::new(0.6, 0.0, 0.15)).norm() * 1e3,
+        fit.shift.norm() * 1e3,
+        fit.turn.norm().to_degrees(),
+        fit.rms_before_px,
+        fit.rms_px,
     ));
     Ok(())
 }
 
-/// TEMPORARY
-fn fit_offset(seen: &[(Vector3<f64>, crate::world::Pixel, f64)], camera: &Camera) -> (Isometry3<f64>, f64) {
-    use nalgebra::{DMatrix, DVector, Translation3, UnitQuaternion};
-    let mut d = Isometry3::identity();
-    let centre = seen.iter().map(|s| s.0).sum::<Vector3<f64>>() / seen.len() as f64;
-    let apply = |d: &Isometry3<f64>, x: &[f64; 6]| {
-        let turn = UnitQuaternion::from_scaled_axis(Vector3::new(x[0], x[1], x[2]));
-        let about = Translation3::from(centre + Vector3::new(x[3], x[4], x[5])) * turn * Translation3::from(-centre);
-        about * d
-    };
-    let residuals = |d: &Isometry3<f64>| -> Vec<f64> {
-        seen.iter().flat_map(|(p, pixel, _)| {
-            let q = d * nalgebra::Point3::from(*p);
-            match camera.project(Point::new(q.x, q.y, q.z)) {
-                Some(at) => [at.u - pixel.u, at.v - pixel.v],
-                None => [100.0, 100.0],
-            }
-        }).collect()
-    };
-    for _ in 0..20 {
-        let r = DVector::from_vec(residuals(&d));
-        let mut j = DMatrix::zeros(r.len(), 6);
-        for k in 0..6 {
-            let mut x = [0.0; 6];
-            x[k] = 1e-6;
-            let up = DVector::from_vec(residuals(&apply(&d, &x)));
-            j.set_column(k, &((up - &r) / 1e-6));
-        }
-        // Huber weights at 1.5 px.
-        let w: Vec<f64> = r.iter().map(|r| if r.abs() > 1.5 { 1.5 / r.abs() } else { 1.0 }).collect();
-        let jw = DMatrix::from_fn(j.nrows(), 6, |i, k| j[(i, k)] * w[i]);
-        let normal = jw.transpose() * &j + DMatrix::identity(6, 6) * 1e-3;
-        let Some(step) = normal.lu().solve(&(-(jw.transpose() * &r))) else { break };
-        let x = [step[0], step[1], step[2], step[3], step[4], step[5]];
-        d = apply(&d, &x);
-        if step.norm() < 1e-10 { break; }
-    }
-    let r = residuals(&d);
-    (d, (r.iter().map(|r| r * r).sum::<f64>() / r.len() as f64).sqrt())
-}
-
-/// Points over the table, near and far, left and right, low and high, the hand level and facing out.
+/// Points over the table, near and far, left and right, low and high, the hand level and facing out so
+/// that the ball on its back is seen.
 fn visits(scene: &Scene) -> Vec<Pose<World, Tool>> {
     let base = scene.world_from_base.origin();
     let mut visits = Vec::new();
-    for (i, heading) in [-0.5_f64, -0.17, 0.17, 0.5].into_iter().enumerate() {
-        for (j, reach) in [0.48, 0.60, 0.70].into_iter().enumerate() {
-            let height = [0.24, 0.32, 0.40][(i + j) % 3];
+    for (i, heading) in [-0.50_f64, -0.25, 0.0, 0.25, 0.50].into_iter().enumerate() {
+        for (j, reach) in [0.46, 0.56, 0.66].into_iter().enumerate() {
+            let height = [0.17, 0.23, 0.29][(i + j) % 3];
             let at = base + Vector3::new(reach * heading.cos(), reach * heading.sin(), height);
-            // There and back again, so that the arm goes the short way from point to point.
             visits.push(super::plan::side_pose(at, heading, 0.0));
         }
     }

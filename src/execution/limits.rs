@@ -1,4 +1,4 @@
-//! The one gate before an arm: speed, acceleration, joint range and workspace.
+//! The one gate before an arm: speed, acceleration, joint range, workspace, and the fingers' force.
 //!
 //! [`Limits::clear`] turns a [`Trajectory`] into a [`Cleared`] one, or says what is wrong with it. Every
 //! arm takes only `Cleared`, whose field nobody else can fill, so no command goes round this file.
@@ -8,6 +8,13 @@ use crate::motion::trajectory::Trajectory;
 use super::stage::Cell;
 
 /// A trajectory that has passed the limits.
+///
+/// Nobody else can make one: its field is private to this file.
+///
+/// ```compile_fail,E0451
+/// use trueup::{execution::limits::Cleared, motion::trajectory::Trajectory};
+/// let cleared = Cleared { trajectory: Trajectory::resting(&[0.0; 7]) };
+/// ```
 #[derive(Debug, Clone)]
 pub struct Cleared {
     trajectory: Trajectory,
@@ -20,6 +27,31 @@ impl Cleared {
     }
 }
 
+/// A grip that has passed the limits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClearedGrip {
+    opening: f64,
+    speed: f64,
+    force: f64,
+}
+
+impl ClearedGrip {
+    /// Returns the opening between the pads to go to, m.
+    pub fn opening(&self) -> f64 {
+        self.opening
+    }
+
+    /// Returns the speed of the opening, m/s.
+    pub fn speed(&self) -> f64 {
+        self.speed
+    }
+
+    /// Returns the most force of each pad, N.
+    pub fn force(&self) -> f64 {
+        self.force
+    }
+}
+
 /// Bounds every command is held to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limits {
@@ -27,14 +59,29 @@ pub struct Limits {
     pub scale: f64,
     /// The most a trajectory's first point may differ from the last command, rad.
     pub jump: f64,
+    /// Accelerations may go so far over the robot's own, as a factor: between two points of a path the
+    /// timed curve swings a little past what it keeps on average.
+    pub surge: f64,
     /// The lowest the tool centre point may go, m above the table.
     pub floor: f64,
+    /// The fastest the fingers may open or close, m/s.
+    pub finger_speed: f64,
+    /// The most force a pad may press with, N.
+    pub finger_force: f64,
 }
 
 impl Default for Limits {
     fn default() -> Self {
         // 1.02 leaves room for the rounding of a trajectory timed exactly to its limits.
-        Self { scale: 1.02, jump: 0.02, floor: 0.005 }
+        // Speed and force are the 2F-85's: 150 mm/s and 235 N over both pads.
+        Self {
+            scale: 1.02,
+            jump: 0.02,
+            surge: 1.25,
+            floor: 0.005,
+            finger_speed: 0.15,
+            finger_force: 117.5,
+        }
     }
 }
 
@@ -88,6 +135,17 @@ impl Limits {
                     });
                 }
             }
+            for (i, limit) in robot.joints().iter().enumerate() {
+                let ddq = at.ddq[i].abs();
+                if ddq > limit.acceleration * self.surge {
+                    return Err(LimitError::Acceleration {
+                        joint: i + 1,
+                        time_s,
+                        value_deg_s2: ddq.to_degrees(),
+                        limit_deg_s2: limit.acceleration.to_degrees(),
+                    });
+                }
+            }
             let height = super::plan::tool_pose(cell, &at.q).origin().z;
             if height < self.floor {
                 let (height_mm, floor_mm) = (height * 1e3, self.floor * 1e3);
@@ -96,13 +154,42 @@ impl Limits {
         }
         Ok(Cleared { trajectory })
     }
+
+    /// Clears a move of the fingers to `opening` m at `speed` m/s with at most `force` N a pad.
+    ///
+    /// # Errors
+    ///
+    /// [`LimitError::Fingers`] for what the gripper cannot or may not do.
+    pub fn clear_grip(
+        &self,
+        cell: &Cell,
+        opening: f64,
+        speed: f64,
+        force: f64,
+    ) -> Result<ClearedGrip, LimitError> {
+        let widest = cell.robot.max_opening();
+        let within = |what, value: f64, limit: f64, unit| {
+            // NaN is in no range.
+            if (0.0..=limit).contains(&value) {
+                Ok(())
+            } else {
+                Err(LimitError::Fingers { what, value, limit, unit })
+            }
+        };
+        within("go to", opening, widest + 1e-9, "m")?;
+        within("move at", speed, self.finger_speed, "m/s")?;
+        within("press with", force, self.finger_force, "N")?;
+        Ok(ClearedGrip { opening, speed, force })
+    }
 }
 
 /// Why a trajectory may not be followed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum LimitError {
     /// It asks for a joint position outside the joint's range.
-    #[error("joint {joint} would go to {value_deg:.1} deg at {time_s:.2} s; its range is {lower_deg:.1} to {upper_deg:.1} deg")]
+    #[error(
+        "joint {joint} would go to {value_deg:.1} deg at {time_s:.2} s; its range is {lower_deg:.1} to {upper_deg:.1} deg"
+    )]
     Range {
         /// Joint number from 1.
         joint: usize,
@@ -116,7 +203,9 @@ pub enum LimitError {
         upper_deg: f64,
     },
     /// It asks for too much speed.
-    #[error("joint {joint} would turn at {value_deg_s:.1} deg/s at {time_s:.2} s; its limit is {limit_deg_s:.1} deg/s")]
+    #[error(
+        "joint {joint} would turn at {value_deg_s:.1} deg/s at {time_s:.2} s; its limit is {limit_deg_s:.1} deg/s"
+    )]
     Speed {
         /// Joint number from 1.
         joint: usize,
@@ -127,6 +216,32 @@ pub enum LimitError {
         /// The limit, deg/s.
         limit_deg_s: f64,
     },
+    /// It asks for too much acceleration.
+    #[error(
+        "joint {joint} would accelerate at {value_deg_s2:.0} deg/s² at {time_s:.2} s; its limit is {limit_deg_s2:.0} deg/s²"
+    )]
+    Acceleration {
+        /// Joint number from 1.
+        joint: usize,
+        /// When, s.
+        time_s: f64,
+        /// What is asked for, deg/s².
+        value_deg_s2: f64,
+        /// The limit, deg/s².
+        limit_deg_s2: f64,
+    },
+    /// It asks too much of the fingers.
+    #[error("the fingers would have to {what} {value:.3} {unit}; the limit is {limit:.3} {unit}")]
+    Fingers {
+        /// `move at`, `press with` or `go to`.
+        what: &'static str,
+        /// What is asked for.
+        value: f64,
+        /// The limit.
+        limit: f64,
+        /// Its unit.
+        unit: &'static str,
+    },
     /// It does not begin where the arm is.
     #[error("the path begins {jump_deg:.1} deg from where joint {joint} is")]
     Jump {
@@ -136,7 +251,9 @@ pub enum LimitError {
         jump_deg: f64,
     },
     /// It leads the tool into the table.
-    #[error("the tool would go to {height_mm:.0} mm above the table at {time_s:.2} s; the limit is {floor_mm:.0} mm")]
+    #[error(
+        "the tool would go to {height_mm:.0} mm above the table at {time_s:.2} s; the limit is {floor_mm:.0} mm"
+    )]
     Floor {
         /// Height of the tool centre point, mm.
         height_mm: f64,

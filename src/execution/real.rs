@@ -7,12 +7,11 @@
 use std::sync::Arc;
 
 use image::GrayImage;
-use nalgebra::Isometry3;
 
 use crate::alignment::overlay::annotate;
 use crate::alignment::vision::{self, Sighting};
 use crate::motion::ik::Solver;
-use crate::twin::render::{ArmLook, Marker, NOTHING, Options, TABLE, View, render};
+use crate::twin::render::{ArmLook, NOTHING, Options, TABLE, View, render};
 use crate::world::frame::{Object, Tool, World};
 use crate::world::{ObjectState, Pose, Scene, WorldState};
 
@@ -83,16 +82,22 @@ impl Belief {
             }
             self.mass = None;
         }
-        let Some(aim) = aim.filter(|_| grip.stalled) else { return };
+        let Some(aim) = aim else { return };
         let Some(object) = self.scene.object(aim) else { return };
         let widths = match object.shape {
             crate::world::Shape::Cuboid { size } => vec![size.x, size.y],
             crate::world::Shape::Cylinder { radius, .. } => vec![2.0 * radius],
         };
         let fits = widths.iter().any(|width| (grip.opening - width).abs() < PAD_TOLERANCE);
-        let known = self.objects.iter().find(|o| o.name == aim).and_then(|o| o.world_from_object);
-        if let (true, Some(pose)) = (fits, known) {
-            self.held = Some((aim.to_owned(), tool.inverse() * pose));
+        let Some(known) = self.objects.iter_mut().find(|o| o.name == aim) else { return };
+        if grip.stalled && fits {
+            if let Some(pose) = known.world_from_object {
+                self.held = Some((aim.to_owned(), tool.inverse() * pose));
+            }
+        } else {
+            // The fingers closed where it should have been, so it is somewhere else: look again.
+            known.world_from_object = None;
+            known.std = f64::INFINITY;
         }
     }
 
@@ -190,7 +195,8 @@ impl RealBody {
         let frame = render(camera, &view, &Options::quick());
         let (w, h) = (camera.intrinsics.width, camera.intrinsics.height);
         let bodies = frame.ids.iter().map(|&id| if id == NOTHING || id == TABLE { 0 } else { 255 });
-        let mask = GrayImage::from_raw(w, h, bodies.collect()).unwrap_or_else(|| GrayImage::new(w, h));
+        let mask =
+            GrayImage::from_raw(w, h, bodies.collect()).unwrap_or_else(|| GrayImage::new(w, h));
         // The arm is not quite where it says, and it casts a soft edge.
         imageproc::morphology::dilate(&mask, imageproc::distance_transform::Norm::LInf, 12)
     }
@@ -230,8 +236,9 @@ impl Body for RealBody {
             ignore: Some(self.arm_in_picture(&camera, &q)),
             ..vision::Options::default()
         };
-        let sightings = vision::see(&photo, &camera, &scene, &options)
-            .map_err(|error| DeviceError::Unavailable(format!("the photograph is no use: {error}")))?;
+        let sightings = vision::see(&photo, &camera, &scene, &options).map_err(|error| {
+            DeviceError::Unavailable(format!("the photograph is no use: {error}"))
+        })?;
         self.photos += 1;
         if let Ok(mut watcher) = self.watcher.lock() {
             let image = annotate(&photo, &sightings);
@@ -308,17 +315,4 @@ fn summary(seen: &Sighting) -> String {
             seen.reason.as_deref().unwrap_or("nothing in the picture looks like it")
         ),
     }
-}
-
-/// The ball on the gripper that the camera looks for.
-pub fn marker() -> Marker {
-    Marker::default()
-}
-
-/// Returns a rigid motion as the isometry it is; `D` of regression 3 in the form poses are moved by.
-pub fn rigid(matrix: &nalgebra::Matrix4<f64>) -> Isometry3<f64> {
-    let rotation = matrix.fixed_view::<3, 3>(0, 0).into_owned();
-    let rotation = nalgebra::Rotation3::from_matrix(&rotation);
-    let shift = matrix.fixed_view::<3, 1>(0, 3).into_owned();
-    Isometry3::from_parts(shift.into(), rotation.into())
 }

@@ -10,7 +10,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use rhai::{Array, Dynamic, Engine, EvalAltResult, INT, Map, Position, Scope};
+use rhai::{Array, Dynamic, Engine, EvalAltResult, INT, Position, Scope};
 
 use super::plan::{Grasp, Placement, Pour};
 use super::stage::{ActionError, Stage};
@@ -174,6 +174,10 @@ fn translate(file: &str, error: &EvalAltResult) -> ScriptError {
 }
 
 /// Carries an action's error through the engine. A stop cannot be caught by a script, anything else can.
+#[expect(
+    clippy::unnecessary_box_returns,
+    reason = "the engine's functions fail with a boxed error"
+)]
 fn raise(error: ActionError) -> Box<EvalAltResult> {
     let stop = matches!(error, ActionError::Stopped);
     let token = Dynamic::from(error);
@@ -223,7 +227,16 @@ fn bind_values(engine: &mut Engine) {
         .register_get("way_down", |place: &mut Placement| Path(place.way_down.clone()))
         .register_get("way_out", |place: &mut Placement| Path(place.way_out.clone()))
         .register_type_with_name::<Path>("Path")
-        .register_get("length", |path: &mut Path| path.0.len() as INT);
+        .register_get("length", |path: &mut Path| INT::try_from(path.0.len()).unwrap_or(INT::MAX))
+        .register_fn("part", |path: &mut Path, from: INT, to: INT| -> Fallible<Path> {
+            let range = usize::try_from(from).ok().zip(usize::try_from(to).ok());
+            let part = range
+                .and_then(|(from, to)| path.0.get(from..=to.min(path.0.len().saturating_sub(1))));
+            part.map(|part| Path(part.to_vec())).ok_or_else(|| {
+                format!("the path has no part from {from} to {to}; it has {} points", path.0.len())
+                    .into()
+            })
+        });
 }
 
 /// A joint path in a script's hands.
@@ -254,9 +267,10 @@ fn bind_twin(engine: &mut Engine) {
         .register_fn("position", |twin: &mut Twin, o: &str| {
             twin.stage().position(o).map(array).map_err(raise)
         })
-        .register_fn("volume", |twin: &mut Twin, o: &str| {
-            twin.stage().volume(o).map_err(raise)
-        });
+        .register_fn("enough", |twin: &mut Twin, o: &str, volume: f64| {
+            twin.stage().enough(o, volume).map_err(raise)
+        })
+        .register_fn("volume", |twin: &mut Twin, o: &str| twin.stage().volume(o).map_err(raise));
 }
 
 fn bind_arm(engine: &mut Engine) {
@@ -280,6 +294,9 @@ fn bind_arm(engine: &mut Engine) {
         .register_fn("turn", |arm: &mut Arm, path: Path, rate: f64| {
             arm.stage().turn(&path.0, rate).map_err(raise)
         })
+        .register_fn("turn_back", |arm: &mut Arm, path: Path, rate: f64| {
+            arm.stage().turn_back(&path.0, rate).map_err(raise)
+        })
         .register_fn("move_by", |arm: &mut Arm, by: Array, speed: f64| {
             let by = numbers(&by)?;
             let [x, y, z] = by[..] else {
@@ -295,17 +312,12 @@ fn bind_arm(engine: &mut Engine) {
 }
 
 fn bind_memory(engine: &mut Engine, stage: &Arc<Mutex<Stage>>) {
-    let memory: Arc<Mutex<Map>> = Arc::default();
-    let kept = memory.clone();
+    let keeper = stage.clone();
     engine.register_fn("remember", move |name: &str, value: Dynamic| {
-        kept.lock().unwrap_or_else(PoisonError::into_inner).insert(name.into(), value);
+        lock(&keeper).remember(name, value);
     });
-    engine.register_fn("recall", move |name: &str| -> Fallible<Dynamic> {
-        let memory = memory.lock().unwrap_or_else(PoisonError::into_inner);
-        memory.get(name).cloned().ok_or_else(|| {
-            raise(ActionError::Refused(format!("no earlier action remembered a `{name}`")))
-        })
-    });
+    let keeper = stage.clone();
+    engine.register_fn("recall", move |name: &str| lock(&keeper).recall(name).map_err(raise));
     let chooser = stage.clone();
     engine.register_fn("choose", move |ways: Array| -> Fallible<Dynamic> {
         let chosen = lock(&chooser).choose(ways.len()).map_err(raise)?;

@@ -4,12 +4,14 @@
 //! the twin survived, corrected by regression 3, through [`super::limits`]. The words are bound to rhai in
 //! [`super::script`]; planning itself is in [`super::plan`].
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use image::RgbImage;
 use nalgebra::Vector3;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
+use rhai::Dynamic;
 
 use crate::motion::robot::Robot;
 use crate::motion::trajectory::{self, Trajectory};
@@ -110,6 +112,9 @@ pub struct Cell {
     pub limits: Limits,
 }
 
+/// What actions remember for later actions, by name.
+pub type Memory = BTreeMap<String, Dynamic>;
+
 /// One arm, one belief, one tape.
 pub struct Stage {
     cell: Cell,
@@ -122,6 +127,7 @@ pub struct Stage {
     q: Vec<f64>,
     /// Joint torques with an empty hand, beyond the model, N·m.
     tare: Option<Vec<f64>>,
+    memory: Memory,
     cancel: Cancel,
     watcher: Watcher,
 }
@@ -140,7 +146,18 @@ impl Stage {
         let (seed, variant) = chance;
         let mixed = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(variant as u64);
         let chance = StdRng::seed_from_u64(mixed);
-        Self { cell, body, tape, chance, variant, q, tare: None, cancel, watcher }
+        Self {
+            cell,
+            body,
+            tape,
+            chance,
+            variant,
+            q,
+            tare: None,
+            memory: Memory::new(),
+            cancel,
+            watcher,
+        }
     }
 
     /// Returns the wish to stop that this stage obeys.
@@ -173,6 +190,29 @@ impl Stage {
     /// Plays these decisions from now on, or records new ones.
     pub fn set_tape(&mut self, tape: Tape) {
         self.tape = tape;
+    }
+
+    /// Returns what actions remember.
+    pub fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
+    /// Puts other memories in place.
+    pub fn set_memory(&mut self, memory: Memory) {
+        self.memory = memory;
+    }
+
+    /// `remember(name, value)`.
+    pub fn remember(&mut self, name: &str, value: Dynamic) {
+        self.memory.insert(name.to_owned(), value);
+    }
+
+    /// `recall(name)`.
+    pub fn recall(&self, name: &str) -> Result<Dynamic, ActionError> {
+        self.memory
+            .get(name)
+            .cloned()
+            .ok_or_else(|| ActionError::Refused(format!("no earlier action remembered a `{name}`")))
     }
 
     /// Lends the body.
@@ -269,6 +309,21 @@ impl Stage {
         Ok(ways)
     }
 
+    /// `twin.enough(o, volume)`: whether `o` has gained so much, m³, since the run began in the twin; on the
+    /// arm, which cannot weigh while it pours, what the twin said at this point of the rehearsal.
+    pub fn enough(&mut self, o: &str, volume: f64) -> Result<bool, ActionError> {
+        let taped = self.tape.next("a yes or no", |entry| match entry {
+            Entry::Choice(chosen) => Some(*chosen == 1),
+            _ => None,
+        })?;
+        if let Some(is_enough) = taped {
+            return Ok(is_enough);
+        }
+        let is_enough = self.volume(o)? >= volume;
+        self.tape.record(Entry::Choice(usize::from(is_enough)));
+        Ok(is_enough)
+    }
+
     /// `choose(ways)`: the best one in the first candidate, a good one in the others.
     pub fn choose(&mut self, n: usize) -> Result<usize, ActionError> {
         let taped = self.tape.next("a choice", |entry| match entry {
@@ -300,7 +355,8 @@ impl Stage {
     pub fn position(&mut self, o: &str) -> Result<[f64; 3], ActionError> {
         let state = self.state()?;
         let pose = state.object(o).and_then(|object| object.world_from_object);
-        let pose = pose.ok_or_else(|| ActionError::Refused(format!("nobody knows where `{o}` is")))?;
+        let pose =
+            pose.ok_or_else(|| ActionError::Refused(format!("nobody knows where `{o}` is")))?;
         Ok(pose.origin().into())
     }
 
@@ -314,27 +370,25 @@ impl Stage {
     /// `arm.move_to(q)`, `arm.carry_to(q, tilt, speed)`: a free motion round everything in the way, with the
     /// hand within `tilt` rad of upright when that is asked for.
     pub fn move_to(&mut self, q: &[f64], tilt: Option<f64>, speed: f64) -> Result<(), ActionError> {
-        let path = match self.taped_path()? {
-            Some(path) => path,
-            None => {
-                let seed = self.chance.random();
-                let path = self.planner()?.free(q, tilt, seed)?;
-                self.tape.record(Entry::Path(path.clone()));
-                path
-            }
+        let path = if let Some(path) = self.taped_path()? {
+            path
+        } else {
+            let seed = self.chance.random();
+            let path = self.planner()?.free(q, tilt, seed)?;
+            self.tape.record(Entry::Path(path.clone()));
+            path
         };
         self.drive_corners(&path, speed)
     }
 
     /// `arm.move_by([x, y, z], speed)`: a straight line of the tool in the world, orientation kept.
     pub fn move_by(&mut self, by: [f64; 3], speed: f64) -> Result<(), ActionError> {
-        let path = match self.taped_path()? {
-            Some(path) => path,
-            None => {
-                let path = self.planner()?.line(Vector3::from(by))?;
-                self.tape.record(Entry::Path(path.clone()));
-                path
-            }
+        let path = if let Some(path) = self.taped_path()? {
+            path
+        } else {
+            let path = self.planner()?.line(Vector3::from(by))?;
+            self.tape.record(Entry::Path(path.clone()));
+            path
         };
         self.follow(&path, speed)
     }
@@ -352,7 +406,7 @@ impl Stage {
         const CUT: f64 = 0.05;
         let corrected = self.corrected(corners);
         let trajectory =
-            Trajectory::through_corners(&corrected, &self.paced(speed), CUT, &|_| true)
+            Trajectory::through_corners(&corrected, &self.paced(speed), CUT, &|_, _| true)
                 .map_err(|error| ActionError::Refused(error.to_string()))?;
         self.drive(trajectory, corners)
     }
@@ -371,6 +425,20 @@ impl Stage {
         let slower = angle / rate.max(1e-3) / trajectory.duration().max(1e-3);
         let trajectory = if slower > 1.0 { trajectory.slowed(slower) } else { trajectory };
         self.drive(trajectory, path)
+    }
+
+    /// `arm.turn_back(path, rate)`: what is left of a turn, back to its beginning, from wherever it stopped.
+    pub fn turn_back(&mut self, path: &[Vec<f64>], rate: f64) -> Result<(), ActionError> {
+        let off = |q: &[f64]| super::plan::distance(q, &self.q);
+        let Some(at) = (0..path.len()).min_by(|&a, &b| off(&path[a]).total_cmp(&off(&path[b])))
+        else {
+            return Ok(());
+        };
+        let mut back: Vec<_> = path[..=at].iter().rev().cloned().collect();
+        if off(&path[at]) > 0.01 {
+            back.insert(0, self.q.clone());
+        }
+        if back.len() < 2 { Ok(()) } else { self.turn(&back, rate) }
     }
 
     /// `arm.open()`: fingers as wide as they go.
@@ -439,7 +507,9 @@ impl Stage {
         let n = self.q.len();
         let mean = |pick: &dyn Fn(&Feedback) -> &Vec<f64>| -> Vec<f64> {
             let count = samples.len().max(1) as f64;
-            (0..n).map(|joint| samples.iter().map(|s| pick(s)[joint]).sum::<f64>() / count).collect()
+            (0..n)
+                .map(|joint| samples.iter().map(|s| pick(s)[joint]).sum::<f64>() / count)
+                .collect()
         };
         let (q, tau) = (mean(&|s| &s.q), mean(&|s| &s.tau));
         let model = super::plan::gravity_torque(&self.cell.robot, &q);
@@ -448,7 +518,8 @@ impl Stage {
 
     fn grip(&mut self, opening: f64, force: f64) -> Result<Grip, ActionError> {
         let (watcher, cancel) = (self.watcher.clone(), self.cancel.clone());
-        Ok(self.body.arm().grip(opening, 0.06, force, &cancel, &mut ticks(&watcher))?)
+        let grip = self.cell.limits.clear_grip(&self.cell, opening, 0.06, force)?;
+        Ok(self.body.arm().grip(&grip, &cancel, &mut ticks(&watcher))?)
     }
 
     fn taped_path(&mut self) -> Result<Option<Vec<Vec<f64>>>, ActionError> {
@@ -467,7 +538,11 @@ impl Stage {
         let from = self.body.arm().feedback()?.q_cmd;
         let cleared = self.cell.limits.clear(&self.cell, trajectory, &from)?;
         let (watcher, cancel) = (self.watcher.clone(), self.cancel.clone());
-        self.body.arm().follow(&cleared, &cancel, &mut ticks(&watcher))?;
+        if let Err(error) = self.body.arm().follow(&cleared, &cancel, &mut ticks(&watcher)) {
+            // The motion was cut short: the next plan begins where the arm was left, not at the path's end.
+            self.find_arm()?;
+            return Err(error.into());
+        }
         if let Some(last) = path.last() {
             self.q.clone_from(last);
         }

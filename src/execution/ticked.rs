@@ -4,7 +4,7 @@
 //! following, gripping, waiting and stopping are written once.
 
 use super::arm::{Arm, Cancel, DeviceError, Feedback, Grip};
-use super::limits::Cleared;
+use super::limits::{Cleared, ClearedGrip};
 
 /// Something with an arm that is stepped through time.
 pub trait Plant: Send {
@@ -25,6 +25,11 @@ pub trait Plant: Send {
 const PERIOD: f64 = 0.004;
 /// After the last command of a motion the arm is given this long to get there, s.
 const SETTLE: f64 = 0.2;
+/// How fast a stopped joint is slowed down, rad/s²: under the 4.94 rad/s² of the arm's hard limits (MoveIt
+/// configuration of `ros_kortex`), so that the servo keeps up and nothing is shaken.
+const BRAKE: f64 = 4.0;
+/// After braking the arm is given at most this long to come to rest, s, below this speed, rad/s.
+const REST: (f64, f64) = (0.4, 0.01);
 /// Fingers that move less than this in a tenth of a second are at rest, m: above the encoder's noise.
 const STILL: f64 = 3e-4;
 
@@ -32,13 +37,15 @@ const STILL: f64 = 3e-4;
 pub struct Ticked<P> {
     plant: P,
     q_cmd: Vec<f64>,
+    dq_cmd: Vec<f64>,
 }
 
 impl<P: Plant> Ticked<P> {
     /// Takes hold of the arm where it stands.
     pub fn new(mut plant: P) -> Self {
         let q_cmd = plant.report().q;
-        Self { plant, q_cmd }
+        let dq_cmd = vec![0.0; q_cmd.len()];
+        Self { plant, q_cmd, dq_cmd }
     }
 
     fn run(
@@ -51,15 +58,55 @@ impl<P: Plant> Ticked<P> {
         let ticks = (seconds / PERIOD).ceil() as usize;
         for tick in 0..ticks {
             if cancel.is_cancelled() {
-                self.stop();
+                self.brake(watch)?;
                 return Err(DeviceError::Stopped);
             }
-            if let Some((q, dq)) = command(tick as f64 * PERIOD) {
-                self.plant.command(&q, &dq)?;
-                self.q_cmd = q;
+            let order = command(tick as f64 * PERIOD);
+            self.tick(order, watch)?;
+        }
+        Ok(())
+    }
+
+    /// Sends an order, if there is one, and lets one period pass.
+    fn tick(
+        &mut self,
+        order: Option<(Vec<f64>, Vec<f64>)>,
+        watch: &mut dyn FnMut(&Feedback),
+    ) -> Result<(), DeviceError> {
+        if let Some((q, dq)) = order {
+            self.plant.command(&q, &dq)?;
+            (self.q_cmd, self.dq_cmd) = (q, dq);
+        }
+        self.plant.advance(PERIOD)?;
+        watch(&self.feedback()?);
+        Ok(())
+    }
+
+    /// Slows all joints down together from the speed they were last sent at, and waits until they rest.
+    ///
+    /// The command never jumps: a joint sent back to where its encoder was read would swing past and
+    /// return, and what it carries would spill.
+    fn brake(&mut self, watch: &mut dyn FnMut(&Feedback)) -> Result<(), DeviceError> {
+        let (q, dq) = (self.q_cmd.clone(), self.dq_cmd.clone());
+        let fastest = dq.iter().fold(0.0_f64, |fastest, dq| fastest.max(dq.abs()));
+        let duration = fastest / BRAKE;
+        let ticks = (duration / PERIOD).ceil() as usize;
+        for tick in 1..=ticks {
+            let t = (tick as f64 * PERIOD).min(duration);
+            let left = 1.0 - t / duration;
+            let way = t - t * t / (2.0 * duration);
+            let order = (
+                q.iter().zip(&dq).map(|(q, dq)| q + dq * way).collect(),
+                dq.iter().map(|dq| dq * left).collect(),
+            );
+            self.tick(Some(order), watch)?;
+        }
+        let (longest, slow) = REST;
+        for _ in 0..(longest / PERIOD) as usize {
+            if self.feedback()?.dq.iter().all(|dq| dq.abs() < slow) {
+                break;
             }
-            self.plant.advance(PERIOD)?;
-            watch(&self.feedback()?);
+            self.tick(None, watch)?;
         }
         Ok(())
     }
@@ -86,13 +133,12 @@ impl<P: Plant> Arm for Ticked<P> {
 
     fn grip(
         &mut self,
-        opening: f64,
-        speed: f64,
-        force: f64,
+        grip: &ClearedGrip,
         cancel: &Cancel,
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<Grip, DeviceError> {
-        self.plant.aim(opening, speed, force)?;
+        let opening = grip.opening();
+        self.plant.aim(opening, grip.speed(), grip.force())?;
         let mut last = self.plant.report().opening;
         let mut still = 0;
         // At most five seconds: the slowest fingers need two.
@@ -118,9 +164,7 @@ impl<P: Plant> Arm for Ticked<P> {
     }
 
     fn stop(&mut self) {
-        let q = self.plant.report().q;
-        // A plant that refuses its own position is broken; there is nothing left to stop it with.
-        let _ = self.plant.command(&q, &vec![0.0; q.len()]);
-        self.q_cmd = q;
+        // A plant that refuses to be slowed down is broken; there is nothing left to stop it with.
+        let _ = self.brake(&mut |_| {});
     }
 }

@@ -94,7 +94,7 @@ impl Body for TwinBody {
 
     fn contact(&mut self, a: &str, b: &str) -> Option<bool> {
         let twin = lock(&self.twin);
-        let jaws: Vec<String> = twin.arm().jaw_links().map(str::to_owned).collect();
+        let jaws: Vec<String> = twin.robot().jaw_links().map(str::to_owned).collect();
         // The gripper touches what any of its jaws touches.
         let parts = |name: &str| match name {
             "gripper" => jaws.clone(),

@@ -7,9 +7,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::graph::{Condition, Does, ParseGraph, Step};
+use crate::graph::{Condition, Does, ParseGraph, Step, fluent};
 use crate::language::Library;
-use crate::language::ast::{Expr, ExprKind};
+use crate::language::ast::{BinaryOp, Expr, ExprKind};
 use crate::language::text;
 use crate::units::{Dimension, Quantity};
 use crate::world::fluent::{Evaluator, Fact, Facts, Reading};
@@ -106,16 +106,18 @@ impl<'a> Walker<'a> {
 
     /// Reads one closed expression now.
     pub fn read(&self, expr: &Expr, state: &WorldState) -> Reading {
-        let facts = BodyFacts(self.scripts);
-        Evaluator {
+        self.evaluate(state, |evaluator| evaluator.read(expr))
+    }
+
+    fn evaluate<T>(&self, state: &WorldState, ask: impl FnOnce(&Evaluator<'_>) -> T) -> T {
+        ask(&Evaluator {
             scene: self.scene,
             state,
             start: self.start,
             fluents: self.library,
             bindings: &BTreeMap::new(),
-            facts: &facts,
-        }
-        .read(expr)
+            facts: &BodyFacts(self.scripts),
+        })
     }
 
     /// Carries out step `index` of `pg` and reads `watched` afterwards.
@@ -190,14 +192,14 @@ impl<'a> Walker<'a> {
             ExprKind::Text(text) => ScriptValue::Name(text.clone()),
             ExprKind::Bool(truth) => ScriptValue::Truth(*truth),
             ExprKind::Literal(quantity) => ScriptValue::Number(quantity.value),
-            _ => {
-                let reading = self.read(expr, state);
-                match (reading.value, reading.truth) {
-                    (Some(quantity), _) => ScriptValue::Number(quantity.value),
-                    (None, Some(truth)) => ScriptValue::Truth(truth),
-                    (None, None) => ScriptValue::Name(text::expr(expr)),
-                }
-            }
+            _ => match self.evaluate(state, |evaluator| evaluator.quantity(expr)) {
+                Ok(Some(quantity)) => ScriptValue::Number(quantity.value),
+                _ => match self.read(expr, state).truth {
+                    Some(truth) => ScriptValue::Truth(truth),
+                    // Nobody knows what it is worth; the script is told what it is.
+                    None => ScriptValue::Name(text::expr(expr)),
+                },
+            },
         }
     }
 
@@ -205,17 +207,38 @@ impl<'a> Walker<'a> {
         conditions.iter().any(|c| self.read(&c.expr, state).truth == Some(true))
     }
 
+    /// Returns what is known at the end of a step that a person or a device cut short.
+    ///
+    /// # Errors
+    ///
+    /// When the arm does not answer.
+    pub fn interrupted(
+        &self,
+        pg: &ParseGraph,
+        index: usize,
+        begin: f64,
+        watched: &[Expr],
+        why: &ActionError,
+    ) -> Result<Done, ActionError> {
+        let reason = Some(why.to_string());
+        self.done(&pg.steps[index], index, begin, watched, Outcome::Stopped, reason)
+    }
+
     /// Returns the first condition that is false, with its margin, in words.
-    fn unmet(&self, conditions: &[Condition], state: &WorldState) -> Option<String> {
+    pub fn unmet(&self, conditions: &[Condition], state: &WorldState) -> Option<String> {
         conditions.iter().find_map(|condition| {
             let reading = self.read(&condition.expr, state);
-            (reading.truth == Some(false)).then(|| match &reading.margin {
-                Some(margin) => format!("`{}`, which is false by {}", condition.text, {
-                    let mut off = *margin;
-                    off.value = off.value.abs();
-                    off
-                }),
-                None => format!("`{}`, which is false", condition.text),
+            if reading.truth != Some(false) {
+                return None;
+            }
+            // Of a long condition the part that decided is told.
+            let term = if reading.term.is_empty() { &condition.text } else { &reading.term };
+            Some(match reading.margin {
+                Some(Quantity { value, dimension }) => {
+                    let off = Quantity { value: value.abs(), dimension };
+                    format!("`{term}`, which is false by {off}")
+                }
+                None => format!("`{term}`, which is false"),
             })
         })
     }
@@ -230,12 +253,13 @@ impl<'a> Walker<'a> {
         reason: Option<String>,
     ) -> Result<Done, ActionError> {
         let state = self.scripts.stage().state()?;
-        let promised: Vec<String> = step.gives.iter().map(|c| c.text.clone()).collect();
+        // A step that did not end by itself promises nothing.
+        let promised = if outcome == Outcome::Stopped { &[][..] } else { &step.gives[..] };
         let fluents = watched
             .iter()
             .map(|expr| {
                 let text = text::expr(expr);
-                let expected = promised.iter().any(|p| p.contains(&text)).then_some(true);
+                let expected = promised.iter().find_map(|given| promise(&given.expr, &text));
                 let ask = self.question(expr);
                 FluentReading { expected, ask, reading: self.read(expr, &state), text }
             })
@@ -245,13 +269,25 @@ impl<'a> Walker<'a> {
     }
 
     fn question(&self, expr: &Expr) -> Option<String> {
-        let questions = crate::graph::fluent::questions(expr, self.library);
+        let questions = fluent::questions(expr, self.library);
         questions.first().map(|question| {
             question.with(|name| {
                 let object = self.scene.object(name);
                 object.map_or_else(|| name.to_owned(), |object| object.looks.clone())
             })
         })
+    }
+}
+
+/// Returns what a promise says of the fluent written `text`: `p and not q` says yes of `p` and no of `q`.
+fn promise(given: &Expr, fluent: &str) -> Option<bool> {
+    if text::expr(given) == fluent {
+        return Some(true);
+    }
+    match &given.kind {
+        ExprKind::Not(inner) => (text::expr(inner) == fluent).then_some(false),
+        ExprKind::Binary(a, BinaryOp::And, b) => promise(a, fluent).or_else(|| promise(b, fluent)),
+        _ => None,
     }
 }
 

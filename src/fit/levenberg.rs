@@ -218,8 +218,9 @@ impl<'a, P: Problem> Work<'a, P> {
         normal.clear();
         for (b, s2) in self.blocks(r).enumerate() {
             let weight = self.weight(b) * self.options.loss.weight(s2);
-            for i in b * self.block..((b + 1) * self.block).min(r.len()) {
-                normal.add(jacobian.row(i), &self.free, r[i], weight);
+            let from = b * self.block;
+            for (i, residual) in r.iter().enumerate().skip(from).take(self.block) {
+                normal.add(jacobian.row(i), &self.free, *residual, weight);
             }
         }
     }

@@ -19,8 +19,9 @@ use image::RgbImage;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use thiserror::Error as ThisError;
 
+use crate::motion::Robot;
 use crate::twin::render::{self, ArmLook, Options, View};
-use crate::twin::{self, ArmModel, Twin};
+use crate::twin::{self, Twin};
 use crate::world::{ObjectState, Pose, Scene, WorldState};
 pub use settings::{
     CameraError, JointError, LabSettings, Latency, LensError, LightError, Mounting, Placement,
@@ -123,17 +124,6 @@ impl std::fmt::Debug for Lab {
     }
 }
 
-/// Kinova's home configuration, rad. Source: Kinova Gen3 user guide.
-const HOME: [f64; 7] = [
-    0.0,
-    0.261_799_388,
-    std::f64::consts::PI,
-    -2.268_928_028,
-    0.0,
-    0.959_931_089,
-    std::f64::consts::FRAC_PI_2,
-];
-
 /// What kitchen scales resolve, m³ of water: a tenth of a gram.
 const SCALE: f64 = 1e-7;
 
@@ -142,23 +132,22 @@ const STOPPED_SHORT: f64 = 0.0015;
 const STILL: f64 = 0.06;
 
 impl Lab {
-    /// Opens a laboratory with the robot of a URDF text and the things of a scene.
+    /// Opens a laboratory with a robot, which differs from its file, and the things of a scene.
     ///
     /// # Errors
     ///
     /// [`Error::Settings`] for settings that make no sense, [`Error::NoPlace`] when the objects do not
     /// fit, [`Error::Twin`] when the robot or the scene cannot be simulated.
-    pub fn new(urdf: &str, scene: &Scene, settings: LabSettings, seed: u64) -> Result<Self, Error> {
+    pub fn new(
+        robot: &Robot,
+        scene: &Scene,
+        settings: LabSettings,
+        seed: u64,
+    ) -> Result<Self, Error> {
         settings.check()?;
-        let robot = urdf_rs::read_from_string(urdf).map_err(|error| {
-            twin::Error::Robot(format!("the robot file cannot be read: {error}"))
-        })?;
-        let mut arm = ArmModel::from_urdf(&robot, "tool_frame")?;
-        let efforts: Vec<f64> = arm.arm.iter().map(|&i| arm.joints[i].effort).collect();
+        let efforts: Vec<f64> = robot.joints().iter().map(|joint| joint.effort).collect();
         let truth = Truth::draw(scene, &efforts, &settings, seed)?;
-
-        arm.shift_zeros(&truth.zeros);
-        mount(&mut arm, truth.tool);
+        let arm = robot.clone().with_zero_offsets(&truth.zeros).with_tool_shift(truth.tool);
         let mut scene = scene.clone();
         let (shift, turn) = truth.base;
         let beside = Isometry3::from_parts(
@@ -171,8 +160,7 @@ impl Lab {
         }
 
         let q = match settings.start.q_rad.as_slice() {
-            [] if efforts.len() == HOME.len() => HOME.to_vec(),
-            [] => vec![0.0; efforts.len()],
+            [] => robot.pose("home").map_or_else(|_| vec![0.0; efforts.len()], <[f64]>::to_vec),
             q => q.to_vec(),
         };
         let objects = scene.objects.iter().zip(&truth.places).zip(&truth.fill).map(
@@ -201,7 +189,7 @@ impl Lab {
         physics.friction.table_object =
             truth.table_friction.unwrap_or(physics.friction.table_object);
         physics.seed = seed;
-        let look = ArmLook::new(&robot);
+        let look = ArmLook::new(&arm);
         let world = Twin::new(&arm, &scene, &state, physics)?;
         let opening = world.opening();
         let jaws = Jaws { goal: opening, closing: false, before: (opening, 0), moving: false };
@@ -396,36 +384,4 @@ impl Lab {
             .wrapping_add(instant.wrapping_mul(0x8CB9_2BA7_2F3D_8DD7))
             .rotate_left(17)
     }
-}
-
-/// Moves everything that is fixed to the flange by `shift` m in its frame.
-fn mount(arm: &mut ArmModel, shift: Vector3<f64>) {
-    let Some(&last) = arm.arm.last() else { return };
-    // From the last moving joint through fixed ones to the frame that carries the tool's.
-    let mut flange = arm.joints[last].child;
-    while let Some(joint) = arm.joints.iter().find(|joint| {
-        joint.parent == flange && joint.child != arm.tool && carries(arm, joint.child)
-    }) {
-        if arm.joints.iter().any(|other| other.parent == flange && other.child == arm.tool) {
-            break;
-        }
-        flange = joint.child;
-    }
-    for joint in &mut arm.joints {
-        if joint.parent == flange {
-            joint.origin = Translation3::from(shift) * joint.origin;
-        }
-    }
-}
-
-/// Returns whether a link has the tool's among those it carries.
-fn carries(arm: &ArmModel, link: usize) -> bool {
-    let mut at = arm.tool;
-    while let Some(joint) = arm.joints.iter().find(|joint| joint.child == at) {
-        if joint.parent == link {
-            return true;
-        }
-        at = joint.parent;
-    }
-    false
 }

@@ -268,7 +268,8 @@ pub fn plan(
         Err(error) => return Err(error),
     };
     let limits = Limits::of(robot);
-    let timed = Trajectory::through_corners(&path.corners, &limits, MAX_CUT, &|q| world.free(q))?;
+    let timed =
+        Trajectory::through_corners(&path.corners, &limits, MAX_CUT, &|a, b| world.certify(a, b))?;
     let planning_time_us = now_us() - begin;
     let (t_s, q_rad) = timed.sampled(REPORT_STEP);
     let least = q_rad.iter().map(|q| world.distance(q)).fold(f64::INFINITY, f64::min);

@@ -48,7 +48,7 @@ pub fn line(robot: &Robot, q: &[f64], target: &Pose<Base, Flange>) -> Result<Vec
 ///
 /// # Errors
 ///
-/// As [`line`].
+/// As [`line()`].
 pub fn turn_about(
     robot: &Robot,
     q: &[f64],
@@ -74,7 +74,7 @@ pub fn turn_about(
 ///
 /// # Errors
 ///
-/// As [`line`].
+/// As [`line()`].
 pub fn through(
     robot: &Robot,
     q: &[f64],

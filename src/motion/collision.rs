@@ -208,6 +208,13 @@ impl<'a> CollisionWorld<'a> {
         self.margin
     }
 
+    /// Returns the world with the margin larger by `extra` m.
+    pub(super) fn padded(&self, extra: f64) -> Self {
+        let mut padded = self.clone();
+        padded.margin += extra;
+        padded
+    }
+
     /// Returns whether `q` keeps its margin everywhere. `q` must have one entry per joint.
     pub fn free(&self, q: &[f64]) -> bool {
         let bodies = self.place(q);
@@ -247,13 +254,15 @@ impl<'a> CollisionWorld<'a> {
     /// Returns whether the straight joint motion from `from` to `to` is free, not only at samples: an
     /// interval counts once the clearance at its middle exceeds what any point can move on it.
     ///
-    /// Two parts may approach each other from both sides; the bound counts either's motion in full.
-    /// Intervals on which nothing moves more than 0.5 mm count as free when their middle is.
+    /// Everywhere on the way at least 0.1 mm is left over the margin: what comes nearer is refused,
+    /// and so is what takes too many intervals to tell.
     ///
     /// Source: conservative advancement; Schwarzer, Saha and Latombe, "Adaptive dynamic collision
     /// checking", T-RO 2005.
     pub fn certify(&self, from: &[f64], to: &[f64]) -> bool {
-        const SMALL: f64 = 5e-4;
+        const LEFT: f64 = 1e-4;
+        // A motion that hugs an obstacle for its whole length would take thousands of intervals.
+        const PATIENCE: usize = 3000;
         let at =
             |t: f64| -> Vec<f64> { from.iter().zip(to).map(|(a, b)| a + t * (b - a)).collect() };
         let whole = self.displacement(from, to);
@@ -261,14 +270,19 @@ impl<'a> CollisionWorld<'a> {
         if !self.free(from) || !self.free(to) {
             return false;
         }
+        let mut looked = 0;
         while let Some((low, high)) = stack.pop() {
+            looked += 1;
             let middle = 0.5 * (low + high);
-            let clear = self.distance(&at(middle)) - self.margin;
+            let clear = self.distance(&at(middle)) - self.margin - LEFT;
             if clear <= 0.0 {
                 return false;
             }
             let moved = whole * 0.5 * (high - low);
-            if moved > clear && moved > SMALL {
+            if moved > clear {
+                if moved < LEFT || looked > PATIENCE {
+                    return false;
+                }
                 stack.push((middle, high));
                 stack.push((low, middle));
             }

@@ -9,8 +9,9 @@
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Matrix6, Vector3, Vector6};
 
 use super::error::Error;
+use super::inertial::Inertial;
 use super::kinematics::link_poses_into;
-use super::robot::{Drive, Inertial, Motion, Robot};
+use super::robot::{Drive, Motion, Robot};
 
 /// Standard use in this program and in the reference values, m/s².
 pub const GRAVITY: f64 = 9.81;

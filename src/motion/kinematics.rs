@@ -12,8 +12,9 @@ use super::robot::{Drive, Joint, Motion, Robot};
 use crate::world::frame::{Base, Flange, Pose, Tool};
 
 impl Joint {
-    /// Returns the joint's value for some `q` and gripper opening, rad or m.
-    pub(super) fn value(&self, q: &[f64], opening: f64) -> f64 {
+    /// Returns the joint's value, rad or m, for one entry of `q` per joint of the robot and a gripper
+    /// opening in m.
+    pub fn value(&self, q: &[f64], opening: f64) -> f64 {
         match self.drive {
             Drive::None => 0.0,
             Drive::Joint { index, multiplier, offset } => multiplier * q[index] + offset,
@@ -23,8 +24,8 @@ impl Joint {
         }
     }
 
-    /// Carries points of the link into its parent.
-    pub(super) fn parent_from_link(&self, value: f64) -> Isometry3<f64> {
+    /// Carries points of the link into its parent when the joint is at `value`, rad or m.
+    pub fn parent_from_link(&self, value: f64) -> Isometry3<f64> {
         match self.motion {
             Motion::Fixed => self.parent_from_link,
             Motion::Turn => {

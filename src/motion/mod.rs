@@ -8,9 +8,12 @@
 mod error;
 mod side;
 mod tree;
+mod urdf;
 pub mod solid;
+pub mod inertial;
 pub mod robot;
 pub mod kinematics;
+pub mod gripper;
 pub mod dynamics;
 pub mod closed_form;
 pub mod ik;
@@ -23,4 +26,5 @@ pub mod cartesian;
 pub mod answer;
 
 pub use error::Error;
+pub use inertial::Inertial;
 pub use robot::Robot;

@@ -4,36 +4,24 @@
 //! Joints off that path are the gripper's jaws: they are not part of `q` but follow one number, the
 //! opening. Where links are for some `q` is [`super::kinematics`]; torques are [`super::dynamics`].
 //!
-//! Source: the URDF specification, <http://wiki.ros.org/urdf/XML>; fixed-axis roll, pitch, yaw.
+//! This is the program's one model of an arm: planning, the twin's physics, its pictures and the lab all
+//! take theirs from it. An arm that differs from its file (zeros, mounting) is another [`Robot`].
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, Unit, Vector3};
 
 use super::error::Error;
-use super::solid::{Placed, Solid, merge_capsules};
+use super::inertial::Inertial;
+use super::solid::Placed;
 use super::tree;
-use crate::world::frame::{Flange, Pose, Tool};
+use crate::world::frame::{Flange, Point, Pose, Tool};
 
 /// The stdlib Gen3 with a 2F-85 gripper.
 const GEN3_URDF: &str = include_str!("../../stdlib/robots/gen3_2f85/gen3_2f85.urdf");
 /// What its URDF has no place for.
 const GEN3_SIDE: &str = include_str!("../../stdlib/robots/gen3_2f85/robot.toml");
-/// A joint without an acceleration limit reaches its speed limit in this time, s. Chosen: it is what
-/// the Gen3's large joints need (1.4 rad/s at 4.94 rad/s²), rounded down.
-const TIME_TO_FULL_SPEED: f64 = 0.25;
-
-/// Mass and how it is spread.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Inertial {
-    /// Mass, kg.
-    pub mass: f64,
-    /// Centre of mass in the link frame, m.
-    pub com: Vector3<f64>,
-    /// Inertia about the centre of mass, axes of the link frame, kg·m².
-    pub inertia: Matrix3<f64>,
-}
 
 /// How a joint lets its child move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,6 +74,28 @@ pub struct Joint {
     pub range: (f64, f64),
 }
 
+/// One shape of a link as it is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Visual {
+    /// The shape, in the link frame.
+    pub placed: Placed,
+    /// Its colour, sRGB, if the file gives one.
+    pub colour: Option<[u8; 3]>,
+}
+
+/// A matt coloured ball glued to the robot, by which a camera sees where the tool is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Marker {
+    /// Index of the link that carries it.
+    pub link: usize,
+    /// Its centre in that link's frame, m.
+    pub centre: Vector3<f64>,
+    /// Its radius, m.
+    pub radius: f64,
+    /// Its colour, sRGB.
+    pub colour: [u8; 3],
+}
+
 /// One rigid body of the robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Link {
@@ -97,8 +107,8 @@ pub struct Link {
     pub joint: Joint,
     /// Its mass, if it has any.
     pub inertial: Option<Inertial>,
-    /// What is drawn, in the link frame.
-    pub visual: Vec<Placed>,
+    /// What is drawn.
+    pub visual: Vec<Visual>,
     /// What must not touch anything, in the link frame.
     pub collision: Vec<Placed>,
 }
@@ -135,6 +145,7 @@ pub struct Robot {
     pub(super) path: Vec<usize>,
     pub(super) flange_from_tool: Pose<Flange, Tool>,
     pub(super) tool: Option<usize>,
+    pub(super) marker: Option<Marker>,
     pub(super) unchecked: Vec<(usize, usize)>,
     pub(super) poses: BTreeMap<String, Vec<f64>>,
     pub(super) max_opening: f64,
@@ -202,6 +213,7 @@ impl Robot {
             path: tree::path(&order, tip),
             flange_from_tool: Pose::identity(),
             tool: None,
+            marker: None,
             unchecked: Vec::new(),
             poses: BTreeMap::new(),
             max_opening: 0.0,
@@ -211,7 +223,7 @@ impl Robot {
         robot.add_links(&urdf, &order)?;
         robot.drive_joints(&urdf, &order, &jaws)?;
         side.apply(&mut robot)?;
-        robot.place_tool()?;
+        robot.place_tool();
         Ok(robot)
     }
 
@@ -234,153 +246,10 @@ impl Robot {
     }
 
     /// Works out where the tool sits on the tip; both are rigid, so any `q` tells it.
-    fn place_tool(&mut self) -> Result<(), Error> {
-        let Some(tool) = self.tool else { return Ok(()) };
-        let poses = self.link_poses(&vec![0.0; self.n_joints()], 0.0)?;
+    fn place_tool(&mut self) {
+        let Some(tool) = self.tool else { return };
+        let poses = self.link_poses(&vec![0.0; self.n_joints()], 0.0).expect("zeros fit any robot");
         self.flange_from_tool = Pose::new(poses[self.tip].inv_mul(&poses[tool]));
-        Ok(())
-    }
-
-    fn add_links(&mut self, urdf: &urdf_rs::Robot, order: &[tree::Step]) -> Result<(), Error> {
-        for step in order {
-            let link = &urdf.links[step.link];
-            let joint = match step.joint {
-                None => Joint {
-                    name: String::new(),
-                    parent_from_link: Isometry3::identity(),
-                    motion: Motion::Fixed,
-                    axis: Vector3::z_axis(),
-                    drive: Drive::None,
-                    range: (0.0, 0.0),
-                },
-                Some(at) => joint_of(&urdf.joints[at])?,
-            };
-            let mut solids = |origin: &urdf_rs::Pose, geometry: &urdf_rs::Geometry| {
-                let solid = solid_of(geometry);
-                if solid.is_none() {
-                    self.notes.push(format!(
-                        "link {}: a mesh is left out; only boxes, cylinders, spheres and capsules count",
-                        link.name
-                    ));
-                }
-                Some(Placed { solid: solid?, pose: pose_of(origin) })
-            };
-            let visual =
-                link.visual.iter().filter_map(|v| solids(&v.origin, &v.geometry)).collect();
-            let collision =
-                link.collision.iter().filter_map(|c| solids(&c.origin, &c.geometry)).collect();
-            self.links.push(Link {
-                name: link.name.clone(),
-                parent: step.parent,
-                joint,
-                inertial: inertial_of(&link.inertial, &link.name)?,
-                visual: merge_capsules(visual),
-                collision: merge_capsules(collision),
-            });
-        }
-        Ok(())
-    }
-
-    /// Says for every moving joint whether `q` or the opening drives it.
-    fn drive_joints(
-        &mut self,
-        urdf: &urdf_rs::Robot,
-        order: &[tree::Step],
-        jaws: &[bool],
-    ) -> Result<(), Error> {
-        let mut on_path = vec![false; order.len()];
-        for &link in &self.path {
-            on_path[link] = true;
-        }
-        // Masters on the path first: they are the entries of q, base first.
-        for (link, step) in order.iter().enumerate() {
-            let Some(joint) = step.joint.map(|at| &urdf.joints[at]) else { continue };
-            let moves = self.links[link].joint.motion != Motion::Fixed;
-            if !moves || !on_path[link] || jaws[link] || joint.mimic.is_some() {
-                continue;
-            }
-            let index = self.joints.len();
-            let limit = &joint.limit;
-            let continuous = joint.joint_type == urdf_rs::JointType::Continuous;
-            let (mut lower, mut upper) = self.links[link].joint.range;
-            if lower >= upper {
-                // The format's default is 0 to 0; a joint that may not move would be fixed.
-                (lower, upper) = (f64::NEG_INFINITY, f64::INFINITY);
-                self.notes.push(format!("joint {} has no position limits", joint.name));
-            }
-            let velocity = if limit.velocity > 0.0 { limit.velocity } else { f64::INFINITY };
-            if velocity.is_infinite() {
-                self.notes
-                    .push(format!("joint {} has no speed limit; 1 rad/s is used", joint.name));
-            }
-            let velocity = if velocity.is_finite() { velocity } else { 1.0 };
-            let acceleration = if limit.acceleration.is_finite() && limit.acceleration > 0.0 {
-                limit.acceleration
-            } else {
-                velocity / TIME_TO_FULL_SPEED
-            };
-            self.joints.push(JointLimits {
-                name: joint.name.clone(),
-                link,
-                continuous,
-                lower,
-                upper,
-                velocity,
-                acceleration,
-                effort: if limit.effort > 0.0 { limit.effort } else { f64::INFINITY },
-            });
-            self.links[link].joint.drive = Drive::Joint { index, multiplier: 1.0, offset: 0.0 };
-        }
-        if self.joints.is_empty() {
-            return Err(Error::NoJoints { tip: self.links[self.tip].name.clone() });
-        }
-        // Followers of an entry of q move with it; everything else that moves is the gripper's.
-        let slides = (0..order.len())
-            .filter(|&link| {
-                self.links[link].joint.motion == Motion::Slide
-                    && self.links[link].joint.drive == Drive::None
-            })
-            .count();
-        for (link, step) in order.iter().enumerate() {
-            let Some(joint) = step.joint.map(|at| &urdf.joints[at]) else { continue };
-            if self.links[link].joint.motion == Motion::Fixed
-                || self.links[link].joint.drive != Drive::None
-            {
-                continue;
-            }
-            let (multiplier, offset) = joint
-                .mimic
-                .as_ref()
-                .map_or((1.0, 0.0), |m| (m.multiplier.unwrap_or(1.0), m.offset.unwrap_or(0.0)));
-            let master = joint.mimic.as_ref().map(|mimic| mimic.joint.as_str());
-            let index = master.and_then(|name| self.joints.iter().position(|j| j.name == name));
-            if let (Some(name), None) = (master, index)
-                && !urdf.joints.iter().any(|other| other.name == name)
-            {
-                let what = format!("joint {} mimics {name}, which does not exist", joint.name);
-                return Err(Error::Urdf { what });
-            }
-            self.links[link].joint.drive = match index {
-                Some(index) => Drive::Joint { index, multiplier, offset },
-                // Each of two jaws goes half the opening; a jaw that turns is not modelled.
-                None if self.links[link].joint.motion == Motion::Slide => {
-                    let share = multiplier / slides as f64;
-                    let travel = self.links[link].joint.range.1;
-                    let fits = if share > 0.0 { travel / share } else { f64::INFINITY };
-                    self.max_opening =
-                        if self.max_opening > 0.0 { self.max_opening.min(fits) } else { fits };
-                    Drive::Jaw { multiplier: share, offset }
-                }
-                None => {
-                    self.notes.push(format!(
-                        "joint {} is not on the way to the tip; it stays put",
-                        joint.name
-                    ));
-                    Drive::Jaw { multiplier: 0.0, offset: 0.0 }
-                }
-            };
-        }
-        Ok(())
     }
 
     /// Returns the robot's name in its file.
@@ -411,6 +280,44 @@ impl Robot {
     /// Returns the index of the tool link, if the side file names one.
     pub fn tool(&self) -> Option<usize> {
         self.tool
+    }
+
+    /// Returns the marker ball, if the side file describes one.
+    pub fn marker(&self) -> Option<&Marker> {
+        self.marker.as_ref()
+    }
+
+    /// Returns the centre of the marker ball in the flange's frame, m; both are rigid, so any `q` tells it.
+    pub fn marker_in_flange(&self) -> Option<Point<Flange>> {
+        let marker = self.marker?;
+        let poses = self.link_poses(&vec![0.0; self.n_joints()], 0.0).ok()?;
+        let flange_from_link = poses[self.tip].inv_mul(&poses[marker.link]);
+        Some(Point::from((flange_from_link * Point3::from(marker.centre)).coords))
+    }
+
+    /// Returns this robot with other zeros: where it reads 0 rad, joint `i` stands at `offsets[i]` rad.
+    ///
+    /// Joints beyond the end of `offsets` keep theirs.
+    #[must_use]
+    pub fn with_zero_offsets(mut self, offsets: &[f64]) -> Self {
+        for (limits, &offset) in self.joints.iter().zip(offsets) {
+            let joint = &mut self.links[limits.link].joint;
+            joint.parent_from_link = joint.parent_from_link(offset);
+        }
+        self
+    }
+
+    /// Returns this robot with everything that is mounted on the tip moved by `shift` m, tip axes.
+    #[must_use]
+    pub fn with_tool_shift(mut self, shift: Vector3<f64>) -> Self {
+        for link in &mut self.links {
+            if link.parent == Some(self.tip) {
+                let origin = &mut link.joint.parent_from_link;
+                *origin = Translation3::from(shift) * *origin;
+            }
+        }
+        self.place_tool();
+        self
     }
 
     /// Returns the index of the link of that name.
@@ -482,96 +389,4 @@ impl Robot {
         (0..self.n_joints())
             .find(|&i| q[i] < self.joints[i].lower - slack || q[i] > self.joints[i].upper + slack)
     }
-}
-
-fn pose_of(pose: &urdf_rs::Pose) -> Isometry3<f64> {
-    let [roll, pitch, yaw] = pose.rpy.0;
-    Isometry3::from_parts(
-        Translation3::from(Vector3::from(pose.xyz.0)),
-        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
-    )
-}
-
-fn joint_of(joint: &urdf_rs::Joint) -> Result<Joint, Error> {
-    use urdf_rs::JointType as T;
-    let motion = match joint.joint_type {
-        T::Fixed => Motion::Fixed,
-        T::Revolute | T::Continuous => Motion::Turn,
-        T::Prismatic => Motion::Slide,
-        T::Floating | T::Planar | T::Spherical => {
-            return Err(Error::Urdf {
-                what: format!(
-                    "joint {} is {:?}; only fixed, revolute, continuous and prismatic joints are known",
-                    joint.name, joint.joint_type
-                ),
-            });
-        }
-    };
-    let axis = Vector3::from(joint.axis.xyz.0);
-    let axis = if motion == Motion::Fixed {
-        Vector3::z_axis()
-    } else {
-        Unit::try_new(axis, 1e-9)
-            .ok_or_else(|| Error::Urdf { what: format!("joint {} has no axis", joint.name) })?
-    };
-    let range = match joint.joint_type {
-        T::Revolute | T::Prismatic => (joint.limit.lower, joint.limit.upper),
-        _ => (f64::NEG_INFINITY, f64::INFINITY),
-    };
-    if range.0.is_nan() || range.1.is_nan() || range.0 > range.1 {
-        let what = format!(
-            "joint {}: its lower limit {} is above its upper {}",
-            joint.name, range.0, range.1
-        );
-        return Err(Error::Urdf { what });
-    }
-    let parent_from_link = pose_of(&joint.origin);
-    if !parent_from_link.translation.vector.iter().all(|x| x.is_finite())
-        || !parent_from_link.rotation.coords.iter().all(|x| x.is_finite())
-    {
-        return Err(Error::Urdf {
-            what: format!("joint {}: its origin is not finite", joint.name),
-        });
-    }
-    Ok(Joint {
-        name: joint.name.clone(),
-        parent_from_link,
-        motion,
-        axis,
-        drive: Drive::None,
-        range,
-    })
-}
-
-fn solid_of(geometry: &urdf_rs::Geometry) -> Option<Solid> {
-    use urdf_rs::Geometry as G;
-    Some(match *geometry {
-        G::Box { size } => Solid::Cuboid { half: Vector3::from(size.0) / 2.0 },
-        G::Cylinder { radius, length } => Solid::Cylinder { radius, half: length / 2.0 },
-        G::Capsule { radius, length } => Solid::Capsule { radius, half: length / 2.0 },
-        G::Sphere { radius } => Solid::Sphere { radius },
-        G::Mesh { .. } => return None,
-    })
-}
-
-fn inertial_of(inertial: &urdf_rs::Inertial, link: &str) -> Result<Option<Inertial>, Error> {
-    let mass = inertial.mass.value;
-    if !mass.is_finite() || mass < 0.0 {
-        return Err(Error::Urdf { what: format!("link {link}: its mass is {mass} kg") });
-    }
-    if mass <= 0.0 {
-        return Ok(None);
-    }
-    let i = &inertial.inertia;
-    #[rustfmt::skip]
-    let about_com = Matrix3::new(
-        i.ixx, i.ixy, i.ixz,
-        i.ixy, i.iyy, i.iyz,
-        i.ixz, i.iyz, i.izz,
-    );
-    // The inertia is given in the axes of the inertial frame, which may be turned.
-    let frame = pose_of(&inertial.origin);
-    let turn = frame.rotation.to_rotation_matrix();
-    let inertia = turn.matrix() * about_com * turn.matrix().transpose();
-    Ok(Some(Inertial { mass, com: frame.translation.vector, inertia }))
 }

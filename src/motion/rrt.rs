@@ -22,6 +22,9 @@ use super::ik::{Solver, wrap};
 use super::robot::{Motion, Robot};
 use crate::world::frame::Pose;
 
+/// Distance that is kept beyond the margin where the ends of a path allow it, m. Chosen.
+const ROOM: f64 = 0.003;
+
 /// A direction of the tip that must stay within a cone: a vessel carried upright.
 #[derive(Debug, Clone, Copy)]
 pub struct Cone {
@@ -156,12 +159,20 @@ pub fn plan(
     }
     usable.sort_by(|a, b| l2(&a.1, start).total_cmp(&l2(&b.1, start)));
 
+    // While searching, more room is asked for where both ends have it: a path that grazes an obstacle is
+    // slow to certify and leaves no room to round its corners.
+    let room = |q: &[f64]| world.distance(q) - world.margin();
+    let goal_room = usable.iter().map(|(_, q)| room(q)).fold(0.0, f64::max);
+    let pad = (0.5 * room(start).min(goal_room)).clamp(0.0, ROOM);
+    usable.retain(|(_, q)| room(q) > pad);
+    let padded = world.padded(pad);
+
     // A path that passes the sampled checks but not the certificate is searched again more finely.
     let mut settings = *settings;
     let mut checks = 0;
     let mut samples = 0;
     for _ in 0..4 {
-        let mut search = Search { solver, world, cone, settings, checks, cancel };
+        let mut search = Search { solver, world: &padded, cone, settings, checks, cancel };
         let (corners, goal) = search.run(start, &usable, &mut samples)?;
         let raw_length = length(&corners);
         let corners = search.shorten(corners);
@@ -409,6 +420,15 @@ impl Search<'_> {
                 + l2(&corners[to_edge], &to);
             if l2(&from, &to) < old - 1e-6 && self.edge_free(&from, &to) {
                 corners.splice(from_edge + 1..=to_edge, [from, to]);
+            }
+        }
+        // Shortcuts leave short edges behind, which cost time at their corners.
+        let mut at = 1;
+        while at + 1 < corners.len() {
+            if self.edge_free(&corners[at - 1].clone(), &corners[at + 1].clone()) {
+                corners.remove(at);
+            } else {
+                at += 1;
             }
         }
         corners

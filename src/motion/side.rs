@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::error::Error;
-use super::robot::Robot;
+use super::robot::{Marker, Robot};
 
 /// The file, key by key.
 #[derive(Debug, Default, Deserialize)]
@@ -14,6 +14,7 @@ pub(super) struct SideFile {
     /// The tip when no other is named.
     pub(super) tip: Option<String>,
     tool: Option<String>,
+    marker: Option<MarkerBall>,
     max_acceleration_rad_s2: Option<Vec<f64>>,
     #[serde(default)]
     poses_deg: BTreeMap<String, Vec<f64>>,
@@ -28,6 +29,37 @@ struct Unchecked {
     with: Vec<String>,
 }
 
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MarkerBall {
+    link: String,
+    centre_m: [f64; 3],
+    radius_m: f64,
+    colour_srgb: [u8; 3],
+}
+
+impl MarkerBall {
+    fn on(&self, robot: &Robot) -> Result<Marker, Error> {
+        let wrong = |what: String| Err(Error::SideFile { what });
+        let link = robot.link(&self.link)?;
+        let mut above = Some(link);
+        while let Some(at) = above {
+            if robot.jaws().any(|jaw| jaw == at) {
+                return wrong(format!("marker: {} moves with the jaws", self.link));
+            }
+            above = robot.links[at].parent;
+        }
+        let positive = self.radius_m.is_finite() && self.radius_m > 0.0;
+        if !positive || self.centre_m.iter().any(|x| !x.is_finite()) {
+            return wrong(
+                "marker: centre_m and radius_m must be finite, the radius positive".into(),
+            );
+        }
+        let (centre, radius) = (self.centre_m.into(), self.radius_m);
+        Ok(Marker { link, centre, radius, colour: self.colour_srgb })
+    }
+}
+
 impl SideFile {
     pub(super) fn parse(text: &str) -> Result<Self, Error> {
         toml::from_str(text).map_err(|error| Error::SideFile { what: error.to_string() })
@@ -37,6 +69,9 @@ impl SideFile {
     pub(super) fn apply(self, robot: &mut Robot) -> Result<(), Error> {
         if let Some(tool) = &self.tool {
             robot.tool = Some(robot.link(tool)?);
+        }
+        if let Some(marker) = &self.marker {
+            robot.marker = Some(marker.on(robot)?);
         }
         robot.has_side_file = !self.unchecked.is_empty();
         for entry in &self.unchecked {

@@ -1,7 +1,7 @@
 //! The solids that links and obstacles are made of. Where a solid stands is said beside it.
 //!
 //! Every solid is centred on its own origin; capsules and cylinders lie along z. Distances between
-//! solids are in [`super::distance`].
+//! solids are in `distance.rs`.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};

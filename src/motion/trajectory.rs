@@ -18,6 +18,9 @@ use super::rrt::l2;
 /// jerks of about 50 rad/s³; no jerk limit of the arm is published.
 const SMOOTHING: f64 = 0.1;
 
+/// A corner that can be cut no more than this is stopped at, rad: it would be crept through.
+const LEAST_CUT: f64 = 0.01;
+
 /// Limits of a motion, one entry per joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limits {
@@ -122,19 +125,19 @@ impl Profile {
 }
 
 impl Part {
-    fn sample(&self, t: f64) -> Sample {
-        let t = (t / self.stretch).max(0.0);
-        let (s, ds, dds) = match &self.law {
-            Law::Time => (t.min(self.curve.length()), 1.0, 0.0),
+    /// Returns how far along the curve one is at `t`, and the first two rates, before any stretching.
+    fn along(&self, t: f64) -> [f64; 3] {
+        match &self.law {
+            Law::Time => [t.min(self.curve.length()), 1.0, 0.0],
             Law::Smoothed { profile, window } => {
                 let (now, then) = (profile.at(t), profile.at(t - window));
-                (
-                    (now[0] - then[0]) / window,
-                    (now[1] - then[1]) / window,
-                    (now[2] - then[2]) / window,
-                )
+                std::array::from_fn(|i| (now[i] - then[i]) / window)
             }
-        };
+        }
+    }
+
+    fn sample(&self, t: f64) -> Sample {
+        let [s, ds, dds] = self.along((t / self.stretch).max(0.0));
         let At { q, dq, ddq } = self.curve.at(s);
         let (k, kk) = (self.stretch, self.stretch * self.stretch);
         Sample {
@@ -157,7 +160,9 @@ impl Part {
 
 impl Trajectory {
     /// Times a path of corners at the limits. Corners are rounded where `free` allows it, at most
-    /// `max_cut` rad along each edge; where it does not, the arm stops at the corner.
+    /// `max_cut` rad along each edge; where it does not, the arm stops at the corner. `free(a, b)` says
+    /// whether the short straight motion from `a` to `b` is free, with a tenth of a millimetre to spare, as
+    /// [`super::collision::CollisionWorld::certify`] does.
     ///
     /// # Errors
     ///
@@ -166,24 +171,53 @@ impl Trajectory {
         corners: &[Vec<f64>],
         limits: &Limits,
         max_cut: f64,
-        free: &dyn Fn(&[f64]) -> bool,
+        free: &dyn Fn(&[f64], &[f64]) -> bool,
     ) -> Result<Self, Error> {
         let corners = distinct(corners, limits)?;
         if corners.len() < 2 {
             return Ok(Self::resting(&corners[0]));
         }
-        let cuts = cut_corners(&corners, max_cut, free);
+        let mut cuts = cut_corners(&corners, max_cut, free);
+        let (mut whole, mut tight) = Self::with_cuts(&corners, &cuts, limits);
+        // A tight corner in the middle of a fast motion slows the whole of it: it may be quicker to stop
+        // there. One at a time, as long as that helps.
+        while let Some(corner) = tight {
+            let before = cuts[corner];
+            cuts[corner] = 0.0;
+            let (other, next) = Self::with_cuts(&corners, &cuts, limits);
+            if other.duration() >= whole.duration() {
+                cuts[corner] = before;
+                break;
+            }
+            (whole, tight) = (other, next);
+        }
+        Ok(whole)
+    }
+
+    /// Times the path with its corners cut so much; also returns the corner that slows it most, if any
+    /// does.
+    fn with_cuts(corners: &[Vec<f64>], cuts: &[f64], limits: &Limits) -> (Self, Option<usize>) {
         let mut whole = Self { parts: Vec::new() };
+        let mut tight: Option<(f64, usize)> = None;
         let mut from = 0;
         for to in 1..corners.len() {
             // A corner that cannot be rounded is an end of one motion and the start of the next.
             if to + 1 == corners.len() || cuts[to] <= 0.0 {
                 let curve = Curve::rounded(&corners[from..=to], &cuts[from..=to]);
-                whole.push(Part::timed(curve, limits));
+                let (part, worst) = Part::timed(curve, limits);
+                let q = part.curve.at(worst).q;
+                let nearest = (from + 1..to)
+                    .min_by(|&a, &b| l2(&corners[a], &q).total_cmp(&l2(&corners[b], &q)));
+                if let Some(corner) = nearest
+                    && part.stretch > tight.map_or(1.05, |(stretch, _)| stretch)
+                {
+                    tight = Some((part.stretch, corner));
+                }
+                whole.push(part);
                 from = to;
             }
         }
-        Ok(whole)
+        (whole, tight.map(|(_, corner)| corner))
     }
 
     /// Times a dense path, as a Cartesian motion gives it, at the limits: a smooth curve through every point.
@@ -197,7 +231,7 @@ impl Trajectory {
             return Ok(Self::resting(&points[0]));
         }
         let mut whole = Self { parts: Vec::new() };
-        whole.push(Part::timed(Curve::through(&points), limits));
+        whole.push(Part::timed(Curve::through(&points), limits).0);
         Ok(whole)
     }
 
@@ -315,8 +349,8 @@ impl Trajectory {
 }
 
 impl Part {
-    /// Times a curve at the limits.
-    fn timed(curve: Curve, limits: &Limits) -> Self {
+    /// Times a curve at the limits; also returns where on the curve they bind most.
+    fn timed(curve: Curve, limits: &Limits) -> (Self, f64) {
         let profile = fastest(&curve, limits);
         let duration = profile.duration() + SMOOTHING;
         let law = Law::Smoothed { profile, window: SMOOTHING };
@@ -324,19 +358,24 @@ impl Part {
         // Averaging keeps the limits on straight edges; on a rounded corner, and between the knots of the
         // profile, it may pass them by a little. The whole is slowed by what that takes.
         let n = (duration / 2.5e-4).ceil().clamp(200.0, 40_000.0) as usize;
-        let (mut speed, mut acc) = (0.0_f64, 0.0_f64);
+        let (mut stretch, mut worst) = (1.0, 0.0);
         for k in 0..=n {
-            let sample = part.sample(duration * k as f64 / n as f64);
+            let t = duration * k as f64 / n as f64;
+            let sample = part.sample(t);
             for i in 0..sample.q.len() {
-                speed = speed.max(sample.dq[i].abs() / limits.velocity[i]);
-                acc = acc.max(sample.ddq[i].abs() / limits.acceleration[i]);
+                // Between two of these instants nothing grows by more than these margins.
+                let speed = sample.dq[i].abs() / limits.velocity[i] * 1.001;
+                let acc = (sample.ddq[i].abs() / limits.acceleration[i] * 1.003).sqrt();
+                if speed.max(acc) > stretch {
+                    stretch = speed.max(acc);
+                    worst = t;
+                }
             }
         }
-        // Between two of these instants nothing grows by more than this.
-        let stretch = (speed * 1.001).max((acc * 1.003).sqrt()).max(1.0);
+        let worst = part.along(worst)[0];
         part.stretch = stretch;
         part.duration *= stretch;
-        part
+        (part, worst)
     }
 }
 
@@ -365,18 +404,24 @@ fn distinct(points: &[Vec<f64>], limits: &Limits) -> Result<Vec<Vec<f64>>, Error
 }
 
 /// Returns how far each corner may be cut: half its shorter edge or `max_cut`, halved until it is free.
-fn cut_corners(corners: &[Vec<f64>], max_cut: f64, free: &dyn Fn(&[f64]) -> bool) -> Vec<f64> {
+fn cut_corners(
+    corners: &[Vec<f64>],
+    max_cut: f64,
+    free: &dyn Fn(&[f64], &[f64]) -> bool,
+) -> Vec<f64> {
     let n = corners.len();
     let mut cuts = vec![0.0; n];
     for i in 1..n - 1 {
         let (before, after) = (l2(&corners[i - 1], &corners[i]), l2(&corners[i], &corners[i + 1]));
         let mut cut = (0.5 * before).min(0.5 * after).min(max_cut);
-        for _ in 0..7 {
+        while cut >= LEAST_CUT {
             let from = mix(&corners[i], &corners[i - 1], cut / before);
             let to = mix(&corners[i], &corners[i + 1], cut / after);
             let bend = Curve::rounded(&[from, corners[i].clone(), to], &[0.0, cut, 0.0]);
-            let samples = (bend.length() / 0.01).ceil().max(16.0) as usize;
-            if (1..samples).all(|k| free(&bend.at(bend.length() * k as f64 / samples as f64).q)) {
+            // Chords this short leave the curve by less than the 0.1 mm that `free` keeps.
+            let chords = (bend.length() / 0.004).ceil().max(16.0) as usize;
+            let at = |k: usize| bend.at(bend.length() * k as f64 / chords as f64).q;
+            if (0..chords).all(|k| free(&at(k), &at(k + 1))) {
                 cuts[i] = cut;
                 break;
             }

@@ -11,6 +11,7 @@ use rustyline::error::ReadlineError;
 use rustyline::history::DefaultHistory;
 use rustyline::{Config, Editor};
 
+use crate::graph::outline;
 use crate::language::ast::{Call, Step};
 use crate::language::{self, Diagnostic, Source};
 use crate::report::{self, Failure, Style};
@@ -23,9 +24,17 @@ pub type Perform<'a> = &'a dyn Fn(&mut WorkCell, &Step) -> Result<Run, Failure>;
 /// What the prompt remembers between lines.
 struct Session<'a> {
     cell: WorkCell,
-    style: &'a Style,
+    style: Style,
     perform: Perform<'a>,
-    last: Option<Run>,
+    last: Option<Last>,
+}
+
+/// What came of the last call.
+enum Last {
+    /// It was carried out, well or not.
+    Run(Box<Run>),
+    /// Nothing was done, and why.
+    Failure(Failure),
 }
 
 /// Whether the loop goes on.
@@ -50,13 +59,9 @@ type a call:   pour(jar, cup)      pick(jar)      Tab completes, Up recalls
 /// # Errors
 ///
 /// Only when the terminal itself fails; everything else is told and the prompt comes back.
-pub fn run(cell: WorkCell, style: &Style, perform: Perform<'_>) -> Result<(), Failure> {
+pub fn run(cell: WorkCell, style: Style, perform: Perform<'_>) -> Result<(), Failure> {
     let mut session = Session { cell, style, perform, last: None };
-    if std::io::stdin().is_terminal() {
-        session.terminal()
-    } else {
-        session.piped()
-    }
+    if std::io::stdin().is_terminal() { session.terminal() } else { session.piped() }
 }
 
 impl Session<'_> {
@@ -68,7 +73,7 @@ impl Session<'_> {
         let config = config.map_err(broken)?.build();
         let mut editor: Editor<Helper, DefaultHistory> =
             Editor::with_config(config).map_err(broken)?;
-        editor.set_helper(Some(Helper::new(&self.cell, *self.style)));
+        editor.set_helper(Some(Helper::new(&self.cell, self.style)));
         let history = history_file();
         if let Some(path) = &history {
             // A missing history is an empty one.
@@ -99,8 +104,9 @@ impl Session<'_> {
     fn piped(&mut self) -> Result<(), Failure> {
         let mut statement = String::new();
         for line in std::io::stdin().lock().lines() {
-            let line = line
-                .map_err(|error| Failure::input("io::read", format!("cannot read input: {error}")))?;
+            let line = line.map_err(|error| {
+                Failure::input("io::read", format!("cannot read input: {error}"))
+            })?;
             statement += &line;
             statement.push('\n');
             if !statement.starts_with(':') && language::is_incomplete(&statement) {
@@ -140,14 +146,19 @@ impl Session<'_> {
         if line.is_empty() || line.starts_with("//") {
             return Next::Prompt;
         }
+        // A wish to stop was about an earlier line.
+        self.cell.cancel().clear();
         if let Some(name) = line.strip_prefix('?') {
             self.tell_about(name.trim());
         } else if let Some(command) = line.strip_prefix(':') {
             return self.command(command);
         } else if let Some(step) = self.read(line) {
             match (self.perform)(&mut self.cell, &step) {
-                Ok(run) => self.last = Some(run),
-                Err(failure) => self.style.failure(&failure),
+                Ok(run) => self.last = Some(Last::Run(Box::new(run))),
+                Err(failure) => {
+                    self.style.failure(&failure);
+                    self.last = Some(Last::Failure(failure));
+                }
             }
         }
         Next::Prompt
@@ -218,39 +229,53 @@ impl Session<'_> {
     }
 
     fn graph(&self, call: &str) {
+        if call.is_empty() {
+            let failure = Failure::input("repl::graph", "`:graph` takes a call");
+            return self.style.failure(&failure.help("type one, such as `:graph pour(jar, cup)`"));
+        }
         let Some(Step::Act(act)) = self.read(call) else { return };
         let call: &Call = &act.call;
         match self.cell.graph(call) {
             Ok(graph) => {
-                let learnt = crate::graph::outline::Learnt::default();
-                self.style.say(crate::graph::outline::outline(&graph, &learnt));
+                let learnt = outline::Learnt::default();
+                self.style.say(outline::outline(&graph, &learnt).trim_end());
             }
             Err(error) => self.style.failure(&report::cell_failure(&error, self.style)),
         }
     }
 
     fn tell_about(&self, name: &str) {
-        match report::documentation(self.cell.library(), name) {
-            Some(text) => self.style.say(text),
-            None => self.style.failure(
-                &Failure::input("repl::unknown", format!("nothing here is called `{name}`"))
-                    .help("`:tasks` lists what can be called"),
-            ),
+        let library = self.cell.library();
+        if let Some(text) = report::documentation(library, name) {
+            return self.style.say(text);
         }
+        let tasks = library.tasks().map(|(task, _)| task.name.text.as_str());
+        let actions = library.actions().map(|(action, _)| action.name.text.as_str());
+        let fluents = library.fluents().map(|(fluent, _)| fluent.name.text.as_str());
+        let failure = match name {
+            "" => Failure::input("repl::unknown", "`?` takes a name, such as `?pour`"),
+            name => Failure::input("repl::unknown", format!("nothing here is called `{name}`")),
+        };
+        let near = language::nearest(name, tasks.chain(actions).chain(fluents));
+        self.style.failure(&match near {
+            Some(near) => failure.help(format!("did you mean `?{near}`?")),
+            None => failure.help("`:tasks` lists what can be called"),
+        });
     }
 
     fn why(&self) {
         match &self.last {
-            Some(run) => self.style.say(report::run::why(run)),
+            Some(Last::Run(run)) => self.style.say(report::run::why(run)),
+            Some(Last::Failure(failure)) => self.style.failure(failure),
             None => self.style.say("nothing has run yet"),
         }
     }
 }
 
 fn history_file() -> Option<std::path::PathBuf> {
-    let home = std::env::var_os("XDG_STATE_HOME")
-        .map(std::path::PathBuf::from)
-        .or_else(|| Some(std::path::PathBuf::from(std::env::var_os("HOME")?).join(".local/state")))?;
+    let home = std::env::var_os("XDG_STATE_HOME").map(std::path::PathBuf::from).or_else(|| {
+        Some(std::path::PathBuf::from(std::env::var_os("HOME")?).join(".local/state"))
+    })?;
     let dir = home.join("trueup");
     std::fs::create_dir_all(&dir).ok()?;
     Some(dir.join("history"))

@@ -3,14 +3,16 @@
 //! Layers below return data. What a person reads comes from here, always in the same order: what, where,
 //! what would help. Colour only repeats what the words say, and is left out for `NO_COLOR` and pipes.
 
+mod numbers;
 pub mod run;
 
-use std::io::{IsTerminal, Write};
+use std::fmt::Write as _;
+use std::io::{IsTerminal, Write as _};
 
 use serde_json::{Value, json};
 
-use crate::execution::stage::ActionError;
 use crate::alignment::vision::Sighting;
+use crate::execution::stage::ActionError;
 use crate::graph;
 use crate::language::ast::{Conditions, Param};
 use crate::language::{self, Diagnostic, Library, Source, text};
@@ -19,6 +21,10 @@ use crate::world::{Scene, WorldState};
 
 /// How to speak: to a person or a program, in colour or plain, at length or not at all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "four answers of the command line and the terminal that do not depend on each other"
+)]
 pub struct Style {
     /// One JSON document on stdout and nothing else there.
     pub json: bool,
@@ -41,13 +47,22 @@ pub struct Failure {
     pub place: Option<String>,
     /// What would help.
     pub help: Option<String>,
+    /// Whether a person has been shown it already, as a mistake drawn into its text.
+    pub is_shown: bool,
     exit: u8,
 }
 
 impl Failure {
     /// Bad usage or input: exit code 2.
     pub fn input(code: &str, message: impl Into<String>) -> Self {
-        Self { code: code.into(), message: message.into(), place: None, help: None, exit: 2 }
+        Self {
+            code: code.into(),
+            message: message.into(),
+            place: None,
+            help: None,
+            is_shown: false,
+            exit: 2,
+        }
     }
 
     /// Done, and the answer is no: exit code 1.
@@ -98,22 +113,30 @@ impl Style {
     }
 
     /// Prints a line on stdout for people; nothing in JSON mode.
-    pub fn say(&self, line: impl AsRef<str>) {
+    pub fn say(self, line: impl AsRef<str>) {
         if !self.json {
             out(line.as_ref());
         }
     }
 
     /// Prints the one JSON document.
-    pub fn document(&self, value: &impl serde::Serialize) {
+    pub fn document(self, value: &impl serde::Serialize) {
         match serde_json::to_string_pretty(value) {
             Ok(text) => out(&text),
             Err(error) => self.failure(&Failure::input("json", error.to_string())),
         }
     }
 
+    /// Tells an answer that is numbers: the document for programs, lines for people.
+    pub fn answer(self, value: &impl serde::Serialize) {
+        match serde_json::to_value(value) {
+            Ok(value) if !self.json => out(numbers::lines(&value).trim_end()),
+            _ => self.document(value),
+        }
+    }
+
     /// Tells a failure: a JSON document on stdout, or words on stderr.
-    pub fn failure(&self, failure: &Failure) {
+    pub fn failure(self, failure: &Failure) {
         if self.json {
             self.document(&json!({"error": {
                 "code": failure.code,
@@ -123,39 +146,42 @@ impl Style {
             }}));
             return;
         }
+        if failure.is_shown {
+            return;
+        }
         let mut text = format!("{} {}", self.red("error:"), failure.message);
         if let Some(place) = &failure.place {
-            text += &format!("\n  --> {place}");
+            let _ = write!(text, "\n  --> {place}");
         }
         if let Some(help) = &failure.help {
-            text += &format!("\nhelp: {help}");
+            let _ = write!(text, "\nhelp: {help}");
         }
         complain(&text);
     }
 
     /// Prints on stderr for people, unless asked to be quiet.
-    pub fn note(&self, line: &str) {
+    pub fn note(self, line: &str) {
         if !self.quiet {
             complain(line);
         }
     }
 
     /// Wraps in red where colour is on.
-    pub fn red(&self, text: &str) -> String {
+    pub fn red(self, text: &str) -> String {
         self.paint(text, 31)
     }
 
     /// Wraps in green where colour is on.
-    pub fn green(&self, text: &str) -> String {
+    pub fn green(self, text: &str) -> String {
         self.paint(text, 32)
     }
 
     /// Wraps in a dim shade where colour is on.
-    pub fn dim(&self, text: &str) -> String {
+    pub fn dim(self, text: &str) -> String {
         self.paint(text, 2)
     }
 
-    fn paint(&self, text: &str, code: u8) -> String {
+    fn paint(self, text: &str, code: u8) -> String {
         if self.colour { format!("\x1b[{code}m{text}\x1b[0m") } else { text.to_owned() }
     }
 }
@@ -176,36 +202,40 @@ pub fn number(value: f64) -> Value {
 }
 
 /// Draws a diagnostic as the terminal can show it.
-pub fn diagnostic(diagnostic: &Diagnostic, source: &Source, style: &Style) -> String {
+pub fn diagnostic(diagnostic: &Diagnostic, source: &Source, style: Style) -> String {
     let look = if style.colour { language::Style::Colour } else { language::Style::Plain };
     language::render(diagnostic, source, look)
 }
 
 /// Shows everything that is wrong with a text and sums it up as a failure.
-pub fn text_failure(diagnostics: &[Diagnostic], source: &Source, style: &Style) -> Failure {
+pub fn text_failure(diagnostics: &[Diagnostic], source: &Source, style: Style) -> Failure {
     let pairs: Vec<_> = diagnostics.iter().map(|d| (d.clone(), source.clone())).collect();
     texts_failure(&pairs, style)
 }
 
-fn texts_failure(wrong: &[(Diagnostic, Source)], style: &Style) -> Failure {
+fn texts_failure(wrong: &[(Diagnostic, Source)], style: Style) -> Failure {
     let Some((first, source)) = wrong.iter().find(|(d, _)| d.is_error()).or(wrong.first()) else {
         return Failure::input("task::empty", "there is nothing to run")
             .help("type a call such as `pour(jar, cup)`");
     };
+    let (line, column) = source.line_column(first.span.from);
+    let count = wrong.iter().filter(|(d, _)| d.is_error()).count();
     if !style.json {
         for (each, source) in wrong {
             complain(diagnostic(each, source, style).trim_end());
         }
+        if count > 1 {
+            complain(&format!("{} {count} mistakes; nothing was done", style.red("error:")));
+        }
     }
-    let (line, column) = source.line_column(first.span.from);
-    let count = wrong.iter().filter(|(d, _)| d.is_error()).count();
     let message = match count {
         0 | 1 => first.message.clone(),
         n => format!("{n} mistakes in the text; the first: {}", first.message),
     };
-    let mut failure = Failure::input(first.code, message)
-        .at(format!("{}:{line}:{column}", source.name));
+    let mut failure =
+        Failure::input(first.code, message).at(format!("{}:{line}:{column}", source.name));
     failure.help.clone_from(&first.help);
+    failure.is_shown = !style.json;
     failure
 }
 
@@ -216,13 +246,14 @@ pub fn problems_failure(problems: &[graph::Problem], library: &Library, asked: &
     };
     let written = library.callable(&first.within).map(|(_, source)| source);
     let source = if first.within.is_empty() { asked } else { written.unwrap_or(asked) };
-    let mut failure = Failure::input(first.code, first.message.clone()).at(source.place(first.span));
+    let mut failure =
+        Failure::input(first.code, first.message.clone()).at(source.place(first.span));
     failure.help.clone_from(&first.help);
     failure
 }
 
 /// Words why a verb of the cell could not be done.
-pub fn cell_failure(error: &workcell::Error, style: &Style) -> Failure {
+pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
     use workcell::Error;
     let words = error.to_string();
     match error {
@@ -241,13 +272,18 @@ pub fn cell_failure(error: &workcell::Error, style: &Style) -> Failure {
             .help("is the table in the picture, and do its dots match the scene's `marks`?"),
         Error::NotSeen(_) => Failure::no("camera::not_seen", words)
             .help("clear the view and try again; nothing has moved towards it"),
+        Error::OutOfReach { object, .. } => Failure::no("plan::out_of_reach", words)
+            .at(object.clone())
+            .help("move it nearer to the arm; nothing has moved"),
+        Error::Needs { .. } => {
+            Failure::no("run::needs", words).help("make it true first; nothing has moved")
+        }
         Error::NoSurvivor { .. } => Failure::no("plan::no_survivor", words)
-            .help("move the objects closer together or nearer to the arm; nothing has moved"),
+            .help("move the objects closer together or nearer to the arm; none has been touched"),
         Error::NothingToDo => Failure::input("run::empty", words),
         Error::Action(action) => match action {
-            ActionError::Stopped => Failure::stopped(words),
+            ActionError::Stopped | ActionError::Limit(_) => Failure::stopped(words),
             ActionError::Device(_) => Failure::unavailable("device", words),
-            ActionError::Limit(_) => Failure::stopped(words),
             _ => Failure::no("run::action", words),
         },
     }
@@ -328,14 +364,17 @@ pub fn documentation(library: &Library, name: &str) -> Option<String> {
         ];
         for (word, exprs) in kinds {
             for expr in exprs {
-                lines += &format!("\n  {word}  {}", text::expr(expr));
+                let _ = write!(lines, "\n  {word}  {}", text::expr(expr));
             }
         }
         lines
     };
     if let Some((task, source)) = library.task(name) {
         let head = signature(name, &task.params, &task.doc);
-        let say: String = task.say.iter().map(|s| format!("\n  say    \"{s}\"")).collect();
+        let mut say = String::new();
+        for sentence in &task.say {
+            let _ = write!(say, "\n  say    \"{sentence}\"");
+        }
         let place = source.place(task.name.span);
         return Some(format!("{head}{}{say}\n  {place}", conditions(&task.conditions)));
     }

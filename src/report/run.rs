@@ -1,5 +1,6 @@
 //! A run in words: what happens as it happens, and how it ended.
 
+use std::fmt::Write as _;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -14,12 +15,13 @@ use super::{Style, complain};
 pub struct Console {
     style: Style,
     bar: Option<ProgressBar>,
+    before: Vec<FluentRow>,
 }
 
 impl Console {
     /// Speaks in this style.
     pub fn new(style: Style) -> Self {
-        Self { style, bar: None }
+        Self { style, bar: None, before: Vec::new() }
     }
 
     fn clear(&mut self) {
@@ -69,8 +71,9 @@ impl Observer for Console {
             Event::StepEnd { record } => {
                 self.clear();
                 if !self.style.quiet {
-                    self.style.say(step(record, &self.style).trim_end());
+                    self.style.say(step(record, &self.before, self.style).trim_end());
                 }
+                self.before.clone_from(&record.fluents);
             }
             Event::Tick(_) | Event::Picture { .. } => {}
         }
@@ -83,8 +86,9 @@ impl Drop for Console {
     }
 }
 
-/// Words one step: its line and its fluent table.
-pub fn step(record: &StepRecord, style: &Style) -> String {
+/// Words one step: its line and those of its fluents that are news after the fluents `before` it.
+/// `run.json` keeps them all.
+pub fn step(record: &StepRecord, before: &[FluentRow], style: Style) -> String {
     let mark = match record.outcome {
         Outcome::Success => style.green("✓"),
         Outcome::Failure => style.red("✗"),
@@ -96,19 +100,15 @@ pub fn step(record: &StepRecord, style: &Style) -> String {
         record.number, record.action, record.hamming, record.score
     );
     if let Some(reason) = &record.reason {
-        text += &format!("       {}\n", style.red(reason));
+        let _ = writeln!(text, "       {}", style.red(reason));
     }
-    let told: Vec<_> = record
-        .fluents
-        .iter()
-        .filter(|row| row.twin.is_some() || row.measured.is_some() || row.expected.is_some())
-        .collect();
+    let told: Vec<_> = record.fluents.iter().filter(|row| is_news(row, before)).collect();
     if !told.is_empty() {
         let head = format!(
             "       {:<42} {:<9} {:<6} {:<9} margin",
             "fluent", "expected", "twin", "measured"
         );
-        text += &format!("{}\n", style.dim(&head));
+        let _ = writeln!(text, "{}", style.dim(&head));
     }
     for row in told {
         text += &fluent(row, style);
@@ -116,7 +116,16 @@ pub fn step(record: &StepRecord, style: &Style) -> String {
     text
 }
 
-fn fluent(row: &FluentRow, style: &Style) -> String {
+/// A fluent is news when the step should have made it true, when it changed, when twin and measurement
+/// differ, and when people are asked about it.
+fn is_news(row: &FluentRow, before: &[FluentRow]) -> bool {
+    let earlier = before.iter().find(|earlier| earlier.name == row.name);
+    let changed = earlier.is_some_and(|e| e.twin != row.twin || e.measured != row.measured);
+    let differs = matches!((row.twin, row.measured), (Some(a), Some(b)) if a != b);
+    row.expected.is_some() || changed || differs || row.ask.is_some()
+}
+
+fn fluent(row: &FluentRow, style: Style) -> String {
     let word = |truth: Option<bool>| match truth {
         Some(true) => "yes",
         Some(false) => "NO",
@@ -144,29 +153,31 @@ pub fn people(measure: &Measure) -> String {
 }
 
 /// Words how a run ended.
-pub fn ending(run: &Run, style: &Style) -> String {
+pub fn ending(run: &Run, style: Style) -> String {
     let mut text = match run.outcome {
         Ending::Success => style.green(&format!("done: {}", run.task)),
         Ending::Failure => style.red(&format!("failed: {}", run.task)),
         Ending::Stopped => style.red(&format!("stopped: {}; the arm holds its position", run.task)),
     };
     if let Some(reason) = &run.reason {
-        text += &format!("\n  {reason}");
+        let _ = write!(text, "\n  {reason}");
     }
     if let Some(water) = &run.water {
-        text += &format!(
+        let _ = write!(
+            text,
             "\n  water on the {}'s scales: {:.1} mL in the target, {:.1} mL left in the source, \
              {:.1} mL spilt",
             water.measured_by, water.in_target_ml, water.in_source_ml, water.spilt_ml
         );
     }
     let t = &run.timing_s;
-    text += &format!(
+    let _ = write!(
+        text,
         "\n  {:.1} s: {:.1} perceiving, {:.1} planning, {:.1} simulating, {:.1} on the arm",
         t.total, t.perceive, t.plan, t.simulate, t.execute
     );
     if let Some(dir) = &run.run_dir {
-        text += &format!("\n  run folder: {dir}");
+        let _ = write!(text, "\n  run folder: {dir}");
     }
     text
 }
@@ -182,7 +193,7 @@ pub fn why(run: &Run) -> String {
     };
     let mut text = format!("step {} {} did not do what it should", step.number, step.action);
     if let Some(reason) = &step.reason {
-        text += &format!(": {reason}");
+        let _ = write!(text, ": {reason}");
     }
     for row in step.fluents.iter().filter(|row| row.measured == Some(false)) {
         let margin = row.margin.as_ref().map(|m| format!(" by {}", people(m))).unwrap_or_default();
@@ -191,7 +202,7 @@ pub fn why(run: &Run) -> String {
             Some(false) => "; the twin had it false too",
             None => "",
         };
-        text += &format!("\n  {} is false{margin}{twin}", row.name);
+        let _ = write!(text, "\n  {} is false{margin}{twin}", row.name);
     }
     text
 }

@@ -3,11 +3,11 @@
 //! The engine's mathematics is `glam` in f64; ours is `nalgebra`. Both are SI, so a conversion changes
 //! the type and no bit of the value.
 
-use nalgebra::{Isometry3, Matrix3, Vector3};
+use nalgebra::{Isometry3, Vector3};
 use rapier3d_f64::dynamics::MassProperties;
 use rapier3d_f64::math::{Matrix as EngineMatrix, Pose as EnginePose, Vector as EngineVector};
 
-use super::physics::Inertia;
+use crate::motion::Inertial;
 
 /// Returns the engine's vector.
 pub fn to_engine(v: &Vector3<f64>) -> EngineVector {
@@ -30,8 +30,7 @@ pub fn pose_from_engine(pose: &EnginePose) -> Isometry3<f64> {
 }
 
 /// Returns the engine's mass properties of a rigid body.
-pub fn inertia_to_engine(inertia: &Inertia) -> MassProperties {
-    let about_com: Matrix3<f64> = inertia.about_com;
-    let matrix: EngineMatrix = about_com.into();
-    MassProperties::with_inertia_matrix(to_engine(&inertia.com), inertia.mass, matrix)
+pub fn inertia_to_engine(inertial: &Inertial) -> MassProperties {
+    let matrix: EngineMatrix = inertial.inertia.into();
+    MassProperties::with_inertia_matrix(to_engine(&inertial.com), inertial.mass, matrix)
 }

@@ -6,7 +6,7 @@
 
 use std::fmt::Debug;
 
-use super::physics::ArmModel;
+use crate::motion::Robot;
 
 /// A named number of an effect.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,8 +38,10 @@ pub trait Effect: Debug + Send + Sync {
     /// Returns the effect's parameters.
     fn parameters(&self) -> Vec<Parameter>;
 
-    /// Changes the arm before it is built (zero offsets, lengths, masses).
-    fn geometry(&self, _arm: &mut ArmModel) {}
+    /// Changes the arm before it is built (zero offsets, mounting).
+    fn geometry(&self, robot: Robot) -> Robot {
+        robot
+    }
 
     /// Changes the angles (rad) and speeds (rad/s) the servos aim at.
     fn command(&self, _moment: &Moment<'_>, _q: &mut [f64], _dq: &mut [f64]) {}

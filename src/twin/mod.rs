@@ -19,9 +19,10 @@ use thiserror::Error;
 
 pub use effect::{Effect, Moment, Parameter};
 pub use fluid::{Fluid, FluidSettings};
-pub use physics::ArmModel;
 pub use settings::{ArmSettings, FrictionSettings, GripperSettings, Settings};
 
+use crate::motion::Robot;
+use crate::motion::dynamics::{Bodies, Dynamics};
 use crate::world::{ObjectState, Pose, Scene, WorldState};
 use fluid::{Filling, Vessel};
 use physics::{Part, Physics};
@@ -79,7 +80,7 @@ struct Grip {
 /// The twin: arm, gripper, table, objects and water, at one instant and on.
 #[derive(Debug, Clone)]
 pub struct Twin {
-    model: Arc<ArmModel>,
+    robot: Arc<Robot>,
     scene: Arc<Scene>,
     settings: Settings,
     effects: Vec<Arc<dyn Effect>>,
@@ -93,7 +94,7 @@ pub struct Twin {
     began: f64,
     command: (Vec<f64>, Vec<f64>),
     grip: Grip,
-    /// Speeds and accelerations of every body's joint in the last step.
+    /// Speeds (rad/s) and accelerations (rad/s²) of the arm's joints in the last step.
     motion: (Vec<f64>, Vec<f64>),
 }
 
@@ -119,12 +120,12 @@ impl Twin {
     /// [`Error::WrongLength`] or [`Error::NotFinite`] when the state or settings do not fit the arm,
     /// [`Error::Overfull`] and [`Error::Massless`] when the scene cannot be.
     pub fn new(
-        arm: &ArmModel,
+        robot: &Robot,
         scene: &Scene,
         state: &WorldState,
         settings: Settings,
     ) -> Result<Self, Error> {
-        Self::with_effects(arm, scene, state, settings, Vec::new())
+        Self::with_effects(robot, scene, state, settings, Vec::new())
     }
 
     /// As [`Self::new`], with effects that reality adds.
@@ -133,7 +134,7 @@ impl Twin {
     ///
     /// As [`Self::new`].
     pub fn with_effects(
-        arm: &ArmModel,
+        robot: &Robot,
         scene: &Scene,
         state: &WorldState,
         settings: Settings,
@@ -146,10 +147,7 @@ impl Twin {
         finite("q", state.q.iter().all(|q| q.is_finite()))?;
         finite("opening", state.opening.is_finite())?;
         finite("dt", settings.dt.is_finite() && settings.dt > 0.0)?;
-        let mut model = arm.clone();
-        for effect in &effects {
-            effect.geometry(&mut model);
-        }
+        let robot = effects.iter().fold(robot.clone(), |robot, effect| effect.geometry(robot));
         let stride = (settings.fluid.dt / settings.dt).round().max(1.0);
         let mut vessels = Vec::new();
         let mut fillings = Vec::new();
@@ -165,7 +163,7 @@ impl Twin {
             vessels.push(i);
             fillings.push(Filling { vessel, pose: *pose.isometry(), water });
         }
-        let physics = Physics::new(&model, scene, state, &settings)?;
+        let physics = Physics::new(&robot, scene, state, &settings)?;
         let fluid_dt = stride * settings.dt;
         let fluid = Fluid::new(
             &settings.fluid,
@@ -179,10 +177,10 @@ impl Twin {
             vessel: scene.objects[vessels[k]].name.clone(),
             water_ml: fillings[k].water * 1e6,
         })?;
-        let n_bodies = physics.tree.bodies.len();
+        let n = state.q.len();
         let goal = if state.held.is_some() { 0.0 } else { state.opening / 2.0 };
         let mut twin = Self {
-            model: Arc::new(model),
+            robot: Arc::new(robot),
             scene: Arc::new(scene.clone()),
             effects,
             physics,
@@ -191,9 +189,9 @@ impl Twin {
             stride: stride as u64,
             steps: 0,
             began: state.time,
-            command: (state.q.clone(), vec![0.0; state.q.len()]),
+            command: (state.q.clone(), vec![0.0; n]),
             grip: Grip { aim: goal, goal, speed: 0.0, force: settings.gripper.force },
-            motion: (vec![0.0; n_bodies], vec![0.0; n_bodies]),
+            motion: (vec![0.0; n], vec![0.0; n]),
             settings,
         };
         twin.feel_water();
@@ -206,7 +204,7 @@ impl Twin {
     ///
     /// [`Error::WrongLength`] or [`Error::NotFinite`]; the command before stays in force then.
     pub fn command(&mut self, q: &[f64], dq: &[f64]) -> Result<(), Error> {
-        let expected = self.model.arm.len();
+        let expected = self.robot.n_joints();
         for (what, list) in [("q", q), ("dq", dq)] {
             if list.len() != expected {
                 return Err(Error::WrongLength { what, expected, found: list.len() });
@@ -229,11 +227,10 @@ impl Twin {
         if ![opening, speed, force].iter().all(|value| value.is_finite()) {
             return Err(Error::NotFinite { what: "grip".into(), time: self.time() });
         }
-        let [low, high] = self.model.joints[self.model.jaws[0]].limits;
         let here = self.physics.jaws()[0];
         self.grip = Grip {
             aim: here,
-            goal: (opening / 2.0).clamp(low, high),
+            goal: opening.clamp(0.0, self.robot.max_opening()) / 2.0,
             speed: speed.abs() / 2.0,
             force: force.abs(),
         };
@@ -276,7 +273,7 @@ impl Twin {
 
         self.physics.step();
         self.steps += 1;
-        let (_, speeds) = self.physics.coordinates();
+        let speeds = self.physics.dq();
         let acceleration = speeds.iter().zip(&self.motion.0).map(|(now, then)| (now - then) / dt);
         self.motion = (speeds.clone(), acceleration.collect());
 
@@ -358,19 +355,21 @@ impl Twin {
     ///
     /// Positive as the joint turns. Contacts other than the grasp are not felt.
     pub fn torques(&self) -> Vec<f64> {
-        let tree = &self.physics.tree;
-        let (coordinates, _) = self.physics.coordinates();
         let gravity = self.scene.world_from_base.rotation().inverse() * self.settings.gravity;
-        let load = self.held_index().and_then(|object| {
-            let body = *tree.arm.last()?;
-            let inertia = self.physics.object_inertia(object)?;
-            let pose = self.physics.object_pose(object)?;
-            let body_from_object = self.physics.body_pose(body).inverse() * pose;
-            Some((body, inertia.seen_from(&body_from_object)))
-        });
-        let (speeds, accelerations) = &self.motion;
-        let all = tree.inverse_dynamics(&coordinates, speeds, accelerations, gravity, load);
-        tree.arm.iter().map(|&body| all[body]).collect()
+        let mut arm = Dynamics::new(&self.robot, Bodies::All)
+            .with_gravity(gravity)
+            .with_opening(self.opening());
+        if let Some(object) = self.held_index()
+            && let Some(inertial) = self.physics.object_inertia(object)
+            && let Some(pose) = self.physics.object_pose(object)
+        {
+            let tip_from_object = self.physics.link_pose(self.robot.tip()).inverse() * pose;
+            arm = arm.with_payload(inertial.seen_from(&tip_from_object));
+        }
+        let (dq, ddq) = &self.motion;
+        let tau = arm.inverse(&self.q(), dq, ddq);
+        // Only joints that are nowhere have no torques; the step that brought them there said so.
+        tau.map_or_else(|_| vec![f64::NAN; dq.len()], |tau| tau.as_slice().to_vec())
     }
 
     /// Returns what the torque sensors say once the effects have had their part in it, N·m.
@@ -403,7 +402,7 @@ impl Twin {
                 return Some(Part::Table);
             }
             let object = self.scene.objects.iter().position(|object| object.name == name);
-            let link = || self.model.links.iter().position(|link| link.name == name);
+            let link = || self.robot.links().iter().position(|link| link.name == name);
             object
                 .map(Part::Object)
                 .or_else(|| link().map(|link| Part::Body(self.physics.tree.links[link].0)))
@@ -418,7 +417,7 @@ impl Twin {
 
     /// Returns the poses of all links in the world, by name.
     pub fn link_poses(&self) -> Vec<(&str, Isometry3<f64>)> {
-        let links = self.model.links.iter().enumerate();
+        let links = self.robot.links().iter().enumerate();
         links.map(|(i, link)| (link.name.as_str(), self.physics.link_pose(i))).collect()
     }
 
@@ -439,8 +438,8 @@ impl Twin {
     }
 
     /// Returns the arm as the effects have changed it.
-    pub fn arm(&self) -> &ArmModel {
-        &self.model
+    pub fn robot(&self) -> &Robot {
+        &self.robot
     }
 
     /// Returns the scene the twin was built from.
@@ -465,11 +464,12 @@ impl Twin {
                 .position(|&vessel| vessel == i)
                 .map(|k| self.fluid.volume_in(k)),
         });
+        let tool = self.robot.tool().unwrap_or(self.robot.tip());
         WorldState {
             time: self.time(),
             q: self.q(),
             opening: self.opening(),
-            world_from_tool: Pose::new(self.physics.link_pose(self.model.tool)),
+            world_from_tool: Pose::new(self.physics.link_pose(tool)),
             held: self.held_index().map(|i| self.scene.objects[i].name.clone()),
             objects: objects.collect(),
             spilt: Some(self.fluid.spilt()),

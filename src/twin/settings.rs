@@ -1,12 +1,12 @@
 //! Everything physical about the twin that is a number.
 //!
 //! The lab is the same engine with other numbers, so whatever reality may do differently is a field
-//! here or part of the [`super::ArmModel`] and the [`crate::world::Scene`] the twin is built from.
+//! here or part of the [`Robot`] and the [`crate::world::Scene`] the twin is built from.
 
 use nalgebra::Vector3;
 
 use super::fluid::FluidSettings;
-use super::physics::ArmModel;
+use crate::motion::Robot;
 
 /// How the arm's joints are driven and what resists them; one entry per joint, base first.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,17 +79,20 @@ impl Settings {
     ///
     /// Gains, armature and contact settings are those measured to track within 1 mrad RMS and to hold
     /// a thin-walled jar with less than 0.1 mm of slip at this time step.
-    pub fn for_arm(model: &ArmModel) -> Self {
-        let n = model.arm.len();
+    pub fn for_arm(robot: &Robot) -> Self {
+        let n = robot.n_joints();
         // The Gen3's large actuators have 39 N·m, the small ones 9 N·m.
-        let scale = |&i: &usize| if model.joints[i].effort > 20.0 { 1.0 } else { 0.25 };
+        let scaled = |gain: f64| {
+            let scale = |effort: f64| if effort > 20.0 { 1.0 } else { 0.25 };
+            robot.joints().iter().map(|joint| gain * scale(joint.effort)).collect()
+        };
         Self {
             dt: 1.0 / 500.0,
             solver_iterations: 4,
             gravity: Vector3::new(0.0, 0.0, -9.81),
             arm: ArmSettings {
-                kp: model.arm.iter().map(|i| 4000.0 * scale(i)).collect(),
-                kd: model.arm.iter().map(|i| 200.0 * scale(i)).collect(),
+                kp: scaled(4000.0),
+                kd: scaled(200.0),
                 armature: vec![0.1; n],
                 coulomb: vec![0.0; n],
                 viscous: vec![0.0; n],

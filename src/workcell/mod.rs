@@ -26,11 +26,10 @@ use crate::execution::trace::{Event, Observer};
 use crate::execution::walk::Walker;
 use crate::graph::{self, Graph, ParseGraph, infer};
 use crate::lab::{Lab, LabSettings};
-use crate::language::ast::{Call, Expr, Step};
+use crate::language::ast::{BinaryOp, Call, Expr, ExprKind, Item, Step};
 use crate::language::{Diagnostic, Library, Source};
 use crate::motion::robot::Robot;
 use crate::twin::Settings;
-use crate::twin::physics::ArmModel;
 use crate::twin::render::{ArmLook, View};
 use crate::world::{Scene, WorldState};
 
@@ -65,12 +64,30 @@ pub enum Error {
     Lab(String),
     /// The camera's picture cannot be aligned.
     #[error("{0}")]
-    Calibrate(#[from] calibrate::Error),
+    Calibrate(calibrate::Error),
     /// Objects the call needs are not where the camera looks.
     #[error("{} cannot be seen: {}", .0.iter().map(|(o, _)| format!("`{o}`")).collect::<Vec<_>>().join(", "),
         .0.iter().map(|(_, why)| why.as_str()).collect::<Vec<_>>().join("; "))]
     NotSeen(Vec<(String, String)>),
-    /// Everything failed in the twin; nothing has moved.
+    /// The arm does not get at an object the call needs; nothing has moved.
+    #[error("`{object}` is {:.0} mm out of reach", .by * 1e3)]
+    OutOfReach {
+        /// Which.
+        object: String,
+        /// How far, m.
+        by: f64,
+    },
+    /// What the call needs is false before it begins; nothing has moved.
+    #[error("`{call}` needs `{what}`, which is false{by}")]
+    Needs {
+        /// The call.
+        call: String,
+        /// The condition.
+        what: String,
+        /// By how much, in words: ` by 3 mm`.
+        by: String,
+    },
+    /// Everything failed in the twin.
     #[error("none of {tried} candidates survived the twin; the best failed at {step}: {reason}")]
     NoSurvivor {
         /// How many were tried.
@@ -131,7 +148,6 @@ pub struct WorkCell {
     library: Library,
     stdlib: Stdlib,
     cell: Cell,
-    arm: ArmModel,
     look: ArmLook,
     settings: Settings,
     scripts: Scripts,
@@ -142,7 +158,8 @@ pub struct WorkCell {
     cancel: Cancel,
     clock: fn() -> f64,
     fan: Arc<Mutex<Fan>>,
-    is_aligned: bool,
+    is_camera_aligned: bool,
+    is_robot_aligned: bool,
 }
 
 impl WorkCell {
@@ -155,6 +172,16 @@ impl WorkCell {
         let mut library = library(&options.stdlib);
         let scene_source = options.scene.map(|source| library.add(source));
         let script = options.script.map(|source| library.add(source));
+        if let Some(file) = scene_source {
+            let own = library.program(file).is_some_and(|program| {
+                program.items.iter().any(|item| matches!(item, Item::Scene(_)))
+            });
+            // A file that was named for its scene does not quietly mean another one's.
+            if !own {
+                let name = library.source(file).map(|source| source.name.clone());
+                return Err(Error::NoScene(name.unwrap_or_default()));
+            }
+        }
         let scene = Arc::new(scene_of(&library, scene_source.or(script))?);
         let scope = library.scope(&scene.name);
         let wrong = library.check(&scope).into_iter().filter(Diagnostic::is_error);
@@ -165,14 +192,13 @@ impl WorkCell {
 
         let robot = Arc::new(Robot::gen3());
         let cell = Cell { robot: robot.clone(), scene: scene.clone(), limits: Limits::default() };
-        let urdf = options.stdlib.file("robots/gen3_2f85/gen3_2f85.urdf").unwrap_or_default();
-        let arm = ArmModel::from_urdf_text(urdf, "tool_frame").map_err(twin_failed)?;
-        let look = ArmLook::from_urdf_text(urdf).map_err(twin_failed)?;
+        let look = ArmLook::new(&robot);
         let settings = match options.robot.as_str() {
             "twin" => LabSettings::perfect(),
             _ => options.lab,
         };
-        let lab = Lab::new(urdf, &scene, settings, options.seed).map_err(|e| Error::Lab(e.to_string()))?;
+        let lab = Lab::new(&robot, &scene, settings, options.seed)
+            .map_err(|error| Error::Lab(error.to_string()))?;
         let lab: SharedLab = Arc::new(Mutex::new(lab));
         let fan: Arc<Mutex<Fan>> = Arc::default();
         let cancel = Cancel::default();
@@ -197,8 +223,7 @@ impl WorkCell {
         Ok(Self {
             library,
             cell,
-            settings: Settings::for_arm(&arm),
-            arm,
+            settings: Settings::for_arm(&robot),
             look,
             stdlib: options.stdlib,
             scripts: Scripts::new(stage),
@@ -209,7 +234,8 @@ impl WorkCell {
             cancel,
             clock: options.clock,
             fan,
-            is_aligned: false,
+            is_camera_aligned: false,
+            is_robot_aligned: false,
         })
     }
 
@@ -262,27 +288,77 @@ impl WorkCell {
     ///
     /// When the table's marks cannot be found, or a device fails.
     pub fn perceive(&mut self) -> Result<(), Error> {
-        if !self.is_aligned {
-            self.align()?;
+        if !self.is_camera_aligned {
+            calibrate::camera(&mut self.scripts.stage(), self.switches)?;
+            self.is_camera_aligned = true;
         }
-        self.scripts.stage().look()?;
-        Ok(())
+        Ok(self.scripts.stage().look()?)
     }
 
     /// Fits the three regressions anew: camera alignment, intrinsics, robot offset.
     ///
     /// # Errors
     ///
-    /// As [`Self::perceive`].
+    /// As [`Self::perceive`], or when the marker on the gripper is not seen.
     pub fn align(&mut self) -> Result<(), Error> {
-        let mut stage = self.scripts.stage();
-        calibrate::run(&mut stage, self.switches)?;
-        self.is_aligned = true;
+        self.is_camera_aligned = false;
+        self.is_robot_aligned = false;
+        self.perceive()?;
+        self.align_robot()
+    }
+
+    /// Has the arm visit points before the camera, unless that has been done; then looks again.
+    fn align_robot(&mut self) -> Result<(), Error> {
+        if !self.is_robot_aligned {
+            calibrate::robot(&mut self.scripts.stage(), self.switches)?;
+            self.is_robot_aligned = true;
+            self.scripts.stage().look()?;
+        }
+        Ok(())
+    }
+
+    /// Says which of the call's own needs is false now; what nobody knows does not stand in the way.
+    fn check_needs(&self, graph: &Graph) -> Result<(), Error> {
+        let state = self.state()?;
+        let likeliest = self.parses(graph, &state, 1)?;
+        let Some(first) = likeliest.first().and_then(|pg| pg.steps.first()) else {
+            return Ok(());
+        };
+        let scene = self.cell.scene.clone();
+        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, &state);
+        let root = &graph.root().path;
+        let own = first.needs.iter().filter(|need| need.owner == *root);
+        for part in own.flat_map(|need| parts(&need.expr)) {
+            let reading = walker.read(part, &state);
+            if reading.truth != Some(false) {
+                continue;
+            }
+            let by = reading.margin.map_or(0.0, |margin| margin.value.abs());
+            return Err(match about(part) {
+                Some(("reachable", object)) => Error::OutOfReach { object, by },
+                Some(("visible", object)) => {
+                    Error::NotSeen(vec![(object, "nothing in the picture looks like it".into())])
+                }
+                _ => Error::Needs {
+                    call: graph.root().label.clone(),
+                    what: crate::language::text::expr(part),
+                    by: reading.margin.map_or_else(String::new, |mut margin| {
+                        margin.value = margin.value.abs();
+                        format!(" by {margin}")
+                    }),
+                },
+            });
+        }
         Ok(())
     }
 
     /// Returns up to `k` parse graphs that differ in what people choose, the likeliest first.
-    fn parses(&self, graph: &Graph, start: &WorldState, k: usize) -> Result<Vec<ParseGraph>, Error> {
+    fn parses(
+        &self,
+        graph: &Graph,
+        start: &WorldState,
+        k: usize,
+    ) -> Result<Vec<ParseGraph>, Error> {
         let scene = self.cell.scene.clone();
         let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, start);
         let holds = |expr: &Expr| walker.read(expr, start).truth;
@@ -385,6 +461,23 @@ pub fn scene_of(library: &Library, source: Option<usize>) -> Result<Scene, Error
         .map_err(|wrong| Error::Text(with_sources(library, wrong.into_iter())))
 }
 
+/// Returns what must all hold for a condition to hold.
+fn parts(condition: &Expr) -> Vec<&Expr> {
+    match &condition.kind {
+        ExprKind::Binary(a, BinaryOp::And, b) => parts(a).into_iter().chain(parts(b)).collect(),
+        _ => vec![condition],
+    }
+}
+
+/// Returns the name and the first argument of a fluent: `reachable` and `cup` of `reachable(cup)`.
+fn about(fluent: &Expr) -> Option<(&str, String)> {
+    let ExprKind::Call(call) = &fluent.kind else { return None };
+    match &call.args.first()?.values.first()?.kind {
+        ExprKind::Name(object) => Some((&call.name.text, object.clone())),
+        _ => None,
+    }
+}
+
 /// Puts beside each diagnostic the text it is about.
 fn with_sources(
     library: &Library,
@@ -398,8 +491,14 @@ fn with_sources(
         .collect()
 }
 
-fn twin_failed(error: crate::twin::Error) -> Error {
-    Error::Lab(error.to_string())
+impl From<calibrate::Error> for Error {
+    fn from(error: calibrate::Error) -> Self {
+        match error {
+            // A stop is a stop wherever it reaches the arm.
+            calibrate::Error::Action(error) => Self::Action(error),
+            other => Self::Calibrate(other),
+        }
+    }
 }
 
 impl From<DeviceError> for Error {

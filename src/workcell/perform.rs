@@ -16,8 +16,8 @@ use crate::monitor::questionnaire::{self, Answer};
 use crate::monitor::{self, Comparison};
 use crate::world::WorldState;
 
-use super::rehearse::{Candidate, Rehearsal, Rehearsals};
 use super::record::Recorder;
+use super::rehearse::{Candidate, Rehearsal, Rehearsals};
 use super::{Error, WorkCell, tell};
 
 /// How many candidates are rehearsed for one attempt.
@@ -135,20 +135,39 @@ impl WorkCell {
             observers.push(Box::new(Shared(recorder.clone())));
         }
         self.watched_by(observers);
-        let run = self.carry(call, recorder.as_ref());
-        self.watched_by(Vec::new());
-        let mut run = run?;
-        if let Some(recorder) = recorder {
-            let mut recorder = recorder.lock().unwrap_or_else(PoisonError::into_inner);
+        let total = self.now();
+        let mut run = self.nothing_done(call);
+        if let Some(recorder) = &recorder {
+            let recorder = recorder.lock().unwrap_or_else(PoisonError::into_inner);
             run.run_dir = Some(recorder.dir().display().to_string());
-            save(&mut recorder, &run)?;
         }
-        Ok(run)
+        let carried = self.carry(call, &mut run, recorder.as_ref());
+        self.watched_by(Vec::new());
+        // Decisions of a performance that was cut short are not for whatever comes next.
+        self.scripts.stage().set_tape(Tape::recording());
+        run.timing_s.total = self.now() - total;
+        let carried = match carried {
+            Err(Error::Action(ActionError::Stopped)) => {
+                run.outcome = Ending::Stopped;
+                Ok(())
+            }
+            Err(error) => {
+                run.reason = Some(error.to_string());
+                // Once something was done there is a run to speak of.
+                if run.steps.is_empty() { Err(error) } else { Ok(()) }
+            }
+            Ok(()) => Ok(()),
+        };
+        // Whatever happened, the folder holds a whole document.
+        let saved = recorder.map_or(Ok(()), |recorder| {
+            save(&mut recorder.lock().unwrap_or_else(PoisonError::into_inner), &run)
+        });
+        carried.and(saved).map(|()| run)
     }
 
-    fn carry(&mut self, call: &Call, recorder: Option<&SharedRecorder>) -> Result<Run, Error> {
-        let total = self.now();
-        let mut run = Run {
+    /// Returns the run of a call of which nothing has been done yet.
+    fn nothing_done(&self, call: &Call) -> Run {
+        Run {
             task: crate::language::text::call(call),
             outcome: Ending::Failure,
             reached: false,
@@ -163,7 +182,16 @@ impl WorkCell {
             water: None,
             timing_s: Timing::default(),
             run_dir: None,
-        };
+        }
+    }
+
+    fn carry(
+        &mut self,
+        call: &Call,
+        run: &mut Run,
+        recorder: Option<&SharedRecorder>,
+    ) -> Result<(), Error> {
+        let begin = self.now();
         // The call is understood before anything is done for it.
         let graph = self.graph(call)?;
         if let Some(recorder) = recorder {
@@ -173,20 +201,58 @@ impl WorkCell {
             recorder.write("graph.svg", &drawing).map_err(|error| Error::File { path, error })?;
         }
         self.phase("perceive", "calibrating and looking");
+        // What the call needs and does not find is said before the arm moves for regression 3.
         self.perceive()?;
-        run.timing_s.perceive = self.now() - total;
+        self.check_needs(&graph)?;
+        self.align_robot()?;
+        run.timing_s.perceive = self.now() - begin;
         let start = self.state()?;
-        let result = self.attempt(&graph, &start, &mut run, recorder);
-        match result {
-            Ok(()) => {}
-            Err(Error::Action(ActionError::Stopped)) => run.outcome = Ending::Stopped,
-            // Nothing has moved yet, so there is no run to speak of.
-            Err(error) if run.steps.is_empty() => return Err(error),
-            Err(error) => run.reason = Some(error.to_string()),
+        let attempted = self.attempt(&graph, &start, run, recorder);
+        let weighing = self.scales.as_mut().and_then(|scales| scales.weigh());
+        if let Some(weighing) = &weighing {
+            run.water = Some(self.water(call, weighing));
         }
-        run.water = self.weigh(call);
-        run.timing_s.total = self.now() - total;
-        Ok(run)
+        attempted?;
+        if run.outcome == Ending::Success {
+            self.judge(&graph, &start, weighing.as_ref(), run)?;
+        }
+        Ok(())
+    }
+
+    /// Reads at the end what the call itself gives, with the scales' word on the water where there are
+    /// scales: a false promise makes the run a failure, and only what is known to be true is reached.
+    fn judge(
+        &self,
+        graph: &Graph,
+        start: &WorldState,
+        weighing: Option<&Weighing>,
+        run: &mut Run,
+    ) -> Result<(), Error> {
+        let mut state = self.state()?;
+        if let Some(weighing) = weighing {
+            state.spilt = Some(weighing.spilt);
+            for (vessel, water) in &weighing.water {
+                if let Some(object) = state.object_mut(vessel) {
+                    object.water = Some(*water);
+                }
+            }
+        }
+        let scene = self.cell.scene.clone();
+        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, start);
+        let last = run.parse_graphs.last().and_then(|pg| pg.steps.last());
+        let given: Vec<_> = last
+            .map_or(&[][..], |step| &step.gives)
+            .iter()
+            .filter(|given| given.owner == graph.root().path)
+            .cloned()
+            .collect();
+        if let Some(broken) = walker.unmet(&given, &state) {
+            run.outcome = Ending::Failure;
+            run.reason = Some(format!("at the end it should have made true {broken}"));
+        }
+        run.reached =
+            given.iter().all(|given| walker.read(&given.expr, &state).truth == Some(true));
+        Ok(())
     }
 
     /// Rehearses and performs until the task is done or given up.
@@ -211,12 +277,11 @@ impl WorkCell {
             run.timing_s.execute += self.now() - begin;
             let Some((index, reason)) = failed? else {
                 run.outcome = Ending::Success;
-                run.reached = true;
                 return Ok(());
             };
             self.note(&format!("step failed: {reason}"));
             let pg = &best.candidate.pg;
-            let recovery = self.recovery(pg, index, &used);
+            let recovery = recovery(pg, index, &used);
             let Some(recovery) = recovery else {
                 run.reason = Some(reason);
                 return Ok(());
@@ -224,7 +289,11 @@ impl WorkCell {
             let plan = pg.recoveries[recovery].clone();
             *used.entry(plan.path.clone()).or_default() += 1;
             self.note(&format!("recovering: {}", plan.path));
-            self.carry_out(&plan.steps, start, run, recorder)?;
+            if let Err(error) = self.carry_out(&plan.steps, start, run, recorder) {
+                let stopped = matches!(error, Error::Action(ActionError::Stopped));
+                run.reason = Some(format!("{reason}; then the recovery failed: {error}"));
+                return if stopped { Err(error) } else { Ok(()) };
+            }
             match plan.remedy {
                 Some(Remedy::Retry { other, .. }) => {
                     let from = if other {
@@ -273,10 +342,10 @@ impl WorkCell {
         self.phase("simulate", &format!("{n} candidates in the twin"));
         let state = self.state()?;
         let q = self.scripts.stage().planned_q().to_vec();
+        let memory = self.scripts.stage().memory().clone();
         let finished = Mutex::new(0_usize);
         let tried = Rehearsals {
             cell: &self.cell,
-            arm: &self.arm,
             look: &self.look,
             settings: &self.settings,
             stdlib: &self.stdlib,
@@ -284,16 +353,20 @@ impl WorkCell {
             state: &state,
             start,
             q: &q,
+            memory: &memory,
             seed: self.seed,
             cancel: &self.cancel,
         }
         .all(candidates, &|_| {
             let mut finished = finished.lock().unwrap_or_else(PoisonError::into_inner);
             *finished += 1;
-            tell(&self.fan, &Event::Progress {
-                what: "rehearsals".into(),
-                fraction: *finished as f64 / n as f64,
-            });
+            tell(
+                &self.fan,
+                &Event::Progress {
+                    what: "rehearsals".into(),
+                    fraction: *finished as f64 / n as f64,
+                },
+            );
         })?;
         run.timing_s.simulate += self.now() - begin;
         run.rehearsals.extend(tried.iter().map(summary));
@@ -336,13 +409,19 @@ impl WorkCell {
                 path: pg.steps[index].path.clone(),
             });
             self.photo_for_run(&format!("{number:02}-before-real"))?;
-            if k > 0 {
-                self.twin_picture(&format!("{number:02}-before-twin"), &rehearsal.views[k - 1]);
-            }
-            let done = {
+            let before = if k == 0 { &rehearsal.start } else { &rehearsal.views[k - 1] };
+            self.twin_picture(&format!("{number:02}-before-twin"), before);
+            let begin = self.state()?.time;
+            let (done, cut_short) = {
                 let mut walker =
                     Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, start);
-                walker.step(pg, index, &watched)?
+                match walker.step(pg, index, &watched) {
+                    Ok(done) => (done, None),
+                    // The step is recorded as far as it came.
+                    Err(error) => {
+                        (walker.interrupted(pg, index, begin, &watched, &error)?, Some(error))
+                    }
+                }
             };
             let twin = rehearsal.steps.get(k);
             let comparison = monitor::compare(twin.map_or(&[], |t| &t.fluents), &done.fluents);
@@ -360,6 +439,9 @@ impl WorkCell {
             self.photo_for_run(&format!("{number:02}-after-real"))?;
             if let Some(view) = rehearsal.views.get(k) {
                 self.twin_picture(&format!("{number:02}-after-twin"), view);
+            }
+            if let Some(error) = cut_short {
+                return Err(error.into());
             }
             if failed.is_some() {
                 break;
@@ -395,26 +477,9 @@ impl WorkCell {
         Ok(())
     }
 
-    /// Returns the innermost recovery in force for a step that still has tries left.
-    fn recovery(
-        &self,
-        pg: &ParseGraph,
-        index: usize,
-        used: &BTreeMap<String, u32>,
-    ) -> Option<usize> {
-        pg.steps[index].recoveries.iter().copied().find(|&at| {
-            let plan = &pg.recoveries[at];
-            let most = match plan.remedy {
-                Some(Remedy::Retry { times, .. }) => times,
-                _ => 1,
-            };
-            used.get(&plan.path).copied().unwrap_or(0) < most
-        })
-    }
-
     /// Returns what the scales say about a call's first two vessels.
-    fn weigh(&mut self, call: &Call) -> Option<Water> {
-        let Weighing { water, spilt } = self.scales.as_mut()?.weigh()?;
+    fn water(&self, call: &Call, weighing: &Weighing) -> Water {
+        let Weighing { water, spilt } = weighing;
         let named: Vec<String> = call
             .args
             .iter()
@@ -427,13 +492,25 @@ impl WorkCell {
             let found = name.and_then(|name| water.iter().find(|(vessel, _)| vessel == name));
             found.map_or(0.0, |(_, volume)| volume * 1e6)
         };
-        Some(Water {
+        Water {
             in_source_ml: of(named.first()),
             in_target_ml: of(named.get(1)),
             spilt_ml: spilt * 1e6,
             measured_by: self.robot_name.clone(),
-        })
+        }
     }
+}
+
+/// Returns the innermost recovery in force for a step that still has tries left.
+fn recovery(pg: &ParseGraph, index: usize, used: &BTreeMap<String, u32>) -> Option<usize> {
+    pg.steps[index].recoveries.iter().copied().find(|&at| {
+        let plan = &pg.recoveries[at];
+        let most = match plan.remedy {
+            Some(Remedy::Retry { times, .. }) => times,
+            _ => 1,
+        };
+        used.get(&plan.path).copied().unwrap_or(0) < most
+    })
 }
 
 type SharedRecorder = Arc<Mutex<Recorder>>;

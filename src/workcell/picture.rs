@@ -4,7 +4,7 @@ use image::RgbImage;
 
 use crate::twin::Twin;
 use crate::twin::render::{ArmLook, Options, View, render};
-use crate::world::{Camera, Scene, WorldState};
+use crate::world::Camera;
 
 /// Returns what there is to draw of a twin now.
 pub fn view(twin: &Twin, look: &ArmLook) -> View {

@@ -1,11 +1,12 @@
 //! The run folder: everything a run decided, did and measured, on disk step by step.
 //!
-//! `events.jsonl` is appended and flushed event by event, `arm.csv` is a recording as
-//! [`crate::discovery`] reads it, pictures are PNG files in `frames/`, and `run.json` is written anew
+//! `events.jsonl` is appended and flushed event by event, `arm.csv` is a recording of
+//! commands, joints and torques, pictures are PNG files in `frames/`, and `run.json` is written anew
 //! after each step, so that an interrupted run is still a whole document.
 
+use std::fmt::Write as _;
 use std::fs::{self, File};
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -105,7 +106,7 @@ impl Recorder {
             let mut header = "t[s]".to_owned();
             for (name, unit) in columns {
                 for joint in 1..=n {
-                    header += &format!(",{name}_{joint}[{unit}]");
+                    let _ = write!(header, ",{name}_{joint}[{unit}]");
                 }
             }
             writeln!(self.arm, "{header},gripper[m]")?;
@@ -113,7 +114,7 @@ impl Recorder {
         let mut row = format!("{:.4}", feedback.time);
         for values in [&feedback.q_cmd, &feedback.q, &feedback.dq, &feedback.tau] {
             for value in values {
-                row += &format!(",{value:.6}");
+                let _ = write!(row, ",{value:.6}");
             }
         }
         writeln!(self.arm, "{row},{:.5}", feedback.opening)

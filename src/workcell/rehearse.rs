@@ -8,16 +8,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+use crate::execution::arm::Cancel;
 use crate::execution::script::Scripts;
-use crate::execution::stage::{ActionError, Cell, Stage};
+use crate::execution::stage::{ActionError, Cell, Memory, Stage};
 use crate::execution::tape::Tape;
 use crate::execution::trace::{Nobody, Outcome};
 use crate::execution::twin_arm::TwinBody;
 use crate::execution::walk::{Done, Walker};
-use crate::execution::arm::Cancel;
 use crate::graph::ParseGraph;
 use crate::language::Library;
-use crate::twin::physics::ArmModel;
 use crate::twin::render::{ArmLook, View};
 use crate::twin::{Settings, Twin};
 use crate::world::WorldState;
@@ -64,6 +63,8 @@ pub struct Rehearsal {
     pub candidate: Candidate,
     /// How each step went, from `candidate.from` on.
     pub steps: Vec<Done>,
+    /// What the twin looked like before the first step.
+    pub start: View,
     /// What the twin looked like after each step.
     pub views: Vec<View>,
     /// Every decision.
@@ -85,8 +86,6 @@ impl Rehearsal {
 pub struct Rehearsals<'a> {
     /// Robot, scene, limits.
     pub cell: &'a Cell,
-    /// The twin's arm.
-    pub arm: &'a ArmModel,
     /// How the arm looks.
     pub look: &'a ArmLook,
     /// The twin's settings.
@@ -101,6 +100,8 @@ pub struct Rehearsals<'a> {
     pub start: &'a WorldState,
     /// Where the plan has the arm, rad.
     pub q: &'a [f64],
+    /// What actions before this remember.
+    pub memory: &'a Memory,
     /// All chance comes from this.
     pub seed: u64,
     /// Stops all of them.
@@ -133,8 +134,15 @@ impl Rehearsals<'_> {
 
     fn one(&self, candidate: Candidate) -> Result<Rehearsal, ActionError> {
         let settings = Settings { seed: self.seed, ..self.settings.clone() };
-        let twin = Twin::new(self.arm, &self.cell.scene, self.state, settings)
-            .map_err(|error| ActionError::Refused(format!("the twin cannot be built: {error}")))?;
+        // The plan knows better than the encoders where the arm is.
+        let state = WorldState { q: self.q.to_vec(), ..self.state.clone() };
+        let failed = |error| ActionError::Refused(format!("the twin cannot be built: {error}"));
+        let mut twin =
+            Twin::new(&self.cell.robot, &self.cell.scene, &state, settings).map_err(failed)?;
+        if state.held.is_some() {
+            // The fingers take hold in the first tenths of a second.
+            twin.run(0.3).map_err(failed)?;
+        }
         let twin = Arc::new(Mutex::new(twin));
         let stage = Stage::new(
             self.cell.clone(),
@@ -146,9 +154,12 @@ impl Rehearsals<'_> {
             Arc::new(Mutex::new(Nobody)),
         );
         let scripts = Scripts::new(stage);
+        scripts.stage().set_memory(self.memory.clone());
         let scene = self.cell.scene.clone();
         let mut walker = Walker::new(&scripts, self.stdlib, self.library, &scene, self.start);
         let watched = candidate.pg.fluents();
+        let start =
+            super::picture::view(&twin.lock().unwrap_or_else(PoisonError::into_inner), self.look);
         let (mut steps, mut views) = (Vec::new(), Vec::new());
         let mut success = true;
         for index in candidate.from..candidate.pg.steps.len() {
@@ -170,6 +181,6 @@ impl Rehearsals<'_> {
             time: state.time - self.state.time,
         };
         let tape = scripts.stage().tape().clone();
-        Ok(Rehearsal { candidate, steps, views, tape, worth })
+        Ok(Rehearsal { candidate, steps, start, views, tape, worth })
     }
 }

@@ -52,7 +52,7 @@ impl Stdlib {
         let of = |folder: &'static str| {
             self.files
                 .iter()
-                .filter(move |(path, _)| path.starts_with(folder) && path.ends_with(".task"))
+                .filter(move |(path, _)| path.starts_with(folder) && is_task(path))
                 .map(|(path, text)| (path.as_str(), text.as_str()))
         };
         of("fluents/").chain(of("tasks/")).chain(of("scenes/"))
@@ -68,6 +68,10 @@ impl Texts for Stdlib {
     fn script(&self, name: &str) -> Option<&str> {
         self.file(&format!("actions/{name}"))
     }
+}
+
+fn is_task(path: &str) -> bool {
+    Path::new(path).extension().is_some_and(|extension| extension == "task")
 }
 
 fn collect(dir: &Dir<'_>, files: &mut BTreeMap<String, String>) {

@@ -23,7 +23,8 @@ pub struct ObjectState {
     pub name: String,
     /// Where it is, `None` when nobody knows.
     pub world_from_object: Option<Pose<frame::World, frame::Object>>,
-    /// One standard deviation of its position, m.
+    /// One standard deviation of its position, m; infinite when nobody knows, which JSON writes `null`.
+    #[serde(deserialize_with = "or_infinite")]
     pub std: f64,
     /// Water inside, m³, `None` when nobody knows.
     pub water: Option<f64>,
@@ -46,6 +47,11 @@ pub struct WorldState {
     pub objects: Vec<ObjectState>,
     /// Water on the table, m³, `None` when nobody knows.
     pub spilt: Option<f64>,
+}
+
+/// Reads a number, `null` as infinity.
+fn or_infinite<'de, D: serde::Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::<f64>::deserialize(from)?.unwrap_or(f64::INFINITY))
 }
 
 impl WorldState {

@@ -49,6 +49,22 @@ impl Shape {
         }
     }
 
+    /// Returns points all over the side of the shape, from base to rim, m in the object's frame.
+    pub fn outline(&self, around: usize) -> Vec<Vector3<f64>> {
+        let turn = std::f64::consts::TAU / around as f64;
+        let ring: Vec<(f64, f64)> = match *self {
+            Self::Cuboid { size } => {
+                let (x, y) = (0.5 * size.x, 0.5 * size.y);
+                vec![(x, y), (0.0, y), (-x, y), (-x, 0.0), (-x, -y), (0.0, -y), (x, -y), (x, 0.0)]
+            }
+            Self::Cylinder { radius, .. } => (0..around)
+                .map(|i| (radius * (i as f64 * turn).cos(), radius * (i as f64 * turn).sin()))
+                .collect(),
+        };
+        let levels = (0..=10).map(|k| self.height() * f64::from(k) / 10.0);
+        levels.flat_map(|z| ring.iter().map(move |&(x, y)| Vector3::new(x, y, z))).collect()
+    }
+
     /// Returns the angle, rad, by which the shape may be turned about z without looking different;
     /// 0 when any turn looks the same.
     pub fn symmetry(&self) -> f64 {

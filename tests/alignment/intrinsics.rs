@@ -106,9 +106,10 @@ fn wrong_extrinsics_are_refined_as_far_as_their_prior_allows() {
     let prior = ExtrinsicsPrior { position: 0.005, rotation: 0.005 };
     let options = Options { refine_extrinsics: Some(prior), sigma_px: 0.2, ..Options::default() };
     let soft = calibrate(&shaken, &options).unwrap();
-    let error = |fit: &Calibration| (fit.intrinsics.fx - 903.0).abs();
-    assert!(error(&soft) < 0.3 * error(&stiff), "{} against {}", error(&soft), error(&stiff));
-    assert!(soft.rms_px < 0.35 && stiff.rms_px > 1.0);
+    // The stiff fit has to bend the camera instead; the residuals give it away.
+    let off = |fit: &Calibration| (fit.intrinsics.fx - 903.0).abs();
+    assert!(off(&soft) < 3.0 * soft.std[0], "{} ± {}", off(&soft), soft.std[0]);
+    assert!(off(&soft) < 0.6 * off(&stiff) && soft.rms_px < 0.35 && stiff.rms_px > 1.0);
     // It says how far the extrinsics had to move.
     assert!(soft.views.iter().all(|v| v.moved_m > 0.001 && v.moved_m < 0.02), "{:?}", soft.views);
     assert!(stiff.views.iter().all(|v| v.moved_m < 1e-12));
@@ -243,6 +244,6 @@ fn thirteen_chessboards_reach_the_peer_s_error() {
     let options = Options { skew: Some(false), ..Options::default() };
     let fit = calibrate(&views, &options).unwrap();
     // cv2 with k1 and k2 alone: 0.20417. Its 0.19542 takes tangential terms that our lens lacks.
-    assert!((fit.rms_px - 0.20417).abs() < 2e-4, "{}", fit.rms_px);
-    assert!((fit.intrinsics.fx - 532.8).abs() < 2.0, "{}", fit.intrinsics.fx);
+    assert!((fit.rms_px - 0.20417).abs() < 1e-5, "{}", fit.rms_px);
+    assert!((fit.intrinsics.fx - 532.827).abs() < 2.0, "{}", fit.intrinsics.fx);
 }

@@ -4,3 +4,5 @@ mod support;
 mod image_map;
 mod intrinsics;
 mod camera_fit;
+mod offset;
+mod files;

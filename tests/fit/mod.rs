@@ -29,7 +29,7 @@ fn solve_line(errors: &[f64], options: &Options) -> Result<Fit, Error> {
 
 #[test]
 fn a_straight_line_agrees_with_its_closed_form() {
-    let errors: Vec<f64> = (0..10).map(|i| ((i * i) as f64 * 1.7).sin()).collect();
+    let errors: Vec<f64> = (0..10).map(|i| (f64::from(i * i) * 1.7).sin()).collect();
     let fit = solve_line(&errors, &Options::default()).unwrap();
     // Σ over i = 0..9: n = 10, Σi = 45, Σi² = 285.
     let a = DMatrix::from_row_slice(2, 2, &[10.0, 45.0, 45.0, 285.0]);
@@ -77,7 +77,9 @@ fn a_cauchy_loss_shrugs_off_what_bends_least_squares() {
 
     let whitened = |x: &[f64], r: &mut [f64]| {
         line(&errors)(x, r);
-        r.iter_mut().for_each(|r| *r /= 0.01);
+        for r in r {
+            *r /= 0.01;
+        }
     };
     let kept =
         solve_rejecting(&Residuals::new(30, whitened), &[0.0, 0.0], &Options::default(), 4.0)

@@ -2,6 +2,7 @@
 
 use nalgebra::Isometry3;
 use trueup::lab::{Lab, LabSettings, Spot};
+use trueup::motion::Robot;
 use trueup::world::{Camera, Pixel, Point, Scene};
 
 use crate::kitchen;
@@ -24,7 +25,7 @@ fn with_places(mut settings: LabSettings) -> LabSettings {
 
 fn open(settings: LabSettings, seed: u64) -> (Lab, Scene) {
     let scene = kitchen::scene();
-    (Lab::new(kitchen::URDF, &scene, with_places(settings), seed).unwrap(), scene)
+    (Lab::new(&Robot::gen3(), &scene, with_places(settings), seed).unwrap(), scene)
 }
 
 /// The mean place of the pixels near `near` that `belongs` weighs, px.
@@ -150,8 +151,8 @@ fn marker(lab: &mut Lab, scene: &Scene) -> Pixel {
     let links = kitchen::links(&robot, &REACHING, 0.085);
     let gripper: Isometry3<f64> =
         links.iter().find(|(name, _)| name == "gripper_base_link").unwrap().1;
-    let centre = trueup::twin::render::Marker::default().centre;
-    let centre = gripper * nalgebra::Point3::from(centre);
+    let ball = Robot::gen3().marker().copied().unwrap();
+    let centre = gripper * nalgebra::Point3::from(ball.centre);
     let near = scene.camera.project(Point::from(centre.coords)).unwrap();
     let magenta = |c: [f64; 3]| ((c[0] - c[1] * 2.0).min(c[2] - c[1] * 2.0) - 0.02).max(0.0);
     centroid(&photo, near, 45.0, magenta).unwrap()
@@ -290,7 +291,7 @@ fn scales_say_what_was_filled_in_and_nothing_is_spilt() {
 fn objects_are_placed_or_the_reason_is_said() {
     let scene = kitchen::scene();
     for seed in 1..=4 {
-        let mut lab = Lab::new(kitchen::URDF, &scene, LabSettings::perfect(), seed).unwrap();
+        let mut lab = Lab::new(&Robot::gen3(), &scene, LabSettings::perfect(), seed).unwrap();
         let photo = lab.photo();
         let blue = |c: [f64; 3]| (c[2] - 2.0 * c[0] - 0.05).max(0.0);
         let middle = Pixel::new(640.0, 360.0);
@@ -302,11 +303,11 @@ fn objects_are_placed_or_the_reason_is_said() {
     }
     let mut crowded = LabSettings::default();
     crowded.placement.apart_m = [3.0, 3.0];
-    let error = Lab::new(kitchen::URDF, &scene, crowded, 1).unwrap_err();
+    let error = Lab::new(&Robot::gen3(), &scene, crowded, 1).unwrap_err();
     assert!(error.to_string().contains("placement.apart_m"), "{error}");
     let mut unknown = LabSettings::default();
     unknown.placement.fixed.insert("kettle".into(), Spot { x_m: 0.5, y_m: 0.0, yaw_rad: 0.0 });
-    let error = Lab::new(kitchen::URDF, &scene, unknown, 1).unwrap_err();
+    let error = Lab::new(&Robot::gen3(), &scene, unknown, 1).unwrap_err();
     assert!(error.to_string().contains("kettle"), "{error}");
 }
 
@@ -332,7 +333,7 @@ fn photos_to_look_at() {
         let scene = kitchen::scene();
         let mut settings = LabSettings::default();
         settings.start.q_rad = REACHING.to_vec();
-        let mut lab = Lab::new(kitchen::URDF, &scene, settings, seed).unwrap();
+        let mut lab = Lab::new(&Robot::gen3(), &scene, settings, seed).unwrap();
         let file = std::path::Path::new(&folder).join(format!("lab{seed}.png"));
         lab.photo().save(file).unwrap();
     }
@@ -371,7 +372,7 @@ fn fingers_stopped_by_the_jar_have_grasped_it() {
     settings.start.q_rad = q.to_vec();
     settings.placement.fixed.insert("jar".into(), Spot { x_m: at.x, y_m: at.y, yaw_rad: 0.0 });
     settings.placement.fixed.insert("cup".into(), Spot { x_m: 0.62, y_m: 0.32, yaw_rad: 0.0 });
-    let mut lab = Lab::new(kitchen::URDF, &kitchen::scene(), settings, 1).unwrap();
+    let mut lab = Lab::new(&Robot::gen3(), &kitchen::scene(), settings, 1).unwrap();
     lab.grip(0.0, 0.08, 25.0).unwrap();
     lab.advance(1.0).unwrap();
     let held = lab.feedback();

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use trueup::lab::{Lab, LabSettings};
+use trueup::motion::Robot;
 
 use crate::kitchen;
 
@@ -53,7 +54,7 @@ fn a_laboratory_offers_only_what_a_laboratory_offers() {
 #[test]
 fn what_is_printed_of_a_laboratory_tells_nothing() {
     let scene = kitchen::scene();
-    let lab = Lab::new(kitchen::URDF, &scene, LabSettings::default(), 11).unwrap();
+    let lab = Lab::new(&Robot::gen3(), &scene, LabSettings::default(), 11).unwrap();
     assert_eq!(format!("{lab:?}"), "Lab { seed: 11, .. }");
 }
 

@@ -64,6 +64,7 @@ fn obstacle(thing: &Thing) -> Obstacle {
 }
 
 #[test]
+#[expect(clippy::print_stdout, reason = "a skipped test says so")]
 fn public_problems_are_solved_and_the_motions_are_free_and_lawful() {
     let folder =
         Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/public/motionbenchmaker"));
@@ -114,18 +115,18 @@ fn public_problems_are_solved_and_the_motions_are_free_and_lawful() {
                 continue;
             };
             solved += 1;
-            let timed =
-                Trajectory::through_corners(&path.corners, &limits, 0.2, &|q| world.free(q))
-                    .unwrap();
+            let timed = Trajectory::through_corners(&path.corners, &limits, 0.2, &|a, b| {
+                world.certify(a, b)
+            })
+            .unwrap();
             let (speed, acceleration) = timed.worst(&limits, 1e-3);
             assert!(speed <= 1.0 && acceleration <= 1.0, "{set} {}", scene.index);
             let (_, samples) = timed.sampled(5e-3);
             assert!(samples.iter().all(|q| world.free(q)), "{set} {}", scene.index);
         }
     }
-    println!("{solved} of {posed} solved");
     assert!(posed >= 6 && solved == posed, "{solved} of {posed}");
 }
 
 /// How many problems of each of the seven sets are tried.
-const PER_SET: usize = 3;
+const PER_SET: usize = 6;

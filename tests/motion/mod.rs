@@ -6,6 +6,6 @@ mod cartesian;
 mod collision;
 mod ik;
 mod reference;
-mod robots;
+pub(crate) mod robots;
 mod rrt;
 mod trajectory;

@@ -7,7 +7,7 @@ use trueup::motion::dynamics::{Bodies, Dynamics};
 use trueup::motion::{Error, Robot};
 
 /// Two links of 1 m in the xz-plane, a point-like mass of 2 kg at each end, jaws at the tip.
-pub(super) const TWO_LINKS: &str = r#"<robot name="two">
+pub(crate) const TWO_LINKS: &str = r#"<robot name="two">
   <link name="base"/>
   <link name="upper"><inertial><origin xyz="1 0 0"/><mass value="2"/>
     <inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial></link>
@@ -62,6 +62,85 @@ fn a_planar_arm_has_its_textbook_dynamics() {
     let tau = dynamics.inverse(&[a, b], &[da, db], &[0.4, -2.0]).unwrap();
     let ddq = dynamics.forward(&[a, b], &[da, db], tau.as_slice()).unwrap();
     assert!((ddq[0] - 0.4).abs() < 1e-12 && (ddq[1] + 2.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_hanging_links_torque_is_its_weight_times_its_lever() {
+    // One link on a horizontal axis: tau = m g l cos(q), plus the inertia m l² + I when accelerated.
+    let text = r#"<robot name="pendulum">
+      <link name="base"/>
+      <link name="rod"><inertial><origin xyz="0.3 0 0"/><mass value="2"/>
+        <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial></link>
+      <joint name="swing" type="continuous"><parent link="base"/><child link="rod"/>
+        <axis xyz="0 -1 0"/><limit effort="50" velocity="5"/></joint>
+      <link name="left"/><link name="right"/>
+      <joint name="l" type="prismatic"><parent link="rod"/><child link="left"/><axis xyz="1 0 0"/>
+        <limit lower="0" upper="0.04" effort="1" velocity="1"/></joint>
+      <joint name="r" type="prismatic"><parent link="rod"/><child link="right"/><axis xyz="-1 0 0"/>
+        <limit lower="0" upper="0.04" effort="1" velocity="1"/><mimic joint="l"/></joint>
+    </robot>"#;
+    let robot = Robot::from_urdf(text, Some("rod")).unwrap();
+    let dynamics = Dynamics::new(&robot, Bodies::All);
+    for (q, ddq) in [(0.0, 0.0), (0.7, 0.0), (1.2, 3.0), (-2.0, -1.5)] {
+        let tau = dynamics.inverse(&[q], &[0.4], &[ddq]).unwrap();
+        let expected = 2.0 * 9.81 * 0.3 * f64::cos(q) + (2.0 * 0.09 + 0.02) * ddq;
+        assert!((tau[0] - expected).abs() < 1e-12, "{} for {expected}", tau[0]);
+    }
+}
+
+#[test]
+fn a_robot_with_other_zeros_stands_where_its_file_says_it_would_at_the_offsets() {
+    let robot = Robot::gen3();
+    let offsets = [0.02, -0.01, 0.03, 0.005, -0.02, 0.01, 0.04];
+    let off = robot.clone().with_zero_offsets(&offsets);
+    let q = [0.3, -0.5, 0.9, 1.2, -0.4, 0.8, 2.0];
+    let really: Vec<f64> = q.iter().zip(offsets).map(|(q, offset)| q + offset).collect();
+    let (a, b) = (off.link_poses(&q, 0.03).unwrap(), robot.link_poses(&really, 0.03).unwrap());
+    for (a, b) in a.iter().zip(&b) {
+        assert!((a.to_homogeneous() - b.to_homogeneous()).norm() < 1e-12);
+    }
+    assert_eq!(robot.clone().with_zero_offsets(&[]), robot);
+}
+
+#[test]
+fn a_shifted_mounting_carries_tool_jaws_and_marker_with_it() {
+    let robot = Robot::gen3();
+    let shift = Vector3::new(0.002, -0.003, 0.001);
+    let off = robot.clone().with_tool_shift(shift);
+    let moved = off.flange_from_tool().origin() - robot.flange_from_tool().origin();
+    assert!((moved - shift).norm() < 1e-12);
+    let ball = |robot: &Robot| robot.marker_in_flange().unwrap().coords();
+    assert!((ball(&off) - ball(&robot) - shift).norm() < 1e-12);
+    let q = [0.3, -0.5, 0.9, 1.2, -0.4, 0.8, 2.0];
+    let (a, b) = (off.link_poses(&q, 0.03).unwrap(), robot.link_poses(&q, 0.03).unwrap());
+    let in_base = b[robot.tip()].rotation * shift;
+    let on_hand = |name: &str| ["gripper", "jaw", "tool"].iter().any(|part| name.contains(part));
+    for ((a, b), link) in a.iter().zip(&b).zip(robot.links()) {
+        let expected = if on_hand(&link.name) { in_base } else { Vector3::zeros() };
+        let moved = a.translation.vector - b.translation.vector;
+        assert!((moved - expected).norm() < 1e-12, "{} moved by {moved:?}", link.name);
+    }
+}
+
+#[test]
+fn a_marker_sits_on_a_link_of_the_robot_that_the_opening_does_not_move() {
+    let with =
+        |marker: &str| Robot::from_urdf_with(TWO_LINKS, &format!("[marker]\n{marker}"), None);
+    let ball = "centre_m = [0.1, 0.0, 0.02]\nradius_m = 0.01\ncolour_srgb = [255, 0, 128]";
+    let robot = with(&format!("link = \"fore\"\n{ball}")).unwrap();
+    let marker = robot.marker().unwrap();
+    assert_eq!((marker.link, marker.colour), (robot.link("fore").unwrap(), [255, 0, 128]));
+    // The flange, here the hand, stands 1 m along the forearm.
+    let seen = robot.marker_in_flange().unwrap().coords();
+    assert!((seen - Vector3::new(-0.9, 0.0, 0.02)).norm() < 1e-12, "{seen:?}");
+    for (marker, part) in [
+        (format!("link = \"left\"\n{ball}"), "moves with the jaws"),
+        (format!("link = \"elbow\"\n{ball}"), "no link elbow"),
+        (format!("link = \"fore\"\n{}", ball.replace("0.01", "-0.01")), "radius"),
+    ] {
+        let message = with(&marker).unwrap_err().to_string();
+        assert!(message.contains(part), "{message:?} should mention {part:?}");
+    }
 }
 
 #[test]

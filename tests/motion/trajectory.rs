@@ -36,7 +36,8 @@ fn random_paths_keep_every_limit_at_every_millisecond() {
             let path: Vec<Vec<f64>> = (0..corners)
                 .map(|_| (0..7).map(|_| random.random_range(-2.0..2.0)).collect())
                 .collect();
-            let trajectory = Trajectory::through_corners(&path, &limits, 0.3, &|_| true).unwrap();
+            let trajectory =
+                Trajectory::through_corners(&path, &limits, 0.3, &|_, _| true).unwrap();
             lawful(&trajectory, &limits);
             assert_eq!(trajectory.sample(0.0).q, path[0]);
             let end = trajectory.sample(trajectory.duration());
@@ -51,7 +52,7 @@ fn random_paths_keep_every_limit_at_every_millisecond() {
 fn a_straight_move_takes_the_time_of_its_trapezium() {
     let limits = Limits { velocity: vec![1.0], acceleration: vec![2.0] };
     let straight = [vec![0.0], vec![1.0]];
-    let trajectory = Trajectory::through_corners(&straight, &limits, 0.1, &|_| true).unwrap();
+    let trajectory = Trajectory::through_corners(&straight, &limits, 0.1, &|_, _| true).unwrap();
     assert!((trajectory.duration() - 1.6).abs() < 0.01, "{}", trajectory.duration());
     let middle = trajectory.sample(trajectory.duration() / 2.0);
     assert!((middle.q[0] - 0.5).abs() < 1e-6 && (middle.dq[0] - 1.0).abs() < 0.01);
@@ -67,12 +68,13 @@ fn a_corner_that_must_not_be_cut_is_stopped_at() {
     let corner = [vec![0.0, 0.0], vec![1.0, 0.0], vec![1.0, 1.0]];
     // Only the edges themselves are free.
     let on_edge = |q: &[f64]| q[1].abs() < 1e-9 || (q[0] - 1.0).abs() < 1e-9;
-    let trajectory = Trajectory::through_corners(&corner, &limits, 0.3, &on_edge).unwrap();
+    let free = |a: &[f64], b: &[f64]| on_edge(a) && on_edge(b);
+    let trajectory = Trajectory::through_corners(&corner, &limits, 0.3, &free).unwrap();
     lawful(&trajectory, &limits);
     for k in 0..=1000 {
         assert!(on_edge(&trajectory.sample(trajectory.duration() * f64::from(k) / 1000.0).q));
     }
-    let free = Trajectory::through_corners(&corner, &limits, 0.3, &|_| true).unwrap();
+    let free = Trajectory::through_corners(&corner, &limits, 0.3, &|_, _| true).unwrap();
     lawful(&free, &limits);
     assert!(free.duration() < trajectory.duration() - 0.2);
 }
@@ -91,7 +93,7 @@ fn dense_points_are_passed_and_pieces_join() {
     }
     let end = arc.last().unwrap().clone();
     let back =
-        Trajectory::through_corners(&[end, vec![0.0, 0.0]], &limits, 0.1, &|_| true).unwrap();
+        Trajectory::through_corners(&[end, vec![0.0, 0.0]], &limits, 0.1, &|_, _| true).unwrap();
     let whole = trajectory.clone().then(&back).unwrap();
     lawful(&whole, &limits);
     assert!((whole.duration() - trajectory.duration() - back.duration()).abs() < 1e-12);
@@ -110,6 +112,6 @@ fn a_motion_given_in_time_passes_its_points_when_it_should() {
     assert!(Trajectory::from_points(&times, &points[..2]).is_err());
     let limits = Limits { velocity: vec![1.0], acceleration: vec![1.0] };
     assert!(Trajectory::through_points(&[], &limits).is_err());
-    let still = Trajectory::through_corners(&[vec![0.3]], &limits, 0.1, &|_| true).unwrap();
+    let still = Trajectory::through_corners(&[vec![0.3]], &limits, 0.1, &|_, _| true).unwrap();
     assert_eq!(still.sample(0.0).q, vec![0.3]);
 }

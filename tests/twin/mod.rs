@@ -9,7 +9,8 @@ mod torque;
 mod water;
 
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
-use trueup::twin::{ArmModel, Settings, Twin};
+use trueup::motion::Robot;
+use trueup::twin::{Settings, Twin};
 use trueup::world::{
     Camera, Cavity, Intrinsics, Material, Object, ObjectState, Pose, Scene, Shape, Table,
     WorldState,
@@ -20,9 +21,8 @@ pub(crate) const HOME: [f64; 7] =
     [0.0, 0.261_799, std::f64::consts::PI, -2.268_928, 0.0, 0.959_931, std::f64::consts::FRAC_PI_2];
 
 /// The robot of the standard library.
-pub(crate) fn gen3() -> ArmModel {
-    let text = include_str!("../../stdlib/robots/gen3_2f85/gen3_2f85.urdf");
-    ArmModel::from_urdf_text(text, "tool_frame").unwrap()
+pub(crate) fn gen3() -> Robot {
+    Robot::gen3()
 }
 
 /// A vessel of the kitchen: thin walls, open at the top.
@@ -105,8 +105,8 @@ pub(crate) fn forward(x: f64, y: f64, z: f64) -> Isometry3<f64> {
 }
 
 /// Joint angles that put the tool at `goal`, by damped least squares from `start`.
-pub(crate) fn reach(model: &ArmModel, goal: &Isometry3<f64>, start: &[f64]) -> Vec<f64> {
-    let tool = |q: &[f64]| model.base_from_links(q, 0.0)[model.tool];
+pub(crate) fn reach(robot: &Robot, goal: &Isometry3<f64>, start: &[f64]) -> Vec<f64> {
+    let tool = |q: &[f64]| *robot.forward_tool(q).unwrap().isometry();
     let error = |q: &[f64]| {
         let now = tool(q);
         let shift = goal.translation.vector - now.translation.vector;
@@ -152,6 +152,6 @@ pub(crate) fn drive(twin: &mut Twin, q: &[f64], seconds: f64) {
 
 /// A twin of the Gen3 with ideal servos.
 pub(crate) fn twin(objects: Vec<Object>, state: &WorldState) -> Twin {
-    let model = gen3();
-    Twin::new(&model, &scene(objects), state, Settings::for_arm(&model)).unwrap()
+    let robot = gen3();
+    Twin::new(&robot, &scene(objects), state, Settings::for_arm(&robot)).unwrap()
 }

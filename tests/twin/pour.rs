@@ -17,17 +17,17 @@ fn rolled(y: f64, z: f64, angle: f64) -> Isometry3<f64> {
 
 #[test]
 fn the_arm_pours_a_jar_into_a_cup_and_every_drop_is_accounted_for() {
-    let model = gen3();
+    let robot = gen3();
     // The stream leaves the lip at half a metre per second: it lands 4 cm further on.
     let (cup_y, lip_y) = (0.22, 0.19);
-    let low = reach(&model, &forward(0.61, 0.0, 0.09), &HOME);
+    let low = reach(&robot, &forward(0.61, 0.0, 0.09), &HOME);
     let poses = [("jar", at(0.62, 0.0, 0.0), 150.0 * ML), ("cup", at(0.62, cup_y, 0.0), 0.0)];
     let mut twin = twin(vec![jar(), cup()], &state(&low, &poses));
     twin.grip(0.0, 0.1, 40.0).unwrap();
     twin.run(0.8).unwrap();
-    let above = reach(&model, &forward(0.61, 0.0, 0.23), &low);
+    let above = reach(&robot, &forward(0.61, 0.0, 0.23), &low);
     drive(&mut twin, &above, 1.5);
-    let mut q = reach(&model, &rolled(lip_y, 0.26, 0.0), &above);
+    let mut q = reach(&robot, &rolled(lip_y, 0.26, 0.0), &above);
     drive(&mut twin, &q, 1.5);
     let state = twin.state();
     assert!((state.object("jar").unwrap().water.unwrap() - 150.0 * ML).abs() < 0.3 * ML);
@@ -36,7 +36,7 @@ fn the_arm_pours_a_jar_into_a_cup_and_every_drop_is_accounted_for() {
     for i in 1..=40 {
         let share = f64::from(i) / 40.0;
         let angle = share * 120.0_f64.to_radians();
-        let next = reach(&model, &rolled(lip_y, 0.26 - 0.13 * share, angle), &q);
+        let next = reach(&robot, &rolled(lip_y, 0.26 - 0.13 * share, angle), &q);
         let speed: Vec<f64> = next.iter().zip(&q).map(|(a, b)| (a - b) / 0.2).collect();
         for k in 1..=100 {
             let t = f64::from(k) / 100.0;

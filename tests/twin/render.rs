@@ -1,6 +1,7 @@
 //! The software camera: outlines where the camera model puts them, glass that bends light, shadows that fall.
 
 use nalgebra::{Isometry3, Vector3};
+use trueup::motion::Robot;
 use trueup::twin::render::{
     ArmLook, Ball, Body, FIRST_BODY, MARKER, NOTHING, Options, Paint, Shape, TABLE, View, WATER,
     radiance, render,
@@ -25,7 +26,7 @@ fn view(scene: &Scene) -> View {
     let robot = urdf_rs::read_from_string(kitchen::URDF).unwrap();
     let state = kitchen::state([0.60, -0.10, 0.3], [0.58, 0.20, 0.0]);
     let links = kitchen::links(&robot, &REACHING, 0.085);
-    View::of(scene, &state, &ArmLook::new(&robot), &links)
+    View::of(scene, &state, &ArmLook::new(&Robot::gen3()), &links)
 }
 
 fn bare(scene: &Scene) -> View {
@@ -286,7 +287,7 @@ fn pictures_to_look_at() {
         .map(Vector3::from)
         .collect();
     let pouring =
-        View::of(&scene, &state, &ArmLook::new(&robot), &links).with_water(&drops, 0.0039);
+        View::of(&scene, &state, &ArmLook::new(&Robot::gen3()), &links).with_water(&drops, 0.0039);
     render(&camera, &pouring, &options).colour.save(folder.join("pouring.png")).unwrap();
     let mut near = camera;
     near.world_from_camera = Camera::looking(

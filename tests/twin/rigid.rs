@@ -20,11 +20,11 @@ fn a_dropped_block_falls_as_galileo_says() {
 /// Runs a block on a table tilted by `angle` (gravity tilted the other way); returns how far it slid.
 fn slide(angle: f64, seconds: f64) -> f64 {
     let block = solid("block", Shape::Cuboid { size: Vector3::new(0.06, 0.06, 0.03) }, 0.3);
-    let model = gen3();
-    let mut settings = Settings::for_arm(&model);
+    let robot = gen3();
+    let mut settings = Settings::for_arm(&robot);
     settings.gravity = Vector3::new(9.81 * angle.sin(), 0.0, -9.81 * angle.cos());
     let start = state(&HOME, &[("block", at(0.2, 0.3, 0.0), 0.0)]);
-    let mut twin = Twin::new(&model, &scene(vec![block]), &start, settings).unwrap();
+    let mut twin = Twin::new(&robot, &scene(vec![block]), &start, settings).unwrap();
     twin.run(seconds).unwrap();
     twin.state().objects[0].world_from_object.unwrap().origin().x - 0.2
 }
@@ -61,10 +61,10 @@ fn the_arm_follows_its_command_and_the_jaws_theirs() {
     twin.grip(0.02, 0.1, 40.0).unwrap();
     twin.run(1.0).unwrap();
     assert!((twin.opening() - 0.02).abs() < 2e-4, "{} m", twin.opening());
-    let model = gen3();
-    let tool = model.base_from_links(&twin.q(), 0.02)[model.tool];
+    let robot = gen3();
+    let tool = robot.forward_tool(&twin.q()).unwrap();
     let seen = twin.state().world_from_tool;
-    assert!((tool.translation.vector - seen.origin()).norm() < 1e-9);
+    assert!((tool.origin() - seen.origin()).norm() < 1e-9);
 }
 
 #[test]
@@ -78,10 +78,10 @@ fn bad_commands_are_refused_and_the_last_one_stays() {
 
 #[test]
 fn compliance_bends_what_the_encoder_does_not_see() {
-    let model = gen3();
-    let mut settings = Settings::for_arm(&model);
+    let robot = gen3();
+    let mut settings = Settings::for_arm(&robot);
     settings.arm.compliance = vec![2e-4; 7];
-    let mut twin = Twin::new(&model, &scene(vec![]), &state(&HOME, &[]), settings).unwrap();
+    let mut twin = Twin::new(&robot, &scene(vec![]), &state(&HOME, &[]), settings).unwrap();
     twin.run(1.0).unwrap();
     let (q, seen, tau) = (twin.q(), twin.encoders(), twin.torques());
     for i in 0..7 {
@@ -132,11 +132,11 @@ impl Effect for Push {
 
 #[test]
 fn an_effect_adds_its_torque_and_changes_what_the_sensor_says() {
-    let model = gen3();
-    let settings = Settings::for_arm(&model);
+    let robot = gen3();
+    let settings = Settings::for_arm(&robot);
     let effects: Vec<Arc<dyn Effect>> = vec![Arc::new(Push(8.0))];
     let start = state(&HOME, &[]);
-    let mut twin = Twin::with_effects(&model, &scene(vec![]), &start, settings, effects).unwrap();
+    let mut twin = Twin::with_effects(&robot, &scene(vec![]), &start, settings, effects).unwrap();
     twin.run(1.0).unwrap();
     // The servo's spring of 4000 N·m/rad gives way by 2 mrad under 8 N·m.
     assert!((twin.q()[1] - HOME[1] - 0.002).abs() < 2e-5, "{}", twin.q()[1] - HOME[1]);
@@ -145,19 +145,40 @@ fn an_effect_adds_its_torque_and_changes_what_the_sensor_says() {
 
 #[test]
 fn dry_friction_holds_a_joint_against_a_smaller_torque_and_yields_to_a_larger() {
-    let model = gen3();
+    let robot = gen3();
     let moved = |friction: f64| {
-        let mut settings = Settings::for_arm(&model);
+        let mut settings = Settings::for_arm(&robot);
         settings.arm.kp = vec![1e-3; 7];
         settings.arm.kd = vec![1e-3; 7];
         settings.arm.coulomb = vec![friction; 7];
         let effects: Vec<Arc<dyn Effect>> = vec![Arc::new(Push(2.0))];
         let start = state(&HOME, &[]);
         let mut twin =
-            Twin::with_effects(&model, &scene(vec![]), &start, settings, effects).unwrap();
+            Twin::with_effects(&robot, &scene(vec![]), &start, settings, effects).unwrap();
         twin.run(0.3).unwrap();
         (twin.q()[1] - HOME[1]).abs()
     };
     assert!(moved(2.5) < 1e-4, "{}", moved(2.5));
     assert!(moved(1.0) > 1e-2, "{}", moved(1.0));
+}
+
+#[test]
+fn arms_the_physics_cannot_move_are_refused() {
+    use crate::motion::robots::TWO_LINKS;
+    let build = |text: &str| {
+        let robot = Robot::from_urdf(text, None).unwrap();
+        let start = state(&vec![0.0; robot.n_joints()], &[]);
+        Twin::new(&robot, &scene(vec![]), &start, Settings::for_arm(&robot))
+    };
+    assert!(build(TWO_LINKS).is_ok());
+    let no_jaws = TWO_LINKS.replace("type=\"prismatic\"", "type=\"fixed\"");
+    let error = build(&no_jaws).unwrap_err().to_string();
+    assert!(error.contains("not a pair of coupled sliding jaws"), "{error}");
+    let coupled = TWO_LINKS.replace(
+        "effort=\"10\"/></joint>\n  <joint name=\"h\"",
+        "effort=\"10\"/><mimic joint=\"a\"/></joint>\n  <joint name=\"h\"",
+    );
+    assert_ne!(coupled, TWO_LINKS);
+    let error = build(&coupled).unwrap_err().to_string();
+    assert!(error.contains("follow each other"), "{error}");
 }

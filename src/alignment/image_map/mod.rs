@@ -9,6 +9,7 @@
 //! Source: Hartley and Zisserman, *Multiple View Geometry*, 2nd ed., §4 (normalisation, gold standard,
 //! Sampson error); Schwarz 1978 (BIC).
 
+mod normalise;
 mod pairs;
 mod projective;
 mod select;
@@ -197,7 +198,7 @@ pub fn apply(m: &Matrix3<f64>, pixel: Pixel) -> Option<Pixel> {
 /// [`Error::Singular`], or [`Error::OriginAtInfinity`] when the inverse has a 0 in its corner.
 pub fn invert(m: &Matrix3<f64>) -> Result<Matrix3<f64>, Error> {
     let inverse = m.try_inverse().ok_or(Error::Singular)?;
-    pairs::with_unit_corner(inverse)
+    normalise::with_unit_corner(inverse)
 }
 
 /// Finds the map from the twin's pixels to the real ones.
@@ -218,7 +219,7 @@ pub fn fit_map(pairs: &[Pair], model: Model, options: &Options) -> Result<MapFit
     }
     let (map, inliers) = fit_one(pairs, model, options)?;
     let compared = select::compare(pairs, &inliers, options);
-    describe(pairs, map, &inliers, compared, format!("{} was asked for", model.name()))
+    describe(pairs, &map, &inliers, compared, format!("{} was asked for", model.name()))
 }
 
 /// Fits one form: the map and the rows that agree with it.
@@ -229,7 +230,7 @@ fn fit_one(pairs: &[Pair], model: Model, options: &Options) -> Result<(Map, Vec<
         return Err(Error::TooFew { what, of: "pairs", needed, given });
     }
     let all: Vec<usize> = (0..pairs.len()).collect();
-    pairs::check_spread(pairs, &all, model)?;
+    normalise::check_spread(pairs, &all, model)?;
     let data = Pairs::new(pairs, model, options.noise);
     if !options.robust || pairs.len() <= needed {
         let map = data.fit(&all)?;
@@ -245,7 +246,7 @@ fn fit_one(pairs: &[Pair], model: Model, options: &Options) -> Result<(Map, Vec<
             of: "pairs",
         });
     }
-    pairs::check_spread(pairs, &found.inliers, model)?;
+    normalise::check_spread(pairs, &found.inliers, model)?;
     let map = data.polish(found.model, &found.inliers)?;
     Ok((map, found.inliers))
 }
@@ -253,7 +254,7 @@ fn fit_one(pairs: &[Pair], model: Model, options: &Options) -> Result<(Map, Vec<
 /// Puts the answer together.
 fn describe(
     pairs: &[Pair],
-    map: Map,
+    map: &Map,
     inliers: &[usize],
     compared: Vec<Compared>,
     reason: String,

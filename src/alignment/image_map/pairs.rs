@@ -4,52 +4,16 @@
 //! never 0 there: the centre of points on one side of the horizon is on that side too. The scale form
 //! keeps its origin, since it has no offset.
 
-use nalgebra::{DMatrix, Matrix2, Matrix3, Vector2};
+use nalgebra::{DMatrix, Matrix2, Matrix3, SMatrix, SVector, Vector2};
 
+use super::normalise::{Frame, project, with_unit_corner};
 use super::{Error, Model, NoiseIn, Pair, projective};
 use crate::alignment::consensus::{Regression, mix};
 use crate::fit::{self, Jacobian, Noise, Problem};
-use crate::world::Pixel;
-
-/// `n = (pixel - centre) / size`.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Frame {
-    centre: Vector2<f64>,
-    size: f64,
-}
-
-impl Frame {
-    fn of(pixels: impl Iterator<Item = Pixel> + Clone, keep_origin: bool) -> Self {
-        let n = pixels.clone().count().max(1) as f64;
-        let centre = if keep_origin {
-            Vector2::zeros()
-        } else {
-            pixels.clone().map(|p| Vector2::new(p.u, p.v)).sum::<Vector2<f64>>() / n
-        };
-        let square = pixels.map(|p| (Vector2::new(p.u, p.v) - centre).norm_squared()).sum::<f64>();
-        let size = (square / (2.0 * n)).sqrt();
-        Self { centre, size: if size > 0.0 { size } else { 1.0 } }
-    }
-
-    fn normalise(&self, p: Pixel) -> Vector2<f64> {
-        (Vector2::new(p.u, p.v) - self.centre) / self.size
-    }
-
-    /// Pixel from normalised.
-    fn matrix(&self) -> Matrix3<f64> {
-        let (c, s) = (self.centre, self.size);
-        Matrix3::new(s, 0.0, c.x, 0.0, s, c.y, 0.0, 0.0, 1.0)
-    }
-
-    fn inverse(&self) -> Matrix3<f64> {
-        let (c, s) = (self.centre, self.size);
-        Matrix3::new(1.0 / s, 0.0, -c.x / s, 0.0, 1.0 / s, -c.y / s, 0.0, 0.0, 1.0)
-    }
-}
 
 /// All pairs, normalised.
 pub(super) struct Pairs<'a> {
-    pairs: &'a [Pair],
+    rows: &'a [Pair],
     pub(super) model: Model,
     noise: NoiseIn,
     real: Frame,
@@ -98,33 +62,6 @@ fn pack(model: Model, m: &Matrix3<f64>) -> Vec<f64> {
     entries(model).iter().map(|&at| m[at] / m[(2, 2)]).collect()
 }
 
-/// Divides by the corner.
-pub(super) fn with_unit_corner(m: Matrix3<f64>) -> Result<Matrix3<f64>, Error> {
-    let corner = m[(2, 2)];
-    // Rounding leaves about 1e-16 of the largest entry where the corner should be 0.
-    if corner.abs() <= 1e-13 * m.amax() || !corner.is_finite() {
-        return Err(Error::OriginAtInfinity);
-    }
-    Ok(m / corner)
-}
-
-/// The map of one normalised point: image, and its derivative.
-fn project(m: &Matrix3<f64>, v: Vector2<f64>) -> Option<(Vector2<f64>, Matrix2<f64>, f64)> {
-    let w = m[(2, 0)] * v.x + m[(2, 1)] * v.y + m[(2, 2)];
-    if w <= 1e-9 {
-        return None;
-    }
-    let x = (m[(0, 0)] * v.x + m[(0, 1)] * v.y + m[(0, 2)]) / w;
-    let y = (m[(1, 0)] * v.x + m[(1, 1)] * v.y + m[(1, 2)]) / w;
-    let d = Matrix2::new(
-        m[(0, 0)] - x * m[(2, 0)],
-        m[(0, 1)] - x * m[(2, 1)],
-        m[(1, 0)] - y * m[(2, 0)],
-        m[(1, 1)] - y * m[(2, 1)],
-    ) / w;
-    Some((Vector2::new(x, y), d, w))
-}
-
 impl<'a> Pairs<'a> {
     pub(super) fn new(pairs: &'a [Pair], model: Model, noise: NoiseIn) -> Self {
         let keep = model == Model::Scale;
@@ -142,7 +79,7 @@ impl<'a> Pairs<'a> {
         let side = high - low;
         // A line of points still has room for outliers beside it.
         let area = side.x.max(0.1 * side.y).max(1.0) * side.y.max(0.1 * side.x).max(1.0);
-        Self { pairs, model, noise, real, twin, points, area }
+        Self { rows: pairs, model, noise, real, twin, points, area }
     }
 
     /// The inverse Cholesky factor of the error's covariance (in units of the noise), for errors in px.
@@ -172,64 +109,179 @@ impl<'a> Pairs<'a> {
         Some(part)
     }
 
+    /// The normal equations around `m` with its whiteners, in px: matrix (lower triangle, unused
+    /// parameters with a 1), gradient, and the sum of squares.
+    fn normal(&self, m: &Matrix3<f64>, rows: &[(usize, f64)]) -> Option<(Normal, Gradient, f64)> {
+        let k = self.model.dof();
+        let mut normal = Normal::zeros();
+        let mut gradient = Gradient::zeros();
+        let mut sum = 0.0;
+        for &(row, weight) in rows {
+            let (u, v) = self.points[row];
+            let (p, derivative, _) = project(m, v)?;
+            let whitener = self.whitener(&derivative) * self.real.size;
+            let e = whitener * (p - u);
+            sum += weight * e.norm_squared();
+            let (a, b) = row_jacobian(self.model, m, v, &whitener)?;
+            for j in 0..k {
+                let (aj, bj) = (weight * a[j], weight * b[j]);
+                gradient[j] += aj * e.x + bj * e.y;
+                for i in j..k {
+                    normal[(i, j)] += aj * a[i] + bj * b[i];
+                }
+            }
+        }
+        for i in k..8 {
+            normal[(i, i)] = 1.0;
+        }
+        Some((normal, gradient, sum))
+    }
+
+    /// One Gauss–Newton step. The search takes hundreds, so nothing is allocated here.
+    fn gauss_newton(&self, m: &Matrix3<f64>, rows: &[(usize, f64)]) -> Option<Matrix3<f64>> {
+        let (normal, gradient, _) = self.normal(m, rows)?;
+        let step = normal.cholesky()?.solve(&gradient);
+        let mut next = *m;
+        for (&at, d) in entries(self.model).iter().zip(step.iter()) {
+            next[at] -= d;
+        }
+        next.iter().all(|x| x.is_finite()).then_some(next)
+    }
+
+    /// Gauss–Newton to rest, or `None` where it does not come to rest on its own.
+    fn at_rest(&self, start: &Matrix3<f64>, rows: &[(usize, f64)]) -> Option<Matrix3<f64>> {
+        let mut m = *start;
+        for _ in 0..8 {
+            let next = self.gauss_newton(&m, rows)?;
+            let moved = (next - m).amax();
+            m = next;
+            // 1e-10 of the spread is 1e-7 px in any picture.
+            if moved < 1e-10 {
+                return Some(m);
+            }
+        }
+        None
+    }
+
+    /// Levenberg–Marquardt with the whiteners renewed, for starts that Gauss–Newton cannot use.
+    fn damped(&self, start: Matrix3<f64>, rows: &[(usize, f64)]) -> Result<Matrix3<f64>, Error> {
+        let options = fit::Options { noise: Noise::Known, ..fit::Options::default() };
+        let mut m = start;
+        for _ in 0..4 {
+            let degenerate = Error::Degenerate { model: self.model.name(), free: 1 };
+            let part = self.linearised(&m, rows).ok_or(degenerate)?;
+            let result = fit::solve(&part, &pack(self.model, &m), &options)?;
+            let next = unpack(self.model, &result.x);
+            let moved = (next - m).amax();
+            m = next;
+            if moved < 1e-10 {
+                break;
+            }
+        }
+        Ok(m)
+    }
+
     fn start(&self, rows: &[usize]) -> Option<Matrix3<f64>> {
         projective::linear(self.model, rows.iter().map(|&i| self.points[i]))
     }
 
     /// Fits without rejecting anything.
     pub(super) fn fit(&self, rows: &[usize]) -> Result<Map, Error> {
+        // A start needs no more than a few thousand rows.
+        let some: Vec<usize> = rows.iter().copied().step_by(1 + rows.len() / 2000).collect();
         let start =
-            self.start(rows).ok_or(Error::Degenerate { model: self.model.name(), free: 1 })?;
+            self.start(&some).ok_or(Error::Degenerate { model: self.model.name(), free: 1 })?;
         self.polish(start, rows)
     }
 
     /// Fits to the end, starting at a normalised matrix, and works out the uncertainty.
     pub(super) fn polish(&self, start: Matrix3<f64>, rows: &[usize]) -> Result<Map, Error> {
-        let weighted: Vec<(usize, f64)> = rows.iter().map(|&i| (i, 1.0)).collect();
         let degenerate = |free| Error::Degenerate { model: self.model.name(), free };
-        let options = fit::Options { noise: Noise::Known, ..fit::Options::default() };
-        let mut m = start;
-        let mut round = 0;
-        let (part, result) = loop {
-            let part = self.linearised(&m, &weighted).ok_or_else(|| degenerate(1))?;
-            let result = fit::solve(&part, &pack(self.model, &m), &options)?;
-            let next = unpack(self.model, &result.x);
-            let moved = (next - m).amax();
-            m = next;
-            round += 1;
-            // The whitening changes little: the second round moves in the seventh digit.
-            if moved < 1e-9 || round == 4 || self.noise == NoiseIn::Real {
-                break (part, result);
-            }
+        let weighted: Vec<(usize, f64)> = rows.iter().map(|&i| (i, 1.0)).collect();
+        let m = match self.at_rest(&start, &weighted) {
+            Some(m) => m,
+            None => self.damped(start, &weighted)?,
         };
-        let free = result.conditioning.unobservable.len();
-        if free > 0 || result.conditioning.ratio < 1e-5 {
-            return Err(degenerate(free.max(1)));
+        let (normal, _, sum) = self.normal(&m, &weighted).ok_or_else(|| degenerate(1))?;
+        let k = self.model.dof();
+        let normal = DMatrix::from_fn(k, k, |i, j| normal[(i.max(j), i.min(j))]);
+        // Columns scaled to length 1, as `fit` does it.
+        let length = normal.diagonal().map(|d| d.max(f64::MIN_POSITIVE).sqrt());
+        let scaled = DMatrix::from_fn(k, k, |i, j| normal[(i, j)] / (length[i] * length[j]));
+        let values = scaled.symmetric_eigenvalues();
+        let conditioning = (values.min().max(0.0) / values.max()).sqrt();
+        // A direction seen a hundred thousand times less sharply than the sharpest is free.
+        let free = values.iter().filter(|v| v.max(0.0).sqrt() < 1e-5 * values.max().sqrt()).count();
+        if free > 0 {
+            return Err(degenerate(free));
         }
-        let sum = result.residuals.iter().map(|r| r * r).sum::<f64>();
-        let told = (2 * rows.len()).saturating_sub(self.model.dof());
+        let unit = normal.try_inverse().ok_or_else(|| degenerate(1))?;
+        let told = (2 * rows.len()).saturating_sub(k);
         let noise2 = if told > 0 { sum / told as f64 } else { 0.0 };
-        let (leave_one_out_px, worst) = part.leave_one_out(&result, told);
+        let (leave_one_out_px, worst) =
+            if told > 0 { self.leave_one_out(&m, &unit, rows) } else { (None, None) };
         Ok(Map {
             model: self.model,
             normalised: m,
             real: self.real,
             twin: self.twin,
-            covariance: result.covariance * noise2,
+            covariance: unit * noise2,
             noise_px: noise2.sqrt(),
-            conditioning: result.conditioning.ratio,
+            conditioning,
             leave_one_out_px,
             worst,
             sum,
         })
     }
+
+    /// Errors of each row as predicted from all others, to first order (PRESS): `(I - H)⁻¹ e` with `H`
+    /// the row's leverage; `unit` is the covariance at a noise of 1 px.
+    fn leave_one_out(
+        &self,
+        m: &Matrix3<f64>,
+        unit: &DMatrix<f64>,
+        rows: &[usize],
+    ) -> (Option<f64>, Option<(usize, f64)>) {
+        let k = self.model.dof();
+        let mut c = Normal::zeros();
+        c.view_mut((0, 0), (k, k)).copy_from(unit);
+        let (mut sum, mut worst) = (0.0, None::<(usize, f64)>);
+        for &row in rows {
+            let (u, v) = self.points[row];
+            let Some((p, derivative, _)) = project(m, v) else { return (None, None) };
+            let whitener = self.whitener(&derivative) * self.real.size;
+            let Some((a, b)) = row_jacobian(self.model, m, v, &whitener) else {
+                return (None, None);
+            };
+            let (a, b) = (Gradient::from(a), Gradient::from(b));
+            let (ca, cb) = (c * a, c * b);
+            let leverage = Matrix2::new(a.dot(&ca), a.dot(&cb), b.dot(&ca), b.dot(&cb));
+            let rest = Matrix2::identity() - leverage;
+            // A row that alone holds a direction cannot be predicted from the others.
+            if rest.determinant() < 1e-9 {
+                return (None, None);
+            }
+            let (Some(rest), Some(colour)) = (rest.try_inverse(), whitener.try_inverse()) else {
+                return (None, None);
+            };
+            let e = (colour * (rest * (whitener * (p - u)))).norm() * self.real.size;
+            sum += e * e;
+            if worst.is_none_or(|(_, w)| e > w) {
+                worst = Some((row, e));
+            }
+        }
+        (Some((sum / rows.len() as f64).sqrt()), worst)
+    }
 }
+
+type Normal = SMatrix<f64, 8, 8>;
+type Gradient = SVector<f64, 8>;
 
 impl Regression for Pairs<'_> {
     type Model = Matrix3<f64>;
 
     fn len(&self) -> usize {
-        self.pairs.len()
+        self.rows.len()
     }
     fn minimal(&self) -> usize {
         self.model.minimal()
@@ -244,10 +296,10 @@ impl Regression for Pairs<'_> {
         FLOOR_PX
     }
     fn key(&self, row: usize) -> u64 {
-        let p = self.pairs[row];
+        let p = self.rows[row];
         [p.real.u, p.real.v, p.twin.u, p.twin.v].iter().fold(0, |key, v| mix(key ^ v.to_bits()))
     }
-    fn from_sample(&self, rows: &[usize]) -> Option<Matrix3<f64>> {
+    fn through(&self, rows: &[usize]) -> Option<Matrix3<f64>> {
         match self.model {
             Model::Projective => projective::through_four(&[
                 self.points[rows[0]],
@@ -275,87 +327,44 @@ impl Regression for Pairs<'_> {
         }
     }
     fn refit(&self, m: &Matrix3<f64>, rows: &[(usize, f64)]) -> Option<Matrix3<f64>> {
-        let part = self.linearised(m, rows)?;
-        // Expectation–maximisation repeats anyway; a few steps each are enough.
-        let options =
-            fit::Options { max_iterations: 3, noise: Noise::Known, ..fit::Options::default() };
-        let result = fit::solve(&part, &pack(self.model, m), &options).ok()?;
-        Some(unpack(self.model, &result.x))
+        // Expectation–maximisation repeats anyway; one step each is enough.
+        self.gauss_newton(m, rows)
     }
 }
 
 /// No picture is measured better than this; data without noise would make the likelihood infinite.
 pub(super) const FLOOR_PX: f64 = 1e-3;
 
+/// The whitened derivatives of one pair's error by the free entries of the normalised matrix.
+fn row_jacobian(
+    model: Model,
+    m: &Matrix3<f64>,
+    v: Vector2<f64>,
+    whitener: &Matrix2<f64>,
+) -> Option<([f64; 8], [f64; 8])> {
+    let (p, _, w) = project(m, v)?;
+    let (x, y, one) = (v.x / w, v.y / w, 1.0 / w);
+    let full = [
+        [x, y, one, 0.0, 0.0, 0.0, -p.x * x, -p.x * y],
+        [0.0, 0.0, 0.0, x, y, one, -p.y * x, -p.y * y],
+    ];
+    let columns: &[usize] = match model {
+        Model::Scale => &[0, 4],
+        Model::Affine => &[0, 1, 2, 3, 4, 5],
+        _ => &[0, 1, 2, 3, 4, 5, 6, 7],
+    };
+    let (mut a, mut b) = ([0.0; 8], [0.0; 8]);
+    for (k, &c) in columns.iter().enumerate() {
+        a[k] = whitener[(0, 0)] * full[0][c] + whitener[(0, 1)] * full[1][c];
+        b[k] = whitener[(1, 0)] * full[0][c] + whitener[(1, 1)] * full[1][c];
+    }
+    Some((a, b))
+}
+
 /// The rows of one fit with their whiteners frozen.
 struct Part<'a> {
     pairs: &'a Pairs<'a>,
     rows: Vec<(usize, Matrix2<f64>)>,
-}
-
-impl Part<'_> {
-    fn row_jacobian(
-        model: Model,
-        m: &Matrix3<f64>,
-        v: Vector2<f64>,
-        whitener: &Matrix2<f64>,
-    ) -> Option<([f64; 8], [f64; 8])> {
-        let (p, _, w) = project(m, v)?;
-        let (x, y, one) = (v.x / w, v.y / w, 1.0 / w);
-        let full = [
-            [x, y, one, 0.0, 0.0, 0.0, -p.x * x, -p.x * y],
-            [0.0, 0.0, 0.0, x, y, one, -p.y * x, -p.y * y],
-        ];
-        let columns: &[usize] = match model {
-            Model::Scale => &[0, 4],
-            Model::Affine => &[0, 1, 2, 3, 4, 5],
-            _ => &[0, 1, 2, 3, 4, 5, 6, 7],
-        };
-        let (mut a, mut b) = ([0.0; 8], [0.0; 8]);
-        for (k, &c) in columns.iter().enumerate() {
-            a[k] = whitener[(0, 0)] * full[0][c] + whitener[(0, 1)] * full[1][c];
-            b[k] = whitener[(1, 0)] * full[0][c] + whitener[(1, 1)] * full[1][c];
-        }
-        Some((a, b))
-    }
-
-    /// Errors of each row as predicted from all others, to first order (PRESS): `(I - H)⁻¹ e` with `H`
-    /// the row's leverage.
-    fn leave_one_out(&self, result: &fit::Fit, told: usize) -> (Option<f64>, Option<(usize, f64)>) {
-        if told == 0 {
-            return (None, None);
-        }
-        let model = self.pairs.model;
-        let m = unpack(model, &result.x);
-        let k = model.dof();
-        let (mut sum, mut worst) = (0.0, None::<(usize, f64)>);
-        for (at, (row, whitener)) in self.rows.iter().enumerate() {
-            let v = self.pairs.points[*row].1;
-            let Some((a, b)) = Self::row_jacobian(model, &m, v, whitener) else {
-                return (None, None);
-            };
-            let quad = |p: &[f64; 8], q: &[f64; 8]| {
-                let c = &result.covariance;
-                (0..k).map(|i| (0..k).map(|j| p[i] * c[(i, j)] * q[j]).sum::<f64>()).sum::<f64>()
-            };
-            let leverage = Matrix2::new(quad(&a, &a), quad(&a, &b), quad(&a, &b), quad(&b, &b));
-            let rest = Matrix2::identity() - leverage;
-            let e = Vector2::new(result.residuals[2 * at], result.residuals[2 * at + 1]);
-            // A row that alone holds a direction cannot be predicted from the others.
-            if rest.determinant() < 1e-9 {
-                return (None, None);
-            }
-            let (Some(rest), Some(colour)) = (rest.try_inverse(), whitener.try_inverse()) else {
-                return (None, None);
-            };
-            let e = (colour * (rest * e)).norm() * self.pairs.real.size;
-            sum += e * e;
-            if worst.is_none_or(|(_, w)| e > w) {
-                worst = Some((*row, e));
-            }
-        }
-        (Some((sum / self.rows.len() as f64).sqrt()), worst)
-    }
 }
 
 impl Problem for Part<'_> {
@@ -381,7 +390,7 @@ impl Problem for Part<'_> {
         let k = model.dof();
         for (at, (row, whitener)) in self.rows.iter().enumerate() {
             let v = self.pairs.points[*row].1;
-            if let Some((a, b)) = Self::row_jacobian(model, &m, v, whitener) {
+            if let Some((a, b)) = row_jacobian(model, &m, v, whitener) {
                 j.row_mut(2 * at).copy_from_slice(&a[..k]);
                 j.row_mut(2 * at + 1).copy_from_slice(&b[..k]);
             }
@@ -411,28 +420,4 @@ impl Map {
         }
         Ok((m, &j * &self.covariance * j.transpose()))
     }
-}
-
-/// Refuses points that are all one, or on one line where the model needs two dimensions.
-pub(super) fn check_spread(pairs: &[Pair], rows: &[usize], model: Model) -> Result<(), Error> {
-    type Side = (&'static str, fn(&Pair) -> Pixel);
-    let sides: [Side; 2] = [("real points", |p| p.real), ("twin points", |p| p.twin)];
-    for (what, side) in sides {
-        let n = rows.len() as f64;
-        let points = rows.iter().map(|&i| side(&pairs[i])).map(|p| Vector2::new(p.u, p.v));
-        let mean = points.clone().sum::<Vector2<f64>>() / n;
-        let scatter = points.map(|p| (p - mean) * (p - mean).transpose()).sum::<Matrix2<f64>>() / n;
-        let spread = scatter.trace().max(0.0).sqrt();
-        if model == Model::Scale {
-            continue;
-        }
-        if spread < 1e-6 {
-            return Err(Error::Coincident { what, spread, unit: "px" });
-        }
-        let across = scatter.symmetric_eigenvalues().min().max(0.0).sqrt();
-        if across < 1e-6 * spread {
-            return Err(Error::Collinear { what, ratio: across / spread });
-        }
-    }
-    Ok(())
 }

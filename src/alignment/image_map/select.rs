@@ -26,7 +26,9 @@ pub(super) fn compare(pairs: &[Pair], rows: &[usize], options: &Options) -> Vec<
     let all: Vec<usize> = (0..kept.len()).collect();
     let mut compared = Vec::new();
     for model in Model::FORMS {
-        if kept.len() < model.minimal() || super::pairs::check_spread(&kept, &all, model).is_err() {
+        if kept.len() < model.minimal()
+            || super::normalise::check_spread(&kept, &all, model).is_err()
+        {
             continue;
         }
         let Ok(map) = Pairs::new(&kept, model, options.noise).fit(&all) else { continue };
@@ -35,7 +37,7 @@ pub(super) fn compare(pairs: &[Pair], rows: &[usize], options: &Options) -> Vec<
         let log_likelihood = -0.5 * (n * (std::f64::consts::TAU * sigma2).ln() + map.sum / sigma2);
         let evidence = log_likelihood - 0.5 * model.dof() as f64 * n.ln();
         let leave_one_out_px = map.leave_one_out_px;
-        let Ok(fit) = describe(&kept, map, &all, Vec::new(), String::new()) else { continue };
+        let Ok(fit) = describe(&kept, &map, &all, Vec::new(), String::new()) else { continue };
         compared.push(Compared { model, mse_px: fit.mse_px, leave_one_out_px, evidence });
     }
     compared
@@ -92,7 +94,7 @@ pub(super) fn choose(pairs: &[Pair], options: &Options) -> Result<MapFit, Error>
     } else {
         fit_one(pairs, model, options)?
     };
-    describe(pairs, map, &inliers, compared, reason)
+    describe(pairs, &map, &inliers, compared, reason)
 }
 
 fn reason(compared: &[Compared], best: &Compared, n: usize) -> String {

@@ -40,7 +40,16 @@ pub(super) fn planar(views: &[View], options: &Options) -> Result<Calibration, E
     let k = if single {
         one_view(&homographies[0], options)?
     } else {
-        closed_form(&homographies, skew)?
+        // Noise or a strong lens can leave the full closed form without a real solution; fewer unknowns
+        // still give a start, and the polish frees the rest.
+        let full = closed_form(&homographies, skew)?;
+        let plain = if full.is_none() { closed_form(&homographies, false)? } else { None };
+        full.or(plain).or_else(|| square_pixels(&homographies, centre(views, options))).ok_or_else(
+            || Error::Views {
+                views: views.len(),
+                why: "the closed form gives no real focal length".to_string(),
+            },
+        )?
     };
     let (width, height) = options.image_size.unwrap_or((0, 0));
     let start = Intrinsics {
@@ -48,7 +57,8 @@ pub(super) fn planar(views: &[View], options: &Options) -> Result<Calibration, E
         fy: k[(1, 1)],
         cx: k[(0, 2)],
         cy: k[(1, 2)],
-        skew: k[(0, 1)],
+        // A skew that is not fitted is 0; the closed form only keeps it small.
+        skew: if skew { k[(0, 1)] } else { 0.0 },
         k1: 0.0,
         k2: 0.0,
         width,
@@ -70,34 +80,69 @@ pub(super) fn planar(views: &[View], options: &Options) -> Result<Calibration, E
     if single {
         fixed.extend([2, 3]);
     }
-    polish(views, poses, &start, fixed, Vec::new(), aspect, options)
+    let calibration = polish(views, poses, &start, fixed, Vec::new(), aspect, options)?;
+    let k = &calibration.intrinsics;
+    let unsure = (calibration.std[0] / k.fx).max(calibration.std[1] / k.fy).abs();
+    if unsure > UNSURE {
+        let why = format!("the focal length is known to {:.0} % only", 100.0 * unsure);
+        return Err(Error::Views { views: views.len(), why });
+    }
+    Ok(calibration)
+}
+
+/// A focal length less certain than this is no calibration.
+const UNSURE: f64 = 0.2;
+
+/// The principal point to start from: the picture's centre, or where the points are.
+fn centre(views: &[View], options: &Options) -> (f64, f64) {
+    if let Some((width, height)) = options.image_size {
+        return ((f64::from(width) - 1.0) / 2.0, (f64::from(height) - 1.0) / 2.0);
+    }
+    let pixels: Vec<Pixel> =
+        views.iter().flat_map(|v| v.points.iter().map(|(_, pixel)| *pixel)).collect();
+    let n = pixels.len().max(1) as f64;
+    (pixels.iter().map(|p| p.u).sum::<f64>() / n, pixels.iter().map(|p| p.v).sum::<f64>() / n)
 }
 
 /// The focal length from one view, square pixels and the principal point in the centre of the picture.
 fn one_view(h: &Matrix3<f64>, options: &Options) -> Result<Matrix3<f64>, Error> {
     let (width, height) = options.image_size.ok_or(Error::ImageSize)?;
-    let (cx, cy) = ((f64::from(width) - 1.0) / 2.0, (f64::from(height) - 1.0) / 2.0);
-    let c = Matrix3::new(1.0, 0.0, -cx, 0.0, 1.0, -cy, 0.0, 0.0, 1.0) * h;
-    let (a, b): (Vector3<f64>, Vector3<f64>) = (c.column(0).into(), c.column(1).into());
-    // Two equations in w = 1/f²: the axes are at right angles, and equally long.
-    let right = (a.x * b.x + a.y * b.y, -a.z * b.z);
-    let equal = (a.x * a.x + a.y * a.y - b.x * b.x - b.y * b.y, b.z * b.z - a.z * a.z);
-    let w = (right.0 * right.1 + equal.0 * equal.1) / (right.0 * right.0 + equal.0 * equal.0);
-    if !(w > 0.0 && w.is_finite())
-        || a.z.hypot(b.z) < 1e-6 * a.norm().max(b.norm()) / f64::from(width)
-    {
-        let why =
-            "the plane is seen face-on, so its distance and the focal length trade".to_string();
-        return Err(Error::Views { views: 1, why });
-    }
-    let f = 1.0 / w.sqrt();
-    Ok(Matrix3::new(f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0))
+    let middle = ((f64::from(width) - 1.0) / 2.0, (f64::from(height) - 1.0) / 2.0);
+    square_pixels(std::slice::from_ref(h), middle).ok_or_else(|| Error::Views {
+        views: 1,
+        why: "the plane is seen face-on, so its distance and the focal length trade".to_string(),
+    })
 }
 
-/// Zhang 2000, Eq. 9 and Appendix B, in pixels scaled to about 1.
-fn closed_form(homographies: &[Matrix3<f64>], skew: bool) -> Result<Matrix3<f64>, Error> {
+/// The focal length with square pixels and the principal point given, `None` when the planes are seen
+/// face-on.
+///
+/// The axes of a plane are at right angles and equally long: two equations in `1/f²` per view.
+fn square_pixels(homographies: &[Matrix3<f64>], (cx, cy): (f64, f64)) -> Option<Matrix3<f64>> {
+    let (mut along, mut square, mut tilt) = (0.0, 0.0, 0.0_f64);
+    for h in homographies {
+        let c = Matrix3::new(1.0, 0.0, -cx, 0.0, 1.0, -cy, 0.0, 0.0, 1.0) * h;
+        let c = c / c.column(0).norm().max(c.column(1).norm());
+        let (a, b): (Vector3<f64>, Vector3<f64>) = (c.column(0).into(), c.column(1).into());
+        let right = (a.x * b.x + a.y * b.y, -a.z * b.z);
+        let equal = (a.x * a.x + a.y * a.y - b.x * b.x - b.y * b.y, b.z * b.z - a.z * a.z);
+        along += right.0 * right.1 + equal.0 * equal.1;
+        square += right.0 * right.0 + equal.0 * equal.0;
+        tilt = tilt.max(a.z.hypot(b.z));
+    }
+    let w = along / square;
+    // Columns have length 1 in pixels, so a tilt of 1e-9 per pixel is rounding.
+    if !(w > 0.0 && w.is_finite() && tilt > 1e-9) {
+        return None;
+    }
+    let f = 1.0 / w.sqrt();
+    Some(Matrix3::new(f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0))
+}
+
+/// Zhang 2000, Eq. 9 and Appendix B, in pixels scaled to about 1; `None` when noise or a strong lens
+/// leaves no real solution.
+fn closed_form(homographies: &[Matrix3<f64>], skew: bool) -> Result<Option<Matrix3<f64>>, Error> {
     let views = homographies.len();
-    let fail = |why: &str| Error::Views { views, why: why.to_string() };
     // Where the target's origin and its surroundings appear says how large the picture is, roughly.
     let centre: Vector3<f64> =
         homographies.iter().map(|h| h.column(2) / h[(2, 2)]).sum::<Vector3<f64>>() / views as f64;
@@ -143,7 +188,8 @@ fn closed_form(homographies: &[Matrix3<f64>], skew: bool) -> Result<Matrix3<f64>
     let mut order: Vec<usize> = (0..6).collect();
     order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
     if eigen.eigenvalues[order[1]] < 1e-12 * eigen.eigenvalues[order[5]] {
-        return Err(fail("they are parallel to each other"));
+        let why = "they are parallel to each other".to_string();
+        return Err(Error::Views { views, why });
     }
     let b = eigen.eigenvectors.column(order[0]).clone_owned();
     let b = if b[0] < 0.0 { -b } else { b };
@@ -152,7 +198,7 @@ fn closed_form(homographies: &[Matrix3<f64>], skew: bool) -> Result<Matrix3<f64>
     let lambda = b[5] - (b[3] * b[3] + v0 * (b[1] * b[3] - b[0] * b[4])) / b[0];
     let (alpha2, beta2) = (lambda / b[0], lambda * b[0] / minor);
     if !(alpha2 > 0.0 && beta2 > 0.0) {
-        return Err(fail("the closed form gives no real focal length"));
+        return Ok(None);
     }
     let (alpha, beta) = (alpha2.sqrt(), beta2.sqrt());
     let gamma = -b[1] * alpha2 * beta / lambda;
@@ -160,5 +206,5 @@ fn closed_form(homographies: &[Matrix3<f64>], skew: bool) -> Result<Matrix3<f64>
     let k = Matrix3::new(alpha, gamma, u0, 0.0, beta, v0, 0.0, 0.0, 1.0);
     let back = Matrix3::new(size, 0.0, centre.x, 0.0, size, centre.y, 0.0, 0.0, 1.0);
     let k = back * k;
-    k.iter().all(|x| x.is_finite()).then_some(k).ok_or_else(|| fail("the closed form broke down"))
+    Ok(k.iter().all(|x| x.is_finite()).then_some(k))
 }

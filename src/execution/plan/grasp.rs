@@ -4,8 +4,8 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use crate::world::frame::{Tool, World};
-use crate::world::{Pose, Shape};
+use crate::world::frame::{Object, Tool, World};
+use crate::world::{Point, Pose, Shape};
 
 use super::{Dropped, NoWay, Planner, Why, straight};
 
@@ -41,23 +41,31 @@ impl Planner {
     /// [`NoWay`] with the distance out of reach, the width that does not fit, or what is in the way.
     pub fn grasps(&self, o: &str, pitch: f64) -> Result<Vec<Grasp>, NoWay> {
         let what = format!("to grasp `{o}`");
-        let object = self.cell.scene.object(o).ok_or_else(|| NoWay {
-            what: what.clone(),
-            why: Why::NotSeen(o.to_owned()),
-        })?;
+        let object = self
+            .cell
+            .scene
+            .object(o)
+            .ok_or_else(|| NoWay { what: what.clone(), why: Why::NotSeen(o.to_owned()) })?;
         let pose = self.pose(o, &what)?;
         let stroke = self.robot().max_opening();
-        let headings = headings(&object.shape, pose.yaw(), stroke)
-            .map_err(|width| NoWay { what: what.clone(), why: Why::TooWide { width, opening: stroke } })?;
+        let headings = headings(&object.shape, pose.yaw(), stroke).map_err(|width| NoWay {
+            what: what.clone(),
+            why: Why::TooWide { width, opening: stroke },
+        })?;
 
-        let world = self.obstacles(&[o], stroke);
+        // The jaws are meant to come close to the object, the palm is not.
+        let mut world = self.obstacles(&[], stroke);
+        for jaw in self.robot().jaw_links() {
+            world.ignore(jaw, o);
+        }
         let mut dropped = Dropped::new();
         let mut ways = Vec::new();
         // Above the middle, where there is room for the wrist below and the lip stays free.
         for share in [0.60, 0.52, 0.68] {
             let height = (share * object.shape.height()).max(0.055);
             for &heading in &headings {
-                let at = side_pose(pose.origin() + Vector3::z() * height, heading, pitch);
+                let middle = side_pose(pose.origin() + Vector3::z() * height, heading, pitch);
+                let Some(at) = self.clear_of_palm(&middle, o) else { continue };
                 let back = -at.axis(2) * STANDOFF;
                 let solutions = match self.reach(&at, &self.q) {
                     Ok(solutions) => solutions,
@@ -73,7 +81,7 @@ impl Planner {
                         continue;
                     };
                     way.reverse();
-                    let Some(clearance) = self.clear(&world, &way, &mut dropped) else { continue };
+                    let Some(clearance) = Self::clear(&world, &way, &mut dropped) else { continue };
                     let lift = Vector3::z() * 0.10;
                     if self.track(q_at, &straight(&at, lift)).is_err() {
                         dropped.out_of_reach(0.0);
@@ -100,6 +108,28 @@ impl Planner {
         }
         ways.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         Ok(spread(ways))
+    }
+
+    /// Draws a grasp back until the palm stays clear of the object; `None` when the fingers are too short.
+    fn clear_of_palm(&self, at: &Pose<World, Tool>, o: &str) -> Option<Pose<World, Tool>> {
+        /// Room left between palm and object, m.
+        const ROOM: f64 = 0.005;
+        let object = self.cell.scene.object(o)?;
+        let pose = self.state.object(o)?.world_from_object?;
+        let palm = self.robot().palm()?;
+        // The nearest point of the object to the palm, along the tool's z, among what lies before it.
+        let corners = object
+            .shape
+            .outline(24)
+            .into_iter()
+            .map(|corner| (at.inverse() * (pose * Point::<Object>::from(corner))).coords());
+        let nearest = corners
+            .filter(|p| p.y.abs() <= palm.half_height + 0.01)
+            .map(|p| p.z)
+            .fold(f64::INFINITY, f64::min);
+        let back = (palm.z + ROOM - nearest).max(0.0);
+        // Less than this much finger along the object does not hold it, m.
+        (back <= 0.022).then(|| Pose::from_parts(at.origin() - at.axis(2) * back, at.rotation()))
     }
 
     /// Returns how close the joints are to the ends of their ranges, 0 in the middle.
@@ -130,7 +160,7 @@ fn spread(ways: Vec<Grasp>) -> Vec<Grasp> {
 }
 
 /// Returns the largest change of a joint between two positions, rad.
-pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
+pub fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 

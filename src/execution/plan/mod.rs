@@ -23,7 +23,7 @@ use crate::world::{Pose, WorldState};
 use super::arm::Cancel;
 use super::stage::Cell;
 
-pub use grasp::{Grasp, side_pose};
+pub use grasp::{Grasp, distance, side_pose};
 pub use place::Placement;
 pub use pour::Pour;
 
@@ -91,6 +91,10 @@ impl std::fmt::Display for NoWay {
 
 impl std::error::Error for NoWay {}
 
+/// How far plans keep from the ends of a joint's range, rad: a smooth curve through planned points
+/// swings a little past them, and the correction of regression 3 needs some room too.
+const RESERVE: f64 = 0.03;
+
 /// Plans from one state of the world.
 pub struct Planner {
     cell: Cell,
@@ -142,7 +146,9 @@ impl Planner {
     /// How far out of reach the pose is, m.
     fn reach(&self, tool: &Pose<World, Tool>, near: &[f64]) -> Result<Vec<Vec<f64>>, f64> {
         let options = ik::Options { sweep: 24, ..ik::Options::near(near) };
-        let found = Solver::new(self.robot()).solve(&self.tip(tool), &options, &|_| true);
+        let robot = self.robot();
+        let inside = |q: &[f64]| robot.outside_limits(q, -RESERVE).is_none();
+        let found = Solver::new(robot).solve(&self.tip(tool), &options, &inside);
         found.map_err(|unreachable| unreachable.nearest)
     }
 
@@ -250,7 +256,8 @@ impl Planner {
         let goals = self.reach(at, &self.q).map_err(|nearest| no(Why::OutOfReach { nearest }))?;
         let world = self.obstacles(&[], self.state.opening);
         let free = goals.iter().find(|q| world.free(q));
-        let goal = free.ok_or_else(|| no(Why::Blocked { tried: goals.len(), by: String::new() }))?;
+        let goal =
+            free.ok_or_else(|| no(Why::Blocked { tried: goals.len(), by: String::new() }))?;
         self.free(goal, None, seed)
     }
 
@@ -267,7 +274,8 @@ impl Planner {
         // Level grasps all round, low as for taking it and high as for pouring over it.
         for up in [0.6 * height, height + 0.12] {
             for turn in 0..8 {
-                let heading = origin.y.atan2(origin.x) + f64::from(turn) * std::f64::consts::FRAC_PI_4;
+                let heading =
+                    origin.y.atan2(origin.x) + f64::from(turn) * std::f64::consts::FRAC_PI_4;
                 let pose = side_pose(origin + Vector3::z() * up, heading, 0.0);
                 match self.reach(&pose, &self.q) {
                     Ok(_) => return Ok(()),
@@ -279,12 +287,7 @@ impl Planner {
     }
 
     /// Drops a path that touches something; returns its smallest clearance otherwise.
-    fn clear(
-        &self,
-        world: &CollisionWorld<'_>,
-        path: &[Vec<f64>],
-        dropped: &mut Dropped,
-    ) -> Option<f64> {
+    fn clear(world: &CollisionWorld<'_>, path: &[Vec<f64>], dropped: &mut Dropped) -> Option<f64> {
         let mut least = f64::INFINITY;
         for q in path {
             let nearest = world.clearance(q).expect("the path has one angle per joint");
@@ -328,8 +331,11 @@ pub fn follow(
 ) -> Result<Vec<f64>, f64> {
     // A continuous motion never moves a joint further than this between two poses, rad.
     const JUMP: f64 = 0.25;
-    let step = |q: &Vec<f64>| grasp::distance(q, last);
-    let nearest = |found: Vec<Vec<f64>>| found.into_iter().min_by(|a, b| step(a).total_cmp(&step(b)));
+    let step = |q: &Vec<f64>| distance(q, last);
+    let inside = |q: &Vec<f64>| solver.robot().outside_limits(q, -0.5 * RESERVE).is_none();
+    let nearest = |found: Vec<Vec<f64>>| {
+        found.into_iter().filter(inside).min_by(|a, b| step(a).total_cmp(&step(b)))
+    };
     // The elbow stays where it is while it can, and moves a little when it must.
     for shift in [0.0, 0.04, -0.04, 0.1, -0.1] {
         let on_branch = nearest(solver.at_joint_3(tip, last[2] + shift, last));
@@ -351,9 +357,7 @@ pub fn tool_pose(cell: &Cell, q: &[f64]) -> Pose<World, Tool> {
 fn straight(from: &Pose<World, Tool>, by: Vector3<f64>) -> Vec<Pose<World, Tool>> {
     let n = (by.norm() / 0.005).ceil().max(1.0) as usize;
     (1..=n)
-        .map(|i| {
-            Pose::from_parts(from.origin() + by * (i as f64 / n as f64), from.rotation())
-        })
+        .map(|i| Pose::from_parts(from.origin() + by * (i as f64 / n as f64), from.rotation()))
         .collect()
 }
 
@@ -380,7 +384,10 @@ pub fn payload_torque(robot: &Arc<Robot>, q: &[f64]) -> Vec<f64> {
 
 /// Returns the angle, rad, through which the tool turns along a joint path.
 pub fn turned_angle(robot: &Arc<Robot>, path: &[Vec<f64>]) -> f64 {
-    let turns: Vec<_> =
-        path.iter().filter_map(|q| robot.forward_tool(q).ok()).map(|pose| pose.rotation()).collect();
+    let turns: Vec<_> = path
+        .iter()
+        .filter_map(|q| robot.forward_tool(q).ok())
+        .map(|pose| pose.rotation())
+        .collect();
     turns.windows(2).map(|pair| pair[0].angle_to(&pair[1])).sum()
 }

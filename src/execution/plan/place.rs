@@ -72,8 +72,8 @@ impl Planner {
                 let Ok(way_out) = self.track(&q_down, &straight(&down, back)) else { continue };
                 // The object itself may come close to the table at the very end of the way down.
                 let high = &way_down[..way_down.len().saturating_sub(4)];
-                if self.clear(&world, high, &mut dropped).is_none()
-                    || self.clear(&empty, &way_out[4.min(way_out.len())..], &mut dropped).is_none()
+                if Self::clear(&world, high, &mut dropped).is_none()
+                    || Self::clear(&empty, &way_out[4.min(way_out.len())..], &mut dropped).is_none()
                 {
                     continue;
                 }

@@ -7,7 +7,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 
-use crate::world::frame::{Object, World};
+use crate::world::frame::{Object, Tool, World};
 use crate::world::{Pose, Shape};
 
 use super::grasp::distance;
@@ -16,7 +16,7 @@ use super::{Dropped, NoWay, Planner, Why};
 /// How far the jar is turned: past level, so that the last film runs out, rad.
 const TURN: f64 = 115.0 * PI / 180.0;
 /// One joint position every so many rad of the turn.
-const STEP: f64 = 3.0 * PI / 180.0;
+const STEP: f64 = 2.0 * PI / 180.0;
 /// As many ways are kept.
 const KEPT: usize = 8;
 
@@ -78,7 +78,7 @@ impl Planner {
                         + Vector3::z()
                             * (target_shape.height() + clearance + source_shape.height());
                     let upright =
-                        self.upright_under(&source_shape, &tool_from_object, heading, lip, lean);
+                        upright_under(&source_shape, &tool_from_object, heading, lip, lean);
                     let poses: Vec<_> = (0..=(TURN / STEP).round() as usize)
                         .map(|k| about(&upright, lip, axis, k as f64 * STEP) * object_from_tool)
                         .collect();
@@ -98,7 +98,7 @@ impl Planner {
                                 continue;
                             }
                         };
-                        let Some(clearance) = self.clear(&world, &path, &mut dropped) else {
+                        let Some(clearance) = Self::clear(&world, &path, &mut dropped) else {
                             continue;
                         };
                         let cost = distance(start, &self.q) + turn.abs() + back;
@@ -127,25 +127,24 @@ impl Planner {
         ways.truncate(KEPT);
         Ok(ways)
     }
+}
 
-    /// Returns the upright pose of the held object whose lip, on the side of `lean`, is at `lip`, with
-    /// the hand heading along `heading`.
-    fn upright_under(
-        &self,
-        shape: &Shape,
-        tool_from_object: &Pose<crate::world::frame::Tool, Object>,
-        heading: f64,
-        lip: Vector3<f64>,
-        lean: Vector3<f64>,
-    ) -> Pose<World, Object> {
-        // Seen from the object, the hand comes along this direction.
-        let ahead = tool_from_object.inverse().axis(2);
-        let yaw = heading - ahead.y.atan2(ahead.x);
-        let turned: Pose<World, Object> = Pose::upright(0.0, 0.0, 0.0, yaw);
-        let reach = rim_reach(shape, &(turned.inverse().rotation() * lean));
-        let base = lip - lean * reach - Vector3::z() * shape.height();
-        Pose::from_parts(base, turned.rotation())
-    }
+/// Returns the upright pose of the held object whose lip, on the side of `lean`, is at `lip`, with
+/// the hand heading along `heading`.
+fn upright_under(
+    shape: &Shape,
+    tool_from_object: &Pose<Tool, Object>,
+    heading: f64,
+    lip: Vector3<f64>,
+    lean: Vector3<f64>,
+) -> Pose<World, Object> {
+    // Seen from the object, the hand comes along this direction.
+    let ahead = tool_from_object.inverse().axis(2);
+    let yaw = heading - ahead.y.atan2(ahead.x);
+    let turned: Pose<World, Object> = Pose::upright(0.0, 0.0, 0.0, yaw);
+    let reach = rim_reach(shape, &(turned.inverse().rotation() * lean));
+    let base = lip - lean * reach - Vector3::z() * shape.height();
+    Pose::from_parts(base, turned.rotation())
 }
 
 /// Returns how far the rim reaches from the axis in a level direction of the object's frame, m.

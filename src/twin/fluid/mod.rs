@@ -1,7 +1,7 @@
 //! Water as particles: what pours, splashes, and is never lost.
 //!
 //! A position-based fluid: particles are moved by gravity, then pushed apart until their density is
-//! that of water, and their velocity is what they moved. Vessels are analytic ([`vessel`]) and moved
+//! that of water, and their velocity is what they moved. Vessels are analytic (`vessel.rs`) and moved
 //! from outside; the water answers by its mass and centre of mass. Each particle carries the same
 //! volume, so what is in a vessel is counted, and nothing is created or lost.
 //!
@@ -26,7 +26,7 @@ use rand::{RngExt, SeedableRng, rngs::StdRng};
 pub use kernel::Kernel;
 pub use vessel::Vessel;
 
-use super::physics::Inertia;
+use crate::motion::Inertial;
 use crate::world::Table;
 use placed::Placed;
 use solve::Scratch;
@@ -327,11 +327,11 @@ impl Fluid {
     /// Returns the inertia of the water in vessel `k` as the vessel feels it, in its frame.
     ///
     /// The water turns with its vessel only in part; it is taken as a ball of the same volume.
-    pub fn felt(&self, k: usize) -> Inertia {
+    pub fn felt(&self, k: usize) -> Inertial {
         let (mass, com) = self.vessels[k].felt;
         let radius = (3.0 * mass / WATER_DENSITY / (4.0 * std::f64::consts::PI)).cbrt();
-        let about_com = nalgebra::Matrix3::identity() * (0.4 * mass * radius * radius);
-        Inertia { mass, com, about_com }
+        let inertia = nalgebra::Matrix3::identity() * (0.4 * mass * radius * radius);
+        Inertial { mass, com, inertia }
     }
 
     /// Returns the volume of water in vessel `k`, m³.

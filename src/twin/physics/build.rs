@@ -12,8 +12,10 @@ use rapier3d_f64::math::Pose as EnginePose;
 
 use super::super::convert::{inertia_to_engine, pose_to_engine};
 use super::super::{Error, Settings};
-use super::arm::{ArmModel, JointKind, JointModel, Solid};
 use super::{Joint, Physics};
+use crate::motion::Robot;
+use crate::motion::robot::{self, Motion};
+use crate::motion::solid::Solid;
 use crate::world::{Object, Scene, Shape, WorldState};
 
 /// Sides of the polygon that stands for a round wall.
@@ -71,12 +73,12 @@ impl Physics {
     /// Adds the arm as one multibody in the state's configuration.
     pub(super) fn add_arm(
         &mut self,
-        model: &ArmModel,
+        robot: &Robot,
         scene: &Scene,
         state: &WorldState,
         settings: &Settings,
     ) -> Result<(), Error> {
-        let n = model.arm.len();
+        let n = robot.n_joints();
         check_length("q", n, state.q.len())?;
         for (what, list) in [
             ("kp", &settings.arm.kp),
@@ -90,17 +92,16 @@ impl Physics {
         }
         let roughness = Roughness::new(settings);
         let tree = self.tree.clone();
-        let jaw = state.opening / 2.0;
         let coordinate = |body: usize| {
-            let arm = tree.arm.iter().position(|&b| b == body).map(|i| state.q[i]);
-            arm.or(tree.jaws.contains(&body).then_some(jaw)).unwrap_or(0.0)
+            let joint = tree.bodies[body].joint.as_ref();
+            joint.map_or(0.0, |joint| joint.value(&state.q, state.opening))
         };
 
         let mut poses: Vec<Isometry3<f64>> = Vec::new();
         for (i, body) in tree.bodies.iter().enumerate() {
             let pose = match (body.parent, &body.joint) {
                 (Some(parent), Some(joint)) => {
-                    poses[parent] * joint.parent_from_child(coordinate(i))
+                    poses[parent] * joint.parent_from_link(coordinate(i))
                 }
                 _ => *scene.world_from_base.isometry(),
             };
@@ -110,7 +111,7 @@ impl Physics {
             } else {
                 RigidBodyBuilder::dynamic()
                     .gravity_scale(settings.arm.uncompensated)
-                    .additional_mass_properties(inertia_to_engine(&body.inertia))
+                    .additional_mass_properties(inertia_to_engine(&body.inertial))
             };
             let builder = builder.pose(pose_to_engine(&pose)).can_sleep(false);
             let handle = self.bodies.insert(builder);
@@ -118,9 +119,9 @@ impl Physics {
             let pad = tree.jaws.contains(&i);
             let rough = if pad { roughness.pad } else { roughness.object };
             for &(link, body_from_link) in &body.links {
-                for (link_from_shape, solid) in &model.links[link].shapes {
-                    let (turned, shape) = shape(solid);
-                    let pose = body_from_link * link_from_shape * turned;
+                for placed in &robot.links()[link].collision {
+                    let (turned, shape) = shape(&placed.solid);
+                    let pose = body_from_link * placed.pose * turned;
                     let collider = ColliderBuilder::new(shape).density(0.0);
                     let collider = collider.position(pose_to_engine(&pose));
                     let collider = surface(collider, rough, ARM);
@@ -130,18 +131,21 @@ impl Physics {
         }
 
         for (i, body) in tree.bodies.iter().enumerate() {
-            let (Some(parent), Some(model)) = (body.parent, &body.joint) else { continue };
-            let is_jaw = tree.jaws.contains(&i);
-            let effort = if is_jaw { settings.gripper.force } else { model.effort };
-            let joint = engine_joint(model, effort);
+            let (Some(parent), Some(moved)) = (body.parent, &body.joint) else { continue };
+            let limits = tree.arm.iter().position(|&arm| arm == i).map(|i| &robot.joints()[i]);
+            let (range, effort) = match limits {
+                Some(limits) => ([limits.lower, limits.upper], limits.effort),
+                None => ([moved.range.0, moved.range.1], settings.gripper.force),
+            };
+            let joint = engine_joint(moved, range, effort);
             let (a, b) = (self.links[parent], self.links[i]);
             let handle = self
                 .multibody_joints
                 .insert(a, b, joint, true)
                 .expect("each body of a tree is joined to one parent");
-            let axis = joint_axis(model);
+            let axis = joint_axis(moved);
             let joint = Joint { handle, axis, body: i };
-            if is_jaw { self.jaws.push(joint) } else { self.arm.push(joint) }
+            if limits.is_some() { self.arm.push(joint) } else { self.jaws.push(joint) }
         }
         // The coordinates and the order of the engine's degrees of freedom are final only after a
         // first pass of forward kinematics.
@@ -166,9 +170,7 @@ impl Physics {
             multibody.armature_mut()[dof] =
                 if arm { settings.arm.armature[i] } else { settings.gripper.armature };
         }
-        let [(lead, _), (follow, _)] = ids[n..] else {
-            return Err(Error::Robot("the gripper has not two jaws".into()));
-        };
+        let [(lead, _), (follow, _)] = ids[n..] else { unreachable!("a tree has two jaws") };
         multibody.add_dof_coupling(MultibodyDofCoupling {
             link1: lead,
             dof1: 0,
@@ -218,26 +220,28 @@ fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(),
 }
 
 /// Returns the engine's number of the joint's free axis.
-fn joint_axis(model: &JointModel) -> JointAxis {
-    if model.kind == JointKind::Prismatic { JointAxis::LinX } else { JointAxis::AngX }
+fn joint_axis(moved: &robot::Joint) -> JointAxis {
+    if moved.motion == Motion::Slide { JointAxis::LinX } else { JointAxis::AngX }
 }
 
-/// Returns the engine's joint: its free axis is local x, so both frames are turned to the model's axis.
-fn engine_joint(model: &JointModel, effort: f64) -> GenericJoint {
-    let axis = joint_axis(model);
-    let turn = UnitQuaternion::rotation_between(&Vector3::x(), &model.axis).unwrap_or_else(|| {
+/// Returns the engine's joint: its free axis is local x, so both frames are turned to the robot's axis.
+///
+/// `range` in rad or m; `effort`, the motor's limit, in N·m or N.
+fn engine_joint(moved: &robot::Joint, range: [f64; 2], effort: f64) -> GenericJoint {
+    let axis = joint_axis(moved);
+    let turn = UnitQuaternion::rotation_between(&Vector3::x(), &moved.axis).unwrap_or_else(|| {
         UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::PI)
     });
     let turn = Isometry3::from_parts(Translation3::identity(), turn);
     let locked = JointAxesMask::all() & !JointAxesMask::from(axis);
     let mut builder = GenericJointBuilder::new(locked)
-        .local_frame1(pose_to_engine(&(model.origin * turn)))
+        .local_frame1(pose_to_engine(&(moved.parent_from_link * turn)))
         .local_frame2(pose_to_engine(&turn))
         .contacts_enabled(false)
         .motor_model(axis, MotorModel::ForceBased)
-        .motor_max_force(axis, effort);
-    if model.limits.iter().all(|limit| limit.is_finite()) {
-        builder = builder.limits(axis, model.limits);
+        .motor_max_force(axis, effort.min(f64::MAX));
+    if range.iter().all(|limit| limit.is_finite()) {
+        builder = builder.limits(axis, range);
     }
     builder.build()
 }
@@ -246,10 +250,12 @@ fn engine_joint(model: &JointModel, effort: f64) -> GenericJoint {
 /// capsules stand along y, ours along z.
 fn shape(solid: &Solid) -> (Isometry3<f64>, SharedShape) {
     match *solid {
-        Solid::Box(half) => (Isometry3::identity(), SharedShape::cuboid(half.x, half.y, half.z)),
-        Solid::Ball(radius) => (Isometry3::identity(), SharedShape::ball(radius)),
-        Solid::Cylinder(radius, half) => (y_to_z(), SharedShape::cylinder(half, radius)),
-        Solid::Capsule(radius, half) => (y_to_z(), SharedShape::capsule_y(half, radius)),
+        Solid::Cuboid { half } => {
+            (Isometry3::identity(), SharedShape::cuboid(half.x, half.y, half.z))
+        }
+        Solid::Sphere { radius } => (Isometry3::identity(), SharedShape::ball(radius)),
+        Solid::Cylinder { radius, half } => (y_to_z(), SharedShape::cylinder(half, radius)),
+        Solid::Capsule { radius, half } => (y_to_z(), SharedShape::capsule_y(half, radius)),
     }
 }
 
@@ -261,11 +267,9 @@ fn y_to_z() -> Isometry3<f64> {
 fn object_shape(object: &Object) -> SharedShape {
     let at = |x: f64, y: f64, z: f64| Isometry3::translation(x, y, z);
     let Some(cavity) = object.cavity else {
-        let (turned, shape) = match object.shape {
-            Shape::Cuboid { size } => shape(&Solid::Box(size / 2.0)),
-            Shape::Cylinder { radius, height } => shape(&Solid::Cylinder(radius, height / 2.0)),
-        };
-        let pose = at(0.0, 0.0, object.shape.height() / 2.0) * turned;
+        let outside = Solid::of_object(&object.shape);
+        let (turned, shape) = shape(&outside.solid);
+        let pose = outside.pose * turned;
         return SharedShape::compound(vec![(pose_to_engine(&pose), shape)]);
     };
     let half_wall = cavity.wall / 2.0;
@@ -286,7 +290,7 @@ fn object_shape(object: &Object) -> SharedShape {
             }
         }
         Shape::Cylinder { radius, .. } => {
-            let (turned, floor) = shape(&Solid::Cylinder(radius, half_wall));
+            let (turned, floor) = shape(&Solid::Cylinder { radius, half: half_wall });
             parts.push((pose_to_engine(&(at(0.0, 0.0, half_wall) * turned)), floor));
             let half_angle = std::f64::consts::PI / SIDES as f64;
             for side in 0..SIDES {

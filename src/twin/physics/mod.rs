@@ -7,7 +7,6 @@
 //! The engine's defaults are tuned for games at the scale of metres and let a held jar creep by
 //! millimetres; the settings below hold it within 0.1 mm.
 
-mod arm;
 mod build;
 mod tree;
 
@@ -20,11 +19,11 @@ use rapier3d_f64::dynamics::{
 use rapier3d_f64::geometry::{BroadPhaseBvh, ColliderHandle, ColliderSet, NarrowPhase};
 use rapier3d_f64::pipeline::PhysicsPipeline;
 
-pub use arm::{ArmModel, Inertia, JointKind, JointModel, LinkModel, Solid};
 pub use tree::{Body, Tree};
 
 use super::convert::{from_engine, inertia_to_engine, pose_from_engine, to_engine};
 use super::{Error, Settings};
+use crate::motion::{Inertial, Robot};
 use crate::world::{Scene, WorldState};
 
 /// Two surfaces closer than this touch, m: the compression of a contact at rest is below 0.1 mm.
@@ -115,15 +114,16 @@ impl Physics {
     ///
     /// # Errors
     ///
-    /// [`Error::WrongLength`] when the state does not fit arm or scene.
+    /// [`Error::WrongLength`] when the state does not fit arm or scene, [`Error::Robot`] when the arm is
+    /// one the physics cannot move.
     pub fn new(
-        model: &ArmModel,
+        robot: &Robot,
         scene: &Scene,
         state: &WorldState,
         settings: &Settings,
     ) -> Result<Self, Error> {
         let mut world = Self {
-            tree: Tree::new(model),
+            tree: Tree::new(robot)?,
             gravity: settings.gravity,
             parameters: parameters(settings),
             pipeline: PhysicsPipeline::new(),
@@ -143,7 +143,7 @@ impl Physics {
             table: RigidBodyHandle::invalid(),
         };
         world.table = world.add_table(scene, settings);
-        world.add_arm(model, scene, state, settings)?;
+        world.add_arm(robot, scene, state, settings)?;
         world.add_objects(scene, state, settings)?;
         Ok(world)
     }
@@ -180,17 +180,6 @@ impl Physics {
     /// Returns how far each jaw is from the middle, m.
     pub fn jaws(&self) -> Vec<f64> {
         self.jaws.iter().map(|joint| self.coordinate(joint)).collect()
-    }
-
-    /// Returns coordinate and speed of every body's joint, in [`Tree::bodies`]' order.
-    pub fn coordinates(&self) -> (Vec<f64>, Vec<f64>) {
-        let n = self.tree.bodies.len();
-        let (mut q, mut dq) = (vec![0.0; n], vec![0.0; n]);
-        for joint in self.arm.iter().chain(&self.jaws) {
-            q[joint.body] = self.coordinate(joint);
-            dq[joint.body] = self.speed(joint);
-        }
-        (q, dq)
     }
 
     fn coordinate(&self, joint: &Joint) -> f64 {
@@ -240,17 +229,17 @@ impl Physics {
         }
         for (joint, &torque) in self.arm.iter().zip(torques) {
             let body = &self.tree.bodies[joint.body];
-            let (Some(parent), Some(model)) = (body.parent, &body.joint) else { continue };
+            let (Some(parent), Some(moved)) = (body.parent, &body.joint) else { continue };
             let (child, parent) = (self.links[joint.body], self.links[parent]);
             let turn = pose_from_engine(self.bodies[child].position()).rotation;
-            let world = turn * model.axis.into_inner() * torque;
+            let world = turn * moved.axis.into_inner() * torque;
             self.bodies[child].add_torque(to_engine(&world), true);
             self.bodies[parent].add_torque(to_engine(&-world), true);
         }
     }
 
     /// Returns the pose in the world of a body of the arm.
-    pub fn body_pose(&self, body: usize) -> Isometry3<f64> {
+    fn body_pose(&self, body: usize) -> Isometry3<f64> {
         pose_from_engine(self.bodies[self.links[body]].position())
     }
 
@@ -273,23 +262,23 @@ impl Physics {
     }
 
     /// Returns the inertia of an object with what was added to it, in the object's frame.
-    pub fn object_inertia(&self, object: usize) -> Option<Inertia> {
+    pub fn object_inertia(&self, object: usize) -> Option<Inertial> {
         let properties = self.bodies[self.objects[object]?].mass_properties();
         let local = &properties.local_mprops;
         let (axes, principal) = (local.principal_inertia_local_frame, local.principal_inertia());
         let axes = nalgebra::UnitQuaternion::<f64>::from(axes).to_rotation_matrix();
         let diagonal = nalgebra::Matrix3::from_diagonal(&from_engine(principal));
-        Some(Inertia {
+        Some(Inertial {
             mass: local.mass(),
             com: from_engine(local.local_com),
-            about_com: axes.matrix() * diagonal * axes.matrix().transpose(),
+            inertia: axes.matrix() * diagonal * axes.matrix().transpose(),
         })
     }
 
     /// Adds an inertia (in the object's frame) to an object's own, in place of the last one added.
-    pub fn add_inertia(&mut self, object: usize, inertia: &Inertia) {
+    pub fn add_inertia(&mut self, object: usize, inertial: &Inertial) {
         if let Some(handle) = self.objects[object] {
-            self.bodies[handle].set_additional_mass_properties(inertia_to_engine(inertia), true);
+            self.bodies[handle].set_additional_mass_properties(inertia_to_engine(inertial), true);
         }
     }
 

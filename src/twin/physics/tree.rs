@@ -1,25 +1,25 @@
-//! Inverse dynamics of the arm: the joint torques a motion takes.
+//! The arm as the physics takes it from the [`Robot`]: bodies with inertia, joined in a tree.
 //!
-//! Links welded by fixed joints are merged into bodies once; [`Tree::inverse_dynamics`] then runs the
-//! recursive Newton-Euler algorithm over them. The physics engine has no inverse dynamics of its own.
-//!
-//! Source: Luh, Walker and Paul, "On-line computational scheme for mechanical manipulators", 1980;
-//! Featherstone, *Rigid Body Dynamics Algorithms*, 2008, §5.3.
+//! Links that nothing moves against each other are welded into one [`Body`]. Every entry of `q` moves
+//! one body, the opening moves the two jaws; what else the robot's file lets move stays put. What
+//! torques a motion takes is [`crate::motion::dynamics`]'s to say, not the engine's.
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::Isometry3;
 
-use super::arm::{ArmModel, Inertia, JointKind, JointModel};
+use super::super::Error;
+use crate::motion::Inertial;
+use crate::motion::robot::{Drive, Joint, Link, Motion, Robot};
 
 /// A rigid piece of the arm: one or more links welded together.
 #[derive(Debug, Clone)]
 pub struct Body {
     /// The body that carries it, `None` for the base.
     pub parent: Option<usize>,
-    /// The joint that moves it, its parent pose given in the parent *body*; `None` for the base.
-    pub joint: Option<JointModel>,
+    /// The joint that moves it, its origin given in the parent *body*; `None` for the base.
+    pub joint: Option<Joint>,
     /// Its inertia in its own frame.
-    pub inertia: Inertia,
-    /// The links in it, with their poses in the body.
+    pub inertial: Inertial,
+    /// The links in it, by index in the robot, with their poses in the body.
     pub links: Vec<(usize, Isometry3<f64>)>,
 }
 
@@ -28,119 +28,83 @@ pub struct Body {
 pub struct Tree {
     /// The bodies, the base first.
     pub bodies: Vec<Body>,
-    /// The body of each arm joint, base first.
+    /// The body of each entry of `q`.
     pub arm: Vec<usize>,
-    /// The body of each jaw, the leading one first.
-    pub jaws: Vec<usize>,
-    /// The body and the pose in it of each link.
+    /// The bodies of the two jaws.
+    pub jaws: [usize; 2],
+    /// The body and the pose in it of each link of the robot.
     pub links: Vec<(usize, Isometry3<f64>)>,
 }
 
 impl Tree {
-    /// Merges the links of the model into bodies.
-    pub fn new(model: &ArmModel) -> Self {
-        let base = Body {
-            parent: None,
-            joint: None,
-            inertia: model.links[model.base].inertia,
-            links: vec![(model.base, Isometry3::identity())],
-        };
-        let mut bodies = vec![base];
-        let mut links = vec![(0, Isometry3::identity()); model.links.len()];
-        let mut body_of_joint = vec![0; model.joints.len()];
-        for (i, joint) in model.joints.iter().enumerate() {
-            let (body, body_from_parent) = links[joint.parent];
-            let link = &model.links[joint.child];
-            if joint.kind == JointKind::Fixed {
-                let body_from_link = body_from_parent * joint.origin;
-                links[joint.child] = (body, body_from_link);
-                let part = link.inertia.seen_from(&body_from_link);
-                bodies[body].inertia = bodies[body].inertia.welded(&part);
-                bodies[body].links.push((joint.child, body_from_link));
-            } else {
-                let origin = body_from_parent * joint.origin;
-                bodies.push(Body {
-                    parent: Some(body),
-                    joint: Some(JointModel { origin, ..joint.clone() }),
-                    inertia: link.inertia,
-                    links: vec![(joint.child, Isometry3::identity())],
-                });
-                links[joint.child] = (bodies.len() - 1, Isometry3::identity());
-            }
-            body_of_joint[i] = links[joint.child].0;
-        }
-        let arm = model.arm.iter().map(|&i| body_of_joint[i]).collect();
-        let jaws = model.jaws.iter().map(|&i| body_of_joint[i]).collect();
-        Self { bodies, arm, jaws, links }
-    }
-
-    /// Returns the torque (N·m) or force (N) of each body's joint that makes the motion happen.
+    /// Welds the links of a robot into bodies.
     ///
-    /// `q`, `dq` and `ddq` hold one coordinate per body, rad or m and per s, 0 for the base; `gravity`
-    /// is in base coordinates, m/s²; `load` is one more inertia held by a body, in that body's frame.
+    /// # Errors
     ///
-    /// Source: Featherstone, *Rigid Body Dynamics Algorithms*, table 5.1, in body coordinates.
-    pub fn inverse_dynamics(
-        &self,
-        q: &[f64],
-        dq: &[f64],
-        ddq: &[f64],
-        gravity: Vector3<f64>,
-        load: Option<(usize, Inertia)>,
-    ) -> Vec<f64> {
-        let n = self.bodies.len();
-        let mut poses = vec![Isometry3::identity(); n];
-        let (mut w, mut dw) = (vec![Vector3::zeros(); n], vec![Vector3::zeros(); n]);
-        // The linear velocity of a body's origin is not needed, its acceleration is. Gravity enters as
-        // an upward acceleration of the base.
-        let mut a = vec![-gravity; n];
-        for (i, body) in self.bodies.iter().enumerate() {
-            let (Some(parent), Some(joint)) = (body.parent, &body.joint) else { continue };
-            let parent_from_body = joint.parent_from_child(q[i]);
-            let back = parent_from_body.rotation.inverse();
-            let arm = parent_from_body.translation.vector;
-            let axis = joint.axis.into_inner();
-            let (wp, dwp) = (back * w[parent], back * dw[parent]);
-            let carried = back
-                * (a[parent] + dw[parent].cross(&arm) + w[parent].cross(&w[parent].cross(&arm)));
-            if joint.kind == JointKind::Revolute {
-                w[i] = wp + axis * dq[i];
-                dw[i] = dwp + axis * ddq[i] + wp.cross(&axis) * dq[i];
-                a[i] = carried;
-            } else {
-                w[i] = wp;
-                dw[i] = dwp;
-                a[i] = carried + axis * ddq[i] + 2.0 * wp.cross(&axis) * dq[i];
-            }
-            poses[i] = parent_from_body;
-        }
-        let (mut force, mut moment) = (vec![Vector3::zeros(); n], vec![Vector3::zeros(); n]);
-        let mut tau = vec![0.0; n];
-        for i in (0..n).rev() {
-            let body = &self.bodies[i];
-            let mut inertia = body.inertia;
-            if let Some((at, held)) = &load
-                && *at == i
-            {
-                inertia = inertia.welded(held);
-            }
-            let c = inertia.com;
-            let f = inertia.mass * (a[i] + dw[i].cross(&c) + w[i].cross(&w[i].cross(&c)));
-            let turn = inertia.about_com * dw[i] + w[i].cross(&(inertia.about_com * w[i]));
-            force[i] += f;
-            moment[i] += turn + c.cross(&f);
-            let (Some(parent), Some(joint)) = (body.parent, &body.joint) else { continue };
-            let axis = joint.axis.into_inner();
-            tau[i] = match joint.kind {
-                JointKind::Prismatic => axis.dot(&force[i]),
-                JointKind::Revolute | JointKind::Fixed => axis.dot(&moment[i]),
+    /// [`Error::Robot`] when joints of the arm follow each other, or the gripper is not a pair of sliding
+    /// jaws that move alike: the physics couples nothing else.
+    pub fn new(robot: &Robot) -> Result<Self, Error> {
+        let mut bodies: Vec<Body> = Vec::new();
+        let mut links: Vec<(usize, Isometry3<f64>)> = Vec::new();
+        for (at, link) in robot.links().iter().enumerate() {
+            let inertial = link.inertial.unwrap_or_else(Inertial::zero);
+            let (parent, body_from_parent) = match link.parent {
+                Some(parent) => (Some(links[parent].0), links[parent].1),
+                None => (None, Isometry3::identity()),
             };
-            let f_parent = poses[i].rotation * force[i];
-            let m_parent =
-                poses[i].rotation * moment[i] + poses[i].translation.vector.cross(&f_parent);
-            force[parent] += f_parent;
-            moment[parent] += m_parent;
+            let joint = &link.joint;
+            match parent {
+                Some(body) if !moves(link) => {
+                    // Nothing drives it, so no q and no opening enter its value.
+                    let stays_at = joint.parent_from_link(joint.value(&[], 0.0));
+                    let body_from_link = body_from_parent * stays_at;
+                    let part = inertial.seen_from(&body_from_link);
+                    bodies[body].inertial = bodies[body].inertial.welded(&part);
+                    bodies[body].links.push((at, body_from_link));
+                    links.push((body, body_from_link));
+                }
+                _ => {
+                    let parent_from_link = body_from_parent * joint.parent_from_link;
+                    let joint = parent.map(|_| Joint { parent_from_link, ..joint.clone() });
+                    let own = vec![(at, Isometry3::identity())];
+                    bodies.push(Body { parent, joint, inertial, links: own });
+                    links.push((bodies.len() - 1, Isometry3::identity()));
+                }
+            }
         }
-        tau
+        let driven = robot.links().iter().filter(|l| matches!(l.joint.drive, Drive::Joint { .. }));
+        if driven.count() != robot.n_joints() {
+            let what = "joints of the arm follow each other, which the twin cannot simulate";
+            return Err(Error::Robot(what.into()));
+        }
+        let arm = robot.joints().iter().map(|joint| links[joint.link].0).collect();
+        let jaws = jaws(robot)?.map(|link| links[link].0);
+        Ok(Self { bodies, arm, jaws, links })
     }
+}
+
+/// Returns whether `q` or the opening moves a link against its parent.
+fn moves(link: &Link) -> bool {
+    match link.joint.drive {
+        Drive::None => false,
+        Drive::Joint { .. } => true,
+        Drive::Jaw { .. } => link.joint.motion == Motion::Slide,
+    }
+}
+
+/// Returns the links of the two jaws.
+fn jaws(robot: &Robot) -> Result<[usize; 2], Error> {
+    let share = |link: usize| match robot.links()[link].joint.drive {
+        Drive::Jaw { multiplier, offset } => (multiplier, offset),
+        Drive::None | Drive::Joint { .. } => (0.0, 0.0),
+    };
+    let jaws: Vec<usize> = robot.jaws().collect();
+    if let [left, right] = jaws[..] {
+        // Each goes half the opening, from where the pads meet.
+        let fits = |(half, from): (f64, f64)| (half - 0.5).abs() < 1e-9 && from.abs() < 1e-9;
+        if fits(share(left)) && fits(share(right)) {
+            return Ok([left, right]);
+        }
+    }
+    Err(Error::Robot("the gripper is not a pair of coupled sliding jaws".into()))
 }

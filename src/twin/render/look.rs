@@ -1,47 +1,28 @@
-//! What the arm looks like: the visual shapes of its URDF, painted, and the marker ball on its gripper.
+//! What the arm looks like: the visual shapes of the robot, painted, and the marker ball on its gripper.
 //!
-//! A cylinder whose collision shapes cap it with balls of its own radius is drawn as the capsule that was
-//! meant. Meshes are not read: a link without a plain shape is not drawn, and [`ArmLook::skipped`] says so.
+//! A cylinder that the robot collides with as a capsule is drawn as the capsule that was meant. A link
+//! without a plain shape is not drawn; [`Robot::notes`] says so.
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-use urdf_rs::Geometry;
+use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::view::{Body, Paint, Shape};
-use crate::twin::Error;
+use super::view::{Ball, Body, Paint, Shape};
+use crate::motion::Robot;
+use crate::motion::robot::{Link, Marker, Visual};
+use crate::motion::solid::{Placed, Solid};
 
-/// The link that carries the marker ball.
-pub const MARKER_LINK: &str = "gripper_base_link";
-
-/// A matt coloured ball glued to the gripper, by which a camera sees where the tool is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Marker {
-    /// Its centre in the frame of [`MARKER_LINK`], which nominally is the flange's, m.
-    pub centre: Vector3<f64>,
-    /// Its radius, m.
-    pub radius: f64,
-    /// Its colour, sRGB.
-    pub colour: [u8; 3],
-}
-
-impl Default for Marker {
-    /// On the +y side of the gripper's body, which is its upper side in a level grasp.
-    fn default() -> Self {
-        Self { centre: Vector3::new(0.0, 0.060, 0.075), radius: 0.014, colour: [208, 32, 143] }
-    }
-}
+/// Radius of the rod that holds the marker ball, m. Chosen: thinner than a pixel it would not be seen.
+const STALK: f64 = 0.003;
 
 /// The painted shapes of an arm, link by link.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmLook {
     parts: Vec<Part>,
-    /// The marker ball; `None` when none is mounted.
-    pub marker: Option<Marker>,
-    /// Links whose visual shape cannot be drawn, with the reason.
-    pub skipped: Vec<String>,
+    ball: Option<MarkerBall>,
 }
 
+/// A shape on a link.
 #[derive(Debug, Clone, PartialEq)]
 struct Part {
     link: String,
@@ -50,81 +31,45 @@ struct Part {
     paint: Paint,
 }
 
-impl ArmLook {
-    /// Returns the look of a robot given as the text of a URDF.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Robot`] when the text is no URDF.
-    pub fn from_urdf_text(text: &str) -> Result<Self, Error> {
-        let robot = urdf_rs::read_from_string(text)
-            .map_err(|error| Error::Robot(format!("the robot file cannot be read: {error}")))?;
-        Ok(Self::new(&robot))
-    }
+/// The marker and what holds it.
+#[derive(Debug, Clone, PartialEq)]
+struct MarkerBall {
+    marker: Marker,
+    stalk: Part,
+}
 
-    /// Returns the look of a robot described in URDF, with the default marker if it has the link for it.
-    pub fn new(robot: &urdf_rs::Robot) -> Self {
-        let mut parts = Vec::new();
-        let mut skipped = Vec::new();
-        for link in &robot.links {
-            for (k, visual) in link.visual.iter().enumerate() {
-                let placed = isometry(&visual.origin);
-                let shape = match &visual.geometry {
-                    Geometry::Box { size } => Shape::Cuboid(Vector3::from(size.0)),
-                    Geometry::Sphere { radius } => Shape::Sphere(*radius),
-                    Geometry::Capsule { radius, length } => {
-                        Shape::Capsule { radius: *radius, length: *length }
-                    }
-                    Geometry::Cylinder { radius, length } => {
-                        let capped = [-0.5, 0.5].iter().all(|end| {
-                            let tip = placed * nalgebra::Point3::new(0.0, 0.0, end * length);
-                            link.collision.iter().any(|c| match c.geometry {
-                                Geometry::Sphere { radius: r } => {
-                                    let centre = Vector3::from(c.origin.xyz.0);
-                                    (r - radius).abs() < 1e-4 && (centre - tip.coords).norm() < 1e-3
-                                }
-                                _ => false,
-                            })
-                        });
-                        if capped {
-                            Shape::Capsule { radius: *radius, length: *length }
-                        } else {
-                            Shape::Cylinder { radius: *radius, length: *length }
-                        }
-                    }
-                    Geometry::Mesh { filename, .. } => {
-                        skipped.push(format!("{}: mesh {filename}", link.name));
-                        continue;
-                    }
-                };
-                let paint = paint(&link.name, k, visual);
-                parts.push(Part { link: link.name.clone(), placed, shape, paint });
-            }
-        }
-        let carries = robot.links.iter().any(|link| link.name == MARKER_LINK);
-        let marker = carries.then(Marker::default);
-        if let Some(marker) = marker {
-            // A thin stalk from the gripper's body to the ball.
-            let length = marker.centre.y - 0.03;
-            let turn =
-                UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
-            let middle =
-                Vector3::new(marker.centre.x, marker.centre.y - length / 2.0, marker.centre.z);
-            parts.push(Part {
-                link: MARKER_LINK.to_owned(),
-                placed: Isometry3::from_parts(Translation3::from(middle), turn),
-                shape: Shape::Cylinder { radius: 0.003, length },
+impl ArmLook {
+    /// Returns the look of a robot, with its marker if it has one.
+    pub fn new(robot: &Robot) -> Self {
+        let parts = robot.links().iter().flat_map(|link| {
+            link.visual.iter().enumerate().map(|(k, visual)| Part {
+                link: link.name.clone(),
+                placed: visual.placed.pose,
+                shape: shape(&as_meant(link, &visual.placed)),
+                paint: paint(&link.name, k, visual),
+            })
+        });
+        let ball = robot.marker().map(|&marker| {
+            // From the link's axis, inside its body, straight out to the ball.
+            let axis = Vector3::new(0.0, 0.0, marker.centre.z);
+            let rod = Placed::capsule(axis, marker.centre, STALK);
+            let stalk = Part {
+                link: robot.links()[marker.link].name.clone(),
+                placed: rod.pose,
+                shape: shape(&rod.solid),
                 paint: Paint::opaque([70, 70, 72], 0.2),
-            });
-        }
-        Self { parts, marker, skipped }
+            };
+            MarkerBall { marker, stalk }
+        });
+        Self { parts: parts.collect(), ball }
     }
 
     /// Returns the arm's bodies with its links at `links` (world from link); links not named are left out.
     pub(super) fn bodies(&self, links: &BTreeMap<&str, Isometry3<f64>>) -> Vec<Body> {
+        let stalk = self.ball.iter().map(|ball| &ball.stalk);
         self.parts
             .iter()
-            .filter(|part| self.marker.is_some() || part.link != MARKER_LINK)
+            .chain(stalk)
             .filter_map(|part| {
                 let world_from_link = links.get(part.link.as_str())?;
                 Some(Body {
@@ -136,27 +81,50 @@ impl ArmLook {
             })
             .collect()
     }
+
+    /// Returns the marker ball where the link it sits on is, if that link is among `links`.
+    pub(super) fn marker(&self, links: &BTreeMap<&str, Isometry3<f64>>) -> Option<Ball> {
+        let MarkerBall { marker, stalk } = self.ball.as_ref()?;
+        let world_from_link = links.get(stalk.link.as_str())?;
+        let centre = world_from_link * Point3::from(marker.centre);
+        Some(Ball { centre: centre.coords, radius: marker.radius, colour: marker.colour })
+    }
 }
 
-/// The URDF's own colour when it has one; else light housings, a dark gripper, grey jaws.
-fn paint(link: &str, k: usize, visual: &urdf_rs::Visual) -> Paint {
-    if let Some(colour) = visual.material.as_ref().and_then(|material| material.color.as_ref()) {
-        let colour = [0, 1, 2].map(|i| (colour.rgba.0[i].clamp(0.0, 1.0) * 255.0).round() as u8);
-        return Paint::opaque(colour, 0.4);
+/// Returns the capsule that a cylinder stands for, or the shape itself: URDF has no capsule, so files give
+/// a link's collision shape its caps as two more balls and leave them out of what is drawn.
+fn as_meant(link: &Link, drawn: &Placed) -> Solid {
+    let Solid::Cylinder { radius, half } = drawn.solid else { return drawn.solid };
+    let ends = [-half, half].map(|z| drawn.pose * Point3::new(0.0, 0.0, z));
+    let capped = link.collision.iter().any(|other| match other.solid {
+        Solid::Capsule { radius: r, half: h } => {
+            let theirs = [-h, h].map(|z| other.pose * Point3::new(0.0, 0.0, z));
+            let near = |a: &Point3<f64>| theirs.iter().any(|b| (a - b).norm() < 1e-3);
+            (r - radius).abs() < 1e-4 && ends.iter().all(near)
+        }
+        _ => false,
+    });
+    if capped { Solid::Capsule { radius, half } } else { drawn.solid }
+}
+
+fn shape(solid: &Solid) -> Shape {
+    match *solid {
+        Solid::Sphere { radius } => Shape::Sphere(radius),
+        Solid::Capsule { radius, half } => Shape::Capsule { radius, length: 2.0 * half },
+        Solid::Cylinder { radius, half } => Shape::Cylinder { radius, length: 2.0 * half },
+        Solid::Cuboid { half } => Shape::Cuboid(2.0 * half),
     }
-    if link.contains("jaw") || link.contains("finger") {
+}
+
+/// The file's own colour when it has one; else light housings, a dark gripper, grey jaws.
+fn paint(link: &str, k: usize, visual: &Visual) -> Paint {
+    if let Some(colour) = visual.colour {
+        Paint::opaque(colour, 0.4)
+    } else if link.contains("jaw") || link.contains("finger") {
         Paint::opaque([92, 94, 98], 0.35)
     } else if link.contains("gripper") || k > 0 {
         Paint::opaque([38, 39, 42], 0.45)
     } else {
         Paint::opaque([196, 199, 202], 0.5)
     }
-}
-
-fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
-    let [roll, pitch, yaw] = pose.rpy.0;
-    Isometry3::from_parts(
-        Translation3::from(Vector3::from(pose.xyz.0)),
-        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
-    )
 }

@@ -26,7 +26,7 @@ use rayon::prelude::*;
 
 use crate::world::Camera;
 use lens::Lens;
-pub use look::{ArmLook, MARKER_LINK, Marker};
+pub use look::ArmLook;
 use tile::{Content, TILE, Tile};
 use trace::{Sample, Stage};
 pub use view::{Ball, Body, FIRST_BODY, Light, MARKER, NOTHING, Paint, Shape, TABLE, View, WATER};

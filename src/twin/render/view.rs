@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::look::{ArmLook, Marker};
+use super::look::ArmLook;
 use crate::world::{Mark, Material, Object, Scene, Table, WorldState, object};
 
 /// Nothing was hit, or only the room.
@@ -193,7 +193,7 @@ impl View {
         let poses: BTreeMap<&str, Isometry3<f64>> =
             links.iter().map(|(name, pose)| (name.as_ref(), *pose)).collect();
         let bodies = look.bodies(&poses);
-        let marker = look.marker.and_then(|marker| marker.ball(&poses));
+        let marker = look.marker(&poses);
         Self {
             table: scene.table,
             marks: scene.marks.clone(),
@@ -223,15 +223,6 @@ impl View {
     pub fn name_of(&self, id: u16) -> Option<&str> {
         let at = usize::from(id.checked_sub(FIRST_BODY)?);
         self.bodies.get(at).map(|body| body.name.as_str())
-    }
-}
-
-impl Marker {
-    /// Returns the ball where the link it sits on is, if that link is among `links`.
-    fn ball(&self, links: &BTreeMap<&str, Isometry3<f64>>) -> Option<Ball> {
-        let link = links.get(super::look::MARKER_LINK)?;
-        let centre = link * nalgebra::Point3::from(self.centre);
-        Some(Ball { centre: centre.coords, radius: self.radius, colour: self.colour })
     }
 }
 

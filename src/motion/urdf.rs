@@ -1,0 +1,279 @@
+//! Reading a URDF into a [`Robot`]: links, joints, solids, and what drives each joint.
+//!
+//! The only file of the program that reads the format. Meshes are not read; what was left out or
+//! assumed is said in [`Robot::notes`].
+//!
+//! Source: the URDF specification, <http://wiki.ros.org/urdf/XML>; fixed-axis roll, pitch, yaw; inertia
+//! about the centre of mass.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
+
+use super::error::Error;
+use super::inertial::Inertial;
+use super::robot::{Drive, Joint, JointLimits, Link, Motion, Robot, Visual};
+use super::solid::{Placed, Solid, merge_capsules};
+use super::tree;
+
+/// A joint without an acceleration limit reaches its speed limit in this time, s. Chosen: it is what
+/// the Gen3's large joints need (1.4 rad/s at 4.94 rad/s²), rounded down.
+const TIME_TO_FULL_SPEED: f64 = 0.25;
+
+impl Robot {
+    /// Adds the links in an order with parents first.
+    pub(super) fn add_links(
+        &mut self,
+        urdf: &urdf_rs::Robot,
+        order: &[tree::Step],
+    ) -> Result<(), Error> {
+        let materials: BTreeMap<&str, &urdf_rs::Material> =
+            urdf.materials.iter().map(|material| (material.name.as_str(), material)).collect();
+        for step in order {
+            let link = &urdf.links[step.link];
+            let joint = match step.joint {
+                None => Joint {
+                    name: String::new(),
+                    parent_from_link: Isometry3::identity(),
+                    motion: Motion::Fixed,
+                    axis: Vector3::z_axis(),
+                    drive: Drive::None,
+                    range: (0.0, 0.0),
+                },
+                Some(at) => joint_of(&urdf.joints[at])?,
+            };
+            let mut placed = |origin: &urdf_rs::Pose, geometry: &urdf_rs::Geometry| {
+                let solid = solid_of(geometry);
+                if solid.is_none() {
+                    self.notes.push(format!(
+                        "link {}: a mesh is left out; only boxes, cylinders, spheres and capsules count",
+                        link.name
+                    ));
+                }
+                Some(Placed { solid: solid?, pose: pose_of(origin) })
+            };
+            let visual = link
+                .visual
+                .iter()
+                .filter_map(|visual| {
+                    let placed = placed(&visual.origin, &visual.geometry)?;
+                    Some(Visual { placed, colour: colour_of(visual, &materials) })
+                })
+                .collect();
+            let collision =
+                link.collision.iter().filter_map(|c| placed(&c.origin, &c.geometry)).collect();
+            self.links.push(Link {
+                name: link.name.clone(),
+                parent: step.parent,
+                joint,
+                inertial: inertial_of(&link.inertial, &link.name)?,
+                visual,
+                collision: merge_capsules(collision),
+            });
+        }
+        Ok(())
+    }
+
+    /// Says for every moving joint whether `q` or the opening drives it.
+    pub(super) fn drive_joints(
+        &mut self,
+        urdf: &urdf_rs::Robot,
+        order: &[tree::Step],
+        jaws: &[bool],
+    ) -> Result<(), Error> {
+        let mut on_path = vec![false; order.len()];
+        for &link in &self.path {
+            on_path[link] = true;
+        }
+        // Masters on the path first: they are the entries of q, base first.
+        for (link, step) in order.iter().enumerate() {
+            let Some(joint) = step.joint.map(|at| &urdf.joints[at]) else { continue };
+            let moves = self.links[link].joint.motion != Motion::Fixed;
+            if !moves || !on_path[link] || jaws[link] || joint.mimic.is_some() {
+                continue;
+            }
+            let index = self.joints.len();
+            let limit = &joint.limit;
+            let continuous = joint.joint_type == urdf_rs::JointType::Continuous;
+            let (mut lower, mut upper) = self.links[link].joint.range;
+            if lower >= upper {
+                // The format's default is 0 to 0; a joint that may not move would be fixed.
+                (lower, upper) = (f64::NEG_INFINITY, f64::INFINITY);
+                self.notes.push(format!("joint {} has no position limits", joint.name));
+            }
+            let velocity = if limit.velocity > 0.0 { limit.velocity } else { f64::INFINITY };
+            if velocity.is_infinite() {
+                self.notes
+                    .push(format!("joint {} has no speed limit; 1 rad/s is used", joint.name));
+            }
+            let velocity = if velocity.is_finite() { velocity } else { 1.0 };
+            let acceleration = if limit.acceleration.is_finite() && limit.acceleration > 0.0 {
+                limit.acceleration
+            } else {
+                velocity / TIME_TO_FULL_SPEED
+            };
+            self.joints.push(JointLimits {
+                name: joint.name.clone(),
+                link,
+                continuous,
+                lower,
+                upper,
+                velocity,
+                acceleration,
+                effort: if limit.effort > 0.0 { limit.effort } else { f64::INFINITY },
+            });
+            self.links[link].joint.drive = Drive::Joint { index, multiplier: 1.0, offset: 0.0 };
+        }
+        if self.joints.is_empty() {
+            return Err(Error::NoJoints { tip: self.links[self.tip].name.clone() });
+        }
+        // Followers of an entry of q move with it; everything else that moves is the gripper's.
+        let slides = (0..order.len())
+            .filter(|&link| {
+                self.links[link].joint.motion == Motion::Slide
+                    && self.links[link].joint.drive == Drive::None
+            })
+            .count();
+        for (link, step) in order.iter().enumerate() {
+            let Some(joint) = step.joint.map(|at| &urdf.joints[at]) else { continue };
+            if self.links[link].joint.motion == Motion::Fixed
+                || self.links[link].joint.drive != Drive::None
+            {
+                continue;
+            }
+            let (multiplier, offset) = joint
+                .mimic
+                .as_ref()
+                .map_or((1.0, 0.0), |m| (m.multiplier.unwrap_or(1.0), m.offset.unwrap_or(0.0)));
+            let master = joint.mimic.as_ref().map(|mimic| mimic.joint.as_str());
+            let index = master.and_then(|name| self.joints.iter().position(|j| j.name == name));
+            if let (Some(name), None) = (master, index)
+                && !urdf.joints.iter().any(|other| other.name == name)
+            {
+                let what = format!("joint {} mimics {name}, which does not exist", joint.name);
+                return Err(Error::Urdf { what });
+            }
+            self.links[link].joint.drive = match index {
+                Some(index) => Drive::Joint { index, multiplier, offset },
+                // Each of two jaws goes half the opening; a jaw that turns is not modelled.
+                None if self.links[link].joint.motion == Motion::Slide => {
+                    let share = multiplier / slides as f64;
+                    let travel = self.links[link].joint.range.1;
+                    let fits = if share > 0.0 { travel / share } else { f64::INFINITY };
+                    self.max_opening =
+                        if self.max_opening > 0.0 { self.max_opening.min(fits) } else { fits };
+                    Drive::Jaw { multiplier: share, offset }
+                }
+                None => {
+                    self.notes.push(format!(
+                        "joint {} is not on the way to the tip; it stays put",
+                        joint.name
+                    ));
+                    Drive::Jaw { multiplier: 0.0, offset: 0.0 }
+                }
+            };
+        }
+        Ok(())
+    }
+}
+
+fn pose_of(pose: &urdf_rs::Pose) -> Isometry3<f64> {
+    let [roll, pitch, yaw] = pose.rpy.0;
+    Isometry3::from_parts(
+        Translation3::from(Vector3::from(pose.xyz.0)),
+        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+    )
+}
+
+fn joint_of(joint: &urdf_rs::Joint) -> Result<Joint, Error> {
+    use urdf_rs::JointType as T;
+    let motion = match joint.joint_type {
+        T::Fixed => Motion::Fixed,
+        T::Revolute | T::Continuous => Motion::Turn,
+        T::Prismatic => Motion::Slide,
+        T::Floating | T::Planar | T::Spherical => {
+            return Err(Error::Urdf {
+                what: format!(
+                    "joint {} is {:?}; only fixed, revolute, continuous and prismatic joints are known",
+                    joint.name, joint.joint_type
+                ),
+            });
+        }
+    };
+    let axis = Vector3::from(joint.axis.xyz.0);
+    let axis = if motion == Motion::Fixed {
+        Vector3::z_axis()
+    } else {
+        Unit::try_new(axis, 1e-9)
+            .ok_or_else(|| Error::Urdf { what: format!("joint {} has no axis", joint.name) })?
+    };
+    let range = match joint.joint_type {
+        T::Revolute | T::Prismatic => (joint.limit.lower, joint.limit.upper),
+        _ => (f64::NEG_INFINITY, f64::INFINITY),
+    };
+    if range.0.is_nan() || range.1.is_nan() || range.0 > range.1 {
+        let what = format!(
+            "joint {}: its lower limit {} is above its upper {}",
+            joint.name, range.0, range.1
+        );
+        return Err(Error::Urdf { what });
+    }
+    let parent_from_link = pose_of(&joint.origin);
+    if !parent_from_link.translation.vector.iter().all(|x| x.is_finite())
+        || !parent_from_link.rotation.coords.iter().all(|x| x.is_finite())
+    {
+        return Err(Error::Urdf {
+            what: format!("joint {}: its origin is not finite", joint.name),
+        });
+    }
+    Ok(Joint {
+        name: joint.name.clone(),
+        parent_from_link,
+        motion,
+        axis,
+        drive: Drive::None,
+        range,
+    })
+}
+
+fn solid_of(geometry: &urdf_rs::Geometry) -> Option<Solid> {
+    use urdf_rs::Geometry as G;
+    Some(match *geometry {
+        G::Box { size } => Solid::Cuboid { half: Vector3::from(size.0) / 2.0 },
+        G::Cylinder { radius, length } => Solid::Cylinder { radius, half: length / 2.0 },
+        G::Capsule { radius, length } => Solid::Capsule { radius, half: length / 2.0 },
+        G::Sphere { radius } => Solid::Sphere { radius },
+        G::Mesh { .. } => return None,
+    })
+}
+
+/// Returns a visual's own colour, or that of the material it names.
+fn colour_of(
+    visual: &urdf_rs::Visual,
+    materials: &BTreeMap<&str, &urdf_rs::Material>,
+) -> Option<[u8; 3]> {
+    let material = visual.material.as_ref()?;
+    let named = || materials.get(material.name.as_str())?.color.as_ref();
+    let rgba = material.color.as_ref().or_else(named)?.rgba.0;
+    Some([0, 1, 2].map(|i| (rgba[i].clamp(0.0, 1.0) * 255.0).round() as u8))
+}
+
+fn inertial_of(inertial: &urdf_rs::Inertial, link: &str) -> Result<Option<Inertial>, Error> {
+    let mass = inertial.mass.value;
+    if !mass.is_finite() || mass < 0.0 {
+        return Err(Error::Urdf { what: format!("link {link}: its mass is {mass} kg") });
+    }
+    if mass <= 0.0 {
+        return Ok(None);
+    }
+    let i = &inertial.inertia;
+    #[rustfmt::skip]
+    let about_com = Matrix3::new(
+        i.ixx, i.ixy, i.ixz,
+        i.ixy, i.iyy, i.iyz,
+        i.ixz, i.iyz, i.izz,
+    );
+    // The inertia is given in the axes of the inertial frame, which may be turned.
+    let here = Inertial { mass, com: Vector3::zeros(), inertia: about_com };
+    Ok(Some(here.seen_from(&pose_of(&inertial.origin))))
+}

@@ -1,0 +1,255 @@
+//! Regression 3: planted offsets, what a table leaves free, and the offset seen by one camera.
+
+use nalgebra::{Matrix3, Matrix4, Rotation3, UnitQuaternion, Vector3};
+use rand::rngs::StdRng;
+use rand::{RngExt, SeedableRng};
+use trueup::alignment::Error;
+use trueup::alignment::offset::pixels::{Priors, Sighting, fit_offset_from_pixels};
+use trueup::alignment::offset::{Model, Options, Pair, apply, fit_offset};
+use trueup::world::frame::World;
+use trueup::world::{Camera, Intrinsics, Pixel, Point};
+
+use super::support::normal;
+
+fn homogeneous(linear: Matrix3<f64>, shift: Vector3<f64>) -> Matrix4<f64> {
+    let mut d = linear.to_homogeneous();
+    d.fixed_view_mut::<3, 1>(0, 3).copy_from(&shift);
+    d
+}
+
+/// One planted offset per form.
+fn planted(model: Model) -> Matrix4<f64> {
+    let turn = Rotation3::from_euler_angles(0.02, -0.03, 0.05).into_inner();
+    let shift = Vector3::new(0.012, -0.007, 0.004);
+    match model {
+        Model::Translation => homogeneous(Matrix3::identity(), shift),
+        Model::Rigid => homogeneous(turn, shift),
+        Model::Similarity => homogeneous(turn * 1.03, shift),
+        _ => {
+            let shear = Matrix3::new(1.02, 0.01, -0.02, 0.0, 0.98, 0.03, 0.01, -0.015, 1.01);
+            let mut d = homogeneous(shear, shift);
+            if model == Model::Full {
+                (d[(3, 0)], d[(3, 1)], d[(3, 2)]) = (0.03, -0.02, 0.04);
+            }
+            d
+        }
+    }
+}
+
+/// Points of a workspace half a metre across, or of the table alone.
+fn pairs(d: &Matrix4<f64>, n: usize, sigma: f64, flat: bool, seed: u64) -> Vec<Pair> {
+    let mut random = StdRng::seed_from_u64(seed);
+    (0..n)
+        .map(|_| {
+            let mut draw = |from: f64, to: f64| random.random_range(from..to);
+            let height = draw(0.02, 0.4);
+            let real =
+                Vector3::new(draw(0.3, 0.8), draw(-0.3, 0.3), if flat { 0.05 } else { height });
+            let mut noise = || sigma * normal(&mut random);
+            let said = apply(d, real).unwrap() + Vector3::new(noise(), noise(), noise());
+            Pair { said, real }
+        })
+        .collect()
+}
+
+#[test]
+fn exact_pairs_give_the_planted_offset_of_every_form() {
+    for model in Model::FORMS {
+        let data = pairs(&planted(model), 30, 0.0, false, 1);
+        let fit = fit_offset(&data, model, &Options::default()).unwrap();
+        let truth = planted(model);
+        // The prior about the identity pulls by the square of noise floor over prior.
+        assert!((fit.d - truth / truth[(3, 3)]).amax() < 1e-5, "{model:?}: {}", fit.d);
+        assert!(fit.outliers.is_empty() && fit.unobservable.is_empty(), "{fit:?}");
+        let back = fit.inverse().unwrap() * fit.d;
+        assert!((back / back[(3, 3)] - Matrix4::identity()).amax() < 1e-9);
+    }
+}
+
+#[test]
+fn auto_picks_the_form_that_made_the_data() {
+    for model in [Model::Translation, Model::Rigid, Model::Similarity, Model::Affine] {
+        let right = (0..10)
+            .filter(|&seed| {
+                let data = pairs(&planted(model), 24, 0.0005, false, seed);
+                let fit = fit_offset(&data, Model::Auto, &Options::default()).unwrap();
+                assert_eq!(fit.compared.len(), 5);
+                fit.model == model
+            })
+            .count();
+        assert!(right >= 9, "{model:?} found in {right} of 10");
+    }
+}
+
+#[test]
+fn planted_outliers_are_the_rows_named() {
+    let mut data = pairs(&planted(Model::Rigid), 20, 0.0005, false, 4);
+    data[3].said.z += 0.05;
+    data[11].said.x -= 0.03;
+    data[17].real.y += 0.2;
+    for model in [Model::Rigid, Model::Auto] {
+        let fit = fit_offset(&data, model, &Options::default()).unwrap();
+        assert_eq!(fit.model, Model::Rigid);
+        assert_eq!(fit.outliers, [3, 11, 17]);
+        assert!((fit.d - planted(Model::Rigid)).amax() < 0.003, "{}", fit.d);
+        // Noise of 0.5 mm per coordinate.
+        assert!((fit.noise_m / 0.0005 - 1.0).abs() < 0.3, "{}", fit.noise_m);
+        assert!(fit.leave_one_out_m.unwrap() > fit.rms_m);
+    }
+}
+
+#[test]
+fn the_order_of_rows_does_not_matter() {
+    let mut data = pairs(&planted(Model::Rigid), 21, 0.0005, false, 5);
+    data[2].said.x += 0.1;
+    let turned: Vec<Pair> = (0..21).map(|i| data[(i * 8 + 3) % 21]).collect();
+    let a = fit_offset(&data, Model::Rigid, &Options::default()).unwrap();
+    let b = fit_offset(&turned, Model::Rigid, &Options::default()).unwrap();
+    assert!((a.d - b.d).amax() < 1e-9);
+}
+
+#[test]
+fn a_table_leaves_the_column_of_z_free_and_says_so() {
+    let data = pairs(&planted(Model::Rigid), 25, 0.0003, true, 6);
+    let affine = fit_offset(&data, Model::Affine, &Options::default()).unwrap();
+    for name in ["d13", "d23", "d33"] {
+        assert!(affine.unobservable.iter().any(|u| u == name), "{:?}", affine.unobservable);
+    }
+    // Free directions stay at no offset: a point above the table is not thrown about.
+    let column = affine.d.fixed_view::<3, 1>(0, 2) - Vector3::z();
+    assert!(column.amax() < 1e-3, "{column}");
+    // On the table the offset is right, and a rigid one is right above it as well.
+    let at = Vector3::new(0.5, 0.1, 0.05);
+    let truth = apply(&planted(Model::Rigid), at).unwrap();
+    assert!((affine.apply(at).unwrap() - truth).norm() < 0.0005);
+    let rigid = fit_offset(&data, Model::Rigid, &Options::default()).unwrap();
+    let above = Vector3::new(0.5, 0.1, 0.35);
+    let truth = apply(&planted(Model::Rigid), above).unwrap();
+    assert!((rigid.apply(above).unwrap() - truth).norm() < 0.001);
+    assert!(rigid.unobservable.is_empty(), "{:?}", rigid.unobservable);
+}
+
+#[test]
+fn degenerate_input_is_named() {
+    let options = Options::default();
+    let data = pairs(&planted(Model::Rigid), 8, 0.0, false, 7);
+    let few = fit_offset(&data[..2], Model::Rigid, &options);
+    assert!(matches!(few, Err(Error::TooFew { needed: 3, given: 2, .. })), "{few:?}");
+    // Two points are a shift.
+    assert_eq!(fit_offset(&data[..2], Model::Auto, &options).unwrap().model, Model::Translation);
+    assert!(matches!(fit_offset(&[], Model::Auto, &options), Err(Error::TooFew { .. })));
+    let close: Vec<Pair> = data
+        .iter()
+        .map(|p| Pair { real: p.real * 0.01, said: p.real * 0.01 + Vector3::x() * 0.02 })
+        .collect();
+    let close = fit_offset(&close, Model::Rigid, &options);
+    assert!(matches!(close, Err(Error::Coincident { unit: "m", .. })), "{close:?}");
+    let mut broken = data.clone();
+    broken[5].said.y = f64::INFINITY;
+    let broken = fit_offset(&broken, Model::Rigid, &options);
+    assert!(matches!(broken, Err(Error::NotFinite { row: 5, .. })));
+    // Points on a line: the turn about it is free and stays 0.
+    let line: Vec<Pair> = (0..8)
+        .map(|i| {
+            let real = Vector3::new(0.3 + 0.05 * f64::from(i), 0.0, 0.1);
+            Pair { real, said: real + Vector3::new(0.0, 0.01, 0.0) }
+        })
+        .collect();
+    let fit = fit_offset(&line, Model::Rigid, &options).unwrap();
+    assert_eq!(fit.unobservable, ["turn_x"]);
+    assert!((fit.d - planted_shift(0.01)).amax() < 1e-6, "{}", fit.d);
+}
+
+fn planted_shift(y: f64) -> Matrix4<f64> {
+    homogeneous(Matrix3::identity(), Vector3::new(0.0, y, 0.0))
+}
+
+fn camera() -> Camera {
+    let mut k = Intrinsics::centred(930.0, 1280, 720);
+    k.k1 = -0.08;
+    Camera::looking(k, Vector3::new(1.25, 0.05, 0.85), Vector3::new(0.6, 0.0, 0.05))
+}
+
+/// Twelve stops of the tool; the arm is really where `real` takes what it reports.
+fn stops(turn: UnitQuaternion<f64>, shift: Vector3<f64>, sigma: f64, seed: u64) -> Vec<Sighting> {
+    let mut random = StdRng::seed_from_u64(seed);
+    (0..12)
+        .map(|i| {
+            let reported = Vector3::new(
+                0.35 + 0.15 * f64::from(i % 3),
+                -0.25 + 0.17 * f64::from((i / 3) % 4),
+                0.06 + 0.09 * f64::from((i * 5) % 4),
+            );
+            let real = turn * reported + shift;
+            let mut pixel = camera().project(Point::<World>::from(real)).unwrap();
+            pixel.u += sigma * normal(&mut random);
+            pixel.v += sigma * normal(&mut random);
+            Sighting { reported, pixel, sigma: 0.3 }
+        })
+        .collect()
+}
+
+#[test]
+fn one_camera_finds_the_offset_to_a_millimetre() {
+    let turn = UnitQuaternion::from_euler_angles(0.008, -0.006, 0.012);
+    let shift = Vector3::new(0.006, -0.008, 0.005);
+    let (mut worst, mut chi2, mut sum) = (0.0_f64, 0.0, 0.0);
+    let runs = 60;
+    for seed in 0..runs {
+        let fit = fit_offset_from_pixels(
+            &stops(turn, shift, 0.3, seed),
+            &camera(),
+            Model::Rigid,
+            &Priors::default(),
+        )
+        .unwrap();
+        assert!(fit.rms_px < 0.7 && fit.rms_before_px > 3.0);
+        // Where the arm really is, at the centre of the points.
+        let e = fit.real_from_reported * Point::<World>::from(fit.centre);
+        let e = e.coords() - (turn * fit.centre + shift);
+        worst = worst.max(e.norm());
+        sum += e.norm_squared() / runs as f64;
+        chi2 +=
+            (e.transpose() * fit.covariance_mm2.try_inverse().unwrap() * e)[0] * 1e6 / runs as f64;
+        // Commands go the other way.
+        let there = apply(&fit.d, turn * fit.centre + shift).unwrap();
+        assert!((there - fit.centre).norm() < 0.004);
+    }
+    assert!(sum.sqrt() < 0.001 && worst < 0.003, "rms {} worst {worst}", sum.sqrt());
+    // Three degrees of freedom; covariances are widened now and then, never narrowed.
+    assert!((1.5..4.0).contains(&chi2), "{chi2}");
+}
+
+#[test]
+fn a_wrong_sighting_is_named_and_what_cannot_be_seen_too() {
+    let shift = Vector3::new(0.006, -0.008, 0.005);
+    let mut data = stops(UnitQuaternion::identity(), shift, 0.3, 2);
+    data[7].pixel = Pixel::new(data[7].pixel.u + 25.0, data[7].pixel.v - 14.0);
+    let priors = Priors::default();
+    let fit = fit_offset_from_pixels(&data, &camera(), Model::Translation, &priors).unwrap();
+    assert_eq!(fit.outliers, [7]);
+    assert!((fit.shift - shift).norm() < 0.002 && fit.turn.norm() < 1e-12);
+    assert!(fit.residuals_px[7] > 20.0);
+
+    // Few stops close together say next to nothing about the turn.
+    let near: Vec<Sighting> = data[..5]
+        .iter()
+        .enumerate()
+        .map(|(i, _)| {
+            let reported = Vector3::new(0.5 + 0.008 * i as f64, 0.01 * (i % 2) as f64, 0.1);
+            let pixel = camera().project(Point::<World>::from(reported + shift)).unwrap();
+            Sighting { reported, pixel, sigma: 0.3 }
+        })
+        .collect();
+    let sharp = Priors { turn: 0.005, ..priors };
+    let fit = fit_offset_from_pixels(&near, &camera(), Model::Rigid, &sharp).unwrap();
+    assert!(fit.unobservable.contains(&"turn_x"), "{:?}", fit.unobservable);
+
+    let few = fit_offset_from_pixels(&data[..3], &camera(), Model::Rigid, &priors);
+    assert!(matches!(few, Err(Error::TooFew { needed: 4, given: 3, .. })));
+    let same = vec![data[0]; 6];
+    let same = fit_offset_from_pixels(&same, &camera(), Model::Rigid, &priors);
+    assert!(matches!(same, Err(Error::Coincident { .. })));
+    let affine = fit_offset_from_pixels(&data, &camera(), Model::Affine, &priors);
+    assert!(matches!(affine, Err(Error::NoSuchModel { model: "affine", .. })));
+}

@@ -1,0 +1,147 @@
+//! `robot fk | ik | dynamics | plan`: the JSON of the interface, with the reference numbers in it.
+
+use serde_json::Value;
+
+use crate::program::Desk;
+
+/// Reference configurations of the Gen3: joint positions, flange pose, gravity torques of the arm.
+const REFERENCE: &str = include_str!("../motion/reference.csv");
+
+/// Returns the named columns of each row of the reference, rows first.
+fn columns(names: &[&str]) -> Vec<Vec<f64>> {
+    let mut lines = REFERENCE.lines();
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let at: Vec<usize> =
+        names.iter().map(|name| header.iter().position(|column| column == name).unwrap()).collect();
+    lines
+        .map(|line| {
+            let cells: Vec<&str> = line.split(',').collect();
+            at.iter().map(|&column| cells[column].parse().unwrap()).collect()
+        })
+        .collect()
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+}
+
+fn close(a: &[f64], b: &[f64], by: f64) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= by)
+}
+
+#[test]
+fn fk_agrees_with_the_reference_poses() {
+    let desk = Desk::new("cli-fk");
+    desk.file("q.csv", REFERENCE);
+    let said = desk.trueup(&["robot", "fk", "--q-file", "q.csv", "--json"]);
+    assert_eq!((said.code, said.err.as_str()), (0, ""));
+    let document = said.json();
+    let poses = document["poses"].as_array().unwrap();
+    let expected = columns(&["px", "py", "pz", "qw", "qx", "qy", "qz"]);
+    assert_eq!(poses.len(), expected.len());
+    for (pose, expected) in poses.iter().zip(&expected) {
+        assert_eq!(pose["tip"], "end_effector_link");
+        let xyz = numbers(&pose["xyz_m"]);
+        assert!(close(&xyz, &expected[..3], 1e-9), "{pose} against {expected:?}");
+        let quaternion = numbers(&pose["quat_wxyz"]);
+        let same = quaternion.iter().zip(&expected[3..]).map(|(a, b)| a * b).sum::<f64>();
+        // A quaternion and its negative are one rotation; the reference has 12 digits.
+        assert!((same.abs() - 1.0).abs() < 1e-9, "{pose} against {expected:?}");
+    }
+    // One row on the line, and a negative number is not an option.
+    let said = desk.trueup(&["robot", "fk", "--q", "-2.3,1.2,0.4,-1.9,2.6,-1.3,-1.7"]);
+    let xyz = numbers(&said.json()["poses"][0]["xyz_m"]);
+    assert!(close(&xyz, &[-0.342_948_612_576, 0.078_961_164_678_8, 0.746_965_256_435], 1e-9));
+}
+
+#[test]
+fn gravity_torques_agree_with_the_reference() {
+    let desk = Desk::new("cli-dynamics");
+    desk.file("q.csv", REFERENCE);
+    let said = desk.trueup(&["robot", "dynamics", "--q-file", "q.csv", "--json"]);
+    assert_eq!((said.code, said.err.as_str()), (0, ""));
+    let document = said.json();
+    let rows = document["rows"].as_array().unwrap();
+    let names: Vec<String> = (1..=7).map(|joint| format!("g_V12_{joint}")).collect();
+    let expected = columns(&names.iter().map(String::as_str).collect::<Vec<_>>());
+    assert_eq!(rows.len(), expected.len());
+    for (row, expected) in rows.iter().zip(&expected) {
+        let torques = numbers(&row["gravity_nm"]);
+        assert!(close(&torques, expected, 1e-6), "{torques:?} against {expected:?}");
+        let mass: Vec<Vec<f64>> =
+            row["mass_matrix"].as_array().unwrap().iter().map(numbers).collect();
+        assert_eq!(mass.len(), 7);
+        for i in 0..7 {
+            assert!(mass[i][i] > 0.0);
+            for k in 0..7 {
+                assert!((mass[i][k] - mass[k][i]).abs() < 1e-12, "M is symmetric");
+            }
+        }
+    }
+}
+
+/// What `ik` finds, `fk` confirms; what it does not find has a reason and a distance.
+#[test]
+fn ik_finds_what_fk_reaches_and_says_how_far_off_the_rest_is() {
+    let desk = Desk::new("cli-ik");
+    let poses = columns(&["px", "py", "pz", "qw", "qx", "qy", "qz"]);
+    // `home`, and a point three metres away.
+    let home: Vec<String> = poses[1].iter().map(f64::to_string).collect();
+    desk.file("poses.csv", format!("x,y,z,qw,qx,qy,qz\n{}\n3,0,0.3,1,0,0,0\n", home.join(",")));
+    let said = desk.trueup(&["robot", "ik", "--pose-file", "poses.csv", "--json"]);
+    assert_eq!((said.code, said.err.as_str()), (1, ""), "one of them is not found");
+    let document = said.json();
+    let [found, far] = &document["solutions"].as_array().unwrap()[..] else {
+        panic!("{document}");
+    };
+    assert_eq!(found["found"], true);
+    assert!(found["position_error_m"].as_f64().unwrap() < 1e-6);
+    assert!(found["rotation_error_rad"].as_f64().unwrap() < 1e-6);
+    assert!(found["time_us"].as_f64().unwrap() >= 0.0);
+    let q: Vec<String> = numbers(&found["q_rad"]).iter().map(f64::to_string).collect();
+    let back = desk.trueup(&["robot", "fk", "--q", &q.join(",")]).json();
+    assert!(close(&numbers(&back["poses"][0]["xyz_m"]), &poses[1][..3], 1e-6));
+    assert_eq!(far["found"], false);
+    assert_eq!(far["reason"], "out_of_reach");
+    // The flange reaches 0.9 m from a shoulder 0.285 m up.
+    let nearest = far["nearest_m"].as_f64().unwrap();
+    assert!((1.9..2.3).contains(&nearest), "{nearest}");
+}
+
+#[test]
+fn a_plan_goes_round_an_obstacle_and_a_walled_in_goal_has_none() {
+    let desk = Desk::new("cli-plan");
+    let post = r#"{"shape": "cylinder", "pose": {"xyz_m": [0.5, 0.0, 0.4], "quat_wxyz": [1, 0, 0, 0]},
+                   "size_m": [0.05, 0.8]}"#;
+    let (start, goal) =
+        ("[-0.9, 0.9, 3.14159, -1.6, 0, 1.0, 1.57]", "[0.9, 0.9, 3.14159, -1.6, 0, 1.0, 1.57]");
+    let problem = |obstacle: &str| {
+        format!(r#"{{"start": {start}, "goals": [{goal}], "obstacles": [{obstacle}]}}"#)
+    };
+    desk.file("post.json", problem(post));
+    let said = desk.trueup(&["robot", "plan", "--problem", "post.json", "--json", "--seed", "3"]);
+    assert_eq!((said.code, said.err.as_str()), (0, ""), "{}", said.out);
+    let plan = said.json();
+    assert_eq!(plan["found"], true);
+    let path: Vec<Vec<f64>> = plan["path_rad"].as_array().unwrap().iter().map(numbers).collect();
+    assert!(path.len() > 2, "straight through the post is no way");
+    assert!(close(&path[0], &[-0.9, 0.9, 3.141_59, -1.6, 0.0, 1.0, 1.57], 1e-9));
+    assert!(close(path.last().unwrap(), &[0.9, 0.9, 3.141_59, -1.6, 0.0, 1.0, 1.57], 1e-9));
+    let time = numbers(&plan["time_s"]);
+    assert_eq!(time.len(), path.len());
+    assert!(time.windows(2).all(|t| t[1] > t[0]));
+    let t = numbers(&plan["trajectory"]["t_s"]);
+    assert_eq!(t.len(), plan["trajectory"]["q_rad"].as_array().unwrap().len());
+    assert!(plan["min_clearance_m"].as_f64().unwrap() > 0.0);
+    assert!(plan["length_rad"].as_f64().unwrap() > 1.8);
+    let again = desk.trueup(&["robot", "plan", "--problem", "post.json", "--seed", "3"]).json();
+    assert_eq!(again["path_rad"], plan["path_rad"], "same seed, same path");
+
+    let on_the_goal = r#"{"shape": "sphere", "pose": {"xyz_m": [0.0, 0.0, 0.6], "quat_wxyz": [1, 0, 0, 0]},
+                          "size_m": [0.6]}"#;
+    desk.file("walled.json", problem(on_the_goal));
+    let said = desk.trueup(&["robot", "plan", "--problem", "walled.json", "--json"]);
+    assert_eq!(said.code, 1, "{}", said.out);
+    assert_eq!(said.json()["found"], false);
+    assert!(!said.json()["reason"].as_str().unwrap().is_empty());
+}

@@ -1,0 +1,178 @@
+//! `check`, `fmt` and `graph`: texts without a robot.
+
+use serde_json::Value;
+
+use crate::program::{Desk, project};
+
+#[test]
+fn what_the_project_ships_has_no_mistakes_and_is_laid_out() {
+    let desk = Desk::new("cli-shipped");
+    let (stdlib, scripts) = (project("stdlib"), project("scripts"));
+    let said = desk.trueup(&["check", &stdlib, &scripts]);
+    assert_eq!((said.code, said.out.trim()), (0, "no mistakes found"), "{}", said.err);
+    let said = desk.trueup(&["check", "--json", &stdlib, &scripts]);
+    assert_eq!((said.code, said.err.as_str()), (0, ""));
+    assert_eq!(said.json(), serde_json::json!({ "diagnostics": [] }));
+    let said = desk.trueup(&["fmt", "--check", &scripts]);
+    assert_eq!((said.code, said.out.as_str()), (0, ""), "{}", said.err);
+}
+
+/// The JSON of `check`, key by key as the interface has it, for one wrong unit.
+#[test]
+fn a_diagnostic_in_json_has_every_key_of_the_interface() {
+    let desk = Desk::new("cli-check-json");
+    let text = "// Half of it.\npour(jar, cup, amount: 5 cm)\n";
+    desk.file("half.task", text);
+    let said = desk.trueup(&["check", "half.task", "--json"]);
+    assert_eq!((said.code, said.err.as_str()), (1, ""));
+    let document = said.json();
+    let found = document["diagnostics"].as_array().unwrap();
+    assert_eq!(found.len(), 1, "one mistake is told once: {}", said.out);
+    let one = &found[0];
+    assert_eq!(one["code"], "task::unit");
+    assert_eq!(one["severity"], "error");
+    assert_eq!(one["file"], "half.task");
+    let from = text.find("5 cm").unwrap() as u64;
+    assert_eq!(one["span"], serde_json::json!([from, from + 4]));
+    assert_eq!((one["line"].as_u64(), one["column"].as_u64()), (Some(2), Some(24)));
+    assert!(one["message"].as_str().unwrap().contains("volume"), "{one}");
+    assert!(one["help"].as_str().unwrap().contains("mL"), "{one}");
+    assert!(one["labels"].is_array());
+}
+
+#[test]
+fn all_mistakes_of_all_files_are_told_at_once() {
+    let desk = Desk::new("cli-check-many");
+    desk.file("many/a.task", "puor(jar, cup)\npour(jar, kup)\n");
+    desk.file("many/deep/b.task", "pour(jar\n");
+    desk.file("many/notes.txt", "pour(nothing\n");
+    let said = desk.trueup(&["check", "--json", "many"]);
+    assert_eq!(said.code, 1);
+    let document = said.json();
+    let found: Vec<(&str, &str, u64)> = document["diagnostics"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|d| {
+            let line = d["line"].as_u64().unwrap();
+            (d["file"].as_str().unwrap(), d["code"].as_str().unwrap(), line)
+        })
+        .collect();
+    assert_eq!(
+        found,
+        [
+            ("many/a.task", "task::unknown_name", 1),
+            ("many/a.task", "task::unknown_name", 2),
+            ("many/deep/b.task", "task::unclosed", 1),
+        ]
+    );
+    let plain = desk.trueup(&["check", "many"]);
+    assert_eq!(plain.code, 1);
+    for (near, excerpt) in [("`pour`", "puor(jar, cup)"), ("`cup`", "pour(jar, kup)")] {
+        assert!(plain.out.contains(&format!("did you mean {near}?")), "{}", plain.out);
+        assert!(plain.out.contains(excerpt), "the line itself is shown: {}", plain.out);
+    }
+}
+
+#[test]
+fn a_folder_without_task_files_is_not_called_faultless() {
+    let desk = Desk::new("cli-check-empty");
+    desk.file("empty/readme.txt", "nothing here");
+    for command in ["check", "fmt"] {
+        let said = desk.trueup(&[command, "empty", "--json"]);
+        assert_eq!(said.code, 2, "{}", said.out);
+        assert_eq!(said.error("where"), "empty");
+    }
+}
+
+#[test]
+fn fmt_says_first_and_changes_only_when_asked() {
+    let desk = Desk::new("cli-fmt");
+    let (good, loose) = ("pour(jar, cup)\n", "pour( jar,cup )\n");
+    desk.file("good.task", good);
+    desk.file("loose.task", loose);
+    let read = |name: &str| std::fs::read_to_string(desk.path(name)).unwrap();
+
+    let said = desk.trueup(&["fmt", "--check", "good.task", "loose.task", "--json"]);
+    assert_eq!(said.code, 1);
+    assert_eq!(said.json(), serde_json::json!({ "changed": ["loose.task"] }));
+    assert_eq!(read("loose.task"), loose, "--check changes nothing");
+
+    // A mistake in the last file: the first is left alone as well.
+    desk.file("zbad.task", "pour(jar\n");
+    let said = desk.trueup(&["fmt", "loose.task", "zbad.task"]);
+    assert_eq!(said.code, 2, "{}", said.out);
+    assert_eq!(read("loose.task"), loose, "nothing is half done");
+
+    let said = desk.trueup(&["fmt", "good.task", "loose.task"]);
+    assert_eq!((said.code, said.out.trim()), (0, "formatted: loose.task"));
+    assert_eq!((read("good.task").as_str(), read("loose.task").as_str()), (good, good));
+    assert_eq!(desk.trueup(&["fmt", "--check", "good.task", "loose.task"]).code, 0);
+}
+
+/// A call and the script that makes it are one graph, in all its forms.
+#[test]
+fn a_graph_is_drawn_for_people_programs_and_graphviz() {
+    let desk = Desk::new("cli-graph");
+    let script = project("scripts/pour.task");
+    let draw = |what: &str, format: &str| {
+        let said = desk.trueup(&["graph", what, "--format", format]);
+        assert_eq!((said.code, said.err.as_str()), (0, ""), "{format}");
+        said
+    };
+    let svg = draw("pour(jar, cup)", "svg").out;
+    assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{svg:.80}");
+    for word in ["grasp(jar, side)", "level_side", "tilted_side", "0.60"] {
+        assert!(svg.contains(word), "{word} is not drawn");
+    }
+    assert!(!svg.contains("http://") || svg.contains("www.w3.org"), "nothing is fetched");
+
+    let dot = draw("pour(jar, cup)", "dot").out;
+    assert!(dot.starts_with("digraph") && dot.trim_end().ends_with('}'), "{dot:.80}");
+    assert_eq!(dot.matches('{').count(), dot.matches('}').count());
+
+    let graph = draw("pour(jar, cup)", "json").json();
+    assert_eq!(graph["root"], "pour");
+    let nodes = graph["nodes"].as_array().unwrap();
+    let ids: Vec<&str> = nodes.iter().map(|node| node["id"].as_str().unwrap()).collect();
+    for edge in graph["edges"].as_array().unwrap() {
+        for end in ["from", "to", "a", "b"].iter().filter_map(|key| edge[*key].as_str()) {
+            assert!(ids.contains(&end), "{end} is an end of an edge and no node");
+        }
+    }
+    let or: Vec<&Value> =
+        nodes.iter().filter(|node| node["ao"] == "or" && node["decides"] == "choice").collect();
+    assert_eq!(or.len(), 1, "pick has one choice: {or:?}");
+    assert_eq!(desk.trueup(&["graph", "pour(jar, cup)", "--json"]).json(), graph);
+
+    let mut of_script = draw(&script, "json").json();
+    let own = |graph: &mut Value| {
+        for node in graph["nodes"].as_array_mut().unwrap() {
+            // The root is where the call was read from.
+            node.as_object_mut().unwrap().remove("span");
+        }
+        graph.clone()
+    };
+    assert_eq!(own(&mut of_script), own(&mut graph.clone()));
+
+    let outline = draw("pick(jar)", "text").out;
+    assert!(outline.contains("└─") && outline.contains("grasp(jar, side)"), "{outline}");
+    assert_eq!(desk.everything(), [""; 0], "drawing leaves nothing behind");
+}
+
+#[test]
+fn a_graph_of_something_unknown_is_refused_with_the_nearest_name() {
+    let desk = Desk::new("cli-graph-bad");
+    for (call, near) in [("pour(jar, kup)", "`cup`"), ("puor(jar, cup)", "`pour`")] {
+        let said = desk.trueup(&["graph", call, "--json"]);
+        assert_eq!(said.code, 2);
+        assert_eq!(said.error("code"), "task::unknown_name");
+        assert_eq!(said.error("help"), format!("did you mean {near}?"));
+        let said = desk.trueup(&["graph", call]);
+        assert_eq!((said.code, said.out.as_str()), (2, ""));
+        assert_eq!(said.err.matches("did you mean").count(), 1, "said once: {}", said.err);
+    }
+    let said = desk.trueup(&["graph", "pour(jar, cup)", "--format", "png", "--json"]);
+    assert_eq!(said.code, 2);
+    assert!(said.error("message").contains("png"));
+}

@@ -1,0 +1,66 @@
+//! Execution: the gate before the arm, decisions kept on tape, scripts kept in bounds, and one contract for
+//! every arm.
+
+mod contract;
+mod limits;
+mod script;
+mod tape;
+
+use std::sync::{Arc, Mutex};
+
+use trueup::execution::arm::Cancel;
+use trueup::execution::limits::Limits;
+use trueup::execution::script::Scripts;
+use trueup::execution::stage::{Cell, Stage};
+use trueup::execution::tape::Tape;
+use trueup::execution::trace::Nobody;
+use trueup::execution::twin_arm::{SharedTwin, TwinBody};
+use trueup::motion::robot::Robot;
+use trueup::twin::{Settings, Twin};
+use trueup::world::{Scene, WorldState};
+
+use crate::kitchen;
+
+/// The kitchen's arm and things, with no water, which nothing here needs.
+fn cell() -> Cell {
+    let mut scene = kitchen::scene();
+    for object in &mut scene.objects {
+        if let Some(cavity) = &mut object.cavity {
+            cavity.filled = 0.0;
+        }
+    }
+    Cell { robot: Arc::new(Robot::gen3()), scene: Arc::new(scene), limits: Limits::default() }
+}
+
+/// The arm at `q`, the jar at `jar` (x, y m, yaw rad), the cup out of the way.
+fn state(q: &[f64], jar: [f64; 3]) -> WorldState {
+    let mut state = kitchen::state(jar, [0.45, 0.33, 0.0]);
+    state.q = q.to_vec();
+    for object in &mut state.objects {
+        object.water = Some(0.0);
+    }
+    state
+}
+
+fn twin(scene: &Scene, state: &WorldState) -> SharedTwin {
+    let arm = crate::twin::gen3();
+    let settings = Settings::for_arm(&arm);
+    Arc::new(Mutex::new(Twin::new(&arm, scene, state, settings).unwrap()))
+}
+
+/// Scripts over a twin at home with the jar in front.
+fn scripts(cancel: &Cancel, tape: Tape) -> Scripts {
+    let cell = cell();
+    let state = state(&kitchen::HOME, [0.60, -0.10, 0.0]);
+    let twin = twin(&cell.scene, &state);
+    let stage = Stage::new(
+        cell,
+        Box::new(TwinBody::new(twin)),
+        kitchen::HOME.to_vec(),
+        tape,
+        (1, 0),
+        cancel.clone(),
+        Arc::new(Mutex::new(Nobody)),
+    );
+    Scripts::new(stage)
+}

@@ -1,0 +1,164 @@
+//! Scripts are kept in bounds: endless ones end, mistakes point at their line, a stop goes through.
+
+use std::collections::BTreeMap;
+use std::thread;
+use std::time::Duration;
+
+use trueup::execution::arm::Cancel;
+use trueup::execution::plan::{NoWay, Why};
+use trueup::execution::script::{ScriptError, ScriptValue, Scripts};
+use trueup::execution::stage::ActionError;
+use trueup::execution::tape::Tape;
+
+fn run(scripts: &Scripts, text: &str) -> Result<(), ScriptError> {
+    scripts.run("test.rhai", text, &BTreeMap::new())
+}
+
+fn open() -> Scripts {
+    super::scripts(&Cancel::default(), Tape::recording())
+}
+
+/// The line and the words of a script that is wrong.
+fn wrong(scripts: &Scripts, text: &str) -> (usize, String) {
+    match run(scripts, text) {
+        Err(ScriptError::Wrong { file, line, message }) => {
+            assert_eq!(file, "test.rhai");
+            (line, message)
+        }
+        other => panic!("{text}: {other:?}"),
+    }
+}
+
+#[test]
+fn scripts_without_end_or_bounds_are_stopped() {
+    let scripts = open();
+    for (text, word) in [
+        ("loop { }", "operations"),
+        ("let n = 0; while true { n += 1; }", "operations"),
+        ("fn again(n) { again(n + 1) } again(0);", "overflow"),
+        ("let s = \"0123456789abcdef\"; loop { s += s; }", "string"),
+        ("let a = []; loop { a.push(0); }", "size"),
+        (&format!("let x = {}1{};", "(".repeat(200), ")".repeat(200)), "complex"),
+    ] {
+        let (_, message) = wrong(&scripts, text);
+        assert!(message.to_lowercase().contains(word), "{text:.60}: {message}");
+    }
+    // And the engine is as good as new afterwards.
+    run(&scripts, "let a = [1.0 * cm, 2.0 * deg]; if a.len() != 2 { throw \"odd\"; }").unwrap();
+}
+
+#[test]
+fn a_mistake_points_at_its_line() {
+    let scripts = open();
+    let (line, message) = wrong(&scripts, "let a = 1;\nlet b = ;\n");
+    assert_eq!(line, 2, "{message}");
+    let (line, message) = wrong(&scripts, "let a = 1;\n\narm.fly_to(a);\n");
+    assert_eq!(line, 3);
+    assert!(message.contains("fly_to"), "{message}");
+    for (text, at, word) in [
+        ("\narm.move_by([1.0, 2.0], 0.5);", 2, "[x, y, z]"),
+        ("\n\narm.move_to([\"up\", 0.0]);", 3, "number"),
+    ] {
+        match run(&scripts, text).unwrap_err() {
+            ScriptError::Action { error, line } => {
+                assert_eq!(line, Some(at), "{text}");
+                assert!(error.to_string().contains(word), "{text}: {error}");
+            }
+            other => panic!("{text}: {other}"),
+        }
+    }
+    let (line, message) = wrong(&scripts, "arm.wait(jug);");
+    assert_eq!(line, 1);
+    assert!(message.contains("jug"), "{message}");
+}
+
+/// What a binding refuses is that very error, with the line that asked; a script may catch it.
+#[test]
+fn what_cannot_be_done_is_the_bindings_own_error() {
+    let scripts = open();
+    let far = "let q = twin.pose_named(\"home\");\nq[1] = 2.24;\nq[3] = 0.0;\narm.move_to(q);";
+    match run(&scripts, far).unwrap_err() {
+        ScriptError::Action { error: ActionError::NoWay(NoWay { .. }), line } => {
+            assert_eq!(line, Some(4));
+        }
+        other => panic!("{other:?}"),
+    }
+    match run(&scripts, "\ntwin.grasps(\"kettle\", \"side\", 0.0);").unwrap_err() {
+        ScriptError::Action { error: ActionError::NoWay(no), line } => {
+            assert_eq!(line, Some(2));
+            assert_eq!(no.why, Why::NotSeen("kettle".into()));
+        }
+        other => panic!("{other:?}"),
+    }
+    for (text, word) in [
+        ("throw \"the lid is on\";", "the lid is on"),
+        ("recall(\"grasp\");", "`grasp`"),
+        ("choose([]);", "nothing to choose"),
+        ("twin.pose_named(\"yoga\");", "yoga"),
+        ("twin.grasps(\"jar\", \"bottom\", 0.0);", "`bottom`"),
+    ] {
+        match run(&scripts, text).unwrap_err() {
+            ScriptError::Action { error: ActionError::Refused(words), line } => {
+                assert!(words.contains(word), "{text}: {words}");
+                assert_eq!(line, Some(1), "{text}");
+            }
+            other => panic!("{text}: {other:?}"),
+        }
+    }
+    run(
+        &scripts,
+        "try { recall(\"grasp\"); } catch { remember(\"grasp\", 1); } recall(\"grasp\");",
+    )
+    .unwrap();
+}
+
+#[test]
+fn arguments_come_in_si_and_by_name() {
+    let scripts = open();
+    let args = BTreeMap::from([
+        ("o".to_owned(), ScriptValue::Name("jar".into())),
+        ("by".to_owned(), ScriptValue::Number(0.12)),
+        ("gently".to_owned(), ScriptValue::Truth(true)),
+    ]);
+    let text = "if o != \"jar\" || by < 11.0 * cm || by > 13.0 * cm || !gently { throw \"odd\" }
+                let at = twin.position(o);
+                if (at[0] - 60.0 * cm).abs() > 1.0 * mm { throw `${at}` }
+                if twin.volume(o) > 0.1 * mL { throw \"wet\" }";
+    scripts.run("test.rhai", text, &args).unwrap();
+}
+
+/// Ctrl-C comes from another thread while a script does nothing but count.
+#[test]
+fn a_stop_ends_a_loop_and_cannot_be_caught() {
+    for text in
+        ["loop { }", "try { loop { } } catch { loop { } }", "loop { try { loop { } } catch { } }"]
+    {
+        let cancel = Cancel::default();
+        let scripts = super::scripts(&cancel, Tape::recording());
+        let stop = cancel.clone();
+        let stopping = thread::spawn(move || {
+            thread::sleep(Duration::from_millis(5));
+            stop.cancel();
+        });
+        let error = run(&scripts, text).unwrap_err();
+        stopping.join().unwrap();
+        let stopped = matches!(error, ScriptError::Action { error: ActionError::Stopped, .. });
+        // Two million operations may be over before the stop comes.
+        let ended =
+            matches!(&error, ScriptError::Wrong { message, .. } if message.contains("operations"));
+        assert!(stopped || ended, "{text}: {error:?}");
+    }
+    // Asked to stop beforehand, a script does not begin.
+    let cancel = Cancel::default();
+    let scripts = super::scripts(&cancel, Tape::recording());
+    cancel.cancel();
+    for text in ["loop { }", "try { arm.wait(1.0); } catch { arm.open(); }"] {
+        let error = run(&scripts, text).unwrap_err();
+        assert!(
+            matches!(error, ScriptError::Action { error: ActionError::Stopped, .. }),
+            "{text}: {error:?}"
+        );
+    }
+    cancel.clear();
+    run(&scripts, "arm.wait(0.02);").unwrap();
+}

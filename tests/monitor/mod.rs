@@ -1,0 +1,152 @@
+//! The monitor on planted readings: rows, scores and answers that were worked out by hand.
+
+use trueup::execution::trace::FluentRow;
+use trueup::execution::walk::FluentReading;
+use trueup::language::ast::Span;
+use trueup::monitor::questionnaire::by_geometry;
+use trueup::monitor::{Comparison, compare, measure};
+use trueup::units::Quantity;
+use trueup::world::fluent::{Error, Reading};
+
+/// A fluent that somebody read: `margin` in m.
+fn read(text: &str, truth: Option<bool>, margin: Option<f64>) -> FluentReading {
+    let margin = margin.map(Quantity::metres);
+    FluentReading {
+        text: text.into(),
+        expected: None,
+        ask: None,
+        reading: Reading {
+            truth,
+            value: None,
+            limit: None,
+            margin,
+            sigma: 0.0,
+            rank: 0.0,
+            term: text.into(),
+            span: Span::default(),
+            fluent: None,
+            direction: None,
+            unknown: truth.is_none().then(|| "nobody looked".to_owned()),
+            error: None,
+            terms: Vec::new(),
+        },
+    }
+}
+
+fn row<'a>(comparison: &'a Comparison, name: &str) -> &'a FluentRow {
+    comparison.rows.iter().find(|row| row.name == name).unwrap()
+}
+
+#[test]
+fn rows_stand_side_by_side_in_the_order_measured() {
+    let measured = [
+        read("holding(jar)", Some(true), Some(0.012)),
+        read("above(jar, cup)", Some(false), Some(-0.031)),
+        read("dry()", None, None),
+    ];
+    // The twin's own order does not matter, and it knows one thing fewer.
+    let twin = [
+        read("above(jar, cup)", Some(true), Some(0.020)),
+        read("holding(jar)", Some(true), Some(0.013)),
+    ];
+    let comparison = compare(&twin, &measured);
+    let names: Vec<&str> = comparison.rows.iter().map(|row| row.name.as_str()).collect();
+    assert_eq!(names, ["holding(jar)", "above(jar, cup)", "dry()"]);
+    let above = row(&comparison, "above(jar, cup)");
+    assert_eq!((above.twin, above.measured), (Some(true), Some(false)));
+    let (real, twin) = (above.margin.as_ref().unwrap(), above.twin_margin.as_ref().unwrap());
+    assert!((real.value + 0.031).abs() < 1e-15 && (twin.value - 0.020).abs() < 1e-15);
+    assert_eq!((real.unit.as_str(), twin.unit.as_str()), ("m", "m"));
+    let dry = row(&comparison, "dry()");
+    assert_eq!((dry.twin, dry.measured, &dry.margin), (None, None, &None));
+    assert_eq!(dry.why.as_deref(), Some("nobody looked"));
+}
+
+/// Eq. 8 with one mismatch, one agreement and every kind of not knowing.
+#[test]
+fn what_is_unknown_is_neither_agreement_nor_mismatch() {
+    let measured = [
+        read("a", Some(true), None),
+        read("b", Some(false), None),
+        read("c", None, None),
+        read("d", Some(true), None),
+        read("e", None, None),
+    ];
+    let twin = [
+        read("a", Some(true), None),
+        read("b", Some(true), None),
+        read("c", Some(true), None),
+        read("e", None, None),
+    ];
+    let score = compare(&twin, &measured).score;
+    assert_eq!((score.hamming, score.known, score.unknown), (1, 2, 3));
+    assert!((score.p - (-1.0_f64).exp()).abs() < 1e-15);
+}
+
+#[test]
+fn a_step_nobody_rehearsed_has_nothing_to_disagree_with() {
+    let measured = [read("a", Some(false), None), read("b", Some(true), None)];
+    let comparison = compare(&[], &measured);
+    assert!(comparison.rows.iter().all(|row| row.twin.is_none() && row.twin_margin.is_none()));
+    let score = comparison.score;
+    assert_eq!((score.hamming, score.known, score.unknown), (0, 0, 2));
+    assert!((score.p - 1.0).abs() < 1e-15);
+}
+
+/// Each further mismatch costs the same factor: three of them leave `exp(-3)`.
+#[test]
+fn the_score_falls_by_one_factor_a_mismatch() {
+    let names = ["a", "b", "c", "d"];
+    for wrong in 0..=names.len() {
+        let twin: Vec<_> = names.map(|name| read(name, Some(true), None)).into();
+        let measured: Vec<_> =
+            names.iter().enumerate().map(|(i, name)| read(name, Some(i >= wrong), None)).collect();
+        let score = compare(&twin, &measured).score;
+        assert_eq!((score.hamming, score.unknown), (wrong, 0));
+        assert!((score.p - (-(wrong as f64)).exp()).abs() < 1e-15);
+    }
+}
+
+/// A mistake in the fluent itself is worth more to the reader than "unknown".
+#[test]
+fn a_mistake_in_a_fluent_is_told_before_what_is_unknown() {
+    let mut wrong = read("rim(kup)", None, None);
+    wrong.reading.error =
+        Some(Error::UnknownName { name: "kup".into(), suggestion: Some("cup".into()) });
+    let comparison = compare(&[], &[wrong]);
+    let why = comparison.rows[0].why.as_deref().unwrap();
+    assert!(why.contains("`kup`") && why.contains("`cup`"), "{why}");
+}
+
+#[test]
+fn questions_are_answered_as_their_fluents_are() {
+    let mut asked = read("pouring(jar, cup)", Some(true), Some(0.1));
+    asked.ask = Some("Is the robot pouring water into the blue cup?".into());
+    let mut open = read("holding(jar)", None, None);
+    open.ask = Some("Has the robot already picked up the transparent jar?".into());
+    let silent = read("level(jar)", Some(true), None);
+    let mut twin = read("pouring(jar, cup)", Some(false), Some(-0.1));
+    twin.ask.clone_from(&asked.ask);
+    let comparison = compare(&[twin], &[asked, open, silent]);
+    let answers = by_geometry(&comparison.rows);
+    let said: Vec<_> = answers.iter().map(|a| (a.fluent.as_str(), a.twin, a.measured)).collect();
+    assert_eq!(
+        said,
+        [("pouring(jar, cup)", Some(false), Some(true)), ("holding(jar)", None, None)]
+    );
+    assert!(answers[0].question.starts_with("Is the robot pouring"));
+}
+
+#[test]
+fn measures_are_in_si_with_the_units_name() {
+    for (quantity, value, unit) in [
+        (Quantity::metres(0.012), 0.012, "m"),
+        (Quantity::radians(0.5), 0.5, "rad"),
+        (Quantity::cubic_metres(3e-5), 3e-5, "m^3"),
+        (Quantity::seconds(2.0), 2.0, "s"),
+    ] {
+        let measure = measure(quantity);
+        assert_eq!(measure.unit, unit);
+        assert!((measure.value - value).abs() < 1e-18);
+    }
+}

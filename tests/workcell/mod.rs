@@ -1,0 +1,157 @@
+//! The work cell end to end: stopped runs, missed grasps, and the folder that a run leaves.
+
+mod recorder;
+
+use std::fs;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+
+use trueup::execution::arm::Cancel;
+use trueup::execution::calibrate::Switches;
+use trueup::execution::trace::{Event, Nobody, Observer, Outcome};
+use trueup::lab::{LabSettings, Spot};
+use trueup::language::ast::{Call, Step};
+use trueup::language::{Source, parse_line};
+use trueup::workcell::record::Recorder;
+use trueup::workcell::{Ending, Options, Run, Stdlib, WorkCell};
+
+use crate::program::Desk;
+
+fn no_time() -> f64 {
+    0.0
+}
+
+fn options(lab: LabSettings, seed: u64) -> Options {
+    Options {
+        robot: "lab".into(),
+        scene: None,
+        script: None,
+        lab,
+        stdlib: Stdlib::embedded(),
+        seed,
+        switches: Switches::default(),
+        clock: no_time,
+    }
+}
+
+/// A laboratory that is as assumed, so that regression 3 can be spared, with places that do.
+fn plain() -> Options {
+    let mut lab = LabSettings::perfect();
+    for (name, x_m, y_m) in [("jar", 0.60, 0.10), ("cup", 0.58, -0.22)] {
+        lab.placement.fixed.insert(name.into(), Spot { x_m, y_m, yaw_rad: 0.3 });
+    }
+    Options { switches: Switches { offset: false, ..Switches::default() }, ..options(lab, 1) }
+}
+
+fn call(text: &str) -> Call {
+    match parse_line(text).0 {
+        Some(Step::Act(act)) => act.call,
+        other => panic!("{text} is no call: {other:?}"),
+    }
+}
+
+/// Presses Ctrl-C when something has happened often enough.
+struct Press {
+    cancel: Cancel,
+    on: fn(&Event) -> bool,
+    left: usize,
+}
+
+impl Observer for Press {
+    fn event(&mut self, event: &Event) {
+        if (self.on)(event) {
+            self.left = self.left.saturating_sub(1);
+            if self.left == 0 {
+                self.cancel.cancel();
+            }
+        }
+    }
+}
+
+/// Runs a call into a folder of its own.
+fn recorded(
+    cell: &mut WorkCell,
+    desk: &Desk,
+    text: &str,
+    watcher: Box<dyn Observer + Send>,
+) -> (Run, PathBuf) {
+    let recorder = Recorder::create(&desk.path("runs"), "now", "test").unwrap();
+    let folder = recorder.dir().to_path_buf();
+    (cell.run(&call(text), Some(recorder), watcher).unwrap(), folder)
+}
+
+fn kept(folder: &std::path::Path) -> Run {
+    serde_json::from_str(&fs::read_to_string(folder.join("run.json")).unwrap()).unwrap()
+}
+
+/// Ctrl-C while the arm moves: the run is stopped, recorded whole, and the cell goes on from there.
+#[test]
+fn a_stop_in_a_step_is_recorded_and_the_cell_goes_on() {
+    let desk = Desk::new("workcell-stop");
+    let mut cell = WorkCell::open(plain()).unwrap();
+    let press =
+        Press { cancel: cell.cancel(), on: |event| matches!(event, Event::Tick(_)), left: 150 };
+    let (run, folder) = recorded(&mut cell, &desk, "pick(jar)", Box::new(press));
+    assert_eq!((run.outcome, run.reached), (Ending::Stopped, false));
+    let last = run.steps.last().unwrap();
+    assert!(last.action.starts_with("approach(jar"), "{}", last.action);
+    assert_eq!(last.outcome, Outcome::Stopped);
+    assert!(last.interval_s[1] > last.interval_s[0], "it had begun: {:?}", last.interval_s);
+    assert!(!last.fluents.is_empty() && last.fluents.iter().all(|row| row.expected.is_none()));
+    assert_eq!(kept(&folder), run);
+    assert!(!folder.join("run.json.part").exists());
+    // The arm is at rest, and was not sent anywhere afterwards.
+    let text = fs::read_to_string(folder.join("arm.csv")).unwrap();
+    let numbers =
+        |line: &str| -> Vec<f64> { line.split(',').map(|x| x.parse().unwrap()).collect() };
+    let end = numbers(text.lines().last().unwrap());
+    assert!(end[15..22].iter().all(|dq| dq.abs() < 0.03), "{:?}", &end[15..22]);
+    assert!(run.water.unwrap().spilt_ml < 0.5);
+
+    // The wish is still there: nothing moves before it is forgotten.
+    let (run, folder) = recorded(&mut cell, &desk, "home()", Box::new(Nobody));
+    assert_eq!((run.outcome, run.steps.len()), (Ending::Stopped, 0));
+    assert_eq!(kept(&folder), run);
+    assert_eq!(fs::read_to_string(folder.join("arm.csv")).unwrap(), "");
+    cell.cancel().clear();
+    let (run, _) = recorded(&mut cell, &desk, "home()", Box::new(Nobody));
+    assert_eq!(run.outcome, Ending::Success, "{:?}", run.reason);
+}
+
+/// Ctrl-C during the touch-off, before there is any step.
+#[test]
+fn a_stop_while_calibrating_leaves_a_whole_run_without_steps() {
+    let desk = Desk::new("workcell-stop-early");
+    let mut cell = WorkCell::open(options(LabSettings::default(), 1)).unwrap();
+    let press =
+        Press { cancel: cell.cancel(), on: |event| matches!(event, Event::Tick(_)), left: 40 };
+    let (run, folder) = recorded(&mut cell, &desk, "pick(jar)", Box::new(press));
+    assert_eq!((run.outcome, run.steps.len()), (Ending::Stopped, 0));
+    assert_eq!(kept(&folder), run);
+}
+
+/// Whether nothing was spilt is not known during a run; the kitchen scales know at its end.
+#[test]
+fn the_scales_have_the_last_word_on_the_water() {
+    let script = "task glance() { gives dry(most: 5 mL)  look() }\n";
+    let options = Options { script: Some(Source::new("glance.task", script)), ..plain() };
+    let mut cell = WorkCell::open(options).unwrap();
+    let run = cell.run(&call("glance()"), None, Box::new(Nobody)).unwrap();
+    assert_eq!((run.outcome, run.reached), (Ending::Success, true), "{:?}", run.reason);
+    let dry =
+        run.steps.last().unwrap().fluents.iter().find(|row| row.name.starts_with("dry")).unwrap();
+    assert_eq!((dry.twin, dry.measured), (Some(true), None), "in the run nobody measured it");
+    assert_eq!(run.run_dir, None);
+}
+
+#[test]
+fn a_need_that_is_false_is_said_before_anything_moves() {
+    let script = "task hurry() { needs height(jar) >= 10 cm  home() }\n";
+    let options = Options { script: Some(Source::new("hurry.task", script)), ..plain() };
+    let mut cell = WorkCell::open(options).unwrap();
+    let before = cell.state().unwrap();
+    let error = cell.run(&call("hurry()"), None, Box::new(Nobody)).unwrap_err().to_string();
+    assert!(error.contains("height(jar) >= 10 cm") && error.contains("100 mm"), "{error}");
+    let after = cell.state().unwrap();
+    assert_eq!((after.q, after.time), (before.q, before.time));
+}

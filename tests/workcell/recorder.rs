@@ -1,0 +1,134 @@
+//! The run folder: made whole or not at all, and readable whenever the run breaks off.
+
+use std::fs;
+
+use trueup::execution::arm::Feedback;
+use trueup::execution::trace::{Event, Observer};
+use trueup::units::parse_column;
+use trueup::workcell::Stdlib;
+use trueup::workcell::record::Recorder;
+use trueup::world::{ObjectState, Pose, WorldState};
+
+use crate::program::Desk;
+
+fn tick(time: f64) -> Event {
+    let values = |x: f64| vec![x; 7];
+    Event::Tick(Feedback {
+        time,
+        q_cmd: values(0.1),
+        q: values(0.2),
+        dq: values(0.3),
+        tau: values(-0.4),
+        opening: 0.085,
+    })
+}
+
+#[test]
+fn runs_of_one_second_get_folders_of_their_own() {
+    let desk = Desk::new("recorder-names");
+    let root = desk.path("deep/runs");
+    let names: Vec<String> = (0..3)
+        .map(|_| {
+            let recorder = Recorder::create(&root, "20260101-000000", "pour(jar)/..").unwrap();
+            recorder.dir().file_name().unwrap().to_string_lossy().into_owned()
+        })
+        .collect();
+    // A task's name is no path.
+    let name = "20260101-000000-pour-jar----";
+    assert_eq!(names, [name.to_owned(), format!("{name}-2"), format!("{name}-3")]);
+}
+
+#[test]
+fn what_cannot_be_made_is_said_with_its_path() {
+    let desk = Desk::new("recorder-refused");
+    desk.file("file", "");
+    let (path, error) = Recorder::create(&desk.path("file/runs"), "now", "x").unwrap_err();
+    assert!(path.ends_with("file/runs"), "{}", path.display());
+    assert!(!error.to_string().is_empty());
+    assert_eq!(desk.everything(), ["file"]);
+}
+
+/// Events are on disk as they happen: a reader that comes before the end finds every one of them.
+#[test]
+fn events_are_on_disk_at_once_and_ticks_at_a_hundred_a_second() {
+    let desk = Desk::new("recorder-events");
+    let mut recorder = Recorder::create(&desk.path("runs"), "now", "x").unwrap();
+    let dir = recorder.dir().to_path_buf();
+    for n in 0..5 {
+        recorder.event(&Event::Note { text: format!("line \"{n}\"\n") });
+        let text = fs::read_to_string(dir.join("events.jsonl")).unwrap();
+        assert_eq!(text.lines().count(), n + 1);
+        let last: Event = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+        assert_eq!(last, Event::Note { text: format!("line \"{n}\"\n") });
+    }
+    for k in 0..250 {
+        recorder.event(&tick(0.004 * f64::from(k)));
+    }
+    recorder.save(&serde_json::json!({"half": false})).unwrap();
+    let text = fs::read_to_string(dir.join("arm.csv")).unwrap();
+    let header: Vec<_> =
+        text.lines().next().unwrap().split(',').map(|name| parse_column(name).unwrap()).collect();
+    assert_eq!(header.len(), 1 + 4 * 7 + 1);
+    let rows = text.lines().count() - 1;
+    assert!((80..=100).contains(&rows), "{rows} rows in a second");
+    assert!(text.lines().all(|line| line.split(',').count() == header.len()));
+    let kept = fs::read_to_string(dir.join("run.json")).unwrap();
+    assert_eq!(serde_json::from_str::<serde_json::Value>(&kept).unwrap()["half"], false);
+    assert!(!dir.join("run.json.part").exists());
+}
+
+/// A picture that could not be written is told when the run is saved, not lost.
+#[test]
+fn what_could_not_be_written_is_told() {
+    let desk = Desk::new("recorder-trouble");
+    let mut recorder = Recorder::create(&desk.path("runs"), "now", "x").unwrap();
+    fs::remove_dir(recorder.dir().join("frames")).unwrap();
+    let image = image::RgbImage::new(4, 4);
+    recorder.event(&Event::Picture { name: "01-before-real".into(), image });
+    assert!(recorder.save(&serde_json::json!({})).is_err());
+    assert!(recorder.save(&serde_json::json!({})).is_ok(), "told once; the rest is kept");
+}
+
+/// What nobody knows is `null` in JSON and infinite when it is read again.
+#[test]
+fn an_object_nobody_has_seen_is_read_back_as_it_was() {
+    let state = WorldState {
+        time: 1.0,
+        q: vec![0.5],
+        opening: 0.01,
+        world_from_tool: Pose::identity(),
+        held: None,
+        objects: vec![ObjectState {
+            name: "jar".into(),
+            world_from_object: None,
+            std: f64::INFINITY,
+            water: None,
+        }],
+        spilt: None,
+    };
+    let text = serde_json::to_string(&state).unwrap();
+    assert!(text.contains("\"std\":null"), "{text}");
+    assert_eq!(serde_json::from_str::<WorldState>(&text).unwrap(), state);
+}
+
+/// A user's folder comes before what is embedded, file by file.
+#[test]
+fn a_folder_overrides_the_stdlib_file_by_file() {
+    let desk = Desk::new("stdlib-folder");
+    desk.file("mine/actions/grasp.rhai", "arm.close(o, 5.0 * N);\n");
+    desk.file("mine/tasks/extra.task", "task wave() { home() }\n");
+    desk.file("mine/notes.txt", "not a part of it");
+    let embedded = Stdlib::embedded();
+    let mine = embedded.clone().with_folder(&desk.path("mine")).unwrap();
+    assert_eq!(mine.file("actions/grasp.rhai"), Some("arm.close(o, 5.0 * N);\n"));
+    assert_eq!(mine.file("actions/lift.rhai"), embedded.file("actions/lift.rhai"));
+    assert_eq!(mine.file("notes.txt"), None);
+    let names = |stdlib: &Stdlib| -> Vec<String> {
+        stdlib.tasks().map(|(path, _)| path.to_owned()).collect()
+    };
+    let mut added = names(&mine);
+    added.retain(|path| !names(&embedded).contains(path));
+    assert_eq!(added, ["tasks/extra.task"]);
+    let (path, _) = embedded.with_folder(&desk.path("gone")).unwrap_err();
+    assert!(path.ends_with("gone"));
+}
