@@ -9,7 +9,7 @@ use image::RgbImage;
 use rayon::prelude::*;
 
 use super::truth::Exposure;
-use crate::twin::render::{Radiance, srgb};
+use crate::twin::render::{Radiance, developed};
 
 /// Returns the photo that a sensor takes of `light`; `key` chooses the noise.
 pub(super) fn expose(drawn: &Radiance, exposure: &Exposure, key: u64) -> RgbImage {
@@ -17,18 +17,18 @@ pub(super) fn expose(drawn: &Radiance, exposure: &Exposure, key: u64) -> RgbImag
     let light = blurred(&drawn.light, width, height, exposure.blur);
     let mut bytes = vec![0; width * height * 3];
     let (cu, cv) = (width as f64 / 2.0, height as f64 / 2.0);
-    let corner = cu.hypot(cv).max(1.0);
+    let corner2 = (cu * cu + cv * cv).max(1.0);
     bytes.par_chunks_mut((width * 3).max(1)).enumerate().for_each(|(v, row)| {
         for u in 0..width {
-            let r = (u as f64 - cu).hypot(v as f64 - cv) / corner;
-            let fall = 1.0 - exposure.vignetting * r * r;
+            let (du, dv) = (u as f64 - cu, v as f64 - cv);
+            let fall = 1.0 - exposure.vignetting * (du * du + dv * dv) / corner2;
             for c in 0..3 {
                 let signal = f64::from(light[v * width + u][c]) * fall * exposure.gain[c];
                 let place = ((v * width + u) * 3 + c) as u64;
                 let variance = exposure.read_noise * exposure.read_noise
                     + signal.max(0.0) / exposure.full_well;
                 let noisy = signal + variance.sqrt() * noise(key, place);
-                row[3 * u + c] = (srgb(noisy as f32) * 255.0 + 0.5) as u8;
+                row[3 * u + c] = developed(noisy as f32);
             }
         }
     });
@@ -38,7 +38,7 @@ pub(super) fn expose(drawn: &Radiance, exposure: &Exposure, key: u64) -> RgbImag
 
 /// Blurs with a Gaussian of `sigma` px, along rows and then columns; the border repeats.
 fn blurred(light: &[[f32; 3]], width: usize, height: usize, sigma: f64) -> Vec<[f32; 3]> {
-    if sigma < 1e-3 {
+    if sigma < 1e-3 || light.is_empty() {
         return light.to_vec();
     }
     let reach = (3.0 * sigma).ceil() as usize;
@@ -46,27 +46,30 @@ fn blurred(light: &[[f32; 3]], width: usize, height: usize, sigma: f64) -> Vec<[
         .map(|k| (-0.5 * ((k as f64 - reach as f64) / sigma).powi(2)).exp() as f32)
         .collect();
     let total: f32 = weights.iter().sum();
-    let pass = |from: &[[f32; 3]], step_u: usize, step_v: usize| -> Vec<[f32; 3]> {
-        (0..height)
-            .into_par_iter()
-            .flat_map_iter(|v| {
-                let weights = &weights;
-                (0..width).map(move |u| {
-                    let mut sum = [0.0_f32; 3];
-                    for (k, weight) in weights.iter().enumerate() {
-                        let x = (u + k * step_u).saturating_sub(reach * step_u).min(width - 1);
-                        let y = (v + k * step_v).saturating_sub(reach * step_v).min(height - 1);
-                        let at = from[y * width + x];
-                        for c in 0..3 {
-                            sum[c] += weight * at[c];
-                        }
-                    }
-                    sum.map(|x| x / total)
-                })
-            })
-            .collect()
+    let weights: Vec<f32> = weights.iter().map(|weight| weight / total).collect();
+    // Whole rows are added up with a shift: no pixel is asked where it lies.
+    let add = |sum: &mut [[f32; 3]], from: &[[f32; 3]], weight: f32| {
+        for (sum, x) in sum.as_flattened_mut().iter_mut().zip(from.as_flattened()) {
+            *sum += weight * x;
+        }
     };
-    pass(&pass(light, 1, 0), 0, 1)
+    let blank = vec![[0.0_f32; 3]; width * height];
+    let (mut across, mut both) = (blank.clone(), blank);
+    across.par_chunks_mut(width).zip(light.par_chunks(width)).for_each(|(sum, row)| {
+        let mut wide = vec![row[0]; reach];
+        wide.extend_from_slice(row);
+        wide.extend(std::iter::repeat_n(row[width - 1], reach));
+        for (k, &weight) in weights.iter().enumerate() {
+            add(sum, &wide[k..k + width], weight);
+        }
+    });
+    both.par_chunks_mut(width).enumerate().for_each(|(v, sum)| {
+        for (k, &weight) in weights.iter().enumerate() {
+            let row = (v + k).saturating_sub(reach).min(height - 1);
+            add(sum, &across[row * width..(row + 1) * width], weight);
+        }
+    });
+    both
 }
 
 /// Returns nearly normal noise of deviation 1: the sum of four even draws from one hash (Irwin and Hall).

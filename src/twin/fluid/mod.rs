@@ -7,14 +7,15 @@
 //!
 //! Water that has settled in a vessel that is carried gently rides along frozen and costs nothing; it
 //! wakes when the vessel tilts, is accelerated, or something falls in. The arm and objects that are not
-//! vessels do not touch the water. Every update is a map over particles from the values of the last
-//! pass, so the result has the same bits for any number of threads.
+//! vessels do not touch the water. All of it runs in the caller's thread, so the result has the same bits
+//! for any number of threads.
 //!
 //! Source: Macklin and Müller, "Position based fluids", 2013; Schechter and Bridson, "Ghost SPH for
 //! animating water", 2012 (XSPH viscosity).
 
 mod grid;
 mod kernel;
+mod placed;
 mod sleep;
 mod solve;
 mod vessel;
@@ -27,7 +28,8 @@ pub use vessel::Vessel;
 
 use crate::motion::Inertial;
 use crate::world::Table;
-use grid::Grid;
+use placed::Placed;
+use solve::Scratch;
 
 /// Density of water, kg/m³.
 const WATER_DENSITY: f64 = 1000.0;
@@ -88,10 +90,14 @@ enum Phase {
 #[derive(Debug, Clone)]
 struct Moving {
     vessel: Vessel,
+    /// Square of the distance from the vessel's origin beyond which it does not touch a particle, m².
+    reach2: f32,
     now: Isometry3<f32>,
     /// From the world into the vessel, as it stood before the step and as it stands now.
-    into_before: Isometry3<f32>,
-    into: Isometry3<f32>,
+    into_before: Placed,
+    into: Placed,
+    /// From the vessel into the world as it stands now.
+    out: Placed,
     velocity: Vector3<f32>,
     spin: Vector3<f32>,
     /// Smoothed acceleration of the middle, m/s².
@@ -111,11 +117,19 @@ impl Moving {
     }
 
     fn local(&self, p: &Vector3<f32>) -> Vector3<f32> {
-        (self.into * nalgebra::Point3::from(*p)).coords
+        self.into.point(p)
     }
 
     fn local_before(&self, p: &Vector3<f32>) -> Vector3<f32> {
-        (self.into_before * nalgebra::Point3::from(*p)).coords
+        self.into_before.point(p)
+    }
+
+    fn world(&self, p: &Vector3<f32>) -> Vector3<f32> {
+        self.out.point(p)
+    }
+
+    fn turned(&self, v: &Vector3<f32>) -> Vector3<f32> {
+        self.out.vector(v)
     }
 }
 
@@ -141,7 +155,7 @@ pub struct Fluid {
     rest_time: Vec<f32>,
     /// Places of frozen particles in their vessel's frame.
     ride: Vec<Vector3<f32>>,
-    grid: Grid,
+    scratch: Scratch,
 }
 
 /// A vessel to fill: what it is, where, and with how much water, m³.
@@ -192,7 +206,7 @@ impl Fluid {
             touched_table: Vec::new(),
             rest_time: Vec::new(),
             ride: Vec::new(),
-            grid: Grid::default(),
+            scratch: Scratch::default(),
         };
         let mut rng = StdRng::seed_from_u64(seed);
         for (k, filling) in fillings.iter().enumerate() {
@@ -212,9 +226,11 @@ impl Fluid {
             }
             fluid.vessels.push(Moving {
                 vessel: filling.vessel.clone(),
+                reach2: (filling.vessel.bound() + 0.03).powi(2),
                 now: pose,
-                into_before: pose.inverse(),
-                into: pose.inverse(),
+                into_before: Placed::new(&pose.inverse()),
+                into: Placed::new(&pose.inverse()),
+                out: Placed::new(&pose),
                 velocity: Vector3::zeros(),
                 spin: Vector3::zeros(),
                 acceleration: Vector3::zeros(),
@@ -273,7 +289,8 @@ impl Fluid {
             let before = moving.now;
             moving.now = vessel::single(pose);
             moving.into_before = moving.into;
-            moving.into = moving.now.inverse();
+            moving.into = Placed::new(&moving.now.inverse());
+            moving.out = Placed::new(&moving.now);
             let shift = moving.now.translation.vector - before.translation.vector;
             let turn = moving.now.rotation * before.rotation.inverse();
             let velocity = shift / dt;

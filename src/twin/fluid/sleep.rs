@@ -52,7 +52,7 @@ impl Fluid {
         for i in 0..self.phase.len() {
             if let Phase::Riding(k) = self.phase[i] {
                 let moving = &self.vessels[k];
-                self.position[i] = (moving.now * nalgebra::Point3::from(self.ride[i])).coords;
+                self.position[i] = moving.world(&self.ride[i]);
                 self.velocity[i] = moving.velocity_at(&self.position[i]);
             }
         }

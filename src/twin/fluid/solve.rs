@@ -1,16 +1,16 @@
 //! One step of the water that moves: predict, make the density right, let neighbours drag each other.
 //!
-//! Every pass is a map over particles from the values of the last one (Jacobi), so the order in which
-//! threads work does not show.
+//! Every pass reads the values of the last one (Jacobi) and visits each pair of neighbours once. It runs in
+//! one thread: what is worth sharing is whole rehearsals, and a pair visited once costs half of one visited
+//! from both its ends.
 //!
 //! Source: Macklin and Müller, "Position based fluids", 2013, algorithm 1 and equations 1, 8–12, with
 //! walls as half-spaces of fluid at rest in place of boundary particles; Schechter and Bridson, "Ghost
 //! SPH for animating water", 2012 (XSPH viscosity).
 
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
-use super::grid::Grid;
+use super::grid::Pairs;
 use super::{Fluid, Kernel, Phase};
 
 /// Support radius of the kernel in particle spacings: about 27 neighbours at rest.
@@ -22,16 +22,36 @@ const MARGIN: f32 = 0.4;
 const PACKING: f32 = 1.02;
 /// No particle is faster, m/s: one thrown out by a jump of its vessel must not leave the room.
 const TOP_SPEED: f32 = 5.0;
-/// From how many particles on a pass is shared between threads: for fewer the handing over takes longer.
-const SHARE_FROM: usize = 1000;
 
-/// Returns `f` of each particle.
-pub(super) fn map<T: Send>(n: usize, f: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
-    if n < SHARE_FROM {
-        (0..n).map(f).collect()
-    } else {
-        (0..n).into_par_iter().with_min_len(128).map(f).collect()
+/// What the density iterations hand on from pass to pass; kept between steps to save the allocations.
+#[derive(Debug, Default)]
+pub(super) struct Scratch {
+    pairs: Pairs,
+    /// Of each pair: the gradient of the density of its first particle with respect to the second's place,
+    /// 1/m; zero when they are no longer near.
+    gradients: Vec<Vector3<f32>>,
+    sums: Vec<Sums>,
+    moves: Vec<Vector3<f32>>,
+}
+
+impl Clone for Scratch {
+    fn clone(&self) -> Self {
+        Self::default()
     }
+}
+
+/// What a particle's neighbours add up to.
+#[derive(Debug, Clone, Copy)]
+struct Sums {
+    density: f32,
+    /// Gradient of the density with respect to the particle's own place, 1/m.
+    own: Vector3<f32>,
+    /// Squares of its gradients with respect to the neighbours' places, 1/m².
+    squares: f32,
+    /// Gradient of the walls' share of the density, 1/m.
+    wall: Vector3<f32>,
+    /// The multiplier `λ` of the density constraint, m².
+    lambda: f32,
 }
 
 impl Fluid {
@@ -45,22 +65,25 @@ impl Fluid {
         let dt = self.dt;
         let start: Vec<Vector3<f32>> = live.iter().map(|&i| self.position[i]).collect();
         let sides: Vec<u32> = live.iter().map(|&i| self.inside[i]).collect();
-        let mut x: Vec<Vector3<f32>> = map(live.len(), |a| {
-            let v = self.velocity[live[a]] + self.gravity * dt;
-            let v = v * (TOP_SPEED / v.norm().max(TOP_SPEED));
-            self.confine(&start[a], sides[a], &(start[a] + v * dt)).0
-        });
-        let mut grid = std::mem::take(&mut self.grid);
-        grid.build(&x, self.kernel.h);
+        let mut x: Vec<Vector3<f32>> = (0..live.len())
+            .map(|a| {
+                let v = self.velocity[live[a]] + self.gravity * dt;
+                let v = v * (TOP_SPEED / v.norm().max(TOP_SPEED));
+                self.confine(&start[a], sides[a], &(start[a] + v * dt)).0
+            })
+            .collect();
+        let mut scratch = std::mem::take(&mut self.scratch);
+        scratch.pairs.find(&x, self.kernel.h);
         for _ in 0..self.settings.iterations {
-            let push: Vec<(f32, Vector3<f32>)> = map(x.len(), |a| self.pressure(a, &x, &grid));
-            x = map(x.len(), |a| {
-                let target = x[a] + self.correction(a, &x, &push, &grid);
-                self.confine(&start[a], sides[a], &target).0
-            });
+            self.pressures(&x, &mut scratch);
+            self.corrections(&mut scratch);
+            for a in 0..x.len() {
+                let target = x[a] + scratch.moves[a];
+                x[a] = self.confine(&start[a], sides[a], &target).0;
+            }
         }
         let v: Vec<Vector3<f32>> = x.iter().zip(&start).map(|(x, s)| (x - s) / dt).collect();
-        let smooth: Vec<Vector3<f32>> = map(x.len(), |a| self.smoothed(a, &x, &v, sides[a], &grid));
+        let smooth = self.smoothed(&x, &v, &sides, &scratch.pairs);
         for (a, &i) in live.iter().enumerate() {
             let (place, side) = self.confine(&start[a], sides[a], &x[a]);
             self.position[i] = place;
@@ -74,32 +97,81 @@ impl Fluid {
                 self.velocity[i].y *= 0.9;
             }
         }
-        self.grid = grid;
+        self.scratch = scratch;
     }
 
-    /// Returns a particle's multiplier `λ` (m²) of the density constraint and the gradient of the walls'
-    /// share of its density.
-    fn pressure(&self, a: usize, x: &[Vector3<f32>], grid: &Grid) -> (f32, Vector3<f32>) {
+    /// Finds each particle's multiplier `λ` of the density constraint and the gradients it rests on.
+    fn pressures(&self, x: &[Vector3<f32>], scratch: &mut Scratch) {
         let (kernel, volume) = (&self.kernel, self.volume as f32);
-        let mut density = kernel.weight(0.0) * volume;
-        let (mut own, mut squares) = (Vector3::zeros(), 0.0);
-        for &b in grid.of(a) {
-            let d = x[a] - x[b as usize];
-            let r2 = d.norm_squared();
-            density += kernel.weight(r2) * volume;
-            let r = r2.sqrt();
-            if r > 1e-9 {
+        let h2 = kernel.h * kernel.h;
+        let alone = kernel.weight(0.0) * volume;
+        let Scratch { pairs, gradients, sums, .. } = scratch;
+        sums.clear();
+        sums.extend(x.iter().map(|p| {
+            let (density, wall) = self.walls(p);
+            Sums { density: alone + density, own: wall, squares: 0.0, wall, lambda: 0.0 }
+        }));
+        gradients.clear();
+        gradients.resize(pairs.len(), Vector3::zeros());
+        for a in 0..x.len() {
+            let (first, partners) = pairs.of(a);
+            let (mut density, mut own, mut squares) = (0.0, Vector3::zeros(), 0.0);
+            for (&b, gradient) in partners.iter().zip(&mut gradients[first..]) {
+                let b = b as usize;
+                let d = x[a] - x[b];
+                let r2 = d.norm_squared();
+                // Apart, or in one place, from where there is no way out.
+                if r2 >= h2 || r2 < 1e-18 {
+                    continue;
+                }
+                let weight = kernel.weight(r2) * volume;
+                let r = r2.sqrt();
                 let g = d * (kernel.slope(r) * volume / r);
+                *gradient = g;
+                let square = g.norm_squared();
+                density += weight;
                 own -= g;
-                squares += g.norm_squared();
+                squares += square;
+                let other = &mut sums[b];
+                other.density += weight;
+                other.own += g;
+                other.squares += square;
             }
+            let sum = &mut sums[a];
+            sum.density += density;
+            sum.own += own;
+            sum.squares += squares;
         }
-        let (wall, wall_gradient) = self.walls(&x[a]);
-        density += wall;
-        own += wall_gradient;
-        // Only too dense is wrong: drops and jets may be thin.
-        let excess = (density * PACKING - 1.0).max(0.0);
-        (-excess / (squares + own.norm_squared() + self.relaxation), wall_gradient)
+        for sum in sums {
+            // Only too dense is wrong: drops and jets may be thin.
+            let excess = (sum.density * PACKING - 1.0).max(0.0);
+            sum.lambda = -excess / (sum.squares + sum.own.norm_squared() + self.relaxation);
+        }
+    }
+
+    /// Finds how each particle moves to mend its density and its neighbours', m.
+    fn corrections(&self, scratch: &mut Scratch) {
+        let Scratch { pairs, gradients, sums, moves } = scratch;
+        moves.clear();
+        // The wall's share counts once: it has no multiplier of its own. Twice, as for a mirrored
+        // neighbour, and the water boils.
+        moves.extend(sums.iter().map(|sum| sum.wall * sum.lambda));
+        for a in 0..sums.len() {
+            let (first, partners) = pairs.of(a);
+            let lambda = sums[a].lambda;
+            let mut away = Vector3::zeros();
+            for (&b, gradient) in partners.iter().zip(&gradients[first..]) {
+                let push = gradient * (lambda + sums[b as usize].lambda);
+                away -= push;
+                moves[b as usize] += push;
+            }
+            moves[a] += away;
+        }
+        // A step of more than half a spacing would jump over neighbours.
+        let limit = 0.5 * self.spacing;
+        for step in moves {
+            *step *= limit / step.norm().max(limit);
+        }
     }
 
     /// Returns the density that vessels and table lend to a particle at `p`, and its gradient, 1/m.
@@ -108,8 +180,11 @@ impl Fluid {
         for moving in &self.vessels {
             let local = moving.local(p);
             if moving.vessel.above_floor(&local) && local.z < moving.vessel.rim() + h {
+                if moving.vessel.wall_distance(&local) >= h {
+                    return (0.0, Vector3::zeros());
+                }
                 let (density, gradient) = moving.vessel.wall_density(&local, &self.kernel);
-                return (density, moving.now.rotation * gradient);
+                return (density, moving.turned(&gradient));
             }
         }
         if p.z < h && p.z > -h && self.table.holds(f64::from(p.x), f64::from(p.y), 0.0) {
@@ -119,55 +194,36 @@ impl Fluid {
         (0.0, Vector3::zeros())
     }
 
-    /// Returns how a particle moves to mend its density and its neighbours', m.
-    fn correction(
-        &self,
-        a: usize,
-        x: &[Vector3<f32>],
-        push: &[(f32, Vector3<f32>)],
-        grid: &Grid,
-    ) -> Vector3<f32> {
-        let volume = self.volume as f32;
-        let (own, wall_gradient) = push[a];
-        // The wall's share counts once: it has no multiplier of its own. Twice, as for a mirrored
-        // neighbour, and the water boils.
-        let mut move_by = wall_gradient * own;
-        for &b in grid.of(a) {
-            let d = x[a] - x[b as usize];
-            let r = d.norm();
-            if r > 1e-9 {
-                let both = own + push[b as usize].0;
-                move_by -= d * (both * self.kernel.slope(r) * volume / r);
-            }
-        }
-        // A step of more than half a spacing would jump over neighbours.
-        let limit = 0.5 * self.spacing;
-        move_by * (limit / move_by.norm().max(limit))
-    }
-
-    /// Returns a particle's velocity after the drag of neighbours and walls.
+    /// Returns the particles' velocities after the drag of neighbours and walls.
     fn smoothed(
         &self,
-        a: usize,
         x: &[Vector3<f32>],
         v: &[Vector3<f32>],
-        side: u32,
-        grid: &Grid,
-    ) -> Vector3<f32> {
-        let volume = self.volume as f32;
-        let mut drag = Vector3::zeros();
-        for &b in grid.of(a) {
-            let b = b as usize;
-            let weight = self.kernel.weight((x[a] - x[b]).norm_squared()) * volume;
-            drag += (v[b] - v[a]) * weight;
+        sides: &[u32],
+        pairs: &Pairs,
+    ) -> Vec<Vector3<f32>> {
+        let share = self.volume as f32 * self.settings.viscosity;
+        let mut smooth = v.to_vec();
+        for a in 0..x.len() {
+            let mut drag = Vector3::zeros();
+            for &b in pairs.of(a).1 {
+                let b = b as usize;
+                let weight = self.kernel.weight((x[a] - x[b]).norm_squared()) * share;
+                let pull = (v[b] - v[a]) * weight;
+                drag += pull;
+                smooth[b] -= pull;
+            }
+            smooth[a] += drag;
         }
-        let mut smooth = v[a] + drag * self.settings.viscosity;
         for (k, moving) in self.vessels.iter().enumerate() {
-            if side & (1 << k) != 0
-                && moving.vessel.wall_distance(&moving.local(&x[a])) < self.spacing
-            {
-                let wall = moving.velocity_at(&x[a]);
-                smooth += (wall - smooth) * self.settings.wall_drag;
+            for a in 0..x.len() {
+                if sides[a] & (1 << k) != 0
+                    && moving.vessel.wall_distance(&moving.local(&x[a])) < self.spacing
+                {
+                    let wall = moving.velocity_at(&x[a]);
+                    let slip = wall - smooth[a];
+                    smooth[a] += slip * self.settings.wall_drag;
+                }
             }
         }
         smooth
@@ -184,21 +240,23 @@ impl Fluid {
         let margin = MARGIN * self.spacing;
         let mut p = *target;
         let mut now = sides;
-        // One vessel may push a particle into another: a few passes agree, or the particle stays put.
-        for pass in 0..4 {
-            let before = p;
-            if p.z < margin
+        let below_top = |p: &Vector3<f32>| {
+            p.z < margin
                 && start.z > -margin
                 && self.table.holds(f64::from(p.x), f64::from(p.y), 0.0)
-            {
+        };
+        // One vessel may push a particle into another: a few passes agree, or the particle stays put.
+        for _ in 0..4 {
+            if below_top(&p) {
                 p.z = margin;
             }
+            // Whether something asked before has been moved away from since; if not, all agree.
+            let (mut asked, mut again) = (false, false);
             for (k, moving) in self.vessels.iter().enumerate() {
                 let bit = 1 << k;
                 let inside = sides & bit != 0;
-                let reach = moving.vessel.bound() + 0.03;
                 let apart = (p - moving.now.translation.vector).norm_squared();
-                if !inside && apart > reach * reach {
+                if !inside && apart > moving.reach2 {
                     now &= !bit;
                     continue;
                 }
@@ -206,26 +264,25 @@ impl Fluid {
                 let to = moving.local(&p);
                 let (held, is_in) = moving.vessel.confine(&from, inside, &to, margin);
                 if held != to {
-                    p = (moving.now * nalgebra::Point3::from(held)).coords;
+                    p = moving.world(&held);
+                    again |= asked || below_top(&p);
                 }
+                asked = true;
                 if is_in {
                     now |= bit;
                 } else {
                     now &= !bit;
                 }
             }
-            if (p - before).norm_squared() < 1e-14 {
+            if !again {
                 return (p, now);
-            }
-            if pass == 3 {
-                break;
             }
         }
         // Squeezed between two vessels: it moves with the one it is in, or stays.
         for (k, moving) in self.vessels.iter().enumerate() {
             if sides & (1 << k) != 0 {
                 let local = moving.local_before(start);
-                return ((moving.now * nalgebra::Point3::from(local)).coords, sides);
+                return (moving.world(&local), sides);
             }
         }
         (*start, sides)

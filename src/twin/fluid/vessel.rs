@@ -224,6 +224,13 @@ impl Vessel {
         margin: f32,
     ) -> (Vector3<f32>, bool) {
         let mut p = *to;
+        if inside
+            && p.z < self.rim
+            && p.z >= self.floor + margin
+            && self.inner.grown(-margin).contains(&p)
+        {
+            return (p, true);
+        }
         let came_in = !inside && self.enters(from, to);
         if inside || came_in {
             if p.z >= self.rim {

@@ -239,7 +239,7 @@ pub fn srgb(x: f32) -> f32 {
 }
 
 /// Returns the sRGB byte of linear light, from a table: a picture asks three million times.
-fn developed(x: f32) -> u8 {
+pub fn developed(x: f32) -> u8 {
     const STEPS: f32 = 16383.0;
     static TABLE: LazyLock<Vec<u8>> = LazyLock::new(|| {
         (0..16384).map(|k| (srgb(k as f32 / STEPS) * 255.0 + 0.5) as u8).collect()

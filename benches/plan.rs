@@ -1,0 +1,62 @@
+//! What the planner is asked all the time: inverse kinematics, and a path around a wall.
+
+#![expect(
+    clippy::unwrap_used,
+    missing_docs,
+    reason = "a bench, whose macros make undocumented items"
+)]
+
+use std::hint::black_box;
+use std::sync::atomic::AtomicBool;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
+use trueup::motion::Robot;
+use trueup::motion::collision::{CollisionWorld, Obstacle};
+use trueup::motion::ik::{Options, Solver};
+use trueup::motion::rrt::{Settings, plan};
+use trueup::motion::solid::Solid;
+use trueup::world::Pose;
+
+fn planning(criterion: &mut Criterion) {
+    let robot = Robot::gen3();
+    let solver = Solver::new(&robot);
+    let cuboid = |x: f64, y: f64, z: f64| Solid::Cuboid { half: Vector3::new(x, y, z) };
+    let world = CollisionWorld::new(&robot).with(&[
+        Obstacle::new("table", cuboid(0.6, 0.6, 0.01), Isometry3::translation(0.5, 0.0, -0.01)),
+        Obstacle::new("wall", cuboid(0.25, 0.02, 0.25), Isometry3::translation(0.55, 0.0, 0.25)),
+    ]);
+    // The flange level and pointing forward, on either side of the wall.
+    let forward = UnitQuaternion::from_matrix(&Matrix3::from_columns(&[
+        Vector3::new(0.0, -1.0, 0.0),
+        Vector3::new(0.0, 0.0, -1.0),
+        Vector3::new(1.0, 0.0, 0.0),
+    ]));
+    let home = robot.pose("home").unwrap();
+    let reach = |y: f64| {
+        let target = Pose::from_parts(Vector3::new(0.45, y, 0.25), forward);
+        solver.solve(&target, &Options::near(home), &|q| world.free(q)).unwrap()
+    };
+    let (start, goals) = (reach(-0.25).swap_remove(0), reach(0.25));
+
+    let mut group = criterion.benchmark_group("plan");
+    group.sample_size(20);
+    group.bench_function("inverse kinematics, all free solutions", |bencher| {
+        bencher.iter(|| reach(black_box(0.25)));
+    });
+    group.bench_function("is a configuration free", |bencher| {
+        bencher.iter(|| world.free(black_box(&start)));
+    });
+    let run = AtomicBool::new(false);
+    let mut seed = 0;
+    group.bench_function("path around a wall", |bencher| {
+        bencher.iter(|| {
+            seed = (seed + 1) % 10;
+            plan(&solver, &world, &start, &goals[..4], None, &Settings::seeded(seed), &run).unwrap()
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, planning);
+criterion_main!(benches);

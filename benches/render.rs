@@ -1,0 +1,46 @@
+//! Drawing the kitchen: what the twin's pictures and the laboratory's photos cost.
+
+#![expect(
+    clippy::unwrap_used,
+    missing_docs,
+    reason = "a bench, whose macros make undocumented items"
+)]
+
+#[path = "../tests/kitchen.rs"]
+#[expect(dead_code, reason = "shared with the tests, which use more of it")]
+mod kitchen;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use trueup::lab::{Lab, LabSettings};
+use trueup::twin::render::{ArmLook, Options, View, radiance, render};
+
+/// The arm reaching out level over the table, rad.
+const REACHING: [f64; 7] =
+    [-0.35, 0.95, std::f64::consts::PI, -1.75, 0.0, 1.13, std::f64::consts::FRAC_PI_2];
+
+fn pictures(criterion: &mut Criterion) {
+    let scene = kitchen::scene();
+    let mut camera = scene.camera;
+    (camera.intrinsics.k1, camera.intrinsics.k2) = (-0.15, 0.02);
+    let robot = urdf_rs::read_from_string(kitchen::URDF).unwrap();
+    let state = kitchen::state([0.60, -0.10, 0.3], [0.58, 0.20, 0.0]);
+    let links = kitchen::links(&robot, &REACHING, 0.085);
+    let view = View::of(&scene, &state, &ArmLook::new(&robot), &links);
+    let mut group = criterion.benchmark_group("render");
+    group.sample_size(20);
+    group.bench_function("kitchen 1280x720", |bencher| {
+        bencher.iter(|| render(&camera, &view, &Options::default()));
+    });
+    group.bench_function("kitchen 1280x720, 4 samples", |bencher| {
+        bencher.iter(|| render(&camera, &view, &Options { edge_samples: 4, shadows: true }));
+    });
+    group.bench_function("kitchen 1280x720, quick", |bencher| {
+        bencher.iter(|| radiance(&camera, &view, &Options::quick()));
+    });
+    let mut lab = Lab::new(kitchen::URDF, &scene, LabSettings::default(), 1).unwrap();
+    group.bench_function("lab photo", |bencher| bencher.iter(|| lab.photo()));
+    group.finish();
+}
+
+criterion_group!(benches, pictures);
+criterion_main!(benches);
