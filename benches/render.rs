@@ -1,17 +1,13 @@
 //! Drawing the kitchen: what the twin's pictures and the laboratory's photos cost.
 
-#![expect(
-    clippy::unwrap_used,
-    missing_docs,
-    reason = "a bench, whose macros make undocumented items"
-)]
+#![expect(clippy::unwrap_used, reason = "a failed unwrap in a bench is a failed bench")]
 
 #[path = "../tests/kitchen.rs"]
-#[expect(dead_code, reason = "shared with the tests, which use more of it")]
 mod kitchen;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use trueup::lab::{Lab, LabSettings};
+use trueup::motion::Robot;
 use trueup::twin::render::{ArmLook, Options, View, radiance, render};
 
 /// The arm reaching out level over the table, rad.
@@ -22,9 +18,10 @@ fn pictures(criterion: &mut Criterion) {
     let scene = kitchen::scene();
     let mut camera = scene.camera;
     (camera.intrinsics.k1, camera.intrinsics.k2) = (-0.15, 0.02);
-    let robot = urdf_rs::read_from_string(kitchen::URDF).unwrap();
+    let robot = Robot::gen3();
+    let urdf = urdf_rs::read_from_string(kitchen::URDF).unwrap();
     let state = kitchen::state([0.60, -0.10, 0.3], [0.58, 0.20, 0.0]);
-    let links = kitchen::links(&robot, &REACHING, 0.085);
+    let links = kitchen::links(&urdf, &REACHING, 0.085);
     let view = View::of(&scene, &state, &ArmLook::new(&robot), &links);
     let mut group = criterion.benchmark_group("render");
     group.sample_size(20);
@@ -37,7 +34,7 @@ fn pictures(criterion: &mut Criterion) {
     group.bench_function("kitchen 1280x720, quick", |bencher| {
         bencher.iter(|| radiance(&camera, &view, &Options::quick()));
     });
-    let mut lab = Lab::new(kitchen::URDF, &scene, LabSettings::default(), 1).unwrap();
+    let mut lab = Lab::new(&robot, &scene, LabSettings::default(), 1).unwrap();
     group.bench_function("lab photo", |bencher| bencher.iter(|| lab.photo()));
     group.finish();
 }

@@ -1,10 +1,6 @@
 //! One second of the twin: standing still, and with all the water awake.
 
-#![expect(
-    clippy::unwrap_used,
-    missing_docs,
-    reason = "a bench, whose macros make undocumented items"
-)]
+#![expect(clippy::unwrap_used, reason = "a failed unwrap in a bench is a failed bench")]
 
 #[path = "../tests/kitchen.rs"]
 #[expect(dead_code, reason = "shared with the tests, which use more of it")]
@@ -12,14 +8,15 @@ mod kitchen;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use trueup::motion::Robot;
 use trueup::twin::fluid::{Filling, Fluid, Vessel};
-use trueup::twin::{ArmModel, FluidSettings, Settings, Twin};
+use trueup::twin::{FluidSettings, Settings, Twin};
 
 fn twin(criterion: &mut Criterion) {
     let scene = kitchen::scene();
-    let arm = ArmModel::from_urdf_text(kitchen::URDF, "tool_frame").unwrap();
+    let robot = Robot::gen3();
     let state = kitchen::state([0.60, -0.10, 0.3], [0.58, 0.20, 0.0]);
-    let built = Twin::new(&arm, &scene, &state, Settings::for_arm(&arm)).unwrap();
+    let built = Twin::new(&robot, &scene, &state, Settings::for_arm(&robot)).unwrap();
     let mut group = criterion.benchmark_group("step");
     group.sample_size(10);
     group.bench_function("twin, water asleep, 1 s", |bencher| {

@@ -265,7 +265,7 @@ fn find_edges(keys: &[u32], width: usize, height: usize, v: usize, edges: &mut V
     for u in 0..width {
         let (left, right) = (here[u.saturating_sub(1)], here[(u + 1).min(width - 1)]);
         let key = here[u];
-        if (left != key) | (right != key) | (above[u] != key) | (below[u] != key) {
+        if left != key || right != key || above[u] != key || below[u] != key {
             edges.push(u);
         }
     }

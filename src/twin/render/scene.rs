@@ -219,14 +219,11 @@ impl Thing {
         let (lo, ld) = self.inward(from, d);
         let stride = times(&self.local_from_world, step);
         for k in cells {
-            let blocks = match &self.kind {
-                Kind::Solid(solid) => {
-                    solid.span(lo + stride * k as f64, ld).is_some_and(|span| span.leave > 1e-6)
-                }
-                _ => {
-                    let o = from + step * k as f64;
-                    self.near(o, d) && self.blocks(o, d)
-                }
+            let blocks = if let Kind::Solid(solid) = &self.kind {
+                solid.span(lo + stride * k as f64, ld).is_some_and(|span| span.leave > 1e-6)
+            } else {
+                let o = from + step * k as f64;
+                self.near(o, d) && self.blocks(o, d)
             };
             if blocks {
                 told(k);
