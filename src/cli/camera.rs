@@ -84,14 +84,15 @@ pub(super) fn camera(
     let sightings = vision::see(&image, &camera, &scene, &Options::default())
         .map_err(|error| Failure::input("camera::picture", error.to_string()).at(&place))?;
     if let Some(dir) = &args.out {
-        let written = std::fs::create_dir_all(dir).map_err(image::ImageError::IoError).and_then(|()| {
-            for sighting in &sightings {
-                if let Some(mask) = &sighting.mask {
-                    mask.save(dir.join(format!("{}-mask.png", sighting.name)))?;
+        let written =
+            std::fs::create_dir_all(dir).map_err(image::ImageError::IoError).and_then(|()| {
+                for sighting in &sightings {
+                    if let Some(mask) = &sighting.mask {
+                        mask.save(dir.join(format!("{}-mask.png", sighting.name)))?;
+                    }
                 }
-            }
-            vision::annotate(&image, &sightings).save(dir.join("seen.png"))
-        });
+                vision::annotate(&image, &sightings).save(dir.join("seen.png"))
+            });
         written.map_err(|error| {
             Failure::input("io::write", format!("cannot write pictures: {error}"))
                 .at(dir.display().to_string())

@@ -130,7 +130,9 @@ fn dispatch(cli: &Cli, style: &Style) -> Result<Exit, Failure> {
         (Some(Command::Fmt(args)), _) => text::fmt(args, style),
         (Some(Command::Graph(args)), _) => text::graph(args, cli, style),
         (Some(Command::Robot(command)), _) => robot::robot(command, cli.common.seed, style),
-        (Some(Command::Camera(command)), _) => camera::camera(command, cli.cell.scene.as_ref(), style),
+        (Some(Command::Camera(command)), _) => {
+            camera::camera(command, cli.cell.scene.as_ref(), style)
+        }
         (Some(Command::Align(command)), _) => align::align(command, style),
         (None, Some(line)) => run::line(line, cli, style),
         (None, None) => run::prompt(cli, style),

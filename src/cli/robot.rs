@@ -83,9 +83,8 @@ pub(super) struct PlanArgs {
 fn robot_of(which: &Which) -> Result<Robot, Failure> {
     let tip = which.tip.as_deref();
     match (&which.robot_file, tip) {
-        (Some(path), tip) => Robot::from_file(path, tip).map_err(|error| {
-            failure(&error).at(path.display().to_string())
-        }),
+        (Some(path), tip) => Robot::from_file(path, tip)
+            .map_err(|error| failure(&error).at(path.display().to_string())),
         (None, Some(tip)) => Robot::gen3_to(tip).map_err(|error| failure(&error)),
         (None, None) => Ok(Robot::gen3()),
     }
@@ -122,8 +121,7 @@ pub(super) fn robot(command: &RobotCommand, seed: u64, style: &Style) -> Result<
             let robot = robot_of(&args.rows.which)?;
             let rows = rows_of(&robot, args.rows.q.as_ref(), args.rows.q_file.as_ref())?;
             let bodies = if args.with_gripper { Bodies::All } else { Bodies::UpToTip };
-            let found =
-                answer::dynamics(&robot, bodies, &rows).map_err(|error| failure(&error))?;
+            let found = answer::dynamics(&robot, bodies, &rows).map_err(|error| failure(&error))?;
             told(style, &found);
             Ok(Exit::Yes)
         }
@@ -141,7 +139,11 @@ pub(super) fn robot(command: &RobotCommand, seed: u64, style: &Style) -> Result<
             };
             let found = answer::ik(&robot, &poses, &near, seed, &mut now_us);
             told(style, &found);
-            Ok(if found.solutions.iter().all(|s| matches!(s, answer::IkSolution::Found { .. })) { Exit::Yes } else { Exit::No })
+            Ok(if found.solutions.iter().all(|s| matches!(s, answer::IkSolution::Found { .. })) {
+                Exit::Yes
+            } else {
+                Exit::No
+            })
         }
         RobotCommand::Plan(args) => {
             let robot = robot_of(&args.which)?;

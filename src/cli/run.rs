@@ -26,7 +26,10 @@ pub(super) struct RunArgs {
 }
 
 /// Returns seconds since the program could first be asked; only differences mean something.
-#[expect(clippy::disallowed_methods, reason = "the one clock of the program, handed down from here")]
+#[expect(
+    clippy::disallowed_methods,
+    reason = "the one clock of the program, handed down from here"
+)]
 pub(super) fn clock() -> f64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
 }
@@ -174,7 +177,8 @@ pub(super) fn script(args: &RunArgs, cli: &Cli, style: &Style) -> Result<Exit, F
 pub(super) fn line(line: &str, cli: &Cli, style: &Style) -> Result<Exit, Failure> {
     let source = Source::new("command line", line);
     let (step, diagnostics) = language::parse_line(line);
-    let Some(step) = step.filter(|_| !diagnostics.iter().any(language::Diagnostic::is_error)) else {
+    let Some(step) = step.filter(|_| !diagnostics.iter().any(language::Diagnostic::is_error))
+    else {
         return Err(report::text_failure(&diagnostics, &source, style));
     };
     let mut cell = open(cli, None, style)?;
@@ -215,14 +219,14 @@ fn one(
     cell.graph(call).map_err(|error| report::cell_failure(&error, style))?;
     let recorder = match record {
         None => None,
-        Some(root) => Some(Recorder::create(root, &stamp(), &call.name.text).map_err(
-            |(path, error)| {
+        Some(root) => {
+            Some(Recorder::create(root, &stamp(), &call.name.text).map_err(|(path, error)| {
                 let place = path.display().to_string();
                 Failure::input("io::write", format!("cannot make a run folder: {error}"))
                     .at(place)
                     .help("name a folder that may be written with `--record DIR`")
-            },
-        )?),
+            })?)
+        }
     };
     cell.cancel().clear();
     let run = cell.run(call, recorder, Box::new(Console::new(*style)));

@@ -178,9 +178,15 @@ pub(super) fn graph(args: &GraphArgs, cli: &Cli, style: &Style) -> Result<Exit, 
     let graph = graph::build(&library, call)
         .map_err(|problems| report::problems_failure(&problems, &library, &source))?;
     match args.format {
-        Format::Json => style.document(&graph::exchange::to_json(&graph, &graph::exchange::Learnt::default())),
-        _ if style.json => style.document(&graph::exchange::to_json(&graph, &graph::exchange::Learnt::default())),
-        Format::Text => report::out(graph::outline::outline(&graph, &graph::outline::Learnt::default()).trim_end()),
+        Format::Json => {
+            style.document(&graph::exchange::to_json(&graph, &graph::exchange::Learnt::default()))
+        }
+        _ if style.json => {
+            style.document(&graph::exchange::to_json(&graph, &graph::exchange::Learnt::default()))
+        }
+        Format::Text => report::out(
+            graph::outline::outline(&graph, &graph::outline::Learnt::default()).trim_end(),
+        ),
         Format::Svg => report::out(&graph::draw::to_svg(&graph, &graph::draw::Drawing::default())),
         Format::Dot => report::out(&graph::exchange::to_dot(&graph)),
     }

@@ -57,7 +57,9 @@ pub enum Error {
     #[error("the camera cannot be aligned: {0}")]
     Alignment(String),
     /// The arm's marker was seen too rarely.
-    #[error("the marker ball was seen at {seen} of {visited} points; the offset needs at least {needed}")]
+    #[error(
+        "the marker ball was seen at {seen} of {visited} points; the offset needs at least {needed}"
+    )]
     Unseen {
         /// Where it was seen.
         seen: usize,

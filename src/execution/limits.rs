@@ -102,7 +102,9 @@ impl Limits {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum LimitError {
     /// It asks for a joint position outside the joint's range.
-    #[error("joint {joint} would go to {value_deg:.1} deg at {time_s:.2} s; its range is {lower_deg:.1} to {upper_deg:.1} deg")]
+    #[error(
+        "joint {joint} would go to {value_deg:.1} deg at {time_s:.2} s; its range is {lower_deg:.1} to {upper_deg:.1} deg"
+    )]
     Range {
         /// Joint number from 1.
         joint: usize,
@@ -116,7 +118,9 @@ pub enum LimitError {
         upper_deg: f64,
     },
     /// It asks for too much speed.
-    #[error("joint {joint} would turn at {value_deg_s:.1} deg/s at {time_s:.2} s; its limit is {limit_deg_s:.1} deg/s")]
+    #[error(
+        "joint {joint} would turn at {value_deg_s:.1} deg/s at {time_s:.2} s; its limit is {limit_deg_s:.1} deg/s"
+    )]
     Speed {
         /// Joint number from 1.
         joint: usize,
@@ -136,7 +140,9 @@ pub enum LimitError {
         jump_deg: f64,
     },
     /// It leads the tool into the table.
-    #[error("the tool would go to {height_mm:.0} mm above the table at {time_s:.2} s; the limit is {floor_mm:.0} mm")]
+    #[error(
+        "the tool would go to {height_mm:.0} mm above the table at {time_s:.2} s; the limit is {floor_mm:.0} mm"
+    )]
     Floor {
         /// Height of the tool centre point, mm.
         height_mm: f64,

@@ -189,7 +189,8 @@ impl RealBody {
         let frame = render(camera, &view, &Options::quick());
         let (w, h) = (camera.intrinsics.width, camera.intrinsics.height);
         let bodies = frame.ids.iter().map(|&id| if id == NOTHING || id == TABLE { 0 } else { 255 });
-        let mask = GrayImage::from_raw(w, h, bodies.collect()).unwrap_or_else(|| GrayImage::new(w, h));
+        let mask =
+            GrayImage::from_raw(w, h, bodies.collect()).unwrap_or_else(|| GrayImage::new(w, h));
         // The arm is not quite where it says, and it casts a soft edge.
         imageproc::morphology::dilate(&mask, imageproc::distance_transform::Norm::LInf, 12)
     }
@@ -229,8 +230,9 @@ impl Body for RealBody {
             ignore: Some(self.arm_in_picture(&camera, &q)),
             ..vision::Options::default()
         };
-        let sightings = vision::see(&photo, &camera, &scene, &options)
-            .map_err(|error| DeviceError::Unavailable(format!("the photograph is no use: {error}")))?;
+        let sightings = vision::see(&photo, &camera, &scene, &options).map_err(|error| {
+            DeviceError::Unavailable(format!("the photograph is no use: {error}"))
+        })?;
         self.photos += 1;
         if let Ok(mut watcher) = self.watcher.lock() {
             let image = annotate(&photo, &sightings);

@@ -254,9 +254,7 @@ fn bind_twin(engine: &mut Engine) {
         .register_fn("position", |twin: &mut Twin, o: &str| {
             twin.stage().position(o).map(array).map_err(raise)
         })
-        .register_fn("volume", |twin: &mut Twin, o: &str| {
-            twin.stage().volume(o).map_err(raise)
-        });
+        .register_fn("volume", |twin: &mut Twin, o: &str| twin.stage().volume(o).map_err(raise));
 }
 
 fn bind_arm(engine: &mut Engine) {

@@ -146,7 +146,18 @@ impl Stage {
         let (seed, variant) = chance;
         let mixed = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(variant as u64);
         let chance = StdRng::seed_from_u64(mixed);
-        Self { cell, body, tape, chance, variant, q, tare: None, memory: Memory::new(), cancel, watcher }
+        Self {
+            cell,
+            body,
+            tape,
+            chance,
+            variant,
+            q,
+            tare: None,
+            memory: Memory::new(),
+            cancel,
+            watcher,
+        }
     }
 
     /// Returns the wish to stop that this stage obeys.
@@ -198,9 +209,10 @@ impl Stage {
 
     /// `recall(name)`.
     pub fn recall(&self, name: &str) -> Result<Dynamic, ActionError> {
-        self.memory.get(name).cloned().ok_or_else(|| {
-            ActionError::Refused(format!("no earlier action remembered a `{name}`"))
-        })
+        self.memory
+            .get(name)
+            .cloned()
+            .ok_or_else(|| ActionError::Refused(format!("no earlier action remembered a `{name}`")))
     }
 
     /// Lends the body.
@@ -328,7 +340,8 @@ impl Stage {
     pub fn position(&mut self, o: &str) -> Result<[f64; 3], ActionError> {
         let state = self.state()?;
         let pose = state.object(o).and_then(|object| object.world_from_object);
-        let pose = pose.ok_or_else(|| ActionError::Refused(format!("nobody knows where `{o}` is")))?;
+        let pose =
+            pose.ok_or_else(|| ActionError::Refused(format!("nobody knows where `{o}` is")))?;
         Ok(pose.origin().into())
     }
 
@@ -481,7 +494,9 @@ impl Stage {
         let n = self.q.len();
         let mean = |pick: &dyn Fn(&Feedback) -> &Vec<f64>| -> Vec<f64> {
             let count = samples.len().max(1) as f64;
-            (0..n).map(|joint| samples.iter().map(|s| pick(s)[joint]).sum::<f64>() / count).collect()
+            (0..n)
+                .map(|joint| samples.iter().map(|s| pick(s)[joint]).sum::<f64>() / count)
+                .collect()
         };
         let (q, tau) = (mean(&|s| &s.q), mean(&|s| &s.tau));
         let model = super::plan::gravity_torque(&self.cell.robot, &q);

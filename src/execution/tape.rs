@@ -32,7 +32,9 @@ pub struct Tape {
 
 /// The script asked for something the rehearsal did not have.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("the step went differently than rehearsed: it asked for {asked} where the rehearsal had {had}")]
+#[error(
+    "the step went differently than rehearsed: it asked for {asked} where the rehearsal had {had}"
+)]
 pub struct OffTape {
     /// What was asked for.
     pub asked: &'static str,

@@ -240,7 +240,8 @@ impl<'a> Walker<'a> {
             .iter()
             .map(|expr| {
                 let text = text::expr(expr);
-                let expected = promised.iter().find(|(atom, _)| *atom == text).map(|(_, truth)| *truth);
+                let expected =
+                    promised.iter().find(|(atom, _)| *atom == text).map(|(_, truth)| *truth);
                 let ask = self.question(expr);
                 FluentReading { expected, ask, reading: self.read(expr, &state), text }
             })

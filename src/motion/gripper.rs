@@ -37,9 +37,8 @@ impl Robot {
             };
             // Half extents along the tool's axes of a box of this reach, however it is turned.
             let turn = pose.rotation.to_rotation_matrix();
-            let along = |axis: usize| -> f64 {
-                (0..3).map(|k| turn[(axis, k)].abs() * reach[k]).sum()
-            };
+            let along =
+                |axis: usize| -> f64 { (0..3).map(|k| turn[(axis, k)].abs() * reach[k]).sum() };
             let centre = pose.translation.vector;
             Palm { z: centre.z + along(2), half_height: centre.y.abs() + along(1) }
         });

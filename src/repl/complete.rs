@@ -41,9 +41,8 @@ impl Helper {
             .iter()
             .map(|o| (o.name.clone(), format!("{}  {}  {}", o.name, o.kind, o.looks)))
             .collect();
-        let commands = vec![
-            ":help", ":objects", ":tasks", ":graph ", ":align", ":look", ":why", ":quit",
-        ];
+        let commands =
+            vec![":help", ":objects", ":tasks", ":graph ", ":align", ":look", ":why", ":quit"];
         Self { callables, objects, commands, colour: style.colour }
     }
 }
@@ -55,7 +54,8 @@ impl Completer for Helper {
         let before = &line[..pos];
         if before.starts_with(':') && !before.contains(' ') {
             let found = self.commands.iter().filter(|c| c.starts_with(before));
-            let pairs = found.map(|c| Pair { display: (*c).to_owned(), replacement: (*c).to_owned() });
+            let pairs =
+                found.map(|c| Pair { display: (*c).to_owned(), replacement: (*c).to_owned() });
             return Ok((0, pairs.collect()));
         }
         let is_name = |c: char| c.is_alphanumeric() || c == '_';

@@ -52,11 +52,7 @@ type a call:   pour(jar, cup)      pick(jar)      Tab completes, Up recalls
 /// Only when the terminal itself fails; everything else is told and the prompt comes back.
 pub fn run(cell: WorkCell, style: &Style, perform: Perform<'_>) -> Result<(), Failure> {
     let mut session = Session { cell, style, perform, last: None };
-    if std::io::stdin().is_terminal() {
-        session.terminal()
-    } else {
-        session.piped()
-    }
+    if std::io::stdin().is_terminal() { session.terminal() } else { session.piped() }
 }
 
 impl Session<'_> {
@@ -99,8 +95,9 @@ impl Session<'_> {
     fn piped(&mut self) -> Result<(), Failure> {
         let mut statement = String::new();
         for line in std::io::stdin().lock().lines() {
-            let line = line
-                .map_err(|error| Failure::input("io::read", format!("cannot read input: {error}")))?;
+            let line = line.map_err(|error| {
+                Failure::input("io::read", format!("cannot read input: {error}"))
+            })?;
             statement += &line;
             statement.push('\n');
             if !statement.starts_with(':') && language::is_incomplete(&statement) {
@@ -248,9 +245,9 @@ impl Session<'_> {
 }
 
 fn history_file() -> Option<std::path::PathBuf> {
-    let home = std::env::var_os("XDG_STATE_HOME")
-        .map(std::path::PathBuf::from)
-        .or_else(|| Some(std::path::PathBuf::from(std::env::var_os("HOME")?).join(".local/state")))?;
+    let home = std::env::var_os("XDG_STATE_HOME").map(std::path::PathBuf::from).or_else(|| {
+        Some(std::path::PathBuf::from(std::env::var_os("HOME")?).join(".local/state"))
+    })?;
     let dir = home.join("trueup");
     std::fs::create_dir_all(&dir).ok()?;
     Some(dir.join("history"))

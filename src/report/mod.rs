@@ -9,8 +9,8 @@ use std::io::{IsTerminal, Write};
 
 use serde_json::{Value, json};
 
-use crate::execution::stage::ActionError;
 use crate::alignment::vision::Sighting;
+use crate::execution::stage::ActionError;
 use crate::graph;
 use crate::language::ast::{Conditions, Param};
 use crate::language::{self, Diagnostic, Library, Source, text};
@@ -203,8 +203,8 @@ fn texts_failure(wrong: &[(Diagnostic, Source)], style: &Style) -> Failure {
         0 | 1 => first.message.clone(),
         n => format!("{n} mistakes in the text; the first: {}", first.message),
     };
-    let mut failure = Failure::input(first.code, message)
-        .at(format!("{}:{line}:{column}", source.name));
+    let mut failure =
+        Failure::input(first.code, message).at(format!("{}:{line}:{column}", source.name));
     failure.help.clone_from(&first.help);
     failure
 }
@@ -216,7 +216,8 @@ pub fn problems_failure(problems: &[graph::Problem], library: &Library, asked: &
     };
     let written = library.callable(&first.within).map(|(_, source)| source);
     let source = if first.within.is_empty() { asked } else { written.unwrap_or(asked) };
-    let mut failure = Failure::input(first.code, first.message.clone()).at(source.place(first.span));
+    let mut failure =
+        Failure::input(first.code, first.message.clone()).at(source.place(first.span));
     failure.help.clone_from(&first.help);
     failure
 }

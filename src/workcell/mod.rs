@@ -172,7 +172,8 @@ impl WorkCell {
             "twin" => LabSettings::perfect(),
             _ => options.lab,
         };
-        let lab = Lab::new(urdf, &scene, settings, options.seed).map_err(|e| Error::Lab(e.to_string()))?;
+        let lab = Lab::new(urdf, &scene, settings, options.seed)
+            .map_err(|e| Error::Lab(e.to_string()))?;
         let lab: SharedLab = Arc::new(Mutex::new(lab));
         let fan: Arc<Mutex<Fan>> = Arc::default();
         let cancel = Cancel::default();
@@ -282,7 +283,12 @@ impl WorkCell {
     }
 
     /// Returns up to `k` parse graphs that differ in what people choose, the likeliest first.
-    fn parses(&self, graph: &Graph, start: &WorldState, k: usize) -> Result<Vec<ParseGraph>, Error> {
+    fn parses(
+        &self,
+        graph: &Graph,
+        start: &WorldState,
+        k: usize,
+    ) -> Result<Vec<ParseGraph>, Error> {
         let scene = self.cell.scene.clone();
         let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, start);
         let holds = |expr: &Expr| walker.read(expr, start).truth;

@@ -16,8 +16,8 @@ use crate::monitor::questionnaire::{self, Answer};
 use crate::monitor::{self, Comparison};
 use crate::world::WorldState;
 
-use super::rehearse::{Candidate, Rehearsal, Rehearsals};
 use super::record::Recorder;
+use super::rehearse::{Candidate, Rehearsal, Rehearsals};
 use super::{Error, WorkCell, tell};
 
 /// How many candidates are rehearsed for one attempt.
@@ -296,10 +296,13 @@ impl WorkCell {
         .all(candidates, &|_| {
             let mut finished = finished.lock().unwrap_or_else(PoisonError::into_inner);
             *finished += 1;
-            tell(&self.fan, &Event::Progress {
-                what: "rehearsals".into(),
-                fraction: *finished as f64 / n as f64,
-            });
+            tell(
+                &self.fan,
+                &Event::Progress {
+                    what: "rehearsals".into(),
+                    fraction: *finished as f64 / n as f64,
+                },
+            );
         })?;
         run.timing_s.simulate += self.now() - begin;
         run.rehearsals.extend(tried.iter().map(summary));

@@ -8,13 +8,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+use crate::execution::arm::Cancel;
 use crate::execution::script::Scripts;
 use crate::execution::stage::{ActionError, Cell, Memory, Stage};
 use crate::execution::tape::Tape;
 use crate::execution::trace::{Nobody, Outcome};
 use crate::execution::twin_arm::TwinBody;
 use crate::execution::walk::{Done, Walker};
-use crate::execution::arm::Cancel;
 use crate::graph::ParseGraph;
 use crate::language::Library;
 use crate::twin::physics::ArmModel;

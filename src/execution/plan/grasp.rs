@@ -41,14 +41,17 @@ impl Planner {
     /// [`NoWay`] with the distance out of reach, the width that does not fit, or what is in the way.
     pub fn grasps(&self, o: &str, pitch: f64) -> Result<Vec<Grasp>, NoWay> {
         let what = format!("to grasp `{o}`");
-        let object = self.cell.scene.object(o).ok_or_else(|| NoWay {
-            what: what.clone(),
-            why: Why::NotSeen(o.to_owned()),
-        })?;
+        let object = self
+            .cell
+            .scene
+            .object(o)
+            .ok_or_else(|| NoWay { what: what.clone(), why: Why::NotSeen(o.to_owned()) })?;
         let pose = self.pose(o, &what)?;
         let stroke = self.robot().max_opening();
-        let headings = headings(&object.shape, pose.yaw(), stroke)
-            .map_err(|width| NoWay { what: what.clone(), why: Why::TooWide { width, opening: stroke } })?;
+        let headings = headings(&object.shape, pose.yaw(), stroke).map_err(|width| NoWay {
+            what: what.clone(),
+            why: Why::TooWide { width, opening: stroke },
+        })?;
 
         // The jaws are meant to come close to the object, the palm is not.
         let mut world = self.obstacles(&[], stroke);
@@ -115,9 +118,11 @@ impl Planner {
         let pose = self.state.object(o)?.world_from_object?;
         let palm = self.robot().palm()?;
         // The nearest point of the object to the palm, along the tool's z, among what lies before it.
-        let corners = object.shape.outline(24).into_iter().map(|corner| {
-            (at.inverse() * (pose * Point::<Object>::from(corner))).coords()
-        });
+        let corners = object
+            .shape
+            .outline(24)
+            .into_iter()
+            .map(|corner| (at.inverse() * (pose * Point::<Object>::from(corner))).coords());
         let nearest = corners
             .filter(|p| p.y.abs() <= palm.half_height + 0.01)
             .map(|p| p.z)

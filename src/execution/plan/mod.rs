@@ -256,7 +256,8 @@ impl Planner {
         let goals = self.reach(at, &self.q).map_err(|nearest| no(Why::OutOfReach { nearest }))?;
         let world = self.obstacles(&[], self.state.opening);
         let free = goals.iter().find(|q| world.free(q));
-        let goal = free.ok_or_else(|| no(Why::Blocked { tried: goals.len(), by: String::new() }))?;
+        let goal =
+            free.ok_or_else(|| no(Why::Blocked { tried: goals.len(), by: String::new() }))?;
         self.free(goal, None, seed)
     }
 
@@ -273,7 +274,8 @@ impl Planner {
         // Level grasps all round, low as for taking it and high as for pouring over it.
         for up in [0.6 * height, height + 0.12] {
             for turn in 0..8 {
-                let heading = origin.y.atan2(origin.x) + f64::from(turn) * std::f64::consts::FRAC_PI_4;
+                let heading =
+                    origin.y.atan2(origin.x) + f64::from(turn) * std::f64::consts::FRAC_PI_4;
                 let pose = side_pose(origin + Vector3::z() * up, heading, 0.0);
                 match self.reach(&pose, &self.q) {
                     Ok(_) => return Ok(()),
@@ -360,9 +362,7 @@ pub fn tool_pose(cell: &Cell, q: &[f64]) -> Pose<World, Tool> {
 fn straight(from: &Pose<World, Tool>, by: Vector3<f64>) -> Vec<Pose<World, Tool>> {
     let n = (by.norm() / 0.005).ceil().max(1.0) as usize;
     (1..=n)
-        .map(|i| {
-            Pose::from_parts(from.origin() + by * (i as f64 / n as f64), from.rotation())
-        })
+        .map(|i| Pose::from_parts(from.origin() + by * (i as f64 / n as f64), from.rotation()))
         .collect()
 }
 
@@ -389,7 +389,10 @@ pub fn payload_torque(robot: &Arc<Robot>, q: &[f64]) -> Vec<f64> {
 
 /// Returns the angle, rad, through which the tool turns along a joint path.
 pub fn turned_angle(robot: &Arc<Robot>, path: &[Vec<f64>]) -> f64 {
-    let turns: Vec<_> =
-        path.iter().filter_map(|q| robot.forward_tool(q).ok()).map(|pose| pose.rotation()).collect();
+    let turns: Vec<_> = path
+        .iter()
+        .filter_map(|q| robot.forward_tool(q).ok())
+        .map(|pose| pose.rotation())
+        .collect();
     turns.windows(2).map(|pair| pair[0].angle_to(&pair[1])).sum()
 }
