@@ -5,14 +5,19 @@
 //! on, which is lifted a little on the way), and a picture of what was seen; it prints the distance to the
 //! reference. Then: `trueup camera see image0080.png --scene OUT/visp.task
 //! --calibration OUT/calibration_0080.json`.
+//!
+//! `cargo run --example camera_see -- lab 30 [OUT]` does the same for the laboratory: thirty of them, nine
+//! kinds of photograph each, truth known; a table of how far off, how often found, and how honest the
+//! standard deviations are.
 #![expect(clippy::print_stdout, reason = "an example talks to a person")]
 #![expect(clippy::unwrap_used, reason = "an example that cannot go on may say so by panicking")]
 
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use lab_photos::{Bench, Kind, Photo, off};
+use nalgebra::Vector3;
 use trueup::alignment::vision::{Options, Sighting, annotate, see};
 
 #[path = "../tests/kitchen.rs"]
@@ -38,9 +43,9 @@ fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     if arguments.first().is_some_and(|a| a == "lab") {
         let n = arguments.get(1).and_then(|n| n.parse().ok()).unwrap_or(3);
-        lab(n, arguments.get(2).map(PathBuf::from).as_deref());
+        lab(n, arguments.get(2).map(Path::new));
     } else {
-        visp(arguments.first().map(PathBuf::from));
+        visp(arguments.first().map(Path::new));
     }
 }
 
@@ -145,13 +150,35 @@ fn print_row(what: &str, name: &str, rows: &[Row]) {
     );
 }
 
+/// Words one sighting: how far from the reference, how sure, and what the contour's way came to.
+fn row(s: &Sighting, truth: Vector3<f64>) -> String {
+    let Some(pose) = s.world_from_object else {
+        return format!("not found: {}", s.reason.as_deref().unwrap_or("?"));
+    };
+    let far = |x: f64, y: f64| 1e3 * (x - truth.x).hypot(y - truth.y);
+    let other = match (s.checks.key_point_place, s.checks.refused) {
+        (Some([x, y, _]), _) => format!("by key points {:.1} mm", far(x, y)),
+        (None, Some(why)) => format!("no key points: {why}"),
+        (None, None) => "no key points".to_owned(),
+    };
+    let at = pose.origin();
+    format!(
+        "{:.1} mm from the reference, ± {:.1} mm, confidence {:.2}, {:?}; {other}{}",
+        far(at.x, at.y),
+        1e3 * s.std,
+        s.confidence,
+        s.way,
+        s.ambiguous.as_ref().map(|why| format!("; {why}")).unwrap_or_default(),
+    )
+}
+
 /// Sees the `ViSP` sequence.
-fn visp(out: Option<PathBuf>) {
+fn visp(out: Option<&Path>) {
     let Some(folder) = visp::folder() else {
         println!("skipped: shared/data/public/visp_cube_cylinder is not here");
         return;
     };
-    if let Some(out) = &out {
+    if let Some(out) = out {
         std::fs::create_dir_all(out).unwrap();
         std::fs::write(out.join("visp.task"), SCENE).unwrap();
     }
@@ -163,20 +190,9 @@ fn visp(out: Option<PathBuf>) {
         let seen = see(&image, &visp.camera, &visp.scene, &Options::default()).unwrap();
         let (cube, axis) = visp.truth(frame);
         for (s, truth) in seen.iter().zip([cube.origin(), axis]) {
-            match s.world_from_object {
-                Some(pose) => println!(
-                    "frame {frame:3} {}: {:.1} mm from the reference, std {:.1} mm, confidence {:.2}",
-                    s.name,
-                    1e3 * (pose.origin() - truth).xy().norm(),
-                    1e3 * s.std,
-                    s.confidence
-                ),
-                None => {
-                    println!("frame {frame:3} {}: {}", s.name, s.reason.as_deref().unwrap_or("?"));
-                }
-            }
+            println!("frame {frame:3} {:5} {}", s.name, row(s, truth));
         }
-        if let Some(out) = &out {
+        if let Some(out) = out {
             let calibration = serde_json::json!({ "camera": visp.camera });
             let text = serde_json::to_string_pretty(&calibration).unwrap();
             std::fs::write(out.join(format!("calibration_{frame:04}.json")), text).unwrap();
@@ -187,10 +203,9 @@ fn visp(out: Option<PathBuf>) {
     let (cube, axis) = visp.published();
     let seen = see(&visp.image(0), &visp.camera, &visp.scene, &Options::default()).unwrap();
     for (s, truth) in seen.iter().zip([cube.origin(), axis]) {
-        let far = s.world_from_object.map(|pose| 1e3 * (pose.origin() - truth).xy().norm());
-        println!("frame   0 {}: {far:.1?} mm from the published pose", s.name);
+        println!("published {:5} {}", s.name, row(s, truth));
     }
-    if let Some(out) = &out {
+    if let Some(out) = out {
         println!("scene and calibrations of {} are in {}", visp.folder.display(), out.display());
     }
 }

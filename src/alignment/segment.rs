@@ -125,8 +125,9 @@ fn table_polygon(view: &Projector, table: &Table) -> Option<Vec<Vector2<f64>>> {
 const CELL: usize = 2;
 /// Width of the Gaussian that takes the cells' stairs off a mask's border, px.
 const STAIRS_PX: f32 = 2.0;
-/// Price of a border between two cells of one colour, in units of log-likelihood.
-const BORDER: f64 = 12.0;
+/// Price of a border between two cells of one colour, in units of log-likelihood: a low one follows faint
+/// borders, a high one is not led astray by a thing's own pattern.
+pub const BORDERS: [f64; 2] = [25.0, 40.0];
 
 /// A mixture of a few colours with their spreads and shares.
 struct Palette {
@@ -196,12 +197,13 @@ impl Palette {
 ///
 /// `bounds` is the box it is expected in, `[u0, v0, u1, v1]` px; `inside` says of a pixel whether it is
 /// expected to be the object, `barred` whether it is known to be something else. The box is grown by 15 %
-/// and its border taken for background.
+/// and its border taken for background; `border` is the price of [`BORDERS`].
 pub fn cut(
     picture: &Picture,
     bounds: [f64; 4],
     inside: impl Fn(Vector2<f64>) -> bool,
     barred: impl Fn(Vector2<f64>) -> bool,
+    border: f64,
 ) -> Option<GrayImage> {
     let (w, h) = picture.size();
     let grow = [0.15 * (bounds[2] - bounds[0]) + 6.0, 0.15 * (bounds[3] - bounds[1]) + 6.0];
@@ -253,7 +255,7 @@ pub fn cut(
             flow.terminal(i, as_ground - as_object);
         }
         for &(a, b) in &pairs {
-            flow.link(a, b, BORDER * (-far(a, b) / (2.0 * mean + 1e-9)).exp());
+            flow.link(a, b, border * (-far(a, b) / (2.0 * mean + 1e-9)).exp());
         }
         object = flow.source_side();
     }
@@ -443,7 +445,7 @@ mod tests {
         let picture = Picture::new(&image);
         // Expected eight pixels to the left of where it is.
         let guess = |p: Vector2<f64>| (p - Vector2::new(92.0, 80.0)).norm() < 40.0;
-        let mask = cut(&picture, [52.0, 40.0, 140.0, 120.0], guess, |_| false).unwrap();
+        let mask = cut(&picture, [52.0, 40.0, 140.0, 120.0], guess, |_| false, BORDERS[0]).unwrap();
         let (mut both, mut either) = (0.0, 0.0);
         for (x, y, p) in mask.enumerate_pixels() {
             let truth = (f64::from(x) - 100.0).hypot(f64::from(y) - 80.0) < 40.0;

@@ -295,11 +295,14 @@ pub(super) fn place(
             // With few corners the residuals know little of their own size.
             let noise = fit.noise_std.unwrap_or(1.0).max(1e-9);
             let least = noise.max(FLOOR_PX).max(1.0 / points.len() as f64);
+            let yaw = reduce(fit.x[2], &shape);
+            // The corners keep their places on the solid under the turn it is reduced by.
+            let turned = nalgebra::Rotation3::from_axis_angle(&Vector3::z_axis(), fit.x[2] - yaw);
             placed = Some(Placed {
-                points,
+                points: points.iter().map(|p| KeyPoint { body: turned * p.body, ..*p }).collect(),
                 x: fit.x[0],
                 y: fit.x[1],
-                yaw: reduce(fit.x[2], &shape),
+                yaw,
                 covariance: plane_covariance(&fit.covariance) * (least / noise).powi(2),
                 rms_px: contour.distance(&outline.hull),
             });

@@ -80,8 +80,13 @@ pub(super) fn place(
     let step = (parts.len() / 150).max(1);
     let picked: Vec<(usize, Part)> =
         (0..parts.len()).step_by(step).filter_map(|i| Some((i, parts[i]?))).collect();
-    let start = contour.stand(view, &shape, 0.0).ok_or(Refused::FewPoints(0, 6))?;
+    // The foot's near half is a radius before the axis, less what its ends add.
     let eye = view.eye();
+    let seen: Vec<Vector3<f64>> =
+        foot.iter().filter_map(|&i| view.on_plane(contour.pixels[i], 0.0)).collect();
+    let near = seen.iter().sum::<Vector3<f64>>() / seen.len().max(1) as f64;
+    let away = (near - eye).xy().try_normalize(1e-9).ok_or(Refused::FewPoints(0, 6))?;
+    let start = near.xy() + 0.7 * radius * away;
     let rays: Vec<Vector3<f64>> =
         picked.iter().map(|&(i, _)| view.ray(contour.pixels[i])).collect();
     let residuals = |x: &[f64], r: &mut [f64]| {
@@ -110,9 +115,8 @@ pub(super) fn place(
             };
         }
     };
-    let origin = start.origin();
     let problem = Residuals::new(picked.len(), residuals);
-    let fit = solve(&problem, &[origin.x, origin.y], &options(2))
+    let fit = solve(&problem, &[start.x, start.y], &options(2))
         .map_err(|_| Refused::FewPoints(enough, 6))?;
     let pose = ObjectPose::upright(fit.x[0], fit.x[1], 0.0, 0.0);
     let noise = fit.noise_std.unwrap_or(1.0).max(1e-9);

@@ -225,3 +225,110 @@ fn options(n: usize) -> fit::Options {
         ..fit::Options::default()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::{Camera, Intrinsics};
+    use image::{Luma, Rgb, RgbImage};
+
+    fn view() -> Projector {
+        let mut intrinsics = Intrinsics::centred(900.0, 1280, 720);
+        (intrinsics.k1, intrinsics.k2) = (-0.12, 0.02);
+        Projector::new(&Camera::looking(
+            intrinsics,
+            Vector3::new(1.25, 0.0, 0.85),
+            Vector3::new(0.6, 0.0, 0.05),
+        ))
+    }
+
+    fn object(shape: Shape) -> Object {
+        Object {
+            name: "thing".into(),
+            kind: "Block".into(),
+            shape,
+            cavity: None,
+            looks: "red".into(),
+            material: Material::Opaque,
+            colour: [180, 40, 30],
+            mass: 0.1,
+        }
+    }
+
+    /// A picture of one flat silhouette, and its mask.
+    fn paint(view: &Projector, shape: &Shape, pose: &ObjectPose) -> (Picture, GrayImage) {
+        let outline = Outline::new(view, shape, pose, 40);
+        let inside = |x: u32, y: u32| outline.contains(Vector2::new(f64::from(x), f64::from(y)));
+        let image = RgbImage::from_fn(1280, 720, |x, y| {
+            Rgb(if inside(x, y) { [180, 40, 30] } else { [200, 176, 144] })
+        });
+        let mask = GrayImage::from_fn(1280, 720, |x, y| Luma([if inside(x, y) { 255 } else { 0 }]));
+        (Picture::new(&image), mask)
+    }
+
+    /// Corners and arcs of silhouettes through a lens give the poses back.
+    #[test]
+    fn silhouettes_give_their_poses_back() {
+        let view = view();
+        for (shape, x, y, yaw) in [
+            (Shape::Cuboid { size: Vector3::new(0.065, 0.065, 0.14) }, 0.6, 0.1, 0.5),
+            (Shape::Cuboid { size: Vector3::new(0.065, 0.065, 0.14) }, 0.5, -0.2, -0.6),
+            (Shape::Cuboid { size: Vector3::new(0.12, 0.07, 0.08) }, 0.55, -0.15, 0.9),
+            (Shape::Cuboid { size: Vector3::new(0.12, 0.07, 0.08) }, 0.6, 0.2, -1.2),
+            (Shape::Cylinder { radius: 0.08, height: 0.095 }, 0.5, 0.2, 0.0),
+            (Shape::Cylinder { radius: 0.035, height: 0.12 }, 0.65, -0.1, 0.0),
+        ] {
+            let pose = ObjectPose::upright(x, y, 0.0, yaw);
+            let (picture, mask) = paint(&view, &shape, &pose);
+            let placed = place(&mask, &picture, &view, &object(shape), &Hidden::default()).unwrap();
+            let far = 1e3 * (placed.x - x).hypot(placed.y - y);
+            let turn = reduced(placed.yaw - yaw, shape.symmetry());
+            assert!(far < 0.8 && turn.abs() < 0.01, "{shape:?}: {far:.2} mm, {turn:.4} rad");
+            assert!(far < 4e3 * placed.std(), "{shape:?}: {far:.2} mm, std {} m", placed.std());
+            assert!(placed.points.len() >= 4, "{shape:?}: {:?}", placed.points);
+            for point in &placed.points {
+                let world = pose.isometry() * nalgebra::Point3::from(point.body);
+                let miss = (view.pixel(world.coords).unwrap() - point.pixel).norm();
+                // A rim's end slides along the rim for next to nothing.
+                let slack = if shape.symmetry() > 0.0 { 2.0 } else { 6.0 };
+                assert!(miss < slack, "{shape:?}: {point:?} is {miss:.1} px off");
+            }
+        }
+    }
+
+    fn reduced(turn: f64, symmetry: f64) -> f64 {
+        if symmetry > 0.0 { turn - symmetry * (turn / symmetry).round() } else { 0.0 }
+    }
+
+    /// The paper's failure, and others: each is named, none is a pose.
+    #[test]
+    fn bad_masks_are_refused_by_name() {
+        let view = view();
+        let shape = Shape::Cuboid { size: Vector3::new(0.065, 0.065, 0.14) };
+        let pose = ObjectPose::upright(0.6, 0.0, 0.0, 0.5);
+        let (picture, mask) = paint(&view, &shape, &pose);
+        let try_with = |mask: &GrayImage, hidden: &Hidden| {
+            place(mask, &picture, &view, &object(shape), hidden)
+        };
+        let middle = view.pixel(Vector3::new(0.6, 0.0, 0.07)).unwrap();
+        let mut bitten = mask.clone();
+        for (x, y, p) in bitten.enumerate_pixels_mut() {
+            let at = Vector2::new(f64::from(x), f64::from(y)) - middle;
+            if (at - Vector2::new(35.0, 0.0)).norm() < 25.0 {
+                p.0[0] = 0;
+            }
+        }
+        let none = Hidden::default();
+        assert!(matches!(try_with(&bitten, &none), Err(Refused::Ragged(_))));
+        assert!(matches!(try_with(&GrayImage::new(1280, 720), &none), Err(Refused::Empty)));
+        let all = GrayImage::from_pixel(1280, 720, Luma([255]));
+        let behind = Hidden { mask: Some(all), hulls: Vec::new() };
+        assert!(matches!(try_with(&mask, &behind), Err(Refused::Hidden(_))));
+        // A disc is no cuboid.
+        let disc = GrayImage::from_fn(1280, 720, |x, y| {
+            let at = Vector2::new(f64::from(x), f64::from(y)) - middle;
+            Luma([if at.norm() < 50.0 { 255 } else { 0 }])
+        });
+        assert!(try_with(&disc, &none).is_err());
+    }
+}

@@ -10,7 +10,7 @@ use crate::alignment::outline::{Outline, Projector};
 use crate::alignment::picture::Picture;
 use crate::alignment::placement::{Candidate, Evidence, Score};
 use crate::alignment::refine::Doubt;
-use crate::alignment::segment::cut;
+use crate::alignment::segment::{BORDERS, cut};
 use crate::world::{Material, Object};
 
 /// Returns a sighting that says nothing was seen.
@@ -80,11 +80,18 @@ pub(super) fn judge(
         let placed = key_points::place(&mask, picture, view, object, &evidence.hidden);
         Some((mask, placed))
     };
-    let mut second = place(cut(picture, bbox, boxed, covered));
-    if !matches!(&second, Some((_, Ok(_)))) {
-        let helped = place(cut(picture, bbox, |p| outline.contains(p), covered));
-        if second.is_none() || matches!(&helped, Some((_, Ok(_)))) {
-            second = helped;
+    let mut second = place(cut(picture, bbox, boxed, covered, BORDERS[0]));
+    for attempt in 0..2 {
+        if matches!(&second, Some((_, Ok(_)))) {
+            break;
+        }
+        let again = place(if attempt == 0 {
+            cut(picture, bbox, boxed, covered, BORDERS[1])
+        } else {
+            cut(picture, bbox, |p| outline.contains(p), covered, BORDERS[0])
+        });
+        if second.is_none() || matches!(&again, Some((_, Ok(_)))) {
+            second = again;
         }
     }
     let (own, placed): (Option<GrayImage>, Option<Placed>) = match second {
@@ -214,7 +221,7 @@ const WEAK: f64 = 0.5;
 /// Share of the silhouette, in whole edges, that may show no edge.
 const MISSING: f64 = 0.12;
 /// Lift of the base that is more than a size known to 3 % explains, as a part of the distance to the eye.
-const LIFTED: f64 = 0.035;
+const LIFTED: f64 = 0.032;
 /// How far apart the two ways may put an object, m, and in standard deviations.
 const APART: (f64, f64) = (0.01, 3.0);
 
