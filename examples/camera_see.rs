@@ -21,6 +21,7 @@ use nalgebra::Vector3;
 use trueup::alignment::vision::{Options, Sighting, annotate, see};
 
 #[path = "../tests/kitchen.rs"]
+#[expect(dead_code, reason = "shared with the tests, which use more of it")]
 mod kitchen;
 #[path = "../tests/alignment_vision/lab_photos.rs"]
 mod lab_photos;
