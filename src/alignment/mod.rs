@@ -18,7 +18,6 @@ pub mod placement;
 pub mod refine;
 pub mod segment;
 pub mod contour;
-pub mod key_points;
 pub mod vision;
 pub mod overlay;
 
