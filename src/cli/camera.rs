@@ -88,7 +88,10 @@ pub(super) fn camera(
             .help("PNG and JPEG pictures can be read")
     })?;
     let image = image.to_rgb8();
+    let sensor = (scene.camera.intrinsics.width, scene.camera.intrinsics.height);
     let camera = match &args.calibration {
+        // A picture of another size is refused below, in one message.
+        None if image.dimensions() != sensor => scene.camera,
         None => aligned(&image, &scene, style),
         Some(path) => {
             let place = path.display().to_string();

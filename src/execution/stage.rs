@@ -178,7 +178,14 @@ impl Stage {
     /// Lets the plan begin where the arm was last sent, as the regressions in force understand it.
     pub fn find_arm(&mut self) -> Result<(), ActionError> {
         let sent = self.body.arm().feedback()?.q_cmd;
-        self.q = self.body.uncorrect(&sent);
+        let mut q = self.body.uncorrect(&sent);
+        // A stop may leave a joint, or what is read of it, a hair past its range: plans begin inside.
+        for (q, limit) in q.iter_mut().zip(self.cell.robot.joints()) {
+            if (*q - q.clamp(limit.lower, limit.upper)).abs() < self.cell.limits.jump {
+                *q = q.clamp(limit.lower + 1e-6, limit.upper - 1e-6);
+            }
+        }
+        self.q = q;
         Ok(())
     }
 

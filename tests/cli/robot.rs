@@ -49,7 +49,7 @@ fn fk_agrees_with_the_reference_poses() {
         assert!((same.abs() - 1.0).abs() < 1e-9, "{pose} against {expected:?}");
     }
     // One row on the line, and a negative number is not an option.
-    let said = desk.trueup(&["robot", "fk", "--q", "-2.3,1.2,0.4,-1.9,2.6,-1.3,-1.7"]);
+    let said = desk.trueup(&["robot", "fk", "--q", "-2.3,1.2,0.4,-1.9,2.6,-1.3,-1.7", "--json"]);
     let xyz = numbers(&said.json()["poses"][0]["xyz_m"]);
     assert!(close(&xyz, &[-0.342_948_612_576, 0.078_961_164_678_8, 0.746_965_256_435], 1e-9));
 }
@@ -99,7 +99,7 @@ fn ik_finds_what_fk_reaches_and_says_how_far_off_the_rest_is() {
     assert!(found["rotation_error_rad"].as_f64().unwrap() < 1e-6);
     assert!(found["time_us"].as_f64().unwrap() >= 0.0);
     let q: Vec<String> = numbers(&found["q_rad"]).iter().map(f64::to_string).collect();
-    let back = desk.trueup(&["robot", "fk", "--q", &q.join(",")]).json();
+    let back = desk.trueup(&["robot", "fk", "--q", &q.join(","), "--json"]).json();
     assert!(close(&numbers(&back["poses"][0]["xyz_m"]), &poses[1][..3], 1e-6));
     assert_eq!(far["found"], false);
     assert_eq!(far["reason"], "out_of_reach");
@@ -134,7 +134,8 @@ fn a_plan_goes_round_an_obstacle_and_a_walled_in_goal_has_none() {
     assert_eq!(t.len(), plan["trajectory"]["q_rad"].as_array().unwrap().len());
     assert!(plan["min_clearance_m"].as_f64().unwrap() > 0.0);
     assert!(plan["length_rad"].as_f64().unwrap() > 1.8);
-    let again = desk.trueup(&["robot", "plan", "--problem", "post.json", "--seed", "3"]).json();
+    let again =
+        desk.trueup(&["robot", "plan", "--problem", "post.json", "--json", "--seed", "3"]).json();
     assert_eq!(again["path_rad"], plan["path_rad"], "same seed, same path");
 
     let on_the_goal = r#"{"shape": "sphere", "pose": {"xyz_m": [0.0, 0.0, 0.6], "quat_wxyz": [1, 0, 0, 0]},

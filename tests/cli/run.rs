@@ -167,7 +167,7 @@ fn an_unreachable_cup_is_said_before_anything_moves() {
 fn an_unseen_jar_is_said_before_anything_moves() {
     let desk = Desk::new("cli-unseen");
     // Behind the base, out of the picture.
-    desk.file("away.toml", "[placement.fixed.jar]\nx_m = -0.05\ny_m = -0.36\nyaw_rad = 0.0\n");
+    desk.file("away.toml", "[placement.fixed.jar]\nx_m = -0.05\ny_m = -0.36\nyaw_rad = 0.0\n[placement.fixed.cup]\nx_m = 0.6\ny_m = 0.1\nyaw_rad = 0.0\n");
     let said = desk.trueup(&["-c", "pick(jar)", "--lab", "away.toml", "--json"]);
     assert_eq!(said.code, 1, "{}{}", said.out, said.err);
     assert_eq!(said.error("code"), "camera::not_seen");
