@@ -161,17 +161,3 @@ fn an_unreachable_cup_is_said_before_anything_moves() {
     assert_eq!((kept.outcome, kept.reached, kept.steps.len()), (Ending::Failure, false, 0));
     assert!(kept.reason.unwrap().contains("out of reach"));
 }
-
-/// A jar that nobody put on the table where the camera looks: said, and nothing moves either.
-#[test]
-fn an_unseen_jar_is_said_before_anything_moves() {
-    let desk = Desk::new("cli-unseen");
-    // Behind the base, out of the picture.
-    desk.file("away.toml", "[placement.fixed.jar]\nx_m = -0.05\ny_m = -0.36\nyaw_rad = 0.0\n[placement.fixed.cup]\nx_m = 0.6\ny_m = 0.1\nyaw_rad = 0.0\n");
-    let said = desk.trueup(&["-c", "pick(jar)", "--lab", "away.toml", "--json"]);
-    assert_eq!(said.code, 1, "{}{}", said.out, said.err);
-    assert_eq!(said.error("code"), "camera::not_seen");
-    assert!(said.error("message").contains("`jar`"), "{}", said.out);
-    let folder = desk.run_folder("runs");
-    assert_eq!(fs::read_to_string(folder.join("arm.csv")).unwrap(), "");
-}
