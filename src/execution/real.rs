@@ -7,10 +7,11 @@
 use std::sync::Arc;
 
 use image::GrayImage;
+use nalgebra::Matrix6;
 
 use crate::alignment::overlay::annotate;
 use crate::alignment::vision::{self, Sighting};
-use crate::motion::ik::Solver;
+use crate::motion::kinematics::pose_error;
 use crate::twin::render::{ArmLook, NOTHING, Options, TABLE, View, render};
 use crate::world::frame::{Object, Tool, World};
 use crate::world::{ObjectState, Pose, Scene, WorldState};
@@ -201,13 +202,28 @@ impl RealBody {
         imageproc::morphology::dilate(&mask, imageproc::distance_transform::Norm::LInf, 12)
     }
 
-    /// Returns the joint positions near `q` that bring the tool to a pose a little off.
+    /// Returns the joint positions near `q` that bring the tool to a pose a little off, by Newton's method
+    /// with the smallest joint motion: smooth in `q` and indifferent to joint ranges, which the limits
+    /// look at later.
     fn at_tool(&self, tool: &Pose<World, Tool>, q: &[f64]) -> Vec<f64> {
         let robot = &self.cell.robot;
         let base_from_tool = self.cell.scene.world_from_base.inverse() * *tool;
         let tip = base_from_tool * robot.flange_from_tool().inverse();
-        // Out of reach by a hair: where it is is the best there is.
-        super::plan::follow(&Solver::new(robot), &tip, q).unwrap_or_else(|_| q.to_vec())
+        let mut near = q.to_vec();
+        for _ in 0..6 {
+            let (Ok(now), Ok(jacobian)) = (robot.forward(&near), robot.jacobian(&near)) else {
+                return q.to_vec();
+            };
+            let error = pose_error(now.isometry(), tip.isometry());
+            // Damped a little, so that a wrist near its singularity moves no further than it must.
+            let normal = &jacobian * jacobian.transpose() + Matrix6::identity() * 1e-6;
+            let Some(weights) = normal.lu().solve(&error) else { return q.to_vec() };
+            let step = jacobian.transpose() * weights;
+            for (joint, change) in near.iter_mut().zip(step.iter()) {
+                *joint += change;
+            }
+        }
+        near
     }
 
     /// Returns where the tool really is at these reported joint positions (regression 3).
