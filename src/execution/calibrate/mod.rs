@@ -219,6 +219,7 @@ fn align_robot(stage: &mut Stage, calibration: &mut Calibration) -> Result<(), E
     let (Some(ball), Some(marker)) = (robot.marker(), robot.marker_in_flange()) else {
         return Err(Error::Alignment("the robot's side file describes no marker ball".into()));
     };
+    let start = stage.planned_q().to_vec();
     let mut stops = Vec::new();
     let visits = visits(&scene);
     let visited = visits.len();
@@ -242,6 +243,8 @@ fn align_robot(stage: &mut Stage, calibration: &mut Calibration) -> Result<(), E
         let q = stage.reported_q()?;
         stops.push(arm::Stop { q, pixel: seen.pixel, sigma: seen.sigma });
     }
+    // Back to where it hid nothing.
+    stage.move_to(&start, None, 0.8)?;
     if stops.len() < arm::NEEDED {
         return Err(Error::Unseen { seen: stops.len(), visited, needed: arm::NEEDED });
     }
