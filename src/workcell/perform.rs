@@ -288,7 +288,7 @@ impl WorkCell {
                 run.reason = Some(reason);
                 return Ok(());
             };
-            let plan = pg.recoveries[recovery].clone();
+            let plan = self.recovery_now(graph, pg, recovery)?;
             *used.entry(plan.path.clone()).or_default() += 1;
             self.note(&format!("recovering: {}", plan.path));
             if let Err(error) = self.carry_out(&plan.steps, start, run, recorder) {
