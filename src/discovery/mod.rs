@@ -7,3 +7,4 @@
 pub mod vocabulary;
 pub mod finding;
 pub mod recording;
+pub mod robot;

@@ -1,0 +1,9 @@
+//! An arm against its recordings: the closed loop simulated again with effects.
+
+pub mod chain;
+pub mod data;
+pub mod spline;
+pub mod smooth;
+pub mod plant;
+pub mod term;
+pub mod simulate;
