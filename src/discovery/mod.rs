@@ -7,4 +7,5 @@
 pub mod vocabulary;
 pub mod finding;
 pub mod recording;
+pub mod selection;
 pub mod robot;

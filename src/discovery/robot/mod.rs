@@ -7,3 +7,5 @@ pub mod smooth;
 pub mod plant;
 pub mod term;
 pub mod simulate;
+pub mod candidates;
+pub mod explain;

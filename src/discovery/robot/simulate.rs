@@ -21,6 +21,12 @@ use crate::discovery::recording::sidecar::TorqueSensor;
 /// A load smaller than this leaves a joint with play somewhere inside its gap, N·m; chosen.
 const PLAY_LOAD: f64 = 0.05;
 
+/// A motor without rotor inertia would be nowhere in its gap; this is less than any, kg·m².
+const LEAST_ROTOR: f64 = 1e-3;
+
+/// A measured speed below this may be noise, rad/s; chosen for encoders of arms.
+const SPEED_NOISE: f64 = 5e-3;
+
 /// An arm laid out along one recording, ready to be simulated with any effects.
 #[derive(Debug)]
 pub struct Model {
@@ -29,7 +35,21 @@ pub struct Model {
     /// The recording.
     pub scene: Scene,
     columns: Mutex<BTreeMap<(u8, usize, u8), Shared<Vec<f64>>>>,
+    /// The last few motions, each with the effects that moved it: effects of the sensors alone need no
+    /// new simulation.
+    motions: Mutex<Vec<Remembered>>,
 }
+
+/// A motion and what moved it.
+#[derive(Debug, Clone)]
+struct Remembered {
+    terms: Vec<Term>,
+    parameters: Vec<f64>,
+    motion: Shared<Motion>,
+}
+
+/// How many motions are remembered.
+const REMEMBERED: usize = 4;
 
 /// Dry friction: level over speed, per direction.
 #[derive(Debug, Clone, Copy)]
@@ -40,6 +60,42 @@ struct Dry {
     /// Peak above the level and the speed at which it dies.
     peak: f64,
     velocity: f64,
+    /// Below this speed it gives way, rad/s.
+    creep: f64,
+}
+
+impl Dry {
+    /// Returns the torque against the motion, its peak judged at `dq`, its creep at `speed`.
+    fn torque(&self, dq: f64, speed: f64) -> f64 {
+        let level = if speed > 0.0 { self.forward } else { self.backward };
+        let peak = self.peak * (-(dq / self.velocity).powi(2)).exp();
+        -(level + peak) * (speed / self.creep).tanh()
+    }
+
+    /// Returns the torque over a step in which the joint would reach the speed `free` without friction;
+    /// `own` is the speed that 1 N·m adds in the step. Implicit, since a creep is stiff.
+    fn held(&self, dq: f64, free: f64, own: f64) -> f64 {
+        let level = if free > 0.0 { self.forward } else { self.backward };
+        let peak = self.peak * (-(dq / self.velocity).powi(2)).exp();
+        let level = level + peak;
+        if level <= 0.0 {
+            return self.torque(dq, free);
+        }
+        // Newton's method on v = free - own·level·tanh(v/creep), a monotone equation; begun where the
+        // tanh is straight or flat.
+        let slope = own * level / self.creep;
+        let mut v = if free.abs() > own * level + self.creep {
+            free - own * level * free.signum()
+        } else {
+            free / (1.0 + slope)
+        };
+        for _ in 0..3 {
+            let tanh = (v / self.creep).tanh();
+            let error = v - free + own * level * tanh;
+            v -= error / (1.0 + slope * (1.0 - tanh * tanh));
+        }
+        -level * (v / self.creep).tanh()
+    }
 }
 
 /// Friction that remembers the path.
@@ -51,16 +107,29 @@ struct Loop {
     z: f64,
 }
 
+/// A joint with a gap between motor and link, and where its motor stands: the link's angle is the
+/// joint's own.
+#[derive(Debug, Clone, Copy)]
+struct Gapped {
+    joint: usize,
+    width: f64,
+    rotor: f64,
+    angle: f64,
+    speed: f64,
+}
+
 /// A torque at a joint that depends on its state and time alone.
 #[derive(Debug, Clone, Copy)]
 enum Smooth {
     Viscous(f64),
     Quadratic(f64),
-    Ripple { amplitude: f64, order: f64, phase: f64 },
-    Periodic { amplitude: f64, frequency: f64, phase: f64 },
+    Ripple { sine: f64, cosine: f64, order: f64 },
+    Periodic { sine: f64, cosine: f64, frequency: f64 },
     Stiffness(f64),
     Cubic(f64),
     Feature(Feature, f64),
+    Above(f64, f64),
+    Below(f64, f64),
 }
 
 impl Smooth {
@@ -68,10 +137,16 @@ impl Smooth {
         match self {
             Self::Viscous(c) => -c * dq,
             Self::Quadratic(c) => -c * dq * dq.abs(),
-            Self::Ripple { amplitude, order, phase } => amplitude * (order * q + phase).sin(),
-            Self::Periodic { amplitude, frequency, phase } => {
-                amplitude * (std::f64::consts::TAU * frequency * time + phase).sin()
+            Self::Ripple { sine, cosine, order } => {
+                let (s, c) = (order * q).sin_cos();
+                sine * s + cosine * c
             }
+            Self::Periodic { sine, cosine, frequency } => {
+                let (s, c) = (std::f64::consts::TAU * frequency * time).sin_cos();
+                sine * s + cosine * c
+            }
+            Self::Above(c, q0) => c * (q - q0).max(0.0),
+            Self::Below(c, q0) => c * (q0 - q).max(0.0),
             Self::Stiffness(c) => -c * q,
             Self::Cubic(c) => -c * q * q * q,
             Self::Feature(feature, c) => c * feature.value(q, dq, time),
@@ -105,17 +180,25 @@ struct Acting {
 }
 
 /// What the simulation leaves behind, `rows × n` each.
+#[derive(Debug)]
 struct Motion {
     q: Vec<f64>,
     dq: Vec<f64>,
     tau: Vec<f64>,
     load: Vec<f64>,
+    /// Where the link stands beyond its encoder in a gap, rad.
+    gap: Vec<f64>,
 }
 
 impl Model {
     /// Returns the model of an arm along a recording.
     pub fn new(arm: Arm, scene: Scene) -> Self {
-        Self { arm, scene, columns: Mutex::new(BTreeMap::new()) }
+        Self {
+            arm,
+            scene,
+            columns: Mutex::new(BTreeMap::new()),
+            motions: Mutex::new(Vec::new()),
+        }
     }
 
     /// Returns which channels are predicted, in the order of [`Self::predict`]: positions and speeds
@@ -128,12 +211,44 @@ impl Model {
     /// `None` if the motion runs away.
     pub fn predict(&self, terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
         let acting = self.acting(terms, parameters);
-        let motion = if self.scene.closed_loop {
-            self.closed_loop(&acting)?
-        } else {
-            self.measured_motion(&acting)
-        };
+        let motion = self.motion(&acting, terms, parameters)?;
         Some(self.observe(&acting, &motion))
+    }
+
+    /// Returns the motion, simulated or remembered.
+    fn motion(
+        &self,
+        acting: &Acting,
+        terms: &[Term],
+        parameters: &[f64],
+    ) -> Option<Shared<Motion>> {
+        let mut moving = (Vec::new(), Vec::new());
+        let mut at = 0;
+        for term in terms {
+            let count = term.law.slots().len();
+            if term.law.moves() {
+                moving.0.push(*term);
+                moving.1.extend_from_slice(&parameters[at..at + count]);
+            }
+            at += count;
+        }
+        let lock = "no thread panics while it holds the lock";
+        let same = |known: &&Remembered| known.terms == moving.0 && known.parameters == moving.1;
+        if let Some(known) = self.motions.lock().expect(lock).iter().find(same) {
+            return Some(Shared::clone(&known.motion));
+        }
+        let motion = Shared::new(if self.scene.closed_loop {
+            self.closed_loop(acting)?
+        } else {
+            self.measured_motion(acting)
+        });
+        let mut motions = self.motions.lock().expect(lock);
+        if motions.len() == REMEMBERED {
+            motions.remove(0);
+        }
+        let (terms, parameters) = moving;
+        motions.push(Remembered { terms, parameters, motion: Shared::clone(&motion) });
+        Some(motion)
     }
 
     /// Returns measured minus predicted in units of noise, in the order of [`Self::predict`]; rows that
@@ -154,6 +269,13 @@ impl Model {
             at += rows;
         }
         values.iter().all(|value| value.is_finite()).then_some(values)
+    }
+
+    /// Returns how many independent values are judged.
+    pub fn count(&self) -> usize {
+        let channels = self.scene.data.channels.iter();
+        let predicted = channels.filter(|channel| self.is_predicted(channel.quantity)).count();
+        predicted * (self.scene.data.n_rows() - self.scene.first_row)
     }
 
     /// Returns the torque column of a change to the bodies, computed once.
@@ -213,30 +335,33 @@ impl Model {
 
     fn add(&self, acting: &mut Acting, term: &Term, p: &[f64]) {
         let j = term.joint;
-        let dry = |forward, backward, peak, velocity| Dry {
+        let dry = |forward, backward, peak, velocity, creep| Dry {
             joint: j,
             forward,
             backward,
             peak,
             velocity,
+            creep,
         };
         match term.law {
-            Law::Coulomb => acting.dry.push(dry(p[0], p[0], 0.0, 1.0)),
-            Law::Asymmetric => acting.dry.push(dry(p[0], p[1], 0.0, 1.0)),
-            Law::Stribeck => acting.dry.push(dry(p[0], p[0], p[1] - p[0], p[2])),
+            Law::Coulomb => acting.dry.push(dry(p[0], p[0], 0.0, 1.0, p[1])),
+            Law::Asymmetric => acting.dry.push(dry(p[0], p[1], 0.0, 1.0, p[2])),
+            Law::Stribeck => acting.dry.push(dry(p[0], p[0], p[1], p[2], p[3])),
             Law::Viscous => acting.smooth.push((j, Smooth::Viscous(p[0]))),
             Law::Quadratic => acting.smooth.push((j, Smooth::Quadratic(p[0]))),
             Law::Ripple => {
-                let ripple = Smooth::Ripple { amplitude: p[0], order: p[1], phase: p[2] };
+                let ripple = Smooth::Ripple { sine: p[0], cosine: p[1], order: p[2] };
                 acting.smooth.push((j, ripple));
             }
             Law::Periodic => {
-                let hum = Smooth::Periodic { amplitude: p[0], frequency: p[1], phase: p[2] };
+                let hum = Smooth::Periodic { sine: p[0], cosine: p[1], frequency: p[2] };
                 acting.smooth.push((j, hum));
             }
             Law::Stiffness => acting.smooth.push((j, Smooth::Stiffness(p[0]))),
             Law::CubicStiffness => acting.smooth.push((j, Smooth::Cubic(p[0]))),
             Law::Feature(feature) => acting.smooth.push((j, Smooth::Feature(feature, p[0]))),
+            Law::Above => acting.smooth.push((j, Smooth::Above(p[0], p[1]))),
+            Law::Below => acting.smooth.push((j, Smooth::Below(p[0], p[1]))),
             Law::Hysteresis => {
                 acting.loops.push(Loop { joint: j, torque: p[0], width: p[1], z: 0.0 });
             }
@@ -300,10 +425,11 @@ impl Model {
     fn payload(&self, acting: &mut Acting, p: &[f64]) {
         let body = self.arm.chain.n() - 1;
         let tip = self.arm.chain.body_from_tip;
-        let place = tip * nalgebra::Point3::new(p[1], p[2], p[3]);
-        // Columns for a kilogram at the body's origin and for a first moment along each axis; the
-        // inertia of the point about the origin is of second order in its place and taken at it.
+        // First moment about the body's origin, in its axes.
         let mass = p[0];
+        let moment = tip.rotation * Vector3::new(p[1], p[2], p[3]) + mass * tip.translation.vector;
+        // A mass of nothing has no place; its inertia is nothing too.
+        let place = if mass.abs() > 1e-3 { moment / mass } else { Vector3::zeros() };
         let column = self.column((2, body, 0), 1.0, |chain| {
             chain.add_point(&PointMass { body, mass: 1.0, moment: Vector3::zeros() });
         });
@@ -314,7 +440,7 @@ impl Model {
                 moment[axis] = 1.0;
                 chain.add_point(&PointMass { body, mass: 0.0, moment });
             });
-            self.accumulate(acting, &column, mass * place[axis]);
+            self.accumulate(acting, &column, moment[axis]);
         }
         for (at, (i, k)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
             let column = self.column((3, body, at as u8), 1.0, |chain| {
@@ -362,13 +488,28 @@ impl Model {
             dq: vec![0.0; rows * n],
             tau: vec![0.0; rows * n],
             load: vec![0.0; rows * n],
+            gap: vec![0.0; rows * n],
         };
         let mut loops = acting.loops.clone();
         let mut q = [0.0; MOST_JOINTS];
         let mut dq = [0.0; MOST_JOINTS];
         q[..n].copy_from_slice(&self.scene.reference[..n]);
         dq[..n].copy_from_slice(&self.scene.reference_speed[..n]);
+        let mut gapped: Vec<Gapped> = (0..n)
+            .filter(|&j| acting.play[j] > 0.0)
+            .map(|j| Gapped {
+                joint: j,
+                width: acting.play[j],
+                rotor: self.arm.armature[j].max(LEAST_ROTOR),
+                angle: q[j],
+                speed: dq[j],
+            })
+            .collect();
+        // What the encoders see: the motor's side of a gap.
+        let (mut seen, mut seen_speed) = (q, dq);
         let mut last = (q, dq, [0.0; MOST_JOINTS], [0.0; MOST_JOINTS]);
+        let mut gaps = [0.0; MOST_JOINTS];
+        let mut last_gaps = gaps;
         let mut tau = [0.0; MOST_JOINTS];
         let mut load = [0.0; MOST_JOINTS];
         let mut flex = acting.zero;
@@ -392,8 +533,8 @@ impl Model {
                     let between = |values: &[f64]| {
                         values[i * n + j] + f * (values[(i + 1) * n + j] - values[i * n + j])
                     };
-                    let mut asked = kp[j] * (between(&self.scene.reference) - q[j])
-                        + kd[j] * (between(&self.scene.reference_speed) - dq[j]);
+                    let mut asked = kp[j] * (between(&self.scene.reference) - seen[j])
+                        + kd[j] * (between(&self.scene.reference_speed) - seen_speed[j]);
                     if with_gravity {
                         asked += on_grid(&plant.feedforward, j);
                     }
@@ -405,8 +546,9 @@ impl Model {
                 let back = ((time - data.time[row]) / tick).clamp(0.0, 1.0);
                 for j in 0..n {
                     let to = row * n + j;
-                    motion.q[to] = q[j] - back * (q[j] - last.0[j]);
-                    motion.dq[to] = dq[j] - back * (dq[j] - last.1[j]);
+                    motion.q[to] = seen[j] - back * (seen[j] - last.0[j]);
+                    motion.dq[to] = seen_speed[j] - back * (seen_speed[j] - last.1[j]);
+                    motion.gap[to] = gaps[j] - back * (gaps[j] - last_gaps[j]);
                     motion.tau[to] = tau[j] - back * (tau[j] - last.2[j]);
                     motion.load[to] = load[j] - back * (load[j] - last.3[j]);
                 }
@@ -415,7 +557,8 @@ impl Model {
             if row == rows {
                 break;
             }
-            last = (q, dq, tau, load);
+            last = (seen, seen_speed, tau, load);
+            last_gaps = gaps;
             // Torque beyond what the path needs: M q̈ = push.
             let mut push = [0.0; MOST_JOINTS];
             for j in 0..n {
@@ -424,14 +567,18 @@ impl Model {
                     push[j] -= on_grid(&acting.needed, j);
                 }
             }
+            let mut friction = [0.0; MOST_JOINTS];
             for &(j, law) in &acting.smooth {
-                push[j] += law.torque(q[j], dq[j], time - data.time[0]);
+                friction[j] += law.torque(seen[j], seen_speed[j], time - data.time[0]);
             }
             for each in &mut loops {
                 let j = each.joint;
-                push[j] -= each.torque * each.z;
-                let rate = (dq[j] - dq[j].abs() * each.z * each.z.abs()) / each.width;
+                friction[j] -= each.torque * each.z;
+                let rate = (seen_speed[j] - seen_speed[j].abs() * each.z * each.z.abs()) / each.width;
                 each.z = (each.z + tick * rate).clamp(-1.0, 1.0);
+            }
+            for j in 0..n {
+                push[j] += friction[j];
             }
             let (mut off, mut off_speed) = ([0.0; MOST_JOINTS], [0.0; MOST_JOINTS]);
             for j in 0..n {
@@ -464,24 +611,55 @@ impl Model {
                 let j = dry.joint;
                 let own = inverse[j * n + j] * tick;
                 let free = dq[j] + tick * ddq[j];
-                let level = if free > 0.0 { dry.forward } else { dry.backward };
-                let peak = dry.peak * (-(dq[j] / dry.velocity).powi(2)).exp();
-                let level = (level + peak).max(0.0);
-                let stop = (-free / own).clamp(-level, level);
-                // A side that drives the motion has no level to stop at: it just pushes.
-                let drive = if free > 0.0 { dry.forward.min(0.0) } else { -dry.backward.min(0.0) };
-                let torque = stop - drive;
-                push[j] += torque;
+                let torque = dry.held(dq[j], free, own);
+                friction[j] += torque;
                 for (i, acceleration) in ddq[..n].iter_mut().enumerate() {
                     *acceleration += inverse[i * n + j] * torque;
                 }
             }
+            for gap in &mut gapped {
+                // The link swings free of its rotor, unless that would leave the gap: then the impulse
+                // between the two keeps it inside (Stewart and Trinkle's time stepping).
+                let j = gap.joint;
+                let own = inverse[j * n + j];
+                let motor = acting.gain[j] * tau[j] + friction[j];
+                let share = (1.0 - gap.rotor * own).max(1e-3);
+                // Without rotor and motor torque: the inverse of the mass matrix less the rotor.
+                let pull = (ddq[j] * gap.rotor - motor) / share;
+                for (i, acceleration) in ddq[..n].iter_mut().enumerate() {
+                    *acceleration += inverse[i * n + j] * pull;
+                }
+                let free = dq[j] + tick * ddq[j] - (gap.speed + tick * motor / gap.rotor);
+                let offset = q[j] - gap.angle;
+                let half = 0.5 * gap.width;
+                let kept = free.clamp((-half - offset) / tick, (half - offset) / tick);
+                let link_own = own / share;
+                let through = (kept - free) / (tick * (link_own + 1.0 / gap.rotor));
+                for (i, acceleration) in ddq[..n].iter_mut().enumerate() {
+                    *acceleration += inverse[i * n + j] / share * through;
+                }
+                gap.speed += tick * (motor - through) / gap.rotor;
+                gap.angle += tick * gap.speed;
+                load[j] = through;
+            }
             for j in 0..n {
-                load[j] = push[j] + on_grid(&plant.bias, j) - self.arm.armature[j] * ddq[j];
+                // What goes through the gear: the motor's torque and what acts beside it, less what
+                // turns the rotor.
+                if acting.play[j] <= 0.0 {
+                    load[j] =
+                        acting.gain[j] * tau[j] + friction[j] - self.arm.armature[j] * ddq[j];
+                }
+                // Two half steps of a semi-implicit integrator, in one.
+                let part = if acting.play[j] > 0.0 { 1.0 } else { 0.75 };
+                q[j] += tick * (dq[j] + part * tick * ddq[j]);
                 dq[j] += tick * ddq[j];
-                q[j] += tick * dq[j];
-                flex[j] = acting.zero[j] - acting.compliance[j] * load[j]
-                    - play(acting.play[j], load[j]);
+                flex[j] = acting.zero[j] - acting.compliance[j] * load[j];
+            }
+            (seen, seen_speed) = (q, dq);
+            for gap in &gapped {
+                seen[gap.joint] = gap.angle;
+                seen_speed[gap.joint] = gap.speed;
+                gaps[gap.joint] = q[gap.joint] - gap.angle;
             }
             if !q[..n].iter().all(|angle| angle.abs() < 1e4) {
                 return None;
@@ -501,6 +679,7 @@ impl Model {
             dq: vec![0.0; rows * n],
             tau: vec![0.0; rows * n],
             load: vec![0.0; rows * n],
+            gap: vec![0.0; rows * n],
         };
         let mut loops = acting.loops.clone();
         // The path is the measured motion, or the command where no motion was measured; only a command
@@ -549,15 +728,14 @@ impl Model {
             }
             for dry in &acting.dry {
                 let j = dry.joint;
-                // Near standstill the sign is not known; the smooth sign says so.
-                let sign = (dq[j] / 0.01).tanh();
-                let level = if dq[j] > 0.0 { dry.forward } else { dry.backward };
-                let peak = dry.peak * (-(dq[j] / dry.velocity).powi(2)).exp();
-                motor[j] += (level + peak) * sign;
+                // Near standstill the measured speed does not tell the sign.
+                let softer = Dry { creep: dry.creep.max(SPEED_NOISE), ..*dry };
+                motor[j] -= softer.torque(dq[j], dq[j]);
             }
             for j in 0..n {
                 let at = row * n + j;
                 motion.load[at] = load[j];
+                motion.gap[at] = -play(acting.play[j], load[j]);
                 let asked = motor[j] / acting.gain[j];
                 motion.tau[at] = asked.clamp(-acting.limit[j], acting.limit[j]);
             }
@@ -641,9 +819,8 @@ impl Model {
             .map(|row| {
                 for j in 0..n {
                     let load = motion.load[row * n + j];
-                    q[j] = motion.q[row * n + j] + acting.zero[j]
-                        - acting.compliance[j] * load
-                        - play(acting.play[j], load);
+                    q[j] = motion.q[row * n + j] + motion.gap[row * n + j] + acting.zero[j]
+                        - acting.compliance[j] * load;
                 }
                 acting.turn * chain.tip(&q[..n]) + acting.shift
             })
@@ -656,16 +833,11 @@ fn play(width: f64, load: f64) -> f64 {
     if width > 0.0 { 0.5 * width * (load / PLAY_LOAD).tanh() } else { 0.0 }
 }
 
-/// Moves everything the link of joint `j` carries beyond itself along one axis of its frame, m.
+/// Moves joint `j` along one axis of the link before it, m.
 fn lengthen(chain: &mut Chain, j: usize, axis: usize, by: f64) {
     let mut shift = Vector3::zeros();
     shift[axis] = by;
-    let place = if j + 1 < chain.n() {
-        &mut chain.bodies[j + 1].parent_from_body.translation.vector
-    } else {
-        &mut chain.body_from_tip.translation.vector
-    };
-    *place += shift;
+    chain.bodies[j].parent_from_body.translation.vector += shift;
 }
 
 /// Returns what a channel reads that is `delay` s late (early, if negative): cubic between rows.

@@ -1,16 +1,13 @@
 //! The effects an arm may lack, as the simulation understands them: a law and its seat.
 
 use super::data::Quantity;
+use crate::discovery::selection::Slot;
 
 /// What a feature of an unnamed torque looks at.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Feature {
-    /// `max(0, q - q0)`.
-    Above(f64),
-    /// `max(0, q0 - q)`.
-    Below(f64),
-    /// `(q - q0)²`, signed by nothing.
-    Square(f64),
+    /// `q²`.
+    Square,
     /// `sin(k q)`.
     Sine(f64),
     /// `cos(k q)`.
@@ -23,16 +20,12 @@ pub enum Feature {
     RootSpeed,
     /// `exp(-t/τ)`.
     Decay(f64),
-    /// `sin(2π f t)`.
-    TimeSine(f64),
-    /// `cos(2π f t)`.
-    TimeCosine(f64),
-    /// `q`.
-    Position,
-    /// `1`.
+    /// `t`: a load that grows.
+    Time,
+    /// `1`: a constant load.
     One,
-    /// `sign(dq)·max(0, |q - q0|)`: friction that grows away from a place.
-    FrictionTimesDistance(f64),
+    /// `sign(dq)·|q|`: friction that grows away from zero.
+    FrictionTimesDistance,
 }
 
 /// What an effect does.
@@ -78,7 +71,7 @@ pub enum Law {
     SensorDelay(Quantity),
     /// The joint stands at encoder + angle.
     ZeroOffset,
-    /// The link carried by the joint is longer (its frame).
+    /// The link before the joint is longer: the joint sits elsewhere in that link's frame.
     LinkLength,
     /// The tip is elsewhere in the tip's frame.
     ToolOffset,
@@ -95,6 +88,10 @@ pub enum Law {
     Periodic,
     /// A torque without a name: one feature times a coefficient.
     Feature(Feature),
+    /// A one-sided spring: `coefficient·max(0, q - q0)`.
+    Above,
+    /// The other side: `coefficient·max(0, q0 - q)`.
+    Below,
 }
 
 /// An effect at its place.
@@ -106,21 +103,6 @@ pub struct Term {
     pub joint: usize,
 }
 
-/// How a parameter enters, and on what scale.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Slot {
-    /// Name as in the vocabulary, by component.
-    pub name: &'static str,
-    /// SI unit.
-    pub unit: &'static str,
-    /// A change that is small, yet visible: for derivatives.
-    pub scale: f64,
-    /// Least and greatest value.
-    pub range: (f64, f64),
-    /// The value at which the effect is not there (given the others), if there is one.
-    pub neutral: Option<f64>,
-}
-
 const fn slot(
     name: &'static str,
     unit: &'static str,
@@ -128,7 +110,7 @@ const fn slot(
     range: (f64, f64),
     neutral: Option<f64>,
 ) -> Slot {
-    Slot { name, unit, scale, range, neutral }
+    Slot { name, unit, scale, range, neutral, least: 0.0 }
 }
 
 const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -175,16 +157,19 @@ impl Law {
             Self::Stiffness => "linear_stiffness",
             Self::CubicStiffness => "cubic_stiffness",
             Self::Periodic => "periodic_disturbance",
-            Self::Feature(_) => "unknown",
+            Self::Feature(_) | Self::Above | Self::Below => "unknown",
         }
     }
 
-    /// Returns its parameters in order.
+    /// Returns its parameters in order, as they are fitted: linear wherever they can be. What they are
+    /// called in a model file is [`super::wording`]'s business.
     pub fn slots(self) -> Vec<Slot> {
         let torque = slot("torque", "N*m", 0.05, UP, Some(0.0));
+        // Below this speed dry friction gives way like a thick fluid: a held joint creeps.
+        let creep = slot("creep", "rad/s", 2e-4, (1e-5, 0.05), None);
         let length = |name| slot(name, "m", 1e-3, ANY, Some(0.0));
         match self {
-            Self::Coulomb => vec![torque],
+            Self::Coulomb => vec![torque, creep],
             Self::Viscous => {
                 vec![slot("coefficient", "N*m*s/rad", 0.1, UP, Some(0.0))]
             }
@@ -193,19 +178,21 @@ impl Law {
             }
             Self::Stribeck => vec![
                 torque,
-                slot("stiction", "N*m", 0.05, UP, Some(0.0)),
+                slot("peak", "N*m", 0.05, UP, Some(0.0)),
                 slot("velocity", "rad/s", 0.005, (0.002, 1.0), None),
+                creep,
             ],
             // One side may help the motion as long as both together resist: a constant load is in it.
             Self::Asymmetric => vec![
                 slot("forward", "N*m", 0.05, ANY, Some(0.0)),
                 slot("backward", "N*m", 0.05, ANY, Some(0.0)),
+                creep,
             ],
             Self::Payload => vec![
                 slot("mass", "kg", 0.02, ANY, Some(0.0)),
-                slot("com_x", "m", 5e-3, (-1.0, 1.0), None),
-                slot("com_y", "m", 5e-3, (-1.0, 1.0), None),
-                slot("com_z", "m", 5e-3, (-1.0, 1.0), None),
+                slot("moment_x", "kg*m", 2e-3, ANY, Some(0.0)),
+                slot("moment_y", "kg*m", 2e-3, ANY, Some(0.0)),
+                slot("moment_z", "kg*m", 2e-3, ANY, Some(0.0)),
             ],
             Self::Armature => vec![slot("inertia", "kg*m^2", 0.01, ANY, Some(0.0))],
             Self::BaseTilt => vec![
@@ -216,16 +203,19 @@ impl Law {
             Self::TorqueGain => vec![slot("gain", "", 0.01, (-10.0, 10.0), Some(1.0))],
             Self::TorqueDrift => vec![slot("rate", "N*m/s", 0.01, ANY, Some(0.0))],
             Self::Ripple => vec![
-                slot("amplitude", "N*m", 0.05, ANY, Some(0.0)),
+                slot("sine", "N*m", 0.05, ANY, Some(0.0)),
+                slot("cosine", "N*m", 0.05, ANY, Some(0.0)),
                 slot("order", "", 0.02, (0.3, 400.0), None),
-                slot("phase", "rad", 0.02, ANY, None),
             ],
             Self::Compliance | Self::ServoSag => {
                 vec![slot("compliance", "rad/(N*m)", 5e-5, UP, Some(0.0))]
             }
             Self::Backlash => vec![slot("width", "rad", 1e-3, UP, Some(0.0))],
-            Self::CommandDelay => vec![slot("delay", "s", 1e-3, (-0.5, 0.5), Some(0.0))],
-            Self::SensorDelay(_) => vec![slot("delay", "s", 1e-3, (-0.5, 0.5), Some(0.0))],
+            // A controller samples once a millisecond or slower: what happens within is not modelled.
+            Self::CommandDelay | Self::SensorDelay(_) => {
+                let delay = slot("delay", "s", 1e-3, (-0.5, 0.5), Some(0.0));
+                vec![Slot { least: 1e-3, ..delay }]
+            }
             Self::ActuatorGain => vec![slot("gain", "", 0.01, (0.1, 5.0), Some(1.0))],
             Self::Saturation => vec![slot("limit", "N*m", 0.05, (1e-3, 1e4), None)],
             Self::ZeroOffset => vec![slot("angle", "rad", 1e-3, ANY, Some(0.0))],
@@ -240,12 +230,29 @@ impl Law {
             Self::Stiffness => vec![slot("coefficient", "N*m/rad", 0.1, ANY, Some(0.0))],
             Self::CubicStiffness => vec![slot("coefficient", "N*m/rad^3", 0.1, ANY, Some(0.0))],
             Self::Periodic => vec![
-                slot("amplitude", "N*m", 0.05, ANY, Some(0.0)),
+                slot("sine", "N*m", 0.05, ANY, Some(0.0)),
+                slot("cosine", "N*m", 0.05, ANY, Some(0.0)),
                 slot("frequency", "Hz", 2e-3, (0.01, 500.0), None),
-                slot("phase", "rad", 0.02, ANY, None),
             ],
-            Self::Feature(_) => vec![slot("coefficient", "?", 0.05, ANY, Some(0.0))],
+            Self::Feature(_) => vec![slot("coefficient", "", 0.05, ANY, Some(0.0))],
+            Self::Above | Self::Below => vec![
+                slot("coefficient", "N*m/rad", 0.05, ANY, Some(0.0)),
+                slot("q0", "rad", 0.01, ANY, None),
+            ],
         }
+    }
+
+    /// Returns whether the law changes the motion or the torques, rather than only what sensors say.
+    pub fn moves(self) -> bool {
+        !matches!(
+            self,
+            Self::TorqueOffset
+                | Self::TorqueGain
+                | Self::TorqueDrift
+                | Self::SensorDelay(_)
+                | Self::ToolOffset
+                | Self::CameraShift(_)
+        )
     }
 
     /// Returns whether the law acts at one joint rather than on the whole arm.
@@ -279,25 +286,18 @@ impl Term {
 impl Feature {
     /// Returns the feature's value.
     pub fn value(self, q: f64, dq: f64, time: f64) -> f64 {
-        let turn = std::f64::consts::TAU;
         match self {
-            Self::Above(q0) => (q - q0).max(0.0),
-            Self::Below(q0) => (q0 - q).max(0.0),
-            Self::Square(q0) => (q - q0).powi(2),
+            Self::Square => q * q,
             Self::Sine(k) => (k * q).sin(),
             Self::Cosine(k) => (k * q).cos(),
             Self::PositionTimesSpeed => q * dq.abs(),
             Self::SpeedCubed => dq.powi(3),
             Self::RootSpeed => dq.abs().sqrt() * dq.signum(),
             Self::Decay(tau) => (-time / tau).exp(),
-            Self::TimeSine(f) => (turn * f * time).sin(),
-            Self::TimeCosine(f) => (turn * f * time).cos(),
-            Self::Position => q,
+            Self::Time => time,
             Self::One => 1.0,
-            Self::FrictionTimesDistance(q0) => {
-                // Smooth through standstill: the arm's speed noise must not decide the sign.
-                (dq / 0.01).tanh() * (q - q0).abs()
-            }
+            // Smooth through standstill: the arm's speed noise must not decide the sign.
+            Self::FrictionTimesDistance => (dq / 0.01).tanh() * q.abs(),
         }
     }
 }

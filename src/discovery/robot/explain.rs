@@ -1,0 +1,66 @@
+//! An arm's recordings as something to be explained: [`Gap`] over laws and joints.
+
+use super::candidates::candidates;
+use super::simulate::Model;
+use super::term::{Law, Term};
+use crate::discovery::selection::{Candidate, Gap, Set, Slot};
+
+/// Recordings of one arm, some to fit and some to judge.
+#[derive(Debug)]
+pub struct ArmGap {
+    /// The recordings fitted.
+    pub train: Vec<Model>,
+    /// The recordings held out.
+    pub heldout: Vec<Model>,
+}
+
+impl ArmGap {
+    fn models(&self, set: Set) -> &[Model] {
+        match set {
+            Set::Train => &self.train,
+            Set::Heldout => &self.heldout,
+        }
+    }
+}
+
+impl Gap for ArmGap {
+    type Term = Term;
+
+    fn slots(&self, term: &Term) -> Vec<Slot> {
+        term.law.slots()
+    }
+
+    fn residuals(&self, set: Set, terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
+        let mut all = Vec::new();
+        for model in self.models(set) {
+            all.extend(model.residuals(terms, parameters)?);
+        }
+        Some(all)
+    }
+
+    fn count(&self, set: Set) -> usize {
+        self.models(set).iter().map(Model::count).sum()
+    }
+
+    fn candidates(&self, terms: &[Term], left: &[f64]) -> Vec<Candidate<Term>> {
+        // Where to begin is taken from the first recording; the fit uses them all.
+        candidates(&self.train[0], terms, left)
+    }
+
+    fn compatible(&self, a: &Term, b: &Term) -> bool {
+        use Law::{Asymmetric, CameraShift, Coulomb, Stribeck};
+        let shifts = matches!((a.law, b.law), (CameraShift(_), CameraShift(_)));
+        let dry = |law| matches!(law, Coulomb | Stribeck | Asymmetric);
+        a != b && !shifts && !(a.joint == b.joint && dry(a.law) && dry(b.law))
+    }
+
+    fn contains(&self, general: &Term, special: &Term) -> bool {
+        use Law::{Asymmetric, CameraShift, Coulomb, Stribeck};
+        let here = general.joint == special.joint;
+        match (general.law, special.law) {
+            (Asymmetric | Stribeck, Coulomb) => here,
+            (CameraShift(a), CameraShift(b)) => a.iter().zip(b).all(|(a, b)| *a || !b),
+            _ => false,
+        }
+    }
+}
