@@ -1,11 +1,76 @@
 //! Where twin and measurement disagree, and what the twin lacks: the name, the place, the size.
 //!
-//! Recordings come in, a [`finding::Finding`] goes out. [`recording`] reads measured data, [`vocabulary`]
-//! holds the names an effect may have, [`selection`] searches among explanations and judges them on data
-//! they were not fitted to. Nothing here knows the truth of the lab: recordings are all it sees.
+//! Recordings come in, a [`finding::Finding`] goes out; [`investigate`] is the door. It reasons like this.
+//! Noise first: every channel's residual is divided by its noise, given or estimated, so that what is
+//! left after a right explanation is 1. Then the model is simulated again with every effect of the
+//! [`vocabulary`] at every place, and the one that explains most is added, fitted, and judged on data
+//! it was not fitted to; so on until nothing pays ([`selection`]). An effect that cannot be told from
+//! another is not named but reported as a doubt, and what no name fits as a formula, or as unknown.
+//! Every verdict says how sure it is; a refusal says why.
+//!
+//! [`recording`] reads measured data, [`robot`] simulates arms. Nothing here knows the truth of the
+//! lab: recordings are all it sees.
 
 pub mod vocabulary;
 pub mod finding;
 pub mod recording;
 pub mod selection;
 pub mod robot;
+
+use crate::motion::Robot;
+use finding::Finding;
+use recording::{Error, Recording};
+
+/// What the recordings are of.
+#[derive(Debug, Clone, Copy)]
+pub enum Subject<'a> {
+    /// An arm.
+    Arm(&'a Robot),
+}
+
+/// How to investigate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// The part of a single recording that is held out; of several, the last is.
+    pub holdout: f64,
+    /// How to search.
+    pub search: selection::Options,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        // A third is enough to judge and leaves most of the motion to fit.
+        Self { holdout: 0.33, search: selection::Options::default() }
+    }
+}
+
+/// Finds what the subject's model lacks. `progress` is told what is being done and which part is done.
+///
+/// # Errors
+///
+/// An [`Error`] for recordings that are not of the subject, too short ones, or a model that runs away.
+pub fn investigate(
+    recordings: &[Recording],
+    subject: Subject<'_>,
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Finding, Error> {
+    let parts;
+    let (train, heldout) = match recordings {
+        [] => {
+            return Err(Error {
+                what: "there is no recording".into(),
+                place: "command line".into(),
+                help: "name at least one CSV file".into(),
+            });
+        }
+        [one] => {
+            parts = one.split(options.holdout)?;
+            (std::slice::from_ref(&parts.0), std::slice::from_ref(&parts.1))
+        }
+        several => several.split_at(several.len() - 1),
+    };
+    match subject {
+        Subject::Arm(robot) => robot::investigate(robot, train, heldout, &options.search, progress),
+    }
+}

@@ -214,9 +214,13 @@ pub fn search<G: Gap>(
         let Some(chosen) = fitted.iter().find(worth).cloned() else { break };
         let added = chosen.terms.len() - 1;
         rivals.retain(|rival| rival.instead_of != added);
-        rivals.extend(fitted.into_iter().filter(|h| h.terms != chosen.terms).map(|hypothesis| {
-            Rival { instead_of: added, behind: 0.0, hypothesis }
-        }));
+        rivals.extend(
+            fitted.into_iter().filter(|h| h.terms != chosen.terms).map(|hypothesis| Rival {
+                instead_of: added,
+                behind: 0.0,
+                hypothesis,
+            }),
+        );
         best = chosen;
         if best.terms.len() > 1 {
             progress("trying to exchange and to leave out", done + 0.1);
@@ -533,8 +537,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     // Four sums keep the processor's adders busy.
     let mut sums = [0.0; 4];
     let (chunks_a, chunks_b) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 =
-        chunks_a.remainder().iter().zip(chunks_b.remainder()).map(|(a, b)| a * b).sum();
+    let rest: f64 = chunks_a.remainder().iter().zip(chunks_b.remainder()).map(|(a, b)| a * b).sum();
     for (a, b) in chunks_a.zip(chunks_b) {
         for i in 0..4 {
             sums[i] += a[i] * b[i];
@@ -628,9 +631,10 @@ pub fn refit<G: Gap>(
         (start, DMatrix::zeros(0, 0), train)
     } else {
         let problem = Problem { gap, terms: &terms, slots: &slots, n: first.len() };
-        let bounds = slots.iter().enumerate().filter(|(_, slot)| {
-            slot.range.0.is_finite() || slot.range.1.is_finite()
-        });
+        let bounds = slots
+            .iter()
+            .enumerate()
+            .filter(|(_, slot)| slot.range.0.is_finite() || slot.range.1.is_finite());
         let options = fit::Options {
             noise: fit::Noise::Known,
             max_iterations: 30,

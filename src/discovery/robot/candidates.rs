@@ -34,11 +34,13 @@ pub fn candidates(model: &Model, present: &[Term], left: &[f64]) -> Vec<Candidat
     let effort = closed || torque;
     for j in 0..n {
         if effort {
-            for law in [Law::Viscous, Law::Quadratic, Law::Armature, Law::Stiffness, Law::CubicStiffness]
+            for law in
+                [Law::Viscous, Law::Quadratic, Law::Armature, Law::Stiffness, Law::CubicStiffness]
             {
                 add(law, j, Vec::new(), 0.0);
             }
             add(Law::Coulomb, j, vec![vec![0.0, CREEP]], 0.0);
+            add(Law::SmoothCoulomb, j, vec![vec![0.0, CREEP]], 0.0);
             add(Law::Asymmetric, j, vec![vec![0.0, 0.0, CREEP]], 0.0);
             let peaks = [0.02, 0.08, 0.3].map(|speed| vec![0.0, 0.0, speed, CREEP]);
             add(Law::Stribeck, j, peaks.to_vec(), 0.0);
@@ -80,7 +82,10 @@ pub fn candidates(model: &Model, present: &[Term], left: &[f64]) -> Vec<Candidat
             }
         }
         if tip {
-            for law in [Law::ZeroOffset, Law::Compliance, Law::Backlash] {
+            // From no gap to a wide one: where contact is lost and made again does not change evenly.
+            let widths = [0.0, 0.004, 0.012, 0.03].map(|width| vec![width]);
+            add(Law::Backlash, j, widths.to_vec(), 0.0);
+            for law in [Law::ZeroOffset, Law::Compliance] {
                 add(law, j, Vec::new(), 0.0);
             }
             // Where the first joint sits in the base is where the tracker sees the base.
@@ -275,12 +280,8 @@ impl Scan {
         // Two orders closer than this look alike over the range; half a step still finds the peak.
         let step = (1.5 / range).clamp(0.05, 2.0);
         // Half a period must not be jumped over between rows, and a full one must fit in the range.
-        let fastest = self
-            .q
-            .windows(2)
-            .map(|pair| (pair[1] - pair[0]).abs())
-            .fold(0.0, f64::max)
-            .max(1e-6);
+        let fastest =
+            self.q.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max).max(1e-6);
         let (first, last) = ((TAU / range).max(1.0), (1.2 / fastest).min(120.0));
         let count = (((last - first) / step).max(1.0) as usize).min(200);
         let grid: Vec<f64> = (0..count).map(|i| first + step * i as f64).collect();

@@ -183,10 +183,8 @@ impl Chain {
                 dw += w_parent.cross(&(axis * dq[i])) + axis * ddq[i];
                 w = w_parent + axis * dq[i];
             }
-            force[i] =
-                body.mass * a + dw.cross(&body.moment) + w.cross(&w.cross(&body.moment));
-            couple[i] =
-                body.inertia * dw + w.cross(&(body.inertia * w)) + body.moment.cross(&a);
+            force[i] = body.mass * a + dw.cross(&body.moment) + w.cross(&w.cross(&body.moment));
+            couple[i] = body.inertia * dw + w.cross(&(body.inertia * w)) + body.moment.cross(&a);
         }
         for i in (0..n).rev() {
             let axis = self.bodies[i].axis.into_inner();

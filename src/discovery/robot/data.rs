@@ -123,7 +123,8 @@ impl Data {
                 channels.push(channel(Quantity::Tip, index, name.into(), values, level));
             }
         }
-        let moves = !commands.is_empty() || channels.iter().any(|c| c.quantity == Quantity::Position);
+        let moves =
+            !commands.is_empty() || channels.iter().any(|c| c.quantity == Quantity::Position);
         if channels.is_empty() || !moves {
             let missing = if channels.is_empty() {
                 "nothing measured: none of `q_n`, `dq_n`, `tau_n`, `tcp_x`"

@@ -48,17 +48,17 @@ impl Gap for ArmGap {
     }
 
     fn compatible(&self, a: &Term, b: &Term) -> bool {
-        use Law::{Asymmetric, CameraShift, Coulomb, Stribeck};
+        use Law::{Asymmetric, CameraShift, Coulomb, SmoothCoulomb, Stribeck};
         let shifts = matches!((a.law, b.law), (CameraShift(_), CameraShift(_)));
-        let dry = |law| matches!(law, Coulomb | Stribeck | Asymmetric);
+        let dry = |law| matches!(law, Coulomb | SmoothCoulomb | Stribeck | Asymmetric);
         a != b && !shifts && !(a.joint == b.joint && dry(a.law) && dry(b.law))
     }
 
     fn contains(&self, general: &Term, special: &Term) -> bool {
-        use Law::{Asymmetric, CameraShift, Coulomb, Stribeck};
+        use Law::{Asymmetric, CameraShift, Coulomb, SmoothCoulomb, Stribeck};
         let here = general.joint == special.joint;
         match (general.law, special.law) {
-            (Asymmetric | Stribeck, Coulomb) => here,
+            (Asymmetric | Stribeck, Coulomb | SmoothCoulomb) => here,
             (CameraShift(a), CameraShift(b)) => a.iter().zip(b).all(|(a, b)| *a || !b),
             _ => false,
         }

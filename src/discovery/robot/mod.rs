@@ -9,3 +9,7 @@ pub mod term;
 pub mod simulate;
 pub mod candidates;
 pub mod explain;
+pub mod wording;
+pub mod answer;
+
+pub use answer::investigate;

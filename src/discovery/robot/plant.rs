@@ -101,9 +101,7 @@ impl Plant {
         }
         for k in 0..len {
             // A resting arm is the same all through the run-in.
-            let still = k > 0
-                && rests
-                && start + k as f64 * GRID_STEP < from - 0.5 * GRID_STEP;
+            let still = k > 0 && rests && start + k as f64 * GRID_STEP < from - 0.5 * GRID_STEP;
             if still {
                 plant.copy(k - 1, k);
             } else {
@@ -282,11 +280,8 @@ impl Scene {
                 }
             }
         }
-        let first_row = if rests {
-            0
-        } else {
-            data.time.iter().position(|t| t - from >= SETTLE).unwrap_or(0)
-        };
+        let first_row =
+            if rests { 0 } else { data.time.iter().position(|t| t - from >= SETTLE).unwrap_or(0) };
         Self {
             data,
             plant,

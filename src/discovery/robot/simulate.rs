@@ -21,6 +21,10 @@ use crate::discovery::recording::sidecar::TorqueSensor;
 /// A load smaller than this leaves a joint with play somewhere inside its gap, N·m; chosen.
 const PLAY_LOAD: f64 = 0.05;
 
+/// How fast a joint caught by friction comes to rest, 1/s: within a hundredth of a second, as gears that
+/// give a little and the soft constraints of simulators do.
+const STOP: f64 = 105.0;
+
 /// A motor without rotor inertia would be nowhere in its gap; this is less than any, kg·m².
 const LEAST_ROTOR: f64 = 1e-3;
 
@@ -62,6 +66,9 @@ struct Dry {
     velocity: f64,
     /// Below this speed it gives way, rad/s.
     creep: f64,
+    /// Whether it gives way evenly and then holds its level (a contact solver's friction) rather than
+    /// bending smoothly.
+    sharp: bool,
 }
 
 impl Dry {
@@ -74,16 +81,22 @@ impl Dry {
 
     /// Returns the torque over a step in which the joint would reach the speed `free` without friction;
     /// `own` is the speed that 1 N·m adds in the step. Implicit, since a creep is stiff.
-    fn held(&self, dq: f64, free: f64, own: f64) -> f64 {
+    fn held(&self, dq: f64, free: f64, own: f64, tick: f64) -> f64 {
         let level = if free > 0.0 { self.forward } else { self.backward };
         let peak = self.peak * (-(dq / self.velocity).powi(2)).exp();
         let level = level + peak;
-        if level <= 0.0 {
+        if level <= 1e-12 {
             return self.torque(dq, free);
+        }
+        let slope = own * level / self.creep;
+        if self.sharp {
+            // A soft stop: the torque that would end the motion within 1/STOP, less what gives way.
+            let inverse = own / tick;
+            let stop = (free - dq) / tick + STOP * dq;
+            return -(stop / (inverse + self.creep * STOP / level)).clamp(-level, level);
         }
         // Newton's method on v = free - own·level·tanh(v/creep), a monotone equation; begun where the
         // tanh is straight or flat.
-        let slope = own * level / self.creep;
         let mut v = if free.abs() > own * level + self.creep {
             free - own * level * free.signum()
         } else {
@@ -193,12 +206,7 @@ struct Motion {
 impl Model {
     /// Returns the model of an arm along a recording.
     pub fn new(arm: Arm, scene: Scene) -> Self {
-        Self {
-            arm,
-            scene,
-            columns: Mutex::new(BTreeMap::new()),
-            motions: Mutex::new(Vec::new()),
-        }
+        Self { arm, scene, columns: Mutex::new(BTreeMap::new()), motions: Mutex::new(Vec::new()) }
     }
 
     /// Returns which channels are predicted, in the order of [`Self::predict`]: positions and speeds
@@ -335,7 +343,9 @@ impl Model {
 
     fn add(&self, acting: &mut Acting, term: &Term, p: &[f64]) {
         let j = term.joint;
+        let sharp = matches!(term.law, Law::Coulomb);
         let dry = |forward, backward, peak, velocity, creep| Dry {
+            sharp,
             joint: j,
             forward,
             backward,
@@ -344,7 +354,7 @@ impl Model {
             creep,
         };
         match term.law {
-            Law::Coulomb => acting.dry.push(dry(p[0], p[0], 0.0, 1.0, p[1])),
+            Law::Coulomb | Law::SmoothCoulomb => acting.dry.push(dry(p[0], p[0], 0.0, 1.0, p[1])),
             Law::Asymmetric => acting.dry.push(dry(p[0], p[1], 0.0, 1.0, p[2])),
             Law::Stribeck => acting.dry.push(dry(p[0], p[0], p[1], p[2], p[3])),
             Law::Viscous => acting.smooth.push((j, Smooth::Viscous(p[0]))),
@@ -442,7 +452,8 @@ impl Model {
             });
             self.accumulate(acting, &column, moment[axis]);
         }
-        for (at, (i, k)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
+        for (at, (i, k)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate()
+        {
             let column = self.column((3, body, at as u8), 1.0, |chain| {
                 let inertia = &mut chain.bodies[body].inertia;
                 // -[c]×[c]× = |c|² 1 - c cᵀ, entry by entry of c cᵀ.
@@ -574,7 +585,8 @@ impl Model {
             for each in &mut loops {
                 let j = each.joint;
                 friction[j] -= each.torque * each.z;
-                let rate = (seen_speed[j] - seen_speed[j].abs() * each.z * each.z.abs()) / each.width;
+                let rate =
+                    (seen_speed[j] - seen_speed[j].abs() * each.z * each.z.abs()) / each.width;
                 each.z = (each.z + tick * rate).clamp(-1.0, 1.0);
             }
             for j in 0..n {
@@ -611,7 +623,7 @@ impl Model {
                 let j = dry.joint;
                 let own = inverse[j * n + j] * tick;
                 let free = dq[j] + tick * ddq[j];
-                let torque = dry.held(dq[j], free, own);
+                let torque = dry.held(dq[j], free, own, tick);
                 friction[j] += torque;
                 for (i, acceleration) in ddq[..n].iter_mut().enumerate() {
                     *acceleration += inverse[i * n + j] * torque;
@@ -646,8 +658,7 @@ impl Model {
                 // What goes through the gear: the motor's torque and what acts beside it, less what
                 // turns the rotor.
                 if acting.play[j] <= 0.0 {
-                    load[j] =
-                        acting.gain[j] * tau[j] + friction[j] - self.arm.armature[j] * ddq[j];
+                    load[j] = acting.gain[j] * tau[j] + friction[j] - self.arm.armature[j] * ddq[j];
                 }
                 // Two half steps of a semi-implicit integrator, in one.
                 let part = if acting.play[j] > 0.0 { 1.0 } else { 0.75 };
@@ -687,7 +698,8 @@ impl Model {
         let delay = if has_position { 0.0 } else { acting.delay };
         let mut last = data.time[0];
         for (row, &time) in data.time.iter().enumerate() {
-            let grid = ((time - delay - plant.start) / plant.step).clamp(0.0, (plant.len - 2) as f64);
+            let grid =
+                ((time - delay - plant.start) / plant.step).clamp(0.0, (plant.len - 2) as f64);
             let g = grid as usize;
             let part = grid - g as f64;
             let on_grid = |values: &[f64], j: usize| {
@@ -700,8 +712,7 @@ impl Model {
                 motion.dq[row * n + j] = on_grid(&plant.dq, j);
                 ddq[j] = on_grid(&plant.ddq, j);
             }
-            let (q, dq) =
-                (&motion.q[row * n..(row + 1) * n], &motion.dq[row * n..(row + 1) * n]);
+            let (q, dq) = (&motion.q[row * n..(row + 1) * n], &motion.dq[row * n..(row + 1) * n]);
             let mut load = [0.0; MOST_JOINTS];
             self.arm.chain.inverse(q, dq, &ddq[..n], &mut load[..n]);
             let mut motor = [0.0; MOST_JOINTS];

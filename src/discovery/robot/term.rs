@@ -31,8 +31,10 @@ pub enum Feature {
 /// What an effect does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Law {
-    /// `-torque·sign(dq)`.
+    /// `-torque·sign(dq)`, with a sharp corner where the joint sticks.
     Coulomb,
+    /// `-torque·sign(dq)`, with a smooth one.
+    SmoothCoulomb,
     /// `-coefficient·dq`.
     Viscous,
     /// `-coefficient·dq·|dq|`.
@@ -130,7 +132,7 @@ impl Law {
     /// Returns the name in the vocabulary.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Coulomb => "coulomb_friction",
+            Self::Coulomb | Self::SmoothCoulomb => "coulomb_friction",
             Self::Viscous => "viscous_friction",
             Self::Quadratic => "quadratic_friction",
             Self::Stribeck => "stribeck_friction",
@@ -169,7 +171,7 @@ impl Law {
         let creep = slot("creep", "rad/s", 2e-4, (1e-5, 0.05), None);
         let length = |name| slot(name, "m", 1e-3, ANY, Some(0.0));
         match self {
-            Self::Coulomb => vec![torque, creep],
+            Self::Coulomb | Self::SmoothCoulomb => vec![torque, creep],
             Self::Viscous => {
                 vec![slot("coefficient", "N*m*s/rad", 0.1, UP, Some(0.0))]
             }
@@ -223,10 +225,7 @@ impl Law {
             Self::CameraShift(free) => {
                 SHIFT.iter().zip(free).filter(|(_, free)| *free).map(|(slot, _)| *slot).collect()
             }
-            Self::Hysteresis => vec![
-                torque,
-                slot("width", "rad", 2e-3, (1e-4, 3.0), None),
-            ],
+            Self::Hysteresis => vec![torque, slot("width", "rad", 2e-3, (1e-4, 3.0), None)],
             Self::Stiffness => vec![slot("coefficient", "N*m/rad", 0.1, ANY, Some(0.0))],
             Self::CubicStiffness => vec![slot("coefficient", "N*m/rad^3", 0.1, ANY, Some(0.0))],
             Self::Periodic => vec![
