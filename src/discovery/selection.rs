@@ -88,6 +88,13 @@ pub trait Gap: Sync {
         a != b
     }
 
+    /// Returns whether the residuals change unevenly with the effect's parameters, as where contact is
+    /// lost and made again: then the fit begins with a loss that a few wild rows cannot steer.
+    fn is_rough(&self, term: &Self::Term) -> bool {
+        let _ = term;
+        false
+    }
+
     /// Returns whether `general` can do all that `special` can: then the simpler one is named when both
     /// explain the data, and no doubt is raised.
     fn contains(&self, general: &Self::Term, special: &Self::Term) -> bool {
@@ -157,6 +164,9 @@ pub struct Options {
     /// With a gain on the data fitted above this, held-out data that do not exercise the effect (no
     /// change there) do not speak against it.
     pub overwhelming: f64,
+    /// An effect must explain more than this part of what all others explain already, up to
+    /// `overwhelming`: how the others act is known that well and no better.
+    pub imperfection: f64,
     /// Rivals whose evidence is behind by less than this cannot be told apart.
     pub tie: f64,
 }
@@ -170,6 +180,8 @@ impl Default for Options {
             least_gain: 8.0,
             least_heldout: 4.0,
             overwhelming: 60.0,
+            // A law that is right to three parts in a hundred leaves the square of it.
+            imperfection: 1e-3,
             // "Strong" on the scale of Kass and Raftery begins at 6.
             tie: 6.0,
         }
@@ -210,7 +222,7 @@ pub fn search<G: Gap>(
         let done = best.terms.len() as f64 / (options.most as f64 + 1.0);
         progress("looking for what explains the gap", done);
         let fitted = extended(gap, &best, options);
-        let worth = |h: &&Hypothesis<G::Term>| pays(h, &best, options) && matters(gap, h);
+        let worth = |h: &&Hypothesis<G::Term>| pays(&nothing, h, &best, options) && matters(gap, h);
         let Some(chosen) = fitted.iter().find(worth).cloned() else { break };
         let added = chosen.terms.len() - 1;
         rivals.retain(|rival| rival.instead_of != added);
@@ -226,7 +238,7 @@ pub fn search<G: Gap>(
             progress("trying to exchange and to leave out", done + 0.1);
             let before = best.terms.clone();
             best = exchanged(gap, best, options, &mut rivals);
-            best = pruned(gap, best, options);
+            best = pruned(gap, &nothing, best, options);
             // What was set aside beside another set of effects says nothing about this one.
             if best.terms != before {
                 rivals.clear();
@@ -245,11 +257,18 @@ pub fn search<G: Gap>(
     Ok(Outcome { nothing, best, without, rivals })
 }
 
-/// Returns whether the last effect of `with` pays.
-fn pays<T>(with: &Hypothesis<T>, without: &Hypothesis<T>, options: &Options) -> bool {
+/// Returns whether what `with` has more than `without` pays.
+fn pays<T>(
+    nothing: &Hypothesis<T>,
+    with: &Hypothesis<T>,
+    without: &Hypothesis<T>,
+    options: &Options,
+) -> bool {
     let gain = without.criterion() - with.criterion();
     let heldout = without.heldout - with.heldout;
-    gain > options.least_gain
+    let explained = (nothing.criterion() - without.criterion()).max(0.0);
+    let imperfection = (options.imperfection * explained).min(options.overwhelming);
+    gain > options.least_gain + imperfection
         && (heldout > options.least_heldout
             || (gain > options.overwhelming && heldout > -options.least_heldout))
 }
@@ -347,6 +366,7 @@ fn exchanged<G: Gap>(
 /// Leaves out what no longer pays.
 fn pruned<G: Gap>(
     gap: &G,
+    nothing: &Hypothesis<G::Term>,
     mut best: Hypothesis<G::Term>,
     options: &Options,
 ) -> Hypothesis<G::Term> {
@@ -354,7 +374,7 @@ fn pruned<G: Gap>(
     while at < best.terms.len() {
         let (terms, parameters, surcharges) = left_out(gap, &best, at);
         match refit(gap, terms, parameters, surcharges) {
-            Some(rest) if !pays(&best, &rest, options) => {
+            Some(rest) if !pays(nothing, &best, &rest, options) => {
                 best = rest;
                 at = 0;
             }
@@ -616,6 +636,9 @@ impl<G: Gap> fit::Problem for Problem<'_, G> {
     }
 }
 
+/// Residuals beyond this many standard deviations steer less while a rough effect is located.
+const ROUGH: f64 = 2.0;
+
 /// Fits the parameters of some effects on the data fitted and evaluates them on the data held out.
 pub fn refit<G: Gap>(
     gap: &G,
@@ -650,6 +673,11 @@ pub fn refit<G: Gap>(
                 .collect(),
             ..fit::Options::default()
         };
+        let mut start = start;
+        if terms.last().is_some_and(|term| gap.is_rough(term)) {
+            let robust = fit::Options { loss: fit::Loss::Huber(ROUGH), ..options.clone() };
+            start = fit::solve(&problem, &start, &robust).ok()?.x;
+        }
         let fit = fit::solve(&problem, &start, &options).ok()?;
         let train = sum_of_squares(&fit.residuals);
         (fit.x, fit.covariance, train)

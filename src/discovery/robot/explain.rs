@@ -54,6 +54,10 @@ impl Gap for ArmGap {
         a != b && !shifts && !(a.joint == b.joint && dry(a.law) && dry(b.law))
     }
 
+    fn is_rough(&self, term: &Term) -> bool {
+        matches!(term.law, Law::Backlash)
+    }
+
     fn contains(&self, general: &Term, special: &Term) -> bool {
         use Law::{Asymmetric, CameraShift, Coulomb, SmoothCoulomb, Stribeck};
         let here = general.joint == special.joint;

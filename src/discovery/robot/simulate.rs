@@ -525,7 +525,11 @@ impl Model {
         let mut load = [0.0; MOST_JOINTS];
         let mut flex = acting.zero;
         let mut row = 0;
-        for k in 0..self.scene.ticks {
+        // Where contact is lost and made again a step of a millisecond is coarse.
+        let fine = if gapped.is_empty() { 1 } else { 2 };
+        let coarse = tick;
+        let tick = coarse / fine as f64;
+        for k in 0..self.scene.ticks * fine {
             let time = plant.start + k as f64 * tick;
             // Where the reference and the bodies along it stand at this instant.
             let late = (time - acting.delay - plant.start).max(0.0);
@@ -536,8 +540,8 @@ impl Model {
             let on_grid = |values: &[f64], j: usize| {
                 values[g0 + j] + part * (values[g1 + j] - values[g0 + j])
             };
-            if k % self.scene.hold == 0 {
-                let at = (late / tick).min((self.scene.ticks - 2) as f64);
+            if k % (self.scene.hold * fine) == 0 {
+                let at = (late / coarse).min((self.scene.ticks - 2) as f64);
                 let i = at as usize;
                 let f = at - i as f64;
                 for j in 0..n {
@@ -580,7 +584,9 @@ impl Model {
             }
             let mut friction = [0.0; MOST_JOINTS];
             for &(j, law) in &acting.smooth {
-                friction[j] += law.torque(seen[j], seen_speed[j], time - data.time[0]);
+                if !matches!(law, Smooth::Viscous(_)) {
+                    friction[j] += law.torque(seen[j], seen_speed[j], time - data.time[0]);
+                }
             }
             for each in &mut loops {
                 let j = each.joint;
@@ -618,6 +624,18 @@ impl Model {
                     sum += m[j] * push[j];
                 }
                 ddq[i] = sum;
+            }
+            for &(j, law) in &acting.smooth {
+                // Implicit: a thick fluid on a light joint is stiff.
+                if let Smooth::Viscous(c) = law {
+                    let ahead = 0.75 * tick;
+                    let own = inverse[j * n + j] * ahead;
+                    let torque = -c * (seen_speed[j] + ahead * ddq[j]) / (1.0 + c * own);
+                    friction[j] += torque;
+                    for (i, acceleration) in ddq[..n].iter_mut().enumerate() {
+                        *acceleration += inverse[i * n + j] * torque;
+                    }
+                }
             }
             for dry in &acting.dry {
                 let j = dry.joint;
@@ -660,8 +678,8 @@ impl Model {
                 if acting.play[j] <= 0.0 {
                     load[j] = acting.gain[j] * tau[j] + friction[j] - self.arm.armature[j] * ddq[j];
                 }
-                // Two half steps of a semi-implicit integrator, in one.
-                let part = if acting.play[j] > 0.0 { 1.0 } else { 0.75 };
+                // A coarse step is two half steps of a semi-implicit integrator in one.
+                let part = if fine == 1 { 0.75 } else { 1.0 };
                 q[j] += tick * (dq[j] + part * tick * ddq[j]);
                 dq[j] += tick * ddq[j];
                 flex[j] = acting.zero[j] - acting.compliance[j] * load[j];
