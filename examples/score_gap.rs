@@ -66,13 +66,11 @@ fn analyse(folder: &Path, robot_dir: &Path, id: &str) -> Result<Finding, Box<dyn
     }
     let sidecar = &recordings[0].sidecar;
     let robot = match &sidecar.robot {
-        Some(name) if name.ends_with(".urdf") => {
-            Robot::from_file(&robot_dir.join(name), sidecar.tip.as_deref())?
-        }
-        _ => Robot::gen3(),
+        Some(name) => Robot::from_file(&robot_dir.join(name), sidecar.tip.as_deref())?,
+        None => Robot::gen3(),
     };
     let options = Options::default();
-    let found = investigate(&recordings, Subject::Arm(&robot), &options, &mut |_, _| {});
+    let found = investigate(&recordings, Subject::Arm(&robot, &[]), &options, &mut |_, _| {});
     found.map_err(|error| format!("{}: {error}", error.place).into())
 }
 

@@ -5,11 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::discovery::finding::{Finding, Verdict};
+use crate::discovery::finding::Finding;
+use crate::discovery::model_file::{self, ModelFile};
 use crate::discovery::recording::{self, Map, Recording};
 use crate::discovery::{Options, Subject, investigate};
+use crate::language::Source;
 use crate::motion::Robot;
 use crate::report::{self, Failure, Style};
+use crate::units::significant;
 
 use super::Exit;
 use super::run::read;
@@ -55,6 +58,7 @@ pub(super) fn gap(args: &GapArgs, style: Style) -> Result<Exit, Failure> {
     let recordings: Vec<Recording> =
         args.recordings.iter().map(|path| recording_at(path, &map)).collect::<Result<_, _>>()?;
     let robot = robot_of(args, &recordings)?;
+    let model = model_of(args, style)?;
     let options = Options { holdout: args.holdout, ..Options::default() };
     let bar = bar(style);
     let mut progress = |what: &str, part: f64| {
@@ -63,13 +67,83 @@ pub(super) fn gap(args: &GapArgs, style: Style) -> Result<Exit, Failure> {
             bar.set_position((part * 100.0) as u64);
         }
     };
-    let finding = investigate(&recordings, Subject::Arm(&robot), &options, &mut progress);
+    let known = model.as_ref().map_or(&[][..], |(_, file)| file.effects());
+    let finding = investigate(&recordings, Subject::Arm(&robot, known), &options, &mut progress);
     if let Some(bar) = bar {
         bar.finish_and_clear();
     }
-    let finding = finding.map_err(|error| failure(&error))?;
+    let mut finding = finding.map_err(|error| failure(&error))?;
+    if let Some((path, file)) = &model {
+        change(&mut finding, path, file, args)?;
+    }
     tell(&finding, style);
     Ok(Exit::Yes)
+}
+
+/// Reads the model file, if one is given.
+fn model_of(args: &GapArgs, style: Style) -> Result<Option<(PathBuf, ModelFile)>, Failure> {
+    let Some(path) = &args.model else {
+        if args.apply {
+            return Err(Failure::input("gap::apply", "--apply needs a model file to write to")
+                .help("name it with `--model FILE`"));
+        }
+        return Ok(None);
+    };
+    let text = read(path)?;
+    let place = path.display().to_string();
+    match ModelFile::read(&text) {
+        Ok(file) => Ok(Some((path.clone(), file))),
+        Err(model_file::Error::Mistakes(diagnostics)) => {
+            Err(report::text_failure(&diagnostics, &Source::new(place, text), style))
+        }
+        Err(error @ model_file::Error::NoTwin) => {
+            Err(Failure::input("gap::model", error.to_string())
+                .at(place)
+                .help("add one: `twin my_twin of my_scene { }`"))
+        }
+    }
+}
+
+/// Says what changes in the model file, and changes it if asked to.
+fn change(
+    finding: &mut Finding,
+    path: &Path,
+    file: &ModelFile,
+    args: &GapArgs,
+) -> Result<(), Failure> {
+    let names: Vec<String> = args
+        .recordings
+        .iter()
+        .map(|path| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned())
+        .collect();
+    let provenance = format!(
+        "found by gap in {}: held-out misfit {} -> {} of noise",
+        names.join(", "),
+        significant(finding.gap.before.heldout, 3),
+        significant(finding.gap.after.heldout, 3)
+    );
+    let before = file.text();
+    let after = file.with(&finding.model.added, &provenance);
+    finding.model.path = Some(path.display().to_string());
+    finding.model.diff = model_file::diff(&path.display().to_string(), before, &after);
+    if !args.apply || after == before {
+        return Ok(());
+    }
+    let write = |path: &Path, text: &str| {
+        std::fs::write(path, text).map_err(|error| {
+            Failure::input("io::write", format!("cannot write {}: {error}", path.display()))
+                .at(path.display().to_string())
+                .help("may it be written?")
+        })
+    };
+    // The old text first, so that there is always a way back.
+    let mut undo = path.as_os_str().to_owned();
+    undo.push(".before-gap");
+    write(Path::new(&undo), before)?;
+    write(path, &after)?;
+    finding.model.applied = true;
+    finding.notes.push(format!("{} holds the model as it was", Path::new(&undo).display()));
+    Ok(())
 }
 
 fn tell(finding: &Finding, style: Style) {
@@ -145,10 +219,4 @@ fn robot_of(args: &GapArgs, recordings: &[Recording]) -> Result<Robot, Failure> 
 /// Words a mistake in a recording.
 fn failure(error: &recording::Error) -> Failure {
     Failure::input("gap::recording", error.what.clone()).at(&error.place).help(&error.help)
-}
-
-/// Returns whether a verdict names everything it found.
-#[expect(dead_code, reason = "for `--apply`")]
-fn is_settled(finding: &Finding) -> bool {
-    matches!(finding.verdict, Verdict::Named | Verdict::Several)
 }

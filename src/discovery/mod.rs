@@ -16,7 +16,9 @@ pub mod finding;
 pub mod recording;
 pub mod selection;
 pub mod robot;
+pub mod model_file;
 
+use crate::language::ast::EffectItem;
 use crate::motion::Robot;
 use finding::Finding;
 use recording::{Error, Recording};
@@ -24,8 +26,8 @@ use recording::{Error, Recording};
 /// What the recordings are of.
 #[derive(Debug, Clone, Copy)]
 pub enum Subject<'a> {
-    /// An arm.
-    Arm(&'a Robot),
+    /// An arm, and the effects its twin knows already.
+    Arm(&'a Robot, &'a [EffectItem]),
 }
 
 /// How to investigate.
@@ -71,6 +73,8 @@ pub fn investigate(
         several => several.split_at(several.len() - 1),
     };
     match subject {
-        Subject::Arm(robot) => robot::investigate(robot, train, heldout, &options.search, progress),
+        Subject::Arm(robot, known) => {
+            robot::investigate(robot, known, train, heldout, &options.search, progress)
+        }
     }
 }

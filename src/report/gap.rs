@@ -53,8 +53,19 @@ pub fn people(finding: &Finding, style: Style) -> String {
         }
     }
     text.push_str(&shrink(finding, style));
-    if !finding.model.added.is_empty() {
-        let _ = writeln!(text, "\nmodel");
+    if !finding.model.diff.is_empty() {
+        let done = if finding.model.applied { "changed" } else { "not changed; `--apply` does" };
+        let _ = writeln!(text, "\nmodel      {done}");
+        for line in finding.model.diff.lines() {
+            let painted = match line.chars().next() {
+                Some('+') => style.green(line),
+                Some('-') => style.red(line),
+                _ => style.dim(line),
+            };
+            let _ = writeln!(text, "{painted}");
+        }
+    } else if !finding.model.added.is_empty() {
+        let _ = writeln!(text, "\nmodel      no file given; it would gain");
         for line in &finding.model.added {
             let _ = writeln!(text, "{}", style.green(&format!("+   {line}")));
         }

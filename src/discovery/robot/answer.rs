@@ -17,6 +17,7 @@ use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{
     self, Gap as _, Hypothesis, Options, Outcome, Rival, Set, sum_of_squares,
 };
+use crate::language::ast::EffectItem;
 use crate::motion::Robot;
 
 /// A misfit this many standard deviations of χ² above its expectation is no noise.
@@ -84,6 +85,7 @@ impl Arm {
 /// An [`Error`] for recordings that hold nothing of this arm, or a model that runs away on them.
 pub fn investigate(
     robot: &Robot,
+    known: &[EffectItem],
     train: &[Recording],
     heldout: &[Recording],
     options: &Options,
@@ -107,7 +109,25 @@ pub fn investigate(
     }
     notes.dedup();
     let held = models.split_off(train.len());
-    let mut gap = ArmGap { train: models, heldout: held };
+    let mut present = (Vec::new(), Vec::new());
+    for effect in known {
+        let read = super::known::known(effect, robot.n_joints()).map_err(|what| Error {
+            what,
+            place: format!("effect {}({})", effect.name.text, effect.at.text),
+            help: "see the vocabulary of effects for names, places and parameters".into(),
+        })?;
+        match read {
+            Some((term, values)) => {
+                present.0.push(term);
+                present.1.extend(values);
+            }
+            None => notes.push(format!(
+                "effect {}({}) is not of the arm and is left aside",
+                effect.name.text, effect.at.text
+            )),
+        }
+    }
+    let mut gap = ArmGap { train: models, heldout: held, known: present };
     let runs_away = |what: String| Error {
         what,
         place: train.first().map_or(String::new(), |recording| recording.name.clone()),
@@ -120,11 +140,8 @@ pub fn investigate(
         && beyond(outcome.nothing.heldout, gap.count(Set::Heldout)) > SIGNIFICANT
     {
         // The motion to fit does not show it, the other does: exchange the two.
-        let exchanged = ArmGap {
-            train: std::mem::take(&mut gap.heldout),
-            heldout: std::mem::take(&mut gap.train),
-        };
-        gap = exchanged;
+        let ArmGap { train, heldout, known } = gap;
+        gap = ArmGap { train: heldout, heldout: train, known };
         outcome = selection::search(&gap, options, progress).map_err(runs_away)?;
         notes.push(
             "the data to fit show nothing beyond noise, the data held out do: their roles were \
@@ -394,7 +411,7 @@ fn places(gap: &ArmGap) -> Vec<finding::Channel> {
     }
     let mut sums: BTreeMap<(Quantity, usize), (String, Sum)> = BTreeMap::new();
     for model in gap.train.iter().chain(&gap.heldout) {
-        let Some(residuals) = model.residuals(&[], &[]) else { continue };
+        let Some(residuals) = model.residuals(&gap.known.0, &gap.known.1) else { continue };
         let data = &model.scene.data;
         let rows = data.n_rows();
         let first = model.scene.first_row;

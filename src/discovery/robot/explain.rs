@@ -12,6 +12,8 @@ pub struct ArmGap {
     pub train: Vec<Model>,
     /// The recordings held out.
     pub heldout: Vec<Model>,
+    /// Effects that the model has already, with their parameters one after the other.
+    pub known: (Vec<Term>, Vec<f64>),
 }
 
 impl ArmGap {
@@ -31,6 +33,14 @@ impl Gap for ArmGap {
     }
 
     fn residuals(&self, set: Set, terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
+        let with_known;
+        let (terms, parameters) = if self.known.0.is_empty() {
+            (terms, parameters)
+        } else {
+            with_known =
+                ([&self.known.0[..], terms].concat(), [&self.known.1[..], parameters].concat());
+            (&with_known.0[..], &with_known.1[..])
+        };
         let mut all = Vec::new();
         for model in self.models(set) {
             all.extend(model.residuals(terms, parameters)?);

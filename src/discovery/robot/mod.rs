@@ -10,6 +10,7 @@ pub mod simulate;
 pub mod candidates;
 pub mod explain;
 pub mod wording;
+pub mod known;
 pub mod answer;
 
 pub use answer::investigate;

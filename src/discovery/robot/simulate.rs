@@ -7,6 +7,11 @@
 //! Dry friction holds a joint that it can hold: the torque that would stop the joint within a step,
 //! limited to the friction's level, as in a contact solver. Source: Stewart and Trinkle 1996.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "joints index a dozen arrays at once; formulas read better with the index of their source"
+)]
+
 use std::collections::BTreeMap;
 use std::sync::{Arc as Shared, Mutex};
 
@@ -38,7 +43,7 @@ pub struct Model {
     pub arm: Arm,
     /// The recording.
     pub scene: Scene,
-    columns: Mutex<BTreeMap<(u8, usize, u8), Shared<Vec<f64>>>>,
+    columns: Mutex<BTreeMap<ColumnKey, Shared<Vec<f64>>>>,
     /// The last few motions, each with the effects that moved it: effects of the sensors alone need no
     /// new simulation.
     motions: Mutex<Vec<Remembered>>,
@@ -51,6 +56,9 @@ struct Remembered {
     parameters: Vec<f64>,
     motion: Shared<Motion>,
 }
+
+/// Which change to the bodies a torque column is of: kind, joint or body, axis.
+type ColumnKey = (u8, usize, u8);
 
 /// How many motions are remembered.
 const REMEMBERED: usize = 4;
@@ -289,7 +297,7 @@ impl Model {
     /// Returns the torque column of a change to the bodies, computed once.
     fn column(
         &self,
-        key: (u8, usize, u8),
+        key: ColumnKey,
         unit: f64,
         change: impl Fn(&mut Chain) + Sync,
     ) -> Shared<Vec<f64>> {

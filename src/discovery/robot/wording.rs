@@ -68,8 +68,7 @@ fn values(law: Law, p: &[f64]) -> Vec<f64> {
             vec![p[0], p[1] / mass, p[2] / mass, p[3] / mass]
         }
         // a sin x + b cos x = A sin(x + φ).
-        Law::Ripple => vec![p[0].hypot(p[1]), p[2], p[1].atan2(p[0])],
-        Law::Periodic => vec![p[0].hypot(p[1]), p[2], p[1].atan2(p[0])],
+        Law::Ripple | Law::Periodic => vec![p[0].hypot(p[1]), p[2], p[1].atan2(p[0])],
         // The exponent is part of the law: it is not fitted.
         Law::Hysteresis => vec![p[0], p[1], 2.0],
         _ => p.to_vec(),
@@ -80,10 +79,13 @@ fn values(law: Law, p: &[f64]) -> Vec<f64> {
 fn unit(feature: Feature) -> &'static str {
     match feature {
         Feature::Square => "N*m/rad^2",
-        Feature::Sine(_) | Feature::Cosine(_) | Feature::Decay(_) | Feature::One => "N*m",
+        Feature::Sine(_)
+        | Feature::Cosine(_)
+        | Feature::Decay(_)
+        | Feature::One
+        | Feature::RootSpeed => "N*m",
         Feature::PositionTimesSpeed => "N*m*s/rad^2",
         Feature::SpeedCubed => "N*m*s^3/rad^3",
-        Feature::RootSpeed => "N*m",
         Feature::Time => "N*m/s",
         Feature::FrictionTimesDistance => "N*m/rad",
     }
