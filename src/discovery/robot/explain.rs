@@ -29,7 +29,15 @@ impl Gap for ArmGap {
     type Term = Term;
 
     fn slots(&self, term: &Term) -> Vec<Slot> {
-        term.law.slots()
+        let mut slots = term.law.slots();
+        let measured = self.train.iter().find(|model| !model.scene.closed_loop);
+        if let (Law::SensorDelay(_), Some(model)) = (term.law, measured) {
+            // A measured motion is smoothed between its rows: what is shorter than half a step of them
+            // is the smoother's.
+            let step = model.scene.data.time.windows(2).map(|t| t[1] - t[0]).fold(0.0, f64::max);
+            slots[0].least = slots[0].least.max(0.5 * step);
+        }
+        slots
     }
 
     fn residuals(&self, set: Set, terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
