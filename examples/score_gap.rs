@@ -71,7 +71,7 @@ fn analyse(folder: &Path, robot_dir: &Path, id: &str) -> Result<Finding, Box<dyn
     };
     let options = Options::default();
     let found = investigate(&recordings, Subject::Arm(&robot, &[]), &options, &mut |_, _| {});
-    found.map_err(|error| format!("{}: {error}", error.place).into())
+    found.map(|found| found.finding).map_err(|error| format!("{}: {error}", error.place).into())
 }
 
 #[derive(Default)]

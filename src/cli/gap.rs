@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::discovery::finding::Finding;
 use crate::discovery::model_file::{self, ModelFile};
 use crate::discovery::recording::{self, Map, Recording};
-use crate::discovery::{Options, Subject, investigate};
+use crate::discovery::{Investigation, Options, Subject, investigate};
 use crate::language::Source;
 use crate::motion::Robot;
 use crate::report::{self, Failure, Style};
@@ -72,11 +72,14 @@ pub(super) fn gap(args: &GapArgs, style: Style) -> Result<Exit, Failure> {
     if let Some(bar) = bar {
         bar.finish_and_clear();
     }
-    let mut finding = finding.map_err(|error| failure(&error))?;
+    let mut investigation = finding.map_err(|error| failure(&error))?;
     if let Some((path, file)) = &model {
-        change(&mut finding, path, file, args)?;
+        change(&mut investigation.finding, path, file, args)?;
     }
-    tell(&finding, style);
+    if let Some(folder) = &args.out {
+        keep(&mut investigation, folder)?;
+    }
+    tell(&investigation.finding, style);
     Ok(Exit::Yes)
 }
 
@@ -104,6 +107,35 @@ fn model_of(args: &GapArgs, style: Style) -> Result<Option<(PathBuf, ModelFile)>
     }
 }
 
+/// Writes a file, with an error that says which and why.
+fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    std::fs::write(path, text).map_err(|error| {
+        Failure::input("io::write", format!("cannot write {}: {error}", path.display()))
+            .at(path.display().to_string())
+            .help("may it be written?")
+    })
+}
+
+/// Writes the page, the finding and the motion that would settle a doubt into a folder.
+fn keep(investigation: &mut Investigation, folder: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder).map_err(|error| {
+        Failure::input("io::write", format!("cannot make {}: {error}", folder.display()))
+            .at(folder.display().to_string())
+            .help("name a folder that may be written with `--out DIR`")
+    })?;
+    if let Some(csv) = &investigation.experiment {
+        let path = folder.join("next.csv");
+        write(&path, csv)?;
+        if let Some(next) = &mut investigation.finding.next_experiment {
+            next.commands = Some(path.display().to_string());
+        }
+    }
+    write(&folder.join("gap.html"), &report::gap_page::page(investigation))?;
+    let json = serde_json::to_string_pretty(&investigation.finding)
+        .map_err(|error| Failure::input("json", error.to_string()))?;
+    write(&folder.join("gap.json"), &json)
+}
+
 /// Says what changes in the model file, and changes it if asked to.
 fn change(
     finding: &mut Finding,
@@ -129,13 +161,6 @@ fn change(
     if !args.apply || after == before {
         return Ok(());
     }
-    let write = |path: &Path, text: &str| {
-        std::fs::write(path, text).map_err(|error| {
-            Failure::input("io::write", format!("cannot write {}: {error}", path.display()))
-                .at(path.display().to_string())
-                .help("may it be written?")
-        })
-    };
     // The old text first, so that there is always a way back.
     let mut undo = path.as_os_str().to_owned();
     undo.push(".before-gap");

@@ -30,6 +30,38 @@ pub enum Subject<'a> {
     Arm(&'a Robot, &'a [EffectItem]),
 }
 
+/// An investigation: the finding and what a page shows beside it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Investigation {
+    /// The answer.
+    pub finding: Finding,
+    /// Measured minus model over time, before and after.
+    pub traces: Vec<Trace>,
+    /// The commands that would settle a doubt, as the text of a recording.
+    pub experiment: Option<String>,
+}
+
+/// Measured minus model of one channel of one recording, before and after.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trace {
+    /// The recording's name.
+    pub recording: String,
+    /// The channel's name.
+    pub channel: String,
+    /// Its SI unit.
+    pub unit: &'static str,
+    /// Its noise, in that unit.
+    pub noise: f64,
+    /// Whether it was held out.
+    pub held_out: bool,
+    /// Time, s.
+    pub time: Vec<f64>,
+    /// Without the effects, in its unit.
+    pub before: Vec<f64>,
+    /// With them.
+    pub after: Vec<f64>,
+}
+
 /// How to investigate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
@@ -56,7 +88,7 @@ pub fn investigate(
     subject: Subject<'_>,
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
-) -> Result<Finding, Error> {
+) -> Result<Investigation, Error> {
     let parts;
     let (train, heldout) = match recordings {
         [] => {

@@ -95,6 +95,12 @@ pub trait Gap: Sync {
         false
     }
 
+    /// Returns whether an effect with these parameters is more than an accident of a few rows.
+    fn is_sensible(&self, term: &Self::Term, parameters: &[f64]) -> bool {
+        let _ = (term, parameters);
+        true
+    }
+
     /// Returns whether `general` can do all that `special` can: then the simpler one is named when both
     /// explain the data, and no doubt is raised.
     fn contains(&self, general: &Self::Term, special: &Self::Term) -> bool {
@@ -278,6 +284,9 @@ fn matters<G: Gap>(gap: &G, with: &Hypothesis<G::Term>) -> bool {
     let Some(term) = with.terms.last() else { return false };
     let slots = gap.slots(term);
     let from = with.parameters.len() - slots.len();
+    if !gap.is_sensible(term, &with.parameters[from..]) {
+        return false;
+    }
     slots.iter().zip(&with.parameters[from..]).any(|(slot, value)| {
         slot.neutral.is_some_and(|neutral| (value - neutral).abs() > slot.least)
     }) || slots.iter().all(|slot| slot.neutral.is_none())
@@ -564,6 +573,12 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
         }
     }
     sums.iter().sum::<f64>() + rest
+}
+
+/// Returns the sum of squares that is left of `residuals` when multiples of the columns may be taken
+/// away; `None` if the columns determine no multiples.
+pub fn left_after(columns: &[&[f64]], residuals: &[f64]) -> Option<f64> {
+    least_squares(columns, residuals).map(|(_, left)| left)
 }
 
 /// Returns `Σ v²`.

@@ -5,6 +5,7 @@
 
 mod numbers;
 pub mod gap;
+pub mod gap_page;
 pub mod run;
 
 use std::fmt::Write as _;

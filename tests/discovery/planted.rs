@@ -10,7 +10,7 @@ fn found(name: &str) -> Finding {
     let recordings = [recording(&format!("{name}_a")), recording(&format!("{name}_b"))];
     let robot = bare_arm();
     let arm = Subject::Arm(&robot, &[]);
-    investigate(&recordings, arm, &Options::default(), &mut |_, _| {}).unwrap()
+    investigate(&recordings, arm, &Options::default(), &mut |_, _| {}).unwrap().finding
 }
 
 fn number(effect: &Effect, name: &str) -> (f64, f64) {

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::chain::Chain;
 use super::data::{Channel, Data, Quantity};
+use super::experiment::Experiment;
 use super::explain::ArmGap;
 use super::plant::{Arm, Scene};
 use super::simulate::Model;
@@ -17,8 +18,10 @@ use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{
     self, Gap as _, Hypothesis, Options, Outcome, Rival, Set, sum_of_squares,
 };
+use crate::discovery::{Investigation, Trace};
 use crate::language::ast::EffectItem;
 use crate::motion::Robot;
+use crate::units::significant;
 
 /// A misfit this many standard deviations of χ² above its expectation is no noise.
 const SIGNIFICANT: f64 = 5.0;
@@ -94,7 +97,7 @@ pub fn investigate(
     heldout: &[Recording],
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
-) -> Result<Finding, Error> {
+) -> Result<Investigation, Error> {
     let mut notes: Vec<String> = Vec::new();
     let mut models = Vec::new();
     for recording in train.iter().chain(heldout) {
@@ -160,7 +163,79 @@ pub fn investigate(
         );
     }
     progress("writing the answer", 0.98);
-    Ok(answer(gap, &outcome, options, notes))
+    let traces = traces(&gap, &outcome.best, train.iter().chain(heldout).map(|r| r.name.as_str()));
+    let experiment = experiment(&gap, &outcome, options, robot);
+    let mut finding = answer(gap, &outcome, options, notes);
+    if let Some(next) = &mut finding.next_experiment {
+        next.why += &match &experiment {
+            Some(experiment) => format!(
+                "; in the motion proposed they differ by {} standard deviations",
+                significant(experiment.separation, 2)
+            ),
+            None => "; no motion of the arm tells them apart in these channels: measure something \
+                     else, such as a second marker on the base or the table"
+                .into(),
+        };
+    }
+    Ok(Investigation { finding, traces, experiment: experiment.map(|experiment| experiment.csv) })
+}
+
+/// Returns the motion that would settle the first doubt, if there is a doubt and such a motion.
+fn experiment(
+    gap: &ArmGap,
+    outcome: &Outcome<Term>,
+    options: &Options,
+    robot: &Robot,
+) -> Option<Experiment> {
+    let rival = outcome.rivals.iter().find(|rival| {
+        rival.behind < options.tie && !synonym(rival, &outcome.best.terms[rival.instead_of])
+    })?;
+    // Any seed will do; always the same one, so that the same doubt gets the same motion.
+    super::experiment::settle(
+        gap.train.first()?,
+        robot.joints(),
+        [&outcome.best, &rival.hypothesis],
+        1,
+    )
+}
+
+/// Returns measured minus model before and after for every channel of every recording.
+fn traces<'a>(
+    gap: &ArmGap,
+    best: &Hypothesis<Term>,
+    names: impl Iterator<Item = &'a str>,
+) -> Vec<Trace> {
+    let mut found = Vec::new();
+    let models = gap.train.iter().map(|m| (m, false)).chain(gap.heldout.iter().map(|m| (m, true)));
+    for ((model, held_out), name) in models.zip(names) {
+        let all = |terms: &[Term], parameters: &[f64]| {
+            let terms = [&gap.known.0[..], terms].concat();
+            model.residuals(&terms, &[&gap.known.1[..], parameters].concat())
+        };
+        let (Some(before), Some(after)) = (all(&[], &[]), all(&best.terms, &best.parameters))
+        else {
+            continue;
+        };
+        let data = &model.scene.data;
+        let rows = data.n_rows();
+        let predicted = data.channels.iter().filter(|c| model.is_predicted(c.quantity));
+        for (at, channel) in predicted.enumerate() {
+            let in_units = |residuals: &[f64]| {
+                residuals[at * rows..(at + 1) * rows].iter().map(|r| r * channel.noise).collect()
+            };
+            found.push(Trace {
+                recording: name.to_owned(),
+                channel: channel.name.clone(),
+                unit: channel.quantity.unit(),
+                noise: channel.noise,
+                held_out,
+                time: data.time.clone(),
+                before: in_units(&before),
+                after: in_units(&after),
+            });
+        }
+    }
+    found
 }
 
 /// Words an outcome as a finding.
@@ -427,7 +502,7 @@ fn places(gap: &ArmGap) -> Vec<finding::Channel> {
         let first = model.scene.first_row;
         let predicted = data.channels.iter().filter(|c| model.is_predicted(c.quantity));
         for (at, channel) in predicted.enumerate() {
-            let part = &residuals[at * rows + first..(at + 1) * rows];
+            let part = &residuals[at * rows + first..at * rows + model.scene.last_row];
             let square = sum_of_squares(part);
             let entry = sums.entry((channel.quantity, channel.index)).or_insert_with(|| {
                 let sum = Sum {
@@ -477,7 +552,7 @@ fn follows(model: &Model, channel: &Channel, part: &[f64]) -> (f64, String) {
     let n = plant.n;
     let first = scene.first_row;
     let at = |values: &[f64], joint: usize| -> Vec<f64> {
-        data.time[first..]
+        data.time[first..scene.last_row]
             .iter()
             .map(|time| {
                 let k = ((time - plant.start) / plant.step).round() as usize;
@@ -489,7 +564,10 @@ fn follows(model: &Model, channel: &Channel, part: &[f64]) -> (f64, String) {
     let joints: Vec<usize> = if own { vec![channel.index] } else { (0..n).collect() };
     let mut features: Vec<(String, Vec<f64>)> = vec![
         ("a constant".into(), vec![1.0; part.len()]),
-        ("time".into(), data.time[first..].iter().map(|t| t - data.time[0]).collect()),
+        (
+            "time".into(),
+            data.time[first..scene.last_row].iter().map(|t| t - data.time[0]).collect(),
+        ),
     ];
     for j in joints {
         let (q, dq, ddq) = (at(&plant.q, j), at(&plant.dq, j), at(&plant.ddq, j));

@@ -72,6 +72,26 @@ impl Gap for ArmGap {
         a != b && !shifts && !(a.joint == b.joint && dry(a.law) && dry(b.law))
     }
 
+    fn is_sensible(&self, term: &Term, parameters: &[f64]) -> bool {
+        // A spring that begins where hardly any row is, or a spring over all of them, is something else.
+        let q0 = match term.law {
+            Law::Above | Law::Below => parameters[1],
+            _ => return true,
+        };
+        let (mut beyond, mut rows) = (0, 0);
+        for model in &self.train {
+            let plant = &model.scene.plant;
+            rows += plant.len;
+            beyond += plant
+                .q
+                .chunks(plant.n)
+                .filter(|q| (q[term.joint] > q0) == (term.law == Law::Above))
+                .count();
+        }
+        let part = beyond as f64 / rows.max(1) as f64;
+        (0.05..0.95).contains(&part)
+    }
+
     fn is_rough(&self, term: &Term) -> bool {
         matches!(term.law, Law::Backlash)
     }

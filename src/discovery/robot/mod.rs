@@ -11,6 +11,7 @@ pub mod candidates;
 pub mod explain;
 pub mod wording;
 pub mod known;
+pub mod experiment;
 pub mod answer;
 
 pub use answer::investigate;

@@ -221,6 +221,8 @@ pub struct Scene {
     /// Rows before this one are not judged: the state before a recording that begins in motion is
     /// not known.
     pub first_row: usize,
+    /// Nor are rows from this one on: at the end of a measured motion its acceleration is a guess.
+    pub last_row: usize,
 }
 
 /// An arm slower than this at its first row rests, rad/s.
@@ -231,6 +233,9 @@ const LARGEST_TICK: f64 = 1e-3;
 
 /// What is left of an unknown state after this time is below the noise with any sensible gains, s.
 const SETTLE: f64 = 0.4;
+
+/// A smoothed motion is not judged this near to its ends, s.
+const EDGE: f64 = 0.1;
 
 impl Scene {
     /// Lays the arm out along a recording.
@@ -280,8 +285,19 @@ impl Scene {
                 }
             }
         }
-        let first_row =
-            if rests { 0 } else { data.time.iter().position(|t| t - from >= SETTLE).unwrap_or(0) };
+        let mut first_row = 0;
+        let mut last_row = data.n_rows();
+        let after = |span: f64| data.time.iter().position(|t| t - from >= span);
+        if !closed_loop && data.has(Quantity::Position) {
+            first_row = after(EDGE).unwrap_or(0);
+            last_row = data.time.iter().position(|t| to - t < EDGE).unwrap_or(last_row);
+        } else if !rests {
+            first_row = after(SETTLE).unwrap_or(0);
+        }
+        if last_row <= first_row {
+            // Too short to spare any.
+            (first_row, last_row) = (0, data.n_rows());
+        }
         Self {
             data,
             plant,
@@ -293,6 +309,7 @@ impl Scene {
             reference_speed,
             ticks,
             first_row,
+            last_row,
         }
     }
 }

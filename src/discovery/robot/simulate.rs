@@ -279,7 +279,7 @@ impl Model {
             }
             let part = &mut values[at..at + rows];
             for (row, (value, measured)) in part.iter_mut().zip(&channel.values).enumerate() {
-                let judged = row >= self.scene.first_row;
+                let judged = (self.scene.first_row..self.scene.last_row).contains(&row);
                 *value = if judged { (measured - *value) / channel.noise } else { 0.0 };
             }
             at += rows;
@@ -291,7 +291,7 @@ impl Model {
     pub fn count(&self) -> usize {
         let channels = self.scene.data.channels.iter();
         let predicted = channels.filter(|channel| self.is_predicted(channel.quantity)).count();
-        predicted * (self.scene.data.n_rows() - self.scene.first_row)
+        predicted * (self.scene.last_row - self.scene.first_row)
     }
 
     /// Returns the torque column of a change to the bodies, computed once.
