@@ -97,3 +97,50 @@ fn the_same_recordings_give_the_same_finding() {
     let (one, two) = (found("coulomb"), found("coulomb"));
     assert_eq!(serde_json::to_string(&one).unwrap(), serde_json::to_string(&two).unwrap());
 }
+
+/// What a twin knows already is part of the model: with it, nothing more is missing.
+#[test]
+fn a_known_effect_leaves_nothing_missing() {
+    let text = "twin t of s { effect coulomb_friction(joint_1) { torque = 0.79 N*m } }";
+    let file = trueup::discovery::model_file::ModelFile::read(text).unwrap();
+    let recordings = [recording("coulomb_a"), recording("coulomb_b")];
+    let robot = bare_arm();
+    let arm = Subject::Arm(&robot, file.effects());
+    let found = investigate(&recordings, arm, &Options::default(), &mut |_, _| {}).unwrap();
+    assert_eq!(found.finding.verdict, Verdict::NothingMissing, "{:?}", found.finding.effects);
+}
+
+/// The turned tracker again, seen through the tip alone: still a doubt, and no motion proposed, because
+/// none would settle it.
+#[test]
+fn where_no_motion_would_help_none_is_proposed() {
+    let mut recordings = [recording("yaw_a"), recording("yaw_b")];
+    for recording in &mut recordings {
+        recording
+            .columns
+            .retain(|column| column.name.starts_with("q_cmd") || column.name.starts_with("tcp"));
+    }
+    let robot = bare_arm();
+    let arm = Subject::Arm(&robot, &[]);
+    let found = investigate(&recordings, arm, &Options::default(), &mut |_, _| {}).unwrap();
+    assert_eq!(found.finding.verdict, Verdict::Ambiguous);
+    let next = found.finding.next_experiment.unwrap();
+    assert!(next.why.contains("second marker"), "{}", next.why);
+    assert_eq!(found.experiment, None);
+}
+
+/// Without a controller the measured motion is taken as it is; friction is in the torques all the same.
+#[test]
+fn an_unknown_controller_is_no_obstacle() {
+    let mut recordings = [recording("coulomb_a"), recording("coulomb_b")];
+    for recording in &mut recordings {
+        recording.sidecar.controller = None;
+    }
+    let robot = bare_arm();
+    let arm = Subject::Arm(&robot, &[]);
+    let found = investigate(&recordings, arm, &Options::default(), &mut |_, _| {}).unwrap().finding;
+    let effect = &found.effects[0];
+    assert_eq!((effect.name.as_str(), effect.at.as_str()), ("coulomb_friction", "joint_1"));
+    assert!((number(effect, "torque").0 / 0.7896 - 1.0).abs() < 0.1, "{:?}", effect.parameters);
+    assert!(found.notes.iter().any(|note| note.contains("no controller")), "{:?}", found.notes);
+}

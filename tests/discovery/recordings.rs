@@ -125,6 +125,10 @@ fn a_recording_of_something_else_is_told() {
     assert!(error.what.contains("nothing measured") && error.help.contains("--map"), "{error:?}");
     let error = of("t[s],q_1[rad]\n0,1\n1,2\n2,3\n");
     assert!(error.what.contains("no column `q_2`"), "{error:?}");
+    let seven: Vec<String> = (1..=7).map(|n| format!("q_{n}[rad]")).collect();
+    let row = ",0".repeat(7);
+    let error = of(&format!("t[s],{}\n0{row}\n1{row}\n2{row}\n", seven.join(",")));
+    assert!(error.what.contains("nothing to compare") && error.help.contains("tau_n"), "{error:?}");
     let eight: Vec<String> = (1..=8).map(|n| format!("q_{n}[rad]")).collect();
     let row = ",0".repeat(8);
     let error = of(&format!("t[s],{}\n0{row}\n1{row}\n2{row}\n", eight.join(",")));

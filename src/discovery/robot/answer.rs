@@ -140,6 +140,16 @@ pub fn investigate(
         place: train.first().map_or(String::new(), |recording| recording.name.clone()),
         help: "check the units of the columns, the robot's file and the controller's gains".into(),
     };
+    if gap.count(Set::Train) == 0 || gap.count(Set::Heldout) == 0 {
+        return Err(Error {
+            what: "the recordings hold a motion, but nothing to compare with a model of the arm"
+                .into(),
+            place: train.first().map_or(String::new(), |recording| recording.name.clone()),
+            help: "record torques (`tau_n`) or the tip (`tcp_x`), or say in the sidecar what the \
+                   controller is: then positions can be predicted too"
+                .into(),
+        });
+    }
     let mut options = *options;
     if gap.train.iter().any(|model| !model.scene.closed_loop) {
         // The accelerations of a measured motion have errors of their own, which are not white.
