@@ -295,7 +295,10 @@ fn answer(
             alternatives: alternatives(mine(), term, options),
             indistinguishable: !ties.is_empty(),
         };
-        if !matches!(term.law, Law::Feature(_) | Law::Above | Law::Below) {
+        if matches!(term.law, Law::Feature(_) | Law::Above | Law::Below) {
+            // The twin has no law for it; a reader of the file should know all the same.
+            lines.push(format!("// unknown at {}: {}", effect.at, effect.equation));
+        } else if ties.is_empty() {
             lines.push(wording::line(term, &told));
         }
         // Several formulas at one joint are one unknown effect.
@@ -363,13 +366,12 @@ fn answer(
         ),
         commands: None,
     });
-    let added = if ambiguous { Vec::new() } else { lines };
     Finding {
         verdict,
         places,
         effects,
         gap: shrink,
-        model: ModelChange { added, ..ModelChange::default() },
+        model: ModelChange { added: lines, ..ModelChange::default() },
         next_experiment,
         reason,
         smallest_visible: visible,
