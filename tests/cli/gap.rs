@@ -15,7 +15,7 @@ fn recording(name: &str) -> String {
 #[test]
 fn a_finding_is_written_into_the_twin_and_then_nothing_is_missing() {
     let desk = Desk::new("cli-gap");
-    let model = "// Ours.\ntwin arm of nothing {\n}\n";
+    let model = "// Ours.\ntwin arm of kitchen {\n}\n";
     desk.file("arm.task", model);
     let (a, b) = (recording("coulomb_a.csv"), recording("coulomb_b.csv"));
     let args = ["gap", &a, &b, "--model", "arm.task", "--json"];
@@ -57,7 +57,7 @@ fn a_finding_is_written_into_the_twin_and_then_nothing_is_missing() {
 fn mistakes_are_told_with_their_place() {
     let desk = Desk::new("cli-gap-mistakes");
     let control = recording("control_a.csv");
-    desk.file("nan.csv", "t[s],q_cmd_1[rad],tau_1[N*m]\n0,0,0\n0.1,nan,0\n0.2,0,0\n0.3,0,0\n");
+    desk.file("nan.csv", "t[s],q_cmd_1[rad],tau_1[N*m]\n0,0,0\n0.1,nan,0\n0.2,0,0\n0.3,0,0\n0.4,0,0\n0.5,0,0\n0.6,0,0\n0.7,0,0\n0.8,0,0\n0.9,0,0\n1,0,0\n");
     desk.file("two.csv", "t[s],q_1[rad]\n0,0\n1,1\n");
     desk.file("lost.csv", "t[s],q_1[rad]\n0,0\n1,1\n2,1\n");
     desk.file("lost.json", r#"{"robot": "nowhere.urdf"}"#);
@@ -67,7 +67,7 @@ fn mistakes_are_told_with_their_place() {
         (&["gap", "gone.csv"], "io::missing", "gone.csv"),
         (&["gap", "two.csv"], "gap::recording", "2 rows"),
         (&["gap", "lost.csv"], "gap::robot", "nowhere.urdf"),
-        (&["gap", "nan.csv"], "gap::recording", "q_cmd_2"),
+        (&["gap", "nan.csv"], "gap::recording", "`nan`"),
         (&["gap", &control, "--holdout", "2"], "gap::holdout", "2"),
         (&["gap", &control, "--apply"], "gap::apply", "model file"),
         (&["gap", &control, "--model", "no_twin.task"], "gap::model", "no `twin`"),

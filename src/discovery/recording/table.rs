@@ -215,7 +215,11 @@ fn told(mut recording: Recording) -> Result<Recording, Error> {
                         expected.words()
                     ),
                     format!("{}:1, column `{}`", recording.name, column.name),
-                    format!("write `{}[{}]`", column.name, expected.si()),
+                    format!(
+                        "write `{}[{}]`, or correct it with `--map`",
+                        column.name,
+                        expected.si()
+                    ),
                 ));
             }
             _ => {}
