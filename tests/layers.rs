@@ -22,6 +22,8 @@ const LAYERS: &[(&str, &[&str])] = &[
         &["units", "fit", "language", "graph", "world", "alignment", "motion", "twin", "lab"],
     ),
     ("monitor", &["units", "language", "graph", "world", "alignment", "execution"]),
+    // Sees recordings only: never `lab`, and of `execution` nothing yet.
+    ("discovery", &["units", "fit", "language", "world", "motion", "twin", "execution"]),
     ("workcell", &["*"]),
     ("report", &["*"]),
     ("repl", &["language", "graph", "workcell", "report"]),

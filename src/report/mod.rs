@@ -4,6 +4,8 @@
 //! what would help. Colour only repeats what the words say, and is left out for `NO_COLOR` and pipes.
 
 mod numbers;
+pub mod gap;
+pub mod gap_page;
 pub mod run;
 
 use std::fmt::Write as _;
