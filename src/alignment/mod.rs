@@ -18,6 +18,7 @@ pub mod placement;
 pub mod refine;
 pub mod segment;
 pub mod contour;
+pub mod key_points;
 pub mod vision;
 pub mod overlay;
 

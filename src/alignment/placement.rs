@@ -19,7 +19,7 @@ use nalgebra::Vector2;
 
 use super::outline::{Kind, ObjectPose, Outline, Projector, inside_convex};
 use super::picture::{Level, Picture, Plane, lab, linear};
-use super::refine::{self, Fit};
+use super::refine::{self, Doubt, Fit};
 use crate::world::{Material, Object, Shape};
 
 /// What may not be judged in the picture: something else is in front.
@@ -317,6 +317,19 @@ impl<'a> Evidence<'a> {
         best
     }
 
+    /// Asks the edges near a pose for what the fit takes as known: the base's height and the solid's.
+    pub fn doubt(&self, pose: &ObjectPose) -> Option<Doubt> {
+        refine::doubt(
+            self.picture,
+            self.view,
+            &self.object.shape,
+            pose,
+            &self.hidden,
+            self.full_edge(&self.picture.levels[0]),
+            self.object.material,
+        )
+    }
+
     /// Fits a candidate to the full picture: climbing, then moving edges; keeps whichever scores better.
     pub fn fit(&self, from: &Candidate) -> Candidate {
         let mut best = self.climb(from, 0, 16, 0.003, 0.03);
@@ -337,8 +350,9 @@ impl<'a> Evidence<'a> {
             next.yaw = fit.yaw;
             next.score = self.score(&next.pose(), 0, 16);
             next.fit = Some(fit);
-            // Moving edges are finer than the score, which is flat within a pixel: a small loss is no loss.
-            if next.score.total < 0.98 * best.score.total {
+            // Moving edges are finer than the score, which is flat within some pixels where edges are strong:
+            // a small loss is no loss.
+            if next.score.total < 0.92 * best.score.total {
                 break;
             }
             best = next;

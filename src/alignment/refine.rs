@@ -8,7 +8,7 @@
 //! Source: Harris, "Tracking with rigid models", 1992 (the `RAPiD` tracker); Drummond and Cipolla, "Real-time visual
 //! tracking of complex structures", PAMI 2002; Comport et al., TVCG 2006 (robust weights).
 
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 use super::outline::{Kind, ObjectPose, Outline, Projector};
 use super::picture::{Picture, median};
@@ -34,12 +34,16 @@ pub struct Fit {
 
 /// What no picture shows: the camera's own calibration and edges that are not quite where the solid ends, px.
 const FLOOR_PX: f64 = 0.15;
+/// The same of a clear thing: its wall shows two edges, and which of them is seen changes along the outline.
+const CLEAR_FLOOR_PX: f64 = 0.6;
 /// Neighbouring edge points share pixels; about every third pixel along an edge is new information.
 const INDEPENDENT_PX: f64 = 3.0;
 
 /// One look along one normal.
 struct Edge {
-    row: Vector3<f64>,
+    /// Change of the outline along the normal with x, y, yaw, and with the base's height and the solid's
+    /// own, px/m and px/rad.
+    row: SVector<f64, 5>,
     offset: f64,
     weight: f64,
     of: usize,
@@ -76,9 +80,10 @@ pub fn refine(
             let t = (edge.offset / (4.0 * spread)).powi(2);
             if t < 1.0 {
                 let w = edge.weight * (1.0 - t).powi(2);
-                normal += w * edge.row * edge.row.transpose();
-                rhs += w * edge.row * edge.offset;
-                pulls[edge.of.min(15)] += w * edge.row * edge.offset;
+                let row = edge.row.fixed_rows::<3>(0);
+                normal += w * row * row.transpose();
+                rhs += w * row * edge.offset;
+                pulls[edge.of.min(15)] += w * row * edge.offset;
                 square += w * edge.offset * edge.offset;
                 weight += w;
             }
@@ -121,7 +126,8 @@ pub fn refine(
         let depth = (view.eye() - Vector3::new(state.x, state.y, shape.height() / 2.0)).norm();
         depth / view.intrinsics.fx.abs()
     };
-    let floor = (FLOOR_PX * metres_per_px).powi(2);
+    let floor = if lines { CLEAR_FLOOR_PX } else { FLOOR_PX };
+    let floor = (floor * metres_per_px).powi(2);
     covariance[(0, 0)] += floor;
     covariance[(1, 1)] += floor;
     if turns {
@@ -130,6 +136,113 @@ pub fn refine(
         covariance[(2, 2)] = 0.0;
     }
     Some(Fit { x: state.x, y: state.y, yaw: state.z, covariance, rms_px, support })
+}
+
+/// What the picture says of things that were taken as known: how far the base is off the table, and the
+/// solid off its height.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Doubt {
+    /// Height of the base above the table, m; should be 0.
+    pub lift: f64,
+    /// One standard deviation of it, m.
+    pub lift_std: f64,
+    /// How much taller the solid is than it is said to be, m; should be 0.
+    pub taller: f64,
+    /// One standard deviation of it, m.
+    pub taller_std: f64,
+    /// How far the base would move on the table were both believed, m.
+    pub moved: f64,
+    /// Share of the visible silhouette, by whole edges, that shows no edge in the picture.
+    pub missing: f64,
+}
+
+/// Asks the edges near a fitted pose for the base's height and the solid's, which [`refine`] takes as known.
+///
+/// Perspective tells: a solid of known width that looks smaller stands lower, farther from the eye. `None`
+/// when the edges do not determine it.
+pub fn doubt(
+    picture: &Picture,
+    view: &Projector,
+    shape: &Shape,
+    pose: &ObjectPose,
+    hidden: &Hidden,
+    full: f64,
+    material: Material,
+) -> Option<Doubt> {
+    let lines = material == Material::Transparent;
+    let (edges, _) = look(picture, view, shape, pose, hidden, (full, 5.0, lines));
+    let missing = missing(picture, view, shape, pose, hidden, (full, 3.0, lines));
+    // What nobody would be off by: half a metre. It keeps a height whose rim is out of view from mattering.
+    let prior = SMatrix::<f64, 5, 5>::from_diagonal(&SVector::from([4.0, 4.0, 1.0, 4.0, 4.0]));
+    let turns = shape.symmetry() > 0.0;
+    let mut state = SVector::<f64, 5>::zeros();
+    let mut last = None;
+    for _ in 0..6 {
+        let residual = |e: &Edge| e.offset - e.row.dot(&state);
+        let mut off: Vec<f64> = edges.iter().map(|e| residual(e).abs()).collect();
+        let spread = (1.4826 * median(&mut off)).max(0.3);
+        let (mut normal, mut rhs) = (prior, -prior * state);
+        let (mut square, mut weight) = (0.0, 0.0);
+        let mut pulls = [SVector::<f64, 5>::zeros(); 16];
+        for edge in &edges {
+            let mut row = edge.row;
+            if !turns {
+                row[2] = 0.0;
+            }
+            let t = (residual(edge) / (4.0 * spread)).powi(2);
+            if t < 1.0 {
+                let w = edge.weight * (1.0 - t).powi(2);
+                normal += w * row * row.transpose();
+                rhs += w * row * residual(edge);
+                pulls[edge.of.min(15)] += w * row * residual(edge);
+                square += w * residual(edge).powi(2);
+                weight += w;
+            }
+        }
+        let inverse = normal.try_inverse()?;
+        state += inverse * rhs;
+        let variance = (square / f64::max(weight, 1e-9)).max(FLOOR_PX * FLOOR_PX);
+        let meat = pulls
+            .iter()
+            .fold(SMatrix::<f64, 5, 5>::zeros(), |sum, pull| sum + pull * pull.transpose());
+        last = Some(inverse * INDEPENDENT_PX * variance + inverse * meat * inverse);
+    }
+    let covariance = last?;
+    Some(Doubt {
+        lift: state[3],
+        lift_std: covariance[(3, 3)].max(0.0).sqrt(),
+        taller: state[4],
+        taller_std: covariance[(4, 4)].max(0.0).sqrt(),
+        moved: state[0].hypot(state[1]),
+        missing,
+    })
+}
+
+/// Returns the share of the visible silhouette that belongs to edges of which hardly anything is seen.
+fn missing(
+    picture: &Picture,
+    view: &Projector,
+    shape: &Shape,
+    pose: &ObjectPose,
+    hidden: &Hidden,
+    how: (f64, f64, bool),
+) -> f64 {
+    let (w, h) = picture.size();
+    let (mut found, mut looked) = ([0.0_f64; 16], [0.0_f64; 16]);
+    for sample in &Outline::new(view, shape, pose, 24).samples {
+        let p = sample.pixel;
+        let inside = p.x > 3.0 && p.y > 3.0 && p.x < w as f64 - 4.0 && p.y < h as f64 - 4.0;
+        if sample.kind != Kind::Silhouette || !inside || hidden.covers(p) {
+            continue;
+        }
+        looked[sample.edge.min(15)] += sample.length;
+        if strongest(picture, p, sample.normal, how).is_some() {
+            found[sample.edge.min(15)] += sample.length;
+        }
+    }
+    let gone: f64 =
+        found.iter().zip(&looked).filter(|(f, l)| **f < 0.4 * **l).map(|(_, l)| l).sum();
+    gone / looked.iter().sum::<f64>().max(1e-9)
 }
 
 /// Looks along every normal; returns the edges found and the length of outline that was judged, px.
@@ -149,6 +262,7 @@ fn look(
         ObjectPose::upright(at.x + H, at.y, 0.0, yaw),
         ObjectPose::upright(at.x, at.y + H, 0.0, yaw),
         ObjectPose::upright(at.x, at.y, 0.0, yaw + H),
+        ObjectPose::upright(at.x, at.y, H, yaw),
     ];
     let mut edges = Vec::with_capacity(outline.samples.len());
     let mut judged = 0.0;
@@ -168,13 +282,15 @@ fn look(
         else {
             continue;
         };
-        let mut row = Vector3::zeros();
+        let mut row = SVector::zeros();
         for (k, pose) in moved.iter().enumerate() {
             let world = pose.isometry() * nalgebra::Point3::from(sample.body);
             if let Some(q) = view.pixel(world.coords) {
                 row[k] = sample.normal.dot(&(q - p)) / H;
             }
         }
+        // A taller solid's points rise with their share of the height.
+        row[4] = row[3] * sample.body.z / shape.height();
         edges.push(Edge { row, offset, weight: weight * strength, of: sample.edge });
         found[sample.edge.min(15)] += weight;
     }
