@@ -131,6 +131,17 @@ impl Outline {
         inside_convex(&self.hull, p)
     }
 
+    /// Returns how far a pixel is from the silhouette's border, px; negative inside.
+    pub fn depth(&self, p: Vector2<f64>) -> f64 {
+        let mut least = f64::INFINITY;
+        for (i, a) in self.hull.iter().enumerate() {
+            let along = self.hull[(i + 1) % self.hull.len()] - a;
+            let t = ((p - a).dot(&along) / along.norm_squared().max(1e-12)).clamp(0.0, 1.0);
+            least = least.min((a + t * along - p).norm());
+        }
+        if self.contains(p) { -least } else { least }
+    }
+
     /// Returns the middle of the silhouette's corner points, px.
     pub fn middle(&self) -> Vector2<f64> {
         self.hull.iter().sum::<Vector2<f64>>() / self.hull.len().max(1) as f64

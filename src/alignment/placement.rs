@@ -19,7 +19,8 @@ use nalgebra::Vector2;
 
 use super::outline::{Kind, ObjectPose, Outline, Projector, inside_convex};
 use super::picture::{Level, Picture, Plane, lab, linear};
-use super::refine::{self, Doubt, Fit};
+use super::doubt::Doubt;
+use super::refine::{self, Fit};
 use crate::world::{Material, Object, Shape};
 
 /// What may not be judged in the picture: something else is in front.
@@ -103,7 +104,8 @@ pub struct Window {
 pub struct Evidence<'a> {
     picture: &'a Picture,
     view: &'a Projector,
-    object: &'a Object,
+    /// What is looked for.
+    pub object: &'a Object,
     /// How little each small pixel looks like table, 0 to 1.
     change: &'a Plane,
     /// How much each small pixel looks like the object, 0 to 1; `None` when its colour says nothing.
@@ -317,17 +319,11 @@ impl<'a> Evidence<'a> {
         best
     }
 
-    /// Asks the edges near a pose for what the fit takes as known: the base's height and the solid's.
-    pub fn doubt(&self, pose: &ObjectPose) -> Option<Doubt> {
-        refine::doubt(
-            self.picture,
-            self.view,
-            &self.object.shape,
-            pose,
-            &self.hidden,
-            self.full_edge(&self.picture.levels[0]),
-            self.object.material,
-        )
+    /// Asks the edges near a pose for what the fit takes as known; `pivot` is the table's centre, m.
+    pub fn doubt(&self, pose: &ObjectPose, pivot: [f64; 2]) -> Option<Doubt> {
+        let full = self.full_edge(&self.picture.levels[0]);
+        let how = (full, self.object.material, pivot);
+        Doubt::ask(self.picture, self.view, &self.object.shape, pose, &self.hidden, how)
     }
 
     /// Fits a candidate to the full picture: climbing, then moving edges; keeps whichever scores better.

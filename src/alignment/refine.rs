@@ -8,7 +8,7 @@
 //! Source: Harris, "Tracking with rigid models", 1992 (the `RAPiD` tracker); Drummond and Cipolla, "Real-time visual
 //! tracking of complex structures", PAMI 2002; Comport et al., TVCG 2006 (robust weights).
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::outline::{Kind, ObjectPose, Outline, Projector};
 use super::picture::{Picture, median};
@@ -37,16 +37,43 @@ const FLOOR_PX: f64 = 0.15;
 /// The same of a clear thing: its wall shows two edges, and which of them is seen changes along the outline.
 const CLEAR_FLOOR_PX: f64 = 0.6;
 /// Neighbouring edge points share pixels; about every third pixel along an edge is new information.
-const INDEPENDENT_PX: f64 = 3.0;
+pub(super) const INDEPENDENT_PX: f64 = 3.0;
+
+/// Step of the differences, m and rad.
+const H: f64 = 1e-5;
 
 /// One look along one normal.
-struct Edge {
-    /// Change of the outline along the normal with x, y, yaw, and with the base's height and the solid's
-    /// own, px/m and px/rad.
-    row: SVector<f64, 5>,
-    offset: f64,
-    weight: f64,
-    of: usize,
+pub(super) struct Edge {
+    /// Where the outline is, px.
+    pub(super) pixel: Vector2<f64>,
+    /// Unit normal of the outline.
+    pub(super) normal: Vector2<f64>,
+    /// Where it sits on the solid, m, object frame.
+    pub(super) body: Vector3<f64>,
+    /// How far along the normal the picture's edge is, px.
+    pub(super) offset: f64,
+    /// Length of outline it stands for times the edge's strength, px.
+    pub(super) weight: f64,
+    /// Which edge of the solid.
+    pub(super) of: usize,
+}
+
+impl Edge {
+    /// Returns how far along the normal a point of the solid is from this edge's, px, at another pose.
+    pub(super) fn slope(&self, view: &Projector, pose: &ObjectPose, body: Vector3<f64>) -> f64 {
+        let world = pose.isometry() * nalgebra::Point3::from(body);
+        view.pixel(world.coords).map_or(0.0, |p| self.normal.dot(&(p - self.pixel)))
+    }
+}
+
+/// The edges near a pose.
+pub(super) struct Look {
+    /// What was found along the normals.
+    pub(super) edges: Vec<Edge>,
+    /// Length of outline that was judged, px; inner edges count half.
+    pub(super) judged: f64,
+    /// Share of the visible silhouette that belongs to edges of which hardly anything is seen.
+    pub(super) missing: f64,
 }
 
 /// Fits x, y and yaw; `None` when too few edges are near, or they do not determine the pose.
@@ -70,7 +97,13 @@ pub fn refine(
     let mut last = None;
     for reach in reaches {
         let pose = ObjectPose::upright(state.x, state.y, 0.0, state.z);
-        let (edges, judged) = look(picture, view, shape, &pose, hidden, (full, reach, lines));
+        let Look { edges, judged, .. } =
+            look(picture, view, shape, &pose, hidden, (full, reach, lines));
+        let moved = [
+            ObjectPose::upright(state.x + H, state.y, 0.0, state.z),
+            ObjectPose::upright(state.x, state.y + H, 0.0, state.z),
+            ObjectPose::upright(state.x, state.y, 0.0, state.z + H),
+        ];
         let mut off: Vec<f64> = edges.iter().map(|e| e.offset.abs()).collect();
         let spread = (1.4826 * median(&mut off)).max(0.3);
         let (mut normal, mut rhs) = (Matrix3::zeros(), Vector3::zeros());
@@ -80,7 +113,7 @@ pub fn refine(
             let t = (edge.offset / (4.0 * spread)).powi(2);
             if t < 1.0 {
                 let w = edge.weight * (1.0 - t).powi(2);
-                let row = edge.row.fixed_rows::<3>(0);
+                let row = Vector3::from_fn(|k, _| edge.slope(view, &moved[k], edge.body) / H);
                 normal += w * row * row.transpose();
                 rhs += w * row * edge.offset;
                 pulls[edge.of.min(15)] += w * row * edge.offset;
@@ -138,135 +171,20 @@ pub fn refine(
     Some(Fit { x: state.x, y: state.y, yaw: state.z, covariance, rms_px, support })
 }
 
-/// What the picture says of things that were taken as known: how far the base is off the table, and the
-/// solid off its height.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Doubt {
-    /// Height of the base above the table, m; should be 0.
-    pub lift: f64,
-    /// One standard deviation of it, m.
-    pub lift_std: f64,
-    /// How much taller the solid is than it is said to be, m; should be 0.
-    pub taller: f64,
-    /// One standard deviation of it, m.
-    pub taller_std: f64,
-    /// How far the base would move on the table were both believed, m.
-    pub moved: f64,
-    /// Share of the visible silhouette, by whole edges, that shows no edge in the picture.
-    pub missing: f64,
-}
-
-/// Asks the edges near a fitted pose for the base's height and the solid's, which [`refine`] takes as known.
-///
-/// Perspective tells: a solid of known width that looks smaller stands lower, farther from the eye. `None`
-/// when the edges do not determine it.
-pub fn doubt(
-    picture: &Picture,
-    view: &Projector,
-    shape: &Shape,
-    pose: &ObjectPose,
-    hidden: &Hidden,
-    full: f64,
-    material: Material,
-) -> Option<Doubt> {
-    let lines = material == Material::Transparent;
-    let (edges, _) = look(picture, view, shape, pose, hidden, (full, 5.0, lines));
-    let missing = missing(picture, view, shape, pose, hidden, (full, 3.0, lines));
-    // What nobody would be off by: half a metre. It keeps a height whose rim is out of view from mattering.
-    let prior = SMatrix::<f64, 5, 5>::from_diagonal(&SVector::from([4.0, 4.0, 1.0, 4.0, 4.0]));
-    let turns = shape.symmetry() > 0.0;
-    let mut state = SVector::<f64, 5>::zeros();
-    let mut last = None;
-    for _ in 0..6 {
-        let residual = |e: &Edge| e.offset - e.row.dot(&state);
-        let mut off: Vec<f64> = edges.iter().map(|e| residual(e).abs()).collect();
-        let spread = (1.4826 * median(&mut off)).max(0.3);
-        let (mut normal, mut rhs) = (prior, -prior * state);
-        let (mut square, mut weight) = (0.0, 0.0);
-        let mut pulls = [SVector::<f64, 5>::zeros(); 16];
-        for edge in &edges {
-            let mut row = edge.row;
-            if !turns {
-                row[2] = 0.0;
-            }
-            let t = (residual(edge) / (4.0 * spread)).powi(2);
-            if t < 1.0 {
-                let w = edge.weight * (1.0 - t).powi(2);
-                normal += w * row * row.transpose();
-                rhs += w * row * residual(edge);
-                pulls[edge.of.min(15)] += w * row * residual(edge);
-                square += w * residual(edge).powi(2);
-                weight += w;
-            }
-        }
-        let inverse = normal.try_inverse()?;
-        state += inverse * rhs;
-        let variance = (square / f64::max(weight, 1e-9)).max(FLOOR_PX * FLOOR_PX);
-        let meat = pulls
-            .iter()
-            .fold(SMatrix::<f64, 5, 5>::zeros(), |sum, pull| sum + pull * pull.transpose());
-        last = Some(inverse * INDEPENDENT_PX * variance + inverse * meat * inverse);
-    }
-    let covariance = last?;
-    Some(Doubt {
-        lift: state[3],
-        lift_std: covariance[(3, 3)].max(0.0).sqrt(),
-        taller: state[4],
-        taller_std: covariance[(4, 4)].max(0.0).sqrt(),
-        moved: state[0].hypot(state[1]),
-        missing,
-    })
-}
-
-/// Returns the share of the visible silhouette that belongs to edges of which hardly anything is seen.
-fn missing(
+/// Looks along every normal of the outline for the picture's edges.
+pub(super) fn look(
     picture: &Picture,
     view: &Projector,
     shape: &Shape,
     pose: &ObjectPose,
     hidden: &Hidden,
     how: (f64, f64, bool),
-) -> f64 {
-    let (w, h) = picture.size();
-    let (mut found, mut looked) = ([0.0_f64; 16], [0.0_f64; 16]);
-    for sample in &Outline::new(view, shape, pose, 24).samples {
-        let p = sample.pixel;
-        let inside = p.x > 3.0 && p.y > 3.0 && p.x < w as f64 - 4.0 && p.y < h as f64 - 4.0;
-        if sample.kind != Kind::Silhouette || !inside || hidden.covers(p) {
-            continue;
-        }
-        looked[sample.edge.min(15)] += sample.length;
-        if strongest(picture, p, sample.normal, how).is_some() {
-            found[sample.edge.min(15)] += sample.length;
-        }
-    }
-    let gone: f64 =
-        found.iter().zip(&looked).filter(|(f, l)| **f < 0.4 * **l).map(|(_, l)| l).sum();
-    gone / looked.iter().sum::<f64>().max(1e-9)
-}
-
-/// Looks along every normal; returns the edges found and the length of outline that was judged, px.
-fn look(
-    picture: &Picture,
-    view: &Projector,
-    shape: &Shape,
-    pose: &ObjectPose,
-    hidden: &Hidden,
-    (full, reach, lines): (f64, f64, bool),
-) -> (Vec<Edge>, f64) {
-    const H: f64 = 1e-5;
+) -> Look {
     let outline = Outline::new(view, shape, pose, 24);
     let (w, h) = picture.size();
-    let (at, yaw) = (pose.origin(), pose.yaw());
-    let moved = [
-        ObjectPose::upright(at.x + H, at.y, 0.0, yaw),
-        ObjectPose::upright(at.x, at.y + H, 0.0, yaw),
-        ObjectPose::upright(at.x, at.y, 0.0, yaw + H),
-        ObjectPose::upright(at.x, at.y, H, yaw),
-    ];
     let mut edges = Vec::with_capacity(outline.samples.len());
     let mut judged = 0.0;
-    let (mut found, mut looked) = ([0.0; 16], [0.0; 16]);
+    let (mut found, mut looked, mut rim) = ([0.0_f64; 16], [0.0_f64; 16], [0.0_f64; 16]);
     for sample in &outline.samples {
         let p = sample.pixel;
         if p.x < 3.0 || p.y < 3.0 || p.x > w as f64 - 4.0 || p.y > h as f64 - 4.0 {
@@ -277,27 +195,29 @@ fn look(
         }
         let weight = sample.length * if sample.kind == Kind::Inner { 0.5 } else { 1.0 };
         judged += weight;
-        looked[sample.edge.min(15)] += weight;
-        let Some((offset, strength)) = strongest(picture, p, sample.normal, (full, reach, lines))
-        else {
+        let of = sample.edge.min(15);
+        looked[of] += weight;
+        if sample.kind == Kind::Silhouette {
+            rim[of] += weight;
+        }
+        let Some((offset, strength)) = strongest(picture, p, sample.normal, how) else {
             continue;
         };
-        let mut row = SVector::zeros();
-        for (k, pose) in moved.iter().enumerate() {
-            let world = pose.isometry() * nalgebra::Point3::from(sample.body);
-            if let Some(q) = view.pixel(world.coords) {
-                row[k] = sample.normal.dot(&(q - p)) / H;
-            }
-        }
-        // A taller solid's points rise with their share of the height.
-        row[4] = row[3] * sample.body.z / shape.height();
-        edges.push(Edge { row, offset, weight: weight * strength, of: sample.edge });
-        found[sample.edge.min(15)] += weight;
+        found[of] += weight;
+        edges.push(Edge {
+            pixel: p,
+            normal: sample.normal,
+            body: sample.body,
+            offset,
+            weight: weight * strength,
+            of,
+        });
     }
     // An edge of the solid that the picture hardly shows (a rim out of view, a side in the dark) would be
     // drawn to whatever else is near; it is left out whole.
-    edges.retain(|e| found[e.of.min(15)] > 0.25 * looked[e.of.min(15)]);
-    (edges, judged)
+    edges.retain(|e| found[e.of] > 0.25 * looked[e.of]);
+    let gone: f64 = (0..16).filter(|&k| found[k] < 0.4 * looked[k]).map(|k| rim[k]).sum();
+    Look { edges, judged, missing: gone / rim.iter().sum::<f64>().max(1e-9) }
 }
 
 /// Returns the offset along the normal, px, of the strongest edge within `reach`, and its strength 0 to 1.

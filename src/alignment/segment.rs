@@ -193,16 +193,28 @@ impl Palette {
     }
 }
 
+/// What a pixel is expected to be before the picture is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Expect {
+    /// Known to be something else.
+    Ground,
+    /// Rather something else.
+    Outside,
+    /// Rather the object.
+    Inside,
+    /// Known to be the object.
+    Object,
+}
+
 /// Cuts an object out of the picture: 255 inside, the picture's size; `None` when nothing separates.
 ///
-/// `bounds` is the box it is expected in, `[u0, v0, u1, v1]` px; `inside` says of a pixel whether it is
-/// expected to be the object, `barred` whether it is known to be something else. The box is grown by 15 %
-/// and its border taken for background; `border` is the price of [`BORDERS`].
+/// `bounds` is the box it is expected in, `[u0, v0, u1, v1]` px; `expect` says of a pixel what it is
+/// expected to be. The box is grown by 15 % and its border taken for background; `border` is the price of
+/// [`BORDERS`].
 pub fn cut(
     picture: &Picture,
     bounds: [f64; 4],
-    inside: impl Fn(Vector2<f64>) -> bool,
-    barred: impl Fn(Vector2<f64>) -> bool,
+    expect: impl Fn(Vector2<f64>) -> Expect,
     border: f64,
 ) -> Option<GrayImage> {
     let (w, h) = picture.size();
@@ -222,18 +234,19 @@ pub fn cut(
     let cells: Vec<[f64; 3]> = (0..cols * rows)
         .map(|i| [0, 1, 2].map(|c| f64::from(picture.lab[c].sample(place(i).x, place(i).y))))
         .collect();
-    let ring: Vec<bool> = (0..cols * rows)
+    let expected: Vec<Expect> = (0..cols * rows)
         .map(|i| {
             let (x, y) = (i % cols, i / cols);
             // Where the box ends at the picture's border the object may go on beyond it.
-            (x < 2 && x0 > 0)
+            let rim = (x < 2 && x0 > 0)
                 || (y < 2 && y0 > 0)
                 || (x + 2 >= cols && (x1 + 1) * CELL < w)
-                || (y + 2 >= rows && (y1 + 1) * CELL < h)
-                || barred(place(i))
+                || (y + 2 >= rows && (y1 + 1) * CELL < h);
+            if rim { Expect::Ground } else { expect(place(i)) }
         })
         .collect();
-    let mut object: Vec<bool> = (0..cols * rows).map(|i| !ring[i] && inside(place(i))).collect();
+    let mut object: Vec<bool> =
+        expected.iter().map(|e| matches!(e, Expect::Inside | Expect::Object)).collect();
     let pairs: Vec<(usize, usize)> = (0..cols * rows)
         .flat_map(|i| {
             let (x, y) = (i % cols, i / cols);
@@ -250,8 +263,11 @@ pub fn cut(
         let (own, other) = (Palette::learn(&of(true))?, Palette::learn(&of(false))?);
         let mut flow = Flow::new(cells.len());
         for (i, cell) in cells.iter().enumerate() {
-            let (as_object, as_ground) =
-                if ring[i] { (1e6, 0.0) } else { (own.cost(cell), other.cost(cell)) };
+            let (as_object, as_ground) = match expected[i] {
+                Expect::Ground => (1e6, 0.0),
+                Expect::Object => (0.0, 1e6),
+                Expect::Outside | Expect::Inside => (own.cost(cell), other.cost(cell)),
+            };
             flow.terminal(i, as_ground - as_object);
         }
         for &(a, b) in &pairs {
@@ -444,8 +460,11 @@ mod tests {
         });
         let picture = Picture::new(&image);
         // Expected eight pixels to the left of where it is.
-        let guess = |p: Vector2<f64>| (p - Vector2::new(92.0, 80.0)).norm() < 40.0;
-        let mask = cut(&picture, [52.0, 40.0, 140.0, 120.0], guess, |_| false, BORDERS[0]).unwrap();
+        let guess = |p: Vector2<f64>| {
+            let inside = (p - Vector2::new(92.0, 80.0)).norm() < 40.0;
+            if inside { Expect::Inside } else { Expect::Outside }
+        };
+        let mask = cut(&picture, [52.0, 40.0, 140.0, 120.0], guess, BORDERS[0]).unwrap();
         let (mut both, mut either) = (0.0, 0.0);
         for (x, y, p) in mask.enumerate_pixels() {
             let truth = (f64::from(x) - 100.0).hypot(f64::from(y) - 80.0) < 40.0;

@@ -5,13 +5,13 @@ use nalgebra::Vector2;
 
 use super::{Checks, FOUND, Sighting, Way, belief};
 use crate::alignment::contour::Smoothness;
+use crate::alignment::doubt::{Doubt, TableDoubt};
 use crate::alignment::key_points::{self, Placed};
 use crate::alignment::outline::{Outline, Projector};
 use crate::alignment::picture::Picture;
 use crate::alignment::placement::{Candidate, Evidence, Score};
-use crate::alignment::refine::Doubt;
-use crate::alignment::segment::{BORDERS, cut};
-use crate::world::{Material, Object};
+use crate::alignment::segment::{BORDERS, Expect, cut};
+use crate::world::{Material, Object, Table};
 
 /// Returns a sighting that says nothing was seen.
 fn unseen(name: &str) -> Sighting {
@@ -41,16 +41,78 @@ fn bounds(outline: &Outline, (w, h): (f64, f64)) -> [f64; 4] {
     [u0.max(0.0), v0.max(0.0), u1.min(w - 1.0), v1.min(h - 1.0)]
 }
 
+/// The picture's own cut of an object, and where its contour's key points put it.
+struct OwnCut {
+    mask: GrayImage,
+    placed: Result<Placed, key_points::Refused>,
+    /// Whether it was cut near the fit's outline.
+    helped: bool,
+}
+
+/// How far from the fit's outline a border is looked for when the box alone does not separate, px.
+const BAND_PX: f64 = 9.0;
+
+/// Goes the paper's way: cuts the object out, and places it by its contour's key points.
+///
+/// The first cuts start from the box alone and share nothing else with the fit. Where they give no contour
+/// of use (a thing's own pattern, a neighbour of its colour) the border is looked for near the fit's outline.
+fn own_cut(
+    picture: &Picture,
+    view: &Projector,
+    evidence: &Evidence,
+    outline: &Outline,
+    bbox: [f64; 4],
+) -> Option<OwnCut> {
+    let boxed = |p: Vector2<f64>| {
+        let inside = p.x > bbox[0] && p.y > bbox[1] && p.x < bbox[2] && p.y < bbox[3];
+        match (evidence.hidden.covers(p), inside) {
+            (true, _) => Expect::Ground,
+            (_, true) => Expect::Inside,
+            _ => Expect::Outside,
+        }
+    };
+    let band = |p: Vector2<f64>| {
+        let far = outline.depth(p);
+        if far > BAND_PX || evidence.hidden.covers(p) {
+            Expect::Ground
+        } else if far > 0.0 {
+            Expect::Outside
+        } else if far > -BAND_PX {
+            Expect::Inside
+        } else {
+            Expect::Object
+        }
+    };
+    let mut first = None;
+    for (border, helped) in [(BORDERS[0], false), (BORDERS[1], false), (BORDERS[0], true)] {
+        let mask = if helped {
+            cut(picture, bbox, band, border)
+        } else {
+            cut(picture, bbox, boxed, border)
+        };
+        let Some(mask) = mask else { continue };
+        let placed = key_points::place(&mask, picture, view, evidence.object, &evidence.hidden);
+        let done = placed.is_ok();
+        let own = OwnCut { mask, placed, helped };
+        if done {
+            return Some(own);
+        }
+        first = first.or(Some(own));
+    }
+    first
+}
+
 /// Fits the chosen candidate once more with what is hidden left out, asks the other way, and says how sure
-/// the two and the picture leave one.
+/// the picture leaves one; what it says against the scene is returned for [`conclude`].
 pub(super) fn judge(
     picture: &Picture,
     view: &Projector,
-    object: &Object,
+    table: &Table,
     evidence: &Evidence,
     best: Option<Candidate>,
     rivals: &[Candidate],
-) -> Sighting {
+) -> (Sighting, Option<Doubt>) {
+    let object = evidence.object;
     let mut sighting = unseen(&object.name);
     let Some(best) = best else {
         let nearest = rivals.first();
@@ -64,51 +126,21 @@ pub(super) fn judge(
                 )
             },
         ));
-        return sighting;
+        return (sighting, None);
     };
     let mut best = if evidence.hidden.hulls.is_empty() { best } else { evidence.fit(&best) };
     let (w, h) = (picture.size().0 as f64, picture.size().1 as f64);
-
-    // The second way starts from a box, as the paper's does, and shares nothing else with the first. Where
-    // the box alone does not cut a smooth contour, the silhouette helps.
-    let outline = evidence.outline(&best.pose(), 12);
-    let bbox = bounds(&outline, (w, h));
-    let boxed = |p: Vector2<f64>| p.x > bbox[0] && p.y > bbox[1] && p.x < bbox[2] && p.y < bbox[3];
-    let covered = |p: Vector2<f64>| evidence.hidden.covers(p);
-    let place = |mask: Option<GrayImage>| {
-        let mask = mask?;
-        let placed = key_points::place(&mask, picture, view, object, &evidence.hidden);
-        Some((mask, placed))
-    };
-    let mut second = place(cut(picture, bbox, boxed, covered, BORDERS[0]));
-    for attempt in 0..2 {
-        if matches!(&second, Some((_, Ok(_)))) {
-            break;
-        }
-        let again = place(if attempt == 0 {
-            cut(picture, bbox, boxed, covered, BORDERS[1])
-        } else {
-            cut(picture, bbox, |p| outline.contains(p), covered, BORDERS[0])
-        });
-        if second.is_none() || matches!(&again, Some((_, Ok(_)))) {
-            second = again;
-        }
-    }
-    let (own, placed): (Option<GrayImage>, Option<Placed>) = match second {
-        Some((mask, Ok(placed))) => (Some(mask), Some(placed)),
-        Some((mask, Err(why))) => {
-            sighting.checks.refused = Some(why);
-            (Some(mask), None)
-        }
-        None => (None, None),
-    };
-
-    let doubt = evidence.doubt(&best.pose());
-    sighting.checks.doubt = doubt;
-    let opaque = object.material == Material::Opaque;
-    (sighting.std, sighting.yaw_std) = spread(&best, object, doubt.filter(|_| opaque));
+    let doubt = evidence.doubt(&best.pose(), table.centre);
+    sighting.checks.missing = doubt.map_or(0.0, |d| d.missing);
+    (sighting.std, sighting.yaw_std) = spread(&best, object);
     sighting.checks.fit_place = Some([best.x, best.y, best.yaw]);
-    if let Some(found) = &placed {
+
+    let outline = evidence.outline(&best.pose(), 12);
+    let own = own_cut(picture, view, evidence, &outline, bounds(&outline, (w, h)));
+    sighting.checks.helped = own.as_ref().is_some_and(|own| own.helped);
+    sighting.checks.refused = own.as_ref().and_then(|own| own.placed.as_ref().err().copied());
+    let placed = own.as_ref().and_then(|own| own.placed.as_ref().ok());
+    if let Some(found) = placed {
         let other = Candidate {
             x: found.x,
             y: found.y,
@@ -131,77 +163,63 @@ pub(super) fn judge(
     let outline = evidence.outline(&best.pose(), 12);
     sighting.bbox = bounds(&outline, (w, h));
     sighting.score = best.score;
+    sighting.world_from_object = Some(best.pose());
 
     let apart = (0.6 * object.shape.inner_radius()).max(0.02);
     let rival = rivals.iter().find(|c| c.distance(&best) > apart);
     let gap = rival.map_or(1.0, |r| 1.0 - r.score.total / best.score.total.max(1e-9));
     sighting.gap = gap;
     sighting.confidence = belief(&best.score) * (0.1 + gap / 0.1).clamp(0.0, 1.0);
+    if let Some(rival) = rival.filter(|_| gap < 0.05) {
+        sighting.reason = Some(format!(
+            "two places fit almost equally: ({:.3}, {:.3}) m and ({:.3}, {:.3}) m; \
+             clear the table or tell where to look",
+            best.x, best.y, rival.x, rival.y
+        ));
+    }
+    if object.material == Material::Opaque {
+        object_to(&mut sighting, &best);
+    }
 
     let silhouette = fill(&outline, evidence, sighting.bbox, (w as u32, h as u32));
     if let Some(own) = &own {
         let (mut both, mut mine, mut theirs) = (0.0, 0.0, 0.0);
-        for (a, b) in own.pixels().zip(silhouette.pixels()) {
+        for (a, b) in own.mask.pixels().zip(silhouette.pixels()) {
             let (a, b) = (a.0[0] > 0, b.0[0] > 0);
             both += f64::from(u8::from(a && b));
             mine += f64::from(u8::from(a));
             theirs += f64::from(u8::from(b));
         }
-        let size = f64::max(theirs, 1.0);
         sighting.checks.mask_iou = Some(both / f64::max(mine + theirs - both, 1.0));
-        sighting.checks.bite = (theirs - both) / size;
-        sighting.checks.leak = (mine - both) / size;
     }
-    let objection = object_to(&mut sighting, object, view.eye());
-    sighting.found = sighting.confidence >= FOUND;
-    if !sighting.found {
-        sighting.reason = Some(match rival {
-            _ if objection.is_some() => objection.unwrap_or_default(),
-            Some(r) if gap < 0.05 => format!(
-                "two places fit almost equally: ({:.3}, {:.3}) m and ({:.3}, {:.3}) m; \
-                 clear the table or tell where to look",
-                best.x, best.y, r.x, r.y
-            ),
-            _ => format!(
-                "the best place, ({:.3}, {:.3}) m, is not convincing: {:.0} % of the outline has an edge, \
-                 the weakest part {:.0} %",
-                best.x,
-                best.y,
-                100.0 * best.score.edge,
-                100.0 * best.score.weakest
-            ),
-        });
-        return sighting;
-    }
-    sighting.ambiguous = objection;
-    sighting.world_from_object = Some(best.pose());
-    let inside = |p: &Vector2<f64>| p.x >= -0.5 && p.y >= -0.5 && p.x < w - 0.5 && p.y < h - 0.5;
-    let shown = |p: &&Vector2<f64>| inside(p) && !evidence.hidden.covers(**p);
-    sighting.key_points = match &placed {
+    sighting.key_points = match placed {
         // The contour's own key points, when they belong to this pose.
         Some(found)
             if sighting.way == Way::KeyPoints
                 || sighting.checks.apart.is_some_and(|a| a < 0.01) =>
         {
+            sighting.checks.measured = true;
             found.points.iter().map(|point| [point.pixel.x, point.pixel.y]).collect()
         }
-        _ => outline.key_points.iter().filter(shown).map(|p| [p.x, p.y]).collect(),
+        _ => {
+            let inside =
+                |p: &Vector2<f64>| p.x >= -0.5 && p.y >= -0.5 && p.x < w - 0.5 && p.y < h - 0.5;
+            let shown = |p: &&Vector2<f64>| inside(p) && !evidence.hidden.covers(**p);
+            outline.key_points.iter().filter(shown).map(|p| [p.x, p.y]).collect()
+        }
     };
     sighting.hull = outline.hull.iter().map(|p| [p.x, p.y]).collect();
     // The picture's own cut is the better mask when it is smooth and agrees with the solid.
     let agrees = sighting.checks.mask_iou.is_some_and(|iou| iou > 0.85);
     sighting.mask = own
+        .map(|own| own.mask)
         .filter(|own| agrees && Smoothness::of(own).is_some_and(|s| s.is_smooth()))
         .or(Some(silhouette));
-    sighting
+    (sighting, doubt)
 }
 
-/// Returns one standard deviation of a fit's position, m, and turn, rad.
-///
-/// What the fit would move by were the table's and the solid's height not believed shows how far the scene's
-/// numbers carry; a quarter of it is about what they cost on real photographs of a tube 3 % thinner than
-/// said.
-fn spread(best: &Candidate, object: &Object, doubt: Option<Doubt>) -> (f64, f64) {
+/// Returns one standard deviation of a fit's position, m, and turn, rad, were the scene right.
+fn spread(best: &Candidate, object: &Object) -> (f64, f64) {
     let turns = object.shape.symmetry() > 0.0;
     let Some(fit) = best.fit else {
         // Not fitted below the scoring's own step: a few pixels' worth.
@@ -209,78 +227,123 @@ fn spread(best: &Candidate, object: &Object, doubt: Option<Doubt>) -> (f64, f64)
     };
     let plane = fit.covariance.fixed_view::<2, 2>(0, 0).into_owned();
     let std = plane.symmetric_eigenvalues().max().max(0.0).sqrt();
-    let scene = doubt.map_or(0.0, |d| SCENE_SHARE * d.moved.min(0.05));
-    (std.hypot(scene), fit.covariance[(2, 2)].max(0.0).sqrt())
+    (std, fit.covariance[(2, 2)].max(0.0).sqrt())
 }
 
-/// The part of [`Doubt::moved`] that is taken for the scene's error.
-const SCENE_SHARE: f64 = 0.25;
 /// Support of the weakest part of an opaque outline at which a pose is as likely wrong as right: right poses
 /// have at least 0.56 on real photographs, those with a wrong height or table at most 0.45.
 const WEAK: f64 = 0.5;
 /// Share of the silhouette, in whole edges, that may show no edge.
 const MISSING: f64 = 0.12;
-/// Lift of the base that is more than a size known to 3 % explains, as a part of the distance to the eye.
-const LIFTED: f64 = 0.032;
+/// Share of the outline that must be in view for edges alone to name a thing.
+const IN_VIEW: f64 = 0.45;
 /// How far apart the two ways may put an object, m, and in standard deviations.
 const APART: (f64, f64) = (0.01, 3.0);
+/// How far off, m, a place may be before it is of no more use than none: what a gripper forgives.
+const OF_USE: f64 = 0.012;
 
-/// Lowers the confidence by what speaks against the pose, and says it.
-fn object_to(
-    sighting: &mut Sighting,
-    object: &Object,
-    eye: nalgebra::Vector3<f64>,
-) -> Option<String> {
-    let checks = sighting.checks;
-    let mut objection = None;
-    let [x, y, _] = checks.fit_place?;
-    // A clear thing's own edges are too faint and too many to judge the scene by.
-    if object.material == Material::Opaque {
-        if sighting.score.visible > 0.45 {
-            let weak = 1.0 / (1.0 + (-(sighting.score.weakest - WEAK) / 0.03).exp());
-            sighting.confidence *= weak;
-            if weak < 0.8 {
-                objection = Some(format!(
-                    "at ({x:.3}, {y:.3}) m a part of its outline has hardly an edge in the picture: {:.0} %; \
-                     check its size and the table's place in the scene",
-                    100.0 * sighting.score.weakest
-                ));
-            }
+/// Lowers the confidence by what an opaque thing's outline lacks in the picture, and says it.
+fn object_to(sighting: &mut Sighting, at: &Candidate) {
+    let score = at.score;
+    if score.visible > IN_VIEW {
+        let weak = 1.0 / (1.0 + (-(score.weakest - WEAK) / 0.03).exp());
+        sighting.confidence *= weak;
+        if weak < 0.8 {
+            sighting.reason = Some(format!(
+                "at ({:.3}, {:.3}) m a part of its outline has hardly an edge in the picture: {:.0} %; \
+                 check its size and the table's place in the scene",
+                at.x,
+                at.y,
+                100.0 * score.weakest
+            ));
         }
-        if let Some(doubt) = checks.doubt {
-            if doubt.missing > MISSING {
-                sighting.confidence *= 0.4;
-                objection = Some(format!(
-                    "at ({x:.3}, {y:.3}) m {:.0} % of its outline, whole edges, are not in the picture; \
-                     check its height and size in the scene",
-                    100.0 * doubt.missing
-                ));
-            }
-            let far = (eye - nalgebra::Vector3::new(x, y, 0.0)).norm();
-            if doubt.lift.abs() > (LIFTED * far).max(3.0 * doubt.lift_std) {
-                sighting.confidence *= 0.8;
-                objection = Some(format!(
-                    "by its size in the picture it stands {:.0} mm {} the table, or it is {:.0} % {} than said",
-                    1e3 * doubt.lift.abs(),
-                    if doubt.lift > 0.0 { "above" } else { "below" },
-                    100.0 * doubt.lift.abs() / far,
-                    if doubt.lift > 0.0 { "larger" } else { "smaller" },
-                ));
-            }
+    } else if score.colour.is_none() {
+        sighting.confidence *= (score.visible / IN_VIEW).powi(2);
+        sighting.reason = Some(format!(
+            "at ({:.3}, {:.3}) m only {:.0} % of its outline is in view, and it has no colour of its own; \
+             move it, or what hides it",
+            at.x,
+            at.y,
+            100.0 * score.visible
+        ));
+    }
+    if sighting.checks.missing > MISSING {
+        sighting.confidence *= 0.4;
+        sighting.reason = Some(format!(
+            "at ({:.3}, {:.3}) m {:.0} % of its outline, whole edges, are not in the picture; \
+             check its height and size in the scene",
+            at.x,
+            at.y,
+            100.0 * sighting.checks.missing
+        ));
+    }
+}
+
+/// Weighs what speaks against the scene, and decides whether the object is found.
+pub(super) fn conclude(
+    sighting: &mut Sighting,
+    doubt: Option<&Doubt>,
+    table: Option<&TableDoubt>,
+) {
+    let Some(pose) = sighting.world_from_object else { return };
+    if let Some(doubt) = doubt {
+        let meaning = doubt.meaning(table);
+        sighting.checks.meaning = meaning;
+        let scene = meaning.std();
+        sighting.std = sighting.std.hypot(scene);
+        sighting.confidence /= 1.0 + (scene / OF_USE).powi(2);
+        let far = 1e3 * scene;
+        if meaning.table > 0.5 && scene > 0.003 {
+            sighting.reason = Some(format!(
+                "by the sizes and edges of what stands on it the table is {:.0} mm {} and tilted otherwise \
+                 than the scene and the camera's pose say, so this place may be {far:.0} mm off; \
+                 calibrate the camera",
+                1e3 * meaning.lift.abs(),
+                if meaning.lift > 0.0 { "higher" } else { "lower" },
+            ));
+        } else if meaning.size > 0.5 && meaning.larger.iter().any(|l| l.abs() > 0.02) {
+            let [whole, height] = meaning.larger.map(|l| 100.0 * l);
+            sighting.reason = Some(format!(
+                "by its edges it is {:.0} % {} and {:.0} % {} than said, so its place may be {far:.0} mm off; \
+                 check its size in the scene",
+                whole.abs(),
+                if whole > 0.0 { "wider" } else { "narrower" },
+                (whole + height).abs(),
+                if whole + height > 0.0 { "taller" } else { "lower" },
+            ));
         }
     }
-    let sigma = sighting.std.hypot(checks.key_point_std);
-    if let Some(apart) = checks.apart
+    let sigma = sighting.std.hypot(sighting.checks.key_point_std);
+    if let Some(apart) = sighting.checks.apart
         && apart > APART.0.max(APART.1 * sigma)
     {
         sighting.confidence *= 0.6;
-        objection = Some(format!(
+        sighting.reason = Some(format!(
             "its contour's key points put it {:.0} mm from where its outline fits best; \
              clear the view, or check its size in the scene",
             1e3 * apart
         ));
     }
-    objection
+    sighting.found = sighting.confidence >= FOUND;
+    if sighting.found {
+        sighting.ambiguous = sighting.reason.take();
+    } else {
+        sighting.world_from_object = None;
+        sighting.mask = None;
+        sighting.key_points.clear();
+        sighting.hull.clear();
+        let at = pose.origin();
+        sighting.reason.get_or_insert_with(|| {
+            format!(
+                "the best place, ({:.3}, {:.3}) m, is not convincing: {:.0} % of the outline has an edge, \
+                 the weakest part {:.0} %",
+                at.x,
+                at.y,
+                100.0 * sighting.score.edge,
+                100.0 * sighting.score.weakest
+            )
+        });
+    }
 }
 
 /// Returns the silhouette without what is hidden as a mask of the picture's size.

@@ -23,7 +23,7 @@ use super::key_points::Refused;
 use super::outline::{ObjectPose, Projector};
 use super::picture::{Picture, Plane};
 use super::placement::{Candidate, Evidence, Hidden, Score, Window, assign, overlap};
-use super::refine::Doubt;
+use super::doubt::{Doubt, Meaning, TableDoubt};
 use super::segment::TableModel;
 use crate::world::{Camera, Object, Scene};
 
@@ -101,10 +101,10 @@ pub enum Way {
 pub struct Checks {
     /// Overlap of the picture's own cut with the silhouette of the pose; `None` when nothing was cut.
     pub mask_iou: Option<f64>,
-    /// Part of the silhouette that the cut lacks.
-    pub bite: f64,
-    /// What the cut has outside the silhouette, as a part of the silhouette.
-    pub leak: f64,
+    /// Share of the visible silhouette, by whole edges, that shows no edge in the picture.
+    pub missing: f64,
+    /// Whether the key points that are reported were measured on the contour.
+    pub measured: bool,
     /// Where the model fit alone puts the object: x and y in m, yaw in rad.
     pub fit_place: Option<[f64; 3]>,
     /// Where the key points alone put the object: x and y in m, yaw in rad.
@@ -115,8 +115,10 @@ pub struct Checks {
     pub apart: Option<f64>,
     /// Why the contour was of no use.
     pub refused: Option<Refused>,
-    /// What the edges say of the table's height and the object's.
-    pub doubt: Option<Doubt>,
+    /// Whether the contour was cut near the fit's outline, because the box alone gave none of use.
+    pub helped: bool,
+    /// What the edges say against the table's place and the object's size.
+    pub meaning: Meaning,
 }
 
 /// One object of the scene as the picture shows it.
@@ -228,7 +230,7 @@ pub fn see(
         chosen.iter().zip(&candidates).map(|(k, all)| k.map(|k| all[k])).collect();
     let eye = view.eye();
     let far = |c: &Candidate| (c.x - eye.x).hypot(c.y - eye.y);
-    let sightings = (0..objects.len())
+    let mut sightings: Vec<(Sighting, Option<Doubt>)> = (0..objects.len())
         .map(|i| {
             let mut hidden = bare.clone();
             if let Some(own) = best[i] {
@@ -256,8 +258,15 @@ pub fn see(
                 })
                 .copied()
                 .collect();
-            judge::judge(&picture, &view, objects[i], &evidence, best[i], &rivals)
+            judge::judge(&picture, &view, &scene.table, &evidence, best[i], &rivals)
         })
         .collect();
-    Ok(sightings)
+    // The table is one for all: what each says of it tells how far the others may be off.
+    let told: Vec<Doubt> =
+        sightings.iter().filter(|s| s.0.confidence >= FOUND).filter_map(|s| s.1).collect();
+    let table = TableDoubt::of(&told);
+    for (sighting, doubt) in &mut sightings {
+        judge::conclude(sighting, doubt.as_ref(), table.as_ref());
+    }
+    Ok(sightings.into_iter().map(|s| s.0).collect())
 }
