@@ -30,7 +30,7 @@ type Column = SVector<f64, N>;
 /// What nobody knows beforehand, m and rad: where it stands.
 const ANYWHERE: f64 = 1.0;
 /// How well sizes in a scene are known when they are right, relative.
-const SIZE: f64 = 0.012;
+const SIZE: f64 = 0.01;
 /// How far a size is off when it is wrong, relative: of the whole, and of the height alone.
 const WRONG_SIZE: [f64; 2] = [0.06, 0.2];
 /// How well the table is known when it is right, m and rad: a calibrated camera's pose.
@@ -38,9 +38,11 @@ const TABLE: [f64; 2] = [0.001, 0.002];
 /// How far it is off when it is wrong, m and rad.
 const WRONG_TABLE: [f64; 2] = [0.03, 0.05];
 /// How often a scene's table, and an object's size, are wrong, before anything is seen.
-const WRONG: f64 = 0.03;
+const WRONG: f64 = 0.1;
+/// Probability from which a wrong scene counts at all: what is hardly told from its prior is not evidence.
+const COUNTS: f64 = 0.25;
 /// How far off an edge may be as a whole, px: rounded rims, shadows at the foot; of a clear thing, its wall.
-const EDGE_PX: [f64; 2] = [0.6, 3.0];
+const EDGE_PX: [f64; 2] = [0.5, 3.0];
 /// What no edge point is better than, px.
 const FLOOR_PX: f64 = 0.3;
 /// How far from the outline edges are looked for, px.
@@ -55,6 +57,16 @@ pub struct Doubt {
     rhs: Column,
     /// Share of the visible silhouette, by whole edges, that shows no edge in the picture.
     pub missing: f64,
+}
+
+/// The edges explained under one prior.
+struct Explanation {
+    /// The most probable unknowns.
+    state: Column,
+    /// Variance of the place, both directions together, m².
+    variance: f64,
+    /// Logarithm of how well the prior foretold the edges, up to a constant.
+    evidence: f64,
 }
 
 /// What all objects together say of the table.
@@ -81,14 +93,18 @@ pub struct Meaning {
     pub by_size: f64,
     /// How much larger it would then be, relative: the whole, and its height beyond that.
     pub larger: [f64; 2],
-    /// Height of the table under the object were it wrong, m.
+    /// Height of the table's centre were the table wrong, m.
     pub lift: f64,
+    /// Its tilt, rad.
+    pub tilt: f64,
 }
 
 impl Meaning {
     /// Returns what the scene adds to the placement's standard deviation, m.
     pub fn std(&self) -> f64 {
-        (self.table * self.by_table.powi(2) + self.size * self.by_size.powi(2)).sqrt()
+        let counts = |p: f64| ((p - COUNTS) / (1.0 - COUNTS)).max(0.0);
+        let square = |p: f64, by: f64| counts(p) * by * by;
+        (square(self.table, self.by_table) + square(self.size, self.by_size)).sqrt()
     }
 }
 
@@ -184,65 +200,104 @@ impl Doubt {
         Some((information - Matrix3::identity(), vector))
     }
 
-    /// Returns the best state under a prior, and the logarithm of its evidence.
-    fn under(&self, precision: &Column) -> Option<(Column, f64)> {
+    /// Returns the same equations about a table that is elsewhere, and what that alone explains.
+    fn at(&self, table: &Vector3<f64>) -> (Self, f64) {
+        let mut off = Column::zeros();
+        off.fixed_rows_mut::<3>(3).copy_from(table);
+        let gained = self.rhs.dot(&off) - 0.5 * off.dot(&(self.normal * off));
+        (Self { rhs: self.rhs - self.normal * off, ..*self }, gained)
+    }
+
+    /// Returns the logarithm of how well a table explains the edges, whether the size is as said or not.
+    fn evidence(&self, table: &Vector3<f64>) -> Option<f64> {
+        let (there, gained) = self.at(table);
+        let right = there.under(&prior(TABLE, [SIZE; 2]))?.evidence;
+        let sized = there.under(&prior(TABLE, WRONG_SIZE))?.evidence;
+        Some(gained + right + (WRONG * (sized - right).min(50.0).exp()).ln_1p())
+    }
+
+    /// Explains the edges under a prior.
+    fn under(&self, precision: &Column) -> Option<Explanation> {
         let posterior = (self.normal + Square::from_diagonal(precision)).cholesky()?;
         let state = posterior.solve(&self.rhs);
         let occam = posterior.ln_determinant() - precision.iter().map(|p| p.ln()).sum::<f64>();
-        Some((state, 0.5 * self.rhs.dot(&state) - 0.5 * occam))
+        let inverse = posterior.inverse();
+        Some(Explanation {
+            state,
+            variance: inverse[(0, 0)] + inverse[(1, 1)],
+            evidence: 0.5 * self.rhs.dot(&state) - 0.5 * occam,
+        })
     }
 
-    /// Weighs the explanations for one object, given what all of them say of the table.
-    pub fn meaning(&self, table: Option<&TableDoubt>) -> Meaning {
-        let all = || {
-            let (right, as_said) = self.under(&prior(TABLE, [SIZE; 2]))?;
-            let (sized, by_size) = self.under(&prior(TABLE, WRONG_SIZE))?;
-            let place = |state: &Column| Vector2::new(state[0], state[1]);
-            let table_odds = table.map_or(0.0, |t| WRONG * t.evidence.clamp(-50.0, 50.0).exp());
-            let size_odds = WRONG * (by_size - as_said).clamp(-50.0, 50.0).exp();
-            // How the place follows the table with everything else at its best.
-            let (mut on_table, mut lift) = (Vector2::zeros(), 0.0);
-            if let Some(table) = table {
-                let own = (self.normal + Square::from_diagonal(&prior([1e-6; 2], [SIZE; 2])))
-                    .try_inverse()?;
-                let pull: SMatrix<f64, N, 3> = self.normal.fixed_view::<N, 3>(0, 3).into_owned();
-                let moved = own * (self.rhs - pull * table.off);
-                on_table = place(&moved);
-                lift = table.off.x;
-            }
-            let sum = 1.0 + table_odds + size_odds;
-            Some(Meaning {
-                table: table_odds / sum,
-                by_table: (on_table - place(&right)).norm(),
-                size: size_odds / sum,
-                by_size: (place(&sized) - place(&right)).norm(),
-                larger: [sized[6], sized[7]],
-                lift,
-            })
+    /// Weighs the explanations for one object, given what all of them say of the table; `height` is the
+    /// camera's above it, m.
+    pub fn meaning(&self, table: Option<&TableDoubt>, height: f64) -> Meaning {
+        self.weigh(table, height).unwrap_or_default()
+    }
+
+    fn weigh(&self, table: Option<&TableDoubt>, height: f64) -> Option<Meaning> {
+        let right = self.under(&prior(TABLE, [SIZE; 2]))?;
+        let sized = self.under(&prior(TABLE, WRONG_SIZE))?;
+        let odds = |evidence: f64| WRONG * evidence.clamp(-50.0, 50.0).exp();
+        let apart = |state: &Column| (state.xy() - right.state.xy()).norm();
+        let size_odds = odds(sized.evidence - right.evidence);
+        let mut meaning = Meaning {
+            by_size: apart(&sized.state).hypot((sized.variance - right.variance).max(0.0).sqrt()),
+            larger: [sized.state[6], sized.state[7]],
+            ..Meaning::default()
         };
-        all().unwrap_or_default()
+        let mut table_odds = 0.0;
+        if let Some(table) = table {
+            // How the place follows the table with everything else at its best.
+            let own = (self.normal + Square::from_diagonal(&prior([1e-6; 2], [SIZE; 2])))
+                .try_inverse()?;
+            let pull: SMatrix<f64, N, 3> = self.normal.fixed_view::<N, 3>(0, 3).into_owned();
+            let follows = -(own * pull).fixed_rows::<2>(0).into_owned();
+            let moved = own * (self.rhs - pull * table.off);
+            let spread = (follows * table.covariance * follows.transpose()).trace();
+            // A camera that is turned by as much as the table seems to be is also mistaken in where it
+            // looks, which no object shows.
+            let aside = table.off.yz().norm() * height;
+            meaning.by_table = (apart(&moved).powi(2) + spread + aside * aside).sqrt();
+            meaning.lift = table.off.x;
+            meaning.tilt = table.off.yz().norm();
+            table_odds = odds(table.evidence);
+        }
+        meaning.table = table_odds / (1.0 + table_odds);
+        meaning.size = (1.0 - meaning.table) * size_odds / (1.0 + size_odds);
+        Some(meaning)
     }
 }
 
 impl TableDoubt {
     /// Puts together what objects say of the table they stand on; `None` of none.
+    ///
+    /// One of them may be of another size than said and mislead the rest, so what all say and what each says
+    /// by itself are tried, lifted only or tilted too, and the best explanation of all edges is kept.
     pub fn of(doubts: &[Doubt]) -> Option<Self> {
         let told: Vec<_> = doubts.iter().filter_map(Doubt::on_table).collect();
-        if told.is_empty() {
-            return None;
-        }
-        let precision = |[lift, tilt]: [f64; 2]| Vector3::new(lift, tilt, tilt).map(|s| s.powi(-2));
-        let (information, vector) = told
-            .iter()
-            .fold((Matrix3::zeros(), Vector3::zeros()), |sum, t| (sum.0 + t.0, sum.1 + t.1));
-        let under = |precision: Vector3<f64>| {
-            let posterior = (information + Matrix3::from_diagonal(&precision)).cholesky()?;
-            let off = posterior.solve(&vector);
-            let occam = posterior.ln_determinant() - precision.iter().map(|p| p.ln()).sum::<f64>();
-            Some((off, posterior.inverse(), 0.5 * vector.dot(&off) - 0.5 * occam))
+        let all = |table: &Vector3<f64>| {
+            doubts.iter().map(|d| d.evidence(table)).sum::<Option<f64>>()
         };
-        let (_, _, as_said) = under(precision(TABLE))?;
-        let (off, covariance, wrong) = under(precision(WRONG_TABLE))?;
-        Some(Self { off, covariance, evidence: wrong - as_said })
+        let as_said = all(&Vector3::zeros())?;
+        let mut groups: Vec<(Matrix3<f64>, Vector3<f64>)> = told.clone();
+        groups.push(told.iter().fold((Matrix3::zeros(), Vector3::zeros()), |sum, t| {
+            (sum.0 + t.0, sum.1 + t.1)
+        }));
+        let mut best: Option<Self> = None;
+        for (information, vector) in groups {
+            for [lift, tilt] in [[WRONG_TABLE[0], TABLE[1]], WRONG_TABLE] {
+                let precision = Vector3::new(lift, tilt, tilt).map(|s| s.powi(-2));
+                let posterior = (information + Matrix3::from_diagonal(&precision)).cholesky()?;
+                let off = posterior.solve(&vector);
+                let occam = posterior.ln_determinant() - precision.map(f64::ln).sum();
+                let strained = off.component_mul(&precision).dot(&off);
+                let evidence = all(&off)? - as_said - 0.5 * (strained + occam);
+                if best.is_none_or(|b| evidence > b.evidence) {
+                    best = Some(Self { off, covariance: posterior.inverse(), evidence });
+                }
+            }
+        }
+        best
     }
 }

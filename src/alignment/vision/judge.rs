@@ -177,6 +177,8 @@ pub(super) fn judge(
             best.x, best.y, rival.x, rival.y
         ));
     }
+    // What looks like the thing tells of the table, whether or not its outline is whole.
+    let doubt = doubt.filter(|_| sighting.confidence >= FOUND);
     if object.material == Material::Opaque {
         object_to(&mut sighting, &best);
     }
@@ -239,8 +241,8 @@ const MISSING: f64 = 0.12;
 const IN_VIEW: f64 = 0.45;
 /// How far apart the two ways may put an object, m, and in standard deviations.
 const APART: (f64, f64) = (0.01, 3.0);
-/// How far off, m, a place may be before it is of no more use than none: what a gripper forgives.
-const OF_USE: f64 = 0.012;
+/// How far off, m, a place may be before it is as good as unknown: twice what a gripper forgives.
+const OF_USE: f64 = 0.025;
 
 /// Lowers the confidence by what an opaque thing's outline lacks in the picture, and says it.
 fn object_to(sighting: &mut Sighting, at: &Candidate) {
@@ -284,10 +286,11 @@ pub(super) fn conclude(
     sighting: &mut Sighting,
     doubt: Option<&Doubt>,
     table: Option<&TableDoubt>,
+    height: f64,
 ) {
     let Some(pose) = sighting.world_from_object else { return };
     if let Some(doubt) = doubt {
-        let meaning = doubt.meaning(table);
+        let meaning = doubt.meaning(table, height);
         sighting.checks.meaning = meaning;
         let scene = meaning.std();
         sighting.std = sighting.std.hypot(scene);
@@ -295,11 +298,12 @@ pub(super) fn conclude(
         let far = 1e3 * scene;
         if meaning.table > 0.5 && scene > 0.003 {
             sighting.reason = Some(format!(
-                "by the sizes and edges of what stands on it the table is {:.0} mm {} and tilted otherwise \
-                 than the scene and the camera's pose say, so this place may be {far:.0} mm off; \
-                 calibrate the camera",
+                "by the edges of what stands on it the table is {:.0} mm {} than the scene and the camera's \
+                 pose say, and tilted by {:.1} deg, so this place may be {far:.0} mm off; \
+                 calibrate the camera, or check sizes in the scene",
                 1e3 * meaning.lift.abs(),
                 if meaning.lift > 0.0 { "higher" } else { "lower" },
+                meaning.tilt.to_degrees(),
             ));
         } else if meaning.size > 0.5 && meaning.larger.iter().any(|l| l.abs() > 0.02) {
             let [whole, height] = meaning.larger.map(|l| 100.0 * l);

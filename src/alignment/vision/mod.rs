@@ -262,11 +262,10 @@ pub fn see(
         })
         .collect();
     // The table is one for all: what each says of it tells how far the others may be off.
-    let told: Vec<Doubt> =
-        sightings.iter().filter(|s| s.0.confidence >= FOUND).filter_map(|s| s.1).collect();
+    let told: Vec<Doubt> = sightings.iter().filter_map(|s| s.1).collect();
     let table = TableDoubt::of(&told);
     for (sighting, doubt) in &mut sightings {
-        judge::conclude(sighting, doubt.as_ref(), table.as_ref());
+        judge::conclude(sighting, doubt.as_ref(), table.as_ref(), eye.z);
     }
     Ok(sightings.into_iter().map(|s| s.0).collect())
 }
