@@ -37,8 +37,8 @@ const WRONG_SIZE: [f64; 2] = [0.06, 0.2];
 const TABLE: [f64; 2] = [0.001, 0.002];
 /// How far it is off when it is wrong, m and rad.
 const WRONG_TABLE: [f64; 2] = [0.03, 0.05];
-/// How often a scene's table, and an object's size, are wrong, before anything is seen.
-const WRONG: f64 = 0.1;
+/// How often an object's size, and a scene's table, are wrong, before anything is seen.
+const WRONG: [f64; 2] = [0.1, 0.2];
 /// Probability from which a wrong scene counts at all: what is hardly told from its prior is not evidence.
 const COUNTS: f64 = 0.25;
 /// How far off an edge may be as a whole, px: rounded rims, shadows at the foot; of a clear thing, its wall.
@@ -213,7 +213,7 @@ impl Doubt {
         let (there, gained) = self.at(table);
         let right = there.under(&prior(TABLE, [SIZE; 2]))?.evidence;
         let sized = there.under(&prior(TABLE, WRONG_SIZE))?.evidence;
-        Some(gained + right + (WRONG * (sized - right).min(50.0).exp()).ln_1p())
+        Some(gained + right + (WRONG[0] * (sized - right).min(50.0).exp()).ln_1p())
     }
 
     /// Explains the edges under a prior.
@@ -238,9 +238,9 @@ impl Doubt {
     fn weigh(&self, table: Option<&TableDoubt>, height: f64) -> Option<Meaning> {
         let right = self.under(&prior(TABLE, [SIZE; 2]))?;
         let sized = self.under(&prior(TABLE, WRONG_SIZE))?;
-        let odds = |evidence: f64| WRONG * evidence.clamp(-50.0, 50.0).exp();
+        let odds = |often: f64, evidence: f64| often * evidence.clamp(-50.0, 50.0).exp();
         let apart = |state: &Column| (state.xy() - right.state.xy()).norm();
-        let size_odds = odds(sized.evidence - right.evidence);
+        let size_odds = odds(WRONG[0], sized.evidence - right.evidence);
         let mut meaning = Meaning {
             by_size: apart(&sized.state).hypot((sized.variance - right.variance).max(0.0).sqrt()),
             larger: [sized.state[6], sized.state[7]],
@@ -261,7 +261,7 @@ impl Doubt {
             meaning.by_table = (apart(&moved).powi(2) + spread + aside * aside).sqrt();
             meaning.lift = table.off.x;
             meaning.tilt = table.off.yz().norm();
-            table_odds = odds(table.evidence);
+            table_odds = odds(WRONG[1], table.evidence);
         }
         meaning.table = table_odds / (1.0 + table_odds);
         meaning.size = (1.0 - meaning.table) * size_odds / (1.0 + size_odds);
@@ -270,6 +270,19 @@ impl Doubt {
 }
 
 impl TableDoubt {
+    /// Returns where the table is if it alone is to blame for what these objects' edges say.
+    pub fn to_blame(doubts: &[Doubt]) -> Option<Self> {
+        let [lift, tilt] = WRONG_TABLE;
+        let precision = Vector3::new(lift, tilt, tilt).map(|s| s.powi(-2));
+        let (mut information, mut vector) = (Matrix3::from_diagonal(&precision), Vector3::zeros());
+        for (own, told) in doubts.iter().filter_map(Doubt::on_table) {
+            information += own;
+            vector += told;
+        }
+        let covariance = information.try_inverse()?;
+        Some(Self { off: covariance * vector, covariance, evidence: 0.0 })
+    }
+
     /// Puts together what objects say of the table they stand on; `None` of none.
     ///
     /// One of them may be of another size than said and mislead the rest, so what all say and what each says

@@ -28,6 +28,9 @@ pub struct ObjectAnswer {
     /// Key points, px.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub key_points_px: Option<Vec<[f64; 2]>>,
+    /// `measured` when the key points are the contour's own, `projected` when they are the placed solid's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub key_points_are: Option<&'static str>,
     /// Its pose.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub world_from_object: Option<ObjectPose>,
@@ -64,6 +67,9 @@ impl Answer {
                 mask: if s.found { mask_path(s) } else { None },
                 bbox_px: s.found.then_some(s.bbox),
                 key_points_px: s.found.then(|| s.key_points.clone()),
+                key_points_are: s
+                    .found
+                    .then_some(if s.checks.measured { "measured" } else { "projected" }),
                 world_from_object: s.world_from_object,
                 std_m: s.found.then_some(s.std),
                 yaw_std_rad: s.found.then_some(s.yaw_std),

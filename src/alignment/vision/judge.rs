@@ -103,7 +103,7 @@ fn own_cut(
 }
 
 /// Fits the chosen candidate once more with what is hidden left out, asks the other way, and says how sure
-/// the picture leaves one; what it says against the scene is returned for [`conclude`].
+/// the picture leaves one; what it says against the scene is returned for [`weigh`].
 pub(super) fn judge(
     picture: &Picture,
     view: &Projector,
@@ -238,7 +238,7 @@ const WEAK: f64 = 0.5;
 /// Share of the silhouette, in whole edges, that may show no edge.
 const MISSING: f64 = 0.12;
 /// Share of the outline that must be in view for edges alone to name a thing.
-const IN_VIEW: f64 = 0.45;
+const IN_VIEW: f64 = 0.5;
 /// How far apart the two ways may put an object, m, and in standard deviations.
 const APART: (f64, f64) = (0.01, 3.0);
 /// How far off, m, a place may be before it is as good as unknown: twice what a gripper forgives.
@@ -247,7 +247,7 @@ const OF_USE: f64 = 0.025;
 /// Lowers the confidence by what an opaque thing's outline lacks in the picture, and says it.
 fn object_to(sighting: &mut Sighting, at: &Candidate) {
     let score = at.score;
-    if score.visible > IN_VIEW {
+    if score.visible > 0.9 * IN_VIEW {
         let weak = 1.0 / (1.0 + (-(score.weakest - WEAK) / 0.03).exp());
         sighting.confidence *= weak;
         if weak < 0.8 {
@@ -260,7 +260,7 @@ fn object_to(sighting: &mut Sighting, at: &Candidate) {
             ));
         }
     } else if score.colour.is_none() {
-        sighting.confidence *= (score.visible / IN_VIEW).powi(2);
+        sighting.confidence *= (score.visible / IN_VIEW).powi(3);
         sighting.reason = Some(format!(
             "at ({:.3}, {:.3}) m only {:.0} % of its outline is in view, and it has no colour of its own; \
              move it, or what hides it",
@@ -281,8 +281,8 @@ fn object_to(sighting: &mut Sighting, at: &Candidate) {
     }
 }
 
-/// Weighs what speaks against the scene, and decides whether the object is found.
-pub(super) fn conclude(
+/// Weighs what speaks against the scene, and how far the two ways are apart.
+pub(super) fn weigh(
     sighting: &mut Sighting,
     doubt: Option<&Doubt>,
     table: Option<&TableDoubt>,
@@ -328,26 +328,55 @@ pub(super) fn conclude(
             1e3 * apart
         ));
     }
-    sighting.found = sighting.confidence >= FOUND;
-    if sighting.found {
-        sighting.ambiguous = sighting.reason.take();
-    } else {
-        sighting.world_from_object = None;
-        sighting.mask = None;
-        sighting.key_points.clear();
-        sighting.hull.clear();
-        let at = pose.origin();
+}
+
+/// Takes into account that what others, or the object itself, are blamed for may be the table's fault.
+///
+/// `blamed` is where the table would then be.
+pub(super) fn suspect(
+    sighting: &mut Sighting,
+    doubt: Option<&Doubt>,
+    blamed: &TableDoubt,
+    height: f64,
+) {
+    let Some(doubt) = doubt else { return };
+    let far = doubt.meaning(Some(blamed), height).by_table;
+    sighting.std = sighting.std.hypot(far);
+    sighting.confidence /= 1.0 + (far / OF_USE).powi(2);
+    if far > 0.003 {
         sighting.reason.get_or_insert_with(|| {
             format!(
-                "the best place, ({:.3}, {:.3}) m, is not convincing: {:.0} % of the outline has an edge, \
-                 the weakest part {:.0} %",
-                at.x,
-                at.y,
-                100.0 * sighting.score.edge,
-                100.0 * sighting.score.weakest
+                "something on the table does not look as the scene says; if the table or the camera is not \
+                 where it is said to be, this place is {:.0} mm off",
+                1e3 * far
             )
         });
     }
+}
+
+/// Decides whether an object is found; what is not found has a reason and no place.
+pub(super) fn decide(sighting: &mut Sighting) {
+    let Some(pose) = sighting.world_from_object else { return };
+    sighting.found = sighting.confidence >= FOUND;
+    if sighting.found {
+        sighting.ambiguous = sighting.reason.take();
+        return;
+    }
+    sighting.world_from_object = None;
+    sighting.mask = None;
+    sighting.key_points.clear();
+    sighting.hull.clear();
+    let at = pose.origin();
+    sighting.reason.get_or_insert_with(|| {
+        format!(
+            "the best place, ({:.3}, {:.3}) m, is not convincing: {:.0} % of the outline has an edge, \
+             the weakest part {:.0} %",
+            at.x,
+            at.y,
+            100.0 * sighting.score.edge,
+            100.0 * sighting.score.weakest
+        )
+    });
 }
 
 /// Returns the silhouette without what is hidden as a mask of the picture's size.

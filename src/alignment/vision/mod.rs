@@ -265,7 +265,27 @@ pub fn see(
     let told: Vec<Doubt> = sightings.iter().filter_map(|s| s.1).collect();
     let table = TableDoubt::of(&told);
     for (sighting, doubt) in &mut sightings {
-        judge::conclude(sighting, doubt.as_ref(), table.as_ref(), eye.z);
+        judge::weigh(sighting, doubt.as_ref(), table.as_ref(), eye.z);
+    }
+    // One that looks as it should vouches for the table; without one, whoever does not look so may be right
+    // and the table wrong.
+    let sound = |s: &Sighting| s.confidence >= FOUND && s.checks.meaning.size < 0.5;
+    let odd: Vec<usize> = (0..sightings.len())
+        .filter(|&i| sightings[i].1.is_some() && !sound(&sightings[i].0))
+        .collect();
+    let blamed: Vec<Doubt> = odd.iter().filter_map(|&i| sightings[i].1).collect();
+    if let Some(blamed) = TableDoubt::to_blame(&blamed).filter(|_| !odd.is_empty()) {
+        let vouched: Vec<bool> = (0..sightings.len())
+            .map(|i| (0..sightings.len()).any(|j| j != i && sound(&sightings[j].0)))
+            .collect();
+        for ((sighting, doubt), vouched) in sightings.iter_mut().zip(vouched) {
+            if !vouched {
+                judge::suspect(sighting, doubt.as_ref(), &blamed, eye.z);
+            }
+        }
+    }
+    for (sighting, _) in &mut sightings {
+        judge::decide(sighting);
     }
     Ok(sightings.into_iter().map(|s| s.0).collect())
 }
