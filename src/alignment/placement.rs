@@ -16,6 +16,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use image::GrayImage;
 use nalgebra::Vector2;
+use rayon::prelude::*;
 
 use super::outline::{Kind, ObjectPose, Outline, Projector, inside_convex};
 use super::picture::{Level, Picture, Plane, lab, linear};
@@ -255,24 +256,22 @@ impl<'a> Evidence<'a> {
                 }
             })
         };
-        let mut all = Vec::new();
-        for x in steps(window.x) {
-            for y in steps(window.y) {
-                for k in 0..n_yaw {
-                    let yaw = k as f64 * GRID_YAW;
-                    let pose = ObjectPose::upright(x, y, 0.0, yaw);
-                    let score = self.score(&pose, 2, 5);
-                    if score.total > 0.05 {
-                        all.push(Candidate { x, y, yaw, score, fit: None });
-                    }
-                }
-            }
-        }
+        let columns: Vec<f64> = steps(window.x).collect();
+        let all: Vec<Candidate> = columns
+            .par_iter()
+            .flat_map_iter(|&x| {
+                let turns = move |y| (0..n_yaw).map(move |k| (y, k as f64 * GRID_YAW));
+                steps(window.y).flat_map(turns).filter_map(move |(y, yaw)| {
+                    let score = self.score(&ObjectPose::upright(x, y, 0.0, yaw), 2, 5);
+                    (score.total > 0.05).then_some(Candidate { x, y, yaw, score, fit: None })
+                })
+            })
+            .collect();
         let coarse = distinct(all, 40, 0.02, 0.3, symmetry);
         let finer: Vec<Candidate> =
-            coarse.iter().map(|c| self.climb(c, 1, 8, 0.008, 0.12)).collect();
+            coarse.par_iter().map(|c| self.climb(c, 1, 8, 0.008, 0.12)).collect();
         let finer = distinct(finer, 12, 0.012, 0.15, symmetry);
-        let fitted: Vec<Candidate> = finer.iter().map(|c| self.fit(c)).collect();
+        let fitted: Vec<Candidate> = finer.par_iter().map(|c| self.fit(c)).collect();
         distinct(fitted, 8, 0.012, 0.15, symmetry)
     }
 

@@ -16,6 +16,7 @@ mod judge;
 mod verify;
 
 use image::{GrayImage, RgbImage};
+use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error as ThisError;
 
@@ -219,7 +220,7 @@ pub fn see(
     let objects: Vec<&Object> = scene.objects.iter().collect();
     let bare = Hidden { mask: options.ignore.clone(), hulls: Vec::new() };
     let candidates: Vec<Vec<Candidate>> = objects
-        .iter()
+        .par_iter()
         .map(|object| {
             let window = options.windows.get(&object.name).copied().unwrap_or(everywhere);
             Evidence::new(&picture, &view, object, &change, bare.clone()).search(&window)
@@ -231,6 +232,7 @@ pub fn see(
     let eye = view.eye();
     let far = |c: &Candidate| (c.x - eye.x).hypot(c.y - eye.y);
     let mut sightings: Vec<(Sighting, Option<Doubt>)> = (0..objects.len())
+        .into_par_iter()
         .map(|i| {
             let mut hidden = bare.clone();
             if let Some(own) = best[i] {
@@ -267,19 +269,21 @@ pub fn see(
     for (sighting, doubt) in &mut sightings {
         judge::weigh(sighting, doubt.as_ref(), table.as_ref(), eye.z);
     }
-    // One that looks as it should vouches for the table; without one, whoever does not look so may be right
-    // and the table wrong.
-    let sound = |s: &Sighting| s.confidence >= FOUND && s.checks.meaning.size < 0.5;
-    let odd: Vec<usize> = (0..sightings.len())
-        .filter(|&i| sightings[i].1.is_some() && !sound(&sightings[i].0))
+    // Who does not look as said may be right and the table wrong, unless another that looks as it should
+    // vouches for the table.
+    let sound: Vec<bool> = sightings
+        .iter()
+        .map(|(s, _)| s.confidence >= FOUND && s.checks.meaning.size < 0.5)
         .collect();
-    let blamed: Vec<Doubt> = odd.iter().filter_map(|&i| sightings[i].1).collect();
-    if let Some(blamed) = TableDoubt::to_blame(&blamed).filter(|_| !odd.is_empty()) {
-        let vouched: Vec<bool> = (0..sightings.len())
-            .map(|i| (0..sightings.len()).any(|j| j != i && sound(&sightings[j].0)))
-            .collect();
-        for ((sighting, doubt), vouched) in sightings.iter_mut().zip(vouched) {
-            if !vouched {
+    let refused: Vec<bool> = sightings.iter().map(|(s, _)| s.confidence < FOUND).collect();
+    for i in 0..sightings.len() {
+        let vouched = (0..sound.len()).any(|j| j != i && sound[j]);
+        let odd = (0..refused.len()).any(|j| refused[j] && sightings[j].1.is_some()) || !sound[i];
+        if !vouched && odd {
+            let blamed: Vec<Doubt> =
+                (0..refused.len()).filter(|&j| j == i || refused[j]).filter_map(|j| sightings[j].1).collect();
+            if let Some(blamed) = TableDoubt::to_blame(&blamed) {
+                let (sighting, doubt) = &mut sightings[i];
                 judge::suspect(sighting, doubt.as_ref(), &blamed, eye.z);
             }
         }
