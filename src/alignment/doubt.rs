@@ -11,10 +11,7 @@
 //! Source: MacKay, *Information Theory, Inference, and Learning Algorithms*, 2003, ch. 28 (evidence, Occam
 //! factors); linear Gaussian throughout, with Tukey weights against edges of other things.
 
-use nalgebra::{
-    Matrix3, SMatrix, SVector, Translation3, UnitQuaternion,
-    Vector2, Vector3,
-};
+use nalgebra::{Matrix3, SMatrix, SVector, Translation3, UnitQuaternion, Vector3};
 
 use super::outline::{ObjectPose, Projector};
 use super::picture::{Picture, median};
@@ -289,14 +286,14 @@ impl TableDoubt {
     /// by itself are tried, lifted only or tilted too, and the best explanation of all edges is kept.
     pub fn of(doubts: &[Doubt]) -> Option<Self> {
         let told: Vec<_> = doubts.iter().filter_map(Doubt::on_table).collect();
-        let all = |table: &Vector3<f64>| {
-            doubts.iter().map(|d| d.evidence(table)).sum::<Option<f64>>()
-        };
+        let all =
+            |table: &Vector3<f64>| doubts.iter().map(|d| d.evidence(table)).sum::<Option<f64>>();
         let as_said = all(&Vector3::zeros())?;
         let mut groups: Vec<(Matrix3<f64>, Vector3<f64>)> = told.clone();
-        groups.push(told.iter().fold((Matrix3::zeros(), Vector3::zeros()), |sum, t| {
-            (sum.0 + t.0, sum.1 + t.1)
-        }));
+        groups.push(
+            told.iter()
+                .fold((Matrix3::zeros(), Vector3::zeros()), |sum, t| (sum.0 + t.0, sum.1 + t.1)),
+        );
         let mut best: Option<Self> = None;
         for (information, vector) in groups {
             for [lift, tilt] in [[WRONG_TABLE[0], TABLE[1]], WRONG_TABLE] {

@@ -18,9 +18,9 @@ use image::GrayImage;
 use nalgebra::Vector2;
 use rayon::prelude::*;
 
+use super::doubt::Doubt;
 use super::outline::{Kind, ObjectPose, Outline, Projector, inside_convex};
 use super::picture::{Level, Picture, Plane, lab, linear};
-use super::doubt::Doubt;
 use super::refine::{self, Fit};
 use crate::world::{Material, Object, Shape};
 

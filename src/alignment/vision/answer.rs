@@ -67,9 +67,11 @@ impl Answer {
                 mask: if s.found { mask_path(s) } else { None },
                 bbox_px: s.found.then_some(s.bbox),
                 key_points_px: s.found.then(|| s.key_points.clone()),
-                key_points_are: s
-                    .found
-                    .then_some(if s.checks.measured { "measured" } else { "projected" }),
+                key_points_are: s.found.then_some(if s.checks.measured {
+                    "measured"
+                } else {
+                    "projected"
+                }),
                 world_from_object: s.world_from_object,
                 std_m: s.found.then_some(s.std),
                 yaw_std_rad: s.found.then_some(s.yaw_std),

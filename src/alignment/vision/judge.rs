@@ -288,7 +288,9 @@ pub(super) fn weigh(
     table: Option<&TableDoubt>,
     height: f64,
 ) {
-    let Some(pose) = sighting.world_from_object else { return };
+    if sighting.world_from_object.is_none() {
+        return;
+    }
     if let Some(doubt) = doubt {
         let meaning = doubt.meaning(table, height);
         sighting.checks.meaning = meaning;

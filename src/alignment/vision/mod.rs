@@ -20,11 +20,11 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error as ThisError;
 
+use super::doubt::{Doubt, Meaning, TableDoubt};
 use super::key_points::Refused;
 use super::outline::{ObjectPose, Projector};
 use super::picture::{Picture, Plane};
 use super::placement::{Candidate, Evidence, Hidden, Score, Window, assign, overlap};
-use super::doubt::{Doubt, Meaning, TableDoubt};
 use super::segment::TableModel;
 use crate::world::{Camera, Object, Scene};
 
@@ -250,12 +250,16 @@ pub fn see(
                 }
             }
             let evidence = Evidence::new(&picture, &view, objects[i], &change, hidden);
-            // Places taken by the other objects are no rivals.
+            // Places that another object fills better are no rivals.
             let rivals: Vec<Candidate> = candidates[i]
                 .iter()
                 .filter(|c| {
                     best.iter().enumerate().all(|(j, other)| {
-                        j == i || other.is_none_or(|o| !overlap(objects[i], c, objects[j], &o))
+                        j == i
+                            || other.is_none_or(|o| {
+                                o.score.total < c.score.total
+                                    || !overlap(objects[i], c, objects[j], &o)
+                            })
                     })
                 })
                 .copied()
@@ -280,8 +284,10 @@ pub fn see(
         let vouched = (0..sound.len()).any(|j| j != i && sound[j]);
         let odd = (0..refused.len()).any(|j| refused[j] && sightings[j].1.is_some()) || !sound[i];
         if !vouched && odd {
-            let blamed: Vec<Doubt> =
-                (0..refused.len()).filter(|&j| j == i || refused[j]).filter_map(|j| sightings[j].1).collect();
+            let blamed: Vec<Doubt> = (0..refused.len())
+                .filter(|&j| j == i || refused[j])
+                .filter_map(|j| sightings[j].1)
+                .collect();
             if let Some(blamed) = TableDoubt::to_blame(&blamed) {
                 let (sighting, doubt) = &mut sightings[i];
                 judge::suspect(sighting, doubt.as_ref(), &blamed, eye.z);
