@@ -179,9 +179,7 @@ pub(super) fn judge(
     }
     // What looks like the thing tells of the table, whether or not its outline is whole.
     let doubt = doubt.filter(|_| sighting.confidence >= FOUND);
-    if object.material == Material::Opaque {
-        object_to(&mut sighting, &best);
-    }
+    object_to(&mut sighting, &best, object.material);
 
     let silhouette = fill(&outline, evidence, sighting.bbox, (w as u32, h as u32));
     if let Some(own) = &own {
@@ -232,9 +230,10 @@ fn spread(best: &Candidate, object: &Object) -> (f64, f64) {
     (std, fit.covariance[(2, 2)].max(0.0).sqrt())
 }
 
-/// Support of the weakest part of an opaque outline at which a pose is as likely wrong as right: right poses
-/// have at least 0.56 on real photographs, those with a wrong height or table at most 0.45.
-const WEAK: f64 = 0.5;
+/// Support of the weakest part of an outline at which a pose is as likely wrong as right. Of opaque things,
+/// right poses have at least 0.56 on real photographs, those with a wrong height or table at most 0.45. Of
+/// clear ones, whose edges come and go, a place inside something else has up to 0.3.
+const WEAK: [f64; 2] = [0.5, 0.4];
 /// Share of the silhouette, in whole edges, that may show no edge.
 const MISSING: f64 = 0.12;
 /// Share of the outline that must be in view for edges alone to name a thing.
@@ -244,11 +243,12 @@ const APART: (f64, f64) = (0.01, 3.0);
 /// How far off, m, a place may be before it is as good as unknown: twice what a gripper forgives.
 const OF_USE: f64 = 0.025;
 
-/// Lowers the confidence by what an opaque thing's outline lacks in the picture, and says it.
-fn object_to(sighting: &mut Sighting, at: &Candidate) {
+/// Lowers the confidence by what a thing's outline lacks in the picture, and says it.
+fn object_to(sighting: &mut Sighting, at: &Candidate, material: Material) {
     let score = at.score;
+    let clear = material == Material::Transparent;
     if score.visible > 0.9 * IN_VIEW {
-        let weak = 1.0 / (1.0 + (-(score.weakest - WEAK) / 0.03).exp());
+        let weak = 1.0 / (1.0 + (-(score.weakest - WEAK[usize::from(clear)]) / 0.03).exp());
         sighting.confidence *= weak;
         if weak < 0.8 {
             sighting.reason = Some(format!(
@@ -259,7 +259,7 @@ fn object_to(sighting: &mut Sighting, at: &Candidate) {
                 100.0 * score.weakest
             ));
         }
-    } else if score.colour.is_none() {
+    } else if score.colour.is_none() && !clear {
         sighting.confidence *= (score.visible / IN_VIEW).powi(3);
         sighting.reason = Some(format!(
             "at ({:.3}, {:.3}) m only {:.0} % of its outline is in view, and it has no colour of its own; \
@@ -269,7 +269,7 @@ fn object_to(sighting: &mut Sighting, at: &Candidate) {
             100.0 * score.visible
         ));
     }
-    if sighting.checks.missing > MISSING {
+    if sighting.checks.missing > MISSING && !clear {
         sighting.confidence *= 0.4;
         sighting.reason = Some(format!(
             "at ({:.3}, {:.3}) m {:.0} % of its outline, whole edges, are not in the picture; \
