@@ -267,6 +267,8 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         Error::Branch(_) => Failure::no("graph::no_branch", words),
         Error::NoScene(_) => Failure::input("scene::missing", words)
             .help("add a `scene` item, or leave `--scene` out to use the kitchen"),
+        Error::Robot(_) => Failure::input("scene::robot", words)
+            .help("`--stdlib DIR` adds `DIR/robots/NAME/NAME.urdf` and its `robot.toml`"),
         Error::Lab(_) => Failure::input("lab::settings", words),
         Error::Calibrate(_) => Failure::no("align::failed", words)
             .help("is the table in the picture, and do its dots match the scene's `marks`?"),
