@@ -298,7 +298,8 @@ pub(super) fn weigh(
         sighting.std = sighting.std.hypot(scene);
         sighting.confidence /= 1.0 + (scene / OF_USE).powi(2);
         let far = 1e3 * scene;
-        if meaning.table > 0.5 && scene > 0.003 {
+        // A deviation that grew has a reason that is told.
+        if scene > 0.003 && meaning.table * meaning.by_table >= meaning.size * meaning.by_size {
             sighting.reason = Some(format!(
                 "by the edges of what stands on it the table is {:.0} mm {} than the scene and the camera's \
                  pose say, and tilted by {:.1} deg, so this place may be {far:.0} mm off; \
