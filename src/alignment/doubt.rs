@@ -8,7 +8,7 @@
 //! said, table wrong, size wrong) are weighed by their evidence, and a placement is as uncertain as their
 //! mixture.
 //!
-//! Source: MacKay, *Information Theory, Inference, and Learning Algorithms*, 2003, ch. 28 (evidence, Occam
+//! Source: `MacKay`, *Information Theory, Inference, and Learning Algorithms*, 2003, ch. 28 (evidence, Occam
 //! factors); linear Gaussian throughout, with Tukey weights against edges of other things.
 
 use nalgebra::{Matrix3, SMatrix, SVector, Translation3, UnitQuaternion, Vector3};
