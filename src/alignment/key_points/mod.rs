@@ -1,9 +1,9 @@
 //! The paper's way: a mask's contour → key points → a solid on the table.
 //!
 //! The contour of a mask is moved onto the nearest edges of the picture. Of a cuboid its straight sides are
-//! grouped by the three directions they can have ([`cuboid`]): neighbours of different directions meet in
+//! grouped by the three directions they can have (`cuboid`): neighbours of different directions meet in
 //! corners, and the corners, seen on the table and at the known height, place the solid. Of a cylinder
-//! ([`cylinder`]) the two upright sides and the arcs of foot and rim, which are pictures of circles, place
+//! (`cylinder`) the two upright sides and the arcs of foot and rim, which are pictures of circles, place
 //! the axis. Shape and size are taken as known; where to cut is the caller's business, and the mask is all
 //! that is shared with the search of [`super::placement`], so that each can judge the other.
 //!
