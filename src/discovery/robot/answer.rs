@@ -177,7 +177,7 @@ pub fn investigate(
     let experiment = experiment(&gap, &outcome, options, robot);
     let mut finding = answer(gap, &outcome, options, notes);
     if let Some(next) = &mut finding.next_experiment {
-        next.why += &match &experiment {
+        let detail = match &experiment {
             Some(experiment) => format!(
                 "; in the motion proposed they differ by {} standard deviations",
                 significant(experiment.separation, 2)
@@ -186,6 +186,7 @@ pub fn investigate(
                      else, such as a second marker on the base or the table"
                 .into(),
         };
+        next.why.push_str(&detail);
     }
     Ok(Investigation { finding, traces, experiment: experiment.map(|experiment| experiment.csv) })
 }
