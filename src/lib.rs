@@ -18,6 +18,7 @@ pub mod twin;
 pub mod lab;
 pub mod execution;
 pub mod monitor;
+pub mod discovery;
 pub mod workcell;
 pub mod report;
 pub mod repl;

@@ -18,6 +18,8 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("lab", &["units", "world", "motion", "twin"]),
     ("execution", &["units", "language", "graph", "world", "alignment", "motion", "twin", "lab"]),
     ("monitor", &["units", "language", "graph", "world", "alignment", "execution"]),
+    // Sees recordings only: never `lab`, and of `execution` nothing yet.
+    ("discovery", &["units", "fit", "language", "world", "motion", "twin", "execution"]),
     ("workcell", &["*"]),
     ("report", &["*"]),
     ("repl", &["language", "graph", "workcell", "report"]),

@@ -1,0 +1,270 @@
+//! What an investigation found: the verdict, where the gap is, the effects, the shrink, what to do next.
+//!
+//! Data only: [`crate::discovery::investigate`] fills it in and the report words it for people. What serde
+//! makes of it is the JSON of `trueup gap --json`.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::vocabulary;
+
+/// The answer in one word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// One effect, with a name.
+    Named,
+    /// More than one effect, each with a name.
+    Several,
+    /// Several effects explain the data equally well.
+    Ambiguous,
+    /// Something is missing that has no name; at best there is a formula.
+    Unknown,
+    /// What is left is noise.
+    NothingMissing,
+}
+
+/// How much of the gap one channel carries.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Channel {
+    /// Its name: `tau_4`, `tcp_x`.
+    pub channel: String,
+    /// Root mean square of measured minus model, in its unit.
+    pub rms: f64,
+    /// Standard deviation of its noise, in its unit.
+    pub noise: f64,
+    /// SI unit of both.
+    pub unit: String,
+    /// Its part of everything beyond noise, 0 to 1.
+    pub share: f64,
+    /// The state, time or segment the residual follows most.
+    pub concentrated_in: String,
+}
+
+/// A number or a vector.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Value {
+    /// One number.
+    Number(f64),
+    /// One number per component.
+    Vector(Vec<f64>),
+}
+
+/// A fitted parameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Parameter {
+    /// Its value in SI.
+    pub value: Value,
+    /// One standard deviation, in the same unit.
+    pub std: Value,
+    /// Its SI unit; empty for a plain number.
+    pub unit: String,
+}
+
+/// How strongly the data speak for an effect.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Evidence {
+    /// Fall of the Bayesian information criterion on the data fitted, when this effect is added to all
+    /// the others; above 10 is usually called very strong.
+    pub delta_bic: f64,
+    /// The part of what is explainable on the held-out data that is lost when this effect is left out.
+    pub heldout_gain: f64,
+}
+
+/// Another explanation that was tried.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Alternative {
+    /// Its name.
+    pub name: String,
+    /// Where it would sit.
+    pub at: String,
+    /// How much worse its Bayesian information criterion is than that of the one chosen.
+    pub delta_bic: f64,
+    /// Why it was not chosen.
+    pub why_not: String,
+}
+
+/// An effect that was found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Effect {
+    /// Its name in the vocabulary.
+    pub name: String,
+    /// Where it sits.
+    pub at: String,
+    /// Its parameters.
+    pub parameters: BTreeMap<String, Parameter>,
+    /// How sure.
+    pub evidence: Evidence,
+    /// What it adds to the model, as an equation.
+    pub equation: String,
+    /// What else was considered.
+    pub alternatives: Vec<Alternative>,
+    /// Whether the data cannot tell it from another of the list.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub indistinguishable: bool,
+}
+
+/// A number on the data fitted and on the data held out.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Split {
+    /// On the data fitted.
+    pub train: f64,
+    /// On the data held out.
+    pub heldout: f64,
+}
+
+/// The size of the gap before and after.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Gap {
+    /// `nrmse`: root mean square of (measured - model) / noise, so that pure noise is 1.
+    pub metric: String,
+    /// Without the effects.
+    pub before: Split,
+    /// With them.
+    pub after: Split,
+    /// What pure noise would give.
+    pub noise_floor: f64,
+    /// `1 - after/before` on held-out data, noise taken out of both; 0 when there was no gap.
+    pub shrink_heldout: f64,
+}
+
+/// What would change in the model file.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct ModelChange {
+    /// The file, if one was given.
+    pub path: Option<String>,
+    /// The lines to add.
+    pub added: Vec<String>,
+    /// The change as a unified diff, empty without a file.
+    #[serde(default)]
+    pub diff: String,
+    /// Whether the file was changed.
+    #[serde(default)]
+    pub applied: bool,
+}
+
+/// What to measure next, and why.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NextExperiment {
+    /// Why it would settle the doubt.
+    pub why: String,
+    /// The file with the motion to command; `None` when no motion can settle it.
+    pub commands: Option<String>,
+}
+
+/// The smallest effect of a kind that would have been seen.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Visible {
+    /// Its name.
+    pub name: String,
+    /// Where.
+    pub at: String,
+    /// Which parameter.
+    pub parameter: String,
+    /// The least size that stands out, in `unit`.
+    pub least: f64,
+    /// SI unit.
+    pub unit: String,
+}
+
+/// The whole answer.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Finding {
+    /// In one word.
+    pub verdict: Verdict,
+    /// Where the gap is, largest share first.
+    #[serde(rename = "where")]
+    pub places: Vec<Channel>,
+    /// What is missing; the indistinguishable set when ambiguous, empty when nothing is.
+    pub effects: Vec<Effect>,
+    /// How much smaller the gap becomes.
+    pub gap: Gap,
+    /// The change to the model.
+    pub model: ModelChange,
+    /// What to measure next.
+    pub next_experiment: Option<NextExperiment>,
+    /// The verdict's reason, one sentence.
+    #[serde(default)]
+    pub reason: String,
+    /// What would have been seen if it were there: the power of the test.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub smallest_visible: Vec<Visible>,
+    /// What was assumed or left out, one sentence each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+}
+
+impl Gap {
+    /// Returns the gap from the four root mean squares, in units of noise.
+    pub fn of(before: Split, after: Split, noise_floor: f64) -> Self {
+        let beyond = |rms: f64| (rms * rms - noise_floor * noise_floor).max(0.0).sqrt();
+        let shrink_heldout = if beyond(before.heldout) > 0.0 {
+            1.0 - beyond(after.heldout) / beyond(before.heldout)
+        } else {
+            0.0
+        };
+        Self { metric: "nrmse".into(), before, after, noise_floor, shrink_heldout }
+    }
+}
+
+/// Groups the numbers of an effect as its kind does: a vector's components become one parameter.
+///
+/// `numbers` are (name, value, standard deviation, unit), in the order of [`vocabulary::Kind::numbers`] or
+/// a part of it; a component that is missing is 0. A name the kind does not know stays a number.
+pub fn grouped(kind: &str, numbers: &[(String, f64, f64, String)]) -> BTreeMap<String, Parameter> {
+    let mut grouped = BTreeMap::new();
+    let kinds = vocabulary::kind_named(kind).map_or(&[][..], |kind| kind.parameters);
+    for (name, value, std, unit) in numbers {
+        let vector = kinds.iter().find(|kind| kind.components.contains(&name.as_str()));
+        let Some(vector) = vector else {
+            let number = |value| Value::Number(value);
+            let parameter =
+                Parameter { value: number(*value), std: number(*std), unit: unit.clone() };
+            grouped.insert(name.clone(), parameter);
+            continue;
+        };
+        let zero = || Value::Vector(vec![0.0; vector.components.len()]);
+        let entry = grouped.entry(vector.name.to_owned()).or_insert_with(|| Parameter {
+            value: zero(),
+            std: zero(),
+            unit: unit.clone(),
+        });
+        if let Some(at) = vector.components.iter().position(|component| component == name)
+            && let (Value::Vector(values), Value::Vector(stds)) = (&mut entry.value, &mut entry.std)
+        {
+            (values[at], stds[at]) = (*value, *std);
+        }
+    }
+    grouped
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_noise_is_taken_out_of_the_shrink() {
+        let split = |heldout| Split { train: 0.0, heldout };
+        let perfect = Gap::of(split(5.0), split(1.0), 1.0);
+        assert!((perfect.shrink_heldout - 1.0).abs() < 1e-12);
+        let half = Gap::of(split(2.0_f64.hypot(1.0)), split(1.0_f64.hypot(1.0)), 1.0);
+        assert!((half.shrink_heldout - 0.5).abs() < 1e-12);
+        assert!(Gap::of(split(0.99), split(0.99), 1.0).shrink_heldout.abs() < 1e-12);
+    }
+
+    #[test]
+    fn components_become_a_vector() {
+        let number = |name: &str, value| (name.to_owned(), value, 0.1, "m".to_owned());
+        let grouped =
+            grouped("payload", &[number("mass", 0.5), number("com_x", 1.0), number("com_z", 3.0)]);
+        assert_eq!(grouped["com"].value, Value::Vector(vec![1.0, 0.0, 3.0]));
+        assert_eq!(grouped["mass"].value, Value::Number(0.5));
+    }
+
+    #[test]
+    fn a_verdict_is_one_lower_case_word_in_json() {
+        assert_eq!(serde_json::to_string(&Verdict::NothingMissing).unwrap(), "\"nothing_missing\"");
+    }
+}

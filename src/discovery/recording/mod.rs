@@ -1,0 +1,234 @@
+//! A recording: columns over time in SI, with what is known of the machine that made it.
+//!
+//! [`Recording::read`] takes the text of a CSV file and of the sidecar beside it; [`map`] renames columns.
+//! What is wrong with a file is an error that says which line and which column and what would help. A
+//! column nobody asks for may hold anything: its bad cells are told only by [`Recording::column`].
+//! Files are opened by the caller.
+
+pub mod map;
+pub mod noise;
+pub mod sidecar;
+mod table;
+
+use crate::units::{Dimension, Unit};
+
+pub use map::Map;
+pub use sidecar::Sidecar;
+
+/// What is wrong with a recording.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{what}")]
+pub struct Error {
+    /// What.
+    pub what: String,
+    /// Where: file, line, column.
+    pub place: String,
+    /// What would help.
+    pub help: String,
+}
+
+impl Error {
+    pub(super) fn new(
+        what: impl Into<String>,
+        place: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Self {
+        Self { what: what.into(), place: place.into(), help: help.into() }
+    }
+}
+
+/// A cell that is not a finite number.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BadCell {
+    /// Line of the file, from 1.
+    pub line: usize,
+    /// As written.
+    pub text: String,
+}
+
+/// One column of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// Its name, after renaming.
+    pub name: String,
+    /// Its unit, as the header or the map gave it; `None` when neither did.
+    pub unit: Option<Unit>,
+    /// Its values in SI, one per row; NaN where a cell is bad.
+    pub values: Vec<f64>,
+    /// The first cell that is not a finite number.
+    pub bad: Option<BadCell>,
+}
+
+/// A stretch of time with a name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Segment {
+    /// Its name.
+    pub name: String,
+    /// Its begin, s.
+    pub from: f64,
+    /// Its end, s.
+    pub to: f64,
+}
+
+/// Measured data over time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recording {
+    /// The file's name, for messages.
+    pub name: String,
+    /// When each row was taken, s; strictly increasing.
+    pub time: Vec<f64>,
+    /// Every column but time, in the file's order.
+    pub columns: Vec<Column>,
+    /// What is known of the machine.
+    pub sidecar: Sidecar,
+    /// What was assumed or left out, one sentence each.
+    pub notes: Vec<String>,
+}
+
+impl Recording {
+    /// Reads a recording: the text of its CSV file, of the sidecar beside it if there is one, and how
+    /// the columns are to be called.
+    ///
+    /// # Errors
+    ///
+    /// An [`Error`] for a text that is not a table, has fewer than three rows, no time column, a time
+    /// that is not finite or does not increase, two columns of one name, a unit that does not exist or
+    /// cannot be a time, or a sidecar that is not one.
+    pub fn read(
+        name: &str,
+        csv: &str,
+        sidecar: Option<(&str, &str)>,
+        map: &Map,
+    ) -> Result<Self, Error> {
+        let sidecar = match sidecar {
+            Some((name, text)) => Sidecar::read(name, text)?,
+            None => Sidecar::default(),
+        };
+        table::read(name, csv, sidecar, map)
+    }
+
+    /// Returns the number of rows.
+    pub fn n_rows(&self) -> usize {
+        self.time.len()
+    }
+
+    /// Returns the time from the first row to the last, s.
+    pub fn duration(&self) -> f64 {
+        self.time[self.n_rows() - 1] - self.time[0]
+    }
+
+    /// Returns the most common step of time (the median), s.
+    pub fn step(&self) -> f64 {
+        let mut steps: Vec<f64> = self.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        steps[steps.len() / 2]
+    }
+
+    /// Returns whether there is a column of that name.
+    pub fn has(&self, name: &str) -> bool {
+        self.columns.iter().any(|column| column.name == name)
+    }
+
+    /// Returns the values of a column in SI, of the given dimension.
+    ///
+    /// A header without a unit is taken to be in SI.
+    ///
+    /// # Errors
+    ///
+    /// An [`Error`] if there is no such column, its unit measures something else, or a cell of it is not
+    /// a finite number.
+    pub fn column(&self, name: &str, dimension: Dimension) -> Result<&[f64], Error> {
+        let Some(column) = self.columns.iter().find(|column| column.name == name) else {
+            let known: Vec<&str> =
+                self.columns.iter().map(|column| column.name.as_str()).take(40).collect();
+            return Err(Error::new(
+                format!("there is no column `{name}`"),
+                &self.name,
+                format!(
+                    "the file has {}; `--map 'THEIRS={name}[{}]'` renames one",
+                    known.join(", "),
+                    dimension.si()
+                ),
+            ));
+        };
+        if let Some(unit) = column.unit
+            && unit.dimension != dimension
+        {
+            return Err(Error::new(
+                format!(
+                    "column `{name}` is in {}, but it must be {}",
+                    unit.dimension.si(),
+                    dimension.words()
+                ),
+                format!("{}:1, column `{name}`", self.name),
+                format!("write `{name}[{}]`, or correct it with `--map`", dimension.si()),
+            ));
+        }
+        if let Some(bad) = &column.bad {
+            return Err(Error::new(
+                format!("`{}` is not a finite number", bad.text),
+                format!("{}:{}, column `{name}`", self.name, bad.line),
+                "leave such rows out, or fill them from their neighbours if you know that is right",
+            ));
+        }
+        Ok(&column.values)
+    }
+
+    /// Returns the columns `stem_1` to `stem_n`, or `None` if there is not one of them.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::column`], and if some of the `n` are there and others are not.
+    pub fn group(
+        &self,
+        stem: &str,
+        n: usize,
+        dimension: Dimension,
+    ) -> Result<Option<Vec<&[f64]>>, Error> {
+        let name = |i: usize| format!("{stem}_{i}");
+        if (1..=n).all(|i| !self.has(&name(i))) {
+            return Ok(None);
+        }
+        (1..=n).map(|i| self.column(&name(i), dimension)).collect::<Result<_, _>>().map(Some)
+    }
+
+    /// Returns how many columns `stem_1`, `stem_2`, … follow each other without a gap.
+    pub fn group_len(&self, stem: &str) -> usize {
+        (1..).take_while(|i| self.has(&format!("{stem}_{i}"))).count()
+    }
+
+    /// Splits off the last part of the rows, `fraction` of them: (to fit, to hold out).
+    ///
+    /// # Errors
+    ///
+    /// An [`Error`] if one of the two would have fewer than three rows.
+    pub fn split(&self, fraction: f64) -> Result<(Self, Self), Error> {
+        let n = self.n_rows();
+        let cut = ((n as f64) * (1.0 - fraction)).round() as usize;
+        if cut < 3 || n < cut + 3 {
+            return Err(Error::new(
+                format!("{n} rows cannot be split into data to fit and data to hold out"),
+                &self.name,
+                "record for longer, or give a second recording",
+            ));
+        }
+        let part = |from: usize, to: usize, what: &str| {
+            let columns = self.columns.iter().map(|column| Column {
+                values: column.values[from..to].to_vec(),
+                name: column.name.clone(),
+                unit: column.unit,
+                bad: column.bad.clone(),
+            });
+            Self {
+                name: format!("{} ({what})", self.name),
+                time: self.time[from..to].to_vec(),
+                columns: columns.collect(),
+                sidecar: self.sidecar.clone(),
+                notes: Vec::new(),
+            }
+        };
+        let mut train = part(0, cut, "first part");
+        train.notes.clone_from(&self.notes);
+        Ok((train, part(cut, n, "last part")))
+    }
+}

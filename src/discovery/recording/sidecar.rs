@@ -1,0 +1,204 @@
+//! `RECORDING.json`: what is known of the machine that made a recording. Every key is optional.
+
+use serde::Deserialize;
+
+use super::{Error, Segment};
+
+/// Which side of the gear the torque is measured on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TorqueSensor {
+    /// Current times motor constant: friction and rotor inertia are in it.
+    #[default]
+    Motor,
+    /// Past the gear: they are not.
+    Link,
+}
+
+/// A joint controller: `tau = kp (q_cmd - q) + kd (dq_cmd - dq) + gravity(q_cmd)`, clipped.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Controller {
+    /// Its kind: `pd_with_gravity`, or `pd` without the gravity term.
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// Gain on position, N·m/rad.
+    pub kp_nm_per_rad: Vec<f64>,
+    /// Gain on speed, N·m·s/rad.
+    pub kd_nm_s_per_rad: Vec<f64>,
+    /// Largest torque, N·m; none if empty.
+    #[serde(default)]
+    pub torque_limit_nm: Vec<f64>,
+    /// How often it runs, Hz.
+    #[serde(default = "usual_rate")]
+    pub rate_hz: f64,
+}
+
+fn usual_rate() -> f64 {
+    1000.0
+}
+
+/// One standard deviation for all, or one each.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(untagged)]
+pub enum PerChannel {
+    /// The same for every channel.
+    One(f64),
+    /// One per channel.
+    Each(Vec<f64>),
+}
+
+impl PerChannel {
+    /// Returns the value of a channel, counted from 0.
+    pub fn of(&self, channel: usize) -> Option<f64> {
+        match self {
+            Self::One(value) => Some(*value),
+            Self::Each(values) => values.get(channel).copied(),
+        }
+    }
+
+    fn values(&self) -> &[f64] {
+        match self {
+            Self::One(value) => std::slice::from_ref(value),
+            Self::Each(values) => values,
+        }
+    }
+}
+
+/// Standard deviations of the sensors' noise.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(default)]
+pub struct NoiseLevels {
+    /// Of joint positions, rad.
+    pub q_rad: Option<PerChannel>,
+    /// Of joint speeds, rad/s.
+    pub dq_rad_s: Option<PerChannel>,
+    /// Of joint torques, N·m.
+    pub tau_nm: Option<PerChannel>,
+    /// Of the tip's position, m.
+    pub tcp_m: Option<PerChannel>,
+}
+
+/// What is known of the machine.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Sidecar {
+    /// A robot of the stdlib, or a URDF file.
+    pub robot: Option<String>,
+    /// The link whose position `tcp_*` is.
+    pub tip: Option<String>,
+    /// Which side of the gear `tau_*` is measured on.
+    pub torque_sensor: TorqueSensor,
+    /// Gravity, m/s².
+    pub gravity: Option<f64>,
+    /// Rotor inertia of each joint as seen at the joint, kg·m².
+    pub armature: Vec<f64>,
+    /// The controller, if known.
+    pub controller: Option<Controller>,
+    /// Noise of the sensors.
+    pub noise: NoiseLevels,
+    /// Step of the encoders, rad.
+    pub encoder_step: Option<f64>,
+    /// Stretches of time with a name.
+    pub segments: Vec<Segment>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+struct Raw {
+    robot: Option<String>,
+    tip: Option<String>,
+    torque_sensor: TorqueSensor,
+    gravity_m_s2: Option<f64>,
+    armature_kg_m2: Option<PerChannel>,
+    controller: Option<Controller>,
+    noise: NoiseLevels,
+    encoder_step_rad: Option<f64>,
+    segments: Vec<RawSegment>,
+}
+
+#[derive(Deserialize)]
+struct RawSegment {
+    name: String,
+    from_s: f64,
+    to_s: f64,
+}
+
+impl Sidecar {
+    /// Reads the JSON text of a sidecar. Keys it does not know are left alone.
+    ///
+    /// # Errors
+    ///
+    /// An [`Error`] for text that is not JSON, a value of the wrong type, a gain or noise that is
+    /// negative or not finite.
+    pub fn read(name: &str, text: &str) -> Result<Self, Error> {
+        let wrong = |what: String| {
+            Error::new(
+                what,
+                name,
+                "every key may be left out; see the README's section on recordings for their form",
+            )
+        };
+        let raw: Raw = serde_json::from_str(text)
+            .map_err(|error| wrong(format!("not a recording's sidecar: {error}")))?;
+        let levels = [
+            ("noise.q_rad", &raw.noise.q_rad),
+            ("noise.dq_rad_s", &raw.noise.dq_rad_s),
+            ("noise.tau_nm", &raw.noise.tau_nm),
+            ("noise.tcp_m", &raw.noise.tcp_m),
+            ("armature_kg_m2", &raw.armature_kg_m2),
+        ];
+        for (key, level) in levels {
+            let values = level.as_ref().map_or(&[][..], PerChannel::values);
+            if let Some(value) = values.iter().find(|value| !value.is_finite() || **value < 0.0) {
+                return Err(wrong(format!("`{key}` is {value}; it must not be negative")));
+            }
+        }
+        if let Some(controller) = &raw.controller {
+            let gains = [
+                ("kp_nm_per_rad", &controller.kp_nm_per_rad),
+                ("kd_nm_s_per_rad", &controller.kd_nm_s_per_rad),
+                ("torque_limit_nm", &controller.torque_limit_nm),
+            ];
+            for (key, values) in gains {
+                if let Some(value) = values.iter().find(|v| !v.is_finite() || **v < 0.0) {
+                    return Err(wrong(format!(
+                        "`controller.{key}` holds {value}; it must not be negative"
+                    )));
+                }
+            }
+            if controller.kp_nm_per_rad.len() != controller.kd_nm_s_per_rad.len() {
+                return Err(wrong("`controller` has unequal numbers of kp and kd".into()));
+            }
+            if !(controller.rate_hz.is_finite() && controller.rate_hz > 0.0) {
+                let rate = controller.rate_hz;
+                return Err(wrong(format!("`controller.rate_hz` is {rate}; it must be above 0")));
+            }
+        }
+        if let Some(g) = raw.gravity_m_s2
+            && !g.is_finite()
+        {
+            return Err(wrong("`gravity_m_s2` is not a number".into()));
+        }
+        let segments = raw
+            .segments
+            .into_iter()
+            .map(|s| Segment { name: s.name, from: s.from_s, to: s.to_s })
+            .collect();
+        let armature = match raw.armature_kg_m2 {
+            None => Vec::new(),
+            // More joints than any arm has; each takes what it needs.
+            Some(PerChannel::One(value)) => vec![value; 64],
+            Some(PerChannel::Each(values)) => values,
+        };
+        Ok(Self {
+            robot: raw.robot,
+            tip: raw.tip,
+            torque_sensor: raw.torque_sensor,
+            gravity: raw.gravity_m_s2,
+            armature,
+            controller: raw.controller,
+            noise: raw.noise,
+            encoder_step: raw.encoder_step_rad,
+            segments,
+        })
+    }
+}

@@ -1,0 +1,524 @@
+//! The names of what a twin can lack: kind, where it may sit, its parameters with units.
+//!
+//! One table, [`KINDS`]. A model file holds an effect as `name(at) { parameter = value unit }`, `gap`
+//! names it, JSON prints it: all three take their words from here. How an effect acts on a motion is
+//! the business of whoever simulates it ([`super::robot`] for arms, `equation` for models).
+//!
+//! Where the field has a name, it is the field's name: Olsson et al., "Friction Models and Friction
+//! Compensation", 1998 (friction); Brown 1966 (lenses); Bouc 1967, Wen 1976 (hysteresis).
+
+/// Where an effect may sit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Seat {
+    /// `joint_n`.
+    Joint,
+    /// The name of a link, or `tool` for what is mounted on the last one.
+    Link,
+    /// `robot`: all of it.
+    Robot,
+    /// `base`.
+    Base,
+    /// `tool`.
+    Tool,
+    /// A measured channel: `q`, `dq`, `tau`, `tcp`.
+    Channel,
+    /// A camera or tracker.
+    Camera,
+    /// The table.
+    Table,
+    /// An object of the scene.
+    Object,
+    /// The gripper.
+    Gripper,
+    /// A state of a model.
+    State,
+    /// An input of a model.
+    Input,
+    /// An output of a model.
+    Output,
+    /// Anywhere at all.
+    Anywhere,
+}
+
+/// One parameter of a kind of effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ParameterKind {
+    /// Its name.
+    pub name: &'static str,
+    /// Its SI unit as the language writes it; empty for a plain number, `?` where it depends on the
+    /// state or output it sits at.
+    pub unit: &'static str,
+    /// The names of its components in a model file when it is a vector; empty for a number.
+    pub components: &'static [&'static str],
+}
+
+/// A kind of effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Kind {
+    /// Its name, for ever.
+    pub name: &'static str,
+    /// Where it may sit.
+    pub seats: &'static [Seat],
+    /// Its parameters.
+    pub parameters: &'static [ParameterKind],
+    /// What it does, in words.
+    pub does: &'static str,
+    /// How it shows in a residual.
+    pub shows: &'static str,
+}
+
+const fn number(name: &'static str, unit: &'static str) -> ParameterKind {
+    ParameterKind { name, unit, components: &[] }
+}
+
+const COM: ParameterKind =
+    ParameterKind { name: "com", unit: "m", components: &["com_x", "com_y", "com_z"] };
+const XYZ: ParameterKind = ParameterKind { name: "xyz", unit: "m", components: &["x", "y", "z"] };
+const RPY: ParameterKind =
+    ParameterKind { name: "rpy", unit: "rad", components: &["roll", "pitch", "yaw"] };
+
+const fn kind(
+    name: &'static str,
+    seats: &'static [Seat],
+    parameters: &'static [ParameterKind],
+    does: &'static str,
+    shows: &'static str,
+) -> Kind {
+    Kind { name, seats, parameters, does, shows }
+}
+
+/// Every effect that has a name.
+pub const KINDS: &[Kind] = &[
+    // Robot: effort.
+    kind(
+        "coulomb_friction",
+        &[Seat::Joint, Seat::State],
+        &[number("torque", "N*m")],
+        "friction of constant size against the motion",
+        "a two-level square with sign(dq)",
+    ),
+    kind(
+        "viscous_friction",
+        &[Seat::Joint, Seat::State],
+        &[number("coefficient", "N*m*s/rad")],
+        "friction that grows with speed",
+        "proportional to dq",
+    ),
+    kind(
+        "quadratic_friction",
+        &[Seat::Joint, Seat::State],
+        &[number("coefficient", "N*m*s^2/rad^2")],
+        "friction that grows with the square of speed",
+        "grows with dq*abs(dq)",
+    ),
+    kind(
+        "stribeck_friction",
+        &[Seat::Joint, Seat::State],
+        &[number("torque", "N*m"), number("stiction", "N*m"), number("velocity", "rad/s")],
+        "friction with a peak at breakaway that dies with speed",
+        "largest just above standstill",
+    ),
+    kind(
+        "asymmetric_friction",
+        &[Seat::Joint, Seat::State],
+        &[number("forward", "N*m"), number("backward", "N*m")],
+        "friction that differs with direction",
+        "two levels that are not symmetric about 0",
+    ),
+    kind(
+        "payload",
+        &[Seat::Link, Seat::Tool],
+        &[number("mass", "kg"), COM],
+        "a mass nobody modelled",
+        "gravity and inertia of one point mass over all joints before it",
+    ),
+    kind(
+        "armature",
+        &[Seat::Joint],
+        &[number("inertia", "kg*m^2")],
+        "rotor inertia",
+        "proportional to ddq of that joint",
+    ),
+    kind(
+        "base_tilt",
+        &[Seat::Base],
+        &[number("roll", "rad"), number("pitch", "rad")],
+        "the base is tilted, so gravity is not along its -z",
+        "like a turned gravity vector",
+    ),
+    kind(
+        "torque_offset",
+        &[Seat::Joint],
+        &[number("torque", "N*m")],
+        "bias of the torque sensor",
+        "constant",
+    ),
+    kind(
+        "torque_gain",
+        &[Seat::Joint],
+        &[number("gain", "")],
+        "scale error of the torque sensor or the motor constant",
+        "proportional to the predicted torque",
+    ),
+    kind(
+        "torque_drift",
+        &[Seat::Joint],
+        &[number("rate", "N*m/s")],
+        "bias of the torque sensor that grows",
+        "proportional to t",
+    ),
+    kind(
+        "torque_ripple",
+        &[Seat::Joint],
+        &[number("amplitude", "N*m"), number("order", ""), number("phase", "rad")],
+        "torque periodic in the joint angle",
+        "periodic in q",
+    ),
+    // Robot: motion.
+    kind(
+        "joint_compliance",
+        &[Seat::Joint],
+        &[number("compliance", "rad/(N*m)")],
+        "a gear that gives between encoder and link",
+        "the tip sags with load; the encoder does not see it",
+    ),
+    kind(
+        "servo_sag",
+        &[Seat::Joint],
+        &[number("compliance", "rad/(N*m)")],
+        "a position loop of finite gain",
+        "q - q_cmd proportional to the load torque",
+    ),
+    kind(
+        "backlash",
+        &[Seat::Joint],
+        &[number("width", "rad")],
+        "play between encoder and link",
+        "the tip shifts when the load changes sign",
+    ),
+    kind(
+        "command_delay",
+        &[Seat::Robot],
+        &[number("delay", "s")],
+        "commands act late",
+        "every tracking residual is a shift in time",
+    ),
+    kind(
+        "actuator_gain",
+        &[Seat::Joint],
+        &[number("gain", "")],
+        "the drive delivers gain times the torque asked for",
+        "asked torque and model differ by a factor",
+    ),
+    kind(
+        "saturation",
+        &[Seat::Joint],
+        &[number("limit", "N*m")],
+        "the drive's torque is clipped",
+        "only above a level",
+    ),
+    kind(
+        "sensor_delay",
+        &[Seat::Channel],
+        &[number("delay", "s")],
+        "a channel is late",
+        "that channel alone is shifted in time",
+    ),
+    kind(
+        "encoder_quantization",
+        &[Seat::Joint],
+        &[number("step", "rad")],
+        "an encoder with coarse steps",
+        "a saw-tooth in q",
+    ),
+    // Robot: geometry.
+    kind(
+        "joint_zero_offset",
+        &[Seat::Joint],
+        &[number("angle", "rad")],
+        "the joint stands at encoder + angle",
+        "tip error as J_j(q)*angle",
+    ),
+    kind(
+        "link_length",
+        &[Seat::Joint, Seat::Link],
+        &[number("dx", "m"), number("dy", "m"), number("dz", "m")],
+        "a dimension of the link is off",
+        "tip error fixed in that link's frame",
+    ),
+    kind(
+        "tool_offset",
+        &[Seat::Tool],
+        &[number("dx", "m"), number("dy", "m"), number("dz", "m")],
+        "the tip is elsewhere in the flange frame",
+        "tip error fixed in the flange frame",
+    ),
+    kind(
+        "base_shift",
+        &[Seat::Base],
+        &[XYZ, RPY],
+        "the arm stands elsewhere",
+        "tip error is one rigid transform",
+    ),
+    // Camera.
+    kind(
+        "radial_distortion",
+        &[Seat::Camera],
+        &[number("k1", ""), number("k2", "")],
+        "barrel or pincushion",
+        "radial, grows as r^3",
+    ),
+    kind(
+        "tangential_distortion",
+        &[Seat::Camera],
+        &[number("p1", ""), number("p2", "")],
+        "a decentred lens",
+        "as in Brown's model",
+    ),
+    kind(
+        "focal_error",
+        &[Seat::Camera],
+        &[number("fx_scale", ""), number("fy_scale", "")],
+        "the focal length is off",
+        "linear in image coordinates",
+    ),
+    kind(
+        "principal_point_shift",
+        &[Seat::Camera],
+        &[number("du", "px"), number("dv", "px")],
+        "the centre of the picture is off",
+        "constant",
+    ),
+    kind(
+        "camera_shift",
+        &[Seat::Camera],
+        &[XYZ, RPY],
+        "the camera or tracker stands elsewhere than assumed",
+        "one rigid transform of all it sees",
+    ),
+    kind(
+        "table_tilt",
+        &[Seat::Table],
+        &[number("roll", "rad"), number("pitch", "rad"), number("height", "m")],
+        "the plane is not where it was assumed",
+        "back-projected points are off along the ray",
+    ),
+    kind(
+        "image_delay",
+        &[Seat::Camera],
+        &[number("delay", "s")],
+        "old pictures",
+        "object error along its velocity",
+    ),
+    kind(
+        "rolling_shutter",
+        &[Seat::Camera],
+        &[number("row_time", "s")],
+        "rows are read in turn",
+        "proportional to v times velocity",
+    ),
+    // Objects and liquid.
+    kind(
+        "object_mass",
+        &[Seat::Object],
+        &[number("mass", "kg")],
+        "heavier or lighter than modelled",
+        "effort step at lift",
+    ),
+    kind(
+        "object_size",
+        &[Seat::Object],
+        &[number("dx", "m"), number("dy", "m"), number("dz", "m")],
+        "a wrong dimension",
+        "contact earlier or later; contour scale",
+    ),
+    kind(
+        "grip_slip",
+        &[Seat::Gripper],
+        &[number("rate", "m/s")],
+        "the object creeps in the fingers",
+        "pose drifts while held",
+    ),
+    kind(
+        "liquid_volume",
+        &[Seat::Object],
+        &[number("volume", "m^3")],
+        "another fill",
+        "flow starts at another tilt",
+    ),
+    kind(
+        "liquid_viscosity",
+        &[Seat::Object],
+        &[number("viscosity", "Pa*s")],
+        "slow flow",
+        "the volume curve lags and stretches",
+    ),
+    kind(
+        "lip_dribble",
+        &[Seat::Object],
+        &[number("volume", "m^3"), number("delay", "s")],
+        "liquid runs on after the vessel is upright",
+        "volume still rises after the tilt back",
+    ),
+    kind(
+        "overflow",
+        &[Seat::State, Seat::Object],
+        &[number("level", "?")],
+        "a vessel is full",
+        "the state clips at a level; the excess may go on",
+    ),
+    // Any model or signal.
+    kind("output_offset", &[Seat::Output], &[number("value", "?")], "bias of a sensor", "constant"),
+    kind(
+        "output_gain",
+        &[Seat::Output],
+        &[number("gain", "")],
+        "scale error of a sensor",
+        "proportional to the output",
+    ),
+    kind(
+        "output_drift",
+        &[Seat::Output],
+        &[number("rate", "?")],
+        "bias of a sensor that grows",
+        "proportional to t",
+    ),
+    kind(
+        "input_offset",
+        &[Seat::Input],
+        &[number("value", "?")],
+        "the actuator adds a constant to the command",
+        "as the response to a constant input",
+    ),
+    kind(
+        "input_gain",
+        &[Seat::Input],
+        &[number("gain", "")],
+        "the actuator delivers gain times the command",
+        "as the response to the input itself",
+    ),
+    kind(
+        "input_delay",
+        &[Seat::Input],
+        &[number("delay", "s")],
+        "the command acts late",
+        "as the response to the input's derivative",
+    ),
+    kind(
+        "input_saturation",
+        &[Seat::Input],
+        &[number("limit", "?")],
+        "the command is clipped",
+        "only above a level",
+    ),
+    kind(
+        "input_deadzone",
+        &[Seat::Input],
+        &[number("width", "?")],
+        "small commands do nothing",
+        "only near zero",
+    ),
+    kind(
+        "linear_damping",
+        &[Seat::State],
+        &[number("coefficient", "?")],
+        "a force against a velocity",
+        "proportional to the velocity",
+    ),
+    kind(
+        "quadratic_drag",
+        &[Seat::State],
+        &[number("coefficient", "?")],
+        "a force against the square of a velocity",
+        "grows with v*abs(v)",
+    ),
+    kind(
+        "dry_friction",
+        &[Seat::State],
+        &[number("coefficient", "?")],
+        "a force of constant size against a velocity",
+        "a square with sign(v)",
+    ),
+    kind(
+        "linear_stiffness",
+        &[Seat::State, Seat::Joint],
+        &[number("coefficient", "?")],
+        "a restoring force",
+        "proportional to the displacement",
+    ),
+    kind(
+        "cubic_stiffness",
+        &[Seat::State, Seat::Joint],
+        &[number("coefficient", "?")],
+        "a restoring force that hardens",
+        "grows with the cube of the displacement",
+    ),
+    kind(
+        "hysteresis",
+        &[Seat::Joint, Seat::State],
+        &[number("torque", "N*m"), number("alpha", ""), number("width", "rad"), number("n", "")],
+        "a force that remembers the path, not the speed (Bouc-Wen)",
+        "loops of force against displacement",
+    ),
+    kind(
+        "lag",
+        &[Seat::Output, Seat::Input],
+        &[number("time", "s")],
+        "a first-order lag",
+        "late and smoothed",
+    ),
+    kind(
+        "periodic_disturbance",
+        &[Seat::State, Seat::Joint],
+        &[number("amplitude", "?"), number("frequency", "Hz"), number("phase", "rad")],
+        "hum",
+        "a line in the spectrum of the residual",
+    ),
+    kind(
+        "unknown",
+        &[Seat::Anywhere],
+        &[],
+        "something none of the names covers, given by the formula that fits",
+        "whatever the formula says",
+    ),
+];
+
+/// Returns the kind of that name.
+pub fn kind_named(name: &str) -> Option<&'static Kind> {
+    KINDS.iter().find(|kind| kind.name == name)
+}
+
+impl Kind {
+    /// Returns every number of the kind in order, with its name in a model file and its unit: a vector
+    /// counts once per component.
+    pub fn numbers(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
+        self.parameters.iter().flat_map(|parameter| {
+            let one = parameter.components.is_empty().then_some((parameter.name, parameter.unit));
+            one.into_iter().chain(parameter.components.iter().map(|name| (*name, parameter.unit)))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::Unit;
+
+    #[test]
+    fn names_are_unique_and_units_exist() {
+        for (at, kind) in KINDS.iter().enumerate() {
+            assert!(KINDS[..at].iter().all(|other| other.name != kind.name), "{}", kind.name);
+            assert!(!kind.seats.is_empty(), "{}", kind.name);
+            for (_, unit) in kind.numbers().filter(|(_, unit)| *unit != "?") {
+                assert!(Unit::parse(unit).is_ok(), "{}: {unit}", kind.name);
+            }
+        }
+    }
+
+    #[test]
+    fn vectors_are_counted_by_component() {
+        let names: Vec<_> = kind_named("payload").unwrap().numbers().map(|(n, _)| n).collect();
+        assert_eq!(names, ["mass", "com_x", "com_y", "com_z"]);
+        assert!(kind_named("gremlins").is_none());
+    }
+}
