@@ -192,7 +192,7 @@ pub(super) struct Program {
 
 impl Program {
     /// Carries out a selection of operations.
-    #[inline]
+    #[inline(never)]
     pub(super) fn run<N: Number>(&self, selection: &[u32], frame: &mut [N], widths: &[f64]) {
         for &i in selection {
             let (reg, op) = self.ops[i as usize];

@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use super::compile::Compiled;
-use super::data::{Data, interpolate};
+use super::data::Data;
 use super::integrate::{Rates, Work, rk4};
 use super::number::{Dual, Number};
 
@@ -52,6 +52,7 @@ struct Between<'a, N> {
 
 impl<N: Number> Between<'_, N> {
     /// Puts inputs and time at `t` into their registers; `s` is the part of the way to the next row.
+    #[inline(never)]
     fn drive(&mut self, t: f64, s: f64) {
         let (model, data, row) = (self.model, self.data, self.row);
         for (reg, column) in model.input_regs.iter().zip(&data.inputs) {
@@ -72,6 +73,7 @@ impl<N: Number> Between<'_, N> {
 }
 
 impl<N: Number> Rates<N> for Between<'_, N> {
+    #[inline(never)]
     fn rates(&mut self, t: f64, x: &[N], dx: &mut [N]) {
         let (from, to) = (self.data.time[self.row], self.data.time[self.row + 1]);
         // The next row's value of a held input begins at the next row.
@@ -265,9 +267,4 @@ pub(super) fn site_sizes(
     let mut out = vec![0.0; rows.len() * n];
     simulate(&probe, data, rows, scheme, params, start, &mut out).ok()?;
     Some((0..n).map(|s| super::data::rms(&out.iter().skip(s).step_by(n).copied().collect::<Vec<_>>())).collect())
-}
-
-/// Interpolates one simulated output at other times.
-pub(super) fn resample(time: &[f64], values: &[f64], at: &[f64]) -> Vec<f64> {
-    at.iter().map(|t| interpolate(time, values, *t).0).collect()
 }
