@@ -176,7 +176,7 @@ impl Data {
                     .zip(&self.time)
                     .map(|(v, t)| v - interpolate(&thin.time, b, *t).0)
                     .collect();
-                rms(&rest) <= 0.1 * std(a) || std(a) < 1e-300
+                rms(&rest) <= 0.3 * std(a) || std(a) < 1e-300
             });
             if outputs && inputs && thin.n_rows() >= 60 {
                 return k;

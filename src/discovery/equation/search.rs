@@ -50,6 +50,14 @@ pub struct Gain {
     pub white: f64,
 }
 
+impl Gain {
+    /// All that speaks for the richer model: nothing is fitted to the held-out data but first values, so
+    /// what it gains there counts in full.
+    pub fn evidence(&self) -> f64 {
+        self.bic + self.held
+    }
+}
+
 /// A rival of a chosen effect.
 #[derive(Debug, Clone)]
 pub struct Rival {
@@ -134,7 +142,7 @@ impl Question<'_> {
 
     fn pays(&self, gain: &Gain) -> bool {
         let needed = LEAST_SHRINK * (1.0 - gain.white).clamp(0.0, 1.0);
-        gain.bic >= LEAST_BIC
+        gain.evidence() >= LEAST_BIC
             && gain.held > 1.0
             && gain.held_rms > needed
             && gain.train_rms > needed.min(0.5 * LEAST_SHRINK)
@@ -185,7 +193,21 @@ impl Question<'_> {
         if let (Some(first), Some(r)) = (bench.train.first(), fitted.train.residuals.first()) {
             let m = task.windows.first().map_or(0, |w| if bench.rows.is_none() { w.rows.len() } else { 0 });
             let m = if m == 0 { first.n_rows().min(r.len()) } else { m };
-            spectrum = lines(&first.time[..m.min(first.n_rows())], &r[..m.min(r.len())], 2);
+            let time = &first.time[..m.min(first.n_rows())];
+            let of_motion: Vec<f64> = first
+                .inputs
+                .iter()
+                .chain(&first.outputs)
+                .flat_map(|column| lines(time, &column[..time.len()], 6))
+                .collect();
+            let longest = task.windows.iter().map(|w| w.rows.len()).max().unwrap_or(0);
+            let run = longest as f64 * first.step();
+            let apart = 2.0 / (time[time.len() - 1] - time[0]).max(1e-300);
+            spectrum = lines(time, &r[..m.min(r.len())], 4);
+            // What the motion itself repeats is no disturbance, and what does not come round a few
+            // times in a run cannot be told from a drift.
+            spectrum.retain(|f| f * run >= 3.0 && of_motion.iter().all(|g| (f - g).abs() > apart));
+            spectrum.truncate(2);
         }
         Ground {
             model,
@@ -230,7 +252,7 @@ impl Question<'_> {
         let n_tried = all.len();
         let quick: Vec<Option<(Fitted, Patch, Candidate)>> = all
             .into_par_iter()
-            .map(|c| self.try_candidate(base, &c, 8).map(|(f, p)| (f, p, c)))
+            .map(|c| self.try_candidate(base, &c, 10).map(|(f, p)| (f, p, c)))
             .collect();
         let mut quick: Vec<(Fitted, Patch, Candidate)> = quick.into_iter().flatten().collect();
         // Rank by likelihood less the price of the parameters, with few effective residuals.
@@ -254,7 +276,7 @@ impl Question<'_> {
             })
             .collect();
         let mut full: Vec<(Hypothesis, Gain)> = full.into_iter().flatten().collect();
-        full.sort_by(|a, b| b.1.bic.total_cmp(&a.1.bic));
+        full.sort_by(|a, b| b.1.evidence().total_cmp(&a.1.evidence()));
         full
     }
 
@@ -279,7 +301,11 @@ impl Question<'_> {
         while best.effects.len() < MOST_EFFECTS {
             let round = self.round(&best);
             n_candidates = n_candidates.max(round.len());
-            let accepted = round.iter().find(|(_, gain)| self.pays(gain)).cloned();
+            let accepted = round
+                .iter()
+                .find(|(_, gain)| self.pays(gain))
+                .cloned()
+                .or_else(|| self.pair(&best, &round));
             let Some((mut next, _)) = accepted else {
                 refused = round
                     .into_iter()
@@ -299,6 +325,27 @@ impl Question<'_> {
         Some(Search { nominal, best, judged, refused, n_candidates })
     }
 
+    /// Two effects that pay only together, each hiding the other: the nearest misses, each with a round
+    /// of its own.
+    fn pair(&self, base: &Hypothesis, round: &[(Hypothesis, Gain)]) -> Option<(Hypothesis, Gain)> {
+        let coloured = base.fitted.train.residuals.iter().any(|r| whiteness(r) < 0.3);
+        if !coloured || base.effects.len() + 2 > MOST_EFFECTS {
+            return None;
+        }
+        let mut best: Option<(Hypothesis, Gain)> = None;
+        for (first, gain) in round.iter().filter(|(_, g)| g.held > 0.0 && g.held_rms > 0.0).take(3) {
+            for (second, _) in self.round(first).into_iter().take(4) {
+                let together = self.gain(base, &second, round.len() * round.len());
+                let better = best.as_ref().is_none_or(|(_, b)| together.evidence() > b.evidence());
+                // The second must be worth more than the first alone, or it is the first with company.
+                if better && self.pays(&together) && together.held_rms > gain.held_rms + LEAST_SHRINK {
+                    best = Some((second, together));
+                }
+            }
+        }
+        best
+    }
+
     /// Drops effects that others have made needless.
     fn prune(&self, nominal: &Hypothesis, hypothesis: &mut Hypothesis) {
         let mut i = 0;
@@ -307,7 +354,7 @@ impl Question<'_> {
             fewer.remove(i);
             if let Some(poor) = self.rebuilt(nominal, &fewer, &hypothesis.fitted, 30) {
                 let gain = self.gain(&poor, hypothesis, 1);
-                if gain.bic < TIE || gain.held_rms < 0.25 * LEAST_SHRINK * (1.0 - gain.white) {
+                if gain.evidence() < TIE || gain.held_rms < 0.25 * LEAST_SHRINK * (1.0 - gain.white) {
                     *hypothesis = poor;
                     continue;
                 }
