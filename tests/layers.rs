@@ -16,7 +16,11 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("motion", &["units", "fit", "world"]),
     ("twin", &["units", "world", "motion"]),
     ("lab", &["units", "world", "motion", "twin"]),
-    ("execution", &["units", "language", "graph", "world", "alignment", "motion", "twin", "lab"]),
+    // Regression 3 is fitted here, where pictures and the arm's model meet.
+    (
+        "execution",
+        &["units", "fit", "language", "graph", "world", "alignment", "motion", "twin", "lab"],
+    ),
     ("monitor", &["units", "language", "graph", "world", "alignment", "execution"]),
     // Sees recordings only: never `lab`, and of `execution` nothing yet.
     ("discovery", &["units", "fit", "language", "world", "motion", "twin", "execution"]),

@@ -15,6 +15,7 @@ mod alignment;
 mod program;
 mod execution;
 mod monitor;
+mod discovery;
 mod workcell;
 mod cli;
 mod repl;

@@ -102,9 +102,10 @@ impl Refine {
         Self { focal: false, principal: false, k1: false, ..Self::all() }
     }
 
-    /// Only what is inside the camera.
+    /// Only what is inside the camera. The principal point stays as guessed: with the pose believed it would
+    /// take up the camera's turn, and it would be the pose that is fitted, by another name.
     pub fn intrinsics_only() -> Self {
-        Self { pose: false, ..Self::all() }
+        Self { pose: false, principal: false, ..Self::all() }
     }
 }
 

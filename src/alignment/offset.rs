@@ -3,8 +3,8 @@
 //!
 //! `p_s` is where the robot said or the twin thought it was, `p_r` where it should have been. A command for
 //! the real place `p` is `D p`; where the arm really is when it reports `p` is `D⁻¹ p`. [`fit_offset`] takes
-//! pairs of points; [`pixels`] takes what the program has: reported points and the pixels at which a camera
-//! saw the tool there.
+//! pairs of points; what is fitted from the pixels at which a camera saw the arm needs the arm's model, and is
+//! `execution::calibrate`'s.
 //!
 //! Points on one plane (the table) leave part of an affine `D` free. Such directions keep the value of "no
 //! offset", held there by a weak prior about the identity, and are named.
@@ -12,7 +12,6 @@
 //! Source: the paper's section 2.2; Umeyama, "Least-Squares Estimation of Transformation Parameters",
 //! PAMI 1991 (starting values).
 
-pub mod pixels;
 mod models;
 
 use nalgebra::{DMatrix, Matrix4, Vector3, Vector4};

@@ -5,6 +5,7 @@
 
 mod align;
 mod camera;
+mod gap;
 mod robot;
 mod run;
 mod text;
@@ -87,6 +88,8 @@ enum Command {
     /// The three regressions on files.
     #[command(subcommand)]
     Align(align::AlignCommand),
+    /// Find what the model lacks from recordings: the effect's name, place and size.
+    Gap(gap::GapArgs),
 }
 
 /// How a command ended; the numbers are the exit codes.
@@ -153,6 +156,7 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
             camera::camera(command, cli.cell.scene.as_ref(), style)
         }
         (Some(Command::Align(command)), _) => align::align(command, style),
+        (Some(Command::Gap(args)), _) => gap::gap(args, style),
         (None, Some(line)) => run::line(line, cli, style),
         (None, None) if style.json => Err(Failure::input("usage", "the prompt has no JSON form")
             .help("give a command, or a line with `-c`")),

@@ -1,9 +1,112 @@
 //! Where twin and measurement disagree, and what the twin lacks: the name, the place, the size.
 //!
-//! Recordings come in, a [`finding::Finding`] goes out. [`recording`] reads measured data, [`vocabulary`]
-//! holds the names an effect may have, [`selection`] searches among explanations and judges them on data
-//! they were not fitted to. Nothing here knows the truth of the lab: recordings are all it sees.
+//! Recordings come in, a [`finding::Finding`] goes out; [`investigate`] is the door. It reasons like this.
+//! Noise first: every channel's residual is divided by its noise, given or estimated, so that what is
+//! left after a right explanation is 1. Then the model is simulated again with every effect of the
+//! [`vocabulary`] at every place, and the one that explains most is added, fitted, and judged on data
+//! it was not fitted to; so on until nothing pays ([`selection`]). An effect that cannot be told from
+//! another is not named but reported as a doubt, and what no name fits as a formula, or as unknown.
+//! Every verdict says how sure it is; a refusal says why.
+//!
+//! [`recording`] reads measured data, [`robot`] simulates arms. Nothing here knows the truth of the
+//! lab: recordings are all it sees.
 
 pub mod vocabulary;
 pub mod finding;
 pub mod recording;
+pub mod selection;
+pub mod robot;
+pub mod model_file;
+
+use crate::language::ast::EffectItem;
+use crate::motion::Robot;
+use finding::Finding;
+use recording::{Error, Recording};
+
+/// What the recordings are of.
+#[derive(Debug, Clone, Copy)]
+pub enum Subject<'a> {
+    /// An arm, and the effects its twin knows already.
+    Arm(&'a Robot, &'a [EffectItem]),
+}
+
+/// An investigation: the finding and what a page shows beside it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Investigation {
+    /// The answer.
+    pub finding: Finding,
+    /// Measured minus model over time, before and after.
+    pub traces: Vec<Trace>,
+    /// The commands that would settle a doubt, as the text of a recording.
+    pub experiment: Option<String>,
+}
+
+/// Measured minus model of one channel of one recording, before and after.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trace {
+    /// The recording's name.
+    pub recording: String,
+    /// The channel's name.
+    pub channel: String,
+    /// Its SI unit.
+    pub unit: &'static str,
+    /// Its noise, in that unit.
+    pub noise: f64,
+    /// Whether it was held out.
+    pub held_out: bool,
+    /// Time, s.
+    pub time: Vec<f64>,
+    /// Without the effects, in its unit.
+    pub before: Vec<f64>,
+    /// With them.
+    pub after: Vec<f64>,
+}
+
+/// How to investigate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// The part of a single recording that is held out; of several, the last is.
+    pub holdout: f64,
+    /// How to search.
+    pub search: selection::Options,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        // A third is enough to judge and leaves most of the motion to fit.
+        Self { holdout: 0.33, search: selection::Options::default() }
+    }
+}
+
+/// Finds what the subject's model lacks. `progress` is told what is being done and which part is done.
+///
+/// # Errors
+///
+/// An [`Error`] for recordings that are not of the subject, too short ones, or a model that runs away.
+pub fn investigate(
+    recordings: &[Recording],
+    subject: Subject<'_>,
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Investigation, Error> {
+    let parts;
+    let (train, heldout) = match recordings {
+        [] => {
+            return Err(Error {
+                what: "there is no recording".into(),
+                place: "command line".into(),
+                help: "name at least one CSV file".into(),
+            });
+        }
+        [one] => {
+            parts = one.split(options.holdout)?;
+            (std::slice::from_ref(&parts.0), std::slice::from_ref(&parts.1))
+        }
+        several => several.split_at(several.len() - 1),
+    };
+    match subject {
+        Subject::Arm(robot, known) => {
+            robot::investigate(robot, known, train, heldout, &options.search, progress)
+        }
+    }
+}

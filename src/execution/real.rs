@@ -12,8 +12,9 @@ use nalgebra::Matrix6;
 use crate::alignment::overlay::annotate;
 use crate::alignment::vision::{self, Sighting};
 use crate::motion::kinematics::pose_error;
+use crate::motion::robot::Robot;
 use crate::twin::render::{ArmLook, NOTHING, Options, TABLE, View, render};
-use crate::world::frame::{Object, Tool, World};
+use crate::world::frame::{Base, Object, Tool, World};
 use crate::world::{ObjectState, Pose, Scene, WorldState};
 
 use super::arm::{Arm, Camera, DeviceError, Feedback, Grip};
@@ -161,6 +162,8 @@ pub struct RealBody {
     arm: Box<dyn Arm>,
     camera: Box<dyn Camera>,
     calibration: Calibration,
+    /// The arm as regression 3 says it is.
+    real: Robot,
     belief: Belief,
     look: ArmLook,
     watcher: Watcher,
@@ -178,7 +181,8 @@ impl RealBody {
         look: ArmLook,
         watcher: Watcher,
     ) -> Self {
-        Self { cell, arm, camera, calibration, belief, look, watcher, photos: 0 }
+        let real = calibration.arm(&cell.robot);
+        Self { cell, arm, camera, calibration, real, belief, look, watcher, photos: 0 }
     }
 
     /// Returns where the arm hides the table from the camera, by its own report and a little more.
@@ -202,34 +206,34 @@ impl RealBody {
         imageproc::morphology::dilate(&mask, imageproc::distance_transform::Norm::LInf, 12)
     }
 
-    /// Returns the joint positions near `q` that bring the tool to a pose a little off, by Newton's method
-    /// with the smallest joint motion: smooth in `q` and indifferent to joint ranges, which the limits
-    /// look at later.
-    fn at_tool(&self, tool: &Pose<World, Tool>, q: &[f64]) -> Vec<f64> {
-        let robot = &self.cell.robot;
-        let base_from_tool = self.cell.scene.world_from_base.inverse() * *tool;
-        let tip = base_from_tool * robot.flange_from_tool().inverse();
-        let mut near = q.to_vec();
-        for _ in 0..6 {
-            let (Ok(now), Ok(jacobian)) = (robot.forward(&near), robot.jacobian(&near)) else {
-                return q.to_vec();
-            };
-            let error = pose_error(now.isometry(), tip.isometry());
-            // Damped a little, so that a wrist near its singularity moves no further than it must.
-            let normal = &jacobian * jacobian.transpose() + Matrix6::identity() * 1e-6;
-            let Some(weights) = normal.lu().solve(&error) else { return q.to_vec() };
-            let step = jacobian.transpose() * weights;
-            for (joint, change) in near.iter_mut().zip(step.iter()) {
-                *joint += change;
-            }
-        }
-        near
-    }
-
     /// Returns where the tool really is at these reported joint positions (regression 3).
     fn tool(&self, q: &[f64]) -> Pose<World, Tool> {
-        self.calibration.real_from_reported(&super::plan::tool_pose(&self.cell, q))
+        let base_from_tool = self.real.forward_tool(q).expect("an arm reports one angle per joint");
+        self.calibration.reported_from_real.inverse()
+            * (self.cell.scene.world_from_base * base_from_tool)
     }
+}
+
+/// Returns the joint positions near `q` that bring the tool of `robot` to a pose a little off, by Newton's
+/// method with the smallest joint motion: smooth in `q` and indifferent to joint ranges, which the limits
+/// look at later.
+fn at_tool(robot: &Robot, base_from_tool: &Pose<Base, Tool>, q: &[f64]) -> Vec<f64> {
+    let tip = *base_from_tool * robot.flange_from_tool().inverse();
+    let mut near = q.to_vec();
+    for _ in 0..6 {
+        let (Ok(now), Ok(jacobian)) = (robot.forward(&near), robot.jacobian(&near)) else {
+            return q.to_vec();
+        };
+        let error = pose_error(now.isometry(), tip.isometry());
+        // Damped a little, so that a wrist near its singularity moves no further than it must.
+        let normal = &jacobian * jacobian.transpose() + Matrix6::identity() * 1e-6;
+        let Some(weights) = normal.lu().solve(&error) else { return q.to_vec() };
+        let step = jacobian.transpose() * weights;
+        for (joint, change) in near.iter_mut().zip(step.iter()) {
+            *joint += change;
+        }
+    }
+    near
 }
 
 impl Body for RealBody {
@@ -269,12 +273,13 @@ impl Body for RealBody {
 
     fn correct(&self, q: &[f64]) -> Vec<f64> {
         let planned = super::plan::tool_pose(&self.cell, q);
-        self.at_tool(&self.calibration.reported_from_real(&planned), q)
+        let base_from_world = self.cell.scene.world_from_base.inverse();
+        let there = base_from_world * (self.calibration.reported_from_real * planned);
+        at_tool(&self.real, &there, q)
     }
 
     fn uncorrect(&self, q: &[f64]) -> Vec<f64> {
-        let reported = super::plan::tool_pose(&self.cell, q);
-        self.at_tool(&self.calibration.real_from_reported(&reported), q)
+        at_tool(&self.cell.robot, &(self.cell.scene.world_from_base.inverse() * self.tool(q)), q)
     }
 
     fn gripped(&mut self, grip: Grip, aim: Option<&str>) -> Result<(), DeviceError> {
@@ -293,6 +298,7 @@ impl Body for RealBody {
     }
 
     fn calibrate(&mut self, calibration: Calibration) {
+        self.real = calibration.arm(&self.cell.robot);
         self.calibration = calibration;
     }
 

@@ -228,6 +228,7 @@ fn bind_values(engine: &mut Engine) {
         .register_get("way_out", |place: &mut Placement| Path(place.way_out.clone()))
         .register_type_with_name::<Path>("Path")
         .register_get("length", |path: &mut Path| INT::try_from(path.0.len()).unwrap_or(INT::MAX))
+        .register_fn("finer", |path: &mut Path, times: INT| Path(finer(&path.0, times)))
         .register_fn("part", |path: &mut Path, from: INT, to: INT| -> Fallible<Path> {
             let range = usize::try_from(from).ok().zip(usize::try_from(to).ok());
             let part = range
@@ -242,6 +243,18 @@ fn bind_values(engine: &mut Engine) {
 /// A joint path in a script's hands.
 #[derive(Clone)]
 struct Path(Vec<Vec<f64>>);
+
+/// Returns a path with `times` steps for each of its own, joints interpolated.
+fn finer(path: &[Vec<f64>], times: INT) -> Vec<Vec<f64>> {
+    let times = times.clamp(1, 100);
+    let between = |a: &[f64], b: &[f64], share: f64| -> Vec<f64> {
+        a.iter().zip(b).map(|(a, b)| a + share * (b - a)).collect()
+    };
+    let steps = path.windows(2).flat_map(|pair| {
+        (0..times).map(move |k| between(&pair[0], &pair[1], k as f64 / times as f64))
+    });
+    steps.chain(path.last().cloned()).collect()
+}
 
 fn bind_camera(engine: &mut Engine) {
     engine

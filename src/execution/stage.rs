@@ -254,10 +254,9 @@ impl Stage {
         self.drive_corners(&path, 0.8)
     }
 
-    /// Returns the tool pose the arm itself reports.
-    pub fn reported_tool(&mut self) -> Result<Pose<World, Tool>, ActionError> {
-        let feedback = self.body.arm().feedback()?;
-        Ok(super::plan::tool_pose(&self.cell, &feedback.q))
+    /// Returns the joint positions the arm itself reports, rad.
+    pub fn reported_q(&mut self) -> Result<Vec<f64>, ActionError> {
+        Ok(self.body.arm().feedback()?.q)
     }
 
     /// `camera.look()`.

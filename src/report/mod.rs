@@ -4,6 +4,8 @@
 //! what would help. Colour only repeats what the words say, and is left out for `NO_COLOR` and pipes.
 
 mod numbers;
+pub mod gap;
+pub mod gap_page;
 pub mod run;
 
 use std::fmt::Write as _;
@@ -267,6 +269,8 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         Error::Branch(_) => Failure::no("graph::no_branch", words),
         Error::NoScene(_) => Failure::input("scene::missing", words)
             .help("add a `scene` item, or leave `--scene` out to use the kitchen"),
+        Error::Robot(_) => Failure::input("scene::robot", words)
+            .help("`--stdlib DIR` adds `DIR/robots/NAME/NAME.urdf` and its `robot.toml`"),
         Error::Lab(_) => Failure::input("lab::settings", words),
         Error::Calibrate(_) => Failure::no("align::failed", words)
             .help("is the table in the picture, and do its dots match the scene's `marks`?"),

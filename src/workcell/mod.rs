@@ -28,7 +28,6 @@ use crate::graph::{self, Graph, ParseGraph, infer};
 use crate::lab::{Lab, LabSettings};
 use crate::language::ast::{BinaryOp, Call, Expr, ExprKind, Item, Step};
 use crate::language::{Diagnostic, Library, Source};
-use crate::motion::robot::Robot;
 use crate::twin::Settings;
 use crate::twin::render::{ArmLook, View};
 use crate::world::{Scene, WorldState};
@@ -59,6 +58,9 @@ pub enum Error {
     /// There is no such scene.
     #[error("no `scene` in {0}")]
     NoScene(String),
+    /// The scene's robot is none, or lacks what every action needs.
+    #[error("{0}")]
+    Robot(#[from] stdlib::RobotError),
     /// The lab cannot be built.
     #[error("the lab cannot be built: {0}")]
     Lab(String),
@@ -190,7 +192,7 @@ impl WorkCell {
             return Err(Error::Text(wrong));
         }
 
-        let robot = Arc::new(Robot::gen3());
+        let robot = Arc::new(options.stdlib.robot(&scene.robot)?);
         let cell = Cell { robot: robot.clone(), scene: scene.clone(), limits: Limits::default() };
         let look = ArmLook::new(&robot);
         let settings = match options.robot.as_str() {

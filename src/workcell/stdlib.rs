@@ -7,8 +7,34 @@ use std::path::{Path, PathBuf};
 use include_dir::{Dir, DirEntry, include_dir};
 
 use crate::execution::walk::Texts;
+use crate::motion;
+use crate::motion::robot::Robot;
+
+/// Why a scene's robot is none.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RobotError {
+    /// No folder of that name.
+    #[error("there is no robot `{name}`; the stdlib has {}", .known.join(", "))]
+    None {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// A file in it is wrong.
+    #[error("{path}: {error}")]
+    Text {
+        /// Its path in the stdlib.
+        path: String,
+        /// What is wrong with it.
+        error: motion::Error,
+    },
+}
 
 static EMBEDDED: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/stdlib");
+
+/// Extensions of what a stdlib folder holds.
+const TEXTS: [&str; 4] = ["task", "rhai", "urdf", "toml"];
 
 /// Every text of the stdlib by its path in it: `tasks/std.task`, `actions/grasp.rhai`.
 #[derive(Debug, Clone, Default)]
@@ -37,7 +63,7 @@ impl Stdlib {
                 let path = entry.path();
                 if path.is_dir() {
                     open.push(path);
-                } else if path.extension().is_some_and(|e| e == "task" || e == "rhai") {
+                } else if path.extension().is_some_and(|e| TEXTS.iter().any(|text| e == *text)) {
                     let text = fs::read_to_string(&path).map_err(|error| (path.clone(), error))?;
                     let name = path.strip_prefix(folder).unwrap_or(&path);
                     self.files.insert(name.to_string_lossy().replace('\\', "/"), text);
@@ -56,6 +82,29 @@ impl Stdlib {
                 .map(|(path, text)| (path.as_str(), text.as_str()))
         };
         of("fluents/").chain(of("tasks/")).chain(of("scenes/"))
+    }
+
+    /// Returns the robot of a folder `robots/<name>/`: its URDF, and its side file `robot.toml` if it has one.
+    ///
+    /// # Errors
+    ///
+    /// [`RobotError::None`] with the names there are, or why the text is no robot.
+    pub fn robot(&self, name: &str) -> Result<Robot, RobotError> {
+        let folder = format!("robots/{name}/");
+        let urdf = self.files.iter().find(|(path, _)| {
+            path.starts_with(&folder) && Path::new(path).extension().is_some_and(|e| e == "urdf")
+        });
+        let Some((path, urdf)) = urdf else {
+            let known = self.files.keys().filter_map(|path| {
+                path.strip_prefix("robots/")?.split_once('/').map(|(name, _)| name.to_owned())
+            });
+            let mut known: Vec<_> = known.collect();
+            known.dedup();
+            return Err(RobotError::None { name: name.to_owned(), known });
+        };
+        let side = self.file(&format!("{folder}robot.toml")).unwrap_or_default();
+        Robot::from_urdf_with(urdf, side, None)
+            .map_err(|error| RobotError::Text { path: path.clone(), error })
     }
 
     /// Returns one file.

@@ -1,13 +1,10 @@
 //! Regression 3: planted offsets, what a table leaves free, and the offset seen by one camera.
 
-use nalgebra::{Matrix3, Matrix4, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Matrix4, Rotation3, Vector3};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 use trueup::alignment::Error;
-use trueup::alignment::offset::pixels::{Priors, Sighting, fit_offset_from_pixels};
 use trueup::alignment::offset::{Model, Options, Pair, apply, fit_offset};
-use trueup::world::frame::World;
-use trueup::world::{Camera, Intrinsics, Pixel, Point};
 
 use super::support::normal;
 
@@ -162,94 +159,4 @@ fn degenerate_input_is_named() {
 
 fn planted_shift(y: f64) -> Matrix4<f64> {
     homogeneous(Matrix3::identity(), Vector3::new(0.0, y, 0.0))
-}
-
-fn camera() -> Camera {
-    let mut k = Intrinsics::centred(930.0, 1280, 720);
-    k.k1 = -0.08;
-    Camera::looking(k, Vector3::new(1.25, 0.05, 0.85), Vector3::new(0.6, 0.0, 0.05))
-}
-
-/// Twelve stops of the tool; the arm is really where `real` takes what it reports.
-fn stops(turn: UnitQuaternion<f64>, shift: Vector3<f64>, sigma: f64, seed: u64) -> Vec<Sighting> {
-    let mut random = StdRng::seed_from_u64(seed);
-    (0..12)
-        .map(|i| {
-            let reported = Vector3::new(
-                0.35 + 0.15 * f64::from(i % 3),
-                -0.25 + 0.17 * f64::from((i / 3) % 4),
-                0.06 + 0.09 * f64::from((i * 5) % 4),
-            );
-            let real = turn * reported + shift;
-            let mut pixel = camera().project(Point::<World>::from(real)).unwrap();
-            pixel.u += sigma * normal(&mut random);
-            pixel.v += sigma * normal(&mut random);
-            Sighting { reported, pixel, sigma: 0.3 }
-        })
-        .collect()
-}
-
-#[test]
-fn one_camera_finds_the_offset_to_a_millimetre() {
-    let turn = UnitQuaternion::from_euler_angles(0.008, -0.006, 0.012);
-    let shift = Vector3::new(0.006, -0.008, 0.005);
-    let (mut worst, mut chi2, mut sum) = (0.0_f64, 0.0, 0.0);
-    let runs = 60;
-    for seed in 0..runs {
-        let fit = fit_offset_from_pixels(
-            &stops(turn, shift, 0.3, seed),
-            &camera(),
-            Model::Rigid,
-            &Priors::default(),
-        )
-        .unwrap();
-        assert!(fit.rms_px < 0.7 && fit.rms_before_px > 3.0);
-        // Where the arm really is, at the centre of the points.
-        let e = fit.real_from_reported * Point::<World>::from(fit.centre);
-        let e = e.coords() - (turn * fit.centre + shift);
-        worst = worst.max(e.norm());
-        sum += e.norm_squared() / runs as f64;
-        chi2 +=
-            (e.transpose() * fit.covariance_mm2.try_inverse().unwrap() * e)[0] * 1e6 / runs as f64;
-        // Commands go the other way.
-        let there = apply(&fit.d, turn * fit.centre + shift).unwrap();
-        assert!((there - fit.centre).norm() < 0.004);
-    }
-    assert!(sum.sqrt() < 0.001 && worst < 0.003, "rms {} worst {worst}", sum.sqrt());
-    // Three degrees of freedom; covariances are widened now and then, never narrowed.
-    assert!((1.5..4.0).contains(&chi2), "{chi2}");
-}
-
-#[test]
-fn a_wrong_sighting_is_named_and_what_cannot_be_seen_too() {
-    let shift = Vector3::new(0.006, -0.008, 0.005);
-    let mut data = stops(UnitQuaternion::identity(), shift, 0.3, 2);
-    data[7].pixel = Pixel::new(data[7].pixel.u + 25.0, data[7].pixel.v - 14.0);
-    let priors = Priors::default();
-    let fit = fit_offset_from_pixels(&data, &camera(), Model::Translation, &priors).unwrap();
-    assert_eq!(fit.outliers, [7]);
-    assert!((fit.shift - shift).norm() < 0.002 && fit.turn.norm() < 1e-12);
-    assert!(fit.residuals_px[7] > 20.0);
-
-    // Few stops close together say next to nothing about the turn.
-    let near: Vec<Sighting> = data[..5]
-        .iter()
-        .enumerate()
-        .map(|(i, _)| {
-            let reported = Vector3::new(0.5 + 0.008 * i as f64, 0.01 * (i % 2) as f64, 0.1);
-            let pixel = camera().project(Point::<World>::from(reported + shift)).unwrap();
-            Sighting { reported, pixel, sigma: 0.3 }
-        })
-        .collect();
-    let sharp = Priors { turn: 0.005, ..priors };
-    let fit = fit_offset_from_pixels(&near, &camera(), Model::Rigid, &sharp).unwrap();
-    assert!(fit.unobservable.contains(&"turn_x"), "{:?}", fit.unobservable);
-
-    let few = fit_offset_from_pixels(&data[..3], &camera(), Model::Rigid, &priors);
-    assert!(matches!(few, Err(Error::TooFew { needed: 4, given: 3, .. })));
-    let same = vec![data[0]; 6];
-    let same = fit_offset_from_pixels(&same, &camera(), Model::Rigid, &priors);
-    assert!(matches!(same, Err(Error::Coincident { .. })));
-    let affine = fit_offset_from_pixels(&data, &camera(), Model::Affine, &priors);
-    assert!(matches!(affine, Err(Error::NoSuchModel { model: "affine", .. })));
 }

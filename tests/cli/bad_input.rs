@@ -53,6 +53,13 @@ const CASES: &[Case] = &[
     case(&["run", "bytes.task"], 2, "io::text", "bytes.task", "UTF-8"),
     case(&["run", "empty.task"], 2, "script::empty", "calls nothing", "pour(jar, cup)"),
     case(&["-c", "pour(jar, cup)", "--scene", "gone.task"], 2, "io::missing", "gone.task", ""),
+    case(
+        &["-c", "pour(jar, cup)", "--scene", "ur5.task"],
+        2,
+        "scene::robot",
+        "gen3_2f85",
+        "robots/",
+    ),
     case(&["-c", "pour(jar, cup)", "--lab", "gone.toml"], 2, "io::missing", "gone.toml", ""),
     case(&["-c", "pour(jar, cup)", "--lab", "bad.toml"], 2, "lab::settings", "`foo`", ""),
     case(&["-c", "pour(jar, cup)", "--lab", "kettle.toml"], 2, "lab::settings", "kettle", ""),
@@ -122,6 +129,8 @@ fn desk(name: &str) -> Desk {
     desk.file("bytes.task", b"\xff\xfe\x00pour");
     desk.file("empty.task", "// Nothing yet.\n");
     desk.file("open.task", "pour(jar, cup\n");
+    let kitchen = std::fs::read_to_string(project("stdlib/scenes/kitchen.task")).unwrap();
+    desk.file("ur5.task", kitchen.replace("robot gen3_2f85", "robot ur5"));
     desk.file("kup.task", "pour(jar, kup)\n");
     desk.file("puor.task", "puor(jar, cup)\n");
     desk.file("unit.task", "pour(jar, cup, amount: 5 cm)\n");

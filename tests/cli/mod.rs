@@ -1,6 +1,7 @@
 //! The command line as a stranger uses it: the built program, its answers, its exit codes.
 
 mod bad_input;
+mod gap;
 mod robot;
 mod run;
 mod text;
@@ -12,7 +13,7 @@ fn help_and_version_are_answers() {
     let desk = Desk::new("cli-help");
     let help = desk.trueup(&["--help"]);
     assert_eq!((help.code, help.err.as_str()), (0, ""));
-    for command in ["run", "check", "fmt", "graph", "robot", "camera", "align"] {
+    for command in ["run", "check", "fmt", "graph", "robot", "camera", "align", "gap"] {
         let line = help.out.lines().find(|line| line.trim_start().starts_with(command));
         let words = line.unwrap_or_else(|| panic!("no {command} in {}", help.out));
         assert!(words.split_whitespace().count() > 2, "{command} says what it does");

@@ -194,7 +194,7 @@ impl Recording {
 
     /// Returns how many columns `stem_1`, `stem_2`, … follow each other without a gap.
     pub fn group_len(&self, stem: &str) -> usize {
-        (1..).take_while(|i| self.has(&format!("{stem}_{i}"))).count()
+        (1..=self.columns.len()).take_while(|i| self.has(&format!("{stem}_{i}"))).count()
     }
 
     /// Splits off the last part of the rows, `fraction` of them: (to fit, to hold out).

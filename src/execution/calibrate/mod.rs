@@ -2,7 +2,7 @@
 //!
 //! Regression 1 aligns the camera by the table's printed dots, regression 2 fits its intrinsics to the same
 //! points, regression 3 has the arm visit points and asks the camera where the marker ball on the gripper
-//! is. Each can be left out, to see what it is worth. The fits themselves are [`crate::alignment`]'s.
+//! is ([`arm`]). Each can be left out, to see what it is worth. The other fits are [`crate::alignment`]'s.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -11,13 +11,14 @@ use crate::alignment::ball::find_marker_ball;
 use crate::alignment::camera_fit::{self, Refine, refine_camera};
 use crate::alignment::image_map::{self, Pair, fit_map};
 use crate::alignment::marks::find_marks;
-use crate::alignment::offset;
-use crate::alignment::offset::pixels::{self, fit_offset_from_pixels};
+use crate::motion::robot::Robot;
 use crate::world::frame::{Tool, World};
 use crate::world::{Camera, Point, Pose, Scene};
 
 use super::stage::{ActionError, Stage};
 use super::trace::Event;
+
+pub mod arm;
 
 /// Which regressions are in force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,8 +42,13 @@ impl Default for Switches {
 pub struct Calibration {
     /// The camera as it stands and sees.
     pub camera: Camera,
-    /// Carries a real pose into the pose the arm must report to be there: `D` of `p_s = D p_r` (Eq. 7).
+    /// Carries a real pose into the pose the arm, its zeros put right, takes for it: `D` of `p_s = D p_r`
+    /// (Eq. 7).
     pub reported_from_real: Pose<World, World>,
+    /// Real angle less the reported one, rad, a joint each; none for none.
+    pub zeros: Vec<f64>,
+    /// How far the gripper sits from its place on the flange, m, flange axes.
+    pub tool_shift: [f64; 3],
     /// What was fitted, in words, for the record.
     pub notes: Vec<String>,
 }
@@ -88,18 +94,16 @@ impl Calibration {
         Self {
             camera: scene.camera,
             reported_from_real: Pose::identity(),
+            zeros: Vec::new(),
+            tool_shift: [0.0; 3],
             notes: vec!["nothing has been calibrated".into()],
         }
     }
 
-    /// Returns the pose the arm must report to be really at `tool`.
-    pub fn reported_from_real(&self, tool: &Pose<World, Tool>) -> Pose<World, Tool> {
-        self.reported_from_real * *tool
-    }
-
-    /// Returns where the tool really is when the arm reports `tool`.
-    pub fn real_from_reported(&self, tool: &Pose<World, Tool>) -> Pose<World, Tool> {
-        self.reported_from_real.inverse() * *tool
+    /// Returns the arm as it really is: of its reported joint positions this makes real poses, but for the
+    /// base's [`Self::reported_from_real`].
+    pub fn arm(&self, robot: &Robot) -> Robot {
+        robot.clone().with_zero_offsets(&self.zeros).with_tool_shift(self.tool_shift.into())
     }
 }
 
@@ -208,17 +212,15 @@ pub fn from_marks(
     Ok((fit.camera, notes))
 }
 
-/// Fewest points the offset is fitted to.
-const NEEDED: usize = 6;
-
 /// Regression 3: the arm visits points, the camera says where the marker ball is.
 fn align_robot(stage: &mut Stage, calibration: &mut Calibration) -> Result<(), Error> {
     let scene = stage.cell().scene.clone();
-    let Some(marker) = stage.cell().robot.marker().copied() else {
+    let robot = stage.cell().robot.clone();
+    let (Some(ball), Some(marker)) = (robot.marker(), robot.marker_in_flange()) else {
         return Err(Error::Alignment("the robot's side file describes no marker ball".into()));
     };
-    let flange_from_tool = stage.cell().robot.flange_from_tool();
-    let mut seen = Vec::new();
+    let start = stage.planned_q().to_vec();
+    let mut stops = Vec::new();
     let visits = visits(&scene);
     let visited = visits.len();
     for (n, at) in visits.into_iter().enumerate() {
@@ -235,49 +237,51 @@ fn align_robot(stage: &mut Stage, calibration: &mut Calibration) -> Result<(), E
         stage.wait(0.3)?;
         let Some(photo) = stage.body().photo().map_err(ActionError::from)? else { continue };
         let camera = &calibration.camera;
-        let Some(ball) = find_marker_ball(&photo, camera, marker.radius, marker.colour) else {
+        let Some(seen) = find_marker_ball(&photo, camera, ball.radius, ball.colour) else {
             continue;
         };
-        let reported = stage.reported_tool()?;
-        let ball_in_tool = flange_from_tool.inverse() * Point::from(marker.centre);
-        seen.push(pixels::Sighting {
-            reported: (reported * ball_in_tool).coords(),
-            pixel: ball.pixel,
-            sigma: ball.sigma,
-        });
+        let q = stage.reported_q()?;
+        stops.push(arm::Stop { q, pixel: seen.pixel, sigma: seen.sigma });
     }
-    if seen.len() < NEEDED {
-        return Err(Error::Unseen { seen: seen.len(), visited, needed: NEEDED });
+    // Back to where it hid nothing.
+    stage.move_to(&start, None, 0.8)?;
+    if stops.len() < arm::NEEDED {
+        return Err(Error::Unseen { seen: stops.len(), visited, needed: arm::NEEDED });
     }
-    let fit = fit_offset_from_pixels(
-        &seen,
+    let fit = arm::fit_arm(
+        &robot,
+        scene.world_from_base,
+        marker,
         &calibration.camera,
-        offset::Model::Rigid,
-        &pixels::Priors::default(),
+        &stops,
+        &arm::Priors::default(),
     )?;
-    calibration.reported_from_real = fit.real_from_reported.inverse();
     calibration.notes.push(format!(
-        "regression 3: {} of {visited} points, the arm is {:.1} mm and {:.2} deg off where it says, \
+        "regression 3: {} of {visited} points, the arm is {:.1} mm off where it says, \
          rms {:.2} px before and {:.2} px after",
-        seen.len(),
-        fit.shift.norm() * 1e3,
-        fit.turn.norm().to_degrees(),
+        stops.len() - fit.outliers.len(),
+        fit.off * 1e3,
         fit.rms_before_px,
         fit.rms_px,
     ));
+    calibration.reported_from_real = fit.reported_from_real;
+    calibration.zeros = fit.zeros;
+    calibration.tool_shift = fit.tool_shift.into();
     Ok(())
 }
 
-/// Points over the table, near and far, left and right, low and high, the hand level and facing out so
-/// that the ball on its back is seen.
+/// Points over the table, near and far, left and right, low and high, the hand ahead and aside, level and
+/// pitched down: as it will come to take and to pour, since an error is known where it was looked at.
 fn visits(scene: &Scene) -> Vec<Pose<World, Tool>> {
     let base = scene.world_from_base.origin();
     let mut visits = Vec::new();
-    for (i, heading) in [-0.50_f64, -0.25, 0.0, 0.25, 0.50].into_iter().enumerate() {
-        for (j, reach) in [0.46, 0.56, 0.66].into_iter().enumerate() {
+    for (i, bearing) in [-0.55_f64, -0.28, 0.0, 0.28, 0.55].into_iter().enumerate() {
+        for (j, reach) in [0.44, 0.54, 0.64].into_iter().enumerate() {
             let height = [0.17, 0.23, 0.29][(i + j) % 3];
-            let at = base + Vector3::new(reach * heading.cos(), reach * heading.sin(), height);
-            visits.push(super::plan::side_pose(at, heading, 0.0));
+            let aside = [0.0, 0.9, -0.9, 0.45, -0.45][(2 * i + 3 * j) % 5];
+            let pitch = [0.0, 0.35][(i + j) % 2];
+            let at = base + Vector3::new(reach * bearing.cos(), reach * bearing.sin(), height);
+            visits.push(super::plan::side_pose(at, bearing + aside, pitch));
         }
     }
     visits

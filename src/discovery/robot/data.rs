@@ -1,0 +1,214 @@
+//! What a recording says of an arm, channel by channel, each with its noise.
+
+use crate::units::Dimension;
+
+use super::super::recording::{Error, Recording, noise, sidecar::PerChannel};
+
+/// What a channel measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Quantity {
+    /// Joint positions as the encoders read them, rad.
+    Position,
+    /// Joint speeds, rad/s.
+    Speed,
+    /// Joint torques, N·m.
+    Torque,
+    /// The tip in the base's frame as a tracker sees it, m.
+    Tip,
+}
+
+impl Quantity {
+    /// Returns the stem of the channel's names and the seat of its delay.
+    pub fn stem(self) -> &'static str {
+        match self {
+            Self::Position => "q",
+            Self::Speed => "dq",
+            Self::Torque => "tau",
+            Self::Tip => "tcp",
+        }
+    }
+
+    /// Returns the SI unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Position => "rad",
+            Self::Speed => "rad/s",
+            Self::Torque => "N*m",
+            Self::Tip => "m",
+        }
+    }
+}
+
+/// One measured column.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Channel {
+    /// What it measures.
+    pub quantity: Quantity,
+    /// Which joint, or which axis of the tip, from 0.
+    pub index: usize,
+    /// `tau_4`, `tcp_x`.
+    pub name: String,
+    /// Measured values in SI.
+    pub values: Vec<f64>,
+    /// Standard deviation of the noise, SI.
+    pub noise: f64,
+}
+
+/// A recording of an arm.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Data {
+    /// Number of joints.
+    pub n: usize,
+    /// When each row was taken, s.
+    pub time: Vec<f64>,
+    /// Commanded joint positions, one list per joint, rad; empty when not recorded.
+    pub commands: Vec<Vec<f64>>,
+    /// Everything measured.
+    pub channels: Vec<Channel>,
+    /// What was assumed, one sentence each.
+    pub notes: Vec<String>,
+}
+
+impl Data {
+    /// Takes an arm's channels out of a recording.
+    ///
+    /// # Errors
+    ///
+    /// [`Error`] for a group of columns that is not complete, a cell that is not a number, a wrong
+    /// unit, or a recording that holds nothing of an arm.
+    pub fn new(recording: &Recording, n: usize) -> Result<Self, Error> {
+        let mut notes = Vec::new();
+        let group = |stem: &str, dimension| recording.group(stem, n, dimension);
+        for stem in ["q_cmd", "q", "dq", "tau"] {
+            if recording.group_len(stem) > n {
+                return Err(Error {
+                    what: format!(
+                        "the recording has {} columns `{stem}_*`, the robot {n} joints",
+                        recording.group_len(stem)
+                    ),
+                    place: recording.name.clone(),
+                    help: "name the robot the recording was made with: `--robot-file URDF`".into(),
+                });
+            }
+        }
+        let commands: Vec<Vec<f64>> = group("q_cmd", Dimension::ANGLE)?
+            .map(|columns| columns.iter().map(|values| unwrapped(values)).collect())
+            .unwrap_or_default();
+        let levels = &recording.sidecar.noise;
+        let kinds = [
+            (Quantity::Position, Dimension::ANGLE, &levels.q_rad),
+            (Quantity::Speed, Dimension::ANGULAR_SPEED, &levels.dq_rad_s),
+            (Quantity::Torque, Dimension::TORQUE, &levels.tau_nm),
+        ];
+        let mut channels = Vec::new();
+        for (quantity, dimension, level) in kinds {
+            let Some(columns) = group(quantity.stem(), dimension)? else { continue };
+            for (index, values) in columns.into_iter().enumerate() {
+                let mut values = values.to_vec();
+                if quantity == Quantity::Position {
+                    values = unwrapped(&values);
+                    if let Some(command) = commands.get(index) {
+                        near(&mut values, command);
+                    }
+                }
+                let name = format!("{}_{}", quantity.stem(), index + 1);
+                channels.push(channel(quantity, index, name, values, level.as_ref()));
+            }
+        }
+        let axes = ["tcp_x", "tcp_y", "tcp_z"];
+        if axes.iter().any(|name| recording.has(name)) {
+            for (index, name) in axes.into_iter().enumerate() {
+                let values = recording.column(name, Dimension::LENGTH)?.to_vec();
+                let level = levels.tcp_m.as_ref();
+                channels.push(channel(Quantity::Tip, index, name.into(), values, level));
+            }
+        }
+        let moves =
+            !commands.is_empty() || channels.iter().any(|c| c.quantity == Quantity::Position);
+        if channels.is_empty() || !moves {
+            let missing = if channels.is_empty() {
+                "nothing measured: none of `q_n`, `dq_n`, `tau_n`, `tcp_x`"
+            } else {
+                "no motion: neither `q_cmd_n` nor `q_n`"
+            };
+            let known: Vec<&str> =
+                recording.columns.iter().map(|c| c.name.as_str()).take(30).collect();
+            return Err(Error {
+                what: format!("the recording holds {missing}"),
+                place: format!("{}:1", recording.name),
+                help: format!(
+                    "it has {}; rename columns with `--map 'THEIRS=q_1[rad],…'`, or give a \
+                     `model` of your own with `--model`",
+                    known.join(", ")
+                ),
+            });
+        }
+        if levels.q_rad.is_none() && levels.tau_nm.is_none() && levels.tcp_m.is_none() {
+            notes.push(format!(
+                "{}: no noise is given; it is estimated from the channels themselves",
+                recording.name
+            ));
+        }
+        Ok(Self { n, time: recording.time.clone(), commands, channels, notes })
+    }
+
+    /// Returns the number of rows.
+    pub fn n_rows(&self) -> usize {
+        self.time.len()
+    }
+
+    /// Returns whether a quantity was recorded.
+    pub fn has(&self, quantity: Quantity) -> bool {
+        self.channels.iter().any(|channel| channel.quantity == quantity)
+    }
+
+    /// Returns the measured values of a joint's channel.
+    pub fn measured(&self, quantity: Quantity, index: usize) -> Option<&[f64]> {
+        let found = self.channels.iter().find(|c| c.quantity == quantity && c.index == index);
+        found.map(|channel| &channel.values[..])
+    }
+}
+
+fn channel(
+    quantity: Quantity,
+    index: usize,
+    name: String,
+    values: Vec<f64>,
+    level: Option<&PerChannel>,
+) -> Channel {
+    let given = level.and_then(|level| level.of(index)).filter(|level| *level > 0.0);
+    let noise = given.unwrap_or_else(|| {
+        // Never less than the step in which the values are written.
+        let scale = values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+        noise::estimate(&values).max(scale * 1e-6).max(1e-9)
+    });
+    Channel { quantity, index, name, values, noise }
+}
+
+/// Takes jumps of a whole turn out of an angle.
+fn unwrapped(values: &[f64]) -> Vec<f64> {
+    use std::f64::consts::{PI, TAU};
+    let mut turns = 0.0;
+    let mut last = values.first().copied().unwrap_or(0.0);
+    values
+        .iter()
+        .map(|&value| {
+            if value - last > PI {
+                turns -= TAU;
+            } else if last - value > PI {
+                turns += TAU;
+            }
+            last = value;
+            value + turns
+        })
+        .collect()
+}
+
+/// Moves an angle by whole turns so that it begins next to another.
+fn near(values: &mut [f64], other: &[f64]) {
+    use std::f64::consts::TAU;
+    let turns = ((other[0] - values[0]) / TAU).round() * TAU;
+    for value in values {
+        *value += turns;
+    }
+}

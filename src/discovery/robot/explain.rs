@@ -1,0 +1,108 @@
+//! An arm's recordings as something to be explained: [`Gap`] over laws and joints.
+
+use super::candidates::candidates;
+use super::simulate::Model;
+use super::term::{Law, Term};
+use crate::discovery::selection::{Candidate, Gap, Set, Slot};
+
+/// Recordings of one arm, some to fit and some to judge.
+#[derive(Debug)]
+pub struct ArmGap {
+    /// The recordings fitted.
+    pub train: Vec<Model>,
+    /// The recordings held out.
+    pub heldout: Vec<Model>,
+    /// Effects that the model has already, with their parameters one after the other.
+    pub known: (Vec<Term>, Vec<f64>),
+}
+
+impl ArmGap {
+    fn models(&self, set: Set) -> &[Model] {
+        match set {
+            Set::Train => &self.train,
+            Set::Heldout => &self.heldout,
+        }
+    }
+}
+
+impl Gap for ArmGap {
+    type Term = Term;
+
+    fn slots(&self, term: &Term) -> Vec<Slot> {
+        let mut slots = term.law.slots();
+        let measured = self.train.iter().find(|model| !model.scene.closed_loop);
+        if let (Law::SensorDelay(_), Some(model)) = (term.law, measured) {
+            // A measured motion is smoothed between its rows: what is shorter than half a step of them
+            // is the smoother's.
+            let step = model.scene.data.time.windows(2).map(|t| t[1] - t[0]).fold(0.0, f64::max);
+            slots[0].least = slots[0].least.max(0.5 * step);
+        }
+        slots
+    }
+
+    fn residuals(&self, set: Set, terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
+        let with_known;
+        let (terms, parameters) = if self.known.0.is_empty() {
+            (terms, parameters)
+        } else {
+            with_known =
+                ([&self.known.0[..], terms].concat(), [&self.known.1[..], parameters].concat());
+            (&with_known.0[..], &with_known.1[..])
+        };
+        let mut all = Vec::new();
+        for model in self.models(set) {
+            all.extend(model.residuals(terms, parameters)?);
+        }
+        Some(all)
+    }
+
+    fn count(&self, set: Set) -> usize {
+        self.models(set).iter().map(Model::count).sum()
+    }
+
+    fn candidates(&self, terms: &[Term], left: &[f64]) -> Vec<Candidate<Term>> {
+        // Where to begin is taken from the first recording; the fit uses them all.
+        candidates(&self.train[0], terms, left)
+    }
+
+    fn compatible(&self, a: &Term, b: &Term) -> bool {
+        use Law::{Asymmetric, CameraShift, Coulomb, SmoothCoulomb, Stribeck};
+        let shifts = matches!((a.law, b.law), (CameraShift(_), CameraShift(_)));
+        let dry = |law| matches!(law, Coulomb | SmoothCoulomb | Stribeck | Asymmetric);
+        a != b && !shifts && !(a.joint == b.joint && dry(a.law) && dry(b.law))
+    }
+
+    fn is_sensible(&self, term: &Term, parameters: &[f64]) -> bool {
+        // A spring that begins where hardly any row is, or a spring over all of them, is something else.
+        let q0 = match term.law {
+            Law::Above | Law::Below => parameters[1],
+            _ => return true,
+        };
+        let (mut beyond, mut rows) = (0, 0);
+        for model in &self.train {
+            let plant = &model.scene.plant;
+            rows += plant.len;
+            beyond += plant
+                .q
+                .chunks(plant.n)
+                .filter(|q| (q[term.joint] > q0) == (term.law == Law::Above))
+                .count();
+        }
+        let part = beyond as f64 / rows.max(1) as f64;
+        (0.05..0.95).contains(&part)
+    }
+
+    fn is_rough(&self, term: &Term) -> bool {
+        matches!(term.law, Law::Backlash)
+    }
+
+    fn contains(&self, general: &Term, special: &Term) -> bool {
+        use Law::{Asymmetric, CameraShift, Coulomb, SmoothCoulomb, Stribeck};
+        let here = general.joint == special.joint;
+        match (general.law, special.law) {
+            (Asymmetric | Stribeck, Coulomb | SmoothCoulomb) => here,
+            (CameraShift(a), CameraShift(b)) => a.iter().zip(b).all(|(a, b)| *a || !b),
+            _ => false,
+        }
+    }
+}

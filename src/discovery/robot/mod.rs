@@ -1,0 +1,17 @@
+//! An arm against its recordings: the closed loop simulated again with effects.
+
+pub mod chain;
+pub mod data;
+pub mod spline;
+pub mod smooth;
+pub mod plant;
+pub mod term;
+pub mod simulate;
+pub mod candidates;
+pub mod explain;
+pub mod wording;
+pub mod known;
+pub mod experiment;
+pub mod answer;
+
+pub use answer::investigate;

@@ -1,0 +1,315 @@
+//! An arm along the motion of one recording: what the simulation needs at every instant, laid out once.
+//!
+//! The rigid-body part of the equation of motion is linearised about a path close to the one the arm
+//! took, `M(p) q̈ + h(p, ṗ) + K (q - p) + D (q̇ - ṗ) = τ`; with a position controller the arm stays
+//! within a few milliradians of its reference, and what is dropped is of second order in that distance.
+//! The controller, friction and all other effects are simulated as they are. A simulation of ten
+//! seconds then takes about two milliseconds instead of fifty.
+
+use super::chain::{Chain, MOST_JOINTS};
+use super::data::{Data, Quantity};
+use super::spline::Spline;
+use crate::discovery::recording::sidecar::{Controller, TorqueSensor};
+
+/// The arm as it is modelled, the same for all recordings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Arm {
+    /// Its rigid bodies.
+    pub chain: Chain,
+    /// Rotor inertia at each joint, kg·m².
+    pub armature: Vec<f64>,
+    /// Its controller, if known.
+    pub controller: Option<Controller>,
+    /// Which side of the gear the torque is measured on.
+    pub torque_sensor: TorqueSensor,
+    /// Names of its joints in the robot's file, for messages.
+    pub joint_names: Vec<String>,
+}
+
+/// The bodies along a path, at even steps of time.
+#[derive(Debug, Clone)]
+pub struct Plant {
+    /// Number of joints.
+    pub n: usize,
+    /// Time of the first grid point, s.
+    pub start: f64,
+    /// Step of the grid, s.
+    pub step: f64,
+    /// Number of grid points.
+    pub len: usize,
+    /// The path, `len × n`, rad.
+    pub q: Vec<f64>,
+    /// Its speed, rad/s.
+    pub dq: Vec<f64>,
+    /// Its acceleration, rad/s².
+    pub ddq: Vec<f64>,
+    /// `h`: torque of gravity and velocity on the path, N·m.
+    pub bias: Vec<f64>,
+    /// Gravity torque at the command, N·m: what the controller feeds forward.
+    pub feedforward: Vec<f64>,
+    /// Inverse of the mass matrix with rotors, `len × n × n`.
+    pub inverse_mass: Vec<f64>,
+    /// `K = ∂(M q̈ + h)/∂q`, `len × n × n`.
+    pub stiffness: Vec<f64>,
+    /// `D = ∂h/∂q̇`, `len × n × n`.
+    pub damping: Vec<f64>,
+}
+
+/// Step of the grid, s: the arm turns a few milliradians in it.
+const GRID_STEP: f64 = 0.005;
+
+/// How long the arm is simulated before the first row, s; it held still, or moved evenly.
+pub const RUN_IN: f64 = 1.0;
+
+/// Change of an angle or speed for derivatives of torques; errors of rounding and of curvature are both
+/// far below the torque noise.
+const DIFFERENCE: f64 = 1e-5;
+
+impl Plant {
+    /// Lays the arm out along a path given by one spline per joint, from [`RUN_IN`] before `from` to `to`.
+    pub fn along(arm: &Arm, path: &[Spline], from: f64, to: f64, rests: bool) -> Self {
+        let n = arm.chain.n();
+        let len = ((to - from + RUN_IN) / GRID_STEP).ceil() as usize + 2;
+        let start = from - RUN_IN;
+        let mut plant = Self {
+            n,
+            start,
+            step: GRID_STEP,
+            len,
+            q: vec![0.0; len * n],
+            dq: vec![0.0; len * n],
+            ddq: vec![0.0; len * n],
+            bias: vec![0.0; len * n],
+            feedforward: vec![0.0; len * n],
+            inverse_mass: vec![0.0; len * n * n],
+            stiffness: vec![0.0; len * n * n],
+            damping: vec![0.0; len * n * n],
+        };
+        let mut hints = vec![0; n];
+        for k in 0..len {
+            let time = start + k as f64 * GRID_STEP;
+            for j in 0..n {
+                let (q, dq, ddq) = if rests && time < from {
+                    (path[j].at(from, &mut hints[j]).0, 0.0, 0.0)
+                } else {
+                    path[j].at(time, &mut hints[j])
+                };
+                plant.q[k * n + j] = q;
+                plant.dq[k * n + j] = dq;
+                plant.ddq[k * n + j] = ddq;
+            }
+        }
+        for k in 0..len {
+            // A resting arm is the same all through the run-in.
+            let still = k > 0 && rests && start + k as f64 * GRID_STEP < from - 0.5 * GRID_STEP;
+            if still {
+                plant.copy(k - 1, k);
+            } else {
+                plant.fill(arm, k);
+            }
+        }
+        plant
+    }
+
+    fn copy(&mut self, from: usize, to: usize) {
+        let n = self.n;
+        for values in [&mut self.bias, &mut self.feedforward] {
+            values.copy_within(from * n..(from + 1) * n, to * n);
+        }
+        for values in [&mut self.inverse_mass, &mut self.stiffness, &mut self.damping] {
+            values.copy_within(from * n * n..(from + 1) * n * n, to * n * n);
+        }
+    }
+
+    fn fill(&mut self, arm: &Arm, k: usize) {
+        let n = self.n;
+        let chain = &arm.chain;
+        let row = k * n..(k + 1) * n;
+        let mut q = [0.0; MOST_JOINTS];
+        let mut dq = [0.0; MOST_JOINTS];
+        let mut ddq = [0.0; MOST_JOINTS];
+        q[..n].copy_from_slice(&self.q[row.clone()]);
+        dq[..n].copy_from_slice(&self.dq[row.clone()]);
+        ddq[..n].copy_from_slice(&self.ddq[row.clone()]);
+        let zero = [0.0; MOST_JOINTS];
+        chain.inverse(&q[..n], &dq[..n], &zero[..n], &mut self.bias[row.clone()]);
+        chain.inverse(&q[..n], &zero[..n], &zero[..n], &mut self.feedforward[row]);
+        let (mut up, mut down) = ([0.0; MOST_JOINTS], [0.0; MOST_JOINTS]);
+        for j in 0..n {
+            let kept = q[j];
+            q[j] = kept + DIFFERENCE;
+            chain.inverse(&q[..n], &dq[..n], &ddq[..n], &mut up[..n]);
+            q[j] = kept - DIFFERENCE;
+            chain.inverse(&q[..n], &dq[..n], &ddq[..n], &mut down[..n]);
+            q[j] = kept;
+            for i in 0..n {
+                self.stiffness[(k * n + i) * n + j] = (up[i] - down[i]) / (2.0 * DIFFERENCE);
+            }
+            let kept = dq[j];
+            dq[j] = kept + DIFFERENCE;
+            chain.inverse(&q[..n], &dq[..n], &zero[..n], &mut up[..n]);
+            dq[j] = kept - DIFFERENCE;
+            chain.inverse(&q[..n], &dq[..n], &zero[..n], &mut down[..n]);
+            dq[j] = kept;
+            for i in 0..n {
+                self.damping[(k * n + i) * n + j] = (up[i] - down[i]) / (2.0 * DIFFERENCE);
+            }
+        }
+        let mut mass = vec![0.0; n * n];
+        chain.mass_matrix(&q[..n], &mut mass);
+        for j in 0..n {
+            mass[j * n + j] += arm.armature[j];
+        }
+        let mass = nalgebra::DMatrix::from_row_slice(n, n, &mass);
+        // A massless last link has no inertia at all; a gram at a centimetre keeps the inverse finite.
+        let inverse = mass.clone().try_inverse().unwrap_or_else(|| {
+            (mass + nalgebra::DMatrix::identity(n, n) * 1e-7)
+                .try_inverse()
+                .unwrap_or_else(|| nalgebra::DMatrix::identity(n, n))
+        });
+        for i in 0..n {
+            for j in 0..n {
+                self.inverse_mass[(k * n + i) * n + j] = inverse[(i, j)];
+            }
+        }
+    }
+
+    /// Returns the column `∂τ/∂θ` of a change to the bodies or to gravity, at every grid point: the
+    /// torque per unit of the parameter that the arm needs more than modelled, `len × n`.
+    pub fn column(&self, arm: &Arm, change: impl Fn(&mut Chain) + Sync, unit: f64) -> Vec<f64> {
+        let n = self.n;
+        let mut changed = arm.chain.clone();
+        change(&mut changed);
+        let mut column = vec![0.0; self.len * n];
+        let (mut with, mut without) = ([0.0; MOST_JOINTS], [0.0; MOST_JOINTS]);
+        for k in 0..self.len {
+            let row = k * n..(k + 1) * n;
+            let (q, dq, ddq) =
+                (&self.q[row.clone()], &self.dq[row.clone()], &self.ddq[row.clone()]);
+            changed.inverse(q, dq, ddq, &mut with[..n]);
+            arm.chain.inverse(q, dq, ddq, &mut without[..n]);
+            for (to, (with, without)) in column[row].iter_mut().zip(with.iter().zip(&without)) {
+                *to = (with - without) / unit;
+            }
+        }
+        column
+    }
+}
+
+/// A recording with the arm laid out along it.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// What was measured.
+    pub data: Data,
+    /// The arm along the path.
+    pub plant: Plant,
+    /// Whether the arm rests at the first row.
+    pub rests: bool,
+    /// Whether the motion is simulated with the controller; otherwise the measured motion is taken as it
+    /// is and only torque and tip are predicted.
+    pub closed_loop: bool,
+    /// Step of the simulation, s.
+    pub tick: f64,
+    /// How many steps the controller holds its torque.
+    pub hold: usize,
+    /// Reference position at each tick from the start of the run-in, `ticks × n`, rad.
+    pub reference: Vec<f64>,
+    /// Its speed, rad/s.
+    pub reference_speed: Vec<f64>,
+    /// Number of ticks.
+    pub ticks: usize,
+    /// Rows before this one are not judged: the state before a recording that begins in motion is
+    /// not known.
+    pub first_row: usize,
+    /// Nor are rows from this one on: at the end of a measured motion its acceleration is a guess.
+    pub last_row: usize,
+}
+
+/// An arm slower than this at its first row rests, rad/s.
+const REST: f64 = 5e-3;
+
+/// The largest step of the simulation, s; below the time constants of stiff joints.
+const LARGEST_TICK: f64 = 1e-3;
+
+/// What is left of an unknown state after this time is below the noise with any sensible gains, s.
+const SETTLE: f64 = 0.4;
+
+/// A smoothed motion is not judged this near to its ends, s.
+const EDGE: f64 = 0.1;
+
+impl Scene {
+    /// Lays the arm out along a recording.
+    pub fn new(arm: &Arm, data: Data) -> Self {
+        let n = data.n;
+        let controller = arm.controller.as_ref().filter(|_| !data.commands.is_empty());
+        let closed_loop = controller.is_some();
+        let (from, to) = (data.time[0], data.time[data.n_rows() - 1]);
+        let path: Vec<Spline> = if closed_loop || !data.has(Quantity::Position) {
+            data.commands.iter().map(|values| Spline::through(&data.time, values)).collect()
+        } else {
+            (0..n)
+                .map(|j| {
+                    let values = data.measured(Quantity::Position, j).unwrap_or(&[]);
+                    Spline::through(&data.time, &super::smooth::smoothed(&data, j, values))
+                })
+                .collect()
+        };
+        let mut hint = 0;
+        let rests = path.iter().all(|spline| spline.at(from, &mut hint).1.abs() < REST);
+        let plant = Plant::along(arm, &path, from, to, rests);
+        let (tick, hold) = match controller {
+            Some(controller) => {
+                let period = 1.0 / controller.rate_hz;
+                let hold = (period / LARGEST_TICK - 1e-9).ceil().max(1.0) as usize;
+                (period / hold as f64, hold)
+            }
+            None => (LARGEST_TICK, 1),
+        };
+        let mut ticks = 0;
+        let (mut reference, mut reference_speed) = (Vec::new(), Vec::new());
+        if closed_loop {
+            ticks = ((to - plant.start) / tick).ceil() as usize + 2;
+            reference = vec![0.0; ticks * n];
+            reference_speed = vec![0.0; ticks * n];
+            for (j, spline) in path.iter().enumerate() {
+                let mut hint = 0;
+                for k in 0..ticks {
+                    let time = plant.start + k as f64 * tick;
+                    let (q, dq, _) = if rests && time < from {
+                        (spline.at(from, &mut hint).0, 0.0, 0.0)
+                    } else {
+                        spline.at(time, &mut hint)
+                    };
+                    reference[k * n + j] = q;
+                    reference_speed[k * n + j] = dq;
+                }
+            }
+        }
+        let mut first_row = 0;
+        let mut last_row = data.n_rows();
+        let after = |span: f64| data.time.iter().position(|t| t - from >= span);
+        if !closed_loop && data.has(Quantity::Position) {
+            first_row = after(EDGE).unwrap_or(0);
+            last_row = data.time.iter().position(|t| to - t < EDGE).unwrap_or(last_row);
+        } else if !rests {
+            first_row = after(SETTLE).unwrap_or(0);
+        }
+        if last_row <= first_row {
+            // Too short to spare any.
+            (first_row, last_row) = (0, data.n_rows());
+        }
+        Self {
+            data,
+            plant,
+            rests,
+            closed_loop,
+            tick,
+            hold,
+            reference,
+            reference_speed,
+            ticks,
+            first_row,
+            last_row,
+        }
+    }
+}

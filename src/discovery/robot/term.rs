@@ -1,0 +1,302 @@
+//! The effects an arm may lack, as the simulation understands them: a law and its seat.
+
+use super::data::Quantity;
+use crate::discovery::selection::Slot;
+
+/// What a feature of an unnamed torque looks at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Feature {
+    /// `q²`.
+    Square,
+    /// `sin(k q)`.
+    Sine(f64),
+    /// `cos(k q)`.
+    Cosine(f64),
+    /// `q·|dq|`.
+    PositionTimesSpeed,
+    /// `dq³`.
+    SpeedCubed,
+    /// `sqrt(|dq|)·sign(dq)`.
+    RootSpeed,
+    /// `exp(-t/τ)`.
+    Decay(f64),
+    /// `t`: a load that grows.
+    Time,
+    /// `1`: a constant load.
+    One,
+    /// `sign(dq)·|q|`: friction that grows away from zero.
+    FrictionTimesDistance,
+}
+
+/// What an effect does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Law {
+    /// `-torque·sign(dq)`, with a sharp corner where the joint sticks.
+    Coulomb,
+    /// `-torque·sign(dq)`, with a smooth one.
+    SmoothCoulomb,
+    /// `-coefficient·dq`.
+    Viscous,
+    /// `-coefficient·dq·|dq|`.
+    Quadratic,
+    /// Coulomb with a peak: `torque + (stiction - torque)·exp(-(dq/velocity)²)`.
+    Stribeck,
+    /// Coulomb that differs with direction.
+    Asymmetric,
+    /// A mass fixed to the last body (mass and position in the tip's frame).
+    Payload,
+    /// Rotor inertia.
+    Armature,
+    /// Gravity turned by roll and pitch of the base.
+    BaseTilt,
+    /// A constant on the torque channel.
+    TorqueOffset,
+    /// A factor on the torque channel.
+    TorqueGain,
+    /// A bias of the torque channel that grows from the first row.
+    TorqueDrift,
+    /// `amplitude·sin(order·q + phase)` at the joint.
+    Ripple,
+    /// A spring between encoder and link.
+    Compliance,
+    /// `q = q_cmd - compliance·load`, for arms whose controller is not known.
+    ServoSag,
+    /// Play between encoder and link.
+    Backlash,
+    /// Commands act late.
+    CommandDelay,
+    /// The drive delivers this part of the torque asked for.
+    ActuatorGain,
+    /// The drive's torque is clipped.
+    Saturation,
+    /// A group of channels is late.
+    SensorDelay(Quantity),
+    /// The joint stands at encoder + angle.
+    ZeroOffset,
+    /// The link before the joint is longer: the joint sits elsewhere in that link's frame.
+    LinkLength,
+    /// The tip is elsewhere in the tip's frame.
+    ToolOffset,
+    /// The tracker stands elsewhere: shift and turn about the base's origin. One flag per
+    /// `x, y, z, roll, pitch, yaw`: only what is set is free.
+    CameraShift([bool; 6]),
+    /// Bouc-Wen: `-torque·z`, `width·ż = dq - |dq|·z·|z|`.
+    Hysteresis,
+    /// `-coefficient·q`.
+    Stiffness,
+    /// `-coefficient·q³`.
+    CubicStiffness,
+    /// `amplitude·sin(2π·frequency·t + phase)`.
+    Periodic,
+    /// A torque without a name: one feature times a coefficient.
+    Feature(Feature),
+    /// A one-sided spring: `coefficient·max(0, q - q0)`.
+    Above,
+    /// The other side: `coefficient·max(0, q0 - q)`.
+    Below,
+}
+
+/// An effect at its place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Term {
+    /// What it does.
+    pub law: Law,
+    /// At which joint, from 0; for effects of the whole arm, 0.
+    pub joint: usize,
+}
+
+const fn slot(
+    name: &'static str,
+    unit: &'static str,
+    scale: f64,
+    range: (f64, f64),
+    neutral: Option<f64>,
+) -> Slot {
+    Slot { name, unit, scale, range, neutral, least: 0.0 }
+}
+
+const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+const UP: (f64, f64) = (0.0, f64::INFINITY);
+
+/// Names of the shift's six numbers.
+const SHIFT: [Slot; 6] = [
+    slot("x", "m", 1e-3, ANY, Some(0.0)),
+    slot("y", "m", 1e-3, ANY, Some(0.0)),
+    slot("z", "m", 1e-3, ANY, Some(0.0)),
+    slot("roll", "rad", 1e-3, ANY, Some(0.0)),
+    slot("pitch", "rad", 1e-3, ANY, Some(0.0)),
+    slot("yaw", "rad", 1e-3, ANY, Some(0.0)),
+];
+
+impl Law {
+    /// Returns the name in the vocabulary.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Coulomb | Self::SmoothCoulomb => "coulomb_friction",
+            Self::Viscous => "viscous_friction",
+            Self::Quadratic => "quadratic_friction",
+            Self::Stribeck => "stribeck_friction",
+            Self::Asymmetric => "asymmetric_friction",
+            Self::Payload => "payload",
+            Self::Armature => "armature",
+            Self::BaseTilt => "base_tilt",
+            Self::TorqueOffset => "torque_offset",
+            Self::TorqueGain => "torque_gain",
+            Self::TorqueDrift => "torque_drift",
+            Self::Ripple => "torque_ripple",
+            Self::Compliance => "joint_compliance",
+            Self::ServoSag => "servo_sag",
+            Self::Backlash => "backlash",
+            Self::CommandDelay => "command_delay",
+            Self::ActuatorGain => "actuator_gain",
+            Self::Saturation => "saturation",
+            Self::SensorDelay(_) => "sensor_delay",
+            Self::ZeroOffset => "joint_zero_offset",
+            Self::LinkLength => "link_length",
+            Self::ToolOffset => "tool_offset",
+            Self::CameraShift(_) => "camera_shift",
+            Self::Hysteresis => "hysteresis",
+            Self::Stiffness => "linear_stiffness",
+            Self::CubicStiffness => "cubic_stiffness",
+            Self::Periodic => "periodic_disturbance",
+            Self::Feature(_) | Self::Above | Self::Below => "unknown",
+        }
+    }
+
+    /// Returns its parameters in order, as they are fitted: linear wherever they can be. What they are
+    /// called in a model file is [`super::wording`]'s business.
+    pub fn slots(self) -> Vec<Slot> {
+        let torque = slot("torque", "N*m", 0.05, UP, Some(0.0));
+        // Below this speed dry friction gives way like a thick fluid: a held joint creeps.
+        let creep = slot("creep", "rad/s", 2e-4, (1e-5, 0.05), None);
+        let length = |name| slot(name, "m", 1e-3, ANY, Some(0.0));
+        match self {
+            Self::Coulomb | Self::SmoothCoulomb => vec![torque, creep],
+            Self::Viscous => {
+                vec![slot("coefficient", "N*m*s/rad", 0.1, UP, Some(0.0))]
+            }
+            Self::Quadratic => {
+                vec![slot("coefficient", "N*m*s^2/rad^2", 0.1, UP, Some(0.0))]
+            }
+            Self::Stribeck => vec![
+                torque,
+                slot("peak", "N*m", 0.05, UP, Some(0.0)),
+                slot("velocity", "rad/s", 0.005, (0.002, 1.0), None),
+                creep,
+            ],
+            // One side may help the motion as long as both together resist: a constant load is in it.
+            Self::Asymmetric => vec![
+                slot("forward", "N*m", 0.05, ANY, Some(0.0)),
+                slot("backward", "N*m", 0.05, ANY, Some(0.0)),
+                creep,
+            ],
+            Self::Payload => vec![
+                slot("mass", "kg", 0.02, ANY, Some(0.0)),
+                slot("moment_x", "kg*m", 2e-3, ANY, Some(0.0)),
+                slot("moment_y", "kg*m", 2e-3, ANY, Some(0.0)),
+                slot("moment_z", "kg*m", 2e-3, ANY, Some(0.0)),
+            ],
+            Self::Armature => vec![slot("inertia", "kg*m^2", 0.01, ANY, Some(0.0))],
+            Self::BaseTilt => vec![
+                slot("roll", "rad", 1e-3, (-1.5, 1.5), Some(0.0)),
+                slot("pitch", "rad", 1e-3, (-1.5, 1.5), Some(0.0)),
+            ],
+            Self::TorqueOffset => vec![slot("torque", "N*m", 0.05, ANY, Some(0.0))],
+            Self::TorqueGain => vec![slot("gain", "", 0.01, (-10.0, 10.0), Some(1.0))],
+            Self::TorqueDrift => vec![slot("rate", "N*m/s", 0.01, ANY, Some(0.0))],
+            Self::Ripple => vec![
+                slot("sine", "N*m", 0.05, ANY, Some(0.0)),
+                slot("cosine", "N*m", 0.05, ANY, Some(0.0)),
+                slot("order", "", 0.02, (0.3, 400.0), None),
+            ],
+            Self::Compliance | Self::ServoSag => {
+                vec![slot("compliance", "rad/(N*m)", 5e-5, UP, Some(0.0))]
+            }
+            Self::Backlash => vec![slot("width", "rad", 1e-3, UP, Some(0.0))],
+            // A controller samples once a millisecond or slower: what happens within is not modelled.
+            Self::CommandDelay | Self::SensorDelay(_) => {
+                let delay = slot("delay", "s", 1e-3, (-0.5, 0.5), Some(0.0));
+                vec![Slot { least: 1e-3, ..delay }]
+            }
+            Self::ActuatorGain => vec![slot("gain", "", 0.01, (0.1, 5.0), Some(1.0))],
+            Self::Saturation => vec![slot("limit", "N*m", 0.05, (1e-3, 1e4), None)],
+            Self::ZeroOffset => vec![slot("angle", "rad", 1e-3, ANY, Some(0.0))],
+            Self::LinkLength | Self::ToolOffset => vec![length("dx"), length("dy"), length("dz")],
+            Self::CameraShift(free) => {
+                SHIFT.iter().zip(free).filter(|(_, free)| *free).map(|(slot, _)| *slot).collect()
+            }
+            Self::Hysteresis => vec![torque, slot("width", "rad", 2e-3, (1e-4, 3.0), None)],
+            Self::Stiffness => vec![slot("coefficient", "N*m/rad", 0.1, ANY, Some(0.0))],
+            Self::CubicStiffness => vec![slot("coefficient", "N*m/rad^3", 0.1, ANY, Some(0.0))],
+            Self::Periodic => vec![
+                slot("sine", "N*m", 0.05, ANY, Some(0.0)),
+                slot("cosine", "N*m", 0.05, ANY, Some(0.0)),
+                slot("frequency", "Hz", 2e-3, (0.01, 500.0), None),
+            ],
+            Self::Feature(_) => vec![slot("coefficient", "", 0.05, ANY, Some(0.0))],
+            Self::Above | Self::Below => vec![
+                slot("coefficient", "N*m/rad", 0.05, ANY, Some(0.0)),
+                slot("q0", "rad", 0.01, ANY, None),
+            ],
+        }
+    }
+
+    /// Returns whether the law changes the motion or the torques, rather than only what sensors say.
+    pub fn moves(self) -> bool {
+        !matches!(
+            self,
+            Self::TorqueOffset
+                | Self::TorqueGain
+                | Self::TorqueDrift
+                | Self::SensorDelay(_)
+                | Self::ToolOffset
+                | Self::CameraShift(_)
+        )
+    }
+
+    /// Returns whether the law acts at one joint rather than on the whole arm.
+    pub fn is_at_joint(self) -> bool {
+        !matches!(
+            self,
+            Self::Payload
+                | Self::BaseTilt
+                | Self::CommandDelay
+                | Self::SensorDelay(_)
+                | Self::ToolOffset
+                | Self::CameraShift(_)
+        )
+    }
+}
+
+impl Term {
+    /// Returns the name of its seat.
+    pub fn seat(&self) -> String {
+        match self.law {
+            Law::Payload | Law::ToolOffset => "tool".into(),
+            Law::BaseTilt => "base".into(),
+            Law::CommandDelay => "robot".into(),
+            Law::CameraShift(_) => "camera".into(),
+            Law::SensorDelay(quantity) => quantity.stem().into(),
+            _ => format!("joint_{}", self.joint + 1),
+        }
+    }
+}
+
+impl Feature {
+    /// Returns the feature's value.
+    pub fn value(self, q: f64, dq: f64, time: f64) -> f64 {
+        match self {
+            Self::Square => q * q,
+            Self::Sine(k) => (k * q).sin(),
+            Self::Cosine(k) => (k * q).cos(),
+            Self::PositionTimesSpeed => q * dq.abs(),
+            Self::SpeedCubed => dq.powi(3),
+            Self::RootSpeed => dq.abs().sqrt() * dq.signum(),
+            Self::Decay(tau) => (-time / tau).exp(),
+            Self::Time => time,
+            Self::One => 1.0,
+            // Smooth through standstill: the arm's speed noise must not decide the sign.
+            Self::FrictionTimesDistance => (dq / 0.01).tanh() * q.abs(),
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! A finding in words: where the gap is, what is missing, how much smaller it becomes.
+
+use std::fmt::Write as _;
+
+use crate::discovery::finding::{Effect, Finding, Parameter, Value, Verdict};
+use crate::units::{Unit, significant};
+
+use super::Style;
+
+/// How many characters the bar of the shrink is long.
+const BAR: usize = 40;
+
+/// Words a finding for people.
+pub fn people(finding: &Finding, style: Style) -> String {
+    let mut text = String::new();
+    let head = match finding.verdict {
+        Verdict::Named => "one effect is missing",
+        Verdict::Several => "several effects are missing",
+        Verdict::Ambiguous => "cannot tell: several effects explain this equally well",
+        Verdict::Unknown => "something without a name is missing",
+        Verdict::NothingMissing => "nothing is missing",
+    };
+    let _ = writeln!(text, "{}  {}", style.green(head), style.dim(&finding.reason));
+    let shown: Vec<_> = finding.places.iter().filter(|place| place.share > 0.005).take(6).collect();
+    if finding.verdict != Verdict::NothingMissing && !shown.is_empty() {
+        let _ = writeln!(text, "\nwhere      measured - model     noise        share  follows");
+        for place in shown {
+            let _ = writeln!(
+                text,
+                "{:<10} {:<20} {:<12} {:>4.0} %  {}",
+                place.channel,
+                quantity(place.rms, &place.unit),
+                quantity(place.noise, &place.unit),
+                place.share * 100.0,
+                place.concentrated_in
+            );
+        }
+    }
+    for effect in &finding.effects {
+        let _ = writeln!(text, "\n{}", effect_text(effect, style));
+    }
+    if finding.verdict == Verdict::NothingMissing && !finding.smallest_visible.is_empty() {
+        let _ = writeln!(text, "\nwould have been seen, if it were at least");
+        for seen in &finding.smallest_visible {
+            let _ = writeln!(
+                text,
+                "  {:<20} {:<9} {} {}",
+                seen.name,
+                seen.at,
+                seen.parameter,
+                quantity(seen.least, &seen.unit)
+            );
+        }
+    }
+    text.push_str(&shrink(finding, style));
+    if !finding.model.diff.is_empty() {
+        let done = if finding.model.applied { "changed" } else { "not changed; `--apply` does" };
+        let _ = writeln!(text, "\nmodel      {done}");
+        for line in finding.model.diff.lines() {
+            let painted = match line.chars().next() {
+                Some('+') => style.green(line),
+                Some('-') => style.red(line),
+                _ => style.dim(line),
+            };
+            let _ = writeln!(text, "{painted}");
+        }
+    } else if !finding.model.added.is_empty() {
+        let _ = writeln!(text, "\nmodel      no file given; it would gain");
+        for line in &finding.model.added {
+            let _ = writeln!(text, "{}", style.green(&format!("+   {line}")));
+        }
+    }
+    if let Some(next) = &finding.next_experiment {
+        let _ = writeln!(text, "\nnext       {}", next.why);
+        if let Some(file) = &next.commands {
+            let _ = writeln!(
+                text,
+                "           command the motion of {file}, record it, and give `gap` that recording too"
+            );
+        }
+    }
+    for note in &finding.notes {
+        let _ = writeln!(text, "{}", style.dim(&format!("note: {note}")));
+    }
+    text
+}
+
+fn effect_text(effect: &Effect, style: Style) -> String {
+    let mut text = format!("{}({})", effect.name, effect.at);
+    for (name, parameter) in &effect.parameters {
+        let _ = write!(text, "  {name} = {}", parameter_text(parameter));
+    }
+    let _ = write!(text, "\n  {}", effect.equation);
+    let _ = write!(
+        text,
+        "\n  {}",
+        style.dim(&format!(
+            "evidence: BIC falls by {}; {:.0} % of what is explainable on held-out data rests on it",
+            significant(effect.evidence.delta_bic, 3),
+            effect.evidence.heldout_gain * 100.0
+        ))
+    );
+    for other in &effect.alternatives {
+        let _ = write!(
+            text,
+            "\n  {}",
+            style.dim(&format!("not {}({}): {}", other.name, other.at, other.why_not))
+        );
+    }
+    text
+}
+
+fn parameter_text(parameter: &Parameter) -> String {
+    let unit = &parameter.unit;
+    match (&parameter.value, &parameter.std) {
+        (Value::Number(value), Value::Number(std)) => {
+            let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+            if *std > 0.0 {
+                format!("{}{unit} ± {}", significant(*value, 4), significant(*std, 2))
+            } else {
+                format!("{}{unit}", significant(*value, 4))
+            }
+        }
+        (Value::Vector(values), Value::Vector(stds)) => {
+            let list = |values: &[f64], digits| {
+                let words: Vec<String> =
+                    values.iter().map(|value| significant(*value, digits)).collect();
+                words.join(", ")
+            };
+            format!("({}) {unit} ± ({})", list(values, 4), list(stds, 2))
+        }
+        _ => String::new(),
+    }
+}
+
+/// The gap before and after as numbers and as a bar.
+fn shrink(finding: &Finding, style: Style) -> String {
+    let gap = &finding.gap;
+    let mut text = String::new();
+    let _ = writeln!(text, "\ngap in units of noise (1 is noise alone)");
+    let most = gap.before.heldout.max(gap.after.heldout).max(1e-9);
+    for (name, split) in [("before", gap.before), ("after", gap.after)] {
+        let filled = ((split.heldout / most) * BAR as f64).round() as usize;
+        let bar = format!("{}{}", "█".repeat(filled.min(BAR)), "·".repeat(BAR - filled.min(BAR)));
+        let bar = if name == "after" { style.green(&bar) } else { style.red(&bar) };
+        let _ = writeln!(
+            text,
+            "  {name:<7} fitted {:<8} held out {:<8} {bar}",
+            significant(split.train, 3),
+            significant(split.heldout, 3)
+        );
+    }
+    if !finding.effects.is_empty() {
+        let _ = writeln!(
+            text,
+            "  {:.1} % of the gap on held-out data is gone, noise taken out",
+            gap.shrink_heldout * 100.0
+        );
+    }
+    text
+}
+
+/// Writes a number in its everyday unit.
+fn quantity(value: f64, unit: &str) -> String {
+    Unit::parse(unit).map_or_else(
+        |_| format!("{} {unit}", significant(value, 3)),
+        |unit| unit.of(value).to_string(),
+    )
+}

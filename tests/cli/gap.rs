@@ -1,0 +1,83 @@
+//! `trueup gap` as a stranger uses it: the finding, the model file, the page, the mistakes.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::program::Desk;
+
+fn recording(name: &str) -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/discovery/recordings");
+    root.join(name).display().to_string()
+}
+
+#[test]
+fn a_finding_is_written_into_the_twin_and_then_nothing_is_missing() {
+    let desk = Desk::new("cli-gap");
+    let model = "// Ours.\ntwin arm of nothing {\n}\n";
+    desk.file("arm.task", model);
+    let (a, b) = (recording("coulomb_a.csv"), recording("coulomb_b.csv"));
+    let args = ["gap", &a, &b, "--model", "arm.task", "--json"];
+    let said = desk.trueup(&args);
+    assert_eq!((said.code, said.err.as_str()), (0, ""), "{}", said.out);
+    let finding: Value = serde_json::from_str(&said.out).unwrap();
+    assert_eq!(finding["verdict"], "named");
+    assert_eq!(finding["effects"][0]["name"], "coulomb_friction");
+    assert_eq!(finding["effects"][0]["parameters"]["torque"]["unit"], "N*m");
+    assert_eq!(finding["where"][0]["channel"], "tau_1");
+    assert_eq!(finding["gap"]["metric"], "nrmse");
+    assert!(finding["model"]["diff"].as_str().unwrap().contains("+    effect coulomb_friction"));
+    assert_eq!(finding["next_experiment"], Value::Null);
+    assert_eq!(
+        fs::read_to_string(desk.path("arm.task")).unwrap(),
+        model,
+        "only --apply changes it"
+    );
+
+    let said = desk.trueup(&[&args[..5], &["--apply", "--out", "found", "--quiet"]].concat());
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.out.contains("one effect is missing"), "{}", said.out);
+    assert!(said.out.contains("sign(dq_1)"), "{}", said.out);
+    let changed = fs::read_to_string(desk.path("arm.task")).unwrap();
+    assert!(
+        changed.starts_with("// Ours.\n") && changed.contains("// found by gap in coulomb_a.csv")
+    );
+    assert_eq!(fs::read_to_string(desk.path("arm.task.before-gap")).unwrap(), model);
+    let page = fs::read_to_string(desk.path("found/gap.html")).unwrap();
+    assert!(page.contains("<svg") && !page.contains("src="), "the page is one file");
+    assert_eq!(desk.trueup(&["check", "arm.task"]).code, 0);
+
+    let said = desk.trueup(&args);
+    let finding: Value = serde_json::from_str(&said.out).unwrap();
+    assert_eq!(finding["verdict"], "nothing_missing", "{}", said.out);
+}
+
+#[test]
+fn mistakes_are_told_with_their_place() {
+    let desk = Desk::new("cli-gap-mistakes");
+    let control = recording("control_a.csv");
+    desk.file("nan.csv", "t[s],q_cmd_1[rad],tau_1[N*m]\n0,0,0\n0.1,nan,0\n0.2,0,0\n0.3,0,0\n");
+    desk.file("two.csv", "t[s],q_1[rad]\n0,0\n1,1\n");
+    desk.file("lost.csv", "t[s],q_1[rad]\n0,0\n1,1\n2,1\n");
+    desk.file("lost.json", r#"{"robot": "nowhere.urdf"}"#);
+    desk.file("no_twin.task", "fluent f(o: Object) = true\n");
+    let cases: [(&[&str], &str, &str); 8] = [
+        (&["gap"], "usage", "required"),
+        (&["gap", "gone.csv"], "io::missing", "gone.csv"),
+        (&["gap", "two.csv"], "gap::recording", "2 rows"),
+        (&["gap", "lost.csv"], "gap::robot", "nowhere.urdf"),
+        (&["gap", "nan.csv"], "gap::recording", "q_cmd_2"),
+        (&["gap", &control, "--holdout", "2"], "gap::holdout", "2"),
+        (&["gap", &control, "--apply"], "gap::apply", "model file"),
+        (&["gap", &control, "--model", "no_twin.task"], "gap::model", "no `twin`"),
+    ];
+    for (args, code, says) in cases {
+        let said = desk.trueup(&[args, &["--json"]].concat());
+        assert_eq!(said.code, 2, "{args:?}: {}", said.out);
+        let answer: Value = serde_json::from_str(&said.out).unwrap();
+        let error = &answer["error"];
+        assert_eq!(error["code"], code, "{args:?}: {}", said.out);
+        assert!(error["message"].as_str().unwrap().contains(says), "{args:?}: {}", said.out);
+    }
+}

@@ -1,0 +1,146 @@
+//! Planted truth: recordings made by another simulator (MuJoCo), two motions of each arm, one to fit and
+//! one to judge. What was hidden in each is written here, beside the assertion.
+
+use trueup::discovery::finding::{Effect, Finding, Value, Verdict};
+use trueup::discovery::{Options, Subject, investigate};
+
+use super::{bare_arm, recording};
+
+fn found(name: &str) -> Finding {
+    let recordings = [recording(&format!("{name}_a")), recording(&format!("{name}_b"))];
+    let robot = bare_arm();
+    let arm = Subject::Arm(&robot, &[]);
+    investigate(&recordings, arm, &Options::default(), &mut |_, _| {}).unwrap().finding
+}
+
+fn number(effect: &Effect, name: &str) -> (f64, f64) {
+    let parameter = &effect.parameters[name];
+    match (&parameter.value, &parameter.std) {
+        (Value::Number(value), Value::Number(std)) => (*value, *std),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn nothing_is_found_where_nothing_was_hidden() {
+    let finding = found("control");
+    assert_eq!(finding.verdict, Verdict::NothingMissing, "{:?}", finding.effects);
+    assert!(finding.effects.is_empty());
+    assert!((finding.gap.before.heldout - 1.0).abs() < 0.03, "{:?}", finding.gap);
+    let friction = finding
+        .smallest_visible
+        .iter()
+        .find(|seen| seen.name == "coulomb_friction" && seen.at == "joint_2")
+        .unwrap();
+    assert!(friction.least > 0.0 && friction.least < 0.5, "{friction:?}");
+}
+
+/// 0.79 N·m of Coulomb friction at joint 1.
+#[test]
+fn friction_is_named_with_its_joint_and_size() {
+    let finding = found("coulomb");
+    assert_eq!(finding.verdict, Verdict::Named, "{finding:?}");
+    let effect = &finding.effects[0];
+    assert_eq!((effect.name.as_str(), effect.at.as_str()), ("coulomb_friction", "joint_1"));
+    let (torque, std) = number(effect, "torque");
+    assert!((torque - 0.7896).abs() < 0.03, "{torque} ± {std}");
+    assert!(std > 0.0 && std < 0.02, "{std}");
+    assert_eq!(finding.places[0].channel, "tau_1");
+    assert!(finding.places[0].share > 0.5, "{:?}", finding.places[0]);
+    assert!(finding.gap.shrink_heldout > 0.9, "{:?}", finding.gap);
+    assert!(finding.model.added[0].starts_with("effect coulomb_friction(joint_1) { torque = 0.7"));
+}
+
+/// A tracker turned by 3.5 mrad about the vertical: joint 1's zero would look the same in every motion.
+#[test]
+fn what_no_motion_can_tell_apart_is_not_named() {
+    let finding = found("yaw");
+    assert_eq!(finding.verdict, Verdict::Ambiguous, "{:?}", finding.effects);
+    let mut names: Vec<String> =
+        finding.effects.iter().map(|e| format!("{}({})", e.name, e.at)).collect();
+    names.sort();
+    assert_eq!(names, ["camera_shift(camera)", "joint_zero_offset(joint_1)"]);
+    assert!(finding.effects.iter().all(|effect| effect.indistinguishable));
+    assert!(finding.model.added.is_empty(), "a doubt is not written into the model");
+    assert!(finding.next_experiment.is_some());
+}
+
+/// A one-sided spring of 4.54 N·m/rad from 0 rad on at joint 5, which has no name.
+#[test]
+fn what_has_no_name_is_unknown_and_gets_a_formula() {
+    let finding = found("spring");
+    assert_eq!(finding.verdict, Verdict::Unknown, "{:?}", finding.effects);
+    let effect = &finding.effects[0];
+    assert_eq!(effect.at, "joint_5");
+    assert!((number(effect, "coefficient").0 + 4.538).abs() < 0.1, "{:?}", effect.parameters);
+    assert!(number(effect, "q0").0.abs() < 0.02, "{:?}", effect.parameters);
+    assert!(effect.equation.contains("max(0, q_5 - "), "{}", effect.equation);
+}
+
+/// 4.92 N·m·s/rad at joint 1 and a torque sensor off by 2.01 N·m at joint 4.
+#[test]
+fn two_at_once_are_both_named() {
+    let finding = found("pair");
+    assert_eq!(finding.verdict, Verdict::Several, "{:?}", finding.effects);
+    let at = |name: &str| finding.effects.iter().find(|effect| effect.name == name).unwrap();
+    let viscous = at("viscous_friction");
+    assert_eq!(viscous.at, "joint_1");
+    assert!((number(viscous, "coefficient").0 / 4.915 - 1.0).abs() < 0.05);
+    let offset = at("torque_offset");
+    assert_eq!(offset.at, "joint_4");
+    assert!((number(offset, "torque").0 / 2.006 - 1.0).abs() < 0.05);
+    assert_eq!(finding.effects.len(), 2);
+}
+
+#[test]
+fn the_same_recordings_give_the_same_finding() {
+    let (one, two) = (found("coulomb"), found("coulomb"));
+    assert_eq!(serde_json::to_string(&one).unwrap(), serde_json::to_string(&two).unwrap());
+}
+
+/// What a twin knows already is part of the model: with it, nothing more is missing.
+#[test]
+fn a_known_effect_leaves_nothing_missing() {
+    let text = "twin t of s { effect coulomb_friction(joint_1) { torque = 0.79 N*m } }";
+    let file = trueup::discovery::model_file::ModelFile::read(text).unwrap();
+    let recordings = [recording("coulomb_a"), recording("coulomb_b")];
+    let robot = bare_arm();
+    let arm = Subject::Arm(&robot, file.effects());
+    let found = investigate(&recordings, arm, &Options::default(), &mut |_, _| {}).unwrap();
+    assert_eq!(found.finding.verdict, Verdict::NothingMissing, "{:?}", found.finding.effects);
+}
+
+/// The turned tracker again, seen through the tip alone: still a doubt, and no motion proposed, because
+/// none would settle it.
+#[test]
+fn where_no_motion_would_help_none_is_proposed() {
+    let mut recordings = [recording("yaw_a"), recording("yaw_b")];
+    for recording in &mut recordings {
+        recording
+            .columns
+            .retain(|column| column.name.starts_with("q_cmd") || column.name.starts_with("tcp"));
+    }
+    let robot = bare_arm();
+    let arm = Subject::Arm(&robot, &[]);
+    let found = investigate(&recordings, arm, &Options::default(), &mut |_, _| {}).unwrap();
+    assert_eq!(found.finding.verdict, Verdict::Ambiguous);
+    let next = found.finding.next_experiment.unwrap();
+    assert!(next.why.contains("second marker"), "{}", next.why);
+    assert_eq!(found.experiment, None);
+}
+
+/// Without a controller the measured motion is taken as it is; friction is in the torques all the same.
+#[test]
+fn an_unknown_controller_is_no_obstacle() {
+    let mut recordings = [recording("coulomb_a"), recording("coulomb_b")];
+    for recording in &mut recordings {
+        recording.sidecar.controller = None;
+    }
+    let robot = bare_arm();
+    let arm = Subject::Arm(&robot, &[]);
+    let found = investigate(&recordings, arm, &Options::default(), &mut |_, _| {}).unwrap().finding;
+    let effect = &found.effects[0];
+    assert_eq!((effect.name.as_str(), effect.at.as_str()), ("coulomb_friction", "joint_1"));
+    assert!((number(effect, "torque").0 / 0.7896 - 1.0).abs() < 0.1, "{:?}", effect.parameters);
+    assert!(found.notes.iter().any(|note| note.contains("no controller")), "{:?}", found.notes);
+}

@@ -1,0 +1,136 @@
+//! Reading recordings: what is right is read in SI, what is wrong is told with its place and a help.
+
+use trueup::discovery::recording::{Map, Recording};
+use trueup::discovery::{Options, Subject, investigate};
+use trueup::units::Dimension;
+
+use super::bare_arm;
+
+fn read(csv: &str) -> Result<Recording, String> {
+    read_with(csv, None, "")
+}
+
+fn read_with(csv: &str, sidecar: Option<&str>, map: &str) -> Result<Recording, String> {
+    let map = Map::parse(map)
+        .map_err(|error| format!("{} | {} | {}", error.what, error.place, error.help))?;
+    Recording::read("r.csv", csv, sidecar.map(|text| ("r.json", text)), &map)
+        .map_err(|error| format!("{} | {} | {}", error.what, error.place, error.help))
+}
+
+#[test]
+fn units_become_si() {
+    let r = read("t[ms],q_1[deg],tau_1[N*m]\n0,90,1\n10,180,2\n20,0,3\n").unwrap();
+    assert_eq!(r.time, [0.0, 0.01, 0.02]);
+    let q = r.column("q_1", Dimension::ANGLE).unwrap();
+    assert!((q[1] - std::f64::consts::PI).abs() < 1e-12);
+    assert_eq!(r.column("tau_1", Dimension::TORQUE).unwrap(), [1.0, 2.0, 3.0]);
+}
+
+#[test]
+fn foreign_names_are_mapped_and_get_the_unit_they_lack() {
+    let csv = "t_s,u_pump_V,level\n0,1,2\n4,1,2\n8,1,3\n";
+    let r = read_with(csv, None, "t_s=t[s],u_pump_V=u[mV],level=y").unwrap();
+    assert_eq!(r.time, [0.0, 4.0, 8.0]);
+    assert!((r.column("u", Dimension::VOLTAGE).unwrap()[0] - 1e-3).abs() < 1e-15);
+    assert!(r.has("y"));
+    let wrong = read_with(csv, None, "t_x=t[s]").unwrap_err();
+    assert!(wrong.contains("`t_x`") && wrong.contains("t_s, u_pump_V, level"), "{wrong}");
+    assert!(read_with(csv, None, "t_s").unwrap_err().contains("THEIRS=OURS"));
+    assert!(read_with(csv, None, "t_s=t[parsec]").unwrap_err().contains("not a unit"));
+}
+
+#[test]
+fn every_mistake_says_what_where_and_what_helps() {
+    let cases = [
+        ("", "the file is empty", "r.csv"),
+        ("q_1[rad]\n1\n2\n3\n", "no time column", "r.csv:1"),
+        ("t[s],q_1[rad]\n", "there are no rows", "r.csv"),
+        ("t[s],q_1[rad]\n0,1\n1,2\n", "there are 2 rows", "r.csv"),
+        (
+            "t[s],q_1[rad]\n0,1\n1,2\n0.5,3\n",
+            "time goes back from 1 s to 0.5 s",
+            "r.csv:4, column `t`",
+        ),
+        ("t[s],q_1[rad]\n0,1\n1,2\n1,3\n", "two different rows are of the same time", "r.csv:4"),
+        ("t[s],q_1[rad]\n0,1\nnan,2\n2,3\n", "`nan` is not a time", "r.csv:3, column `t`"),
+        ("t[s],q_1[rad]\n0,1\n1\n2,3\n", "the row has 1 cells, the header 2", "r.csv:3"),
+        (
+            "t[s],q_1[m]\n0,1\n1,2\n2,3\n",
+            "column `q_1` is in m, but it must be an angle",
+            "column `q_1`",
+        ),
+        ("t[kg],q_1[rad]\n0,1\n1,2\n2,3\n", "`t` is in kg", "column `t`"),
+        ("t[s],q_1[turns]\n0,1\n1,2\n2,3\n", "`turns` is not a unit", "column `q_1[turns]`"),
+        (
+            "t[s],q_1[rad],q_1[deg]\n0,1,1\n1,2,2\n2,3,3\n",
+            "two columns are called `q_1`",
+            "r.csv:1",
+        ),
+    ];
+    for (csv, what, place) in cases {
+        let error = read(csv).unwrap_err();
+        let parts: Vec<&str> = error.split(" | ").collect();
+        assert!(parts[0].contains(what), "{csv:?}: {error}");
+        assert!(parts[1].contains(place), "{csv:?}: {error}");
+        assert!(parts[2].split_whitespace().count() > 3, "{csv:?} gets help: {error}");
+    }
+}
+
+/// The Gen3's own observer writes an `inf` now and then: a column nobody asks for may hold it.
+#[test]
+fn a_bad_cell_is_told_when_its_column_is_asked_for() {
+    let r = read("t[s],q_1[rad],note\n0,1,inf\n1,x,inf\n2,3,\n").unwrap();
+    let error = r.column("q_1", Dimension::ANGLE).unwrap_err();
+    assert!(error.what.contains("`x`"), "{error:?}");
+    assert!(error.place.contains("r.csv:3, column `q_1`"), "{error:?}");
+    assert!(r.column("dq_1", Dimension::ANGULAR_SPEED).unwrap_err().help.contains("q_1"));
+}
+
+#[test]
+fn a_stuttering_logger_is_forgiven_and_noted() {
+    let r = read("t[s],q_1[rad]\n0,1\n0,1\n1,2\n2,3\n").unwrap();
+    assert_eq!(r.n_rows(), 3);
+    assert!(r.notes[0].contains("1 rows repeat"), "{:?}", r.notes);
+}
+
+#[test]
+fn a_sidecar_that_cannot_be_is_refused() {
+    let csv = "t[s],q_1[rad]\n0,1\n1,2\n2,3\n";
+    for (text, what) in [
+        ("{", "not a recording's sidecar"),
+        (r#"{"noise": {"q_rad": -1}}"#, "`noise.q_rad` is -1"),
+        (r#"{"torque_sensor": "elbow"}"#, "elbow"),
+        (
+            r#"{"controller": {"type": "pd", "kp_nm_per_rad": [1], "kd_nm_s_per_rad": []}}"#,
+            "unequal numbers",
+        ),
+    ] {
+        let error = read_with(csv, Some(text), "").unwrap_err();
+        assert!(error.contains(what) && error.contains("r.json"), "{text}: {error}");
+    }
+    let known = r#"{"noise": {"tau_nm": [0.1, 0.2], "q_rad": 1e-4}, "colour": "red"}"#;
+    let r = read_with(csv, Some(known), "").unwrap();
+    assert_eq!(r.sidecar.noise.tau_nm.unwrap().of(1), Some(0.2));
+}
+
+#[test]
+fn a_recording_of_something_else_is_told() {
+    let robot = bare_arm();
+    let of = |csv: &str| {
+        let r = [read(csv).unwrap(), read(csv).unwrap()];
+        let arm = Subject::Arm(&robot, &[]);
+        investigate(&r, arm, &Options::default(), &mut |_, _| {}).unwrap_err()
+    };
+    let error = of("t[s],u[V]\n0,1\n1,2\n2,3\n");
+    assert!(error.what.contains("nothing measured") && error.help.contains("--map"), "{error:?}");
+    let error = of("t[s],q_1[rad]\n0,1\n1,2\n2,3\n");
+    assert!(error.what.contains("no column `q_2`"), "{error:?}");
+    let seven: Vec<String> = (1..=7).map(|n| format!("q_{n}[rad]")).collect();
+    let row = ",0".repeat(7);
+    let error = of(&format!("t[s],{}\n0{row}\n1{row}\n2{row}\n", seven.join(",")));
+    assert!(error.what.contains("nothing to compare") && error.help.contains("tau_n"), "{error:?}");
+    let eight: Vec<String> = (1..=8).map(|n| format!("q_{n}[rad]")).collect();
+    let row = ",0".repeat(8);
+    let error = of(&format!("t[s],{}\n0{row}\n1{row}\n2{row}\n", eight.join(",")));
+    assert!(error.what.contains("8 columns") && error.help.contains("--robot-file"), "{error:?}");
+}
