@@ -9,6 +9,7 @@ use super::super::finding::{
     Alternative, Channel, Effect, Evidence, Finding, Gap, ModelChange, NextExperiment, Parameter,
     Split, Value, Verdict, Visible,
 };
+use super::super::Trace;
 use super::super::recording::{self, Recording};
 use super::compile::{Compiled, compile};
 use super::data::{Data, noise_of, std};
@@ -76,26 +77,8 @@ pub struct Outcome {
     pub finding: Finding,
     /// The text of the file with the effects written in; as it was when nothing is missing.
     pub text: String,
-    /// By output: name, unit, time, measured, the model as given, the model with the effects; on the data
-    /// held out.
+    /// Measured minus model on the data held out, before and after, one per output.
     pub traces: Vec<Trace>,
-}
-
-/// One output before and after, on held-out data.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Trace {
-    /// The output's name.
-    pub name: String,
-    /// SI unit.
-    pub unit: String,
-    /// s.
-    pub time: Vec<f64>,
-    /// As measured.
-    pub measured: Vec<f64>,
-    /// By the model as given.
-    pub before: Vec<f64>,
-    /// By the model with the effects.
-    pub after: Vec<f64>,
 }
 
 /// Finds what a model leaves out.
@@ -499,36 +482,26 @@ impl Report<'_> {
 
     fn traces(&self) -> Vec<Trace> {
         let search = self.search;
-        let task = self.question.bench.task_on(&search.best.fitted.compiled, &self.question.bench.held);
+        let bench = self.question.bench;
+        let task = bench.task_on(&search.best.fitted.compiled, &bench.held);
+        let time: Vec<f64> = task
+            .windows
+            .iter()
+            .flat_map(|w| w.rows.clone().map(|row| bench.held[w.data].time[row]))
+            .collect();
         let outputs = &search.nominal.fitted.compiled.outputs;
         outputs
             .iter()
             .enumerate()
-            .map(|(o, output)| {
-                let mut trace = Trace {
-                    name: output.name.clone(),
-                    unit: output.dimension.map(Dimension::si).unwrap_or_default(),
-                    time: Vec::new(),
-                    measured: Vec::new(),
-                    before: Vec::new(),
-                    after: Vec::new(),
-                };
-                let mut at = 0;
-                for w in &task.windows {
-                    let data = &self.question.bench.held[w.data];
-                    for row in w.rows.clone() {
-                        let measured = data.outputs[o][row];
-                        let minus = |h: &Hypothesis| {
-                            measured - h.held.residuals[o].get(at).copied().unwrap_or(f64::NAN)
-                        };
-                        trace.time.push(data.time[row]);
-                        trace.measured.push(measured);
-                        trace.before.push(minus(&search.nominal));
-                        trace.after.push(minus(&search.best));
-                        at += 1;
-                    }
-                }
-                trace
+            .map(|(o, output)| Trace {
+                recording: bench.held[0].name.clone(),
+                channel: output.name.clone(),
+                unit: output.dimension.map(Dimension::si).unwrap_or_default(),
+                noise: bench.held[0].noise[o],
+                held_out: true,
+                time: time.clone(),
+                before: search.nominal.held.residuals[o].clone(),
+                after: search.best.held.residuals[o].clone(),
             })
             .collect()
     }

@@ -3,8 +3,7 @@
 //! [`investigate`] is the front door. A model's text is parsed and checked (`language`), compiled to a flat
 //! program ([`compile`]), run along recordings ([`simulate`]) and fitted ([`estimate`], [`fitting`]). Every
 //! effect that could sit in it is a change of its text ([`candidates`], [`edit`]); a search adds those
-//! that pay on data fitted and held out ([`search`]), and what no name explains becomes a sparse formula
-//! ([`unknown`]). The answer is a [`super::finding::Finding`] with the difference of the text.
+//! that pay on data fitted and held out ([`search`]). The answer is a [`super::finding::Finding`] with the difference of the text.
 
 pub mod number;
 mod program;
@@ -21,3 +20,4 @@ pub mod search;
 mod answer;
 
 pub use answer::{Error, Options, Outcome, investigate};
+pub use edit::model_in;
