@@ -138,7 +138,8 @@ fn shrink(finding: &Finding, style: Style) -> String {
     let gap = &finding.gap;
     let mut text = String::new();
     let in_noise = (gap.noise_floor - 1.0).abs() < 1e-9;
-    let unit = if in_noise { "units of noise (1 is noise alone)" } else { "parts of the signal's spread" };
+    let unit =
+        if in_noise { "units of noise (1 is noise alone)" } else { "parts of the signal's spread" };
     let _ = writeln!(text, "\ngap in {unit}");
     let most = gap.before.heldout.max(gap.after.heldout).max(1e-9);
     for (name, split) in [("before", gap.before), ("after", gap.after)] {

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use crate::language::{Diagnostic, parse};
 use crate::units::{Dimension, significant};
 
+use super::super::Trace;
 use super::super::finding::{
     Alternative, Channel, Effect, Evidence, Finding, Gap, ModelChange, NextExperiment, Parameter,
     Split, Value, Verdict, Visible,
 };
-use super::super::Trace;
 use super::super::recording::{self, Recording};
 use super::compile::{Compiled, compile};
 use super::data::{Data, noise_of, std};
@@ -128,7 +128,9 @@ pub fn investigate(
         ));
     }
     if bench.scheme.hold == Hold::Line && !compiled.inputs.is_empty() {
-        notes.push("inputs follow straight lines between rows, which fits better than holding them".into());
+        notes.push(
+            "inputs follow straight lines between rows, which fits better than holding them".into(),
+        );
     }
     for names in &nominal.train.undetermined {
         notes.push(format!(
@@ -137,10 +139,32 @@ pub fn investigate(
     }
     let floors = bench.train[0].noise.iter().map(|n| 0.01 * n * n + 1e-24).collect();
     let question = Question { bench: &bench, name: &name, floors };
-    let search = question
-        .search(nominal)
-        .ok_or_else(|| Error::TooShort { rows: recordings.iter().map(Recording::n_rows).sum() })?;
+    let too_short = || Error::TooShort { rows: recordings.iter().map(Recording::n_rows).sum() };
+    let mut search = question.search(nominal.clone()).ok_or_else(too_short)?;
+    // While something large is missing, how inputs are held is hard to see; half a step of delay is not a
+    // late actuator but the wrong hold.
+    let held_bench;
+    let mut question = question;
+    if bench.scheme.hold == Hold::Line && half_a_step(&search.best, bench.train[0].step()) {
+        held_bench = Bench { scheme: Scheme { hold: Hold::Zero, ..bench.scheme }, ..bench.clone() };
+        if let Some(refitted) = held_bench.fit(text, &name, &nominal, 60) {
+            question = Question { bench: &held_bench, ..question.clone() };
+            search = question.search(refitted).ok_or_else(too_short)?;
+            notes.retain(|n| !n.starts_with("inputs follow"));
+        }
+    }
     Ok(Report { path, text, question: &question, search: &search, notes }.outcome())
+}
+
+/// Whether a hypothesis has a delay of about half a step of the recordings.
+fn half_a_step(hypothesis: &Hypothesis, step: f64) -> bool {
+    hypothesis.effects.iter().any(|e| {
+        matches!(e.candidate.kind, "input_delay" | "sensor_delay")
+            && with_values(&e.patch, &hypothesis.fitted, false)
+                .params
+                .iter()
+                .any(|p| (p.value / step - 0.5).abs() < 0.25)
+    })
 }
 
 /// The noise that a sidecar gives for a column such as `q_2` or `tcp_x`.
@@ -203,7 +227,9 @@ fn prepare(
     let before: usize = train.iter().map(Data::n_rows).sum();
     let (train, held) = (shorten(train), shorten(held));
     if train.iter().map(Data::n_rows).sum::<usize>() < before {
-        notes.push("only the first part of each recording is used; all of it would take long".into());
+        notes.push(
+            "only the first part of each recording is used; all of it would take long".into(),
+        );
     }
     let n_out = model.outputs.len();
     let scales = (0..n_out)
@@ -224,7 +250,13 @@ fn prepare(
 }
 
 /// Estimates first values that the model gives when the data speak strongly against them.
-fn free_starts(bench: &mut Bench, nominal: &mut Fitted, name: &str, seed: u64, notes: &mut Vec<String>) {
+fn free_starts(
+    bench: &mut Bench,
+    nominal: &mut Fitted,
+    name: &str,
+    seed: u64,
+    notes: &mut Vec<String>,
+) {
     if nominal.compiled.states.iter().all(|s| s.fixed.is_none()) {
         return;
     }
@@ -283,7 +315,10 @@ impl Report<'_> {
                     why_not: if ties {
                         "the data cannot tell it from this one".into()
                     } else if rival.delta_bic >= 6.0 {
-                        format!("fits worse: its criterion is {} higher", significant(rival.delta_bic, 3))
+                        format!(
+                            "fits worse: its criterion is {} higher",
+                            significant(rival.delta_bic, 3)
+                        )
                     } else if rival.held_worse >= 0.03 {
                         format!(
                             "predicts the held-out data worse by {} %",
@@ -299,7 +334,8 @@ impl Report<'_> {
         }
         if verdict == Verdict::Ambiguous {
             let (gain, rivals) = &search.judged[0];
-            for rival in rivals.iter().filter(|r| r.ties(&search.best.effects[0].candidate)).take(4) {
+            for rival in rivals.iter().filter(|r| r.ties(&search.best.effects[0].candidate)).take(4)
+            {
                 if let Some(last) = rival.hypothesis.effects.last() {
                     let gain = Gain { bic: gain.bic - rival.delta_bic, ..*gain };
                     let mut effect = self.effect(&rival.hypothesis, last, gain);
@@ -327,7 +363,12 @@ impl Report<'_> {
             places: self.places(),
             effects,
             gap,
-            model: ModelChange { path: Some(self.path.into()), added, diff: change, applied: false },
+            model: ModelChange {
+                path: Some(self.path.into()),
+                added,
+                diff: change,
+                applied: false,
+            },
             next_experiment,
             reason,
             smallest_visible: self.visible(verdict),
@@ -363,7 +404,9 @@ impl Report<'_> {
             let held = whiteness(&best.held.residuals[o]);
             let small = rms[o] <= 1.2 * noise[o];
             // What is mostly noise may still follow itself a little.
-            small || (white > 0.3 && held > 0.3 && rms[o] <= 3.0 * noise[o]) || (white > 0.6 && held > 0.6)
+            small
+                || (white > 0.3 && held > 0.3 && rms[o] <= 3.0 * noise[o])
+                || (white > 0.6 && held > 0.6)
         })
     }
 
@@ -374,7 +417,9 @@ impl Report<'_> {
         let outputs = &nominal.fitted.compiled.outputs;
         let noise = &question.bench.train[0].noise;
         let beyond: Vec<f64> = (0..outputs.len())
-            .map(|o| ((rms[o].powi(2) - noise[o].powi(2)).max(0.0)) / question.bench.scales[o].powi(2))
+            .map(|o| {
+                ((rms[o].powi(2) - noise[o].powi(2)).max(0.0)) / question.bench.scales[o].powi(2)
+            })
             .collect();
         let total: f64 = beyond.iter().sum();
         let mut places: Vec<Channel> = outputs
@@ -431,11 +476,17 @@ impl Report<'_> {
         let why = if has("input_gain") && has("output_gain") {
             "a gain before or after a linear model is the same; measure the input at the machine, or the output with a second sensor".to_string()
         } else if has("input_offset") || has("output_offset") {
-            format!("a constant at the input and one at the output look alike near one working point; record with {input} at several levels, standstill included")
+            format!(
+                "a constant at the input and one at the output look alike near one working point; record with {input} at several levels, standstill included"
+            )
         } else if has("input_delay") || has("lag") || has("sensor_delay") {
-            format!("a delay and a lag differ only in fast motion; record steps of {input} and sample faster")
+            format!(
+                "a delay and a lag differ only in fast motion; record steps of {input} and sample faster"
+            )
         } else {
-            format!("record with {input} over its whole range, slow and fast, with reversals; the rivals differ where the present recordings do not go")
+            format!(
+                "record with {input} over its whole range, slow and fast, with reversals; the rivals differ where the present recordings do not go"
+            )
         };
         NextExperiment { why, commands: None }
     }

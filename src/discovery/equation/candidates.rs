@@ -154,7 +154,8 @@ pub fn velocities(ground: &Ground) -> Vec<(usize, Option<usize>)> {
     (0..n)
         .filter_map(|v| {
             let dimension = model.units.of(&model.states[v].name);
-            let by_unit = dimension.is_some_and(|d| d == Dimension::SPEED || d == Dimension::ANGULAR_SPEED);
+            let by_unit =
+                dimension.is_some_and(|d| d == Dimension::SPEED || d == Dimension::ANGULAR_SPEED);
             if let Some(q) = of(v) {
                 return Some((v, Some(q)));
             }
@@ -297,14 +298,14 @@ fn friction_of_inputs(draft: &mut Draft) {
     let model = ground.compiled;
     for output in &model.outputs {
         for (i, (input, dimension)) in model.inputs.iter().enumerate() {
-            let speed = dimension.is_none_or(|d| d == Dimension::SPEED || d == Dimension::ANGULAR_SPEED);
+            let speed =
+                dimension.is_none_or(|d| d == Dimension::SPEED || d == Dimension::ANGULAR_SPEED);
             if !speed {
                 continue;
             }
             let o = model.outputs.iter().position(|x| x.name == output.name).unwrap_or(0);
-            let mechanical = output
-                .dimension
-                .is_some_and(|d| d == Dimension::TORQUE || d == Dimension::FORCE);
+            let mechanical =
+                output.dimension.is_some_and(|d| d == Dimension::TORQUE || d == Dimension::FORCE);
             let names = if mechanical {
                 [
                     "viscous_friction",
@@ -324,13 +325,16 @@ fn friction_of_inputs(draft: &mut Draft) {
             };
             let out = output.name.clone();
             let write = |term: String| {
-                let patch = Patch { outputs: vec![(out.clone(), term.clone())], ..Patch::default() };
+                let patch =
+                    Patch { outputs: vec![(out.clone(), term.clone())], ..Patch::default() };
                 (patch, format!("{out} += {}", term.trim_start_matches("+ ")))
             };
             // What rubs in one direction only looks like a constant there; its sign is still the motion's.
             let both = ground.inputs[i].span() > 0.0;
-            let about = (ground.inputs[i], ground.outputs[o].rms.max(1e-12), output.dimension, *dimension);
-            let at = if model.outputs.len() == 1 { input.clone() } else { format!("{input}_{out}") };
+            let about =
+                (ground.inputs[i], ground.outputs[o].rms.max(1e-12), output.dimension, *dimension);
+            let at =
+                if model.outputs.len() == 1 { input.clone() } else { format!("{input}_{out}") };
             rubbing(draft, names, (&at, input), about, both, &write, "+");
         }
     }
@@ -409,7 +413,9 @@ fn levels(draft: &mut Draft) {
         let spill = fresh(ground.model, &format!("{name}_spill"));
         let at = |part: f64| range.low + part * range.span();
         let starts = [at(0.95), at(0.85), at(0.7), at(0.5)];
-        let level = || p("level", "full", dimension, &starts).within(at(0.05), at(1.0) + 0.02 * range.span());
+        let level = || {
+            p("level", "full", dimension, &starts).within(at(0.05), at(1.0) + 0.02 * range.span())
+        };
         let next: Vec<String> = model
             .states
             .iter()
@@ -417,7 +423,9 @@ fn levels(draft: &mut Draft) {
             .filter(|other| {
                 ground.model.equations.iter().any(|e| {
                     e.name.text == other.name
-                        && crate::language::names_in(&e.formula).iter().any(|n| depends(ground.model, n, &name))
+                        && crate::language::names_in(&e.formula)
+                            .iter()
+                            .any(|n| depends(ground.model, n, &name))
                 })
             })
             .map(|other| other.name.clone())
@@ -446,7 +454,9 @@ fn depends(model: &ModelItem, name: &str, state: &str) -> bool {
     name == state
         || model.lets.iter().any(|l| {
             l.name.text == name
-                && crate::language::names_in(&l.formula).iter().any(|n| n != name && depends(model, n, state))
+                && crate::language::names_in(&l.formula)
+                    .iter()
+                    .any(|n| n != name && depends(model, n, state))
         })
 }
 
@@ -520,7 +530,8 @@ fn inputs(draft: &mut Draft) {
         let peak = range.low.abs().max(range.high.abs());
         draft.add(
             ("input_saturation", name),
-            &[p("limit", "limit", *dimension, &[0.9 * peak, 0.7 * peak, 0.5 * peak]).within(0.02 * peak, peak)],
+            &[p("limit", "limit", *dimension, &[0.9 * peak, 0.7 * peak, 0.5 * peak])
+                .within(0.02 * peak, peak)],
             &[],
             |n| wrap(format!("clamp({{}}, -{0}, {0})", n[0])),
         );
@@ -624,7 +635,13 @@ fn outputs(draft: &mut Draft) {
                     output: Some((name.clone(), lagged.clone())),
                     ..Patch::default()
                 };
-                (patch, format!("{name} = {lagged}, {lagged}' = (what the model says - {lagged})/{}", n[0]))
+                (
+                    patch,
+                    format!(
+                        "{name} = {lagged}, {lagged}' = (what the model says - {lagged})/{}",
+                        n[0]
+                    ),
+                )
             },
         );
     }

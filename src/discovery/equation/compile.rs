@@ -274,7 +274,8 @@ impl<'a> Maker<'a> {
     }
 
     fn constant(&mut self, value: f64) -> Reg {
-        if let Some((reg, _)) = self.constants.iter().find(|(_, c)| c.to_bits() == value.to_bits()) {
+        if let Some((reg, _)) = self.constants.iter().find(|(_, c)| c.to_bits() == value.to_bits())
+        {
             return *reg;
         }
         let reg = self.register(0);
@@ -391,9 +392,7 @@ impl<'a> Maker<'a> {
             _ => None,
         };
         Ok(match (name, regs.as_slice()) {
-            (_, &[a]) if unary.is_some() => {
-                self.op(Op::Unary(unary.unwrap_or(Unary::Neg), a))
-            }
+            (_, &[a]) if unary.is_some() => self.op(Op::Unary(unary.unwrap_or(Unary::Neg), a)),
             ("sign", &[a]) => {
                 let site = self.site(a);
                 self.op(Op::Sign(a, site))

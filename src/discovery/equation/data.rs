@@ -55,7 +55,10 @@ impl Data {
             if asked == Dimension::ANGLE {
                 let turns = unroll(&mut values);
                 if turns > 0 {
-                    notes.push(format!("{}: `{name}` wraps {turns} times and is unrolled", recording.name));
+                    notes.push(format!(
+                        "{}: `{name}` wraps {turns} times and is unrolled",
+                        recording.name
+                    ));
                 }
             }
             Ok(values)
@@ -137,7 +140,9 @@ impl Data {
         let blocks: Vec<Range<usize>> = self
             .stretches()
             .into_iter()
-            .flat_map(|r| r.clone().step_by(k).map(move |i| i..(i + k).min(r.end)).collect::<Vec<_>>())
+            .flat_map(|r| {
+                r.clone().step_by(k).map(move |i| i..(i + k).min(r.end)).collect::<Vec<_>>()
+            })
             .filter(|b| b.len() * 2 >= k)
             .collect();
         let average = |values: &[f64]| -> Vec<f64> {

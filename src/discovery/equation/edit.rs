@@ -186,7 +186,8 @@ pub fn apply(text: &str, name: &str, patch: &Patch) -> Option<String> {
 
 /// `param v_dry: m/s^2 = 0.2145    // dry_friction(v): +- 0.002`.
 fn declaration(param: &NewParam, title: &str) -> String {
-    let unit = param.dimension.map(Dimension::si).filter(|u| !u.is_empty() && Unit::parse(u).is_ok());
+    let unit =
+        param.dimension.map(Dimension::si).filter(|u| !u.is_empty() && Unit::parse(u).is_ok());
     let unit = unit.map_or(String::new(), |u| format!(": {u}"));
     let number = |v: f64| format!("{v:e}");
     match param.std {
@@ -200,7 +201,11 @@ fn declaration(param: &NewParam, title: &str) -> String {
             let range = param.range.map_or(String::new(), |[low, high]| {
                 format!(" in {} to {}", number(low), number(high))
             });
-            format!("param {}{unit} = free ~ {}{range}    // {title}", param.name, number(param.value))
+            format!(
+                "param {}{unit} = free ~ {}{range}    // {title}",
+                param.name,
+                number(param.value)
+            )
         }
     }
 }
@@ -220,9 +225,9 @@ fn occurrences(expr: &Expr, input: &str, out: &mut Vec<Span>) {
         }
         ExprKind::Call(call) => {
             let args = || call.args.iter().flat_map(|a| &a.values);
-            let of_input = args().next().is_some_and(|a| {
-                matches!(&a.kind, ExprKind::Name(name) if name == input)
-            });
+            let of_input = args()
+                .next()
+                .is_some_and(|a| matches!(&a.kind, ExprKind::Name(name) if name == input));
             if call.name.text == "delay" && of_input {
                 out.push(call.span);
             } else {
@@ -255,7 +260,8 @@ fn indent_of(text: &str, model: &ModelItem) -> String {
         .min()
         .unwrap_or(model.body.from);
     let line = text[..first].rfind('\n').map_or(0, |i| i + 1);
-    let blanks: String = text[line..first].chars().take_while(|c| matches!(c, ' ' | '\t')).collect();
+    let blanks: String =
+        text[line..first].chars().take_while(|c| matches!(c, ' ' | '\t')).collect();
     if blanks.is_empty() { "    ".into() } else { blanks }
 }
 
@@ -291,9 +297,8 @@ pub fn diff(path: &str, before: &str, after: &str) -> String {
             j += 1;
         }
     }
-    let near = |k: usize| {
-        (k.saturating_sub(3)..(k + 4).min(lines.len())).any(|m| lines[m].0 != ' ')
-    };
+    let near =
+        |k: usize| (k.saturating_sub(3)..(k + 4).min(lines.len())).any(|m| lines[m].0 != ' ');
     let mut out = format!("--- {path}\n+++ {path}\n");
     let (mut at_a, mut at_b) = (1, 1);
     let mut k = 0;

@@ -32,7 +32,8 @@ pub fn windows(data: &[Data], rows: Option<usize>) -> Vec<Window> {
     let mut out = Vec::new();
     for (d, one) in data.iter().enumerate() {
         for stretch in one.stretches() {
-            let n = rows.map_or(1, |r| (stretch.len() as f64 / r.max(3) as f64).round().max(1.0) as usize);
+            let n = rows
+                .map_or(1, |r| (stretch.len() as f64 / r.max(3) as f64).round().max(1.0) as usize);
             for i in 0..n {
                 let at = |i: usize| stretch.start + stretch.len() * i / n;
                 // Windows share their edge, so that no step is lost between two of them.
@@ -123,9 +124,8 @@ impl Task<'_> {
         let few = rows.start..(rows.start + 5).min(rows.end);
         (0..model.states.len())
             .map(|s| {
-                let clamp = |v: f64| {
-                    model.states[s].range.map_or(v, |[low, high]| v.clamp(low, high))
-                };
+                let clamp =
+                    |v: f64| model.states[s].range.map_or(v, |[low, high]| v.clamp(low, high));
                 if let Some(o) = measured(s) {
                     return clamp(data.outputs[o][rows.start]);
                 }
@@ -173,7 +173,15 @@ impl Task<'_> {
             .zip(&point.starts)
             .map(|(w, start)| {
                 let mut out = vec![0.0; w.rows.len() * n_out];
-                simulate(self.model, &self.data[w.data], w.rows.clone(), self.scheme, &point.params, start, &mut out)?;
+                simulate(
+                    self.model,
+                    &self.data[w.data],
+                    w.rows.clone(),
+                    self.scheme,
+                    &point.params,
+                    start,
+                    &mut out,
+                )?;
                 Ok(out)
             })
             .collect();

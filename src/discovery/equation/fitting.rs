@@ -96,7 +96,14 @@ impl Bench {
         let mut sizes = vec![0.0; rough];
         let mut n = 0.0;
         for (w, start) in task.windows.iter().zip(&point.starts).take(8) {
-            let found = site_sizes(model, &self.train[w.data], w.rows.clone(), self.scheme, &point.params, start);
+            let found = site_sizes(
+                model,
+                &self.train[w.data],
+                w.rows.clone(),
+                self.scheme,
+                &point.params,
+                start,
+            );
             if let Some(found) = found {
                 for (to, v) in sizes.iter_mut().zip(&found) {
                     *to += v * v;
@@ -114,7 +121,13 @@ impl Bench {
     }
 
     /// Fits a text from a parent's point; `None` when it does not compile or blows up.
-    pub fn fit(&self, text: &str, name: &str, parent: &Fitted, iterations: usize) -> Option<Fitted> {
+    pub fn fit(
+        &self,
+        text: &str,
+        name: &str,
+        parent: &Fitted,
+        iterations: usize,
+    ) -> Option<Fitted> {
         let mut compiled = self.prepare(text, name)?;
         let point = {
             let task = self.task(&compiled);
@@ -138,13 +151,13 @@ impl Bench {
             param.range = Some([value - room, value + room]);
         }
         let task = self.task_on(&frozen, &self.held);
-        let starts_at = |other: &[f64]| Point { params: params.clone(), starts: task.starts(other) };
+        let starts_at =
+            |other: &[f64]| Point { params: params.clone(), starts: task.starts(other) };
         // Unmeasured states start where they stood on average in the training data.
         let n = fitted.compiled.states.len();
         let average: Vec<f64> = (0..n)
             .map(|s| {
-                let all: Vec<f64> =
-                    fitted.train.point.starts.iter().filter_map(|w| w[s]).collect();
+                let all: Vec<f64> = fitted.train.point.starts.iter().filter_map(|w| w[s]).collect();
                 super::data::mean(&all)
             })
             .collect();
@@ -201,7 +214,8 @@ pub fn baseline(bench: &mut Bench, text: &str, name: &str, seed: u64) -> Result<
     let n_rows: usize = bench.train.iter().map(Data::n_rows).sum();
     let mut starts: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
     let hidden = |by: f64| vec![by * measured; compiled.states.len()];
-    let given = |or: f64| -> Vec<f64> { compiled.params.iter().map(|p| p.guess.unwrap_or(or)).collect() };
+    let given =
+        |or: f64| -> Vec<f64> { compiled.params.iter().map(|p| p.guess.unwrap_or(or)).collect() };
     for by in [0.0, 0.5, 1.0] {
         starts.push((given(0.1), hidden(by)));
     }
@@ -260,16 +274,16 @@ pub fn baseline(bench: &mut Bench, text: &str, name: &str, seed: u64) -> Result<
                 continue;
             }
         }
-        let fitted = if compiled.params.is_empty() && point.starts.iter().flatten().flatten().count() == 0 {
-            task.judge(&point).ok()
-        } else {
-            task.fit(&point, 12).ok()
-        };
+        let fitted =
+            if compiled.params.is_empty() && point.starts.iter().flatten().flatten().count() == 0 {
+                task.judge(&point).ok()
+            } else {
+                task.fit(&point, 12).ok()
+            };
         if let Some(fit) = fitted
             && fit.residuals.iter().all(|r| !r.is_empty())
         {
-            let cost: f64 =
-                fit.rms().iter().zip(&bench.scales).map(|(r, s)| (r / s).powi(2)).sum();
+            let cost: f64 = fit.rms().iter().zip(&bench.scales).map(|(r, s)| (r / s).powi(2)).sum();
             let first: Vec<f64> = (0..compiled.states.len())
                 .map(|s| fit.point.starts.first().and_then(|w| w[s]).unwrap_or(other[s]))
                 .collect();
@@ -384,13 +398,8 @@ pub fn settle_steps(bench: &mut Bench, fitted: &mut Fitted) {
         let (Ok(coarse), Ok(fine)) = (coarse, fine) else { return };
         let n_out = bench.scales.len();
         let matters = (0..n_out).any(|o| {
-            let difference: Vec<f64> = coarse
-                .iter()
-                .zip(&fine)
-                .skip(o)
-                .step_by(n_out)
-                .map(|(a, b)| a - b)
-                .collect();
+            let difference: Vec<f64> =
+                coarse.iter().zip(&fine).skip(o).step_by(n_out).map(|(a, b)| a - b).collect();
             let floor = 0.03 * fitted.train.rms()[o];
             let size: Vec<f64> = fine.iter().skip(o).step_by(n_out).copied().collect();
             rms(&difference) > floor.max(1e-7 * std(&size))

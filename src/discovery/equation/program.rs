@@ -73,10 +73,18 @@ impl Op {
                     Binary::Mul => a * b,
                     Binary::Div => a / b,
                     Binary::Min => {
-                        if a.value() <= b.value() { a } else { b }
+                        if a.value() <= b.value() {
+                            a
+                        } else {
+                            b
+                        }
                     }
                     Binary::Max => {
-                        if a.value() >= b.value() { a } else { b }
+                        if a.value() >= b.value() {
+                            a
+                        } else {
+                            b
+                        }
                     }
                     Binary::Pow => {
                         let (x, y) = (a.value(), b.value());
@@ -127,7 +135,11 @@ impl Op {
                         a.chain(f, 1.0 - f * f)
                     }
                     Unary::Abs => {
-                        if x < 0.0 { -a } else { a }
+                        if x < 0.0 {
+                            -a
+                        } else {
+                            a
+                        }
                     }
                 }
             }

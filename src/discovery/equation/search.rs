@@ -117,7 +117,12 @@ impl Question<'_> {
         let effective: Vec<f64> =
             whites.iter().zip(&rich.fitted.train.sums).map(|(w, (_, n))| w * *n as f64).collect();
         let total: f64 = effective.iter().sum();
-        let ratio = twice_log_ratio(&poor.fitted.train.sums, &rich.fitted.train.sums, &effective, &self.floors);
+        let ratio = twice_log_ratio(
+            &poor.fitted.train.sums,
+            &rich.fitted.train.sums,
+            &effective,
+            &self.floors,
+        );
         let extra = free(rich) as f64 - free(poor) as f64;
         let bic = ratio - extra * total.max(2.0).ln() - 2.0 * (n_tried.max(1) as f64).ln();
         let held_whites: Vec<f64> = rich.held.residuals.iter().map(|r| whiteness(r)).collect();
@@ -128,7 +133,8 @@ impl Question<'_> {
             bic,
             held,
             held_rms: 1.0 - self.size(&rich.held) / self.size(&poor.held).max(1e-300),
-            train_rms: 1.0 - self.size(&rich.fitted.train) / self.size(&poor.fitted.train).max(1e-300),
+            train_rms: 1.0
+                - self.size(&rich.fitted.train) / self.size(&poor.fitted.train).max(1e-300),
             white: super::data::mean(&held_whites),
         }
     }
@@ -154,7 +160,11 @@ impl Question<'_> {
     }
 
     /// What the candidates are made from, at a fitted model.
-    fn ground<'m>(&self, fitted: &'m Fitted, model: &'m crate::language::ast::ModelItem) -> Ground<'m> {
+    fn ground<'m>(
+        &self,
+        fitted: &'m Fitted,
+        model: &'m crate::language::ast::ModelItem,
+    ) -> Ground<'m> {
         let compiled = &fitted.compiled;
         let bench = self.bench;
         let task = bench.task(compiled);
@@ -167,7 +177,8 @@ impl Question<'_> {
             delay: None,
             state: None,
         };
-        probe.outputs = compiled.state_regs.iter().chain(&compiled.rates).map(|r| output(*r)).collect();
+        probe.outputs =
+            compiled.state_regs.iter().chain(&compiled.rates).map(|r| output(*r)).collect();
         let mut all = compiled.program.outputs.clone();
         all.extend(&compiled.program.rates);
         all.sort_unstable();
@@ -179,7 +190,8 @@ impl Question<'_> {
             let mut out = vec![0.0; w.rows.len() * 2 * n];
             let data = &bench.train[w.data];
             let params = &fitted.train.point.params;
-            if simulate(&probe, data, w.rows.clone(), bench.scheme, params, start, &mut out).is_ok() {
+            if simulate(&probe, data, w.rows.clone(), bench.scheme, params, start, &mut out).is_ok()
+            {
                 for (k, column) in columns.iter_mut().enumerate() {
                     column.extend(out.iter().skip(k).step_by(2 * n).copied());
                 }
@@ -187,11 +199,21 @@ impl Question<'_> {
         }
         let of = |column: &Vec<f64>| Range::of(column.iter().copied());
         let over = |pick: &dyn Fn(&super::data::Data) -> &Vec<f64>| {
-            Range::of(bench.train.iter().flat_map(|d| pick(d).iter().copied()).collect::<Vec<_>>().into_iter())
+            Range::of(
+                bench
+                    .train
+                    .iter()
+                    .flat_map(|d| pick(d).iter().copied())
+                    .collect::<Vec<_>>()
+                    .into_iter(),
+            )
         };
         let mut spectrum = Vec::new();
         if let (Some(first), Some(r)) = (bench.train.first(), fitted.train.residuals.first()) {
-            let m = task.windows.first().map_or(0, |w| if bench.rows.is_none() { w.rows.len() } else { 0 });
+            let m = task
+                .windows
+                .first()
+                .map_or(0, |w| if bench.rows.is_none() { w.rows.len() } else { 0 });
             let m = if m == 0 { first.n_rows().min(r.len()) } else { m };
             let time = &first.time[..m.min(first.n_rows())];
             let of_motion: Vec<f64> = first
@@ -217,17 +239,28 @@ impl Question<'_> {
             inputs: (0..compiled.inputs.len()).map(|i| over(&|d| &d.inputs[i])).collect(),
             outputs: (0..compiled.outputs.len()).map(|o| over(&|d| &d.outputs[o])).collect(),
             step: bench.train.first().map_or(1.0, super::data::Data::step),
-            duration: bench.train.iter().map(|d| d.time[d.n_rows() - 1] - d.time[0]).fold(0.0, f64::max),
+            duration: bench
+                .train
+                .iter()
+                .map(|d| d.time[d.n_rows() - 1] - d.time[0])
+                .fold(0.0, f64::max),
             lines: spectrum,
         }
     }
 
     /// Fits a candidate on top of a hypothesis: every start shortly, the best one in full.
-    fn try_candidate(&self, base: &Hypothesis, candidate: &Candidate, iterations: usize) -> Option<(Fitted, Patch)> {
+    fn try_candidate(
+        &self,
+        base: &Hypothesis,
+        candidate: &Candidate,
+        iterations: usize,
+    ) -> Option<(Fitted, Patch)> {
         let mut best: Option<(f64, Fitted, Patch)> = None;
         for patch in &candidate.patches {
             let Some(text) = apply(&base.fitted.text, self.name, patch) else { continue };
-            let Some(fitted) = self.bench.fit(&text, self.name, &base.fitted, iterations) else { continue };
+            let Some(fitted) = self.bench.fit(&text, self.name, &base.fitted, iterations) else {
+                continue;
+            };
             let cost = self.size(&fitted.train);
             if cost.is_finite() && best.as_ref().is_none_or(|(b, ..)| cost < *b) {
                 best = Some((cost, fitted, patch.clone()));
@@ -258,7 +291,8 @@ impl Question<'_> {
         // Rank by likelihood less the price of the parameters, with few effective residuals.
         let rank = |f: &Fitted| {
             let n: f64 = f.train.sums.iter().map(|(_, n)| *n as f64).sum();
-            let k = f.compiled.params.len() + f.train.point.starts.iter().flatten().flatten().count();
+            let k =
+                f.compiled.params.len() + f.train.point.starts.iter().flatten().flatten().count();
             n * self.size(&f.train).max(1e-300).ln() + 2.0 * k as f64
         };
         quick.sort_by(|a, b| rank(&a.0).total_cmp(&rank(&b.0)));
@@ -281,7 +315,13 @@ impl Question<'_> {
     }
 
     /// The text of a model with some effects written in from the nominal text, values as fitted.
-    pub fn rebuilt(&self, nominal: &Hypothesis, effects: &[Chosen], at: &Fitted, iterations: usize) -> Option<Hypothesis> {
+    pub fn rebuilt(
+        &self,
+        nominal: &Hypothesis,
+        effects: &[Chosen],
+        at: &Fitted,
+        iterations: usize,
+    ) -> Option<Hypothesis> {
         let mut text = nominal.fitted.text.clone();
         for effect in effects {
             let patch = with_values(&effect.patch, at, false);
@@ -301,11 +341,7 @@ impl Question<'_> {
         while best.effects.len() < MOST_EFFECTS {
             let round = self.round(&best);
             n_candidates = n_candidates.max(round.len());
-            let accepted = round
-                .iter()
-                .find(|(_, gain)| self.pays(gain))
-                .cloned()
-                .or_else(|| self.pair(&best, &round));
+            let accepted = self.simplest(&round).cloned().or_else(|| self.pair(&best, &round));
             let Some((mut next, _)) = accepted else {
                 refused = round
                     .into_iter()
@@ -316,13 +352,44 @@ impl Question<'_> {
             };
             self.prune(&nominal, &mut next);
             rounds.push(round);
-            if next.effects.len() <= best.effects.len() && self.size(&next.held) >= self.size(&best.held) {
+            if next.effects.len() <= best.effects.len()
+                && self.size(&next.held) >= self.size(&best.held)
+            {
                 break;
             }
             best = next;
         }
-        let judged = (0..best.effects.len()).map(|i| self.judge_effect(&nominal, &best, i, &rounds)).collect();
+        let judge = |best: &Hypothesis| -> Vec<(Gain, Vec<Rival>)> {
+            (0..best.effects.len()).map(|i| self.judge_effect(&nominal, best, i, &rounds)).collect()
+        };
+        let mut judged = judge(&best);
+        // What was added early, alone, may have a better rival now that the others are there.
+        let better = judged
+            .iter()
+            .flat_map(|(_, rivals)| rivals.first())
+            .find(|rival| rival.delta_bic < -LEAST_BIC && rival.held_worse < -0.5 * LEAST_SHRINK);
+        if let Some(rival) = better {
+            best = rival.hypothesis.clone();
+            judged = judge(&best);
+        }
         Some(Search { nominal, best, judged, refused, n_candidates })
+    }
+
+    /// Of the candidates that pay and are nearly as good as the best, the one with the fewest values.
+    fn simplest<'h>(&self, round: &'h [(Hypothesis, Gain)]) -> Option<&'h (Hypothesis, Gain)> {
+        let paying: Vec<&(Hypothesis, Gain)> =
+            round.iter().filter(|(_, gain)| self.pays(gain)).collect();
+        let most = paying.first()?.1.evidence();
+        let enough = most - LEAST_BIC.max(0.03 * most);
+        let size = |h: &Hypothesis| {
+            let starts =
+                h.fitted.train.point.starts.first().map_or(0, |w| w.iter().flatten().count());
+            h.fitted.compiled.params.len() + starts
+        };
+        paying
+            .into_iter()
+            .filter(|(_, gain)| gain.evidence() >= enough)
+            .min_by_key(|(h, _)| size(h))
     }
 
     /// Two effects that pay only together, each hiding the other: the nearest misses, each with a round
@@ -333,12 +400,16 @@ impl Question<'_> {
             return None;
         }
         let mut best: Option<(Hypothesis, Gain)> = None;
-        for (first, gain) in round.iter().filter(|(_, g)| g.held > 0.0 && g.held_rms > 0.0).take(3) {
+        for (first, gain) in round.iter().filter(|(_, g)| g.held > 0.0 && g.held_rms > 0.0).take(3)
+        {
             for (second, _) in self.round(first).into_iter().take(4) {
                 let together = self.gain(base, &second, round.len() * round.len());
                 let better = best.as_ref().is_none_or(|(_, b)| together.evidence() > b.evidence());
                 // The second must be worth more than the first alone, or it is the first with company.
-                if better && self.pays(&together) && together.held_rms > gain.held_rms + LEAST_SHRINK {
+                if better
+                    && self.pays(&together)
+                    && together.held_rms > gain.held_rms + LEAST_SHRINK
+                {
                     best = Some((second, together));
                 }
             }
@@ -354,7 +425,8 @@ impl Question<'_> {
             fewer.remove(i);
             if let Some(poor) = self.rebuilt(nominal, &fewer, &hypothesis.fitted, 30) {
                 let gain = self.gain(&poor, hypothesis, 1);
-                if gain.evidence() < TIE || gain.held_rms < 0.25 * LEAST_SHRINK * (1.0 - gain.white) {
+                if gain.evidence() < TIE || gain.held_rms < 0.25 * LEAST_SHRINK * (1.0 - gain.white)
+                {
                     *hypothesis = poor;
                     continue;
                 }
@@ -394,7 +466,8 @@ impl Question<'_> {
                     && (e.candidate.within.contains(&last.candidate.kind)
                         || last.candidate.within.contains(&e.candidate.kind))
             };
-            if !same(&own) && !fewer.iter().any(|e| same(e) || clash(e)) && !others.iter().any(same) {
+            if !same(&own) && !fewer.iter().any(|e| same(e) || clash(e)) && !others.iter().any(same)
+            {
                 let patch = with_values(&last.patch, &h.fitted, false);
                 others.push(Chosen { candidate: last.candidate.clone(), patch });
             }
@@ -407,7 +480,8 @@ impl Question<'_> {
                 effects.push(other.clone());
                 let hypothesis = self.rebuilt(nominal, &effects, &without.fitted, 40)?;
                 let delta_bic = gain.bic - self.gain(&without, &hypothesis, 1).bic;
-                let held_worse = self.size(&hypothesis.held) / self.size(&best.held).max(1e-300) - 1.0;
+                let held_worse =
+                    self.size(&hypothesis.held) / self.size(&best.held).max(1e-300) - 1.0;
                 Some(Rival { candidate: other.candidate, hypothesis, delta_bic, held_worse })
             })
             .collect();
@@ -421,7 +495,8 @@ impl Rival {
     pub fn ties(&self, of: &Candidate) -> bool {
         // A general form that comes out as its special case is no other explanation.
         let nested = of.at == self.candidate.at
-            && (of.within.contains(&self.candidate.kind) || self.candidate.within.contains(&of.kind));
+            && (of.within.contains(&self.candidate.kind)
+                || self.candidate.within.contains(&of.kind));
         !nested && self.delta_bic < TIE && self.held_worse < 0.03
     }
 }
@@ -448,11 +523,8 @@ pub fn concentrated(question: &Question, hypothesis: &Hypothesis, output: usize)
     let task = bench.task(&fitted.compiled);
     let residual = &fitted.train.residuals[output];
     let mut features: Vec<(String, Vec<f64>)> = Vec::new();
-    let rows: Vec<(usize, usize)> = task
-        .windows
-        .iter()
-        .flat_map(|w| w.rows.clone().map(move |r| (w.data, r)))
-        .collect();
+    let rows: Vec<(usize, usize)> =
+        task.windows.iter().flat_map(|w| w.rows.clone().map(move |r| (w.data, r))).collect();
     let column = |pick: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
         rows.iter().map(|(d, r)| pick(*d, *r)).collect()
     };

@@ -266,5 +266,9 @@ pub(super) fn site_sizes(
     let n = model.sites.len();
     let mut out = vec![0.0; rows.len() * n];
     simulate(&probe, data, rows, scheme, params, start, &mut out).ok()?;
-    Some((0..n).map(|s| super::data::rms(&out.iter().skip(s).step_by(n).copied().collect::<Vec<_>>())).collect())
+    Some(
+        (0..n)
+            .map(|s| super::data::rms(&out.iter().skip(s).step_by(n).copied().collect::<Vec<_>>()))
+            .collect(),
+    )
 }

@@ -121,10 +121,13 @@ impl Fine {
     }
 
     fn words(self) -> String {
-        self.whole().map_or_else(|| "a unit with roots in it".into(), |d| match d.si().as_str() {
-            "" => "a plain number".into(),
-            unit => format!("in {unit}"),
-        })
+        self.whole().map_or_else(
+            || "a unit with roots in it".into(),
+            |d| match d.si().as_str() {
+                "" => "a plain number".into(),
+                unit => format!("in {unit}"),
+            },
+        )
     }
 }
 
@@ -140,12 +143,8 @@ const ANYTHING: Known = Known { fine: None, soft: true };
 
 /// Checks a model by itself; it leans on nothing outside.
 pub fn check_model(model: &ModelItem) -> (ModelUnits, Vec<Diagnostic>) {
-    let mut check = Check {
-        model,
-        units: BTreeMap::new(),
-        kinds: BTreeMap::new(),
-        out: Vec::new(),
-    };
+    let mut check =
+        Check { model, units: BTreeMap::new(), kinds: BTreeMap::new(), out: Vec::new() };
     check.names();
     check.formulas();
     if check.out.is_empty() {
@@ -199,7 +198,8 @@ impl<'a> Check<'a> {
         model.lets.iter().for_each(|l| self.declare(&l.name, Sort::Let));
         for output in &model.outputs {
             // `output h = h` names what is measured after the state it is.
-            let itself = matches!(&output.formula.kind, ExprKind::Name(n) if *n == output.name.text);
+            let itself =
+                matches!(&output.formula.kind, ExprKind::Name(n) if *n == output.name.text);
             if !itself || !self.kinds.contains_key(&output.name.text) {
                 self.declare(&output.name, Sort::Output);
             }
@@ -281,8 +281,13 @@ impl<'a> Check<'a> {
             {
                 let span = Span { from: low.span.from, to: high.span.to };
                 self.out.push(
-                    Diagnostic::error("task::range", span, "this range is empty", "nothing lies in it")
-                        .help("write the smaller end first"),
+                    Diagnostic::error(
+                        "task::range",
+                        span,
+                        "this range is empty",
+                        "nothing lies in it",
+                    )
+                    .help("write the smaller end first"),
                 );
             }
         }
@@ -370,7 +375,8 @@ impl<'a> Check<'a> {
                     );
                     self.out.push(match nearest(&call.name.text, known.clone()) {
                         Some(near) => found.help(format!("did you mean `{near}`?")),
-                        None => found.help(format!("functions: {}", known.collect::<Vec<_>>().join(" "))),
+                        None => found
+                            .help(format!("functions: {}", known.collect::<Vec<_>>().join(" "))),
                     });
                     return;
                 };
@@ -522,7 +528,11 @@ impl<'a> Check<'a> {
             }
         }
         for formula in model.lets.iter().chain(&model.outputs) {
-            out.push((&formula.name, &formula.formula, self.units.get(&formula.name.text).copied()));
+            out.push((
+                &formula.name,
+                &formula.formula,
+                self.units.get(&formula.name.text).copied(),
+            ));
         }
         for equation in &model.equations {
             let of = self.units.get(&equation.name.text).map(|u| u.over(time));
@@ -619,7 +629,9 @@ impl<'a> Check<'a> {
                         ),
                         "another unit",
                     )
-                    .help("give a factor the unit that is missing, or none at all if it is not known"),
+                    .help(
+                        "give a factor the unit that is missing, or none at all if it is not known",
+                    ),
                 );
             }
         }
@@ -686,7 +698,11 @@ impl<'a> Check<'a> {
                         if let (Some(fine), false) = (by.fine, by.soft)
                             && !fine.same(Dimension::TIME.into())
                         {
-                            tell(told, time.span, format!("a delay is in s, this is {}", fine.words()));
+                            tell(
+                                told,
+                                time.span,
+                                format!("a delay is in s, this is {}", fine.words()),
+                            );
                         }
                         *x
                     }
@@ -713,7 +729,10 @@ impl<'a> Check<'a> {
                             tell(
                                 told,
                                 arg.span,
-                                format!("`{name}` takes a plain number or an angle, this is {}", fine.words()),
+                                format!(
+                                    "`{name}` takes a plain number or an angle, this is {}",
+                                    fine.words()
+                                ),
                             );
                         }
                         hard(NUMBER)
@@ -737,7 +756,11 @@ fn alike(span: Span, parts: &[(&Expr, Known)], told: &mut Option<Vec<Diagnostic>
             && !fine.same(firm)
         {
             let _ = span;
-            tell(told, part.span, format!("this is {}, what stands before it {}", fine.words(), firm.words()));
+            tell(
+                told,
+                part.span,
+                format!("this is {}, what stands before it {}", fine.words(), firm.words()),
+            );
             break;
         }
     }

@@ -5,8 +5,8 @@
 //! may end in blanks and notes, so spans are taken from the first token to the last.
 
 use super::super::ast::{
-    ActionItem, Conditions, FluentItem, Import, Item, Literal, Name, Param, Recovery,
-    Remedy, Span, Step, TaskItem, Timing, TypeItem,
+    ActionItem, Conditions, FluentItem, Import, Item, Literal, Name, Param, Recovery, Remedy, Span,
+    Step, TaskItem, Timing, TypeItem,
 };
 use super::super::diagnostic::Diagnostic;
 use super::brackets::Balanced;
@@ -60,7 +60,8 @@ impl<'a> Builder<'a> {
             let with_number = |a: usize, b: usize| self.balanced.original(digits + a, digits + b);
             let mut found = wrong_units(&text[digits..to], &with_number);
             // The 4 of `k4 u` is no number.
-            let part_of_name = before[..digits].ends_with(|c: char| c.is_alphanumeric() || c == '_');
+            let part_of_name =
+                before[..digits].ends_with(|c: char| c.is_alphanumeric() || c == '_');
             if found.is_empty() || part_of_name {
                 let to_original = |a: usize, b: usize| self.balanced.original(from + a, from + b);
                 found = explain(place, &text[from..to], &to_original);

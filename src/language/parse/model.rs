@@ -141,9 +141,7 @@ impl Builder<'_> {
             Rule::formula_factor => self.prefixed(pair, span, Rule::minus, ExprKind::Negate),
             Rule::formula_power | Rule::formula_exponent => self.power(pair, span),
             Rule::formula_call => self.formula_call(pair, span),
-            Rule::quant => {
-                Expr { kind: ExprKind::Literal(self.literal(pair).quantity), span }
-            }
+            Rule::quant => Expr { kind: ExprKind::Literal(self.literal(pair).quantity), span },
             Rule::id => Expr { kind: ExprKind::Name(pair.as_str().into()), span },
             Rule::rate => {
                 let Some(id) = find(pair, Rule::id) else { return nothing(span) };
@@ -169,11 +167,8 @@ impl Builder<'_> {
             }
         }
         let Some(base) = base else { return nothing(span) };
-        let base = if negative {
-            Expr { kind: ExprKind::Negate(Box::new(base)), span }
-        } else {
-            base
-        };
+        let base =
+            if negative { Expr { kind: ExprKind::Negate(Box::new(base)), span } } else { base };
         let Some(exponent) = exponent else { return base };
         let name = Name { text: "pow".into(), span };
         let arg = |value: Expr| Arg { name: None, span: value.span, values: vec![value] };
