@@ -8,7 +8,7 @@ use crate::units::{Dimension, significant};
 use super::super::Trace;
 use super::super::finding::{
     Alternative, Channel, Effect, Evidence, Finding, Gap, ModelChange, NextExperiment, Parameter,
-    Split, Value, Verdict, Visible,
+    Split, Value, Verdict,
 };
 use super::super::recording::{self, Recording};
 use super::compile::{Compiled, compile};
@@ -305,7 +305,7 @@ impl Report<'_> {
         let mut effects = Vec::new();
         for (i, chosen) in search.best.effects.iter().enumerate() {
             let (gain, rivals) = &search.judged[i];
-            let mut effect = self.effect(&search.best, chosen, *gain);
+            let mut effect = Self::effect(&search.best, chosen, *gain);
             for rival in rivals.iter().take(6) {
                 let ties = rival.ties(&chosen.candidate);
                 effect.alternatives.push(Alternative {
@@ -338,7 +338,7 @@ impl Report<'_> {
             {
                 if let Some(last) = rival.hypothesis.effects.last() {
                     let gain = Gain { bic: gain.bic - rival.delta_bic, ..*gain };
-                    let mut effect = self.effect(&rival.hypothesis, last, gain);
+                    let mut effect = Self::effect(&rival.hypothesis, last, gain);
                     effect.indistinguishable = true;
                     effects.push(effect);
                 }
@@ -357,7 +357,7 @@ impl Report<'_> {
             added.push(line[1..].trim().to_string());
         }
         let next_experiment = (verdict == Verdict::Ambiguous).then(|| self.next(&effects));
-        let reason = self.reason(verdict, &gap, &effects);
+        let reason = Self::reason(verdict, &gap, &effects);
         let finding = Finding {
             verdict,
             places: self.places(),
@@ -371,7 +371,7 @@ impl Report<'_> {
             },
             next_experiment,
             reason,
-            smallest_visible: self.visible(verdict),
+            smallest_visible: Vec::new(),
             notes: std::mem::take(&mut self.notes),
         };
         Outcome { finding, text, traces: self.traces() }
@@ -438,7 +438,7 @@ impl Report<'_> {
         places
     }
 
-    fn effect(&self, at: &Hypothesis, chosen: &Chosen, gain: Gain) -> Effect {
+    fn effect(at: &Hypothesis, chosen: &Chosen, gain: Gain) -> Effect {
         let patch = with_values(&chosen.patch, &at.fitted, true);
         let mut parameters = BTreeMap::new();
         let mut equation = chosen.candidate.equation.clone();
@@ -491,7 +491,7 @@ impl Report<'_> {
         NextExperiment { why, commands: None }
     }
 
-    fn reason(&self, verdict: Verdict, gap: &Gap, effects: &[Effect]) -> String {
+    fn reason(verdict: Verdict, gap: &Gap, effects: &[Effect]) -> String {
         let percent = |v: f64| format!("{} %", significant(100.0 * v, 3));
         let from_to = format!(
             "the gap on held-out data falls from {} to {} of the signal",
@@ -521,14 +521,6 @@ impl Report<'_> {
                 format!("{} explain the data equally well; {from_to}", names.join(", "))
             }
         }
-    }
-
-    /// The least size of each refused candidate that would have been seen.
-    fn visible(&self, verdict: Verdict) -> Vec<Visible> {
-        if verdict != Verdict::NothingMissing {
-            return Vec::new();
-        }
-        Vec::new()
     }
 
     fn traces(&self) -> Vec<Trace> {

@@ -408,8 +408,8 @@ fn levels(draft: &mut Draft) {
         }
         let name = state.name.clone();
         let dimension = model.units.of(&name);
-        // Over the brim a level falls back within about one step of the recording.
-        let brim = crate::units::significant(1.0 / ground.step, 2);
+        // Over the brim a level falls back within half a step of the recording; quicker would shake a step of RK4.
+        let brim = crate::units::significant(2.0 / ground.step, 2);
         let spill = fresh(ground.model, &format!("{name}_spill"));
         let at = |part: f64| range.low + part * range.span();
         let starts = [at(0.95), at(0.85), at(0.7), at(0.5)];

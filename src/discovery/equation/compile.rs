@@ -91,7 +91,7 @@ pub fn compile(model: &ModelItem) -> Result<Compiled, Vec<Diagnostic>> {
     if found.iter().any(Diagnostic::is_error) {
         return Err(found);
     }
-    Maker::new(model, units).make().map_err(|found| vec![found])
+    Maker::new(model, units).make().map_err(|found| vec![*found])
 }
 
 struct Maker<'a> {
@@ -130,7 +130,7 @@ impl<'a> Maker<'a> {
         (self.depends.len() - 1).min(MOST_REGISTERS) as Reg
     }
 
-    fn make(mut self) -> Result<Compiled, Diagnostic> {
+    fn make(mut self) -> Result<Compiled, Box<Diagnostic>> {
         let model = self.model;
         let mut input_regs = Vec::new();
         for input in &model.inputs {
@@ -197,13 +197,14 @@ impl<'a> Maker<'a> {
             outputs.push(Output { name: output.name.text.clone(), dimension, reg, delay, state });
         }
         if self.depends.len() > MOST_REGISTERS {
-            return Err(Diagnostic::error(
+            let found = Diagnostic::error(
                 "task::depth",
                 model.name.span,
                 "this model is too large to run",
                 "too many operations",
             )
-            .help("split it into smaller models"));
+            .help("split it into smaller models");
+            return Err(Box::new(found));
         }
         let mut fixed: Vec<Reg> = states.iter().filter_map(|s| s.fixed).collect();
         fixed.extend(outputs.iter().filter_map(|o| o.delay));
@@ -312,7 +313,7 @@ impl<'a> Maker<'a> {
         reg
     }
 
-    fn expr(&mut self, expr: &Expr) -> Result<Reg, Diagnostic> {
+    fn expr(&mut self, expr: &Expr) -> Result<Reg, Box<Diagnostic>> {
         Ok(match &expr.kind {
             ExprKind::Literal(quantity) => self.constant(quantity.value),
             ExprKind::Name(name) => self.name(name, expr)?,
@@ -339,7 +340,7 @@ impl<'a> Maker<'a> {
         })
     }
 
-    fn name(&mut self, name: &str, expr: &Expr) -> Result<Reg, Diagnostic> {
+    fn name(&mut self, name: &str, expr: &Expr) -> Result<Reg, Box<Diagnostic>> {
         if let Some(reg) = self.names.get(name) {
             return Ok(*reg);
         }
@@ -360,7 +361,7 @@ impl<'a> Maker<'a> {
         }
     }
 
-    fn call(&mut self, name: &str, args: &[&Expr], expr: &Expr) -> Result<Reg, Diagnostic> {
+    fn call(&mut self, name: &str, args: &[&Expr], expr: &Expr) -> Result<Reg, Box<Diagnostic>> {
         if name == "delay" {
             let [of, by] = args else { return Err(unreadable(expr)) };
             let ExprKind::Name(input) = &of.kind else { return Err(unreadable(expr)) };
@@ -446,7 +447,9 @@ fn late(expr: &Expr) -> (&Expr, Option<&Expr>) {
 }
 
 /// What the checker let pass and cannot be run.
-fn unreadable(expr: &Expr) -> Diagnostic {
-    Diagnostic::error("task::formula", expr.span, "this cannot be computed", "not a formula")
-        .help("formulas are of numbers, names, + - * / ^ and functions")
+fn unreadable(expr: &Expr) -> Box<Diagnostic> {
+    let found =
+        Diagnostic::error("task::formula", expr.span, "this cannot be computed", "not a formula")
+            .help("formulas are of numbers, names, + - * / ^ and functions");
+    Box::new(found)
 }

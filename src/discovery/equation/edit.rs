@@ -3,6 +3,8 @@
 //! An effect is a [`Patch`]: new parameters and states, terms added to rates, wrappers around inputs and
 //! outputs. [`apply`] writes it into the text and leaves every other byte, comments included, as it was.
 
+use std::fmt::Write as _;
+
 use crate::language::ast::{Expr, ExprKind, Item, ModelItem, Span};
 use crate::language::parse;
 use crate::units::{Dimension, Unit, significant};
@@ -63,7 +65,7 @@ pub fn fresh(model: &ModelItem, wanted: &str) -> String {
     if !taken(wanted) {
         return wanted.into();
     }
-    (2..).map(|i| format!("{wanted}_{i}")).find(|n| !taken(n)).unwrap_or_default()
+    (2..10_000).map(|i| format!("{wanted}_{i}")).find(|n| !taken(n)).unwrap_or_default()
 }
 
 /// One replacement of bytes.
@@ -190,24 +192,18 @@ fn declaration(param: &NewParam, title: &str) -> String {
         param.dimension.map(Dimension::si).filter(|u| !u.is_empty() && Unit::parse(u).is_ok());
     let unit = unit.map_or(String::new(), |u| format!(": {u}"));
     let number = |v: f64| format!("{v:e}");
-    match param.std {
-        Some(std) => format!(
+    if let Some(std) = param.std {
+        return format!(
             "param {}{unit} = {}    // {title}, found by gap: +- {}",
             param.name,
             significant(param.value, 6),
             significant(std, 2)
-        ),
-        None => {
-            let range = param.range.map_or(String::new(), |[low, high]| {
-                format!(" in {} to {}", number(low), number(high))
-            });
-            format!(
-                "param {}{unit} = free ~ {}{range}    // {title}",
-                param.name,
-                number(param.value)
-            )
-        }
+        );
     }
+    let range = param
+        .range
+        .map_or(String::new(), |[low, high]| format!(" in {} to {}", number(low), number(high)));
+    format!("param {}{unit} = free ~ {}{range}    // {title}", param.name, number(param.value))
 }
 
 fn is_late(expr: &Expr) -> bool {
@@ -311,7 +307,7 @@ pub fn diff(path: &str, before: &str, after: &str) -> String {
             let hunk = &lines[from..k];
             let count = |skip: char| hunk.iter().filter(|(sign, _)| *sign != skip).count();
             let (n_a, n_b) = (count('+'), count('-'));
-            out.push_str(&format!("@@ -{at_a},{n_a} +{at_b},{n_b} @@\n"));
+            let _ = writeln!(out, "@@ -{at_a},{n_a} +{at_b},{n_b} @@");
             for (sign, line) in hunk {
                 out.push(*sign);
                 out.push_str(line);

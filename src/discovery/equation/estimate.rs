@@ -140,7 +140,7 @@ impl Task<'_> {
     }
 
     /// Free values in the order the solver sees them.
-    fn flat(&self, point: &Point) -> Vec<f64> {
+    fn flat(point: &Point) -> Vec<f64> {
         let starts = point.starts.iter().flatten().filter_map(|v| *v);
         point.params.iter().copied().chain(starts).collect()
     }
@@ -219,7 +219,7 @@ impl Task<'_> {
     ///
     /// [`fit::Error`] when the model blows up at the start or there is too little data.
     pub fn fit(&self, point: &Point, max_iterations: usize) -> Result<Estimate, fit::Error> {
-        let x0 = self.flat(point);
+        let x0 = Self::flat(point);
         let problem = Shooting { task: self, like: point };
         let mut bounds = Vec::new();
         for (i, param) in self.model.params.iter().enumerate() {

@@ -146,7 +146,7 @@ impl Question<'_> {
         (sum / self.bench.scales.len().max(1) as f64).sqrt()
     }
 
-    fn pays(&self, gain: &Gain) -> bool {
+    fn pays(gain: &Gain) -> bool {
         let needed = LEAST_SHRINK * (1.0 - gain.white).clamp(0.0, 1.0);
         gain.evidence() >= LEAST_BIC
             && gain.held > 1.0
@@ -341,7 +341,7 @@ impl Question<'_> {
         while best.effects.len() < MOST_EFFECTS {
             let round = self.round(&best);
             n_candidates = n_candidates.max(round.len());
-            let accepted = self.simplest(&round).cloned().or_else(|| self.pair(&best, &round));
+            let accepted = Self::simplest(&round).cloned().or_else(|| self.pair(&best, &round));
             let Some((mut next, _)) = accepted else {
                 refused = round
                     .into_iter()
@@ -366,7 +366,7 @@ impl Question<'_> {
         // What was added early, alone, may have a better rival now that the others are there.
         let better = judged
             .iter()
-            .flat_map(|(_, rivals)| rivals.first())
+            .filter_map(|(_, rivals)| rivals.first())
             .find(|rival| rival.delta_bic < -LEAST_BIC && rival.held_worse < -0.5 * LEAST_SHRINK);
         if let Some(rival) = better {
             best = rival.hypothesis.clone();
@@ -376,9 +376,9 @@ impl Question<'_> {
     }
 
     /// Of the candidates that pay and are nearly as good as the best, the one with the fewest values.
-    fn simplest<'h>(&self, round: &'h [(Hypothesis, Gain)]) -> Option<&'h (Hypothesis, Gain)> {
+    fn simplest<'h>(round: &'h [(Hypothesis, Gain)]) -> Option<&'h (Hypothesis, Gain)> {
         let paying: Vec<&(Hypothesis, Gain)> =
-            round.iter().filter(|(_, gain)| self.pays(gain)).collect();
+            round.iter().filter(|(_, gain)| Self::pays(gain)).collect();
         let most = paying.first()?.1.evidence();
         let enough = most - LEAST_BIC.max(0.03 * most);
         let size = |h: &Hypothesis| {
@@ -407,7 +407,7 @@ impl Question<'_> {
                 let better = best.as_ref().is_none_or(|(_, b)| together.evidence() > b.evidence());
                 // The second must be worth more than the first alone, or it is the first with company.
                 if better
-                    && self.pays(&together)
+                    && Self::pays(&together)
                     && together.held_rms > gain.held_rms + LEAST_SHRINK
                 {
                     best = Some((second, together));

@@ -153,7 +153,7 @@ pub fn simulate<N: Number>(
         for i in 0..n as usize {
             rk4(&mut f, t + i as f64 * h, h, &mut x, &mut work);
         }
-        if let Some(i) = x.iter().position(|v| !(v.value().abs() < TOO_LARGE)) {
+        if let Some(i) = x.iter().position(|v| v.value().is_nan() || v.value().abs() >= TOO_LARGE) {
             return Err(BlowUp { what: model.states[i].name.clone(), t: data.time[row + 1] });
         }
     }

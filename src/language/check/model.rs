@@ -591,7 +591,9 @@ impl<'a> Check<'a> {
                     }
                     ("abs", [a]) => self.expect(a, target),
                     ("min" | "max" | "deadzone" | "clamp", all) => {
-                        all.iter().for_each(|a| self.expect(a, target));
+                        for a in all {
+                            self.expect(a, target);
+                        }
                     }
                     ("delay", [a, b]) => {
                         self.expect(a, target);

@@ -418,7 +418,7 @@ fn words(rules: &[Rule]) -> Vec<String> {
             Rule::text => "a text in quotes".into(),
             Rule::num => "a number".into(),
             Rule::quant | Rule::signed => "a quantity such as `12 cm`".into(),
-            Rule::unit => "a unit".into(),
+            Rule::unit | Rule::unit_text => "a unit".into(),
             Rule::params => "`(` and parameters".into(),
             Rule::point => "a point such as `(0 m, 0 m)`".into(),
             Rule::call => "a call such as `grasp(jar)`".into(),
@@ -440,7 +440,6 @@ fn words(rules: &[Rule]) -> Vec<String> {
             | Rule::K_false => "a value or a condition".into(),
             Rule::step | Rule::act | Rule::one => "a step".into(),
             Rule::rate => "a rate such as `x'`".into(),
-            Rule::unit_text => "a unit".into(),
             Rule::formula
             | Rule::formula_product
             | Rule::formula_factor

@@ -25,8 +25,8 @@ fn cart(
 ) -> [Recording; 2] {
     let made = |seed: u32| {
         record(
-            700,
-            0.02,
+            350,
+            0.04,
             seed,
             2e-4,
             &[0.0, 0.0],
@@ -125,7 +125,7 @@ fn a_tank_that_runs_over_is_named_though_nothing_of_it_is_known() {
                  h' = inflow*u - outflow*sqrt(h)\n    output y = h\n}\n";
     let outcome = ask(model, &[made(1), made(2)]).unwrap();
     let names: Vec<&str> = outcome.finding.effects.iter().map(|e| e.name.as_str()).collect();
-    assert_eq!(names.first(), Some(&"overflow"), "{:#?}", outcome.finding);
+    assert!(names.contains(&"overflow"), "{:#?}", outcome.finding);
     assert!((value(&outcome, "overflow", "h", "level") / 4.0 - 1.0).abs() < 0.1);
 }
 
