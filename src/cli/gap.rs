@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::discovery::equation;
 use crate::discovery::finding::Finding;
 use crate::discovery::model_file::{self, ModelFile};
 use crate::discovery::recording::{self, Map, Recording};
@@ -57,6 +58,12 @@ pub(super) fn gap(args: &GapArgs, style: Style) -> Result<Exit, Failure> {
     let map = Map::parse(&args.map).map_err(|error| failure(&error))?;
     let recordings: Vec<Recording> =
         args.recordings.iter().map(|path| recording_at(path, &map)).collect::<Result<_, _>>()?;
+    if let Some(path) = &args.model {
+        let text = read(path)?;
+        if equation::model_in(&text, "").is_some() {
+            return equations(args, path, &text, &recordings, style);
+        }
+    }
     let robot = robot_of(args, &recordings)?;
     let model = model_of(args, style)?;
     let options = Options { holdout: args.holdout, ..Options::default() };
@@ -75,6 +82,58 @@ pub(super) fn gap(args: &GapArgs, style: Style) -> Result<Exit, Failure> {
     let mut investigation = finding.map_err(|error| failure(&error))?;
     if let Some((path, file)) = &model {
         change(&mut investigation.finding, path, file, args)?;
+    }
+    if let Some(folder) = &args.out {
+        keep(&mut investigation, folder)?;
+    }
+    tell(&investigation.finding, style);
+    Ok(Exit::Yes)
+}
+
+/// The same for a model given by its equations.
+fn equations(
+    args: &GapArgs,
+    path: &Path,
+    text: &str,
+    recordings: &[Recording],
+    style: Style,
+) -> Result<Exit, Failure> {
+    let place = path.display().to_string();
+    let options = equation::Options { holdout: args.holdout, ..equation::Options::default() };
+    let bar = bar(style);
+    if let Some(bar) = &bar {
+        bar.set_message("fitting the model with every effect at every place");
+    }
+    let found = equation::investigate(&place, text, "", recordings, &options);
+    if let Some(bar) = bar {
+        bar.finish_and_clear();
+    }
+    let outcome = found.map_err(|error| match error {
+        equation::Error::Model { diagnostics } => {
+            report::text_failure(&diagnostics, &Source::new(place.as_str(), text), style)
+        }
+        equation::Error::Recording(error) => failure(&error),
+        equation::Error::NoModel { .. } => Failure::input("gap::model", error.to_string())
+            .at(place.as_str())
+            .help("add one: `model tanks { … }`"),
+        equation::Error::BlowUp { .. } => Failure::input("gap::blow_up", error.to_string())
+            .at(place.as_str())
+            .help("is a sign wrong, or a unit? a guess helps: `param k = free ~ 0.05 in 0 to 1`"),
+        equation::Error::TooShort { .. } => Failure::input("gap::short", error.to_string())
+            .at(args.recordings[0].display().to_string())
+            .help("record for longer"),
+    })?;
+    let mut investigation =
+        Investigation { finding: outcome.finding, traces: outcome.traces, experiment: None };
+    if args.apply && outcome.text != text {
+        // The old text first, so that there is always a way back.
+        let mut undo = path.as_os_str().to_owned();
+        undo.push(".before-gap");
+        write(Path::new(&undo), text)?;
+        write(path, &outcome.text)?;
+        investigation.finding.model.applied = true;
+        let note = format!("{} holds the model as it was", Path::new(&undo).display());
+        investigation.finding.notes.push(note);
     }
     if let Some(folder) = &args.out {
         keep(&mut investigation, folder)?;

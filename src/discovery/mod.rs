@@ -8,7 +8,7 @@
 //! another is not named but reported as a doubt, and what no name fits as a formula, or as unknown.
 //! Every verdict says how sure it is; a refusal says why.
 //!
-//! [`recording`] reads measured data, [`robot`] simulates arms. Nothing here knows the truth of the
+//! [`recording`] reads measured data, [`robot`] simulates arms, [`equation`] models given by their equations. Nothing here knows the truth of the
 //! lab: recordings are all it sees.
 
 pub mod vocabulary;
@@ -17,6 +17,7 @@ pub mod recording;
 pub mod selection;
 pub mod robot;
 pub mod model_file;
+pub mod equation;
 
 use crate::language::ast::EffectItem;
 use crate::motion::Robot;
@@ -49,7 +50,7 @@ pub struct Trace {
     /// The channel's name.
     pub channel: String,
     /// Its SI unit.
-    pub unit: &'static str,
+    pub unit: String,
     /// Its noise, in that unit.
     pub noise: f64,
     /// Whether it was held out.

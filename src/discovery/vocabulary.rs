@@ -363,7 +363,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "overflow",
         &[Seat::State, Seat::Object],
-        &[number("level", "?")],
+        &[number("level", "?"), number("share", "")],
         "a vessel is full",
         "the state clips at a level; the excess may go on",
     ),
@@ -417,6 +417,20 @@ pub const KINDS: &[Kind] = &[
         &[number("width", "?")],
         "small commands do nothing",
         "only near zero",
+    ),
+    kind(
+        "output_saturation",
+        &[Seat::Output],
+        &[number("limit", "?")],
+        "the sensor reads no more than its limit",
+        "only above a level",
+    ),
+    kind(
+        "asymmetric_damping",
+        &[Seat::State, Seat::Input],
+        &[number("forward", "?"), number("backward", "?")],
+        "a force proportional to a velocity that differs with direction",
+        "two slopes that meet at 0",
     ),
     kind(
         "linear_damping",

@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::units::Quantity;
+use crate::units::{Quantity, Unit};
 
 /// A range of bytes of one source text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
@@ -49,7 +49,7 @@ pub enum Item {
     Scene(SceneItem),
     /// `twin kitchen_twin of kitchen { … }`.
     Twin(TwinItem),
-    /// `model tanks { … }`, kept as text until the equation parser reads it.
+    /// `model tanks { … }`.
     Model(ModelItem),
     /// A call or other step at the top level of a script: `pour(jar, cup)`.
     Run(Step),
@@ -565,15 +565,82 @@ pub struct EffectParameter {
     pub std: Option<Literal>,
 }
 
-/// `model tanks { … }`: the text between the braces.
+/// `model tanks { … }`: inputs, parameters, states, equations and outputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelItem {
     /// Documentation.
     pub doc: Vec<String>,
     /// Its name.
     pub name: Name,
+    /// `input u: V`.
+    pub inputs: Vec<ModelSignal>,
+    /// `param k = 0.05, c = free`.
+    pub params: Vec<ModelStart>,
+    /// `state h = free`: the value at the first instant.
+    pub states: Vec<ModelStart>,
+    /// `let flow = k*sqrt(h)`.
+    pub lets: Vec<ModelFormula>,
+    /// `h' = u - flow`: the rates of the states.
+    pub equations: Vec<ModelFormula>,
+    /// `output y: V = h`.
+    pub outputs: Vec<ModelFormula>,
     /// The bytes between the braces.
     pub body: Span,
+    /// Where.
+    pub span: Span,
+}
+
+/// A unit as a model names it: `: V`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModelUnit {
+    /// The unit.
+    pub unit: Unit,
+    /// Where.
+    pub span: Span,
+}
+
+/// `u: V`, measured and given to the model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelSignal {
+    /// Its name.
+    pub name: Name,
+    /// Its unit, where one is given.
+    pub unit: Option<ModelUnit>,
+}
+
+/// A parameter, or a state with its value at the first instant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelStart {
+    /// Its name.
+    pub name: Name,
+    /// Its unit, where one is given.
+    pub unit: Option<ModelUnit>,
+    /// Its value, or that the data give it.
+    pub value: StartValue,
+    /// `in 0 to 1`: what a free value may be.
+    pub range: Option<[Literal; 2]>,
+    /// Where.
+    pub span: Span,
+}
+
+/// What a parameter or an initial state is.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StartValue {
+    /// `= 9.81 m/s^2`, `= 2*pi*f`.
+    Fixed(Expr),
+    /// `= free`, `= free ~ 0.05`, `~ 0.05`, or nothing at all.
+    Free(Option<Literal>),
+}
+
+/// `h' = …`, `let flow = …` or `output y: V = …`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelFormula {
+    /// The name on its left; for a rate the state's.
+    pub name: Name,
+    /// Its unit, where one is given.
+    pub unit: Option<ModelUnit>,
+    /// What it is equal to. Powers are calls of `pow`.
+    pub formula: Expr,
     /// Where.
     pub span: Span,
 }

@@ -15,6 +15,7 @@ pub mod text;
 mod check;
 mod parse;
 
+pub use check::{MODEL_CONSTANTS, MODEL_FUNCTIONS, ModelUnits, check_model, names_in};
 pub use diagnostic::{Diagnostic, Label, Severity, Source, Style, render};
 pub use format::format;
 pub use library::{Library, Scope};

@@ -137,7 +137,10 @@ fn parameter_text(parameter: &Parameter) -> String {
 fn shrink(finding: &Finding, style: Style) -> String {
     let gap = &finding.gap;
     let mut text = String::new();
-    let _ = writeln!(text, "\ngap in units of noise (1 is noise alone)");
+    let in_noise = (gap.noise_floor - 1.0).abs() < 1e-9;
+    let unit =
+        if in_noise { "units of noise (1 is noise alone)" } else { "parts of the signal's spread" };
+    let _ = writeln!(text, "\ngap in {unit}");
     let most = gap.before.heldout.max(gap.after.heldout).max(1e-9);
     for (name, split) in [("before", gap.before), ("after", gap.after)] {
         let filled = ((split.heldout / most) * BAR as f64).round() as usize;

@@ -237,7 +237,7 @@ fn traces<'a>(
             found.push(Trace {
                 recording: name.to_owned(),
                 channel: channel.name.clone(),
-                unit: channel.quantity.unit(),
+                unit: channel.quantity.unit().to_owned(),
                 noise: channel.noise,
                 held_out,
                 time: data.time.clone(),

@@ -5,6 +5,7 @@
 
 mod call;
 mod expression;
+mod model;
 mod steps;
 
 use std::collections::BTreeMap;
@@ -18,6 +19,7 @@ use super::library::{Library, Scope};
 use super::parse::nearest;
 use crate::units::{Dimension, Quantity};
 use call::sample;
+pub use model::{MODEL_CONSTANTS, MODEL_FUNCTIONS, ModelUnits, check_model, names_in};
 
 /// What names mean at one place: parameters and `let`s.
 type Names = BTreeMap<String, Ty>;
@@ -95,7 +97,8 @@ impl<'a> Checker<'a> {
                     }
                 }
                 Item::Run(step) => self.step(step, &mut names),
-                Item::Import(_) | Item::Model(_) | Item::Bad(_) => {}
+                Item::Model(item) => self.diagnostics.extend(check_model(item).1),
+                Item::Import(_) | Item::Bad(_) => {}
             }
         }
     }

@@ -5,8 +5,8 @@
 //! may end in blanks and notes, so spans are taken from the first token to the last.
 
 use super::super::ast::{
-    ActionItem, Conditions, FluentItem, Import, Item, Literal, ModelItem, Name, Param, Recovery,
-    Remedy, Span, Step, TaskItem, Timing, TypeItem,
+    ActionItem, Conditions, FluentItem, Import, Item, Literal, Name, Param, Recovery, Remedy, Span,
+    Step, TaskItem, Timing, TypeItem,
 };
 use super::super::diagnostic::Diagnostic;
 use super::brackets::Balanced;
@@ -59,7 +59,10 @@ impl<'a> Builder<'a> {
             let digits = before.trim_end_matches(|c: char| c.is_ascii_digit() || c == '.').len();
             let with_number = |a: usize, b: usize| self.balanced.original(digits + a, digits + b);
             let mut found = wrong_units(&text[digits..to], &with_number);
-            if found.is_empty() {
+            // The 4 of `k4 u` is no number.
+            let part_of_name =
+                before[..digits].ends_with(|c: char| c.is_alphanumeric() || c == '_');
+            if found.is_empty() || part_of_name {
                 let to_original = |a: usize, b: usize| self.balanced.original(from + a, from + b);
                 found = explain(place, &text[from..to], &to_original);
             }
@@ -119,15 +122,7 @@ impl<'a> Builder<'a> {
                 }
                 Rule::scene => Item::Scene(self.scene(doc, inner, span)),
                 Rule::twin => Item::Twin(self.twin(doc, inner, span)),
-                Rule::model => {
-                    let mut parts =
-                        inner.filter(|p| matches!(p.as_rule(), Rule::id | Rule::model_body));
-                    let Some(name) = parts.next().map(|p| self.name(&p)) else { continue };
-                    let body = parts.next().map_or(Span { from: span.to, to: span.to }, |p| {
-                        self.balanced.original(p.as_span().start(), p.as_span().end())
-                    });
-                    Item::Model(ModelItem { doc, name, body, span })
-                }
+                Rule::model => Item::Model(self.model(doc, &pair, span)),
                 Rule::run_ => {
                     let Some(step) = inner.next().and_then(|p| self.step(&p, &mut Body::default()))
                     else {

@@ -24,6 +24,7 @@ const STEPS: &[&str] = &[
 ];
 const CLAUSES: &[&str] = &["needs", "keeps", "gives", "run", "limit"];
 const ENTRIES: &[&str] = &["marks", "camera", "robot"];
+const MODEL: &[&str] = &["input", "param", "state", "let", "output"];
 const VIEWS: &[&str] = &["image", "focal", "looking", "at"];
 
 /// Words that may follow a number and are no units.
@@ -126,6 +127,9 @@ fn habit(place: Place, slice: &str, code: &[Token], original: &ToOriginal) -> Op
             format!("write `{name}: {value}`"),
         );
     }
+    if place == Place::Model {
+        return model_habit(slice, code, original);
+    }
     if !matches!(place, Place::Step | Place::Item | Place::Clause) {
         return None;
     }
@@ -205,6 +209,61 @@ fn habit(place: Place, slice: &str, code: &[Token], original: &ToOriginal) -> Op
     }
 }
 
+/// The same for the lines of a model.
+fn model_habit(slice: &str, code: &[Token], original: &ToOriginal) -> Option<Diagnostic> {
+    let text = |i: usize| code.get(i).map_or("", |t| t.text(slice));
+    let first = code.first()?;
+    let span = original(first.from, first.to);
+    let known = MODEL.contains(&text(0)) || nearest(text(0), MODEL.iter().copied()).is_some();
+    match text(0) {
+        sign @ (";" | ",") => Some(
+            Diagnostic::error(
+                "task::separator",
+                span,
+                format!("the lines of a model need no `{sign}` between them"),
+                "not needed",
+            )
+            .help(format!("remove the `{sign}`")),
+        ),
+        "d" if text(1) == "/" => Some(
+            Diagnostic::error(
+                "task::rate",
+                span,
+                "the rate of a state is written with a dash",
+                "expected a rate such as `x'`",
+            )
+            .help("write `x' = …`"),
+        ),
+        // `k4 u`: what stands beside a complete formula was meant as part of it.
+        name if !known
+            && matches!(first.kind, Kind::Word | Kind::Number)
+            && !matches!(text(1), "'" | "=" | ":") =>
+        {
+            Some(
+                Diagnostic::error(
+                    "task::operator",
+                    span,
+                    format!("there is no operator before `{name}`"),
+                    "expected `*`, `/`, `+` or `-`",
+                )
+                .help("a product is written with `*`"),
+            )
+        }
+        name if first.kind == Kind::Word && !known && text(1) == "=" => Some(
+            Diagnostic::error(
+                "task::rate",
+                span,
+                format!("`{name} = …` is neither a rate nor a definition"),
+                "expected `x' =`, `let`, `param`, `state` or `output`",
+            )
+            .help(format!(
+                "write `{name}' = …` for the rate of a state, or `let {name} = …` for a name"
+            )),
+        ),
+        _ => None,
+    }
+}
+
 /// A first word that is one or two letters away from one that may stand there.
 fn misspelt(
     place: Place,
@@ -220,6 +279,7 @@ fn misspelt(
         Place::Entry => ENTRIES.to_vec(),
         Place::View => VIEWS.to_vec(),
         Place::Effect => vec!["effect"],
+        Place::Model => MODEL.to_vec(),
         _ => return None,
     };
     let word = first.text(slice);
@@ -262,6 +322,7 @@ fn expected(place: Place, slice: &str, code: &[Token], original: &ToOriginal) ->
         Place::View => Rule::only_view,
         Place::Point => Rule::only_point,
         Place::Effect => Rule::only_effect,
+        Place::Model => Rule::only_model_entry,
         Place::Parameter => Rule::only_parameter,
         Place::Params => Rule::only_params,
         Place::Args => Rule::only_args,
@@ -357,7 +418,7 @@ fn words(rules: &[Rule]) -> Vec<String> {
             Rule::text => "a text in quotes".into(),
             Rule::num => "a number".into(),
             Rule::quant | Rule::signed => "a quantity such as `12 cm`".into(),
-            Rule::unit => "a unit".into(),
+            Rule::unit | Rule::unit_text => "a unit".into(),
             Rule::params => "`(` and parameters".into(),
             Rule::point => "a point such as `(0 m, 0 m)`".into(),
             Rule::call => "a call such as `grasp(jar)`".into(),
@@ -378,6 +439,12 @@ fn words(rules: &[Rule]) -> Vec<String> {
             | Rule::K_true
             | Rule::K_false => "a value or a condition".into(),
             Rule::step | Rule::act | Rule::one => "a step".into(),
+            Rule::rate => "a rate such as `x'`".into(),
+            Rule::formula
+            | Rule::formula_product
+            | Rule::formula_factor
+            | Rule::formula_power
+            | Rule::formula_call => "a formula".into(),
             Rule::shape => "a shape such as `cuboid(6 cm, 6 cm, 14 cm)`".into(),
             rule => {
                 let name = format!("{rule:?}");

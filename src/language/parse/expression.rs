@@ -23,12 +23,12 @@ impl Builder<'_> {
             Rule::K_true => Expr { kind: ExprKind::Bool(true), span },
             Rule::K_false => Expr { kind: ExprKind::Bool(false), span },
             Rule::path => self.path(pair, span),
-            _ => nothing(span),
+            _ => self.formula_rule(pair).unwrap_or_else(|| nothing(span)),
         }
     }
 
     /// `a op b op c`, leaning left.
-    fn chain(&mut self, pair: &Pair, span: Span) -> Expr {
+    pub(super) fn chain(&mut self, pair: &Pair, span: Span) -> Expr {
         let mut out: Option<Expr> = None;
         let mut op = None;
         let parts: Vec<Pair> = pair.clone().into_inner().collect();
@@ -61,7 +61,7 @@ impl Builder<'_> {
     }
 
     /// `not not φ`, `- -x`.
-    fn prefixed(
+    pub(super) fn prefixed(
         &mut self,
         pair: &Pair,
         span: Span,
@@ -77,7 +77,7 @@ impl Builder<'_> {
         for part in parts.iter().rev() {
             out = Some(match out {
                 // A pair of parentheses gives its brackets and the expression between them.
-                None if matches!(part.as_rule(), Rule::rpar | Rule::lpar) => continue,
+                None if matches!(part.as_rule(), Rule::rpar | Rule::lpar | Rule::plus) => continue,
                 None => self.expr(part),
                 Some(inner) if part.as_rule() == sign => {
                     let from = self.span(part).from;

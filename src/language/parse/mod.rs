@@ -12,6 +12,7 @@ mod build;
 mod explain;
 mod expression;
 pub(crate) mod lexer;
+mod model;
 mod scene;
 mod step;
 
@@ -193,6 +194,8 @@ enum Place {
     Point,
     /// Between the braces of a twin.
     Effect,
+    /// Between the braces of a model.
+    Model,
     /// Between the braces of an effect.
     Parameter,
     /// Between the parentheses of a definition.

@@ -249,7 +249,7 @@ impl Builder<'_> {
     }
 
     /// Reads `-0.36 m`.
-    fn signed(&mut self, pair: &Pair) -> Literal {
+    pub(super) fn signed(&mut self, pair: &Pair) -> Literal {
         let span = self.span(pair);
         let Some(quant) = find(pair, Rule::quant) else {
             return Literal { quantity: crate::units::Quantity::default(), span };

@@ -1,0 +1,384 @@
+//! Free parameters and first values from recordings: output error over one or many stretches.
+//!
+//! A model whose memory fades is run once through a recording; one that integrates (a cart, a pendulum
+//! without friction) would carry every small disturbance on for ever, so its recording is cut into
+//! windows with first values of their own (multiple shooting). The residuals are in units of each
+//! output's scale; [`crate::fit`] does the rest.
+//!
+//! Source: Ljung, *System Identification*, 2nd ed., 1999, §7.5; Bock, "Recent Advances in Parameter
+//! Identification Techniques for ODE", 1983 (multiple shooting).
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::fit::{self, Bound, Fit, Jacobian, Loss, Noise, Options, Problem};
+
+use super::compile::Compiled;
+use super::data::Data;
+use super::simulate::{BlowUp, Scheme, simulate, simulate_with_derivatives};
+
+/// Rows of one recording that are run through from first values of their own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Window {
+    /// Which recording.
+    pub data: usize,
+    /// Which of its rows.
+    pub rows: Range<usize>,
+}
+
+/// Cuts recordings into windows of about `rows` rows; `None` for one window a stretch.
+pub fn windows(data: &[Data], rows: Option<usize>) -> Vec<Window> {
+    let mut out = Vec::new();
+    for (d, one) in data.iter().enumerate() {
+        for stretch in one.stretches() {
+            let n = rows
+                .map_or(1, |r| (stretch.len() as f64 / r.max(3) as f64).round().max(1.0) as usize);
+            for i in 0..n {
+                let at = |i: usize| stretch.start + stretch.len() * i / n;
+                // Windows share their edge, so that no step is lost between two of them.
+                let end = if i + 1 == n { at(n) } else { at(i + 1) + 1 };
+                out.push(Window { data: d, rows: at(i)..end });
+            }
+        }
+    }
+    out
+}
+
+/// A fitting task: a model, the recordings, how they are cut and weighed.
+#[derive(Debug, Clone)]
+pub struct Task<'a> {
+    /// The model.
+    pub model: &'a Compiled,
+    /// The recordings.
+    pub data: &'a [Data],
+    /// The stretches that are run.
+    pub windows: Vec<Window>,
+    /// How they are run.
+    pub scheme: Scheme,
+    /// The scale of each output's residual.
+    pub scales: Vec<f64>,
+    /// Whether first values that the model gives are estimated all the same.
+    pub all_starts_free: bool,
+}
+
+/// Parameters and first values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// The free parameters.
+    pub params: Vec<f64>,
+    /// For each window, the first value of each state; `None` where the model gives it.
+    pub starts: Vec<Vec<Option<f64>>>,
+}
+
+/// A fitted point with what the data say about it.
+#[derive(Debug, Clone)]
+pub struct Estimate {
+    /// Where.
+    pub point: Point,
+    /// Standard deviations of the free parameters; infinite where the data do not tell.
+    pub std: Vec<f64>,
+    /// Sum of squares and number of the residuals of each output, in its own unit.
+    pub sums: Vec<(f64, usize)>,
+    /// Measured minus model by output, rows of all windows in a row.
+    pub residuals: Vec<Vec<f64>>,
+    /// Parameters that the data do not determine, with what they trade against.
+    pub undetermined: Vec<String>,
+}
+
+impl Estimate {
+    /// Root mean square of each output's residuals.
+    pub fn rms(&self) -> Vec<f64> {
+        self.sums.iter().map(|(ss, n)| (ss / (*n).max(1) as f64).sqrt()).collect()
+    }
+}
+
+impl Task<'_> {
+    /// Whether a state's first value is estimated in a window.
+    pub fn is_free(&self, window: &Window, state: usize) -> bool {
+        let begins = window.rows.start == 0 && self.data[window.data].begins;
+        self.all_starts_free || !begins || self.model.states[state].fixed.is_none()
+    }
+
+    /// First values as far as the measurements show them: a state that is an output is read off, a state
+    /// that is the rate of one is its slope, others keep `other` or are 0.
+    pub fn starts(&self, other: &[f64]) -> Vec<Vec<Option<f64>>> {
+        let read: Vec<Vec<f64>> = self.windows.iter().map(|w| self.read_start(w, other)).collect();
+        self.windows
+            .iter()
+            .zip(read)
+            .map(|(w, values)| {
+                values
+                    .into_iter()
+                    .enumerate()
+                    .map(|(s, v)| self.is_free(w, s).then_some(v))
+                    .collect()
+            })
+            .collect()
+    }
+
+    fn read_start(&self, window: &Window, other: &[f64]) -> Vec<f64> {
+        let (model, data) = (self.model, &self.data[window.data]);
+        let measured = |state: usize| model.outputs.iter().position(|o| o.state == Some(state));
+        let rows = window.rows.clone();
+        let few = rows.start..(rows.start + 5).min(rows.end);
+        (0..model.states.len())
+            .map(|s| {
+                let clamp =
+                    |v: f64| model.states[s].range.map_or(v, |[low, high]| v.clamp(low, high));
+                if let Some(o) = measured(s) {
+                    return clamp(data.outputs[o][rows.start]);
+                }
+                // `q' = v` with q measured: v is its slope.
+                let of = (0..model.states.len()).find(|&q| model.rates[q] == model.state_regs[s]);
+                if let Some(o) = of.and_then(measured) {
+                    return clamp(slope(&data.time[few.clone()], &data.outputs[o][few.clone()]));
+                }
+                clamp(model.states[s].guess.unwrap_or_else(|| other.get(s).copied().unwrap_or(0.0)))
+            })
+            .collect()
+    }
+
+    /// Free values in the order the solver sees them.
+    fn flat(point: &Point) -> Vec<f64> {
+        let starts = point.starts.iter().flatten().filter_map(|v| *v);
+        point.params.iter().copied().chain(starts).collect()
+    }
+
+    fn point(&self, x: &[f64], like: &Point) -> Point {
+        let n = self.model.params.len();
+        let mut rest = x[n..].iter();
+        let starts = like
+            .starts
+            .iter()
+            .map(|w| w.iter().map(|v| v.map(|v| rest.next().copied().unwrap_or(v))).collect())
+            .collect();
+        Point { params: x[..n].to_vec(), starts }
+    }
+
+    fn n_rows(&self) -> usize {
+        self.windows.iter().map(|w| w.rows.len()).sum()
+    }
+
+    /// Runs the model at a point; outputs row by row, windows in a row.
+    ///
+    /// # Errors
+    ///
+    /// [`BlowUp`] from the first window whose states are no longer finite.
+    pub fn run(&self, point: &Point) -> Result<Vec<f64>, BlowUp> {
+        let n_out = self.model.outputs.len();
+        let parts: Vec<Result<Vec<f64>, BlowUp>> = self
+            .windows
+            .par_iter()
+            .zip(&point.starts)
+            .map(|(w, start)| {
+                let mut out = vec![0.0; w.rows.len() * n_out];
+                simulate(
+                    self.model,
+                    &self.data[w.data],
+                    w.rows.clone(),
+                    self.scheme,
+                    &point.params,
+                    start,
+                    &mut out,
+                )?;
+                Ok(out)
+            })
+            .collect();
+        let mut all = Vec::with_capacity(self.n_rows() * n_out);
+        for part in parts {
+            all.extend(part?);
+        }
+        Ok(all)
+    }
+
+    /// Measured minus model by output.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::run`].
+    pub fn residuals(&self, point: &Point) -> Result<Vec<Vec<f64>>, BlowUp> {
+        let n_out = self.model.outputs.len();
+        let values = self.run(point)?;
+        let mut out = vec![Vec::with_capacity(self.n_rows()); n_out];
+        let mut at = 0;
+        for w in &self.windows {
+            for row in w.rows.clone() {
+                for (o, column) in out.iter_mut().enumerate() {
+                    column.push(self.data[w.data].outputs[o][row] - values[at + o]);
+                }
+                at += n_out;
+            }
+        }
+        Ok(out)
+    }
+
+    /// Fits the free parameters and first values, starting at `point`.
+    ///
+    /// # Errors
+    ///
+    /// [`fit::Error`] when the model blows up at the start or there is too little data.
+    pub fn fit(&self, point: &Point, max_iterations: usize) -> Result<Estimate, fit::Error> {
+        let x0 = Self::flat(point);
+        let problem = Shooting { task: self, like: point };
+        let mut bounds = Vec::new();
+        for (i, param) in self.model.params.iter().enumerate() {
+            if let Some([lower, upper]) = param.range {
+                bounds.push(Bound { parameter: i, lower, upper });
+            }
+        }
+        let mut index = self.model.params.len();
+        for (w, start) in self.windows.iter().zip(&point.starts) {
+            for (s, _) in start.iter().enumerate().filter(|(_, v)| v.is_some()) {
+                let _ = w;
+                if let Some([lower, upper]) = self.model.states[s].range {
+                    bounds.push(Bound { parameter: index, lower, upper });
+                }
+                index += 1;
+            }
+        }
+        let options = Options {
+            loss: Loss::Huber(6.0),
+            noise: Noise::Estimated,
+            max_iterations,
+            step_tolerance: 1e-7,
+            cost_tolerance: 1e-7,
+            bounds,
+            ..Options::default()
+        };
+        let fit = fit::solve(&problem, &x0, &options)?;
+        Ok(self.estimate(&fit, point))
+    }
+
+    /// Judges a point as it is.
+    ///
+    /// # Errors
+    ///
+    /// [`BlowUp`] when the model does.
+    pub fn judge(&self, point: &Point) -> Result<Estimate, BlowUp> {
+        let residuals = self.residuals(point)?;
+        Ok(Estimate {
+            sums: sums(&residuals),
+            std: vec![0.0; point.params.len()],
+            point: point.clone(),
+            residuals,
+            undetermined: Vec::new(),
+        })
+    }
+
+    fn estimate(&self, fit: &Fit, like: &Point) -> Estimate {
+        let point = self.point(&fit.x, like);
+        let n = self.model.params.len();
+        let residuals =
+            self.residuals(&point).unwrap_or_else(|_| vec![Vec::new(); self.model.outputs.len()]);
+        let mut undetermined = Vec::new();
+        for direction in &fit.conditioning.unobservable {
+            let names: Vec<&str> = direction
+                .parameters
+                .iter()
+                .filter(|(i, _)| *i < n)
+                .map(|(i, _)| self.model.params[*i].name.as_str())
+                .collect();
+            if !names.is_empty() {
+                undetermined.push(names.join(", "));
+            }
+        }
+        Estimate {
+            std: (0..n).map(|i| fit.std(i)).collect(),
+            sums: sums(&residuals),
+            point,
+            residuals,
+            undetermined,
+        }
+    }
+}
+
+fn sums(residuals: &[Vec<f64>]) -> Vec<(f64, usize)> {
+    residuals.iter().map(|r| (r.iter().map(|v| v * v).sum(), r.len())).collect()
+}
+
+/// Slope of a straight line through a few points.
+fn slope(time: &[f64], values: &[f64]) -> f64 {
+    let (tm, vm) = (super::data::mean(time), super::data::mean(values));
+    let (mut a, mut b) = (0.0, 0.0);
+    for (t, v) in time.iter().zip(values) {
+        a += (t - tm) * (v - vm);
+        b += (t - tm).powi(2);
+    }
+    if b > 0.0 { a / b } else { 0.0 }
+}
+
+/// The residuals of a task as a least-squares problem.
+struct Shooting<'a> {
+    task: &'a Task<'a>,
+    like: &'a Point,
+}
+
+impl Problem for Shooting<'_> {
+    fn n_residuals(&self) -> usize {
+        self.task.n_rows() * self.task.model.outputs.len()
+    }
+
+    fn residuals(&self, x: &[f64], r: &mut [f64]) {
+        let point = self.task.point(x, self.like);
+        let Ok(values) = self.task.run(&point) else {
+            r.fill(f64::NAN);
+            return;
+        };
+        let n_out = self.task.model.outputs.len();
+        let mut at = 0;
+        for w in &self.task.windows {
+            for row in w.rows.clone() {
+                for o in 0..n_out {
+                    let measured = self.task.data[w.data].outputs[o][row];
+                    r[at] = (values[at] - measured) / self.task.scales[o];
+                    at += 1;
+                }
+            }
+        }
+    }
+
+    fn jacobian(&self, x: &[f64], j: &mut Jacobian) -> bool {
+        let task = self.task;
+        let point = task.point(x, self.like);
+        let n_params = task.model.params.len();
+        let n_out = task.model.outputs.len();
+        let parts: Vec<Option<Vec<f64>>> = task
+            .windows
+            .par_iter()
+            .zip(&point.starts)
+            .map(|(w, start)| {
+                let mut part = Vec::new();
+                simulate_with_derivatives(
+                    task.model,
+                    &task.data[w.data],
+                    w.rows.clone(),
+                    task.scheme,
+                    &point.params,
+                    start,
+                    &mut part,
+                )
+                .ok()?;
+                Some(part)
+            })
+            .collect();
+        let (mut row, mut first) = (0, n_params);
+        for ((w, start), part) in task.windows.iter().zip(&point.starts).zip(parts) {
+            let Some(part) = part else { return false };
+            let n_free = start.iter().flatten().count();
+            let n = n_params + n_free;
+            for i in 0..w.rows.len() * n_out {
+                let by = 1.0 / task.scales[i % n_out];
+                let to = j.row_mut(row);
+                for k in 0..n {
+                    let column = if k < n_params { k } else { first + k - n_params };
+                    let d = part[i * n + k] * by;
+                    to[column] = if d.is_finite() { d } else { 0.0 };
+                }
+                row += 1;
+            }
+            first += n_free;
+        }
+        true
+    }
+}

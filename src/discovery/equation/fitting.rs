@@ -1,0 +1,415 @@
+//! Fits of whole model texts: where to start, how to cut and run the recordings, and how well it went.
+
+use rand::{RngExt, SeedableRng, rngs::StdRng};
+
+use super::compile::{Compiled, compile};
+use super::data::{Data, rms, std};
+use super::edit::model_in;
+use super::estimate::{Estimate, Point, Task, windows};
+use super::simulate::{BlowUp, Hold, Scheme, simulate_with_derivatives, site_sizes};
+
+/// Recordings and how models are run on them.
+#[derive(Debug, Clone)]
+pub struct Bench {
+    /// The data fitted.
+    pub train: Vec<Data>,
+    /// The data held out.
+    pub held: Vec<Data>,
+    /// Rows of a window, `None` to run through.
+    pub rows: Option<usize>,
+    /// Hold and steps.
+    pub scheme: Scheme,
+    /// Whether given first values are estimated all the same.
+    pub all_starts_free: bool,
+    /// Scale of each output's residual in a fit.
+    pub scales: Vec<f64>,
+}
+
+/// A model text fitted to the recordings.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// The text.
+    pub text: String,
+    /// The model.
+    pub compiled: Compiled,
+    /// The fit.
+    pub train: Estimate,
+}
+
+/// `sign` is a ramp of this part of its argument's usual size.
+const RAMP: f64 = 0.01;
+
+impl Bench {
+    /// The task of fitting a model to the training data.
+    pub fn task<'a>(&'a self, model: &'a Compiled) -> Task<'a> {
+        self.task_on(model, &self.train)
+    }
+
+    /// As [`Self::task`], on other data.
+    pub fn task_on<'a>(&'a self, model: &'a Compiled, data: &'a [Data]) -> Task<'a> {
+        Task {
+            model,
+            data,
+            windows: windows(data, self.rows),
+            scheme: self.scheme,
+            scales: self.scales.clone(),
+            all_starts_free: self.all_starts_free,
+        }
+    }
+
+    /// Reads a text's model and sets its ramps by what stands in them at `point`.
+    pub fn prepare(&self, text: &str, name: &str) -> Option<Compiled> {
+        compile(&model_in(text, name)?).ok()
+    }
+
+    /// The point of a child model that is nearest to its parent's: shared names keep their values.
+    pub fn inherit(&self, child: &Compiled, parent: &Compiled, at: &Point, task: &Task) -> Point {
+        let params = child
+            .params
+            .iter()
+            .map(|p| {
+                let old = parent.params.iter().position(|q| q.name == p.name);
+                old.map_or_else(|| p.guess.unwrap_or(1.0), |i| at.params[i])
+            })
+            .collect();
+        let mut starts = task.starts(&[]);
+        for (window, old) in starts.iter_mut().zip(&at.starts) {
+            for (s, state) in child.states.iter().enumerate() {
+                let was = parent.states.iter().position(|q| q.name == state.name);
+                if let (Some(value), Some(old)) = (&mut window[s], was.and_then(|i| old[i])) {
+                    *value = old;
+                }
+            }
+        }
+        Point { params, starts }
+    }
+
+    /// Sets the ramps of `sign` and `step` by the size of what stands in them.
+    pub fn set_ramps(&self, model: &mut Compiled, point: &Point) {
+        if model.sites.is_empty() {
+            return;
+        }
+        // A first pass with coarse ramps: exact ones would shake a coarse integration.
+        let rough = model.sites.len();
+        model.widths = vec![1e-3; rough];
+        let task = self.task(model);
+        let mut sizes = vec![0.0; rough];
+        let mut n = 0.0;
+        for (w, start) in task.windows.iter().zip(&point.starts).take(8) {
+            let found = site_sizes(
+                model,
+                &self.train[w.data],
+                w.rows.clone(),
+                self.scheme,
+                &point.params,
+                start,
+            );
+            if let Some(found) = found {
+                for (to, v) in sizes.iter_mut().zip(&found) {
+                    *to += v * v;
+                }
+                n += 1.0;
+            }
+        }
+        model.widths = sizes
+            .iter()
+            .map(|s| {
+                let size = f64::sqrt(s / f64::max(n, 1.0));
+                if size > 0.0 && size.is_finite() { RAMP * size } else { 1e-3 }
+            })
+            .collect();
+    }
+
+    /// Fits a text from a parent's point; `None` when it does not compile or blows up.
+    pub fn fit(
+        &self,
+        text: &str,
+        name: &str,
+        parent: &Fitted,
+        iterations: usize,
+    ) -> Option<Fitted> {
+        let mut compiled = self.prepare(text, name)?;
+        let point = {
+            let task = self.task(&compiled);
+            self.inherit(&compiled, &parent.compiled, &parent.train.point, &task)
+        };
+        self.set_ramps(&mut compiled, &point);
+        let train = self.task(&compiled).fit(&point, iterations).ok()?;
+        if train.residuals.iter().any(Vec::is_empty) {
+            return None;
+        }
+        Some(Fitted { text: text.into(), compiled, train })
+    }
+
+    /// Judges a fitted model on the held-out data: only first values are estimated there.
+    pub fn held_out(&self, fitted: &Fitted) -> Option<Estimate> {
+        let mut frozen = fitted.compiled.clone();
+        // Parameters become inputs of the solver that it may not move.
+        let params = fitted.train.point.params.clone();
+        for (param, value) in frozen.params.iter_mut().zip(&params) {
+            let room = value.abs().max(1e-300) * 1e-12;
+            param.range = Some([value - room, value + room]);
+        }
+        let task = self.task_on(&frozen, &self.held);
+        let starts_at =
+            |other: &[f64]| Point { params: params.clone(), starts: task.starts(other) };
+        // Unmeasured states start where they stood on average in the training data.
+        let n = fitted.compiled.states.len();
+        let average: Vec<f64> = (0..n)
+            .map(|s| {
+                let all: Vec<f64> = fitted.train.point.starts.iter().filter_map(|w| w[s]).collect();
+                super::data::mean(&all)
+            })
+            .collect();
+        let first: Vec<f64> = (0..n)
+            .map(|s| fitted.train.point.starts.first().and_then(|w| w[s]).unwrap_or(0.0))
+            .collect();
+        let mut best: Option<Estimate> = None;
+        for other in [average, first, vec![0.0; n]] {
+            let point = starts_at(&other);
+            let free = point.starts.iter().flatten().flatten().count();
+            let found = if free == 0 {
+                task.judge(&point).ok()
+            } else {
+                task.fit(&point, 25).ok().filter(|e| e.residuals.iter().all(|r| !r.is_empty()))
+            };
+            if let Some(found) = found {
+                let size = |e: &Estimate| -> f64 {
+                    e.rms().iter().zip(&self.scales).map(|(r, s)| (r / s).powi(2)).sum()
+                };
+                if best.as_ref().is_none_or(|b| size(&found) < size(b)) {
+                    best = Some(found);
+                }
+            }
+            if free == 0 {
+                break;
+            }
+        }
+        best
+    }
+}
+
+/// Why nothing could be fitted at all.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NoFit {
+    /// Where the model blew up, if it did.
+    pub blow_up: Option<BlowUp>,
+}
+
+/// Fits the model as it is, starting from nothing: many starts, short windows first.
+///
+/// # Errors
+///
+/// [`NoFit`] when the model blows up from every start.
+pub fn baseline(bench: &mut Bench, text: &str, name: &str, seed: u64) -> Result<Fitted, NoFit> {
+    let no_fit = |blow_up| NoFit { blow_up };
+    let compiled = bench.prepare(text, name).ok_or_else(|| no_fit(None))?;
+    let measured: f64 = bench
+        .train
+        .iter()
+        .flat_map(|d| d.outputs.iter().map(|o| rms(o)))
+        .fold(0.0, f64::max)
+        .max(1e-9);
+    let open = compiled.params.iter().any(|p| p.guess.is_none());
+    let n_rows: usize = bench.train.iter().map(Data::n_rows).sum();
+    let mut starts: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
+    let hidden = |by: f64| vec![by * measured; compiled.states.len()];
+    let given =
+        |or: f64| -> Vec<f64> { compiled.params.iter().map(|p| p.guess.unwrap_or(or)).collect() };
+    for by in [0.0, 0.5, 1.0] {
+        starts.push((given(0.1), hidden(by)));
+    }
+    if !compiled.params.is_empty() {
+        for by in [0.25, 4.0] {
+            starts.push((given(0.1).iter().map(|v| v * by).collect(), hidden(0.5)));
+        }
+    }
+    if open {
+        for or in [1e-3, 1e-2, 1.0, 10.0, 100.0] {
+            starts.push((given(or), hidden(0.5)));
+        }
+        let mut rng = StdRng::seed_from_u64(seed);
+        for _ in 0..40 {
+            let params = compiled
+                .params
+                .iter()
+                .map(|p| {
+                    let size = 10.0_f64.powf(rng.random_range(-3.5..1.5));
+                    let sign = if rng.random_range(0.0..1.0) < 0.15 { -1.0 } else { 1.0 };
+                    p.guess.unwrap_or(sign * size)
+                })
+                .collect();
+            starts.push((params, hidden(rng.random_range(0.0..2.0))));
+        }
+    }
+    for (params, _) in &mut starts {
+        for (v, p) in params.iter_mut().zip(&compiled.params) {
+            if let Some([low, high]) = p.range {
+                *v = v.clamp(low, high);
+            }
+        }
+    }
+    // Short windows make the way from a far start nearly straight.
+    let short = Bench {
+        train: bench
+            .train
+            .iter()
+            .map(|d| d.thinned((n_rows / 1500).max(1).min(d.thinning((n_rows / 1500).max(1)))))
+            .collect(),
+        ..bench.clone()
+    };
+    let short_rows: usize = short.train.iter().map(Data::n_rows).sum();
+    let near = Bench { rows: Some((short_rows / 30).max(12)), ..short.clone() };
+    let mut blow_up = None;
+    let mut found: Vec<(f64, Vec<f64>, Vec<f64>)> = Vec::new();
+    for (params, other) in starts {
+        let mut model = compiled.clone();
+        let point = Point { params: params.clone(), starts: near.task(&model).starts(&other) };
+        near.set_ramps(&mut model, &point);
+        let task = near.task(&model);
+        match task.judge(&point) {
+            Ok(_) => {}
+            Err(error) => {
+                blow_up.get_or_insert(error);
+                continue;
+            }
+        }
+        let fitted =
+            if compiled.params.is_empty() && point.starts.iter().flatten().flatten().count() == 0 {
+                task.judge(&point).ok()
+            } else {
+                task.fit(&point, 12).ok()
+            };
+        if let Some(fit) = fitted
+            && fit.residuals.iter().all(|r| !r.is_empty())
+        {
+            let cost: f64 = fit.rms().iter().zip(&bench.scales).map(|(r, s)| (r / s).powi(2)).sum();
+            let first: Vec<f64> = (0..compiled.states.len())
+                .map(|s| fit.point.starts.first().and_then(|w| w[s]).unwrap_or(other[s]))
+                .collect();
+            found.push((cost, fit.point.params, first));
+        }
+    }
+    if found.is_empty() {
+        return Err(no_fit(blow_up));
+    }
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found.truncate(6);
+    bench.rows = if fades(bench, &compiled, &found[0]) { None } else { Some(cut(&bench.train)) };
+    let mut best: Option<(f64, Compiled, Estimate)> = None;
+    let mut holds = vec![bench.scheme.hold];
+    // A recording that was thinned has no steps left to hold.
+    if !compiled.inputs.is_empty() && bench.scheme.hold == Hold::Zero {
+        holds.push(Hold::Line);
+    }
+    for hold in holds {
+        let trial = Bench { scheme: Scheme { hold, ..bench.scheme }, ..bench.clone() };
+        for (_, params, first) in &found {
+            let mut model = compiled.clone();
+            let point = Point { params: params.clone(), starts: trial.task(&model).starts(first) };
+            trial.set_ramps(&mut model, &point);
+            let task = trial.task(&model);
+            let free = point.params.len() + point.starts.iter().flatten().flatten().count();
+            let fit = if free == 0 {
+                match task.judge(&point) {
+                    Ok(fit) => Some(fit),
+                    Err(error) => {
+                        blow_up.get_or_insert(error);
+                        None
+                    }
+                }
+            } else {
+                task.fit(&point, 60).ok().filter(|f| f.residuals.iter().all(|r| !r.is_empty()))
+            };
+            if let Some(fit) = fit {
+                let cost: f64 =
+                    fit.rms().iter().zip(&bench.scales).map(|(r, s)| (r / s).powi(2)).sum();
+                if best.as_ref().is_none_or(|(b, ..)| cost < *b * (1.0 - 1e-9)) {
+                    best = Some((cost, model, fit));
+                    bench.scheme.hold = hold;
+                }
+            }
+        }
+    }
+    let (_, compiled, train) = best.ok_or_else(|| no_fit(blow_up))?;
+    let mut fitted = Fitted { text: text.into(), compiled, train };
+    settle_steps(bench, &mut fitted);
+    Ok(fitted)
+}
+
+/// Rows of a window for a model whose memory does not fade.
+fn cut(train: &[Data]) -> usize {
+    let longest = train.iter().map(Data::n_rows).max().unwrap_or(0);
+    (longest / 10).max(40)
+}
+
+/// Whether what a state is at first no longer matters at the end of a recording.
+fn fades(bench: &Bench, model: &Compiled, (_, params, first): &(f64, Vec<f64>, Vec<f64>)) -> bool {
+    if model.states.is_empty() {
+        return true;
+    }
+    let through = Bench { rows: None, ..bench.clone() };
+    let mut model = model.clone();
+    let point = Point { params: params.clone(), starts: through.task(&model).starts(first) };
+    through.set_ramps(&mut model, &point);
+    let task = through.task(&model);
+    let longest = (0..task.windows.len()).max_by_key(|i| task.windows[*i].rows.len());
+    let Some(window) = longest.map(|i| &task.windows[i]) else { return true };
+    let start: Vec<Option<f64>> =
+        first.iter().map(|v| Some(if *v == 0.0 { 1e-3 } else { *v })).collect();
+    let mut jacobian = Vec::new();
+    let run = simulate_with_derivatives(
+        &model,
+        &bench.train[window.data],
+        window.rows.clone(),
+        bench.scheme,
+        params,
+        &start,
+        &mut jacobian,
+    );
+    if run.is_err() {
+        return false;
+    }
+    let (n_out, n) = (model.outputs.len(), params.len() + start.len());
+    let size = |row: usize| -> f64 {
+        (0..n_out)
+            .flat_map(|o| (params.len()..n).map(move |k| (o, k)))
+            .map(|(o, k)| (jacobian[(row * n_out + o) * n + k] / bench.scales[o]).abs())
+            .fold(0.0, f64::max)
+    };
+    let rows = window.rows.len();
+    let peak = (0..rows).map(size).fold(0.0, f64::max);
+    let end = (rows - rows / 5 - 1..rows).map(size).fold(0.0, f64::max);
+    end.is_finite() && end <= 0.05 * peak
+}
+
+/// Halves the step until it no longer matters.
+pub fn settle_steps(bench: &mut Bench, fitted: &mut Fitted) {
+    if fitted.compiled.states.is_empty() {
+        return;
+    }
+    for _ in 0..4 {
+        let coarse = bench.task(&fitted.compiled).run(&fitted.train.point);
+        let finer = Bench {
+            scheme: Scheme { substeps: bench.scheme.substeps * 2, ..bench.scheme },
+            ..bench.clone()
+        };
+        let fine = finer.task(&fitted.compiled).run(&fitted.train.point);
+        let (Ok(coarse), Ok(fine)) = (coarse, fine) else { return };
+        let n_out = bench.scales.len();
+        let matters = (0..n_out).any(|o| {
+            let difference: Vec<f64> =
+                coarse.iter().zip(&fine).skip(o).step_by(n_out).map(|(a, b)| a - b).collect();
+            let floor = 0.03 * fitted.train.rms()[o];
+            let size: Vec<f64> = fine.iter().skip(o).step_by(n_out).copied().collect();
+            rms(&difference) > floor.max(1e-7 * std(&size))
+        });
+        if !matters {
+            return;
+        }
+        bench.scheme.substeps *= 2;
+        if let Ok(train) = bench.task(&fitted.compiled).fit(&fitted.train.point, 20) {
+            fitted.train = train;
+        }
+    }
+}

@@ -1,0 +1,23 @@
+//! Models given by equations: what a `model` block leaves out.
+//!
+//! [`investigate`] is the front door. A model's text is parsed and checked (`language`), compiled to a flat
+//! program ([`compile`]), run along recordings ([`simulate`]) and fitted ([`estimate`], [`fitting`]). Every
+//! effect that could sit in it is a change of its text ([`candidates`], [`edit`]); a search adds those
+//! that pay on data fitted and held out ([`search`]). The answer is a [`super::finding::Finding`] with the difference of the text.
+
+pub mod number;
+mod program;
+pub mod compile;
+pub mod integrate;
+pub mod data;
+pub mod simulate;
+pub mod estimate;
+pub mod fitting;
+pub mod edit;
+pub mod candidates;
+pub mod score;
+pub mod search;
+mod answer;
+
+pub use answer::{Error, Options, Outcome, investigate};
+pub use edit::model_in;

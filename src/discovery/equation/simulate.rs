@@ -1,0 +1,274 @@
+//! A compiled model run along a recording.
+//!
+//! Inputs are held from row to row or joined by straight lines ([`Hold`]); between two rows the state is
+//! carried by a fixed number of classical Runge–Kutta steps, so that a simulation is a smooth function
+//! of its parameters and can be differentiated.
+
+use std::ops::Range;
+
+use super::compile::Compiled;
+use super::data::Data;
+use super::integrate::{Rates, Work, rk4};
+use super::number::{Dual, Number};
+
+/// What an input does between two rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Hold {
+    /// It keeps the value of the row before: a command from a computer.
+    Zero,
+    /// It follows a straight line: something measured.
+    Line,
+}
+
+/// A state that is no longer a finite number.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BlowUp {
+    /// Which state, or which output of a model without states.
+    pub what: String,
+    /// When, s.
+    pub t: f64,
+}
+
+/// Beyond this a state counts as infinite.
+const TOO_LARGE: f64 = 1e15;
+
+/// How to run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scheme {
+    /// What inputs do between rows.
+    pub hold: Hold,
+    /// Runge–Kutta steps per usual step of the recording.
+    pub substeps: usize,
+}
+
+/// The rates of a model between two rows.
+struct Between<'a, N> {
+    model: &'a Compiled,
+    data: &'a Data,
+    frame: &'a mut [N],
+    row: usize,
+    hold: Hold,
+}
+
+impl<N: Number> Between<'_, N> {
+    /// Puts inputs and time at `t` into their registers; `s` is the part of the way to the next row.
+    #[inline(never)]
+    fn drive(&mut self, t: f64, s: f64) {
+        let (model, data, row) = (self.model, self.data, self.row);
+        for (reg, column) in model.input_regs.iter().zip(&data.inputs) {
+            let value = if s > 0.0 && self.hold == Hold::Line && row + 1 < column.len() {
+                column[row] + s * (column[row + 1] - column[row])
+            } else {
+                column[row]
+            };
+            self.frame[usize::from(*reg)] = N::constant(value);
+        }
+        for &(reg, input, by) in &model.delays {
+            let by = self.frame[usize::from(by)];
+            let (value, slope) = data.input_at(input, t - by.value());
+            self.frame[usize::from(reg)] = by.chain(value, -slope);
+        }
+        self.frame[usize::from(model.time_reg)] = N::constant(t);
+    }
+}
+
+impl<N: Number> Rates<N> for Between<'_, N> {
+    #[inline(never)]
+    fn rates(&mut self, t: f64, x: &[N], dx: &mut [N]) {
+        let (from, to) = (self.data.time[self.row], self.data.time[self.row + 1]);
+        // The next row's value of a held input begins at the next row.
+        let s = ((t - from) / (to - from)).clamp(0.0, 1.0);
+        self.drive(t, s);
+        let model = self.model;
+        for (reg, value) in model.state_regs.iter().zip(x) {
+            self.frame[usize::from(*reg)] = *value;
+        }
+        model.program.run(&model.program.rates, self.frame, &model.widths);
+        for (to, reg) in dx.iter_mut().zip(&model.rates) {
+            *to = self.frame[usize::from(*reg)];
+        }
+    }
+}
+
+/// Runs a model over rows of a recording and writes its outputs, row by row.
+///
+/// `params` are the free parameters; `start` holds the first value of each state, `None` where the model
+/// gives it. `out` has one entry per row and output. Returns the state after the last row.
+///
+/// # Errors
+///
+/// [`BlowUp`] when a state is no longer a finite number.
+pub fn simulate<N: Number>(
+    model: &Compiled,
+    data: &Data,
+    rows: Range<usize>,
+    scheme: Scheme,
+    params: &[N],
+    start: &[Option<N>],
+    out: &mut [N],
+) -> Result<Vec<N>, BlowUp> {
+    let n_out = model.outputs.len();
+    let mut frame = vec![N::constant(0.0); model.program.n_registers];
+    for &(reg, value) in &model.program.constants {
+        frame[usize::from(reg)] = N::constant(value);
+    }
+    for (reg, value) in model.param_regs.iter().zip(params) {
+        frame[usize::from(*reg)] = *value;
+    }
+    model.program.run(&model.program.once, &mut frame, &model.widths);
+    let mut x: Vec<N> = model
+        .states
+        .iter()
+        .enumerate()
+        .map(|(i, state)| {
+            start.get(i).copied().flatten().unwrap_or_else(|| {
+                state.fixed.map_or(N::constant(0.0), |reg| frame[usize::from(reg)])
+            })
+        })
+        .collect();
+    let usual = data.step();
+    let mut work = Work::new(x.len());
+    let mut f = Between { model, data, frame: &mut frame, row: rows.start, hold: scheme.hold };
+    for row in rows.clone() {
+        let t = data.time[row];
+        f.row = row;
+        f.drive(t, 0.0);
+        for (reg, value) in model.state_regs.iter().zip(&x) {
+            f.frame[usize::from(*reg)] = *value;
+        }
+        model.program.run(&model.program.outputs, f.frame, &model.widths);
+        let at = (row - rows.start) * n_out;
+        for (to, output) in out[at..at + n_out].iter_mut().zip(&model.outputs) {
+            *to = f.frame[usize::from(output.reg)];
+            if !to.value().is_finite() {
+                return Err(BlowUp { what: output.name.clone(), t });
+            }
+        }
+        if row + 1 == rows.end || x.is_empty() {
+            continue;
+        }
+        let dt = data.time[row + 1] - t;
+        let n = (scheme.substeps as f64 * (dt / usual).max(0.2)).ceil().max(1.0);
+        let h = dt / n;
+        for i in 0..n as usize {
+            rk4(&mut f, t + i as f64 * h, h, &mut x, &mut work);
+        }
+        if let Some(i) = x.iter().position(|v| v.value().is_nan() || v.value().abs() >= TOO_LARGE) {
+            return Err(BlowUp { what: model.states[i].name.clone(), t: data.time[row + 1] });
+        }
+    }
+    late_outputs(model, &data.time[rows], &frame, out);
+    Ok(x)
+}
+
+/// Shifts the outputs whose sensor is late.
+fn late_outputs<N: Number>(model: &Compiled, time: &[f64], frame: &[N], out: &mut [N]) {
+    let n_out = model.outputs.len();
+    for (o, output) in model.outputs.iter().enumerate() {
+        let Some(by) = output.delay.map(|reg| frame[usize::from(reg)]) else { continue };
+        let series: Vec<N> = out.iter().skip(o).step_by(n_out).copied().collect();
+        let n = series.len();
+        if n < 2 {
+            continue;
+        }
+        for i in 0..n {
+            let t = time[i] - by.value();
+            let j = time.partition_point(|v| *v <= t).clamp(1, n - 1) - 1;
+            let dt = time[j + 1] - time[j];
+            // Before the first row the first slope goes on: the past of a stretch is not known.
+            let s = (t - time[j]) / dt;
+            let slope = (series[j + 1].value() - series[j].value()) / dt;
+            let value = series[j].scaled(1.0 - s) + series[j + 1].scaled(s);
+            out[i * n_out + o] = value + by.chain(0.0, -slope);
+        }
+    }
+}
+
+/// Lanes of derivatives carried at a time.
+const LANES: usize = 8;
+
+/// As [`simulate`], with the derivatives of every output with respect to the parameters and the free
+/// first values, in that order: `jacobian[row·n_out + o][k]` flattened.
+///
+/// # Errors
+///
+/// [`BlowUp`] when a state is no longer a finite number.
+pub fn simulate_with_derivatives(
+    model: &Compiled,
+    data: &Data,
+    rows: Range<usize>,
+    scheme: Scheme,
+    params: &[f64],
+    start: &[Option<f64>],
+    jacobian: &mut Vec<f64>,
+) -> Result<Vec<f64>, BlowUp> {
+    let n_values = rows.len() * model.outputs.len();
+    let free: Vec<usize> = (0..start.len()).filter(|i| start[*i].is_some()).collect();
+    let n = params.len() + free.len();
+    jacobian.clear();
+    jacobian.resize(n_values * n, 0.0);
+    let mut values = vec![0.0; n_values];
+    let mut out = vec![Dual::<LANES>::constant(0.0); n_values];
+    let mut first = 0;
+    while first < n.max(1) {
+        let seed = |k: usize| k.checked_sub(first).unwrap_or(LANES);
+        let p: Vec<Dual<LANES>> =
+            params.iter().enumerate().map(|(k, v)| Dual::variable(*v, seed(k), 1.0)).collect();
+        let s: Vec<Option<Dual<LANES>>> = (0..start.len())
+            .map(|i| {
+                let k = free.iter().position(|f| *f == i).map(|at| params.len() + at);
+                start[i].map(|v| Dual::variable(v, seed(k.unwrap_or(usize::MAX)), 1.0))
+            })
+            .collect();
+        simulate(model, data, rows.clone(), scheme, &p, &s, &mut out)?;
+        for (i, dual) in out.iter().enumerate() {
+            values[i] = dual.v;
+            for lane in 0..LANES.min(n - first) {
+                jacobian[i * n + first + lane] = dual.d[lane];
+            }
+        }
+        first += LANES;
+    }
+    Ok(values)
+}
+
+/// The usual size of what stands in each `sign` and `step` along a recording: root mean square.
+pub(super) fn site_sizes(
+    model: &Compiled,
+    data: &Data,
+    rows: Range<usize>,
+    scheme: Scheme,
+    params: &[f64],
+    start: &[Option<f64>],
+) -> Option<Vec<f64>> {
+    if model.sites.is_empty() {
+        return Some(Vec::new());
+    }
+    // The arguments become the outputs of a model that is otherwise the same.
+    let mut probe = model.clone();
+    probe.outputs = model
+        .sites
+        .iter()
+        .map(|reg| super::compile::Output {
+            name: String::new(),
+            dimension: None,
+            reg: *reg,
+            delay: None,
+            state: None,
+        })
+        .collect();
+    // Everything is run at every row, for some of it may belong to the rates alone.
+    let mut all = model.program.outputs.clone();
+    all.extend(&model.program.rates);
+    all.sort_unstable();
+    all.dedup();
+    probe.program.outputs = all;
+    let n = model.sites.len();
+    let mut out = vec![0.0; rows.len() * n];
+    simulate(&probe, data, rows, scheme, params, start, &mut out).ok()?;
+    Some(
+        (0..n)
+            .map(|s| super::data::rms(&out.iter().skip(s).step_by(n).copied().collect::<Vec<_>>()))
+            .collect(),
+    )
+}
