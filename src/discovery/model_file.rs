@@ -143,7 +143,7 @@ fluent far(o: Object) = true
             added,
             ["+    // found by gap", "+    effect payload(tool) { mass = 0.5 kg, com_x = 0.01 m }"]
         );
-        assert!(diff.contains("@@ -1,7 +1,9 @@"), "{diff}");
+        assert!(diff.contains("@@ -1,6 +1,8 @@"), "{diff}");
     }
 
     #[test]

@@ -103,7 +103,9 @@ mod tests {
             .map(|(i, p)| p + if i % 2 == 0 { 1e-3 } else { -1e-3 })
             .collect();
         let smooth = whittaker(&rough, 1.1e-3);
-        let worst = smooth.iter().zip(&parabola).map(|(s, p)| (s - p).abs()).fold(0.0, f64::max);
-        assert!(worst < 3e-4, "{worst}");
+        let off = smooth.iter().zip(&parabola).map(|(s, p)| (s - p).abs());
+        // An end has neighbours on one side only; such rows are not judged either.
+        let worst = off.skip(10).take(180).fold(0.0, f64::max);
+        assert!(worst < 1e-4, "{worst}");
     }
 }
