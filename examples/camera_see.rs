@@ -5,13 +5,26 @@
 //! on, which is lifted a little on the way), and a picture of what was seen; it prints the distance to the
 //! reference. Then: `trueup camera see image0080.png --scene OUT/visp.task
 //! --calibration OUT/calibration_0080.json`.
+//!
+//! `cargo run --example camera_see -- lab 30 [OUT]` does the same for the laboratory: thirty of them, nine
+//! kinds of photograph each, truth known; a table of how far off, how often found, and how honest the
+//! standard deviations are.
 #![expect(clippy::print_stdout, reason = "an example talks to a person")]
 #![expect(clippy::unwrap_used, reason = "an example that cannot go on may say so by panicking")]
 
-use std::path::PathBuf;
+use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_2;
+use std::path::Path;
 
-use trueup::alignment::vision::{Options, annotate, see};
+use lab_photos::{Bench, Kind, Photo, off};
+use nalgebra::Vector3;
+use trueup::alignment::vision::{Options, Sighting, annotate, see};
 
+#[path = "../tests/kitchen.rs"]
+#[expect(dead_code, reason = "shared with the tests, which use more of it")]
+mod kitchen;
+#[path = "../tests/alignment_vision/lab_photos.rs"]
+mod lab_photos;
 #[path = "../tests/alignment_vision/visp.rs"]
 mod visp;
 
@@ -28,12 +41,145 @@ scene visp {
 ";
 
 fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if arguments.first().is_some_and(|a| a == "lab") {
+        let n = arguments.get(1).and_then(|n| n.parse().ok()).unwrap_or(3);
+        lab(n, arguments.get(2).map(Path::new));
+    } else {
+        visp(arguments.first().map(Path::new));
+    }
+}
+
+/// Sees photographs of `n` laboratories, nine each, and prints how far off and how sure.
+fn lab(n: u64, out: Option<&Path>) {
+    let symmetry = [FRAC_PI_2, 0.0];
+    let mut rows: BTreeMap<(Kind, usize), Vec<Row>> = BTreeMap::new();
+    for seed in 1..=n {
+        let bench = Bench::new(seed);
+        for kind in Kind::ALL {
+            let photo = bench.photo(kind);
+            let seen = photo.see();
+            if let Some(out) = out {
+                let name = format!("{seed:02}-{}", kind.words().replace(' ', "-"));
+                write(&photo, &seen, out, &name);
+            }
+            for (idx, s) in seen.iter().enumerate() {
+                let off = photo.truth[idx].and_then(|truth| off(s, truth, symmetry[idx]));
+                let there = photo.truth[idx].is_some();
+                let bad = s.found != there || off.is_some_and(|o| o.0 > 2.0 || o.1 > 0.02);
+                if bad {
+                    println!(
+                        "# seed {seed} {} {}: {:?} truth {:?} saw {:?} ± {:.1} mm, confidence {:.2}, {:?}",
+                        kind.words(),
+                        s.name,
+                        off,
+                        photo.truth[idx],
+                        s.world_from_object.map(|p| (p.origin().x, p.origin().y, p.yaw())),
+                        1e3 * s.std,
+                        s.confidence,
+                        s.reason
+                    );
+                }
+                let row = Row { there, found: s.found, off, std: s.std, yaw_std: s.yaw_std };
+                rows.entry((kind, idx)).or_default().push(row);
+            }
+        }
+    }
+    println!(
+        "{:15} {:3} {:>9} {:>5} {:>23} {:>9} {:>13}",
+        "photograph", "", "found", "false", "mm median / p95 / max", "yaw deg", "z rms pos yaw"
+    );
+    let mut all = Vec::new();
+    for ((kind, idx), rows) in &rows {
+        print_row(kind.words(), ["jar", "cup"][*idx], rows);
+        all.extend(rows.iter().map(|row| (*idx, *row)));
+    }
+    for (idx, name) in ["jar", "cup"].iter().enumerate() {
+        let mine: Vec<Row> = all.iter().filter(|r| r.0 == idx).map(|r| r.1).collect();
+        print_row("all", name, &mine);
+    }
+}
+
+/// Writes a photograph, its calibration with the truth, what the arm hides, and what was seen.
+fn write(photo: &Photo, seen: &[Sighting], out: &Path, name: &str) {
+    std::fs::create_dir_all(out).unwrap();
+    let calibration = serde_json::json!({ "camera": photo.camera, "truth": photo.truth });
+    let text = serde_json::to_string_pretty(&calibration).unwrap();
+    std::fs::write(out.join(format!("{name}.json")), text).unwrap();
+    photo.image.save(out.join(format!("{name}.png"))).unwrap();
+    photo.ignore.save(out.join(format!("{name}-ignore.png"))).unwrap();
+    annotate(&photo.image, seen).save(out.join(format!("{name}-seen.png"))).unwrap();
+}
+
+/// What one look at one object came to.
+#[derive(Debug, Clone, Copy)]
+struct Row {
+    there: bool,
+    found: bool,
+    /// mm and rad from the truth.
+    off: Option<(f64, f64)>,
+    std: f64,
+    yaw_std: f64,
+}
+
+fn print_row(what: &str, name: &str, rows: &[Row]) {
+    let there = rows.iter().filter(|r| r.there).count();
+    let found = rows.iter().filter(|r| r.there && r.found).count();
+    let wrong = rows.iter().filter(|r| !r.there && r.found).count();
+    let mut mm: Vec<f64> = rows.iter().filter_map(|r| Some(r.off?.0)).collect();
+    let mut turn: Vec<f64> = rows.iter().filter_map(|r| Some(r.off?.1)).collect();
+    mm.sort_by(f64::total_cmp);
+    turn.sort_by(f64::total_cmp);
+    let at = |v: &[f64], q: f64| {
+        v.get(((v.len() as f64 - 1.0) * q).round().max(0.0) as usize).copied().unwrap_or(0.0)
+    };
+    let rms = |z: Vec<f64>| (z.iter().map(|z| z * z).sum::<f64>() / z.len().max(1) as f64).sqrt();
+    // The distance has two parts, each with at most the worst direction's deviation.
+    let z =
+        rms(rows.iter().filter_map(|r| Some(r.off?.0 / (1e3 * r.std * 2.0_f64.sqrt()))).collect());
+    let z_yaw = rms(rows
+        .iter()
+        .filter(|r| r.yaw_std > 0.0)
+        .filter_map(|r| Some(r.off?.1 / r.yaw_std))
+        .collect());
+    println!(
+        "{what:15} {name:3} {found:4}/{there:4} {wrong:5} {:7.2} {:7.2} {:7.2} {:9.2} {z:6.2} {z_yaw:6.2}",
+        at(&mm, 0.5),
+        at(&mm, 0.95),
+        at(&mm, 1.0),
+        at(&turn, 1.0).to_degrees(),
+    );
+}
+
+/// Words one sighting: how far from the reference, how sure, and what the contour's way came to.
+fn row(s: &Sighting, truth: Vector3<f64>) -> String {
+    let Some(pose) = s.world_from_object else {
+        return format!("not found: {}", s.reason.as_deref().unwrap_or("?"));
+    };
+    let far = |x: f64, y: f64| 1e3 * (x - truth.x).hypot(y - truth.y);
+    let other = match (s.checks.key_point_place, s.checks.refused) {
+        (Some([x, y, _]), _) => format!("by key points {:.1} mm", far(x, y)),
+        (None, Some(why)) => format!("no key points: {why}"),
+        (None, None) => "no key points".to_owned(),
+    };
+    let at = pose.origin();
+    format!(
+        "{:.1} mm from the reference, ± {:.1} mm, confidence {:.2}, {:?}; {other}{}",
+        far(at.x, at.y),
+        1e3 * s.std,
+        s.confidence,
+        s.way,
+        s.ambiguous.as_ref().map(|why| format!("; {why}")).unwrap_or_default(),
+    )
+}
+
+/// Sees the `ViSP` sequence.
+fn visp(out: Option<&Path>) {
     let Some(folder) = visp::folder() else {
         println!("skipped: shared/data/public/visp_cube_cylinder is not here");
         return;
     };
-    let out = std::env::args().nth(1).map(PathBuf::from);
-    if let Some(out) = &out {
+    if let Some(out) = out {
         std::fs::create_dir_all(out).unwrap();
         std::fs::write(out.join("visp.task"), SCENE).unwrap();
     }
@@ -45,20 +191,9 @@ fn main() {
         let seen = see(&image, &visp.camera, &visp.scene, &Options::default()).unwrap();
         let (cube, axis) = visp.truth(frame);
         for (s, truth) in seen.iter().zip([cube.origin(), axis]) {
-            match s.world_from_object {
-                Some(pose) => println!(
-                    "frame {frame:3} {}: {:.1} mm from the reference, std {:.1} mm, confidence {:.2}",
-                    s.name,
-                    1e3 * (pose.origin() - truth).xy().norm(),
-                    1e3 * s.std,
-                    s.confidence
-                ),
-                None => {
-                    println!("frame {frame:3} {}: {}", s.name, s.reason.as_deref().unwrap_or("?"));
-                }
-            }
+            println!("frame {frame:3} {:5} {}", s.name, row(s, truth));
         }
-        if let Some(out) = &out {
+        if let Some(out) = out {
             let calibration = serde_json::json!({ "camera": visp.camera });
             let text = serde_json::to_string_pretty(&calibration).unwrap();
             std::fs::write(out.join(format!("calibration_{frame:04}.json")), text).unwrap();
@@ -69,10 +204,9 @@ fn main() {
     let (cube, axis) = visp.published();
     let seen = see(&visp.image(0), &visp.camera, &visp.scene, &Options::default()).unwrap();
     for (s, truth) in seen.iter().zip([cube.origin(), axis]) {
-        let far = s.world_from_object.map(|pose| 1e3 * (pose.origin() - truth).xy().norm());
-        println!("frame   0 {}: {far:.1?} mm from the published pose", s.name);
+        println!("published {:5} {}", s.name, row(s, truth));
     }
-    if let Some(out) = &out {
+    if let Some(out) = out {
         println!("scene and calibrations of {} are in {}", visp.folder.display(), out.display());
     }
 }

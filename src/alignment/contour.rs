@@ -15,7 +15,7 @@ use super::outline::convex_hull;
 /// How smooth a mask's outer border is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Smoothness {
-    /// Total turning over 2π after smoothing by 2 px: 1 for a convex shape.
+    /// Total turning over 2π after smoothing by a hundredth of the length: 1 for a convex shape.
     pub turning: f64,
     /// Length of the border over that of its convex hull.
     pub hull_ratio: f64,
@@ -23,33 +23,41 @@ pub struct Smoothness {
     pub solidity: f64,
 }
 
+/// Returns the longest outer border of a mask, smoothed along itself by a Gaussian of `sigma` px; `None`
+/// when there is none of 20 px or more. Points are the mask's outermost pixels, about a pixel apart.
+pub(super) fn outer_border(mask: &GrayImage, sigma: f64) -> Option<Vec<Vector2<f64>>> {
+    let border: Vec<Vector2<f64>> = find_contours::<i32>(mask)
+        .into_iter()
+        .filter(|c| c.border_type == BorderType::Outer)
+        .max_by_key(|c| c.points.len())?
+        .points
+        .iter()
+        .map(|p| Vector2::new(f64::from(p.x), f64::from(p.y)))
+        .collect();
+    let n = border.len();
+    if n < 20 {
+        return None;
+    }
+    let reach = (3.0 * sigma).ceil() as usize;
+    let smooth = (0..n).map(|i| {
+        let (mut sum, mut weight) = (Vector2::zeros(), 0.0);
+        for k in 0..=2 * reach {
+            let w = (-0.5 * ((k as f64 - reach as f64) / sigma).powi(2)).exp();
+            sum += w * border[(i + n + k - reach) % n];
+            weight += w;
+        }
+        sum / weight
+    });
+    Some(smooth.collect())
+}
+
 impl Smoothness {
     /// Measures the longest outer border of a mask; `None` when there is none of 20 px or more.
     pub fn of(mask: &GrayImage) -> Option<Self> {
-        let border: Vec<Vector2<f64>> = find_contours::<i32>(mask)
-            .into_iter()
-            .filter(|c| c.border_type == BorderType::Outer)
-            .max_by_key(|c| c.points.len())?
-            .points
-            .iter()
-            .map(|p| Vector2::new(f64::from(p.x), f64::from(p.y)))
-            .collect();
-        let n = border.len();
-        if n < 20 {
-            return None;
-        }
-        // A Gaussian along the border, sigma 2 px.
-        let smooth: Vec<Vector2<f64>> = (0..n)
-            .map(|i| {
-                let (mut sum, mut weight) = (Vector2::zeros(), 0.0);
-                for k in 0..13 {
-                    let w = (-0.5 * ((f64::from(k) - 6.0) / 2.0).powi(2)).exp();
-                    sum += w * border[(i + n + k as usize - 6) % n];
-                    weight += w;
-                }
-                sum / weight
-            })
-            .collect();
+        // Turning is that of the outline, not of its pixels: smoothed by a hundredth of its length.
+        let length = outer_border(mask, 2.0)?.len() as f64;
+        let smooth = outer_border(mask, (0.012 * length).max(2.0))?;
+        let n = smooth.len();
         let step = |i: usize| smooth[(i + 1) % n] - smooth[i % n];
         let turning = (0..n)
             .map(|i| {

@@ -16,8 +16,10 @@ pub mod ball;
 pub mod outline;
 pub mod placement;
 pub mod refine;
+pub mod doubt;
 pub mod segment;
 pub mod contour;
+pub mod key_points;
 pub mod vision;
 pub mod overlay;
 

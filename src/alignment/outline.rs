@@ -8,7 +8,7 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use crate::world::{Camera, Intrinsics, Pose, Shape, frame};
+use crate::world::{Camera, Intrinsics, Pixel, Pose, Shape, frame};
 
 /// A pose of an object in the world.
 pub type ObjectPose = Pose<frame::World, frame::Object>;
@@ -42,6 +42,24 @@ impl Projector {
             let pixel = self.intrinsics.pixel(Vector2::new(p.x / p.z, p.y / p.z));
             Vector2::new(pixel.u, pixel.v)
         })
+    }
+
+    /// Returns the unit direction from the eye through a pixel, world; lines of sight are straight again.
+    pub fn ray(&self, pixel: Vector2<f64>) -> Vector3<f64> {
+        let n = self.intrinsics.normalise(Pixel::new(pixel.x, pixel.y));
+        (self.rotation.transpose() * Vector3::new(n.x, n.y, 1.0)).normalize()
+    }
+
+    /// Returns the pixel of a direction from the eye, `None` when it points behind the camera.
+    pub fn pixel_of(&self, direction: Vector3<f64>) -> Option<Vector2<f64>> {
+        self.pixel(self.eye + direction.try_normalize(1e-12)?)
+    }
+
+    /// Returns where a pixel's line of sight meets the level plane at height `z` m; `None` beyond 10 m.
+    pub fn on_plane(&self, pixel: Vector2<f64>, z: f64) -> Option<Vector3<f64>> {
+        let ray = self.ray(pixel);
+        let far = (z - self.eye.z) / ray.z;
+        (far > 0.0 && far < 10.0).then(|| self.eye + far * ray)
     }
 
     /// Returns the camera centre, m, world.
@@ -111,6 +129,17 @@ impl Outline {
     /// Returns whether a pixel lies inside the silhouette.
     pub fn contains(&self, p: Vector2<f64>) -> bool {
         inside_convex(&self.hull, p)
+    }
+
+    /// Returns how far a pixel is from the silhouette's border, px; negative inside.
+    pub fn depth(&self, p: Vector2<f64>) -> f64 {
+        let mut least = f64::INFINITY;
+        for (i, a) in self.hull.iter().enumerate() {
+            let along = self.hull[(i + 1) % self.hull.len()] - a;
+            let t = ((p - a).dot(&along) / along.norm_squared().max(1e-12)).clamp(0.0, 1.0);
+            least = least.min((a + t * along - p).norm());
+        }
+        if self.contains(p) { -least } else { least }
     }
 
     /// Returns the middle of the silhouette's corner points, px.

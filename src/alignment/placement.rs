@@ -16,7 +16,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use image::GrayImage;
 use nalgebra::Vector2;
+use rayon::prelude::*;
 
+use super::doubt::Doubt;
 use super::outline::{Kind, ObjectPose, Outline, Projector, inside_convex};
 use super::picture::{Level, Picture, Plane, lab, linear};
 use super::refine::{self, Fit};
@@ -103,7 +105,8 @@ pub struct Window {
 pub struct Evidence<'a> {
     picture: &'a Picture,
     view: &'a Projector,
-    object: &'a Object,
+    /// What is looked for.
+    pub object: &'a Object,
     /// How little each small pixel looks like table, 0 to 1.
     change: &'a Plane,
     /// How much each small pixel looks like the object, 0 to 1; `None` when its colour says nothing.
@@ -253,24 +256,22 @@ impl<'a> Evidence<'a> {
                 }
             })
         };
-        let mut all = Vec::new();
-        for x in steps(window.x) {
-            for y in steps(window.y) {
-                for k in 0..n_yaw {
-                    let yaw = k as f64 * GRID_YAW;
-                    let pose = ObjectPose::upright(x, y, 0.0, yaw);
-                    let score = self.score(&pose, 2, 5);
-                    if score.total > 0.05 {
-                        all.push(Candidate { x, y, yaw, score, fit: None });
-                    }
-                }
-            }
-        }
+        let columns: Vec<f64> = steps(window.x).collect();
+        let all: Vec<Candidate> = columns
+            .par_iter()
+            .flat_map_iter(|&x| {
+                let turns = move |y| (0..n_yaw).map(move |k| (y, k as f64 * GRID_YAW));
+                steps(window.y).flat_map(turns).filter_map(move |(y, yaw)| {
+                    let score = self.score(&ObjectPose::upright(x, y, 0.0, yaw), 2, 5);
+                    (score.total > 0.05).then_some(Candidate { x, y, yaw, score, fit: None })
+                })
+            })
+            .collect();
         let coarse = distinct(all, 40, 0.02, 0.3, symmetry);
         let finer: Vec<Candidate> =
-            coarse.iter().map(|c| self.climb(c, 1, 8, 0.008, 0.12)).collect();
+            coarse.par_iter().map(|c| self.climb(c, 1, 8, 0.008, 0.12)).collect();
         let finer = distinct(finer, 12, 0.012, 0.15, symmetry);
-        let fitted: Vec<Candidate> = finer.iter().map(|c| self.fit(c)).collect();
+        let fitted: Vec<Candidate> = finer.par_iter().map(|c| self.fit(c)).collect();
         distinct(fitted, 8, 0.012, 0.15, symmetry)
     }
 
@@ -317,6 +318,13 @@ impl<'a> Evidence<'a> {
         best
     }
 
+    /// Asks the edges near a pose for what the fit takes as known; `pivot` is the table's centre, m.
+    pub fn doubt(&self, pose: &ObjectPose, pivot: [f64; 2]) -> Option<Doubt> {
+        let full = self.full_edge(&self.picture.levels[0]);
+        let how = (full, self.object.material, pivot);
+        Doubt::ask(self.picture, self.view, &self.object.shape, pose, &self.hidden, how)
+    }
+
     /// Fits a candidate to the full picture: climbing, then moving edges; keeps whichever scores better.
     pub fn fit(&self, from: &Candidate) -> Candidate {
         let mut best = self.climb(from, 0, 16, 0.003, 0.03);
@@ -337,8 +345,9 @@ impl<'a> Evidence<'a> {
             next.yaw = fit.yaw;
             next.score = self.score(&next.pose(), 0, 16);
             next.fit = Some(fit);
-            // Moving edges are finer than the score, which is flat within a pixel: a small loss is no loss.
-            if next.score.total < 0.98 * best.score.total {
+            // Moving edges are finer than the score, which is flat within some pixels where edges are strong:
+            // a small loss is no loss.
+            if next.score.total < 0.92 * best.score.total {
                 break;
             }
             best = next;

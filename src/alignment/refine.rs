@@ -34,15 +34,46 @@ pub struct Fit {
 
 /// What no picture shows: the camera's own calibration and edges that are not quite where the solid ends, px.
 const FLOOR_PX: f64 = 0.15;
+/// The same of a clear thing: its wall shows two edges, and which of them is seen changes along the outline.
+const CLEAR_FLOOR_PX: f64 = 0.6;
 /// Neighbouring edge points share pixels; about every third pixel along an edge is new information.
-const INDEPENDENT_PX: f64 = 3.0;
+pub(super) const INDEPENDENT_PX: f64 = 3.0;
+
+/// Step of the differences, m and rad.
+const H: f64 = 1e-5;
 
 /// One look along one normal.
-struct Edge {
-    row: Vector3<f64>,
-    offset: f64,
-    weight: f64,
-    of: usize,
+pub(super) struct Edge {
+    /// Where the outline is, px.
+    pub(super) pixel: Vector2<f64>,
+    /// Unit normal of the outline.
+    pub(super) normal: Vector2<f64>,
+    /// Where it sits on the solid, m, object frame.
+    pub(super) body: Vector3<f64>,
+    /// How far along the normal the picture's edge is, px.
+    pub(super) offset: f64,
+    /// Length of outline it stands for times the edge's strength, px.
+    pub(super) weight: f64,
+    /// Which edge of the solid.
+    pub(super) of: usize,
+}
+
+impl Edge {
+    /// Returns how far along the normal a point of the solid is from this edge's, px, at another pose.
+    pub(super) fn slope(&self, view: &Projector, pose: &ObjectPose, body: Vector3<f64>) -> f64 {
+        let world = pose.isometry() * nalgebra::Point3::from(body);
+        view.pixel(world.coords).map_or(0.0, |p| self.normal.dot(&(p - self.pixel)))
+    }
+}
+
+/// The edges near a pose.
+pub(super) struct Look {
+    /// What was found along the normals.
+    pub(super) edges: Vec<Edge>,
+    /// Length of outline that was judged, px; inner edges count half.
+    pub(super) judged: f64,
+    /// Share of the visible silhouette that belongs to edges of which hardly anything is seen.
+    pub(super) missing: f64,
 }
 
 /// Fits x, y and yaw; `None` when too few edges are near, or they do not determine the pose.
@@ -66,7 +97,13 @@ pub fn refine(
     let mut last = None;
     for reach in reaches {
         let pose = ObjectPose::upright(state.x, state.y, 0.0, state.z);
-        let (edges, judged) = look(picture, view, shape, &pose, hidden, (full, reach, lines));
+        let Look { edges, judged, .. } =
+            look(picture, view, shape, &pose, hidden, (full, reach, lines));
+        let moved = [
+            ObjectPose::upright(state.x + H, state.y, 0.0, state.z),
+            ObjectPose::upright(state.x, state.y + H, 0.0, state.z),
+            ObjectPose::upright(state.x, state.y, 0.0, state.z + H),
+        ];
         let mut off: Vec<f64> = edges.iter().map(|e| e.offset.abs()).collect();
         let spread = (1.4826 * median(&mut off)).max(0.3);
         let (mut normal, mut rhs) = (Matrix3::zeros(), Vector3::zeros());
@@ -76,9 +113,10 @@ pub fn refine(
             let t = (edge.offset / (4.0 * spread)).powi(2);
             if t < 1.0 {
                 let w = edge.weight * (1.0 - t).powi(2);
-                normal += w * edge.row * edge.row.transpose();
-                rhs += w * edge.row * edge.offset;
-                pulls[edge.of.min(15)] += w * edge.row * edge.offset;
+                let row = Vector3::from_fn(|k, _| edge.slope(view, &moved[k], edge.body) / H);
+                normal += w * row * row.transpose();
+                rhs += w * row * edge.offset;
+                pulls[edge.of.min(15)] += w * row * edge.offset;
                 square += w * edge.offset * edge.offset;
                 weight += w;
             }
@@ -121,7 +159,8 @@ pub fn refine(
         let depth = (view.eye() - Vector3::new(state.x, state.y, shape.height() / 2.0)).norm();
         depth / view.intrinsics.fx.abs()
     };
-    let floor = (FLOOR_PX * metres_per_px).powi(2);
+    let floor = if lines { CLEAR_FLOOR_PX } else { FLOOR_PX };
+    let floor = (floor * metres_per_px).powi(2);
     covariance[(0, 0)] += floor;
     covariance[(1, 1)] += floor;
     if turns {
@@ -132,27 +171,20 @@ pub fn refine(
     Some(Fit { x: state.x, y: state.y, yaw: state.z, covariance, rms_px, support })
 }
 
-/// Looks along every normal; returns the edges found and the length of outline that was judged, px.
-fn look(
+/// Looks along every normal of the outline for the picture's edges.
+pub(super) fn look(
     picture: &Picture,
     view: &Projector,
     shape: &Shape,
     pose: &ObjectPose,
     hidden: &Hidden,
-    (full, reach, lines): (f64, f64, bool),
-) -> (Vec<Edge>, f64) {
-    const H: f64 = 1e-5;
+    how: (f64, f64, bool),
+) -> Look {
     let outline = Outline::new(view, shape, pose, 24);
     let (w, h) = picture.size();
-    let (at, yaw) = (pose.origin(), pose.yaw());
-    let moved = [
-        ObjectPose::upright(at.x + H, at.y, 0.0, yaw),
-        ObjectPose::upright(at.x, at.y + H, 0.0, yaw),
-        ObjectPose::upright(at.x, at.y, 0.0, yaw + H),
-    ];
     let mut edges = Vec::with_capacity(outline.samples.len());
     let mut judged = 0.0;
-    let (mut found, mut looked) = ([0.0; 16], [0.0; 16]);
+    let (mut found, mut looked, mut rim) = ([0.0_f64; 16], [0.0_f64; 16], [0.0_f64; 16]);
     for sample in &outline.samples {
         let p = sample.pixel;
         if p.x < 3.0 || p.y < 3.0 || p.x > w as f64 - 4.0 || p.y > h as f64 - 4.0 {
@@ -163,25 +195,29 @@ fn look(
         }
         let weight = sample.length * if sample.kind == Kind::Inner { 0.5 } else { 1.0 };
         judged += weight;
-        looked[sample.edge.min(15)] += weight;
-        let Some((offset, strength)) = strongest(picture, p, sample.normal, (full, reach, lines))
-        else {
+        let of = sample.edge.min(15);
+        looked[of] += weight;
+        if sample.kind == Kind::Silhouette {
+            rim[of] += weight;
+        }
+        let Some((offset, strength)) = strongest(picture, p, sample.normal, how) else {
             continue;
         };
-        let mut row = Vector3::zeros();
-        for (k, pose) in moved.iter().enumerate() {
-            let world = pose.isometry() * nalgebra::Point3::from(sample.body);
-            if let Some(q) = view.pixel(world.coords) {
-                row[k] = sample.normal.dot(&(q - p)) / H;
-            }
-        }
-        edges.push(Edge { row, offset, weight: weight * strength, of: sample.edge });
-        found[sample.edge.min(15)] += weight;
+        found[of] += weight;
+        edges.push(Edge {
+            pixel: p,
+            normal: sample.normal,
+            body: sample.body,
+            offset,
+            weight: weight * strength,
+            of,
+        });
     }
     // An edge of the solid that the picture hardly shows (a rim out of view, a side in the dark) would be
     // drawn to whatever else is near; it is left out whole.
-    edges.retain(|e| found[e.of.min(15)] > 0.25 * looked[e.of.min(15)]);
-    (edges, judged)
+    edges.retain(|e| found[e.of] > 0.25 * looked[e.of]);
+    let gone: f64 = (0..16).filter(|&k| found[k] < 0.4 * looked[k]).map(|k| rim[k]).sum();
+    Look { edges, judged, missing: gone / rim.iter().sum::<f64>().max(1e-9) }
 }
 
 /// Returns the offset along the normal, px, of the strongest edge within `reach`, and its strength 0 to 1.

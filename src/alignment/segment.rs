@@ -123,8 +123,11 @@ fn table_polygon(view: &Projector, table: &Table) -> Option<Vec<Vector2<f64>>> {
 
 /// Picture pixels per cell of the grid that is cut, along each side.
 const CELL: usize = 2;
-/// Price of a border between two cells of one colour, in units of log-likelihood.
-const BORDER: f64 = 12.0;
+/// Width of the Gaussian that takes the cells' stairs off a mask's border, px.
+const STAIRS_PX: f32 = 2.0;
+/// Price of a border between two cells of one colour, in units of log-likelihood: a low one follows faint
+/// borders, a high one is not led astray by a thing's own pattern.
+pub const BORDERS: [f64; 2] = [25.0, 40.0];
 
 /// A mixture of a few colours with their spreads and shares.
 struct Palette {
@@ -190,14 +193,29 @@ impl Palette {
     }
 }
 
+/// What a pixel is expected to be before the picture is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Expect {
+    /// Known to be something else.
+    Ground,
+    /// Rather something else.
+    Outside,
+    /// Rather the object.
+    Inside,
+    /// Known to be the object.
+    Object,
+}
+
 /// Cuts an object out of the picture: 255 inside, the picture's size; `None` when nothing separates.
 ///
-/// `bounds` is the box it is expected in, `[u0, v0, u1, v1]` px; `inside` says of a pixel whether it is
-/// expected to be the object. The box is grown by 15 % and its border taken for background.
+/// `bounds` is the box it is expected in, `[u0, v0, u1, v1]` px; `expect` says of a pixel what it is
+/// expected to be. The box is grown by 15 % and its border taken for background; `border` is the price of
+/// [`BORDERS`].
 pub fn cut(
     picture: &Picture,
     bounds: [f64; 4],
-    inside: impl Fn(Vector2<f64>) -> bool,
+    expect: impl Fn(Vector2<f64>) -> Expect,
+    border: f64,
 ) -> Option<GrayImage> {
     let (w, h) = picture.size();
     let grow = [0.15 * (bounds[2] - bounds[0]) + 6.0, 0.15 * (bounds[3] - bounds[1]) + 6.0];
@@ -216,15 +234,19 @@ pub fn cut(
     let cells: Vec<[f64; 3]> = (0..cols * rows)
         .map(|i| [0, 1, 2].map(|c| f64::from(picture.lab[c].sample(place(i).x, place(i).y))))
         .collect();
-    let ring = |i: usize| {
-        let (x, y) = (i % cols, i / cols);
-        // Where the box ends at the picture's border the object may go on beyond it.
-        (x < 2 && x0 > 0)
-            || (y < 2 && y0 > 0)
-            || (x + 2 >= cols && (x1 + 1) * CELL < w)
-            || (y + 2 >= rows && (y1 + 1) * CELL < h)
-    };
-    let mut object: Vec<bool> = (0..cols * rows).map(|i| !ring(i) && inside(place(i))).collect();
+    let expected: Vec<Expect> = (0..cols * rows)
+        .map(|i| {
+            let (x, y) = (i % cols, i / cols);
+            // Where the box ends at the picture's border the object may go on beyond it.
+            let rim = (x < 2 && x0 > 0)
+                || (y < 2 && y0 > 0)
+                || (x + 2 >= cols && (x1 + 1) * CELL < w)
+                || (y + 2 >= rows && (y1 + 1) * CELL < h);
+            if rim { Expect::Ground } else { expect(place(i)) }
+        })
+        .collect();
+    let mut object: Vec<bool> =
+        expected.iter().map(|e| matches!(e, Expect::Inside | Expect::Object)).collect();
     let pairs: Vec<(usize, usize)> = (0..cols * rows)
         .flat_map(|i| {
             let (x, y) = (i % cols, i / cols);
@@ -241,12 +263,15 @@ pub fn cut(
         let (own, other) = (Palette::learn(&of(true))?, Palette::learn(&of(false))?);
         let mut flow = Flow::new(cells.len());
         for (i, cell) in cells.iter().enumerate() {
-            let (as_object, as_ground) =
-                if ring(i) { (1e6, 0.0) } else { (own.cost(cell), other.cost(cell)) };
+            let (as_object, as_ground) = match expected[i] {
+                Expect::Ground => (1e6, 0.0),
+                Expect::Object => (0.0, 1e6),
+                Expect::Outside | Expect::Inside => (own.cost(cell), other.cost(cell)),
+            };
             flow.terminal(i, as_ground - as_object);
         }
         for &(a, b) in &pairs {
-            flow.link(a, b, BORDER * (-far(a, b) / (2.0 * mean + 1e-9)).exp());
+            flow.link(a, b, border * (-far(a, b) / (2.0 * mean + 1e-9)).exp());
         }
         object = flow.source_side();
     }
@@ -293,10 +318,21 @@ fn tidy(mask: &GrayImage, [x0, y0, x1, y1]: [usize; 4]) -> GrayImage {
     }
     sizes[0] = 0;
     let largest = (0..sizes.len()).max_by_key(|&i| sizes[i]).unwrap_or(0);
+    let piece = GrayImage::from_fn(w, h, |x, y| {
+        let label = labels.get_pixel(x, y).0[0] as usize;
+        Luma([if label != 0 && label == largest { 255 } else { 0 }])
+    });
+    // The cells' stairs are no property of the thing: its border runs where half of the surroundings are in.
+    let mut soft = Plane::zeros(w as usize, h as usize);
+    for (value, pixel) in soft.data.iter_mut().zip(piece.pixels()) {
+        *value = f32::from(pixel.0[0]);
+    }
+    let soft = soft.blurred(STAIRS_PX);
     let mut out = GrayImage::new(mask.width(), mask.height());
-    for (x, y, label) in labels.enumerate_pixels() {
-        if label.0[0] != 0 && label.0[0] as usize == largest {
-            out.put_pixel(x0 as u32 + x, y0 as u32 + y, Luma([255]));
+    for (at, value) in soft.data.iter().enumerate() {
+        if *value > 127.5 {
+            let (x, y) = (at % w as usize, at / w as usize);
+            out.put_pixel((x0 + x) as u32, (y0 + y) as u32, Luma([255]));
         }
     }
     out
@@ -424,8 +460,11 @@ mod tests {
         });
         let picture = Picture::new(&image);
         // Expected eight pixels to the left of where it is.
-        let guess = |p: Vector2<f64>| (p - Vector2::new(92.0, 80.0)).norm() < 40.0;
-        let mask = cut(&picture, [52.0, 40.0, 140.0, 120.0], guess).unwrap();
+        let guess = |p: Vector2<f64>| {
+            let inside = (p - Vector2::new(92.0, 80.0)).norm() < 40.0;
+            if inside { Expect::Inside } else { Expect::Outside }
+        };
+        let mask = cut(&picture, [52.0, 40.0, 140.0, 120.0], guess, BORDERS[0]).unwrap();
         let (mut both, mut either) = (0.0, 0.0);
         for (x, y, p) in mask.enumerate_pixels() {
             let truth = (f64::from(x) - 100.0).hypot(f64::from(y) - 80.0) < 40.0;

@@ -279,7 +279,16 @@ impl Body for RealBody {
     }
 
     fn uncorrect(&self, q: &[f64]) -> Vec<f64> {
-        at_tool(&self.cell.robot, &(self.cell.scene.world_from_base.inverse() * self.tool(q)), q)
+        // The correction is nearly the identity, so this closes in on its inverse; a pose alone would leave
+        // the elbow free to be elsewhere than the arm is.
+        let mut planned = q.to_vec();
+        for _ in 0..8 {
+            let sent = self.correct(&planned);
+            for (planned, (q, sent)) in planned.iter_mut().zip(q.iter().zip(&sent)) {
+                *planned += q - sent;
+            }
+        }
+        planned
     }
 
     fn gripped(&mut self, grip: Grip, aim: Option<&str>) -> Result<(), DeviceError> {

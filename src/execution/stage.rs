@@ -127,6 +127,8 @@ pub struct Stage {
     q: Vec<f64>,
     /// Joint torques with an empty hand, beyond the model, N·m.
     tare: Option<Vec<f64>>,
+    /// How far the arm may be from where it says, m; plans leave so much more room around objects.
+    doubt: f64,
     memory: Memory,
     cancel: Cancel,
     watcher: Watcher,
@@ -154,6 +156,7 @@ impl Stage {
             variant,
             q,
             tare: None,
+            doubt: 0.0,
             memory: Memory::new(),
             cancel,
             watcher,
@@ -187,6 +190,11 @@ impl Stage {
         }
         self.q = q;
         Ok(())
+    }
+
+    /// Sets how far the arm may be from where it says, m.
+    pub fn doubt_arm(&mut self, doubt: f64) {
+        self.doubt = doubt;
     }
 
     /// Returns what was decided so far.
@@ -557,7 +565,8 @@ impl Stage {
 
     fn planner(&mut self) -> Result<Planner, ActionError> {
         let state = self.body.state()?;
-        Ok(Planner::new(self.cell.clone(), state, self.q.clone(), self.cancel.clone()))
+        let (q, cancel) = (self.q.clone(), self.cancel.clone());
+        Ok(Planner::new(self.cell.clone(), state, q, self.doubt, cancel))
     }
 }
 

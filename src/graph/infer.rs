@@ -91,7 +91,7 @@ pub fn sample(
             NodeKind::Terminal(_) => {}
         }
     }
-    Ok(finish(graph, given, taken))
+    Ok(foresee(graph, given, taken))
 }
 
 /// Returns the parse graph of least energy: −ln p of its choices plus the cost of its nodes.
@@ -113,7 +113,7 @@ pub fn best(graph: &Graph, given: &Given<'_>) -> Result<ParseGraph, Error> {
 pub fn k_best(graph: &Graph, given: &Given<'_>, k: usize) -> Result<Vec<ParseGraph>, Error> {
     check_pins(graph, given.pins)?;
     let found = list(graph, graph.root().id, given, k.max(1))?;
-    Ok(found.into_iter().map(|way| finish(graph, given, way.taken)).collect())
+    Ok(found.into_iter().map(|way| foresee(graph, given, way.taken)).collect())
 }
 
 /// Returns up to `k` good parse graphs that differ in what people choose, the best first.
@@ -199,6 +199,24 @@ pub fn retry(
         return Ok(Some((pg, from)));
     }
     Ok(None)
+}
+
+/// After a step failed: the same parse graph, with what its recoveries do chosen anew by what holds now.
+pub fn after_failure(graph: &Graph, given: &Given<'_>, failed: &ParseGraph) -> ParseGraph {
+    let taken = failed.choices.iter().filter_map(|choice| {
+        let node = graph.find(&choice.node)?;
+        let NodeKind::Or(or) = &node.kind else { return None };
+        let named = |name: &String| or.branches.iter().position(|branch| branch.name == *name);
+        let taken = Taken {
+            node: node.id,
+            branch: named(&choice.branch)?,
+            p: choice.p,
+            possible: choice.possible.iter().filter_map(named).collect(),
+            known: choice.assumed.as_ref().is_none_or(|assumed| assumed.is_known),
+        };
+        Some((node.id, taken))
+    });
+    finish(graph, given, taken.collect())
 }
 
 /// The branches of an Or that are possible, with their probabilities.
@@ -384,16 +402,19 @@ fn merge(a: &[Way], b: &[Way], k: usize) -> Vec<Way> {
     pairs.into_iter().map(join).collect()
 }
 
-/// Adds the choices inside recoveries and writes the parse graph out.
-///
-/// What will be known when something has failed is not known now, so no guard is asked there, and those
-/// choices are not part of the probability.
+/// Writes a parse graph out before anything has failed: what will be known when something has is not known
+/// now, so no guard is asked in recoveries.
+fn foresee(graph: &Graph, given: &Given<'_>, taken: BTreeMap<NodeId, Taken>) -> ParseGraph {
+    let later = |_: &Expr| None;
+    finish(graph, &Given { holds: &later, ..*given }, taken)
+}
+
+/// Adds the choices inside recoveries, which are not part of the probability, and writes the parse graph out.
 fn finish(graph: &Graph, given: &Given<'_>, taken: BTreeMap<NodeId, Taken>) -> ParseGraph {
     let mut taken = taken;
-    let later = |_: &Expr| None;
     let no_pins = BTreeMap::new();
     let free = |_: &Node| 0.0;
-    let given = Given { holds: &later, pins: &no_pins, cost: &free, ..*given };
+    let given = Given { pins: &no_pins, cost: &free, ..*given };
     for node in graph.nodes() {
         let NodeKind::And(and) = &node.kind else { continue };
         if !matches!(and.form, super::Form::Recovery { .. }) {

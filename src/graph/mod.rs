@@ -33,7 +33,7 @@ use crate::language::ast::{ActionItem, Call, Expr, FluentItem, Item, Program, Sp
 pub use build::build;
 pub use energy::{Energy, Evidence};
 pub use fluent::FluentNode;
-pub use infer::{Policy, best, diverse, k_best, retry, sample};
+pub use infer::{Policy, after_failure, best, diverse, k_best, retry, sample};
 pub use outcome::{Counts, Outcomes, Priors};
 pub use parse_graph::{Choice, Condition, Matched, ParseGraph, RecoveryPlan, Step};
 pub use relation::{Interval, Relation, Role};

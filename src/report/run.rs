@@ -186,9 +186,14 @@ pub fn ending(run: &Run, style: Style) -> String {
 pub fn why(run: &Run) -> String {
     let failed = run.steps.iter().find(|step| step.outcome != Outcome::Success);
     let Some(step) = failed else {
-        return match &run.reason {
-            Some(reason) => reason.clone(),
-            None => format!("{} did what it promised in all {} steps", run.task, run.steps.len()),
+        return match (&run.reason, run.outcome) {
+            (Some(reason), _) => reason.clone(),
+            (None, Ending::Stopped) => {
+                format!("{} was stopped after {} whole steps", run.task, run.steps.len())
+            }
+            (None, _) => {
+                format!("{} did what it promised in all {} steps", run.task, run.steps.len())
+            }
         };
     };
     let mut text = format!("step {} {} did not do what it should", step.number, step.action);

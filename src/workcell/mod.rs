@@ -24,7 +24,7 @@ use crate::execution::stage::{ActionError, Cell, Stage};
 use crate::execution::tape::Tape;
 use crate::execution::trace::{Event, Observer};
 use crate::execution::walk::Walker;
-use crate::graph::{self, Graph, ParseGraph, infer};
+use crate::graph::{self, Graph, ParseGraph, RecoveryPlan, infer};
 use crate::lab::{Lab, LabSettings};
 use crate::language::ast::{BinaryOp, Call, Expr, ExprKind, Item, Step};
 use crate::language::{Diagnostic, Library, Source};
@@ -361,18 +361,21 @@ impl WorkCell {
         start: &WorldState,
         k: usize,
     ) -> Result<Vec<ParseGraph>, Error> {
-        let scene = self.cell.scene.clone();
-        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, start);
-        let holds = |expr: &Expr| walker.read(expr, start).truth;
-        let pins = BTreeMap::new();
-        let given = infer::Given {
-            definitions: &self.library,
-            holds: &holds,
-            pins: &pins,
-            priors: None,
-            cost: &|_| 0.0,
-        };
-        Ok(graph::diverse(graph, &given, k)?)
+        Ok(self.inferring(start, |given| graph::diverse(graph, given, k))?)
+    }
+
+    /// Returns what is to be done about a failure, chosen by what holds now.
+    fn recovery_now(
+        &self,
+        graph: &Graph,
+        failed: &ParseGraph,
+        plan: usize,
+    ) -> Result<RecoveryPlan, Error> {
+        let state = self.state()?;
+        let foreseen = &failed.recoveries[plan];
+        let now = self.inferring(&state, |given| graph::after_failure(graph, given, failed));
+        let now = now.recoveries.into_iter().find(|plan| plan.path == foreseen.path);
+        Ok(now.unwrap_or_else(|| foreseen.clone()))
     }
 
     /// After a failed step: the same choices but for the nearest branch not yet tried, and where to go on.
@@ -384,18 +387,20 @@ impl WorkCell {
         tried: &mut BTreeMap<String, Vec<String>>,
     ) -> Result<Option<(ParseGraph, usize)>, Error> {
         let state = self.state()?;
+        Ok(self.inferring(&state, |given| graph::retry(graph, given, failed, index, tried))?)
+    }
+
+    /// Infers with what holds in a state of the world.
+    fn inferring<T>(&self, state: &WorldState, infer: impl FnOnce(&infer::Given<'_>) -> T) -> T {
         let scene = self.cell.scene.clone();
-        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, &state);
-        let holds = |expr: &Expr| walker.read(expr, &state).truth;
-        let pins = BTreeMap::new();
-        let given = infer::Given {
+        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, state);
+        infer(&infer::Given {
             definitions: &self.library,
-            holds: &holds,
-            pins: &pins,
+            holds: &|expr: &Expr| walker.read(expr, state).truth,
+            pins: &BTreeMap::new(),
             priors: None,
             cost: &|_| 0.0,
-        };
-        Ok(graph::retry(graph, &given, failed, index, tried)?)
+        })
     }
 
     /// Checks a line typed at the prompt and returns what is wrong with it.

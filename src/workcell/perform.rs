@@ -202,10 +202,12 @@ impl WorkCell {
         }
         self.phase("perceive", "calibrating and looking");
         // What the call needs and does not find is said before the arm moves for regression 3.
-        self.perceive()?;
-        self.check_needs(&graph)?;
-        self.align_robot()?;
+        let perceived = self
+            .perceive()
+            .and_then(|()| self.check_needs(&graph))
+            .and_then(|()| self.align_robot());
         run.timing_s.perceive = self.now() - begin;
+        perceived?;
         let start = self.state()?;
         let attempted = self.attempt(&graph, &start, run, recorder);
         let weighing = self.scales.as_mut().and_then(|scales| scales.weigh());
@@ -286,7 +288,7 @@ impl WorkCell {
                 run.reason = Some(reason);
                 return Ok(());
             };
-            let plan = pg.recoveries[recovery].clone();
+            let plan = self.recovery_now(graph, pg, recovery)?;
             *used.entry(plan.path.clone()).or_default() += 1;
             self.note(&format!("recovering: {}", plan.path));
             if let Err(error) = self.carry_out(&plan.steps, start, run, recorder) {

@@ -25,6 +25,19 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// Returns the shape that stands on the same place, larger by `by` m on every side and at its top.
+    #[must_use]
+    pub fn grown(&self, by: f64) -> Self {
+        match *self {
+            Self::Cuboid { size } => {
+                Self::Cuboid { size: size + Vector3::new(2.0 * by, 2.0 * by, by) }
+            }
+            Self::Cylinder { radius, height } => {
+                Self::Cylinder { radius: radius + by, height: height + by }
+            }
+        }
+    }
+
     /// Returns the height, m.
     pub fn height(&self) -> f64 {
         match *self {

@@ -1,5 +1,7 @@
 //! Vision: pictures with known truth, painted here, and published photographs read in place.
 
+mod lab_photos;
+mod laboratory;
 mod marks;
 mod paint;
 mod see;

@@ -7,7 +7,7 @@ use image::RgbImage;
 use nalgebra::{UnitQuaternion, Vector3};
 use trueup::alignment::vision::{Answer, Options, Sighting, see, verify};
 use trueup::world::frame::{Object as ObjectFrame, World};
-use trueup::world::{Camera, Pose, Scene};
+use trueup::world::{Camera, Pose, Scene, Shape};
 
 use super::paint::{Light, Painter, kitchen, true_camera};
 use super::visp::{Visp, folder};
@@ -45,6 +45,7 @@ fn off(seen: &Sighting, x: f64, y: f64, yaw: f64) -> (f64, f64) {
 #[test]
 fn jar_and_cup_are_placed_to_a_millimetre() {
     let (scene, camera) = (kitchen(), true_camera());
+    let mut by_key_points = 0;
     for (seed, jar, cup, slope, gain) in [
         (1, (0.55, -0.2, 0.3), (0.6, 0.15, 0.0), [0.0, 0.0], 1.0),
         (2, (0.62, 0.05, 0.0), (0.5, -0.2, 0.0), [0.6, -0.3], 0.8),
@@ -64,13 +65,29 @@ fn jar_and_cup_are_placed_to_a_millimetre() {
             let (mm, degrees) = off(s, place.0, place.1, place.2);
             assert!(mm < 1.0, "{seed}: {} is {mm:.2} mm off", s.name);
             assert!(mm < 4e3 * s.std, "{seed}: {} is {mm:.2} mm off, std {} m", s.name, s.std);
-            println!("{seed}: {} {mm:.2} mm {degrees:.2} deg, mask {:?}", s.name, s.mask_iou);
+            println!(
+                "{seed}: {} {mm:.2} mm {degrees:.2} deg, mask {:?}",
+                s.name, s.checks.mask_iou
+            );
+            // The paper's way on its own; a clear jar's contour is not always to be had.
+            if let Some([x, y, _]) = s.checks.key_point_place {
+                let by_contour = 1e3 * (x - place.0).hypot(y - place.1);
+                let what = format!("{seed}: {}'s key points", s.name);
+                assert!(by_contour < 1.5, "{what} are {by_contour:.2} mm off");
+                assert!(s.key_points.len() >= 4, "{what}: {:?}", s.key_points);
+                by_key_points += 1;
+            }
             if s.name == "cup" {
-                assert!(s.mask_iou.unwrap() > 0.9, "{seed}: mask overlap {:?}", s.mask_iou);
+                assert!(
+                    s.checks.mask_iou.unwrap() > 0.9,
+                    "{seed}: mask overlap {:?}",
+                    s.checks.mask_iou
+                );
             }
             assert!(s.name == "cup" || degrees < 0.6, "{seed}: {degrees:.2} deg");
         }
     }
+    assert!(by_key_points >= 5, "the contour placed {by_key_points} of 8");
 }
 
 /// A clear jar half behind the cup is still found; so is one with its foot hidden.
@@ -120,10 +137,10 @@ fn distractors_are_not_taken_for_the_objects() {
         let mut red = scene.objects[0].clone();
         red.material = trueup::world::Material::Opaque;
         red.colour = [200, 40, 30];
-        red.shape = trueup::world::Shape::Cuboid { size: Vector3::new(0.12, 0.05, 0.06) };
+        red.shape = Shape::Cuboid { size: Vector3::new(0.12, 0.05, 0.06) };
         let mut can = scene.objects[1].clone();
         can.colour = [40, 150, 60];
-        can.shape = trueup::world::Shape::Cylinder { radius: 0.033, height: 0.115 };
+        can.shape = Shape::Cylinder { radius: 0.033, height: 0.115 };
         painter.object(&red, &Pose::upright(0.42, 0.22, 0.0, 0.6));
         painter.object(&can, &Pose::upright(0.5, -0.28, 0.0, 0.0));
         if with {
@@ -200,6 +217,7 @@ fn visp_cube_and_tube_are_placed_on_real_photographs() {
         println!("skipped: shared/data/public/visp_cube_cylinder is not here");
         return;
     };
+    let mut measured = [0, 0];
     for frame in (0..=200).step_by(20) {
         let visp = Visp::read(&folder, Some(frame));
         let (cube, axis) = visp.truth(frame);
@@ -208,10 +226,21 @@ fn visp_cube_and_tube_are_placed_on_real_photographs() {
         assert!(seen[0].found && seen[1].found, "frame {frame}: {seen:?}");
         let (mm, degrees) = off(&seen[0], at.x, at.y, cube.yaw());
         let (tube, _) = off(&seen[1], axis.x, axis.y, 0.0);
-        println!("frame {frame:3}: cube {mm:.1} mm {degrees:.2} deg, tube {tube:.1} mm");
+        println!(
+            "frame {frame:3}: cube {mm:.1} mm ± {:.1} {degrees:.2} deg, tube {tube:.1} mm ± {:.1}",
+            1e3 * seen[0].std,
+            1e3 * seen[1].std
+        );
+        for (n, s) in measured.iter_mut().zip(&seen) {
+            *n += i32::from(s.checks.measured);
+        }
+        assert!(mm < 4e3 * seen[0].std && tube < 5e3 * seen[1].std, "frame {frame}: {seen:?}");
         assert!(mm < 4.0 && degrees < 1.0, "frame {frame}: cube {mm:.2} mm {degrees:.2} deg");
         assert!(tube < 6.0, "frame {frame}: tube {tube:.2} mm");
     }
+    // The paper's way was gone to its end, and agreed, on most of them.
+    println!("key points measured on {measured:?} of 11 frames");
+    assert!(measured[0] >= 7 && measured[1] >= 9, "{measured:?}");
     // Against the published pose of frame 0 alone, which is independent of the reference above.
     let visp = Visp::read(&folder, None);
     let (cube, axis) = visp.published();
@@ -220,4 +249,126 @@ fn visp_cube_and_tube_are_placed_on_real_photographs() {
     let (tube, _) = off(&seen[1], axis.x, axis.y, 0.0);
     println!("published  : cube {mm:.1} mm {degrees:.2} deg, tube {tube:.1} mm");
     assert!(mm < 4.0 && degrees < 1.0 && tube < 5.0);
+}
+
+/// What the scene says is wrong: nothing far off is found without a word, or as if it were exact.
+///
+/// Wrong are the tube's height and width, the cube's size, and the camera's height and tilt. A table 10 mm
+/// from where it is said to be moves things by as much and shows in their size by 1.5 %: no more than sizes
+/// are known to, and beyond what one picture can tell.
+#[test]
+fn a_wrong_scene_is_objected_to() {
+    let Some(folder) = folder() else {
+        println!("skipped: shared/data/public/visp_cube_cylinder is not here");
+        return;
+    };
+    let (mut found, mut all) = (0, 0);
+    for frame in [0, 120] {
+        let visp = Visp::read(&folder, Some(frame));
+        let (cube, axis) = visp.truth(frame);
+        let image = visp.image(frame);
+        let mut wrong: Vec<(String, Camera, Scene)> = Vec::new();
+        for (radius, height) in [(0.04, 0.2), (0.04, 0.25), (0.036, 0.35), (0.05, 0.35)] {
+            let mut scene = visp.scene.clone();
+            scene.objects[1].shape = Shape::Cylinder { radius, height };
+            wrong.push((format!("tube {radius} x {height} m"), visp.camera, scene));
+        }
+        for edge in [0.075, 0.094] {
+            let mut scene = visp.scene.clone();
+            scene.objects[0].shape = Shape::Cuboid { size: Vector3::repeat(edge) };
+            wrong.push((format!("cube {edge} m"), visp.camera, scene));
+        }
+        for (lift, tilt) in [(-0.04, 0.0), (-0.01, 0.0), (0.04, 0.0), (0.0, 0.03), (0.0, -0.06)] {
+            let pose = visp.camera.world_from_camera;
+            let at = pose.origin() + Vector3::new(0.0, 0.0, lift);
+            let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), tilt);
+            let pose = Pose::from_parts(at, pose.rotation() * turn);
+            let camera = Camera { world_from_camera: pose, ..visp.camera };
+            wrong.push((format!("camera {lift} m up, {tilt} rad"), camera, visp.scene.clone()));
+        }
+        for (what, camera, scene) in wrong {
+            let seen = see(&image, &camera, &scene, &Options::default()).unwrap();
+            for (s, truth) in seen.iter().zip([cube.origin(), axis]) {
+                all += 1;
+                let what = format!("frame {frame}, {what}: {}", s.name);
+                assert_eq!(s.found, s.confidence >= trueup::alignment::vision::FOUND);
+                let Some(pose) = s.world_from_object else {
+                    assert!(s.reason.is_some(), "{what}: {s:?}");
+                    continue;
+                };
+                found += 1;
+                let far = (pose.origin() - truth).xy().norm();
+                let said = s.ambiguous.is_some() && s.std > 0.003;
+                assert!(
+                    far < 0.015 || said,
+                    "{what} is {:.1} mm off, ± {:.1} mm, confidence {:.2}, {:?}",
+                    1e3 * far,
+                    1e3 * s.std,
+                    s.confidence,
+                    s.checks
+                );
+            }
+        }
+    }
+    println!("{found} of {all} found");
+    // The objections must not be bought by finding nothing: what is right in a wrong scene is found.
+    assert!(found >= 12, "only {found} of {all} found");
+}
+
+/// Two cups that look alike: which one is meant is not guessed. One of another size is not the one.
+#[test]
+fn a_second_cup_makes_it_ambiguous_and_a_smaller_one_is_no_match() {
+    let (scene, camera) = (kitchen(), true_camera());
+    let cups = |places: &[(f64, f64)], scale: f64, seed: u64| {
+        let mut painter = Painter::new(&camera, [70, 72, 75]);
+        painter.table(&scene);
+        let mut cup = scene.objects[1].clone();
+        if let Shape::Cylinder { radius, height } = &mut cup.shape {
+            *radius *= scale;
+            *height *= scale;
+        }
+        for (x, y) in places {
+            painter.object(&cup, &Pose::upright(*x, *y, 0.0, 0.0));
+        }
+        let image = painter.finish(&Light::even(seed));
+        let mut seen = see(&image, &camera, &scene, &Options::default()).unwrap();
+        assert!(!seen[0].found, "there is no jar: {:?}", seen[0]);
+        seen.remove(1)
+    };
+    let two = cups(&[(0.5, -0.15), (0.62, 0.15)], 1.0, 50);
+    assert!(!two.found && two.reason.as_ref().is_some_and(|r| r.contains("two places")), "{two:?}");
+    for scale in [0.7, 0.85, 1.2] {
+        let other = cups(&[(0.55, 0.1)], scale, 51);
+        println!("scale {scale}: {} {:.2} {:?}", other.found, other.confidence, other.reason);
+        assert!(!other.found, "scale {scale}: {other:?}");
+    }
+    // Five per cent more is the same cup, told wrongly.
+    let other = cups(&[(0.55, 0.1)], 1.05, 52);
+    println!("scale 1.05: {:.2} ± {:.4} {:?}", other.confidence, other.std, other.ambiguous);
+    if let Some(pose) = other.world_from_object {
+        let far = (pose.origin().x - 0.55).hypot(pose.origin().y - 0.1);
+        assert!(other.ambiguous.is_some() && far < 3.0 * other.std, "{far} m: {other:?}");
+    }
+}
+
+/// A cup that leaves the picture on one side is placed as long as enough of it is there.
+#[test]
+fn a_cup_at_the_pictures_edge_is_placed_or_refused() {
+    let (scene, camera) = (kitchen(), true_camera());
+    for y in [0.30, 0.36, 0.42] {
+        // The camera is turned away, so that the cup is cut by the picture's border.
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -0.30);
+        let pose = camera.world_from_camera;
+        let turned = Pose::from_parts(pose.origin(), pose.rotation() * turn);
+        let camera = Camera { world_from_camera: turned, ..camera };
+        let image = picture(&scene, &camera, None, Some((0.6, y, 0.0)), &Light::even(60));
+        let cup = see(&image, &camera, &scene, &Options::default()).unwrap().remove(1);
+        println!("y {y}: {} {:.2} visible {:.2}", cup.found, cup.confidence, cup.score.visible);
+        if let Some(pose) = cup.world_from_object {
+            let far = (pose.origin().x - 0.6).hypot(pose.origin().y - y);
+            assert!(far < 0.002 || far < 3.0 * cup.std, "y {y}: {far} m: {cup:?}");
+        } else {
+            assert!(cup.reason.is_some());
+        }
+    }
 }

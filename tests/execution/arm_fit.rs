@@ -44,7 +44,7 @@ impl Real {
 
 /// A posture over the table: the elbow up, the hand anywhere in front.
 fn posture(random: &mut StdRng) -> Vec<f64> {
-    let middle = [0.0, 0.5, 3.14, -1.8, 0.0, 0.8, 1.57];
+    let middle = [0.0, 0.5, 3.1, -1.8, 0.0, 0.8, 1.6];
     let reach = [0.5, 0.3, 0.3, 0.3, 0.8, 0.5, 0.5];
     middle.iter().zip(reach).map(|(middle, reach)| middle + within(random, reach)).collect()
 }

@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 
 use trueup::graph::infer::{Given, Policy, choices_that_differ};
 use trueup::graph::outcome::{Outcome, Outcomes, Priors, outcomes_of};
-use trueup::graph::{Error, Node, NodeKind, ParseGraph, best, diverse, k_best, sample};
-use trueup::language::ast::{Expr, Item, Program};
+use trueup::graph::{
+    Error, Node, NodeKind, ParseGraph, after_failure, best, diverse, k_best, sample,
+};
+use trueup::language::ast::{Expr, If, Item, Program, Recovery, Step};
 
 use super::tree::*;
 use super::{Settings, built, kitchen};
@@ -224,6 +226,31 @@ fn diverse_parses_differ_in_what_people_choose() {
         for b in &some[..i] {
             assert!(choices_that_differ(a, b) > 0);
         }
+    }
+}
+
+/// What is done about a failure depends on what holds then, not on what could be foreseen.
+#[test]
+fn a_recovery_asks_its_conditions_when_something_has_failed() {
+    let go = |name: &'static str| act(call(name, &[]));
+    let mut job = task("job", vec![], vec![go("work")]);
+    let (held, save) = (f("held", &[]), block(vec![go("save")]));
+    job.recoveries = vec![Recovery {
+        of: None,
+        steps: vec![Step::If(If { condition: held, then: save, otherwise: None, span: at() })],
+        remedy: None,
+        span: at(),
+    }];
+    let action = |name| action(name, vec![], vec![], vec![]);
+    let program = program(vec![action("work"), action("save"), Item::Task(job)]);
+    let graph = built(&program, &call("job", &[]));
+    let foreseen = best(&graph, &Settings::new(&program, &|_: &Expr| None).given()).unwrap();
+    for (held, steps) in [(true, 1), (false, 0)] {
+        let holds = move |_: &Expr| Some(held);
+        let now = after_failure(&graph, &Settings::new(&program, &holds).given(), &foreseen);
+        assert_eq!((&now.steps, now.log_p), (&foreseen.steps, foreseen.log_p));
+        assert_eq!(now.recoveries.len(), 1);
+        assert_eq!(now.recoveries[0].steps.len(), steps, "held: {held}");
     }
 }
 

@@ -101,6 +101,8 @@ pub struct Planner {
     state: WorldState,
     /// Where the arm is, rad.
     q: Vec<f64>,
+    /// How far the arm may be from where it says, m: so much room is left around objects.
+    doubt: f64,
     cancel: Cancel,
 }
 
@@ -113,9 +115,9 @@ struct Dropped {
 }
 
 impl Planner {
-    /// Starts from a state of the world and the arm at `q` rad.
-    pub fn new(cell: Cell, state: WorldState, q: Vec<f64>, cancel: Cancel) -> Self {
-        Self { cell, state, q, cancel }
+    /// Starts from a state of the world and the arm at `q` rad, which may be `doubt` m from where it says.
+    pub fn new(cell: Cell, state: WorldState, q: Vec<f64>, doubt: f64, cancel: Cancel) -> Self {
+        Self { cell, state, q, doubt, cancel }
     }
 
     fn robot(&self) -> &Robot {
@@ -187,7 +189,8 @@ impl Planner {
             let known = self.state.object(&object.name).and_then(|o| o.world_from_object);
             if let Some(pose) = known.filter(|_| !in_hand && !except.contains(&&*object.name)) {
                 let pose = base_from_world * pose;
-                world.add(&Obstacle::of_object(&object.name, &object.shape, pose));
+                let shape = object.shape.grown(self.doubt);
+                world.add(&Obstacle::of_object(&object.name, &shape, pose));
             }
         }
         world.set_opening(opening);
@@ -344,7 +347,7 @@ pub fn follow(
         }
     }
     let q = solver.nearest(tip, last).map_err(|unreachable| unreachable.nearest)?;
-    if step(&q) <= JUMP { Ok(q) } else { Err(0.0) }
+    if step(&q) <= JUMP && inside(&q) { Ok(q) } else { Err(0.0) }
 }
 
 /// Returns the tool pose of joint positions of a cell's robot.

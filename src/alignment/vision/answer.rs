@@ -1,0 +1,87 @@
+//! What `trueup camera see` prints, as `INTERFACES.md` fixes it.
+
+use serde::Serialize;
+
+use super::{Sighting, Way};
+use crate::alignment::outline::ObjectPose;
+
+/// The answer of `camera see`, as `INTERFACES.md` fixes it.
+#[derive(Debug, Clone, Serialize)]
+pub struct Answer {
+    /// One entry per object of the scene.
+    pub objects: Vec<ObjectAnswer>,
+}
+
+/// One object in the answer of `camera see`.
+#[derive(Debug, Clone, Serialize)]
+pub struct ObjectAnswer {
+    /// The object's name.
+    pub name: String,
+    /// Whether it is there.
+    pub found: bool,
+    /// Where its mask was written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mask: Option<String>,
+    /// `[u0, v0, u1, v1]`, px.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bbox_px: Option<[f64; 4]>,
+    /// Key points, px.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub key_points_px: Option<Vec<[f64; 2]>>,
+    /// `measured` when the key points are the contour's own, `projected` when they are the placed solid's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub key_points_are: Option<&'static str>,
+    /// Its pose.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub world_from_object: Option<ObjectPose>,
+    /// One standard deviation of its position, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub std_m: Option<f64>,
+    /// One standard deviation of its turn, rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub yaw_std_rad: Option<f64>,
+    /// Which of the two ways the pose came.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub way: Option<Way>,
+    /// How far the two ways put the object apart, m; absent when the contour was of no use.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ways_apart_m: Option<f64>,
+    /// How sure, 0 to 1.
+    pub confidence: f64,
+    /// What the picture says against the scene although the object is found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ambiguous: Option<String>,
+    /// Why it is not found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+}
+
+impl Answer {
+    /// Words sightings as the answer; `mask_path` says where an object's mask was written, if it was.
+    pub fn new(sightings: &[Sighting], mask_path: impl Fn(&Sighting) -> Option<String>) -> Self {
+        let objects = sightings
+            .iter()
+            .map(|s| ObjectAnswer {
+                name: s.name.clone(),
+                found: s.found,
+                mask: if s.found { mask_path(s) } else { None },
+                bbox_px: s.found.then_some(s.bbox),
+                key_points_px: s.found.then(|| s.key_points.clone()),
+                key_points_are: s.found.then_some(if s.checks.measured {
+                    "measured"
+                } else {
+                    "projected"
+                }),
+                world_from_object: s.world_from_object,
+                std_m: s.found.then_some(s.std),
+                yaw_std_rad: s.found.then_some(s.yaw_std),
+                way: s.found.then_some(s.way),
+                ways_apart_m: s.checks.apart.filter(|_| s.found),
+                confidence: s.confidence,
+                ambiguous: s.ambiguous.clone(),
+                reason: s.reason.clone(),
+            })
+            .collect();
+        Self { objects }
+    }
+}

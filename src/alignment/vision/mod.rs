@@ -1,0 +1,301 @@
+//! Seeing: a picture → the scene's objects, placed on the table, with how sure.
+//!
+//! [`see`] asks for every object of the scene where the picture supports it best ([`super::placement`]),
+//! keeps objects out of each other, and looks again at what stands behind something else. The paper's way,
+//! mask → contour → key points → pose ([`super::segment`], [`super::key_points`]), is the second candidate;
+//! the picture's edges are the referee, and where the two ways part, that is said. An object that
+//! is not on the table is an answer: `found: false` with the reason. [`verify`] asks whether a picture
+//! supports an object at a given pose in the air. Nothing here moves, calibrates or talks to people.
+//!
+//! Source: the paper, section 2.2 (segment, contour, key points, placement).
+
+use std::collections::BTreeMap;
+
+mod answer;
+mod judge;
+mod verify;
+
+use image::{GrayImage, RgbImage};
+use rayon::prelude::*;
+use serde::Serialize;
+use thiserror::Error as ThisError;
+
+use super::doubt::{Doubt, Meaning, TableDoubt};
+use super::key_points::Refused;
+use super::outline::{ObjectPose, Projector};
+use super::picture::{Picture, Plane};
+use super::placement::{Candidate, Evidence, Hidden, Score, Window, assign, overlap};
+use super::segment::TableModel;
+use crate::world::{Camera, Object, Scene};
+
+pub use super::overlay::annotate;
+pub use answer::{Answer, ObjectAnswer};
+pub use verify::verify;
+
+/// Why a picture could not be used at all. An object that is not found is an answer, not an error.
+#[derive(Debug, Clone, PartialEq, ThisError)]
+pub enum Error {
+    /// The picture and the camera disagree about the picture's size.
+    #[error(
+        "the picture is {} x {} px, the camera's calibration is for {} x {} px; \
+         use the calibration of this camera at this size",
+        image.0, image.1, camera.0, camera.1
+    )]
+    WrongSize {
+        /// Width and height of the picture, px.
+        image: (u32, u32),
+        /// Width and height in the calibration, px.
+        camera: (u32, u32),
+    },
+    /// The scene has too few printed dots for a homography.
+    #[error(
+        "the scene has {marks} table marks, alignment needs at least {needed}; add `marks dots` to the scene"
+    )]
+    NoMarks {
+        /// Marks in the scene.
+        marks: usize,
+        /// Marks needed.
+        needed: usize,
+    },
+    /// Too few printed dots were recognised.
+    #[error(
+        "only {found} of {marks} table marks were recognised ({dots} dark dots seen, {needed} needed); \
+         clear the table's dots, or correct the camera guess in the scene"
+    )]
+    TooFewMarks {
+        /// Marks recognised.
+        found: usize,
+        /// Marks needed.
+        needed: usize,
+        /// Dark dots seen at all.
+        dots: usize,
+        /// Marks in the scene.
+        marks: usize,
+    },
+}
+
+/// Where to look and what to leave out.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// For some objects, by name, the part of the table to search; others are searched for everywhere.
+    pub windows: BTreeMap<String, Window>,
+    /// Non-zero where the picture shows something that is not to be judged, such as the arm; the
+    /// picture's size.
+    pub ignore: Option<GrayImage>,
+}
+
+/// Confidence from which an object counts as found.
+pub const FOUND: f64 = 0.5;
+
+/// The two independent ways to a pose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Way {
+    /// The solid's outline fitted to the picture's edges, without a mask.
+    ModelFit,
+    /// Mask, contour, key points: the paper's way.
+    KeyPoints,
+}
+
+/// What the way by mask, contour and key points came to, and what speaks for or against the pose.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Checks {
+    /// Overlap of the picture's own cut with the silhouette of the pose; `None` when nothing was cut.
+    pub mask_iou: Option<f64>,
+    /// Share of the visible silhouette, by whole edges, that shows no edge in the picture.
+    pub missing: f64,
+    /// Whether the key points that are reported were measured on the contour.
+    pub measured: bool,
+    /// Where the model fit alone puts the object: x and y in m, yaw in rad.
+    pub fit_place: Option<[f64; 3]>,
+    /// Where the key points alone put the object: x and y in m, yaw in rad.
+    pub key_point_place: Option<[f64; 3]>,
+    /// One standard deviation of that position, m.
+    pub key_point_std: f64,
+    /// How far the two ways put the object apart, m.
+    pub apart: Option<f64>,
+    /// Why the contour was of no use.
+    pub refused: Option<Refused>,
+    /// Whether the contour was cut near the fit's outline, because the box alone gave none of use.
+    pub helped: bool,
+    /// What the edges say against the table's place and the object's size.
+    pub meaning: Meaning,
+}
+
+/// One object of the scene as the picture shows it.
+#[derive(Debug, Clone)]
+pub struct Sighting {
+    /// The object's name.
+    pub name: String,
+    /// Whether it is on the table in this picture, as far as one can be sure.
+    pub found: bool,
+    /// Why it is not found, or what speaks against a pose that was found.
+    pub reason: Option<String>,
+    /// What the picture says against the scene although the object is found: the pose may be off by more
+    /// than its standard deviation.
+    pub ambiguous: Option<String>,
+    /// Where it stands, when found; z = 0 and upright by assumption.
+    pub world_from_object: Option<ObjectPose>,
+    /// One standard deviation of its position, m: of the worst direction on the table.
+    pub std: f64,
+    /// One standard deviation of its turn about z, rad; 0 for a cylinder.
+    pub yaw_std: f64,
+    /// How sure, 0 to 1.
+    pub confidence: f64,
+    /// What the best pose scored, found or not.
+    pub score: Score,
+    /// How far behind the best other place is, as a share of the best score.
+    pub gap: f64,
+    /// `[u0, v0, u1, v1]` of its silhouette inside the picture, px.
+    pub bbox: [f64; 4],
+    /// Corners and rim points that are seen, px: the contour's own when it has them, else the placed solid's.
+    pub key_points: Vec<[f64; 2]>,
+    /// The silhouette's outline, px.
+    pub hull: Vec<[f64; 2]>,
+    /// 255 where the picture shows the object; the picture's size.
+    pub mask: Option<GrayImage>,
+    /// Which way the pose came.
+    pub way: Way,
+    /// What was checked.
+    pub checks: Checks,
+}
+
+/// Whether a picture supports an object at a pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Support {
+    /// The agreement's parts.
+    pub score: Score,
+    /// How sure that the object is there, 0 to 1.
+    pub confidence: f64,
+    /// How the outline would have to move in the picture to meet the edges best, px (u, v).
+    pub shift_px: [f64; 2],
+    /// What is left of the distances between outline and edges after that, px.
+    pub rms_px: f64,
+}
+
+/// Returns how sure a total score alone makes, 0 to 1.
+///
+/// The middle and the width are chosen between what was measured: absent objects score up to 0.3, present
+/// ones from 0.57.
+fn belief(score: &Score) -> f64 {
+    1.0 / (1.0 + (-(score.total - 0.42) / 0.04).exp())
+}
+
+fn check_size(image: &RgbImage, camera: &Camera) -> Result<(), Error> {
+    let size = (camera.intrinsics.width, camera.intrinsics.height);
+    if image.dimensions() == size {
+        Ok(())
+    } else {
+        Err(Error::WrongSize { image: image.dimensions(), camera: size })
+    }
+}
+
+/// Returns what does not look like bare table; nothing, when no table is in view.
+fn change_of(picture: &Picture, view: &Projector, scene: &Scene) -> Plane {
+    TableModel::fit(picture, view, &scene.table).map_or_else(
+        || Plane::zeros(picture.small[0].width, picture.small[0].height),
+        |table| table.change(picture),
+    )
+}
+
+/// Finds the scene's objects, standing on the table, in a picture of a calibrated camera.
+///
+/// One sighting per object, in the scene's order, whether found or not. Takes about a second per megapixel.
+///
+/// # Errors
+///
+/// [`Error::WrongSize`] when the picture is not the camera's size.
+pub fn see(
+    image: &RgbImage,
+    camera: &Camera,
+    scene: &Scene,
+    options: &Options,
+) -> Result<Vec<Sighting>, Error> {
+    check_size(image, camera)?;
+    let picture = Picture::new(image);
+    let view = Projector::new(camera);
+    let change = change_of(&picture, &view, scene);
+    let [low, _, high, _] = scene.table.corners();
+    let everywhere = Window { x: [low[0], high[0]], y: [low[1], high[1]] };
+    let objects: Vec<&Object> = scene.objects.iter().collect();
+    let bare = Hidden { mask: options.ignore.clone(), hulls: Vec::new() };
+    let candidates: Vec<Vec<Candidate>> = objects
+        .par_iter()
+        .map(|object| {
+            let window = options.windows.get(&object.name).copied().unwrap_or(everywhere);
+            Evidence::new(&picture, &view, object, &change, bare.clone()).search(&window)
+        })
+        .collect();
+    let chosen = assign(&objects, &candidates, 0.3);
+    let best: Vec<Option<Candidate>> =
+        chosen.iter().zip(&candidates).map(|(k, all)| k.map(|k| all[k])).collect();
+    let eye = view.eye();
+    let far = |c: &Candidate| (c.x - eye.x).hypot(c.y - eye.y);
+    let mut sightings: Vec<(Sighting, Option<Doubt>)> = (0..objects.len())
+        .into_par_iter()
+        .map(|i| {
+            let mut hidden = bare.clone();
+            if let Some(own) = best[i] {
+                // What is believed to stand nearer to the camera covers what is behind it.
+                for (j, other) in best.iter().enumerate() {
+                    if let Some(other) = other
+                        && j != i
+                        && far(other) < far(&own)
+                        && belief(&other.score) > FOUND
+                    {
+                        let view =
+                            Evidence::new(&picture, &view, objects[j], &change, bare.clone());
+                        hidden.hulls.push(view.outline(&other.pose(), 4).hull);
+                    }
+                }
+            }
+            let evidence = Evidence::new(&picture, &view, objects[i], &change, hidden);
+            // Places that another object fills better are no rivals.
+            let rivals: Vec<Candidate> = candidates[i]
+                .iter()
+                .filter(|c| {
+                    best.iter().enumerate().all(|(j, other)| {
+                        j == i
+                            || other.is_none_or(|o| {
+                                o.score.total < c.score.total
+                                    || !overlap(objects[i], c, objects[j], &o)
+                            })
+                    })
+                })
+                .copied()
+                .collect();
+            judge::judge(&picture, &view, &scene.table, &evidence, best[i], &rivals)
+        })
+        .collect();
+    // The table is one for all: what each says of it tells how far the others may be off.
+    let told: Vec<Doubt> = sightings.iter().filter_map(|s| s.1).collect();
+    let table = TableDoubt::of(&told);
+    for (sighting, doubt) in &mut sightings {
+        judge::weigh(sighting, doubt.as_ref(), table.as_ref(), eye.z);
+    }
+    // Who does not look as said may be right and the table wrong, unless another that looks as it should
+    // vouches for the table.
+    let sound: Vec<bool> = sightings
+        .iter()
+        .map(|(s, _)| s.confidence >= FOUND && s.checks.meaning.size < 0.5)
+        .collect();
+    let refused: Vec<bool> = sightings.iter().map(|(s, _)| s.confidence < FOUND).collect();
+    for i in 0..sightings.len() {
+        let vouched = (0..sound.len()).any(|j| j != i && sound[j]);
+        let odd = (0..refused.len()).any(|j| refused[j] && sightings[j].1.is_some()) || !sound[i];
+        if !vouched && odd {
+            let blamed: Vec<Doubt> = (0..refused.len())
+                .filter(|&j| j == i || refused[j])
+                .filter_map(|j| sightings[j].1)
+                .collect();
+            if let Some(blamed) = TableDoubt::to_blame(&blamed) {
+                let (sighting, doubt) = &mut sightings[i];
+                judge::suspect(sighting, doubt.as_ref(), &blamed, eye.z);
+            }
+        }
+    }
+    for (sighting, _) in &mut sightings {
+        judge::decide(sighting);
+    }
+    Ok(sightings.into_iter().map(|s| s.0).collect())
+}
