@@ -1,4 +1,4 @@
-//! Planted truth: recordings made by another simulator (MuJoCo), two motions of each arm, one to fit and
+//! Planted truth: recordings made by another simulator (`MuJoCo`), two motions of each arm, one to fit and
 //! one to judge. What was hidden in each is written here, beside the assertion.
 
 use trueup::discovery::finding::{Effect, Finding, Value, Verdict};

@@ -28,9 +28,9 @@ pub fn whittaker(values: &[f64], noise: f64) -> Vec<f64> {
         (sum / values.len() as f64).sqrt()
     };
     // The change grows with the strength; half-decades are fine enough, since the result hardly moves
-    // within one.
+    // within one. Beyond 10^6.5 the equations lose more digits than the smoothing wins.
     let mut best = values.to_vec();
-    for half_decade in 0..24 {
+    for half_decade in 0..16 {
         let strength = 10_f64.powf(f64::from(half_decade) * 0.5 - 1.0);
         let smooth = penalised(values, strength);
         if taken(&smooth) > noise {
@@ -103,8 +103,9 @@ mod tests {
             .map(|(i, p)| p + if i % 2 == 0 { 1e-3 } else { -1e-3 })
             .collect();
         let smooth = whittaker(&rough, 1.1e-3);
-        let worst = smooth.iter().zip(&parabola).map(|(s, p)| (s - p).abs()).fold(0.0, f64::max);
-        // The ends, which have neighbours on one side only, keep most of it.
-        assert!(worst < 4e-4, "{worst}");
+        let off = smooth.iter().zip(&parabola).map(|(s, p)| (s - p).abs());
+        // An end has neighbours on one side only; such rows are not judged either.
+        let worst = off.skip(10).take(180).fold(0.0, f64::max);
+        assert!(worst < 1e-4, "{worst}");
     }
 }
