@@ -376,7 +376,7 @@ impl Question<'_> {
     }
 
     /// Of the candidates that pay and are nearly as good as the best, the one with the fewest values.
-    fn simplest<'h>(round: &'h [(Hypothesis, Gain)]) -> Option<&'h (Hypothesis, Gain)> {
+    fn simplest(round: &[(Hypothesis, Gain)]) -> Option<&(Hypothesis, Gain)> {
         let paying: Vec<&(Hypothesis, Gain)> =
             round.iter().filter(|(_, gain)| Self::pays(gain)).collect();
         let most = paying.first()?.1.evidence();
