@@ -141,11 +141,11 @@ pub fn investigate(
     let question = Question { bench: &bench, name: &name, floors };
     let too_short = || Error::TooShort { rows: recordings.iter().map(Recording::n_rows).sum() };
     let mut search = question.search(nominal.clone()).ok_or_else(too_short)?;
-    // While something large is missing, how inputs are held is hard to see; half a step of delay is not a
+    // While something large is missing, how inputs are held is hard to see; a delay of half a step is not a
     // late actuator but the wrong hold.
     let held_bench;
     let mut question = question;
-    if bench.scheme.hold == Hold::Line && half_a_step(&search.best, bench.train[0].step()) {
+    if bench.scheme.hold == Hold::Line && less_than_a_step(&search.best, bench.train[0].step()) {
         held_bench = Bench { scheme: Scheme { hold: Hold::Zero, ..bench.scheme }, ..bench.clone() };
         if let Some(refitted) = held_bench.fit(text, &name, &nominal, 60) {
             question = Question { bench: &held_bench, ..question.clone() };
@@ -156,14 +156,14 @@ pub fn investigate(
     Ok(Report { path, text, question: &question, search: &search, notes }.outcome())
 }
 
-/// Whether a hypothesis has a delay of about half a step of the recordings.
-fn half_a_step(hypothesis: &Hypothesis, step: f64) -> bool {
+/// Whether a hypothesis has a delay of less than a step of the recordings.
+fn less_than_a_step(hypothesis: &Hypothesis, step: f64) -> bool {
     hypothesis.effects.iter().any(|e| {
         matches!(e.candidate.kind, "input_delay" | "sensor_delay")
             && with_values(&e.patch, &hypothesis.fitted, false)
                 .params
                 .iter()
-                .any(|p| (p.value / step - 0.5).abs() < 0.25)
+                .any(|p| p.value < step)
     })
 }
 
