@@ -7,6 +7,8 @@ mod planted;
 mod numerics;
 mod public;
 
+use std::fmt::Write as _;
+
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 
 use trueup::discovery::equation::{Error, Options, Outcome, investigate};
@@ -24,6 +26,7 @@ fn wiggle(t: f64, seed: f64) -> f64 {
 
 /// Records `n` rows `step` s apart: the input, and what `measure` makes of the state after `rates` has
 /// carried it on in 50 midpoint steps a row, with noise.
+#[expect(clippy::too_many_arguments, reason = "an experiment is described by as many")]
 fn record(
     n: usize,
     step: f64,
@@ -39,13 +42,13 @@ fn record(
     let mut text = String::from("t[s],u,y\n");
     for i in 0..n {
         let t = i as f64 * step;
-        text +=
-            &format!("{t:.6},{:.9},{:.9}\n", input(t), measure(t, &x) + noise * normal(&mut rng));
+        let seen = measure(t, &x) + noise * normal(&mut rng);
+        writeln!(text, "{t:.6},{:.9},{seen:.9}", input(t)).unwrap();
         let h = step / 50.0;
-        for k in 0..50 {
+        for k in 0..50_u32 {
             // Between rows a computer holds its command.
             let u = input(t);
-            let time = t + k as f64 * h;
+            let time = t + f64::from(k) * h;
             let half: Vec<f64> =
                 x.iter().zip(rates(time, u, &x)).map(|(x, d)| x + 0.5 * h * d).collect();
             let d = rates(time + 0.5 * h, u, &half);

@@ -7,6 +7,7 @@ use trueup::discovery::recording::{Map, Recording};
 
 use super::ask;
 
+#[expect(clippy::print_stderr, reason = "a skipped test says so")]
 fn read(file: &str, map: &str) -> Option<Recording> {
     let path =
         PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/public")).join(file);
