@@ -1,4 +1,4 @@
-//! A checked model → the flat [`Program`] that is run.
+//! A checked model → the flat `Program` that is run.
 //!
 //! Source of the value numbering: Cocke and Schwartz, *Programming Languages and Their Compilers*, 1970.
 
