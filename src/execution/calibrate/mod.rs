@@ -215,6 +215,9 @@ pub fn from_marks(
     Ok((fit.camera, notes))
 }
 
+/// Stops after which more would say little.
+const WANTED: usize = 12;
+
 /// How far an arm may be from where it says before regression 3, m.
 const DOUBT: f64 = 0.04;
 
@@ -230,9 +233,12 @@ fn align_robot(stage: &mut Stage, calibration: &mut Calibration) -> Result<(), E
     let visits = visits(&scene);
     let visited = visits.len();
     for (n, at) in visits.into_iter().enumerate() {
+        if stops.len() >= WANTED {
+            break;
+        }
         stage.tell(&Event::Progress {
             what: "touch-off".into(),
-            fraction: n as f64 / visited as f64,
+            fraction: (stops.len() as f64 / WANTED as f64).max(n as f64 / visited as f64),
         });
         // A point that cannot be reached among the objects is passed over.
         match stage.visit(&at) {
@@ -281,13 +287,16 @@ fn align_robot(stage: &mut Stage, calibration: &mut Calibration) -> Result<(), E
 fn visits(scene: &Scene) -> Vec<Pose<World, Tool>> {
     let base = scene.world_from_base.origin();
     let mut visits = Vec::new();
-    for (i, bearing) in [-0.55_f64, -0.28, 0.0, 0.28, 0.55].into_iter().enumerate() {
-        for (j, reach) in [0.44, 0.54, 0.64].into_iter().enumerate() {
-            let height = [0.17, 0.23, 0.29][(i + j) % 3];
-            let aside = [0.0, 0.9, -0.9, 0.45, -0.45][(2 * i + 3 * j) % 5];
-            let pitch = [0.0, 0.35][(i + j) % 2];
-            let at = base + Vector3::new(reach * bearing.cos(), reach * bearing.sin(), height);
-            visits.push(super::plan::side_pose(at, bearing + aside, pitch));
+    // The second round, higher and turned otherwise, is for what stands in the way of the first.
+    for (round, higher) in [(0, 0.0), (1, 0.07)] {
+        for (i, bearing) in [-0.55_f64, -0.28, 0.0, 0.28, 0.55].into_iter().enumerate() {
+            for (j, reach) in [0.44, 0.54, 0.64].into_iter().enumerate() {
+                let height = [0.17, 0.23, 0.29][(i + j) % 3] + higher;
+                let aside = [0.0, 0.9, -0.9, 0.45, -0.45][(2 * i + 3 * j + 2 * round) % 5];
+                let pitch = [0.0, 0.35][(i + j) % 2];
+                let at = base + Vector3::new(reach * bearing.cos(), reach * bearing.sin(), height);
+                visits.push(super::plan::side_pose(at, bearing + aside, pitch));
+            }
         }
     }
     visits
