@@ -42,6 +42,7 @@ fn water(criterion: &mut Criterion) {
         vessel: Vessel::new(&scene.objects[k]).unwrap(),
         pose,
         water,
+        dribble: None,
     };
     let cup = Isometry3::translation(0.58, 0.20, 0.0);
     let fillings = [filling(0, tipped(0.0), 150e-6), filling(1, cup, 0.0)];

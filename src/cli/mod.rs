@@ -6,6 +6,7 @@
 mod align;
 mod camera;
 mod gap;
+mod lab;
 mod robot;
 mod run;
 mod text;
@@ -90,6 +91,9 @@ enum Command {
     Align(align::AlignCommand),
     /// Find what the model lacks from recordings: the effect's name, place and size.
     Gap(gap::GapArgs),
+    /// Hide an effect in the laboratory, and open the seal once it is named.
+    #[command(subcommand)]
+    Lab(lab::LabCommand),
 }
 
 /// How a command ended; the numbers are the exit codes.
@@ -156,7 +160,8 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
             camera::camera(command, cli.cell.scene.as_ref(), style)
         }
         (Some(Command::Align(command)), _) => align::align(command, style),
-        (Some(Command::Gap(args)), _) => gap::gap(args, style),
+        (Some(Command::Gap(args)), _) => gap::gap(args, cli, style),
+        (Some(Command::Lab(command)), _) => lab::lab(command, cli, style),
         (None, Some(line)) => run::line(line, cli, style),
         (None, None) if style.json => Err(Failure::input("usage", "the prompt has no JSON form")
             .help("give a command, or a line with `-c`")),

@@ -9,6 +9,7 @@ use crate::execution::calibrate::Switches;
 use crate::lab::LabSettings;
 use crate::language::ast::{Item, Step};
 use crate::language::{self, Source};
+use crate::repl::Hands;
 use crate::report::{self, Failure, Style, run::Console};
 use crate::workcell::record::Recorder;
 use crate::workcell::{Ending, Options, Run, Stdlib, WorkCell};
@@ -63,7 +64,8 @@ pub(super) fn read(path: &Path) -> Result<String, Failure> {
     })
 }
 
-fn stdlib(cli: &Cli) -> Result<Stdlib, Failure> {
+/// Returns the stdlib, with the folder of `--stdlib` laid over it.
+pub(super) fn stdlib(cli: &Cli) -> Result<Stdlib, Failure> {
     let embedded = Stdlib::embedded();
     match &cli.cell.stdlib {
         None => Ok(embedded),
@@ -196,7 +198,11 @@ pub(super) fn line(line: &str, cli: &Cli, style: Style) -> Result<Exit, Failure>
 pub(super) fn prompt(cli: &Cli, style: Style) -> Result<Exit, Failure> {
     let cell = open(cli, None, style)?;
     stop_on_interrupt(&cell)?;
-    crate::repl::run(cell, style, &|cell, step| one(cell, step, &cli.cell.record, style))?;
+    let hands = Hands {
+        perform: &|cell, step| one(cell, step, &cli.cell.record, style),
+        gap: &|runs| super::gap::over(runs, cli, style),
+    };
+    crate::repl::run(cell, style, hands)?;
     Ok(Exit::Yes)
 }
 

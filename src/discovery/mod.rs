@@ -15,12 +15,14 @@ pub mod vocabulary;
 pub mod finding;
 pub mod recording;
 pub mod selection;
+pub mod pour;
 pub mod robot;
 pub mod model_file;
 pub mod equation;
 
 use crate::language::ast::EffectItem;
 use crate::motion::Robot;
+use crate::world::Scene;
 use finding::Finding;
 use recording::{Error, Recording};
 
@@ -29,6 +31,8 @@ use recording::{Error, Recording};
 pub enum Subject<'a> {
     /// An arm, and the effects its twin knows already.
     Arm(&'a Robot, &'a [EffectItem]),
+    /// Pours among the things of a scene, and the effects its twin knows already.
+    Pours(&'a Scene, &'a [EffectItem]),
 }
 
 /// An investigation: the finding and what a page shows beside it.
@@ -90,24 +94,26 @@ pub fn investigate(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Investigation, Error> {
+    if recordings.is_empty() {
+        return Err(Error {
+            what: "there is no recording".into(),
+            place: "command line".into(),
+            help: "name at least one CSV file".into(),
+        });
+    }
+    let (robot, known) = match subject {
+        Subject::Pours(scene, known) => {
+            return pour::investigate(scene, known, recordings, &options.search, progress);
+        }
+        Subject::Arm(robot, known) => (robot, known),
+    };
     let parts;
     let (train, heldout) = match recordings {
-        [] => {
-            return Err(Error {
-                what: "there is no recording".into(),
-                place: "command line".into(),
-                help: "name at least one CSV file".into(),
-            });
-        }
         [one] => {
             parts = one.split(options.holdout)?;
             (std::slice::from_ref(&parts.0), std::slice::from_ref(&parts.1))
         }
         several => several.split_at(several.len() - 1),
     };
-    match subject {
-        Subject::Arm(robot, known) => {
-            robot::investigate(robot, known, train, heldout, &options.search, progress)
-        }
-    }
+    robot::investigate(robot, known, train, heldout, &options.search, progress)
 }

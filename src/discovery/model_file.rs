@@ -5,8 +5,10 @@
 
 use std::fmt::Write as _;
 
+use super::finding::Told;
 use crate::language::ast::{EffectItem, Item, TwinItem};
 use crate::language::{self, Diagnostic};
+use crate::units::significant;
 
 /// Lines shown before and after a change.
 const CONTEXT: usize = 3;
@@ -50,6 +52,11 @@ impl ModelFile {
     /// Returns the text as it was read.
     pub fn text(&self) -> &str {
         &self.text
+    }
+
+    /// Returns the name of the scene that the twin is of.
+    pub fn scene(&self) -> &str {
+        &self.twin.of.text
     }
 
     /// Returns the effects the twin knows.
@@ -110,6 +117,30 @@ pub fn diff(name: &str, before: &str, after: &str) -> String {
     put('+', &new[first..new.len() - last]);
     put(' ', &old[old.len() - last..old_to]);
     text
+}
+
+/// Writes the line of a model file that holds an effect.
+pub fn line(name: &str, at: &str, told: &[Told]) -> String {
+    let parameters: Vec<String> = told
+        .iter()
+        .map(|(number, value, std, unit)| {
+            // Digits enough that rounding is far below the uncertainty.
+            let digits = if *std > 0.0 && value.abs() > 0.0 {
+                ((value.abs() / std).log10().ceil() as i32 + 2).clamp(3, 9) as usize
+            } else {
+                6
+            };
+            let space = if unit.is_empty() { "" } else { " " };
+            let value = significant(*value, digits);
+            if *std > 0.0 && std.is_finite() {
+                let std = significant(*std, 2);
+                format!("{number} = {value}{space}{unit} +- {std}{space}{unit}")
+            } else {
+                format!("{number} = {value}{space}{unit}")
+            }
+        })
+        .collect();
+    format!("effect {name}({at}) {{ {} }}", parameters.join(", "))
 }
 
 #[cfg(test)]

@@ -53,6 +53,9 @@ pub struct Feedback {
     pub tau: Vec<f64>,
     /// Opening between the finger pads measured, m.
     pub opening: f64,
+    /// What a scale with a cable reads, kg: recorded with the rest, never asked by a task.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass: Option<f64>,
 }
 
 /// How a grip ended.

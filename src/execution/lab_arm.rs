@@ -62,6 +62,7 @@ impl Plant for LabPlant {
             dq: told.dq,
             tau: told.tau,
             opening: told.opening,
+            mass: told.scale,
         }
     }
 }

@@ -87,6 +87,11 @@ pub trait Body: Send {
     /// Returns whether two things touch, `None` when nobody can tell.
     fn contact(&mut self, a: &str, b: &str) -> Option<bool>;
 
+    /// Returns whether water still clings to the lip of `o`, as far as the twin knows of such a thing.
+    fn drips(&mut self, _o: &str) -> bool {
+        false
+    }
+
     /// Takes a photograph, where there is a camera.
     fn photo(&mut self) -> Result<Option<RgbImage>, DeviceError> {
         Ok(None)
@@ -326,16 +331,30 @@ impl Stage {
     /// `twin.enough(o, volume)`: whether `o` has gained so much, m³, since the run began in the twin; on the
     /// arm, which cannot weigh while it pours, what the twin said at this point of the rehearsal.
     pub fn enough(&mut self, o: &str, volume: f64) -> Result<bool, ActionError> {
+        self.foreseen(|stage| Ok(stage.volume(o)? >= volume))
+    }
+
+    /// `twin.drips(o)`: whether water still clings to the lip of `o` in the twin; on the arm, which cannot
+    /// see it, what the twin said at this point of the rehearsal.
+    pub fn drips(&mut self, o: &str) -> Result<bool, ActionError> {
+        self.foreseen(|stage| Ok(stage.body.drips(o)))
+    }
+
+    /// Answers a question in the twin and remembers the answer, or repeats it on the arm.
+    fn foreseen(
+        &mut self,
+        ask: impl FnOnce(&mut Self) -> Result<bool, ActionError>,
+    ) -> Result<bool, ActionError> {
         let taped = self.tape.next("a yes or no", |entry| match entry {
             Entry::Choice(chosen) => Some(*chosen == 1),
             _ => None,
         })?;
-        if let Some(is_enough) = taped {
-            return Ok(is_enough);
+        if let Some(answer) = taped {
+            return Ok(answer);
         }
-        let is_enough = self.volume(o)? >= volume;
-        self.tape.record(Entry::Choice(usize::from(is_enough)));
-        Ok(is_enough)
+        let answer = ask(self)?;
+        self.tape.record(Entry::Choice(usize::from(answer)));
+        Ok(answer)
     }
 
     /// `choose(ways)`: the best one in the first candidate, a good one in the others.

@@ -48,6 +48,7 @@ impl Plant for TwinPlant {
             dq: twin.dq(),
             tau: twin.torques(),
             opening: twin.opening(),
+            mass: None,
         }
     }
 }
@@ -91,6 +92,10 @@ impl Body for TwinBody {
     }
 
     fn weighed(&mut self, _mass: f64) {}
+
+    fn drips(&mut self, o: &str) -> bool {
+        lock(&self.twin).clinging(o) > 0.0
+    }
 
     fn contact(&mut self, a: &str, b: &str) -> Option<bool> {
         let twin = lock(&self.twin);

@@ -9,6 +9,7 @@
 //! What can be had is what a person with an arm, a camera and kitchen scales has: [`Lab::photo`],
 //! [`Lab::feedback`], commands, and after the run [`Lab::scales`].
 
+mod hidden;
 mod sensor;
 mod settings;
 mod truth;
@@ -23,9 +24,10 @@ use crate::motion::Robot;
 use crate::twin::render::{self, ArmLook, Options, View};
 use crate::twin::{self, Twin};
 use crate::world::{ObjectState, Pose, Scene, WorldState};
+pub use hidden::{HiddenEffect, draw, seal, unseal};
 pub use settings::{
     CameraError, JointError, LabSettings, Latency, LensError, LightError, Mounting, Placement,
-    Range, Readings, Sensor, Spot, Start, Switches, Things,
+    Range, Readings, Scale, Sensor, Spot, Start, Switches, Things,
 };
 use truth::Truth;
 
@@ -66,6 +68,8 @@ pub struct Feedback {
     pub gripper_current: f64,
     /// Whether the fingers were stopped by something on their way, as a Robotiq gripper reports it.
     pub grasped: bool,
+    /// What the kitchen scale with a cable reads, kg: the water in the vessel on it. `None` without one.
+    pub scale: Option<f64>,
 }
 
 /// What kitchen scales under each vessel and under the table say.
@@ -148,6 +152,7 @@ impl Lab {
         let efforts: Vec<f64> = robot.joints().iter().map(|joint| joint.effort).collect();
         let truth = Truth::draw(scene, &efforts, &settings, seed)?;
         let arm = robot.clone().with_zero_offsets(&truth.zeros).with_tool_shift(truth.tool);
+        let laws = settings.laws()?;
         let mut scene = scene.clone();
         let (shift, turn) = truth.base;
         let beside = Isometry3::from_parts(
@@ -157,6 +162,9 @@ impl Lab {
         scene.world_from_base = Pose::new(beside * scene.world_from_base.isometry());
         for (object, factor) in scene.objects.iter_mut().zip(&truth.mass) {
             object.mass *= factor;
+        }
+        for law in &laws {
+            law.change_scene(&mut scene);
         }
 
         let q = match settings.start.q_rad.as_slice() {
@@ -189,6 +197,9 @@ impl Lab {
         physics.friction.table_object =
             truth.table_friction.unwrap_or(physics.friction.table_object);
         physics.seed = seed;
+        for law in &laws {
+            law.change_settings(&mut physics);
+        }
         let look = ArmLook::new(&arm);
         let world = Twin::new(&arm, &scene, &state, physics)?;
         let opening = world.opening();
@@ -297,7 +308,7 @@ impl Lab {
             values.iter().enumerate().map(|(i, x)| x + noise(channel, i, sigma)).collect()
         };
         let q = each(self.world.encoders(), 0, r.q_sigma_rad).into_iter().map(rounded).collect();
-        let tau = each(self.world.torque_sensors(), 2, r.tau_sigma_nm);
+        let tau = each(self.world.torques(), 2, r.tau_sigma_nm);
         let opening = (self.world.opening() + noise(3, 0, r.opening_sigma_m)).max(0.0);
         let grasped = self.jaws.closing
             && !self.jaws.moving
@@ -317,7 +328,18 @@ impl Lab {
                 0.0
             },
             grasped,
+            scale: self.scale(),
         }
+    }
+
+    /// What the kitchen scale reads, kg; one gram a millilitre.
+    fn scale(&self) -> Option<f64> {
+        let Scale { under, sigma_kg, step_kg } = &self.settings.scale;
+        let state = self.world.state();
+        let water = state.object(under)?.water? * 1e3;
+        let on = if self.settings.switches.readings { 1.0 } else { 0.0 };
+        let read = water + on * sigma_kg * sensor::noise(self.key(7, self.steps), 0);
+        Some(if on * step_kg > 0.0 { (read / step_kg).round() * step_kg } else { read })
     }
 
     /// Returns what kitchen scales say: how a run is scored once it is over. A task must not look.

@@ -22,6 +22,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::Error;
+use super::hidden::{self, HiddenEffect};
+use crate::twin::Effect;
 
 /// Lowest and highest value of an even draw.
 pub type Range = [f64; 2];
@@ -31,6 +33,9 @@ pub type Range = [f64; 2];
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LabSettings {
+    /// Effects hidden under a seal, empty when there are none.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub sealed: String,
     /// What is hidden at all.
     pub switches: Switches,
     /// Where the camera stands.
@@ -55,6 +60,11 @@ pub struct LabSettings {
     pub placement: Placement,
     /// Where the arm waits at the start.
     pub start: Start,
+    /// The kitchen scale that is read while the arm moves.
+    pub scale: Scale,
+    /// Effects hidden openly, on top of everything above.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub effects: Vec<HiddenEffect>,
 }
 
 /// One switch per topic; off means the topic is as the program assumes.
@@ -167,6 +177,18 @@ section! {
         white_balance: Range = [-0.05, 0.05],
         /// Factor on everything, minus 1.
         exposure: Range = [-0.10, 0.08],
+    }
+}
+
+section! {
+    /// The kitchen scale with a cable, whose reading is recorded with the arm's; tared before a run.
+    Scale {
+        /// The vessel that stands on it; without such a vessel there is no scale.
+        under: String = "cup".into(),
+        /// Standard deviation of its noise, kg.
+        sigma_kg: f64 = 3e-4,
+        /// Step of its reading, kg.
+        step_kg: f64 = 1e-4,
     }
 }
 
@@ -310,6 +332,17 @@ impl LabSettings {
         Ok(settings)
     }
 
+    /// Returns what is hidden on top of everything else, openly or sealed.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Settings`] for a broken seal, or an effect that the laboratory has no law for.
+    pub(super) fn laws(&self) -> Result<Vec<Effect>, Error> {
+        let sealed =
+            if self.sealed.is_empty() { Vec::new() } else { hidden::unseal(&self.sealed)? };
+        self.effects.iter().chain(&sealed).map(HiddenEffect::law).collect()
+    }
+
     /// Says what makes no sense.
     ///
     /// # Errors
@@ -373,6 +406,9 @@ impl LabSettings {
         size("placement.edge_m", self.placement.edge_m)?;
         size("placement.mark_m", self.placement.mark_m)?;
         size("start.opening_m", self.start.opening_m)?;
+        size("scale.sigma_kg", self.scale.sigma_kg)?;
+        size("scale.step_kg", self.scale.step_kg)?;
+        self.laws()?;
         for (name, spot) in &self.placement.fixed {
             for (key, value) in [("x_m", spot.x_m), ("y_m", spot.y_m), ("yaw_rad", spot.yaw_rad)] {
                 if !value.is_finite() {

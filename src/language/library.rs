@@ -259,6 +259,14 @@ impl Library {
         })
     }
 
+    /// Returns every twin with its source.
+    pub fn twins(&self) -> impl Iterator<Item = (&TwinItem, &Source)> {
+        self.all(Kind::Twin).filter_map(|(item, source)| match item {
+            Item::Twin(twin) => Some((twin, source)),
+            _ => None,
+        })
+    }
+
     /// Returns the names of all object types, the built-in root among them.
     pub fn type_names(&self) -> impl Iterator<Item = &str> {
         let types = self.index.keys().filter(|(kind, _)| *kind == Kind::Type);

@@ -6,6 +6,7 @@
 mod complete;
 
 use std::io::{BufRead, IsTerminal};
+use std::path::PathBuf;
 
 use rustyline::error::ReadlineError;
 use rustyline::history::DefaultHistory;
@@ -18,15 +19,23 @@ use crate::report::{self, Failure, Style};
 use crate::workcell::{Run, WorkCell};
 use complete::Helper;
 
-/// Carries out one step typed at the prompt.
-pub type Perform<'a> = &'a dyn Fn(&mut WorkCell, &Step) -> Result<Run, Failure>;
+/// What the prompt can have done for it.
+#[derive(Clone, Copy)]
+pub struct Hands<'a> {
+    /// Carries out one step typed at the prompt.
+    pub perform: &'a dyn Fn(&mut WorkCell, &Step) -> Result<Run, Failure>,
+    /// Says what the twin lacks by the runs in these folders.
+    pub gap: &'a dyn Fn(&[PathBuf]) -> Result<(), Failure>,
+}
 
 /// What the prompt remembers between lines.
 struct Session<'a> {
     cell: WorkCell,
     style: Style,
-    perform: Perform<'a>,
+    hands: Hands<'a>,
     last: Option<Last>,
+    /// Folders of the runs of this session, the oldest first.
+    runs: Vec<PathBuf>,
 }
 
 /// What came of the last call.
@@ -52,6 +61,7 @@ type a call:   pour(jar, cup)      pick(jar)      Tab completes, Up recalls
 :align         fit the three regressions anew
 :look          photograph the table again
 :why           why the last run went as it did
+:gap [N]       what the twin lacks, by the last N runs (all of this session)
 :quit          leave               Ctrl-C         stops the arm, keeps the prompt";
 
 /// Runs the prompt until `:quit` or the end of input.
@@ -59,8 +69,8 @@ type a call:   pour(jar, cup)      pick(jar)      Tab completes, Up recalls
 /// # Errors
 ///
 /// Only when the terminal itself fails; everything else is told and the prompt comes back.
-pub fn run(cell: WorkCell, style: Style, perform: Perform<'_>) -> Result<(), Failure> {
-    let mut session = Session { cell, style, perform, last: None };
+pub fn run(cell: WorkCell, style: Style, hands: Hands<'_>) -> Result<(), Failure> {
+    let mut session = Session { cell, style, hands, last: None, runs: Vec::new() };
     if std::io::stdin().is_terminal() { session.terminal() } else { session.piped() }
 }
 
@@ -153,8 +163,11 @@ impl Session<'_> {
         } else if let Some(command) = line.strip_prefix(':') {
             return self.command(command);
         } else if let Some(step) = self.read(line) {
-            match (self.perform)(&mut self.cell, &step) {
-                Ok(run) => self.last = Some(Last::Run(Box::new(run))),
+            match (self.hands.perform)(&mut self.cell, &step) {
+                Ok(run) => {
+                    self.runs.extend(run.run_dir.as_ref().map(PathBuf::from));
+                    self.last = Some(Last::Run(Box::new(run)));
+                }
                 Err(failure) => {
                     self.style.failure(&failure);
                     self.last = Some(Last::Failure(failure));
@@ -195,9 +208,11 @@ impl Session<'_> {
                 self.objects();
             }
             "why" => self.why(),
+            "gap" => self.gap(rest.trim()),
             other => {
                 let failure = Failure::input("repl::command", format!("there is no `:{other}`"));
-                let known = ["help", "objects", "tasks", "graph", "align", "look", "why", "quit"];
+                let known =
+                    ["help", "objects", "tasks", "graph", "align", "look", "why", "gap", "quit"];
                 let failure = match language::nearest(other, known.into_iter()) {
                     Some(near) => failure.help(format!("did you mean `:{near}`?")),
                     None => failure.help("`:help` lists the commands"),
@@ -206,6 +221,27 @@ impl Session<'_> {
             }
         }
         Next::Prompt
+    }
+
+    fn gap(&self, last: &str) {
+        let n = if last.is_empty() { Ok(self.runs.len()) } else { last.parse::<usize>() };
+        let asked = match n {
+            Err(_) | Ok(0) if !last.is_empty() => {
+                Err(Failure::input("repl::gap", format!("`{last}` is not a number of runs"))
+                    .help("`:gap 2` takes the last two runs, `:gap` all of this session"))
+            }
+            _ if self.runs.is_empty() => Err(Failure::input("repl::gap", "nothing has run yet")
+                .help("`trueup gap RUN...` takes folders of earlier runs")),
+            Err(_) => Ok(self.runs.len()),
+            Ok(n) => Ok(n),
+        };
+        let told = asked.and_then(|n| {
+            let first = self.runs.len().saturating_sub(n);
+            (self.hands.gap)(&self.runs[first..])
+        });
+        if let Err(failure) = told {
+            self.style.failure(&failure);
+        }
     }
 
     fn told(&self, done: Result<(), crate::workcell::Error>, word: &str) {
@@ -272,10 +308,10 @@ impl Session<'_> {
     }
 }
 
-fn history_file() -> Option<std::path::PathBuf> {
-    let home = std::env::var_os("XDG_STATE_HOME").map(std::path::PathBuf::from).or_else(|| {
-        Some(std::path::PathBuf::from(std::env::var_os("HOME")?).join(".local/state"))
-    })?;
+fn history_file() -> Option<PathBuf> {
+    let home = std::env::var_os("XDG_STATE_HOME")
+        .map(PathBuf::from)
+        .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".local/state")))?;
     let dir = home.join("trueup");
     std::fs::create_dir_all(&dir).ok()?;
     Some(dir.join("history"))

@@ -111,14 +111,22 @@ fn effect_text(effect: &Effect, style: Style) -> String {
 }
 
 fn parameter_text(parameter: &Parameter) -> String {
-    let unit = &parameter.unit;
+    // What is poured is read in millilitres.
+    let (unit, factor) = match parameter.unit.as_str() {
+        "m^3" => ("mL", 1e6),
+        unit => (unit, 1.0),
+    };
     match (&parameter.value, &parameter.std) {
         (Value::Number(value), Value::Number(std)) => {
             let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
             if *std > 0.0 {
-                format!("{}{unit} ± {}", significant(*value, 4), significant(*std, 2))
+                format!(
+                    "{}{unit} ± {}",
+                    significant(factor * value, 4),
+                    significant(factor * std, 2)
+                )
             } else {
-                format!("{}{unit}", significant(*value, 4))
+                format!("{}{unit}", significant(factor * value, 4))
             }
         }
         (Value::Vector(values), Value::Vector(stds)) => {

@@ -1,8 +1,8 @@
 //! The world, stepped forward: everything that is planned is first tried here.
 //!
 //! A [`Twin`] is built from an arm, a scene and a state; commands go in, steps are taken, states come
-//! out. [`physics`] moves the rigid bodies, [`fluid`] the water, [`effect`] is the seam for what reality
-//! adds. The same engine with other numbers serves as the lab. Time advances by [`Twin::step`] alone and
+//! out. [`physics`] moves the rigid bodies, [`fluid`] the water, [`effect`] puts in what reality was found
+//! to add. The same engine with other numbers serves as the lab. Time advances by [`Twin::step`] alone and
 //! all chance comes from the seed, so the same calls give the same bits.
 
 pub mod convert;
@@ -17,8 +17,8 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Vector3};
 use thiserror::Error;
 
-pub use effect::{Effect, Moment, Parameter};
-pub use fluid::{Fluid, FluidSettings};
+pub use effect::Effect;
+pub use fluid::{Dribble, Fluid, FluidSettings};
 pub use settings::{ArmSettings, FrictionSettings, GripperSettings, Settings};
 
 use crate::motion::Robot;
@@ -83,7 +83,6 @@ pub struct Twin {
     robot: Arc<Robot>,
     scene: Arc<Scene>,
     settings: Settings,
-    effects: Vec<Arc<dyn Effect>>,
     physics: Physics,
     fluid: Fluid,
     /// Object of each vessel of the water, in the scene's order.
@@ -125,21 +124,6 @@ impl Twin {
         state: &WorldState,
         settings: Settings,
     ) -> Result<Self, Error> {
-        Self::with_effects(robot, scene, state, settings, Vec::new())
-    }
-
-    /// As [`Self::new`], with effects that reality adds.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::new`].
-    pub fn with_effects(
-        robot: &Robot,
-        scene: &Scene,
-        state: &WorldState,
-        settings: Settings,
-        effects: Vec<Arc<dyn Effect>>,
-    ) -> Result<Self, Error> {
         let finite = |what: &str, ok: bool| {
             let what = what.to_owned();
             if ok { Ok(()) } else { Err(Error::NotFinite { what, time: state.time }) }
@@ -147,7 +131,6 @@ impl Twin {
         finite("q", state.q.iter().all(|q| q.is_finite()))?;
         finite("opening", state.opening.is_finite())?;
         finite("dt", settings.dt.is_finite() && settings.dt > 0.0)?;
-        let robot = effects.iter().fold(robot.clone(), |robot, effect| effect.geometry(robot));
         let stride = (settings.fluid.dt / settings.dt).round().max(1.0);
         let mut vessels = Vec::new();
         let mut fillings = Vec::new();
@@ -161,9 +144,10 @@ impl Twin {
             let water = known.and_then(|known| known.water).unwrap_or(cavity.filled);
             finite(&object.name, water.is_finite() && water >= 0.0)?;
             vessels.push(i);
-            fillings.push(Filling { vessel, pose: *pose.isometry(), water });
+            let dribble = settings.dribbles.get(&object.name).copied();
+            fillings.push(Filling { vessel, pose: *pose.isometry(), water, dribble });
         }
-        let physics = Physics::new(&robot, scene, state, &settings)?;
+        let physics = Physics::new(robot, scene, state, &settings)?;
         let fluid_dt = stride * settings.dt;
         let fluid = Fluid::new(
             &settings.fluid,
@@ -180,9 +164,8 @@ impl Twin {
         let n = state.q.len();
         let goal = if state.held.is_some() { 0.0 } else { state.opening / 2.0 };
         let mut twin = Self {
-            robot: Arc::new(robot),
+            robot: Arc::new(robot.clone()),
             scene: Arc::new(scene.clone()),
-            effects,
             physics,
             fluid,
             vessels,
@@ -244,23 +227,13 @@ impl Twin {
     /// [`Error::NotFinite`] when the physics diverged; the twin is of no use then, restore a snapshot.
     pub fn step(&mut self) -> Result<(), Error> {
         let dt = self.settings.dt;
-        let (q, dq) = (self.physics.q(), self.physics.dq());
-        let (mut aim, mut speed) = self.command.clone();
+        let (mut aim, speed) = self.command.clone();
         if self.settings.arm.compliance.iter().any(|&c| c > 0.0) {
             // The servo brings the motor to the command; the link hangs from it by the gear's spring.
             let load = self.torques();
             for (i, aim) in aim.iter_mut().enumerate() {
                 *aim -= self.settings.arm.compliance[i] * load[i];
             }
-        }
-        if !self.effects.is_empty() {
-            let moment = Moment { time: self.time(), q: &q, dq: &dq };
-            let mut tau = vec![0.0; q.len()];
-            for effect in &self.effects {
-                effect.command(&moment, &mut aim, &mut speed);
-                effect.torque(&moment, &mut tau);
-            }
-            self.physics.apply_torques(&tau);
         }
         self.physics.aim_arm(&aim, &speed, &self.settings);
 
@@ -342,11 +315,10 @@ impl Twin {
     /// Returns what the joints' encoders say, base first, rad: the angles on the motors' side.
     pub fn encoders(&self) -> Vec<f64> {
         let mut q = self.q();
-        let mut tau = self.torques();
+        let tau = self.torques();
         for (i, q) in q.iter_mut().enumerate() {
             *q += self.settings.arm.compliance[i] * tau[i];
         }
-        self.sense(&mut q, &mut tau);
         q
     }
 
@@ -370,23 +342,6 @@ impl Twin {
         let tau = arm.inverse(&self.q(), dq, ddq);
         // Only joints that are nowhere have no torques; the step that brought them there said so.
         tau.map_or_else(|_| vec![f64::NAN; dq.len()], |tau| tau.as_slice().to_vec())
-    }
-
-    /// Returns what the torque sensors say once the effects have had their part in it, N·m.
-    pub fn torque_sensors(&self) -> Vec<f64> {
-        let (mut q, mut tau) = (self.q(), self.torques());
-        self.sense(&mut q, &mut tau);
-        tau
-    }
-
-    fn sense(&self, q: &mut [f64], tau: &mut [f64]) {
-        if !self.effects.is_empty() {
-            let (true_q, true_dq) = (self.q(), self.dq());
-            let moment = Moment { time: self.time(), q: &true_q, dq: &true_dq };
-            for effect in &self.effects {
-                effect.sensor(&moment, q, tau);
-            }
-        }
     }
 
     /// Returns the opening between the pads, m.
@@ -432,12 +387,19 @@ impl Twin {
         self.fluid.positions()
     }
 
+    /// Returns the water that clings to the lip of a vessel and will still run from it, m³.
+    pub fn clinging(&self, name: &str) -> f64 {
+        let vessel =
+            self.vessels.iter().position(|&object| self.scene.objects[object].name == name);
+        vessel.map_or(0.0, |k| self.fluid.clinging(k))
+    }
+
     /// Returns the water itself.
     pub fn fluid(&self) -> &Fluid {
         &self.fluid
     }
 
-    /// Returns the arm as the effects have changed it.
+    /// Returns the arm.
     pub fn robot(&self) -> &Robot {
         &self.robot
     }

@@ -3,9 +3,11 @@
 //! The lab is the same engine with other numbers, so whatever reality may do differently is a field
 //! here or part of the [`Robot`] and the [`crate::world::Scene`] the twin is built from.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Vector3;
 
-use super::fluid::FluidSettings;
+use super::fluid::{Dribble, FluidSettings};
 use crate::motion::Robot;
 
 /// How the arm's joints are driven and what resists them; one entry per joint, base first.
@@ -69,6 +71,8 @@ pub struct Settings {
     pub friction: FrictionSettings,
     /// The water.
     pub fluid: FluidSettings,
+    /// Vessels whose lip water runs on from, by name.
+    pub dribbles: BTreeMap<String, Dribble>,
     /// Seed of all chance: the jitter of the water's particles.
     pub seed: u64,
 }
@@ -102,6 +106,7 @@ impl Settings {
             gripper: GripperSettings { kp: 40_000.0, kd: 400.0, armature: 0.1, force: 40.0 },
             friction: FrictionSettings { pad_object: 0.8, table_object: 0.4, object_object: 0.4 },
             fluid: FluidSettings::default(),
+            dribbles: BTreeMap::new(),
             seed: 0,
         }
     }

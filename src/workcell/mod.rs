@@ -5,9 +5,11 @@
 //! and where the arm is. Nothing here prints; what happens is told to observers as it happens.
 
 pub mod picture;
+pub mod poured;
 pub mod record;
 pub mod rehearse;
 pub mod stdlib;
+mod known;
 mod perform;
 
 use std::collections::BTreeMap;
@@ -31,6 +33,7 @@ use crate::language::{Diagnostic, Library, Source};
 use crate::twin::Settings;
 use crate::twin::render::{ArmLook, View};
 use crate::world::{Scene, WorldState};
+use known::Known;
 
 pub use perform::{Ending, Run, Timing, Tried, Water};
 pub use stdlib::Stdlib;
@@ -152,6 +155,7 @@ pub struct WorkCell {
     cell: Cell,
     look: ArmLook,
     settings: Settings,
+    known: Known,
     scripts: Scripts,
     scales: Option<Box<dyn Scales>>,
     robot_name: String,
@@ -193,13 +197,17 @@ impl WorkCell {
         }
 
         let robot = Arc::new(options.stdlib.robot(&scene.robot)?);
+        let known = Known::of(&library, &scene.name);
+        // Reality is put up from what is declared; everything else works with what is known.
+        let declared = scene;
+        let scene = Arc::new(known.scene(&declared));
         let cell = Cell { robot: robot.clone(), scene: scene.clone(), limits: Limits::default() };
         let look = ArmLook::new(&robot);
         let settings = match options.robot.as_str() {
             "twin" => LabSettings::perfect(),
             _ => options.lab,
         };
-        let lab = Lab::new(&robot, &scene, settings, options.seed)
+        let lab = Lab::new(&robot, &declared, settings, options.seed)
             .map_err(|error| Error::Lab(error.to_string()))?;
         let lab: SharedLab = Arc::new(Mutex::new(lab));
         let fan: Arc<Mutex<Fan>> = Arc::default();
@@ -222,10 +230,13 @@ impl WorkCell {
             cancel.clone(),
             fan.clone(),
         );
+        let mut settings = Settings::for_arm(&robot);
+        known.change(&mut settings);
         Ok(Self {
             library,
             cell,
-            settings: Settings::for_arm(&robot),
+            settings,
+            known,
             look,
             stdlib: options.stdlib,
             scripts: Scripts::new(stage),

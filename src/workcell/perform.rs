@@ -341,7 +341,10 @@ impl WorkCell {
     ) -> Result<Rehearsal, Error> {
         let begin = self.now();
         let n = candidates.len();
-        self.phase("simulate", &format!("{n} candidates in the twin"));
+        self.phase("simulate", &format!("{n} candidates in the twin{}", self.known.words()));
+        for name in &self.known.aside {
+            self.note(&format!("{name} is not simulated: the twin has no law for it"));
+        }
         let state = self.state()?;
         let q = self.scripts.stage().planned_q().to_vec();
         let memory = self.scripts.stage().memory().clone();

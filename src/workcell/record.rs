@@ -109,7 +109,8 @@ impl Recorder {
                     let _ = write!(header, ",{name}_{joint}[{unit}]");
                 }
             }
-            writeln!(self.arm, "{header},gripper[m]")?;
+            let scale = if feedback.mass.is_some() { ",mass[kg]" } else { "" };
+            writeln!(self.arm, "{header},gripper[m]{scale}")?;
         }
         let mut row = format!("{:.4}", feedback.time);
         for values in [&feedback.q_cmd, &feedback.q, &feedback.dq, &feedback.tau] {
@@ -117,7 +118,11 @@ impl Recorder {
                 let _ = write!(row, ",{value:.6}");
             }
         }
-        writeln!(self.arm, "{row},{:.5}", feedback.opening)
+        let _ = write!(row, ",{:.5}", feedback.opening);
+        if let Some(mass) = feedback.mass {
+            let _ = write!(row, ",{mass:.5}");
+        }
+        writeln!(self.arm, "{row}")
     }
 
     fn keep(&mut self, event: &Event) -> std::io::Result<()> {

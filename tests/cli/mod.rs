@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod gap;
+mod hidden;
 mod robot;
 mod run;
 mod text;

@@ -3,6 +3,7 @@
 mod bag;
 mod equation;
 mod planted;
+mod pour;
 mod recordings;
 mod secrecy;
 

@@ -2,7 +2,7 @@
 
 use super::*;
 use trueup::twin::FluidSettings;
-use trueup::twin::fluid::{Filling, Fluid, Vessel};
+use trueup::twin::fluid::{Dribble, Filling, Fluid, Vessel};
 
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 const DT: f64 = 1.0 / 250.0;
@@ -14,6 +14,7 @@ fn fluid(fillings: &[(Object, Isometry3<f64>, f64)], settings: &FluidSettings) -
             vessel: Vessel::new(object).unwrap(),
             pose: *pose,
             water: *water,
+            dribble: None,
         })
         .collect();
     Fluid::new(settings, &fillings, scene(vec![]).table, GRAVITY, DT, 3).unwrap()
@@ -191,8 +192,12 @@ fn water_that_is_carried_gently_freezes_and_a_tilt_wakes_it() {
 
 #[test]
 fn an_overfull_jar_is_refused() {
-    let filling =
-        Filling { vessel: Vessel::new(&jar()).unwrap(), pose: at(0.5, 0.0, 0.0), water: 1e-3 };
+    let filling = Filling {
+        vessel: Vessel::new(&jar()).unwrap(),
+        pose: at(0.5, 0.0, 0.0),
+        water: 1e-3,
+        dribble: None,
+    };
     let table = scene(vec![]).table;
     let made = Fluid::new(&FluidSettings::default(), &[filling], table, GRAVITY, DT, 0);
     assert_eq!(made.err(), Some(0));
@@ -211,4 +216,50 @@ fn the_number_of_threads_does_not_change_a_bit() {
         })
     };
     assert_eq!(run(1), run(3));
+}
+
+/// A jar is turned over a bowl and back; what clings to its lip comes later, as a film drains.
+#[test]
+fn water_clings_to_a_lip_and_drains_exponentially_once_the_vessel_is_upright() {
+    let dribble = Dribble { volume: 15e-6, delay: 0.8 };
+    let bowl = vessel("bowl", Shape::Cylinder { radius: 0.2, height: 0.1 }, 0.2);
+    let fillings = [
+        Filling {
+            vessel: Vessel::new(&jar()).unwrap(),
+            pose: at(0.5, 0.0, 0.3),
+            water: 120e-6,
+            dribble: Some(dribble),
+        },
+        Filling {
+            vessel: Vessel::new(&bowl).unwrap(),
+            pose: at(0.5, 0.0, 0.0),
+            water: 0.0,
+            dribble: None,
+        },
+    ];
+    let mut fluid = Fluid::new(&awake(), &fillings, scene(vec![]).table, GRAVITY, DT, 3).unwrap();
+    let turned = |angle: f64| {
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), angle);
+        Isometry3::from_parts(at(0.5, 0.0, 0.3).translation, turn)
+    };
+    let go = |fluid: &mut Fluid, from: f64, to: f64, seconds: f64| {
+        let steps = (seconds / DT).round() as usize;
+        for i in 1..=steps {
+            let angle = from + (to - from) * i as f64 / steps as f64;
+            fluid.step(&[turned(angle), at(0.5, 0.0, 0.0)]);
+        }
+    };
+    go(&mut fluid, 0.0, 2.4, 1.5);
+    go(&mut fluid, 2.4, 2.4, 1.5);
+    assert!((fluid.clinging(0) - dribble.volume).abs() < 0.4e-6, "{} m³", fluid.clinging(0));
+    assert!((fluid.volume_in(1) - 105e-6).abs() < 1.5e-6, "{} m³", fluid.volume_in(1));
+    go(&mut fluid, 2.4, 0.49, 1.0);
+    go(&mut fluid, 0.49, 0.0, 0.2);
+    // 0.2 s upright already; at 0.8 s one time constant has passed.
+    go(&mut fluid, 0.0, 0.0, 0.6);
+    let expected = dribble.volume * (-1.0_f64).exp();
+    assert!((fluid.clinging(0) - expected).abs() < 0.5e-6, "{} m³", fluid.clinging(0));
+    go(&mut fluid, 0.0, 0.0, 5.0);
+    assert!(fluid.clinging(0) == 0.0 && fluid.volume_in(0) == 0.0);
+    assert!((fluid.volume_in(1) - 120e-6).abs() < 1e-9, "{} m³", fluid.volume_in(1));
 }

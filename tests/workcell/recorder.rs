@@ -20,6 +20,7 @@ fn tick(time: f64) -> Event {
         dq: values(0.3),
         tau: values(-0.4),
         opening: 0.085,
+        mass: None,
     })
 }
 

@@ -1,6 +1,6 @@
 //! `RECORDING.json`: what is known of the machine that made a recording. Every key is optional.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::{Error, Segment};
 
@@ -99,6 +99,20 @@ pub struct Sidecar {
     pub encoder_step: Option<f64>,
     /// Stretches of time with a name.
     pub segments: Vec<Segment>,
+    /// Which vessels a pour was between.
+    pub pour: Option<Vessels>,
+}
+
+/// The vessels of a pour, by their names in the scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Vessels {
+    /// The one poured from.
+    pub source: String,
+    /// The one on the scale.
+    pub target: String,
+    /// What the source held at first, as scales said afterwards, m³.
+    #[serde(default)]
+    pub held_m3: Option<f64>,
 }
 
 #[derive(Deserialize, Default)]
@@ -113,6 +127,7 @@ struct Raw {
     noise: NoiseLevels,
     encoder_step_rad: Option<f64>,
     segments: Vec<RawSegment>,
+    pour: Option<Vessels>,
 }
 
 #[derive(Deserialize)]
@@ -199,6 +214,7 @@ impl Sidecar {
             noise: raw.noise,
             encoder_step: raw.encoder_step_rad,
             segments,
+            pour: raw.pour,
         })
     }
 }

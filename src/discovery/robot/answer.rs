@@ -6,10 +6,10 @@ use super::explain::ArmGap;
 use super::places::places;
 use super::power::smallest_visible;
 use super::term::{Law, Term};
-use super::wording::{self, Told};
+use super::wording;
 use crate::discovery::finding::{
     self, Alternative, Effect, Evidence, Finding, Gap, ModelChange, NextExperiment, Parameter,
-    Split, Value, Verdict,
+    Split, Told, Value, Verdict,
 };
 use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Outcome, Rival, Set};
 

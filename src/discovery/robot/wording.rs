@@ -7,10 +7,9 @@
 use nalgebra::DMatrix;
 
 use super::term::{Feature, Law, Term};
+use crate::discovery::finding::Told;
+use crate::discovery::model_file;
 use crate::units::significant;
-
-/// A number of an effect as it is told: name, value, standard deviation, SI unit.
-pub type Told = (String, f64, f64, String);
 
 /// Returns the effect's numbers in the order of the vocabulary. `covariance` is that of `parameters`.
 pub fn told(term: &Term, parameters: &[f64], covariance: &DMatrix<f64>) -> Vec<Told> {
@@ -197,24 +196,5 @@ fn shape(feature: Feature, j: usize) -> String {
 
 /// Writes the line of a model file.
 pub fn line(term: &Term, told: &[Told]) -> String {
-    let parameters: Vec<String> = told
-        .iter()
-        .map(|(name, value, std, unit)| {
-            // Digits enough that rounding is far below the uncertainty.
-            let digits = if *std > 0.0 && value.abs() > 0.0 {
-                ((value.abs() / std).log10().ceil() as i32 + 2).clamp(3, 9) as usize
-            } else {
-                6
-            };
-            let space = if unit.is_empty() { "" } else { " " };
-            let value = significant(*value, digits);
-            if *std > 0.0 && std.is_finite() {
-                let std = significant(*std, 2);
-                format!("{name} = {value}{space}{unit} +- {std}{space}{unit}")
-            } else {
-                format!("{name} = {value}{space}{unit}")
-            }
-        })
-        .collect();
-    format!("effect {}({}) {{ {} }}", term.law.name(), term.seat(), parameters.join(", "))
+    model_file::line(term.law.name(), &term.seat(), told)
 }

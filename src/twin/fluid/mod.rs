@@ -13,6 +13,7 @@
 //! Source: Macklin and Müller, "Position based fluids", 2013; Schechter and Bridson, "Ghost SPH for
 //! animating water", 2012 (XSPH viscosity).
 
+mod film;
 mod grid;
 mod kernel;
 mod placed;
@@ -23,11 +24,13 @@ mod vessel;
 use nalgebra::{Isometry3, Vector3};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 
+pub use film::Dribble;
 pub use kernel::Kernel;
 pub use vessel::Vessel;
 
 use crate::motion::Inertial;
 use crate::world::Table;
+use film::Film;
 use placed::Placed;
 use solve::Scratch;
 
@@ -80,6 +83,8 @@ enum Phase {
     Live,
     /// It rides in a vessel, frozen.
     Riding(usize),
+    /// It clings to the lip of a vessel.
+    Clinging(usize),
     /// It came to rest on the table.
     Spilt,
     /// It fell off the table.
@@ -146,6 +151,8 @@ pub struct Fluid {
     relaxation: f32,
     table: Table,
     vessels: Vec<Moving>,
+    /// The water on each vessel's lip.
+    films: Vec<Film>,
     position: Vec<Vector3<f32>>,
     velocity: Vec<Vector3<f32>>,
     /// Bit k: inside vessel k.
@@ -153,7 +160,7 @@ pub struct Fluid {
     phase: Vec<Phase>,
     touched_table: Vec<bool>,
     rest_time: Vec<f32>,
-    /// Places of frozen particles in their vessel's frame.
+    /// Places of frozen and clinging particles in their vessel's frame.
     ride: Vec<Vector3<f32>>,
     scratch: Scratch,
 }
@@ -167,6 +174,8 @@ pub struct Filling {
     pub pose: Isometry3<f64>,
     /// Water in it, m³.
     pub water: f64,
+    /// What runs on from its lip, if anything does.
+    pub dribble: Option<Dribble>,
 }
 
 impl Fluid {
@@ -199,6 +208,7 @@ impl Fluid {
             relaxation: solve::relaxation(&kernel, spacing),
             table,
             vessels: Vec::new(),
+            films: Vec::new(),
             position: Vec::new(),
             velocity: Vec::new(),
             inside: Vec::new(),
@@ -224,6 +234,7 @@ impl Fluid {
                 fluid.rest_time.push(0.0);
                 fluid.ride.push(Vector3::zeros());
             }
+            fluid.films.push(Film::new(filling.dribble, volume));
             fluid.vessels.push(Moving {
                 vessel: filling.vessel.clone(),
                 reach2: (filling.vessel.bound() + 0.03).powi(2),
@@ -272,6 +283,7 @@ impl Fluid {
         self.wake();
         self.ride();
         self.solve();
+        self.drain();
         self.rest();
         for k in 0..self.vessels.len() {
             let (mass, com) = self.measure(k);

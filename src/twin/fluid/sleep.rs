@@ -47,10 +47,10 @@ impl Fluid {
             .any(|i| self.phase[i] == Phase::Live && self.inside[i] & (1 << k) == 0 && near(i))
     }
 
-    /// Moves frozen particles with their vessels.
+    /// Moves frozen and clinging particles with their vessels.
     pub(super) fn ride(&mut self) {
         for i in 0..self.phase.len() {
-            if let Phase::Riding(k) = self.phase[i] {
+            if let Phase::Riding(k) | Phase::Clinging(k) = self.phase[i] {
                 let moving = &self.vessels[k];
                 self.position[i] = moving.world(&self.ride[i]);
                 self.velocity[i] = moving.velocity_at(&self.position[i]);

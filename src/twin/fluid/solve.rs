@@ -88,7 +88,11 @@ impl Fluid {
             let (place, side) = self.confine(&start[a], sides[a], &x[a]);
             self.position[i] = place;
             self.velocity[i] = smooth[a];
+            let left = self.inside[i] & !side;
             self.inside[i] = side;
+            if left != 0 {
+                self.wet(i, left);
+            }
             let low = place.z < 0.6 * self.spacing && side == 0;
             if low && self.table.holds(f64::from(place.x), f64::from(place.y), 0.0) {
                 self.touched_table[i] = true;

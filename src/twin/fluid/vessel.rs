@@ -214,6 +214,20 @@ impl Vessel {
         p.z < self.rim + reach && p.z > -reach && self.outer.grown(reach).contains(p)
     }
 
+    /// Returns the place beside the wall, just below the rim, that is nearest to a point on the lip; `gap` m
+    /// is kept from the wall.
+    pub fn beside_lip(&self, p: &Vector3<f32>, gap: f32) -> Vector3<f32> {
+        let mut place = *p;
+        let hull = self.outer.grown(gap);
+        if hull.contains(&place) {
+            hull.push_out(&mut place);
+        } else {
+            hull.pull_in(&mut place);
+        }
+        place.z = self.rim - gap;
+        place
+    }
+
     /// Returns where a particle may be that was at `from` and wants to be at `to` (both in the vessel's
     /// frame, then and now), and whether it is inside now. `margin` m is kept from the surfaces.
     pub fn confine(

@@ -219,25 +219,6 @@ impl Physics {
         }
     }
 
-    /// Applies extra torques (N·m) at the arm's joints during the coming steps, until called again.
-    ///
-    /// The engine takes no generalised forces; a torque on the link and its opposite on the link that
-    /// carries it are the same.
-    pub fn apply_torques(&mut self, torques: &[f64]) {
-        for handle in &self.links {
-            self.bodies[*handle].reset_torques(true);
-        }
-        for (joint, &torque) in self.arm.iter().zip(torques) {
-            let body = &self.tree.bodies[joint.body];
-            let (Some(parent), Some(moved)) = (body.parent, &body.joint) else { continue };
-            let (child, parent) = (self.links[joint.body], self.links[parent]);
-            let turn = pose_from_engine(self.bodies[child].position()).rotation;
-            let world = turn * moved.axis.into_inner() * torque;
-            self.bodies[child].add_torque(to_engine(&world), true);
-            self.bodies[parent].add_torque(to_engine(&-world), true);
-        }
-    }
-
     /// Returns the pose in the world of a body of the arm.
     fn body_pose(&self, body: usize) -> Isometry3<f64> {
         pose_from_engine(self.bodies[self.links[body]].position())

@@ -1,5 +1,7 @@
 //! `trueup gap`: what the model lacks, from recordings.
 
+mod inputs;
+
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -8,15 +10,19 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::discovery::equation;
 use crate::discovery::finding::Finding;
 use crate::discovery::model_file::{self, ModelFile};
+use crate::discovery::pour::Pour;
 use crate::discovery::recording::{self, Map, Recording};
 use crate::discovery::{Investigation, Options, Subject, investigate};
 use crate::language::Source;
-use crate::motion::Robot;
 use crate::report::{self, Failure, Style};
 use crate::units::significant;
 
-use super::Exit;
 use super::run::read;
+use super::{Cli, Exit};
+use inputs::{plain, recordings, robot_of, scene_of};
+
+/// The part of a single recording that is held out.
+const HOLDOUT: f64 = 0.33;
 
 #[derive(Debug, Args)]
 pub(super) struct GapArgs {
@@ -36,7 +42,7 @@ pub(super) struct GapArgs {
     #[arg(long, value_name = "THEIRS=OURS,..", default_value = "")]
     map: String,
     /// The part of a single recording that is held out.
-    #[arg(long, value_name = "FRACTION", default_value_t = 0.33)]
+    #[arg(long, value_name = "FRACTION", default_value_t = HOLDOUT)]
     holdout: f64,
     /// Write the page, the finding and the next experiment into this folder.
     #[arg(long, value_name = "DIR")]
@@ -46,8 +52,23 @@ pub(super) struct GapArgs {
     apply: bool,
 }
 
+/// `:gap` at the prompt: what the twin lacks, by some runs.
+pub(super) fn over(runs: &[PathBuf], cli: &Cli, style: Style) -> Result<(), Failure> {
+    let args = GapArgs {
+        recordings: runs.to_vec(),
+        model: None,
+        robot_file: None,
+        robot_dir: None,
+        map: String::new(),
+        holdout: HOLDOUT,
+        out: None,
+        apply: false,
+    };
+    gap(&args, cli, style).map(|_| ())
+}
+
 /// `trueup gap ...`.
-pub(super) fn gap(args: &GapArgs, style: Style) -> Result<Exit, Failure> {
+pub(super) fn gap(args: &GapArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
     if !(args.holdout > 0.0 && args.holdout < 1.0) {
         return Err(Failure::input(
             "gap::holdout",
@@ -56,20 +77,28 @@ pub(super) fn gap(args: &GapArgs, style: Style) -> Result<Exit, Failure> {
         .help("give a fraction between 0 and 1, such as 0.33"));
     }
     let map = Map::parse(&args.map).map_err(|error| failure(&error))?;
-    let mut recordings: Vec<Recording> =
-        args.recordings.iter().map(|path| recording_at(path, &map)).collect::<Result<_, _>>()?;
     if let Some(path) = &args.model {
         let text = read(path)?;
         if equation::model_in(&text, "").is_some() {
+            let recordings = plain(args, &map)?;
             return equations(args, path, &text, &recordings, style);
         }
     }
-    let robot = robot_of(args, &recordings)?;
-    let joints: Vec<String> = robot.joints().iter().map(|joint| joint.name.clone()).collect();
-    for recording in &mut recordings {
-        recording.number_joints(&joints);
-    }
     let model = model_of(args, style)?;
+    let scene = scene_of(cli, model.as_ref(), style)?;
+    let mut recordings = recordings(args, &map, &scene, cli)?;
+    let known = model.as_ref().map_or(&[][..], |(_, file)| file.effects());
+    let robot;
+    let subject = if Pour::is_one(&recordings[0]) {
+        Subject::Pours(&scene, known)
+    } else {
+        robot = robot_of(args, &recordings)?;
+        let joints: Vec<String> = robot.joints().iter().map(|joint| joint.name.clone()).collect();
+        for recording in &mut recordings {
+            recording.number_joints(&joints);
+        }
+        Subject::Arm(&robot, known)
+    };
     let options = Options { holdout: args.holdout, ..Options::default() };
     let bar = bar(style);
     let mut progress = |what: &str, part: f64| {
@@ -78,8 +107,7 @@ pub(super) fn gap(args: &GapArgs, style: Style) -> Result<Exit, Failure> {
             bar.set_position((part * 100.0) as u64);
         }
     };
-    let known = model.as_ref().map_or(&[][..], |(_, file)| file.effects());
-    let finding = investigate(&recordings, Subject::Arm(&robot, known), &options, &mut progress);
+    let finding = investigate(&recordings, subject, &options, &mut progress);
     if let Some(bar) = bar {
         bar.finish_and_clear();
     }
@@ -248,69 +276,6 @@ fn bar(style: Style) -> Option<ProgressBar> {
     }
     let look = ProgressStyle::with_template("{bar:30} {msg} {elapsed}");
     Some(ProgressBar::new(100).with_style(look.unwrap_or_else(|_| ProgressStyle::default_bar())))
-}
-
-/// Reads a recording and the sidecar beside it; a folder is a run, whose recording is `arm.csv`.
-fn recording_at(path: &Path, map: &Map) -> Result<Recording, Failure> {
-    let inside;
-    let path = if path.is_dir() {
-        inside = path.join("arm.csv");
-        inside.as_path()
-    } else {
-        path
-    };
-    let beside = path.with_extension("json");
-    let sidecar = if beside.is_file() { Some(read(&beside)?) } else { None };
-    let beside = beside.display().to_string();
-    let sidecar = sidecar.as_deref().map(|text| (beside.as_str(), text));
-    let name = path.display().to_string();
-    let found = if path.extension().is_some_and(|extension| extension == "mcap") {
-        let bytes = std::fs::read(path).map_err(|error| {
-            Failure::input("io::read", format!("cannot read {name}: {error}"))
-                .at(&name)
-                .help("is the path right?")
-        })?;
-        Recording::read_bag(&name, &bytes, sidecar, map)
-    } else {
-        Recording::read(&name, &read(path)?, sidecar, map)
-    };
-    found.map_err(|error| failure(&error))
-}
-
-/// Finds the robot: as told, as the first sidecar says, or the stdlib's.
-fn robot_of(args: &GapArgs, recordings: &[Recording]) -> Result<Robot, Failure> {
-    let sidecar = &recordings[0].sidecar;
-    let tip = sidecar.tip.as_deref();
-    let from_file = |path: &Path| {
-        Robot::from_file(path, tip).map_err(|error| {
-            Failure::input("gap::robot", error.to_string()).at(path.display().to_string())
-        })
-    };
-    if let Some(path) = &args.robot_file {
-        return from_file(path);
-    }
-    let stdlib = |tip: Option<&str>| match tip {
-        None => Ok(Robot::gen3()),
-        Some(tip) => {
-            Robot::gen3_to(tip).map_err(|error| Failure::input("gap::robot", error.to_string()))
-        }
-    };
-    let Some(name) = &sidecar.robot else { return stdlib(tip) };
-    if matches!(name.as_str(), "gen3_2f85" | "gen3") {
-        return stdlib(tip);
-    }
-    let first = &args.recordings[0];
-    let folder = if first.is_dir() { Some(first.as_path()) } else { first.parent() };
-    let folders = [folder, args.robot_dir.as_deref()];
-    for folder in folders.into_iter().flatten() {
-        let path = folder.join(name);
-        if path.is_file() {
-            return from_file(&path);
-        }
-    }
-    Err(Failure::input("gap::robot", format!("the recording's robot `{name}` is not found"))
-        .at(first.display().to_string())
-        .help("put the URDF beside the recording, or name its folder with `--robot-dir`"))
 }
 
 /// Words a mistake in a recording.

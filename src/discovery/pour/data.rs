@@ -1,0 +1,155 @@
+//! What a recording says of a pour.
+
+use super::flow::Hold;
+use crate::discovery::recording::{Error, Recording};
+use crate::units::Dimension;
+use crate::world::{Object, Scene};
+
+/// Density of water, kg/m³.
+pub(super) const DENSITY: f64 = 1000.0;
+
+/// Rows this far apart are independent enough, s: what the model does not know of sloshing lasts longer.
+const STRIDE: f64 = 0.1;
+
+/// The scale's noise is at least this, kg, whatever its rows at rest say: the last drop hangs.
+const LEAST_NOISE: f64 = 5e-4;
+
+/// Where the scale's reading changes, the model is late or early by as much, s.
+const PACE: f64 = 0.12;
+
+/// Half the time over which the reading's change is taken, s.
+const SLOPE: f64 = 0.25;
+
+/// One pour, in rows of a tenth of a second.
+#[derive(Debug, Clone)]
+pub struct Pour {
+    /// The recording's name.
+    pub name: String,
+    /// The vessel poured from, and the one on the scale.
+    pub vessels: [String; 2],
+    /// What the first is declared to hold, m³.
+    pub declared: f64,
+    /// What it held at first, if scales said so afterwards, m³.
+    pub held: Option<f64>,
+    /// What it holds at a tilt.
+    pub(super) hold: Hold,
+    /// When each row was taken, s.
+    pub time: Vec<f64>,
+    /// Tilt of the vessel, rad.
+    pub tilt: Vec<f64>,
+    /// How far inside the other one's mouth its lip is, m; negative outside.
+    pub inside: Vec<f64>,
+    /// What the scale read, kg, less what it read at first.
+    pub mass: Vec<f64>,
+    /// Standard deviation of each row, kg: the scale's, and more where the reading changes fast.
+    pub noise: Vec<f64>,
+    /// The scale's own noise, kg.
+    pub scale_noise: f64,
+    /// What was assumed, one sentence each.
+    pub notes: Vec<String>,
+}
+
+impl Pour {
+    /// Returns whether a recording is of a pour: it has `tilt` and `mass`.
+    pub fn is_one(recording: &Recording) -> bool {
+        recording.has("tilt") && recording.has("mass")
+    }
+
+    /// Takes a pour out of a recording with columns `tilt[rad]`, `mass[kg]` and, if known, `inside[m]`.
+    /// The sidecar names the vessels; without it they are the first of the scene that holds water and
+    /// the next one.
+    ///
+    /// # Errors
+    ///
+    /// An [`Error`] for columns that are missing or wrong, or vessels the scene does not have.
+    pub fn of(recording: &Recording, scene: &Scene) -> Result<Self, Error> {
+        let [source, target] = vessels(recording, scene)?;
+        let hold = Hold::of(source).ok_or_else(|| {
+            Error::new(
+                format!("`{}` is no vessel", source.name),
+                &recording.name,
+                "give it `wall` and `holds` in the scene",
+            )
+        })?;
+        let (tilt, mass) = (
+            recording.column("tilt", Dimension::ANGLE)?,
+            recording.column("mass", Dimension::MASS)?,
+        );
+        let mut notes = Vec::new();
+        let inside = if recording.has("inside") {
+            recording.column("inside", Dimension::LENGTH)?.to_vec()
+        } else {
+            notes.push(format!(
+                "{}: no column `inside[m]`; the lip is taken to stay over `{}`",
+                recording.name, target.name
+            ));
+            vec![1.0; tilt.len()]
+        };
+        let time = &recording.time;
+        let own = scale_noise(mass);
+        let every = ((STRIDE / recording.step()).round() as usize).max(1);
+        let rows: Vec<usize> = (0..time.len()).step_by(every).collect();
+        let pick = |values: &[f64]| rows.iter().map(|row| values[*row]).collect::<Vec<f64>>();
+        let first = mean(&mass[..every.min(mass.len())]);
+        let noise = rows.iter().map(|row| {
+            let slope = slope(time, mass, *row);
+            own.hypot(PACE * slope)
+        });
+        Ok(Self {
+            name: recording.name.clone(),
+            vessels: [source.name.clone(), target.name.clone()],
+            declared: source.cavity.map_or(0.0, |cavity| cavity.filled),
+            held: recording.sidecar.pour.as_ref().and_then(|pour| pour.held_m3),
+            hold,
+            noise: noise.collect(),
+            time: pick(time),
+            tilt: pick(tilt),
+            inside: pick(&inside),
+            mass: pick(mass).into_iter().map(|value| value - first).collect(),
+            scale_noise: own,
+            notes,
+        })
+    }
+}
+
+/// Finds the two vessels.
+fn vessels<'a>(recording: &Recording, scene: &'a Scene) -> Result<[&'a Object; 2], Error> {
+    let none = |name: &str| {
+        let known: Vec<&str> = scene.objects.iter().map(|object| object.name.as_str()).collect();
+        Error::new(
+            format!("`{name}` is not in the scene `{}`", scene.name),
+            &recording.name,
+            format!("it has {}", known.join(", ")),
+        )
+    };
+    if let Some(pour) = &recording.sidecar.pour {
+        let named = |name: &String| scene.object(name).ok_or_else(|| none(name));
+        return Ok([named(&pour.source)?, named(&pour.target)?]);
+    }
+    let filled = |object: &&Object| object.cavity.is_some_and(|cavity| cavity.filled > 0.0);
+    let source = scene.objects.iter().find(filled).ok_or_else(|| none("a vessel with water"))?;
+    let other = |object: &&Object| object.cavity.is_some() && object.name != source.name;
+    let target = scene.objects.iter().find(other).ok_or_else(|| none("a second vessel"))?;
+    Ok([source, target])
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+/// Returns the scale's noise, kg: half the usual step between rows, which flow hardly changes.
+fn scale_noise(mass: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = mass.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    steps.sort_by(f64::total_cmp);
+    // The median of |x - y| of two normal numbers is 0.954 of their standard deviation.
+    let usual = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+    (usual / 0.954).max(LEAST_NOISE)
+}
+
+/// Returns how fast the reading changes about a row, kg/s.
+fn slope(time: &[f64], mass: &[f64], row: usize) -> f64 {
+    let from = time.partition_point(|t| *t < time[row] - SLOPE);
+    let to = time.partition_point(|t| *t <= time[row] + SLOPE) - 1;
+    let span = time[to] - time[from];
+    if span > 0.0 { (mass[to] - mass[from]).abs() / span } else { 0.0 }
+}

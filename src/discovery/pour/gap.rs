@@ -1,0 +1,200 @@
+//! Pours as something to be explained: [`Gap`] over what a vessel held and what clung to its lip.
+
+use super::data::{DENSITY, Pour};
+use super::flow::{Flow, arrived};
+use crate::discovery::selection::{Candidate, Gap, Set, Slot};
+
+/// What can be missing from a pour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Term {
+    /// `liquid_volume(source)`: it held another volume than declared.
+    Volume,
+    /// `lip_dribble(source)`: water ran on after it was upright.
+    Dribble,
+    /// `output_gain(mass)`: the scale reads in other units than it says.
+    Gain,
+    /// `output_drift(mass)`: the scale's zero drifts.
+    Drift,
+}
+
+impl Term {
+    pub(super) const ALL: [Self; 4] = [Self::Volume, Self::Dribble, Self::Gain, Self::Drift];
+
+    /// Returns its name in the vocabulary.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Volume => "liquid_volume",
+            Self::Dribble => "lip_dribble",
+            Self::Gain => "output_gain",
+            Self::Drift => "output_drift",
+        }
+    }
+
+    /// Returns where it sits.
+    pub(super) fn seat(self, pour: &Pour) -> String {
+        match self {
+            Self::Volume | Self::Dribble => pour.vessels[0].clone(),
+            Self::Gain | Self::Drift => "mass".into(),
+        }
+    }
+}
+
+/// Some pours to fit and some to judge; rows of a single one take turns.
+#[derive(Debug)]
+pub(super) struct PourGap {
+    pub(super) pours: Vec<Pour>,
+    /// Which set the rows of each pour belong to: all to one, or (`None`) stretches of a second in turn.
+    pub(super) sets: Vec<Option<Set>>,
+    /// Effects that the model has already, with their numbers one after the other.
+    pub(super) known: (Vec<Term>, Vec<f64>),
+}
+
+/// How exactly a vessel is filled to what is declared, as a part of it: by eye, to a line.
+const FILLED: f64 = 0.03;
+
+/// Parameters of the model itself, the same for all pours.
+const OWN: [(Slot, f64); 3] = [
+    (slot("pace", "s", 0.02, (0.02, 1.5)), 0.2),
+    (slot("delay", "s", 0.02, (0.0, 0.8)), 0.15),
+    (slot("lean", "rad", 0.01, (-0.2, 0.2)), 0.0),
+];
+
+const fn slot(name: &'static str, unit: &'static str, scale: f64, range: (f64, f64)) -> Slot {
+    Slot { name, unit, scale, range, neutral: None, least: 0.0 }
+}
+
+impl PourGap {
+    /// Returns whether a row of a pour belongs to a set.
+    fn is_in(&self, at: usize, row: usize, set: Set) -> bool {
+        self.sets[at].unwrap_or_else(|| {
+            let pour = &self.pours[at];
+            let second = (pour.time[row] - pour.time[0]) as usize;
+            if second.is_multiple_of(2) { Set::Train } else { Set::Heldout }
+        }) == set
+    }
+
+    /// Returns the readings that effects predict for one pour, kg.
+    pub(super) fn predicted(&self, at: usize, terms: &[Term], parameters: &[f64]) -> Vec<f64> {
+        let pour = &self.pours[at];
+        let (own, found) = parameters.split_at(OWN.len());
+        let mut flow = Flow {
+            volume: pour.held.unwrap_or(pour.declared),
+            pace: own[0],
+            delay: own[1],
+            lean: own[2],
+            film: (0.0, 1.0),
+        };
+        let (mut gain, mut drift) = (1.0, 0.0);
+        let lists = [(&self.known.0[..], &self.known.1[..]), (terms, found)];
+        for (terms, mut numbers) in lists {
+            for term in terms {
+                let (mine, rest) = numbers.split_at(self.slots(term).len());
+                numbers = rest;
+                match term {
+                    // What scales said of this very pour is better than what holds for all.
+                    Term::Volume => flow.volume = pour.held.unwrap_or(mine[0]),
+                    Term::Dribble => flow.film = (mine[0], mine[1]),
+                    Term::Gain => gain *= mine[0],
+                    Term::Drift => drift += mine[0],
+                }
+            }
+        }
+        let start = pour.time[0];
+        let mass = arrived(pour, &flow);
+        mass.iter()
+            .zip(&pour.time)
+            .map(|(volume, time)| gain * DENSITY * volume + drift * (time - start))
+            .collect()
+    }
+}
+
+impl PourGap {
+    /// Returns how far what a vessel held is from what the effects say, in units of how exactly it is
+    /// filled; `None` where no scale said what it held.
+    fn filling(&self, at: usize, terms: &[Term], parameters: &[f64]) -> Option<f64> {
+        let pour = &self.pours[at];
+        let mut said = pour.declared;
+        let found = &parameters[OWN.len()..];
+        for (terms, mut numbers) in [(&self.known.0[..], &self.known.1[..]), (terms, found)] {
+            for term in terms {
+                let (mine, rest) = numbers.split_at(self.slots(term).len());
+                numbers = rest;
+                if *term == Term::Volume {
+                    said = mine[0];
+                }
+            }
+        }
+        pour.held.map(|held| (held - said) / (FILLED * pour.declared.max(1e-6)))
+    }
+}
+
+impl Gap for PourGap {
+    type Term = Term;
+
+    fn nuisance(&self) -> Vec<(Slot, f64)> {
+        OWN.to_vec()
+    }
+
+    fn slots(&self, term: &Term) -> Vec<Slot> {
+        let declared = self.pours[0].declared;
+        let with =
+            |slot: Slot, neutral: f64, least: f64| Slot { neutral: Some(neutral), least, ..slot };
+        match term {
+            Term::Volume => {
+                // Two millilitres stay on the walls, or came with the last guest.
+                vec![with(slot("volume", "m^3", 2e-6, (0.0, 1e-2)), declared, 2e-6)]
+            }
+            Term::Dribble => vec![
+                with(slot("volume", "m^3", 1e-6, (0.0, 1e-3)), 0.0, 1e-6),
+                slot("delay", "s", 0.1, (0.1, 20.0)),
+            ],
+            Term::Gain => vec![with(slot("gain", "", 0.01, (0.2, 5.0)), 1.0, 0.005)],
+            Term::Drift => vec![with(slot("rate", "kg/s", 1e-5, (-1e-2, 1e-2)), 0.0, 1e-5)],
+        }
+    }
+
+    fn residuals(&self, set: Set, terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
+        let mut all = Vec::new();
+        for (at, pour) in self.pours.iter().enumerate() {
+            if self.sets[at].is_some_and(|own| own != set) {
+                continue;
+            }
+            let predicted = self.predicted(at, terms, parameters);
+            for (row, value) in predicted.iter().enumerate() {
+                if self.is_in(at, row, set) {
+                    all.push((pour.mass[row] - value) / pour.noise[row]);
+                }
+            }
+            all.extend(self.filling(at, terms, parameters));
+        }
+        all.iter().all(|value| value.is_finite()).then_some(all)
+    }
+
+    fn count(&self, set: Set) -> usize {
+        let rows =
+            |at: usize| (0..self.pours[at].time.len()).filter(move |row| self.is_in(at, *row, set));
+        let filling = |at: usize| {
+            let here = self.sets[at].is_none_or(|own| own == set);
+            usize::from(here && self.pours[at].held.is_some())
+        };
+        (0..self.pours.len()).map(|at| rows(at).count() + filling(at)).sum()
+    }
+
+    fn candidates(&self, terms: &[Term], _left: &[f64]) -> Vec<Candidate<Term>> {
+        let declared = self.pours[0].declared;
+        let free = |term: &Term| !terms.contains(term) && !self.known.0.contains(term);
+        Term::ALL
+            .into_iter()
+            .filter(free)
+            .map(|term| {
+                let starts = match term {
+                    Term::Volume => vec![vec![declared]],
+                    Term::Dribble => [0.5, 1.5, 4.0].map(|delay| vec![8e-6, delay]).to_vec(),
+                    Term::Gain => vec![vec![1.0]],
+                    Term::Drift => vec![vec![0.0]],
+                };
+                Candidate { term, starts, surcharge: 0.0 }
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,124 @@
+//! A pour taken out of a run folder: what `gap` compares with its model of pouring.
+//!
+//! From the recorded joints and where the source was when the fingers took it follow its tilt, and where
+//! its lip was; the scale's reading stands beside them. Nothing else of the run is used.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::discovery::recording::sidecar::Vessels;
+use crate::discovery::recording::{Column, Error, Recording};
+use crate::motion::Robot;
+use crate::units::{Dimension, Unit};
+use crate::world::{Object, Pose, Scene, Shape};
+
+use super::perform::Run;
+
+/// Kept before the vessel begins to turn, s.
+const BEFORE: f64 = 2.0;
+
+/// Takes the pour out of a run and its recording; `Ok(None)` if the run has none, or no scale was read.
+///
+/// # Errors
+///
+/// An [`Error`] for a run whose recording does not hold the joints of this robot, or objects that the
+/// scene does not have.
+pub fn pour(
+    run: &Run,
+    arm: &Recording,
+    robot: &Robot,
+    scene: &Scene,
+) -> Result<Option<Recording>, Error> {
+    let step = |begins: &str| run.steps.iter().position(|step| step.action.starts_with(begins));
+    let Some(turns) = step("tilt(") else { return Ok(None) };
+    let takes = run.steps[..turns].iter().rposition(|step| step.action.starts_with("grasp("));
+    let (Some(takes), true) = (takes, arm.has("mass")) else { return Ok(None) };
+    let (turn, grasp) = (&run.steps[turns], &run.steps[takes]);
+    let inside_brackets = turn.action.trim_start_matches("tilt(");
+    let mut names = inside_brackets.split([',', ')']).map(str::trim);
+    let (source, target) = (names.next().unwrap_or_default(), names.next().unwrap_or_default());
+    let missing = |name: &str| Error {
+        what: format!("`{name}` is not in the scene `{}`", scene.name),
+        place: arm.name.clone(),
+        help: "give the scene of the run with `--scene FILE` or `--model FILE`".into(),
+    };
+    let object = scene.object(source).ok_or_else(|| missing(source))?;
+    let vessel = scene.object(target).ok_or_else(|| missing(target))?;
+    let known = |name: &str| grasp.measured.object(name).and_then(|o| o.world_from_object);
+    let (Some(taken), Some(stands)) = (known(source), known(target)) else { return Ok(None) };
+
+    let columns = arm.group("q", robot.n_joints(), Dimension::ANGLE)?.ok_or_else(|| Error {
+        what: "the run's recording has no joint positions".into(),
+        place: arm.name.clone(),
+        help: "is it the recording of this robot?".into(),
+    })?;
+    let hand = |row: usize| {
+        let q: Vec<f64> = columns.iter().map(|column| column[row]).collect();
+        robot.forward_tool(&q).map(|tool| scene.world_from_base * tool)
+    };
+    let no_hand = |error: crate::motion::Error| Error {
+        what: error.to_string(),
+        place: arm.name.clone(),
+        help: "is it the recording of this robot?".into(),
+    };
+    let row_at = |time: f64| arm.time.partition_point(|t| *t < time).min(arm.n_rows() - 1);
+    let tool_from_object = hand(row_at(grasp.interval_s[1])).map_err(no_hand)?.inverse() * taken;
+    let end = step("lower(").map_or(turn.interval_s[1], |at| run.steps[at].interval_s[0]);
+    let rows = row_at(turn.interval_s[0] - BEFORE)..row_at(end);
+    let poses: Vec<Pose<_, _>> = rows
+        .clone()
+        .map(|row| hand(row).map(|tool| tool * tool_from_object))
+        .collect::<Result<_, _>>()
+        .map_err(no_hand)?;
+    let tilt: Vec<f64> = poses.iter().map(Pose::tilt).collect();
+    let furthest = (0..tilt.len()).max_by(|a, b| tilt[*a].total_cmp(&tilt[*b]));
+    let Some(furthest) = furthest else { return Ok(None) };
+    let down = poses[furthest].isometry().inverse_transform_vector(&-Vector3::z());
+    let lip = lip(object, &down);
+    let inside = poses.iter().map(|pose| {
+        let place = stands.isometry().inverse() * (pose.isometry() * lip);
+        inside(vessel, &place)
+    });
+    let mass = arm.column("mass", Dimension::MASS)?;
+    let column = |name: &str, unit: &str, values: Vec<f64>| Column {
+        name: name.into(),
+        unit: Unit::parse(unit).ok(),
+        values,
+        bad: None,
+    };
+    let columns = vec![
+        column("inside", "m", inside.collect()),
+        column("mass", "kg", mass[rows.clone()].to_vec()),
+        column("tilt", "rad", tilt),
+    ];
+    let mut sidecar = arm.sidecar.clone();
+    let held = run
+        .water
+        .as_ref()
+        .map(|water| 1e-6 * (water.in_target_ml + water.in_source_ml + water.spilt_ml));
+    sidecar.pour = Some(Vessels { source: source.into(), target: target.into(), held_m3: held });
+    let time = arm.time[rows].to_vec();
+    Ok(Some(Recording { name: arm.name.clone(), time, columns, sidecar, notes: arm.notes.clone() }))
+}
+
+/// Returns the point of the rim that is lowest when `down` is down, m in the object's frame.
+fn lip(object: &Object, down: &Vector3<f64>) -> Point3<f64> {
+    let z = object.shape.height();
+    match object.shape {
+        Shape::Cuboid { size } if down.x.abs() > down.y.abs() => {
+            Point3::new(0.5 * size.x * down.x.signum(), 0.0, z)
+        }
+        Shape::Cuboid { size } => Point3::new(0.0, 0.5 * size.y * down.y.signum(), z),
+        Shape::Cylinder { radius, .. } => {
+            let across = down.x.hypot(down.y).max(1e-9);
+            Point3::new(radius * down.x / across, radius * down.y / across, z)
+        }
+    }
+}
+
+/// Returns how far inside a vessel's mouth a point is, seen from above, m; negative outside.
+fn inside(vessel: &Object, place: &Point3<f64>) -> f64 {
+    match vessel.inside().unwrap_or(vessel.shape) {
+        Shape::Cuboid { size } => (0.5 * size.x - place.x.abs()).min(0.5 * size.y - place.y.abs()),
+        Shape::Cylinder { radius, .. } => radius - place.x.hypot(place.y),
+    }
+}

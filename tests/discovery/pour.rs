@@ -1,0 +1,142 @@
+//! Pours simulated drop by drop, and what the quasi-static model makes of them.
+
+use std::fmt::Write as _;
+
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use trueup::discovery::finding::{Finding, Value, Verdict};
+use trueup::discovery::recording::{Map, Recording};
+use trueup::discovery::{Options, Subject, investigate};
+use trueup::twin::FluidSettings;
+use trueup::twin::fluid::{Dribble, Filling, Fluid, Vessel};
+
+use crate::kitchen;
+
+/// The scene's jar and cup.
+fn vessels() -> (trueup::world::Object, trueup::world::Object) {
+    let scene = kitchen::scene();
+    (scene.object("jar").unwrap().clone(), scene.object("cup").unwrap().clone())
+}
+
+/// Turns a jar with `water` m³ about its lip over the cup, back, waits, and carries it away; returns the
+/// recording of a scale under the cup (0.3 g of noise) as a CSV file.
+fn poured(water: f64, dribble: Option<Dribble>, seed: u64) -> Recording {
+    const DT: f64 = 1.0 / 240.0;
+    let (jar, cup) = vessels();
+    let lip = Point3::new(0.0325, 0.0, 0.14);
+    let above = Vector3::new(-0.03, 0.0, 0.095 + 0.06 + 0.14);
+    let pose = |tilt: f64, away: f64| {
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), tilt);
+        let place = above - Vector3::new(away, 0.0, 0.0) - turn * lip.coords;
+        Isometry3::from_parts(Translation3::from(place), turn)
+    };
+    let filling = |object: &trueup::world::Object, pose, water, dribble| Filling {
+        vessel: Vessel::new(object).unwrap(),
+        pose,
+        water,
+        dribble,
+    };
+    let fillings = [
+        filling(&jar, pose(0.0, 0.0), water, dribble),
+        filling(&cup, Isometry3::identity(), 0.0, None),
+    ];
+    let settings = FluidSettings { freeze: false, ..FluidSettings::default() };
+    let table = kitchen::scene().table;
+    let gravity = Vector3::new(0.0, 0.0, -9.81);
+    let mut fluid = Fluid::new(&settings, &fillings, table, gravity, DT, seed).unwrap();
+    let (mut csv, mut tilt, mut away) =
+        ("t[s],tilt[deg],mass[g],inside[mm]\n".to_owned(), 0.0, 0.0);
+    let mut noise = seed;
+    for step in 0..(17.0 / DT) as usize {
+        let t = step as f64 * DT;
+        // A second still, up at 12 deg/s, a second and a half, back at 45 deg/s, a second and away.
+        match t {
+            t if (1.0..10.0).contains(&t) => tilt = (tilt + 0.21 * DT).min(2.0),
+            t if (11.5..14.2).contains(&t) => tilt = (tilt - 0.78 * DT).max(0.0),
+            t if t > 15.0 => away += 0.25 * DT,
+            _ => {}
+        }
+        fluid.step(&[pose(tilt, away), Isometry3::identity()]);
+        if step % 5 == 0 {
+            // A few bits of a mixed counter, even on ±1; scaled to 0.3 g.
+            noise = noise.wrapping_mul(0x5851_F42D_4C95_7F2D).wrapping_add(0x1405_7B7E_F767_814F);
+            let even = (noise >> 40) as f64 / f64::from(1_u32 << 23) - 1.0;
+            let mass = fluid.volume_in(1) * 1e6 + 0.3 * 3.0_f64.sqrt() * even;
+            let inside = 77.0 - (30.0 + 1e3 * away);
+            writeln!(csv, "{t:.4},{:.3},{mass:.2},{inside:.2}", tilt.to_degrees()).unwrap();
+        }
+    }
+    Recording::read(&format!("pour {seed}"), &csv, None, &Map::default()).unwrap()
+}
+
+fn found(recordings: &[Recording]) -> Finding {
+    let scene = kitchen::scene();
+    let subject = Subject::Pours(&scene, &[]);
+    investigate(recordings, subject, &Options::default(), &mut |_, _| {}).unwrap().finding
+}
+
+fn number(finding: &Finding, effect: usize, name: &str) -> f64 {
+    let parameter = &finding.effects[effect].parameters[name];
+    match &parameter.value {
+        Value::Number(value) => *value,
+        Value::Vector(values) => panic!("{values:?}"),
+    }
+}
+
+#[test]
+fn nothing_is_missing_from_a_pour_that_is_as_declared() {
+    let finding = found(&[poured(150e-6, None, 1), poured(150e-6, None, 2)]);
+    assert_eq!(finding.verdict, Verdict::NothingMissing, "{:#?}", finding.effects);
+    // The power of the test: a film of a few millilitres would have been seen.
+    let film = finding.smallest_visible.iter().find(|v| v.name == "lip_dribble").unwrap();
+    assert!((0.5e-6..8e-6).contains(&film.least), "{}", film.least);
+}
+
+#[test]
+fn water_that_runs_on_from_the_lip_is_named_with_its_volume_and_delay() {
+    let dribble = Dribble { volume: 18e-6, delay: 1.2 };
+    let pours = [poured(150e-6, Some(dribble), 3), poured(150e-6, Some(dribble), 4)];
+    for recordings in [&pours[..], &pours[..1]] {
+        let finding = found(recordings);
+        assert_eq!(finding.verdict, Verdict::Named, "{:#?}", finding.effects);
+        let effect = &finding.effects[0];
+        assert_eq!((effect.name.as_str(), effect.at.as_str()), ("lip_dribble", "jar"));
+        let (volume, delay) = (1e6 * number(&finding, 0, "volume"), number(&finding, 0, "delay"));
+        assert!((volume - 18.0).abs() < 1.8, "{volume} mL");
+        assert!((delay - 1.2).abs() < 0.25, "{delay} s");
+        assert!(finding.gap.shrink_heldout > 0.9, "{:?}", finding.gap);
+        assert!(finding.model.added[0].starts_with("effect lip_dribble(jar) { "));
+    }
+}
+
+#[test]
+fn a_jar_that_held_more_than_declared_is_named() {
+    let finding = found(&[poured(200e-6, None, 5), poured(200e-6, None, 6)]);
+    assert_eq!(finding.verdict, Verdict::Named, "{:#?}", finding.effects);
+    assert_eq!(finding.effects[0].name, "liquid_volume");
+    let volume = 1e6 * number(&finding, 0, "volume");
+    assert!((volume - 200.0).abs() < 4.0, "{volume} mL");
+}
+
+#[test]
+fn a_pour_between_unknown_vessels_is_told() {
+    let mut recording = poured_quickly();
+    recording.sidecar.pour = Some(trueup::discovery::recording::sidecar::Vessels {
+        source: "jug".into(),
+        target: "cup".into(),
+        held_m3: None,
+    });
+    let scene = kitchen::scene();
+    let subject = Subject::Pours(&scene, &[]);
+    let options = Options::default();
+    let error = investigate(&[recording], subject, &options, &mut |_, _| {}).unwrap_err();
+    assert!(error.what.contains("`jug`") && error.help.contains("jar"), "{error:?}");
+}
+
+/// A recording that is a pour by its columns alone.
+fn poured_quickly() -> Recording {
+    let mut csv = "t[s],tilt[deg],mass[g]\n".to_owned();
+    for i in 0..50 {
+        writeln!(csv, "{},{i},0", f64::from(i) * 0.1).unwrap();
+    }
+    Recording::read("pour", &csv, None, &Map::default()).unwrap()
+}
