@@ -123,21 +123,21 @@ struct RawFrame {
     payload: Vec<u8>,
 }
 
-/// `Header` on the wire.
+/// `Header` on the wire, whose fields are `frame_info`, `message_info`, `service_info`, `payload_info`.
 #[derive(Clone, PartialEq, Message)]
 struct RawHeader {
     /// Version 31..28, kind 27..24, device 23..16, error 15..12, sub-code 11..0.
     #[prost(fixed32, tag = "1")]
-    frame_info: u32,
+    frame: u32,
     /// Session 31..16, message 15..0.
     #[prost(fixed32, tag = "2")]
-    message_info: u32,
+    message: u32,
     /// Version 31..28, service 27..16, function 15..0.
     #[prost(fixed32, tag = "3")]
-    service_info: u32,
+    service: u32,
     /// Length of the payload 23..0.
     #[prost(fixed32, tag = "4")]
-    payload_info: u32,
+    payload: u32,
 }
 
 impl Frame {
@@ -174,16 +174,14 @@ impl Frame {
         }
         let h = &self.header;
         let raw = RawHeader {
-            frame_info: VERSION << 28
+            frame: VERSION << 28
                 | (h.kind.number() & 0xF) << 24
                 | u32::from(h.device) << 16
                 | (u32::from(h.error) & 0xF) << 12
                 | u32::from(h.sub_error) & 0xFFF,
-            message_info: u32::from(h.session) << 16 | u32::from(h.message),
-            service_info: VERSION << 28
-                | (u32::from(h.service) & 0xFFF) << 16
-                | u32::from(h.function),
-            payload_info: self.payload.len() as u32,
+            message: u32::from(h.session) << 16 | u32::from(h.message),
+            service: VERSION << 28 | (u32::from(h.service) & 0xFFF) << 16 | u32::from(h.function),
+            payload: self.payload.len() as u32,
         };
         Ok(RawFrame { header: Some(raw), payload: self.payload.clone() }.encode_to_vec())
     }
@@ -212,24 +210,24 @@ impl Frame {
         let malformed = |what: &str| FrameError::Malformed(what.to_owned());
         let raw = RawFrame::decode(bytes).map_err(|error| malformed(&error.to_string()))?;
         let words = raw.header.ok_or_else(|| malformed("it has no header"))?;
-        for version in [words.frame_info >> 28, words.service_info >> 28] {
+        for version in [words.frame >> 28, words.service >> 28] {
             if version != VERSION {
                 return Err(FrameError::Version(version));
             }
         }
-        let announced = (words.payload_info & 0x00FF_FFFF) as usize;
+        let announced = (words.payload & 0x00FF_FFFF) as usize;
         if announced != raw.payload.len() {
             return Err(FrameError::Payload { announced, found: raw.payload.len() });
         }
         let header = Header {
-            kind: Kind::of((words.frame_info >> 24 & 0xF) as u8),
-            device: (words.frame_info >> 16) as u8,
-            error: (words.frame_info >> 12 & 0xF) as u8,
-            sub_error: (words.frame_info & 0xFFF) as u16,
-            session: (words.message_info >> 16) as u16,
-            message: words.message_info as u16,
-            service: (words.service_info >> 16 & 0xFFF) as u16,
-            function: words.service_info as u16,
+            kind: Kind::of((words.frame >> 24 & 0xF) as u8),
+            device: (words.frame >> 16) as u8,
+            error: (words.frame >> 12 & 0xF) as u8,
+            sub_error: (words.frame & 0xFFF) as u16,
+            session: (words.message >> 16) as u16,
+            message: words.message as u16,
+            service: (words.service >> 16 & 0xFFF) as u16,
+            function: words.service as u16,
         };
         Ok(Self { header, payload: raw.payload })
     }

@@ -9,3 +9,5 @@ pub mod frame;
 pub mod messages;
 pub mod refusal;
 pub mod degrees;
+pub mod clock;
+pub mod link;

@@ -1,4 +1,4 @@
-//! Service 3, BaseCyclic, with the interconnect and the gripper that ride along: one command and one feedback a cycle.
+//! Service 3, `BaseCyclic`, with the interconnect and the gripper that ride along: one command and one feedback a cycle.
 
 use super::common::ArmState;
 
@@ -168,13 +168,13 @@ pub struct InterconnectCommand {
     pub command_id: Option<InterconnectMessageId>,
     #[prost(fixed32, tag = "2")]
     pub flags: u32,
-    #[prost(oneof = "InterconnectCommandToolCommand", tags = "3")]
-    pub tool_command: Option<InterconnectCommandToolCommand>,
+    #[prost(oneof = "ToolCommand", tags = "3")]
+    pub tool_command: Option<ToolCommand>,
 }
 
 /// The one of `InterconnectCyclic.Command.tool_command` that is set.
 #[derive(Clone, PartialEq, prost::Oneof)]
-pub enum InterconnectCommandToolCommand {
+pub enum ToolCommand {
     #[prost(message, tag = "3")]
     GripperCommand(GripperCyclicCommand),
 }
@@ -212,13 +212,13 @@ pub struct InterconnectFeedback {
     pub warning_bank_a: u32,
     #[prost(fixed32, tag = "15")]
     pub warning_bank_b: u32,
-    #[prost(oneof = "InterconnectFeedbackToolFeedback", tags = "18")]
-    pub tool_feedback: Option<InterconnectFeedbackToolFeedback>,
+    #[prost(oneof = "ToolFeedback", tags = "18")]
+    pub tool_feedback: Option<ToolFeedback>,
 }
 
 /// The one of `InterconnectCyclic.Feedback.tool_feedback` that is set.
 #[derive(Clone, PartialEq, prost::Oneof)]
-pub enum InterconnectFeedbackToolFeedback {
+pub enum ToolFeedback {
     #[prost(message, tag = "18")]
     GripperFeedback(GripperCyclicFeedback),
 }
