@@ -35,10 +35,14 @@ const LAG: f64 = 0.05;
 pub enum Pace {
     /// With the wall's, or slower where the machine is.
     Real,
-    /// As fast as the machine can while something moves or someone waits on the arm's clock, else as
-    /// [`Self::Real`].
+    /// As fast as the machine can, up to twenty times the wall's, while something moves or someone waits on
+    /// the arm's clock; else as [`Self::Real`].
     Eager,
 }
+
+/// How many times as fast as the wall's an eager arm's time runs: faster, and what a client does in between
+/// would take the arm seconds.
+const EAGER: f64 = 20.0;
 
 /// Bytes and when they may be sent, s.
 type Queued = (f64, Vec<u8>);
@@ -165,11 +169,8 @@ pub(super) fn live(shared: &Shared, pace: Pace) {
         };
         shared.clock.set(time);
         let now = Wall.now();
-        if pace == Pace::Eager && (is_busy || shared.clock.is_awaited()) {
-            ahead_of = now;
-            continue;
-        }
-        ahead_of += TICK;
+        let is_eager = pace == Pace::Eager && (is_busy || shared.clock.is_awaited());
+        ahead_of += if is_eager { TICK / EAGER } else { TICK };
         if ahead_of > now {
             thread::sleep(Duration::from_secs_f64(ahead_of - now));
         } else if now - ahead_of > LAG {

@@ -2,6 +2,7 @@
 
 mod examples;
 mod rules;
+mod arm;
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,8 +1,8 @@
 //! A Kinova Gen3 over Kortex, the protocol its controller speaks: natively, without the vendor's library.
 //!
 //! From the wire upwards: [`frame`] and [`messages`] are bytes, [`rpc`] and [`refusal`] are names for
-//! numbers, [`degrees`] is where the wire's units end. What was tried on an arm and what only against the
-//! emulator is said in `docs/kortex.md`.
+//! numbers, [`degrees`] is where the wire's units end, [`link`] is a session, [`arm`] an arm like any other.
+//! What was tried on an arm and what only against the emulator is said in `docs/kortex.md`.
 
 pub mod rpc;
 pub mod frame;
@@ -11,3 +11,6 @@ pub mod refusal;
 pub mod degrees;
 pub mod clock;
 pub mod link;
+pub mod about;
+pub mod arm;
+mod waypoints;
