@@ -4,7 +4,7 @@
 //! spatial-temporal-causal And-Or graph ([`graph`]); pixels and joint readings become poses in a
 //! [`world`] ([`alignment`]); a goal becomes joints over time ([`motion`]), is tried in the [`twin`],
 //! and is carried out and recorded ([`execution`]) on an arm, which may be the embedded [`lab`];
-//! what came of it is judged ([`monitor`]). [`workcell`] wires the layers together, [`report`] words
+//! or a Gen3's controller, real or played by the [`emulator`]; what came of it is judged ([`monitor`]). [`workcell`] wires the layers together, [`report`] words
 //! what they say, [`repl`] and [`cli`] are the two doors.
 
 pub mod units;
@@ -17,6 +17,7 @@ pub mod motion;
 pub mod twin;
 pub mod lab;
 pub mod execution;
+pub mod emulator;
 pub mod monitor;
 pub mod discovery;
 pub mod workcell;

@@ -21,6 +21,8 @@ const LAYERS: &[(&str, &[&str])] = &[
         "execution",
         &["units", "fit", "language", "graph", "world", "alignment", "motion", "twin", "lab"],
     ),
+    // The other side of the real arm's wire; any arm that can be stepped may be behind it.
+    ("emulator", &["world", "motion", "execution"]),
     ("monitor", &["units", "language", "graph", "world", "alignment", "execution"]),
     // Sees recordings only: never `lab`, and of `execution` nothing yet.
     ("discovery", &["units", "fit", "language", "world", "motion", "twin", "execution"]),

@@ -14,6 +14,7 @@ mod fit;
 mod alignment;
 mod program;
 mod execution;
+mod emulator;
 mod monitor;
 mod discovery;
 mod workcell;

@@ -95,6 +95,14 @@ pub enum DeviceError {
     /// The device cannot be reached or refuses to work.
     #[error("{0}")]
     Unavailable(String),
+    /// The device cannot be reached or refuses, and what would help is known.
+    #[error("{what}")]
+    Refused {
+        /// What happened.
+        what: String,
+        /// What would help.
+        help: String,
+    },
 }
 
 /// A robot arm with a two-finger gripper.

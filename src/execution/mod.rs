@@ -18,3 +18,4 @@ pub mod ticked;
 pub mod twin_arm;
 pub mod lab_arm;
 pub mod walk;
+pub mod kortex;

@@ -3,6 +3,7 @@
 
 mod arm_fit;
 mod contract;
+mod kortex;
 mod limits;
 mod script;
 mod tape;

@@ -1,0 +1,388 @@
+//! Services 9, 10, 16 and 23: devices, actuators, limits and the tool.
+
+use std::collections::BTreeMap;
+
+use crate::execution::kortex::messages::common::{DeviceHandle, DeviceType, NotificationHandle};
+use crate::execution::kortex::messages::config::{
+    ActuatorMode, ActuatorModeInformation, BootloaderVersion, BrakeType, CartesianTransform,
+    CommandModeInformation, CompleteProductConfiguration, ControlModeInformation, DeviceHandles,
+    DeviceTypeInformation, EndEffectorType, FirmwareVersion, GravityVector, Ipv4Settings,
+    JointAccelerationSoftLimits, JointSpeedSoftLimits, KinematicLimits, KinematicLimitsList,
+    MacAddress, MassCenter, ModelId, ModelNumber, PartNumber, PartNumberRevision,
+    PayloadInformation, RunMode, SerialNumber, Servoing, ToolConfiguration, TwistAngularSoftLimit,
+    TwistLinearSoftLimit,
+};
+use crate::execution::kortex::messages::trajectory::TrajectoryErrorReport;
+use crate::execution::kortex::refusal;
+use crate::execution::kortex::rpc::{
+    actuator_config as actuator, control_config as control, device_config as device, device_manager,
+};
+use crate::motion::robot::Robot;
+
+use super::controller::{Answer, Ask, Controller, No, done, say};
+
+/// What the emulator calls its firmware.
+pub(super) const FIRMWARE: &str = "2.6.0-emulated";
+
+/// Control modes that have soft limits of their own: joystick, trajectories, admittances, waypoints.
+const MODES: [i32; 8] = [1, 2, 4, 5, 6, 7, 8, 12];
+
+/// What can be asked and set, and the last thing said against a trajectory.
+#[derive(Debug, Clone)]
+pub(super) struct Config {
+    hard: KinematicLimits,
+    soft: BTreeMap<i32, KinematicLimits>,
+    tool: ToolConfiguration,
+    payload: PayloadInformation,
+    gravity: GravityVector,
+    actuators: Vec<Actuator>,
+    pub(super) product: CompleteProductConfiguration,
+    pub(super) last_report: TrajectoryErrorReport,
+}
+
+/// One actuator's own settings.
+#[derive(Debug, Clone, Copy)]
+struct Actuator {
+    mode: ActuatorMode,
+    command_mode: i32,
+    is_servoing: bool,
+}
+
+fn default_tool() -> ToolConfiguration {
+    // Kinova's own for the Robotiq 2F-85: 0.925 kg, 120 mm along z; its centre from a public model.
+    ToolConfiguration {
+        tool_transform: Some(CartesianTransform { z: 0.120, ..CartesianTransform::default() }),
+        tool_mass: 0.925,
+        tool_mass_center: Some(MassCenter { z: 0.058, ..MassCenter::default() }),
+    }
+}
+
+const GRAVITY: GravityVector = GravityVector { x: 0.0, y: 0.0, z: -9.81 };
+
+impl Config {
+    /// Returns what an arm like this robot says of itself.
+    pub(super) fn of(robot: &Robot) -> Self {
+        let joints = robot.joints();
+        // 5.2 rad/s² and 10 rad/s²: the accelerations of which the vendor's planning limits are 95 %.
+        let hardest = |large: bool| if large { 5.2_f32 } else { 10.0 };
+        let large = |i: usize| i < joints.len().min(4);
+        let hard = KinematicLimits {
+            control_mode: 0,
+            twist_linear: 0.5,
+            twist_angular: 100.0,
+            joint_speed_limits: joints.iter().map(|j| j.velocity.to_degrees() as f32).collect(),
+            joint_acceleration_limits: (0..joints.len())
+                .map(|i| hardest(large(i)).to_degrees())
+                .collect(),
+        };
+        let actuator =
+            Actuator { mode: ActuatorMode::Position, command_mode: 0, is_servoing: true };
+        let product = CompleteProductConfiguration {
+            kin: "emulated".to_owned(),
+            model: ModelId::L53 as i32,
+            assembly_plant: "emulated".to_owned(),
+            model_year: "2026".to_owned(),
+            degree_of_freedom: joints.len() as u32,
+            base_type: 2,
+            end_effector_type: EndEffectorType::Robotiq2f85 as i32,
+            vision_module_type: 2,
+            interface_module_type: 2,
+            arm_laterality: 1,
+            wrist_type: 2,
+            brake_type: BrakeType::NotInstalled as i32,
+        };
+        Self {
+            soft: soft(&hard, 1.0),
+            hard,
+            tool: default_tool(),
+            payload: PayloadInformation::default(),
+            gravity: GRAVITY,
+            actuators: vec![actuator; joints.len()],
+            product,
+            last_report: TrajectoryErrorReport::default(),
+        }
+    }
+
+    /// Sets all soft limits to a share of the hard ones.
+    pub(super) fn soften(&mut self, share: f32) {
+        self.soft = soft(&self.hard, share);
+    }
+
+    /// Returns the soft limits of a control mode, or the hard ones where it has none.
+    pub(super) fn soft(&self, mode: i32) -> &KinematicLimits {
+        self.soft.get(&mode).unwrap_or(&self.hard)
+    }
+
+    /// Returns whether an actuator (from 0) is told positions.
+    pub(super) fn takes_positions(&self, joint: usize) -> bool {
+        self.actuators.get(joint).is_some_and(|actuator| actuator.mode == ActuatorMode::Position)
+    }
+
+    fn soft_mut(&mut self, mode: i32) -> Result<&mut KinematicLimits, No> {
+        let found = self.soft.get_mut(&mode);
+        found.ok_or_else(|| No::device(refusal::INVALID_PARAM, "no soft limits in this mode"))
+    }
+
+    /// Returns what stands at a device identifier: the base, actuators from 1, interconnect, gripper.
+    fn device(&self, identifier: u8) -> Result<DeviceType, No> {
+        let n = self.actuators.len() as u8;
+        match identifier {
+            0 => Ok(DeviceType::Base),
+            i if i <= n.min(4) => Ok(DeviceType::BigActuator),
+            i if i <= n => Ok(DeviceType::SmallActuator),
+            i if i == n + 1 => Ok(DeviceType::Interconnect),
+            i if i == n + 2 => Ok(DeviceType::Gripper),
+            _ => Err(No::device(refusal::INVALID_DEVICE, "no such device")),
+        }
+    }
+
+    fn devices(&self) -> DeviceHandles {
+        let handles = (0..=self.actuators.len() as u8 + 2).filter_map(|identifier| {
+            let device_type = self.device(identifier).ok()? as i32;
+            let identifier = u32::from(identifier);
+            Some(DeviceHandle { device_type, device_identifier: identifier, order: identifier })
+        });
+        DeviceHandles { device_handle: handles.collect() }
+    }
+
+    fn actuator(&mut self, identifier: u8) -> Result<&mut Actuator, No> {
+        let found = usize::from(identifier).checked_sub(1).and_then(|i| self.actuators.get_mut(i));
+        found.ok_or_else(|| No::device(refusal::INVALID_DEVICE, "not an actuator"))
+    }
+}
+
+fn soft(hard: &KinematicLimits, share: f32) -> BTreeMap<i32, KinematicLimits> {
+    let scaled = |list: &[f32]| list.iter().map(|limit| limit * share).collect();
+    MODES
+        .into_iter()
+        .map(|mode| {
+            let limits = KinematicLimits {
+                control_mode: mode,
+                twist_linear: hard.twist_linear * share,
+                twist_angular: hard.twist_angular * share,
+                joint_speed_limits: scaled(&hard.joint_speed_limits),
+                joint_acceleration_limits: scaled(&hard.joint_acceleration_limits),
+            };
+            (mode, limits)
+        })
+        .collect()
+}
+
+/// Returns limits that are positive and not above the hard ones.
+fn allowed(asked: &[f32], hard: &[f32]) -> Result<Vec<f32>, No> {
+    if asked.len() != hard.len() {
+        return Err(No::device(refusal::CONTROL_ACTUATOR_COUNT_MISMATCH, "wrong number of joints"));
+    }
+    for (&asked, &hard) in asked.iter().zip(hard) {
+        if asked > hard * 1.0001 {
+            return Err(No::device(refusal::VALUE_IS_ABOVE_MAXIMUM, "above the hard limit"));
+        }
+        if asked.is_nan() || asked <= 0.0 {
+            return Err(No::device(refusal::VALUE_IS_BELOW_MINIMUM, "not positive"));
+        }
+    }
+    Ok(asked.to_vec())
+}
+
+impl Controller {
+    pub(super) fn config_service(&mut self, ask: &Ask<'_>) -> Answer {
+        match ask.rpc.service {
+            9 => self.device_config(ask),
+            10 => self.actuator_config(ask),
+            16 if ask.rpc.name.contains("Limit") => self.limits_config(ask),
+            16 => self.control_config(ask),
+            _ if ask.rpc == device_manager::READ_ALL_DEVICES => say(&self.config.devices()),
+            _ => Err(No::protocol(refusal::UNSUPPORTED_METHOD, "not emulated")),
+        }
+    }
+
+    fn device_config(&mut self, ask: &Ask<'_>) -> Answer {
+        let kind = self.config.device(ask.device)?;
+        let name = format!("emulated-{kind:?}-{}", ask.device);
+        match ask.rpc {
+            device::GET_RUN_MODE => say(&RunMode::default()),
+            device::GET_DEVICE_TYPE => say(&DeviceTypeInformation { device_type: kind as i32 }),
+            device::GET_FIRMWARE_VERSION => say(&FirmwareVersion { firmware_version: 0x0206_0000 }),
+            device::GET_BOOTLOADER_VERSION => {
+                say(&BootloaderVersion { bootloader_version: 0x0100_0000 })
+            }
+            device::GET_MODEL_NUMBER => say(&ModelNumber { model_number: name }),
+            device::GET_PART_NUMBER => say(&PartNumber { part_number: name }),
+            device::GET_SERIAL_NUMBER => say(&SerialNumber { serial_number: name }),
+            // Locally administered, so it can be nobody's.
+            device::GET_MAC_ADDRESS => say(&MacAddress { mac_address: vec![2, 0, 0, 0, 0, 1] }),
+            device::GET_IPV4_SETTINGS => say(&Ipv4Settings {
+                ipv4_address: 0x7F00_0001,
+                ipv4_subnet_mask: 0xFF00_0000,
+                ipv4_default_gateway: 0x7F00_0001,
+            }),
+            device::GET_PART_NUMBER_REVISION => {
+                say(&PartNumberRevision { part_number_revision: "1".to_owned() })
+            }
+            device::CLEAR_ALL_SAFETY_STATUS => {
+                self.fault = None;
+                done()
+            }
+            topic @ device::ON_SAFETY_TOPIC => say(&NotificationHandle {
+                identifier: self.topics.subscribe(ask.session, ask.peer, topic),
+            }),
+            _ => Err(No::protocol(refusal::UNSUPPORTED_METHOD, "not emulated")),
+        }
+    }
+
+    fn actuator_config(&mut self, ask: &Ask<'_>) -> Answer {
+        if ask.rpc == actuator::CLEAR_FAULTS {
+            self.config.actuator(ask.device)?;
+            self.fault = None;
+            return done();
+        }
+        let one = self.config.actuator(ask.device)?;
+        match ask.rpc {
+            actuator::GET_CONTROL_MODE => {
+                say(&ActuatorModeInformation { control_mode: one.mode as i32 })
+            }
+            actuator::SET_CONTROL_MODE => {
+                let asked: ActuatorModeInformation = ask.read()?;
+                let mode = ActuatorMode::try_from(asked.control_mode);
+                one.mode = mode.map_err(|_| No::device(refusal::INVALID_PARAM, "no such mode"))?;
+                done()
+            }
+            actuator::GET_COMMAND_MODE => {
+                say(&CommandModeInformation { command_mode: one.command_mode })
+            }
+            actuator::SET_COMMAND_MODE => {
+                let asked: CommandModeInformation = ask.read()?;
+                one.command_mode = asked.command_mode;
+                done()
+            }
+            actuator::GET_SERVOING => say(&Servoing { enabled: one.is_servoing }),
+            actuator::SET_SERVOING => {
+                let asked: Servoing = ask.read()?;
+                one.is_servoing = asked.enabled;
+                done()
+            }
+            _ => Err(No::protocol(refusal::UNSUPPORTED_METHOD, "not emulated")),
+        }
+    }
+
+    fn control_config(&mut self, ask: &Ask<'_>) -> Answer {
+        let config = &mut self.config;
+        match ask.rpc {
+            control::GET_GRAVITY_VECTOR => say(&config.gravity),
+            control::SET_GRAVITY_VECTOR => {
+                config.gravity = ask.read()?;
+                done()
+            }
+            control::RESET_GRAVITY_VECTOR => {
+                config.gravity = GRAVITY;
+                say(&config.gravity)
+            }
+            control::GET_PAYLOAD_INFORMATION => say(&config.payload),
+            control::SET_PAYLOAD_INFORMATION => {
+                config.payload = ask.read()?;
+                done()
+            }
+            control::RESET_PAYLOAD_INFORMATION => {
+                config.payload = PayloadInformation::default();
+                say(&config.payload)
+            }
+            control::GET_TOOL_CONFIGURATION => say(&config.tool),
+            control::SET_TOOL_CONFIGURATION => {
+                config.tool = ask.read()?;
+                done()
+            }
+            control::RESET_TOOL_CONFIGURATION => {
+                config.tool = default_tool();
+                say(&config.tool)
+            }
+            control::GET_CONTROL_MODE => {
+                let mode = if self.is_moving() { 4 } else { 13 };
+                say(&ControlModeInformation { control_mode: mode })
+            }
+            control::UNSUBSCRIBE => {
+                let handle: NotificationHandle = ask.read()?;
+                self.topics.unsubscribe(ask.session, handle.identifier)?;
+                done()
+            }
+            topic @ (control::ON_CONTROL_CONFIGURATION_TOPIC | control::ON_CONTROL_MODE_TOPIC) => {
+                say(&NotificationHandle {
+                    identifier: self.topics.subscribe(ask.session, ask.peer, topic),
+                })
+            }
+            _ => Err(No::protocol(refusal::UNSUPPORTED_METHOD, "not emulated")),
+        }
+    }
+
+    fn limits_config(&mut self, ask: &Ask<'_>) -> Answer {
+        let config = &mut self.config;
+        let hard = config.hard.clone();
+        match ask.rpc {
+            control::GET_KINEMATIC_HARD_LIMITS => say(&hard),
+            control::GET_KINEMATIC_SOFT_LIMITS => {
+                let asked: ControlModeInformation = ask.read()?;
+                say(config.soft_mut(asked.control_mode)?)
+            }
+            control::GET_ALL_KINEMATIC_SOFT_LIMITS => say(&KinematicLimitsList {
+                kinematic_limits_list: config.soft.values().cloned().collect(),
+            }),
+            control::SET_JOINT_SPEED_SOFT_LIMITS => {
+                let asked: JointSpeedSoftLimits = ask.read()?;
+                let list = allowed(&asked.joint_speed_soft_limits, &hard.joint_speed_limits)?;
+                config.soft_mut(asked.control_mode)?.joint_speed_limits = list;
+                done()
+            }
+            control::SET_JOINT_ACCELERATION_SOFT_LIMITS => {
+                let asked: JointAccelerationSoftLimits = ask.read()?;
+                let most = &hard.joint_acceleration_limits;
+                let list = allowed(&asked.joint_acceleration_soft_limits, most)?;
+                config.soft_mut(asked.control_mode)?.joint_acceleration_limits = list;
+                done()
+            }
+            control::SET_TWIST_LINEAR_SOFT_LIMIT => {
+                let asked: TwistLinearSoftLimit = ask.read()?;
+                let one = allowed(&[asked.twist_linear_soft_limit], &[hard.twist_linear])?;
+                config.soft_mut(asked.control_mode)?.twist_linear = one[0];
+                done()
+            }
+            control::SET_TWIST_ANGULAR_SOFT_LIMIT => {
+                let asked: TwistAngularSoftLimit = ask.read()?;
+                let one = allowed(&[asked.twist_angular_soft_limit], &[hard.twist_angular])?;
+                config.soft_mut(asked.control_mode)?.twist_angular = one[0];
+                done()
+            }
+            control::RESET_JOINT_SPEED_SOFT_LIMITS => {
+                let asked: ControlModeInformation = ask.read()?;
+                let control_mode = asked.control_mode;
+                let limits = config.soft_mut(control_mode)?;
+                limits.joint_speed_limits = hard.joint_speed_limits;
+                let joint_speed_soft_limits = limits.joint_speed_limits.clone();
+                say(&JointSpeedSoftLimits { control_mode, joint_speed_soft_limits })
+            }
+            control::RESET_JOINT_ACCELERATION_SOFT_LIMITS => {
+                let asked: ControlModeInformation = ask.read()?;
+                let control_mode = asked.control_mode;
+                let limits = config.soft_mut(control_mode)?;
+                limits.joint_acceleration_limits = hard.joint_acceleration_limits;
+                let joint_acceleration_soft_limits = limits.joint_acceleration_limits.clone();
+                say(&JointAccelerationSoftLimits { control_mode, joint_acceleration_soft_limits })
+            }
+            control::RESET_TWIST_LINEAR_SOFT_LIMIT => {
+                let asked: ControlModeInformation = ask.read()?;
+                let control_mode = asked.control_mode;
+                let limits = config.soft_mut(control_mode)?;
+                limits.twist_linear = hard.twist_linear;
+                let twist_linear_soft_limit = limits.twist_linear;
+                say(&TwistLinearSoftLimit { control_mode, twist_linear_soft_limit })
+            }
+            control::RESET_TWIST_ANGULAR_SOFT_LIMIT => {
+                let asked: ControlModeInformation = ask.read()?;
+                let control_mode = asked.control_mode;
+                let limits = config.soft_mut(control_mode)?;
+                limits.twist_angular = hard.twist_angular;
+                let twist_angular_soft_limit = limits.twist_angular;
+                say(&TwistAngularSoftLimit { control_mode, twist_angular_soft_limit })
+            }
+            _ => Err(No::protocol(refusal::UNSUPPORTED_METHOD, "not emulated")),
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! Service 3, `BaseCyclic`: one feedback a call, and in low-level servoing one command a cycle.
+//!
+//! Currents, voltages and temperatures are constants; the wrench is not estimated. The torque's sign is the
+//! wire's: opposite to the way the joint is driven (the vendor's torque example).
+
+use crate::execution::kortex::degrees;
+use crate::execution::kortex::messages::base::ServoingMode;
+use crate::execution::kortex::messages::cyclic::{
+    ActuatorFeedback, BaseFeedback, Command, Feedback, GripperCyclicFeedback, InterconnectFeedback,
+    MotorCommand, MotorFeedback, ToolCommand, ToolFeedback,
+};
+use crate::execution::kortex::refusal;
+use crate::execution::kortex::rpc::base_cyclic as call;
+
+use super::controller::{Answer, Ask, Controller, Fault, No, done, say};
+use super::paths::wire_pose;
+use super::servo::{FINGER_SPEED, TICK};
+
+/// Low-level servoing is left when no command comes for so long, s. The arm's own time is not published.
+const STARVED: f64 = 0.1;
+/// As [`STARVED`], for the first command after the mode was set, s.
+const FIRST: f64 = 2.0;
+
+/// `ActuatorCyclic.StatusFlags`: position control is on, and calibrated.
+const SERVOING: u32 = 2048;
+/// `ActuatorConfig.SafetyIdentifierBankA.FOLLOWING_ERROR`.
+const FOLLOWING_ERROR: u32 = 1;
+/// `Base.SafetyIdentifier`: a joint is in fault; the emergency stop is active.
+const JOINT_FAULT: u32 = 16;
+const EMERGENCY_STOP_ACTIVATED: u32 = 8_388_608;
+/// `GripperConfig.RobotiqGripperStatusFlags`: ready, holding something, where it was sent.
+const INITIALIZED: u32 = 1;
+const OBJECT_DETECTED: u32 = 2;
+const POS_REACHED: u32 = 4;
+
+/// The stream of low-level commands.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Stream {
+    /// Until when the next command must come, s.
+    until: f64,
+    /// The last frame's number, and how many were taken.
+    last: Option<u32>,
+    /// How many commands came in low-level servoing.
+    pub(super) taken: u64,
+    /// How many of them were older than the one before, and were passed over.
+    pub(super) late: u64,
+    /// How many times the arm left low-level servoing because nothing came.
+    pub(super) starved: u64,
+}
+
+impl Stream {
+    /// Expects the first command from now on, s.
+    pub(super) fn expect(&mut self, now: f64) {
+        self.until = now + FIRST;
+        self.last = None;
+    }
+
+    /// Takes a frame's number; false if a newer one was taken already.
+    fn is_new(&mut self, frame: u32, now: f64) -> bool {
+        self.until = now + STARVED;
+        self.taken += 1;
+        // Numbers run to 65535 and begin again: half a turn back is old, half a turn ahead is new.
+        let is_new = self.last.is_none_or(|last| {
+            let ahead = frame.wrapping_sub(last) & 0xFFFF;
+            ahead != 0 && ahead < 0x8000
+        });
+        if is_new {
+            self.last = Some(frame);
+        } else {
+            self.late += 1;
+        }
+        is_new
+    }
+}
+
+impl Controller {
+    pub(super) fn cyclic_service(&mut self, ask: &Ask<'_>) -> Answer {
+        match ask.rpc {
+            call::REFRESH_FEEDBACK => say(&self.feedback(0)),
+            call::REFRESH => {
+                let command: Command = ask.read()?;
+                self.refresh(&command, ask.now)?;
+                say(&self.feedback(command.frame_id))
+            }
+            _ => {
+                let command: Command = ask.read()?;
+                self.refresh(&command, ask.now)?;
+                done()
+            }
+        }
+    }
+
+    fn refresh(&mut self, command: &Command, now: f64) -> Result<(), No> {
+        if self.mode != ServoingMode::LowLevel {
+            let word = "must be low level servoing mode";
+            return Err(No::device(refusal::WRONG_SERVOING_MODE, word));
+        }
+        let n = self.robot.n_joints();
+        if command.actuators.len() != n {
+            let word = "one command for every actuator";
+            return Err(No::device(refusal::CONTROL_ACTUATOR_COUNT_MISMATCH, word));
+        }
+        if !command.actuators.iter().all(|actuator| actuator.position.is_finite()) {
+            return Err(No::device(refusal::INVALID_PARAM, "not a number"));
+        }
+        if !self.stream.is_new(command.frame_id, now) {
+            return Ok(());
+        }
+        self.sessions.keep(now);
+        let sent = command.actuators.iter().zip(&self.servo.q_cmd).enumerate();
+        let q = sent.map(|(joint, (actuator, &near))| {
+            // Torque and speed are not simulated: such a joint holds where it was.
+            if self.config.takes_positions(joint) {
+                degrees::from_wire(actuator.position, near)
+            } else {
+                near
+            }
+        });
+        let q: Vec<f64> = q.collect();
+        self.servo.stream(q);
+        let gripper = command.interconnect.as_ref().and_then(|all| all.tool_command.as_ref());
+        if let Some(ToolCommand::GripperCommand(gripper)) = gripper
+            && let Some(motor) = gripper.motor_cmd.first()
+        {
+            self.move_fingers(motor)?;
+        }
+        Ok(())
+    }
+
+    fn move_fingers(&mut self, motor: &MotorCommand) -> Result<(), No> {
+        let speed = f64::from(motor.velocity.abs().min(100.0)) / 100.0 * FINGER_SPEED;
+        if !motor.position.is_finite() || speed <= 0.0 {
+            return Ok(());
+        }
+        let share = f64::from(motor.position.clamp(0.0, 100.0)) / 100.0;
+        let opening = (1.0 - share) * self.robot.max_opening();
+        // Sent every cycle; only another goal is news.
+        if self.servo.is_aimed_at(opening) {
+            return Ok(());
+        }
+        let sent = self.servo.aim(opening, speed);
+        sent.map_err(|error| No::device(refusal::METHOD_FAILED, &error.to_string()))
+    }
+
+    /// Leaves low-level servoing when commands stopped coming.
+    pub(super) fn leave_low_level_when_starved(&mut self, now: f64) {
+        if self.mode == ServoingMode::LowLevel && now > self.stream.until {
+            self.stream.starved += 1;
+            self.set_mode(ServoingMode::SingleLevel);
+        }
+    }
+
+    /// Returns what the arm says of itself.
+    pub(super) fn feedback(&self, frame_id: u32) -> Feedback {
+        let report = &self.servo.report;
+        let actuators = (0..report.q.len()).map(|i| ActuatorFeedback {
+            command_id: frame_id,
+            status_flags: SERVOING,
+            jitter_comm: (TICK * 1e6) as u32,
+            position: degrees::to_wire(report.q[i]),
+            velocity: report.dq[i].to_degrees() as f32,
+            torque: -report.tau[i] as f32,
+            voltage: 24.0,
+            temperature_motor: 35.0,
+            temperature_core: 40.0,
+            fault_bank_a: if self.fault == Some(Fault::Following(i)) { FOLLOWING_ERROR } else { 0 },
+            ..ActuatorFeedback::default()
+        });
+        Feedback {
+            frame_id,
+            base: Some(self.base_feedback()),
+            actuators: actuators.collect(),
+            interconnect: Some(self.interconnect_feedback()),
+        }
+    }
+
+    fn base_feedback(&self) -> BaseFeedback {
+        let tool = wire_pose(&self.tool());
+        let sent = self.robot.forward_tool(&self.servo.q_cmd);
+        let sent = sent.map_or_else(|_| tool.clone(), |pose| wire_pose(pose.isometry()));
+        let twist = self.robot.jacobian(&self.servo.report.q).map(|jacobian| {
+            let dq = nalgebra::DVector::from_column_slice(&self.servo.report.dq);
+            jacobian * dq
+        });
+        let twist = twist.unwrap_or_else(|_| nalgebra::Vector6::zeros());
+        let holder = self.sessions.holder().map_or(0, |session| u32::from(session.id));
+        BaseFeedback {
+            active_state_connection_identifier: holder,
+            active_state: self.arm_state() as i32,
+            arm_voltage: 24.0,
+            arm_current: 1.0,
+            temperature_cpu: 45.0,
+            temperature_ambient: 25.0,
+            imu_acceleration_z: 9.81,
+            tool_pose_x: tool.x,
+            tool_pose_y: tool.y,
+            tool_pose_z: tool.z,
+            tool_pose_theta_x: tool.theta_x,
+            tool_pose_theta_y: tool.theta_y,
+            tool_pose_theta_z: tool.theta_z,
+            tool_twist_linear_x: twist[0] as f32,
+            tool_twist_linear_y: twist[1] as f32,
+            tool_twist_linear_z: twist[2] as f32,
+            tool_twist_angular_x: twist[3].to_degrees() as f32,
+            tool_twist_angular_y: twist[4].to_degrees() as f32,
+            tool_twist_angular_z: twist[5].to_degrees() as f32,
+            fault_bank_a: match self.fault {
+                None => 0,
+                Some(Fault::EmergencyStop) => EMERGENCY_STOP_ACTIVATED,
+                Some(_) => JOINT_FAULT,
+            },
+            commanded_tool_pose_x: sent.x,
+            commanded_tool_pose_y: sent.y,
+            commanded_tool_pose_z: sent.z,
+            commanded_tool_pose_theta_x: sent.theta_x,
+            commanded_tool_pose_theta_y: sent.theta_y,
+            commanded_tool_pose_theta_z: sent.theta_z,
+            ..BaseFeedback::default()
+        }
+    }
+
+    fn interconnect_feedback(&self) -> InterconnectFeedback {
+        let opening = self.servo.report.opening;
+        let closed = 1.0 - (opening / self.robot.max_opening()).clamp(0.0, 1.0);
+        let motor = MotorFeedback {
+            motor_id: 1,
+            position: (closed * 100.0) as f32,
+            velocity: (self.servo.finger_speed() / FINGER_SPEED * 100.0) as f32,
+            voltage: 24.0,
+            temperature_motor: 30.0,
+            ..MotorFeedback::default()
+        };
+        let status_flags = match (self.servo.finger_speed() > 0.0, self.servo.is_stalled()) {
+            (true, _) => INITIALIZED,
+            (false, true) => INITIALIZED | OBJECT_DETECTED,
+            (false, false) => INITIALIZED | POS_REACHED,
+        };
+        let gripper = GripperCyclicFeedback {
+            status_flags,
+            motor: vec![motor],
+            ..GripperCyclicFeedback::default()
+        };
+        InterconnectFeedback {
+            voltage: 24.0,
+            temperature_core: 35.0,
+            tool_feedback: Some(ToolFeedback::GripperFeedback(gripper)),
+            ..InterconnectFeedback::default()
+        }
+    }
+}

@@ -1,0 +1,422 @@
+//! The calls of `Base` that move something: actions, paths, speeds, twists, fingers.
+
+use nalgebra::{Isometry3, Vector6};
+
+use crate::execution::kortex::degrees;
+use crate::execution::kortex::messages::base::{
+    Action, ActionEvent, ActionHandle, ActionParameters, ActionType, ServoingMode,
+    ServoingModeInformation,
+};
+use crate::execution::kortex::messages::motion::{
+    CartesianConstraint, CartesianTrajectoryConstraint, ConstrainedJointAngle,
+    ConstrainedJointAngles, ConstrainedOrientation, ConstrainedPose, ConstrainedPosition,
+    GripperCommand, GripperMode, JointSpeeds, JointTrajectoryConstraint,
+    JointTrajectoryConstraintType, Pose as WirePose, TwistCommand,
+};
+use crate::execution::kortex::messages::trajectory::{
+    PreComputedJointTrajectory, TrajectoryErrorElement, TrajectoryErrorReport, WaypointList,
+    WaypointValidationReport,
+};
+use crate::execution::kortex::refusal;
+use crate::motion::trajectory::Trajectory;
+
+use super::actions::action_type;
+use super::controller::{Answer, Ask, Controller, Fault, No, done, say};
+use super::paths::{Pace, Planner, Timed, tool_pose, wire_pose};
+use super::servo::FINGER_SPEED;
+
+impl Controller {
+    pub(super) fn execute_stored(&mut self, ask: &Ask<'_>, handle: &ActionHandle) -> Answer {
+        let action = self.actions.find(handle.identifier)?.clone();
+        let handle = action.handle.clone();
+        self.execute(ask, action, handle)
+    }
+
+    pub(super) fn execute(
+        &mut self,
+        ask: &Ask<'_>,
+        action: Action,
+        handle: Option<ActionHandle>,
+    ) -> Answer {
+        let Some(parameters) = action.parameters else {
+            return Err(No::device(refusal::UNSUPPORTED_ACTION, "unsupported action"));
+        };
+        let kind = action_type(&parameters);
+        match parameters {
+            ActionParameters::ReachPose(goal) => self.reach_pose(ask, &goal, handle),
+            ActionParameters::ReachJointAngles(goal) => self.reach_joints(ask, &goal, handle),
+            ActionParameters::ExecuteWaypointList(list) => {
+                self.follow_waypoints(ask, &list, handle)
+            }
+            ActionParameters::PlayPreComputedTrajectory(path) => self.play(ask, &path, handle),
+            ActionParameters::SendTwistCommand(twist) => self.keep_twist(ask, &twist),
+            ActionParameters::SendJointSpeeds(speeds) => self.keep_speeds(ask, &speeds),
+            ActionParameters::ExecuteAction(handle) => self.execute_stored(ask, &handle),
+            ActionParameters::SendGripperCommand(command) => {
+                self.may_command(ask)?;
+                self.must_rest()?;
+                self.grip(&command)?;
+                self.begin(ask, kind, handle);
+                done()
+            }
+            ActionParameters::Delay(delay) => {
+                self.may_command(ask)?;
+                self.must_rest()?;
+                self.begin(ask, ActionType::TimeDelay, handle);
+                self.servo.wait(f64::from(delay.duration));
+                done()
+            }
+            ActionParameters::StopAction(()) => {
+                self.stop_all(refusal::CONTROL_MANUAL_STOP);
+                done()
+            }
+            ActionParameters::ApplyEmergencyStop(()) => {
+                self.fail(Fault::EmergencyStop);
+                done()
+            }
+            ActionParameters::ClearFaults(()) => {
+                self.fault = None;
+                done()
+            }
+        }
+    }
+
+    pub(super) fn pause(&mut self, is_paused: bool) -> Answer {
+        if !self.actions.is_running() || !self.servo.pause(is_paused) {
+            return Err(No::device(refusal::CONTROL_NO_ACTION, "no action in progress"));
+        }
+        if is_paused {
+            self.tell_action(ActionEvent::Pause, 0, Vec::new());
+        }
+        done()
+    }
+
+    fn planner<'a>(&'a self, mode: i32, from: &'a [f64]) -> Planner<'a> {
+        Planner { robot: &self.robot, soft: self.config.soft(mode), from }
+    }
+
+    /// Plans from where the joints were last sent, under the limits of a control mode.
+    fn plan<T>(&self, mode: i32, plan: impl FnOnce(&Planner<'_>) -> T) -> T {
+        let from = self.servo.q_cmd.clone();
+        plan(&self.planner(mode, &from))
+    }
+
+    pub(super) fn reach_joints(
+        &mut self,
+        ask: &Ask<'_>,
+        goal: &ConstrainedJointAngles,
+        handle: Option<ActionHandle>,
+    ) -> Answer {
+        self.may_command(ask)?;
+        self.must_rest()?;
+        let mut angles: Vec<f32> = self.servo.q_cmd.iter().map(|&q| degrees::to_wire(q)).collect();
+        let asked = goal.joint_angles.as_ref().map_or(&[][..], |list| &list.joint_angles[..]);
+        if asked.len() != angles.len() {
+            return Err(No::device(
+                refusal::CONTROL_ACTUATOR_COUNT_MISMATCH,
+                "wrong number of joints",
+            ));
+        }
+        for angle in asked {
+            *self.one_of(&mut angles, angle.joint_identifier)? = angle.value;
+        }
+        self.go_to(ask, &angles, goal.constraint.as_ref(), handle)
+    }
+
+    pub(super) fn reach_one_joint(
+        &mut self,
+        ask: &Ask<'_>,
+        goal: &ConstrainedJointAngle,
+    ) -> Answer {
+        self.may_command(ask)?;
+        self.must_rest()?;
+        let mut angles: Vec<f32> = self.servo.q_cmd.iter().map(|&q| degrees::to_wire(q)).collect();
+        *self.one_of(&mut angles, goal.joint_identifier)? = goal.value;
+        self.go_to(ask, &angles, goal.constraint.as_ref(), None)
+    }
+
+    fn one_of<'a>(&self, list: &'a mut [f32], joint: u32) -> Result<&'a mut f32, No> {
+        let n = self.robot.n_joints();
+        let found = list.get_mut(joint as usize);
+        found.ok_or_else(|| {
+            No::device(refusal::INVALID_PARAM, &format!("joints are 0 to {}", n - 1))
+        })
+    }
+
+    fn go_to(
+        &mut self,
+        ask: &Ask<'_>,
+        angles: &[f32],
+        constraint: Option<&JointTrajectoryConstraint>,
+        handle: Option<ActionHandle>,
+    ) -> Answer {
+        let pace = constraint.map_or(Pace::Any, |constraint| {
+            let value = f64::from(constraint.value);
+            match JointTrajectoryConstraintType::try_from(constraint.r#type) {
+                Ok(JointTrajectoryConstraintType::Duration) if value > 0.0 => Pace::Duration(value),
+                Ok(JointTrajectoryConstraintType::Speed) if value > 0.0 => {
+                    Pace::JointSpeed(value.to_radians())
+                }
+                _ => Pace::Any,
+            }
+        });
+        let planned = self.plan(4, |planner| planner.joints(angles, pace));
+        let trajectory =
+            planned.map_err(|why| No::device(refusal::CONTROL_JOINT_POSITION_LIMIT, &why))?;
+        self.begin_path(ask, ActionType::ReachJointAngles, handle, trajectory, Vec::new());
+        done()
+    }
+
+    pub(super) fn reach_pose(
+        &mut self,
+        ask: &Ask<'_>,
+        goal: &ConstrainedPose,
+        handle: Option<ActionHandle>,
+    ) -> Answer {
+        let pose = goal.target_pose.as_ref().and_then(tool_pose);
+        let pose = pose.ok_or_else(|| No::device(refusal::INVALID_PARAM, "no target pose"))?;
+        self.go_along(ask, &pose, goal.constraint.as_ref(), handle)
+    }
+
+    pub(super) fn reach_position(&mut self, ask: &Ask<'_>, goal: &ConstrainedPosition) -> Answer {
+        let position = goal.target_position.clone().unwrap_or_default();
+        let now = wire_pose(&self.tool());
+        let there = WirePose { x: position.x, y: position.y, z: position.z, ..now };
+        let goal =
+            ConstrainedPose { target_pose: Some(there), constraint: goal.constraint.clone() };
+        self.reach_pose(ask, &goal, None)
+    }
+
+    pub(super) fn reach_orientation(
+        &mut self,
+        ask: &Ask<'_>,
+        goal: &ConstrainedOrientation,
+    ) -> Answer {
+        let turn = goal.target_orientation.clone().unwrap_or_default();
+        let now = wire_pose(&self.tool());
+        let there =
+            WirePose { theta_x: turn.theta_x, theta_y: turn.theta_y, theta_z: turn.theta_z, ..now };
+        let goal =
+            ConstrainedPose { target_pose: Some(there), constraint: goal.constraint.clone() };
+        self.reach_pose(ask, &goal, None)
+    }
+
+    fn go_along(
+        &mut self,
+        ask: &Ask<'_>,
+        pose: &Isometry3<f64>,
+        constraint: Option<&CartesianTrajectoryConstraint>,
+        handle: Option<ActionHandle>,
+    ) -> Answer {
+        self.may_command(ask)?;
+        self.must_rest()?;
+        let soft = self.config.soft(5);
+        let most = (f64::from(soft.twist_linear), f64::from(soft.twist_angular).to_radians());
+        let pace = match constraint.and_then(|constraint| constraint.kind.as_ref()) {
+            Some(CartesianConstraint::Duration(seconds)) if *seconds > 0.0 => {
+                Pace::Duration(f64::from(*seconds))
+            }
+            Some(CartesianConstraint::Speed(speed)) => {
+                let linear = f64::from(speed.translation);
+                let angular = f64::from(speed.orientation).to_radians();
+                let or = |value: f64, most: f64| if value > 0.0 { value.min(most) } else { most };
+                Pace::Speed(or(linear, most.0), or(angular, most.1))
+            }
+            _ => Pace::Speed(most.0, most.1),
+        };
+        let trajectory = self
+            .plan(5, |planner| planner.line(pose, pace))
+            .map_err(|why| No::device(refusal::CONTROL_OUTSIDE_WORKSPACE, &why))?;
+        self.begin_path(ask, ActionType::ReachPose, handle, trajectory, Vec::new());
+        done()
+    }
+
+    /// Checks a list of waypoints and remembers what is wrong with it.
+    fn waypoints(&mut self, list: &WaypointList) -> Result<Timed, Vec<TrajectoryErrorElement>> {
+        let mut planned = self.plan(4, |planner| planner.waypoints(list));
+        if let Some(error) = self.chance.refuses(list) {
+            planned = Err(vec![error]);
+        }
+        self.config.last_report = TrajectoryErrorReport {
+            trajectory_error_elements: planned.as_ref().err().cloned().unwrap_or_default(),
+        };
+        planned
+    }
+
+    pub(super) fn validate(&mut self, list: &WaypointList) -> Answer {
+        let valid = self.waypoints(list).is_ok();
+        say(&WaypointValidationReport {
+            trajectory_error_report: Some(self.config.last_report.clone()),
+            optimal_waypoint_list: (valid && list.use_optimal_blending).then(|| list.clone()),
+        })
+    }
+
+    pub(super) fn follow_waypoints(
+        &mut self,
+        ask: &Ask<'_>,
+        list: &WaypointList,
+        handle: Option<ActionHandle>,
+    ) -> Answer {
+        self.may_command(ask)?;
+        self.must_rest()?;
+        let kind = ActionType::ExecuteWaypointList;
+        match self.waypoints(list) {
+            Ok((trajectory, marks)) => self.begin_path(ask, kind, handle, trajectory, marks),
+            // The call is taken; that the path is not, is told by the action.
+            Err(_) => {
+                self.begin_nothing(ask, kind, handle);
+            }
+        }
+        done()
+    }
+
+    /// Tells of an action that was given up before it began.
+    fn begin_nothing(&mut self, ask: &Ask<'_>, kind: ActionType, handle: Option<ActionHandle>) {
+        self.begin(ask, kind, handle);
+        self.tell_action(ActionEvent::PreprocessAbort, refusal::METHOD_FAILED, Vec::new());
+        self.abort_action(refusal::CONTROL_WAYPOINT_TRAJECTORY_ABORTED);
+    }
+
+    pub(super) fn play(
+        &mut self,
+        ask: &Ask<'_>,
+        path: &PreComputedJointTrajectory,
+        handle: Option<ActionHandle>,
+    ) -> Answer {
+        self.may_command(ask)?;
+        self.must_rest()?;
+        let trajectory = self.pre_computed(path)?;
+        self.begin_path(ask, ActionType::PlayPreComputedTrajectory, handle, trajectory, Vec::new());
+        done()
+    }
+
+    fn pre_computed(&self, path: &PreComputedJointTrajectory) -> Result<Trajectory, No> {
+        let elements = &path.trajectory_elements;
+        if elements.len() < 2 || elements.len() > 100_000 {
+            return Err(No::device(refusal::CONTROL_LARGE_SIZE, "2 to 100000 points are allowed"));
+        }
+        let n = self.robot.n_joints();
+        let mut times = Vec::with_capacity(elements.len());
+        let mut points: Vec<Vec<f64>> = Vec::with_capacity(elements.len());
+        for (at, element) in elements.iter().enumerate() {
+            if element.joint_angles.len() != n {
+                let sub_code = refusal::CONTROL_ACTUATOR_COUNT_MISMATCH;
+                return Err(No::device(sub_code, "wrong number of joints"));
+            }
+            let time = f64::from(element.time_from_start);
+            if (time - at as f64 * 1e-3).abs() > 2e-4 + time * 1e-6 {
+                return Err(No::device(
+                    refusal::CONTROL_INVALID_TIME_STEP,
+                    "points are 1 ms apart",
+                ));
+            }
+            let near = points.last().unwrap_or(&self.servo.q_cmd);
+            let angles = element.joint_angles.iter().zip(near);
+            points.push(angles.map(|(&angle, &near)| degrees::from_wire(angle, near)).collect());
+            // The index is exact where an f32 of seconds is not.
+            times.push(at as f64 * 1e-3);
+        }
+        let off = points[0].iter().zip(&self.servo.q_cmd).map(|(a, b)| (a - b).abs());
+        if off.fold(0.0, f64::max) > 1.0_f64.to_radians() {
+            let word = "the first point is not where the arm is";
+            return Err(No::device(refusal::CONTROL_WRONG_STARTING_POINT, word));
+        }
+        points[0].clone_from(&self.servo.q_cmd);
+        Trajectory::from_points(&times, &points)
+            .map_err(|error| No::device(refusal::INVALID_PARAM, &error.to_string()))
+    }
+
+    pub(super) fn keep_speeds(&mut self, ask: &Ask<'_>, asked: &JointSpeeds) -> Answer {
+        self.may_command(ask)?;
+        if self.actions.is_running() {
+            return Err(No::device(
+                refusal::ROBOT_MOVEMENT_IN_PROGRESS,
+                "an action is in progress",
+            ));
+        }
+        let mut speeds = vec![0.0_f32; self.robot.n_joints()];
+        for speed in &asked.joint_speeds {
+            *self.one_of(&mut speeds, speed.joint_identifier)? = speed.value;
+        }
+        if !speeds.iter().all(|speed| speed.is_finite()) {
+            return Err(No::device(refusal::INVALID_PARAM, "not a number"));
+        }
+        let most = &self.config.soft(1).joint_speed_limits;
+        let speeds = speeds.iter().zip(most);
+        let speeds = speeds.map(|(v, most)| f64::from(v.clamp(-most, *most)).to_radians());
+        self.servo.keep_speeds(speeds.collect());
+        done()
+    }
+
+    pub(super) fn keep_twist(&mut self, ask: &Ask<'_>, asked: &TwistCommand) -> Answer {
+        self.may_command(ask)?;
+        if self.actions.is_running() {
+            return Err(No::device(
+                refusal::ROBOT_MOVEMENT_IN_PROGRESS,
+                "an action is in progress",
+            ));
+        }
+        let twist = asked.twist.clone().unwrap_or_default();
+        let linear = [twist.linear_x, twist.linear_y, twist.linear_z].map(f64::from);
+        let angular = [twist.angular_x, twist.angular_y, twist.angular_z]
+            .map(|degrees| f64::from(degrees).to_radians());
+        if !linear.iter().chain(&angular).all(|speed| speed.is_finite()) {
+            return Err(No::device(refusal::INVALID_PARAM, "not a number"));
+        }
+        let twist = Vector6::from_iterator(linear.into_iter().chain(angular));
+        // 2 is the tool's frame; mixed and base differ in what they turn about, not in their axes.
+        self.servo.keep_twist(twist, asked.reference_frame == 2);
+        done()
+    }
+
+    /// Moves the fingers; the caller has asked whether it may.
+    pub(super) fn grip(&mut self, command: &GripperCommand) -> Result<(), No> {
+        let widest = self.robot.max_opening();
+        let value = command.gripper.as_ref().and_then(|gripper| gripper.finger.first());
+        let value = value.map(|finger| f64::from(finger.value)).filter(|value| value.is_finite());
+        let value = value.ok_or_else(|| No::device(refusal::INVALID_PARAM, "no finger"))?;
+        let (opening, speed) = match GripperMode::try_from(command.mode) {
+            Ok(GripperMode::Position) if (0.0..=1.0).contains(&value) => {
+                ((1.0 - value) * widest, FINGER_SPEED)
+            }
+            Ok(GripperMode::Speed) if value.abs() <= 1.0 => {
+                let speed = value.abs() * FINGER_SPEED;
+                let goal = match value {
+                    v if v > 0.0 => widest,
+                    v if v < 0.0 => 0.0,
+                    _ => self.servo.report.opening,
+                };
+                (goal, speed)
+            }
+            Ok(GripperMode::Force) => {
+                return Err(No::device(refusal::UNIMPLEMENTED, "force mode is not implemented"));
+            }
+            _ => {
+                return Err(No::device(
+                    refusal::INVALID_PARAM,
+                    "the value is 0..1, or -1..1 for speed",
+                ));
+            }
+        };
+        let sent = self.servo.aim(opening, speed);
+        sent.map_err(|error| No::device(refusal::METHOD_FAILED, &error.to_string()))
+    }
+
+    pub(super) fn set_servoing_mode(
+        &mut self,
+        ask: &Ask<'_>,
+        asked: &ServoingModeInformation,
+    ) -> Answer {
+        self.may_move(ask)?;
+        match ServoingMode::try_from(asked.servoing_mode) {
+            Ok(ServoingMode::SingleLevel) => self.set_mode(ServoingMode::SingleLevel),
+            Ok(ServoingMode::LowLevel) => {
+                self.must_rest()?;
+                self.stream.expect(ask.now);
+                self.set_mode(ServoingMode::LowLevel);
+            }
+            _ => return Err(No::device(refusal::INVALID_PARAM, "unsupported servoing mode")),
+        }
+        done()
+    }
+}

@@ -1,0 +1,345 @@
+//! What is asked of the joints → a trajectory the servo can follow, or what is wrong with it.
+//!
+//! Waypoints are checked as the arm does: counts, durations, ranges, speeds and accelerations against the
+//! soft limits. How the arm itself goes from one angular waypoint to the next is not published; here it is
+//! a cubic spline through all of them. Cartesian waypoints are straight lines that end at rest: blending
+//! radii are checked and not used.
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+
+use crate::execution::kortex::degrees;
+use crate::execution::kortex::messages::config::KinematicLimits;
+use crate::execution::kortex::messages::motion::Pose as WirePose;
+use crate::execution::kortex::messages::trajectory::{
+    AngularWaypoint, CartesianWaypoint, TrajectoryErrorElement, TrajectoryErrorType, WaypointKind,
+    WaypointList,
+};
+use crate::motion::cartesian;
+use crate::motion::robot::Robot;
+use crate::motion::trajectory::{Limits, Trajectory};
+use crate::world::Pose;
+use crate::world::frame::{Base, Flange};
+
+/// The most waypoints in a list (an issue of the vendor's repository says about 1000).
+const MOST: usize = 1000;
+/// The shortest time between two angular waypoints, s: what `ros_kortex` found to be taken.
+const SHORTEST: f32 = 0.01;
+/// Rounding of the wire's f32 and of a spline between waypoints, as a factor.
+const SLACK: f64 = 1.02;
+
+/// A trajectory with the times of its waypoints, s.
+pub(super) type Timed = (Trajectory, Vec<f64>);
+
+/// Plans and checks for one robot in one place.
+pub(super) struct Planner<'a> {
+    pub(super) robot: &'a Robot,
+    /// The limits in force, deg/s and m/s.
+    pub(super) soft: &'a KinematicLimits,
+    /// Where the joints were last sent, rad.
+    pub(super) from: &'a [f64],
+}
+
+fn wrong(kind: TrajectoryErrorType, waypoint: usize, message: &str) -> TrajectoryErrorElement {
+    TrajectoryErrorElement {
+        error_type: kind as i32,
+        waypoint_index: waypoint as u32,
+        message: message.to_owned(),
+        ..TrajectoryErrorElement::default()
+    }
+}
+
+/// An error about one joint (from 0), with its value and limits.
+fn wrong_joint(
+    kind: TrajectoryErrorType,
+    waypoint: usize,
+    joint: usize,
+    value: f64,
+    (least, most): (f64, f64),
+    message: &str,
+) -> TrajectoryErrorElement {
+    TrajectoryErrorElement {
+        index: joint as u32,
+        error_value: value as f32,
+        min_value: least as f32,
+        max_value: most as f32,
+        ..wrong(kind, waypoint, message)
+    }
+}
+
+impl Planner<'_> {
+    /// Checks a list of waypoints and makes a trajectory of it.
+    pub(super) fn waypoints(
+        &self,
+        list: &WaypointList,
+    ) -> Result<Timed, Vec<TrajectoryErrorElement>> {
+        use TrajectoryErrorType as Kind;
+        let n = list.waypoints.len();
+        if n == 0 || n > MOST {
+            let word = format!("{n} waypoints; 1 to {MOST} are allowed");
+            return Err(vec![wrong(Kind::InvalidTrajectorySize, 0, &word)]);
+        }
+        let mut angular = Vec::new();
+        let mut cartesian = Vec::new();
+        for waypoint in &list.waypoints {
+            match &waypoint.kind {
+                Some(WaypointKind::AngularWaypoint(waypoint)) => angular.push(waypoint),
+                Some(WaypointKind::CartesianWaypoint(waypoint)) => cartesian.push(waypoint),
+                None => {}
+            }
+        }
+        match (angular.len(), cartesian.len()) {
+            (all, 0) if all == n => self.angular(&angular),
+            (0, all) if all == n => self.cartesian(&cartesian),
+            _ => Err(vec![wrong(
+                Kind::MultipleWaypointTypeList,
+                0,
+                "all waypoints of a list are of one type",
+            )]),
+        }
+    }
+
+    fn angular(&self, list: &[&AngularWaypoint]) -> Result<Timed, Vec<TrajectoryErrorElement>> {
+        use TrajectoryErrorType as Kind;
+        let n = self.from.len();
+        let mut errors = Vec::new();
+        let mut points = vec![self.from.to_vec()];
+        let mut times = vec![0.0];
+        for (at, waypoint) in list.iter().enumerate() {
+            if waypoint.angles.len() != n {
+                let word = format!("{} angles for {n} joints", waypoint.angles.len());
+                return Err(vec![wrong(Kind::ActuatorCountMismatch, at, &word)]);
+            }
+            if !waypoint.angles.iter().chain([&waypoint.duration]).all(|x| x.is_finite()) {
+                return Err(vec![wrong(Kind::InvalidPosition, at, "not a number")]);
+            }
+            let duration = f64::from(waypoint.duration);
+            if waypoint.duration < SHORTEST * 0.999 {
+                let mut error = wrong(Kind::InvalidDuration, at, "the duration is too short");
+                (error.error_value, error.min_value) = (waypoint.duration, SHORTEST);
+                return Err(vec![error]);
+            }
+            let before = points.last().expect("it begins with where the arm is");
+            let q = self.turned(&waypoint.angles, before);
+            for (i, joint) in self.robot.joints().iter().enumerate() {
+                let speed = ((q[i] - before[i]) / duration).to_degrees();
+                let most = f64::from(self.soft.joint_speed_limits[i]);
+                let range = (joint.lower.to_degrees(), joint.upper.to_degrees());
+                let value = q[i].to_degrees();
+                if value < range.0 - 1e-3 || value > range.1 + 1e-3 {
+                    let word = "joint position limit exceeded";
+                    errors.push(wrong_joint(Kind::InvalidJointPosition, at, i, value, range, word));
+                }
+                if speed.abs() > most * SLACK {
+                    let word = "joint speed limit exceeded";
+                    let range = (-most, most);
+                    errors.push(wrong_joint(Kind::InvalidJointSpeed, at, i, speed, range, word));
+                }
+            }
+            times.push(times.last().copied().unwrap_or(0.0) + duration);
+            points.push(q);
+        }
+        if !errors.is_empty() {
+            return Err(errors);
+        }
+        let trajectory = Trajectory::from_points(&times, &points).map_err(|error| {
+            vec![wrong(Kind::NumericalErrorImpossibleTrajectory, 0, &error.to_string())]
+        })?;
+        let errors = self.accelerations(&trajectory, &times);
+        if errors.is_empty() { Ok((trajectory, times.split_off(1))) } else { Err(errors) }
+    }
+
+    /// Returns what is too sudden at the waypoints; between two, a cubic's acceleration is between theirs.
+    fn accelerations(&self, trajectory: &Trajectory, times: &[f64]) -> Vec<TrajectoryErrorElement> {
+        let mut errors = Vec::new();
+        for (at, &time) in times.iter().enumerate() {
+            let sample = trajectory.sample(time.min(trajectory.duration() * (1.0 - 1e-9)));
+            for (i, ddq) in sample.ddq.iter().enumerate() {
+                let most = f64::from(self.soft.joint_acceleration_limits[i]);
+                let value = ddq.to_degrees();
+                if value.abs() > most * SLACK {
+                    errors.push(wrong_joint(
+                        TrajectoryErrorType::InvalidAcceleration,
+                        at.saturating_sub(1),
+                        i,
+                        value,
+                        (-most, most),
+                        "joint acceleration limit exceeded",
+                    ));
+                }
+            }
+        }
+        errors
+    }
+
+    fn cartesian(&self, list: &[&CartesianWaypoint]) -> Result<Timed, Vec<TrajectoryErrorElement>> {
+        use TrajectoryErrorType as Kind;
+        let mut from = self.from.to_vec();
+        let mut whole: Option<Trajectory> = None;
+        let mut marks = Vec::new();
+        for (at, waypoint) in list.iter().enumerate() {
+            if at + 1 == list.len() && waypoint.blending_radius > 0.0 {
+                return Err(vec![wrong(
+                    Kind::FinalWaypointNoStop,
+                    at,
+                    "the last waypoint must not blend",
+                )]);
+            }
+            if !matches!(waypoint.reference_frame, 0 | 1 | 3) {
+                return Err(vec![wrong(
+                    Kind::InvalidReferenceFrame,
+                    at,
+                    "poses are in the base's frame",
+                )]);
+            }
+            let Some(pose) = waypoint.pose.as_ref().and_then(tool_pose) else {
+                return Err(vec![wrong(Kind::InvalidCartesianPosition, at, "no pose")]);
+            };
+            let linear = within(waypoint.maximum_linear_velocity, self.soft.twist_linear)
+                .ok_or_else(|| vec![wrong(Kind::InvalidCartesianLinearVelocity, at, "too fast")])?;
+            let angular = within(waypoint.maximum_angular_velocity, self.soft.twist_angular)
+                .ok_or_else(|| {
+                    vec![wrong(Kind::InvalidCartesianAngularVelocity, at, "too fast")]
+                })?;
+            let piece = Planner { from: &from, ..*self }
+                .line(&pose, Pace::Speed(linear, angular))
+                .map_err(|why| vec![wrong(Kind::OutsideWorkspace, at, &why)])?;
+            from = piece.ends().1;
+            let next = match whole {
+                None => Ok(piece),
+                Some(whole) => whole.then(&piece),
+            };
+            let next = next.map_err(|error| {
+                vec![wrong(Kind::NumericalErrorImpossibleTrajectory, at, &error.to_string())]
+            })?;
+            marks.push(next.duration());
+            whole = Some(next);
+        }
+        whole.map(|whole| (whole, marks)).ok_or_else(Vec::new)
+    }
+
+    /// Goes to joint angles of the wire, deg, each the short way where it may turn without end.
+    pub(super) fn joints(&self, angles: &[f32], pace: Pace) -> Result<Trajectory, String> {
+        let goal = self.turned(angles, self.from);
+        if let Some(joint) = self.robot.outside_limits(&goal, 1e-4) {
+            return Err(format!("joint {} would leave its range", joint + 1));
+        }
+        let limits = self.limits();
+        let corners = [self.from.to_vec(), goal];
+        let trajectory = Trajectory::through_corners(&corners, &limits, 0.0, &|_, _| true)
+            .map_err(|error| error.to_string())?;
+        let slower = match pace {
+            Pace::Duration(seconds) => seconds / trajectory.duration().max(1e-3),
+            Pace::JointSpeed(speed) => {
+                let most = Limits { velocity: vec![speed; self.from.len()], ..limits };
+                trajectory.worst(&most, 0.01).0
+            }
+            Pace::Speed(..) | Pace::Any => 1.0,
+        };
+        if slower < 0.999 && matches!(pace, Pace::Duration(_)) {
+            return Err(format!("it takes {:.2} s at least", trajectory.duration()));
+        }
+        Ok(trajectory.slowed(slower.max(1.0)))
+    }
+
+    /// Goes along a line to a pose of the tool in the base.
+    pub(super) fn line(&self, tool: &Isometry3<f64>, pace: Pace) -> Result<Trajectory, String> {
+        let flange: Pose<Base, Flange> =
+            Pose::new(tool * self.robot.flange_from_tool().isometry().inverse());
+        let points = cartesian::line(self.robot, self.from, &flange).map_err(|e| e.to_string())?;
+        let trajectory = Trajectory::through_points(&points, &self.limits())
+            .map_err(|error| error.to_string())?;
+        let (linear, angular) = self.fastest(&trajectory);
+        let slower = match pace {
+            Pace::Duration(seconds) => seconds / trajectory.duration().max(1e-3),
+            Pace::Speed(v, w) => (linear / v).max(angular / w),
+            Pace::JointSpeed(_) | Pace::Any => 1.0,
+        };
+        Ok(trajectory.slowed(slower.max(1.0)))
+    }
+
+    /// Returns the highest speeds of the tool, m/s and rad/s.
+    fn fastest(&self, trajectory: &Trajectory) -> (f64, f64) {
+        let steps = (trajectory.duration() / 0.01).ceil() as usize;
+        let mut most = (0.0_f64, 0.0_f64);
+        let mut before: Option<Isometry3<f64>> = None;
+        for step in 0..=steps {
+            let q = trajectory.sample(step as f64 * 0.01).q;
+            let Ok(tool) = self.robot.forward_tool(&q) else { break };
+            let now = *tool.isometry();
+            if let Some(before) = before {
+                most.0 =
+                    most.0.max((now.translation.vector - before.translation.vector).norm() / 0.01);
+                most.1 = most.1.max(now.rotation.angle_to(&before.rotation) / 0.01);
+            }
+            before = Some(now);
+        }
+        most
+    }
+
+    /// Returns angles of the wire, deg, as positions near `near`, rad.
+    fn turned(&self, angles: &[f32], near: &[f64]) -> Vec<f64> {
+        let joints = self.robot.joints().iter().zip(angles.iter().zip(near));
+        joints
+            .map(|(joint, (&angle, &near))| {
+                // A joint with a range has one turn only, whatever is nearer.
+                let near = if joint.continuous { near } else { 0.0 };
+                degrees::from_wire(angle, near)
+            })
+            .collect()
+    }
+
+    /// Returns the soft limits in the program's units.
+    fn limits(&self) -> Limits {
+        let inside = |list: &[f32]| list.iter().map(|&x| f64::from(x).to_radians()).collect();
+        Limits {
+            velocity: inside(&self.soft.joint_speed_limits),
+            acceleration: inside(&self.soft.joint_acceleration_limits),
+        }
+    }
+}
+
+/// How fast.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Pace {
+    /// As fast as the limits allow.
+    Any,
+    /// In so many seconds.
+    Duration(f64),
+    /// Every joint at most so fast, rad/s.
+    JointSpeed(f64),
+    /// The tool at most so fast, m/s and rad/s.
+    Speed(f64, f64),
+}
+
+/// Returns a speed of the wire if it is within its limit, as m/s or rad/s; 0 stands for the limit.
+fn within(speed: f32, limit: f32) -> Option<f64> {
+    let is_angle = limit > 10.0;
+    let asked = if speed == 0.0 { limit } else { speed };
+    let inside = |x: f32| if is_angle { f64::from(x).to_radians() } else { f64::from(x) };
+    (asked > 0.0 && asked <= limit * 1.001).then(|| inside(asked))
+}
+
+/// Returns a pose of the wire as an isometry: extrinsic X, Y, Z in deg.
+pub(super) fn tool_pose(pose: &WirePose) -> Option<Isometry3<f64>> {
+    let numbers = [pose.x, pose.y, pose.z, pose.theta_x, pose.theta_y, pose.theta_z];
+    if !numbers.iter().all(|number| number.is_finite()) {
+        return None;
+    }
+    let [x, y, z, a, b, c] = numbers.map(f64::from);
+    let turn = UnitQuaternion::from_euler_angles(a.to_radians(), b.to_radians(), c.to_radians());
+    Some(Isometry3::from_parts(Translation3::new(x, y, z), turn))
+}
+
+/// Returns an isometry as a pose of the wire.
+pub(super) fn wire_pose(pose: &Isometry3<f64>) -> WirePose {
+    let (a, b, c) = pose.rotation.euler_angles();
+    let at = pose.translation.vector;
+    WirePose {
+        x: at.x as f32,
+        y: at.y as f32,
+        z: at.z as f32,
+        theta_x: a.to_degrees() as f32,
+        theta_y: b.to_degrees() as f32,
+        theta_z: c.to_degrees() as f32,
+    }
+}

@@ -1,0 +1,293 @@
+//! Sockets and threads around the controller: one thread lets the arm move, one reads datagrams, one takes
+//! connections, two serve each of them.
+//!
+//! What is sent is queued while the controller is held, so an answer is always before what it sets off. A
+//! client that does not read what it is sent is cut off.
+
+use std::collections::BTreeMap;
+use std::io::{ErrorKind, Read, Write};
+use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream, UdpSocket};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use crate::execution::kortex::clock::{Clock, Wall};
+use crate::execution::kortex::frame::{Decoder, Frame, FrameError};
+
+use super::controller::{Controller, Peer};
+use super::faults::Faults;
+use super::servo::TICK;
+use super::time::ArmClock;
+
+/// How often a thread that waits for a client looks whether it should end.
+const LOOK: Duration = Duration::from_millis(50);
+/// How many frames may wait for a client to read them.
+const QUEUE: usize = 4096;
+/// How many connections there may be at once.
+const CONNECTIONS: usize = 64;
+/// The arm's time may fall so far behind the wall's before the difference is forgotten, s.
+const LAG: f64 = 0.05;
+
+/// How the arm's time runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pace {
+    /// With the wall's, or slower where the machine is.
+    Real,
+    /// As fast as the machine can, up to twenty times the wall's, while something moves or someone waits on
+    /// the arm's clock; else as [`Self::Real`].
+    Eager,
+}
+
+/// How many times as fast as the wall's an eager arm's time runs: faster, and what a client does in between
+/// would take the arm seconds.
+const EAGER: f64 = 20.0;
+
+/// Bytes and when they may be sent, s.
+type Queued = (f64, Vec<u8>);
+
+/// What all threads share.
+pub(super) struct Shared {
+    controller: Mutex<Controller>,
+    /// How many threads want the controller: the arm lets them go first.
+    wanting: AtomicUsize,
+    writers: Mutex<BTreeMap<u64, (SyncSender<Queued>, TcpStream)>>,
+    udp: UdpSocket,
+    is_over: AtomicBool,
+    connections: AtomicU64,
+    faults: Faults,
+    begun: f64,
+    clock: ArmClock,
+}
+
+impl Shared {
+    pub(super) fn new(
+        controller: Controller,
+        udp: UdpSocket,
+        faults: Faults,
+        clock: ArmClock,
+    ) -> Self {
+        Self {
+            controller: Mutex::new(controller),
+            wanting: AtomicUsize::new(0),
+            writers: Mutex::default(),
+            udp,
+            is_over: AtomicBool::new(false),
+            connections: AtomicU64::new(0),
+            faults,
+            begun: Wall.now(),
+            clock,
+        }
+    }
+
+    /// Takes the controller, before the arm's next tick.
+    pub(super) fn controller(&self) -> MutexGuard<'_, Controller> {
+        self.wanting.fetch_add(1, Ordering::SeqCst);
+        let controller = self.controller.lock().unwrap_or_else(PoisonError::into_inner);
+        self.wanting.fetch_sub(1, Ordering::SeqCst);
+        controller
+    }
+
+    /// Returns how many TCP connections are open.
+    pub(super) fn open_connections(&self) -> usize {
+        self.writers.lock().unwrap_or_else(PoisonError::into_inner).len()
+    }
+
+    /// Ends everything.
+    pub(super) fn end(&self) {
+        self.is_over.store(true, Ordering::SeqCst);
+        self.clock.end();
+        for (_, stream) in self.writers.lock().unwrap_or_else(PoisonError::into_inner).values() {
+            let _ = stream.shutdown(Shutdown::Both);
+        }
+    }
+
+    fn is_over(&self) -> bool {
+        self.is_over.load(Ordering::SeqCst)
+    }
+
+    /// Returns whether the controller is struck dumb now.
+    fn is_stalled(&self) -> bool {
+        let since = Wall.now() - self.begun - self.faults.stall_at;
+        (0.0..self.faults.stall).contains(&since)
+    }
+
+    /// Lets the controller answer a frame and sends whatever it has to say.
+    fn handle(&self, peer: Peer, frame: &Frame) {
+        let now = Wall.now();
+        let mut controller = self.controller();
+        if let Some(answer) = controller.answer(peer, frame, now) {
+            self.send(&mut controller, peer, &answer);
+        }
+        self.send_notifications(&mut controller);
+    }
+
+    fn send_notifications(&self, controller: &mut Controller) {
+        for (peer, frame) in controller.topics.take() {
+            self.send(controller, peer, &frame);
+        }
+    }
+
+    fn send(&self, controller: &mut Controller, peer: Peer, frame: &Frame) {
+        match peer {
+            Peer::Udp(to) => {
+                if controller.chance.drops() {
+                    return;
+                }
+                if let Ok(bytes) = frame.encode() {
+                    // A datagram that cannot be sent is a datagram lost.
+                    let _ = self.udp.send_to(&bytes, to);
+                }
+            }
+            Peer::Tcp(id, _) => {
+                let Ok(bytes) = frame.encode_stream() else { return };
+                let due = Wall.now() + self.faults.delay.as_secs_f64();
+                let writers = self.writers.lock().unwrap_or_else(PoisonError::into_inner);
+                if let Some((queue, stream)) = writers.get(&id)
+                    && queue.try_send((due, bytes)).is_err()
+                {
+                    let _ = stream.shutdown(Shutdown::Both);
+                }
+            }
+        }
+    }
+}
+
+/// Lets the arm move.
+pub(super) fn live(shared: &Shared, pace: Pace) {
+    let mut ahead_of = Wall.now();
+    while !shared.is_over() {
+        let (is_busy, time) = {
+            while shared.wanting.load(Ordering::SeqCst) > 0 {
+                thread::sleep(Duration::from_micros(20));
+            }
+            let mut controller = shared.controller.lock().unwrap_or_else(PoisonError::into_inner);
+            controller.tick(Wall.now());
+            shared.send_notifications(&mut controller);
+            (controller.servo.is_busy(), controller.servo.time)
+        };
+        shared.clock.set(time);
+        let now = Wall.now();
+        let is_eager = pace == Pace::Eager && (is_busy || shared.clock.is_awaited());
+        ahead_of += if is_eager { TICK / EAGER } else { TICK };
+        if ahead_of > now {
+            thread::sleep(Duration::from_secs_f64(ahead_of - now));
+        } else if now - ahead_of > LAG {
+            ahead_of = now;
+        }
+    }
+}
+
+/// Takes connections.
+pub(super) fn accept(shared: &Arc<Shared>, listener: &TcpListener) {
+    let mut serving: Vec<JoinHandle<()>> = Vec::new();
+    while !shared.is_over() {
+        match listener.accept() {
+            Ok((stream, from)) if shared.open_connections() < CONNECTIONS => {
+                let shared = shared.clone();
+                serving.push(thread::spawn(move || serve(&shared, stream, from)));
+            }
+            // One too many: the connection is closed as it is dropped.
+            Ok(_) => {}
+            Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                thread::sleep(Duration::from_millis(5));
+            }
+            Err(_) => thread::sleep(LOOK),
+        }
+        serving.retain(|thread| !thread.is_finished());
+    }
+    for thread in serving {
+        let _ = thread.join();
+    }
+}
+
+/// Serves one connection to its end.
+fn serve(shared: &Arc<Shared>, stream: TcpStream, from: SocketAddr) {
+    let id = shared.connections.fetch_add(1, Ordering::SeqCst);
+    let ready = stream
+        .set_nonblocking(false)
+        .and_then(|()| stream.set_nodelay(true))
+        .and_then(|()| stream.set_read_timeout(Some(LOOK)))
+        .and_then(|()| stream.set_write_timeout(Some(Duration::from_secs(2))));
+    let (Ok(()), Ok(writing), Ok(closing)) = (ready, stream.try_clone(), stream.try_clone()) else {
+        return;
+    };
+    let (queue, queued) = sync_channel(QUEUE);
+    let writer = thread::spawn(move || write(writing, &queued));
+    let peer = Peer::Tcp(id, from);
+    shared.writers.lock().unwrap_or_else(PoisonError::into_inner).insert(id, (queue, closing));
+    listen(shared, stream, peer);
+    // The queue ends with its sender, the writer with the queue.
+    let gone = shared.writers.lock().unwrap_or_else(PoisonError::into_inner).remove(&id);
+    if let Some((queue, stream)) = gone {
+        drop(queue);
+        let _ = stream.shutdown(Shutdown::Both);
+    }
+    {
+        let mut controller = shared.controller();
+        controller.peer_left(peer);
+        shared.send_notifications(&mut controller);
+    }
+    let _ = writer.join();
+}
+
+/// Reads frames until the connection ends.
+fn listen(shared: &Shared, mut stream: TcpStream, peer: Peer) {
+    let opened = Wall.now();
+    let mut decoder = Decoder::default();
+    let mut buffer = vec![0; 65_536];
+    while !shared.is_over() {
+        match stream.read(&mut buffer) {
+            Ok(0) => return,
+            Ok(n) => decoder.push(&buffer[..n]),
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(_) => return,
+        }
+        if shared.faults.cut.is_some_and(|cut| Wall.now() - opened > cut) {
+            return;
+        }
+        loop {
+            while shared.is_stalled() && !shared.is_over() {
+                thread::sleep(Duration::from_millis(5));
+            }
+            match decoder.next_frame() {
+                Ok(Some(frame)) => shared.handle(peer, &frame),
+                Ok(None) => break,
+                Err(FrameError::Magic(_) | FrameError::TooLong(_)) => return,
+                // Whose question it was cannot be told, so it cannot be answered.
+                Err(_) => {}
+            }
+        }
+    }
+}
+
+fn write(mut stream: TcpStream, queued: &Receiver<Queued>) {
+    while let Ok((due, bytes)) = queued.recv() {
+        Wall.sleep(due - Wall.now());
+        if stream.write_all(&bytes).is_err() {
+            let _ = stream.shutdown(Shutdown::Both);
+            return;
+        }
+    }
+}
+
+/// Answers datagrams.
+pub(super) fn datagrams(shared: &Shared) {
+    let mut buffer = vec![0; 65_536];
+    while !shared.is_over() {
+        let Ok((n, from)) = shared.udp.recv_from(&mut buffer) else { continue };
+        let Ok(frame) = Frame::decode(&buffer[..n]) else { continue };
+        if shared.is_stalled() || shared.controller().chance.drops() {
+            continue;
+        }
+        shared.handle(Peer::Udp(from), &frame);
+    }
+}
+
+/// Makes the sockets ready for the threads above.
+pub(super) fn prepare(listener: &TcpListener, udp: &UdpSocket) -> std::io::Result<()> {
+    listener.set_nonblocking(true)?;
+    udp.set_read_timeout(Some(LOOK))
+}

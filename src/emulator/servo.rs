@@ -1,0 +1,350 @@
+//! What the joints and fingers do, tick by tick: hold, follow a path, keep a speed, obey a stream, brake.
+//!
+//! Joint positions count turns here, in rad; sessions, actions and the wire are other files' business.
+
+use std::sync::Arc;
+
+use nalgebra::{Matrix6, Vector6};
+
+use crate::execution::arm::{DeviceError, Feedback};
+use crate::execution::ticked::Plant;
+use crate::motion::robot::Robot;
+use crate::motion::trajectory::{Limits, Trajectory};
+
+/// Time between two commands to the joints, s.
+pub(super) const TICK: f64 = 0.002;
+/// How fast stopped joints slow down, rad/s²: a little under the arm's own limit.
+const BRAKE: f64 = 4.0;
+/// A path ends this long after its last command, s.
+const SETTLE: f64 = 0.2;
+/// How fast a path that is paused comes to rest and back to its pace: its rate changes by so much a second.
+const PAUSING: f64 = 3.0;
+/// A joint this far behind its command is a fault, rad: 5 deg, as the user guide's safety table says.
+const FOLLOWING: f64 = 5.0 * std::f64::consts::PI / 180.0;
+/// Fingers that move less than this in [`FINGER_LOOK`] rest, m.
+const FINGERS_STILL: f64 = 3e-4;
+const FINGER_LOOK: f64 = 0.1;
+/// Fastest fingers, m/s, and the most a pad presses with when nobody says, N (chosen: what holds a full
+/// jar; Kinova's controller has no command for force).
+pub(super) const FINGER_SPEED: f64 = 0.15;
+const FINGER_FORCE: f64 = 60.0;
+/// How much slower twists are followed near a singularity: damping of the inverse, m and rad.
+const DAMPING: f64 = 1e-3;
+
+/// What the joints are doing.
+#[derive(Debug, Clone)]
+pub(super) enum Motion {
+    /// They hold.
+    Hold,
+    /// They follow a path.
+    Path(Path),
+    /// They keep speeds, rad/s.
+    Speeds(Vec<f64>),
+    /// The tool keeps a twist, m/s and rad/s.
+    Twist {
+        /// Linear, then angular.
+        twist: Vector6<f64>,
+        /// Whether in the tool's axes, else the base's.
+        in_tool: bool,
+    },
+    /// They slow down and then hold.
+    Brake,
+    /// They go where each cycle sends them, rad.
+    Stream(Vec<f64>),
+    /// They hold until this time of the arm, s.
+    Wait(f64),
+}
+
+/// A path being followed.
+#[derive(Debug, Clone)]
+pub(super) struct Path {
+    trajectory: Trajectory,
+    /// When each waypoint is passed, s along the path.
+    marks: Vec<f64>,
+    passed: usize,
+    along: f64,
+    rate: f64,
+    is_paused: bool,
+}
+
+/// What happened during a tick.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Happened {
+    /// The path, or the wait, is over.
+    Arrived,
+    /// This waypoint was passed.
+    Passed(usize),
+    /// The fingers came to rest.
+    FingersRest,
+    /// This joint (from 0) did not follow.
+    LeftBehind(usize),
+    /// The plant failed.
+    Broken(String),
+}
+
+/// The fingers.
+#[derive(Debug, Clone, Copy)]
+struct Fingers {
+    goal: f64,
+    speed: f64,
+    is_moving: bool,
+    /// Opening at the last look, m, and when that was, s.
+    look: (f64, f64),
+}
+
+/// Joints and fingers of a plant.
+pub(super) struct Servo {
+    robot: Arc<Robot>,
+    plant: Box<dyn Plant>,
+    limits: Limits,
+    motion: Motion,
+    fingers: Fingers,
+    /// What the plant last said.
+    pub(super) report: Feedback,
+    /// Joint positions sent last, rad.
+    pub(super) q_cmd: Vec<f64>,
+    dq_cmd: Vec<f64>,
+    /// The arm's time, s.
+    pub(super) time: f64,
+}
+
+impl Servo {
+    pub(super) fn new(robot: Arc<Robot>, mut plant: Box<dyn Plant>) -> Self {
+        let report = plant.report();
+        let fingers = Fingers {
+            goal: report.opening,
+            speed: 0.0,
+            is_moving: false,
+            look: (report.opening, 0.0),
+        };
+        Self {
+            limits: Limits::of(&robot),
+            q_cmd: report.q.clone(),
+            dq_cmd: vec![0.0; report.q.len()],
+            motion: Motion::Hold,
+            time: 0.0,
+            robot,
+            plant,
+            fingers,
+            report,
+        }
+    }
+
+    /// Returns what the joints are doing.
+    pub(super) fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// Returns whether joints or fingers move or are about to.
+    pub(super) fn is_busy(&self) -> bool {
+        !matches!(self.motion, Motion::Hold) || self.fingers.is_moving
+    }
+
+    /// Returns whether the fingers were stopped on their way to where they were sent.
+    pub(super) fn is_stalled(&self) -> bool {
+        !self.fingers.is_moving && (self.report.opening - self.fingers.goal).abs() > 3e-3
+    }
+
+    /// Returns whether the fingers were last sent to this opening, m.
+    pub(super) fn is_aimed_at(&self, opening: f64) -> bool {
+        (self.fingers.goal - opening).abs() < 1e-4
+    }
+
+    /// Returns the speed of the fingers while they move, m/s.
+    pub(super) fn finger_speed(&self) -> f64 {
+        if self.fingers.is_moving { self.fingers.speed } else { 0.0 }
+    }
+
+    /// Follows a trajectory that begins at the last command; `marks` are the times of its waypoints, s.
+    pub(super) fn follow(&mut self, trajectory: Trajectory, marks: Vec<f64>) {
+        let path = Path { trajectory, marks, passed: 0, along: 0.0, rate: 1.0, is_paused: false };
+        self.motion = Motion::Path(path);
+    }
+
+    /// Keeps joint speeds, rad/s, each held to its limit.
+    pub(super) fn keep_speeds(&mut self, speeds: Vec<f64>) {
+        self.motion = Motion::Speeds(speeds);
+    }
+
+    /// Keeps a twist of the tool, m/s and rad/s.
+    pub(super) fn keep_twist(&mut self, twist: Vector6<f64>, in_tool: bool) {
+        self.motion = Motion::Twist { twist, in_tool };
+    }
+
+    /// Holds for so many seconds, then says it has arrived.
+    pub(super) fn wait(&mut self, seconds: f64) {
+        self.motion = Motion::Wait(self.time + seconds);
+    }
+
+    /// Goes where a cycle sends it, rad.
+    pub(super) fn stream(&mut self, q: Vec<f64>) {
+        self.motion = Motion::Stream(q);
+    }
+
+    /// Slows down and holds.
+    pub(super) fn brake(&mut self) {
+        if !matches!(self.motion, Motion::Hold) {
+            self.motion = Motion::Brake;
+        }
+    }
+
+    /// Pauses a path or lets it go on; returns whether there is one.
+    pub(super) fn pause(&mut self, is_paused: bool) -> bool {
+        if let Motion::Path(path) = &mut self.motion {
+            path.is_paused = is_paused;
+            return true;
+        }
+        false
+    }
+
+    /// Sends the fingers to an opening, m, at a speed, m/s.
+    pub(super) fn aim(&mut self, opening: f64, speed: f64) -> Result<(), DeviceError> {
+        let speed = speed.clamp(0.02, FINGER_SPEED);
+        self.plant.aim(opening, speed, FINGER_FORCE)?;
+        let look = (self.report.opening, self.time);
+        self.fingers = Fingers { goal: opening, speed, is_moving: true, look };
+        Ok(())
+    }
+
+    /// Lets one tick pass.
+    pub(super) fn tick(&mut self) -> Vec<Happened> {
+        let mut happened = Vec::new();
+        if let Some((q, dq)) = self.order(&mut happened) {
+            if let Err(error) = self.plant.command(&q, &dq) {
+                happened.push(Happened::Broken(error.to_string()));
+            }
+            (self.q_cmd, self.dq_cmd) = (q, dq);
+        }
+        if let Err(error) = self.plant.advance(TICK) {
+            happened.push(Happened::Broken(error.to_string()));
+        }
+        self.time += TICK;
+        self.report = self.plant.report();
+        let behind = |(q_cmd, q): (&f64, &f64)| (q_cmd - q).abs() > FOLLOWING;
+        if let Some(joint) = self.q_cmd.iter().zip(&self.report.q).position(behind) {
+            happened.push(Happened::LeftBehind(joint));
+        }
+        if self.fingers.is_moving && self.time - self.fingers.look.1 >= FINGER_LOOK {
+            if (self.report.opening - self.fingers.look.0).abs() < FINGERS_STILL {
+                self.fingers.is_moving = false;
+                happened.push(Happened::FingersRest);
+            }
+            self.fingers.look = (self.report.opening, self.time);
+        }
+        happened
+    }
+
+    /// Works out the next command of the joints, and moves the motion on.
+    fn order(&mut self, happened: &mut Vec<Happened>) -> Option<(Vec<f64>, Vec<f64>)> {
+        match &mut self.motion {
+            Motion::Hold => None,
+            Motion::Wait(until) => {
+                if self.time >= *until {
+                    self.motion = Motion::Hold;
+                    happened.push(Happened::Arrived);
+                }
+                None
+            }
+            Motion::Path(path) => {
+                let wanted = if path.is_paused { 0.0 } else { 1.0 };
+                let most = PAUSING * TICK;
+                path.rate += (wanted - path.rate).clamp(-most, most);
+                path.along += path.rate * TICK;
+                while path.marks.get(path.passed).is_some_and(|mark| path.along >= *mark) {
+                    happened.push(Happened::Passed(path.passed));
+                    path.passed += 1;
+                }
+                let duration = path.trajectory.duration();
+                let at = path.trajectory.sample(path.along.min(duration));
+                let rate = if path.along < duration { path.rate } else { 0.0 };
+                let order = (at.q, at.dq.iter().map(|dq| dq * rate).collect());
+                if path.along >= duration + SETTLE {
+                    self.motion = Motion::Hold;
+                    happened.push(Happened::Arrived);
+                }
+                Some(order)
+            }
+            Motion::Speeds(speeds) => {
+                let speeds = speeds.clone();
+                Some(self.ramped(&speeds))
+            }
+            Motion::Twist { twist, in_tool } => {
+                let (twist, in_tool) = (*twist, *in_tool);
+                let speeds = self.speeds_of(twist, in_tool);
+                Some(self.ramped(&speeds))
+            }
+            Motion::Brake => {
+                let fastest = self.dq_cmd.iter().fold(0.0_f64, |most, dq| most.max(dq.abs()));
+                let left =
+                    if fastest > 0.0 { (1.0 - BRAKE * TICK / fastest).max(0.0) } else { 0.0 };
+                let dq: Vec<f64> = self.dq_cmd.iter().map(|dq| dq * left).collect();
+                let q = self.q_cmd.iter().zip(&dq).map(|(q, dq)| q + dq * TICK).collect();
+                if left <= 0.0 {
+                    self.motion = Motion::Hold;
+                }
+                Some((q, dq))
+            }
+            Motion::Stream(q) => {
+                let q = q.clone();
+                // What the servo is told of speed is what the positions did, smoothed over a few cycles.
+                let dq = q
+                    .iter()
+                    .zip(&self.q_cmd)
+                    .zip(&self.dq_cmd)
+                    .zip(&self.limits.velocity)
+                    .map(|(((q, before), dq), most)| {
+                        (dq + 0.2 * ((q - before) / TICK - dq)).clamp(-most, *most)
+                    })
+                    .collect();
+                Some((q, dq))
+            }
+        }
+    }
+
+    /// Returns the command one tick nearer to some joint speeds, within speeds, accelerations and ranges.
+    fn ramped(&self, speeds: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let joints = self.robot.joints();
+        let mut dq = Vec::with_capacity(speeds.len());
+        let mut q = Vec::with_capacity(speeds.len());
+        for (i, joint) in joints.iter().enumerate() {
+            let wanted = speeds[i].clamp(-self.limits.velocity[i], self.limits.velocity[i]);
+            let most = self.limits.acceleration[i] * TICK;
+            let mut speed = self.dq_cmd[i] + (wanted - self.dq_cmd[i]).clamp(-most, most);
+            // At the end of its range a joint is braked in time.
+            let room =
+                if speed > 0.0 { joint.upper - self.q_cmd[i] } else { self.q_cmd[i] - joint.lower };
+            if room.is_finite() {
+                let fastest = (2.0 * 0.9 * self.limits.acceleration[i] * room.max(0.0)).sqrt();
+                speed = speed.clamp(-fastest, fastest);
+            }
+            q.push(self.q_cmd[i] + speed * TICK);
+            dq.push(speed);
+        }
+        (q, dq)
+    }
+
+    /// Returns the joint speeds of a twist of the tool, damped near singularities.
+    fn speeds_of(&self, twist: Vector6<f64>, in_tool: bool) -> Vec<f64> {
+        let still = vec![0.0; self.q_cmd.len()];
+        let (Ok(flange), Ok(jacobian)) =
+            (self.robot.forward(&self.q_cmd), self.robot.jacobian(&self.q_cmd))
+        else {
+            return still;
+        };
+        let rotation = flange.isometry().rotation;
+        let (mut linear, mut angular) =
+            (twist.fixed_rows::<3>(0).into_owned(), twist.fixed_rows::<3>(3).into_owned());
+        if in_tool {
+            (linear, angular) = (rotation * linear, rotation * angular);
+        }
+        // The Jacobian is about the flange; the tool's origin moves with its lever.
+        let lever = rotation * self.robot.flange_from_tool().isometry().translation.vector;
+        let linear = linear - angular.cross(&lever);
+        let wanted = Vector6::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z);
+        let normal = &jacobian * jacobian.transpose() + Matrix6::identity() * DAMPING;
+        match normal.lu().solve(&wanted) {
+            Some(weights) => (jacobian.transpose() * weights).iter().copied().collect(),
+            None => still,
+        }
+    }
+}

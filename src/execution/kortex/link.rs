@@ -1,0 +1,543 @@
+//! A session with the arm: calls and their answers, notifications, and signs of life.
+//!
+//! Over TCP any number of calls may be under way; an answer finds its call by the message's number. Over
+//! UDP, which the 1 kHz cycle needs, there is one at a time and what comes late is passed over. Both need a
+//! session of their own.
+//!
+//! Source: the behaviour of Kinova's Python client 2.3.0 (numbers of messages and sessions, times of its
+//! keep-alive).
+
+use std::collections::{BTreeMap, VecDeque};
+use std::io::{ErrorKind, Read, Write};
+use std::net::{Shutdown, SocketAddr, TcpStream, UdpSocket};
+use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use prost::Message;
+
+use super::clock::{Clock, Wall};
+use super::frame::{Decoder, Frame, FrameError, Kind};
+use super::messages::common::{NotificationHandle, NotificationOptions};
+use super::messages::session::CreateSessionInfo;
+use super::refusal::{self, Refusal};
+use super::rpc::{self, Rpc};
+
+/// A session that sends nothing for so long is closed by the arm, ms; and its movements are stopped after
+/// so long, ms. The vendor's examples take the same.
+const SESSION_SILENCE_MS: u32 = 60_000;
+const MOVEMENT_SILENCE_MS: u32 = 2_000;
+/// A sign of life is sent when nothing else was for so long, s.
+const BEAT: f64 = 0.15;
+/// How often a thread that waits looks whether it should end.
+const LOOK: Duration = Duration::from_millis(30);
+/// How many notifications of one subscription are kept for whoever asks for them.
+const KEPT: usize = 1024;
+/// How many subscriptions notifications are kept for.
+const HANDLES: usize = 64;
+
+/// Why the arm did not answer, or not as hoped.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum LinkError {
+    /// Nobody is there.
+    #[error("no arm answers at {address}: {error}")]
+    Connect {
+        /// Where.
+        address: String,
+        /// What the system says.
+        error: String,
+    },
+    /// The connection is gone.
+    #[error("the connection to the arm is gone: {0}")]
+    Lost(String),
+    /// No answer in time.
+    #[error("the arm did not answer {rpc} within {milliseconds} ms")]
+    Silent {
+        /// Which call.
+        rpc: Rpc,
+        /// How long it was waited for, ms.
+        milliseconds: u64,
+    },
+    /// The answer is no.
+    #[error("{0}")]
+    Refused(Refusal),
+    /// The answer cannot be read.
+    #[error("the arm's answer to {rpc} cannot be read: {error}")]
+    Unreadable {
+        /// Which call.
+        rpc: Rpc,
+        /// Why.
+        error: String,
+    },
+    /// What is to be sent does not fit a frame.
+    #[error("{0}")]
+    Frame(#[from] FrameError),
+}
+
+impl LinkError {
+    /// Returns what would help.
+    pub fn help(&self) -> &'static str {
+        match self {
+            Self::Connect { .. } => {
+                "is the arm on and in this network? its own address is 192.168.1.10, its port 10000"
+            }
+            Self::Lost(_) => {
+                "check the cable; the next command connects again, and the arm has stopped by itself"
+            }
+            Self::Silent { .. } => "check the cable and the arm's light, then try again",
+            Self::Refused(refusal) => refusal.help(),
+            Self::Unreadable { .. } => {
+                "its firmware may be newer than this program; tell the project its version"
+            }
+            Self::Frame(_) => "shorten the path",
+        }
+    }
+
+    /// Returns whether the arm refused with this sub-code.
+    pub fn is_refusal(&self, sub_code: u16) -> bool {
+        matches!(self, Self::Refused(refusal) if refusal.sub_code == sub_code)
+    }
+
+    /// Returns whether a new connection is needed.
+    pub fn is_lost(&self) -> bool {
+        matches!(self, Self::Lost(_)) || self.is_refusal(refusal::INVALID_SESSION)
+    }
+}
+
+/// Who connects. The password is never printed.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Login {
+    /// The user's name.
+    pub user: String,
+    /// The password.
+    pub password: String,
+}
+
+impl std::fmt::Debug for Login {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Login").field("user", &self.user).finish_non_exhaustive()
+    }
+}
+
+impl Login {
+    fn message(&self) -> CreateSessionInfo {
+        CreateSessionInfo {
+            username: self.user.clone(),
+            session_inactivity_timeout: SESSION_SILENCE_MS,
+            password: self.password.clone(),
+            connection_inactivity_timeout: MOVEMENT_SILENCE_MS,
+        }
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Reads a response: a message, or the no it carries.
+fn answer<M: Message + Default>(rpc: Rpc, response: &Frame) -> Result<M, LinkError> {
+    let header = &response.header;
+    if header.error != 0 {
+        let refusal = Refusal::read(rpc, (header.error, header.sub_error), &response.payload);
+        return Err(LinkError::Refused(refusal));
+    }
+    M::decode(&response.payload[..])
+        .map_err(|error| LinkError::Unreadable { rpc, error: error.to_string() })
+}
+
+/// A session over TCP.
+pub struct Link {
+    shared: Arc<Shared>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+struct Shared {
+    writing: Mutex<TcpStream>,
+    pending: Mutex<BTreeMap<u16, SyncSender<Frame>>>,
+    notes: Mutex<BTreeMap<u16, VecDeque<Frame>>>,
+    session: AtomicU16,
+    next: AtomicU16,
+    /// When something was last sent, and last received, s.
+    sent: Mutex<f64>,
+    heard: Mutex<f64>,
+    lost: Mutex<Option<String>>,
+    is_over: AtomicBool,
+    timeout: Duration,
+}
+
+impl std::fmt::Debug for Link {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let session = self.shared.session.load(Ordering::SeqCst);
+        f.debug_struct("Link").field("session", &session).finish_non_exhaustive()
+    }
+}
+
+impl Link {
+    /// Connects and opens a session; every call waits at most `timeout` for its answer.
+    ///
+    /// # Errors
+    ///
+    /// [`LinkError::Connect`], or what the arm says against user and password.
+    pub fn open(address: SocketAddr, login: &Login, timeout: Duration) -> Result<Self, LinkError> {
+        let failed = |error: std::io::Error| LinkError::Connect {
+            address: address.to_string(),
+            error: error.to_string(),
+        };
+        let stream = TcpStream::connect_timeout(&address, timeout).map_err(failed)?;
+        stream.set_nodelay(true).map_err(failed)?;
+        stream.set_read_timeout(Some(LOOK)).map_err(failed)?;
+        stream.set_write_timeout(Some(timeout)).map_err(failed)?;
+        let reading = stream.try_clone().map_err(failed)?;
+        let now = Wall.now();
+        let shared = Arc::new(Shared {
+            writing: Mutex::new(stream),
+            pending: Mutex::default(),
+            notes: Mutex::default(),
+            session: AtomicU16::new(0),
+            next: AtomicU16::new(1),
+            sent: Mutex::new(now),
+            heard: Mutex::new(now),
+            lost: Mutex::new(None),
+            is_over: AtomicBool::new(false),
+            timeout,
+        });
+        let (listening, living) = (shared.clone(), shared.clone());
+        let mut link =
+            Self { shared, threads: vec![thread::spawn(move || listening.listen(reading))] };
+        let () = link.call(rpc::session::CREATE_SESSION, &login.message())?;
+        link.threads.push(thread::spawn(move || living.live()));
+        Ok(link)
+    }
+
+    /// Calls and waits for the answer.
+    ///
+    /// # Errors
+    ///
+    /// Every [`LinkError`] but [`LinkError::Connect`].
+    pub fn call<M: Message + Default>(
+        &self,
+        rpc: Rpc,
+        message: &impl Message,
+    ) -> Result<M, LinkError> {
+        self.call_device(rpc, 0, message)
+    }
+
+    /// As [`Self::call`], to one device behind the base.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::call`].
+    pub fn call_device<M: Message + Default>(
+        &self,
+        rpc: Rpc,
+        device: u8,
+        message: &impl Message,
+    ) -> Result<M, LinkError> {
+        let response =
+            self.shared.ask(rpc, device, message.encode_to_vec(), self.shared.timeout)?;
+        answer(rpc, &response)
+    }
+
+    /// Asks to be told a topic; [`Self::notes`] takes the handle this returns.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::call`].
+    pub fn subscribe(&self, topic: Rpc) -> Result<u16, LinkError> {
+        let handle: NotificationHandle = self.call(topic, &NotificationOptions::default())?;
+        Ok(handle.identifier as u16)
+    }
+
+    /// Takes what was told under a handle since the last time.
+    pub fn notes(&self, handle: u16) -> Vec<Frame> {
+        lock(&self.shared.notes)
+            .get_mut(&handle)
+            .map_or_else(Vec::new, |kept| kept.drain(..).collect())
+    }
+
+    /// Returns why the connection is gone, if it is.
+    pub fn lost(&self) -> Option<LinkError> {
+        lock(&self.shared.lost).clone().map(LinkError::Lost)
+    }
+
+    /// Returns for how long nothing has been heard of the arm, s.
+    pub fn silence(&self) -> f64 {
+        Wall.now() - *lock(&self.shared.heard)
+    }
+}
+
+impl Drop for Link {
+    fn drop(&mut self) {
+        if self.lost().is_none() && self.shared.session.load(Ordering::SeqCst) != 0 {
+            // The arm closes the session by itself if this does not reach it.
+            let short = Duration::from_millis(300).min(self.shared.timeout);
+            let _ = self.shared.ask(rpc::session::CLOSE_SESSION, 0, Vec::new(), short);
+        }
+        self.shared.is_over.store(true, Ordering::SeqCst);
+        let _ = lock(&self.shared.writing).shutdown(Shutdown::Both);
+        for thread in self.threads.drain(..) {
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Shared {
+    fn ask(
+        &self,
+        rpc: Rpc,
+        device: u8,
+        payload: Vec<u8>,
+        timeout: Duration,
+    ) -> Result<Frame, LinkError> {
+        if let Some(why) = lock(&self.lost).clone() {
+            return Err(LinkError::Lost(why));
+        }
+        let (sender, receiver) = sync_channel(1);
+        let message = {
+            let mut pending = lock(&self.pending);
+            let mut message = self.next.fetch_add(1, Ordering::SeqCst);
+            while pending.contains_key(&message) {
+                message = self.next.fetch_add(1, Ordering::SeqCst);
+            }
+            pending.insert(message, sender);
+            message
+        };
+        let session = self.session.load(Ordering::SeqCst);
+        let sent = Frame::request(rpc, device, session, message, payload).encode_stream();
+        let sent = sent.map_err(LinkError::from).and_then(|bytes| {
+            let mut stream = lock(&self.writing);
+            stream.write_all(&bytes).map_err(|error| self.lose(&error.to_string()))?;
+            *lock(&self.sent) = Wall.now();
+            Ok(())
+        });
+        let answered = sent.and_then(|()| {
+            receiver.recv_timeout(timeout).map_err(|error| match error {
+                RecvTimeoutError::Timeout => {
+                    LinkError::Silent { rpc, milliseconds: timeout.as_millis() as u64 }
+                }
+                RecvTimeoutError::Disconnected => {
+                    let why = lock(&self.lost).clone();
+                    LinkError::Lost(why.unwrap_or_else(|| "it was closed".to_owned()))
+                }
+            })
+        });
+        lock(&self.pending).remove(&message);
+        let frame = answered?;
+        if frame.header.error == 0 {
+            // The arm may change the session's number; the latest response counts.
+            self.session.store(frame.header.session, Ordering::SeqCst);
+        }
+        Ok(frame)
+    }
+
+    /// Notes why the connection is gone, and lets everyone go who waits for an answer.
+    fn lose(&self, why: &str) -> LinkError {
+        let mut lost = lock(&self.lost);
+        let why = lost.get_or_insert_with(|| why.to_owned()).clone();
+        drop(lost);
+        lock(&self.pending).clear();
+        LinkError::Lost(why)
+    }
+
+    fn listen(&self, mut stream: TcpStream) {
+        let mut decoder = Decoder::default();
+        let mut buffer = vec![0; 65_536];
+        while !self.is_over.load(Ordering::SeqCst) {
+            match stream.read(&mut buffer) {
+                Ok(0) => {
+                    self.lose("the arm closed it");
+                    return;
+                }
+                Ok(n) => decoder.push(&buffer[..n]),
+                Err(error)
+                    if matches!(
+                        error.kind(),
+                        ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted
+                    ) =>
+                {
+                    continue;
+                }
+                Err(error) => {
+                    self.lose(&error.to_string());
+                    return;
+                }
+            }
+            *lock(&self.heard) = Wall.now();
+            loop {
+                match decoder.next_frame() {
+                    Ok(Some(frame)) => self.take(frame),
+                    Ok(None) => break,
+                    Err(error @ (FrameError::Magic(_) | FrameError::TooLong(_))) => {
+                        self.lose(&error.to_string());
+                        return;
+                    }
+                    // Whose answer it was cannot be told; its call will say that none came.
+                    Err(_) => {}
+                }
+            }
+        }
+    }
+
+    fn take(&self, frame: Frame) {
+        match frame.header.kind {
+            Kind::Response => {
+                // An answer nobody waits for any more is passed over.
+                if let Some(waiting) = lock(&self.pending).remove(&frame.header.message) {
+                    let _ = waiting.try_send(frame);
+                }
+            }
+            Kind::Notification => {
+                let mut notes = lock(&self.notes);
+                if notes.len() >= HANDLES && !notes.contains_key(&frame.header.message) {
+                    return;
+                }
+                let kept = notes.entry(frame.header.message).or_default();
+                if kept.len() == KEPT {
+                    kept.pop_front();
+                }
+                kept.push_back(frame);
+            }
+            Kind::Request | Kind::Other(_) => {}
+        }
+    }
+
+    /// Sends signs of life.
+    fn live(&self) {
+        while !self.is_over.load(Ordering::SeqCst) && lock(&self.lost).is_none() {
+            thread::sleep(LOOK);
+            let quiet = Wall.now() - *lock(&self.sent);
+            if quiet < BEAT {
+                continue;
+            }
+            let soon = Duration::from_millis(500).min(self.timeout);
+            // An arm that is late with this one is asked again; one that knows no such session is lost.
+            let beaten = self.ask(rpc::session::KEEP_ALIVE, 0, Vec::new(), soon);
+            if beaten.is_ok_and(|frame| frame.header.sub_error == refusal::INVALID_SESSION) {
+                self.lose("the arm closed the session");
+            }
+        }
+    }
+}
+
+/// A session over UDP, one call at a time.
+#[derive(Debug)]
+pub struct Datagrams {
+    socket: UdpSocket,
+    session: u16,
+    next: u16,
+    buffer: Vec<u8>,
+}
+
+impl Datagrams {
+    /// Opens a session; it is asked for a few times, since datagrams get lost.
+    ///
+    /// # Errors
+    ///
+    /// As [`Link::open`].
+    pub fn open(address: SocketAddr, login: &Login) -> Result<Self, LinkError> {
+        let failed = |error: std::io::Error| LinkError::Connect {
+            address: format!("{address} (UDP)"),
+            error: error.to_string(),
+        };
+        let any: SocketAddr = match address {
+            SocketAddr::V4(_) => ([0, 0, 0, 0], 0).into(),
+            SocketAddr::V6(_) => ([0_u16; 8], 0).into(),
+        };
+        let socket = UdpSocket::bind(any).map_err(failed)?;
+        socket.connect(address).map_err(failed)?;
+        let mut link = Self { socket, session: 0, next: 1, buffer: vec![0; 65_536] };
+        let mut last = None;
+        for _ in 0..5 {
+            let soon = Duration::from_millis(400);
+            match link.call::<()>(rpc::session::CREATE_SESSION, &login.message(), soon) {
+                Ok(()) => return Ok(link),
+                Err(error @ LinkError::Silent { .. }) => last = Some(error),
+                Err(error) => return Err(error),
+            }
+        }
+        Err(last.unwrap_or_else(|| LinkError::Lost("it was never open".to_owned())))
+    }
+
+    /// Calls and waits at most `timeout` for the answer; late answers to earlier calls are passed over.
+    ///
+    /// # Errors
+    ///
+    /// As [`Link::call`].
+    pub fn call<M: Message + Default>(
+        &mut self,
+        rpc: Rpc,
+        message: &impl Message,
+        timeout: Duration,
+    ) -> Result<M, LinkError> {
+        let number = self.send(rpc, message)?;
+        let until = Wall.now() + timeout.as_secs_f64();
+        loop {
+            let left = until - Wall.now();
+            let silent = || LinkError::Silent { rpc, milliseconds: timeout.as_millis() as u64 };
+            if left <= 0.0 {
+                return Err(silent());
+            }
+            let Some(frame) = self.receive(Duration::from_secs_f64(left))? else {
+                return Err(silent());
+            };
+            if frame.header.kind == Kind::Response && frame.header.message == number {
+                if frame.header.error == 0 {
+                    self.session = frame.header.session;
+                }
+                return answer(rpc, &frame);
+            }
+        }
+    }
+
+    /// Sends a call without waiting and returns the number its answer will have.
+    ///
+    /// # Errors
+    ///
+    /// [`LinkError::Lost`], [`LinkError::Frame`].
+    pub fn send(&mut self, rpc: Rpc, message: &impl Message) -> Result<u16, LinkError> {
+        let number = self.next;
+        self.next = self.next.wrapping_add(1);
+        let frame = Frame::request(rpc, 0, self.session, number, message.encode_to_vec());
+        match self.socket.send(&frame.encode()?) {
+            Ok(_) => Ok(number),
+            // Nobody listens there now; that shows when no answer comes.
+            Err(error) if error.kind() == ErrorKind::ConnectionRefused => Ok(number),
+            Err(error) => Err(LinkError::Lost(error.to_string())),
+        }
+    }
+
+    /// Returns the next frame that comes within `timeout`.
+    ///
+    /// # Errors
+    ///
+    /// [`LinkError::Lost`].
+    pub fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>, LinkError> {
+        let lost = |error: std::io::Error| LinkError::Lost(error.to_string());
+        // A time of zero would wait for ever.
+        let timeout = timeout.max(Duration::from_micros(50));
+        self.socket.set_read_timeout(Some(timeout)).map_err(lost)?;
+        match self.socket.recv(&mut self.buffer) {
+            Ok(n) => Ok(Frame::decode(&self.buffer[..n]).ok()),
+            Err(error)
+                if matches!(
+                    error.kind(),
+                    ErrorKind::WouldBlock
+                        | ErrorKind::TimedOut
+                        | ErrorKind::Interrupted
+                        | ErrorKind::ConnectionRefused
+                ) =>
+            {
+                Ok(None)
+            }
+            Err(error) => Err(lost(error)),
+        }
+    }
+}
+
+impl Drop for Datagrams {
+    fn drop(&mut self) {
+        let _ = self.send(rpc::session::CLOSE_SESSION, &());
+    }
+}

@@ -1,0 +1,16 @@
+//! A Kinova Gen3 over Kortex, the protocol its controller speaks: natively, without the vendor's library.
+//!
+//! From the wire upwards: [`frame`] and [`messages`] are bytes, [`rpc`] and [`refusal`] are names for
+//! numbers, [`degrees`] is where the wire's units end, [`link`] is a session, [`arm`] an arm like any other.
+//! What was tried on an arm and what only against the emulator is said in `docs/kortex.md`.
+
+pub mod rpc;
+pub mod frame;
+pub mod messages;
+pub mod refusal;
+pub mod degrees;
+pub mod clock;
+pub mod link;
+pub mod about;
+pub mod arm;
+mod waypoints;

@@ -1,0 +1,3 @@
+//! The real arm's protocol: bytes, the client, and the controller it is tested against.
+
+mod wire;
