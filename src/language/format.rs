@@ -92,6 +92,10 @@ fn blank_between(source: &str, earlier: Option<Token>, left: Token, right: Token
     {
         return false;
     }
+    // `#[was("old")]` is one word to a reader.
+    if matches!(a, "#" | "[") || matches!(b, "[" | "]") {
+        return false;
+    }
     // Units hold together: `N*m`, `rad/s^2`; so does what the writer put together of signs.
     if matches!(a, "*" | "/" | "^" | "·") || matches!(b, "*" | "/" | "^" | "·" | "%" | "°" | "'")
     {

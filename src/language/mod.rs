@@ -11,6 +11,7 @@ pub mod builtins;
 pub mod diagnostic;
 pub mod format;
 pub mod library;
+pub mod sentence;
 pub mod text;
 mod check;
 mod parse;

@@ -376,7 +376,7 @@ pub fn documentation(library: &Library, name: &str) -> Option<String> {
     if let Some((task, source)) = library.task(name) {
         let head = signature(name, &task.params, &task.doc);
         let mut say = String::new();
-        for sentence in &task.say {
+        for sentence in task.say.iter().map(|say| &say.text) {
             let _ = write!(say, "\n  say    \"{sentence}\"");
         }
         let place = source.place(task.name.span);

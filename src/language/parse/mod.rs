@@ -11,6 +11,7 @@ mod brackets;
 mod build;
 mod explain;
 mod expression;
+mod habit;
 pub(crate) mod lexer;
 mod model;
 mod scene;
@@ -137,6 +138,7 @@ pub fn is_incomplete(source: &str) -> bool {
                 | "action"
                 | "fluent"
                 | "type"
+                | "via"
         ),
         // `task pick(o: Graspable)` waits for its body.
         Kind::Close => {
@@ -165,14 +167,33 @@ fn pieces(source: &str) -> Vec<Span> {
                 _ => false,
             };
         if starts {
-            let docs = tokens[..i].iter().rev().take_while(|t| t.kind == Kind::Doc).count();
-            let first = tokens[i - docs];
+            let first = tokens[i - leading(source, &tokens[..i])];
             cuts.push(first.from - first.indent);
         }
     }
     cuts.push(source.len());
     cuts.dedup();
     cuts.windows(2).map(|w| Span { from: w[0], to: w[1] }).filter(|s| s.from < s.to).collect()
+}
+
+/// Returns how many tokens at the end belong to the item that follows: its documentation and attributes.
+fn leading(source: &str, before: &[Token]) -> usize {
+    let mut taken = 0;
+    loop {
+        let rest = &before[..before.len() - taken];
+        match rest.last() {
+            Some(last) if last.kind == Kind::Doc => taken += 1,
+            Some(last) if last.text(source) == "]" => {
+                // `#[was("old")]` has seven tokens; anything longer is none.
+                let start = rest.iter().rev().take(9).position(|t| t.text(source) == "#");
+                match start {
+                    Some(back) if rest[rest.len() - 1 - back].first_on_line => taken += back + 1,
+                    _ => return taken,
+                }
+            }
+            _ => return taken,
+        }
+    }
 }
 
 /// What a diagnostic calls a slice's place in the text, and how the slice is read again.
