@@ -5,6 +5,7 @@
 
 mod align;
 mod camera;
+mod explain;
 mod gap;
 mod robot;
 mod run;
@@ -77,6 +78,8 @@ enum Command {
     Check(text::CheckArgs),
     /// Lay task files out in the one canonical way.
     Fmt(text::FmtArgs),
+    /// Say what the code of a mistake means.
+    Explain(explain::ExplainArgs),
     /// Draw the And-Or graph of a task.
     Graph(text::GraphArgs),
     /// Kinematics, dynamics and planning of a robot.
@@ -148,8 +151,9 @@ fn usage(error: &clap::Error) -> Failure {
 fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
     match (&cli.command, &cli.line) {
         (Some(Command::Run(args)), _) => run::script(args, cli, style),
-        (Some(Command::Check(args)), _) => text::check(args, style),
+        (Some(Command::Check(args)), _) => text::check(args, cli, style),
         (Some(Command::Fmt(args)), _) => text::fmt(args, style),
+        (Some(Command::Explain(args)), _) => explain::explain(args, style),
         (Some(Command::Graph(args)), _) => text::graph(args, cli, style),
         (Some(Command::Robot(command)), _) => robot::robot(command, cli.common.seed, style),
         (Some(Command::Camera(command)), _) => {

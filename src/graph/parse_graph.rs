@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 use super::bind;
 use super::fluent::{self, Question};
 use super::{
-    And, Argument, Decides, Definitions, Does, Form, Graph, Node, NodeId, NodeKind, Pause, Relation,
-    Role,
+    And, Argument, Decides, Definitions, Does, Form, Graph, Node, NodeId, NodeKind, Pause,
+    Relation, Role,
 };
 use crate::language::ast::{Allen, Call, Expr, Remedy, Span};
 use crate::language::text;

@@ -7,8 +7,8 @@
 use std::collections::BTreeMap;
 
 use super::ast::{
-    ActionItem, FluentItem, Import, Item, ModelItem, Name, Program, SceneItem, Span, Step, TaskItem,
-    TwinItem, TypeItem,
+    Act, ActionItem, Call, Conditions, FluentItem, Import, Item, ModelItem, Name, Program,
+    SceneItem, Span, Step, TaskItem, TwinItem, TypeItem,
 };
 use super::builtins;
 use super::check::Checker;
@@ -21,6 +21,9 @@ const STANDARD: &[(&str, &str)] = &[
     ("stdlib/tasks/std.task", include_str!("../../stdlib/tasks/std.task")),
     ("stdlib/scenes/kitchen.task", include_str!("../../stdlib/scenes/kitchen.task")),
 ];
+
+/// The name of the task that steps outside of any become.
+pub const STEPS: &str = "steps";
 
 /// The scene that is meant when nobody names one.
 pub const DEFAULT_SCENE: &str = "kitchen";
@@ -54,6 +57,8 @@ pub struct Library {
     index: BTreeMap<(Kind, String), (usize, usize)>,
     /// Imported scripts: file name → text.
     scripts: BTreeMap<String, String>,
+    /// The file of [`Self::define`].
+    typed: Option<usize>,
 }
 
 /// A task or an action, which are called alike.
@@ -97,7 +102,10 @@ impl Library {
             diagnostic.file.clone_from(&source.name);
         }
         let file = File { source, program, diagnostics };
-        let known = self.files.iter().position(|f| f.source.name == file.source.name);
+        let same = |(at, f): (usize, &File)| {
+            (f.source.name == file.source.name && self.typed != Some(at)).then_some(at)
+        };
+        let known = self.files.iter().enumerate().find_map(same);
         let at = known.unwrap_or(self.files.len());
         if known.is_some() {
             self.files[at] = file;
@@ -157,6 +165,55 @@ impl Library {
             self.files[at].diagnostics.push(diagnostic);
         }
         at
+    }
+
+    /// Returns the call that carries out steps typed at the prompt or written at the end of a script: the
+    /// one call itself, or that of a task [`STEPS`] made of them, which replaces an earlier one.
+    pub fn define(&mut self, source: &Source, steps: &[Step]) -> Call {
+        if let [Step::Act(Act { call, via, holds, .. })] = steps
+            && via.is_empty()
+            && holds.is_empty()
+        {
+            return call.clone();
+        }
+        let span = Span { from: 0, to: source.text.len() };
+        let name = Name { text: STEPS.into(), span };
+        let task = TaskItem {
+            doc: Vec::new(),
+            was: Vec::new(),
+            name: name.clone(),
+            params: Vec::new(),
+            say: Vec::new(),
+            conditions: Conditions::default(),
+            limit: None,
+            steps: steps.to_vec(),
+            recoveries: Vec::new(),
+            span,
+        };
+        let file = File {
+            source: source.clone(),
+            program: Program { items: vec![Item::Task(task)] },
+            diagnostics: Vec::new(),
+        };
+        match self.typed {
+            Some(at) => self.files[at] = file,
+            None => {
+                self.typed = Some(self.files.len());
+                self.files.push(file);
+            }
+        }
+        self.reindex();
+        Call { name, args: Vec::new(), span }
+    }
+
+    /// Returns how many files there are; they are numbered from 0.
+    pub fn len(&self) -> usize {
+        self.files.len()
+    }
+
+    /// Returns whether there is no file.
+    pub fn is_empty(&self) -> bool {
+        self.files.is_empty()
     }
 
     /// Returns the scripts that were imported: file name → text.
@@ -412,7 +469,14 @@ impl Library {
                         .is_some_and(|between| between.chars().all(|c| c == ' '))
             })
         };
-        out.extend(checker.finish().into_iter().filter(|d| !because(d)));
+        // Nor is anything said to be missing from an item that could not be read in full.
+        let damaged = |d: &Diagnostic| {
+            let inside = |span: Span, at: Span| span.from <= at.from && at.to <= span.to;
+            let item = file.program.items.iter().filter_map(span_of).find(|s| inside(*s, d.span));
+            d.code == "task::missing"
+                && item.is_some_and(|item| file.diagnostics.iter().any(|s| inside(item, s.span)))
+        };
+        out.extend(checker.finish().into_iter().filter(|d| !because(d) && !damaged(d)));
         out.sort_by_key(|d| (d.span.from, d.span.to));
         out
     }
@@ -422,6 +486,17 @@ impl Library {
         let mut checker = Checker::new(self, scope, source);
         checker.top_step(step);
         checker.finish()
+    }
+}
+
+/// Returns the bytes of an item that has clauses.
+fn span_of(item: &Item) -> Option<Span> {
+    match item {
+        Item::Action(item) => Some(item.span),
+        Item::Task(item) => Some(item.span),
+        Item::Scene(item) => Some(item.span),
+        Item::Model(item) => Some(item.span),
+        _ => None,
     }
 }
 

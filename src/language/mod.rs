@@ -8,6 +8,7 @@
 pub mod ast;
 pub mod bind;
 pub mod builtins;
+pub mod codes;
 pub mod diagnostic;
 pub mod format;
 pub mod library;

@@ -391,7 +391,8 @@ pub fn documentation(library: &Library, name: &str) -> Option<String> {
     }
     let (fluent, source) = library.fluent(name)?;
     let head = signature(name, &fluent.params, &fluent.doc);
-    let ask = fluent.ask.as_ref().map(|ask| format!("\n  ask    \"{ask}\"")).unwrap_or_default();
+    let ask =
+        fluent.ask.as_ref().map(|ask| format!("\n  ask    \"{}\"", ask.text)).unwrap_or_default();
     let place = source.place(fluent.name.span);
     Some(format!("{head}\n  is     {}{ask}\n  {place}", text::expr(&fluent.body)))
 }

@@ -1,6 +1,7 @@
 //! The command line as a stranger uses it: the built program, its answers, its exit codes.
 
 mod bad_input;
+mod explain;
 mod gap;
 mod robot;
 mod run;

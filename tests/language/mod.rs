@@ -1,5 +1,8 @@
 //! The language as a whole: texts in, trees and diagnostics out.
 
 mod diagnostics;
+mod forms;
 mod reading;
+mod robust;
+mod sentences;
 mod stdlib;

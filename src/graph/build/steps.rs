@@ -6,7 +6,8 @@ use crate::graph::{
     Terminal,
 };
 use crate::language::ast::{
-    self, Act, Allen, Block, Either, Expr, ExprKind, If, Param, Recovery, Repeat, Span, Step, Together,
+    self, Act, Allen, Block, Either, Expr, ExprKind, If, Param, Recovery, Repeat, Span, Step,
+    Together,
 };
 use crate::language::bind::{self, Scope};
 use crate::language::text;
@@ -87,7 +88,8 @@ impl Builder<'_> {
     fn act(&mut self, act: &Act, scope: &Scope, place: &Place) -> Option<NodeId> {
         let holding = holding(&act.holds, scope);
         let segment = act.label.as_ref().unwrap_or(&act.call.name).text.clone();
-        let request = Request { call: &act.call, via: &act.via, label: act.label.as_ref(), holding };
+        let request =
+            Request { call: &act.call, via: &act.via, label: act.label.as_ref(), holding };
         self.invoke(&request, scope, place, &segment)
     }
 
@@ -267,7 +269,7 @@ impl Builder<'_> {
             children.extend(made);
         }
         for timing in &together.timings {
-            let mut find = |name: &crate::language::ast::Name| {
+            let mut find = |name: &ast::Name| {
                 let found = labels.iter().find(|(label, _)| *label == name.text).map(|(_, id)| *id);
                 if found.is_none() {
                     let all: Vec<&str> = labels.iter().map(|(label, _)| label.as_str()).collect();

@@ -11,7 +11,8 @@ mod steps;
 use std::collections::BTreeMap;
 
 use super::ast::{
-    ActionItem, Conditions, Expr, FluentItem, Item, Name, Param, Program, Span, Step, TaskItem, Text,
+    ActionItem, Conditions, Expr, FluentItem, Item, Name, Param, Program, Span, Step, TaskItem,
+    Text,
 };
 use super::builtins::{self, Ty};
 use super::diagnostic::{Diagnostic, Source};
@@ -257,8 +258,13 @@ impl<'a> Checker<'a> {
             self.slots(say, &item.params, "sentence");
             if let Err(wrong) = Template::read(&say.text) {
                 self.tell(
-                    Diagnostic::error("task::template", say.span, wrong.message, "in this sentence")
-                        .help(wrong.help),
+                    Diagnostic::error(
+                        "task::template",
+                        say.span,
+                        wrong.message,
+                        "in this sentence",
+                    )
+                    .help(wrong.help),
                 );
             }
         }

@@ -2,9 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::ast::{
-    Act, Block, Call, Hold, Name, Recovery, Span, Step, TaskItem, Text,
-};
+use super::super::ast::{Act, Block, Call, Hold, Name, Recovery, Span, Step, TaskItem, Text};
 use super::super::builtins;
 use super::super::diagnostic::Diagnostic;
 use super::super::library::Library;

@@ -18,7 +18,8 @@ use crate::units::{UNITS, known_units, suggest_unit};
 pub(super) type ToOriginal<'a> = dyn Fn(usize, usize) -> Span + 'a;
 
 /// What may start an item, and what may start a step or a clause.
-pub(super) const ITEMS: &[&str] = &["task", "action", "fluent", "type", "scene", "twin", "model", "import"];
+pub(super) const ITEMS: &[&str] =
+    &["task", "action", "fluent", "type", "scene", "twin", "model", "import"];
 pub(super) const STEPS: &[&str] = &[
     "either", "if", "repeat", "together", "check", "let", "needs", "keeps", "gives", "say",
     "limit", "timing", "retry", "abort", "while", "until", "then", "else", "break", "via",
@@ -29,8 +30,7 @@ pub(super) const MODEL: &[&str] = &["input", "param", "state", "let", "output"];
 const VIEWS: &[&str] = &["image", "focal", "looking", "at"];
 
 /// How two steps may lie in time.
-const ALLEN: &[&str] =
-    &["before", "meets", "overlaps", "starts", "during", "finishes", "equals"];
+const ALLEN: &[&str] = &["before", "meets", "overlaps", "starts", "during", "finishes", "equals"];
 
 /// Words that may follow a number and are no units.
 const AFTER_NUMBER: &[&str] = &[
@@ -246,7 +246,8 @@ fn expected(place: Place, slice: &str, code: &[Token], original: &ToOriginal) ->
         )
         .help(format!("separate {what} with commas"));
     }
-    let found = Diagnostic::error("task::syntax", span, format!("`{text}` cannot stand here"), label);
+    let found =
+        Diagnostic::error("task::syntax", span, format!("`{text}` cannot stand here"), label);
     if has(Rule::allen)
         && let Some(near) = nearest(text, ALLEN.iter().copied())
     {

@@ -1,12 +1,17 @@
 //! What other languages and other tools have taught people to write, answered with what to write here.
 
 use super::super::diagnostic::Diagnostic;
+use super::Place;
 use super::explain::{ITEMS, MODEL, RESERVED, STEPS, ToOriginal, nearest};
 use super::lexer::{Kind, Token};
-use super::Place;
 
 /// What other languages have taught people to write.
-pub(super) fn habit(place: Place, slice: &str, code: &[Token], original: &ToOriginal) -> Option<Diagnostic> {
+pub(super) fn habit(
+    place: Place,
+    slice: &str,
+    code: &[Token],
+    original: &ToOriginal,
+) -> Option<Diagnostic> {
     let text = |i: usize| code.get(i).map_or("", |t| t.text(slice));
     let first = code.first()?;
     let tell = |at: &Token, code: &'static str, message: String, label: &str, help: String| {

@@ -17,6 +17,8 @@ mod model;
 mod scene;
 mod step;
 
+use std::num::NonZeroUsize;
+
 use pest::Parser;
 
 use super::ast::{Item, Program, Span, Step};
@@ -39,9 +41,14 @@ use grammar::{Rule, TaskParser};
 /// One node of what pest read.
 type Pair<'i> = pest::iterators::Pair<'i, Rule>;
 
+/// The most rules that may be tried on one item: a thousand times what a long task needs.
+const MOST_CALLS: usize = 20_000_000;
+
 /// Reads a whole file. Never fails: what cannot be read is [`Item::Bad`] or [`Step::Bad`] and has a
 /// diagnostic; all diagnostics come at once, in the order of the text.
 pub fn parse(source: &str) -> (Program, Vec<Diagnostic>) {
+    // Text may come from a model or a network: nothing keeps the parser busy for long.
+    pest::set_call_limit(NonZeroUsize::new(MOST_CALLS));
     let mut program = Program::default();
     let mut diagnostics = Vec::new();
     for piece in pieces(source) {

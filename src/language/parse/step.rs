@@ -1,8 +1,8 @@
 //! The grammar's pairs → steps, blocks and recoveries.
 
 use super::super::ast::{
-    Act, Allen, Block, Branch, Break, Call, Either, Hold, If, Name, Recovery, Remedy, Repeat, Span, Step,
-    Timing, Together,
+    Act, Allen, Block, Branch, Break, Call, Either, Hold, If, Name, Recovery, Remedy, Repeat, Span,
+    Step, Timing, Together,
 };
 use super::super::diagnostic::Diagnostic;
 use super::build::{Body, Builder, find, number};

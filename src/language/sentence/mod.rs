@@ -18,15 +18,35 @@ use super::diagnostic::Source;
 use super::library::{Library, Scope};
 use super::parse::parse_line;
 use super::text;
-pub use resolve::Thing;
 use resolve::Found;
+pub use resolve::Thing;
 pub use template::{Template, Wrong};
 
 /// Words that say how a wish is meant and not what is wished, at the edges of a sentence.
 const POLITE: &[&str] = &[
-    "please", "kindly", "now", "then", "robot", "hey", "ok", "okay", "thanks", "just", "so", "well",
-    "could you", "can you", "would you", "will you", "i want you to", "i would like you to",
-    "thank you", "for me", "go ahead and", "let us", "let's",
+    "please",
+    "kindly",
+    "now",
+    "then",
+    "robot",
+    "hey",
+    "ok",
+    "okay",
+    "thanks",
+    "just",
+    "so",
+    "well",
+    "could you",
+    "can you",
+    "would you",
+    "will you",
+    "i want you to",
+    "i would like you to",
+    "thank you",
+    "for me",
+    "go ahead and",
+    "let us",
+    "let's",
 ];
 
 /// How many readings of an ambiguous sentence are offered.
@@ -106,7 +126,9 @@ pub fn words(sentence: &str) -> String {
     let lower = sentence.to_lowercase();
     let cleaned: Vec<&str> = lower
         .split_whitespace()
-        .map(|word| word.trim_matches(|c: char| matches!(c, '.' | ',' | '!' | '?' | ';' | ':' | '"')))
+        .map(|word| {
+            word.trim_matches(|c: char| matches!(c, '.' | ',' | '!' | '?' | ';' | ':' | '"'))
+        })
         .filter(|word| !word.is_empty())
         .collect();
     let mut rest = cleaned.join(" ");
@@ -290,7 +312,8 @@ fn filled(
             let bare = bare.count();
             let args = params.iter().enumerate().filter_map(|(i, param)| {
                 let (_, _, value) = way.iter().find(|(slot, ..)| *slot == param.name.text)?;
-                let text = if i < bare { value.clone() } else { format!("{}: {value}", param.name.text) };
+                let text =
+                    if i < bare { value.clone() } else { format!("{}: {value}", param.name.text) };
                 Some(text)
             });
             let line = format!("{name}({})", args.collect::<Vec<_>>().join(", "));
@@ -335,7 +358,8 @@ fn taught(phrase: &Phrase, slots: &BTreeMap<String, String>, with: &Knowledge<'_
             Some(name) => params.iter().find(|p| p.name.text == name.text),
             None => params.get(i),
         };
-        let Some((slot, said)) = arg.values.first().and_then(|value| slots.get_key_value(&text::expr(value)))
+        let Some((slot, said)) =
+            arg.values.first().and_then(|value| slots.get_key_value(&text::expr(value)))
         else {
             continue;
         };
@@ -432,7 +456,8 @@ fn nearest_sentence(said: &str, with: &Knowledge<'_>) -> String {
                 });
                 thing.map_or_else(|| slot.to_owned(), |thing| thing.shown().to_owned())
             });
-            let shared = spoken.iter().filter(|word| say.text.contains(**word)).count();
+            let known: Vec<&str> = example.split(' ').collect();
+            let shared = spoken.iter().filter(|word| known.contains(*word)).count();
             if best.as_ref().is_none_or(|(most, _)| shared > *most) {
                 best = Some((shared, example));
             }

@@ -115,15 +115,14 @@ fn objects(
     let fits = |thing: &&&Thing| kind.is_none_or(|kind| library.is_a(&thing.kind, kind));
     let fitting: Vec<&Thing> = found.iter().filter(fits).copied().collect();
     if !fitting.is_empty() {
-        let each = fitting.into_iter().map(|thing| Found {
-            value: thing.name.clone(),
-            shown: thing.shown().to_owned(),
-        });
+        let each = fitting
+            .into_iter()
+            .map(|thing| Found { value: thing.name.clone(), shown: thing.shown().to_owned() });
         return Ok(each.collect());
     }
     if let Some(thing) = found.first() {
         let kind = kind.unwrap_or(builtins::OBJECT);
-        let why = format!("`{slot}` is {}, and the {said} is {}", of(kind), of(&thing.kind));
+        let why = format!("`{slot}` is {}, and the {phrase} is {}", of(kind), of(&thing.kind));
         return Err((why, list(kind, library, things)));
     }
     Err(missing(&phrase, kind.unwrap_or(builtins::OBJECT), library, things))

@@ -55,15 +55,14 @@ impl Template {
     /// [`Wrong`]: a bracket that is not closed or not opened, a slot without a name or used twice, or no
     /// word at all.
     pub fn read(text: &str) -> Result<Self, Wrong> {
-        let mut reader = Reader {
-            rest: text.chars().peekable(),
-            code: Vec::new(),
-            slots: Vec::new(),
-            words: 0,
-        };
+        let mut reader =
+            Reader { rest: text.chars().peekable(), code: Vec::new(), slots: Vec::new(), words: 0 };
         reader.alternatives(None, 0)?;
         if reader.words == 0 {
-            return Err(wrong("the sentence has no word of its own", "add the word that begins it"));
+            return Err(wrong(
+                "the sentence has no word of its own",
+                "add the word that begins it",
+            ));
         }
         Ok(Self { text: text.to_owned(), code: reader.code, slots: reader.slots })
     }
@@ -293,9 +292,8 @@ mod tests {
     #[test]
     fn alternatives_options_and_slots_fit_as_read() {
         const POUR: &str = "pour [water|juice] from [the] {source} [in]to [the] {target}";
-        let both = |a: &str, b: &str| {
-            Some(vec![("source".into(), a.into()), ("target".into(), b.into())])
-        };
+        let both =
+            |a: &str, b: &str| Some(vec![("source".into(), a.into()), ("target".into(), b.into())]);
         assert_eq!(fits(POUR, "pour from jar to cup"), both("jar", "cup"));
         assert_eq!(
             fits(POUR, "pour water from the transparent jar into the blue cup"),
@@ -303,14 +301,28 @@ mod tests {
         );
         assert_eq!(fits(POUR, "pour milk from jar to cup"), None);
         assert_eq!(fits(POUR, "pour from jar to"), None);
-        assert_eq!(fits("(pick|grab) [up] {o}", "grab the jar"), Some(vec![("o".into(), "the jar".into())]));
+        assert_eq!(
+            fits("(pick|grab) [up] {o}", "grab the jar"),
+            Some(vec![("o".into(), "the jar".into())])
+        );
         assert_eq!(fits("open", "open"), Some(vec![]));
         assert_eq!(fits("open [it]", "opened"), None);
     }
 
     #[test]
     fn what_is_no_template_says_why() {
-        for text in ["pick (up {o}", "pick [up {o}", "pick) {o}", "{o", "{}", "{o}", "{a} x {a}", "a } b", "", "[ ]"] {
+        for text in [
+            "pick (up {o}",
+            "pick [up {o}",
+            "pick) {o}",
+            "{o",
+            "{}",
+            "{o}",
+            "{a} x {a}",
+            "a } b",
+            "",
+            "[ ]",
+        ] {
             assert!(Template::read(text).is_err(), "{text}");
         }
         let deep = format!("{}a{}", "(".repeat(20), ")".repeat(20));

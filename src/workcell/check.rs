@@ -1,0 +1,86 @@
+//! Everything that is wrong with a text, whoever knows it.
+//!
+//! The language finds wrong names, types and units; the world knows what a scene can be, discovery which
+//! effects there are, and the stdlib which scripts. `check`, the editor and the cell all ask here, so none
+//! of them lets pass what another refuses.
+
+use crate::discovery::vocabulary;
+use crate::language::ast::{Item, Program};
+use crate::language::{Diagnostic, Library, Scope, nearest};
+use crate::world::Scene;
+
+use super::Stdlib;
+
+/// Returns what names mean in a file: the objects of its own scene, else those of the default scene.
+pub fn scope_of(library: &Library, file: usize) -> Scope {
+    let own = library.program(file).and_then(|program| {
+        program.items.iter().find_map(|item| match item {
+            Item::Scene(scene) => Some(scene.name.text.as_str()),
+            _ => None,
+        })
+    });
+    library.scope(own.unwrap_or_else(|| library.default_scene()))
+}
+
+/// Returns everything that is wrong with one file of a library, in the order of its text.
+pub fn check_file(
+    library: &Library,
+    stdlib: &Stdlib,
+    file: usize,
+    scope: &Scope,
+) -> Vec<Diagnostic> {
+    let mut found = library.check_file(file, scope);
+    let (Some(program), Some(source)) = (library.program(file), library.source(file)) else {
+        return found;
+    };
+    let mut deeper = Vec::new();
+    for item in &program.items {
+        match item {
+            Item::Scene(scene) => {
+                deeper.extend(Scene::from_item(scene, source).err().into_iter().flatten())
+            }
+            Item::Twin(twin) => deeper.extend(vocabulary::check(twin)),
+            _ => {}
+        }
+    }
+    deeper.extend(scripts(program, library, stdlib));
+    for mut diagnostic in deeper {
+        // What could not even be read has been told.
+        let is_told = found.iter().any(|known| {
+            known.is_error()
+                && known.span.from < diagnostic.span.to
+                && diagnostic.span.from < known.span.to
+        });
+        if !is_told {
+            diagnostic.file.clone_from(&source.name);
+            found.push(diagnostic);
+        }
+    }
+    found.sort_by_key(|d| (d.span.from, d.span.to));
+    found
+}
+
+/// Complains about actions whose script nobody has.
+fn scripts(program: &Program, library: &Library, stdlib: &Stdlib) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    for item in &program.items {
+        let Item::Action(action) = item else { continue };
+        let Some((name, span)) = &action.script else { continue };
+        if stdlib.script_names().any(|known| known == name) || library.scripts().contains_key(name)
+        {
+            continue;
+        }
+        let diagnostic = Diagnostic::error(
+            "task::script",
+            *span,
+            format!("there is no script `{name}`"),
+            "not in `actions/`, not imported",
+        );
+        let known = stdlib.script_names().chain(library.scripts().keys().map(String::as_str));
+        found.push(match nearest(name, known) {
+            Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+            None => diagnostic.help(format!("write it beside this file and `import \"{name}\"`")),
+        });
+    }
+    found
+}
