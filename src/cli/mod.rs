@@ -9,6 +9,7 @@ mod explain;
 mod gap;
 mod robot;
 mod run;
+mod say;
 mod text;
 
 use std::path::PathBuf;
@@ -82,6 +83,8 @@ enum Command {
     Explain(explain::ExplainArgs),
     /// Draw the And-Or graph of a task.
     Graph(text::GraphArgs),
+    /// Say which call a sentence means.
+    Say(say::SayArgs),
     /// Kinematics, dynamics and planning of a robot.
     #[command(subcommand)]
     Robot(robot::RobotCommand),
@@ -153,6 +156,7 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         (Some(Command::Run(args)), _) => run::script(args, cli, style),
         (Some(Command::Check(args)), _) => text::check(args, cli, style),
         (Some(Command::Fmt(args)), _) => text::fmt(args, style),
+        (Some(Command::Say(args)), _) => say::say(args, cli, style),
         (Some(Command::Explain(args)), _) => explain::explain(args, style),
         (Some(Command::Graph(args)), _) => text::graph(args, cli, style),
         (Some(Command::Robot(command)), _) => robot::robot(command, cli.common.seed, style),

@@ -92,16 +92,9 @@ fn task_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
 /// `trueup check FILE...`: each file by itself over the stdlib.
 pub(super) fn check(args: &CheckArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
     let stdlib = stdlib(cli)?;
-    let standard = library(&stdlib);
-    let mut all: Vec<(Diagnostic, Source)> = Vec::new();
-    for path in task_files(&args.files)? {
-        let source = Source::new(path.display().to_string(), read(&path)?);
-        let mut library = standard.clone();
-        let file = library.add_with(source.clone(), &|path| stdlib.read(path));
-        let scope = check::scope_of(&library, file);
-        let found = check::check_file(&library, &stdlib, file, &scope).into_iter();
-        all.extend(found.map(|diagnostic| (diagnostic, source.clone())));
-    }
+    let files = task_files(&args.files)?.into_iter();
+    let sources = files.map(|path| Ok(Source::new(path.display().to_string(), read(&path)?)));
+    let all = check::check_all(&stdlib, sources.collect::<Result<_, Failure>>()?);
     let errors = all.iter().filter(|(diagnostic, _)| diagnostic.is_error()).count();
     if style.json {
         let list: Vec<_> = all.iter().map(|(d, source)| d.to_json(source)).collect();

@@ -5,6 +5,7 @@
 //! texts come in, the standard library is embedded.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::ast::{
     Act, ActionItem, Call, Conditions, FluentItem, Import, Item, ModelItem, Name, Program,
@@ -52,7 +53,7 @@ struct File {
 /// All definitions by name.
 #[derive(Debug, Clone, Default)]
 pub struct Library {
-    files: Vec<File>,
+    files: Vec<Arc<File>>,
     /// Kind and name → file and item.
     index: BTreeMap<(Kind, String), (usize, usize)>,
     /// Imported scripts: file name → text.
@@ -101,8 +102,8 @@ impl Library {
         for diagnostic in &mut diagnostics {
             diagnostic.file.clone_from(&source.name);
         }
-        let file = File { source, program, diagnostics };
-        let same = |(at, f): (usize, &File)| {
+        let file = Arc::new(File { source, program, diagnostics });
+        let same = |(at, f): (usize, &Arc<File>)| {
             (f.source.name == file.source.name && self.typed != Some(at)).then_some(at)
         };
         let known = self.files.iter().enumerate().find_map(same);
@@ -162,7 +163,7 @@ impl Library {
         let at = self.add(source);
         for mut diagnostic in wrong {
             diagnostic.file.clone_from(&name);
-            self.files[at].diagnostics.push(diagnostic);
+            Arc::make_mut(&mut self.files[at]).diagnostics.push(diagnostic);
         }
         at
     }
@@ -190,11 +191,11 @@ impl Library {
             recoveries: Vec::new(),
             span,
         };
-        let file = File {
+        let file = Arc::new(File {
             source: source.clone(),
             program: Program { items: vec![Item::Task(task)] },
             diagnostics: Vec::new(),
-        };
+        });
         match self.typed {
             Some(at) => self.files[at] = file,
             None => {

@@ -4,9 +4,11 @@
 //! effects there are, and the stdlib which scripts. `check`, the editor and the cell all ask here, so none
 //! of them lets pass what another refuses.
 
+use rayon::prelude::*;
+
 use crate::discovery::vocabulary;
-use crate::language::ast::{Item, Program};
-use crate::language::{Diagnostic, Library, Scope, nearest};
+use crate::language::ast::{Item, Program, Span};
+use crate::language::{Diagnostic, Library, Scope, Source, nearest};
 use crate::world::Scene;
 
 use super::Stdlib;
@@ -22,6 +24,22 @@ pub fn scope_of(library: &Library, file: usize) -> Scope {
     library.scope(own.unwrap_or_else(|| library.default_scene()))
 }
 
+/// Checks texts, each by itself over the stdlib, side by side; what is wrong comes in their order.
+pub fn check_all(stdlib: &Stdlib, sources: Vec<Source>) -> Vec<(Diagnostic, Source)> {
+    let standard = super::library(stdlib);
+    let found: Vec<Vec<(Diagnostic, Source)>> = sources
+        .into_par_iter()
+        .map(|source| {
+            let mut library = standard.clone();
+            let file = library.add_with(source.clone(), &|path| stdlib.read(path));
+            let scope = scope_of(&library, file);
+            let found = check_file(&library, stdlib, file, &scope);
+            found.into_iter().map(|diagnostic| (diagnostic, source.clone())).collect()
+        })
+        .collect();
+    found.into_iter().flatten().collect()
+}
+
 /// Returns everything that is wrong with one file of a library, in the order of its text.
 pub fn check_file(
     library: &Library,
@@ -33,29 +51,25 @@ pub fn check_file(
     let (Some(program), Some(source)) = (library.program(file), library.source(file)) else {
         return found;
     };
+    let errors: Vec<Span> = found.iter().filter(|d| d.is_error()).map(|d| d.span).collect();
+    let is_inside = |inner: Span, outer: Span| outer.from <= inner.from && inner.to <= outer.to;
     let mut deeper = Vec::new();
     for item in &program.items {
         match item {
             Item::Scene(scene) => {
-                deeper.extend(Scene::from_item(scene, source).err().into_iter().flatten())
+                let wrong = Scene::from_item(scene, source).err().unwrap_or_default();
+                // What could not be read is not missing.
+                let damaged = errors.iter().any(|error| is_inside(*error, scene.span));
+                deeper.extend(wrong.into_iter().filter(|d| !damaged || d.code != "task::missing"));
             }
             Item::Twin(twin) => deeper.extend(vocabulary::check(twin)),
             _ => {}
         }
     }
     deeper.extend(scripts(program, library, stdlib));
-    for mut diagnostic in deeper {
-        // What could not even be read has been told.
-        let is_told = found.iter().any(|known| {
-            known.is_error()
-                && known.span.from < diagnostic.span.to
-                && diagnostic.span.from < known.span.to
-        });
-        if !is_told {
-            diagnostic.file.clone_from(&source.name);
-            found.push(diagnostic);
-        }
-    }
+    // One mistake is told once.
+    deeper.retain(|d| !errors.iter().any(|e| e.from < d.span.to && d.span.from < e.to));
+    found.extend(deeper.into_iter().map(|d| Diagnostic { file: source.name.clone(), ..d }));
     found.sort_by_key(|d| (d.span.from, d.span.to));
     found
 }

@@ -106,10 +106,7 @@ fn a_short_code_is_enough_and_an_unknown_one_is_answered() {
     assert_eq!(json["code"], "task::unit");
     assert_eq!(json["right"], "lift(jar, by: 12 cm)\n");
     let said = desk.trueup(&["explain", "task::unti", "--json"]);
-    assert_eq!(
-        (said.code, said.error("help").as_str().unwrap()),
-        (2, "did you mean `task::unit`?")
-    );
+    assert_eq!((said.code, said.error("help")), (2, "did you mean `task::unit`?".to_owned()));
     let listed = desk.trueup(&["explain"]);
     assert_eq!(listed.out.lines().count(), explanations().count());
 }

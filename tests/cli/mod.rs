@@ -5,6 +5,7 @@ mod explain;
 mod gap;
 mod robot;
 mod run;
+mod say;
 mod text;
 
 use crate::program::Desk;

@@ -2,6 +2,7 @@
 
 mod diagnostics;
 mod forms;
+mod layout;
 mod reading;
 mod robust;
 mod sentences;
