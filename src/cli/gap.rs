@@ -20,7 +20,7 @@ use super::run::read;
 
 #[derive(Debug, Args)]
 pub(super) struct GapArgs {
-    /// Recordings (CSV) or run folders; of several, the last is held out.
+    /// Recordings (CSV, or ROS 2 bags in MCAP) or run folders; of several, the last is held out.
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     /// The model to correct: a `.task` file with a `twin` or a `model`.
@@ -56,7 +56,7 @@ pub(super) fn gap(args: &GapArgs, style: Style) -> Result<Exit, Failure> {
         .help("give a fraction between 0 and 1, such as 0.33"));
     }
     let map = Map::parse(&args.map).map_err(|error| failure(&error))?;
-    let recordings: Vec<Recording> =
+    let mut recordings: Vec<Recording> =
         args.recordings.iter().map(|path| recording_at(path, &map)).collect::<Result<_, _>>()?;
     if let Some(path) = &args.model {
         let text = read(path)?;
@@ -65,6 +65,10 @@ pub(super) fn gap(args: &GapArgs, style: Style) -> Result<Exit, Failure> {
         }
     }
     let robot = robot_of(args, &recordings)?;
+    let joints: Vec<String> = robot.joints().iter().map(|joint| joint.name.clone()).collect();
+    for recording in &mut recordings {
+        recording.number_joints(&joints);
+    }
     let model = model_of(args, style)?;
     let options = Options { holdout: args.holdout, ..Options::default() };
     let bar = bar(style);
@@ -255,13 +259,22 @@ fn recording_at(path: &Path, map: &Map) -> Result<Recording, Failure> {
     } else {
         path
     };
-    let text = read(path)?;
     let beside = path.with_extension("json");
     let sidecar = if beside.is_file() { Some(read(&beside)?) } else { None };
     let beside = beside.display().to_string();
     let sidecar = sidecar.as_deref().map(|text| (beside.as_str(), text));
-    Recording::read(&path.display().to_string(), &text, sidecar, map)
-        .map_err(|error| failure(&error))
+    let name = path.display().to_string();
+    let found = if path.extension().is_some_and(|extension| extension == "mcap") {
+        let bytes = std::fs::read(path).map_err(|error| {
+            Failure::input("io::read", format!("cannot read {name}: {error}"))
+                .at(&name)
+                .help("is the path right?")
+        })?;
+        Recording::read_bag(&name, &bytes, sidecar, map)
+    } else {
+        Recording::read(&name, &read(path)?, sidecar, map)
+    };
+    found.map_err(|error| failure(&error))
 }
 
 /// Finds the robot: as told, as the first sidecar says, or the stdlib's.

@@ -8,8 +8,8 @@
 //! another is not named but reported as a doubt, and what no name fits as a formula, or as unknown.
 //! Every verdict says how sure it is; a refusal says why.
 //!
-//! [`recording`] reads measured data, [`robot`] simulates arms, [`equation`] models given by their equations. Nothing here knows the truth of the
-//! lab: recordings are all it sees.
+//! [`recording`] reads measured data, [`robot`] simulates arms, [`equation`] models given by their equations.
+//! Nothing here knows the truth of the lab: recordings are all it sees.
 
 pub mod vocabulary;
 pub mod finding;

@@ -161,3 +161,20 @@ fn an_unreachable_cup_is_said_before_anything_moves() {
     assert_eq!((kept.outcome, kept.reached, kept.steps.len()), (Ending::Failure, false, 0));
     assert!(kept.reason.unwrap().contains("out of reach"));
 }
+
+/// A cup that is not on the table: the camera cannot find it, and that is what is said.
+#[test]
+fn an_object_that_is_not_there_is_said_before_anything_moves_towards_it() {
+    let desk = Desk::new("cli-away");
+    desk.file("away.toml", "[placement.fixed.cup]\nx_m = 0.5\ny_m = 3.0\nyaw_rad = 0.0\n");
+    let script = project("scripts/pour.task");
+    let said = desk.trueup(&["run", &script, "--lab", "away.toml", "--json"]);
+    assert_eq!(said.code, 1, "{}{}", said.out, said.err);
+    assert_eq!(said.error("code"), "camera::not_seen");
+    assert_eq!(said.error("where"), "cup");
+    assert!(said.error("message").contains("cannot be seen"), "{}", said.error("message"));
+    let folder = desk.run_folder("runs");
+    let kept: Run =
+        serde_json::from_str(&fs::read_to_string(folder.join("run.json")).unwrap()).unwrap();
+    assert_eq!((kept.outcome, kept.reached, kept.steps.len()), (Ending::Failure, false, 0));
+}

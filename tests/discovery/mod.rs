@@ -1,5 +1,6 @@
 //! Discovery: planted truth is found, nothing is found where nothing was planted, bad input is told.
 
+mod bag;
 mod equation;
 mod planted;
 mod recordings;

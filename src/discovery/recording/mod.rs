@@ -1,10 +1,12 @@
 //! A recording: columns over time in SI, with what is known of the machine that made it.
 //!
-//! [`Recording::read`] takes the text of a CSV file and of the sidecar beside it; [`map`] renames columns.
+//! [`Recording::read`] takes the text of a CSV file and of the sidecar beside it, [`Recording::read_bag`] a
+//! ROS 2 bag; [`map`] renames columns.
 //! What is wrong with a file is an error that says which line and which column and what would help. A
 //! column nobody asks for may hold anything: its bad cells are told only by [`Recording::column`].
 //! Files are opened by the caller.
 
+mod bag;
 pub mod map;
 pub mod noise;
 pub mod sidecar;
@@ -105,6 +107,43 @@ impl Recording {
             None => Sidecar::default(),
         };
         table::read(name, csv, sidecar, map)
+    }
+
+    /// Reads the joint states of a ROS 2 bag in MCAP, `q_NAME`, `dq_NAME`, `tau_NAME` for every joint by the
+    /// bag's name; topics that speak of a command give `q_cmd_NAME`. The sidecar and the map are as for
+    /// [`Self::read`].
+    ///
+    /// # Errors
+    ///
+    /// An [`Error`] for bytes that are no MCAP file, a bag without joint states, or a sidecar that is not
+    /// one.
+    pub fn read_bag(
+        name: &str,
+        bytes: &[u8],
+        sidecar: Option<(&str, &str)>,
+        map: &Map,
+    ) -> Result<Self, Error> {
+        let sidecar = match sidecar {
+            Some((name, text)) => Sidecar::read(name, text)?,
+            None => Sidecar::default(),
+        };
+        bag::read(name, bytes, sidecar, map)
+    }
+
+    /// Gives columns that bear a joint's name the joint's number: `q_elbow` becomes `q_3` if `elbow` is the
+    /// third of `joints`.
+    pub fn number_joints(&mut self, joints: &[String]) {
+        for column in &mut self.columns {
+            let stems = ["q_cmd", "dq_cmd", "tau_cmd", "q", "dq", "tau", "current"];
+            let numbered = stems.iter().find_map(|stem| {
+                let joint = column.name.strip_prefix(stem)?.strip_prefix('_')?;
+                let index = joints.iter().position(|known| known == joint)?;
+                Some(format!("{stem}_{}", index + 1))
+            });
+            if let Some(name) = numbered {
+                column.name = name;
+            }
+        }
     }
 
     /// Returns the number of rows.

@@ -1,256 +1,28 @@
-//! From recordings of an arm to a finding.
+//! An outcome of the search, worded as a finding: effects, verdict, lines for the model file.
 
 use std::collections::BTreeMap;
 
-use super::chain::Chain;
-use super::data::{Channel, Data, Quantity};
-use super::experiment::Experiment;
 use super::explain::ArmGap;
-use super::plant::{Arm, Scene};
-use super::simulate::Model;
+use super::places::places;
+use super::power::smallest_visible;
 use super::term::{Law, Term};
 use super::wording::{self, Told};
 use crate::discovery::finding::{
     self, Alternative, Effect, Evidence, Finding, Gap, ModelChange, NextExperiment, Parameter,
-    Split, Value, Verdict, Visible,
+    Split, Value, Verdict,
 };
-use crate::discovery::recording::{Error, Recording};
-use crate::discovery::selection::{
-    self, Gap as _, Hypothesis, Options, Outcome, Rival, Set, sum_of_squares,
-};
-use crate::discovery::{Investigation, Trace};
-use crate::language::ast::EffectItem;
-use crate::motion::Robot;
-use crate::units::significant;
+use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Outcome, Rival, Set};
 
 /// A misfit this many standard deviations of χ² above its expectation is no noise.
-const SIGNIFICANT: f64 = 5.0;
+pub(super) const SIGNIFICANT: f64 = 5.0;
 
-/// What an effect must explain more when the motion is not simulated but measured, in units of the
-/// criterion; chosen so that arms without a hidden effect raise no alarm.
-const MEASURED: f64 = 16.0;
-
-impl Arm {
-    /// Returns the arm a recording was made with.
-    ///
-    /// # Errors
-    ///
-    /// An [`Error`] for a robot that is no chain, or a sidecar whose lists are not of its length.
-    pub fn of(robot: &Robot, recording: &Recording) -> Result<Self, Error> {
-        let sidecar = &recording.sidecar;
-        let n = robot.n_joints();
-        let wrong = |what: String, help: &str| Error {
-            what,
-            place: recording.name.clone(),
-            help: help.into(),
-        };
-        let gravity = sidecar.gravity.unwrap_or(crate::motion::dynamics::GRAVITY);
-        let chain = Chain::new(robot, sidecar.tip.as_deref(), gravity)
-            .map_err(|what| wrong(what, "name the robot's file and tip, or another robot"))?;
-        if !sidecar.armature.is_empty() && sidecar.armature.len() < n {
-            let given = sidecar.armature.len();
-            return Err(wrong(
-                format!("`armature_kg_m2` has {given} values, the robot {n} joints"),
-                "give one value per joint",
-            ));
-        }
-        if let Some(controller) = &sidecar.controller {
-            let limits = controller.torque_limit_nm.len();
-            if controller.kp_nm_per_rad.len() != n || (limits != 0 && limits != n) {
-                return Err(wrong(
-                    format!(
-                        "the controller is for {} joints, the robot has {n}",
-                        controller.kp_nm_per_rad.len()
-                    ),
-                    "give one gain and one limit per joint; is it the right robot?",
-                ));
-            }
-            if !matches!(controller.kind.as_str(), "pd_with_gravity" | "pd") {
-                return Err(wrong(
-                    format!("a controller of type `{}` is not known", controller.kind),
-                    "known are `pd_with_gravity` and `pd`; leave the controller out to judge \
-                     torques and tip along the measured motion",
-                ));
-            }
-        }
-        let mut armature = sidecar.armature.clone();
-        armature.resize(n, 0.0);
-        Ok(Self {
-            chain,
-            armature,
-            controller: sidecar.controller.clone(),
-            torque_sensor: sidecar.torque_sensor,
-            joint_names: robot.joints().iter().map(|joint| joint.name.clone()).collect(),
-        })
-    }
-}
-
-/// Finds what an arm's model lacks: fits on `train`, judges on `heldout`.
-///
-/// # Errors
-///
-/// An [`Error`] for recordings that hold nothing of this arm, or a model that runs away on them.
-pub fn investigate(
-    robot: &Robot,
-    known: &[EffectItem],
-    train: &[Recording],
-    heldout: &[Recording],
-    options: &Options,
-    progress: &mut dyn FnMut(&str, f64),
-) -> Result<Investigation, Error> {
-    let mut notes: Vec<String> = Vec::new();
-    let mut models = Vec::new();
-    for recording in train.iter().chain(heldout) {
-        notes.extend(recording.notes.iter().cloned());
-        let arm = Arm::of(robot, recording)?;
-        let data = Data::new(recording, arm.chain.n())?;
-        notes.extend(data.notes.iter().cloned());
-        let scene = Scene::new(&arm, data);
-        if !scene.closed_loop {
-            notes.push(format!(
-                "{}: no controller is known; torque and tip are judged along the measured motion",
-                recording.name
-            ));
-        }
-        models.push(Model::new(arm, scene));
-    }
-    notes.dedup();
-    let held = models.split_off(train.len());
-    let mut present = (Vec::new(), Vec::new());
-    for effect in known {
-        let read = super::known::known(effect, robot.n_joints()).map_err(|what| Error {
-            what,
-            place: format!("effect {}({})", effect.name.text, effect.at.text),
-            help: "see the vocabulary of effects for names, places and parameters".into(),
-        })?;
-        match read {
-            Some((term, values)) => {
-                present.0.push(term);
-                present.1.extend(values);
-            }
-            None => notes.push(format!(
-                "effect {}({}) is not of the arm and is left aside",
-                effect.name.text, effect.at.text
-            )),
-        }
-    }
-    let mut gap = ArmGap { train: models, heldout: held, known: present };
-    let runs_away = |what: String| Error {
-        what,
-        place: train.first().map_or(String::new(), |recording| recording.name.clone()),
-        help: "check the units of the columns, the robot's file and the controller's gains".into(),
-    };
-    if gap.count(Set::Train) == 0 || gap.count(Set::Heldout) == 0 {
-        return Err(Error {
-            what: "the recordings hold a motion, but nothing to compare with a model of the arm"
-                .into(),
-            place: train.first().map_or(String::new(), |recording| recording.name.clone()),
-            help: "record torques (`tau_n`) or the tip (`tcp_x`), or say in the sidecar what the \
-                   controller is: then positions can be predicted too"
-                .into(),
-        });
-    }
-    let mut options = *options;
-    if gap.train.iter().any(|model| !model.scene.closed_loop) {
-        // The accelerations of a measured motion have errors of their own, which are not white.
-        options.least_gain += MEASURED;
-    }
-    let options = &options;
-    let mut outcome = selection::search(&gap, options, progress).map_err(runs_away)?;
-    let beyond = |sum: f64, count: usize| (sum - count as f64) / (2.0 * count as f64).sqrt();
-    if outcome.best.terms.is_empty()
-        && beyond(outcome.nothing.train, gap.count(Set::Train)) < SIGNIFICANT
-        && beyond(outcome.nothing.heldout, gap.count(Set::Heldout)) > SIGNIFICANT
-    {
-        // The motion to fit does not show it, the other does: exchange the two.
-        let ArmGap { train, heldout, known } = gap;
-        gap = ArmGap { train: heldout, heldout: train, known };
-        outcome = selection::search(&gap, options, progress).map_err(runs_away)?;
-        notes.push(
-            "the data to fit show nothing beyond noise, the data held out do: their roles were \
-             exchanged"
-                .into(),
-        );
-    }
-    progress("writing the answer", 0.98);
-    let traces = traces(&gap, &outcome.best, train.iter().chain(heldout).map(|r| r.name.as_str()));
-    let experiment = experiment(&gap, &outcome, options, robot);
-    let mut finding = answer(gap, &outcome, options, notes);
-    if let Some(next) = &mut finding.next_experiment {
-        let detail = match &experiment {
-            Some(experiment) => format!(
-                "; in the motion proposed they differ by {} standard deviations",
-                significant(experiment.separation, 2)
-            ),
-            None => "; no motion of the arm tells them apart in these channels: measure something \
-                     else, such as a second marker on the base or the table"
-                .into(),
-        };
-        next.why.push_str(&detail);
-    }
-    Ok(Investigation { finding, traces, experiment: experiment.map(|experiment| experiment.csv) })
-}
-
-/// Returns the motion that would settle the first doubt, if there is a doubt and such a motion.
-fn experiment(
-    gap: &ArmGap,
-    outcome: &Outcome<Term>,
-    options: &Options,
-    robot: &Robot,
-) -> Option<Experiment> {
-    let rival = outcome.rivals.iter().find(|rival| {
-        rival.behind < options.tie && !synonym(rival, &outcome.best.terms[rival.instead_of])
-    })?;
-    // Any seed will do; always the same one, so that the same doubt gets the same motion.
-    super::experiment::settle(
-        gap.train.first()?,
-        robot.joints(),
-        [&outcome.best, &rival.hypothesis],
-        1,
-    )
-}
-
-/// Returns measured minus model before and after for every channel of every recording.
-fn traces<'a>(
-    gap: &ArmGap,
-    best: &Hypothesis<Term>,
-    names: impl Iterator<Item = &'a str>,
-) -> Vec<Trace> {
-    let mut found = Vec::new();
-    let models = gap.train.iter().map(|m| (m, false)).chain(gap.heldout.iter().map(|m| (m, true)));
-    for ((model, held_out), name) in models.zip(names) {
-        let all = |terms: &[Term], parameters: &[f64]| {
-            let terms = [&gap.known.0[..], terms].concat();
-            model.residuals(&terms, &[&gap.known.1[..], parameters].concat())
-        };
-        let (Some(before), Some(after)) = (all(&[], &[]), all(&best.terms, &best.parameters))
-        else {
-            continue;
-        };
-        let data = &model.scene.data;
-        let rows = data.n_rows();
-        let predicted = data.channels.iter().filter(|c| model.is_predicted(c.quantity));
-        for (at, channel) in predicted.enumerate() {
-            let in_units = |residuals: &[f64]| {
-                residuals[at * rows..(at + 1) * rows].iter().map(|r| r * channel.noise).collect()
-            };
-            found.push(Trace {
-                recording: name.to_owned(),
-                channel: channel.name.clone(),
-                unit: channel.quantity.unit().to_owned(),
-                noise: channel.noise,
-                held_out,
-                time: data.time.clone(),
-                before: in_units(&before),
-                after: in_units(&after),
-            });
-        }
-    }
-    found
+/// Returns how many standard deviations of χ² a sum of squares lies above what noise alone would leave.
+pub(super) fn above_noise(sum: f64, count: usize) -> f64 {
+    (sum - count as f64) / (2.0 * count as f64).sqrt()
 }
 
 /// Words an outcome as a finding.
-fn answer(
+pub(super) fn answer(
     gap: ArmGap,
     outcome: &Outcome<Term>,
     options: &Options,
@@ -264,8 +36,8 @@ fn answer(
     };
     let shrink = Gap::of(split(&outcome.nothing), split(&outcome.best), 1.0);
     let places = places(&gap);
-    let beyond = |sum: f64, count: usize| (sum - count as f64) / (2.0 * count as f64).sqrt();
-    let left = beyond(outcome.best.heldout, counts.1).max(beyond(outcome.best.train, counts.0));
+    let left =
+        above_noise(outcome.best.heldout, counts.1).max(above_noise(outcome.best.train, counts.0));
     let visible =
         if outcome.best.terms.is_empty() { smallest_visible(&gap, options) } else { Vec::new() };
     // The held-out numbers are settled; what is written into the model is fitted to all data.
@@ -382,7 +154,7 @@ fn answer(
 
 /// Returns whether the rival is the same thing under another name, so that no doubt about the machine
 /// is left: a shift of the tracker with more or fewer of its numbers free, friction with another corner.
-fn synonym(rival: &Rival<Term>, chosen: &Term) -> bool {
+pub(super) fn synonym(rival: &Rival<Term>, chosen: &Term) -> bool {
     let other = rival.hypothesis.terms.last();
     other
         .is_some_and(|other| other.law.name() == chosen.law.name() && other.seat() == chosen.seat())
@@ -495,184 +267,4 @@ fn alternatives<'a>(
         });
     }
     found
-}
-
-/// Says how much of the gap each channel carries and what its residual follows.
-fn places(gap: &ArmGap) -> Vec<finding::Channel> {
-    struct Sum {
-        unit: &'static str,
-        square: f64,
-        noise: f64,
-        excess: f64,
-        rows: usize,
-        follows: (f64, String),
-    }
-    let mut sums: BTreeMap<(Quantity, usize), (String, Sum)> = BTreeMap::new();
-    for model in gap.train.iter().chain(&gap.heldout) {
-        let Some(residuals) = model.residuals(&gap.known.0, &gap.known.1) else { continue };
-        let data = &model.scene.data;
-        let rows = data.n_rows();
-        let first = model.scene.first_row;
-        let predicted = data.channels.iter().filter(|c| model.is_predicted(c.quantity));
-        for (at, channel) in predicted.enumerate() {
-            let part = &residuals[at * rows + first..at * rows + model.scene.last_row];
-            let square = sum_of_squares(part);
-            let entry = sums.entry((channel.quantity, channel.index)).or_insert_with(|| {
-                let sum = Sum {
-                    unit: channel.quantity.unit(),
-                    square: 0.0,
-                    noise: channel.noise,
-                    excess: 0.0,
-                    rows: 0,
-                    follows: (0.0, String::new()),
-                };
-                (channel.name.clone(), sum)
-            });
-            let sum = &mut entry.1;
-            sum.square += square * channel.noise.powi(2);
-            sum.excess += square - part.len() as f64;
-            sum.rows += part.len();
-            let follows = follows(model, channel, part);
-            if follows.0 > sum.follows.0 {
-                sum.follows = follows;
-            }
-        }
-    }
-    let total: f64 = sums.values().map(|(_, sum)| sum.excess.max(0.0)).sum();
-    let mut places: Vec<finding::Channel> = sums
-        .into_values()
-        .map(|(name, sum)| {
-            // Within three standard deviations of χ² it is noise.
-            let excess = sum.excess > 3.0 * (2.0 * sum.rows as f64).sqrt();
-            finding::Channel {
-                channel: name,
-                rms: (sum.square / sum.rows.max(1) as f64).sqrt(),
-                noise: sum.noise,
-                unit: sum.unit.into(),
-                share: if total > 0.0 { sum.excess.max(0.0) / total } else { 0.0 },
-                concentrated_in: if excess { sum.follows.1 } else { "nothing beyond noise".into() },
-            }
-        })
-        .collect();
-    places.sort_by(|a, b| b.share.total_cmp(&a.share));
-    places
-}
-
-/// Returns what the residual of a channel follows most, with the part it explains.
-fn follows(model: &Model, channel: &Channel, part: &[f64]) -> (f64, String) {
-    let scene = &model.scene;
-    let (data, plant) = (&scene.data, &scene.plant);
-    let n = plant.n;
-    let first = scene.first_row;
-    let at = |values: &[f64], joint: usize| -> Vec<f64> {
-        data.time[first..scene.last_row]
-            .iter()
-            .map(|time| {
-                let k = ((time - plant.start) / plant.step).round() as usize;
-                values[k.min(plant.len - 1) * n + joint]
-            })
-            .collect()
-    };
-    let own = channel.quantity != Quantity::Tip;
-    let joints: Vec<usize> = if own { vec![channel.index] } else { (0..n).collect() };
-    let mut features: Vec<(String, Vec<f64>)> = vec![
-        ("a constant".into(), vec![1.0; part.len()]),
-        (
-            "time".into(),
-            data.time[first..scene.last_row].iter().map(|t| t - data.time[0]).collect(),
-        ),
-    ];
-    for j in joints {
-        let (q, dq, ddq) = (at(&plant.q, j), at(&plant.dq, j), at(&plant.ddq, j));
-        let load = at(&plant.bias, j);
-        let name = |what: &str| what.replace('#', &format!("_{}", j + 1));
-        features.push((name("sign(dq#)"), dq.iter().map(|v| (v / 5e-3).tanh()).collect()));
-        features.push((name("dq#"), dq.clone()));
-        features.push((name("dq#*abs(dq#)"), dq.iter().map(|v| v * v.abs()).collect()));
-        features.push((name("ddq#"), ddq));
-        features.push((name("q#"), q));
-        features.push((name("the load at joint#"), load));
-    }
-    let total = sum_of_squares(part).max(1e-300);
-    let mut best = (0.0, String::from("no single state"));
-    for (name, values) in features {
-        let norm = sum_of_squares(&values);
-        if norm <= 0.0 {
-            continue;
-        }
-        let along: f64 = values.iter().zip(part).map(|(v, r)| v * r).sum();
-        let explained = along * along / norm / total;
-        if explained > best.0 {
-            best = (explained, name);
-        }
-    }
-    let (explained, name) = best;
-    let when = segments(model, part);
-    let text = if explained > 0.3 {
-        format!("{name}, {when}")
-    } else {
-        format!("no single state, {when}")
-    };
-    (explained.max(1e-6), text)
-}
-
-/// Says in which stretches of time the residual is large.
-fn segments(model: &Model, part: &[f64]) -> String {
-    let data = &model.scene.data;
-    let first = model.scene.first_row;
-    let total = sum_of_squares(part).max(1e-300);
-    let quarter = part.len().div_ceil(4).max(1);
-    let shares: Vec<f64> =
-        part.chunks(quarter).map(|chunk| sum_of_squares(chunk) / total).collect();
-    match shares.iter().position(|share| *share > 0.7) {
-        Some(at) => {
-            let from = data.time[first + at * quarter];
-            let to = data.time[(first + (at + 1) * quarter).min(data.n_rows()) - 1];
-            format!("mostly from {from:.1} s to {to:.1} s")
-        }
-        None => "all segments".into(),
-    }
-}
-
-/// Returns how small an effect of each common kind would have been seen: the power of the test.
-fn smallest_visible(gap: &ArmGap, options: &Options) -> Vec<Visible> {
-    let Some(base) = gap.residuals(Set::Train, &[], &[]) else { return Vec::new() };
-    let count = gap.count(Set::Train) as f64;
-    let mut visible = Vec::new();
-    for candidate in gap.candidates(&[], &base) {
-        let law = candidate.term.law;
-        let wanted = matches!(
-            law,
-            Law::Coulomb
-                | Law::Viscous
-                | Law::Payload
-                | Law::TorqueOffset
-                | Law::ZeroOffset
-                | Law::Compliance
-                | Law::CommandDelay
-                | Law::ToolOffset
-        );
-        let slots = law.slots();
-        let (Some(slot), Some(start)) = (slots.first(), candidate.starts.first()) else { continue };
-        if !wanted {
-            continue;
-        }
-        let mut moved = start.clone();
-        moved[0] += slot.scale;
-        let Some(with) = gap.residuals(Set::Train, &[candidate.term], &moved) else { continue };
-        let difference: Vec<f64> = with.iter().zip(&base).map(|(a, b)| a - b).collect();
-        let strength = sum_of_squares(&difference).sqrt() / slot.scale;
-        if strength <= 0.0 {
-            continue;
-        }
-        let needed = options.least_gain + slots.len() as f64 * count.ln();
-        visible.push(Visible {
-            name: law.name().into(),
-            at: candidate.term.seat(),
-            parameter: slot.name.into(),
-            least: needed.sqrt() / strength,
-            unit: slot.unit.into(),
-        });
-    }
-    visible
 }

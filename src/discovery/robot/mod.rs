@@ -12,6 +12,9 @@ pub mod explain;
 pub mod wording;
 pub mod known;
 pub mod experiment;
-pub mod answer;
+pub mod investigate;
+mod answer;
+mod places;
+mod power;
 
-pub use answer::investigate;
+pub use investigate::investigate;

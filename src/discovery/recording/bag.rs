@@ -1,0 +1,219 @@
+//! A ROS 2 bag in MCAP → a recording: the `sensor_msgs/msg/JointState` messages of an arm.
+//!
+//! Joints keep the names the bag gives them (`q_shoulder`, `dq_shoulder`, `tau_shoulder`) until
+//! [`Recording::number_joints`] gives them the numbers of a robot. Topics whose name speaks of a command
+//! become `q_cmd_…`. Sources: the MCAP specification 0, OMG CDR 1.0, `sensor_msgs` of ROS 2.
+
+use std::collections::BTreeMap;
+
+use byteorder::{BigEndian, LittleEndian};
+use serde::Deserialize;
+
+use super::{Column, Error, Map, Recording, Sidecar};
+use crate::units;
+
+/// The one message that is read.
+const JOINT_STATE: &str = "sensor_msgs/msg/JointState";
+
+/// `builtin_interfaces/msg/Time`.
+#[derive(Debug, Deserialize)]
+struct Stamp {
+    sec: i32,
+    nanosec: u32,
+}
+
+/// `std_msgs/msg/Header`.
+#[derive(Debug, Deserialize)]
+struct Header {
+    stamp: Stamp,
+    #[serde(rename = "frame_id")]
+    _frame: String,
+}
+
+/// `sensor_msgs/msg/JointState`: rad or m, rad/s or m/s, N·m or N; a list may be empty.
+#[derive(Debug, Deserialize)]
+struct JointState {
+    header: Header,
+    name: Vec<String>,
+    position: Vec<f64>,
+    velocity: Vec<f64>,
+    effort: Vec<f64>,
+}
+
+/// One quantity of one joint over time.
+type Series = Vec<(f64, f64)>;
+
+/// Reads the joint states of a bag; `sidecar` and `map` as for [`Recording::read`].
+pub(super) fn read(
+    name: &str,
+    bytes: &[u8],
+    sidecar: Sidecar,
+    map: &Map,
+) -> Result<Recording, Error> {
+    let (series, mut notes) = series(name, bytes)?;
+    let headers: Vec<String> = series.keys().cloned().collect();
+    if let Some(theirs) = map.unused(&headers) {
+        return Err(Error::new(
+            format!("`--map` renames `{theirs}`, which no joint state holds"),
+            name,
+            format!("the bag has {}", headers.join(", ")),
+        ));
+    }
+    // The clock is that of the measured quantity with most samples; the others are read off at its times.
+    let measured = series.iter().filter(|(name, _)| !is_held(name));
+    let Some((_, clock)) = measured.max_by_key(|(_, samples)| samples.len()) else {
+        return Err(Error::new(
+            "the bag holds commands, but no joint state that was measured",
+            name,
+            "record the topic `/joint_states` too",
+        ));
+    };
+    let (begin, end) = overlap(&series);
+    let time: Vec<f64> =
+        clock.iter().map(|sample| sample.0).filter(|t| (begin..=end).contains(t)).collect();
+    if time.len() < 3 {
+        return Err(Error::new(
+            format!("only {} joint states lie where all topics have begun", time.len()),
+            name,
+            "record for longer, and all topics at once",
+        ));
+    }
+    let outside = clock.len() - time.len();
+    if outside > 0 {
+        notes.push(format!("{name}: {outside} rows lie where not every topic speaks; left out"));
+    }
+    let columns = series.iter().map(|(header, samples)| {
+        let values = time.iter().map(|t| at(samples, *t, is_held(header))).collect();
+        let plain = units::Column { name: header.clone(), unit: None };
+        let (column, _) = map.apply(header, plain);
+        Column { name: column.name, unit: column.unit, values, bad: None }
+    });
+    let columns = columns.collect();
+    let first = time[0];
+    let time = time.into_iter().map(|t| t - first).collect();
+    Ok(Recording { name: name.into(), time, columns, sidecar, notes })
+}
+
+/// Collects every quantity of every joint over time, s since the epoch, increasing.
+fn series(name: &str, bytes: &[u8]) -> Result<(BTreeMap<String, Series>, Vec<String>), Error> {
+    let broken = |error: mcap::McapError| {
+        Error::new(
+            format!("not an MCAP file that can be read: {error}"),
+            name,
+            "`ros2 bag record -s mcap` writes one; was it cut off while being written?",
+        )
+    };
+    let mut series: BTreeMap<String, Series> = BTreeMap::new();
+    let mut seen: BTreeMap<String, String> = BTreeMap::new();
+    let mut unstamped = false;
+    for message in mcap::MessageStream::new(bytes).map_err(broken)? {
+        let message = message.map_err(broken)?;
+        let channel = &message.channel;
+        let schema = channel.schema.as_ref().map_or("", |schema| schema.name.as_str());
+        seen.insert(channel.topic.clone(), schema.to_owned());
+        if schema != JOINT_STATE || channel.message_encoding != "cdr" {
+            continue;
+        }
+        let state = joint_state(&message.data).map_err(|what| {
+            Error::new(
+                format!("message {} is not a joint state: {what}", message.sequence),
+                format!("{name}, topic {}", channel.topic),
+                "was it written by another version of the message?",
+            )
+        })?;
+        let stamp =
+            f64::from(state.header.stamp.sec) + f64::from(state.header.stamp.nanosec) * 1e-9;
+        let time = if stamp > 0.0 {
+            stamp
+        } else {
+            unstamped = true;
+            message.log_time as f64 * 1e-9
+        };
+        let stems = if is_command(&channel.topic) {
+            ["q_cmd", "dq_cmd", "tau_cmd"]
+        } else {
+            ["q", "dq", "tau"]
+        };
+        let lists = [&state.position, &state.velocity, &state.effort];
+        for (stem, list) in stems.into_iter().zip(lists) {
+            for (joint, value) in state.name.iter().zip(list) {
+                if value.is_finite() {
+                    series.entry(format!("{stem}_{joint}")).or_default().push((time, *value));
+                }
+            }
+        }
+    }
+    if series.is_empty() {
+        let topics: Vec<String> =
+            seen.iter().map(|(topic, schema)| format!("{topic} ({schema})")).collect();
+        let holds = if topics.is_empty() { "nothing".to_owned() } else { topics.join(", ") };
+        return Err(Error::new(
+            format!("no `{JOINT_STATE}` in the bag"),
+            name,
+            format!("record `/joint_states`; the bag holds {holds}"),
+        ));
+    }
+    let mut notes = Vec::new();
+    if unstamped {
+        notes.push(format!("{name}: messages without a stamp; the time they were logged is taken"));
+    }
+    let mut repeated = 0;
+    for samples in series.values_mut() {
+        samples.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let before = samples.len();
+        samples.dedup_by(|later, earlier| later.0 <= earlier.0);
+        repeated = repeated.max(before - samples.len());
+    }
+    if repeated > 0 {
+        notes.push(format!("{name}: {repeated} messages repeat a time and are left out"));
+    }
+    Ok((series, notes))
+}
+
+/// Returns whether a topic holds what was asked of the arm rather than what it did.
+fn is_command(topic: &str) -> bool {
+    let topic = topic.to_ascii_lowercase();
+    ["command", "cmd", "desired", "reference", "target"].iter().any(|word| topic.contains(word))
+}
+
+/// Decodes one message: four bytes that say the byte order, then the fields.
+fn joint_state(data: &[u8]) -> Result<JointState, String> {
+    let (Some(kind), Some(body)) = (data.get(..2), data.get(4..)) else {
+        return Err(format!("{} bytes are too few", data.len()));
+    };
+    let decoded = match kind {
+        [0, 0] => cdr_encoding::from_bytes::<JointState, BigEndian>(body),
+        [0, 1] => cdr_encoding::from_bytes::<JointState, LittleEndian>(body),
+        _ => return Err(format!("its encoding {kind:?} is not plain CDR")),
+    };
+    decoded.map(|(state, _)| state).map_err(|error| error.to_string())
+}
+
+/// Returns from when to when every series has samples; the last command holds until there is another.
+fn overlap(series: &BTreeMap<String, Series>) -> (f64, f64) {
+    let mut inside = (f64::NEG_INFINITY, f64::INFINITY);
+    for (name, samples) in series {
+        inside.0 = inside.0.max(samples[0].0);
+        if !is_held(name) {
+            inside.1 = inside.1.min(samples[samples.len() - 1].0);
+        }
+    }
+    inside
+}
+
+/// Returns whether a series is of commands, which hold until the next one.
+fn is_held(name: &str) -> bool {
+    ["q_cmd_", "dq_cmd_", "tau_cmd_"].iter().any(|stem| name.starts_with(stem))
+}
+
+/// Returns a series at a time inside it: the last value (`held`), or between the two around it.
+fn at(samples: &[(f64, f64)], time: f64, held: bool) -> f64 {
+    let after = samples.partition_point(|sample| sample.0 <= time);
+    let before = samples[after.saturating_sub(1)];
+    match samples.get(after) {
+        Some(next) if !held && next.0 > before.0 => {
+            before.1 + (time - before.0) / (next.0 - before.0) * (next.1 - before.1)
+        }
+        _ => before.1,
+    }
+}

@@ -1,0 +1,238 @@
+//! From recordings of an arm to a finding: lays the arm out along them, searches, answers.
+
+use super::answer::{SIGNIFICANT, above_noise, answer, synonym};
+use super::chain::Chain;
+use super::data::Data;
+use super::experiment::Experiment;
+use super::explain::ArmGap;
+use super::plant::{Arm, Scene};
+use super::simulate::Model;
+use super::term::Term;
+use crate::discovery::recording::{Error, Recording};
+use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Outcome, Set};
+use crate::discovery::{Investigation, Trace};
+use crate::language::ast::EffectItem;
+use crate::motion::Robot;
+use crate::units::significant;
+
+/// What an effect must explain more when the motion is not simulated but measured, in units of the
+/// criterion; chosen so that arms without a hidden effect raise no alarm.
+const MEASURED: f64 = 16.0;
+
+impl Arm {
+    /// Returns the arm a recording was made with.
+    ///
+    /// # Errors
+    ///
+    /// An [`Error`] for a robot that is no chain, or a sidecar whose lists are not of its length.
+    pub fn of(robot: &Robot, recording: &Recording) -> Result<Self, Error> {
+        let sidecar = &recording.sidecar;
+        let n = robot.n_joints();
+        let wrong = |what: String, help: &str| Error {
+            what,
+            place: recording.name.clone(),
+            help: help.into(),
+        };
+        let gravity = sidecar.gravity.unwrap_or(crate::motion::dynamics::GRAVITY);
+        let chain = Chain::new(robot, sidecar.tip.as_deref(), gravity)
+            .map_err(|what| wrong(what, "name the robot's file and tip, or another robot"))?;
+        if !sidecar.armature.is_empty() && sidecar.armature.len() < n {
+            let given = sidecar.armature.len();
+            return Err(wrong(
+                format!("`armature_kg_m2` has {given} values, the robot {n} joints"),
+                "give one value per joint",
+            ));
+        }
+        if let Some(controller) = &sidecar.controller {
+            let limits = controller.torque_limit_nm.len();
+            if controller.kp_nm_per_rad.len() != n || (limits != 0 && limits != n) {
+                return Err(wrong(
+                    format!(
+                        "the controller is for {} joints, the robot has {n}",
+                        controller.kp_nm_per_rad.len()
+                    ),
+                    "give one gain and one limit per joint; is it the right robot?",
+                ));
+            }
+            if !matches!(controller.kind.as_str(), "pd_with_gravity" | "pd") {
+                return Err(wrong(
+                    format!("a controller of type `{}` is not known", controller.kind),
+                    "known are `pd_with_gravity` and `pd`; leave the controller out to judge \
+                     torques and tip along the measured motion",
+                ));
+            }
+        }
+        let mut armature = sidecar.armature.clone();
+        armature.resize(n, 0.0);
+        Ok(Self {
+            chain,
+            armature,
+            controller: sidecar.controller.clone(),
+            torque_sensor: sidecar.torque_sensor,
+            joint_names: robot.joints().iter().map(|joint| joint.name.clone()).collect(),
+        })
+    }
+}
+
+/// Finds what an arm's model lacks: fits on `train`, judges on `heldout`.
+///
+/// # Errors
+///
+/// An [`Error`] for recordings that hold nothing of this arm, or a model that runs away on them.
+pub fn investigate(
+    robot: &Robot,
+    known: &[EffectItem],
+    train: &[Recording],
+    heldout: &[Recording],
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Investigation, Error> {
+    let mut notes: Vec<String> = Vec::new();
+    let mut models = Vec::new();
+    for recording in train.iter().chain(heldout) {
+        notes.extend(recording.notes.iter().cloned());
+        let arm = Arm::of(robot, recording)?;
+        let data = Data::new(recording, arm.chain.n())?;
+        notes.extend(data.notes.iter().cloned());
+        let scene = Scene::new(&arm, data);
+        if !scene.closed_loop {
+            notes.push(format!(
+                "{}: no controller is known; torque and tip are judged along the measured motion",
+                recording.name
+            ));
+        }
+        models.push(Model::new(arm, scene));
+    }
+    notes.dedup();
+    let held = models.split_off(train.len());
+    let mut present = (Vec::new(), Vec::new());
+    for effect in known {
+        let read = super::known::known(effect, robot.n_joints()).map_err(|what| Error {
+            what,
+            place: format!("effect {}({})", effect.name.text, effect.at.text),
+            help: "see the vocabulary of effects for names, places and parameters".into(),
+        })?;
+        match read {
+            Some((term, values)) => {
+                present.0.push(term);
+                present.1.extend(values);
+            }
+            None => notes.push(format!(
+                "effect {}({}) is not of the arm and is left aside",
+                effect.name.text, effect.at.text
+            )),
+        }
+    }
+    let mut gap = ArmGap { train: models, heldout: held, known: present };
+    let runs_away = |what: String| Error {
+        what,
+        place: train.first().map_or(String::new(), |recording| recording.name.clone()),
+        help: "check the units of the columns, the robot's file and the controller's gains".into(),
+    };
+    if gap.count(Set::Train) == 0 || gap.count(Set::Heldout) == 0 {
+        return Err(Error {
+            what: "the recordings hold a motion, but nothing to compare with a model of the arm"
+                .into(),
+            place: train.first().map_or(String::new(), |recording| recording.name.clone()),
+            help: "record torques (`tau_n`) or the tip (`tcp_x`), or say in the sidecar what the \
+                   controller is: then positions can be predicted too"
+                .into(),
+        });
+    }
+    let mut options = *options;
+    if gap.train.iter().any(|model| !model.scene.closed_loop) {
+        // The accelerations of a measured motion have errors of their own, which are not white.
+        options.least_gain += MEASURED;
+    }
+    let options = &options;
+    let mut outcome = selection::search(&gap, options, progress).map_err(runs_away)?;
+    if outcome.best.terms.is_empty()
+        && above_noise(outcome.nothing.train, gap.count(Set::Train)) < SIGNIFICANT
+        && above_noise(outcome.nothing.heldout, gap.count(Set::Heldout)) > SIGNIFICANT
+    {
+        // The motion to fit does not show it, the other does: exchange the two.
+        let ArmGap { train, heldout, known } = gap;
+        gap = ArmGap { train: heldout, heldout: train, known };
+        outcome = selection::search(&gap, options, progress).map_err(runs_away)?;
+        notes.push(
+            "the data to fit show nothing beyond noise, the data held out do: their roles were \
+             exchanged"
+                .into(),
+        );
+    }
+    progress("writing the answer", 0.98);
+    let traces = traces(&gap, &outcome.best, train.iter().chain(heldout).map(|r| r.name.as_str()));
+    let experiment = experiment(&gap, &outcome, options, robot);
+    let mut finding = answer(gap, &outcome, options, notes);
+    if let Some(next) = &mut finding.next_experiment {
+        let detail = match &experiment {
+            Some(experiment) => format!(
+                "; in the motion proposed they differ by {} standard deviations",
+                significant(experiment.separation, 2)
+            ),
+            None => "; no motion of the arm tells them apart in these channels: measure something \
+                     else, such as a second marker on the base or the table"
+                .into(),
+        };
+        next.why.push_str(&detail);
+    }
+    Ok(Investigation { finding, traces, experiment: experiment.map(|experiment| experiment.csv) })
+}
+
+/// Returns the motion that would settle the first doubt, if there is a doubt and such a motion.
+fn experiment(
+    gap: &ArmGap,
+    outcome: &Outcome<Term>,
+    options: &Options,
+    robot: &Robot,
+) -> Option<Experiment> {
+    let rival = outcome.rivals.iter().find(|rival| {
+        rival.behind < options.tie && !synonym(rival, &outcome.best.terms[rival.instead_of])
+    })?;
+    // Any seed will do; always the same one, so that the same doubt gets the same motion.
+    super::experiment::settle(
+        gap.train.first()?,
+        robot.joints(),
+        [&outcome.best, &rival.hypothesis],
+        1,
+    )
+}
+
+/// Returns measured minus model before and after for every channel of every recording.
+fn traces<'a>(
+    gap: &ArmGap,
+    best: &Hypothesis<Term>,
+    names: impl Iterator<Item = &'a str>,
+) -> Vec<Trace> {
+    let mut found = Vec::new();
+    let models = gap.train.iter().map(|m| (m, false)).chain(gap.heldout.iter().map(|m| (m, true)));
+    for ((model, held_out), name) in models.zip(names) {
+        let all = |terms: &[Term], parameters: &[f64]| {
+            let terms = [&gap.known.0[..], terms].concat();
+            model.residuals(&terms, &[&gap.known.1[..], parameters].concat())
+        };
+        let (Some(before), Some(after)) = (all(&[], &[]), all(&best.terms, &best.parameters))
+        else {
+            continue;
+        };
+        let data = &model.scene.data;
+        let rows = data.n_rows();
+        let predicted = data.channels.iter().filter(|c| model.is_predicted(c.quantity));
+        for (at, channel) in predicted.enumerate() {
+            let in_units = |residuals: &[f64]| {
+                residuals[at * rows..(at + 1) * rows].iter().map(|r| r * channel.noise).collect()
+            };
+            found.push(Trace {
+                recording: name.to_owned(),
+                channel: channel.name.clone(),
+                unit: channel.quantity.unit().to_owned(),
+                noise: channel.noise,
+                held_out,
+                time: data.time.clone(),
+                before: in_units(&before),
+                after: in_units(&after),
+            });
+        }
+    }
+    found
+}

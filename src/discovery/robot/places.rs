@@ -1,0 +1,146 @@
+//! Where measured and model disagree: channel by channel, and what the residual follows.
+
+use std::collections::BTreeMap;
+
+use super::data::{Channel, Quantity};
+use super::explain::ArmGap;
+use super::simulate::Model;
+use crate::discovery::finding;
+use crate::discovery::selection::sum_of_squares;
+
+/// Says how much of the gap each channel carries and what its residual follows.
+pub(super) fn places(gap: &ArmGap) -> Vec<finding::Channel> {
+    struct Sum {
+        unit: &'static str,
+        square: f64,
+        noise: f64,
+        excess: f64,
+        rows: usize,
+        follows: (f64, String),
+    }
+    let mut sums: BTreeMap<(Quantity, usize), (String, Sum)> = BTreeMap::new();
+    for model in gap.train.iter().chain(&gap.heldout) {
+        let Some(residuals) = model.residuals(&gap.known.0, &gap.known.1) else { continue };
+        let data = &model.scene.data;
+        let rows = data.n_rows();
+        let first = model.scene.first_row;
+        let predicted = data.channels.iter().filter(|c| model.is_predicted(c.quantity));
+        for (at, channel) in predicted.enumerate() {
+            let part = &residuals[at * rows + first..at * rows + model.scene.last_row];
+            let square = sum_of_squares(part);
+            let entry = sums.entry((channel.quantity, channel.index)).or_insert_with(|| {
+                let sum = Sum {
+                    unit: channel.quantity.unit(),
+                    square: 0.0,
+                    noise: channel.noise,
+                    excess: 0.0,
+                    rows: 0,
+                    follows: (0.0, String::new()),
+                };
+                (channel.name.clone(), sum)
+            });
+            let sum = &mut entry.1;
+            sum.square += square * channel.noise.powi(2);
+            sum.excess += square - part.len() as f64;
+            sum.rows += part.len();
+            let follows = follows(model, channel, part);
+            if follows.0 > sum.follows.0 {
+                sum.follows = follows;
+            }
+        }
+    }
+    let total: f64 = sums.values().map(|(_, sum)| sum.excess.max(0.0)).sum();
+    let mut places: Vec<finding::Channel> = sums
+        .into_values()
+        .map(|(name, sum)| {
+            // Within three standard deviations of χ² it is noise.
+            let excess = sum.excess > 3.0 * (2.0 * sum.rows as f64).sqrt();
+            finding::Channel {
+                channel: name,
+                rms: (sum.square / sum.rows.max(1) as f64).sqrt(),
+                noise: sum.noise,
+                unit: sum.unit.into(),
+                share: if total > 0.0 { sum.excess.max(0.0) / total } else { 0.0 },
+                concentrated_in: if excess { sum.follows.1 } else { "nothing beyond noise".into() },
+            }
+        })
+        .collect();
+    places.sort_by(|a, b| b.share.total_cmp(&a.share));
+    places
+}
+
+/// Returns what the residual of a channel follows most, with the part it explains.
+fn follows(model: &Model, channel: &Channel, part: &[f64]) -> (f64, String) {
+    let scene = &model.scene;
+    let (data, plant) = (&scene.data, &scene.plant);
+    let n = plant.n;
+    let first = scene.first_row;
+    let at = |values: &[f64], joint: usize| -> Vec<f64> {
+        data.time[first..scene.last_row]
+            .iter()
+            .map(|time| {
+                let k = ((time - plant.start) / plant.step).round() as usize;
+                values[k.min(plant.len - 1) * n + joint]
+            })
+            .collect()
+    };
+    let own = channel.quantity != Quantity::Tip;
+    let joints: Vec<usize> = if own { vec![channel.index] } else { (0..n).collect() };
+    let mut features: Vec<(String, Vec<f64>)> = vec![
+        ("a constant".into(), vec![1.0; part.len()]),
+        (
+            "time".into(),
+            data.time[first..scene.last_row].iter().map(|t| t - data.time[0]).collect(),
+        ),
+    ];
+    for j in joints {
+        let (q, dq, ddq) = (at(&plant.q, j), at(&plant.dq, j), at(&plant.ddq, j));
+        let load = at(&plant.bias, j);
+        let name = |what: &str| what.replace('#', &format!("_{}", j + 1));
+        features.push((name("sign(dq#)"), dq.iter().map(|v| (v / 5e-3).tanh()).collect()));
+        features.push((name("dq#"), dq.clone()));
+        features.push((name("dq#*abs(dq#)"), dq.iter().map(|v| v * v.abs()).collect()));
+        features.push((name("ddq#"), ddq));
+        features.push((name("q#"), q));
+        features.push((name("the load at joint#"), load));
+    }
+    let total = sum_of_squares(part).max(1e-300);
+    let mut best = (0.0, String::from("no single state"));
+    for (name, values) in features {
+        let norm = sum_of_squares(&values);
+        if norm <= 0.0 {
+            continue;
+        }
+        let along: f64 = values.iter().zip(part).map(|(v, r)| v * r).sum();
+        let explained = along * along / norm / total;
+        if explained > best.0 {
+            best = (explained, name);
+        }
+    }
+    let (explained, name) = best;
+    let when = segments(model, part);
+    let text = if explained > 0.3 {
+        format!("{name}, {when}")
+    } else {
+        format!("no single state, {when}")
+    };
+    (explained.max(1e-6), text)
+}
+
+/// Says in which stretches of time the residual is large.
+fn segments(model: &Model, part: &[f64]) -> String {
+    let data = &model.scene.data;
+    let first = model.scene.first_row;
+    let total = sum_of_squares(part).max(1e-300);
+    let quarter = part.len().div_ceil(4).max(1);
+    let shares: Vec<f64> =
+        part.chunks(quarter).map(|chunk| sum_of_squares(chunk) / total).collect();
+    match shares.iter().position(|share| *share > 0.7) {
+        Some(at) => {
+            let from = data.time[first + at * quarter];
+            let to = data.time[(first + (at + 1) * quarter).min(data.n_rows()) - 1];
+            format!("mostly from {from:.1} s to {to:.1} s")
+        }
+        None => "all segments".into(),
+    }
+}

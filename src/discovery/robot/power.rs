@@ -1,0 +1,49 @@
+//! The power of the test: how small an effect would still have been seen.
+
+use super::explain::ArmGap;
+use super::term::Law;
+use crate::discovery::finding::Visible;
+use crate::discovery::selection::{Gap as _, Options, Set, sum_of_squares};
+
+/// Returns how small an effect of each common kind would have been seen: the power of the test.
+pub(super) fn smallest_visible(gap: &ArmGap, options: &Options) -> Vec<Visible> {
+    let Some(base) = gap.residuals(Set::Train, &[], &[]) else { return Vec::new() };
+    let count = gap.count(Set::Train) as f64;
+    let mut visible = Vec::new();
+    for candidate in gap.candidates(&[], &base) {
+        let law = candidate.term.law;
+        let wanted = matches!(
+            law,
+            Law::Coulomb
+                | Law::Viscous
+                | Law::Payload
+                | Law::TorqueOffset
+                | Law::ZeroOffset
+                | Law::Compliance
+                | Law::CommandDelay
+                | Law::ToolOffset
+        );
+        let slots = law.slots();
+        let (Some(slot), Some(start)) = (slots.first(), candidate.starts.first()) else { continue };
+        if !wanted {
+            continue;
+        }
+        let mut moved = start.clone();
+        moved[0] += slot.scale;
+        let Some(with) = gap.residuals(Set::Train, &[candidate.term], &moved) else { continue };
+        let difference: Vec<f64> = with.iter().zip(&base).map(|(a, b)| a - b).collect();
+        let strength = sum_of_squares(&difference).sqrt() / slot.scale;
+        if strength <= 0.0 {
+            continue;
+        }
+        let needed = options.least_gain + slots.len() as f64 * count.ln();
+        visible.push(Visible {
+            name: law.name().into(),
+            at: candidate.term.seat(),
+            parameter: slot.name.into(),
+            least: needed.sqrt() / strength,
+            unit: slot.unit.into(),
+        });
+    }
+    visible
+}

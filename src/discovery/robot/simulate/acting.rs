@@ -1,0 +1,230 @@
+//! The effects of a list sorted by where they act: on the command, in a joint, on the bodies, at a sensor.
+//!
+//! What changes the bodies is linear in its parameters, so it is added up from torque columns that the
+//! model computes once.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::super::chain::{Chain, MOST_JOINTS, PointMass};
+use super::super::data::Quantity;
+use super::super::term::{Law, Term};
+use super::Model;
+use super::friction::{Dry, Loop, Smooth};
+
+/// The effects sorted by where they act.
+pub(super) struct Acting {
+    pub(super) delay: f64,
+    pub(super) gain: [f64; MOST_JOINTS],
+    pub(super) limit: [f64; MOST_JOINTS],
+    pub(super) dry: Vec<Dry>,
+    pub(super) smooth: Vec<(usize, Smooth)>,
+    pub(super) loops: Vec<Loop>,
+    /// Torque the arm needs more than modelled, by grid point.
+    pub(super) needed: Vec<f64>,
+    pub(super) zero: [f64; MOST_JOINTS],
+    pub(super) compliance: [f64; MOST_JOINTS],
+    pub(super) sag: [f64; MOST_JOINTS],
+    pub(super) play: [f64; MOST_JOINTS],
+    pub(super) torque_gain: [f64; MOST_JOINTS],
+    pub(super) torque_offset: [f64; MOST_JOINTS],
+    pub(super) torque_drift: [f64; MOST_JOINTS],
+    pub(super) lengths: [Vector3<f64>; MOST_JOINTS],
+    pub(super) has_lengths: bool,
+    pub(super) tool: Vector3<f64>,
+    pub(super) shift: Vector3<f64>,
+    pub(super) turn: Matrix3<f64>,
+    pub(super) late: BTreeMap<Quantity, f64>,
+}
+
+impl Acting {
+    /// Sorts effects by where they act.
+    pub(super) fn sorted(model: &Model, terms: &[Term], parameters: &[f64]) -> Self {
+        let mut acting = Self {
+            delay: 0.0,
+            gain: [1.0; MOST_JOINTS],
+            limit: [f64::INFINITY; MOST_JOINTS],
+            dry: Vec::new(),
+            smooth: Vec::new(),
+            loops: Vec::new(),
+            needed: Vec::new(),
+            zero: [0.0; MOST_JOINTS],
+            compliance: [0.0; MOST_JOINTS],
+            sag: [0.0; MOST_JOINTS],
+            play: [0.0; MOST_JOINTS],
+            torque_gain: [1.0; MOST_JOINTS],
+            torque_offset: [0.0; MOST_JOINTS],
+            torque_drift: [0.0; MOST_JOINTS],
+            lengths: [Vector3::zeros(); MOST_JOINTS],
+            has_lengths: false,
+            tool: Vector3::zeros(),
+            shift: Vector3::zeros(),
+            turn: Matrix3::identity(),
+            late: BTreeMap::new(),
+        };
+        if let Some(controller) = &model.arm.controller {
+            for (limit, known) in acting.limit.iter_mut().zip(&controller.torque_limit_nm) {
+                *limit = *known;
+            }
+        }
+        let mut at = 0;
+        for term in terms {
+            let count = term.law.slots().len();
+            acting.add(model, term, &parameters[at..at + count]);
+            at += count;
+        }
+        acting
+    }
+
+    fn add(&mut self, model: &Model, term: &Term, p: &[f64]) {
+        let j = term.joint;
+        let sharp = matches!(term.law, Law::Coulomb);
+        let dry = |forward, backward, peak, velocity, creep| Dry {
+            sharp,
+            joint: j,
+            forward,
+            backward,
+            peak,
+            velocity,
+            creep,
+        };
+        match term.law {
+            Law::Coulomb | Law::SmoothCoulomb => self.dry.push(dry(p[0], p[0], 0.0, 1.0, p[1])),
+            Law::Asymmetric => self.dry.push(dry(p[0], p[1], 0.0, 1.0, p[2])),
+            Law::Stribeck => self.dry.push(dry(p[0], p[0], p[1], p[2], p[3])),
+            Law::Viscous => self.smooth.push((j, Smooth::Viscous(p[0]))),
+            Law::Quadratic => self.smooth.push((j, Smooth::Quadratic(p[0]))),
+            Law::Ripple => {
+                let ripple = Smooth::Ripple { sine: p[0], cosine: p[1], order: p[2] };
+                self.smooth.push((j, ripple));
+            }
+            Law::Periodic => {
+                let hum = Smooth::Periodic { sine: p[0], cosine: p[1], frequency: p[2] };
+                self.smooth.push((j, hum));
+            }
+            Law::Stiffness => self.smooth.push((j, Smooth::Stiffness(p[0]))),
+            Law::CubicStiffness => self.smooth.push((j, Smooth::Cubic(p[0]))),
+            Law::Feature(feature) => self.smooth.push((j, Smooth::Feature(feature, p[0]))),
+            Law::Above => self.smooth.push((j, Smooth::Above(p[0], p[1]))),
+            Law::Below => self.smooth.push((j, Smooth::Below(p[0], p[1]))),
+            Law::Hysteresis => {
+                self.loops.push(Loop { joint: j, torque: p[0], width: p[1], z: 0.0 });
+            }
+            Law::Payload => self.payload(model, p),
+            Law::Armature => {
+                let n = model.scene.plant.n;
+                let needed = self.needed(model);
+                for (k, row) in needed.chunks_mut(n).enumerate() {
+                    row[j] += p[0] * model.scene.plant.ddq[k * n + j];
+                }
+            }
+            Law::BaseTilt => {
+                let g = model.arm.chain.gravity.norm();
+                // Linear in the two components of gravity that a tilt brings in, exact in z to first order.
+                let tilted = nalgebra::Rotation3::from_euler_angles(p[0], p[1], 0.0)
+                    .inverse_transform_vector(&Vector3::new(0.0, 0.0, -g));
+                let along = tilted - model.arm.chain.gravity;
+                for axis in 0..3 {
+                    let column = model.column((0, 0, axis as u8), 1.0, |chain| {
+                        chain.gravity[axis] += 1.0;
+                    });
+                    self.accumulate(model, &column, along[axis]);
+                }
+            }
+            Law::TorqueOffset => self.torque_offset[j] += p[0],
+            Law::TorqueGain => self.torque_gain[j] *= p[0],
+            Law::TorqueDrift => self.torque_drift[j] += p[0],
+            Law::Compliance => self.compliance[j] += p[0],
+            Law::ServoSag => self.sag[j] += p[0],
+            Law::Backlash => self.play[j] += p[0],
+            Law::CommandDelay => self.delay += p[0],
+            Law::ActuatorGain => self.gain[j] *= p[0],
+            Law::Saturation => self.limit[j] = self.limit[j].min(p[0]),
+            Law::SensorDelay(quantity) => *self.late.entry(quantity).or_insert(0.0) += p[0],
+            Law::ZeroOffset => self.zero[j] += p[0],
+            Law::LinkLength => {
+                self.lengths[j] += Vector3::new(p[0], p[1], p[2]);
+                self.has_lengths = true;
+                for (axis, &by) in p.iter().enumerate() {
+                    let column = model.column((1, j, axis as u8), 1e-3, |chain| {
+                        lengthen(chain, j, axis, 1e-3);
+                    });
+                    self.accumulate(model, &column, by);
+                }
+            }
+            Law::ToolOffset => self.tool += Vector3::new(p[0], p[1], p[2]),
+            Law::CameraShift(free) => {
+                let mut all = [0.0; 6];
+                let mut values = p.iter();
+                for (value, _) in all.iter_mut().zip(free).filter(|(_, free)| *free) {
+                    *value = values.next().copied().unwrap_or(0.0);
+                }
+                self.shift += Vector3::new(all[0], all[1], all[2]);
+                let turn = nalgebra::Rotation3::from_euler_angles(all[3], all[4], all[5]);
+                self.turn *= turn.matrix();
+            }
+        }
+    }
+
+    /// A point mass is linear in mass and mass times place.
+    fn payload(&mut self, model: &Model, p: &[f64]) {
+        let body = model.arm.chain.n() - 1;
+        let tip = model.arm.chain.body_from_tip;
+        // First moment about the body's origin, in its axes.
+        let mass = p[0];
+        let moment = tip.rotation * Vector3::new(p[1], p[2], p[3]) + mass * tip.translation.vector;
+        // A mass of nothing has no place; its inertia is nothing too.
+        let place = if mass.abs() > 1e-3 { moment / mass } else { Vector3::zeros() };
+        let column = model.column((2, body, 0), 1.0, |chain| {
+            chain.add_point(&PointMass { body, mass: 1.0, moment: Vector3::zeros() });
+        });
+        self.accumulate(model, &column, mass);
+        for axis in 0..3 {
+            let column = model.column((2, body, axis as u8 + 1), 1.0, |chain| {
+                let mut moment = Vector3::zeros();
+                moment[axis] = 1.0;
+                chain.add_point(&PointMass { body, mass: 0.0, moment });
+            });
+            self.accumulate(model, &column, moment[axis]);
+        }
+        for (at, (i, k)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate()
+        {
+            let column = model.column((3, body, at as u8), 1.0, |chain| {
+                let inertia = &mut chain.bodies[body].inertia;
+                // -[c]×[c]× = |c|² 1 - c cᵀ, entry by entry of c cᵀ.
+                if i == k {
+                    for d in (0..3).filter(|d| *d != i) {
+                        inertia[(d, d)] += 1.0;
+                    }
+                } else {
+                    inertia[(i, k)] -= 1.0;
+                    inertia[(k, i)] -= 1.0;
+                }
+            });
+            self.accumulate(model, &column, mass * place[i] * place[k]);
+        }
+    }
+
+    fn needed(&mut self, model: &Model) -> &mut Vec<f64> {
+        if self.needed.is_empty() {
+            self.needed = vec![0.0; model.scene.plant.len * model.scene.plant.n];
+        }
+        &mut self.needed
+    }
+
+    fn accumulate(&mut self, model: &Model, column: &[f64], factor: f64) {
+        if factor.abs() > 0.0 {
+            for (to, value) in self.needed(model).iter_mut().zip(column) {
+                *to += factor * value;
+            }
+        }
+    }
+}
+
+/// Moves joint `j` along one axis of the link before it, m.
+pub(super) fn lengthen(chain: &mut Chain, j: usize, axis: usize, by: f64) {
+    let mut shift = Vector3::zeros();
+    shift[axis] = by;
+    chain.bodies[j].parent_from_body.translation.vector += shift;
+}

@@ -1,0 +1,321 @@
+//! The closed loop of arm and controller, simulated from the commands.
+//!
+//! Each tick the controller asks for torques from what the encoders see, the bodies answer as the plant
+//! is linearised along the path, and what acts in the joints is solved implicitly where it is stiff: thick
+//! fluids, dry friction, and gaps between motor and link. Source: Stewart and Trinkle 1996.
+
+#![expect(
+    clippy::needless_range_loop,
+    reason = "joints index a dozen arrays at once; formulas read better with the index of their source"
+)]
+
+use super::super::chain::MOST_JOINTS;
+use super::super::plant::Scene;
+use super::acting::Acting;
+use super::friction::{Gapped, Loop, Smooth};
+use super::{GridPoint, Model, Motion};
+use crate::discovery::recording::sidecar::Controller;
+
+/// A motor without rotor inertia would be nowhere in its gap; this is less than any, kg·m².
+const LEAST_ROTOR: f64 = 1e-3;
+
+/// One number a joint.
+type Joints = [f64; MOST_JOINTS];
+
+/// What encoders and torque sensors would read at one instant.
+#[derive(Debug, Clone, Copy)]
+struct Reading {
+    /// Position of the motor's side of each joint, rad.
+    q: Joints,
+    dq: Joints,
+    tau: Joints,
+    load: Joints,
+    /// Where the link stands beyond its encoder, rad.
+    gap: Joints,
+}
+
+/// The simulation at one instant.
+struct Run<'a> {
+    scene: &'a Scene,
+    controller: &'a Controller,
+    armature: &'a [f64],
+    acting: &'a Acting,
+    /// Ticks are divided by this where contact is lost and made again, which a millisecond is coarse for.
+    fine: usize,
+    tick: f64,
+    loops: Vec<Loop>,
+    gapped: Vec<Gapped>,
+    /// The links' positions, rad, and speeds, rad/s.
+    q: Joints,
+    dq: Joints,
+    /// How far zero errors and soft gears put a link from where its joint says, rad.
+    flex: Joints,
+    now: Reading,
+    last: Reading,
+    row: usize,
+    motion: Motion,
+}
+
+/// Simulates arm and controller from the commands. `None` without a controller, or if the motion runs
+/// away.
+pub(super) fn simulate(model: &Model, acting: &Acting) -> Option<Motion> {
+    let scene = &model.scene;
+    let mut run = Run::begin(model, acting)?;
+    for k in 0..scene.ticks * run.fine {
+        let time = scene.plant.start + k as f64 * run.tick;
+        // Where the reference and the bodies along it stand at this instant.
+        let late = (time - acting.delay - scene.plant.start).max(0.0);
+        let here = GridPoint::at(&scene.plant, scene.plant.start + late);
+        if k % (scene.hold * run.fine) == 0 {
+            run.control(here, late);
+        }
+        run.record(time);
+        if run.row == scene.data.n_rows() {
+            break;
+        }
+        let mut friction = run.pushes(time - scene.data.time[0]);
+        let mut ddq = run.accelerations(here, &friction);
+        let inverse = run.inverse_mass(here);
+        run.thick_fluid(inverse, &mut ddq, &mut friction);
+        run.dry_friction(inverse, &mut ddq, &mut friction);
+        run.gaps(inverse, &mut ddq, &friction);
+        run.advance(&ddq, &friction);
+        if !run.q[..scene.plant.n].iter().all(|angle| angle.abs() < 1e4) {
+            return None;
+        }
+    }
+    Some(run.motion)
+}
+
+impl<'a> Run<'a> {
+    /// Lays the arm at the start of its reference. `None` without a controller.
+    fn begin(model: &'a Model, acting: &'a Acting) -> Option<Self> {
+        let scene = &model.scene;
+        let n = scene.plant.n;
+        let (mut q, mut dq) = ([0.0; MOST_JOINTS], [0.0; MOST_JOINTS]);
+        q[..n].copy_from_slice(&scene.reference[..n]);
+        dq[..n].copy_from_slice(&scene.reference_speed[..n]);
+        let gapped: Vec<Gapped> = (0..n)
+            .filter(|&j| acting.play[j] > 0.0)
+            .map(|j| Gapped {
+                joint: j,
+                width: acting.play[j],
+                rotor: model.arm.armature[j].max(LEAST_ROTOR),
+                angle: q[j],
+                speed: dq[j],
+            })
+            .collect();
+        let fine = if gapped.is_empty() { 1 } else { 2 };
+        let none = [0.0; MOST_JOINTS];
+        let now = Reading { q, dq, tau: none, load: none, gap: none };
+        Some(Self {
+            scene,
+            controller: model.arm.controller.as_ref()?,
+            armature: &model.arm.armature,
+            acting,
+            fine,
+            tick: scene.tick / fine as f64,
+            loops: acting.loops.clone(),
+            gapped,
+            q,
+            dq,
+            flex: acting.zero,
+            now,
+            last: now,
+            row: 0,
+            motion: Motion::still(scene.data.n_rows() * n),
+        })
+    }
+
+    /// The controller asks for torques, from what the encoders see; `late` is the time since the start
+    /// that its commands have reached, s.
+    fn control(&mut self, here: GridPoint, late: f64) {
+        let Scene { plant, reference, reference_speed, .. } = self.scene;
+        let with_gravity = self.controller.kind != "pd";
+        let (kp, kd) = (&self.controller.kp_nm_per_rad, &self.controller.kd_nm_s_per_rad);
+        let n = plant.n;
+        let at = (late / self.scene.tick).min((self.scene.ticks - 2) as f64);
+        let i = at as usize;
+        let f = at - i as f64;
+        for j in 0..n {
+            let between = |values: &[f64]| {
+                values[i * n + j] + f * (values[(i + 1) * n + j] - values[i * n + j])
+            };
+            let mut asked = kp[j] * (between(reference) - self.now.q[j])
+                + kd[j] * (between(reference_speed) - self.now.dq[j]);
+            if with_gravity {
+                asked += here.of(&plant.feedforward, j);
+            }
+            self.now.tau[j] = asked.clamp(-self.acting.limit[j], self.acting.limit[j]);
+        }
+    }
+
+    /// Writes the rows of the recording that have passed, and keeps what is read now for the next.
+    fn record(&mut self, time: f64) {
+        let data = &self.scene.data;
+        let n = self.scene.plant.n;
+        let (now, last) = (&self.now, &self.last);
+        while self.row < data.n_rows() && data.time[self.row] <= time + 1e-9 {
+            // Rows between two ticks are interpolated; most fall on one.
+            let back = ((time - data.time[self.row]) / self.tick).clamp(0.0, 1.0);
+            let motion = &mut self.motion;
+            for j in 0..n {
+                let to = self.row * n + j;
+                motion.q[to] = now.q[j] - back * (now.q[j] - last.q[j]);
+                motion.dq[to] = now.dq[j] - back * (now.dq[j] - last.dq[j]);
+                motion.gap[to] = now.gap[j] - back * (now.gap[j] - last.gap[j]);
+                motion.tau[to] = now.tau[j] - back * (now.tau[j] - last.tau[j]);
+                motion.load[to] = now.load[j] - back * (now.load[j] - last.load[j]);
+            }
+            self.row += 1;
+        }
+        self.last = self.now;
+    }
+
+    /// Returns the torques of everything in the joints that is not stiff, N·m.
+    fn pushes(&mut self, time: f64) -> Joints {
+        let mut friction = [0.0; MOST_JOINTS];
+        for &(j, law) in &self.acting.smooth {
+            if !matches!(law, Smooth::Viscous(_)) {
+                friction[j] += law.torque(self.now.q[j], self.now.dq[j], time);
+            }
+        }
+        for each in &mut self.loops {
+            let (j, speed) = (each.joint, self.now.dq[each.joint]);
+            friction[j] -= each.torque * each.z;
+            let rate = (speed - speed.abs() * each.z * each.z.abs()) / each.width;
+            each.z = (each.z + self.tick * rate).clamp(-1.0, 1.0);
+        }
+        friction
+    }
+
+    /// Returns the accelerations that the torque beyond what the path needs gives, `M q̈ = push`, rad/s².
+    fn accelerations(&self, here: GridPoint, friction: &Joints) -> Joints {
+        let plant = &self.scene.plant;
+        let n = plant.n;
+        let mut push = [0.0; MOST_JOINTS];
+        let (mut off, mut off_speed) = ([0.0; MOST_JOINTS], [0.0; MOST_JOINTS]);
+        for j in 0..n {
+            push[j] = self.acting.gain[j] * self.now.tau[j] - here.of(&plant.bias, j);
+            if !self.acting.needed.is_empty() {
+                push[j] -= here.of(&self.acting.needed, j);
+            }
+            push[j] += friction[j];
+            off[j] = self.q[j] + self.flex[j] - here.of(&plant.q, j);
+            off_speed[j] = self.dq[j] - here.of(&plant.dq, j);
+        }
+        let square = here.index * n * n..(here.index + 1) * n * n;
+        let (stiffness, damping) = (&plant.stiffness[square.clone()], &plant.damping[square]);
+        for i in 0..n {
+            let row = i * n..(i + 1) * n;
+            let (s, d) = (&stiffness[row.clone()], &damping[row]);
+            let mut sum = 0.0;
+            for j in 0..n {
+                sum += s[j] * off[j] + d[j] * off_speed[j];
+            }
+            push[i] -= sum;
+        }
+        let inverse = self.inverse_mass(here);
+        let mut ddq = [0.0; MOST_JOINTS];
+        for i in 0..n {
+            let m = &inverse[i * n..(i + 1) * n];
+            let mut sum = 0.0;
+            for j in 0..n {
+                sum += m[j] * push[j];
+            }
+            ddq[i] = sum;
+        }
+        ddq
+    }
+
+    /// Returns the inverse of the mass matrix here, `n × n`.
+    fn inverse_mass(&self, here: GridPoint) -> &'a [f64] {
+        let n = self.scene.plant.n;
+        &self.scene.plant.inverse_mass[here.index * n * n..(here.index + 1) * n * n]
+    }
+
+    /// Adds a torque at joint `j` to the accelerations.
+    fn push(inverse: &[f64], ddq: &mut Joints, n: usize, j: usize, torque: f64) {
+        for (i, acceleration) in ddq[..n].iter_mut().enumerate() {
+            *acceleration += inverse[i * n + j] * torque;
+        }
+    }
+
+    /// Fluid friction, implicitly: a thick fluid on a light joint is stiff.
+    fn thick_fluid(&self, inverse: &[f64], ddq: &mut Joints, friction: &mut Joints) {
+        let n = self.scene.plant.n;
+        for &(j, law) in &self.acting.smooth {
+            if let Smooth::Viscous(c) = law {
+                let ahead = 0.75 * self.tick;
+                let own = inverse[j * n + j] * ahead;
+                let torque = -c * (self.now.dq[j] + ahead * ddq[j]) / (1.0 + c * own);
+                friction[j] += torque;
+                Self::push(inverse, ddq, n, j, torque);
+            }
+        }
+    }
+
+    /// Dry friction, joint by joint.
+    fn dry_friction(&self, inverse: &[f64], ddq: &mut Joints, friction: &mut Joints) {
+        let n = self.scene.plant.n;
+        for dry in &self.acting.dry {
+            let j = dry.joint;
+            let own = inverse[j * n + j] * self.tick;
+            let free = self.dq[j] + self.tick * ddq[j];
+            let torque = dry.held(self.dq[j], free, own, self.tick);
+            friction[j] += torque;
+            Self::push(inverse, ddq, n, j, torque);
+        }
+    }
+
+    /// The link of a joint with a gap swings free of its rotor, unless that would leave the gap: then the
+    /// impulse between the two keeps it inside (Stewart and Trinkle's time stepping).
+    fn gaps(&mut self, inverse: &[f64], ddq: &mut Joints, friction: &Joints) {
+        let n = self.scene.plant.n;
+        let tick = self.tick;
+        for gap in &mut self.gapped {
+            let j = gap.joint;
+            let own = inverse[j * n + j];
+            let motor = self.acting.gain[j] * self.now.tau[j] + friction[j];
+            let share = (1.0 - gap.rotor * own).max(1e-3);
+            // Without rotor and motor torque: the inverse of the mass matrix less the rotor.
+            Self::push(inverse, ddq, n, j, (ddq[j] * gap.rotor - motor) / share);
+            let free = self.dq[j] + tick * ddq[j] - (gap.speed + tick * motor / gap.rotor);
+            let offset = self.q[j] - gap.angle;
+            let half = 0.5 * gap.width;
+            let kept = free.clamp((-half - offset) / tick, (half - offset) / tick);
+            let link_own = own / share;
+            let through = (kept - free) / (tick * (link_own + 1.0 / gap.rotor));
+            Self::push(inverse, ddq, n, j, through / share);
+            gap.speed += tick * (motor - through) / gap.rotor;
+            gap.angle += tick * gap.speed;
+            self.now.load[j] = through;
+        }
+    }
+
+    /// Moves the joints by one tick.
+    fn advance(&mut self, ddq: &Joints, friction: &Joints) {
+        let tick = self.tick;
+        // A coarse step is two half steps of a semi-implicit integrator in one.
+        let part = if self.fine == 1 { 0.75 } else { 1.0 };
+        for j in 0..self.scene.plant.n {
+            // What goes through the gear: the motor's torque and what acts beside it, less what turns the
+            // rotor.
+            if self.acting.play[j] <= 0.0 {
+                let motor = self.acting.gain[j] * self.now.tau[j] + friction[j];
+                self.now.load[j] = motor - self.armature[j] * ddq[j];
+            }
+            self.q[j] += tick * (self.dq[j] + part * tick * ddq[j]);
+            self.dq[j] += tick * ddq[j];
+            self.flex[j] = self.acting.zero[j] - self.acting.compliance[j] * self.now.load[j];
+        }
+        (self.now.q, self.now.dq) = (self.q, self.dq);
+        // The encoders see the motor's side of a gap.
+        for gap in &self.gapped {
+            let j = gap.joint;
+            self.now.q[j] = gap.angle;
+            self.now.dq[j] = gap.speed;
+            self.now.gap[j] = self.q[j] - gap.angle;
+        }
+    }
+}

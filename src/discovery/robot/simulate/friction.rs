@@ -1,0 +1,122 @@
+//! Laws of a joint: dry friction that holds, friction that remembers, gaps, and torques of its state.
+//!
+//! Dry friction holds a joint that it can hold: the torque that would stop the joint within a step,
+//! limited to the friction's level, as in a contact solver. Source: Stewart and Trinkle 1996.
+
+use super::super::term::Feature;
+
+/// How fast a joint caught by friction comes to rest, 1/s: within a hundredth of a second, as gears that
+/// give a little and the soft constraints of simulators do.
+const STOP: f64 = 105.0;
+
+/// Dry friction: level over speed, per direction.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Dry {
+    pub(super) joint: usize,
+    pub(super) forward: f64,
+    pub(super) backward: f64,
+    /// Peak above the level and the speed at which it dies.
+    pub(super) peak: f64,
+    pub(super) velocity: f64,
+    /// Below this speed it gives way, rad/s.
+    pub(super) creep: f64,
+    /// Whether it gives way evenly and then holds its level (a contact solver's friction) rather than
+    /// bending smoothly.
+    pub(super) sharp: bool,
+}
+
+impl Dry {
+    /// Returns the torque against the motion, its peak judged at `dq`, its creep at `speed`.
+    pub(super) fn torque(&self, dq: f64, speed: f64) -> f64 {
+        let level = if speed > 0.0 { self.forward } else { self.backward };
+        let peak = self.peak * (-(dq / self.velocity).powi(2)).exp();
+        -(level + peak) * (speed / self.creep).tanh()
+    }
+
+    /// Returns the torque over a step in which the joint would reach the speed `free` without friction;
+    /// `own` is the speed that 1 N·m adds in the step. Implicit, since a creep is stiff.
+    pub(super) fn held(&self, dq: f64, free: f64, own: f64, tick: f64) -> f64 {
+        let level = if free > 0.0 { self.forward } else { self.backward };
+        let peak = self.peak * (-(dq / self.velocity).powi(2)).exp();
+        let level = level + peak;
+        if level <= 1e-12 {
+            return self.torque(dq, free);
+        }
+        let slope = own * level / self.creep;
+        if self.sharp {
+            // A soft stop: the torque that would end the motion within 1/STOP, less what gives way.
+            let inverse = own / tick;
+            let stop = (free - dq) / tick + STOP * dq;
+            return -(stop / (inverse + self.creep * STOP / level)).clamp(-level, level);
+        }
+        // Newton's method on v = free - own·level·tanh(v/creep), a monotone equation; begun where the
+        // tanh is straight or flat.
+        let mut v = if free.abs() > own * level + self.creep {
+            free - own * level * free.signum()
+        } else {
+            free / (1.0 + slope)
+        };
+        for _ in 0..3 {
+            let tanh = (v / self.creep).tanh();
+            let error = v - free + own * level * tanh;
+            v -= error / (1.0 + slope * (1.0 - tanh * tanh));
+        }
+        -level * (v / self.creep).tanh()
+    }
+}
+
+/// Friction that remembers the path.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Loop {
+    pub(super) joint: usize,
+    pub(super) torque: f64,
+    pub(super) width: f64,
+    pub(super) z: f64,
+}
+
+/// A joint with a gap between motor and link, and where its motor stands: the link's angle is the
+/// joint's own.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Gapped {
+    pub(super) joint: usize,
+    pub(super) width: f64,
+    pub(super) rotor: f64,
+    pub(super) angle: f64,
+    pub(super) speed: f64,
+}
+
+/// A torque at a joint that depends on its state and time alone.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Smooth {
+    Viscous(f64),
+    Quadratic(f64),
+    Ripple { sine: f64, cosine: f64, order: f64 },
+    Periodic { sine: f64, cosine: f64, frequency: f64 },
+    Stiffness(f64),
+    Cubic(f64),
+    Feature(Feature, f64),
+    Above(f64, f64),
+    Below(f64, f64),
+}
+
+impl Smooth {
+    pub(super) fn torque(self, q: f64, dq: f64, time: f64) -> f64 {
+        match self {
+            Self::Viscous(c) => -c * dq,
+            Self::Quadratic(c) => -c * dq * dq.abs(),
+            Self::Ripple { sine, cosine, order } => {
+                let (s, c) = (order * q).sin_cos();
+                sine * s + cosine * c
+            }
+            Self::Periodic { sine, cosine, frequency } => {
+                let (s, c) = (std::f64::consts::TAU * frequency * time).sin_cos();
+                sine * s + cosine * c
+            }
+            Self::Above(c, q0) => c * (q - q0).max(0.0),
+            Self::Below(c, q0) => c * (q0 - q).max(0.0),
+            Self::Stiffness(c) => -c * q,
+            Self::Cubic(c) => -c * q * q * q,
+            Self::Feature(feature, c) => c * feature.value(q, dq, time),
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! What the sensors of an arm would have read, for a list of effects.
+//!
+//! [`Model::predict`] gives every channel of a recording. With a known controller the motion is simulated
+//! from the commands at the controller's rate (`closed_loop`); without one the measured motion is taken
+//! as it is, and torque and tip are predicted from it (`along`). `acting` sorts the effects by where they
+//! act, `friction` has the laws of the joints, `sensors` turns a motion into readings. Which effects to
+//! try is not decided here.
+
+mod acting;
+mod along;
+mod closed_loop;
+mod friction;
+mod sensors;
+
+use std::collections::BTreeMap;
+use std::sync::{Arc as Shared, Mutex};
+
+use acting::Acting;
+
+use super::chain::Chain;
+use super::data::Quantity;
+use super::plant::{Arm, Plant, Scene};
+use super::term::Term;
+
+/// An arm laid out along one recording, ready to be simulated with any effects.
+#[derive(Debug)]
+pub struct Model {
+    /// The arm.
+    pub arm: Arm,
+    /// The recording.
+    pub scene: Scene,
+    columns: Mutex<BTreeMap<ColumnKey, Shared<Vec<f64>>>>,
+    /// The last few motions, each with the effects that moved it: effects of the sensors alone need no
+    /// new simulation.
+    motions: Mutex<Vec<Remembered>>,
+}
+
+/// A motion and what moved it.
+#[derive(Debug, Clone)]
+struct Remembered {
+    terms: Vec<Term>,
+    parameters: Vec<f64>,
+    motion: Shared<Motion>,
+}
+
+/// Which change to the bodies a torque column is of: kind, joint or body, axis.
+type ColumnKey = (u8, usize, u8);
+
+/// How many motions are remembered.
+const REMEMBERED: usize = 4;
+
+/// What the simulation leaves behind, `rows × n` each.
+#[derive(Debug)]
+struct Motion {
+    q: Vec<f64>,
+    dq: Vec<f64>,
+    tau: Vec<f64>,
+    load: Vec<f64>,
+    /// Where the link stands beyond its encoder in a gap, rad.
+    gap: Vec<f64>,
+}
+
+impl Motion {
+    /// Returns a motion of `values` values a channel, all of them 0.
+    fn still(values: usize) -> Self {
+        let [q, dq, tau, load, gap] = std::array::from_fn(|_| vec![0.0; values]);
+        Self { q, dq, tau, load, gap }
+    }
+}
+
+/// A time between two points of the plant's grid.
+#[derive(Debug, Clone, Copy)]
+struct GridPoint {
+    n: usize,
+    index: usize,
+    part: f64,
+}
+
+impl GridPoint {
+    /// Returns where `time` lies on the grid of the plant, kept inside it.
+    fn at(plant: &Plant, time: f64) -> Self {
+        let grid = ((time - plant.start) / plant.step).clamp(0.0, (plant.len - 2) as f64);
+        let index = grid as usize;
+        Self { n: plant.n, index, part: grid - index as f64 }
+    }
+
+    /// Returns a value of joint `j` there, linear between the two points.
+    fn of(self, values: &[f64], j: usize) -> f64 {
+        let (a, b) = (values[self.index * self.n + j], values[(self.index + 1) * self.n + j]);
+        a + self.part * (b - a)
+    }
+}
+
+impl Model {
+    /// Returns the model of an arm along a recording.
+    pub fn new(arm: Arm, scene: Scene) -> Self {
+        Self { arm, scene, columns: Mutex::new(BTreeMap::new()), motions: Mutex::new(Vec::new()) }
+    }
+
+    /// Returns which channels are predicted, in the order of [`Self::predict`]: positions and speeds
+    /// only where the motion is simulated.
+    pub fn is_predicted(&self, quantity: Quantity) -> bool {
+        self.scene.closed_loop || matches!(quantity, Quantity::Torque | Quantity::Tip)
+    }
+
+    /// Returns what each predicted channel would have read, one list of rows after the other, SI.
+    /// `None` if the motion runs away.
+    pub fn predict(&self, terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
+        let acting = Acting::sorted(self, terms, parameters);
+        let motion = self.motion(&acting, terms, parameters)?;
+        Some(sensors::read(self, &acting, &motion))
+    }
+
+    /// Returns the motion, simulated or remembered.
+    fn motion(
+        &self,
+        acting: &Acting,
+        terms: &[Term],
+        parameters: &[f64],
+    ) -> Option<Shared<Motion>> {
+        let mut moving = (Vec::new(), Vec::new());
+        let mut at = 0;
+        for term in terms {
+            let count = term.law.slots().len();
+            if term.law.moves() {
+                moving.0.push(*term);
+                moving.1.extend_from_slice(&parameters[at..at + count]);
+            }
+            at += count;
+        }
+        let lock = "no thread panics while it holds the lock";
+        let same = |known: &&Remembered| known.terms == moving.0 && known.parameters == moving.1;
+        if let Some(known) = self.motions.lock().expect(lock).iter().find(same) {
+            return Some(Shared::clone(&known.motion));
+        }
+        let motion = Shared::new(if self.scene.closed_loop {
+            closed_loop::simulate(self, acting)?
+        } else {
+            along::measured(self, acting)
+        });
+        let mut motions = self.motions.lock().expect(lock);
+        if motions.len() == REMEMBERED {
+            motions.remove(0);
+        }
+        let (terms, parameters) = moving;
+        motions.push(Remembered { terms, parameters, motion: Shared::clone(&motion) });
+        Some(motion)
+    }
+
+    /// Returns measured minus predicted in units of noise, in the order of [`Self::predict`]; rows that
+    /// are not judged are 0.
+    pub fn residuals(&self, terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
+        let mut values = self.predict(terms, parameters)?;
+        let rows = self.scene.data.n_rows();
+        let mut at = 0;
+        for channel in &self.scene.data.channels {
+            if !self.is_predicted(channel.quantity) {
+                continue;
+            }
+            let part = &mut values[at..at + rows];
+            for (row, (value, measured)) in part.iter_mut().zip(&channel.values).enumerate() {
+                let judged = (self.scene.first_row..self.scene.last_row).contains(&row);
+                *value = if judged { (measured - *value) / channel.noise } else { 0.0 };
+            }
+            at += rows;
+        }
+        values.iter().all(|value| value.is_finite()).then_some(values)
+    }
+
+    /// Returns how many independent values are judged.
+    pub fn count(&self) -> usize {
+        let channels = self.scene.data.channels.iter();
+        let predicted = channels.filter(|channel| self.is_predicted(channel.quantity)).count();
+        predicted * (self.scene.last_row - self.scene.first_row)
+    }
+
+    /// Returns the torque column of a change to the bodies, computed once.
+    fn column(
+        &self,
+        key: ColumnKey,
+        unit: f64,
+        change: impl Fn(&mut Chain) + Sync,
+    ) -> Shared<Vec<f64>> {
+        if let Some(found) =
+            self.columns.lock().expect("no thread panics while it holds the lock").get(&key)
+        {
+            return Shared::clone(found);
+        }
+        let column = Shared::new(self.scene.plant.column(&self.arm, change, unit));
+        let mut columns = self.columns.lock().expect("no thread panics while it holds the lock");
+        Shared::clone(columns.entry(key).or_insert(column))
+    }
+}

@@ -1,0 +1,102 @@
+//! What the encoders, torque sensors and the tracker of the tip read of a motion.
+
+#![expect(
+    clippy::needless_range_loop,
+    reason = "joints index a dozen arrays at once; formulas read better with the index of their source"
+)]
+
+use nalgebra::Vector3;
+
+use super::super::chain::MOST_JOINTS;
+use super::super::data::Quantity;
+use super::super::plant::Scene;
+use super::super::spline::Spline;
+use super::acting::{Acting, lengthen};
+use super::{Model, Motion};
+use crate::discovery::recording::sidecar::TorqueSensor;
+
+/// Turns a motion into what the sensors read.
+pub(super) fn read(model: &Model, acting: &Acting, motion: &Motion) -> Vec<f64> {
+    let Scene { data, plant, .. } = &model.scene;
+    let n = plant.n;
+    let rows = data.n_rows();
+    let mut out = Vec::with_capacity(data.channels.len() * rows);
+    let mut places: Vec<Vector3<f64>> = Vec::new();
+    for channel in &data.channels {
+        if !model.is_predicted(channel.quantity) {
+            continue;
+        }
+        let from = out.len();
+        let j = channel.index;
+        match channel.quantity {
+            Quantity::Position => out.extend((0..rows).map(|row| motion.q[row * n + j])),
+            Quantity::Speed => out.extend((0..rows).map(|row| motion.dq[row * n + j])),
+            Quantity::Torque => {
+                let read = match model.arm.torque_sensor {
+                    TorqueSensor::Motor => &motion.tau,
+                    TorqueSensor::Link => &motion.load,
+                };
+                out.extend((0..rows).map(|row| {
+                    acting.torque_gain[j] * read[row * n + j]
+                        + acting.torque_offset[j]
+                        + acting.torque_drift[j] * (data.time[row] - data.time[0])
+                }));
+            }
+            Quantity::Tip => {
+                if places.is_empty() {
+                    places = tips(model, acting, motion);
+                }
+                out.extend(places.iter().map(|tip| tip[j]));
+            }
+        }
+        if let Some(delay) = acting.late.get(&channel.quantity) {
+            let shifted = delayed(&data.time, &out[from..], *delay);
+            out[from..].copy_from_slice(&shifted);
+        }
+    }
+    out
+}
+
+/// Returns where the tracker sees the tip at every row.
+fn tips(model: &Model, acting: &Acting, motion: &Motion) -> Vec<Vector3<f64>> {
+    let n = model.scene.plant.n;
+    let mut chain = None;
+    if acting.has_lengths {
+        let mut longer = model.arm.chain.clone();
+        for (j, length) in acting.lengths.iter().take(n).enumerate() {
+            for axis in 0..3 {
+                lengthen(&mut longer, j, axis, length[axis]);
+            }
+        }
+        chain = Some(longer);
+    }
+    let chain = chain.as_ref().unwrap_or(&model.arm.chain);
+    let moved = acting.tool.norm() > 0.0;
+    let mut chain_with_tool;
+    let chain = if moved {
+        chain_with_tool = chain.clone();
+        chain_with_tool.body_from_tip *= nalgebra::Translation3::from(acting.tool);
+        &chain_with_tool
+    } else {
+        chain
+    };
+    let mut q = [0.0; MOST_JOINTS];
+    (0..model.scene.data.n_rows())
+        .map(|row| {
+            for j in 0..n {
+                let load = motion.load[row * n + j];
+                q[j] = motion.q[row * n + j] + motion.gap[row * n + j] + acting.zero[j]
+                    - acting.compliance[j] * load;
+            }
+            acting.turn * chain.tip(&q[..n]) + acting.shift
+        })
+        .collect()
+}
+
+/// Returns what a channel reads that is `delay` s late (early, if negative): cubic between rows.
+fn delayed(time: &[f64], values: &[f64], delay: f64) -> Vec<f64> {
+    let spline = Spline::through(time, values);
+    let mut hint = 0;
+    let (first, last) = (time[0], time[time.len() - 1]);
+    time.iter().map(|t| spline.at((t - delay).clamp(first, last), &mut hint).0).collect()
+}

@@ -1,0 +1,127 @@
+//! ROS 2 bags: what was written is read, and what cannot be read is told.
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+
+use byteorder::LittleEndian;
+use mcap::records::MessageHeader;
+use serde::Serialize;
+use trueup::discovery::recording::{Map, Recording};
+use trueup::units::Dimension;
+
+use super::{bare_arm, recording};
+
+#[derive(Serialize)]
+struct JointState {
+    stamp: (i32, u32),
+    frame: String,
+    name: Vec<String>,
+    position: Vec<f64>,
+    velocity: Vec<f64>,
+    effort: Vec<f64>,
+}
+
+/// One message: topic, time in s, joints, position, velocity, effort.
+type Said<'a> = (&'a str, f64, &'a [String], Vec<f64>, Vec<f64>, Vec<f64>);
+
+fn bag(schema: &str, messages: &[Said<'_>]) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    let mut writer = mcap::Writer::new(&mut bytes).unwrap();
+    let schema = writer.add_schema(schema, "ros2msg", b"").unwrap();
+    for (sequence, (topic, time, names, position, velocity, effort)) in messages.iter().enumerate()
+    {
+        let channel_id = writer.add_channel(schema, topic, "cdr", &BTreeMap::new()).unwrap();
+        let state = JointState {
+            stamp: (time.floor() as i32, ((time - time.floor()) * 1e9).round() as u32),
+            frame: "base_link".into(),
+            name: names.to_vec(),
+            position: position.clone(),
+            velocity: velocity.clone(),
+            effort: effort.clone(),
+        };
+        let mut data = vec![0, 1, 0, 0];
+        data.extend(cdr_encoding::to_vec::<_, LittleEndian>(&state).unwrap());
+        let time = (time * 1e9) as u64;
+        let sequence = sequence as u32;
+        let header = MessageHeader { channel_id, sequence, log_time: time, publish_time: time };
+        writer.write_to_known_channel(&header, &data).unwrap();
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    bytes.into_inner()
+}
+
+fn read(bytes: &[u8]) -> Result<Recording, trueup::discovery::recording::Error> {
+    Recording::read_bag("arm.mcap", bytes, None, &Map::default())
+}
+
+/// A recording written as a bag, joints in another order, is the same recording.
+#[test]
+fn a_bag_of_an_arm_reads_as_its_table_does() {
+    let table = recording("coulomb_a");
+    let joints: Vec<String> = bare_arm().joints().iter().map(|joint| joint.name.clone()).collect();
+    // Alphabetical or not, the names decide.
+    let order = [3_usize, 0, 6, 1, 5, 2, 4];
+    let names: Vec<String> = order.iter().map(|j| joints[*j].clone()).collect();
+    let group = |stem: &str, dimension| table.group(stem, 7, dimension).unwrap().unwrap();
+    let (q, dq) = (group("q", Dimension::ANGLE), group("dq", Dimension::ANGULAR_SPEED));
+    let (tau, cmd) = (group("tau", Dimension::TORQUE), group("q_cmd", Dimension::ANGLE));
+    let mut messages: Vec<Said<'_>> = Vec::new();
+    for (row, t) in table.time.iter().enumerate() {
+        let at = |columns: &[&[f64]]| order.iter().map(|j| columns[*j][row]).collect::<Vec<f64>>();
+        let time = 1_700_000_000.0 + t;
+        messages.push(("/joint_commands", time, &names, at(&cmd), vec![], vec![]));
+        messages.push(("/joint_states", time, &names, at(&q), at(&dq), at(&tau)));
+    }
+    let mut read = read(&bag("sensor_msgs/msg/JointState", &messages)).unwrap();
+    read.number_joints(&joints);
+    assert_eq!(read.n_rows(), table.n_rows());
+    let far =
+        |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(far(&read.time, &table.time) < 1e-6);
+    for column in &table.columns {
+        let Some((_, number)) = column.name.rsplit_once('_') else { continue };
+        if number.parse::<usize>().is_ok() {
+            let other = read.columns.iter().find(|other| other.name == column.name);
+            let other = other.unwrap_or_else(|| panic!("no {}", column.name));
+            assert!(far(&other.values, &column.values) < 1e-9, "{}", column.name);
+        }
+    }
+}
+
+/// Commands come less often than states: the last one holds, and rows before the first are left out.
+#[test]
+fn a_command_holds_until_the_next() {
+    let names = ["elbow".to_owned()];
+    let mut messages: Vec<Said<'_>> = (0..100)
+        .map(|i| {
+            let t = 1.0 + f64::from(i) * 0.01;
+            ("/joint_states", t, &names[..], vec![t], vec![], vec![])
+        })
+        .collect();
+    messages.push(("/arm/desired", 1.205, &names, vec![5.0], vec![], vec![]));
+    messages.push(("/arm/desired", 1.505, &names, vec![6.0], vec![], vec![]));
+    let read = read(&bag("sensor_msgs/msg/JointState", &messages)).unwrap();
+    assert_eq!(read.n_rows(), 79);
+    let command = read.column("q_cmd_elbow", Dimension::ANGLE).unwrap();
+    assert_eq!(command.iter().filter(|value| (**value - 5.0).abs() < 1e-12).count(), 30);
+    assert_eq!(command.iter().filter(|value| (**value - 6.0).abs() < 1e-12).count(), 49);
+    assert!(read.notes.iter().any(|note| note.contains("21 rows")), "{:?}", read.notes);
+}
+
+#[test]
+fn what_is_no_bag_of_an_arm_is_told() {
+    let error = read(b"t[s],q_1[rad]\n").unwrap_err();
+    assert!(error.what.contains("MCAP"), "{error}");
+    let names = ["elbow".to_owned()];
+    let one: Vec<Said<'_>> = vec![("/scan", 1.0, &names, vec![0.0], vec![], vec![])];
+    let error = read(&bag("sensor_msgs/msg/LaserScan", &one)).unwrap_err();
+    assert!(error.help.contains("/scan (sensor_msgs/msg/LaserScan)"), "{}", error.help);
+    let whole = bag("sensor_msgs/msg/JointState", &one);
+    let error = read(&whole).unwrap_err();
+    assert!(error.what.contains("only 1 joint states"), "{error}");
+    // A bag cut off at any byte is an error or less data, never a panic.
+    for end in 0..whole.len() {
+        let _ = read(&whole[..end]);
+    }
+}
