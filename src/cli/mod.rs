@@ -5,10 +5,12 @@
 
 mod align;
 mod camera;
+mod explain;
 mod gap;
 mod lab;
 mod robot;
 mod run;
+mod say;
 mod text;
 
 use std::path::PathBuf;
@@ -78,8 +80,12 @@ enum Command {
     Check(text::CheckArgs),
     /// Lay task files out in the one canonical way.
     Fmt(text::FmtArgs),
+    /// Say what the code of a mistake means.
+    Explain(explain::ExplainArgs),
     /// Draw the And-Or graph of a task.
     Graph(text::GraphArgs),
+    /// Say which call a sentence means.
+    Say(say::SayArgs),
     /// Kinematics, dynamics and planning of a robot.
     #[command(subcommand)]
     Robot(robot::RobotCommand),
@@ -152,8 +158,10 @@ fn usage(error: &clap::Error) -> Failure {
 fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
     match (&cli.command, &cli.line) {
         (Some(Command::Run(args)), _) => run::script(args, cli, style),
-        (Some(Command::Check(args)), _) => text::check(args, style),
+        (Some(Command::Check(args)), _) => text::check(args, cli, style),
         (Some(Command::Fmt(args)), _) => text::fmt(args, style),
+        (Some(Command::Say(args)), _) => say::say(args, cli, style),
+        (Some(Command::Explain(args)), _) => explain::explain(args, style),
         (Some(Command::Graph(args)), _) => text::graph(args, cli, style),
         (Some(Command::Robot(command)), _) => robot::robot(command, cli.common.seed, style),
         (Some(Command::Camera(command)), _) => {

@@ -64,9 +64,10 @@ pub(super) fn read(path: &Path) -> Result<String, Failure> {
     })
 }
 
-/// Returns the stdlib, with the folder of `--stdlib` laid over it.
+/// Returns the embedded stdlib with the user's folder over it.
 pub(super) fn stdlib(cli: &Cli) -> Result<Stdlib, Failure> {
-    let embedded = Stdlib::embedded();
+    let embedded =
+        Stdlib::embedded().reading(|path| std::fs::read_to_string(path).map_err(|e| e.to_string()));
     match &cli.cell.stdlib {
         None => Ok(embedded),
         Some(folder) => embedded.with_folder(folder).map_err(|(path, error)| {
@@ -152,12 +153,16 @@ pub(super) fn script(args: &RunArgs, cli: &Cli, style: Style) -> Result<Exit, Fa
             .at(source.name)
             .help("end it with a call such as `pour(jar, cup)`"));
     }
-    let mut cell = open(cli, Some(source), style)?;
+    let mut cell = open(cli, Some(source.clone()), style)?;
     stop_on_interrupt(&cell)?;
     let mut exit = Exit::Yes;
     let mut runs = Vec::new();
-    for step in &steps {
-        let run = one(&mut cell, step, &cli.cell.record, style)?;
+    // Calls are a run each; steps that share names or conditions are one.
+    let is_call = |step: &Step| matches!(step, Step::Act(_));
+    let parts: Vec<&[Step]> =
+        if steps.iter().all(is_call) { steps.chunks(1).collect() } else { vec![&steps] };
+    for steps in parts {
+        let run = one(&mut cell, steps, &source, &cli.cell.record, style)?;
         exit = ended(&run);
         runs.push(run);
         if exit != Exit::Yes {
@@ -187,7 +192,7 @@ pub(super) fn line(line: &str, cli: &Cli, style: Style) -> Result<Exit, Failure>
         return Err(report::text_failure(&diagnostics, &source, style));
     }
     stop_on_interrupt(&cell)?;
-    let run = one(&mut cell, &step, &cli.cell.record, style)?;
+    let run = one(&mut cell, &[step], &source, &cli.cell.record, style)?;
     if style.json {
         style.document(&run);
     }
@@ -199,7 +204,10 @@ pub(super) fn prompt(cli: &Cli, style: Style) -> Result<Exit, Failure> {
     let cell = open(cli, None, style)?;
     stop_on_interrupt(&cell)?;
     let hands = Hands {
-        perform: &|cell, step| one(cell, step, &cli.cell.record, style),
+        perform: &|cell, step| {
+            let source = Source::new("prompt", language::text::step(step));
+            one(cell, std::slice::from_ref(step), &source, &cli.cell.record, style)
+        },
         gap: &|runs| super::gap::over(runs, cli, style),
     };
     crate::repl::run(cell, style, hands)?;
@@ -213,13 +221,15 @@ fn stop_on_interrupt(cell: &WorkCell) -> Result<(), Failure> {
         .map_err(|error| Failure::unavailable("signal", format!("cannot watch Ctrl-C: {error}")))
 }
 
-/// Carries out one step of a script or one line, recorded in a folder of its own under `root`.
-fn one(cell: &mut WorkCell, step: &Step, root: &Path, style: Style) -> Result<Run, Failure> {
-    let Step::Act(act) = step else {
-        return Err(Failure::input("run::not_a_call", "only a call can be run by itself")
-            .help("put the steps into a task and call that"));
-    };
-    let call = &act.call;
+/// Carries out steps of a script or one line, recorded in a folder of their own under `root`.
+fn one(
+    cell: &mut WorkCell,
+    steps: &[Step],
+    source: &Source,
+    root: &Path,
+    style: Style,
+) -> Result<Run, Failure> {
+    let call = &cell.define(source, steps);
     cell.graph(call).map_err(|error| report::cell_failure(&error, style))?;
     let recorder = Recorder::create(root, &stamp(), &call.name.text).map_err(|(path, error)| {
         Failure::input("io::write", format!("cannot make a run folder: {error}"))

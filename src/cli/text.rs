@@ -6,12 +6,12 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use crate::graph;
-use crate::language::ast::{Call, Item, Program, Step};
+use crate::language::ast::{Item, Program, Step};
 use crate::language::{self, Diagnostic, Source};
 use crate::report::{self, Failure, Style};
-use crate::workcell::{Stdlib, library};
+use crate::workcell::{check, library};
 
-use super::run::read;
+use super::run::{read, stdlib};
 use super::{Cli, Exit};
 
 /// Find mistakes in task files.
@@ -90,19 +90,11 @@ fn task_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
 }
 
 /// `trueup check FILE...`: each file by itself over the stdlib.
-pub(super) fn check(args: &CheckArgs, style: Style) -> Result<Exit, Failure> {
-    let standard = library(&Stdlib::embedded());
-    let mut all: Vec<(Diagnostic, Source)> = Vec::new();
-    for path in task_files(&args.files)? {
-        let source = Source::new(path.display().to_string(), read(&path)?);
-        let mut library = standard.clone();
-        let file = library.add(source.clone());
-        // A script's calls are about the objects of its own scene, or of the kitchen.
-        let own = library.program(file).and_then(first_scene);
-        let scope = library.scope(own.as_deref().unwrap_or("kitchen"));
-        let found = library.check_file(file, &scope).into_iter();
-        all.extend(found.map(|diagnostic| (diagnostic, source.clone())));
-    }
+pub(super) fn check(args: &CheckArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+    let stdlib = stdlib(cli)?;
+    let files = task_files(&args.files)?.into_iter();
+    let sources = files.map(|path| Ok(Source::new(path.display().to_string(), read(&path)?)));
+    let all = check::check_all(&stdlib, sources.collect::<Result<_, Failure>>()?);
     let errors = all.iter().filter(|(diagnostic, _)| diagnostic.is_error()).count();
     if style.json {
         let list: Vec<_> = all.iter().map(|(d, source)| d.to_json(source)).collect();
@@ -155,12 +147,7 @@ pub(super) fn fmt(args: &FmtArgs, style: Style) -> Result<Exit, Failure> {
 
 /// `trueup graph FILE|'CALL'`.
 pub(super) fn graph(args: &GraphArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
-    let mut stdlib = Stdlib::embedded();
-    if let Some(folder) = &cli.cell.stdlib {
-        stdlib = stdlib.with_folder(folder).map_err(|(path, error)| {
-            Failure::input("io::read", format!("cannot read {}: {error}", path.display()))
-        })?;
-    }
+    let stdlib = stdlib(cli)?;
     let mut library = library(&stdlib);
     let is_file = Path::new(&args.what).extension().is_some_and(|ending| ending == "task");
     let own = match &cli.cell.scene {
@@ -174,7 +161,7 @@ pub(super) fn graph(args: &GraphArgs, cli: &Cli, style: Style) -> Result<Exit, F
     let (source, program, wrong) = if is_file {
         let source = Source::new(args.what.clone(), read(Path::new(&args.what))?);
         let (program, _) = language::parse(&source.text);
-        let file = library.add(source.clone());
+        let file = library.add_with(source.clone(), &|path| stdlib.read(path));
         let scope = library.scope(first_scene(&program).as_deref().unwrap_or(own));
         let wrong = library.check_file(file, &scope);
         (source, program, wrong)
@@ -189,12 +176,19 @@ pub(super) fn graph(args: &GraphArgs, cli: &Cli, style: Style) -> Result<Exit, F
     if wrong.iter().any(Diagnostic::is_error) {
         return Err(report::text_failure(&wrong, &source, style));
     }
-    let call = first_call(&program).ok_or_else(|| {
-        Failure::input("script::empty", "there is no call to draw")
-            .at(source.name.clone())
-            .help("name a call such as `pour(jar, cup)`")
-    })?;
-    let graph = graph::build(&library, call)
+    let steps = runs(&program);
+    // Of several calls the first is drawn; steps that belong together are drawn together.
+    let drawn = match steps.as_slice() {
+        [] => {
+            return Err(Failure::input("script::empty", "there is no call to draw")
+                .at(source.name.clone())
+                .help("name a call such as `pour(jar, cup)`"));
+        }
+        [Step::Act(_), ..] => &steps[..1],
+        all => all,
+    };
+    let call = library.define(&source, drawn);
+    let graph = graph::build(&library, &call)
         .map_err(|problems| report::problems_failure(&problems, &library, &source))?;
     match args.format {
         Format::Json => {
@@ -219,9 +213,11 @@ fn first_scene(program: &Program) -> Option<String> {
     })
 }
 
-fn first_call(program: &Program) -> Option<&Call> {
-    program.items.iter().find_map(|item| match item {
-        Item::Run(Step::Act(act)) => Some(&act.call),
+/// The steps at the top level of a text.
+fn runs(program: &Program) -> Vec<Step> {
+    let steps = program.items.iter().filter_map(|item| match item {
+        Item::Run(step) => Some(step.clone()),
         _ => None,
-    })
+    });
+    steps.collect()
 }

@@ -7,6 +7,10 @@
 //! Where the field has a name, it is the field's name: Olsson et al., "Friction Models and Friction
 //! Compensation", 1998 (friction); Brown 1966 (lenses); Bouc 1967, Wen 1976 (hysteresis).
 
+use crate::language::ast::{Name, TwinItem};
+use crate::language::{Diagnostic, nearest};
+use crate::units::Unit;
+
 /// Where an effect may sit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Seat {
@@ -513,10 +517,81 @@ impl Kind {
     }
 }
 
+/// Returns what is wrong with the effects of a twin: a name nobody knows, a seat such an effect cannot
+/// have, a parameter it does not have or of another unit.
+pub fn check(twin: &TwinItem) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    for effect in &twin.effects {
+        let Some(kind) = kind_named(&effect.name.text) else {
+            let names = KINDS.iter().map(|kind| kind.name);
+            found.push(unknown("effect", &effect.name, nearest(&effect.name.text, names)));
+            continue;
+        };
+        if kind.seats == [Seat::Joint] && !is_joint(&effect.at.text) {
+            let message = format!("`{}` sits at a joint", kind.name);
+            found.push(
+                Diagnostic::error("task::effect", effect.at.span, message, "not a joint")
+                    .help("write `joint_1`, `joint_2`, …, counted from the base"),
+            );
+        }
+        for parameter in &effect.parameters {
+            let name = &parameter.name.text;
+            let known = kind.numbers().find(|(known, _)| known == name);
+            let Some((_, unit)) = known else {
+                let names = || kind.numbers().map(|(name, _)| name);
+                // An effect that is a formula has the parameters of its formula.
+                if names().next().is_none() {
+                    continue;
+                }
+                let what = format!("parameter of `{}` called", kind.name);
+                let near = nearest(name, names());
+                let list = names().collect::<Vec<_>>().join(", ");
+                let diagnostic = unknown(&what, &parameter.name, near);
+                found.push(match near {
+                    Some(_) => diagnostic,
+                    None => diagnostic.help(format!("it has: {list}")),
+                });
+                continue;
+            };
+            let Ok(unit) = Unit::parse(unit) else { continue };
+            let given = parameter.value.quantity.dimension;
+            if given != unit.dimension {
+                let message = format!(
+                    "`{name}` is {}, and this is {}",
+                    unit.dimension.words(),
+                    given.words()
+                );
+                found.push(
+                    Diagnostic::error(
+                        "task::effect",
+                        parameter.value.span,
+                        message,
+                        "another unit",
+                    )
+                    .help(format!("write it in {}", unit.dimension.si())),
+                );
+            }
+        }
+    }
+    found
+}
+
+fn is_joint(at: &str) -> bool {
+    at.strip_prefix("joint_").is_some_and(|n| n.parse::<u32>().is_ok_and(|n| n > 0))
+}
+
+fn unknown(what: &str, name: &Name, near: Option<&str>) -> Diagnostic {
+    let message = format!("there is no {what} `{}`", name.text);
+    let found = Diagnostic::error("task::effect", name.span, message, "not in the vocabulary");
+    match near {
+        Some(near) => found.help(format!("did you mean `{near}`?")),
+        None => found.help("`docs/gap.md` lists the effects that have a name"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::units::Unit;
 
     #[test]
     fn names_are_unique_and_units_exist() {

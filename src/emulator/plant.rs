@@ -71,6 +71,7 @@ impl Plant for Ideal {
             dq: self.dq.clone(),
             tau: vec![0.0; self.q.len()],
             opening: self.opening,
+            mass: None,
         }
     }
 }

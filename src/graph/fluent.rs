@@ -72,7 +72,7 @@ pub fn questions(expr: &Expr, definitions: &dyn Definitions) -> Vec<Question> {
 fn question(atom: &Expr, definitions: &dyn Definitions) -> Option<Question> {
     let ExprKind::Call(call) = &atom.kind else { return None };
     let item = definitions.fluent(&call.name.text)?;
-    let template = item.ask.clone()?;
+    let template = item.ask.as_ref()?.text.clone();
     let bound = bind::arguments("", &item.params, call).ok()?;
     let blanks =
         bound.into_iter().filter_map(|b| Some((b.name, text::expr(b.values.first()?)))).collect();

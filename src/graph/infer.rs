@@ -235,7 +235,8 @@ impl Support {
 }
 
 fn support(node: &Node, or: &Or, given: &Given<'_>) -> Result<Support, Error> {
-    let pinned = given.pins.get(&node.path);
+    let via = or.via.map(|at| &or.branches[at].name);
+    let pinned = given.pins.get(&node.path).or(via);
     let mut known = true;
     let mut branches: Vec<(usize, f64)> = match &or.decides {
         Decides::Choice | Decides::Argument(_) => {

@@ -191,8 +191,17 @@ pub struct Node {
     pub within: String,
     /// The node above.
     pub parent: Option<NodeId>,
+    /// `break` stands before it in the text.
+    pub pause: Option<Pause>,
     /// And, Or or terminal.
     pub kind: NodeKind,
+}
+
+/// A breakpoint in the text: stepping stops before the node that carries it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Pause {
+    /// Only when this holds; always when `None`.
+    pub when: Option<Expr>,
 }
 
 /// The three kinds of node.
@@ -270,6 +279,8 @@ pub enum Form {
 pub struct Or {
     /// Who decides.
     pub decides: Decides,
+    /// The branch that `via` asks for: the only one taken.
+    pub via: Option<usize>,
     /// At least one.
     pub branches: Vec<Branch>,
 }
@@ -307,6 +318,8 @@ pub struct Branch {
     pub guard: Option<Expr>,
     /// The key that learnt counts hang on: `pick/either.side`.
     pub key: String,
+    /// The keys it had before it was renamed: `#[was("old")]`.
+    pub was: Vec<String>,
     /// Fingerprint of the text it is made of; another text starts new counts.
     pub text: u64,
     /// What it does.

@@ -95,9 +95,13 @@ impl Outcomes {
         }
     }
 
-    /// Returns the counts of a branch as it is written today.
+    /// Returns the counts of a branch as it is written today, under its name and those it had before.
     pub fn of(&self, branch: &Branch, domain: &str) -> Counts {
-        self.at(&branch.key, branch.text, domain)
+        let keys = std::iter::once(&branch.key).chain(&branch.was);
+        keys.map(|key| self.at(key, branch.text, domain)).fold(Counts::default(), |a, b| Counts {
+            worked: a.worked + b.worked,
+            failed: a.failed + b.failed,
+        })
     }
 
     /// Returns the counts that hang on a key and a fingerprint.
@@ -147,7 +151,10 @@ impl Priors {
 
     /// Returns the probability of each branch of an Or; they add up to 1.
     pub fn of(&self, or: &Or) -> Vec<f64> {
-        let seen = |branch: &Branch| f64::from(self.counts.get(&branch.key).copied().unwrap_or(0));
+        let seen = |branch: &Branch| {
+            let keys = std::iter::once(&branch.key).chain(&branch.was);
+            f64::from(keys.filter_map(|key| self.counts.get(key)).sum::<u32>())
+        };
         let total: f64 = PRIOR_STRENGTH + or.branches.iter().map(seen).sum::<f64>();
         or.branches.iter().map(|b| PRIOR_STRENGTH.mul_add(b.prior, seen(b)) / total).collect()
     }

@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 use super::bind;
 use super::fluent::{self, Question};
 use super::{
-    And, Argument, Decides, Definitions, Does, Form, Graph, Node, NodeId, NodeKind, Relation, Role,
+    And, Argument, Decides, Definitions, Does, Form, Graph, Node, NodeId, NodeKind, Pause,
+    Relation, Role,
 };
 use crate::language::ast::{Allen, Call, Expr, Remedy, Span};
 use crate::language::text;
@@ -109,6 +110,9 @@ pub struct Step {
     pub recoveries: Vec<usize>,
     /// Path of the `together` it is part of, innermost.
     pub together: Option<String>,
+    /// A breakpoint in the text stands before it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pause: Option<Pause>,
     /// The bytes it came from, in the file of the task `within`.
     pub span: Span,
     /// The task it is written in.
@@ -288,6 +292,15 @@ impl Writer<'_> {
         if self.is_nominal {
             self.reached.push(node.id);
         }
+        let first = self.steps.len();
+        self.enter(node, context);
+        // What stops before a sub-task stops before its first step.
+        if let (Some(pause), Some(step)) = (&node.pause, self.steps.get_mut(first)) {
+            step.pause = Some(pause.clone());
+        }
+    }
+
+    fn enter(&mut self, node: &Node, context: &Context) {
         match &node.kind {
             NodeKind::And(and) => self.and(node, and, context),
             NodeKind::Or(or) => {
@@ -473,6 +486,7 @@ fn step(node: &Node, text: String, does: Does, context: &Context) -> Step {
         unless: context.unless.clone(),
         recoveries: Vec::new(),
         together: context.together.clone(),
+        pause: None,
         span: node.span,
         within: node.within.clone(),
     }

@@ -25,6 +25,15 @@ pub struct Name {
     pub span: Span,
 }
 
+/// A text in quotes where it stands.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Text {
+    /// The text, without its quotes.
+    pub text: String,
+    /// Where.
+    pub span: Span,
+}
+
 /// A whole file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Program {
@@ -61,7 +70,7 @@ pub enum Item {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Import {
     /// The file named, as written.
-    pub path: String,
+    pub path: Text,
     /// Where.
     pub span: Span,
 }
@@ -102,7 +111,7 @@ pub struct FluentItem {
     /// What it is: a comparison gives truth and margin.
     pub body: Expr,
     /// The question for a person or a model; `{o}` stands for the object's display name.
-    pub ask: Option<String>,
+    pub ask: Option<Text>,
     /// Where.
     pub span: Span,
 }
@@ -112,6 +121,8 @@ pub struct FluentItem {
 pub struct ActionItem {
     /// Documentation.
     pub doc: Vec<String>,
+    /// `#[was("old")]`: names it had before.
+    pub was: Vec<Text>,
     /// Its name.
     pub name: Name,
     /// Its parameters.
@@ -142,12 +153,14 @@ pub struct Conditions {
 pub struct TaskItem {
     /// Documentation.
     pub doc: Vec<String>,
+    /// `#[was("old")]`: names it had before.
+    pub was: Vec<Text>,
     /// Its name.
     pub name: Name,
     /// Its parameters.
     pub params: Vec<Param>,
     /// Sentence templates.
-    pub say: Vec<String>,
+    pub say: Vec<Text>,
     /// What must hold before, during and after.
     pub conditions: Conditions,
     /// The time it may take.
@@ -181,19 +194,32 @@ pub enum Step {
     Check(Expr, Span),
     /// `let x = expr`.
     Let(Name, Expr, Span),
+    /// `break` or `break when φ`: stepping stops before the next step.
+    Break(Break),
     /// What could not be read.
     Bad(Span),
 }
 
-/// `call while φ until ψ as label`.
+/// `call via branch while φ until ψ as label`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Act {
     /// What is called.
     pub call: Call,
+    /// `via side`: branches to take inside it, whatever is learnt.
+    pub via: Vec<Name>,
     /// `while φ` and `until φ`, in order.
     pub holds: Vec<Hold>,
     /// `as name`.
     pub label: Option<Name>,
+    /// Where.
+    pub span: Span,
+}
+
+/// `break when φ`: a breakpoint in the text.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Break {
+    /// Stop only when this holds.
+    pub when: Option<Expr>,
     /// Where.
     pub span: Span,
 }
@@ -236,6 +262,8 @@ pub struct Either {
 pub struct Branch {
     /// Its name; learnt counts hang on it.
     pub name: Name,
+    /// `#[was("old")]`: names it had before.
+    pub was: Vec<Text>,
     /// Prior probability, as written.
     pub prior: Option<f64>,
     /// Guard: out of the choice when false.

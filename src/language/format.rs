@@ -44,7 +44,10 @@ fn write_line(
     let mut indent = depth.saturating_sub(closing);
     // What goes on with the line before stands one step further in.
     let first = line[0].text(source);
-    let goes_on = matches!(first, "and" | "ask" | "within")
+    let goes_on = matches!(first, "and" | "ask" | "within" | "+" | "-" | "*" | "/" | "|")
+        || matches!(first, "<" | ">" | "<=" | ">=" | "==" | "!=")
+        // The `or` of a choice follows a brace, that of a condition does not.
+        || first == "or" && before.is_some_and(|t| t.text(source) != "}")
         || before.is_some_and(|t| matches!(t.text(source), "=" | "and" | "not" | "+" | "-" | "*"));
     if goes_on && line[0].kind != Kind::Close {
         indent += 1;
@@ -71,12 +74,25 @@ fn write_line(
     out.push('\n');
 }
 
+/// Words after which a minus is the sign of a number, not a subtraction.
+const BEFORE_SIGN: &[&str] = &[
+    "and", "or", "not", "within", "check", "if", "while", "until", "when", "needs", "keeps",
+    "gives", "to", "in",
+];
+
 /// Whether a blank stands between two tokens of one line.
 fn blank_between(source: &str, earlier: Option<Token>, left: Token, right: Token) -> bool {
     let (a, b) = (left.text(source), right.text(source));
     let touching = left.to == right.from;
     if left.kind == Kind::Note || right.kind == Kind::Note {
         return true;
+    }
+    // `#[was("old")]` is one word to a reader.
+    if matches!(a, "#" | "[")
+        || matches!(b, "[" | "]")
+        || b == "(" && earlier.is_some_and(|t| t.text(source) == "[")
+    {
+        return false;
     }
     // A call's parenthesis stands at its name; `at (0 m, 0 m)` has a blank, and the writer knows which.
     if b == "(" && left.kind == Kind::Word {
@@ -99,10 +115,12 @@ fn blank_between(source: &str, earlier: Option<Token>, left: Token, right: Token
     }
     // A sign before a number is its sign unless an operand stands before it.
     if a == "-" {
-        let operand = earlier.is_some_and(|t| {
-            matches!(t.kind, Kind::Word | Kind::Number | Kind::Text) || t.text(source) == ")"
+        return earlier.is_some_and(|t| {
+            let text = t.text(source);
+            t.kind == Kind::Number
+                || text == ")"
+                || t.kind == Kind::Word && !BEFORE_SIGN.contains(&text)
         });
-        return operand && !touching;
     }
     true
 }
@@ -119,7 +137,7 @@ mod tests {
     #[test]
     fn ugly_text_comes_out_laid_out() {
         let expected = "// a note\n\nfluent near(a: A, b: A) =\n    distance(a, b) <= 5 cm // why\n\
-            task f(o: A) {\n    needs visible(o)\n    or held(o)\n    g(o, by: -5 mm)\n\n}\n\
+            task f(o: A) {\n    needs visible(o)\n        or held(o)\n    g(o, by: -5 mm)\n\n}\n\
             twin t of k { effect e(j) { torque = 1.83 N*m +- 0.04 N*m } }\n";
         assert_eq!(format(UGLY), expected);
     }

@@ -5,10 +5,11 @@
 //! texts come in, the standard library is embedded.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::ast::{
-    ActionItem, FluentItem, Item, ModelItem, Name, Program, SceneItem, Span, Step, TaskItem,
-    TwinItem, TypeItem,
+    Act, ActionItem, Call, Conditions, FluentItem, Import, Item, ModelItem, Name, Program,
+    SceneItem, Span, Step, TaskItem, TwinItem, TypeItem,
 };
 use super::builtins;
 use super::check::Checker;
@@ -21,6 +22,9 @@ const STANDARD: &[(&str, &str)] = &[
     ("stdlib/tasks/std.task", include_str!("../../stdlib/tasks/std.task")),
     ("stdlib/scenes/kitchen.task", include_str!("../../stdlib/scenes/kitchen.task")),
 ];
+
+/// The name of the task that steps outside of any become.
+pub const STEPS: &str = "steps";
 
 /// The scene that is meant when nobody names one.
 pub const DEFAULT_SCENE: &str = "kitchen";
@@ -49,9 +53,13 @@ struct File {
 /// All definitions by name.
 #[derive(Debug, Clone, Default)]
 pub struct Library {
-    files: Vec<File>,
+    files: Vec<Arc<File>>,
     /// Kind and name → file and item.
     index: BTreeMap<(Kind, String), (usize, usize)>,
+    /// Imported scripts: file name → text.
+    scripts: BTreeMap<String, String>,
+    /// The file of [`Self::define`].
+    typed: Option<usize>,
 }
 
 /// A task or an action, which are called alike.
@@ -94,8 +102,11 @@ impl Library {
         for diagnostic in &mut diagnostics {
             diagnostic.file.clone_from(&source.name);
         }
-        let file = File { source, program, diagnostics };
-        let known = self.files.iter().position(|f| f.source.name == file.source.name);
+        let file = Arc::new(File { source, program, diagnostics });
+        let same = |(at, f): (usize, &Arc<File>)| {
+            (f.source.name == file.source.name && self.typed != Some(at)).then_some(at)
+        };
+        let known = self.files.iter().enumerate().find_map(same);
         let at = known.unwrap_or(self.files.len());
         if known.is_some() {
             self.files[at] = file;
@@ -104,6 +115,111 @@ impl Library {
         }
         self.reindex();
         at
+    }
+
+    /// As [`Self::add`], with everything it imports, read first by `read`: a `.task` file gives its
+    /// definitions, any other file is a script that actions run by its name.
+    ///
+    /// A path is looked for beside the file that imports it. What cannot be read is told by
+    /// [`Self::check`] where it is imported.
+    pub fn add_with(
+        &mut self,
+        source: Source,
+        read: &dyn Fn(&str) -> Result<String, String>,
+    ) -> usize {
+        let mut open = vec![source.name.clone()];
+        self.add_imports(source, read, &mut open)
+    }
+
+    fn add_imports(
+        &mut self,
+        source: Source,
+        read: &dyn Fn(&str) -> Result<String, String>,
+        open: &mut Vec<String>,
+    ) -> usize {
+        let mut wrong = Vec::new();
+        for import in imports(&source.text) {
+            let path = beside(&source.name, &import.path.text);
+            // Two files that import each other are read once each.
+            if open.contains(&path) {
+                continue;
+            }
+            open.push(path.clone());
+            match read(&path) {
+                Ok(text) if is_task_file(&path) => {
+                    let imported = self.add_imports(Source::new(path.clone(), text), read, open);
+                    if self.files[imported].diagnostics.iter().any(Diagnostic::is_error) {
+                        wrong.push(broken_import(&import, &path));
+                    }
+                }
+                Ok(text) => {
+                    let name = path.rsplit('/').next().unwrap_or(&path).to_owned();
+                    self.scripts.insert(name, text);
+                }
+                Err(why) => wrong.push(missing_import(&import, &path, &why)),
+            }
+        }
+        let name = source.name.clone();
+        let at = self.add(source);
+        for mut diagnostic in wrong {
+            diagnostic.file.clone_from(&name);
+            Arc::make_mut(&mut self.files[at]).diagnostics.push(diagnostic);
+        }
+        at
+    }
+
+    /// Returns the call that carries out steps typed at the prompt or written at the end of a script: the
+    /// one call itself, or that of a task [`STEPS`] made of them, which replaces an earlier one.
+    pub fn define(&mut self, source: &Source, steps: &[Step]) -> Call {
+        if let [Step::Act(Act { call, via, holds, .. })] = steps
+            && via.is_empty()
+            && holds.is_empty()
+        {
+            return call.clone();
+        }
+        let span = Span { from: 0, to: source.text.len() };
+        let name = Name { text: STEPS.into(), span };
+        let task = TaskItem {
+            doc: Vec::new(),
+            was: Vec::new(),
+            name: name.clone(),
+            params: Vec::new(),
+            say: Vec::new(),
+            conditions: Conditions::default(),
+            limit: None,
+            steps: steps.to_vec(),
+            recoveries: Vec::new(),
+            span,
+        };
+        let file = Arc::new(File {
+            source: source.clone(),
+            program: Program { items: vec![Item::Task(task)] },
+            diagnostics: Vec::new(),
+        });
+        match self.typed {
+            Some(at) => self.files[at] = file,
+            None => {
+                self.typed = Some(self.files.len());
+                self.files.push(file);
+            }
+        }
+        self.reindex();
+        Call { name, args: Vec::new(), span }
+    }
+
+    /// Returns how many files there are; they are numbered from 0.
+    pub fn len(&self) -> usize {
+        self.files.len()
+    }
+
+    /// Returns whether there is no file.
+    pub fn is_empty(&self) -> bool {
+        self.files.is_empty()
+    }
+
+    /// Returns the scripts that were imported: file name → text.
+    pub fn scripts(&self) -> &BTreeMap<String, String> {
+        &self.scripts
     }
 
     fn reindex(&mut self) {
@@ -362,7 +478,14 @@ impl Library {
                         .is_some_and(|between| between.chars().all(|c| c == ' '))
             })
         };
-        out.extend(checker.finish().into_iter().filter(|d| !because(d)));
+        // Nor is anything said to be missing from an item that could not be read in full.
+        let damaged = |d: &Diagnostic| {
+            let inside = |span: Span, at: Span| span.from <= at.from && at.to <= span.to;
+            let item = file.program.items.iter().filter_map(span_of).find(|s| inside(*s, d.span));
+            d.code == "task::missing"
+                && item.is_some_and(|item| file.diagnostics.iter().any(|s| inside(item, s.span)))
+        };
+        out.extend(checker.finish().into_iter().filter(|d| !because(d) && !damaged(d)));
         out.sort_by_key(|d| (d.span.from, d.span.to));
         out
     }
@@ -373,6 +496,74 @@ impl Library {
         checker.top_step(step);
         checker.finish()
     }
+}
+
+/// Returns the bytes of an item that has clauses.
+fn span_of(item: &Item) -> Option<Span> {
+    match item {
+        Item::Action(item) => Some(item.span),
+        Item::Task(item) => Some(item.span),
+        Item::Scene(item) => Some(item.span),
+        Item::Model(item) => Some(item.span),
+        _ => None,
+    }
+}
+
+/// Returns the imports of a text.
+fn imports(text: &str) -> Vec<Import> {
+    // Most files import nothing, and need not be read twice for that.
+    if !text.contains("import") {
+        return Vec::new();
+    }
+    let items = parse(text).0.items.into_iter();
+    let imports = items.filter_map(|item| match item {
+        Item::Import(import) => Some(import),
+        _ => None,
+    });
+    imports.collect()
+}
+
+/// Returns the path of an import as seen from where the importing file is seen from.
+fn beside(importer: &str, path: &str) -> String {
+    if path.starts_with('/') {
+        return path.to_owned();
+    }
+    let folder = importer.rsplit_once('/').map(|(folder, _)| folder);
+    let mut parts: Vec<&str> = folder.map(|f| f.split('/').collect()).unwrap_or_default();
+    for part in path.split('/') {
+        match part {
+            "." | "" => {}
+            ".." if parts.last().is_some_and(|last| !matches!(*last, "" | "..")) => {
+                parts.pop();
+            }
+            part => parts.push(part),
+        }
+    }
+    parts.join("/")
+}
+
+fn is_task_file(path: &str) -> bool {
+    std::path::Path::new(path).extension().is_some_and(|extension| extension == "task")
+}
+
+fn missing_import(import: &Import, path: &str, why: &str) -> Diagnostic {
+    Diagnostic::error(
+        "task::import",
+        import.path.span,
+        format!("cannot read `{path}`: {why}"),
+        "imported here",
+    )
+    .help("a path is looked for beside the file that imports it")
+}
+
+fn broken_import(import: &Import, path: &str) -> Diagnostic {
+    Diagnostic::error(
+        "task::import",
+        import.path.span,
+        format!("`{path}` has mistakes"),
+        "imported here",
+    )
+    .help(format!("`trueup check {path}` tells them"))
 }
 
 /// Returns under what name an item is found.

@@ -8,9 +8,11 @@
 pub mod ast;
 pub mod bind;
 pub mod builtins;
+pub mod codes;
 pub mod diagnostic;
 pub mod format;
 pub mod library;
+pub mod sentence;
 pub mod text;
 mod check;
 mod parse;

@@ -63,7 +63,10 @@ pub fn step(step: &Step) -> String {
     match step {
         Step::Act(act) => {
             let label = act.label.as_ref().map(|l| format!(" as {}", l.text)).unwrap_or_default();
-            format!("{}{}{label}", call(&act.call), holds(&act.holds))
+            let via: Vec<&str> = act.via.iter().map(|branch| branch.text.as_str()).collect();
+            let via =
+                if via.is_empty() { String::new() } else { format!(" via {}", via.join(", ")) };
+            format!("{}{via}{}{label}", call(&act.call), holds(&act.holds))
         }
         Step::Sequence(all, _) => all.iter().map(self::step).collect::<Vec<_>>().join(" then "),
         Step::Block(all) => block(all),
@@ -111,6 +114,10 @@ pub fn step(step: &Step) -> String {
             text + " }"
         }
         Step::Check(what, _) => format!("check {}", expr(what)),
+        Step::Break(stop) => match &stop.when {
+            Some(when) => format!("break when {}", expr(when)),
+            None => String::from("break"),
+        },
         Step::Let(name, what, _) => format!("let {} = {}", name.text, expr(what)),
         Step::Bad(_) => String::from("?"),
     }

@@ -381,7 +381,7 @@ pub fn documentation(library: &Library, name: &str) -> Option<String> {
     if let Some((task, source)) = library.task(name) {
         let head = signature(name, &task.params, &task.doc);
         let mut say = String::new();
-        for sentence in &task.say {
+        for sentence in task.say.iter().map(|say| &say.text) {
             let _ = write!(say, "\n  say    \"{sentence}\"");
         }
         let place = source.place(task.name.span);
@@ -396,7 +396,8 @@ pub fn documentation(library: &Library, name: &str) -> Option<String> {
     }
     let (fluent, source) = library.fluent(name)?;
     let head = signature(name, &fluent.params, &fluent.doc);
-    let ask = fluent.ask.as_ref().map(|ask| format!("\n  ask    \"{ask}\"")).unwrap_or_default();
+    let ask =
+        fluent.ask.as_ref().map(|ask| format!("\n  ask    \"{}\"", ask.text)).unwrap_or_default();
     let place = source.place(fluent.name.span);
     Some(format!("{head}\n  is     {}{ask}\n  {place}", text::expr(&fluent.body)))
 }

@@ -4,6 +4,7 @@
 //! A [`WorkCell`] is opened once and keeps what it has learnt: the three regressions, where things stand,
 //! and where the arm is. Nothing here prints; what happens is told to observers as it happens.
 
+pub mod check;
 pub mod picture;
 pub mod poured;
 pub mod record;
@@ -174,10 +175,14 @@ impl WorkCell {
     /// # Errors
     ///
     /// What is wrong with the texts, all of it at once, or with the lab's settings.
-    pub fn open(options: Options) -> Result<Self, Error> {
+    pub fn open(mut options: Options) -> Result<Self, Error> {
         let mut library = library(&options.stdlib);
-        let scene_source = options.scene.map(|source| library.add(source));
-        let script = options.script.map(|source| library.add(source));
+        let read = |path: &str| options.stdlib.read(path);
+        let scene_source = options.scene.map(|source| library.add_with(source, &read));
+        let script = options.script.map(|source| library.add_with(source, &read));
+        for (name, text) in library.scripts() {
+            options.stdlib.add_script(name, text);
+        }
         if let Some(file) = scene_source {
             let own = library.program(file).is_some_and(|program| {
                 program.items.iter().any(|item| matches!(item, Item::Scene(_)))
@@ -190,8 +195,9 @@ impl WorkCell {
         }
         let scene = Arc::new(scene_of(&library, scene_source.or(script))?);
         let scope = library.scope(&scene.name);
-        let wrong = library.check(&scope).into_iter().filter(Diagnostic::is_error);
-        let wrong = with_sources(&library, wrong);
+        let all = (0..library.len())
+            .flat_map(|file| check::check_file(&library, &options.stdlib, file, &scope));
+        let wrong = with_sources(&library, all.filter(Diagnostic::is_error));
         if !wrong.is_empty() {
             return Err(Error::Text(wrong));
         }
@@ -270,6 +276,11 @@ impl WorkCell {
     /// Returns the scene.
     pub fn scene(&self) -> &Scene {
         &self.cell.scene
+    }
+
+    /// Returns the call that carries out steps: see [`Library::define`].
+    pub fn define(&mut self, source: &Source, steps: &[Step]) -> Call {
+        self.library.define(source, steps)
     }
 
     /// Lets someone watch from now on, in place of all who watched before.

@@ -37,9 +37,16 @@ static EMBEDDED: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/stdlib");
 const TEXTS: [&str; 4] = ["task", "rhai", "urdf", "toml"];
 
 /// Every text of the stdlib by its path in it: `tasks/std.task`, `actions/grasp.rhai`.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Stdlib {
     files: BTreeMap<String, String>,
+    read: fn(&str) -> Result<String, String>,
+}
+
+impl Default for Stdlib {
+    fn default() -> Self {
+        Self { files: BTreeMap::new(), read: |_| Err("no files are read here".into()) }
+    }
 }
 
 impl Stdlib {
@@ -47,7 +54,23 @@ impl Stdlib {
     pub fn embedded() -> Self {
         let mut files = BTreeMap::new();
         collect(&EMBEDDED, &mut files);
-        Self { files }
+        Self { files, ..Self::default() }
+    }
+
+    /// Lets what a program imports be read by `read`, path → text or why not.
+    #[must_use]
+    pub fn reading(mut self, read: fn(&str) -> Result<String, String>) -> Self {
+        self.read = read;
+        self
+    }
+
+    /// Reads a file that a program imports.
+    ///
+    /// # Errors
+    ///
+    /// Why it cannot be read.
+    pub fn read(&self, path: &str) -> Result<String, String> {
+        (self.read)(path)
     }
 
     /// Lays the files of a folder of the same shape over this one.
@@ -105,6 +128,16 @@ impl Stdlib {
         let side = self.file(&format!("{folder}robot.toml")).unwrap_or_default();
         Robot::from_urdf_with(urdf, side, None)
             .map_err(|error| RobotError::Text { path: path.clone(), error })
+    }
+
+    /// Returns the file names of the scripts that actions may run.
+    pub fn script_names(&self) -> impl Iterator<Item = &str> {
+        self.files.keys().filter_map(|path| path.strip_prefix("actions/"))
+    }
+
+    /// Adds a script that a program imports.
+    pub fn add_script(&mut self, name: &str, text: &str) {
+        self.files.insert(format!("actions/{name}"), text.to_owned());
     }
 
     /// Returns one file.

@@ -1,10 +1,12 @@
 //! The command line as a stranger uses it: the built program, its answers, its exit codes.
 
 mod bad_input;
+mod explain;
 mod gap;
 mod hidden;
 mod robot;
 mod run;
+mod say;
 mod text;
 
 use crate::program::Desk;

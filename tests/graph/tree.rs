@@ -108,7 +108,7 @@ pub(crate) fn fluent(text: &str, params: Vec<Param>, body: Expr, ask: Option<&st
         name: name(text),
         params,
         body,
-        ask: ask.map(str::to_owned),
+        ask: ask.map(|ask| Text { text: ask.to_owned(), span: at() }),
         span: at(),
     })
 }
@@ -116,6 +116,7 @@ pub(crate) fn fluent(text: &str, params: Vec<Param>, body: Expr, ask: Option<&st
 pub(crate) fn action(text: &str, params: Vec<Param>, needs: Vec<Expr>, gives: Vec<Expr>) -> Item {
     Item::Action(ActionItem {
         doc: Vec::new(),
+        was: Vec::new(),
         name: name(text),
         params,
         conditions: Conditions { needs, keeps: Vec::new(), gives },
@@ -128,6 +129,7 @@ pub(crate) fn action(text: &str, params: Vec<Param>, needs: Vec<Expr>, gives: Ve
 pub(crate) fn task(text: &str, params: Vec<Param>, steps: Vec<Step>) -> TaskItem {
     TaskItem {
         doc: Vec::new(),
+        was: Vec::new(),
         name: name(text),
         params,
         say: Vec::new(),
@@ -148,7 +150,8 @@ pub(crate) fn act(call: Call) -> Step {
 }
 
 pub(crate) fn act_as(call: Call, holds: Vec<Hold>, label: Option<&str>) -> Step {
-    Step::Act(Act { call, holds, label: label.map(name), span: at() })
+    let via = Vec::new();
+    Step::Act(Act { call, via, holds, label: label.map(name), span: at() })
 }
 
 /// A branch: its name, prior, guard and steps.
@@ -157,6 +160,7 @@ pub(crate) type Way<'a> = (&'a str, Option<f64>, Option<Expr>, Vec<Step>);
 pub(crate) fn either(branches: Vec<Way<'_>>) -> Step {
     let branches = branches.into_iter().map(|(branch, prior, when, steps)| Branch {
         name: name(branch),
+        was: Vec::new(),
         prior,
         when,
         block: block(steps),

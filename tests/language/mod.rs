@@ -1,5 +1,9 @@
 //! The language as a whole: texts in, trees and diagnostics out.
 
 mod diagnostics;
+mod forms;
+mod layout;
 mod reading;
+mod robust;
+mod sentences;
 mod stdlib;

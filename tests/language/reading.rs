@@ -44,7 +44,7 @@ fn every_form_of_step_reads_as_written() {
          }",
     );
     assert_eq!(task.doc, ["Does it all."]);
-    assert_eq!(task.say, ["do {o}"]);
+    assert_eq!(task.say[0].text, "do {o}");
     let conditions = &task.conditions;
     let counts = (conditions.needs.len(), conditions.keeps.len(), conditions.gives.len());
     assert_eq!(counts, (1, 1, 1));
@@ -157,7 +157,7 @@ fn scenes_twins_and_models_read_as_in_the_design() {
     let angle = twin.effects[1].parameters[0].value.quantity.value;
     assert!((angle + 0.41_f64.to_radians()).abs() < 1e-12);
     assert!(model.body.to > model.body.from);
-    assert_eq!(import.path, "geometry.rhai");
+    assert_eq!(import.path.text, "geometry.rhai");
 }
 
 #[test]

@@ -4,11 +4,13 @@ use trueup::language::ast::Item;
 use trueup::language::{Library, Source, Style, parse, render};
 
 /// The texts of the standard library.
-pub(super) const TEXTS: [(&str, &str); 4] = [
+pub(super) const TEXTS: [(&str, &str); 6] = [
     ("fluents/std.task", include_str!("../../stdlib/fluents/std.task")),
     ("tasks/std.task", include_str!("../../stdlib/tasks/std.task")),
     ("scenes/kitchen.task", include_str!("../../stdlib/scenes/kitchen.task")),
     ("pour.task", include_str!("../../scripts/pour.task")),
+    ("models/tanks.task", include_str!("../../stdlib/models/tanks.task")),
+    ("models/emps.task", include_str!("../../stdlib/models/emps.task")),
 ];
 
 #[test]
@@ -78,7 +80,7 @@ fn item_starts(text: &str) -> Vec<usize> {
     let mut documented = false;
     for line in text.split_inclusive('\n') {
         let word = line.split(' ').next().unwrap();
-        let item = ["task", "action", "fluent", "type", "scene"].contains(&word);
+        let item = ["task", "action", "fluent", "type", "scene", "model"].contains(&word);
         if !documented && (item || line.starts_with("///")) {
             starts.push(at);
         }

@@ -213,6 +213,7 @@ impl KortexArm {
             // The measured torque is opposite to the way the joint is driven (the vendor's example 108).
             tau: each(|actuator| -actuator.torque).collect(),
             opening: open * self.options.max_opening,
+            mass: None,
         })
     }
 

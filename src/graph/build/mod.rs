@@ -46,7 +46,7 @@ pub fn build(definitions: &dyn Definitions, call: &Call) -> Result<Graph, Vec<Pr
     let place =
         Place { parent: None, path: String::new(), key: String::new(), within: String::new() };
     let name = call.name.text.clone();
-    let request = Request { call, label: None, holding: Holding::default() };
+    let request = Request { call, via: &[], label: None, holding: Holding::default() };
     let root = builder.invoke(&request, &Scope::new(), &place, &name);
     let Some(root) = root.filter(|_| builder.problems.is_empty()) else {
         let mut seen = Vec::new();
@@ -86,6 +86,8 @@ struct Place {
 /// A call on its way to becoming a node.
 struct Request<'a> {
     call: &'a Call,
+    /// Branches to take inside it.
+    via: &'a [Name],
     label: Option<&'a Name>,
     holding: Holding,
 }
@@ -146,6 +148,7 @@ impl Builder<'_> {
             span,
             within: place.within.clone(),
             parent: place.parent,
+            pause: None,
             kind: NodeKind::And(And::empty(Form::Skip)),
         });
         (id, Place { parent: Some(id), path, key, within: place.within.clone() })
@@ -222,7 +225,41 @@ impl Builder<'_> {
         for b in bound.iter_mut().filter(|b| !b.default) {
             b.values = b.values.iter().map(|value| bind::fill(value, scope)).collect();
         }
-        self.choose(request, params, &bound, &Scope::new(), place, &["/", segment].concat())
+        let before = self.nodes.len();
+        let tail = ["/", segment].concat();
+        let made = self.choose(request, params, &bound, &Scope::new(), place, &tail);
+        for branch in request.via {
+            self.pin(branch, before, call, place);
+        }
+        made
+    }
+
+    /// Pins the outermost choices among the nodes from `first` on that have this branch.
+    fn pin(&mut self, branch: &Name, first: usize, call: &Call, place: &Place) {
+        let mut known: Vec<String> = Vec::new();
+        let mut pinned: Vec<String> = Vec::new();
+        for node in &mut self.nodes[first..] {
+            let NodeKind::Or(or) = &mut node.kind else { continue };
+            if !or.decides.is_free() || pinned.iter().any(|above| node.path.starts_with(above)) {
+                continue;
+            }
+            match or.branches.iter().position(|b| b.name == branch.text) {
+                Some(at) => {
+                    or.via = Some(at);
+                    pinned.push(node.path.clone());
+                }
+                None => known.extend(or.branches.iter().map(|b| b.name.clone())),
+            }
+        }
+        if pinned.is_empty() {
+            let message = format!("`{}` has no branch `{}`", call.name.text, branch.text);
+            let help = if known.is_empty() {
+                "there is nothing to choose in it".to_owned()
+            } else {
+                format!("branches in it: {}", known.join(", "))
+            };
+            self.problem("graph::via", message, branch.span, &place.within, Some(help));
+        }
     }
 
     /// Makes an Or for the first parameter that has alternatives, and goes on below each of them.

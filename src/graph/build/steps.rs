@@ -2,10 +2,12 @@
 
 use super::{Builder, Place, Request, holding};
 use crate::graph::{
-    And, Branch, Decides, Does, Form, Holding, NodeId, NodeKind, Or, Relation, Role, Terminal,
+    And, Branch, Decides, Does, Form, Holding, NodeId, NodeKind, Or, Pause, Relation, Role,
+    Terminal,
 };
 use crate::language::ast::{
-    Act, Allen, Block, Either, Expr, ExprKind, If, Param, Recovery, Repeat, Span, Step, Together,
+    self, Act, Allen, Block, Either, Expr, ExprKind, If, Param, Recovery, Repeat, Span, Step,
+    Together,
 };
 use crate::language::bind::{self, Scope};
 use crate::language::text;
@@ -18,9 +20,19 @@ impl Builder<'_> {
         scope: &mut Scope,
         place: &Place,
     ) -> Vec<NodeId> {
-        let mut children = Vec::new();
+        let mut children: Vec<NodeId> = Vec::new();
+        let mut pause = None;
         for step in steps {
+            if let Step::Break(stop) = step {
+                let when = stop.when.as_ref().map(|when| bind::fill(when, scope));
+                pause = Some(Pause { when });
+                continue;
+            }
+            let made = children.len();
             self.step(step, scope, place, &mut children);
+            if let Some(next) = children.get(made) {
+                self.nodes[next.idx()].pause = pause.take();
+            }
         }
         for pair in children.windows(2) {
             let (a, b) = (pair[0], pair[1]);
@@ -61,6 +73,8 @@ impl Builder<'_> {
                 scope.insert(name.text.clone(), stands_for);
                 into.push(id);
             }
+            // A breakpoint marks the step that follows it: see `sequence`.
+            Step::Break(_) => {}
             Step::Bad(span) => self.problem(
                 "graph::unreadable",
                 "this step could not be read",
@@ -74,7 +88,8 @@ impl Builder<'_> {
     fn act(&mut self, act: &Act, scope: &Scope, place: &Place) -> Option<NodeId> {
         let holding = holding(&act.holds, scope);
         let segment = act.label.as_ref().unwrap_or(&act.call.name).text.clone();
-        let request = Request { call: &act.call, label: act.label.as_ref(), holding };
+        let request =
+            Request { call: &act.call, via: &act.via, label: act.label.as_ref(), holding };
         self.invoke(&request, scope, place, &segment)
     }
 
@@ -112,16 +127,18 @@ impl Builder<'_> {
             if let Some(guard) = &guard {
                 self.conditions.push((node, Role::Guard, guard.clone()));
             }
+            let key = self.nodes[node.idx()].key.clone();
             branches.push(Branch {
                 name: branch.name.text.clone(),
                 prior,
                 guard,
-                key: self.nodes[node.idx()].key.clone(),
+                was: self.old_keys(&key, branch, place),
+                key,
                 text: self.fingerprint_block(&branch.block),
                 node,
             });
         }
-        self.set(id, NodeKind::Or(Or { decides: Decides::Choice, branches }));
+        self.set(id, NodeKind::Or(Or { decides: Decides::Choice, via: None, branches }));
         Some(id)
     }
 
@@ -138,8 +155,22 @@ impl Builder<'_> {
         self.conditions.push((then, Role::Guard, condition.clone()));
         let decides = Decides::Condition(condition);
         let branches = vec![self.branch("then", 0.5, then), self.branch("else", 0.5, otherwise)];
-        self.set(id, NodeKind::Or(Or { decides, branches }));
+        self.set(id, NodeKind::Or(Or { decides, via: None, branches }));
         id
+    }
+
+    /// The keys a branch had under the old names of its own and of the task it is written in.
+    fn old_keys(&self, key: &str, branch: &ast::Branch, place: &Place) -> Vec<String> {
+        let task = self.definitions.task(&place.within);
+        let tasks = task.into_iter().flat_map(|task| &task.was).map(|was| was.text.as_str());
+        let names = branch.was.iter().map(|was| was.text.as_str());
+        let names: Vec<&str> = names.chain([branch.name.text.as_str()]).collect();
+        let own = place.within.as_str();
+        let stem = key.strip_suffix(branch.name.text.as_str()).unwrap_or(key);
+        let below = stem.strip_prefix(own).unwrap_or(stem);
+        let all = tasks.chain([own]);
+        let all = all.flat_map(|task| names.iter().map(move |name| format!("{task}{below}{name}")));
+        all.filter(|old| old != key).collect()
     }
 
     fn repeat(&mut self, repeat: &Repeat, scope: &Scope, place: &Place) -> Option<NodeId> {
@@ -205,7 +236,7 @@ impl Builder<'_> {
         self.conditions.push((id, Role::Until, until.clone()));
         let decides = Decides::Repetition(until.clone());
         let branches = vec![self.branch("done", 0.0, done), self.branch("again", 1.0, again)];
-        self.set(id, NodeKind::Or(Or { decides, branches }));
+        self.set(id, NodeKind::Or(Or { decides, via: None, branches }));
         Some(id)
     }
 
@@ -238,7 +269,7 @@ impl Builder<'_> {
             children.extend(made);
         }
         for timing in &together.timings {
-            let mut find = |name: &crate::language::ast::Name| {
+            let mut find = |name: &ast::Name| {
                 let found = labels.iter().find(|(label, _)| *label == name.text).map(|(_, id)| *id);
                 if found.is_none() {
                     let all: Vec<&str> = labels.iter().map(|(label, _)| label.as_str()).collect();
@@ -294,7 +325,7 @@ impl Builder<'_> {
             self.set(taken, NodeKind::And(And { children, ..And::empty(form) }));
             let branches =
                 vec![self.branch("nominal", 1.0, nominal), self.branch("taken", 0.0, taken)];
-            self.set(id, NodeKind::Or(Or { decides: Decides::Recovery, branches }));
+            self.set(id, NodeKind::Or(Or { decides: Decides::Recovery, via: None, branches }));
             made.push(id);
         }
         made
@@ -336,10 +367,12 @@ impl Builder<'_> {
                 name,
                 prior,
                 guard: None,
+                was: Vec::new(),
                 node,
             });
         }
-        self.set(id, NodeKind::Or(Or { decides: Decides::Argument(param.clone()), branches }));
+        let decides = Decides::Argument(param.clone());
+        self.set(id, NodeKind::Or(Or { decides, via: None, branches }));
         Some(id)
     }
 
@@ -350,7 +383,7 @@ impl Builder<'_> {
 
     fn branch(&self, name: &str, prior: f64, node: NodeId) -> Branch {
         let key = self.nodes[node.idx()].key.clone();
-        Branch { name: name.into(), prior, guard: None, key, text: 0, node }
+        Branch { name: name.into(), prior, guard: None, key, was: Vec::new(), text: 0, node }
     }
 
     fn meets(&mut self, children: &[NodeId]) {

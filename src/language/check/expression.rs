@@ -99,6 +99,17 @@ impl Checker<'_> {
 
     pub(super) fn call(&mut self, call: &Call, names: &Names) -> Ty {
         let name = call.name.text.as_str();
+        for arg in call.args.iter().filter(|arg| arg.values.len() > 1) {
+            self.tell(
+                Diagnostic::error(
+                    "task::alternatives",
+                    arg.span,
+                    format!("`{name}` is asked about one thing at a time"),
+                    "a choice",
+                )
+                .help("ask twice and join the answers with `or`; `|` is for what is done"),
+            );
+        }
         if let Some(function) = builtins::function(name) {
             let required = function.params.len() - function.optional;
             let slots: Vec<Slot> = function

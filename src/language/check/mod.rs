@@ -12,11 +12,13 @@ use std::collections::BTreeMap;
 
 use super::ast::{
     ActionItem, Conditions, Expr, FluentItem, Item, Name, Param, Program, Span, Step, TaskItem,
+    Text,
 };
 use super::builtins::{self, Ty};
 use super::diagnostic::{Diagnostic, Source};
 use super::library::{Library, Scope};
 use super::parse::nearest;
+use super::sentence::Template;
 use crate::units::{Dimension, Quantity};
 use call::sample;
 pub use model::{MODEL_CONSTANTS, MODEL_FUNCTIONS, ModelUnits, check_model, names_in};
@@ -175,7 +177,7 @@ impl<'a> Checker<'a> {
         let ty = self.expr(&item.body, &names);
         self.pending.pop();
         if let Some(ask) = &item.ask {
-            self.slots(ask, &item.params, item.span, "question");
+            self.slots(ask, &item.params, "question");
             if !matches!(ty, Ty::Bool | Ty::Any) {
                 self.tell(
                     Diagnostic::error(
@@ -191,24 +193,33 @@ impl<'a> Checker<'a> {
     }
 
     /// Checks the `{name}`s of a question or a sentence.
-    fn slots(&mut self, text: &str, params: &[Param], span: Span, what: &str) {
+    fn slots(&mut self, text: &Text, params: &[Param], what: &str) {
+        let Text { text, span } = text;
         for rest in text.split('{').skip(1) {
             let slot = rest.split('}').next().unwrap_or_default();
             if !params.iter().any(|param| param.name.text == slot) {
                 let known: Vec<&str> = params.iter().map(|p| p.name.text.as_str()).collect();
                 let found = Diagnostic::error(
                     "task::unknown_name",
-                    span,
+                    *span,
                     format!("the {what} names `{{{slot}}}`, which is no parameter"),
-                    format!("in \"{text}\""),
+                    "no such parameter",
                 );
-                self.tell(found.help(format!("parameters are: {}", known.join(", "))));
+                self.tell(match nearest(slot, known.iter().copied()) {
+                    Some(near) => found.help(format!("did you mean `{{{near}}}`?")),
+                    None if known.is_empty() => found.help("it has no parameters"),
+                    None => found.help(format!("parameters are: {}", known.join(", "))),
+                });
             }
         }
     }
 
     fn action(&mut self, item: &ActionItem) {
         let names = self.params(&item.params);
+        for was in &item.was {
+            let taken = self.library.callable(&was.text).is_some();
+            self.was(was, taken, "task or action");
+        }
         self.conditions(&item.conditions, &names);
         if item.script.is_none() {
             self.tell(
@@ -228,8 +239,34 @@ impl<'a> Checker<'a> {
 
     fn task(&mut self, item: &TaskItem) {
         let mut names = self.params(&item.params);
+        for was in &item.was {
+            let taken = self.library.callable(&was.text).is_some();
+            self.was(was, taken, "task or action");
+        }
+        if let Some(call) = steps::leads_back(self.library, item) {
+            let message = if call.name.text == item.name.text {
+                format!("`{}` calls itself", item.name.text)
+            } else {
+                format!("`{}` leads back to `{}`", call.name.text, item.name.text)
+            };
+            self.tell(
+                Diagnostic::error("task::recursion", call.span, message, "would never end")
+                    .help("write `repeat upto 3 times { … }` for what is done again"),
+            );
+        }
         for say in &item.say {
-            self.slots(say, &item.params, item.name.span, "sentence");
+            self.slots(say, &item.params, "sentence");
+            if let Err(wrong) = Template::read(&say.text) {
+                self.tell(
+                    Diagnostic::error(
+                        "task::template",
+                        say.span,
+                        wrong.message,
+                        "in this sentence",
+                    )
+                    .help(wrong.help),
+                );
+            }
         }
         self.conditions(&item.conditions, &names);
         if let Some(limit) = item.limit {

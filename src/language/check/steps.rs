@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::super::ast::{Act, Block, Call, Hold, Name, Recovery, Span, Step};
+use super::super::ast::{Act, Block, Call, Hold, Name, Recovery, Span, Step, TaskItem, Text};
 use super::super::builtins;
 use super::super::diagnostic::Diagnostic;
+use super::super::library::Library;
+use super::super::text;
 use super::call::{Slot, slot};
 use super::{Checker, Names};
 
@@ -13,10 +15,23 @@ impl Checker<'_> {
         for step in steps {
             self.step(step, names);
         }
-        let mut called = Vec::new();
-        for step in steps {
-            calls(step, &mut called);
+        self.labels(steps);
+        if let Some(Step::Break(stop)) = steps.last() {
+            self.tell(
+                Diagnostic::warning(
+                    "task::break",
+                    stop.span,
+                    "nothing follows that could be stopped before",
+                    "the last step here",
+                )
+                .help("put it before the step that is to be looked at"),
+            );
         }
+        let mut found = Vec::new();
+        for step in steps {
+            calls(step, &mut found);
+        }
+        let called: Vec<&str> = found.iter().map(|call| call.name.text.as_str()).collect();
         for recovery in recoveries {
             if let Some(of) = &recovery.of {
                 if self.library.callable(&of.name.text).is_none() {
@@ -61,8 +76,9 @@ impl Checker<'_> {
 
     pub(super) fn step(&mut self, step: &Step, names: &mut Names) {
         match step {
-            Step::Act(Act { call, holds, .. }) => {
+            Step::Act(Act { call, via, holds, .. }) => {
                 self.act(call, names);
+                self.via(call, via);
                 self.holds(holds, names);
             }
             Step::Sequence(steps, _) => steps.iter().for_each(|step| self.step(step, names)),
@@ -92,6 +108,10 @@ impl Checker<'_> {
                             )
                             .help("write a number from 0 to 1"),
                         );
+                    }
+                    for was in &branch.was {
+                        let taken = either.branches.iter().any(|b| b.name.text == was.text);
+                        self.was(was, taken, "branch");
                     }
                     if let Some(when) = &branch.when {
                         self.condition("when", when, names);
@@ -129,6 +149,7 @@ impl Checker<'_> {
             Step::Together(together) => {
                 let mut inside = names.clone();
                 together.steps.iter().for_each(|step| self.step(step, &mut inside));
+                self.labels(&together.steps);
                 let labels: Vec<&str> = together
                     .steps
                     .iter()
@@ -155,7 +176,78 @@ impl Checker<'_> {
                 let ty = self.expr(expr, names);
                 names.insert(name.text.clone(), ty);
             }
+            Step::Break(stop) => {
+                if let Some(when) = &stop.when {
+                    self.condition("when", when, names);
+                }
+            }
             Step::Bad(_) => {}
+        }
+    }
+
+    /// Steps side by side carry different labels: a breakpoint or a `timing` means one of them.
+    fn labels(&mut self, steps: &[Step]) {
+        let mut open: Vec<&Step> = steps.iter().rev().collect();
+        let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
+        while let Some(step) = open.pop() {
+            let label = match step {
+                Step::Act(act) => act.label.as_ref(),
+                Step::Block(block) => block.label.as_ref(),
+                Step::Sequence(inner, _) => {
+                    open.extend(inner.iter().rev());
+                    None
+                }
+                _ => None,
+            };
+            let Some(label) = label else { continue };
+            if let Some(first) = seen.insert(&label.text, label.span) {
+                self.tell(
+                    Diagnostic::error(
+                        "task::duplicate",
+                        label.span,
+                        format!("two steps here are called `{}`", label.text),
+                        "the second one",
+                    )
+                    .label(first, "the first one")
+                    .help("give each its own name"),
+                );
+            }
+        }
+    }
+
+    /// Checks that a call has the branches that `via` names.
+    fn via(&mut self, call: &Call, via: &[Name]) {
+        if via.is_empty() || self.library.callable(&call.name.text).is_none() {
+            return;
+        }
+        let mut known: Vec<String> = alternatives(call).collect();
+        let mut seen = Vec::new();
+        branches_in(self.library, &call.name.text, &mut seen, &mut known);
+        for branch in via.iter().filter(|branch| !known.contains(&branch.text)) {
+            let names: Vec<&str> = known.iter().map(String::as_str).collect();
+            if names.is_empty() {
+                let message = format!("there is nothing to choose in `{}`", call.name.text);
+                let found = Diagnostic::error("task::via", branch.span, message, "no such branch");
+                self.tell(found.help("leave `via` out"));
+            } else {
+                let what = format!("branch in `{}` called", call.name.text);
+                self.unknown(&branch.text, branch.span, &what, &names);
+            }
+        }
+    }
+
+    /// Complains when an old name is still somebody's.
+    pub(super) fn was(&mut self, was: &Text, taken: bool, what: &str) {
+        if taken {
+            self.tell(
+                Diagnostic::error(
+                    "task::attribute",
+                    was.span,
+                    format!("there still is a {what} called `{}`", was.text),
+                    "not an old name",
+                )
+                .help("name what this was called before it was renamed"),
+            );
         }
     }
 
@@ -192,24 +284,85 @@ impl Checker<'_> {
     }
 }
 
-/// Collects the names of everything a step calls.
-fn calls<'s>(step: &'s Step, out: &mut Vec<&'s str>) {
-    let block = |block: &'s Block, out: &mut Vec<&'s str>| {
-        block.steps.iter().for_each(|step| calls(step, out));
-    };
-    match step {
-        Step::Act(act) => out.push(&act.call.name.text),
-        Step::Sequence(steps, _) => steps.iter().for_each(|step| calls(step, out)),
-        Step::Block(inner) => block(inner, out),
-        Step::Either(either) => either.branches.iter().for_each(|b| block(&b.block, out)),
-        Step::If(step) => {
-            block(&step.then, out);
-            if let Some(otherwise) = &step.otherwise {
-                block(otherwise, out);
-            }
+/// The names of the branches that alternatives in a call's arguments make.
+fn alternatives(call: &Call) -> impl Iterator<Item = String> + '_ {
+    let several = call.args.iter().filter(|arg| arg.values.len() > 1);
+    several.flat_map(|arg| arg.values.iter().map(text::expr))
+}
+
+/// Collects the names of every branch that a task may come to.
+fn branches_in(library: &Library, name: &str, seen: &mut Vec<String>, out: &mut Vec<String>) {
+    let Some((task, _)) = library.task(name) else { return };
+    if seen.iter().any(|known| known == name) {
+        return;
+    }
+    seen.push(name.to_owned());
+    let mut open: Vec<&Step> = task.steps.iter().collect();
+    let mut found = Vec::new();
+    while let Some(step) = open.pop() {
+        if let Step::Either(either) = step {
+            out.extend(either.branches.iter().map(|branch| branch.name.text.clone()));
         }
-        Step::Repeat(repeat) => block(&repeat.block, out),
-        Step::Together(together) => together.steps.iter().for_each(|step| calls(step, out)),
-        Step::Check(..) | Step::Let(..) | Step::Bad(_) => {}
+        match step {
+            Step::Act(act) => found.push(&act.call),
+            step => inside(step, &mut open),
+        }
+    }
+    for call in found {
+        out.extend(alternatives(call));
+        branches_in(library, &call.name.text, seen, out);
+    }
+}
+
+/// Returns a call in a task's steps that leads back to the task itself.
+pub(super) fn leads_back<'t>(library: &Library, task: &'t TaskItem) -> Option<&'t Call> {
+    let mut own = Vec::new();
+    task.steps.iter().for_each(|step| calls(step, &mut own));
+    task.recoveries.iter().flat_map(|r| &r.steps).for_each(|step| calls(step, &mut own));
+    own.into_iter().find(|call| {
+        let mut open = vec![call.name.text.clone()];
+        let mut seen: Vec<String> = Vec::new();
+        while let Some(name) = open.pop() {
+            if name == task.name.text {
+                return true;
+            }
+            if seen.contains(&name) {
+                continue;
+            }
+            if let Some((task, _)) = library.task(&name) {
+                let mut next = Vec::new();
+                task.steps.iter().for_each(|step| calls(step, &mut next));
+                open.extend(next.iter().map(|call| call.name.text.clone()));
+            }
+            seen.push(name);
+        }
+        false
+    })
+}
+
+/// Collects the steps directly inside a step.
+fn inside<'s>(step: &'s Step, out: &mut Vec<&'s Step>) {
+    match step {
+        Step::Sequence(steps, _) => out.extend(steps),
+        Step::Block(block) => out.extend(&block.steps),
+        Step::Either(either) => out.extend(either.branches.iter().flat_map(|b| &b.block.steps)),
+        Step::If(step) => {
+            out.extend(&step.then.steps);
+            out.extend(step.otherwise.iter().flat_map(|block| &block.steps));
+        }
+        Step::Repeat(repeat) => out.extend(&repeat.block.steps),
+        Step::Together(together) => out.extend(&together.steps),
+        Step::Act(_) | Step::Check(..) | Step::Let(..) | Step::Break(_) | Step::Bad(_) => {}
+    }
+}
+
+/// Collects everything a step calls.
+fn calls<'s>(step: &'s Step, out: &mut Vec<&'s Call>) {
+    let mut open = vec![step];
+    while let Some(step) = open.pop() {
+        match step {
+            Step::Act(act) => out.push(&act.call),
+            step => inside(step, &mut open),
+        }
     }
 }

@@ -6,7 +6,7 @@
 
 use super::super::ast::{
     ActionItem, Conditions, FluentItem, Import, Item, Literal, Name, Param, Recovery, Remedy, Span,
-    Step, TaskItem, Timing, TypeItem,
+    Step, TaskItem, Text, Timing, TypeItem,
 };
 use super::super::diagnostic::Diagnostic;
 use super::brackets::Balanced;
@@ -23,7 +23,7 @@ pub(super) struct Builder<'a> {
 /// What the clauses and steps between braces add up to.
 #[derive(Default)]
 pub(super) struct Body {
-    pub(super) say: Vec<String>,
+    pub(super) say: Vec<Text>,
     pub(super) conditions: Conditions,
     pub(super) script: Option<(String, Span)>,
     pub(super) limit: Option<Literal>,
@@ -81,10 +81,11 @@ impl<'a> Builder<'a> {
             let mut inner = pair
                 .clone()
                 .into_inner()
-                .filter(|p| !matches!(p.as_rule(), Rule::doc) && !is_keyword(p.as_rule()));
+                .filter(|p| !matches!(p.as_rule(), Rule::doc | Rule::was))
+                .filter(|p| !is_keyword(p.as_rule()));
             items.push(match rule {
                 Rule::import_ => {
-                    let path = inner.next().map(|p| unquote(p.as_str())).unwrap_or_default();
+                    let Some(path) = inner.next().map(|p| self.text(&p)) else { continue };
                     Item::Import(Import { path, span })
                 }
                 Rule::type_ => {
@@ -98,6 +99,7 @@ impl<'a> Builder<'a> {
                     let (name, params, body) = self.definition(inner);
                     Item::Action(ActionItem {
                         doc,
+                        was: self.was(&pair),
                         name,
                         params,
                         conditions: body.conditions,
@@ -110,6 +112,7 @@ impl<'a> Builder<'a> {
                     let (name, params, body) = self.definition(inner);
                     Item::Task(TaskItem {
                         doc,
+                        was: self.was(&pair),
                         name,
                         params,
                         say: body.say,
@@ -156,7 +159,7 @@ impl<'a> Builder<'a> {
                 Rule::id => item.name = self.name(&pair),
                 Rule::params => item.params = self.params(&pair),
                 Rule::expr => item.body = self.expr(&pair),
-                Rule::ask => item.ask = text_in(&pair),
+                Rule::ask => item.ask = self.text_in(&pair),
                 _ => {}
             }
         }
@@ -222,7 +225,7 @@ impl<'a> Builder<'a> {
     /// Reads one clause, step or recovery of a body.
     pub(super) fn part(&mut self, pair: &Pair, body: &mut Body) {
         match pair.as_rule() {
-            Rule::say => body.say.extend(text_in(pair)),
+            Rule::say => body.say.extend(self.text_in(pair)),
             Rule::needs => self.condition(pair, |b| &mut b.conditions.needs, body),
             Rule::keeps => self.condition(pair, |b| &mut b.conditions.keeps, body),
             Rule::gives => self.condition(pair, |b| &mut b.conditions.gives, body),
@@ -246,6 +249,9 @@ impl<'a> Builder<'a> {
                 body.remedy = Some(self.remedy(pair));
             }
             Rule::step => {
+                if body.remedy.is_some() {
+                    self.after_remedy(pair);
+                }
                 if let Some(step) = self.step(pair, body) {
                     body.steps.push(step);
                 }
@@ -290,6 +296,18 @@ impl<'a> Builder<'a> {
         }
     }
 
+    fn after_remedy(&mut self, pair: &Pair) {
+        self.diagnostics.push(
+            Diagnostic::error(
+                "task::recovery",
+                self.span(pair),
+                "a recovery ends with `retry` or `abort`",
+                "never done",
+            )
+            .help("put this step before it"),
+        );
+    }
+
     pub(super) fn timing_outside(&mut self, span: Span) {
         self.diagnostics.push(
             Diagnostic::error(
@@ -302,11 +320,28 @@ impl<'a> Builder<'a> {
         );
     }
 
+    /// Reads a text in quotes.
+    fn text(&self, pair: &Pair) -> Text {
+        Text { text: unquote(pair.as_str()), span: self.span(pair) }
+    }
+
+    /// Reads the text in quotes inside a pair.
+    pub(super) fn text_in(&self, pair: &Pair) -> Option<Text> {
+        find(pair, Rule::text).map(|p| self.text(&p))
+    }
+
+    /// Reads the `#[was("old")]` before an item or a branch.
+    pub(super) fn was(&self, pair: &Pair) -> Vec<Text> {
+        let all = pair.clone().into_inner().filter(|p| p.as_rule() == Rule::was);
+        all.filter_map(|p| self.text_in(&p)).collect()
+    }
+
     /// Returns the documentation lines of an item, without their slashes.
     fn doc(pair: &Pair) -> Vec<String> {
         pair.clone()
             .into_inner()
-            .take_while(|p| p.as_rule() == Rule::doc)
+            .take_while(|p| matches!(p.as_rule(), Rule::doc | Rule::was))
+            .filter(|p| p.as_rule() == Rule::doc)
             .map(|p| {
                 let line = p.as_str().trim_start_matches('/').trim_end();
                 line.strip_prefix(' ').unwrap_or(line).to_string()
@@ -328,11 +363,6 @@ fn tight_end(pair: &Pair) -> usize {
 /// Returns the first pair of a rule directly inside a pair.
 pub(super) fn find<'i>(pair: &Pair<'i>, rule: Rule) -> Option<Pair<'i>> {
     pair.clone().into_inner().find(|p| p.as_rule() == rule)
-}
-
-/// Returns the unquoted text inside a pair.
-pub(super) fn text_in(pair: &Pair) -> Option<String> {
-    find(pair, Rule::text).map(|p| unquote(p.as_str()))
 }
 
 /// Takes the quotes off and resolves `\"`, `\\` and `\n`.

@@ -9,23 +9,28 @@ use pest::error::{ErrorVariant, InputLocation};
 
 use super::super::ast::Span;
 use super::super::diagnostic::Diagnostic;
+use super::habit::habit;
 use super::lexer::{Kind, Token, tokens};
 use super::{Place, Rule, TaskParser};
 use crate::units::{UNITS, known_units, suggest_unit};
 
 /// Leads from bytes of the slice to bytes of the original.
-type ToOriginal<'a> = dyn Fn(usize, usize) -> Span + 'a;
+pub(super) type ToOriginal<'a> = dyn Fn(usize, usize) -> Span + 'a;
 
 /// What may start an item, and what may start a step or a clause.
-const ITEMS: &[&str] = &["task", "action", "fluent", "type", "scene", "twin", "model", "import"];
-const STEPS: &[&str] = &[
+pub(super) const ITEMS: &[&str] =
+    &["task", "action", "fluent", "type", "scene", "twin", "model", "import"];
+pub(super) const STEPS: &[&str] = &[
     "either", "if", "repeat", "together", "check", "let", "needs", "keeps", "gives", "say",
-    "limit", "timing", "retry", "abort", "while", "until", "then", "else",
+    "limit", "timing", "retry", "abort", "while", "until", "then", "else", "break", "via",
 ];
 const CLAUSES: &[&str] = &["needs", "keeps", "gives", "run", "limit"];
 const ENTRIES: &[&str] = &["marks", "camera", "robot"];
-const MODEL: &[&str] = &["input", "param", "state", "let", "output"];
+pub(super) const MODEL: &[&str] = &["input", "param", "state", "let", "output"];
 const VIEWS: &[&str] = &["image", "focal", "looking", "at"];
+
+/// How two steps may lie in time.
+const ALLEN: &[&str] = &["before", "meets", "overlaps", "starts", "during", "finishes", "equals"];
 
 /// Words that may follow a number and are no units.
 const AFTER_NUMBER: &[&str] = &[
@@ -33,7 +38,7 @@ const AFTER_NUMBER: &[&str] = &[
 ];
 
 /// Words that cannot be names.
-const RESERVED: &[&str] = &[
+pub(super) const RESERVED: &[&str] = &[
     "task", "action", "fluent", "type", "import", "needs", "keeps", "gives", "either", "or", "if",
     "else", "repeat", "together", "check", "let", "and", "not", "while", "until", "within", "true",
     "false",
@@ -105,163 +110,6 @@ pub(super) fn wrong_units(slice: &str, original: &ToOriginal) -> Vec<Diagnostic>
         });
     }
     out
-}
-
-/// What other languages have taught people to write.
-fn habit(place: Place, slice: &str, code: &[Token], original: &ToOriginal) -> Option<Diagnostic> {
-    let text = |i: usize| code.get(i).map_or("", |t| t.text(slice));
-    let first = code.first()?;
-    let tell = |at: &Token, code: &'static str, message: String, label: &str, help: String| {
-        Some(Diagnostic::error(code, original(at.from, at.to), message, label).help(help))
-    };
-    if place == Place::Args {
-        let at = code.iter().position(|t| t.text(slice) == "=")?;
-        let name = text(at.checked_sub(1)?);
-        let end = code[at..].iter().find(|t| matches!(t.text(slice), "," | ")"));
-        let value = slice[code[at].to..end.map_or(slice.len(), |t| t.from)].trim();
-        return tell(
-            &code[at],
-            "task::equals",
-            "an argument is given with `:`, not with `=`".into(),
-            "expected `:`",
-            format!("write `{name}: {value}`"),
-        );
-    }
-    if place == Place::Model {
-        return model_habit(slice, code, original);
-    }
-    if !matches!(place, Place::Step | Place::Item | Place::Clause) {
-        return None;
-    }
-    match text(0) {
-        "=" => tell(
-            first,
-            "task::equals",
-            "`=` gives a value; it does not compare".into(),
-            "expected a comparison",
-            "write `==` with `within` and a tolerance, or `>=`, `<=`".into(),
-        ),
-        sign @ (";" | ",") => tell(
-            first,
-            "task::separator",
-            format!("steps need no `{sign}` between them"),
-            "not needed",
-            format!("remove the `{sign}`"),
-        ),
-        "and" => tell(
-            first,
-            "task::separator",
-            "`and` joins conditions, not steps".into(),
-            "expected a step",
-            "write `then`, or nothing at all: steps run one after the other".into(),
-        ),
-        word @ ("while" | "for" | "loop") => tell(
-            first,
-            "task::loop",
-            format!("there is no `{word}` loop: every loop has an end"),
-            "not a step",
-            "write `repeat upto 10 times { … } until …`; after a call, `while` says what must hold"
-                .into(),
-        ),
-        "repeat" if code.get(1).is_some_and(|t| t.kind == Kind::Number) => tell(
-            &code[1],
-            "task::loop",
-            "a repetition says how often at most".into(),
-            "expected `upto`",
-            format!("write `repeat upto {} times {{ … }}`", text(1)),
-        ),
-        "on" if place == Place::Item && text(1) == "failure" => tell(
-            first,
-            "task::recovery",
-            "a recovery belongs to a task".into(),
-            "outside of any",
-            "put it between the braces of the task whose failure it answers".into(),
-        ),
-        name if place == Place::Clause && first.kind == Kind::Word && text(1) == "(" => tell(
-            first,
-            "task::syntax",
-            "an action runs one script and has no steps".into(),
-            "a step",
-            format!("make it a task, or call `{name}` from the script"),
-        ),
-        name if text(1) == "[" => tell(
-            &code[1],
-            "task::syntax",
-            "`[` cannot stand here".into(),
-            "expected `(`",
-            format!("arguments stand in parentheses: `{name}(…)`"),
-        ),
-        // `pour jar cup`: a command line's habit.
-        name if code.len() > 1
-            && code.iter().all(|t| t.kind == Kind::Word && !RESERVED.contains(&t.text(slice)))
-            && nearest(name, ITEMS.iter().chain(STEPS).copied()).is_none() =>
-        {
-            let args: Vec<&str> = code[1..].iter().map(|t| t.text(slice)).collect();
-            tell(
-                &code[1],
-                "task::call",
-                format!("what `{name}` acts on stands in parentheses"),
-                "expected `(`",
-                format!("write `{name}({})`", args.join(", ")),
-            )
-        }
-        _ => None,
-    }
-}
-
-/// The same for the lines of a model.
-fn model_habit(slice: &str, code: &[Token], original: &ToOriginal) -> Option<Diagnostic> {
-    let text = |i: usize| code.get(i).map_or("", |t| t.text(slice));
-    let first = code.first()?;
-    let span = original(first.from, first.to);
-    let known = MODEL.contains(&text(0)) || nearest(text(0), MODEL.iter().copied()).is_some();
-    match text(0) {
-        sign @ (";" | ",") => Some(
-            Diagnostic::error(
-                "task::separator",
-                span,
-                format!("the lines of a model need no `{sign}` between them"),
-                "not needed",
-            )
-            .help(format!("remove the `{sign}`")),
-        ),
-        "d" if text(1) == "/" => Some(
-            Diagnostic::error(
-                "task::rate",
-                span,
-                "the rate of a state is written with a dash",
-                "expected a rate such as `x'`",
-            )
-            .help("write `x' = …`"),
-        ),
-        // `k4 u`: what stands beside a complete formula was meant as part of it.
-        name if !known
-            && matches!(first.kind, Kind::Word | Kind::Number)
-            && !matches!(text(1), "'" | "=" | ":") =>
-        {
-            Some(
-                Diagnostic::error(
-                    "task::operator",
-                    span,
-                    format!("there is no operator before `{name}`"),
-                    "expected `*`, `/`, `+` or `-`",
-                )
-                .help("a product is written with `*`"),
-            )
-        }
-        name if first.kind == Kind::Word && !known && text(1) == "=" => Some(
-            Diagnostic::error(
-                "task::rate",
-                span,
-                format!("`{name} = …` is neither a rate nor a definition"),
-                "expected `x' =`, `let`, `param`, `state` or `output`",
-            )
-            .help(format!(
-                "write `{name}' = …` for the rate of a state, or `let {name} = …` for a name"
-            )),
-        ),
-        _ => None,
-    }
 }
 
 /// A first word that is one or two letters away from one that may stand there.
@@ -360,7 +208,10 @@ fn expected(place: Place, slice: &str, code: &[Token], original: &ToOriginal) ->
         );
         return if words == ["`or`"] {
             found.help("a choice has at least two branches: `or other { … }`")
-        } else if code.len() == 1 && matches!(place, Place::Step | Place::Item) {
+        } else if code.len() == 1
+            && matches!(place, Place::Step | Place::Item)
+            && !RESERVED.contains(&first)
+        {
             found.help(format!("to run `{first}`, write `{first}(…)` with what it acts on"))
         } else {
             found
@@ -395,7 +246,17 @@ fn expected(place: Place, slice: &str, code: &[Token], original: &ToOriginal) ->
         )
         .help(format!("separate {what} with commas"));
     }
-    Diagnostic::error("task::syntax", span, format!("`{text}` cannot stand here"), label)
+    let found =
+        Diagnostic::error("task::syntax", span, format!("`{text}` cannot stand here"), label);
+    if has(Rule::allen)
+        && let Some(near) = nearest(text, ALLEN.iter().copied())
+    {
+        return found.help(format!("did you mean `{near}`?"));
+    }
+    if text == "%" {
+        return found.help("a probability is a number from 0 to 1, such as `0.7`");
+    }
+    found
 }
 
 /// The expected rules in words, most telling first, each once.
@@ -438,6 +299,10 @@ fn words(rules: &[Rule]) -> Vec<String> {
             | Rule::K_not
             | Rule::K_true
             | Rule::K_false => "a value or a condition".into(),
+            Rule::hash => "`#`".into(),
+            Rule::lsq => "`[`".into(),
+            Rule::rsq => "`]`".into(),
+            Rule::was => continue,
             Rule::step | Rule::act | Rule::one => "a step".into(),
             Rule::rate => "a rate such as `x'`".into(),
             Rule::formula

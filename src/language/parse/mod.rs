@@ -11,10 +11,13 @@ mod brackets;
 mod build;
 mod explain;
 mod expression;
+mod habit;
 pub(crate) mod lexer;
 mod model;
 mod scene;
 mod step;
+
+use std::num::NonZeroUsize;
 
 use pest::Parser;
 
@@ -38,9 +41,14 @@ use grammar::{Rule, TaskParser};
 /// One node of what pest read.
 type Pair<'i> = pest::iterators::Pair<'i, Rule>;
 
+/// The most rules that may be tried on one item: a thousand times what a long task needs.
+const MOST_CALLS: usize = 20_000_000;
+
 /// Reads a whole file. Never fails: what cannot be read is [`Item::Bad`] or [`Step::Bad`] and has a
 /// diagnostic; all diagnostics come at once, in the order of the text.
 pub fn parse(source: &str) -> (Program, Vec<Diagnostic>) {
+    // Text may come from a model or a network: nothing keeps the parser busy for long.
+    pest::set_call_limit(NonZeroUsize::new(MOST_CALLS));
     let mut program = Program::default();
     let mut diagnostics = Vec::new();
     for piece in pieces(source) {
@@ -137,6 +145,7 @@ pub fn is_incomplete(source: &str) -> bool {
                 | "action"
                 | "fluent"
                 | "type"
+                | "via"
         ),
         // `task pick(o: Graspable)` waits for its body.
         Kind::Close => {
@@ -165,14 +174,33 @@ fn pieces(source: &str) -> Vec<Span> {
                 _ => false,
             };
         if starts {
-            let docs = tokens[..i].iter().rev().take_while(|t| t.kind == Kind::Doc).count();
-            let first = tokens[i - docs];
+            let first = tokens[i - leading(source, &tokens[..i])];
             cuts.push(first.from - first.indent);
         }
     }
     cuts.push(source.len());
     cuts.dedup();
     cuts.windows(2).map(|w| Span { from: w[0], to: w[1] }).filter(|s| s.from < s.to).collect()
+}
+
+/// Returns how many tokens at the end belong to the item that follows: its documentation and attributes.
+fn leading(source: &str, before: &[Token]) -> usize {
+    let mut taken = 0;
+    loop {
+        let rest = &before[..before.len() - taken];
+        match rest.last() {
+            Some(last) if last.kind == Kind::Doc => taken += 1,
+            Some(last) if last.text(source) == "]" => {
+                // `#[was("old")]` has seven tokens; anything longer is none.
+                let start = rest.iter().rev().take(9).position(|t| t.text(source) == "#");
+                match start {
+                    Some(back) if rest[rest.len() - 1 - back].first_on_line => taken += back + 1,
+                    _ => return taken,
+                }
+            }
+            _ => return taken,
+        }
+    }
 }
 
 /// What a diagnostic calls a slice's place in the text, and how the slice is read again.

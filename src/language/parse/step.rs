@@ -1,11 +1,11 @@
 //! The grammar's pairs → steps, blocks and recoveries.
 
 use super::super::ast::{
-    Act, Allen, Block, Branch, Call, Either, Hold, If, Name, Recovery, Remedy, Repeat, Span, Step,
-    Timing, Together,
+    Act, Allen, Block, Branch, Break, Call, Either, Hold, If, Name, Recovery, Remedy, Repeat, Span,
+    Step, Timing, Together,
 };
 use super::super::diagnostic::Diagnostic;
-use super::build::{Body, Builder, find, number, text_in};
+use super::build::{Body, Builder, find, number};
 use super::{Pair, Rule};
 
 impl Builder<'_> {
@@ -50,6 +50,10 @@ impl Builder<'_> {
                 let name = find(&inner, Rule::id).map(|p| self.name(&p))?;
                 Step::Let(name, find(&inner, Rule::expr).map(|p| self.expr(&p))?, span)
             }
+            Rule::pause => {
+                let when = find(&inner, Rule::guard).and_then(|p| find(&p, Rule::expr));
+                Step::Break(Break { when: when.map(|p| self.expr(&p)), span })
+            }
             Rule::timing => {
                 let ids: Vec<Name> = inner
                     .clone()
@@ -79,6 +83,7 @@ impl Builder<'_> {
         let span = self.span(pair);
         let mut holds = Vec::new();
         let mut label = None;
+        let mut via = Vec::new();
         for part in pair.clone().into_inner() {
             match part.as_rule() {
                 Rule::hold => {
@@ -87,13 +92,17 @@ impl Builder<'_> {
                     let is_while = find(&part, Rule::K_while).is_some();
                     holds.push(if is_while { Hold::While(expr) } else { Hold::Until(expr) });
                 }
+                Rule::via => {
+                    let ids = part.clone().into_inner().filter(|p| p.as_rule() == Rule::id);
+                    via.extend(ids.map(|p| self.name(&p)));
+                }
                 Rule::id => label = Some(self.name(&part)),
                 _ => {}
             }
         }
         if let Some(call) = find(pair, Rule::call) {
             let call = self.call(&call)?;
-            return Some(Step::Act(Act { call, holds, label, span }));
+            return Some(Step::Act(Act { call, via, holds, label, span }));
         }
         let block = self.block(&find(pair, Rule::block)?);
         Some(Step::Block(Block { holds, label, span, ..block }))
@@ -128,6 +137,7 @@ impl Builder<'_> {
             let when = find(&part, Rule::guard).and_then(|p| find(&p, Rule::expr));
             branches.push(Branch {
                 name: self.name(&name),
+                was: self.was(&part),
                 prior: prior.map(|p| number(p.as_str())),
                 when: when.map(|p| self.expr(&p)),
                 block: self.block(&block),
@@ -195,7 +205,7 @@ impl Builder<'_> {
 
     pub(super) fn remedy(&mut self, pair: &Pair) -> Remedy {
         if find(pair, Rule::K_abort).is_some() {
-            return Remedy::Abort(text_in(pair));
+            return Remedy::Abort(self.text_in(pair).map(|why| why.text));
         }
         Remedy::Retry {
             other: find(pair, Rule::K_other).is_some(),

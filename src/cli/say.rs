@@ -1,0 +1,144 @@
+//! `trueup say "…"`: the call that a sentence means, and why. Nothing moves.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use crate::language::ast::Step;
+use crate::language::sentence::{self, Knowledge, Meaning, Phrase, Understood};
+use crate::language::{self, Source};
+use crate::report::{Failure, Style};
+use crate::workcell::library;
+
+use super::run::{read, stdlib};
+use super::{Cli, Exit};
+
+/// Say which call a sentence means.
+#[derive(Debug, Args)]
+pub(super) struct SayArgs {
+    /// The sentence, in quotes.
+    sentence: String,
+    /// A file of taught phrases, one a line: `"empty the {o}" = pour(o, cup)`.
+    #[arg(long, value_name = "FILE")]
+    phrases: Option<PathBuf>,
+}
+
+/// `trueup say "Pour water from the jar into the cup"`.
+pub(super) fn say(args: &SayArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+    let stdlib = stdlib(cli)?;
+    let mut library = library(&stdlib);
+    if let Some(path) = &cli.cell.scene {
+        let source = Source::new(path.display().to_string(), read(path)?);
+        library.add_with(source, &|path| stdlib.read(path));
+    }
+    let scene = library.default_scene().to_owned();
+    let things =
+        library.scene(&scene).map(|(scene, _)| sentence::things(scene)).unwrap_or_default();
+    let phrases = match &args.phrases {
+        Some(path) => phrases(path)?,
+        None => Vec::new(),
+    };
+    // What is typed as the language is the language.
+    let (step, wrong) = language::parse_line(&args.sentence);
+    let meaning = match step {
+        Some(Step::Act(act)) if wrong.is_empty() => Meaning::Clear(Understood {
+            text: language::text::call(&act.call),
+            call: act.call,
+            template: String::new(),
+            slots: Vec::new(),
+            defaults: Vec::new(),
+        }),
+        _ => {
+            let with = Knowledge {
+                library: &library,
+                things: &things,
+                phrases: &phrases,
+                // Whether it can be done now is asked before it is done, with the camera's eyes.
+                hindrance: &|_| None,
+            };
+            sentence::understand(&args.sentence, &with)
+        }
+    };
+    if style.json {
+        style.document(&document(&meaning));
+    } else {
+        style.say(told(&meaning));
+    }
+    Ok(if matches!(meaning, Meaning::Clear(_)) { Exit::Yes } else { Exit::No })
+}
+
+/// Reads a file of phrases; lines that are empty or begin with `//` are notes.
+fn phrases(path: &PathBuf) -> Result<Vec<Phrase>, Failure> {
+    let text = read(path)?;
+    let lines = text.lines().enumerate().filter(|(_, line)| {
+        let line = line.trim();
+        !line.is_empty() && !line.starts_with("//")
+    });
+    let read = lines.map(|(i, line)| {
+        sentence::phrase(line).map_err(|wrong| {
+            Failure::input("task::template", wrong.message)
+                .at(format!("{}:{}", path.display(), i + 1))
+                .help(wrong.help)
+        })
+    });
+    read.collect()
+}
+
+fn told(meaning: &Meaning) -> String {
+    match meaning {
+        Meaning::Clear(found) => {
+            let mut text = format!("= {}", found.text);
+            for (slot, said, value) in &found.slots {
+                text += &format!("\n  {slot}: \"{said}\" is {value}");
+            }
+            for default in &found.defaults {
+                text += &format!("\n  {default}, since nothing else was said");
+            }
+            if !found.template.is_empty() {
+                text += &format!("\n  by the sentence \"{}\"", found.template);
+            }
+            text
+        }
+        Meaning::Ambiguous { question, choices } => {
+            let mut text = question.clone();
+            for (i, choice) in choices.iter().enumerate() {
+                text += &format!("\n  {}  {}", i + 1, choice.text);
+            }
+            text
+        }
+        Meaning::Impossible { why, help } => {
+            let help = help.as_ref().map(|help| format!("\n  {help}")).unwrap_or_default();
+            format!("that cannot be done: {why}{help}")
+        }
+        Meaning::Unknown { help } => format!("no task has a sentence like it\n  {help}"),
+    }
+}
+
+fn document(meaning: &Meaning) -> Value {
+    let call = |found: &Understood| {
+        let slots = found
+            .slots
+            .iter()
+            .map(|(slot, said, value)| json!({"slot": slot, "said": said, "value": value}));
+        json!({
+            "call": found.text, "template": found.template,
+            "slots": slots.collect::<Vec<_>>(), "defaults": found.defaults,
+        })
+    };
+    match meaning {
+        Meaning::Clear(found) => {
+            let mut value = call(found);
+            value["meaning"] = json!("clear");
+            value
+        }
+        Meaning::Ambiguous { question, choices } => json!({
+            "meaning": "ambiguous", "question": question,
+            "choices": choices.iter().map(call).collect::<Vec<_>>(),
+        }),
+        Meaning::Impossible { why, help } => {
+            json!({"meaning": "impossible", "why": why, "help": help})
+        }
+        Meaning::Unknown { help } => json!({"meaning": "unknown", "help": help}),
+    }
+}

@@ -1,0 +1,181 @@
+//! A slot's words → the thing, face or quantity they name.
+
+use super::super::ast::{ExprKind, SceneThing};
+use super::super::builtins::{self, Ty};
+use super::super::library::Library;
+use super::super::text;
+use super::either;
+use crate::units::{Dimension, Unit, suggest_unit};
+
+/// Words that may stand before the name of a thing and say nothing about which.
+const ARTICLES: &[&str] = &["the", "a", "an", "this", "that", "my", "your", "our", "some"];
+
+/// A thing on the table as sentences name it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Thing {
+    /// Its name in programs: `cup2`.
+    pub name: String,
+    /// Its type: `Container`.
+    pub kind: String,
+    /// What it looks like: `blue cup`; may be empty.
+    pub looks: String,
+}
+
+/// One thing that words may mean.
+pub(super) struct Found {
+    /// As the language writes it.
+    pub(super) value: String,
+    /// As a person would.
+    pub(super) shown: String,
+}
+
+/// Why words mean nothing here, and what would help.
+type Nothing = (String, Option<String>);
+
+impl Thing {
+    pub(super) fn of(thing: &SceneThing) -> Self {
+        let looks = thing.properties.iter().find(|property| property.name.text == "looks");
+        let looks = looks.and_then(|property| match property.value.first().map(|v| &v.kind) {
+            Some(ExprKind::Text(text)) => Some(text.clone()),
+            _ => None,
+        });
+        Self {
+            name: thing.name.text.clone(),
+            kind: thing.ty.text.clone(),
+            looks: looks.unwrap_or_default(),
+        }
+    }
+
+    /// Returns what a person calls it.
+    pub(super) fn shown(&self) -> &str {
+        if self.looks.is_empty() { &self.name } else { &self.looks }
+    }
+
+    /// Returns every word that may be used of it.
+    fn words(&self) -> Vec<String> {
+        let name = self.name.to_lowercase();
+        let bare = name.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned();
+        let parts = name.split('_').map(str::to_owned);
+        let looks = self.looks.to_lowercase();
+        let looks = looks.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+        parts.chain([bare, self.kind.to_lowercase()]).chain(looks).collect()
+    }
+}
+
+/// Returns what words may mean where a value of type `ty` is wanted.
+pub(super) fn resolve(
+    said: &str,
+    ty: &Ty,
+    slot: &str,
+    library: &Library,
+    things: &[Thing],
+) -> Result<Vec<Found>, Nothing> {
+    match ty {
+        Ty::Quantity(dimension) => quantity(said, *dimension, slot),
+        Ty::Face => {
+            let word = bare(said);
+            match word.as_str() {
+                "side" | "top" => Ok(vec![Found { value: word.clone(), shown: word }]),
+                _ => Err((format!("`{said}` is no face"), Some("say `side` or `top`".into()))),
+            }
+        }
+        Ty::Object(kind) => objects(said, Some(kind), slot, library, things),
+        _ => objects(said, None, slot, library, things),
+    }
+}
+
+/// Takes articles away.
+fn bare(said: &str) -> String {
+    let words = said.split(' ').filter(|word| !ARTICLES.contains(word));
+    words.collect::<Vec<_>>().join(" ")
+}
+
+fn objects(
+    said: &str,
+    kind: Option<&str>,
+    slot: &str,
+    library: &Library,
+    things: &[Thing],
+) -> Result<Vec<Found>, Nothing> {
+    let phrase = bare(said);
+    let wanted: Vec<&str> = phrase.split(' ').filter(|word| !word.is_empty()).collect();
+    let named = |thing: &&Thing| {
+        let words = thing.words();
+        !wanted.is_empty() && wanted.iter().all(|word| words.iter().any(|known| known == word))
+    };
+    // A name or a description that fits exactly leaves no doubt.
+    let exact = |thing: &&Thing| {
+        thing.name.to_lowercase() == phrase || thing.looks.to_lowercase() == phrase
+    };
+    let described: Vec<&Thing> = things.iter().filter(named).collect();
+    let exactly: Vec<&Thing> = described.iter().copied().filter(exact).collect();
+    // "the cup" is the thing called `cup` only while no other thing is a cup.
+    let one_word = wanted.len() == 1;
+    let found = if exactly.len() == 1 && !one_word { exactly } else { described };
+    let fits = |thing: &&&Thing| kind.is_none_or(|kind| library.is_a(&thing.kind, kind));
+    let fitting: Vec<&Thing> = found.iter().filter(fits).copied().collect();
+    if !fitting.is_empty() {
+        let each = fitting
+            .into_iter()
+            .map(|thing| Found { value: thing.name.clone(), shown: thing.shown().to_owned() });
+        return Ok(each.collect());
+    }
+    if let Some(thing) = found.first() {
+        let kind = kind.unwrap_or(builtins::OBJECT);
+        let why = format!("`{slot}` is {}, and the {phrase} is {}", of(kind), of(&thing.kind));
+        return Err((why, list(kind, library, things)));
+    }
+    Err(missing(&phrase, kind.unwrap_or(builtins::OBJECT), library, things))
+}
+
+/// `a Container`.
+fn of(kind: &str) -> String {
+    Ty::Object(kind.to_owned()).words()
+}
+
+/// Names what there is when what was asked for is not there.
+fn missing(phrase: &str, kind: &str, library: &Library, things: &[Thing]) -> Nothing {
+    let noun = phrase.rsplit(' ').next().unwrap_or(phrase);
+    let alike: Vec<&str> = things
+        .iter()
+        .filter(|thing| thing.words().iter().any(|word| word == noun))
+        .map(Thing::shown)
+        .collect();
+    if alike.is_empty() {
+        return (format!("there is no {phrase} here"), list(kind, library, things));
+    }
+    (format!("there is no {phrase} here"), Some(format!("there is: {}", either(&alike))))
+}
+
+fn list(kind: &str, library: &Library, things: &[Thing]) -> Option<String> {
+    let fitting: Vec<&str> =
+        things.iter().filter(|t| library.is_a(&t.kind, kind)).map(Thing::shown).collect();
+    (!fitting.is_empty()).then(|| format!("what fits here: {}", fitting.join(", ")))
+}
+
+/// `60 ml`, `60 millilitres`, `12 cm`.
+fn quantity(said: &str, dimension: Dimension, slot: &str) -> Result<Vec<Found>, Nothing> {
+    let example = format!("say a number with its unit, such as `60 {}`", dimension.everyday_unit());
+    let nothing = |why: String| Err((why, Some(example.clone())));
+    let compact = said.replace(' ', "");
+    let digits = compact.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(compact.len());
+    let (number, unit) = compact.split_at(digits);
+    let Ok(value) = number.parse::<f64>() else {
+        return nothing(format!("`{said}` is no number for `{slot}`"));
+    };
+    // Sentences are read in lower case, units are not written so.
+    let known = ["mL", "L", "N", "V", "A"].into_iter().find(|u| u.to_lowercase() == unit);
+    let unit = known.or_else(|| Unit::parse(unit).is_ok().then_some(unit));
+    let unit = match (unit, suggest_unit(&compact[digits..])) {
+        (Some(unit), _) => unit.to_owned(),
+        (None, Some(near)) => near.to_owned(),
+        (None, None) => return nothing(format!("`{said}` has no unit that is known")),
+    };
+    match Unit::parse(&unit) {
+        Ok(parsed) if parsed.dimension == dimension => {
+            let text = format!("{} {unit}", text::quantity(crate::units::Quantity::number(value)));
+            Ok(vec![Found { value: text.clone(), shown: text }])
+        }
+        _ => nothing(format!("`{slot}` is {}, and `{said}` is not", dimension.words())),
+    }
+}

@@ -1,0 +1,100 @@
+//! Everything that is wrong with a text, whoever knows it.
+//!
+//! The language finds wrong names, types and units; the world knows what a scene can be, discovery which
+//! effects there are, and the stdlib which scripts. `check`, the editor and the cell all ask here, so none
+//! of them lets pass what another refuses.
+
+use rayon::prelude::*;
+
+use crate::discovery::vocabulary;
+use crate::language::ast::{Item, Program, Span};
+use crate::language::{Diagnostic, Library, Scope, Source, nearest};
+use crate::world::Scene;
+
+use super::Stdlib;
+
+/// Returns what names mean in a file: the objects of its own scene, else those of the default scene.
+pub fn scope_of(library: &Library, file: usize) -> Scope {
+    let own = library.program(file).and_then(|program| {
+        program.items.iter().find_map(|item| match item {
+            Item::Scene(scene) => Some(scene.name.text.as_str()),
+            _ => None,
+        })
+    });
+    library.scope(own.unwrap_or_else(|| library.default_scene()))
+}
+
+/// Checks texts, each by itself over the stdlib, side by side; what is wrong comes in their order.
+pub fn check_all(stdlib: &Stdlib, sources: Vec<Source>) -> Vec<(Diagnostic, Source)> {
+    let standard = super::library(stdlib);
+    let found: Vec<Vec<(Diagnostic, Source)>> = sources
+        .into_par_iter()
+        .map(|source| {
+            let mut library = standard.clone();
+            let file = library.add_with(source.clone(), &|path| stdlib.read(path));
+            let scope = scope_of(&library, file);
+            let found = check_file(&library, stdlib, file, &scope);
+            found.into_iter().map(|diagnostic| (diagnostic, source.clone())).collect()
+        })
+        .collect();
+    found.into_iter().flatten().collect()
+}
+
+/// Returns everything that is wrong with one file of a library, in the order of its text.
+pub fn check_file(
+    library: &Library,
+    stdlib: &Stdlib,
+    file: usize,
+    scope: &Scope,
+) -> Vec<Diagnostic> {
+    let mut found = library.check_file(file, scope);
+    let (Some(program), Some(source)) = (library.program(file), library.source(file)) else {
+        return found;
+    };
+    let errors: Vec<Span> = found.iter().filter(|d| d.is_error()).map(|d| d.span).collect();
+    let is_inside = |inner: Span, outer: Span| outer.from <= inner.from && inner.to <= outer.to;
+    let mut deeper = Vec::new();
+    for item in &program.items {
+        match item {
+            Item::Scene(scene) => {
+                let wrong = Scene::from_item(scene, source).err().unwrap_or_default();
+                // What could not be read is not missing.
+                let damaged = errors.iter().any(|error| is_inside(*error, scene.span));
+                deeper.extend(wrong.into_iter().filter(|d| !damaged || d.code != "task::missing"));
+            }
+            Item::Twin(twin) => deeper.extend(vocabulary::check(twin)),
+            _ => {}
+        }
+    }
+    deeper.extend(scripts(program, library, stdlib));
+    // One mistake is told once.
+    deeper.retain(|d| !errors.iter().any(|e| e.from < d.span.to && d.span.from < e.to));
+    found.extend(deeper.into_iter().map(|d| Diagnostic { file: source.name.clone(), ..d }));
+    found.sort_by_key(|d| (d.span.from, d.span.to));
+    found
+}
+
+/// Complains about actions whose script nobody has.
+fn scripts(program: &Program, library: &Library, stdlib: &Stdlib) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    for item in &program.items {
+        let Item::Action(action) = item else { continue };
+        let Some((name, span)) = &action.script else { continue };
+        if stdlib.script_names().any(|known| known == name) || library.scripts().contains_key(name)
+        {
+            continue;
+        }
+        let diagnostic = Diagnostic::error(
+            "task::script",
+            *span,
+            format!("there is no script `{name}`"),
+            "not in `actions/`, not imported",
+        );
+        let known = stdlib.script_names().chain(library.scripts().keys().map(String::as_str));
+        found.push(match nearest(name, known) {
+            Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+            None => diagnostic.help(format!("write it beside this file and `import \"{name}\"`")),
+        });
+    }
+    found
+}
