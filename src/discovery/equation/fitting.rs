@@ -5,7 +5,7 @@ use rand::{RngExt, SeedableRng, rngs::StdRng};
 use super::compile::{Compiled, compile};
 use super::data::{Data, rms, std};
 use super::edit::model_in;
-use super::estimate::{Estimate, Point, Task, windows};
+use super::estimate::{Estimate, Point, Task, Window, windows};
 use super::score::whiteness;
 use super::simulate::{BlowUp, Hold, Scheme, simulate_with_derivatives, site_sizes};
 
@@ -162,7 +162,9 @@ impl Bench {
             found.filter(|e| e.residuals.iter().all(|r| !r.is_empty()))
         };
         let at = |starts| Point { params: params.clone(), starts };
-        if let Some((parent, held)) = near {
+        if let Some((parent, held)) = near
+            && held.point.starts.len() == task.windows.len()
+        {
             let inherited = self.inherit(model, parent, &held.point, &task);
             if let Some(found) = judge(&at(inherited.starts)) {
                 return Some(found);
@@ -190,6 +192,38 @@ impl Bench {
         settle_steps(self, fitted);
     }
 
+    /// Doubles the windows if the model follows the recordings closely over them: the longer it runs, the
+    /// smaller an effect it shows; a model that lacks much would lose its way. Returns whether it did.
+    pub fn lengthen(&mut self, fitted: &mut Fitted) -> bool {
+        let Some(rows) = self.rows else { return false };
+        let longest = self.train.iter().map(Data::n_rows).max().unwrap_or(0);
+        let rows = if 2 * rows < longest { Some(2 * rows) } else { None };
+        let longer = Self { rows, ..self.clone() };
+        let point = longer.rewindowed(&fitted.compiled, &fitted.train.point, self);
+        let found = longer.task(&fitted.compiled).fit(&point, 20).ok();
+        let Some(found) = found.filter(|e| e.residuals.iter().all(|r| !r.is_empty())) else {
+            return false;
+        };
+        if found.rms().iter().zip(&self.scales).any(|(r, s)| *r > CLOSE * s) {
+            return false;
+        }
+        self.rows = rows;
+        fitted.train = found;
+        true
+    }
+
+    /// A point for these windows from one for the windows of `before`: each begins where the nearest began.
+    pub fn rewindowed(&self, model: &Compiled, point: &Point, before: &Self) -> Point {
+        let old = before.task(model).windows;
+        let nearest = |w: &Window| {
+            (0..old.len())
+                .min_by_key(|i| (old[*i].data != w.data, old[*i].rows.start.abs_diff(w.rows.start)))
+        };
+        let windows = self.task(model).windows;
+        let starts = windows.iter().filter_map(nearest).map(|i| point.starts[i].clone()).collect();
+        Point { params: point.params.clone(), starts }
+    }
+
     /// What inputs do between rows, and by which part of a row they are late: how the recording was taken is
     /// no property of the machine, so it is settled before anything is named.
     fn settle_inputs(&mut self, fitted: &mut Fitted) {
@@ -208,30 +242,29 @@ impl Bench {
         let averaged = self.train.first().is_some_and(|d| d.step() > 1.5 * self.row);
         let kinds = [Hold::Zero, Hold::Line, Hold::Curve];
         let held = kinds.into_iter().filter(|hold| !averaged || *hold != Hold::Zero);
-        let plain = held.filter_map(|hold| attempt(Scheme { hold, shift: 0.0, ..self.scheme }));
-        let Some(mut best) = plain.min_by(|a, b| a.0.total_cmp(&b.0)) else { return };
-        if best.1.hold != Hold::Zero {
-            let row = self.row;
-            let at = |part: f64, of: Scheme| attempt(Scheme { shift: part * row, ..of });
-            if let (Some(early), Some(late)) = (at(-0.5, best.1), at(0.5, best.1)) {
-                // The bottom of the parabola through the three.
-                let bend = early.0 - 2.0 * best.0 + late.0;
-                let bottom = if bend > 0.0 { 0.25 * (early.0 - late.0) / bend } else { 0.0 };
-                let found = at(bottom.clamp(-1.0, 1.0), best.1);
-                let effective = |e: &Estimate| -> f64 {
-                    e.residuals.iter().map(|r| whiteness(r) * r.len() as f64).sum()
-                };
-                if let Some(found) = found
-                    && effective(&found.2) * (best.0 / found.0.max(1e-300)).ln() > SHIFT_EVIDENCE
-                {
-                    best = found;
-                }
-            }
-        }
+        let effective = |e: &Estimate| -> f64 {
+            e.residuals.iter().map(|r| whiteness(r) * r.len() as f64).sum()
+        };
+        let row = self.row;
+        let kinds = held.filter_map(|hold| {
+            let at = |part: f64| attempt(Scheme { hold, shift: part * row, ..self.scheme });
+            let plain = at(0.0)?;
+            let (Some(early), Some(late)) = (at(-0.5), at(0.5)) else { return Some(plain) };
+            // The bottom of the parabola through the three.
+            let bend = early.0 - 2.0 * plain.0 + late.0;
+            let bottom = if bend > 0.0 { 0.25 * (early.0 - late.0) / bend } else { 0.0 };
+            let shifted = at(bottom.clamp(-0.5, 0.5))?;
+            let evidence = effective(&shifted.2) * (plain.0 / shifted.0.max(1e-300)).ln();
+            Some(if evidence > SHIFT_EVIDENCE { shifted } else { plain })
+        });
+        let Some(best) = kinds.min_by(|a, b| a.0.total_cmp(&b.0)) else { return };
         self.scheme = best.1;
         fitted.train = best.2;
     }
 }
+
+/// A model that misses less than this part of the signal's spread follows it closely.
+pub const CLOSE: f64 = 0.01;
 
 /// Least evidence for a shift of the inputs within a row.
 const SHIFT_EVIDENCE: f64 = 12.0;
@@ -370,6 +403,7 @@ pub fn baseline(bench: &mut Bench, text: &str, name: &str, seed: u64) -> Result<
     }
     let (_, compiled, train) = best.ok_or_else(|| no_fit(blow_up))?;
     let mut fitted = Fitted { text: text.into(), compiled, train };
+    while bench.lengthen(&mut fitted) {}
     bench.settle(&mut fitted);
     Ok(fitted)
 }
@@ -425,7 +459,9 @@ pub fn settle_steps(bench: &mut Bench, fitted: &mut Fitted) {
     if fitted.compiled.states.is_empty() {
         return;
     }
-    for _ in 0..4 {
+    // Steps are short already where a sign turns over.
+    let doublings = if fitted.compiled.sites.is_empty() { 4 } else { 2 };
+    for _ in 0..doublings {
         let coarse = bench.task(&fitted.compiled).run(&fitted.train.point);
         let finer = Bench {
             scheme: Scheme { substeps: bench.scheme.substeps * 2, ..bench.scheme },

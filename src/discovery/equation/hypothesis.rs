@@ -55,7 +55,7 @@ impl Hypothesis {
         patch.params.iter().filter(|p| p.neutral.is_none()).any(|p| {
             let Some([low, high]) = p.range else { return false };
             let room = 0.005 * (high - low);
-            let at_low = if low > 0.0 { p.value < 1.02 * low } else { p.value - low < room };
+            let at_low = if low > 0.0 { p.value < 1.05 * low } else { p.value - low < room };
             at_low || high - p.value < room
         })
     }

@@ -4,7 +4,7 @@ use super::data::{mean, std};
 use super::hypothesis::{Hypothesis, Question};
 
 /// The state, input or time that a residual follows most, in words.
-pub fn concentrated(question: &Question, hypothesis: &Hypothesis, output: usize) -> String {
+pub(super) fn concentrated(question: &Question, hypothesis: &Hypothesis, output: usize) -> String {
     let fitted = &hypothesis.fitted;
     let bench = &question.bench;
     let task = bench.task(&fitted.compiled);

@@ -8,8 +8,10 @@ use rayon::prelude::*;
 
 use super::candidates::{Candidate, candidates};
 use super::edit::{Patch, apply, model_in};
-use super::fitting::Fitted;
-use super::hypothesis::{Chosen, Gain, Hypothesis, IMPERFECTION, LEAST_EVIDENCE, Question, TIE};
+use super::fitting::{CLOSE, Fitted};
+use super::hypothesis::{
+    Chosen, Gain, Hypothesis, IMPERFECTION, LEAST_EVIDENCE, Question, TIE, with_values,
+};
 use super::rivals::Rival;
 
 /// The result of a search.
@@ -48,17 +50,24 @@ impl Question<'_> {
         while best.effects.len() < MOST_EFFECTS {
             let done = best.effects.len() as f64 / (MOST_EFFECTS as f64 + 1.0);
             progress("fitting the model with every effect at every place", done);
-            let (round, tried) = self.round(&best, SHORTLIST);
+            let (mut round, tried) = self.round(&best, SHORTLIST);
             n_tried = n_tried.max(tried);
+            round.extend(self.widened(&nominal, &best, tried));
+            round.sort_by(|a, b| b.1.evidence().total_cmp(&a.1.evidence()));
             let accepted = self.simplest(&round).cloned().or_else(|| self.pair(&best, &round));
-            let Some((next, _)) = accepted else { break };
-            let mut next = self.pruned(&nominal, next);
+            let Some((mut next, _)) = accepted else {
+                if self.lengthen(&mut nominal, &mut best) {
+                    continue;
+                }
+                break;
+            };
             rounds.push(round);
-            let size = |h: &Hypothesis| self.size(&h.held);
-            if next.effects.len() <= best.effects.len() && size(&next) >= size(&best) {
+            self.settle(&mut nominal, &mut next)?;
+            next = self.pruned(&nominal, next);
+            let (is, was) = (self.size(&next.held), self.size(&best.held));
+            if next.effects.len() < best.effects.len() && is >= was || same(&next, &best) {
                 break;
             }
-            self.settle(&mut nominal, &mut next)?;
             best = next;
         }
         progress("comparing rivals", 0.9);
@@ -89,12 +98,37 @@ impl Question<'_> {
         if self.bench.scheme == before {
             return Some(());
         }
-        let name = self.name;
         *next = self.judged(next.effects.clone(), next.fitted.clone(), Some(next))?;
-        let fitted = self.bench.fit(&nominal.fitted.text, name, &nominal.fitted, 20)?;
+        let fitted = self.bench.fit(&nominal.fitted.text, self.name, &nominal.fitted, 20)?;
         *nominal = self.judged(Vec::new(), fitted, Some(nominal))?;
         self.measure(nominal);
         Some(())
+    }
+
+    /// Runs everything over longer stretches; returns whether the best hypothesis follows them.
+    fn lengthen(&mut self, nominal: &mut Hypothesis, best: &mut Hypothesis) -> bool {
+        let before = self.bench.clone();
+        let mut fitted = best.fitted.clone();
+        // What goes astray on held-out data already would judge nothing over longer ones.
+        if self.size(&best.held) > CLOSE || !self.bench.lengthen(&mut fitted) {
+            return false;
+        }
+        let longer = |this: &Self| -> Option<(Hypothesis, Hypothesis)> {
+            let best = this.judged(best.effects.clone(), fitted.clone(), None)?;
+            let mut old = nominal.fitted.clone();
+            old.train.point = this.bench.rewindowed(&old.compiled, &old.train.point, &before);
+            let refitted = this.bench.fit(&old.text, this.name, &old, 40)?;
+            let nominal = this.judged(Vec::new(), refitted, None)?;
+            Some((best, nominal))
+        };
+        if let Some((found, plain)) = longer(self) {
+            (*best, *nominal) = (found, plain);
+            self.measure(nominal);
+            true
+        } else {
+            self.bench = before;
+            false
+        }
     }
 
     /// Fits a candidate on top of a hypothesis by a few steps from each of its starts.
@@ -149,15 +183,7 @@ impl Question<'_> {
         let full: Vec<Option<Tried>> = screened
             .into_par_iter()
             .map(|(fitted, patch, candidate)| {
-                let text = fitted.text.clone();
-                let fitted = self.bench.fit(&text, self.name, &fitted, 40).unwrap_or(fitted);
-                let mut effects = base.effects.clone();
-                effects.push(Chosen { candidate, patch });
-                let rich = self.judged(effects, fitted, Some(base))?;
-                let last = rich.effects.last()?;
-                if rich.is_degenerate(last) {
-                    return None;
-                }
+                let (rich, _) = self.in_full(base, fitted, Chosen { candidate, patch })?;
                 let gain = self.gain(base, &rich, n_tried);
                 Some((rich, gain))
             })
@@ -165,6 +191,54 @@ impl Question<'_> {
         let mut full: Vec<Tried> = full.into_iter().flatten().collect();
         full.sort_by(|a, b| b.1.evidence().total_cmp(&a.1.evidence()));
         (full, n_tried)
+    }
+
+    /// A general effect in the place of one already chosen that is its special case.
+    fn widened(&self, nominal: &Hypothesis, base: &Hypothesis, n_tried: usize) -> Vec<Tried> {
+        let mut found = Vec::new();
+        for (i, effect) in base.effects.iter().enumerate() {
+            let own = &effect.candidate;
+            if own.within.is_empty() {
+                continue;
+            }
+            let mut fewer = base.effects.clone();
+            fewer.remove(i);
+            let Some(poor) = self.rebuilt(nominal, &fewer, base, 10) else { continue };
+            let Some(model) = model_in(&poor.fitted.text, self.name) else { continue };
+            let values = with_values(&effect.patch, &base.fitted, false);
+            let size = values.params.first().map_or(0.0, |p| p.value);
+            let general: Vec<Candidate> = candidates(&self.ground(&poor.fitted, &model))
+                .into_iter()
+                .filter(|c| c.at == own.at && own.within.contains(&c.kind))
+                .filter(|c| fewer.iter().all(|e| !e.candidate.excludes(c)))
+                .map(|c| c.from_special(size))
+                .collect();
+            let tried: Vec<Option<Tried>> = general
+                .into_par_iter()
+                .map(|candidate| {
+                    let (fitted, patch) = self.screen(&poor, &candidate)?;
+                    let (rich, _) = self.in_full(&poor, fitted, Chosen { candidate, patch })?;
+                    let gain = self.gain(base, &rich, n_tried);
+                    Some((rich, gain))
+                })
+                .collect();
+            found.extend(tried.into_iter().flatten());
+        }
+        found
+    }
+
+    /// Fits what was screened in full and judges it; `None` when it is no effect after all.
+    fn in_full(&self, base: &Hypothesis, screened: Fitted, chosen: Chosen) -> Option<Tried> {
+        let text = screened.text.clone();
+        let fitted = self.bench.fit(&text, self.name, &screened, 40).unwrap_or(screened);
+        let mut effects = base.effects.clone();
+        effects.push(chosen);
+        let rich = self.judged(effects, fitted, Some(base))?;
+        if rich.is_degenerate(rich.effects.last()?) {
+            return None;
+        }
+        let gain = self.gain(base, &rich, 1);
+        Some((rich, gain))
     }
 
     /// Of the candidates that pay, the best, or one with fewer values that is nearly as good.
@@ -247,4 +321,12 @@ impl Question<'_> {
         }
         best
     }
+}
+
+/// Whether two hypotheses name the same effects.
+fn same(a: &Hypothesis, b: &Hypothesis) -> bool {
+    let names = |h: &Hypothesis| -> Vec<(String, &'static str)> {
+        h.effects.iter().map(|e| (e.candidate.at.clone(), e.candidate.kind)).collect()
+    };
+    names(a) == names(b)
 }

@@ -53,6 +53,8 @@ struct Between<'a, N> {
     data: &'a Data,
     frame: &'a mut [N],
     row: usize,
+    /// The row whose value a held input has.
+    held: usize,
     scheme: Scheme,
 }
 
@@ -66,7 +68,7 @@ impl<N: Number> Between<'_, N> {
         let shifted = shift.abs() > 0.0;
         for (i, (reg, column)) in model.input_regs.iter().zip(&data.inputs).enumerate() {
             let value = match hold {
-                Hold::Zero => column[row],
+                Hold::Zero => column[self.held],
                 Hold::Line if !shifted && row + 1 < column.len() => {
                     column[row] + s * (column[row + 1] - column[row])
                 }
@@ -105,6 +107,26 @@ impl<N: Number> Rates<N> for Between<'_, N> {
             *to = self.frame[usize::from(*reg)];
         }
     }
+}
+
+/// The row whose value a held input has at the instant of a row.
+fn held_at(row: usize, shift: f64) -> usize {
+    if shift > 0.0 { row.saturating_sub(1) } else { row }
+}
+
+/// The way from a row to the next, cut where a held input that acts within a row takes its next value:
+/// which row's value, from, to.
+fn pieces(data: &Data, row: usize, scheme: Scheme) -> impl Iterator<Item = (usize, f64, f64)> {
+    let (from, to) = (data.time[row], data.time[row + 1]);
+    let first = held_at(row, scheme.shift);
+    let cut = if scheme.hold == Hold::Zero && scheme.shift.abs() > 0.0 {
+        let after = if scheme.shift > 0.0 { from + scheme.shift } else { to + scheme.shift };
+        after.clamp(from, to)
+    } else {
+        to
+    };
+    let second = (first + 1).min(data.n_rows() - 1);
+    [(first, from, cut), (second, cut, to)].into_iter().filter(|(_, from, to)| to > from)
 }
 
 /// Short steps for each step in which a `sign` or a `step` may turn over.
@@ -187,11 +209,13 @@ pub fn simulate<N: Number>(
         .collect();
     let usual = data.step();
     let mut work = Work::new(x.len());
-    let mut f = Between { model, data, frame: &mut frame, row: rows.start, scheme };
+    let mut f =
+        Between { model, data, frame: &mut frame, row: rows.start, held: rows.start, scheme };
     let mut turns = Turns::of(model);
     for row in rows.clone() {
         let t = data.time[row];
         f.row = row;
+        f.held = held_at(row, scheme.shift);
         f.drive(t, 0.0);
         for (reg, value) in model.state_regs.iter().zip(&x) {
             f.frame[usize::from(*reg)] = *value;
@@ -207,15 +231,17 @@ pub fn simulate<N: Number>(
         if row + 1 == rows.end || x.is_empty() {
             continue;
         }
-        let dt = data.time[row + 1] - t;
-        let n = (scheme.substeps as f64 * (dt / usual).max(0.2)).ceil().max(1.0);
-        let h = dt / n;
-        for i in 0..n as usize {
-            let at = t + i as f64 * h;
-            let parts = turns.parts(&mut f, at, h, &x, work.first());
-            let part = h / parts as f64;
-            for j in 0..parts {
-                rk4(&mut f, at + j as f64 * part, part, &mut x, &mut work);
+        for (held, from, to) in pieces(data, row, scheme) {
+            f.held = held;
+            let n = (scheme.substeps as f64 * ((to - from) / usual).max(0.2)).ceil().max(1.0);
+            let h = (to - from) / n;
+            for i in 0..n as usize {
+                let at = from + i as f64 * h;
+                let parts = turns.parts(&mut f, at, h, &x, work.first());
+                let part = h / parts as f64;
+                for j in 0..parts {
+                    rk4(&mut f, at + j as f64 * part, part, &mut x, &mut work);
+                }
             }
         }
         if let Some(i) = x.iter().position(|v| v.value().is_nan() || v.value().abs() >= TOO_LARGE) {

@@ -68,7 +68,7 @@ fn rubbing(
         &[
             p("torque", "kinetic", rate_dim, &[0.1 * rate, 0.1 * rate]).within(0.0, 1e3 * rate),
             p("stiction", "static", rate_dim, &[0.2 * rate, 0.2 * rate]).within(0.0, 1e3 * rate),
-            p("velocity", "stribeck", v_dim, &[0.1 * rms, 0.4 * rms])
+            p("velocity", "stribeck", v_dim, &[0.05 * rms, 0.15 * rms, 0.5 * rms])
                 .within(least, 3.0 * rms)
                 .shape(),
         ],

@@ -91,6 +91,20 @@ pub struct Candidate {
 }
 
 impl Candidate {
+    /// The same, begun from what its special case came out as: `size` of it. Where there is a shape as well,
+    /// the second amount is larger than the first, or the shape would not show.
+    #[must_use]
+    pub fn from_special(mut self, size: f64) -> Self {
+        for patch in &mut self.patches {
+            let shaped = patch.params.iter().any(|p| p.neutral.is_none());
+            for (i, param) in patch.params.iter_mut().filter(|p| p.neutral.is_some()).enumerate() {
+                let value = if shaped && i > 0 { 1.5 * size } else { size };
+                param.value = param.range.map_or(value, |[low, high]| value.clamp(low, high));
+            }
+        }
+        self
+    }
+
     /// Whether the two cannot act together: the same effect at the same place, or a special case of it.
     pub fn excludes(&self, other: &Self) -> bool {
         self.at == other.at

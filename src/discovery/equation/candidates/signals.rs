@@ -122,19 +122,19 @@ fn scale(
     }
 }
 
-/// A delay of more than a row: less than that is a matter of when in a row each column was read.
+/// A delay of about a row at least: less than that is a matter of when in a row each column was read.
 fn late(draft: &Draft) -> P {
     let (row, step) = (draft.ground.row, draft.ground.step);
     let longest = (0.1 * draft.ground.duration).max(4.0 * step);
     p("delay", "delay", Some(Dimension::TIME), &[2.0 * step, 8.0 * step, 30.0 * step])
-        .within(row, longest)
+        .within(0.75 * row, longest)
         .shape()
 }
 
-/// The time of a first-order lag.
+/// The time of a first-order lag; below a row it is no other than a delay of so much.
 fn slow(draft: &Draft) -> P {
     let step = draft.ground.step;
     p("time", "lag", Some(Dimension::TIME), &[2.0 * step, 10.0 * step, 50.0 * step])
-        .within(0.5 * step, draft.ground.duration)
+        .within(draft.ground.row.max(0.4 * step), draft.ground.duration)
         .shape()
 }
