@@ -133,10 +133,13 @@ fn equations(
     let place = path.display().to_string();
     let options = equation::Options { holdout: args.holdout, ..equation::Options::default() };
     let bar = bar(style);
-    if let Some(bar) = &bar {
-        bar.set_message("fitting the model with every effect at every place");
-    }
-    let found = equation::investigate(&place, text, "", recordings, &options);
+    let mut progress = |what: &str, part: f64| {
+        if let Some(bar) = &bar {
+            bar.set_message(what.to_owned());
+            bar.set_position((part * 100.0) as u64);
+        }
+    };
+    let found = equation::investigate(&place, text, "", recordings, &options, &mut progress);
     if let Some(bar) = bar {
         bar.finish_and_clear();
     }

@@ -15,8 +15,9 @@ use super::compile::{Compiled, compile};
 use super::data::{Data, noise_of, std};
 use super::edit::{apply, diff, model_in};
 use super::fitting::{Bench, Fitted, NoFit, baseline};
-use super::score::whiteness;
-use super::search::{Chosen, Gain, Hypothesis, Question, Search, concentrated, with_values};
+use super::hypothesis::{Chosen, Gain, Hypothesis, Question, with_values};
+use super::place::concentrated;
+use super::search::Search;
 use super::simulate::{Hold, Scheme};
 
 /// How to investigate.
@@ -84,7 +85,8 @@ pub struct Outcome {
 /// Finds what a model leaves out.
 ///
 /// `text` is a whole `.task` file; `name` chooses one of its models, empty for the first. Several
-/// recordings: the last is held out; one: its last part is.
+/// recordings: the last is held out; one: its last part is. `progress` is told what is being done and which
+/// part is done.
 ///
 /// # Errors
 ///
@@ -95,6 +97,7 @@ pub fn investigate(
     name: &str,
     recordings: &[Recording],
     options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Outcome, Error> {
     let (_, diagnostics) = parse(text);
     let Some(model) = model_in(text, name) else {
@@ -127,44 +130,39 @@ pub fn investigate(
             significant(rows as f64 * step, 3)
         ));
     }
-    if bench.scheme.hold == Hold::Line && !compiled.inputs.is_empty() {
-        notes.push(
-            "inputs follow straight lines between rows, which fits better than holding them".into(),
-        );
-    }
     for names in &nominal.train.undetermined {
         notes.push(format!(
             "the data do not determine {names}: they trade against each other, or against the first values"
         ));
     }
     let floors = bench.train[0].noise.iter().map(|n| 0.01 * n * n + 1e-24).collect();
-    let question = Question { bench: &bench, name: &name, floors };
-    let too_short = || Error::TooShort { rows: recordings.iter().map(Recording::n_rows).sum() };
-    let mut search = question.search(nominal.clone()).ok_or_else(too_short)?;
-    // While something large is missing, how inputs are held is hard to see; a delay of half a step is not a
-    // late actuator but the wrong hold.
-    let held_bench;
-    let mut question = question;
-    if bench.scheme.hold == Hold::Line && less_than_a_step(&search.best, bench.train[0].step()) {
-        held_bench = Bench { scheme: Scheme { hold: Hold::Zero, ..bench.scheme }, ..bench.clone() };
-        if let Some(refitted) = held_bench.fit(text, &name, &nominal, 60) {
-            question = Question { bench: &held_bench, ..question.clone() };
-            search = question.search(refitted).ok_or_else(too_short)?;
-            notes.retain(|n| !n.starts_with("inputs follow"));
-        }
-    }
+    let mut question = Question { bench, name: &name, floors, whole: [0.0; 2] };
+    let search = question
+        .search(nominal, progress)
+        .ok_or_else(|| Error::TooShort { rows: recordings.iter().map(Recording::n_rows).sum() })?;
+    notes.extend(about_inputs(&question.bench, &compiled));
     Ok(Report { path, text, question: &question, search: &search, notes }.outcome())
 }
 
-/// Whether a hypothesis has a delay of less than a step of the recordings.
-fn less_than_a_step(hypothesis: &Hypothesis, step: f64) -> bool {
-    hypothesis.effects.iter().any(|e| {
-        matches!(e.candidate.kind, "input_delay" | "sensor_delay")
-            && with_values(&e.patch, &hypothesis.fitted, false)
-                .params
-                .iter()
-                .any(|p| p.value < step)
-    })
+/// What was assumed of the inputs, in words.
+fn about_inputs(bench: &Bench, model: &Compiled) -> Option<String> {
+    if model.inputs.is_empty() || model.states.is_empty() {
+        return None;
+    }
+    let Scheme { hold, shift, .. } = bench.scheme;
+    let joined = match hold {
+        Hold::Zero => return None,
+        Hold::Line => "inputs follow straight lines between rows, which fits best",
+        Hold::Curve => "inputs follow smooth curves between rows, which fits best",
+    };
+    if shift.abs() < 0.02 * bench.row {
+        return Some(joined.into());
+    }
+    let way = if shift > 0.0 { "later" } else { "earlier" };
+    Some(format!(
+        "{joined}, and act {} s {way} than written; less than a row is a matter of how the recording was taken, and no effect",
+        significant(shift.abs(), 2)
+    ))
 }
 
 /// The noise that a sidecar gives for a column such as `q_2` or `tcp_x`.
@@ -211,6 +209,7 @@ fn prepare(
         let cut = ((n as f64) * (1.0 - options.holdout.clamp(0.05, 0.9))).round() as usize;
         (vec![all[0].slice(0..cut)], vec![all[0].slice(cut..n)])
     };
+    let row = train[0].step();
     let rows: usize = train.iter().map(Data::n_rows).sum();
     let wanted = rows.div_ceil(options.most_rows);
     let by = train.iter().chain(&held).map(|d| d.thinning(wanted)).min().unwrap_or(1);
@@ -243,9 +242,10 @@ fn prepare(
         train,
         held,
         rows: None,
-        scheme: Scheme { hold, substeps: 1 },
+        scheme: Scheme { hold, substeps: 1, shift: 0.0 },
         all_starts_free: false,
         scales,
+        row,
     })
 }
 
@@ -400,8 +400,8 @@ impl Report<'_> {
         let noise = &self.question.bench.train[0].noise;
         let rms = best.fitted.train.rms();
         (0..rms.len()).all(|o| {
-            let white = whiteness(&best.fitted.train.residuals[o]);
-            let held = whiteness(&best.held.residuals[o]);
+            let white = best.whites[0][o];
+            let held = best.whites[1][o];
             let small = rms[o] <= 1.2 * noise[o];
             // What is mostly noise may still follow itself a little.
             small
@@ -525,7 +525,7 @@ impl Report<'_> {
 
     fn traces(&self) -> Vec<Trace> {
         let search = self.search;
-        let bench = self.question.bench;
+        let bench = &self.question.bench;
         let task = bench.task_on(&search.best.fitted.compiled, &bench.held);
         let time: Vec<f64> = task
             .windows

@@ -20,6 +20,8 @@ pub struct NewParam {
     pub dimension: Option<Dimension>,
     /// What it may be.
     pub range: Option<[f64; 2]>,
+    /// The value at which the effect is not there; `None` for a parameter of its shape.
+    pub neutral: Option<f64>,
     /// Its value; free, with this as a guess, unless `std` is given.
     pub value: f64,
     /// Standard deviation once it has been fitted.

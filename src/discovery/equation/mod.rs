@@ -3,7 +3,7 @@
 //! [`investigate`] is the front door. A model's text is parsed and checked (`language`), compiled to a flat
 //! program ([`compile`]), run along recordings ([`simulate`]) and fitted ([`estimate`], [`fitting`]). Every
 //! effect that could sit in it is a change of its text ([`candidates`], [`edit`]); a search adds those
-//! that pay on data fitted and held out ([`search`]). The answer is a [`super::finding::Finding`] with the difference of the text.
+//! that pay on data fitted and held out ([`search`], judged as [`hypothesis`] says). The answer is a [`super::finding::Finding`] with the difference of the text.
 
 pub mod number;
 mod program;
@@ -16,7 +16,11 @@ pub mod fitting;
 pub mod edit;
 pub mod candidates;
 pub mod score;
+pub mod hypothesis;
+mod ground;
 pub mod search;
+pub mod rivals;
+mod place;
 mod answer;
 
 pub use answer::{Error, Options, Outcome, investigate};

@@ -59,5 +59,5 @@ fn record(
 }
 
 fn ask(model: &str, recordings: &[Recording]) -> Result<Outcome, Error> {
-    investigate("model.task", model, "", recordings, &Options::default())
+    investigate("model.task", model, "", recordings, &Options::default(), &mut |_, _| {})
 }
