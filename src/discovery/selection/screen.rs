@@ -94,8 +94,10 @@ fn least_squares(columns: &[&[f64]], residuals: &[f64]) -> Option<(Vec<f64>, f64
     if n == 0 {
         return Some((Vec::new(), total));
     }
+    // A column of zeros is a parameter that the data do not show; it stays where it is.
+    let norm = |column: &&[f64]| sum_of_squares(column).sqrt();
     let scale: Vec<f64> =
-        columns.iter().map(|column| sum_of_squares(column).sqrt().max(1e-300)).collect();
+        columns.iter().map(norm).map(|norm| if norm > 1e-150 { norm } else { 1.0 }).collect();
     let mut a = DMatrix::zeros(n, n);
     let mut g = DVector::zeros(n);
     for i in 0..n {
