@@ -10,7 +10,6 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::discovery::equation;
 use crate::discovery::finding::Finding;
 use crate::discovery::model_file::{self, ModelFile};
-use crate::discovery::pour::Pour;
 use crate::discovery::recording::{self, Map, Recording};
 use crate::discovery::{Investigation, Options, Subject, investigate};
 use crate::language::Source;
@@ -19,7 +18,7 @@ use crate::units::significant;
 
 use super::run::read;
 use super::{Cli, Exit};
-use inputs::{plain, recordings, robot_of, scene_of};
+use inputs::{plain, recordings, robot_of};
 
 /// The part of a single recording that is held out.
 const HOLDOUT: f64 = 0.33;
@@ -85,12 +84,11 @@ pub(super) fn gap(args: &GapArgs, cli: &Cli, style: Style) -> Result<Exit, Failu
         }
     }
     let model = model_of(args, style)?;
-    let scene = scene_of(cli, model.as_ref(), style)?;
-    let mut recordings = recordings(args, &map, &scene, cli)?;
+    let (mut recordings, scene) = recordings(args, &map, model.as_ref(), cli, style)?;
     let known = model.as_ref().map_or(&[][..], |(_, file)| file.effects());
     let robot;
-    let subject = if Pour::is_one(&recordings[0]) {
-        Subject::Pours(&scene, known)
+    let subject = if let Some(scene) = &scene {
+        Subject::Pours(scene, known)
     } else {
         robot = robot_of(args, &recordings)?;
         let joints: Vec<String> = robot.joints().iter().map(|joint| joint.name.clone()).collect();
