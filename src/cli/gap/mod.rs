@@ -156,8 +156,11 @@ fn equations(
             .at(args.recordings[0].display().to_string())
             .help("record for longer"),
     })?;
-    let mut investigation =
-        Investigation { finding: outcome.finding, traces: outcome.traces, experiment: None };
+    let mut investigation = Investigation {
+        finding: outcome.finding,
+        traces: outcome.traces,
+        experiment: outcome.experiment,
+    };
     if args.apply && outcome.text != text {
         // The old text first, so that there is always a way back.
         let mut undo = path.as_os_str().to_owned();

@@ -257,6 +257,27 @@ impl Task<'_> {
         Ok(self.estimate(&fit, point))
     }
 
+    /// The residuals at a point, model minus measured in units of the scales, and their derivatives, one
+    /// column per parameter and free first value; `None` when the model blows up.
+    pub fn linearised(&self, point: &Point) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
+        let problem = Shooting { task: self, like: point };
+        let x = self.flat(point);
+        let n = problem.n_residuals();
+        let mut residuals = vec![0.0; n];
+        problem.residuals(&x, &mut residuals);
+        let mut jacobian = Jacobian::zeros(n, x.len());
+        if residuals.iter().any(|r| !r.is_finite()) || !problem.jacobian(&x, &mut jacobian) {
+            return None;
+        }
+        let mut columns = vec![Vec::with_capacity(n); x.len()];
+        for row in 0..n {
+            for (column, value) in columns.iter_mut().zip(jacobian.row_mut(row).iter()) {
+                column.push(*value);
+            }
+        }
+        Some((residuals, columns))
+    }
+
     /// Judges a point as it is.
     ///
     /// # Errors

@@ -257,7 +257,11 @@ impl Bench {
             let evidence = effective(&shifted.2) * (plain.0 / shifted.0.max(1e-300)).ln();
             Some(if evidence > SHIFT_EVIDENCE { shifted } else { plain })
         });
-        let Some(best) = kinds.min_by(|a, b| a.0.total_cmp(&b.0)) else { return };
+        // In the order of how common they are: another must fit visibly better.
+        let visibly = |a: (f64, Scheme, Estimate), b: (f64, Scheme, Estimate)| {
+            if b.0 < a.0 * (1.0 - 2e-3) { b } else { a }
+        };
+        let Some(best) = kinds.reduce(visibly) else { return };
         self.scheme = best.1;
         fitted.train = best.2;
     }

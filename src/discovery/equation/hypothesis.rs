@@ -166,6 +166,27 @@ impl Question<'_> {
         (sum / self.bench.scales.len().max(1) as f64).sqrt()
     }
 
+    /// Noise of the held-out data over outputs, in units of the scales.
+    pub fn noise_floor(&self) -> f64 {
+        let noise = self.bench.held.first().map_or(&[][..], |d| &d.noise);
+        let sum: f64 = noise.iter().zip(&self.bench.scales).map(|(n, s)| (n / s).powi(2)).sum();
+        (sum / self.bench.scales.len().max(1) as f64).sqrt()
+    }
+
+    /// Whether what is left looks like noise: white, or as small as the noise is known to be.
+    pub fn is_noise(&self, h: &Hypothesis) -> bool {
+        let noise = &self.bench.train[0].noise;
+        let rms = h.fitted.train.rms();
+        (0..rms.len()).all(|o| {
+            let (white, held) = (h.whites[0][o], h.whites[1][o]);
+            let small = rms[o] <= 1.2 * noise[o];
+            // What is mostly noise may still follow itself a little.
+            small
+                || (white > 0.3 && held > 0.3 && rms[o] <= 3.0 * noise[o])
+                || (white > 0.6 && held > 0.6)
+        })
+    }
+
     /// Judges a fitted model on the held-out data; `near` is a hypothesis whose first values there are a
     /// good beginning.
     pub fn judged(

@@ -20,8 +20,16 @@ pub mod hypothesis;
 mod ground;
 pub mod search;
 pub mod rivals;
+mod linear;
+mod features;
+pub mod unknown;
+mod power;
+mod experiment;
 mod place;
+mod prepare;
+mod wording;
 mod answer;
+mod investigate;
 
-pub use answer::{Error, Options, Outcome, investigate};
 pub use edit::model_in;
+pub use investigate::{Error, Options, Outcome, investigate};

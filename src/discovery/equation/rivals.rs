@@ -17,6 +17,8 @@ pub struct Rival {
     pub delta_bic: f64,
     /// How much larger its held-out root mean square is, as a part.
     pub held_worse: f64,
+    /// Whether it needs more values than the one chosen.
+    pub is_richer: bool,
 }
 
 /// Most rivals of one effect that are fitted beside the others.
@@ -29,7 +31,9 @@ impl Rival {
         let nested = of.at == self.candidate.at
             && (of.within.contains(&self.candidate.kind)
                 || self.candidate.within.contains(&of.kind));
-        !nested && self.delta_bic < TIE && self.held_worse < 0.03
+        // What needs more values to say no more is none either.
+        let idle = self.is_richer && self.delta_bic > 0.0;
+        !nested && !idle && self.delta_bic < TIE && self.held_worse < 0.03
     }
 }
 
@@ -73,7 +77,9 @@ impl Question<'_> {
                 let delta_bic = gain.bic - self.gain(&without, &hypothesis, 1).bic;
                 let size = |h: &Hypothesis| self.size(&h.held);
                 let held_worse = size(&hypothesis) / size(best).max(1e-300) - 1.0;
-                Some(Rival { candidate: other.candidate, hypothesis, delta_bic, held_worse })
+                let is_richer = hypothesis.n_free() > best.n_free();
+                let candidate = other.candidate;
+                Some(Rival { candidate, hypothesis, delta_bic, held_worse, is_richer })
             })
             .collect();
         let mut rivals: Vec<Rival> = rivals.into_iter().flatten().collect();

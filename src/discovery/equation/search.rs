@@ -91,18 +91,22 @@ impl Question<'_> {
     }
 
     /// Chooses again how inputs are joined and how long steps are, now that less is in the way, and fits
-    /// everything on those terms.
-    fn settle(&mut self, nominal: &mut Hypothesis, next: &mut Hypothesis) -> Option<()> {
+    /// everything on those terms. Returns whether anything changed.
+    pub(super) fn settle(
+        &mut self,
+        nominal: &mut Hypothesis,
+        next: &mut Hypothesis,
+    ) -> Option<bool> {
         let before = self.bench.scheme;
         self.bench.settle(&mut next.fitted);
         if self.bench.scheme == before {
-            return Some(());
+            return Some(false);
         }
         *next = self.judged(next.effects.clone(), next.fitted.clone(), Some(next))?;
         let fitted = self.bench.fit(&nominal.fitted.text, self.name, &nominal.fitted, 20)?;
         *nominal = self.judged(Vec::new(), fitted, Some(nominal))?;
         self.measure(nominal);
-        Some(())
+        Some(true)
     }
 
     /// Runs everything over longer stretches; returns whether the best hypothesis follows them.

@@ -6,7 +6,7 @@ use trueup::discovery::recording::Recording;
 
 use super::{ask, record, wiggle};
 
-const CART: &str = "\
+pub(super) const CART: &str = "\
 /// A cart on a rail.
 model cart {
     input  u                  // force
@@ -19,7 +19,7 @@ model cart {
 ";
 
 /// Two recordings of a cart with another force on it.
-fn cart(
+pub(super) fn cart(
     extra: impl Fn(f64, f64, f64) -> f64 + Copy,
     input: impl Fn(f64) -> f64 + Copy,
 ) -> [Recording; 2] {

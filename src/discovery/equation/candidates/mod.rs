@@ -39,7 +39,7 @@ impl Range {
         Self { low, high, rms: f64::sqrt(sum / f64::max(n, 1.0)) }
     }
 
-    fn span(self) -> f64 {
+    pub(super) fn span(self) -> f64 {
         (self.high - self.low).max(0.0)
     }
 
