@@ -126,6 +126,7 @@ pub(super) fn options(cli: &Cli, script: Option<Source>) -> Result<Options, Fail
 
 /// Opens the cell the arguments ask for.
 fn open(cli: &Cli, script: Option<Source>, style: Style) -> Result<WorkCell, Failure> {
+    let learnt = super::learn::learnt(cli)?;
     let options = options(cli, script)?;
     let opened = match kortex::target(&cli.cell.robot)? {
         None => WorkCell::open(options),
@@ -134,10 +135,11 @@ fn open(cli: &Cli, script: Option<Source>, style: Style) -> Result<WorkCell, Fai
             WorkCell::open_with(options, |robot, _, _| ready.connect(robot))
         }
     };
-    let cell = opened.map_err(|error| report::cell_failure(&error, style))?;
+    let mut cell = opened.map_err(|error| report::cell_failure(&error, style))?;
     if let Some(target) = kortex::target(&cli.cell.robot)? {
         kortex::confirm(&target, &cli.cell)?;
     }
+    cell.learn_from(learnt);
     Ok(cell)
 }
 
