@@ -22,6 +22,7 @@ mod faults;
 mod plant;
 mod server;
 mod time;
+mod pictures;
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener, UdpSocket};
@@ -34,6 +35,7 @@ use crate::motion::robot::Robot;
 
 use controller::Controller;
 pub use faults::{Faults, WORDS as FAULT_WORDS};
+pub use pictures::Pictures;
 pub use plant::Ideal;
 pub use server::Pace;
 use server::Shared;

@@ -3,6 +3,7 @@
 mod examples;
 mod rules;
 mod arm;
+mod pour;
 
 use std::sync::Arc;
 use std::time::Duration;
