@@ -96,6 +96,13 @@ pub trait Gap: Sync {
         a != b
     }
 
+    /// Returns whether the two may explain the same data: when one joins, only those that are related to
+    /// it are tried against others in their place.
+    fn related(&self, a: &Self::Term, b: &Self::Term) -> bool {
+        let _ = (a, b);
+        true
+    }
+
     /// Returns whether the residuals change unevenly with the effect's parameters, as where contact is
     /// lost and made again: then the fit begins with a loss that a few wild rows cannot steer.
     fn is_rough(&self, term: &Self::Term) -> bool {

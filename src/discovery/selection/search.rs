@@ -41,13 +41,21 @@ pub fn search<G: Gap>(
         if best.terms.len() > 1 {
             progress("trying to exchange and to leave out", done + 0.1);
             let before = best.terms.clone();
-            best = exchanged(gap, best, options, &mut rivals);
-            best = pruned(gap, &nothing, best, options);
+            let new = best.terms[best.terms.len() - 1].clone();
+            best = exchanged(gap, best, options, &mut rivals, Some(&new));
+            best = pruned(gap, &nothing, best, options, Some(&new));
             // What was set aside beside another set of effects says nothing about this one.
             if best.terms != before {
                 rivals.clear();
             }
         }
+    }
+    let all_related =
+        best.terms.iter().all(|a| best.terms.iter().all(|b| a == b || gap.related(a, b)));
+    if !all_related {
+        progress("trying to exchange and to leave out, all of them", 0.9);
+        best = exchanged(gap, best, options, &mut rivals, None);
+        best = pruned(gap, &nothing, best, options, None);
     }
     progress("comparing rivals", 0.95);
     let without: Vec<Hypothesis<G::Term>> = (0..best.terms.len())
@@ -142,15 +150,20 @@ fn extended<G: Gap>(
     fitted
 }
 
-/// Tries every effect in turn against all others in its place.
+/// Tries every effect (of those related to `new`, if one is given) against all others in its place.
 fn exchanged<G: Gap>(
     gap: &G,
     mut best: Hypothesis<G::Term>,
     options: &Options,
     rivals: &mut Vec<Rival<G::Term>>,
+    new: Option<&G::Term>,
 ) -> Hypothesis<G::Term> {
-    // The last one was chosen given the others a moment ago.
-    for at in (0..best.terms.len() - 1).rev() {
+    // A new one is the last, and was chosen given the others a moment ago.
+    let count = best.terms.len().saturating_sub(usize::from(new.is_some()));
+    for at in (0..count).rev() {
+        if new.is_some_and(|new| !gap.related(&best.terms[at], new)) {
+            continue;
+        }
         let (terms, parameters, surcharges) = left_out(gap, &best, at);
         let Some(rest) = refit(gap, terms, parameters, surcharges) else { continue };
         let tried = extended(gap, &rest, options);
@@ -170,15 +183,20 @@ fn exchanged<G: Gap>(
     best
 }
 
-/// Leaves out what no longer pays.
+/// Leaves out what no longer pays, of what is related to `new` if that is given.
 fn pruned<G: Gap>(
     gap: &G,
     nothing: &Hypothesis<G::Term>,
     mut best: Hypothesis<G::Term>,
     options: &Options,
+    new: Option<&G::Term>,
 ) -> Hypothesis<G::Term> {
     let mut at = 0;
     while at < best.terms.len() {
+        if new.is_some_and(|new| !gap.related(&best.terms[at], new)) {
+            at += 1;
+            continue;
+        }
         let (terms, parameters, surcharges) = left_out(gap, &best, at);
         match refit(gap, terms, parameters, surcharges) {
             Some(rest) if !pays(nothing, &best, &rest, options) => {
