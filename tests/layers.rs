@@ -25,7 +25,10 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("emulator", &["world", "motion", "execution"]),
     ("monitor", &["units", "language", "graph", "world", "alignment", "execution"]),
     // Sees recordings only: never `lab`, and of `execution` nothing yet.
-    ("discovery", &["units", "fit", "language", "world", "motion", "twin", "execution"]),
+    (
+        "discovery",
+        &["units", "fit", "language", "world", "alignment", "motion", "twin", "execution"],
+    ),
     ("workcell", &["*"]),
     ("report", &["*"]),
     ("repl", &["language", "graph", "workcell", "report"]),

@@ -1,6 +1,7 @@
-//! `trueup gap`: what the model lacks, from recordings.
+//! `trueup gap`: what the model lacks, from recordings or from points that a camera saw.
 
 mod inputs;
+mod points;
 
 use std::path::{Path, PathBuf};
 
@@ -25,7 +26,8 @@ const HOLDOUT: f64 = 0.33;
 
 #[derive(Debug, Args)]
 pub(super) struct GapArgs {
-    /// Recordings (CSV, or ROS 2 bags in MCAP) or run folders; of several, the last is held out.
+    /// Recordings (CSV, or ROS 2 bags in MCAP), run folders, or tables of points and their pixels
+    /// (`x[m],y[m],z[m],u[px],v[px],view`); of several, the last is held out.
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     /// The model to correct: a `.task` file with a `twin` or a `model`.
@@ -76,6 +78,9 @@ pub(super) fn gap(args: &GapArgs, cli: &Cli, style: Style) -> Result<Exit, Failu
         .help("give a fraction between 0 and 1, such as 0.33"));
     }
     let map = Map::parse(&args.map).map_err(|error| failure(&error))?;
+    if args.recordings.first().is_some_and(|path| points::is_table(path, &map)) {
+        return points::gap(args, &map, cli, style);
+    }
     if let Some(path) = &args.model {
         let text = read(path)?;
         if equation::model_in(&text, "").is_some() {
