@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 
-use crate::emulator::{Emulator, FAULT_WORDS, Faults, Ideal, Options, Pace, Pictures};
+use crate::emulator::{Emulator, FAULT_WORDS, Faults, Ideal, Options, Pictures};
 use crate::execution::arm::{Camera, Cancel, Scales};
 use crate::execution::kortex::clock::{Clock, Wall};
 use crate::execution::ticked::Plant;
@@ -83,8 +83,8 @@ pub(super) fn emulate(args: &EmulateArgs, cli: &Cli, style: Style) -> Result<Exi
         password: args.password.clone(),
         soft: args.soft,
         faults,
-        pace: Pace::Real,
         seed: cli.common.seed,
+        ..Options::default()
     };
     let taken = |what: String| {
         move |error: std::io::Error| {

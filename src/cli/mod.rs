@@ -65,6 +65,9 @@ struct CellArgs {
     /// The share of a Gen3's speed and acceleration limits that is used, from 0.02 to 1.
     #[arg(long, global = true, value_name = "SHARE", default_value_t = 0.1)]
     speed: f64,
+    /// Send a Gen3 positions at 1 kHz over UDP, at the port after its TCP port, instead of waypoints.
+    #[arg(long, global = true)]
+    stream: bool,
     /// Let a Gen3 move without asking first.
     #[arg(long, global = true)]
     yes: bool,
