@@ -105,13 +105,11 @@ pub(super) fn emulate(args: &EmulateArgs, cli: &Cli, style: Style) -> Result<Exi
 
 /// A camera and scales.
 type Beside = (Box<dyn Camera>, Box<dyn Scales>);
+/// A robot, what is behind the wire, and what stands beside it.
+type Inside = (Arc<Robot>, Box<dyn Plant>, Option<Beside>);
 
 /// Returns the robot, what is behind the wire, and what stands beside it.
-fn inside(
-    args: &EmulateArgs,
-    cli: &Cli,
-    style: Style,
-) -> Result<(Arc<Robot>, Box<dyn Plant>, Option<Beside>), Failure> {
+fn inside(args: &EmulateArgs, cli: &Cli, style: Style) -> Result<Inside, Failure> {
     let options = options(cli, None)?;
     let failed = |error: workcell::Error| report::cell_failure(&error, style);
     if args.ideal {

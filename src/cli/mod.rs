@@ -53,7 +53,7 @@ struct Common {
 #[derive(Debug, Clone, Args)]
 struct CellArgs {
     /// The arm: `lab`, the embedded reality, `twin`, the simulation alone, or `kortex://USER@HOST[:PORT]`, a
-    /// Gen3, with its password in KORTEX_PASSWORD.
+    /// Gen3, with its password in `KORTEX_PASSWORD`.
     #[arg(long, global = true, default_value = "lab")]
     robot: String,
     /// The camera beside a Gen3: `http://HOST[:PORT]/PATH`, which answers with a PNG or JPEG picture.

@@ -6,7 +6,7 @@
 //! what networks and arms do on bad days ([`Faults`]). What it does not know it refuses as not supported,
 //! rather than pretend; what is like an arm and what is not is listed in `docs/kortex.md`.
 //!
-//! [`controller`] knows no socket and no clock; [`server`] has both.
+//! `controller` knows no socket and no clock; `server` has both.
 
 mod controller;
 mod sessions;

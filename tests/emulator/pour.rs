@@ -58,7 +58,7 @@ fn a_pour_over_the_wire_ends_as_in_the_lab() {
             stream: None,
             login: admin(),
             rate: 40.0,
-            timeout: Duration::from_secs(60),
+            timeout: Duration::from_mins(1),
             near: robot.pose("home").unwrap().to_vec(),
             max_opening: robot.max_opening(),
             clock: emulator.clock(),

@@ -2,7 +2,7 @@
 //!
 //! A thread of its own keeps the beat and never waits for an answer longer than a cycle; a datagram lost
 //! costs one cycle. The arm is asked for low-level servoing before and brought back to single-level servoing
-//! after, however the motion ends. A joint that falls behind its command by more than [`BEHIND`], an arm
+//! after, however the motion ends. A joint that falls behind its command by more than `BEHIND`, an arm
 //! that is silent for too long, or one that leaves low-level servoing by itself ends the motion.
 //!
 //! Source: the vendor's examples 107 and 108 (first command is what was measured, numbers of frames, flags).
