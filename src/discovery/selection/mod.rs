@@ -96,6 +96,12 @@ pub trait Gap: Sync {
         a != b
     }
 
+    /// Returns whether effects without a name wait until no named one pays any more: where many effects
+    /// act at once, a formula can look like the sum of two of them.
+    fn names_first(&self) -> bool {
+        false
+    }
+
     /// Returns whether the two may explain the same data: when one joins, only those that are related to
     /// it are tried against others in their place.
     fn related(&self, a: &Self::Term, b: &Self::Term) -> bool {

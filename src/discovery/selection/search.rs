@@ -22,12 +22,19 @@ pub fn search<G: Gap>(
         .ok_or("the model without effects runs away on the data; check its parameters and units")?;
     let mut best = nothing.clone();
     let mut rivals: Vec<Rival<G::Term>> = Vec::new();
+    let mut unnamed = !gap.names_first();
     while best.terms.len() < options.most {
         let done = best.terms.len() as f64 / (options.most as f64 + 1.0);
         progress("looking for what explains the gap", done);
-        let fitted = extended(gap, &best, options);
+        let fitted = extended(gap, &best, options, unnamed);
         let worth = |h: &&Hypothesis<G::Term>| pays(&nothing, h, &best, options) && matters(gap, h);
-        let Some(chosen) = fitted.iter().find(worth).cloned() else { break };
+        let Some(chosen) = fitted.iter().find(worth).cloned() else {
+            if unnamed {
+                break;
+            }
+            unnamed = true;
+            continue;
+        };
         let added = chosen.terms.len() - 1;
         rivals.retain(|rival| rival.instead_of != added);
         rivals.extend(
@@ -42,7 +49,7 @@ pub fn search<G: Gap>(
             progress("trying to exchange and to leave out", done + 0.1);
             let before = best.terms.clone();
             let new = best.terms[best.terms.len() - 1].clone();
-            best = exchanged(gap, best, options, &mut rivals, Some(&new));
+            best = exchanged(gap, best, options, &mut rivals, Some(&new), unnamed);
             best = pruned(gap, &nothing, best, options, Some(&new));
             // What was set aside beside another set of effects says nothing about this one.
             if best.terms != before {
@@ -54,7 +61,7 @@ pub fn search<G: Gap>(
         best.terms.iter().all(|a| best.terms.iter().all(|b| a == b || gap.related(a, b)));
     if !all_related {
         progress("trying to exchange and to leave out, all of them", 0.9);
-        best = exchanged(gap, best, options, &mut rivals, None);
+        best = exchanged(gap, best, options, &mut rivals, None, unnamed);
         best = pruned(gap, &nothing, best, options, None);
     }
     progress("comparing rivals", 0.95);
@@ -98,16 +105,18 @@ fn matters<G: Gap>(gap: &G, with: &Hypothesis<G::Term>) -> bool {
     }) || slots.iter().all(|slot| slot.neutral.is_none())
 }
 
-/// Returns `best` with one more effect, best first: screened by linear algebra, the best few fitted.
+/// Returns `best` with one more effect, with or without those that have no name, best first: screened by linear algebra, the best few fitted.
 fn extended<G: Gap>(
     gap: &G,
     best: &Hypothesis<G::Term>,
     options: &Options,
+    unnamed: bool,
 ) -> Vec<Hypothesis<G::Term>> {
     let Some(local) = Local::at(gap, best) else { return Vec::new() };
     let candidates: Vec<Candidate<G::Term>> = gap
         .candidates(&best.terms, &local.residuals)
         .into_iter()
+        .filter(|c| unnamed || c.surcharge <= 0.0)
         .filter(|c| best.terms.iter().all(|term| gap.compatible(term, &c.term)))
         .collect();
     let ln_count = (best.count as f64).ln();
@@ -157,6 +166,7 @@ fn exchanged<G: Gap>(
     options: &Options,
     rivals: &mut Vec<Rival<G::Term>>,
     new: Option<&G::Term>,
+    unnamed: bool,
 ) -> Hypothesis<G::Term> {
     // A new one is the last, and was chosen given the others a moment ago.
     let count = best.terms.len().saturating_sub(usize::from(new.is_some()));
@@ -166,7 +176,7 @@ fn exchanged<G: Gap>(
         }
         let (terms, parameters, surcharges) = left_out(gap, &best, at);
         let Some(rest) = refit(gap, terms, parameters, surcharges) else { continue };
-        let tried = extended(gap, &rest, options);
+        let tried = extended(gap, &rest, options, unnamed);
         if let Some(better) = tried.iter().find(|h| matters(gap, h))
             && better.evidence() + 1e-6 < best.evidence()
         {
