@@ -117,10 +117,10 @@ fn names_that_are_not_there_are_told_with_the_nearest() {
         "`gain`",
     );
     only(
-        "state x = 0\nx' = -sgin(x)\noutput y = x",
+        "state x = 0\nx' = -sqrrt(x)\noutput y = x",
         "task::unknown_name",
-        "no function `sgin`",
-        "`sign`",
+        "no function `sqrrt`",
+        "`sqrt`",
     );
     only(
         "state x = 0\nx' = -x\nz' = x\noutput y = x",

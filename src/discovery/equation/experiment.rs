@@ -93,7 +93,7 @@ impl Question<'_> {
             let (settled, sigma) = (apart.len(), least.sqrt());
             let better = found.as_ref().is_none_or(|f| (settled, sigma) > (f.settled, f.sigma));
             if better {
-                let csv = self.table(best, &data);
+                let csv = table(best, &data);
                 found = Some(Separating { what: kind.what.into(), sigma, settled, csv });
             }
         }
@@ -167,22 +167,22 @@ impl Question<'_> {
         let left = Regression::new(&known, &difference)?.beyond(&difference);
         Some(dot(&left, &left))
     }
+}
 
-    /// Time and inputs with their units.
-    fn table(&self, best: &Hypothesis, data: &Data) -> String {
-        let mut text = String::from("t[s]");
-        for (name, dimension) in &best.fitted.compiled.inputs {
-            let unit = dimension.map(Dimension::si).filter(|unit| !unit.is_empty());
-            let _ = write!(text, ",{name}{}", unit.map_or(String::new(), |u| format!("[{u}]")));
+/// Time and inputs with their units.
+fn table(best: &Hypothesis, data: &Data) -> String {
+    let mut text = String::from("t[s]");
+    for (name, dimension) in &best.fitted.compiled.inputs {
+        let unit = dimension.map(Dimension::si).filter(|unit| !unit.is_empty());
+        let _ = write!(text, ",{name}{}", unit.map_or(String::new(), |u| format!("[{u}]")));
+    }
+    text.push('\n');
+    for (row, time) in data.time.iter().enumerate() {
+        let _ = write!(text, "{time:.6}");
+        for column in &data.inputs {
+            let _ = write!(text, ",{:.9}", column[row]);
         }
         text.push('\n');
-        for (row, time) in data.time.iter().enumerate() {
-            let _ = write!(text, "{time:.6}");
-            for column in &data.inputs {
-                let _ = write!(text, ",{:.9}", column[row]);
-            }
-            text.push('\n');
-        }
-        text
     }
+    text
 }

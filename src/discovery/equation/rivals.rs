@@ -17,7 +17,7 @@ pub struct Rival {
     pub delta_bic: f64,
     /// How much larger its held-out root mean square is, as a part.
     pub held_worse: f64,
-    /// Whether it needs more values than the one chosen.
+    /// Whether it needs more parameters than the one chosen; a state's first value is none.
     pub is_richer: bool,
 }
 
@@ -31,7 +31,7 @@ impl Rival {
         let nested = of.at == self.candidate.at
             && (of.within.contains(&self.candidate.kind)
                 || self.candidate.within.contains(&of.kind));
-        // What needs more values to say no more is none either.
+        // What needs more parameters to say no more is none either.
         let idle = self.is_richer && self.delta_bic > 0.0;
         !nested && !idle && self.delta_bic < TIE && self.held_worse < 0.03
     }
@@ -77,7 +77,8 @@ impl Question<'_> {
                 let delta_bic = gain.bic - self.gain(&without, &hypothesis, 1).bic;
                 let size = |h: &Hypothesis| self.size(&h.held);
                 let held_worse = size(&hypothesis) / size(best).max(1e-300) - 1.0;
-                let is_richer = hypothesis.n_free() > best.n_free();
+                let n_params = |h: &Hypothesis| h.fitted.compiled.params.len();
+                let is_richer = n_params(&hypothesis) > n_params(best);
                 let candidate = other.candidate;
                 Some(Rival { candidate, hypothesis, delta_bic, held_worse, is_richer })
             })

@@ -72,6 +72,7 @@ impl Question<'_> {
         }
         progress("comparing rivals", 0.9);
         best = self.simplified(&nominal, best);
+        best = self.upheld(&nominal, best);
         let mut judged = self.judge_all(&nominal, &best, &rounds);
         // What was added early, alone, may have a better rival now that the others are there.
         let better = judged
@@ -80,6 +81,7 @@ impl Question<'_> {
             .find(|rival| rival.delta_bic < -LEAST_EVIDENCE && rival.held_worse < -IMPERFECTION);
         if let Some(rival) = better {
             best = self.simplified(&nominal, rival.hypothesis.clone());
+            best = self.upheld(&nominal, best);
             judged = self.judge_all(&nominal, &best, &rounds);
         }
         Some(Search { nominal, best, judged, n_tried })
@@ -302,6 +304,28 @@ impl Question<'_> {
             i += 1;
         }
         hypothesis
+    }
+
+    /// Drops what pays no longer on the terms that were settled last, the only effect included.
+    fn upheld(&self, nominal: &Hypothesis, mut best: Hypothesis) -> Hypothesis {
+        let mut i = 0;
+        while i < best.effects.len() {
+            let mut fewer = best.effects.clone();
+            fewer.remove(i);
+            let poor = if fewer.is_empty() {
+                Some(nominal.clone())
+            } else {
+                self.rebuilt(nominal, &fewer, &best, 30)
+            };
+            match poor {
+                Some(poor) if !self.is_richer(&poor, &best) => {
+                    best = poor;
+                    i = 0;
+                }
+                _ => i += 1,
+            }
+        }
+        best
     }
 
     /// Puts the special case in the place of a general effect that says no more than it.

@@ -6,8 +6,10 @@
 //! word by word while the data held out are predicted better.
 //!
 //! Source: Brunton, Proctor, Kutz, "Discovering Governing Equations from Data by Sparse Identification of
-//! Nonlinear Dynamical Systems", 2016, for formulas by sparse regression; Messenger and Bortz, "Weak SINDy",
+//! Nonlinear Dynamical Systems", 2016, for formulas by sparse regression; Messenger and Bortz, "Weak `SINDy`",
 //! 2021, for integrals instead of derivatives.
+
+use std::fmt::Write as _;
 
 use rayon::prelude::*;
 
@@ -45,7 +47,7 @@ pub enum Formula {
         heldout: f64,
     },
     /// A formula that explains what no name does.
-    Predicts(Hypothesis),
+    Predicts(Box<Hypothesis>),
 }
 
 /// Where a formula may stand.
@@ -81,7 +83,7 @@ impl Question<'_> {
             || beyond(&formula.held) < LEAST_PREDICTED * beyond(&best.held)
                 && self.gain(best, &formula, 1).evidence() > LEAST_EVIDENCE;
         if beats && heldout >= LEAST_PREDICTED {
-            return Some(Formula::Predicts(formula));
+            return Some(Formula::Predicts(Box::new(formula)));
         }
         (self.bench, search.nominal) = before;
         search.best.effects.is_empty().then_some(Formula::Refused { train, heldout })
@@ -157,15 +159,11 @@ impl Question<'_> {
             .map(|words| {
                 let names: Vec<String> =
                     (0..words.len()).map(|i| format!("word_{i}_of_a_formula")).collect();
-                let term: String = words
-                    .iter()
-                    .zip(&names)
-                    .map(|(word, name)| {
-                        let shape =
-                            word.shape.map_or(String::new(), |(_, _, at)| format!("{at:e}"));
-                        format!(" + {name}*{}", word.text.replace("{}", &shape))
-                    })
-                    .collect();
+                let mut term = String::new();
+                for (word, name) in words.iter().zip(&names) {
+                    let shape = word.shape.map_or(String::new(), |(_, _, at)| format!("{at:e}"));
+                    let _ = write!(term, " + {name}*{}", word.text.replace("{}", &shape));
+                }
                 let params = names.iter().map(|name| amount(name.clone(), None)).collect();
                 let patch = Patch { params, ..placed(place, term.trim().to_string()) };
                 let text = apply(&base.fitted.text, self.name, &patch)?;
