@@ -1,5 +1,6 @@
 //! `trueup gap` as a stranger uses it: the finding, the model file, the page, the mistakes.
 
+use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
@@ -67,7 +68,7 @@ fn points_through_a_lens(seed: u64) -> String {
         let (x, y) = (0.1 * i, 0.1 * j);
         let bent = 1.0 - 0.1 * (x * x + y * y);
         let (u, v) = (640.0 + 800.0 * x * bent + noise(), 360.0 + 800.0 * y * bent + noise());
-        text.push_str(&format!("{},{},{z},{u:.3},{v:.3},1\n", x * z, y * z));
+        writeln!(text, "{},{},{z},{u:.3},{v:.3},1", x * z, y * z).unwrap();
     }
     text
 }

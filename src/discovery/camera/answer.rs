@@ -125,15 +125,14 @@ fn effects(
         } else if ties.is_empty() {
             lines.push(wording::line(*law, &told));
         }
-        match (law, unnamed) {
+        if let (Law::Feature(_), Some(first)) = (law, unnamed) {
             // Several formulas are one unknown effect.
-            (Law::Feature(_), Some(first)) => join(&mut effects[first], &effect),
-            _ => {
-                if matches!(law, Law::Feature(_)) {
-                    unnamed = Some(effects.len());
-                }
-                effects.push(effect);
+            join(&mut effects[first], &effect);
+        } else {
+            if matches!(law, Law::Feature(_)) {
+                unnamed = Some(effects.len());
             }
+            effects.push(effect);
         }
         for rival in ties {
             let h = last(&rival.hypothesis);

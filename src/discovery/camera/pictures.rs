@@ -93,6 +93,9 @@ struct Foreseen {
     columns: Vec<Vec<f64>>,
 }
 
+/// The pixels, in standard deviations, that an explanation with some parameters foresees.
+type Foresight<'a> = dyn Fn(&Hypothesis<Law>, &[f64]) -> Option<Vec<f64>> + 'a;
+
 impl Foreseen {
     /// Of a board held somewhere.
     fn of(gap: &CameraGap, rivals: [&Hypothesis<Law>; 2], held: &Held) -> Option<Self> {
@@ -128,7 +131,7 @@ impl Foreseen {
     fn between(
         gap: &CameraGap,
         [one, other]: [&Hypothesis<Law>; 2],
-        foreseen: &dyn Fn(&Hypothesis<Law>, &[f64]) -> Option<Vec<f64>>,
+        foreseen: &Foresight<'_>,
     ) -> Option<Self> {
         let here = foreseen(other, &other.parameters)?;
         let difference =

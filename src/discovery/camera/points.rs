@@ -226,13 +226,11 @@ fn table(name: &str, text: &str, map: &Map) -> Result<Points, Error> {
             "points are a CSV file with one header line",
         )
     };
-    let header = match records.next() {
-        Some(header) => header.map_err(no_table)?,
-        None => {
-            let help = "points are a table `x[m],y[m],z[m],u[px],v[px],view`";
-            return Err(Error::new("the file is empty", name, help));
-        }
+    let Some(header) = records.next() else {
+        let help = "points are a table `x[m],y[m],z[m],u[px],v[px],view`";
+        return Err(Error::new("the file is empty", name, help));
     };
+    let header = header.map_err(no_table)?;
     let mut notes = Vec::new();
     let places = places(name, &header, map, &mut notes)?;
     let mut points = Points {

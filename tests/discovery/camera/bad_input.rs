@@ -1,5 +1,7 @@
 //! What is wrong with points and cameras is told: what, where, what helps.
 
+use std::fmt::Write as _;
+
 use super::{LENS, Shot, Truth, asked, points, posed};
 
 #[test]
@@ -35,7 +37,7 @@ fn a_point_at_two_places_at_once_is_told() {
     let mut text = String::from("x[m],y[m],z[m],u[px],v[px],t[s],point\n");
     for i in 0..20 {
         let t = f64::from(i % 10);
-        text.push_str(&format!("{},0,0,{},300,{t},a\n", 0.3 + 0.02 * f64::from(i), 400 + i));
+        writeln!(text, "{},0,0,{},300,{t},a", 0.3 + 0.02 * f64::from(i), 400 + i).unwrap();
     }
     let error = asked(&[text], &posed(), "").unwrap_err();
     assert!(error.what.contains("two places"), "{error}");
