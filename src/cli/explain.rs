@@ -1,5 +1,7 @@
 //! `trueup explain CODE`: what a code means, with a wrong and a right example.
 
+use std::fmt::Write as _;
+
 use clap::Args;
 use serde_json::json;
 
@@ -48,7 +50,7 @@ fn told(explanation: &Explanation<'_>) -> String {
     let mut text = format!("{}\n\n{}", explanation.code, explanation.meaning);
     let examples = [("wrong", explanation.wrong), ("right", explanation.right)];
     for (word, example) in examples.iter().filter_map(|(word, e)| e.map(|e| (word, e))) {
-        text += &format!("\n\n{word}\n");
+        let _ = write!(text, "\n\n{word}\n");
         let lines: Vec<String> = example.lines().map(|line| format!("    {line}")).collect();
         text += &lines.join("\n");
     }

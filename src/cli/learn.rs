@@ -81,7 +81,9 @@ pub(super) fn learn(args: &LearnArgs, cli: &Cli, style: Style) -> Result<Exit, F
         let before = if path.exists() { read(&path)? } else { String::new() };
         let before = Outcomes::read(&before).map_err(|error| spoilt(&error.to_string(), cli))?;
         let mut after = before.clone();
-        outcomes.iter().for_each(|outcome| after.add(outcome));
+        for outcome in outcomes {
+            after.add(outcome);
+        }
         let counts = |all: &Outcomes, wanted: &Outcome| {
             let same = |(b, t, d, _): &(&str, &str, &str, Counts)| {
                 (*b, *t, *d) == (&wanted.branch, &wanted.text, &wanted.domain)
@@ -127,11 +129,10 @@ fn demonstrated(
     style: Style,
 ) -> Result<Exit, Failure> {
     let path = cli.cell.record.join(PRIORS);
-    let mut priors: Priors = match path.exists() {
-        true => {
-            serde_json::from_str(&read(&path)?).map_err(|error| spoilt(&error.to_string(), cli))?
-        }
-        false => Priors::default(),
+    let mut priors = if path.exists() {
+        serde_json::from_str(&read(&path)?).map_err(|error| spoilt(&error.to_string(), cli))?
+    } else {
+        Priors::default()
     };
     for (_, run) in runs {
         if let Some(pg) = run.parse_graphs.first() {

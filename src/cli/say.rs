@@ -1,6 +1,7 @@
 //! `trueup say "…"`: the call that a sentence means, and why. Nothing moves.
 
-use std::path::PathBuf;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde_json::{Value, json};
@@ -69,7 +70,7 @@ pub(super) fn say(args: &SayArgs, cli: &Cli, style: Style) -> Result<Exit, Failu
 }
 
 /// Reads a file of phrases; lines that are empty or begin with `//` are notes.
-fn phrases(path: &PathBuf) -> Result<Vec<Phrase>, Failure> {
+fn phrases(path: &Path) -> Result<Vec<Phrase>, Failure> {
     let text = read(path)?;
     let lines = text.lines().enumerate().filter(|(_, line)| {
         let line = line.trim();
@@ -90,20 +91,20 @@ fn told(meaning: &Meaning) -> String {
         Meaning::Clear(found) => {
             let mut text = format!("= {}", found.text);
             for (slot, said, value) in &found.slots {
-                text += &format!("\n  {slot}: \"{said}\" is {value}");
+                let _ = write!(text, "\n  {slot}: \"{said}\" is {value}");
             }
             for default in &found.defaults {
-                text += &format!("\n  {default}, since nothing else was said");
+                let _ = write!(text, "\n  {default}, since nothing else was said");
             }
             if !found.template.is_empty() {
-                text += &format!("\n  by the sentence \"{}\"", found.template);
+                let _ = write!(text, "\n  by the sentence \"{}\"", found.template);
             }
             text
         }
         Meaning::Ambiguous { question, choices } => {
             let mut text = question.clone();
             for (i, choice) in choices.iter().enumerate() {
-                text += &format!("\n  {}  {}", i + 1, choice.text);
+                let _ = write!(text, "\n  {}  {}", i + 1, choice.text);
             }
             text
         }

@@ -196,12 +196,11 @@ impl Library {
             program: Program { items: vec![Item::Task(task)] },
             diagnostics: Vec::new(),
         });
-        match self.typed {
-            Some(at) => self.files[at] = file,
-            None => {
-                self.typed = Some(self.files.len());
-                self.files.push(file);
-            }
+        if let Some(at) = self.typed {
+            self.files[at] = file;
+        } else {
+            self.typed = Some(self.files.len());
+            self.files.push(file);
         }
         self.reindex();
         Call { name, args: Vec::new(), span }

@@ -10,6 +10,7 @@
 mod position;
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
@@ -182,7 +183,7 @@ impl Server<'_> {
                 label: offer.label,
                 kind: Some(kind(offer.kind)),
                 detail: Some(offer.detail),
-                documentation: (!offer.doc.is_empty()).then(|| Documentation::String(offer.doc)),
+                documentation: (!offer.doc.is_empty()).then_some(Documentation::String(offer.doc)),
                 insert_text: Some(offer.insert),
                 // The order says what fits best; editors sort by letters unless told.
                 sort_text: Some(format!("{i:04}")),
@@ -227,7 +228,8 @@ impl Server<'_> {
     fn file(&self, name: &str) -> Option<PathBuf> {
         let of_folder = self.folder.as_ref().map(|folder| folder.join(name));
         let paths = of_folder.into_iter().chain([PathBuf::from(name)]);
-        paths.filter_map(|path| path.canonicalize().ok()).next()
+        let mut paths = paths;
+        paths.find_map(|path| path.canonicalize().ok())
     }
 
     fn formatting(&self, params: &Value) -> Value {
@@ -289,15 +291,12 @@ fn path_of(uri: &str) -> String {
             .flatten()
             .and_then(|two| std::str::from_utf8(two).ok())
             .and_then(|two| u8::from_str_radix(two, 16).ok());
-        match hex {
-            Some(byte) => {
-                bytes.push(byte);
-                rest = &after[2..];
-            }
-            None => {
-                bytes.push(*first);
-                rest = after;
-            }
+        if let Some(byte) = hex {
+            bytes.push(byte);
+            rest = &after[2..];
+        } else {
+            bytes.push(*first);
+            rest = after;
         }
     }
     String::from_utf8_lossy(&bytes).into_owned()
@@ -311,7 +310,9 @@ fn address_of(path: &Path) -> String {
             b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'/' | b'-' | b'_' | b'.' | b'~' => {
                 out.push(char::from(byte));
             }
-            byte => out += &format!("%{byte:02X}"),
+            byte => {
+                let _ = write!(out, "%{byte:02X}");
+            }
         }
     }
     out

@@ -157,13 +157,13 @@ fn context(code: &[Token], text: &str) -> Context {
             let name = open.and_then(|open| open.checked_sub(1)).map(|i| said(i).to_owned());
             name.map_or(Context::Nothing, Context::Branch)
         }
-        "check" | "needs" | "keeps" | "gives" | "if" | "while" | "until" | "when" | "not"
-        | "and" | "within" | "=" | "==" | "!=" | "<" | ">" | "<=" | ">=" | "+" | "-" | "*"
-        | "/" | "(" => Context::Value,
+        // After a block it begins a branch, which has a name of its own; elsewhere it joins conditions.
         "or" if open.is_none_or(|open| said(open) == "{") && said(last.wrapping_sub(1)) == "}" => {
             Context::Nothing
         }
-        "or" => Context::Value,
+        "check" | "needs" | "keeps" | "gives" | "if" | "while" | "until" | "when" | "not"
+        | "or" | "and" | "within" | "=" | "==" | "!=" | "<" | ">" | "<=" | ">=" | "+" | "-"
+        | "*" | "/" | "(" => Context::Value,
         "then" | "{" | "}" => Context::Step,
         ":" => Context::Type,
         "task" | "action" | "fluent" | "type" | "scene" | "twin" | "model" | "let" | "as"

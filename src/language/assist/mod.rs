@@ -58,10 +58,12 @@ pub fn hover(place: &Place<'_>) -> Option<Hover> {
     if !is_called && let Some(ty) = local(&program, place.at, word) {
         return said(format!("{word}: {ty}"));
     }
-    if code[i].kind == Kind::Word && i > 0 && code[i - 1].kind == Kind::Number {
-        if let Some(text) = words::unit(word) {
-            return said(text);
-        }
+    if code[i].kind == Kind::Word
+        && i > 0
+        && code[i - 1].kind == Kind::Number
+        && let Some(text) = words::unit(word)
+    {
+        return said(text);
     }
     // A word of the language explains itself, unless something was given its name.
     describe(place.library, place.scope, word)

@@ -264,7 +264,9 @@ fn words(rules: &[Rule]) -> Vec<String> {
     let mut out: Vec<String> = Vec::new();
     for rule in rules {
         let word = match rule {
-            Rule::EOI | Rule::doc | Rule::bad_args | Rule::bad_params | Rule::dot => continue,
+            Rule::EOI | Rule::doc | Rule::bad_args | Rule::bad_params | Rule::dot | Rule::was => {
+                continue;
+            }
             Rule::lpar => "`(`".into(),
             Rule::rpar => "`)`".into(),
             Rule::lbr | Rule::block => "`{`".into(),
@@ -302,7 +304,6 @@ fn words(rules: &[Rule]) -> Vec<String> {
             Rule::hash => "`#`".into(),
             Rule::lsq => "`[`".into(),
             Rule::rsq => "`]`".into(),
-            Rule::was => continue,
             Rule::step | Rule::act | Rule::one => "a step".into(),
             Rule::rate => "a rate such as `x'`".into(),
             Rule::formula

@@ -95,7 +95,6 @@ impl Template {
                 Op::Char(c) if chars.get(pos) == Some(c) => open.push((at + 1, pos + 1, slots)),
                 Op::Blank if chars.get(pos) == Some(&' ') => open.push((at + 1, pos + 1, slots)),
                 Op::Blank if after_blank || pos == chars.len() => open.push((at + 1, pos, slots)),
-                Op::Char(_) | Op::Blank => {}
                 Op::Split(first, second) => {
                     // The last pushed is tried first.
                     open.push((*second, pos, slots.clone()));
@@ -118,7 +117,8 @@ impl Template {
                         open.push((at + 1, pos, slots));
                     }
                 }
-                Op::Open(_) | Op::Any => {}
+                // What does not fit here ends this attempt.
+                Op::Char(_) | Op::Blank | Op::Open(_) | Op::Any => {}
             }
         }
         None
