@@ -8,6 +8,7 @@ mod camera;
 mod explain;
 mod gap;
 mod lab;
+mod learn;
 mod robot;
 mod run;
 mod say;
@@ -67,6 +68,9 @@ struct CellArgs {
     /// Where run folders are made.
     #[arg(long, global = true, value_name = "DIR", default_value = "runs")]
     record: PathBuf,
+    /// Try branches in proportion to how likely they are the best, instead of the best known.
+    #[arg(long, global = true)]
+    explore: bool,
     /// Leave a regression out, to see what it is worth: 1 camera alignment, 2 intrinsics, 3 robot offset.
     #[arg(long, global = true, value_name = "1|2|3", value_delimiter = ',')]
     without_regression: Vec<u8>,
@@ -82,6 +86,8 @@ enum Command {
     Fmt(text::FmtArgs),
     /// Say what the code of a mistake means.
     Explain(explain::ExplainArgs),
+    /// Learn from stored runs which branches work.
+    Learn(learn::LearnArgs),
     /// Draw the And-Or graph of a task.
     Graph(text::GraphArgs),
     /// Say which call a sentence means.
@@ -160,6 +166,7 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         (Some(Command::Run(args)), _) => run::script(args, cli, style),
         (Some(Command::Check(args)), _) => text::check(args, cli, style),
         (Some(Command::Fmt(args)), _) => text::fmt(args, style),
+        (Some(Command::Learn(args)), _) => learn::learn(args, cli, style),
         (Some(Command::Say(args)), _) => say::say(args, cli, style),
         (Some(Command::Explain(args)), _) => explain::explain(args, style),
         (Some(Command::Graph(args)), _) => text::graph(args, cli, style),

@@ -130,7 +130,11 @@ fn options(cli: &Cli, script: Option<Source>) -> Result<Options, Failure> {
 
 /// Opens the cell the arguments ask for.
 fn open(cli: &Cli, script: Option<Source>, style: Style) -> Result<WorkCell, Failure> {
-    WorkCell::open(options(cli, script)?).map_err(|error| report::cell_failure(&error, style))
+    let learnt = super::learn::learnt(cli)?;
+    let cell = WorkCell::open(options(cli, script)?);
+    let mut cell = cell.map_err(|error| report::cell_failure(&error, style))?;
+    cell.learn_from(learnt);
+    Ok(cell)
 }
 
 /// `trueup run FILE.task`.

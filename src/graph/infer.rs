@@ -21,7 +21,7 @@ use crate::language::ast::Expr;
 use crate::language::text;
 
 /// Where a branch's prior is below this, it is a curiosity and not tried for its success alone.
-const PLAUSIBLE: f64 = 0.02;
+pub(super) const PLAUSIBLE: f64 = 0.02;
 
 /// How the branch of a free Or is chosen.
 #[derive(Debug, Clone, Copy)]

@@ -153,6 +153,9 @@ pub enum Error {
         /// The branches there are; empty when there is no such Or.
         known: Vec<String>,
     },
+    /// A file with a graph cannot be read.
+    #[error("the graph cannot be read: {0}")]
+    Exchange(String),
     /// A file with outcomes cannot be read.
     #[error("line {line} of the outcomes is not an outcome: {why}")]
     Outcomes {

@@ -7,11 +7,12 @@
 
 use std::collections::BTreeMap;
 
-use rand::RngExt;
 use rand::rngs::StdRng;
+use rand::{RngExt, SeedableRng};
 use serde::{Deserialize, Serialize};
 
-use super::{Branch, Error, Or, ParseGraph};
+use super::infer::PLAUSIBLE;
+use super::{Branch, Error, Graph, NodeId, NodeKind, Or, ParseGraph};
 
 /// How many demonstrations the prior in the text is worth.
 const PRIOR_STRENGTH: f64 = 10.0;
@@ -82,6 +83,18 @@ impl Outcomes {
             }
         }
         Ok(all)
+    }
+
+    /// Returns whether anything is known.
+    pub fn is_empty(&self) -> bool {
+        self.counts.is_empty()
+    }
+
+    /// Returns every branch with its counts: key, fingerprint, domain.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &str, &str, Counts)> {
+        self.counts.iter().map(|((branch, text, domain), counts)| {
+            (branch.as_str(), text.as_str(), domain.as_str(), *counts)
+        })
     }
 
     /// Counts one outcome.
@@ -158,6 +171,42 @@ impl Priors {
         let total: f64 = PRIOR_STRENGTH + or.branches.iter().map(seen).sum::<f64>();
         or.branches.iter().map(|b| PRIOR_STRENGTH.mul_add(b.prior, seen(b)) / total).collect()
     }
+}
+
+/// Returns what each branch of the free Ors costs beside its prior, nats, so that what worked decides
+/// among the plausible branches and the prior decides only while nothing is known.
+///
+/// A branch is worth the mean of its Beta distribution, or with `explore` a draw from it under that seed
+/// (Thompson). An Or none of whose branches was ever tried costs nothing.
+pub fn costs(
+    graph: &Graph,
+    outcomes: &Outcomes,
+    domain: &str,
+    priors: Option<&Priors>,
+    explore: Option<u64>,
+) -> BTreeMap<NodeId, f64> {
+    let mut rng = StdRng::seed_from_u64(explore.unwrap_or(0));
+    let mut costs = BTreeMap::new();
+    for node in graph.nodes() {
+        let NodeKind::Or(or) = &node.kind else { continue };
+        let tried = or.branches.iter().any(|branch| outcomes.of(branch, domain).tries() > 0);
+        if !or.decides.is_free() || !tried {
+            continue;
+        }
+        let written = || or.branches.iter().map(|branch| branch.prior).collect();
+        let shares: Vec<f64> = priors.map_or_else(written, |priors| priors.of(or));
+        for (branch, prior) in or.branches.iter().zip(shares) {
+            if prior < PLAUSIBLE {
+                continue;
+            }
+            let counts = outcomes.of(branch, domain);
+            let worth =
+                if explore.is_some() { draw_beta(&counts, &mut rng) } else { counts.mean() };
+            // Takes the prior's own −ln p back and puts the success in its place.
+            costs.insert(branch.node, prior.ln() - worth.max(1e-6).ln());
+        }
+    }
+    costs
 }
 
 /// Draws from Beta(worked + 1, failed + 1).

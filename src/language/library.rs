@@ -590,6 +590,14 @@ impl<'a> Callable<'a> {
         }
     }
 
+    /// Returns where its name stands.
+    pub fn span(self) -> Span {
+        match self {
+            Self::Task(task) => task.name.span,
+            Self::Action(action) => action.name.span,
+        }
+    }
+
     /// Returns its parameters.
     pub fn params(self) -> &'a [super::ast::Param] {
         match self {

@@ -5,6 +5,7 @@
 //! and looks names up; [`Library::check`] finds wrong names, arguments, types and units. [`builtins`]
 //! is the list of what fluents may measure. Nothing here knows a robot or evaluates anything.
 
+pub mod assist;
 pub mod ast;
 pub mod bind;
 pub mod builtins;

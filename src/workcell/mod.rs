@@ -5,6 +5,7 @@
 //! and where the arm is. Nothing here prints; what happens is told to observers as it happens.
 
 pub mod check;
+pub mod learning;
 pub mod picture;
 pub mod poured;
 pub mod record;
@@ -36,6 +37,7 @@ use crate::twin::render::{ArmLook, View};
 use crate::world::{Scene, WorldState};
 use known::Known;
 
+pub use learning::Learnt;
 pub use perform::{Ending, Run, Timing, Tried, Water};
 pub use stdlib::Stdlib;
 
@@ -167,6 +169,7 @@ pub struct WorkCell {
     fan: Arc<Mutex<Fan>>,
     is_camera_aligned: bool,
     is_robot_aligned: bool,
+    learnt: Learnt,
 }
 
 impl WorkCell {
@@ -255,6 +258,7 @@ impl WorkCell {
             fan,
             is_camera_aligned: false,
             is_robot_aligned: false,
+            learnt: Learnt::default(),
         })
     }
 
@@ -276,6 +280,11 @@ impl WorkCell {
     /// Returns the scene.
     pub fn scene(&self) -> &Scene {
         &self.cell.scene
+    }
+
+    /// Lets choices rest on what is known from earlier runs.
+    pub fn learn_from(&mut self, learnt: Learnt) {
+        self.learnt = learnt;
     }
 
     /// Returns the call that carries out steps: see [`Library::define`].
@@ -383,7 +392,7 @@ impl WorkCell {
         start: &WorldState,
         k: usize,
     ) -> Result<Vec<ParseGraph>, Error> {
-        Ok(self.inferring(start, |given| graph::diverse(graph, given, k))?)
+        Ok(self.inferring(graph, start, |given| graph::diverse(graph, given, k))?)
     }
 
     /// Returns what is to be done about a failure, chosen by what holds now.
@@ -395,7 +404,8 @@ impl WorkCell {
     ) -> Result<RecoveryPlan, Error> {
         let state = self.state()?;
         let foreseen = &failed.recoveries[plan];
-        let now = self.inferring(&state, |given| graph::after_failure(graph, given, failed));
+        let now =
+            self.inferring(graph, &state, |given| graph::after_failure(graph, given, failed));
         let now = now.recoveries.into_iter().find(|plan| plan.path == foreseen.path);
         Ok(now.unwrap_or_else(|| foreseen.clone()))
     }
@@ -409,19 +419,28 @@ impl WorkCell {
         tried: &mut BTreeMap<String, Vec<String>>,
     ) -> Result<Option<(ParseGraph, usize)>, Error> {
         let state = self.state()?;
-        Ok(self.inferring(&state, |given| graph::retry(graph, given, failed, index, tried))?)
+        let retry = |given: &infer::Given<'_>| graph::retry(graph, given, failed, index, tried);
+        Ok(self.inferring(graph, &state, retry)?)
     }
 
-    /// Infers with what holds in a state of the world.
-    fn inferring<T>(&self, state: &WorldState, infer: impl FnOnce(&infer::Given<'_>) -> T) -> T {
+    /// Infers with what holds in a state of the world, and with what earlier runs have taught.
+    fn inferring<T>(
+        &self,
+        graph: &Graph,
+        state: &WorldState,
+        infer: impl FnOnce(&infer::Given<'_>) -> T,
+    ) -> T {
+        let Learnt { outcomes, priors, domain, explore } = &self.learnt;
+        let explore = explore.then_some(self.seed);
+        let costs = graph::outcome::costs(graph, outcomes, domain, priors.as_ref(), explore);
         let scene = self.cell.scene.clone();
         let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, state);
         infer(&infer::Given {
             definitions: &self.library,
             holds: &|expr: &Expr| walker.read(expr, state).truth,
             pins: &BTreeMap::new(),
-            priors: None,
-            cost: &|_| 0.0,
+            priors: priors.as_ref(),
+            cost: &|node| costs.get(&node.id).copied().unwrap_or(0.0),
         })
     }
 

@@ -1,7 +1,7 @@
 //! The graph as text, JSON, DOT and SVG.
 
 use trueup::graph::draw::{Drawing, to_svg};
-use trueup::graph::exchange::{self, to_dot, to_json};
+use trueup::graph::exchange::{self, dot::Sketch, from_json, to_dot, to_json};
 use trueup::graph::outcome::{Outcomes, outcomes_of};
 use trueup::graph::outline::{self, outline};
 use trueup::graph::{Graph, best};
@@ -200,4 +200,63 @@ fn names_that_would_be_mark_up_are_escaped() {
     is_well_formed(&svg).unwrap();
     assert!(svg.contains("grasp(&lt;&amp;&quot;&gt;, side)"));
     assert!(to_dot(&graph).contains("\\\""));
+}
+
+/// Every graph of the standard library and of the tests, written and read again.
+#[test]
+fn json_read_back_is_the_same_graph() {
+    let library = trueup::language::Library::standard();
+    let mut graphs = vec![pour(), built(&pouring(), &call("pick", &["jar"]))];
+    for line in ["pour(jar, cup)", "pick(jar) via from_above", "place(jar, at: table | cup)"] {
+        let (step, _) = trueup::language::parse_line(line);
+        let mut library = library.clone();
+        let source = trueup::language::Source::new("line", line);
+        let call = library.define(&source, &[step.unwrap()]);
+        graphs.push(trueup::graph::build(&library, &call).unwrap());
+    }
+    for graph in &graphs {
+        let json = to_json(graph, &exchange::Learnt::default());
+        let text = serde_json::to_string(&json).unwrap();
+        let read = from_json(&serde_json::from_str(&text).unwrap()).unwrap();
+        assert_eq!(to_json(&read, &exchange::Learnt::default()), json);
+        assert_eq!(to_dot(&read), to_dot(graph));
+        assert_eq!(outline(&read, &outline::Learnt::default()), outline(graph, &outline::Learnt::default()));
+        // What is inferred from it is the same, too.
+        let program = pouring();
+        let (a, b) = (Settings::new(&program, &kitchen), Settings::new(&program, &kitchen));
+        let (a, b) = (best(graph, &a.given()).unwrap(), best(&read, &b.given()).unwrap());
+        let steps = |pg: &trueup::graph::ParseGraph| -> Vec<String> {
+            pg.steps.iter().map(|step| step.text.clone()).collect()
+        };
+        assert_eq!((steps(&a), a.pins()), (steps(&b), b.pins()));
+    }
+}
+
+#[test]
+fn json_of_something_else_is_refused_with_what_is_wrong() {
+    let json = to_json(&pour(), &exchange::Learnt::default());
+    let spoil = |change: &dyn Fn(&mut serde_json::Value)| {
+        let mut spoilt = json.clone();
+        change(&mut spoilt);
+        from_json(&spoilt).unwrap_err().to_string()
+    };
+    assert!(spoil(&|j| j["version"] = 2.into()).contains("version 1"));
+    assert!(spoil(&|j| j["root"] = "nowhere".into()).contains("root"));
+    assert!(spoil(&|j| j["nodes"][1]["ao"] = "maybe".into()).contains("maybe"));
+    assert!(spoil(&|j| j["nodes"][0]["needs"] = serde_json::json!(["visible("])).contains("visible("));
+    assert!(spoil(&|j| j["edges"][0]["to"] = "gone".into()).contains("gone"));
+    assert!(spoil(&|j| j["nodes"] = 3.into()).contains("nodes"));
+}
+
+#[test]
+fn dot_read_back_has_the_same_shape() {
+    for graph in [pour(), built(&pouring(), &call("pick", &["jar"]))] {
+        assert_eq!(Sketch::from_dot(&to_dot(&graph)).unwrap(), Sketch::of(&graph));
+    }
+    // A file of the authors' program: no ids, no weights.
+    let theirs = "digraph G {\n0 [STC=\"S\", AO=\"and\", name=\"arm\"];\n1 [STC=\"F\", AO=\"or\", name=\"open\"];\n0->1 [STC=\"C\"];\n}\n";
+    let sketch = Sketch::from_dot(theirs).unwrap();
+    assert_eq!(sketch.nodes["0"], ["S".to_owned(), "and".into(), "arm".into()]);
+    assert_eq!((sketch.edges[0].to.as_str(), sketch.edges[0].weight), ("1", None));
+    assert!(Sketch::from_dot("digraph { a -> b [STC=\"T\"]; }\n").is_err());
 }

@@ -21,6 +21,7 @@ use super::parse::nearest;
 use super::sentence::Template;
 use crate::units::{Dimension, Quantity};
 use call::sample;
+pub(super) use steps::branches;
 pub use model::{MODEL_CONSTANTS, MODEL_FUNCTIONS, ModelUnits, check_model, names_in};
 
 /// What names mean at one place: parameters and `let`s.

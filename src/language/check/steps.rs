@@ -314,6 +314,13 @@ fn branches_in(library: &Library, name: &str, seen: &mut Vec<String>, out: &mut 
     }
 }
 
+/// Returns the names of the branches inside a task, those of the tasks it calls included.
+pub(crate) fn branches(library: &Library, name: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    branches_in(library, name, &mut Vec::new(), &mut found);
+    found
+}
+
 /// Returns a call in a task's steps that leads back to the task itself.
 pub(super) fn leads_back<'t>(library: &Library, task: &'t TaskItem) -> Option<&'t Call> {
     let mut own = Vec::new();

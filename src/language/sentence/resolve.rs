@@ -33,7 +33,8 @@ pub(super) struct Found {
 type Nothing = (String, Option<String>);
 
 impl Thing {
-    pub(super) fn of(thing: &SceneThing) -> Self {
+    /// Returns what a scene says of a thing.
+    pub(crate) fn of(thing: &SceneThing) -> Self {
         let looks = thing.properties.iter().find(|property| property.name.text == "looks");
         let looks = looks.and_then(|property| match property.value.first().map(|v| &v.kind) {
             Some(ExprKind::Text(text)) => Some(text.clone()),

@@ -1,19 +1,19 @@
-//! The graph in files: JSON (versioned) and Graphviz DOT.
+//! The graph in files: JSON (versioned), which is read back in full, and Graphviz DOT ([`dot`]).
 //!
-//! DOT uses the attribute names of the authors' own program (`STC`, `AO`, `name`) and adds `weight` and
-//! `id`. Neither format is read back into a graph: the text of the task is the source.
-//!
-//! Source: github.com/BinRoot/STCAOG for the DOT attributes; LANGUAGE 5.6 for the JSON.
+//! What is written and read again is written the same. Places in a text are kept for nodes, not for the
+//! parts of their conditions.
 
-use std::fmt::Write as _;
+pub mod dot;
+mod read;
 
 use serde_json::{Map, Value, json};
 
 use super::{
     And, Branch, Decides, Does, Form, Graph, Node, NodeId, NodeKind, Outcomes, Priors, Relation,
-    Role,
 };
 use crate::language::text;
+pub use dot::to_dot;
+pub use read::from_json;
 
 /// The version of [`to_json`]'s format.
 pub const VERSION: u32 = 1;
@@ -43,7 +43,7 @@ pub fn to_json(graph: &Graph, learnt: &Learnt<'_>) -> Value {
     for fluent in &graph.fluents {
         let mut value = json!({
             "id": fluent.id, "stc": "F", "expr": fluent.body.as_ref().unwrap_or(&fluent.text),
-            "real": fluent.is_real,
+            "defined": fluent.body.is_some(), "real": fluent.is_real, "objects": fluent.objects,
         });
         if let Some(ask) = &fluent.ask {
             value["ask"] = json!(ask);
@@ -64,14 +64,23 @@ fn node_json(graph: &Graph, node: &Node, learnt: &Learnt<'_>) -> Value {
     put("ao", json!(kind(node)));
     put("stc", json!("T"));
     put("label", json!(node.label));
+    put("within", json!(node.within));
+    put("key", json!(node.key));
+    if let Some(pause) = &node.pause {
+        put("pause", json!({ "when": pause.when.as_ref().map(text::expr) }));
+    }
     let file = graph.files.get(&node.within).or_else(|| graph.files.get(&node.key));
     put("span", json!([file.unwrap_or(&node.within), node.span.from, node.span.to]));
     if let Some((or, branch)) = branch_above(graph, node) {
+        put("branch", json!(branch.name));
         if or.decides.is_free() {
+            if !branch.was.is_empty() {
+                put("was", json!(branch.was));
+            }
             let i = or.branches.iter().position(|b| b.node == node.id).unwrap_or(0);
             let prior = learnt.priors.map_or(branch.prior, |priors| priors.of(or)[i]);
-            put("key", json!(branch.key));
             put("text", json!(super::outcome::fingerprint(branch.text)));
+            put("p", json!(prior));
             put("prior", json!({"count": (prior * 1e4).round() / 1e3, "of": 10}));
             if let Some(outcomes) = learnt.outcomes {
                 let pair = |domain| {
@@ -100,6 +109,9 @@ fn node_json(graph: &Graph, node: &Node, learnt: &Learnt<'_>) -> Value {
                 ("until", &holding.untils),
             ]);
             put("form", json!(form_word(form)));
+            if let Form::Task(call) = form {
+                put("call", json!(text::call(call)));
+            }
             if let Form::Recovery { of, remedy } = form {
                 put("of", json!(of.as_ref().map(text::call)));
                 put("remedy", json!(remedy.as_ref().map(text::remedy)));
@@ -110,6 +122,9 @@ fn node_json(graph: &Graph, node: &Node, learnt: &Learnt<'_>) -> Value {
         }
         NodeKind::Or(or) => {
             put("decides", json!(decides_word(&or.decides)));
+            if let Some(via) = or.via {
+                put("via", json!(or.branches[via].name));
+            }
         }
         NodeKind::Terminal(terminal) => {
             conditions(&[
@@ -121,6 +136,8 @@ fn node_json(graph: &Graph, node: &Node, learnt: &Learnt<'_>) -> Value {
             ]);
             match &terminal.does {
                 Does::Action { name, args } => {
+                    let order: Vec<&str> = args.iter().map(|a| a.name.as_str()).collect();
+                    put("parameters", json!(order));
                     let args: Map<String, Value> =
                         args.iter().map(|a| (a.name.clone(), json!(a.text))).collect();
                     put("action", json!(name));
@@ -165,68 +182,6 @@ fn relation_json(graph: &Graph, relation: &Relation) -> Value {
     }
 }
 
-/// Returns the graph for Graphviz: `dot -Tsvg`.
-pub fn to_dot(graph: &Graph) -> String {
-    let mut out =
-        String::from("digraph stcaog {\n  rankdir=LR;\n  node [fontname=\"sans-serif\"];\n");
-    let name = |id: &NodeId| format!("n{}", id.0);
-    for node in graph.nodes() {
-        let (shape, style) = match &node.kind {
-            NodeKind::And(_) => ("box", "filled,rounded"),
-            NodeKind::Or(_) => ("diamond", "bold"),
-            NodeKind::Terminal(_) => ("box", "solid"),
-        };
-        let (id, path) = (name(&node.id), quoted(&node.path));
-        let (ao, label) = (kind(node), quoted(&node.label));
-        let _ = writeln!(
-            out,
-            "  {id} [id={path}, name={label}, label={label}, STC=\"T\", AO=\"{ao}\", shape={shape}, style=\"{style}\"];"
-        );
-    }
-    for (i, fluent) in graph.fluents.iter().enumerate() {
-        let (id, label) = (quoted(&fluent.id), quoted(&fluent.text));
-        let _ = writeln!(
-            out,
-            "  f{i} [id={id}, name={label}, label={label}, STC=\"F\", AO=\"leaf\", shape=oval];"
-        );
-    }
-    for node in graph.nodes() {
-        for (order, below) in graph.below(node).iter().enumerate() {
-            let weight = match &node.kind {
-                NodeKind::Or(or) if or.decides.is_free() => {
-                    format!(", weight={p}, label=\"{p}\"", p = or.branches[order].prior)
-                }
-                _ => String::new(),
-            };
-            let _ = writeln!(out, "  {} -> {} [STC=\"T\"{weight}];", name(&node.id), name(below));
-        }
-    }
-    for relation in &graph.relations {
-        let _ = match relation {
-            Relation::Temporal { a, allen, b, .. } => writeln!(
-                out,
-                "  {} -> {} [STC=\"T\", label=\"{}\", color=gray, constraint=false];",
-                name(a),
-                name(b),
-                text::allen(*allen)
-            ),
-            Relation::Causal { node, role, fluent, negated } => {
-                let not = if *negated { " not" } else { "" };
-                let ends = if *role == Role::Gives { "" } else { ", dir=back" };
-                writeln!(
-                    out,
-                    "  {} -> f{fluent} [STC=\"C\", label=\"{}{not}\", style=dashed{ends}];",
-                    name(node),
-                    role.word()
-                )
-            }
-            Relation::Spatial { .. } => Ok(()),
-        };
-    }
-    out.push_str("}\n");
-    out
-}
-
 /// Returns `and`, `or` or `leaf`.
 fn kind(node: &Node) -> &'static str {
     match &node.kind {
@@ -260,9 +215,4 @@ fn decides_word(decides: &Decides) -> String {
 fn branch_above<'g>(graph: &'g Graph, node: &Node) -> Option<(&'g super::Or, &'g Branch)> {
     let NodeKind::Or(or) = &graph.node(node.parent?).kind else { return None };
     Some((or, or.branches.iter().find(|branch| branch.node == node.id)?))
-}
-
-/// Writes a DOT string: quotes and backslashes escaped.
-fn quoted(text: &str) -> String {
-    format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', " "))
 }

@@ -1,0 +1,215 @@
+//! `trueup learn RUNS…`: what runs say of the branches they took goes into the outcomes file of its domain.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde_json::json;
+
+use crate::graph::outcome::{Counts, Outcome};
+use crate::graph::{Outcomes, Priors};
+use crate::report::{Failure, Style};
+use crate::workcell::learning::{self, Learnt};
+use crate::workcell::Run;
+
+use super::run::read;
+use super::{Cli, Exit};
+
+/// Learn from stored runs which branches work.
+#[derive(Debug, Args)]
+pub(super) struct LearnArgs {
+    /// Run folders, or a folder of run folders.
+    #[arg(required = true)]
+    runs: Vec<PathBuf>,
+    /// Change nothing; say what would change.
+    #[arg(long)]
+    dry: bool,
+    /// These runs show how a person chooses: they move the priors instead. Never the robot's own choices.
+    #[arg(long)]
+    demonstrations: bool,
+}
+
+/// The file of the priors that people have shown.
+const PRIORS: &str = "priors.json";
+
+/// Reads what earlier runs have taught from the folder where runs are kept; nothing when it holds nothing.
+pub(super) fn learnt(cli: &Cli) -> Result<Learnt, Failure> {
+    let domain = learning::domain(&cli.cell.robot);
+    let known = |name: &str| {
+        let path = cli.cell.record.join(name);
+        path.exists().then(|| read(&path)).transpose()
+    };
+    let outcomes = known(&learning::file_name(domain))?.unwrap_or_default();
+    let outcomes = Outcomes::read(&outcomes).map_err(|error| spoilt(&error.to_string(), cli))?;
+    let priors = match known(PRIORS)? {
+        Some(text) => Some(
+            serde_json::from_str(&text).map_err(|error| spoilt(&error.to_string(), cli))?,
+        ),
+        None => None,
+    };
+    Ok(Learnt { outcomes, priors, domain: domain.to_owned(), explore: cli.cell.explore })
+}
+
+fn spoilt(why: &str, cli: &Cli) -> Failure {
+    Failure::input("learn::file", format!("what was learnt cannot be read: {why}"))
+        .at(cli.cell.record.display().to_string())
+        .help("mend the line, or move the file away to begin anew")
+}
+
+/// `trueup learn RUNS… [--dry]`.
+pub(super) fn learn(args: &LearnArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+    let runs = stored(&args.runs)?;
+    if args.demonstrations {
+        return demonstrated(&runs, args.dry, cli, style);
+    }
+    let mut fresh: BTreeMap<&str, Vec<Outcome>> = BTreeMap::new();
+    let mut passed = 0;
+    for (name, run) in &runs {
+        let domain = learning::domain(&run.robot);
+        let known = names(&cli.cell.record.join(learning::file_name(domain)))?;
+        if known.contains(name) {
+            passed += 1;
+            continue;
+        }
+        fresh.entry(domain).or_default().extend(learning::outcomes(run, name));
+    }
+    let mut changes = Vec::new();
+    for (domain, outcomes) in &fresh {
+        let path = cli.cell.record.join(learning::file_name(domain));
+        let before = if path.exists() { read(&path)? } else { String::new() };
+        let before = Outcomes::read(&before).map_err(|error| spoilt(&error.to_string(), cli))?;
+        let mut after = before.clone();
+        outcomes.iter().for_each(|outcome| after.add(outcome));
+        let counts = |all: &Outcomes, wanted: &Outcome| {
+            let same = |(b, t, d, _): &(&str, &str, &str, Counts)| {
+                (*b, *t, *d) == (&wanted.branch, &wanted.text, &wanted.domain)
+            };
+            all.iter().find(same).map_or_else(Counts::default, |found| found.3)
+        };
+        let mut told = BTreeSet::new();
+        for outcome in outcomes {
+            if told.insert((&outcome.branch, &outcome.text)) {
+                let (old, new) = (counts(&before, outcome), counts(&after, outcome));
+                changes.push((outcome.branch.clone(), *domain, old, new));
+            }
+        }
+        if !args.dry && !outcomes.is_empty() {
+            append(&path, outcomes)?;
+        }
+    }
+    if style.json {
+        let list = changes.iter().map(|(branch, domain, old, new)| {
+            json!({"branch": branch, "domain": domain, "before": old, "after": new})
+        });
+        style.document(&json!({
+            "runs": runs.len() - passed, "known_before": passed, "dry": args.dry,
+            "changes": list.collect::<Vec<_>>(),
+        }));
+        return Ok(Exit::Yes);
+    }
+    for (branch, domain, old, new) in &changes {
+        let whose = if *domain == "real" { "on the arm" } else { "in the twin" };
+        let worked = |c: &Counts| format!("worked {} of {}", c.worked, c.tries());
+        style.say(format!("{branch}  {whose}  {}, now {}", worked(old), worked(new)));
+    }
+    let verb = if args.dry { "would be learnt from" } else { "learnt from" };
+    style.say(format!("{verb}: {} runs; known before: {passed}", runs.len() - passed));
+    Ok(Exit::Yes)
+}
+
+/// Counts what people chose.
+fn demonstrated(
+    runs: &[(String, Run)],
+    dry: bool,
+    cli: &Cli,
+    style: Style,
+) -> Result<Exit, Failure> {
+    let path = cli.cell.record.join(PRIORS);
+    let mut priors: Priors = match path.exists() {
+        true => serde_json::from_str(&read(&path)?)
+            .map_err(|error| spoilt(&error.to_string(), cli))?,
+        false => Priors::default(),
+    };
+    for (_, run) in runs {
+        if let Some(pg) = run.parse_graphs.first() {
+            priors.learn(pg);
+        }
+    }
+    if !dry {
+        let text = serde_json::to_string_pretty(&priors)
+            .map_err(|error| Failure::input("io::write", error.to_string()))?;
+        fs::write(&path, text + "\n").map_err(|error| unwritten(&path, &error))?;
+    }
+    if style.json {
+        style.document(&json!({"demonstrations": runs.len(), "dry": dry, "counts": priors.counts}));
+        return Ok(Exit::Yes);
+    }
+    for (branch, count) in &priors.counts {
+        style.say(format!("{branch}  chosen {count} times"));
+    }
+    Ok(Exit::Yes)
+}
+
+/// Returns the runs of folders by name, in order of name.
+fn stored(paths: &[PathBuf]) -> Result<Vec<(String, Run)>, Failure> {
+    let mut folders = Vec::new();
+    for path in paths {
+        if path.join("run.json").exists() {
+            folders.push(path.clone());
+            continue;
+        }
+        let entries = fs::read_dir(path).map_err(|error| {
+            Failure::input("io::read", format!("cannot read {}: {error}", path.display()))
+        })?;
+        folders.extend(entries.flatten().map(|e| e.path()).filter(|p| p.join("run.json").exists()));
+    }
+    if folders.is_empty() {
+        return Err(Failure::input("learn::none", "there is no run in these folders")
+            .help("a run folder holds a `run.json`; `trueup run` makes one"));
+    }
+    folders.sort();
+    let read = folders.into_iter().map(|folder| {
+        let file = folder.join("run.json");
+        let run = serde_json::from_str(&read(&file)?).map_err(|error| {
+            Failure::input("learn::run", format!("this is no run: {error}"))
+                .at(file.display().to_string())
+        })?;
+        let name = folder.file_name().map(|name| name.to_string_lossy().into_owned());
+        Ok((name.unwrap_or_default(), run))
+    });
+    read.collect()
+}
+
+/// Returns the names of the runs that a file already counts.
+fn names(path: &Path) -> Result<BTreeSet<String>, Failure> {
+    if !path.exists() {
+        return Ok(BTreeSet::new());
+    }
+    let text = read(path)?;
+    let outcomes = text.lines().filter_map(|line| serde_json::from_str::<Outcome>(line).ok());
+    Ok(outcomes.map(|outcome| outcome.run).collect())
+}
+
+/// Adds lines at the end of a file; nothing that stands there is touched.
+fn append(path: &Path, outcomes: &[Outcome]) -> Result<(), Failure> {
+    let mut lines = String::new();
+    // A line that a crash cut short is ended first.
+    if path.exists() && !read(path)?.ends_with('\n') {
+        lines.push('\n');
+    }
+    for outcome in outcomes {
+        lines += &serde_json::to_string(outcome)
+            .map_err(|error| Failure::input("io::write", error.to_string()))?;
+        lines.push('\n');
+    }
+    let file = fs::OpenOptions::new().create(true).append(true).open(path);
+    file.and_then(|mut file| file.write_all(lines.as_bytes()))
+        .map_err(|error| unwritten(path, &error))
+}
+
+fn unwritten(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::input("io::write", format!("cannot write {}: {error}", path.display()))
+        .at(path.display().to_string())
+}
