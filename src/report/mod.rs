@@ -6,7 +6,10 @@
 mod numbers;
 pub mod gap;
 pub mod gap_page;
+pub mod record;
 pub mod run;
+pub mod sentence;
+pub mod why;
 
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
@@ -286,6 +289,9 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         }
         Error::NoSurvivor { .. } => Failure::no("plan::no_survivor", words)
             .help("move the objects closer together or nearer to the arm; none has been touched"),
+        Error::Record { path, .. } => Failure::input("io::run", words)
+            .at(path.display().to_string())
+            .help("a run folder has a `run.json`, written by `trueup run` or at the prompt"),
         Error::NothingToDo => Failure::input("run::empty", words),
         Error::Action(action) => match action {
             ActionError::Stopped | ActionError::Limit(_) => Failure::stopped(words),

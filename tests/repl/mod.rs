@@ -2,7 +2,10 @@
 //!
 //! A transcript is a text file as a terminal would show it: lines after `lab> ` and ` ... ` are typed, the
 //! others are answers, stdout and stderr as they come. `TRUEUP_TRANSCRIPTS=write` writes the answers anew;
-//! read them as closely as code.
+//! read them as closely as code. A first line `// with --flag …` gives the program arguments.
+
+mod kept;
+mod survive;
 
 use std::fmt::Write;
 use std::fs;
@@ -12,6 +15,15 @@ use crate::program::Desk;
 
 /// Asking for this has a known answer, which shows where the answer before it ends.
 const MARK: &str = "?end-of-answer";
+
+/// What a typed line begins with.
+const PROMPTS: [&str; 2] = ["lab>", "twin>"];
+
+/// The arguments that a transcript's first line asks for.
+fn arguments(transcript: &str) -> Vec<&str> {
+    let first = transcript.lines().next().unwrap_or_default();
+    first.strip_prefix("// with ").map_or_else(Vec::new, |args| args.split(' ').collect())
+}
 
 fn transcripts() -> Vec<PathBuf> {
     let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/repl");
@@ -28,7 +40,8 @@ fn transcripts() -> Vec<PathBuf> {
 fn typed(transcript: &str) -> Vec<Vec<String>> {
     let mut statements: Vec<Vec<String>> = Vec::new();
     for line in transcript.lines() {
-        if let Some(first) = line.strip_prefix("lab>") {
+        let first = PROMPTS.iter().find_map(|prompt| line.strip_prefix(prompt));
+        if let Some(first) = first {
             statements.push(vec![first.trim_start().to_owned()]);
         } else if let Some(next) = line.strip_prefix(" ... ") {
             statements.last_mut().expect("a statement begins with `lab>`").push(next.to_owned());
@@ -38,12 +51,12 @@ fn typed(transcript: &str) -> Vec<Vec<String>> {
 }
 
 /// Types the statements at a prompt and returns the transcript, each answer ending with a newline.
-fn play(desk: &Desk, statements: &[Vec<String>]) -> String {
+fn play(desk: &Desk, args: &[&str], statements: &[Vec<String>]) -> String {
     let mut input = format!("{MARK}\n");
     for statement in statements {
         writeln!(input, "{}\n{MARK}", statement.join("\n")).unwrap();
     }
-    let said = desk.typed(&[], &input);
+    let said = desk.typed(args, &input);
     assert_eq!(said.code, 0, "{}", said.out);
     assert!(!said.out.contains("panicked") && !said.out.contains('\x1b'), "{}", said.out);
     // What the mark is answered with, learnt from the first one.
@@ -51,8 +64,12 @@ fn play(desk: &Desk, statements: &[Vec<String>]) -> String {
     let at = said.out.find(end).unwrap() + end.len();
     let (mark, mut rest) = said.out.split_at(at);
     let mut transcript = String::new();
+    if !args.is_empty() {
+        writeln!(transcript, "// with {}", args.join(" ")).unwrap();
+    }
+    let prompt = if args.contains(&"twin") { PROMPTS[1] } else { PROMPTS[0] };
     for statement in statements {
-        writeln!(transcript, "lab> {}", statement.join("\n ... ")).unwrap();
+        writeln!(transcript, "{prompt} {}", statement.join("\n ... ")).unwrap();
         let (answer, after) = match rest.split_once(mark) {
             Some(parts) => parts,
             // After `:quit` nobody answers.
@@ -71,15 +88,17 @@ fn play(desk: &Desk, statements: &[Vec<String>]) -> String {
 #[test]
 fn transcripts_are_answered_as_written() {
     let write = std::env::var_os("TRUEUP_TRANSCRIPTS").is_some_and(|value| value == "write");
-    let desk = Desk::new("repl-transcripts");
     let files = transcripts();
-    assert!(files.len() >= 6, "{files:?}");
+    assert!(files.len() >= 25, "{} transcripts", files.len());
     let mut wrong = String::new();
     for file in files {
         let expected = fs::read_to_string(&file).unwrap();
         let statements = typed(&expected);
         assert!(!statements.is_empty(), "{} types nothing", file.display());
-        let played = play(&desk, &statements);
+        // Each on a desk of its own: what one keeps, another does not find.
+        let desk = Desk::new("repl-transcripts");
+        kept::lay_out(&desk);
+        let played = play(&desk, &arguments(&expected), &statements);
         if write {
             fs::write(&file, &played).unwrap();
         } else if played != expected {
