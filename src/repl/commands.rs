@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use crate::graph::outline;
-use crate::language::ast::Step;
 use crate::language;
+use crate::language::ast::Step;
 use crate::report::{self, Failure};
 
 use super::sentences::{Confirm, Pending};
@@ -119,7 +119,8 @@ impl Session<'_, '_> {
         done: &str,
     ) -> Result<(), Failure> {
         let style = self.style;
-        self.bench.work(move |cell| what(cell).map_err(|error| report::cell_failure(&error, style)))?;
+        self.bench
+            .work(move |cell| what(cell).map_err(|error| report::cell_failure(&error, style)))?;
         self.style.say(done);
         Ok(())
     }
@@ -161,7 +162,8 @@ impl Session<'_, '_> {
         let twin = (self.hands.open)("twin")?;
         self.aside = Some(self.bench.exchange(twin)?);
         self.robot = "twin".into();
-        self.style.say("lines are for the twin alone now; it begins with the table as the scene says");
+        self.style
+            .say("lines are for the twin alone now; it begins with the table as the scene says");
         Ok(())
     }
 
@@ -229,8 +231,9 @@ impl Session<'_, '_> {
     /// Writes the calls of this session as a script that `trueup run` takes.
     fn save(&mut self, file: &str) -> Result<(), Failure> {
         if file.is_empty() {
-            return Err(Failure::input("repl::save", "`:save` takes a file")
-                .help("`:save breakfast.task`"));
+            return Err(
+                Failure::input("repl::save", "`:save` takes a file").help("`:save breakfast.task`")
+            );
         }
         if self.done.is_empty() {
             return Err(Failure::input("repl::save", "nothing was carried out yet")
@@ -241,7 +244,8 @@ impl Session<'_, '_> {
         if path.exists() {
             return Err(refused("there is such a file already".into()).help("name another"));
         }
-        let text = format!("// Calls made at the prompt, in their order.\n\n{}\n", self.done.join("\n"));
+        let text =
+            format!("// Calls made at the prompt, in their order.\n\n{}\n", self.done.join("\n"));
         std::fs::write(path, text).map_err(|error| refused(format!("cannot write: {error}")))?;
         let count = self.done.len();
         let calls = if count == 1 { "call" } else { "calls" };

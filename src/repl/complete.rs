@@ -58,8 +58,7 @@ impl Helper {
             _ => 0,
         };
         let text = &line[from..];
-        let place =
-            Place { library: &self.library, scope: &self.scope, text, at: pos - from };
+        let place = Place { library: &self.library, scope: &self.scope, text, at: pos - from };
         let is_name = |c: char| c.is_alphanumeric() || c == '_';
         let start = before[from..].rfind(|c| !is_name(c)).map_or(from, |at| {
             from + at + before[from + at..].chars().next().map_or(1, char::len_utf8)

@@ -158,11 +158,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
         let config = config.map_err(broken)?.build();
         let mut editor: Editor<Helper, DefaultHistory> =
             Editor::with_config(config).map_err(broken)?;
-        editor.set_helper(Some(Helper::new(
-            self.library.clone(),
-            self.scope.clone(),
-            self.style,
-        )));
+        editor.set_helper(Some(Helper::new(self.library.clone(), self.scope.clone(), self.style)));
         let history = self.hands.home.map(|home| home.join("history"));
         if let Some(path) = &history {
             // A missing history is an empty one.
@@ -291,12 +287,18 @@ impl<'scope, 'env> Session<'scope, 'env> {
             self.tell_it();
             return Ok(());
         }
-        let filled = self.values.fill(line);
+        let filled = match line.split_once('=') {
+            // The name that is given is not a value it could stand for.
+            Some((head, value)) if head.starts_with("let ") => {
+                self.values.fill(value).map(|value| format!("{head}={value}"))
+            }
+            _ => self.values.fill(line),
+        };
         let meant = filled.as_deref().unwrap_or(line);
         let (step, wrong) = language::parse_line(meant);
         let is_read = !wrong.iter().any(Diagnostic::is_error);
         match step {
-            Some(Step::Let(name, ..)) if is_read => self.bind(line, &name.text),
+            Some(Step::Let(name, ..)) if is_read => self.bind(meant, &name.text),
             _ if !is_read && sentences::looks_like_one(meant) => self.sentence(meant),
             _ => {
                 let Some(step) = self.read(meant) else { return Ok(()) };
@@ -318,12 +320,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
             return Err(Failure::input("repl::name", format!("`{name}` means something already"))
                 .help("give the value another name"));
         }
-        // The name itself is not a value it could stand for.
-        let (head, value) = line.split_once('=').unwrap_or((line, ""));
-        let value = self.values.fill(value).unwrap_or_else(|| value.to_owned());
-        let Some(Step::Let(_, value, _)) = self.read(&format!("{head}={value}")) else {
-            return Ok(());
-        };
+        let Some(Step::Let(_, value, _)) = self.read(line) else { return Ok(()) };
         let told = match &value.kind {
             ExprKind::Name(_) | ExprKind::Text(_) | ExprKind::Bool(_) | ExprKind::Literal(_) => {
                 text::expr(&value)

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use crate::language::ast::Step;
 use crate::report::{self, Failure};
-use crate::workcell::archive::{self, Entry};
 use crate::workcell::Run;
+use crate::workcell::archive::{self, Entry};
 
 use super::{Last, Session};
 
@@ -20,9 +20,8 @@ impl Session<'_, '_> {
     /// Returns the run of that number or folder.
     fn entry(&self, wanted: &str) -> Result<Entry, Failure> {
         let entries = self.entries();
-        let found = entries.iter().find(|entry| {
-            wanted.parse() == Ok(entry.number) || entry.name == wanted
-        });
+        let found =
+            entries.iter().find(|entry| wanted.parse() == Ok(entry.number) || entry.name == wanted);
         found.cloned().ok_or_else(|| {
             let failure = Failure::input("repl::run", format!("there is no run `{wanted}`"));
             match entries.len() {
@@ -39,11 +38,16 @@ impl Session<'_, '_> {
     pub(super) fn list_runs(&self) {
         let entries = self.entries();
         if entries.is_empty() {
-            return self.style.say(format!("no run is kept in {} yet", self.hands.record.display()));
+            return self
+                .style
+                .say(format!("no run is kept in {} yet", self.hands.record.display()));
         }
         let first = entries.len().saturating_sub(MOST);
-        let runs: Vec<_> =
-            entries.into_iter().skip(first).map(|entry| (entry.clone(), entry.load().ok())).collect();
+        let runs: Vec<_> = entries
+            .into_iter()
+            .skip(first)
+            .map(|entry| (entry.clone(), entry.load().ok()))
+            .collect();
         self.style.say(report::record::list(&runs));
     }
 
@@ -118,13 +122,8 @@ impl Session<'_, '_> {
             let (fluent, source) = library.fluent(name)?;
             Some(source.place(fluent.name.span))
         };
-        let asked = report::why::Question {
-            run: &run,
-            number,
-            fluent,
-            earlier: &earlier,
-            place: &place,
-        };
+        let asked =
+            report::why::Question { run: &run, number, fluent, earlier: &earlier, place: &place };
         match (report::why::why(&asked), fluent) {
             (Ok(told), _) => self.style.say(told),
             (Err(failure), Some(condition)) if condition.contains('(') => {
@@ -172,8 +171,11 @@ impl Session<'_, '_> {
             _ if last.is_empty() => self.runs.len(),
             Ok(n) if n > 0 => n,
             _ => {
-                return Err(Failure::input("repl::gap", format!("`{last}` is not a number of runs"))
-                    .help("`:gap 2` takes the last two runs, `:gap` all of this session"));
+                return Err(Failure::input(
+                    "repl::gap",
+                    format!("`{last}` is not a number of runs"),
+                )
+                .help("`:gap 2` takes the last two runs, `:gap` all of this session"));
             }
         };
         let first = self.runs.len().saturating_sub(n);

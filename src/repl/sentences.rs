@@ -70,7 +70,9 @@ impl Taught {
         for line in text.unwrap_or_default().lines().filter(|line| !line.trim().is_empty()) {
             match sentence::phrase(line) {
                 Ok(phrase) => phrases.push((line.to_owned(), phrase)),
-                Err(wrong) => style.note(&format!("phrase {line} is passed over: {}", wrong.message)),
+                Err(wrong) => {
+                    style.note(&format!("phrase {line} is passed over: {}", wrong.message))
+                }
             }
         }
         Self { phrases, path }
@@ -82,16 +84,18 @@ impl Taught {
 
     /// Learns a phrase; returns where it is kept.
     fn learn(&mut self, line: &str) -> Result<Option<&Path>, Failure> {
-        let phrase = sentence::phrase(line).map_err(|wrong| {
-            Failure::input("task::template", wrong.message).help(wrong.help)
-        })?;
+        let phrase = sentence::phrase(line)
+            .map_err(|wrong| Failure::input("task::template", wrong.message).help(wrong.help))?;
         self.phrases.retain(|(_, known)| known.template.text != phrase.template.text);
         self.phrases.push((line.to_owned(), phrase));
         let Some(path) = &self.path else { return Ok(None) };
         let lines: Vec<&str> = self.phrases.iter().map(|(line, _)| line.as_str()).collect();
         std::fs::write(path, lines.join("\n") + "\n").map_err(|error| {
-            Failure::input("io::write", format!("the phrase is known now, and cannot be kept: {error}"))
-                .at(path.display().to_string())
+            Failure::input(
+                "io::write",
+                format!("the phrase is known now, and cannot be kept: {error}"),
+            )
+            .at(path.display().to_string())
         })?;
         Ok(Some(path))
     }
@@ -109,7 +113,8 @@ impl Session<'_, '_> {
     pub(super) fn phrase(&mut self, line: &str) -> Result<(), Failure> {
         if line.is_empty() {
             if self.taught.phrases.is_empty() {
-                self.style.say("no phrase was taught yet: `:phrase \"empty the {o}\" = pour(o, cup)`");
+                self.style
+                    .say("no phrase was taught yet: `:phrase \"empty the {o}\" = pour(o, cup)`");
             }
             for (line, _) in &self.taught.phrases {
                 self.style.say(line);
@@ -121,8 +126,11 @@ impl Session<'_, '_> {
             && self.library.callable(&phrase.call.name.text).is_none()
         {
             let name = &phrase.call.name.text;
-            return Err(Failure::input("task::unknown_name", format!("there is no task or action `{name}`"))
-                .help("`:tasks` lists what can be called"));
+            return Err(Failure::input(
+                "task::unknown_name",
+                format!("there is no task or action `{name}`"),
+            )
+            .help("`:tasks` lists what can be called"));
         }
         let kept = self.taught.learn(line)?;
         let kept = if kept.is_some() { "kept for later sessions" } else { "for this session" };

@@ -59,10 +59,10 @@ impl<'scope, 'env> Bench<'scope, 'env> {
         }
         match &mut self.cell {
             Whereabouts::Here(cell) => Ok(cell),
-            Whereabouts::Away(_) => Err(Failure::stopped(
-                "the last call is still being stopped; the arm holds",
-            )
-            .help("wait a moment and type it again")),
+            Whereabouts::Away(_) => {
+                Err(Failure::stopped("the last call is still being stopped; the arm holds")
+                    .help("wait a moment and type it again"))
+            }
             Whereabouts::Lost => Err(Failure::unavailable("repl::lost", "the cell is gone")
                 .help("`:quit` and begin anew")),
         }
@@ -115,7 +115,10 @@ impl<'scope, 'env> Bench<'scope, 'env> {
                 }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => {
-                    return Err(Failure::unavailable("repl::thread", "the work ended without a word"));
+                    return Err(Failure::unavailable(
+                        "repl::thread",
+                        "the work ended without a word",
+                    ));
                 }
             }
             if self.presses.load(Ordering::SeqCst) >= 2 {

@@ -14,8 +14,10 @@ const MOST_MOVED: usize = 5;
 
 /// Words a list of runs, those that cannot be read among them.
 pub fn list(runs: &[(Entry, Option<Run>)]) -> String {
-    let mut text =
-        format!("{:>4}  {:<32} {:<26} {:<8} {:>5}  twin agrees", "run", "folder", "task", "ended", "steps");
+    let mut text = format!(
+        "{:>4}  {:<32} {:<26} {:<8} {:>5}  twin agrees",
+        "run", "folder", "task", "ended", "steps"
+    );
     for (entry, run) in runs {
         let _ = match run {
             None => write!(text, "\n{:>4}  {:<32} cannot be read", entry.number, entry.name),

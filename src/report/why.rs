@@ -55,8 +55,7 @@ pub fn why(question: &Question<'_>) -> Result<String, Failure> {
 /// Returns the last step that says something of a fluent, those that promised it before others.
 fn recorded<'a>(run: &'a Run, name: &str) -> Option<(&'a StepRecord, &'a FluentRow)> {
     let is_it = |row: &&FluentRow| {
-        row.name == name
-            || row.name.strip_prefix(name).is_some_and(|rest| rest.starts_with('('))
+        row.name == name || row.name.strip_prefix(name).is_some_and(|rest| rest.starts_with('('))
     };
     let rows: Vec<_> = run
         .steps
@@ -92,7 +91,11 @@ fn without_failure(run: &Run) -> String {
     let again = run.steps.iter().filter(|step| step.outcome != Outcome::Success);
     for step in again {
         let reason = step.reason.as_deref().unwrap_or("no reason was given");
-        let _ = write!(text, "\n  at step {} {}: {reason}; it was done again", step.number, step.action);
+        let _ = write!(
+            text,
+            "\n  at step {} {}: {reason}; it was done again",
+            step.number, step.action
+        );
     }
     for (unit, step, row) in narrowest(run) {
         let _ = write!(
@@ -154,9 +157,7 @@ fn failure(question: &Question<'_>, step: &StepRecord) -> String {
 
 /// Returns the fluent that a failed step failed by: a promise that is not so, or what its reason names.
 fn decided(step: &StepRecord) -> Option<&FluentRow> {
-    let denied = |row: &&FluentRow| {
-        matches!((row.expected, row.measured), (Some(wanted), Some(is)) if wanted != is)
-    };
+    let denied = |row: &&FluentRow| matches!((row.expected, row.measured), (Some(wanted), Some(is)) if wanted != is);
     let reason = step.reason.as_deref().unwrap_or_default();
     let named = |row: &&FluentRow| {
         reason.contains(&format!("`{}`", row.name))
@@ -256,9 +257,8 @@ fn way(direction: &Direction, margin: Option<&Measure>) -> String {
         format!(" {}", unsigned(&size))
     });
     let axes = ["x", "y", "z"];
-    let largest = (0..3).max_by(|i, j| {
-        direction.world[*i].abs().total_cmp(&direction.world[*j].abs())
-    });
+    let largest =
+        (0..3).max_by(|i, j| direction.world[*i].abs().total_cmp(&direction.world[*j].abs()));
     let axis = largest.unwrap_or(0);
     let sign = if direction.world[axis] < 0.0 { '-' } else { '+' };
     format!(
@@ -367,7 +367,8 @@ fn tries(question: &Question<'_>, step: &StepRecord, row: Option<&FluentRow>) ->
         run.steps.iter().any(|s| s.path == step.path && s.outcome == Outcome::Success)
     });
     if let (Some((good, _)), Some(this)) = (good, question.number) {
-        found.push(format!(":diff {good} {this} sets it beside run {good}, where this step worked"));
+        found
+            .push(format!(":diff {good} {this} sets it beside run {good}, where this step worked"));
     }
     if let Some(number) = question.number {
         found.push(format!(":replay {number} {} shows the step and its pictures", step.number));
@@ -424,5 +425,9 @@ fn other_branches(run: &Run, step: &StepRecord) -> Option<String> {
     let others: Vec<&str> =
         choice.possible.iter().map(String::as_str).filter(|b| *b != choice.branch).collect();
     let task = choice.key.split('/').next().unwrap_or_default();
-    Some(format!("another branch of {task} than {}: `{task}(…) via {}`", choice.branch, others.first()?))
+    Some(format!(
+        "another branch of {task} than {}: `{task}(…) via {}`",
+        choice.branch,
+        others.first()?
+    ))
 }

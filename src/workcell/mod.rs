@@ -415,8 +415,7 @@ impl WorkCell {
     ) -> Result<RecoveryPlan, Error> {
         let state = self.state()?;
         let foreseen = &failed.recoveries[plan];
-        let now =
-            self.inferring(graph, &state, |given| graph::after_failure(graph, given, failed));
+        let now = self.inferring(graph, &state, |given| graph::after_failure(graph, given, failed));
         let now = now.recoveries.into_iter().find(|plan| plan.path == foreseen.path);
         Ok(now.unwrap_or_else(|| foreseen.clone()))
     }
@@ -479,8 +478,12 @@ impl WorkCell {
         Ok(walker.quantity(expr, &state))
     }
 
-    /// Returns why a call cannot be done as far as is known now: which of its needs is false.
+    /// Returns why a call cannot be done as far as is known now: which of its needs is false. Before the
+    /// first look at the table nobody knows of any.
     pub fn hindrance(&self, call: &Call) -> Option<String> {
+        if !self.is_camera_aligned {
+            return None;
+        }
         let checked = self.graph(call).and_then(|graph| self.check_needs(&graph));
         checked.err().map(|error| error.to_string())
     }

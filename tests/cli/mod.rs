@@ -4,6 +4,7 @@ mod bad_input;
 mod explain;
 mod gap;
 mod hidden;
+mod records;
 mod robot;
 mod run;
 mod say;

@@ -88,9 +88,7 @@ fn above(off: f64, sigma: f64) -> FluentRow {
 }
 
 fn step(number: usize, path: &str, action: &str, rows: Vec<FluentRow>) -> StepRecord {
-    let differ = |row: &&FluentRow| {
-        matches!((row.twin, row.measured), (Some(twin), Some(real)) if twin != real)
-    };
+    let differ = |row: &&FluentRow| matches!((row.twin, row.measured), (Some(twin), Some(real)) if twin != real);
     let hamming = rows.iter().filter(differ).count();
     let failed = rows.iter().find(|row| row.measured == Some(false));
     let begin = 5.0 * number as f64;
@@ -99,7 +97,8 @@ fn step(number: usize, path: &str, action: &str, rows: Vec<FluentRow>) -> StepRe
         path: path.into(),
         action: action.into(),
         outcome: if failed.is_some() { Outcome::Failure } else { Outcome::Success },
-        reason: failed.map(|row| format!("it should have made true `{}`, which is false", row.name)),
+        reason: failed
+            .map(|row| format!("it should have made true `{}`, which is false", row.name)),
         interval_s: [begin, begin + 4.0],
         fluents: rows,
         hamming,
@@ -124,9 +123,9 @@ fn pour(branch: &str, held: f64, off: f64, sigma: f64) -> Run {
         true => Ending::Failure,
         false => Ending::Success,
     };
-    let reason = steps.iter().find_map(|step| {
-        step.reason.as_ref().map(|reason| format!("{}: {reason}", step.action))
-    });
+    let reason = steps
+        .iter()
+        .find_map(|step| step.reason.as_ref().map(|reason| format!("{}: {reason}", step.action)));
     let choice = Choice {
         node: "pour/2-pick/either".into(),
         branch: branch.into(),
@@ -169,7 +168,7 @@ fn keep(desk: &Desk, root: &str, name: &str, mut run: Run) {
 }
 
 /// Puts the runs on the desk: three in `runs`, one whose last answer nobody can give in `doubtful`.
-pub(super) fn lay_out(desk: &Desk) {
+pub(crate) fn lay_out(desk: &Desk) {
     keep(desk, "runs", "20260101-090000-pour", pour("tilted_side", 0.11, 0.013, 0.001));
     keep(desk, "runs", "20260101-100000-pour", pour("level_side", 0.10, 0.064, 0.001));
     keep(desk, "runs", "20260102-110000-pour", pour("level_side", 0.11, 0.066, 0.001));

@@ -57,7 +57,8 @@ fn a_panic_costs_its_line_and_no_name() {
         Err(Failure::no("test", "done"))
     };
     let presses = AtomicUsize::new(0);
-    let lines = "let dose = 40 mL\npour(jar, cup, amount: dose)\npour(jar, cup, amount: dose)\nplace(it)\n";
+    let lines =
+        "let dose = 40 mL\npour(jar, cup, amount: dose)\npour(jar, cup, amount: dose)\nplace(it)\n";
     typed(&work, &presses, lines);
     let poured = "pour(jar, cup, amount: 40 mL)";
     assert_eq!(*seen.lock().unwrap(), [poured, poured, "place(jar)"]);
