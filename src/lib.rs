@@ -3,9 +3,10 @@
 //! Data flow one way, layer by layer: text becomes a checked tree ([`language`]), the tree a
 //! spatial-temporal-causal And-Or graph ([`graph`]); pixels and joint readings become poses in a
 //! [`world`] ([`alignment`]); a goal becomes joints over time ([`motion`]), is tried in the [`twin`],
-//! and is carried out and recorded ([`execution`]) on an arm, which may be the embedded [`lab`];
-//! or a Gen3's controller, real or played by the [`emulator`]; what came of it is judged ([`monitor`]). [`workcell`] wires the layers together, [`report`] words
-//! what they say, [`repl`] and [`cli`] are the two doors.
+//! and is carried out and recorded ([`execution`]) on an arm, which may be the embedded [`lab`] or a Gen3,
+//! whose controller the [`emulator`] can play; what came of it is judged ([`monitor`]). [`workcell`] wires
+//! the layers together, [`report`] words what they say, [`repl`] and [`cli`] are the two doors, and [`lsp`]
+//! answers an editor.
 
 pub mod units;
 pub mod fit;
@@ -23,4 +24,5 @@ pub mod discovery;
 pub mod workcell;
 pub mod report;
 pub mod repl;
+pub mod lsp;
 pub mod cli;

@@ -25,10 +25,15 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("emulator", &["world", "motion", "execution"]),
     ("monitor", &["units", "language", "graph", "world", "alignment", "execution"]),
     // Sees recordings only: never `lab`, and of `execution` nothing yet.
-    ("discovery", &["units", "fit", "language", "world", "motion", "twin", "execution"]),
+    (
+        "discovery",
+        &["units", "fit", "language", "world", "alignment", "motion", "twin", "execution"],
+    ),
     ("workcell", &["*"]),
     ("report", &["*"]),
     ("repl", &["language", "graph", "workcell", "report"]),
+    // An editor is told what `check` says.
+    ("lsp", &["language", "workcell"]),
     // A command for one layer alone (`robot fk`, `align map`, `check`) asks that layer, without a cell.
     ("cli", &["*"]),
 ];

@@ -270,10 +270,16 @@ pub fn read_views(text: &str, extrinsics: Option<&str>) -> Result<Vec<View>, Err
     Ok(views)
 }
 
-type Extrinsics = BTreeMap<String, Pose<frame::World, frame::Camera>>;
+/// The pose of every view, by its name.
+pub type Extrinsics = BTreeMap<String, Pose<frame::World, frame::Camera>>;
 
-/// The poses of the views, also where each stands under a key `world_from_camera`.
-fn read_extrinsics(text: &str) -> Result<Extrinsics, Error> {
+/// Reads the text of `POINTS.extrinsics.json`: the pose of every view, also where it stands under a key
+/// `world_from_camera`.
+///
+/// # Errors
+///
+/// [`Error::Extrinsics`].
+pub fn read_extrinsics(text: &str) -> Result<Extrinsics, Error> {
     #[derive(serde::Deserialize)]
     #[serde(untagged)]
     enum Entry {

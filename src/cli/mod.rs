@@ -5,10 +5,13 @@
 
 mod align;
 mod camera;
+mod emulate;
 mod explain;
 mod gap;
+mod kortex;
 mod lab;
 mod learn;
+mod lsp;
 mod replay;
 mod report;
 mod robot;
@@ -21,6 +24,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
+use crate::execution::snapshot::Address;
 use crate::report::{Failure, Style};
 
 /// Script a robot arm against a digital twin that tells the truth.
@@ -55,9 +59,25 @@ struct Common {
 /// What a command works with.
 #[derive(Debug, Clone, Args)]
 struct CellArgs {
-    /// The arm: `lab`, the embedded reality, or `twin`, the simulation alone.
+    /// The arm: `lab`, the embedded reality, `twin`, the simulation alone, or `kortex://USER@HOST[:PORT]`, a
+    /// Gen3, with its password in `KORTEX_PASSWORD`.
     #[arg(long, global = true, default_value = "lab")]
     robot: String,
+    /// The camera beside a Gen3: `http://HOST[:PORT]/PATH`, which answers with a PNG or JPEG picture.
+    #[arg(long, global = true, value_name = "URL")]
+    camera_at: Option<Address>,
+    /// Scales beside a Gen3: `http://HOST[:PORT]/PATH`, which answers with JSON, as the emulator does.
+    #[arg(long, global = true, value_name = "URL")]
+    scales_at: Option<Address>,
+    /// The share of a Gen3's speed and acceleration limits that is used, from 0.02 to 1.
+    #[arg(long, global = true, value_name = "SHARE", default_value_t = 0.1)]
+    speed: f64,
+    /// Send a Gen3 positions at 1 kHz over UDP, at the port after its TCP port, instead of waypoints.
+    #[arg(long, global = true)]
+    stream: bool,
+    /// Let a Gen3 move without asking first.
+    #[arg(long, global = true)]
+    yes: bool,
     /// A `.task` file with a `scene`, instead of the kitchen of the stdlib.
     #[arg(long, global = true, value_name = "FILE")]
     scene: Option<PathBuf>,
@@ -88,6 +108,8 @@ enum Command {
     Fmt(text::FmtArgs),
     /// Say what the code of a mistake means.
     Explain(explain::ExplainArgs),
+    /// Serve an editor: diagnostics, completion, hover, definitions and layout, over stdin and stdout.
+    Lsp,
     /// Learn from stored runs which branches work.
     Learn(learn::LearnArgs),
     /// Draw the And-Or graph of a task.
@@ -107,6 +129,8 @@ enum Command {
     /// The three regressions on files.
     #[command(subcommand)]
     Align(align::AlignCommand),
+    /// Play a Gen3's controller, with the lab's arm inside, for clients of any make.
+    Emulate(emulate::EmulateArgs),
     /// Find what the model lacks from recordings: the effect's name, place and size.
     Gap(gap::GapArgs),
     /// Hide an effect in the laboratory, and open the seal once it is named.
@@ -172,6 +196,7 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         (Some(Command::Run(args)), _) => run::script(args, cli, style),
         (Some(Command::Check(args)), _) => text::check(args, cli, style),
         (Some(Command::Fmt(args)), _) => text::fmt(args, style),
+        (Some(Command::Lsp), _) => lsp::serve(cli),
         (Some(Command::Learn(args)), _) => learn::learn(args, cli, style),
         (Some(Command::Replay(args)), _) => replay::replay(args, cli, style),
         (Some(Command::Report(args)), _) => report::report(args, style),
@@ -183,6 +208,7 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
             camera::camera(command, cli.cell.scene.as_ref(), style)
         }
         (Some(Command::Align(command)), _) => align::align(command, style),
+        (Some(Command::Emulate(args)), _) => emulate::emulate(args, cli, style),
         (Some(Command::Gap(args)), _) => gap::gap(args, cli, style),
         (Some(Command::Lab(command)), _) => lab::lab(command, cli, style),
         (None, Some(line)) => run::line(line, cli, style),

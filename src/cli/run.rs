@@ -17,7 +17,7 @@ use crate::report::{self, Failure, Style, run::Console};
 use crate::workcell::record::Recorder;
 use crate::workcell::{Ending, Options, Run, Stdlib, WorkCell};
 
-use super::{CellArgs, Cli, Exit};
+use super::{CellArgs, Cli, Exit, kortex};
 
 /// Run a saved script; a run folder is written.
 #[derive(Debug, Args)]
@@ -80,19 +80,15 @@ pub(super) fn stdlib(cli: &Cli) -> Result<Stdlib, Failure> {
     }
 }
 
-fn options(cli: &Cli, script: Option<Source>) -> Result<Options, Failure> {
-    let robot = cli.cell.robot.as_str();
-    if robot.starts_with("kortex://") {
-        return Err(Failure::unavailable(
-            "robot::kortex",
-            "this version cannot speak to a real Gen3 yet",
-        )
-        .at(robot)
-        .help("use `--robot lab`, the embedded reality"));
-    }
-    if !matches!(robot, "lab" | "twin") {
+pub(super) fn options(cli: &Cli, script: Option<Source>) -> Result<Options, Failure> {
+    let robot = match kortex::target(&cli.cell.robot)? {
+        // Who connects is nobody's business who reads a run folder.
+        Some(target) => target.to_string(),
+        None => cli.cell.robot.clone(),
+    };
+    if !matches!(robot.as_str(), "lab" | "twin") && !robot.starts_with(kortex::SCHEME) {
         return Err(Failure::input("robot::unknown", format!("there is no robot `{robot}`"))
-            .help("use `--robot lab` or `--robot twin`"));
+            .help("use `--robot lab`, `--robot twin` or `--robot kortex://USER@HOST`"));
     }
     let lab = match &cli.cell.lab {
         None => LabSettings::default(),
@@ -120,7 +116,7 @@ fn options(cli: &Cli, script: Option<Source>) -> Result<Options, Failure> {
         }
     }
     Ok(Options {
-        robot: robot.to_owned(),
+        robot,
         scene,
         script,
         lab,
@@ -134,8 +130,18 @@ fn options(cli: &Cli, script: Option<Source>) -> Result<Options, Failure> {
 /// Opens the cell the arguments ask for.
 fn open(cli: &Cli, script: Option<Source>, style: Style) -> Result<WorkCell, Failure> {
     let learnt = super::learn::learnt(cli)?;
-    let cell = WorkCell::open(options(cli, script)?);
-    let mut cell = cell.map_err(|error| report::cell_failure(&error, style))?;
+    let options = options(cli, script)?;
+    let opened = match kortex::target(&cli.cell.robot)? {
+        None => WorkCell::open(options),
+        Some(target) => {
+            let ready = kortex::Ready::new(target, &cli.cell, style)?;
+            WorkCell::open_with(options, |robot, _, _| ready.connect(robot))
+        }
+    };
+    let mut cell = opened.map_err(|error| report::cell_failure(&error, style))?;
+    if let Some(target) = kortex::target(&cli.cell.robot)? {
+        kortex::confirm(&target, &cli.cell)?;
+    }
     cell.learn_from(learnt);
     Ok(cell)
 }

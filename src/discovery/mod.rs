@@ -17,6 +17,7 @@ pub mod recording;
 pub mod selection;
 pub mod pour;
 pub mod robot;
+pub mod camera;
 pub mod model_file;
 pub mod equation;
 

@@ -147,7 +147,7 @@ impl Controller {
             topics: Topics::default(),
             actions: Actions::of(&robot),
             config: Config::of(&robot),
-            stream: Stream::default(),
+            stream: Stream::new(0.1),
             chance,
             mode: ServoingMode::SingleLevel,
             fault: None,

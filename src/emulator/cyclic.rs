@@ -16,9 +16,7 @@ use super::controller::{Answer, Ask, Controller, Fault, No, done, say};
 use super::paths::wire_pose;
 use super::servo::{FINGER_SPEED, TICK};
 
-/// Low-level servoing is left when no command comes for so long, s. The arm's own time is not published.
-const STARVED: f64 = 0.1;
-/// As [`STARVED`], for the first command after the mode was set, s.
+/// How long the first command may take after the mode was set, s.
 const FIRST: f64 = 2.0;
 
 /// `ActuatorCyclic.StatusFlags`: position control is on, and calibrated.
@@ -34,8 +32,10 @@ const OBJECT_DETECTED: u32 = 2;
 const POS_REACHED: u32 = 4;
 
 /// The stream of low-level commands.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Stream {
+    /// Low-level servoing is left when no command comes for so long, s.
+    patience: f64,
     /// Until when the next command must come, s.
     until: f64,
     /// The last frame's number, and how many were taken.
@@ -49,6 +49,11 @@ pub(super) struct Stream {
 }
 
 impl Stream {
+    /// Waits so long for each command, s.
+    pub(super) fn new(patience: f64) -> Self {
+        Self { patience, until: 0.0, last: None, taken: 0, late: 0, starved: 0 }
+    }
+
     /// Expects the first command from now on, s.
     pub(super) fn expect(&mut self, now: f64) {
         self.until = now + FIRST;
@@ -57,7 +62,7 @@ impl Stream {
 
     /// Takes a frame's number; false if a newer one was taken already.
     fn is_new(&mut self, frame: u32, now: f64) -> bool {
-        self.until = now + STARVED;
+        self.until = now + self.patience;
         self.taken += 1;
         // Numbers run to 65535 and begin again: half a turn back is old, half a turn ahead is new.
         let is_new = self.last.is_none_or(|last| {

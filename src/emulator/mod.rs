@@ -6,7 +6,7 @@
 //! what networks and arms do on bad days ([`Faults`]). What it does not know it refuses as not supported,
 //! rather than pretend; what is like an arm and what is not is listed in `docs/kortex.md`.
 //!
-//! [`controller`] knows no socket and no clock; [`server`] has both.
+//! `controller` knows no socket and no clock; `server` has both.
 
 mod controller;
 mod sessions;
@@ -22,6 +22,7 @@ mod faults;
 mod plant;
 mod server;
 mod time;
+mod pictures;
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener, UdpSocket};
@@ -34,6 +35,7 @@ use crate::motion::robot::Robot;
 
 use controller::Controller;
 pub use faults::{Faults, WORDS as FAULT_WORDS};
+pub use pictures::Pictures;
 pub use plant::Ideal;
 pub use server::Pace;
 use server::Shared;
@@ -54,6 +56,8 @@ pub struct Options {
     pub password: String,
     /// Soft limits as a share of the hard ones.
     pub soft: f64,
+    /// Low-level servoing is left when no command comes for so long, s. The arm's own time is not published.
+    pub patience: f64,
     /// What goes wrong.
     pub faults: Faults,
     /// How the arm's time runs.
@@ -71,6 +75,7 @@ impl Default for Options {
             user: "admin".to_owned(),
             password: "admin".to_owned(),
             soft: 1.0,
+            patience: 0.1,
             faults: Faults::default(),
             pace: Pace::Real,
             seed: 1,
@@ -119,6 +124,7 @@ impl Emulator {
         let login = (options.user.as_str(), options.password.as_str());
         let mut controller = Controller::new(robot, plant, login, chance, Wall.now());
         controller.config.soften(options.soft as f32);
+        controller.stream = cyclic::Stream::new(options.patience);
         let clock = ArmClock::default();
         let shared =
             Arc::new(Shared::new(controller, socket, options.faults.clone(), clock.clone()));

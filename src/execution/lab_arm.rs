@@ -29,7 +29,12 @@ pub struct LabScales(pub SharedLab);
 
 /// Connects to the lab's arm where it stands.
 pub fn connect(lab: SharedLab) -> LabArm {
-    Ticked::new(LabPlant(lab))
+    Ticked::new(plant(lab))
+}
+
+/// Returns the lab's arm as something that is stepped, for a controller of its own.
+pub fn plant(lab: SharedLab) -> LabPlant {
+    LabPlant(lab)
 }
 
 fn lock(lab: &SharedLab) -> MutexGuard<'_, Lab> {

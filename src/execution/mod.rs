@@ -2,7 +2,8 @@
 //!
 //! An action is a rhai script ([`script`]) over a [`stage`]: an arm ([`arm`]), what is known of the world,
 //! and the tape of decisions ([`tape`]). [`walk`] carries out the steps of a parse graph on any stage; the
-//! twin's ([`twin_arm`]) rehearses, a real one ([`real`], [`lab_arm`]) performs. Every motion passes
+//! twin's ([`twin_arm`]) rehearses, a real one ([`real`], with the devices of [`lab_arm`], [`kortex`] or
+//! [`snapshot`]) performs. Every motion passes
 //! [`limits`].
 
 pub mod arm;
@@ -19,3 +20,4 @@ pub mod twin_arm;
 pub mod lab_arm;
 pub mod walk;
 pub mod kortex;
+pub mod snapshot;

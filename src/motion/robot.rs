@@ -307,6 +307,21 @@ impl Robot {
         self
     }
 
+    /// Returns this robot with its speeds and accelerations held to these, rad/s and rad/s², where its own
+    /// are higher.
+    ///
+    /// Joints beyond the end of a list keep theirs.
+    #[must_use]
+    pub fn with_limits(mut self, velocity: &[f64], acceleration: &[f64]) -> Self {
+        for (joint, &most) in self.joints.iter_mut().zip(velocity) {
+            joint.velocity = joint.velocity.min(most);
+        }
+        for (joint, &most) in self.joints.iter_mut().zip(acceleration) {
+            joint.acceleration = joint.acceleration.min(most);
+        }
+        self
+    }
+
     /// Returns this robot with everything that is mounted on the tip moved by `shift` m, tip axes.
     #[must_use]
     pub fn with_tool_shift(mut self, shift: Vector3<f64>) -> Self {

@@ -75,7 +75,7 @@ pub fn people(finding: &Finding, style: Style) -> String {
         if let Some(file) = &next.commands {
             let _ = writeln!(
                 text,
-                "           command the motion of {file}, record it, and give `gap` that recording too"
+                "           it is in {file}: carry it out, record it, and give `gap` that recording too"
             );
         }
     }

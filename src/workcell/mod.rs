@@ -6,6 +6,7 @@
 
 pub mod archive;
 pub mod check;
+pub mod devices;
 pub mod learning;
 pub mod picture;
 pub mod poured;
@@ -21,7 +22,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::execution::arm::{Cancel, DeviceError, Scales};
 use crate::execution::calibrate::{self, Calibration, Switches};
-use crate::execution::lab_arm::{self, LabCamera, LabScales, SharedLab};
 use crate::execution::limits::Limits;
 use crate::execution::real::{Belief, RealBody};
 use crate::execution::script::Scripts;
@@ -30,9 +30,10 @@ use crate::execution::tape::Tape;
 use crate::execution::trace::{Event, Observer};
 use crate::execution::walk::Walker;
 use crate::graph::{self, Graph, ParseGraph, RecoveryPlan, infer};
-use crate::lab::{Lab, LabSettings};
-use crate::language::ast::{BinaryOp, Call, Expr, ExprKind, Item, Step};
+use crate::lab::LabSettings;
+use crate::language::ast::{BinaryOp, Call, Expr, ExprKind, Step};
 use crate::language::{Diagnostic, Library, Source};
+use crate::motion::robot::Robot;
 use crate::twin::Settings;
 use crate::twin::render::{ArmLook, View};
 use crate::units::Quantity;
@@ -40,6 +41,7 @@ use crate::world::fluent::Reading;
 use crate::world::{Scene, WorldState};
 use known::Known;
 
+pub use devices::{Devices, Laboratory, laboratory, robot_of};
 pub use learning::Learnt;
 pub use perform::{Ending, Run, Timing, Tried, Water};
 pub use stdlib::Stdlib;
@@ -127,7 +129,7 @@ pub enum Error {
 /// How to open a cell.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// `lab` or `twin`.
+    /// `lab` or `twin`, or what an arm elsewhere is called.
     pub robot: String,
     /// A `.task` file with a scene, as path and text; the kitchen when `None`.
     pub scene: Option<Source>,
@@ -189,53 +191,39 @@ impl WorkCell {
     /// # Errors
     ///
     /// What is wrong with the texts, all of it at once, or with the lab's settings.
-    pub fn open(mut options: Options) -> Result<Self, Error> {
-        let mut library = library(&options.stdlib);
-        let read = |path: &str| options.stdlib.read(path);
-        let scene_source = options.scene.map(|source| library.add_with(source, &read));
-        let script = options.script.map(|source| library.add_with(source, &read));
-        for (name, text) in library.scripts() {
-            options.stdlib.add_script(name, text);
-        }
-        if let Some(file) = scene_source {
-            let own = library.program(file).is_some_and(|program| {
-                program.items.iter().any(|item| matches!(item, Item::Scene(_)))
-            });
-            // A file that was named for its scene does not quietly mean another one's.
-            if !own {
-                let name = library.source(file).map(|source| source.name.clone());
-                return Err(Error::NoScene(name.unwrap_or_default()));
-            }
-        }
-        let scene = Arc::new(scene_of(&library, scene_source.or(script))?);
-        let scope = library.scope(&scene.name);
-        let all = (0..library.len())
-            .flat_map(|file| check::check_file(&library, &options.stdlib, file, &scope));
-        let wrong = with_sources(&library, all.filter(Diagnostic::is_error));
-        if !wrong.is_empty() {
-            return Err(Error::Text(wrong));
-        }
+    pub fn open(options: Options) -> Result<Self, Error> {
+        Self::open_with(options, devices::laboratory_devices)
+    }
 
-        let robot = Arc::new(options.stdlib.robot(&scene.robot)?);
+    /// As [`Self::open`], with the devices that `connect` returns for the scene's robot.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::open`], and what `connect` says.
+    pub fn open_with(
+        mut options: Options,
+        connect: impl FnOnce(&Arc<Robot>, &Scene, &Options) -> Result<Devices, Error>,
+    ) -> Result<Self, Error> {
+        let (library, scene, robot) = devices::place(&mut options)?;
         let known = Known::of(&library, &scene.name);
         // Reality is put up from what is declared; everything else works with what is known.
-        let declared = scene;
-        let scene = Arc::new(known.scene(&declared));
+        let Devices { arm, camera, scales, limits } = connect(&robot, &scene, &options)?;
+        let scene = Arc::new(known.scene(&scene));
+        let robot = match limits {
+            None => robot,
+            Some(most) => {
+                let own = Robot::clone(&robot);
+                Arc::new(own.with_limits(&most.velocity, &most.acceleration))
+            }
+        };
         let cell = Cell { robot: robot.clone(), scene: scene.clone(), limits: Limits::default() };
         let look = ArmLook::new(&robot);
-        let settings = match options.robot.as_str() {
-            "twin" => LabSettings::perfect(),
-            _ => options.lab,
-        };
-        let lab = Lab::new(&robot, &declared, settings, options.seed)
-            .map_err(|error| Error::Lab(error.to_string()))?;
-        let lab: SharedLab = Arc::new(Mutex::new(lab));
         let fan: Arc<Mutex<Fan>> = Arc::default();
         let cancel = Cancel::default();
         let body = RealBody::new(
             cell.clone(),
-            Box::new(lab_arm::connect(lab.clone())),
-            Box::new(LabCamera(lab.clone())),
+            arm,
+            camera,
             Calibration::nominal(&scene),
             Belief::new(scene),
             look.clone(),
@@ -260,7 +248,7 @@ impl WorkCell {
             look,
             stdlib: options.stdlib,
             scripts: Scripts::new(stage),
-            scales: Some(Box::new(LabScales(lab))),
+            scales,
             robot_name: options.robot,
             seed: options.seed,
             switches: options.switches,
@@ -278,7 +266,7 @@ impl WorkCell {
         self.cancel.clone()
     }
 
-    /// Returns the arm's name: `lab` or `twin`.
+    /// Returns the arm's name: `lab`, `twin`, or where it is.
     pub fn robot_name(&self) -> &str {
         &self.robot_name
     }

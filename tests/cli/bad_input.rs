@@ -33,9 +33,9 @@ const CASES: &[Case] = &[
     case(
         &["-c", "pour(jar, cup)", "--robot", "kortex://10.0.0.1"],
         4,
-        "robot::kortex",
-        "Gen3",
-        "lab",
+        "robot::no_camera",
+        "camera",
+        "--camera-at",
     ),
     case(
         &["-c", "pour(jar, cup)", "--without-regression", "4"],

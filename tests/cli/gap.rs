@@ -1,5 +1,6 @@
 //! `trueup gap` as a stranger uses it: the finding, the model file, the page, the mistakes.
 
+use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
@@ -53,6 +54,53 @@ fn a_finding_is_written_into_the_twin_and_then_nothing_is_missing() {
     assert_eq!(finding["verdict"], "nothing_missing", "{}", said.out);
 }
 
+/// Points before a camera of 800 px whose lens bends by k1 = -0.1, with half a pixel of even noise.
+fn points_through_a_lens(seed: u64) -> String {
+    let mut text = String::from("x[m],y[m],z[m],u[px],v[px],view\n");
+    let mut state = seed;
+    let mut noise = || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f64 / f64::from(1 << 24) - 0.5
+    };
+    for (i, j) in (-6..=6).flat_map(|i| (-4..=4).map(move |j| (f64::from(i), f64::from(j)))) {
+        let z = 1.0 + 0.1 * (i * j).rem_euclid(7.0);
+        let (x, y) = (0.1 * i, 0.1 * j);
+        let bent = 1.0 - 0.1 * (x * x + y * y);
+        let (u, v) = (640.0 + 800.0 * x * bent + noise(), 360.0 + 800.0 * y * bent + noise());
+        writeln!(text, "{},{},{z},{u:.3},{v:.3},1", x * z, y * z).unwrap();
+    }
+    text
+}
+
+#[test]
+fn a_lens_is_written_into_the_twin_and_then_nothing_is_missing() {
+    let desk = Desk::new("cli-gap-points");
+    desk.file("cell.task", "twin cell of kitchen {\n}\n");
+    let camera = r#"{"camera": {"fx_px": 800, "fy_px": 800, "cx_px": 640, "cy_px": 360},
+        "world_from_camera": {"xyz_m": [0, 0, 0], "quat_wxyz": [1, 0, 0, 0]}}"#;
+    for (name, seed) in [("a", 1), ("b", 2)] {
+        desk.file(&format!("{name}.csv"), points_through_a_lens(seed));
+        desk.file(&format!("{name}.json"), camera);
+    }
+    let args = ["gap", "a.csv", "b.csv", "--model", "cell.task"];
+    let said = desk.trueup(&[&args[..], &["--apply", "--out", "found", "--json"]].concat());
+    assert_eq!((said.code, said.err.as_str()), (0, ""), "{}", said.out);
+    let finding: Value = serde_json::from_str(&said.out).unwrap();
+    assert_eq!(finding["verdict"], "named", "{finding:#}");
+    assert_eq!(finding["effects"][0]["name"], "radial_distortion");
+    let k1 = finding["effects"][0]["parameters"]["k1"]["value"].as_f64().unwrap();
+    assert!((k1 + 0.1).abs() < 0.01, "{k1}");
+    let changed = fs::read_to_string(desk.path("cell.task")).unwrap();
+    assert!(changed.contains("effect radial_distortion(camera) { k1 = -0."), "{changed}");
+    assert!(fs::read_to_string(desk.path("found/gap.html")).unwrap().contains("<svg"));
+    assert_eq!(desk.trueup(&["check", "cell.task"]).code, 0);
+
+    let said = desk.trueup(&[&args[..], &["--json"]].concat());
+    let finding: Value = serde_json::from_str(&said.out).unwrap();
+    assert_eq!(finding["verdict"], "nothing_missing", "{finding:#}");
+}
+
 #[test]
 fn mistakes_are_told_with_their_place() {
     let desk = Desk::new("cli-gap-mistakes");
@@ -61,12 +109,14 @@ fn mistakes_are_told_with_their_place() {
     desk.file("two.csv", "t[s],q_1[rad]\n0,0\n1,1\n");
     desk.file("lost.csv", "t[s],q_1[rad]\n0,0\n1,1\n2,1\n");
     desk.file("lost.json", r#"{"robot": "nowhere.urdf"}"#);
+    desk.file("blind.csv", "x[m],y[m],z[m],u[px],v[px]\n0,0,1,2,3\n");
     desk.file("no_twin.task", "fluent f(o: Object) = true\n");
-    let cases: [(&[&str], &str, &str); 8] = [
+    let cases: [(&[&str], &str, &str); 9] = [
         (&["gap"], "usage", "required"),
         (&["gap", "gone.csv"], "io::missing", "gone.csv"),
         (&["gap", "two.csv"], "gap::recording", "2 rows"),
         (&["gap", "lost.csv"], "gap::robot", "nowhere.urdf"),
+        (&["gap", "blind.csv"], "gap::recording", "what the camera is"),
         (&["gap", "nan.csv"], "gap::recording", "`nan`"),
         (&["gap", &control, "--holdout", "2"], "gap::holdout", "2"),
         (&["gap", &control, "--apply"], "gap::apply", "model file"),

@@ -4,6 +4,7 @@ mod bad_input;
 mod explain;
 mod gap;
 mod hidden;
+mod kortex;
 mod records;
 mod robot;
 mod run;
@@ -17,7 +18,7 @@ fn help_and_version_are_answers() {
     let desk = Desk::new("cli-help");
     let help = desk.trueup(&["--help"]);
     assert_eq!((help.code, help.err.as_str()), (0, ""));
-    for command in ["run", "check", "fmt", "graph", "robot", "camera", "align", "gap"] {
+    for command in ["run", "check", "fmt", "graph", "robot", "camera", "align", "gap", "emulate"] {
         let line = help.out.lines().find(|line| line.trim_start().starts_with(command));
         let words = line.unwrap_or_else(|| panic!("no {command} in {}", help.out));
         assert!(words.split_whitespace().count() > 2, "{command} says what it does");

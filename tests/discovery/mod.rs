@@ -1,6 +1,7 @@
 //! Discovery: planted truth is found, nothing is found where nothing was planted, bad input is told.
 
 mod bag;
+mod camera;
 mod equation;
 mod planted;
 mod pour;

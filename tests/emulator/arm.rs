@@ -24,10 +24,11 @@ fn cell() -> Cell {
     Cell { robot, scene: Arc::new(kitchen::scene()), limits: Gate::default() }
 }
 
-fn client(emulator: &Emulator) -> Client {
+pub(super) fn client(emulator: &Emulator) -> Client {
     Client {
         host: "127.0.0.1".into(),
         port: emulator.tcp().port(),
+        stream: None,
         login: admin(),
         rate: 40.0,
         timeout: Duration::from_secs(10),
@@ -42,7 +43,7 @@ fn connect(emulator: &Emulator) -> KortexArm {
 }
 
 /// A motion from `q` with joint 1 turned by `turn` rad, at a share of the robot's limits.
-fn turned(q: &[f64], turn: f64, share: f64) -> (Cleared, Vec<f64>) {
+pub(super) fn turned(q: &[f64], turn: f64, share: f64) -> (Cleared, Vec<f64>) {
     let cell = cell();
     let mut end = q.to_vec();
     end[0] += turn;
@@ -52,7 +53,7 @@ fn turned(q: &[f64], turn: f64, share: f64) -> (Cleared, Vec<f64>) {
     (cell.limits.clear(&cell, timed, q).unwrap(), end)
 }
 
-fn largest(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn largest(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 

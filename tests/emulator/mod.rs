@@ -3,6 +3,8 @@
 mod examples;
 mod rules;
 mod arm;
+mod pour;
+mod soak;
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -3,6 +3,7 @@
 mod diagnostics;
 mod forms;
 mod layout;
+mod model;
 mod reading;
 mod robust;
 mod sentences;

@@ -1,6 +1,6 @@
 //! What `trueup gap` is given: recordings, run folders, robots and scenes.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::discovery::model_file::ModelFile;
 use crate::discovery::pour::Pour;
@@ -16,36 +16,42 @@ use super::super::run::{read, stdlib};
 use super::{GapArgs, failure};
 
 /// Reads every recording; a run folder's is its pour, if it has one and a scale was read, else the arm's.
+/// With them comes the scene, if they are pours.
 pub(super) fn recordings(
     args: &GapArgs,
     map: &Map,
-    scene: &Scene,
+    model: Option<&(PathBuf, ModelFile)>,
     cli: &Cli,
-) -> Result<Vec<Recording>, Failure> {
-    let robot = || {
-        stdlib(cli)?.robot(&scene.robot).map_err(|error| {
-            Failure::input("scene::robot", error.to_string()).at(scene.name.as_str())
-        })
-    };
-    let mut read = Vec::new();
-    for path in &args.recordings {
-        let recording = recording_at(path, map)?;
-        let pour = match run_at(path)? {
-            None => None,
-            Some(run) => {
-                poured::pour(&run, &recording, &robot()?, scene).map_err(|error| failure(&error))?
-            }
-        };
-        read.push(pour.unwrap_or(recording));
+    style: Style,
+) -> Result<(Vec<Recording>, Option<Scene>), Failure> {
+    let mut recordings = plain(args, map)?;
+    let runs: Vec<Option<Run>> =
+        args.recordings.iter().map(|path| run_at(path)).collect::<Result<_, _>>()?;
+    let mut scene = None;
+    if runs.iter().any(Option::is_some) || recordings.iter().any(Pour::is_one) {
+        scene = Some(scene_of(cli, model, style)?);
     }
-    let pours = read.iter().filter(|recording| Pour::is_one(recording)).count();
-    if pours > 0 && pours < read.len() {
-        let other = read.iter().position(|recording| !Pour::is_one(recording)).unwrap_or_default();
+    let Some(scene) = scene else { return Ok((recordings, None)) };
+    let robot = stdlib(cli)?.robot(&scene.robot).map_err(|error| {
+        Failure::input("scene::robot", error.to_string()).at(scene.name.as_str())
+    })?;
+    for (recording, run) in recordings.iter_mut().zip(&runs) {
+        let Some(run) = run else { continue };
+        let pour = poured::pour(run, recording, &robot, &scene).map_err(|error| failure(&error))?;
+        if let Some(pour) = pour {
+            *recording = pour;
+        }
+    }
+    let pours = recordings.iter().filter(|recording| Pour::is_one(recording)).count();
+    if pours == 0 {
+        return Ok((recordings, None));
+    }
+    if let Some(other) = recordings.iter().find(|recording| !Pour::is_one(recording)) {
         return Err(Failure::input("gap::mixed", "some recordings are pours and others are not")
-            .at(read[other].name.as_str())
+            .at(other.name.as_str())
             .help("compare pours with pours; `RUN/arm.csv` is the arm's recording of a run"));
     }
-    Ok(read)
+    Ok((recordings, Some(scene)))
 }
 
 /// Reads every recording as it is.
@@ -69,7 +75,7 @@ fn run_at(path: &Path) -> Result<Option<Run>, Failure> {
 /// Returns the scene that the model file's twin is of, the one asked for, or the stdlib's.
 pub(super) fn scene_of(
     cli: &Cli,
-    model: Option<&(std::path::PathBuf, ModelFile)>,
+    model: Option<&(PathBuf, ModelFile)>,
     style: Style,
 ) -> Result<Scene, Failure> {
     let mut library = workcell::library(&stdlib(cli)?);

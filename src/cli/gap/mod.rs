@@ -1,6 +1,7 @@
-//! `trueup gap`: what the model lacks, from recordings.
+//! `trueup gap`: what the model lacks, from recordings or from points that a camera saw.
 
 mod inputs;
+mod points;
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +11,6 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::discovery::equation;
 use crate::discovery::finding::Finding;
 use crate::discovery::model_file::{self, ModelFile};
-use crate::discovery::pour::Pour;
 use crate::discovery::recording::{self, Map, Recording};
 use crate::discovery::{Investigation, Options, Subject, investigate};
 use crate::language::Source;
@@ -19,14 +19,15 @@ use crate::units::significant;
 
 use super::run::read;
 use super::{Cli, Exit};
-use inputs::{plain, recordings, robot_of, scene_of};
+use inputs::{plain, recordings, robot_of};
 
 /// The part of a single recording that is held out.
 const HOLDOUT: f64 = 0.33;
 
 #[derive(Debug, Args)]
 pub(super) struct GapArgs {
-    /// Recordings (CSV, or ROS 2 bags in MCAP) or run folders; of several, the last is held out.
+    /// Recordings (CSV, or ROS 2 bags in MCAP), run folders, or tables of points and their pixels
+    /// (`x[m],y[m],z[m],u[px],v[px],view`); of several, the last is held out.
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     /// The model to correct: a `.task` file with a `twin` or a `model`.
@@ -77,6 +78,9 @@ pub(super) fn gap(args: &GapArgs, cli: &Cli, style: Style) -> Result<Exit, Failu
         .help("give a fraction between 0 and 1, such as 0.33"));
     }
     let map = Map::parse(&args.map).map_err(|error| failure(&error))?;
+    if args.recordings.first().is_some_and(|path| points::is_table(path, &map)) {
+        return points::gap(args, &map, cli, style);
+    }
     if let Some(path) = &args.model {
         let text = read(path)?;
         if equation::model_in(&text, "").is_some() {
@@ -85,12 +89,11 @@ pub(super) fn gap(args: &GapArgs, cli: &Cli, style: Style) -> Result<Exit, Failu
         }
     }
     let model = model_of(args, style)?;
-    let scene = scene_of(cli, model.as_ref(), style)?;
-    let mut recordings = recordings(args, &map, &scene, cli)?;
+    let (mut recordings, scene) = recordings(args, &map, model.as_ref(), cli, style)?;
     let known = model.as_ref().map_or(&[][..], |(_, file)| file.effects());
     let robot;
-    let subject = if Pour::is_one(&recordings[0]) {
-        Subject::Pours(&scene, known)
+    let subject = if let Some(scene) = &scene {
+        Subject::Pours(scene, known)
     } else {
         robot = robot_of(args, &recordings)?;
         let joints: Vec<String> = robot.joints().iter().map(|joint| joint.name.clone()).collect();
@@ -133,10 +136,13 @@ fn equations(
     let place = path.display().to_string();
     let options = equation::Options { holdout: args.holdout, ..equation::Options::default() };
     let bar = bar(style);
-    if let Some(bar) = &bar {
-        bar.set_message("fitting the model with every effect at every place");
-    }
-    let found = equation::investigate(&place, text, "", recordings, &options);
+    let mut progress = |what: &str, part: f64| {
+        if let Some(bar) = &bar {
+            bar.set_message(what.to_owned());
+            bar.set_position((part * 100.0) as u64);
+        }
+    };
+    let found = equation::investigate(&place, text, "", recordings, &options, &mut progress);
     if let Some(bar) = bar {
         bar.finish_and_clear();
     }
@@ -155,8 +161,11 @@ fn equations(
             .at(args.recordings[0].display().to_string())
             .help("record for longer"),
     })?;
-    let mut investigation =
-        Investigation { finding: outcome.finding, traces: outcome.traces, experiment: None };
+    let mut investigation = Investigation {
+        finding: outcome.finding,
+        traces: outcome.traces,
+        experiment: outcome.experiment,
+    };
     if args.apply && outcome.text != text {
         // The old text first, so that there is always a way back.
         let mut undo = path.as_os_str().to_owned();

@@ -78,6 +78,29 @@ pub struct Compiled {
     pub(super) widths: Vec<f64>,
 }
 
+impl Compiled {
+    /// The same model with other registers for outputs; everything is computed at every row, for some of it
+    /// may belong to the rates alone.
+    pub(super) fn probing(&self, registers: impl Iterator<Item = Reg>) -> Self {
+        let mut probe = self.clone();
+        probe.outputs = registers
+            .map(|reg| Output {
+                name: String::new(),
+                dimension: None,
+                reg,
+                delay: None,
+                state: None,
+            })
+            .collect();
+        let mut all = self.program.outputs.clone();
+        all.extend(&self.program.rates);
+        all.sort_unstable();
+        all.dedup();
+        probe.program.outputs = all;
+        probe
+    }
+}
+
 /// Most registers a model may need.
 const MOST_REGISTERS: usize = 60_000;
 

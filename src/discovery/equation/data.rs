@@ -126,9 +126,10 @@ impl Data {
         }
     }
 
-    /// The input at any time, between rows along a straight line, and its slope.
-    pub(super) fn input_at(&self, input: usize, t: f64) -> (f64, f64) {
-        interpolate(&self.time, &self.inputs[input], t)
+    /// The input at any time, between rows along a straight line or a cubic, and its slope.
+    pub(super) fn input_at(&self, input: usize, t: f64, curved: bool) -> (f64, f64) {
+        let values = &self.inputs[input];
+        if curved { curve(&self.time, values, t) } else { interpolate(&self.time, values, t) }
     }
 
     /// Averages over blocks of `k` rows; stretches are kept apart.
@@ -206,14 +207,49 @@ pub(super) fn interpolate(time: &[f64], values: &[f64], t: f64) -> (f64, f64) {
     if t >= time[n - 1] {
         return (values[n - 1], 0.0);
     }
-    // Rows are nearly even, so the place is nearly known.
-    let guess = ((t - time[0]) / (time[n - 1] - time[0]) * (n - 1) as f64) as usize;
-    let mut i = guess.min(n - 2);
-    if !(time[i] <= t && t <= time[i + 1]) {
-        i = time.partition_point(|v| *v <= t).clamp(1, n - 1) - 1;
-    }
+    let i = place(time, t);
     let slope = (values[i + 1] - values[i]) / (time[i + 1] - time[i]);
     (values[i] + slope * (t - time[i]), slope)
+}
+
+/// The row before a time that lies between the first row and the last.
+fn place(time: &[f64], t: f64) -> usize {
+    let n = time.len();
+    // Rows are nearly even, so the place is nearly known.
+    let guess = ((t - time[0]) / (time[n - 1] - time[0]) * (n - 1) as f64) as usize;
+    let i = guess.min(n - 2);
+    if time[i] <= t && t <= time[i + 1] {
+        return i;
+    }
+    time.partition_point(|v| *v <= t).clamp(1, n - 1) - 1
+}
+
+/// Value and slope on the cubic whose slopes at the rows are those of parabolas through their
+/// neighbours.
+///
+/// Source: Catmull and Rom, "A Class of Local Interpolating Splines", 1974.
+fn curve(time: &[f64], values: &[f64], t: f64) -> (f64, f64) {
+    let n = time.len();
+    if n < 4 || t <= time[0] || t >= time[n - 1] {
+        return interpolate(time, values, t);
+    }
+    let i = place(time, t);
+    let chord = |j: usize| (values[j + 1] - values[j]) / (time[j + 1] - time[j]);
+    let slope = |j: usize| {
+        if j == 0 || j + 1 == n {
+            return chord(j.min(n - 2));
+        }
+        let (a, b) = (time[j] - time[j - 1], time[j + 1] - time[j]);
+        (b * chord(j - 1) + a * chord(j)) / (a + b)
+    };
+    let h = time[i + 1] - time[i];
+    let s = (t - time[i]) / h;
+    let (from, to, c) = (slope(i), slope(i + 1), chord(i));
+    // Hermite's cubic by its differences from the chord.
+    let (a, b) = (from - c, to - c);
+    let bend = s * (1.0 - s) * (a * (1.0 - s) - b * s);
+    let bent = a * (1.0 - s) * (1.0 - 3.0 * s) + b * s * (3.0 * s - 2.0);
+    (values[i] + h * (c * s + bend), c + bent)
 }
 
 /// Takes jumps of a whole turn out; returns how many.

@@ -20,6 +20,8 @@ pub struct NewParam {
     pub dimension: Option<Dimension>,
     /// What it may be.
     pub range: Option<[f64; 2]>,
+    /// The value at which the effect is not there; `None` for a parameter of its shape.
+    pub neutral: Option<f64>,
     /// Its value; free, with this as a guess, unless `std` is given.
     pub value: f64,
     /// Standard deviation once it has been fitted.
@@ -193,12 +195,14 @@ fn declaration(param: &NewParam, title: &str) -> String {
     let unit = unit.map_or(String::new(), |u| format!(": {u}"));
     let number = |v: f64| format!("{v:e}");
     if let Some(std) = param.std {
-        return format!(
-            "param {}{unit} = {}    // {title}, found by gap: +- {}",
-            param.name,
-            significant(param.value, 6),
-            significant(std, 2)
-        );
+        // What trades against something else has a value, and no deviation of its own.
+        let sure = if std.is_finite() {
+            format!("+- {}", significant(std, 2))
+        } else {
+            "trades against others".into()
+        };
+        let value = significant(param.value, 6);
+        return format!("param {}{unit} = {value}    // {title}, found by gap: {sure}", param.name);
     }
     let range = param
         .range

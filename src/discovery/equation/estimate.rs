@@ -60,6 +60,8 @@ pub struct Task<'a> {
     pub scales: Vec<f64>,
     /// Whether first values that the model gives are estimated all the same.
     pub all_starts_free: bool,
+    /// Whether the parameters stay as they are, so that first values alone are estimated.
+    pub params_fixed: bool,
 }
 
 /// Parameters and first values.
@@ -139,21 +141,27 @@ impl Task<'_> {
             .collect()
     }
 
+    /// Number of parameters that are estimated.
+    pub fn n_params(&self) -> usize {
+        if self.params_fixed { 0 } else { self.model.params.len() }
+    }
+
     /// Free values in the order the solver sees them.
-    fn flat(point: &Point) -> Vec<f64> {
+    fn flat(&self, point: &Point) -> Vec<f64> {
         let starts = point.starts.iter().flatten().filter_map(|v| *v);
-        point.params.iter().copied().chain(starts).collect()
+        point.params.iter().take(self.n_params()).copied().chain(starts).collect()
     }
 
     fn point(&self, x: &[f64], like: &Point) -> Point {
-        let n = self.model.params.len();
+        let n = self.n_params();
         let mut rest = x[n..].iter();
         let starts = like
             .starts
             .iter()
             .map(|w| w.iter().map(|v| v.map(|v| rest.next().copied().unwrap_or(v))).collect())
             .collect();
-        Point { params: x[..n].to_vec(), starts }
+        let params = if self.params_fixed { like.params.clone() } else { x[..n].to_vec() };
+        Point { params, starts }
     }
 
     fn n_rows(&self) -> usize {
@@ -219,18 +227,17 @@ impl Task<'_> {
     ///
     /// [`fit::Error`] when the model blows up at the start or there is too little data.
     pub fn fit(&self, point: &Point, max_iterations: usize) -> Result<Estimate, fit::Error> {
-        let x0 = Self::flat(point);
+        let x0 = self.flat(point);
         let problem = Shooting { task: self, like: point };
         let mut bounds = Vec::new();
-        for (i, param) in self.model.params.iter().enumerate() {
+        for (i, param) in self.model.params.iter().take(self.n_params()).enumerate() {
             if let Some([lower, upper]) = param.range {
                 bounds.push(Bound { parameter: i, lower, upper });
             }
         }
-        let mut index = self.model.params.len();
-        for (w, start) in self.windows.iter().zip(&point.starts) {
+        let mut index = self.n_params();
+        for start in &point.starts {
             for (s, _) in start.iter().enumerate().filter(|(_, v)| v.is_some()) {
-                let _ = w;
                 if let Some([lower, upper]) = self.model.states[s].range {
                     bounds.push(Bound { parameter: index, lower, upper });
                 }
@@ -248,6 +255,27 @@ impl Task<'_> {
         };
         let fit = fit::solve(&problem, &x0, &options)?;
         Ok(self.estimate(&fit, point))
+    }
+
+    /// The residuals at a point, model minus measured in units of the scales, and their derivatives, one
+    /// column per parameter and free first value; `None` when the model blows up.
+    pub fn linearised(&self, point: &Point) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
+        let problem = Shooting { task: self, like: point };
+        let x = self.flat(point);
+        let n = problem.n_residuals();
+        let mut residuals = vec![0.0; n];
+        problem.residuals(&x, &mut residuals);
+        let mut jacobian = Jacobian::zeros(n, x.len());
+        if residuals.iter().any(|r| !r.is_finite()) || !problem.jacobian(&x, &mut jacobian) {
+            return None;
+        }
+        let mut columns = vec![Vec::with_capacity(n); x.len()];
+        for row in 0..n {
+            for (column, value) in columns.iter_mut().zip(jacobian.row_mut(row).iter()) {
+                column.push(*value);
+            }
+        }
+        Some((residuals, columns))
     }
 
     /// Judges a point as it is.
@@ -268,7 +296,7 @@ impl Task<'_> {
 
     fn estimate(&self, fit: &Fit, like: &Point) -> Estimate {
         let point = self.point(&fit.x, like);
-        let n = self.model.params.len();
+        let n = self.n_params();
         let residuals =
             self.residuals(&point).unwrap_or_else(|_| vec![Vec::new(); self.model.outputs.len()]);
         let mut undetermined = Vec::new();
@@ -284,7 +312,7 @@ impl Task<'_> {
             }
         }
         Estimate {
-            std: (0..n).map(|i| fit.std(i)).collect(),
+            std: (0..point.params.len()).map(|i| if i < n { fit.std(i) } else { 0.0 }).collect(),
             sums: sums(&residuals),
             point,
             residuals,
@@ -341,7 +369,7 @@ impl Problem for Shooting<'_> {
     fn jacobian(&self, x: &[f64], j: &mut Jacobian) -> bool {
         let task = self.task;
         let point = task.point(x, self.like);
-        let n_params = task.model.params.len();
+        let n_params = task.n_params();
         let n_out = task.model.outputs.len();
         let parts: Vec<Option<Vec<f64>>> = task
             .windows
@@ -354,7 +382,7 @@ impl Problem for Shooting<'_> {
                     &task.data[w.data],
                     w.rows.clone(),
                     task.scheme,
-                    &point.params,
+                    (&point.params, task.params_fixed),
                     start,
                     &mut part,
                 )

@@ -5,7 +5,8 @@ use rand::{RngExt, SeedableRng, rngs::StdRng};
 use super::compile::{Compiled, compile};
 use super::data::{Data, rms, std};
 use super::edit::model_in;
-use super::estimate::{Estimate, Point, Task, windows};
+use super::estimate::{Estimate, Point, Task, Window, windows};
+use super::score::whiteness;
 use super::simulate::{BlowUp, Hold, Scheme, simulate_with_derivatives, site_sizes};
 
 /// Recordings and how models are run on them.
@@ -23,6 +24,8 @@ pub struct Bench {
     pub all_starts_free: bool,
     /// Scale of each output's residual in a fit.
     pub scales: Vec<f64>,
+    /// Usual step of the recordings as they were taken, s.
+    pub row: f64,
 }
 
 /// A model text fitted to the recordings.
@@ -36,8 +39,9 @@ pub struct Fitted {
     pub train: Estimate,
 }
 
-/// `sign` is a ramp of this part of its argument's usual size.
-const RAMP: f64 = 0.01;
+/// `sign` is a ramp of this part of its argument's usual size: narrow enough that what creeps within it at
+/// standstill is not seen.
+const RAMP: f64 = 0.003;
 
 impl Bench {
     /// The task of fitting a model to the training data.
@@ -54,6 +58,7 @@ impl Bench {
             scheme: self.scheme,
             scales: self.scales.clone(),
             all_starts_free: self.all_starts_free,
+            params_fixed: false,
         }
     }
 
@@ -141,53 +146,132 @@ impl Bench {
         Some(Fitted { text: text.into(), compiled, train })
     }
 
-    /// Judges a fitted model on the held-out data: only first values are estimated there.
-    pub fn held_out(&self, fitted: &Fitted) -> Option<Estimate> {
-        let mut frozen = fitted.compiled.clone();
-        // Parameters become inputs of the solver that it may not move.
+    /// Judges a fitted model on the held-out data: only first values are estimated there. `near` is another
+    /// model with its first values there, to begin from.
+    pub fn held_out(
+        &self,
+        fitted: &Fitted,
+        near: Option<(&Compiled, &Estimate)>,
+    ) -> Option<Estimate> {
+        let model = &fitted.compiled;
+        let task = Task { params_fixed: true, ..self.task_on(model, &self.held) };
         let params = fitted.train.point.params.clone();
-        for (param, value) in frozen.params.iter_mut().zip(&params) {
-            let room = value.abs().max(1e-300) * 1e-12;
-            param.range = Some([value - room, value + room]);
-        }
-        let task = self.task_on(&frozen, &self.held);
-        let starts_at =
-            |other: &[f64]| Point { params: params.clone(), starts: task.starts(other) };
-        // Unmeasured states start where they stood on average in the training data.
-        let n = fitted.compiled.states.len();
-        let average: Vec<f64> = (0..n)
-            .map(|s| {
-                let all: Vec<f64> = fitted.train.point.starts.iter().filter_map(|w| w[s]).collect();
-                super::data::mean(&all)
-            })
-            .collect();
-        let first: Vec<f64> = (0..n)
-            .map(|s| fitted.train.point.starts.first().and_then(|w| w[s]).unwrap_or(0.0))
-            .collect();
-        let mut best: Option<Estimate> = None;
-        for other in [average, first, vec![0.0; n]] {
-            let point = starts_at(&other);
+        let judge = |point: &Point| {
             let free = point.starts.iter().flatten().flatten().count();
-            let found = if free == 0 {
-                task.judge(&point).ok()
-            } else {
-                task.fit(&point, 25).ok().filter(|e| e.residuals.iter().all(|r| !r.is_empty()))
-            };
-            if let Some(found) = found {
-                let size = |e: &Estimate| -> f64 {
-                    e.rms().iter().zip(&self.scales).map(|(r, s)| (r / s).powi(2)).sum()
-                };
-                if best.as_ref().is_none_or(|b| size(&found) < size(b)) {
-                    best = Some(found);
-                }
-            }
-            if free == 0 {
-                break;
+            let found = if free == 0 { task.judge(point).ok() } else { task.fit(point, 25).ok() };
+            found.filter(|e| e.residuals.iter().all(|r| !r.is_empty()))
+        };
+        let at = |starts| Point { params: params.clone(), starts };
+        if let Some((parent, held)) = near
+            && held.point.starts.len() == task.windows.len()
+        {
+            let inherited = self.inherit(model, parent, &held.point, &task);
+            if let Some(found) = judge(&at(inherited.starts)) {
+                return Some(found);
             }
         }
-        best
+        // Unmeasured states start where they stood in the training data, on average or at first.
+        let n = model.states.len();
+        let trained = &fitted.train.point.starts;
+        let average: Vec<f64> = (0..n)
+            .map(|s| super::data::mean(&trained.iter().filter_map(|w| w[s]).collect::<Vec<_>>()))
+            .collect();
+        let first: Vec<f64> =
+            (0..n).map(|s| trained.first().and_then(|w| w[s]).unwrap_or(0.0)).collect();
+        let found = [average, first, vec![0.0; n]];
+        let found = found.iter().filter_map(|other| judge(&at(task.starts(other))));
+        let size = |e: &Estimate| -> f64 {
+            e.rms().iter().zip(&self.scales).map(|(r, s)| (r / s).powi(2)).sum()
+        };
+        found.min_by(|a, b| size(a).total_cmp(&size(b)))
+    }
+
+    /// Chooses what inputs do between rows, when in a row they act, and how long steps are, by what fits.
+    pub fn settle(&mut self, fitted: &mut Fitted) {
+        self.settle_inputs(fitted);
+        settle_steps(self, fitted);
+    }
+
+    /// Doubles the windows if the model follows the recordings closely over them: the longer it runs, the
+    /// smaller an effect it shows; a model that lacks much would lose its way. Returns whether it did.
+    pub fn lengthen(&mut self, fitted: &mut Fitted) -> bool {
+        let Some(rows) = self.rows else { return false };
+        let longest = self.train.iter().map(Data::n_rows).max().unwrap_or(0);
+        let rows = if 2 * rows < longest { Some(2 * rows) } else { None };
+        let longer = Self { rows, ..self.clone() };
+        let point = longer.rewindowed(&fitted.compiled, &fitted.train.point, self);
+        let found = longer.task(&fitted.compiled).fit(&point, 20).ok();
+        let Some(found) = found.filter(|e| e.residuals.iter().all(|r| !r.is_empty())) else {
+            return false;
+        };
+        if found.rms().iter().zip(&self.scales).any(|(r, s)| *r > CLOSE * s) {
+            return false;
+        }
+        self.rows = rows;
+        fitted.train = found;
+        true
+    }
+
+    /// A point for these windows from one for the windows of `before`: each begins where the nearest began.
+    pub fn rewindowed(&self, model: &Compiled, point: &Point, before: &Self) -> Point {
+        let old = before.task(model).windows;
+        let nearest = |w: &Window| {
+            (0..old.len())
+                .min_by_key(|i| (old[*i].data != w.data, old[*i].rows.start.abs_diff(w.rows.start)))
+        };
+        let windows = self.task(model).windows;
+        let starts = windows.iter().filter_map(nearest).map(|i| point.starts[i].clone()).collect();
+        Point { params: point.params.clone(), starts }
+    }
+
+    /// What inputs do between rows, and by which part of a row they are late: how the recording was taken is
+    /// no property of the machine, so it is settled before anything is named.
+    fn settle_inputs(&mut self, fitted: &mut Fitted) {
+        if fitted.compiled.inputs.is_empty() || fitted.compiled.states.is_empty() {
+            return;
+        }
+        let (compiled, point) = (fitted.compiled.clone(), fitted.train.point.clone());
+        let attempt = |scheme: Scheme| -> Option<(f64, Scheme, Estimate)> {
+            let task = Task { scheme, ..self.task(&compiled) };
+            let found =
+                task.fit(&point, 6).ok().filter(|e| e.residuals.iter().all(|r| !r.is_empty()))?;
+            let cost = found.rms().iter().zip(&self.scales).map(|(r, s)| (r / s).powi(2)).sum();
+            Some((cost, scheme, found))
+        };
+        // Rows that are averages have no steps left to hold.
+        let averaged = self.train.first().is_some_and(|d| d.step() > 1.5 * self.row);
+        let kinds = [Hold::Zero, Hold::Line, Hold::Curve];
+        let held = kinds.into_iter().filter(|hold| !averaged || *hold != Hold::Zero);
+        let effective = |e: &Estimate| -> f64 {
+            e.residuals.iter().map(|r| whiteness(r) * r.len() as f64).sum()
+        };
+        let row = self.row;
+        let kinds = held.filter_map(|hold| {
+            let at = |part: f64| attempt(Scheme { hold, shift: part * row, ..self.scheme });
+            let plain = at(0.0)?;
+            let (Some(early), Some(late)) = (at(-0.5), at(0.5)) else { return Some(plain) };
+            // The bottom of the parabola through the three.
+            let bend = early.0 - 2.0 * plain.0 + late.0;
+            let bottom = if bend > 0.0 { 0.25 * (early.0 - late.0) / bend } else { 0.0 };
+            let shifted = at(bottom.clamp(-0.5, 0.5))?;
+            let evidence = effective(&shifted.2) * (plain.0 / shifted.0.max(1e-300)).ln();
+            Some(if evidence > SHIFT_EVIDENCE { shifted } else { plain })
+        });
+        // In the order of how common they are: another must fit visibly better.
+        let visibly = |a: (f64, Scheme, Estimate), b: (f64, Scheme, Estimate)| {
+            if b.0 < a.0 * (1.0 - 2e-3) { b } else { a }
+        };
+        let Some(best) = kinds.reduce(visibly) else { return };
+        self.scheme = best.1;
+        fitted.train = best.2;
     }
 }
+
+/// A model that misses less than this part of the signal's spread follows it closely.
+pub const CLOSE: f64 = 0.01;
+
+/// Least evidence for a shift of the inputs within a row.
+const SHIFT_EVIDENCE: f64 = 12.0;
 
 /// Why nothing could be fitted at all.
 #[derive(Debug, Clone, PartialEq)]
@@ -297,43 +381,34 @@ pub fn baseline(bench: &mut Bench, text: &str, name: &str, seed: u64) -> Result<
     found.truncate(6);
     bench.rows = if fades(bench, &compiled, &found[0]) { None } else { Some(cut(&bench.train)) };
     let mut best: Option<(f64, Compiled, Estimate)> = None;
-    let mut holds = vec![bench.scheme.hold];
-    // A recording that was thinned has no steps left to hold.
-    if !compiled.inputs.is_empty() && bench.scheme.hold == Hold::Zero {
-        holds.push(Hold::Line);
-    }
-    for hold in holds {
-        let trial = Bench { scheme: Scheme { hold, ..bench.scheme }, ..bench.clone() };
-        for (_, params, first) in &found {
-            let mut model = compiled.clone();
-            let point = Point { params: params.clone(), starts: trial.task(&model).starts(first) };
-            trial.set_ramps(&mut model, &point);
-            let task = trial.task(&model);
-            let free = point.params.len() + point.starts.iter().flatten().flatten().count();
-            let fit = if free == 0 {
-                match task.judge(&point) {
-                    Ok(fit) => Some(fit),
-                    Err(error) => {
-                        blow_up.get_or_insert(error);
-                        None
-                    }
+    for (_, params, first) in &found {
+        let mut model = compiled.clone();
+        let point = Point { params: params.clone(), starts: bench.task(&model).starts(first) };
+        bench.set_ramps(&mut model, &point);
+        let task = bench.task(&model);
+        let free = point.params.len() + point.starts.iter().flatten().flatten().count();
+        let fit = if free == 0 {
+            match task.judge(&point) {
+                Ok(fit) => Some(fit),
+                Err(error) => {
+                    blow_up.get_or_insert(error);
+                    None
                 }
-            } else {
-                task.fit(&point, 60).ok().filter(|f| f.residuals.iter().all(|r| !r.is_empty()))
-            };
-            if let Some(fit) = fit {
-                let cost: f64 =
-                    fit.rms().iter().zip(&bench.scales).map(|(r, s)| (r / s).powi(2)).sum();
-                if best.as_ref().is_none_or(|(b, ..)| cost < *b * (1.0 - 1e-9)) {
-                    best = Some((cost, model, fit));
-                    bench.scheme.hold = hold;
-                }
+            }
+        } else {
+            task.fit(&point, 60).ok().filter(|f| f.residuals.iter().all(|r| !r.is_empty()))
+        };
+        if let Some(fit) = fit {
+            let cost: f64 = fit.rms().iter().zip(&bench.scales).map(|(r, s)| (r / s).powi(2)).sum();
+            if best.as_ref().is_none_or(|(b, ..)| cost < *b * (1.0 - 1e-9)) {
+                best = Some((cost, model, fit));
             }
         }
     }
     let (_, compiled, train) = best.ok_or_else(|| no_fit(blow_up))?;
     let mut fitted = Fitted { text: text.into(), compiled, train };
-    settle_steps(bench, &mut fitted);
+    while bench.lengthen(&mut fitted) {}
+    bench.settle(&mut fitted);
     Ok(fitted)
 }
 
@@ -363,7 +438,7 @@ fn fades(bench: &Bench, model: &Compiled, (_, params, first): &(f64, Vec<f64>, V
         &bench.train[window.data],
         window.rows.clone(),
         bench.scheme,
-        params,
+        (params, false),
         &start,
         &mut jacobian,
     );
@@ -388,7 +463,9 @@ pub fn settle_steps(bench: &mut Bench, fitted: &mut Fitted) {
     if fitted.compiled.states.is_empty() {
         return;
     }
-    for _ in 0..4 {
+    // Steps are short already where a sign turns over.
+    let doublings = if fitted.compiled.sites.is_empty() { 4 } else { 2 };
+    for _ in 0..doublings {
         let coarse = bench.task(&fitted.compiled).run(&fitted.train.point);
         let finer = Bench {
             scheme: Scheme { substeps: bench.scheme.substeps * 2, ..bench.scheme },

@@ -26,6 +26,11 @@ impl<N: Number> Work<N> {
         let zero = N::constant(0.0);
         Self { k: vec![vec![zero; n]; 7], y: vec![zero; n] }
     }
+
+    /// Room for one vector of rates; the next step overwrites it.
+    pub fn first(&mut self) -> &mut [N] {
+        &mut self.k[0]
+    }
 }
 
 /// One classical Runge–Kutta step of length `h`.

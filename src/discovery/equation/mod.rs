@@ -3,7 +3,7 @@
 //! [`investigate`] is the front door. A model's text is parsed and checked (`language`), compiled to a flat
 //! program ([`compile`]), run along recordings ([`simulate`]) and fitted ([`estimate`], [`fitting`]). Every
 //! effect that could sit in it is a change of its text ([`candidates`], [`edit`]); a search adds those
-//! that pay on data fitted and held out ([`search`]). The answer is a [`super::finding::Finding`] with the difference of the text.
+//! that pay on data fitted and held out ([`search`], judged as [`hypothesis`] says). The answer is a [`super::finding::Finding`] with the difference of the text.
 
 pub mod number;
 mod program;
@@ -16,8 +16,20 @@ pub mod fitting;
 pub mod edit;
 pub mod candidates;
 pub mod score;
+pub mod hypothesis;
+mod ground;
 pub mod search;
+pub mod rivals;
+mod linear;
+mod features;
+pub mod unknown;
+mod power;
+mod experiment;
+mod place;
+mod prepare;
+mod wording;
 mod answer;
+mod investigate;
 
-pub use answer::{Error, Options, Outcome, investigate};
 pub use edit::model_in;
+pub use investigate::{Error, Options, Outcome, investigate};

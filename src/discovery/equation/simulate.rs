@@ -1,8 +1,9 @@
 //! A compiled model run along a recording.
 //!
-//! Inputs are held from row to row or joined by straight lines ([`Hold`]); between two rows the state is
-//! carried by a fixed number of classical Runge–Kutta steps, so that a simulation is a smooth function
-//! of its parameters and can be differentiated.
+//! Inputs are held from row to row, or joined by straight lines or smooth curves ([`Hold`]); between two
+//! rows the state is carried by a fixed number of classical Runge–Kutta steps, so that a simulation is a
+//! smooth function of its parameters and can be differentiated. Where a `sign` or a `step` is about to
+//! turn over, the steps are shorter: its ramp is far narrower than a step.
 
 use std::ops::Range;
 
@@ -18,6 +19,8 @@ pub enum Hold {
     Zero,
     /// It follows a straight line: something measured.
     Line,
+    /// It follows a cubic through the rows around: something smooth.
+    Curve,
 }
 
 /// A state that is no longer a finite number.
@@ -39,6 +42,9 @@ pub struct Scheme {
     pub hold: Hold,
     /// Runge–Kutta steps per usual step of the recording.
     pub substeps: usize,
+    /// By how much later than written an input acts, s: below one row a matter of how the recording was
+    /// taken, not of the machine.
+    pub shift: f64,
 }
 
 /// The rates of a model between two rows.
@@ -47,7 +53,9 @@ struct Between<'a, N> {
     data: &'a Data,
     frame: &'a mut [N],
     row: usize,
-    hold: Hold,
+    /// The row whose value a held input has.
+    held: usize,
+    scheme: Scheme,
 }
 
 impl<N: Number> Between<'_, N> {
@@ -55,17 +63,28 @@ impl<N: Number> Between<'_, N> {
     #[inline(never)]
     fn drive(&mut self, t: f64, s: f64) {
         let (model, data, row) = (self.model, self.data, self.row);
-        for (reg, column) in model.input_regs.iter().zip(&data.inputs) {
-            let value = if s > 0.0 && self.hold == Hold::Line && row + 1 < column.len() {
-                column[row] + s * (column[row + 1] - column[row])
-            } else {
-                column[row]
+        let Scheme { hold, shift, .. } = self.scheme;
+        // Exactly 0 unless a shift was chosen.
+        let shifted = shift.abs() > 0.0;
+        for (i, (reg, column)) in model.input_regs.iter().zip(&data.inputs).enumerate() {
+            let value = match hold {
+                Hold::Zero => column[self.held],
+                Hold::Line if !shifted && row + 1 < column.len() => {
+                    column[row] + s * (column[row + 1] - column[row])
+                }
+                _ => data.input_at(i, t - shift, hold == Hold::Curve).0,
             };
             self.frame[usize::from(*reg)] = N::constant(value);
         }
         for &(reg, input, by) in &model.delays {
             let by = self.frame[usize::from(by)];
-            let (value, slope) = data.input_at(input, t - by.value());
+            // A held input lags half a row behind the line through its rows.
+            let held = match hold {
+                Hold::Zero => 0.5 * (data.time[(row + 1).min(data.n_rows() - 1)] - data.time[row]),
+                _ => 0.0,
+            };
+            let at = t - held - by.value();
+            let (value, slope) = data.input_at(input, at, hold == Hold::Curve);
             self.frame[usize::from(reg)] = by.chain(value, -slope);
         }
         self.frame[usize::from(model.time_reg)] = N::constant(t);
@@ -87,6 +106,68 @@ impl<N: Number> Rates<N> for Between<'_, N> {
         for (to, reg) in dx.iter_mut().zip(&model.rates) {
             *to = self.frame[usize::from(*reg)];
         }
+    }
+}
+
+/// The row whose value a held input has at the instant of a row.
+fn held_at(row: usize, shift: f64) -> usize {
+    if shift > 0.0 { row.saturating_sub(1) } else { row }
+}
+
+/// The way from a row to the next, cut where a held input that acts within a row takes its next value:
+/// which row's value, from, to.
+fn pieces(data: &Data, row: usize, scheme: Scheme) -> impl Iterator<Item = (usize, f64, f64)> {
+    let (from, to) = (data.time[row], data.time[row + 1]);
+    let first = held_at(row, scheme.shift);
+    let cut = if scheme.hold == Hold::Zero && scheme.shift.abs() > 0.0 {
+        let after = if scheme.shift > 0.0 { from + scheme.shift } else { to + scheme.shift };
+        after.clamp(from, to)
+    } else {
+        to
+    };
+    let second = (first + 1).min(data.n_rows() - 1);
+    [(first, from, cut), (second, cut, to)].into_iter().filter(|(_, from, to)| to > from)
+}
+
+/// Short steps for each step in which a `sign` or a `step` may turn over.
+const SHORT_STEPS: usize = 8;
+
+/// Watches what stands in each `sign` and `step`.
+struct Turns {
+    before: Vec<f64>,
+    /// Length of the last step, s; 0 before the first.
+    last: f64,
+}
+
+impl Turns {
+    fn of(model: &Compiled) -> Self {
+        Self { before: vec![0.0; model.sites.len()], last: 0.0 }
+    }
+
+    /// Into how many parts the step of length `h` at `t` is cut.
+    fn parts<N: Number>(
+        &mut self,
+        f: &mut Between<'_, N>,
+        t: f64,
+        h: f64,
+        x: &[N],
+        rates: &mut [N],
+    ) -> usize {
+        let model = f.model;
+        if self.before.is_empty() {
+            return 1;
+        }
+        f.rates(t, x, rates);
+        let mut near = self.last <= 0.0;
+        for ((before, reg), width) in self.before.iter_mut().zip(&model.sites).zip(&model.widths) {
+            let now = f.frame[usize::from(*reg)].value();
+            // As far as it went in the last step, and twice that, it may go in this one.
+            near |=
+                now.abs() < 2.0 * (now - *before).abs() * h / self.last.max(1e-300) + 4.0 * width;
+            *before = now;
+        }
+        self.last = h;
+        if near { SHORT_STEPS } else { 1 }
     }
 }
 
@@ -128,10 +209,13 @@ pub fn simulate<N: Number>(
         .collect();
     let usual = data.step();
     let mut work = Work::new(x.len());
-    let mut f = Between { model, data, frame: &mut frame, row: rows.start, hold: scheme.hold };
+    let mut f =
+        Between { model, data, frame: &mut frame, row: rows.start, held: rows.start, scheme };
+    let mut turns = Turns::of(model);
     for row in rows.clone() {
         let t = data.time[row];
         f.row = row;
+        f.held = held_at(row, scheme.shift);
         f.drive(t, 0.0);
         for (reg, value) in model.state_regs.iter().zip(&x) {
             f.frame[usize::from(*reg)] = *value;
@@ -147,11 +231,18 @@ pub fn simulate<N: Number>(
         if row + 1 == rows.end || x.is_empty() {
             continue;
         }
-        let dt = data.time[row + 1] - t;
-        let n = (scheme.substeps as f64 * (dt / usual).max(0.2)).ceil().max(1.0);
-        let h = dt / n;
-        for i in 0..n as usize {
-            rk4(&mut f, t + i as f64 * h, h, &mut x, &mut work);
+        for (held, from, to) in pieces(data, row, scheme) {
+            f.held = held;
+            let n = (scheme.substeps as f64 * ((to - from) / usual).max(0.2)).ceil().max(1.0);
+            let h = (to - from) / n;
+            for i in 0..n as usize {
+                let at = from + i as f64 * h;
+                let parts = turns.parts(&mut f, at, h, &x, work.first());
+                let part = h / parts as f64;
+                for j in 0..parts {
+                    rk4(&mut f, at + j as f64 * part, part, &mut x, &mut work);
+                }
+            }
         }
         if let Some(i) = x.iter().position(|v| v.value().is_nan() || v.value().abs() >= TOO_LARGE) {
             return Err(BlowUp { what: model.states[i].name.clone(), t: data.time[row + 1] });
@@ -187,8 +278,8 @@ fn late_outputs<N: Number>(model: &Compiled, time: &[f64], frame: &[N], out: &mu
 /// Lanes of derivatives carried at a time.
 const LANES: usize = 8;
 
-/// As [`simulate`], with the derivatives of every output with respect to the parameters and the free
-/// first values, in that order: `jacobian[row·n_out + o][k]` flattened.
+/// As [`simulate`], with the derivatives of every output with respect to the parameters, unless those are
+/// `fixed`, and the free first values, in that order: `jacobian[row·n_out + o][k]` flattened.
 ///
 /// # Errors
 ///
@@ -198,13 +289,14 @@ pub fn simulate_with_derivatives(
     data: &Data,
     rows: Range<usize>,
     scheme: Scheme,
-    params: &[f64],
+    (params, fixed): (&[f64], bool),
     start: &[Option<f64>],
     jacobian: &mut Vec<f64>,
 ) -> Result<Vec<f64>, BlowUp> {
     let n_values = rows.len() * model.outputs.len();
     let free: Vec<usize> = (0..start.len()).filter(|i| start[*i].is_some()).collect();
-    let n = params.len() + free.len();
+    let n_params = if fixed { 0 } else { params.len() };
+    let n = n_params + free.len();
     jacobian.clear();
     jacobian.resize(n_values * n, 0.0);
     let mut values = vec![0.0; n_values];
@@ -212,11 +304,12 @@ pub fn simulate_with_derivatives(
     let mut first = 0;
     while first < n.max(1) {
         let seed = |k: usize| k.checked_sub(first).unwrap_or(LANES);
+        let lane = |k: usize| if fixed { LANES } else { seed(k) };
         let p: Vec<Dual<LANES>> =
-            params.iter().enumerate().map(|(k, v)| Dual::variable(*v, seed(k), 1.0)).collect();
+            params.iter().enumerate().map(|(k, v)| Dual::variable(*v, lane(k), 1.0)).collect();
         let s: Vec<Option<Dual<LANES>>> = (0..start.len())
             .map(|i| {
-                let k = free.iter().position(|f| *f == i).map(|at| params.len() + at);
+                let k = free.iter().position(|f| *f == i).map(|at| n_params + at);
                 start[i].map(|v| Dual::variable(v, seed(k.unwrap_or(usize::MAX)), 1.0))
             })
             .collect();
@@ -244,25 +337,7 @@ pub(super) fn site_sizes(
     if model.sites.is_empty() {
         return Some(Vec::new());
     }
-    // The arguments become the outputs of a model that is otherwise the same.
-    let mut probe = model.clone();
-    probe.outputs = model
-        .sites
-        .iter()
-        .map(|reg| super::compile::Output {
-            name: String::new(),
-            dimension: None,
-            reg: *reg,
-            delay: None,
-            state: None,
-        })
-        .collect();
-    // Everything is run at every row, for some of it may belong to the rates alone.
-    let mut all = model.program.outputs.clone();
-    all.extend(&model.program.rates);
-    all.sort_unstable();
-    all.dedup();
-    probe.program.outputs = all;
+    let probe = model.probing(model.sites.iter().copied());
     let n = model.sites.len();
     let mut out = vec![0.0; rows.len() * n];
     simulate(&probe, data, rows, scheme, params, start, &mut out).ok()?;

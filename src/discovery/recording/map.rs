@@ -46,7 +46,11 @@ impl Map {
 
     /// Returns the name and unit that a header stands for. `theirs` may be the whole header or its name
     /// without the unit; a unit in the map wins over one in the header.
-    pub(super) fn apply(&self, header: &str, column: units::Column) -> (units::Column, bool) {
+    pub(in crate::discovery) fn apply(
+        &self,
+        header: &str,
+        column: units::Column,
+    ) -> (units::Column, bool) {
         let header = header.trim();
         match self.entries.iter().find(|e| e.theirs == header || e.theirs == column.name) {
             Some(entry) => {
@@ -58,12 +62,12 @@ impl Map {
     }
 
     /// Returns whether a header is renamed.
-    pub(super) fn knows(&self, header: &str) -> bool {
+    pub(in crate::discovery) fn knows(&self, header: &str) -> bool {
         self.entries.iter().any(|entry| entry.theirs == header.trim())
     }
 
     /// Returns the first of their names that no header has.
-    pub(super) fn unused(&self, headers: &[String]) -> Option<&str> {
+    pub(in crate::discovery) fn unused(&self, headers: &[String]) -> Option<&str> {
         let name = |header: &str| header.split('[').next().unwrap_or_default().trim().to_owned();
         self.entries
             .iter()

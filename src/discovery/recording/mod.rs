@@ -30,7 +30,7 @@ pub struct Error {
 }
 
 impl Error {
-    pub(super) fn new(
+    pub(in crate::discovery) fn new(
         what: impl Into<String>,
         place: impl Into<String>,
         help: impl Into<String>,

@@ -72,6 +72,17 @@ impl Gap for ArmGap {
         a != b && !shifts && !(a.joint == b.joint && dry(a.law) && dry(b.law))
     }
 
+    fn names_first(&self) -> bool {
+        // The friction of a real joint is dry and fluid at once, which a root of the speed resembles.
+        self.train.iter().any(|model| !model.scene.closed_loop)
+    }
+
+    fn related(&self, a: &Term, b: &Term) -> bool {
+        // Along a measured motion a torque at one joint shows in that joint's torque alone.
+        let closed = self.train.iter().any(|model| model.scene.closed_loop);
+        closed || !(a.law.is_local() && b.law.is_local()) || a.joint == b.joint
+    }
+
     fn is_sensible(&self, term: &Term, parameters: &[f64]) -> bool {
         // A spring that begins where hardly any row is, or a spring over all of them, is something else.
         let q0 = match term.law {

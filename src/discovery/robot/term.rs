@@ -129,6 +129,34 @@ const SHIFT: [Slot; 6] = [
 ];
 
 impl Law {
+    /// Returns whether the law acts on one joint's torque or its reading, and on nothing else while the
+    /// motion is given.
+    pub fn is_local(self) -> bool {
+        matches!(
+            self,
+            Self::Coulomb
+                | Self::SmoothCoulomb
+                | Self::Asymmetric
+                | Self::Stribeck
+                | Self::Viscous
+                | Self::Quadratic
+                | Self::Armature
+                | Self::Stiffness
+                | Self::CubicStiffness
+                | Self::Hysteresis
+                | Self::Ripple
+                | Self::Periodic
+                | Self::Above
+                | Self::Below
+                | Self::Feature(_)
+                | Self::TorqueOffset
+                | Self::TorqueGain
+                | Self::TorqueDrift
+                | Self::ActuatorGain
+                | Self::Saturation
+        )
+    }
+
     /// Returns the name in the vocabulary.
     pub fn name(self) -> &'static str {
         match self {

@@ -30,6 +30,7 @@ use super::messages::motion::{Finger, Gripper, GripperCommand, GripperMode};
 use super::messages::trajectory::{TrajectoryErrorReport, WaypointList, WaypointValidationReport};
 use super::refusal;
 use super::rpc::{base, base_cyclic};
+use super::stream::{self, Beat, Cyclic, Stream};
 use super::waypoints::{self, LEAD};
 
 /// A joint this near to where it was sent is there, rad: under the arm's own warning of 3 deg.
@@ -54,6 +55,8 @@ pub struct Options {
     pub host: String,
     /// Its TCP port; 10000 unless it is an emulator.
     pub port: u16,
+    /// How motions are streamed at 1 kHz, if they are not to be sent as waypoints.
+    pub stream: Option<Cyclic>,
     /// Who connects.
     pub login: Login,
     /// How many times a second feedback is asked for; the arm itself works at 40 Hz over TCP.
@@ -79,6 +82,7 @@ pub struct KortexArm {
     begun: f64,
     q: Vec<f64>,
     q_cmd: Vec<f64>,
+    beat: Option<Beat>,
 }
 
 /// How an action ended, as far as it was told.
@@ -108,8 +112,17 @@ impl KortexArm {
         let (link, about, actions) = open(address, &options)?;
         let begun = options.clock.now();
         let near = options.near.clone();
-        let mut arm =
-            Self { options, address, link, about, actions, begun, q: near.clone(), q_cmd: near };
+        let mut arm = Self {
+            options,
+            address,
+            link,
+            about,
+            actions,
+            begun,
+            q: near.clone(),
+            q_cmd: near,
+            beat: None,
+        };
         let feedback = arm.measure()?;
         arm.q_cmd.clone_from(&feedback.q);
         Ok(arm)
@@ -118,6 +131,11 @@ impl KortexArm {
     /// Returns what the arm said of itself when it was connected.
     pub fn about(&self) -> &About {
         &self.about
+    }
+
+    /// Returns how well the beat of the last streamed motion was kept.
+    pub fn beat(&self) -> Option<Beat> {
+        self.beat
     }
 
     /// Opens the connection again after it was lost. What was under way is not taken up again.
@@ -355,6 +373,46 @@ impl KortexArm {
         }
     }
 
+    /// Follows a path by sending positions at 1 kHz.
+    fn stream(
+        &mut self,
+        how: Cyclic,
+        trajectory: &Trajectory,
+        cancel: &Cancel,
+        watch: &mut dyn FnMut(&Feedback),
+    ) -> Result<(), DeviceError> {
+        let address = SocketAddr::new(self.address.ip(), how.port);
+        let (datagrams, told) = stream::open(address, &self.options.login)?;
+        let measured = self.inside(&told)?.q;
+        let off = |(a, b): (&f64, &f64)| (a - b).abs();
+        let jump = measured.iter().zip(&trajectory.ends().0).map(off).fold(0.0, f64::max);
+        if jump > THERE {
+            let what =
+                format!("the path begins {:.1} deg from where the arm is", jump.to_degrees());
+            return Err(refused(what, "plan again from where the arm is now"));
+        }
+        self.set_servoing(ServoingMode::LowLevel)?;
+        let mut read = |told: &cyclic::Feedback| self.inside(told);
+        let streamed = Stream { trajectory, cancel, silence: how.silence, read: &mut read }
+            .run(datagrams, watch);
+        // However it ended: the arm holds where it is, and takes high-level commands again.
+        let back = self.set_servoing(ServoingMode::SingleLevel);
+        self.beat = Some(streamed?);
+        back?;
+        if cancel.is_cancelled() {
+            let feedback = self.measure()?;
+            self.q_cmd.clone_from(&feedback.q);
+            return Err(DeviceError::Stopped);
+        }
+        self.q_cmd = trajectory.ends().1;
+        Ok(())
+    }
+
+    fn set_servoing(&mut self, mode: ServoingMode) -> Result<(), LinkError> {
+        let asked = ServoingModeInformation { servoing_mode: mode as i32 };
+        self.link.call(base::SET_SERVOING_MODE, &asked)
+    }
+
     /// Says which joint did not arrive, after stopping.
     fn not_there(
         &mut self,
@@ -443,6 +501,9 @@ impl Arm for KortexArm {
             return Err(DeviceError::Stopped);
         }
         let (trajectory, list) = waypoints::of(trajectory.trajectory(), &self.about.soft);
+        if let Some(how) = self.options.stream {
+            return self.stream(how, &trajectory, cancel, watch);
+        }
         self.validate(&list)?;
         // What was told of earlier actions is old.
         self.link.notes(self.actions);

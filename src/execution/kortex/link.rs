@@ -278,6 +278,7 @@ impl Drop for Link {
         self.shared.is_over.store(true, Ordering::SeqCst);
         let _ = lock(&self.shared.writing).shutdown(Shutdown::Both);
         for thread in self.threads.drain(..) {
+            thread.thread().unpark();
             let _ = thread.join();
         }
     }
@@ -406,7 +407,7 @@ impl Shared {
     /// Sends signs of life.
     fn live(&self) {
         while !self.is_over.load(Ordering::SeqCst) && lock(&self.lost).is_none() {
-            thread::sleep(LOOK);
+            thread::park_timeout(LOOK);
             let quiet = Wall.now() - *lock(&self.sent);
             if quiet < BEAT {
                 continue;

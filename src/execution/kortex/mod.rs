@@ -1,7 +1,8 @@
 //! A Kinova Gen3 over Kortex, the protocol its controller speaks: natively, without the vendor's library.
 //!
 //! From the wire upwards: [`frame`] and [`messages`] are bytes, [`rpc`] and [`refusal`] are names for
-//! numbers, [`degrees`] is where the wire's units end, [`link`] is a session, [`arm`] an arm like any other.
+//! numbers, [`degrees`] is where the wire's units end, [`link`] is a session, [`arm`] an arm like any other, [`stream`] its
+//! thousand positions a second.
 //! What was tried on an arm and what only against the emulator is said in `docs/kortex.md`.
 
 pub mod rpc;
@@ -13,4 +14,5 @@ pub mod clock;
 pub mod link;
 pub mod about;
 pub mod arm;
+pub mod stream;
 mod waypoints;

@@ -9,8 +9,8 @@ mod words;
 
 use super::ast::{Item, Param, Program, Span, Step};
 use super::library::{Library, Scope};
-use super::parse::lexer::{Kind, Token, tokens};
 use super::parse;
+use super::parse::lexer::{Kind, Token, tokens};
 
 pub use complete::{Completion, CompletionKind, complete};
 pub use describe::{Promises, describe, promises, signature};

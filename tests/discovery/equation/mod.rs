@@ -4,6 +4,8 @@
 //! in closures that know nothing of model texts.
 
 mod planted;
+mod textbook;
+mod unnamed;
 mod numerics;
 mod public;
 
@@ -37,6 +39,22 @@ fn record(
     measure: impl Fn(f64, &[f64]) -> f64,
     input: impl Fn(f64) -> f64,
 ) -> Recording {
+    let text = table(n, step, seed, noise, start, rates, measure, input);
+    Recording::read(&format!("planted {seed}"), &text, None, &Map::default()).unwrap()
+}
+
+/// The same as the text of a recording.
+#[expect(clippy::too_many_arguments, reason = "an experiment is described by as many")]
+fn table(
+    n: usize,
+    step: f64,
+    seed: u32,
+    noise: f64,
+    start: &[f64],
+    rates: impl Fn(f64, f64, &[f64]) -> Vec<f64>,
+    measure: impl Fn(f64, &[f64]) -> f64,
+    input: impl Fn(f64) -> f64,
+) -> String {
     let mut rng = StdRng::seed_from_u64(u64::from(seed));
     let mut x = start.to_vec();
     let mut text = String::from("t[s],u,y\n");
@@ -55,9 +73,9 @@ fn record(
             x.iter_mut().zip(d).for_each(|(x, d)| *x += h * d);
         }
     }
-    Recording::read(&format!("planted {seed}"), &text, None, &Map::default()).unwrap()
+    text
 }
 
 fn ask(model: &str, recordings: &[Recording]) -> Result<Outcome, Error> {
-    investigate("model.task", model, "", recordings, &Options::default())
+    investigate("model.task", model, "", recordings, &Options::default(), &mut |_, _| {})
 }

@@ -1,0 +1,90 @@
+//! `trueup gap` on files of points and their pixels: what the model of the camera lacks.
+
+use std::path::{Path, PathBuf};
+
+use crate::discovery::Options;
+use crate::discovery::camera::{self, points::Points, points::is_points};
+use crate::discovery::model_file::ModelFile;
+use crate::discovery::recording::Map;
+use crate::report::{Failure, Style};
+use crate::world::Camera;
+
+use super::super::run::read;
+use super::super::{Cli, Exit};
+use super::inputs::scene_of;
+use super::{GapArgs, bar, change, failure, keep, model_of, tell};
+
+/// Returns whether a file is a table of points, going by its header.
+pub(super) fn is_table(path: &Path, map: &Map) -> bool {
+    let table = path.extension().is_some_and(|extension| extension == "csv") && path.is_file();
+    table && std::fs::read_to_string(path).is_ok_and(|text| is_points(&text, map))
+}
+
+/// `trueup gap POINTS.csv...`.
+pub(super) fn gap(args: &GapArgs, map: &Map, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+    let files: Vec<Points> =
+        args.recordings.iter().map(|path| points_at(path, map)).collect::<Result<_, _>>()?;
+    let model = model_of(args, style)?;
+    let nominal = scene_camera(model.as_ref(), &files, cli, style)?;
+    let known = model.as_ref().map_or(&[][..], |(_, file)| file.effects());
+    let options = Options { holdout: args.holdout, ..Options::default() };
+    let bar = bar(style);
+    let mut progress = |what: &str, part: f64| {
+        if let Some(bar) = &bar {
+            bar.set_message(what.to_owned());
+            bar.set_position((part * 100.0) as u64);
+        }
+    };
+    let found = camera::investigate(&files, nominal.as_ref(), known, &options, &mut progress);
+    if let Some(bar) = &bar {
+        bar.finish_and_clear();
+    }
+    let mut investigation = found.map_err(|error| failure(&error))?;
+    if let Some((path, file)) = &model {
+        change(&mut investigation.finding, path, file, args)?;
+    }
+    if let Some(folder) = &args.out {
+        keep(&mut investigation, folder)?;
+    }
+    tell(&investigation.finding, style);
+    Ok(Exit::Yes)
+}
+
+/// Reads a table and the files beside it.
+fn points_at(path: &Path, map: &Map) -> Result<Points, Failure> {
+    let beside = |extension: &str| -> Result<Option<(String, String)>, Failure> {
+        let path = path.with_extension(extension);
+        if !path.is_file() {
+            return Ok(None);
+        }
+        Ok(Some((path.display().to_string(), read(&path)?)))
+    };
+    let (sidecar, extrinsics) = (beside("json")?, beside("extrinsics.json")?);
+    let text = read(path)?;
+    Points::read(
+        &path.display().to_string(),
+        &text,
+        sidecar.as_ref().map(|(place, text)| (place.as_str(), text.as_str())),
+        extrinsics.as_ref().map(|(place, text)| (place.as_str(), text.as_str())),
+        map,
+    )
+    .map_err(|error| failure(&error))
+}
+
+/// Returns the camera of the scene that the twin is of, or of the one asked for; `None` where no scene is named, or the
+/// points bring their own camera and the scene is not at hand.
+fn scene_camera(
+    model: Option<&(PathBuf, ModelFile)>,
+    points: &[Points],
+    cli: &Cli,
+    style: Style,
+) -> Result<Option<Camera>, Failure> {
+    if model.is_none() && cli.cell.scene.is_none() {
+        return Ok(None);
+    }
+    match scene_of(cli, model, style) {
+        Ok(scene) => Ok(Some(scene.camera)),
+        Err(_) if points.iter().any(|points| points.known.lens.is_some()) => Ok(None),
+        Err(failure) => Err(failure),
+    }
+}

@@ -1,0 +1,173 @@
+//! `--robot kortex://USER@HOST[:PORT]`: where the arm is, who connects, and whether it may move.
+//!
+//! The password comes from the environment or is asked for; an address that holds one is refused, for what
+//! is on a command line can be read by everyone on the machine.
+
+use std::fmt;
+use std::io::{self, BufRead, IsTerminal};
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::execution::arm::Scales;
+use crate::execution::kortex::arm::{KortexArm, Options};
+use crate::execution::kortex::clock::Wall;
+use crate::execution::kortex::link::Login;
+use crate::execution::kortex::stream::Cyclic;
+use crate::execution::snapshot::{Address, WebCamera, WebScales};
+use crate::motion::robot::Robot;
+use crate::report::{Failure, Style, complain};
+use crate::workcell::{Devices, Error};
+
+use super::CellArgs;
+
+/// How an arm over Kortex is named.
+pub(super) const SCHEME: &str = "kortex://";
+/// The port of a Gen3.
+const PORT: u16 = 10_000;
+/// Where the password is looked for.
+const PASSWORD: &str = "KORTEX_PASSWORD";
+
+/// Where an arm is and who connects.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Target {
+    user: String,
+    host: String,
+    port: u16,
+}
+
+impl fmt::Display for Target {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{SCHEME}{}:{}", self.host, self.port)
+    }
+}
+
+/// Reads `kortex://USER@HOST[:PORT]`; `None` for any other robot.
+pub(super) fn target(robot: &str) -> Result<Option<Target>, Failure> {
+    let Some(rest) = robot.strip_prefix(SCHEME) else { return Ok(None) };
+    let wrong = |what: &str| {
+        Failure::input("robot::address", what)
+            .help("it is `kortex://USER@HOST` or `kortex://USER@HOST:PORT`")
+    };
+    let (user, place) = rest.rsplit_once('@').unwrap_or(("admin", rest));
+    if user.contains(':') {
+        let what = "a password does not belong on the command line";
+        return Err(Failure::input("robot::password", what)
+            .help(format!("set {PASSWORD} instead, or be asked for it")));
+    }
+    let (host, port) = match place.rsplit_once(':') {
+        Some((host, port)) => {
+            let port = port.parse();
+            (host, port.map_err(|_| wrong("the arm's port is a number up to 65535"))?)
+        }
+        None => (place, PORT),
+    };
+    if host.is_empty() || user.is_empty() {
+        return Err(wrong("the arm's address is not whole"));
+    }
+    Ok(Some(Target { user: user.to_owned(), host: host.to_owned(), port }))
+}
+
+/// Returns who connects, with the password of the environment or of whoever sits at the terminal.
+fn login(target: &Target, style: Style) -> Result<Login, Failure> {
+    let none = || {
+        Failure::input("robot::password", "no password for the arm")
+            .at(target.to_string())
+            .help(format!("set {PASSWORD}"))
+    };
+    let password = match std::env::var(PASSWORD) {
+        Ok(password) => password,
+        Err(_) if io::stdin().is_terminal() && !style.json => {
+            let asked = format!("password of {} at {}: ", target.user, target.host);
+            rpassword::prompt_password(asked).map_err(|_| none())?
+        }
+        Err(_) => return Err(none()),
+    };
+    Ok(Login { user: target.user.clone(), password })
+}
+
+/// What is known before anyone connects.
+pub(super) struct Ready {
+    target: Target,
+    login: Login,
+    camera: Address,
+    scales: Option<Address>,
+    speed: f64,
+    is_streamed: bool,
+}
+
+impl Ready {
+    /// Looks whether everything has been said that is needed, and gets the password.
+    pub(super) fn new(target: Target, args: &CellArgs, style: Style) -> Result<Self, Failure> {
+        let Some(camera) = args.camera_at.clone() else {
+            let what = "this is an arm without a camera, and nothing is done unseen";
+            return Err(Failure::unavailable("robot::no_camera", what)
+                .at(target.to_string())
+                .help("name the camera that sees the table: `--camera-at http://HOST/PATH`"));
+        };
+        if !(0.02..=1.0).contains(&args.speed) {
+            let what = format!("a speed of {} is not a share from 0.02 to 1", args.speed);
+            return Err(Failure::input("usage::share", what)
+                .help("leave `--speed` out for 0.1, a tenth of the arm's limits"));
+        }
+        let login = login(&target, style)?;
+        Ok(Self {
+            target,
+            login,
+            camera,
+            scales: args.scales_at.clone(),
+            speed: args.speed,
+            is_streamed: args.stream,
+        })
+    }
+
+    /// Connects to the arm and what stands beside it. Nothing moves.
+    pub(super) fn connect(self, robot: &Arc<Robot>) -> Result<Devices, Error> {
+        let joints = robot.n_joints();
+        let options = Options {
+            host: self.target.host,
+            port: self.target.port,
+            stream: self
+                .is_streamed
+                .then(|| Cyclic { port: self.target.port.saturating_add(1), silence: 0.1 }),
+            login: self.login,
+            rate: 40.0,
+            timeout: Duration::from_secs(5),
+            near: robot.pose("home").map_or_else(|_| vec![0.0; joints], <[f64]>::to_vec),
+            max_opening: robot.max_opening(),
+            clock: Arc::new(Wall),
+        };
+        let arm = KortexArm::connect(options)?;
+        let limits = arm.about().soft.scaled(self.speed, self.speed);
+        let scales = self.scales.map(|at| -> Box<dyn Scales> { Box::new(WebScales(at)) });
+        Ok(Devices {
+            arm: Box::new(arm),
+            camera: Box::new(WebCamera(self.camera)),
+            scales,
+            limits: Some(limits),
+        })
+    }
+}
+
+/// Asks whether the arm may move, unless that was said on the command line.
+pub(super) fn confirm(target: &Target, args: &CellArgs) -> Result<(), Failure> {
+    if args.yes {
+        return Ok(());
+    }
+    let stopped = || {
+        Failure::stopped("nobody said that the arm may move")
+            .at(target.to_string())
+            .help("see that nobody is in its reach, then type `move` when asked, or give `--yes`")
+    };
+    if !io::stdin().is_terminal() {
+        return Err(stopped());
+    }
+    complain(&format!(
+        "{target} will move, at {:.0} % of its limits at most. Is its reach clear? Type `move`:",
+        args.speed * 100.0
+    ));
+    let mut line = String::new();
+    match io::stdin().lock().read_line(&mut line) {
+        Ok(_) if line.trim() == "move" => Ok(()),
+        _ => Err(stopped()),
+    }
+}

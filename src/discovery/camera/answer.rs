@@ -1,0 +1,289 @@
+//! An outcome of the search, worded as a finding: effects, verdict, lines for the model file.
+
+use std::collections::BTreeMap;
+
+use super::data::Data;
+use super::explain::CameraGap;
+use super::places::places;
+use super::power::smallest_visible;
+use super::term::Law;
+use super::wording::{self, Number};
+use crate::discovery::finding::{
+    self, Alternative, Effect, Evidence, Finding, Gap, ModelChange, NextExperiment, Parameter,
+    Split, Verdict,
+};
+use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Outcome, Rival, Set};
+
+/// A misfit this many standard deviations of χ² above its expectation is no noise.
+pub(super) const SIGNIFICANT: f64 = 5.0;
+
+/// Returns how many standard deviations of χ² a sum of squares lies above what noise alone would leave.
+pub(super) fn above_noise(sum: f64, count: usize) -> f64 {
+    let count = count.max(1) as f64;
+    (sum - count) / (2.0 * count).sqrt()
+}
+
+/// Words an outcome as a finding.
+pub(super) fn answer(
+    gap: &CameraGap,
+    outcome: &Outcome<Law>,
+    options: &Options,
+    mut notes: Vec<String>,
+) -> Finding {
+    let best = &outcome.best;
+    let counts = [Set::Train, Set::Heldout].map(|set| gap.count(set).max(1));
+    let rms = |sum: f64, at: usize| (sum / counts[at] as f64).sqrt();
+    let split = |h: &Hypothesis<Law>| Split { train: rms(h.train, 0), heldout: rms(h.heldout, 1) };
+    let left = above_noise(best.heldout, counts[1]).max(above_noise(best.train, counts[0]));
+    let (visible, blind) = if best.terms.is_empty() {
+        smallest_visible(gap, options)
+    } else {
+        (Vec::new(), Vec::new())
+    };
+    if !blind.is_empty() {
+        notes.push(format!("these pictures cannot show {} of any size", blind.join(", ")));
+    }
+    let (mut effects, added) = effects(gap, outcome, options);
+    let ambiguous = effects.iter().any(|effect| effect.indistinguishable);
+    let (verdict, reason) = verdict(&effects, ambiguous, left);
+    if left > SIGNIFICANT && !effects.is_empty() {
+        notes.push(format!(
+            "what is left is still above noise ({left:.0} standard deviations of its sum of squares)"
+        ));
+    }
+    let places = places(gap);
+    if verdict == Verdict::Unknown && effects.is_empty() {
+        effects.push(Effect {
+            name: "unknown".into(),
+            at: "camera".into(),
+            parameters: BTreeMap::new(),
+            evidence: Evidence::default(),
+            equation: "no formula predicts points it was not fitted to".into(),
+            alternatives: Vec::new(),
+            indistinguishable: false,
+        });
+    }
+    let next_experiment = ambiguous.then(|| NextExperiment {
+        why: format!("{} explain these points equally well", doubted(&effects)),
+        commands: None,
+    });
+    Finding {
+        verdict,
+        places,
+        effects,
+        gap: Gap::of(split(&outcome.nothing), split(best), 1.0),
+        model: ModelChange { added, ..ModelChange::default() },
+        next_experiment,
+        reason,
+        smallest_visible: visible,
+        notes,
+    }
+}
+
+fn doubted(effects: &[Effect]) -> String {
+    let names: Vec<String> = effects
+        .iter()
+        .filter(|effect| effect.indistinguishable)
+        .map(|effect| format!("{}({})", effect.name, effect.at))
+        .collect();
+    names.join(" and ")
+}
+
+/// Words every effect, those that tie with it, and the lines of the model file. The numbers are of a fit to all points:
+/// judging is over.
+fn effects(
+    gap: &CameraGap,
+    outcome: &Outcome<Law>,
+    options: &Options,
+) -> (Vec<Effect>, Vec<String>) {
+    let all = CameraGap { data: gap.data.all_fitted(), known: gap.known.clone() };
+    let last = |h: &Hypothesis<Law>| {
+        selection::refit(&all, h.terms.clone(), h.parameters.clone(), h.surcharges.clone())
+            .unwrap_or_else(|| h.clone())
+    };
+    let best = &outcome.best;
+    let fitted = last(best);
+    let explained = (outcome.nothing.heldout - best.heldout).max(1e-9);
+    let part = |less: f64| (less / explained).clamp(-1.0, 1.0);
+    let (mut effects, mut lines): (Vec<Effect>, Vec<String>) = (Vec::new(), Vec::new());
+    let mut unnamed: Option<usize> = None;
+    for (at, law) in best.terms.iter().enumerate() {
+        let without = &outcome.without[at];
+        let rivals: Vec<&Rival<Law>> =
+            outcome.rivals.iter().filter(|rival| rival.instead_of == at).collect();
+        let ties = ties(&rivals, *law, options);
+        let told = told(&all.data, &fitted, at);
+        let evidence = Evidence {
+            delta_bic: without.criterion() - best.criterion(),
+            heldout_gain: part(without.heldout - best.heldout),
+        };
+        let mut effect = effect(&all.data, *law, &told, evidence);
+        effect.alternatives = alternatives(&all, &rivals, *law, options);
+        effect.indistinguishable = !ties.is_empty();
+        if let Law::Feature(_) = law {
+            lines.push(format!("// unknown at camera: {}", effect.equation));
+        } else if ties.is_empty() {
+            lines.push(wording::line(*law, &told));
+        }
+        if let (Law::Feature(_), Some(first)) = (law, unnamed) {
+            // Several formulas are one unknown effect.
+            join(&mut effects[first], &effect);
+        } else {
+            if matches!(law, Law::Feature(_)) {
+                unnamed = Some(effects.len());
+            }
+            effects.push(effect);
+        }
+        for rival in ties {
+            let h = last(&rival.hypothesis);
+            let at = h.terms.len() - 1;
+            let evidence = Evidence {
+                delta_bic: without.criterion() - rival.hypothesis.criterion(),
+                heldout_gain: part(without.heldout - rival.hypothesis.heldout),
+            };
+            let told = self::told(&all.data, &h, at);
+            let mut other = self::effect(&all.data, h.terms[at], &told, evidence);
+            other.indistinguishable = true;
+            effects.push(other);
+        }
+    }
+    (effects, lines)
+}
+
+/// Returns the rivals that the data cannot tell from the law chosen, one a name.
+fn ties<'a>(rivals: &[&'a Rival<Law>], chosen: Law, options: &Options) -> Vec<&'a Rival<Law>> {
+    let mut found: Vec<&Rival<Law>> = Vec::new();
+    for rival in rivals {
+        let Some(law) = rival.hypothesis.terms.last() else { continue };
+        let again = found
+            .iter()
+            .any(|other| other.hypothesis.terms.last().is_some_and(|o| o.name() == law.name()));
+        if rival.behind < options.tie && law.name() != chosen.name() && !again {
+            found.push(rival);
+        }
+    }
+    found
+}
+
+fn effect(data: &Data, law: Law, told: &[Number], evidence: Evidence) -> Effect {
+    Effect {
+        name: law.name().into(),
+        at: law.seat().into(),
+        parameters: parameters(law, told),
+        evidence,
+        equation: wording::equation(law, told, &data.lens),
+        alternatives: Vec::new(),
+        indistinguishable: false,
+    }
+}
+
+/// Adds a second formula to the first.
+fn join(first: &mut Effect, more: &Effect) {
+    first.equation.push_str("; ");
+    first.equation.push_str(&more.equation);
+    let number = first.parameters.len() + 1;
+    for parameter in more.parameters.values() {
+        first.parameters.insert(format!("coefficient_{number}"), parameter.clone());
+    }
+    // Its evidence is that of all its parts.
+    first.evidence.delta_bic += more.evidence.delta_bic;
+    first.evidence.heldout_gain =
+        (first.evidence.heldout_gain + more.evidence.heldout_gain).min(1.0);
+}
+
+fn parameters(law: Law, told: &[Number]) -> BTreeMap<String, Parameter> {
+    let numbers: Vec<(String, f64, f64, String)> =
+        told.iter().map(|n| (n.name.to_owned(), n.value, n.std, n.unit.to_owned())).collect();
+    finding::grouped(law.name(), &numbers)
+}
+
+fn told(data: &Data, h: &Hypothesis<Law>, at: usize) -> Vec<Number> {
+    let from: usize = h.terms[..at].iter().map(|law| law.slots(data.extent).len()).sum();
+    let count = h.terms[at].slots(data.extent).len();
+    let covariance = h.covariance.view((from, from), (count, count)).into_owned();
+    wording::told(h.terms[at], &h.parameters[from..from + count], &covariance, data.up())
+}
+
+/// Returns the runners-up, one a name.
+fn alternatives(
+    gap: &CameraGap,
+    rivals: &[&Rival<Law>],
+    chosen: Law,
+    options: &Options,
+) -> Vec<Alternative> {
+    let mut found: Vec<Alternative> = Vec::new();
+    for rival in rivals {
+        let Some(law) = rival.hypothesis.terms.last() else { continue };
+        let again = found.iter().any(|other| other.name == law.name());
+        if again || law.name() == chosen.name() {
+            continue;
+        }
+        let why_not = if rival.behind < options.tie {
+            "explains the points as well; these pictures do not tell the two apart".to_owned()
+        } else if law.contains(chosen) && rival.hypothesis.parameters.len() > 1 {
+            "explains no more with more numbers: the simpler is named".to_owned()
+        } else {
+            format!(
+                "leaves a sum of squares larger by {:.0} on the points fitted and held out",
+                rival.behind
+            )
+        };
+        found.push(Alternative {
+            name: law.name().into(),
+            at: law.seat().into(),
+            delta_bic: rival.behind,
+            why_not,
+        });
+    }
+    found.truncate(3);
+    if matches!(chosen, Law::Table(..)) && gap.data.sights.iter().all(super::data::Sight::on_table)
+    {
+        found.retain(|other| other.name != "camera_shift");
+        found.push(Alternative {
+            name: "camera_shift".into(),
+            at: "camera".into(),
+            delta_bic: 0.0,
+            why_not: "a camera moved the opposite way, in all its numbers at once, would show the same: only \
+                      points that do not lie on the table tell which of the two moved"
+                .into(),
+        });
+    }
+    found
+}
+
+fn verdict(effects: &[Effect], ambiguous: bool, left: f64) -> (Verdict, String) {
+    if effects.is_empty() {
+        return if left < SIGNIFICANT {
+            let reason = "measured minus model is noise, and no effect explains any of it on points it was not \
+                          fitted to";
+            (Verdict::NothingMissing, reason.into())
+        } else {
+            let reason = format!(
+                "the gap is {left:.0} standard deviations above noise, but no effect and no formula predicts points \
+                 it was not fitted to"
+            );
+            (Verdict::Unknown, reason)
+        };
+    }
+    if ambiguous {
+        let reason = "several effects explain the points equally well; these pictures do not tell them apart";
+        return (Verdict::Ambiguous, reason.into());
+    }
+    if effects.iter().all(|effect| effect.name == "unknown") {
+        let reason =
+            "no named effect explains the gap; the formula predicts points it was not fitted to";
+        return (Verdict::Unknown, reason.into());
+    }
+    match effects {
+        [one] => {
+            let reason =
+                format!("{} at {} explains the gap, also on points held out", one.name, one.at);
+            (Verdict::Named, reason)
+        }
+        more => {
+            let reason =
+                format!("{} effects together explain the gap, also on points held out", more.len());
+            (Verdict::Several, reason)
+        }
+    }
+}

@@ -1,0 +1,251 @@
+//! From files of points to a finding: tells noise and wrong matches, searches, answers.
+
+use super::answer::{SIGNIFICANT, above_noise, answer};
+use super::bent::Bent;
+use super::data::Data;
+use super::explain::CameraGap;
+use super::layout::{LEAST, LEAST_IN_VIEW, laid_out};
+use super::pictures;
+use super::points::Points;
+use super::robust;
+use super::term::Law;
+use crate::discovery::recording::Error;
+use crate::discovery::selection::{self, Gap as _, Hypothesis, Outcome, Set};
+use crate::discovery::{Investigation, Options, Trace};
+use crate::language::ast::EffectItem;
+use crate::units::significant;
+use crate::world::Camera;
+
+/// So many laws come in forms with more and fewer numbers that more of them must be fitted than of an arm.
+const SHORTLIST: usize = 18;
+
+/// Finds what the model of a camera lacks. Of several files the last is held out; of one, its last views, its last
+/// stretch of time, or, where it has neither, rows spread over the picture.
+///
+/// `nominal` is the camera of the model, for files that say nothing of their own; `known` are the effects the model
+/// has already.
+///
+/// # Errors
+///
+/// An [`Error`] for points without a camera, behind it or too few, and for effects that cannot be read.
+pub fn investigate(
+    files: &[Points],
+    nominal: Option<&Camera>,
+    known: &[EffectItem],
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Investigation, Error> {
+    progress("laying out the points", 0.0);
+    let mut notes: Vec<String> = files.iter().flat_map(|file| file.notes.clone()).collect();
+    let known = known_laws(known, &mut notes)?;
+    let mut data = laid_out(files, nominal, options.holdout, &mut notes)?;
+    progress("telling noise from wrong matches", 0.05);
+    clean(&mut data, (&known.0, &known.1), files, &mut notes)?;
+    let mut gap = CameraGap { data, known };
+    let place = files[0].name.clone();
+    let runs_away = |what: String| {
+        Error::new(what, place.clone(), "are the units and the camera's numbers right?")
+    };
+    let search = selection::Options { shortlist: SHORTLIST, ..options.search };
+    let mut outcome = selection::search(&gap, &search, progress).map_err(runs_away)?;
+    if outcome.best.terms.is_empty()
+        && above_noise(outcome.nothing.train, gap.count(Set::Train)) < SIGNIFICANT
+        && above_noise(outcome.nothing.heldout, gap.count(Set::Heldout)) > SIGNIFICANT
+    {
+        // The points to fit do not show it, the others do: exchange the two.
+        for sight in &mut gap.data.sights {
+            sight.set = if sight.set == Set::Train { Set::Heldout } else { Set::Train };
+        }
+        outcome = selection::search(&gap, &search, progress).map_err(runs_away)?;
+        notes.push(
+            "the points to fit show nothing beyond noise, those held out do: their roles were exchanged"
+                .into(),
+        );
+    }
+    progress("writing the answer", 0.98);
+    let traces = traces(&gap, &outcome.best, files);
+    let mut finding = answer(&gap, &outcome, &search, notes);
+    let mut experiment = None;
+    if let Some(next) = &mut finding.next_experiment {
+        let (words, table) = settled(&gap, &outcome, &search);
+        next.why.push_str("; ");
+        next.why.push_str(&words);
+        experiment = table;
+    }
+    Ok(Investigation { finding, traces, experiment })
+}
+
+fn known_laws(
+    known: &[EffectItem],
+    notes: &mut Vec<String>,
+) -> Result<(Vec<Law>, Vec<f64>), Error> {
+    let mut laws = (Vec::new(), Vec::new());
+    for effect in known {
+        let here = format!("effect {}({})", effect.name.text, effect.at.text);
+        let read = super::known::known(effect).map_err(|what| {
+            Error::new(
+                what,
+                here.clone(),
+                "see the vocabulary of effects for names, places and parameters",
+            )
+        })?;
+        match read {
+            Some((law, values)) => {
+                laws.0.push(law);
+                laws.1.extend(values);
+            }
+            None => notes.push(format!("{here} is not of the camera and is left aside")),
+        }
+    }
+    Ok(laws)
+}
+
+/// Tells the noise and leaves wrong matches out.
+fn clean(
+    data: &mut Data,
+    known: (&[Law], &[f64]),
+    files: &[Points],
+    notes: &mut Vec<String>,
+) -> Result<(), Error> {
+    let name = &files[0].name;
+    let told = robust::tell(data, known).map_err(|error| {
+        Error::new(
+            format!("the points cannot be fitted by any camera: {error}"),
+            name,
+            "are the units and the camera's numbers right?",
+        )
+    })?;
+    let given = files.iter().find_map(|file| file.known.noise_px);
+    data.sigma_given = given.is_some();
+    data.sigma = given.or(told.sigma).ok_or_else(|| {
+        Error::new(
+            format!("{} points are too few to tell how noisy they are", data.sights.len()),
+            name,
+            "say it in the JSON file beside the points, {\"noise\": {\"px\": 0.3}}, or give more points",
+        )
+    })?;
+    if given.is_none() {
+        notes.push(format!(
+            "noise estimated from the points: {} px per coordinate",
+            significant(data.sigma, 3)
+        ));
+    }
+    if !told.wrong.is_empty() {
+        let lines: Vec<String> = told
+            .wrong
+            .iter()
+            .take(8)
+            .map(|at| {
+                let sight = &data.sights[*at];
+                format!("{}:{}", files[sight.file].name, sight.line)
+            })
+            .collect();
+        let more = if told.wrong.len() > lines.len() { ", …" } else { "" };
+        notes.push(format!(
+            "{} of {} points are left out as wrong matches: {}{more}",
+            told.wrong.len(),
+            data.sights.len(),
+            lines.join(", ")
+        ));
+    }
+    if !data.posed {
+        let groups: Vec<usize> = [Set::Train, Set::Heldout]
+            .iter()
+            .flat_map(|set| data.groups(*set))
+            .filter(|(_, sights)| sights.len() < LEAST_IN_VIEW)
+            .flat_map(|(_, sights)| sights)
+            .collect();
+        for at in groups {
+            data.sights[at].wrong = true;
+        }
+    }
+    if data.count(Set::Train) < LEAST || data.count(Set::Heldout) < 2 {
+        return Err(Error::new(
+            "too few points are left to fit and to judge",
+            name,
+            "give more points or more views, or hold out another part with `--holdout`",
+        ));
+    }
+    Ok(())
+}
+
+/// Says what would settle the first doubt, with the table of poses where there is one.
+fn settled(
+    gap: &CameraGap,
+    outcome: &Outcome<Law>,
+    options: &selection::Options,
+) -> (String, Option<String>) {
+    let timed = |law: &Law| matches!(law, Law::Delay | Law::Shutter);
+    let rival = outcome.rivals.iter().find(|rival| {
+        let chosen = outcome.best.terms[rival.instead_of];
+        rival.behind < options.tie
+            && rival.hypothesis.terms.last().is_some_and(|law| law.name() != chosen.name())
+    });
+    let Some(rival) = rival else { return (String::new(), None) };
+    let pair = [Some(&outcome.best.terms[rival.instead_of]), rival.hypothesis.terms.last()];
+    if pair.into_iter().flatten().any(timed) {
+        let words = "film points that move fast and both ways across the whole picture, and the same points at rest";
+        return (words.into(), None);
+    }
+    match pictures::settle(gap, [&outcome.best, &rival.hypothesis]) {
+        Some(found) => {
+            let words = format!(
+                "a flat target held {} comes first; on the poses proposed they differ by {} standard deviations",
+                found.words,
+                significant(found.separation, 2)
+            );
+            (words, Some(found.csv))
+        }
+        None if gap.data.posed => (
+            "no picture of points whose place is known tells them apart: measure one of the two by other means".into(),
+            None,
+        ),
+        None => (
+            "take pictures in which the target is tilted by 30 degrees and more about both axes, near and far, out to \
+             the corners"
+                .into(),
+            None,
+        ),
+    }
+}
+
+/// Returns measured minus model before and after, a channel and file and set each.
+fn traces(gap: &CameraGap, best: &Hypothesis<Law>, files: &[Points]) -> Vec<Trace> {
+    let data = &gap.data;
+    let bents: [Bent; 2] = [gap.bent(&[], &[]), gap.bent(&best.terms, &best.parameters)];
+    let mut found = Vec::new();
+    for set in [Set::Train, Set::Heldout] {
+        let Some(mut before) = data.residuals(&bents[0], set) else { continue };
+        let Some(mut after) = data.residuals(&bents[1], set) else { continue };
+        before.sort_by_key(|(at, _)| *at);
+        after.sort_by_key(|(at, _)| *at);
+        for (at, file) in files.iter().enumerate() {
+            for (axis, channel) in ["u", "v"].into_iter().enumerate() {
+                let of_file = |all: &[(usize, nalgebra::Vector2<f64>)]| -> Vec<(usize, f64)> {
+                    all.iter()
+                        .filter(|(i, _)| data.sights[*i].file == at)
+                        .map(|(i, left)| (*i, left[axis]))
+                        .collect()
+                };
+                let (was, is) = (of_file(&before), of_file(&after));
+                if was.is_empty() {
+                    continue;
+                }
+                let time = was.iter().enumerate().map(|(row, (i, _))| {
+                    if data.timed { data.sights[*i].time } else { row as f64 }
+                });
+                found.push(Trace {
+                    recording: file.name.clone(),
+                    channel: channel.into(),
+                    unit: "px".into(),
+                    noise: data.sigma,
+                    held_out: set == Set::Heldout,
+                    time: time.collect(),
+                    before: was.iter().map(|(_, left)| *left).collect(),
+                    after: is.iter().map(|(_, left)| *left).collect(),
+                });
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,57 @@
+//! Effects that a model file knows already → laws with fixed parameters.
+
+use super::term::Law;
+use crate::language::ast::EffectItem;
+use crate::units::Unit;
+
+/// Reads one effect of a twin; `None` for an effect that is not of the camera or the table.
+///
+/// # Errors
+///
+/// A sentence for a parameter that is unknown, missing or of the wrong unit.
+pub fn known(effect: &EffectItem) -> Result<Option<(Law, Vec<f64>)>, String> {
+    let law = match effect.name.text.as_str() {
+        "radial_distortion" => Law::Radial(true),
+        "tangential_distortion" => Law::Tangential,
+        "focal_error" => Law::Focal(true),
+        "principal_point_shift" => Law::Principal(true, true),
+        "camera_shift" => Law::Shift([true; 6]),
+        "table_tilt" => Law::Table(true, true),
+        "image_delay" => Law::Delay,
+        "rolling_shutter" => Law::Shutter,
+        _ => return Ok(None),
+    };
+    let here = format!("{}({})", effect.name.text, effect.at.text);
+    let told = law.told();
+    for given in &effect.parameters {
+        if !told.iter().any(|(name, ..)| *name == given.name.text) {
+            let names: Vec<&str> = told.iter().map(|(name, ..)| *name).collect();
+            return Err(format!("`{here}` has no `{}`, but {}", given.name.text, names.join(", ")));
+        }
+    }
+    let mut values = Vec::new();
+    for (name, unit, _) in told {
+        let given = effect.parameters.iter().find(|given| given.name.text == name);
+        // What is not given is as if it were not there; a delay must be given.
+        let missing = match law {
+            Law::Focal(_) => Some(1.0),
+            Law::Delay | Law::Shutter => None,
+            _ => Some(0.0),
+        };
+        let Some(given) = given else {
+            values.push(missing.ok_or_else(|| format!("`{here}` has no `{name}`"))?);
+            continue;
+        };
+        let quantity = given.value.quantity;
+        let expected = Unit::parse(unit).map_or(quantity.dimension, |unit| unit.dimension);
+        if quantity.dimension != expected {
+            return Err(format!(
+                "`{name}` of `{here}` is {}, but it must be {}",
+                quantity.dimension.words(),
+                expected.words()
+            ));
+        }
+        values.push(quantity.value);
+    }
+    Ok(Some((law, values)))
+}

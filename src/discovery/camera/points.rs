@@ -1,0 +1,418 @@
+//! A file of points: where each is, and where a picture shows it; with what is known of the camera beside it.
+//!
+//! The table is that of regression 2, `x[m],y[m],z[m],u[px],v[px],view`, with `t[s]` where things move and `point`
+//! (a name) where several move at once. `POINTS.extrinsics.json` says where the camera stood in each view,
+//! `POINTS.json` what the camera is: `{"camera": {"fx_px": .., "fy_px": .., "cx_px": .., "cy_px": .., "k1": ..},
+//! "world_from_camera": {..}, "noise": {"px": ..}}`. Files are opened by the caller.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Vector2, Vector3};
+use serde::Deserialize;
+
+use super::lens::Lens;
+use crate::alignment::files::{Extrinsics, read_extrinsics};
+use crate::discovery::recording::{Error, Map};
+use crate::units::{self, Dimension};
+use crate::world::{Pose, frame};
+
+/// The columns without which a table is none of points.
+const NEEDED: [&str; 5] = ["x", "y", "z", "u", "v"];
+
+/// One point in one picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Line of the file, from 1.
+    pub line: usize,
+    /// Index into [`Points::views`].
+    pub view: usize,
+    /// Where it is, m.
+    pub point: Vector3<f64>,
+    /// Where the picture shows it, px.
+    pub pixel: Vector2<f64>,
+    /// When, s.
+    pub time: Option<f64>,
+    /// Which of several moving points it is.
+    pub label: Option<String>,
+}
+
+/// What is known of the camera.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Known {
+    /// Its inside.
+    pub lens: Option<Lens>,
+    /// Where it stands, for all views.
+    pub world_from_camera: Option<Isometry3<f64>>,
+    /// Noise of one pixel coordinate, px.
+    pub noise_px: Option<f64>,
+}
+
+/// Points and where they are seen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Points {
+    /// The file's name, for messages.
+    pub name: String,
+    /// The points, in the file's order.
+    pub rows: Vec<Row>,
+    /// Names of the views, in the order in which they first appear.
+    pub views: Vec<String>,
+    /// World from camera, a view each, where the extrinsics are known.
+    pub poses: Option<Vec<Isometry3<f64>>>,
+    /// What the file beside it says of the camera.
+    pub known: Known,
+    /// What was assumed, one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// Returns whether a CSV text is a table of points and their pixels, going by its header.
+pub fn is_points(text: &str, map: &Map) -> bool {
+    let text = text.trim_start_matches('\u{feff}');
+    let Some(header) = text.lines().find(|line| !line.trim_start().starts_with('#')) else {
+        return false;
+    };
+    let names: Vec<String> = header
+        .split(',')
+        .map(|cell| {
+            let bare = cell.split('[').next().unwrap_or_default().trim().to_owned();
+            map.apply(cell, units::Column { name: bare, unit: None }).0.name
+        })
+        .collect();
+    NEEDED.iter().all(|needed| names.iter().any(|name| name == needed))
+}
+
+/// A column that is used: where it stands and the factor to SI.
+#[derive(Clone, Copy)]
+struct Place {
+    at: usize,
+    factor: f64,
+}
+
+/// Reads the header: where each name stands, in SI.
+fn places(
+    name: &str,
+    header: &csv::StringRecord,
+    map: &Map,
+    notes: &mut Vec<String>,
+) -> Result<BTreeMap<String, Place>, Error> {
+    let headers: Vec<String> = header.iter().map(str::to_owned).collect();
+    if let Some(theirs) = map.unused(&headers) {
+        return Err(Error::new(
+            format!("`--map` renames `{theirs}`, which is not a column"),
+            format!("{name}:1"),
+            format!("the columns are {}", headers.join(", ")),
+        ));
+    }
+    let mut places = BTreeMap::new();
+    for (at, header) in headers.iter().enumerate() {
+        let place = || format!("{name}:1, column `{header}`");
+        let read = match units::parse_column(header) {
+            Ok(column) => column,
+            Err(_) if map.knows(header) => units::Column { name: header.clone(), unit: None },
+            Err(error) => {
+                let help = "write `name[unit]`, or rename it with `--map 'THEIRS=OURS[unit]'`";
+                return Err(Error::new(error.to_string(), place(), help));
+            }
+        };
+        let (column, _) = map.apply(header, read);
+        let expected = match column.name.as_str() {
+            "x" | "y" | "z" => Dimension::LENGTH,
+            "u" | "v" => Dimension::PIXEL,
+            "t" => Dimension::TIME,
+            _ => Dimension::NONE,
+        };
+        let wanted = expected != Dimension::NONE;
+        let factor = match column.unit {
+            Some(unit) if wanted && unit.dimension != expected => {
+                return Err(Error::new(
+                    format!(
+                        "column `{}` is in {}, but it must be {}",
+                        column.name,
+                        unit.dimension.si(),
+                        expected.words()
+                    ),
+                    place(),
+                    format!(
+                        "write `{}[{}]`, or correct it with `--map`",
+                        column.name,
+                        expected.si()
+                    ),
+                ));
+            }
+            Some(unit) => unit.factor,
+            None => {
+                if wanted {
+                    let si = expected.si();
+                    notes.push(format!("{name}: `{}` has no unit; {si} is assumed", column.name));
+                }
+                1.0
+            }
+        };
+        if places.insert(column.name.clone(), Place { at, factor }).is_some() {
+            return Err(Error::new(
+                format!("two columns are called `{}`", column.name),
+                format!("{name}:1"),
+                "rename one of them, in the file or with `--map`",
+            ));
+        }
+    }
+    for needed in NEEDED {
+        if !places.contains_key(needed) {
+            return Err(Error::new(
+                format!("there is no column `{needed}`"),
+                format!("{name}:1"),
+                "points are a table `x[m],y[m],z[m],u[px],v[px],view`, and `t[s]` where they move",
+            ));
+        }
+    }
+    Ok(places)
+}
+
+impl Points {
+    /// Reads a table of points, and the texts of the files beside it: (name, text) of `POINTS.json`, of
+    /// `POINTS.extrinsics.json`.
+    ///
+    /// # Errors
+    ///
+    /// An [`Error`] for a text that is no such table, a unit that measures something else, a cell that is not a
+    /// finite number, or a file beside it that cannot be read.
+    pub fn read(
+        name: &str,
+        text: &str,
+        sidecar: Option<(&str, &str)>,
+        extrinsics: Option<(&str, &str)>,
+        map: &Map,
+    ) -> Result<Self, Error> {
+        let mut points = table(name, text, map)?;
+        if let Some((place, text)) = sidecar {
+            points.known = known(place, text)?;
+        }
+        if let Some((place, text)) = extrinsics {
+            let poses = read_extrinsics(text).map_err(|error| {
+                Error::new(error.to_string(), place, "leave the file out where no pose is known")
+            })?;
+            points.poses = Some(points.view_poses(place, &poses)?);
+        }
+        Ok(points)
+    }
+
+    fn view_poses(&self, place: &str, poses: &Extrinsics) -> Result<Vec<Isometry3<f64>>, Error> {
+        let pose = |view: &String| {
+            poses.get(view).map(|pose| *pose.isometry()).ok_or_else(|| {
+                let found: Vec<&str> = poses.keys().map(String::as_str).collect();
+                Error::new(
+                    format!("view `{view}` has no pose"),
+                    place,
+                    format!("the file has {}; give every view one", found.join(", ")),
+                )
+            })
+        };
+        self.views.iter().map(pose).collect()
+    }
+}
+
+fn table(name: &str, text: &str, map: &Map) -> Result<Points, Error> {
+    let text = text.trim_start_matches('\u{feff}');
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .comment(Some(b'#'))
+        .from_reader(text.as_bytes());
+    let mut records = reader.records();
+    let no_table = |error: csv::Error| {
+        Error::new(
+            format!("not a table: {error}"),
+            name,
+            "points are a CSV file with one header line",
+        )
+    };
+    let Some(header) = records.next() else {
+        let help = "points are a table `x[m],y[m],z[m],u[px],v[px],view`";
+        return Err(Error::new("the file is empty", name, help));
+    };
+    let header = header.map_err(no_table)?;
+    let mut notes = Vec::new();
+    let places = places(name, &header, map, &mut notes)?;
+    let mut points = Points {
+        name: name.to_owned(),
+        rows: Vec::new(),
+        views: Vec::new(),
+        poses: None,
+        known: Known::default(),
+        notes,
+    };
+    for record in records {
+        let record = record.map_err(no_table)?;
+        let line = record.position().map_or(0, |at| at.line() as usize);
+        if record.len() == 1 && record.get(0).is_some_and(str::is_empty) {
+            continue;
+        }
+        if record.len() != header.len() {
+            return Err(Error::new(
+                format!("the row has {} cells, the header {}", record.len(), header.len()),
+                format!("{name}:{line}"),
+                "every row must have a cell per column; was the file cut off while being written?",
+            ));
+        }
+        let number = |column: &str| -> Result<f64, Error> {
+            let place = places[column];
+            let cell = record.get(place.at).unwrap_or_default();
+            cell.parse::<f64>()
+                .ok()
+                .filter(|value| value.is_finite())
+                .map(|v| v * place.factor)
+                .ok_or_else(|| {
+                    Error::new(
+                        format!("`{cell}` is not a finite number"),
+                        format!("{name}:{line}, column `{column}`"),
+                        "leave out rows whose point was not seen",
+                    )
+                })
+        };
+        let word = |column: &str| {
+            places.get(column).map(|place| record.get(place.at).unwrap_or_default().to_owned())
+        };
+        let view = word("view").unwrap_or_else(|| "1".into());
+        let view = points.views.iter().position(|known| *known == view).unwrap_or_else(|| {
+            points.views.push(view);
+            points.views.len() - 1
+        });
+        points.rows.push(Row {
+            line,
+            view,
+            point: Vector3::new(number("x")?, number("y")?, number("z")?),
+            pixel: Vector2::new(number("u")?, number("v")?),
+            time: if places.contains_key("t") { Some(number("t")?) } else { None },
+            label: word("point"),
+        });
+    }
+    if points.rows.is_empty() {
+        return Err(Error::new(
+            "there are no rows",
+            name,
+            "give a row per point and picture: `x[m],y[m],z[m],u[px],v[px],view`",
+        ));
+    }
+    Ok(points)
+}
+
+#[derive(Deserialize)]
+struct RawLens {
+    fx_px: f64,
+    fy_px: Option<f64>,
+    cx_px: f64,
+    cy_px: f64,
+    #[serde(default)]
+    skew_px: f64,
+    #[serde(default)]
+    k1: f64,
+    #[serde(default)]
+    k2: f64,
+    #[serde(default)]
+    k3: f64,
+    #[serde(default)]
+    p1: f64,
+    #[serde(default)]
+    p2: f64,
+}
+
+#[derive(Deserialize, Default)]
+struct RawNoise {
+    px: Option<f64>,
+}
+
+#[derive(Deserialize)]
+struct Raw {
+    camera: Option<RawLens>,
+    world_from_camera: Option<Pose<frame::World, frame::Camera>>,
+    #[serde(default)]
+    noise: RawNoise,
+}
+
+/// Reads `POINTS.json`. The answer of `trueup align intrinsics --json`, whose numbers stand at the top, serves as
+/// well.
+fn known(place: &str, text: &str) -> Result<Known, Error> {
+    let help = "write {\"camera\": {\"fx_px\": .., \"fy_px\": .., \"cx_px\": .., \"cy_px\": .., \"k1\": ..}, \
+                \"world_from_camera\": {\"xyz_m\": [..], \"quat_wxyz\": [..]}, \"noise\": {\"px\": ..}}; every \
+                key may be left out";
+    let wrong = |what: String| Error::new(what, place, help);
+    let no_sidecar = |error: serde_json::Error| wrong(format!("not a camera's file: {error}"));
+    let value: serde_json::Value = serde_json::from_str(text).map_err(no_sidecar)?;
+    let at_top = value.get("fx_px").is_some();
+    let mut raw: Raw = serde_json::from_value(value.clone()).map_err(no_sidecar)?;
+    if at_top && raw.camera.is_none() {
+        raw.camera = Some(serde_json::from_value(value).map_err(no_sidecar)?);
+    }
+    let lens = raw.camera.map(|c| Lens {
+        fx: c.fx_px,
+        fy: c.fy_px.unwrap_or(c.fx_px),
+        cx: c.cx_px,
+        cy: c.cy_px,
+        skew: c.skew_px,
+        k: [c.k1, c.k2, c.k3],
+        p: [c.p1, c.p2],
+    });
+    if let Some(lens) = &lens
+        && !(lens.fx > 0.0 && lens.fy > 0.0)
+    {
+        return Err(wrong(format!("a focal length of {} px by {} px is none", lens.fx, lens.fy)));
+    }
+    if let Some(noise) = raw.noise.px
+        && !(noise > 0.0 && noise.is_finite())
+    {
+        return Err(wrong(format!("`noise.px` is {noise}; it must be above 0")));
+    }
+    let world_from_camera = raw.world_from_camera.map(|pose| *pose.isometry());
+    Ok(Known { lens, world_from_camera, noise_px: raw.noise.px })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = "x[cm],y[m],z[m],u[px],v[px],view\n10,0,0,1,2,a\n20,0,0,3,4,b\n";
+
+    fn read(text: &str) -> Result<Points, Error> {
+        Points::read("p.csv", text, None, None, &Map::default())
+    }
+
+    #[test]
+    fn units_and_views_are_read() {
+        let points = read(GOOD).unwrap();
+        assert!((points.rows[1].point.x - 0.2).abs() < 1e-12);
+        assert_eq!((points.views.len(), points.rows[1].view), (2, 1));
+        assert!(is_points(GOOD, &Map::default()));
+        assert!(!is_points("t[s],q_1[rad]\n", &Map::default()));
+        let map = Map::parse("px_u=u[px]").unwrap();
+        assert!(is_points("x[m],y[m],z[m],px_u,v[px]\n", &map));
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_its_place() {
+        let cases = [
+            ("x[m],y[m],z[m],u[px]\n", "no column `v`"),
+            ("x[rad],y[m],z[m],u[px],v[px]\n", "must be a length"),
+            ("x[m],y[m],z[m],u[px],v[px]\n", "no rows"),
+            ("x[m],y[m],z[m],u[px],v[px]\n1,2,3,nan,5\n", "`nan` is not a finite number"),
+            ("x[m],y[m],z[m],u[px],v[px]\n1,2,3\n", "3 cells"),
+        ];
+        for (text, says) in cases {
+            let error = read(text).unwrap_err();
+            assert!(error.what.contains(says), "{error}");
+            assert!(!error.help.is_empty() && error.place.starts_with("p.csv"));
+        }
+    }
+
+    #[test]
+    fn the_camera_may_be_the_answer_of_a_calibration() {
+        let flat = r#"{"fx_px": 800, "fy_px": 810, "cx_px": 320, "cy_px": 240, "k1": -0.2, "rms_px": 0.1}"#;
+        let read = known("p.json", flat).unwrap().lens.unwrap();
+        assert_eq!((read.fy, read.k[0]), (810.0, -0.2));
+        let nested =
+            r#"{"camera": {"fx_px": 800, "cx_px": 320, "cy_px": 240}, "noise": {"px": 0.3}}"#;
+        let read = known("p.json", nested).unwrap();
+        assert_eq!((read.lens.unwrap().fy, read.noise_px), (800.0, Some(0.3)));
+        assert!(known("p.json", r#"{"camera": {"fx_px": -1, "cx_px": 0, "cy_px": 0}}"#).is_err());
+        assert!(known("p.json", r#"{"noise": {"px": 0}}"#).is_err());
+    }
+}

@@ -1,0 +1,107 @@
+//! Forces that pull back, remember the path, or come round by themselves.
+//!
+//! Source: Bouc 1967, Wen, "Method for Random Vibration of Hysteretic Systems", 1976.
+
+use crate::units::Dimension;
+
+use super::super::edit::{Patch, fresh};
+use super::{Draft, p, velocities};
+
+/// Springs, straight and hardening, and loops of hysteresis.
+pub(super) fn stiffness(draft: &mut Draft) {
+    let ground = draft.ground;
+    let model = ground.compiled;
+    for (v, q) in velocities(ground) {
+        let Some(q) = q else { continue };
+        let (vn, qn) = (model.states[v].name.clone(), model.states[q].name.clone());
+        let (vd, qd) = (model.units.of(&vn), model.units.of(&qn));
+        let rate_dim = vd.map(|d| d / Dimension::TIME);
+        let per = |n: u8| rate_dim.zip(qd).map(|(r, q)| (0..n).fold(r, |d, _| d / q));
+        let rate = ground.rates[v].rms.max(1e-12);
+        let size = ground.states[q].rms.max(1e-12);
+        let write = |term: String| {
+            let patch = Patch { rates: vec![(vn.clone(), term.clone())], ..Patch::default() };
+            (patch, format!("{vn}' += {term}").replace("+= - ", "-= "))
+        };
+        let k = 0.1 * rate / size;
+        draft.add(
+            ("linear_stiffness", &qn),
+            &[p("coefficient", "stiffness", per(1), &[k])],
+            &[],
+            |n| write(format!("- {}*{qn}", n[0])),
+        );
+        draft.add(
+            ("cubic_stiffness", &qn),
+            &[p("coefficient", "cubic", per(3), &[k / (size * size)])],
+            &[],
+            |n| write(format!("- {}*{qn}^3", n[0])),
+        );
+        if !ground.states[v].changes_sign() {
+            continue;
+        }
+        // Bouc-Wen with a force between -alpha and alpha, reached within `width` of a reversal.
+        let loop_state = fresh(ground.model, &format!("{qn}_loop"));
+        let span = ground.states[q].span().max(1e-12);
+        draft.add(
+            ("hysteresis", &qn),
+            &[
+                p("alpha", "hysteresis", rate_dim, &[0.1 * rate, 0.1 * rate, 0.3 * rate]),
+                p("width", "width", qd, &[0.03 * span, 0.2 * span, 0.1 * span])
+                    .within(0.002 * span, 2.0 * span)
+                    .shape(),
+            ],
+            &[],
+            |n| {
+                let (mut patch, equation) = write(format!("- {}*{loop_state}", n[0]));
+                let rate = format!(
+                    "{vn}/{0}*(1 - 0.5*abs({loop_state})*(1 + sign({vn}*{loop_state})))",
+                    n[1]
+                );
+                patch.states.push((loop_state.clone(), rate.clone()));
+                (patch, format!("{equation}, {loop_state}' = {rate}"))
+            },
+        );
+    }
+}
+
+/// A hum at each line of the residual's spectrum.
+pub(super) fn disturbances(draft: &mut Draft) {
+    let ground = draft.ground;
+    let model = ground.compiled;
+    let found = velocities(ground);
+    for (s, state) in model.states.iter().enumerate() {
+        // A hum is a force: it acts on velocities, not on positions.
+        if found.iter().any(|(_, q)| *q == Some(s)) || ground.lines.is_empty() {
+            continue;
+        }
+        let name = state.name.clone();
+        let rate_dim = model.units.of(&name).map(|d| d / Dimension::TIME);
+        let rate = ground.rates[s].rms.max(1e-12);
+        let mut amplitudes = Vec::new();
+        let mut frequencies = Vec::new();
+        let mut phases = Vec::new();
+        for line in &ground.lines {
+            for phase in [0.0, 2.0, 4.0] {
+                amplitudes.push(0.1 * rate);
+                frequencies.push(*line);
+                phases.push(phase);
+            }
+        }
+        draft.add(
+            ("periodic_disturbance", &name),
+            &[
+                p("amplitude", "hum", rate_dim, &amplitudes),
+                p("frequency", "hum_frequency", Some(Dimension::FREQUENCY), &frequencies)
+                    .within(1e-9, 0.5 / ground.step)
+                    .shape(),
+                p("phase", "hum_phase", Some(Dimension::ANGLE), &phases).shape(),
+            ],
+            &[],
+            |n| {
+                let term = format!("+ {}*sin(2*pi*{}*t + {})", n[0], n[1], n[2]);
+                let patch = Patch { rates: vec![(name.clone(), term.clone())], ..Patch::default() };
+                (patch, format!("{name}' += {}", term.trim_start_matches("+ ")))
+            },
+        );
+    }
+}

@@ -1,0 +1,239 @@
+//! Every effect that could sit in a model, with its places, its terms and where to start fitting it.
+//!
+//! The names are those of [`super::super::vocabulary`]. Which states are velocities is read off the
+//! equations (`q' = v`) or the units; only velocities rub, only levels that stay above 0 overflow.
+
+mod friction;
+mod forces;
+mod levels;
+mod signals;
+
+use crate::language::ast::ModelItem;
+use crate::units::Dimension;
+
+use super::compile::Compiled;
+use super::edit::{NewParam, Patch, fresh};
+
+/// What is known of a signal along the recordings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    /// Least value.
+    pub low: f64,
+    /// Greatest value.
+    pub high: f64,
+    /// Root mean square.
+    pub rms: f64,
+}
+
+impl Range {
+    /// Of some values.
+    pub fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut sum, mut n) = (0.0, 0.0);
+        for v in values {
+            low = low.min(v);
+            high = high.max(v);
+            sum += v * v;
+            n += 1.0;
+        }
+        Self { low, high, rms: f64::sqrt(sum / f64::max(n, 1.0)) }
+    }
+
+    pub(super) fn span(self) -> f64 {
+        (self.high - self.low).max(0.0)
+    }
+
+    /// Whether it is well on both sides of 0.
+    fn changes_sign(self) -> bool {
+        self.low < -0.02 * self.span() && self.high > 0.02 * self.span()
+    }
+}
+
+/// What the candidates are made from.
+#[derive(Debug, Clone)]
+pub struct Ground<'a> {
+    /// The model as text tree.
+    pub model: &'a ModelItem,
+    /// The model as program.
+    pub compiled: &'a Compiled,
+    /// Along the simulation, one per state.
+    pub states: Vec<Range>,
+    /// As measured, one per input.
+    pub inputs: Vec<Range>,
+    /// As measured, one per output.
+    pub outputs: Vec<Range>,
+    /// Rates of the states, one per state.
+    pub rates: Vec<Range>,
+    /// Usual step of the recordings as they are fitted, s.
+    pub step: f64,
+    /// Usual step of the recordings as they were taken, s: shifts below it are a matter of how rows were
+    /// written, not of the machine.
+    pub row: f64,
+    /// Length of a recording, s.
+    pub duration: f64,
+    /// Lines in the spectrum of the residual, Hz, strongest first.
+    pub lines: Vec<f64>,
+}
+
+/// An effect at a place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// Its name in the vocabulary.
+    pub kind: &'static str,
+    /// Its place.
+    pub at: String,
+    /// What it changes; the values are one start of the fit.
+    pub patches: Vec<Patch>,
+    /// What it says as an equation, with parameter names.
+    pub equation: String,
+    /// Names of kinds it is a special case of.
+    pub within: &'static [&'static str],
+}
+
+impl Candidate {
+    /// The same, begun from what its special case came out as: `size` of it. Where there is a shape as well,
+    /// the second amount is larger than the first, or the shape would not show.
+    #[must_use]
+    pub fn from_special(mut self, size: f64) -> Self {
+        for patch in &mut self.patches {
+            let shaped = patch.params.iter().any(|p| p.neutral.is_none());
+            for (i, param) in patch.params.iter_mut().filter(|p| p.neutral.is_some()).enumerate() {
+                let value = if shaped && i > 0 { 1.5 * size } else { size };
+                param.value = param.range.map_or(value, |[low, high]| value.clamp(low, high));
+            }
+        }
+        self
+    }
+
+    /// Whether the two cannot act together: the same effect at the same place, or a special case of it.
+    pub fn excludes(&self, other: &Self) -> bool {
+        self.at == other.at
+            && (self.kind == other.kind
+                || other.within.contains(&self.kind)
+                || self.within.contains(&other.kind))
+    }
+}
+
+struct Draft<'a> {
+    ground: &'a Ground<'a>,
+    out: Vec<Candidate>,
+}
+
+/// One parameter of a draft.
+struct P {
+    role: &'static str,
+    /// End of its name in the text.
+    suffix: &'static str,
+    dimension: Option<Dimension>,
+    range: Option<[f64; 2]>,
+    /// The value at which the effect is not there; `None` for a parameter of its shape.
+    neutral: Option<f64>,
+    starts: Vec<f64>,
+}
+
+/// A parameter that says how much of an effect there is: none at 0.
+fn p(role: &'static str, suffix: &'static str, dimension: Option<Dimension>, starts: &[f64]) -> P {
+    P { role, suffix, dimension, range: None, neutral: Some(0.0), starts: starts.to_vec() }
+}
+
+impl P {
+    fn within(mut self, low: f64, high: f64) -> Self {
+        self.range = Some([low, high]);
+        for start in &mut self.starts {
+            *start = start.clamp(low, high);
+        }
+        self
+    }
+
+    /// A parameter that says what an effect is like.
+    fn shape(mut self) -> Self {
+        self.neutral = None;
+        self
+    }
+
+    /// A factor: no effect at 1.
+    fn factor(mut self) -> Self {
+        self.neutral = Some(1.0);
+        self
+    }
+}
+
+impl Draft<'_> {
+    /// Adds a candidate; `write` makes the patch from the names of its parameters.
+    fn add(
+        &mut self,
+        (kind, at): (&'static str, &str),
+        params: &[P],
+        within: &'static [&'static str],
+        write: impl Fn(&[String]) -> (Patch, String),
+    ) {
+        let model = self.ground.model;
+        let names: Vec<String> =
+            params.iter().map(|p| fresh(model, &format!("{at}_{}", p.suffix))).collect();
+        let (patch, equation) = write(&names);
+        let n_starts = params.iter().map(|p| p.starts.len()).max().unwrap_or(1);
+        // What has no shape is nearly linear in how much of it there is, so it begins from none.
+        let none: Option<Vec<f64>> = params.iter().map(|p| p.neutral).collect();
+        let n_starts = if none.is_some() { 1 } else { n_starts };
+        let patches = (0..n_starts)
+            .map(|i| Patch {
+                title: format!("{kind}({at})"),
+                params: params
+                    .iter()
+                    .zip(&names)
+                    .enumerate()
+                    .map(|(k, (p, name))| NewParam {
+                        role: p.role,
+                        name: name.clone(),
+                        dimension: p.dimension,
+                        range: p.range,
+                        neutral: p.neutral,
+                        value: none
+                            .as_ref()
+                            .map_or(p.starts[i.min(p.starts.len() - 1)], |none| none[k]),
+                        std: None,
+                    })
+                    .collect(),
+                ..patch.clone()
+            })
+            .collect();
+        self.out.push(Candidate { kind, at: at.into(), patches, equation, within });
+    }
+}
+
+/// Which states are velocities, with the state they are the rate of.
+pub fn velocities(ground: &Ground) -> Vec<(usize, Option<usize>)> {
+    let model = ground.compiled;
+    let n = model.states.len();
+    let of = |v: usize| (0..n).find(|&q| q != v && model.rates[q] == model.state_regs[v]);
+    (0..n)
+        .filter_map(|v| {
+            let dimension = model.units.of(&model.states[v].name);
+            let by_unit =
+                dimension.is_some_and(|d| d == Dimension::SPEED || d == Dimension::ANGULAR_SPEED);
+            if let Some(q) = of(v) {
+                return Some((v, Some(q)));
+            }
+            // Without units a state that goes both ways and is not the integral of another may be one.
+            let position = (0..n).any(|w| w != v && model.rates[v] == model.state_regs[w]);
+            let open = dimension.is_none() && !position && ground.states[v].changes_sign();
+            (by_unit || open).then_some((v, None))
+        })
+        .collect()
+}
+
+/// Every candidate for a model.
+pub fn candidates(ground: &Ground) -> Vec<Candidate> {
+    let mut draft = Draft { ground, out: Vec::new() };
+    if ground.compiled.states.is_empty() {
+        friction::friction_of_inputs(&mut draft);
+    } else {
+        friction::friction(&mut draft);
+        forces::stiffness(&mut draft);
+        levels::levels(&mut draft);
+        forces::disturbances(&mut draft);
+    }
+    signals::inputs(&mut draft);
+    signals::outputs(&mut draft);
+    draft.out
+}

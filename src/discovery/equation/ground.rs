@@ -1,0 +1,96 @@
+//! What the candidates are made from: how far states, rates and signals go along the recordings.
+
+use super::candidates::{Ground, Range};
+use super::data::Data;
+use super::fitting::Fitted;
+use super::hypothesis::Question;
+use super::score::lines;
+use super::simulate::simulate;
+use crate::language::ast::ModelItem;
+
+impl Question<'_> {
+    /// What the candidates are made from, at a fitted model.
+    pub(super) fn ground<'m>(&self, fitted: &'m Fitted, model: &'m ModelItem) -> Ground<'m> {
+        let compiled = &fitted.compiled;
+        let bench = &self.bench;
+        let n = compiled.states.len();
+        let columns = self.along(fitted);
+        let of = |column: &Vec<f64>| Range::of(column.iter().copied());
+        let over = |pick: &dyn Fn(&Data) -> &Vec<f64>| {
+            let all: Vec<f64> = bench.train.iter().flat_map(|d| pick(d).iter().copied()).collect();
+            Range::of(all.into_iter())
+        };
+        Ground {
+            model,
+            compiled,
+            states: columns[..n].iter().map(of).collect(),
+            rates: columns[n..].iter().map(of).collect(),
+            inputs: (0..compiled.inputs.len()).map(|i| over(&|d| &d.inputs[i])).collect(),
+            outputs: (0..compiled.outputs.len()).map(|o| over(&|d| &d.outputs[o])).collect(),
+            step: bench.train.first().map_or(1.0, Data::step),
+            row: bench.row,
+            duration: bench
+                .train
+                .iter()
+                .map(|d| d.time[d.n_rows() - 1] - d.time[0])
+                .fold(0.0, f64::max),
+            lines: self.hums(fitted),
+        }
+    }
+
+    /// States, then their rates, along the recordings: a model whose outputs they are.
+    pub(super) fn along(&self, fitted: &Fitted) -> Vec<Vec<f64>> {
+        let (compiled, bench) = (&fitted.compiled, &self.bench);
+        let probe = compiled.probing(compiled.state_regs.iter().chain(&compiled.rates).copied());
+        let n = 2 * compiled.states.len();
+        let mut columns = vec![Vec::new(); n];
+        let windows = bench.task(compiled).windows;
+        for (w, start) in windows.iter().zip(&fitted.train.point.starts) {
+            let mut out = vec![0.0; w.rows.len() * n];
+            let (data, params) = (&bench.train[w.data], &fitted.train.point.params);
+            let run = simulate(&probe, data, w.rows.clone(), bench.scheme, params, start, &mut out);
+            if run.is_ok() {
+                for (k, column) in columns.iter_mut().enumerate() {
+                    column.extend(out.iter().skip(k).step_by(n).copied());
+                }
+            }
+        }
+        columns
+    }
+
+    /// Lines of the residual's spectrum that the motion itself does not have, Hz.
+    fn hums(&self, fitted: &Fitted) -> Vec<f64> {
+        let bench = &self.bench;
+        let (Some(first), Some(r)) = (bench.train.first(), fitted.train.residuals.first()) else {
+            return Vec::new();
+        };
+        let windows = bench.task(&fitted.compiled).windows;
+        let whole = match bench.rows {
+            None => windows.first().map_or(0, |w| w.rows.len()),
+            Some(_) => first.n_rows(),
+        };
+        let m = whole.min(first.n_rows()).min(r.len());
+        if m < 2 {
+            return Vec::new();
+        }
+        let time = &first.time[..m];
+        let longest = windows.iter().map(|w| w.rows.len()).max().unwrap_or(0);
+        let run = longest as f64 * first.step();
+        let mut found = lines(time, &r[..m], 4);
+        // What does not come round a few times in a run cannot be told from a drift.
+        found.retain(|f| f * run >= 3.0);
+        if found.is_empty() {
+            return found;
+        }
+        let apart = 2.0 / (time[m - 1] - time[0]).max(1e-300);
+        let of_motion: Vec<f64> = first
+            .inputs
+            .iter()
+            .chain(&first.outputs)
+            .flat_map(|column| lines(time, &column[..m], 6))
+            .collect();
+        found.retain(|f| of_motion.iter().all(|g| (f - g).abs() > apart));
+        found.truncate(2);
+        found
+    }
+}

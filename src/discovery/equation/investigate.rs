@@ -1,0 +1,142 @@
+//! A model's text and recordings → what is missing: the order of things.
+
+use crate::language::{Diagnostic, parse};
+use crate::units::significant;
+
+use super::super::Trace;
+use super::super::finding::Finding;
+use super::super::recording::{self, Recording};
+use super::answer::Report;
+use super::compile::compile;
+use super::edit::model_in;
+use super::fitting::{NoFit, baseline};
+use super::hypothesis::Question;
+use super::prepare::{about_inputs, free_starts, prepare};
+
+/// How to investigate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// The part of a single recording that is held out.
+    pub holdout: f64,
+    /// Seed of random starts.
+    pub seed: u64,
+    /// Most rows that are fitted; longer recordings are thinned where nothing is lost, else shortened.
+    pub most_rows: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { holdout: 0.3, seed: 1, most_rows: 2500 }
+    }
+}
+
+/// Why there is no answer.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// The model's text has mistakes.
+    #[error("the model has mistakes")]
+    Model {
+        /// All of them.
+        diagnostics: Vec<Diagnostic>,
+    },
+    /// There is no such model in the text.
+    #[error("there is no `model` block{}", if .name.is_empty() { String::new() } else { format!(" `{}`", .name) })]
+    NoModel {
+        /// The one asked for; empty for any.
+        name: String,
+    },
+    /// A recording does not fit the model.
+    #[error(transparent)]
+    Recording(#[from] recording::Error),
+    /// The model's states grow without bound, or are not numbers.
+    #[error("the model blows up: `{what}` is no longer a finite number at t = {t} s")]
+    BlowUp {
+        /// Which state or output.
+        what: String,
+        /// When, s.
+        t: f64,
+    },
+    /// Too few rows.
+    #[error("{rows} rows are too few to fit a model and to judge it")]
+    TooShort {
+        /// How many there are.
+        rows: usize,
+    },
+}
+
+/// A finding with the text that follows from it.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// What was found.
+    pub finding: Finding,
+    /// The text of the file with the effects written in; as it was when nothing is missing.
+    pub text: String,
+    /// Measured minus model on the data held out, before and after, one per output.
+    pub traces: Vec<Trace>,
+    /// The inputs that would settle a doubt, as the text of a recording.
+    pub experiment: Option<String>,
+}
+
+/// Finds what a model leaves out.
+///
+/// `text` is a whole `.task` file; `name` chooses one of its models, empty for the first. Several
+/// recordings: the last is held out; one: its last part is. `progress` is told what is being done and which
+/// part is done.
+///
+/// # Errors
+///
+/// [`Error`] when the model or a recording cannot be used, with what is wrong.
+pub fn investigate(
+    path: &str,
+    text: &str,
+    name: &str,
+    recordings: &[Recording],
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Outcome, Error> {
+    let (_, diagnostics) = parse(text);
+    let Some(model) = model_in(text, name) else {
+        if diagnostics.iter().any(Diagnostic::is_error) {
+            return Err(Error::Model { diagnostics });
+        }
+        return Err(Error::NoModel { name: name.into() });
+    };
+    let inside: Vec<Diagnostic> = diagnostics
+        .into_iter()
+        .filter(|d| d.is_error() && model.span.from <= d.span.from && d.span.to <= model.span.to)
+        .collect();
+    if !inside.is_empty() {
+        return Err(Error::Model { diagnostics: inside });
+    }
+    let compiled = compile(&model).map_err(|diagnostics| Error::Model { diagnostics })?;
+    let name = compiled.name.clone();
+    let mut notes: Vec<String> = recordings.iter().flat_map(|r| r.notes.clone()).collect();
+    let mut bench = prepare(&compiled, recordings, options, &mut notes)?;
+    let blow = |NoFit { blow_up }: NoFit| match blow_up {
+        Some(b) => Error::BlowUp { what: b.what, t: b.t },
+        None => Error::TooShort { rows: recordings.iter().map(Recording::n_rows).sum() },
+    };
+    let mut nominal = baseline(&mut bench, text, &name, options.seed).map_err(blow)?;
+    free_starts(&mut bench, &mut nominal, &name, options.seed, &mut notes);
+    if let Some(rows) = bench.rows {
+        let step = bench.train[0].step();
+        notes.push(format!(
+            "the model's memory does not fade, so it is run in stretches of {} s, each from first values that fit it",
+            significant(rows as f64 * step, 3)
+        ));
+    }
+    for names in &nominal.train.undetermined {
+        notes.push(format!(
+            "the data do not determine {names}: they trade against each other, or against the first values"
+        ));
+    }
+    let floors = bench.train[0].noise.iter().map(|n| 0.01 * n * n + 1e-24).collect();
+    let mut question = Question { bench, name: &name, floors, whole: [0.0; 2] };
+    let mut search = question
+        .search(nominal, progress)
+        .ok_or_else(|| Error::TooShort { rows: recordings.iter().map(Recording::n_rows).sum() })?;
+    notes.extend(about_inputs(&question.bench, &compiled));
+    progress("looking at what is left", 0.95);
+    let formula = question.unnamed(&mut search);
+    Ok(Report { path, text, question: &question, search: &search, formula, notes }.outcome())
+}

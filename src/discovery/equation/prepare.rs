@@ -1,0 +1,141 @@
+//! Recordings → what is fitted and what is held out, thinned and scaled.
+
+use crate::units::significant;
+
+use super::super::recording::Recording;
+use super::compile::Compiled;
+use super::data::{Data, noise_of, std};
+use super::fitting::{Bench, Fitted, baseline};
+use super::investigate::{Error, Options};
+use super::simulate::{Hold, Scheme};
+
+/// What was assumed of the inputs, in words.
+pub(super) fn about_inputs(bench: &Bench, model: &Compiled) -> Option<String> {
+    if model.inputs.is_empty() || model.states.is_empty() {
+        return None;
+    }
+    let Scheme { hold, shift, .. } = bench.scheme;
+    let joined = match hold {
+        Hold::Zero => return None,
+        Hold::Line => "inputs follow straight lines between rows, which fits best",
+        Hold::Curve => "inputs follow smooth curves between rows, which fits best",
+    };
+    if shift.abs() < 0.02 * bench.row {
+        return Some(joined.into());
+    }
+    let way = if shift > 0.0 { "later" } else { "earlier" };
+    Some(format!(
+        "{joined}, and act {} s {way} than written; less than a row is a matter of how the recording was taken, and no effect",
+        significant(shift.abs(), 2)
+    ))
+}
+
+/// The noise that a sidecar gives for a column such as `q_2` or `tcp_x`.
+fn told_noise(recording: &Recording, name: &str) -> Option<f64> {
+    let levels = &recording.sidecar.noise;
+    let (stem, number) = name.rsplit_once('_').unwrap_or((name, "1"));
+    let of = match stem {
+        "q" => &levels.q_rad,
+        "dq" => &levels.dq_rad_s,
+        "tau" => &levels.tau_nm,
+        "tcp" => &levels.tcp_m,
+        _ => return None,
+    };
+    of.as_ref()?.of(number.parse::<usize>().ok().and_then(|n| n.checked_sub(1)).unwrap_or(0))
+}
+
+/// Splits, thins and scales the recordings.
+pub(super) fn prepare(
+    model: &Compiled,
+    recordings: &[Recording],
+    options: &Options,
+    notes: &mut Vec<String>,
+) -> Result<Bench, Error> {
+    let mut all = Vec::new();
+    for recording in recordings {
+        let (mut data, said) = Data::from_recording(recording, model)?;
+        for (noise, output) in data.noise.iter_mut().zip(&model.outputs) {
+            if let Some(told) = told_noise(recording, &output.name) {
+                *noise = told;
+            }
+        }
+        notes.extend(said);
+        all.push(data);
+    }
+    let total: usize = all.iter().map(Data::n_rows).sum();
+    if total < 20 || all.is_empty() {
+        return Err(Error::TooShort { rows: total });
+    }
+    let (train, held) = if all.len() > 1 {
+        let held = all.pop().into_iter().collect();
+        (all, held)
+    } else {
+        let n = all[0].n_rows();
+        let cut = ((n as f64) * (1.0 - options.holdout.clamp(0.05, 0.9))).round() as usize;
+        (vec![all[0].slice(0..cut)], vec![all[0].slice(cut..n)])
+    };
+    let row = train[0].step();
+    let rows: usize = train.iter().map(Data::n_rows).sum();
+    let wanted = rows.div_ceil(options.most_rows);
+    let by = train.iter().chain(&held).map(|d| d.thinning(wanted)).min().unwrap_or(1);
+    let thin = |data: Vec<Data>| -> Vec<Data> { data.iter().map(|d| d.thinned(by)).collect() };
+    let (train, held) = (thin(train), thin(held));
+    if by > 1 {
+        notes.push(format!("rows are averaged by {by}: nothing faster is in these recordings"));
+    }
+    let shorten = |data: Vec<Data>| -> Vec<Data> {
+        let rows: usize = data.iter().map(Data::n_rows).sum();
+        let part = (2.0 * options.most_rows as f64 / rows as f64).min(1.0);
+        data.iter().map(|d| d.slice(0..((d.n_rows() as f64 * part) as usize).max(3))).collect()
+    };
+    let before: usize = train.iter().map(Data::n_rows).sum();
+    let (train, held) = (shorten(train), shorten(held));
+    if train.iter().map(Data::n_rows).sum::<usize>() < before {
+        notes.push(
+            "only the first part of each recording is used; all of it would take long".into(),
+        );
+    }
+    let n_out = model.outputs.len();
+    let scales = (0..n_out)
+        .map(|o| {
+            let all: Vec<f64> = train.iter().flat_map(|d| d.outputs[o].iter().copied()).collect();
+            std(&all).max(noise_of(&all)).max(1e-12)
+        })
+        .collect();
+    let hold = if by > 1 { Hold::Line } else { Hold::Zero };
+    Ok(Bench {
+        train,
+        held,
+        rows: None,
+        scheme: Scheme { hold, substeps: 1, shift: 0.0 },
+        all_starts_free: false,
+        scales,
+        row,
+    })
+}
+
+/// Estimates first values that the model gives when the data speak strongly against them.
+pub(super) fn free_starts(
+    bench: &mut Bench,
+    nominal: &mut Fitted,
+    name: &str,
+    seed: u64,
+    notes: &mut Vec<String>,
+) {
+    if nominal.compiled.states.iter().all(|s| s.fixed.is_none()) {
+        return;
+    }
+    let mut free = Bench { all_starts_free: true, ..bench.clone() };
+    let text = nominal.text.clone();
+    let Ok(other) = baseline(&mut free, &text, name, seed) else { return };
+    let size = |f: &Fitted| -> f64 {
+        f.train.rms().iter().zip(&bench.scales).map(|(r, s)| (r / s).powi(2)).sum::<f64>().sqrt()
+    };
+    if size(&other) < 0.85 * size(nominal) {
+        notes.push(
+            "the recordings do not begin at the first values that the model gives; they are estimated".into(),
+        );
+        *bench = free;
+        *nominal = other;
+    }
+}

@@ -1,0 +1,301 @@
+//! What no name fits: the sparse formula that explains it, or none.
+//!
+//! Words of [`super::features`] are added to one rate or output. All of them are screened at once, by a
+//! linear regression of the residual on what each would change in the simulated outputs: the model is
+//! integrated, noise is never differentiated. The best few are fitted in full, and the formula grows
+//! word by word while the data held out are predicted better.
+//!
+//! Source: Brunton, Proctor, Kutz, "Discovering Governing Equations from Data by Sparse Identification of
+//! Nonlinear Dynamical Systems", 2016, for formulas by sparse regression; Messenger and Bortz, "Weak `SINDy`",
+//! 2021, for integrals instead of derivatives.
+
+use std::fmt::Write as _;
+
+use rayon::prelude::*;
+
+use super::candidates::{Candidate, Ground};
+use super::edit::{NewParam, Patch, apply, fresh, model_in};
+use super::estimate::Estimate;
+use super::features::{Feature, features};
+use super::hypothesis::{Chosen, Hypothesis, LEAST_EVIDENCE, Question};
+use super::linear::Regression;
+use super::search::{Search, Tried};
+use crate::units::Dimension;
+
+/// The name of an effect without one.
+pub const UNKNOWN: &str = "unknown";
+/// Most words of a formula: more would be a description, not a law.
+const MOST_WORDS: usize = 3;
+/// How many words are fitted in full at each place.
+const SHORTLIST: usize = 4;
+/// How many places are tried in full for the first word.
+const BREADTH: usize = 6;
+/// Words whose derivatives are taken in one go.
+const CHUNK: usize = 16;
+/// A formula must explain this part of what could be explained on the data held out.
+pub const LEAST_PREDICTED: f64 = 0.5;
+
+/// What came of looking for a formula.
+#[derive(Debug, Clone)]
+pub enum Formula {
+    /// The best formula does not predict data it was not fitted to: the parts that it explains of what
+    /// could be explained, on the data fitted and held out.
+    Refused {
+        /// On the data fitted.
+        train: f64,
+        /// On the data held out.
+        heldout: f64,
+    },
+    /// A formula that explains what no name does.
+    Predicts(Box<Hypothesis>),
+}
+
+/// Where a formula may stand.
+#[derive(Debug, Clone, PartialEq)]
+struct Place {
+    name: String,
+    is_state: bool,
+    dimension: Option<Dimension>,
+}
+
+impl Question<'_> {
+    /// The formula for what has no name; `None` when nothing is left to explain, or when names explain it
+    /// about as well as a formula would. A formula that is given may change how the recordings are run, and
+    /// the nominal model is then fitted on those terms.
+    pub(super) fn unnamed(&mut self, search: &mut Search) -> Option<Formula> {
+        if self.is_noise(&search.best) {
+            return None;
+        }
+        let before = (self.bench.clone(), search.nominal.clone());
+        let Some(formula) = self.formula_settled(&mut search.nominal) else {
+            let nothing = Formula::Refused { train: 0.0, heldout: 0.0 };
+            return search.best.effects.is_empty().then_some(nothing);
+        };
+        let noise = self.noise_floor();
+        let beyond = |e: &Estimate| (self.size(e).powi(2) - noise.powi(2)).max(0.0).sqrt();
+        let explained = |set: fn(&Hypothesis) -> &Estimate| {
+            1.0 - beyond(set(&formula)) / beyond(set(&search.nominal)).max(1e-300)
+        };
+        let (train, heldout) = (explained(|h| &h.fitted.train), explained(|h| &h.held));
+        let best = &search.best;
+        // Names are worth keeping unless they leave most of what a formula explains.
+        let beats = best.effects.is_empty()
+            || beyond(&formula.held) < LEAST_PREDICTED * beyond(&best.held)
+                && self.gain(best, &formula, 1).evidence() > LEAST_EVIDENCE;
+        if beats && heldout >= LEAST_PREDICTED {
+            return Some(Formula::Predicts(Box::new(formula)));
+        }
+        (self.bench, search.nominal) = before;
+        search.best.effects.is_empty().then_some(Formula::Refused { train, heldout })
+    }
+
+    /// The best formula on top of the nominal model, found again when it shows that inputs are joined
+    /// otherwise than it seemed.
+    fn formula_settled(&mut self, nominal: &mut Hypothesis) -> Option<Hypothesis> {
+        let mut formula = self.formula(nominal)?;
+        if self.settle(nominal, &mut formula)? {
+            let again = self.formula(nominal);
+            let better = again.filter(|again| self.size(&again.held) < self.size(&formula.held));
+            formula = better.unwrap_or(formula);
+        }
+        Some(formula)
+    }
+
+    /// The best formula on top of a hypothesis, each word an effect called `unknown`; `None` when no word
+    /// pays.
+    pub(super) fn formula(&self, base: &Hypothesis) -> Option<Hypothesis> {
+        let model = model_in(&base.fitted.text, self.name)?;
+        let ground = self.ground(&base.fitted, &model);
+        let places = places(&ground);
+        let mut screened: Vec<(f64, usize, Feature)> = Vec::new();
+        for (at, place) in places.iter().enumerate() {
+            let found = self.words(base, &ground, place);
+            screened.extend(found.into_iter().map(|(left, word)| (left, at, word)));
+        }
+        screened.sort_by(|a, b| a.0.total_cmp(&b.0));
+        screened.truncate(BREADTH);
+        let n_tried = places.len() * features(&ground).len();
+        let mut firsts = self.fitted_words(base, &screened, &places, n_tried);
+        firsts.truncate(2);
+        let mut best: Option<Hypothesis> = None;
+        for (first, gain) in firsts {
+            if !gain.pays() {
+                continue;
+            }
+            let Some(at) = first.effects.last().map(|e| e.candidate.at.clone()) else { continue };
+            let Some(place) = places.iter().find(|p| p.name == at) else { continue };
+            let grown = self.grown(first, place);
+            let better = best.as_ref().is_none_or(|b| self.size(&grown.held) < self.size(&b.held));
+            if better {
+                best = Some(grown);
+            }
+        }
+        best
+    }
+
+    /// Adds words at a place while they pay.
+    fn grown(&self, mut formula: Hypothesis, place: &Place) -> Hypothesis {
+        for _ in 1..MOST_WORDS {
+            let Some(model) = model_in(&formula.fitted.text, self.name) else { break };
+            let ground = self.ground(&formula.fitted, &model);
+            let words = self.words(&formula, &ground, place);
+            let next: Vec<(f64, usize, Feature)> =
+                words.into_iter().take(SHORTLIST).map(|(left, word)| (left, 0, word)).collect();
+            let n_tried = features(&ground).len();
+            let tried = self.fitted_words(&formula, &next, std::slice::from_ref(place), n_tried);
+            match tried.into_iter().find(|(_, gain)| gain.pays()) {
+                Some((longer, _)) => formula = longer,
+                None => break,
+            }
+        }
+        formula
+    }
+
+    /// All words at a place, with the squares that would be left, least first.
+    fn words(&self, base: &Hypothesis, ground: &Ground, place: &Place) -> Vec<(f64, Feature)> {
+        let all = features(ground);
+        let parts: Vec<Option<Vec<(f64, Feature)>>> = all
+            .par_chunks(CHUNK)
+            .map(|words| {
+                let names: Vec<String> =
+                    (0..words.len()).map(|i| format!("word_{i}_of_a_formula")).collect();
+                let mut term = String::new();
+                for (word, name) in words.iter().zip(&names) {
+                    let shape = word.shape.map_or(String::new(), |(_, _, at)| format!("{at:e}"));
+                    let _ = write!(term, " + {name}*{}", word.text.replace("{}", &shape));
+                }
+                let params = names.iter().map(|name| amount(name.clone(), None)).collect();
+                let patch = Patch { params, ..placed(place, term.trim().to_string()) };
+                let text = apply(&base.fitted.text, self.name, &patch)?;
+                let mut compiled = self.bench.prepare(&text, self.name)?;
+                let parent = &base.fitted;
+                let task = self.bench.task(&compiled);
+                let point =
+                    self.bench.inherit(&compiled, &parent.compiled, &parent.train.point, &task);
+                self.bench.set_ramps(&mut compiled, &point);
+                let (residuals, columns) = self.bench.task(&compiled).linearised(&point)?;
+                let new: Vec<Option<usize>> = (0..columns.len())
+                    .map(|k| {
+                        let name = &compiled.params.get(k)?.name;
+                        names.iter().position(|n| n == name)
+                    })
+                    .collect();
+                let known: Vec<&[f64]> = columns
+                    .iter()
+                    .zip(&new)
+                    .filter(|(_, new)| new.is_none())
+                    .map(|(column, _)| column.as_slice())
+                    .collect();
+                let regression = Regression::new(&known, &residuals)?;
+                let found = columns.iter().zip(&new).filter_map(|(column, new)| {
+                    let word = words[(*new)?].clone();
+                    Some((regression.left_with(column), word))
+                });
+                Some(found.collect())
+            })
+            .collect();
+        let mut found: Vec<(f64, Feature)> = parts.into_iter().flatten().flatten().collect();
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        found
+    }
+
+    /// Fits words in full on top of a hypothesis, best first.
+    fn fitted_words(
+        &self,
+        base: &Hypothesis,
+        words: &[(f64, usize, Feature)],
+        places: &[Place],
+        n_tried: usize,
+    ) -> Vec<Tried> {
+        let tried: Vec<Option<Tried>> = words
+            .par_iter()
+            .map(|(_, at, word)| {
+                let model = model_in(&base.fitted.text, self.name)?;
+                let place = places.get(*at)?;
+                let name = fresh(&model, &format!("{}_unknown", place.name));
+                let shape_name = fresh(&model, &format!("{}_unknown_shape", place.name));
+                let dimension =
+                    place.dimension.zip(word.dimension).map(|(place, word)| place / word);
+                let mut params = vec![amount(name.clone(), dimension)];
+                if let Some((dimension, range, value)) = word.shape {
+                    params.push(NewParam {
+                        role: "shape",
+                        name: shape_name.clone(),
+                        dimension,
+                        range: Some(range),
+                        neutral: None,
+                        value,
+                        std: None,
+                    });
+                }
+                let term = format!("+ {name}*{}", word.text.replace("{}", &shape_name));
+                let prime = if place.is_state { "'" } else { "" };
+                let equation = format!("{}{prime} += {}", place.name, &term[2..]);
+                let patch = Patch {
+                    title: format!("{UNKNOWN}({})", place.name),
+                    params,
+                    ..placed(place, term)
+                };
+                let text = apply(&base.fitted.text, self.name, &patch)?;
+                let fitted = self.bench.fit(&text, self.name, &base.fitted, 40)?;
+                let candidate = Candidate {
+                    kind: UNKNOWN,
+                    at: place.name.clone(),
+                    patches: Vec::new(),
+                    equation,
+                    within: &[],
+                };
+                let mut effects = base.effects.clone();
+                effects.push(Chosen { candidate, patch });
+                let rich = self.judged(effects, fitted, Some(base))?;
+                let gain = self.gain(base, &rich, n_tried);
+                Some((rich, gain))
+            })
+            .collect();
+        let mut tried: Vec<Tried> = tried.into_iter().flatten().collect();
+        tried.sort_by(|a, b| b.1.evidence().total_cmp(&a.1.evidence()));
+        tried
+    }
+}
+
+/// How much of a word there is; none to begin with.
+fn amount(name: String, dimension: Option<Dimension>) -> NewParam {
+    NewParam {
+        role: "coefficient",
+        name,
+        dimension,
+        range: None,
+        neutral: Some(0.0),
+        value: 0.0,
+        std: None,
+    }
+}
+
+/// A patch that adds a term at a place.
+fn placed(place: &Place, term: String) -> Patch {
+    let at = vec![(place.name.clone(), term)];
+    if place.is_state {
+        Patch { rates: at, ..Patch::default() }
+    } else {
+        Patch { outputs: at, ..Patch::default() }
+    }
+}
+
+/// Rates that are more than the name of another state, and outputs.
+fn places(ground: &Ground) -> Vec<Place> {
+    let model = ground.compiled;
+    let rates = model.states.iter().zip(&model.rates).filter_map(|(state, rate)| {
+        let defined = model.state_regs.contains(rate);
+        (!defined).then(|| Place {
+            name: state.name.clone(),
+            is_state: true,
+            dimension: model.units.of(&state.name).map(|d| d / Dimension::TIME),
+        })
+    });
+    let outputs = model.outputs.iter().map(|output| Place {
+        name: output.name.clone(),
+        is_state: false,
+        dimension: output.dimension,
+    });
+    rates.chain(outputs).collect()
+}

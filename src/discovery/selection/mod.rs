@@ -1,0 +1,229 @@
+//! The search for what is missing: which effects, how large, and whether the data can tell.
+//!
+//! A [`Gap`] says what the residuals are for any list of effects; [`search`] adds the effect that explains
+//! most, fits all of them together again, tries to exchange and to leave out each one, and stops when
+//! nothing more pays. Paying means two things at once: the Bayesian information criterion falls on the
+//! data fitted, and the misfit falls on data that were not. What explains the data as well as the
+//! effect chosen is kept as a [`Rival`], so that the caller can say "cannot tell".
+//!
+//! [`search`] holds the order of things, `screen` the linear algebra that says which candidates are worth a
+//! fit, [`refit`] the fit.
+//!
+//! Residuals are in units of their noise, so that the sum of their squares is `-2 ln` of the likelihood.
+//! The search draws no random numbers; parallel parts are collected in order.
+//!
+//! Source: Schwarz, "Estimating the Dimension of a Model", 1978; Kass and Raftery, "Bayes Factors", 1995,
+//! for the scale of evidence.
+
+mod refit;
+mod screen;
+mod search;
+
+use nalgebra::DMatrix;
+
+pub use refit::refit;
+pub use screen::{left_after, sum_of_squares};
+pub use search::search;
+
+/// How a parameter enters, and on what scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slot {
+    /// Its name.
+    pub name: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+    /// A change that is small, yet visible: for derivatives.
+    pub scale: f64,
+    /// Least and greatest value.
+    pub range: (f64, f64),
+    /// The value at which the effect is not there, whatever the others are; `None` for parameters of
+    /// its shape.
+    pub neutral: Option<f64>,
+    /// Nearer to its neutral value than this it means nothing, whatever the data say: the model itself
+    /// is not that exact.
+    pub least: f64,
+}
+
+/// Which data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Set {
+    /// The data fitted.
+    Train,
+    /// The data held out.
+    Heldout,
+}
+
+/// An effect that might be missing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate<T> {
+    /// The effect.
+    pub term: T,
+    /// Parameters to begin from, each with the shape fixed; parameters with a neutral value are solved
+    /// for when it is screened.
+    pub starts: Vec<Vec<f64>>,
+    /// What it costs beside its parameters, in the units of the criterion: an effect without a name
+    /// must explain more than one with.
+    pub surcharge: f64,
+}
+
+/// What is to be explained.
+pub trait Gap: Sync {
+    /// An effect at its place.
+    type Term: Clone + PartialEq + Send + Sync;
+
+    /// Returns the parameters of the model itself that are estimated along with any effects, with
+    /// their values to begin from.
+    fn nuisance(&self) -> Vec<(Slot, f64)> {
+        Vec::new()
+    }
+
+    /// Returns the parameters of an effect.
+    fn slots(&self, term: &Self::Term) -> Vec<Slot>;
+
+    /// Returns the residuals in units of noise for the model's own parameters followed by those of the
+    /// effects in order; `None` when the model runs away.
+    fn residuals(&self, set: Set, terms: &[Self::Term], parameters: &[f64]) -> Option<Vec<f64>>;
+
+    /// Returns how many independent residuals a set has.
+    fn count(&self, set: Set) -> usize;
+
+    /// Returns what could be missing beyond `terms`, given the residuals that are left on the data
+    /// fitted.
+    fn candidates(&self, terms: &[Self::Term], left: &[f64]) -> Vec<Candidate<Self::Term>>;
+
+    /// Returns whether the two can act together. An effect of the same kind at the same place cannot.
+    fn compatible(&self, a: &Self::Term, b: &Self::Term) -> bool {
+        a != b
+    }
+
+    /// Returns whether effects without a name wait until no named one pays any more: where many effects
+    /// act at once, a formula can look like the sum of two of them.
+    fn names_first(&self) -> bool {
+        false
+    }
+
+    /// Returns whether the two may explain the same data: when one joins, only those that are related to
+    /// it are tried against others in their place.
+    fn related(&self, a: &Self::Term, b: &Self::Term) -> bool {
+        let _ = (a, b);
+        true
+    }
+
+    /// Returns whether the residuals change unevenly with the effect's parameters, as where contact is
+    /// lost and made again: then the fit begins with a loss that a few wild rows cannot steer.
+    fn is_rough(&self, term: &Self::Term) -> bool {
+        let _ = term;
+        false
+    }
+
+    /// Returns whether an effect with these parameters is more than an accident of a few rows.
+    fn is_sensible(&self, term: &Self::Term, parameters: &[f64]) -> bool {
+        let _ = (term, parameters);
+        true
+    }
+
+    /// Returns whether `general` can do all that `special` can: then the simpler one is named when both
+    /// explain the data, and no doubt is raised.
+    fn contains(&self, general: &Self::Term, special: &Self::Term) -> bool {
+        let _ = (general, special);
+        false
+    }
+}
+
+/// Some effects with their parameters fitted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hypothesis<T> {
+    /// The effects.
+    pub terms: Vec<T>,
+    /// Parameters of the model, then of the effects, as fitted.
+    pub parameters: Vec<f64>,
+    /// Their covariance.
+    pub covariance: DMatrix<f64>,
+    /// Sum of squares on the data fitted.
+    pub train: f64,
+    /// Sum of squares on the data held out, same parameters; infinite if the model runs away on them.
+    pub heldout: f64,
+    /// Surcharges of the effects, one each.
+    pub surcharges: Vec<f64>,
+    /// Number of residuals in the data fitted.
+    pub count: usize,
+}
+
+impl<T> Hypothesis<T> {
+    /// Returns the criterion on the data fitted; smaller is better.
+    pub fn criterion(&self) -> f64 {
+        self.train + self.cost()
+    }
+
+    /// Returns the criterion over all data, fitted and held out.
+    pub fn evidence(&self) -> f64 {
+        self.train + self.heldout + self.cost()
+    }
+
+    fn cost(&self) -> f64 {
+        let surcharge: f64 = self.surcharges.iter().sum();
+        self.parameters.len() as f64 * (self.count as f64).ln() + surcharge
+    }
+}
+
+/// Another effect in the place of the one chosen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rival<T> {
+    /// Which of the effects chosen it would replace.
+    pub instead_of: usize,
+    /// The hypothesis with it.
+    pub hypothesis: Hypothesis<T>,
+    /// How much worse its evidence is.
+    pub behind: f64,
+}
+
+/// How to search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Most effects at once.
+    pub most: usize,
+    /// How many of the screened candidates are fitted.
+    pub shortlist: usize,
+    /// How much the criterion must fall, beyond the cost of the parameters, for an effect to count.
+    pub least_gain: f64,
+    /// How much the misfit on the data held out must fall.
+    pub least_heldout: f64,
+    /// With a gain on the data fitted above this, held-out data that do not exercise the effect (no
+    /// change there) do not speak against it.
+    pub overwhelming: f64,
+    /// An effect must explain more than this part of what all others explain already, up to
+    /// `overwhelming`: how the others act is known that well and no better.
+    pub imperfection: f64,
+    /// Rivals whose evidence is behind by less than this cannot be told apart.
+    pub tie: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            most: 5,
+            shortlist: 6,
+            // About 2 ln(number of candidates): the best of hundreds of useless ones gains that much.
+            least_gain: 8.0,
+            least_heldout: 4.0,
+            overwhelming: 60.0,
+            // A law that is right to three parts in a hundred leaves the square of it.
+            imperfection: 1e-3,
+            // "Strong" on the scale of Kass and Raftery begins at 6.
+            tie: 6.0,
+        }
+    }
+}
+
+/// What the search found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome<T> {
+    /// Without any effect.
+    pub nothing: Hypothesis<T>,
+    /// With the effects that pay.
+    pub best: Hypothesis<T>,
+    /// The hypothesis without each effect, the others fitted again.
+    pub without: Vec<Hypothesis<T>>,
+    /// Other explanations, best first.
+    pub rivals: Vec<Rival<T>>,
+}

@@ -1,0 +1,125 @@
+//! The fit of some effects together, and how well they then do on data held out.
+
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+use super::screen::sum_of_squares;
+use super::{Gap, Hypothesis, Set, Slot};
+use crate::fit;
+
+pub(super) fn all_slots<G: Gap>(gap: &G, terms: &[G::Term]) -> Vec<Slot> {
+    let mut slots: Vec<Slot> = gap.nuisance().into_iter().map(|(slot, _)| slot).collect();
+    for term in terms {
+        slots.extend(gap.slots(term));
+    }
+    slots
+}
+
+/// Derivatives of the residuals, one column per parameter; one-sided, towards the inside of its range.
+pub(super) fn columns<G: Gap>(
+    gap: &G,
+    terms: &[G::Term],
+    parameters: &[f64],
+    slots: &[Slot],
+    residuals: &[f64],
+) -> Option<Vec<Vec<f64>>> {
+    (0..parameters.len())
+        .into_par_iter()
+        .map(|i| {
+            let mut moved = parameters.to_vec();
+            let mut step = 0.1 * slots[i].scale;
+            if moved[i] + step > slots[i].range.1 {
+                step = -step;
+            }
+            moved[i] += step;
+            let at = gap.residuals(Set::Train, terms, &moved)?;
+            Some(at.iter().zip(residuals).map(|(a, r)| (a - r) / step).collect())
+        })
+        .collect()
+}
+
+/// The residuals on the data fitted as a least-squares problem.
+struct Problem<'a, G: Gap> {
+    gap: &'a G,
+    terms: &'a [G::Term],
+    slots: &'a [Slot],
+    n: usize,
+}
+
+impl<G: Gap> fit::Problem for Problem<'_, G> {
+    fn n_residuals(&self) -> usize {
+        self.n
+    }
+
+    fn residuals(&self, x: &[f64], r: &mut [f64]) {
+        match self.gap.residuals(Set::Train, self.terms, x) {
+            Some(values) => r.copy_from_slice(&values),
+            None => r.fill(f64::NAN),
+        }
+    }
+
+    fn jacobian(&self, x: &[f64], j: &mut fit::Jacobian) -> bool {
+        let Some(here) = self.gap.residuals(Set::Train, self.terms, x) else { return false };
+        let Some(columns) = columns(self.gap, self.terms, x, self.slots, &here) else {
+            return false;
+        };
+        for row in 0..self.n {
+            for (to, column) in j.row_mut(row).iter_mut().zip(&columns) {
+                *to = column[row];
+            }
+        }
+        true
+    }
+}
+
+/// Residuals beyond this many standard deviations steer less while a rough effect is located.
+const ROUGH: f64 = 2.0;
+
+/// Fits the parameters of some effects on the data fitted and evaluates them on the data held out.
+pub fn refit<G: Gap>(
+    gap: &G,
+    terms: Vec<G::Term>,
+    start: Vec<f64>,
+    surcharges: Vec<f64>,
+) -> Option<Hypothesis<G::Term>> {
+    let slots = all_slots(gap, &terms);
+    let first = gap.residuals(Set::Train, &terms, &start)?;
+    let count = gap.count(Set::Train);
+    let (parameters, covariance, train) = if slots.is_empty() {
+        let train = sum_of_squares(&first);
+        (start, DMatrix::zeros(0, 0), train)
+    } else {
+        let problem = Problem { gap, terms: &terms, slots: &slots, n: first.len() };
+        let bounds = slots
+            .iter()
+            .enumerate()
+            .filter(|(_, slot)| slot.range.0.is_finite() || slot.range.1.is_finite());
+        let options = fit::Options {
+            noise: fit::Noise::Known,
+            max_iterations: 30,
+            // A thousandth of a standard deviation is nothing; a misfit of 0.01 is nothing.
+            step_tolerance: 1e-6,
+            cost_tolerance: 5e-7,
+            bounds: bounds
+                .map(|(parameter, slot)| fit::Bound {
+                    parameter,
+                    lower: slot.range.0,
+                    upper: slot.range.1,
+                })
+                .collect(),
+            ..fit::Options::default()
+        };
+        let mut start = start;
+        if terms.last().is_some_and(|term| gap.is_rough(term)) {
+            let robust = fit::Options { loss: fit::Loss::Huber(ROUGH), ..options.clone() };
+            start = fit::solve(&problem, &start, &robust).ok()?.x;
+        }
+        let fit = fit::solve(&problem, &start, &options).ok()?;
+        let train = sum_of_squares(&fit.residuals);
+        (fit.x, fit.covariance, train)
+    };
+    let heldout = gap
+        .residuals(Set::Heldout, &terms, &parameters)
+        .map_or(f64::INFINITY, |residuals| sum_of_squares(&residuals));
+    Some(Hypothesis { terms, parameters, covariance, train, heldout, surcharges, count })
+}

@@ -1,0 +1,139 @@
+//! What a linear fit would leave when a candidate joins: cheap enough for hundreds of them.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::refit::{all_slots, columns};
+use super::{Gap, Hypothesis, Set, Slot};
+
+/// The model linearised about a hypothesis.
+pub(super) struct Local {
+    pub(super) residuals: Vec<f64>,
+    columns: Vec<Vec<f64>>,
+}
+
+/// What is added to the diagonal of scaled normal equations: far below what the data determine.
+const RIDGE: f64 = 1e-9;
+
+impl Local {
+    pub(super) fn at<G: Gap>(gap: &G, best: &Hypothesis<G::Term>) -> Option<Self> {
+        let residuals = gap.residuals(Set::Train, &best.terms, &best.parameters)?;
+        let slots = all_slots(gap, &best.terms);
+        let columns = columns(gap, &best.terms, &best.parameters, &slots, &residuals)?;
+        Some(Self { residuals, columns })
+    }
+
+    /// Returns the sum of squares that a linear fit leaves when the candidate joins, and where that
+    /// fit ends; shape parameters stay as they start.
+    pub(super) fn screen<G: Gap>(
+        &self,
+        gap: &G,
+        best: &Hypothesis<G::Term>,
+        term: &G::Term,
+        slots: &[Slot],
+        start: &[f64],
+    ) -> Option<(f64, Vec<f64>)> {
+        let mut terms = best.terms.clone();
+        terms.push(term.clone());
+        let mut parameters = best.parameters.clone();
+        let from = parameters.len();
+        parameters.extend_from_slice(start);
+        let absent = slots.iter().zip(start).any(|(slot, value)| {
+            slot.neutral.is_some_and(|neutral| (neutral - value).abs() < 1e-15)
+        }) && slots.iter().zip(start).all(|(slot, value)| {
+            slot.neutral.is_none_or(|neutral| (neutral - value).abs() < 1e-15)
+        });
+        let here;
+        let residuals = if absent {
+            &self.residuals
+        } else {
+            here = gap.residuals(Set::Train, &terms, &parameters)?;
+            &here
+        };
+        let mut solved: Vec<(usize, Vec<f64>)> = Vec::new();
+        for (i, slot) in slots.iter().enumerate() {
+            if slot.neutral.is_none() {
+                continue;
+            }
+            let mut moved = parameters.clone();
+            moved[from + i] += slot.scale;
+            let at = gap.residuals(Set::Train, &terms, &moved)?;
+            let column = at.iter().zip(residuals).map(|(a, r)| (a - r) / slot.scale).collect();
+            solved.push((i, column));
+        }
+        let old = self.columns.len();
+        let all: Vec<&[f64]> = self
+            .columns
+            .iter()
+            .map(Vec::as_slice)
+            .chain(solved.iter().map(|(_, column)| column.as_slice()))
+            .collect();
+        let (step, left) = least_squares(&all, residuals)?;
+        for (i, change) in step.iter().take(old).enumerate() {
+            parameters[i] += change;
+        }
+        let mut outside = false;
+        for ((i, _), change) in solved.iter().zip(step.iter().skip(old)) {
+            let slot = &slots[*i];
+            let value = parameters[from + i] + change;
+            outside |= value < slot.range.0 || value > slot.range.1;
+            parameters[from + i] = value.clamp(slot.range.0, slot.range.1);
+        }
+        if outside {
+            // A negative friction explains nothing: judge where the range ends.
+            let clamped = gap.residuals(Set::Train, &terms, &parameters)?;
+            return Some((sum_of_squares(&clamped), parameters));
+        }
+        Some((left, parameters))
+    }
+}
+
+/// Returns the step that minimises `|r + J step|²` and what is left of it.
+fn least_squares(columns: &[&[f64]], residuals: &[f64]) -> Option<(Vec<f64>, f64)> {
+    let n = columns.len();
+    let total = sum_of_squares(residuals);
+    if n == 0 {
+        return Some((Vec::new(), total));
+    }
+    // A column of zeros is a parameter that the data do not show; it stays where it is.
+    let norm = |column: &&[f64]| sum_of_squares(column).sqrt();
+    let scale: Vec<f64> =
+        columns.iter().map(norm).map(|norm| if norm > 1e-150 { norm } else { 1.0 }).collect();
+    let mut a = DMatrix::zeros(n, n);
+    let mut g = DVector::zeros(n);
+    for i in 0..n {
+        g[i] = -dot(columns[i], residuals) / scale[i];
+        for j in 0..=i {
+            a[(i, j)] = dot(columns[i], columns[j]) / (scale[i] * scale[j]);
+            a[(j, i)] = a[(i, j)];
+        }
+        a[(i, i)] += RIDGE;
+    }
+    let solution = a.cholesky()?.solve(&g);
+    let left = total - solution.dot(&g);
+    let step = solution.iter().zip(&scale).map(|(s, scale)| s / scale).collect();
+    Some((step, left.max(0.0)))
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    // Four sums keep the processor's adders busy.
+    let mut sums = [0.0; 4];
+    let (chunks_a, chunks_b) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest: f64 = chunks_a.remainder().iter().zip(chunks_b.remainder()).map(|(a, b)| a * b).sum();
+    for (a, b) in chunks_a.zip(chunks_b) {
+        for i in 0..4 {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
+/// Returns the sum of squares that is left of `residuals` when multiples of the columns may be taken
+/// away; `None` if the columns determine no multiples.
+pub fn left_after(columns: &[&[f64]], residuals: &[f64]) -> Option<f64> {
+    least_squares(columns, residuals).map(|(_, left)| left)
+}
+
+/// Returns `Σ v²`.
+pub fn sum_of_squares(values: &[f64]) -> f64 {
+    dot(values, values)
+}

@@ -1,0 +1,120 @@
+//! What a cell works with: an arm, a camera, scales, and what the arm allows.
+//!
+//! The laboratory's are made here; those of an arm elsewhere are handed in.
+
+use std::sync::{Arc, Mutex};
+
+use crate::execution::arm::{Arm, Camera, Scales};
+use crate::execution::lab_arm::{self, LabCamera, LabPlant, LabScales, SharedLab};
+use crate::lab::{Lab, LabSettings};
+use crate::language::ast::Item;
+use crate::language::{Diagnostic, Library};
+use crate::motion::robot::Robot;
+use crate::motion::trajectory::Limits;
+use crate::world::Scene;
+
+use super::{Error, Options, check, library, scene_of, with_sources};
+
+/// An arm, a camera, and scales where there are some.
+pub struct Devices {
+    /// The arm.
+    pub arm: Box<dyn Arm>,
+    /// The camera that looks at the table.
+    pub camera: Box<dyn Camera>,
+    /// Scales under the vessels, read when a run is over.
+    pub scales: Option<Box<dyn Scales>>,
+    /// Speeds and accelerations that are planned within, where the robot's own file allows more.
+    pub limits: Option<Limits>,
+}
+
+/// Reads the library and finds the scene and its robot; nothing is connected.
+pub(super) fn place(options: &mut Options) -> Result<(Library, Arc<Scene>, Arc<Robot>), Error> {
+    let mut library = library(&options.stdlib);
+    let read = |path: &str| options.stdlib.read(path);
+    let scene_source = options.scene.take().map(|source| library.add_with(source, &read));
+    let script = options.script.take().map(|source| library.add_with(source, &read));
+    for (name, text) in library.scripts() {
+        options.stdlib.add_script(name, text);
+    }
+    if let Some(file) = scene_source {
+        let own = library
+            .program(file)
+            .is_some_and(|program| program.items.iter().any(|item| matches!(item, Item::Scene(_))));
+        // A file that was named for its scene does not quietly mean another one's.
+        if !own {
+            let name = library.source(file).map(|source| source.name.clone());
+            return Err(Error::NoScene(name.unwrap_or_default()));
+        }
+    }
+    let scene = Arc::new(scene_of(&library, scene_source.or(script))?);
+    let scope = library.scope(&scene.name);
+    let all = (0..library.len())
+        .flat_map(|file| check::check_file(&library, &options.stdlib, file, &scope));
+    let wrong = with_sources(&library, all.filter(Diagnostic::is_error));
+    if !wrong.is_empty() {
+        return Err(Error::Text(wrong));
+    }
+    let robot = Arc::new(options.stdlib.robot(&scene.robot)?);
+    Ok((library, scene, robot))
+}
+
+fn lab_of(robot: &Robot, scene: &Scene, options: &Options) -> Result<SharedLab, Error> {
+    let settings = match options.robot.as_str() {
+        "twin" => LabSettings::perfect(),
+        _ => options.lab.clone(),
+    };
+    let lab = Lab::new(robot, scene, settings, options.seed);
+    Ok(Arc::new(Mutex::new(lab.map_err(|error| Error::Lab(error.to_string()))?)))
+}
+
+/// Returns the laboratory's devices.
+pub(super) fn laboratory_devices(
+    robot: &Arc<Robot>,
+    scene: &Scene,
+    options: &Options,
+) -> Result<Devices, Error> {
+    let lab = lab_of(robot, scene, options)?;
+    Ok(Devices {
+        arm: Box::new(lab_arm::connect(lab.clone())),
+        camera: Box::new(LabCamera(lab.clone())),
+        scales: Some(Box::new(LabScales(lab))),
+        limits: None,
+    })
+}
+
+/// A laboratory without a program: its arm to be put behind a controller, its camera and scales beside it.
+pub struct Laboratory {
+    /// The robot as its file says.
+    pub robot: Arc<Robot>,
+    /// The arm, to be stepped.
+    pub plant: LabPlant,
+    /// The camera.
+    pub camera: LabCamera,
+    /// The scales.
+    pub scales: LabScales,
+}
+
+/// Returns the robot of a scene, with nothing around it.
+///
+/// # Errors
+///
+/// As [`super::WorkCell::open`].
+pub fn robot_of(mut options: Options) -> Result<Arc<Robot>, Error> {
+    Ok(place(&mut options)?.2)
+}
+
+/// Opens the laboratory of a scene.
+///
+/// # Errors
+///
+/// As [`super::WorkCell::open`].
+pub fn laboratory(mut options: Options) -> Result<Laboratory, Error> {
+    let (_, scene, robot) = place(&mut options)?;
+    let lab = lab_of(&robot, &scene, &options)?;
+    Ok(Laboratory {
+        robot,
+        plant: lab_arm::plant(lab.clone()),
+        camera: LabCamera(lab.clone()),
+        scales: LabScales(lab),
+    })
+}

@@ -1,0 +1,81 @@
+//! What has no name gets a formula; nothing missing says what would have been seen; a doubt gets an
+//! experiment.
+
+use trueup::discovery::equation::Outcome;
+use trueup::discovery::finding::Verdict;
+
+use super::planted::{CART, cart};
+use super::{ask, record};
+
+/// The number before a word of an equation.
+fn factor(equation: &str, word: &str) -> f64 {
+    let (before, _) = equation.split_once(word).unwrap_or_else(|| panic!("{equation}"));
+    let number = before.rsplit([' ', '(']).next().unwrap();
+    number.trim_end_matches('*').parse().unwrap_or_else(|_| panic!("{equation}"))
+}
+
+#[test]
+fn a_spring_that_begins_within_the_way_has_no_name_but_a_formula() {
+    let outcome = ask(CART, &cart(|_, q, _| -3.0 * (q - 0.5).max(0.0), |u| u)).unwrap();
+    let finding = &outcome.finding;
+    assert_eq!(finding.verdict, Verdict::Unknown, "{finding:#?}");
+    let [effect] = finding.effects.as_slice() else { panic!("{finding:#?}") };
+    assert_eq!((effect.name.as_str(), effect.at.as_str()), ("unknown", "v"));
+    assert!((factor(&effect.equation, "max(q - 0.") + 3.0).abs() < 0.1, "{}", effect.equation);
+    assert!(finding.gap.shrink_heldout > 0.9, "{:?}", finding.gap);
+    assert!(
+        finding.notes.iter().any(|n| n.contains("outside nobody knows")),
+        "{:?}",
+        finding.notes
+    );
+    assert!(outcome.text.contains("v_unknown*max(q - v_unknown_shape, 0)"), "{}", outcome.text);
+}
+
+#[test]
+fn nothing_missing_says_what_would_have_been_seen() {
+    let outcome = ask(CART, &cart(|_, _, _| 0.0, |u| u)).unwrap();
+    let visible = &outcome.finding.smallest_visible;
+    let least = |name: &str| {
+        let found = visible.iter().find(|v| v.name == name);
+        found.unwrap_or_else(|| panic!("{visible:#?}")).least
+    };
+    let dry = least("dry_friction");
+    assert!(dry > 1e-6 && dry < 1e-2, "{dry}");
+    // Twice that is found indeed, and a fifth of it is not.
+    let with =
+        |size: f64| -> Outcome { ask(CART, &cart(|_, _, v| -size * v.signum(), |u| u)).unwrap() };
+    let found = with(2.0 * dry).finding;
+    assert_eq!(found.verdict, Verdict::Named, "{found:#?}");
+    assert_eq!(found.effects[0].name, "dry_friction");
+    assert_eq!(with(0.2 * dry).finding.verdict, Verdict::NothingMissing);
+    // A constant added to a position that begins anywhere is seen by nobody.
+    assert!(outcome.finding.notes.iter().any(|n| n.contains("output_offset(y)")));
+}
+
+/// Moved slowly, what is late and what lags are the same; steps tell them apart.
+#[test]
+fn a_doubt_that_an_input_can_settle_comes_with_that_input() {
+    let made = |seed: u32| {
+        let slow = move |t: f64| (0.15 * t + f64::from(seed)).sin();
+        record(
+            400,
+            0.05,
+            seed,
+            1e-2,
+            &[0.0],
+            move |t, _, x| vec![(slow(t - 0.2) - x[0]) / 0.5],
+            |_, x| x[0],
+            slow,
+        )
+    };
+    let model =
+        "model m {\n    input u\n    state x = free\n    x' = (u - x)/0.5\n    output y = x\n}\n";
+    let outcome = ask(model, &[made(1), made(2)]).unwrap();
+    let finding = &outcome.finding;
+    assert_eq!(finding.verdict, Verdict::Ambiguous, "{finding:#?}");
+    assert!(finding.effects.len() > 1 && finding.effects.iter().all(|e| e.indistinguishable));
+    let next = finding.next_experiment.as_ref().unwrap();
+    assert!(next.why.contains("standard deviations"), "{}", next.why);
+    let csv = outcome.experiment.as_ref().unwrap();
+    assert!(csv.starts_with("t[s],u\n") && csv.lines().count() > 300, "{csv:.80}");
+}
