@@ -12,6 +12,8 @@ mod kortex;
 mod lab;
 mod learn;
 mod lsp;
+mod replay;
+mod report;
 mod robot;
 mod run;
 mod say;
@@ -114,6 +116,10 @@ enum Command {
     Graph(text::GraphArgs),
     /// Say which call a sentence means.
     Say(say::SayArgs),
+    /// Tell a recorded run again, without an arm.
+    Replay(replay::ReplayArgs),
+    /// Write a run folder as one HTML page.
+    Report(report::ReportArgs),
     /// Kinematics, dynamics and planning of a robot.
     #[command(subcommand)]
     Robot(robot::RobotCommand),
@@ -192,6 +198,8 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         (Some(Command::Fmt(args)), _) => text::fmt(args, style),
         (Some(Command::Lsp), _) => lsp::serve(cli),
         (Some(Command::Learn(args)), _) => learn::learn(args, cli, style),
+        (Some(Command::Replay(args)), _) => replay::replay(args, cli, style),
+        (Some(Command::Report(args)), _) => report::report(args, style),
         (Some(Command::Say(args)), _) => say::say(args, cli, style),
         (Some(Command::Explain(args)), _) => explain::explain(args, style),
         (Some(Command::Graph(args)), _) => text::graph(args, cli, style),

@@ -1,10 +1,13 @@
 //! `trueup run`, `trueup -c` and `trueup`: calls carried out in a work cell.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use clap::Args;
 
+use crate::execution::arm::Cancel;
 use crate::execution::calibrate::Switches;
 use crate::lab::LabSettings;
 use crate::language::ast::{Item, Step};
@@ -14,7 +17,7 @@ use crate::report::{self, Failure, Style, run::Console};
 use crate::workcell::record::Recorder;
 use crate::workcell::{Ending, Options, Run, Stdlib, WorkCell};
 
-use super::{Cli, Exit, kortex};
+use super::{CellArgs, Cli, Exit, kortex};
 
 /// Run a saved script; a run folder is written.
 #[derive(Debug, Args)]
@@ -213,21 +216,55 @@ pub(super) fn line(line: &str, cli: &Cli, style: Style) -> Result<Exit, Failure>
 pub(super) fn prompt(cli: &Cli, style: Style) -> Result<Exit, Failure> {
     let cell = open(cli, None, style)?;
     stop_on_interrupt(&cell)?;
+    let real = if cli.cell.robot == "twin" { "lab" } else { cli.cell.robot.as_str() };
+    let home = home();
     let hands = Hands {
         perform: &|cell, step| {
             let source = Source::new("prompt", language::text::step(step));
             one(cell, std::slice::from_ref(step), &source, &cli.cell.record, style)
         },
         gap: &|runs| super::gap::over(runs, cli, style),
+        open: &|robot| {
+            let cell = CellArgs { robot: robot.to_owned(), ..cli.cell.clone() };
+            let other = Cli { common: cli.common.clone(), cell, line: None, command: None };
+            let cell = open(&other, None, style)?;
+            INTERRUPTS.lock().unwrap_or_else(PoisonError::into_inner).push(cell.cancel());
+            Ok(cell)
+        },
+        real,
+        record: &cli.cell.record,
+        home: home.as_deref(),
+        presses: &PRESSES,
     };
     crate::repl::run(cell, style, hands)?;
     Ok(Exit::Yes)
 }
 
+/// Returns the folder where the prompt keeps history and phrases, made if it is not there.
+fn home() -> Option<PathBuf> {
+    let state = std::env::var_os("XDG_STATE_HOME")
+        .map(PathBuf::from)
+        .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".local/state")))?;
+    let dir = state.join("trueup");
+    std::fs::create_dir_all(&dir).ok()?;
+    Some(dir)
+}
+
+/// The wishes to stop of every cell that was opened.
+static INTERRUPTS: Mutex<Vec<Cancel>> = Mutex::new(Vec::new());
+/// How often Ctrl-C was pressed since the work began.
+static PRESSES: AtomicUsize = AtomicUsize::new(0);
+
 /// Makes Ctrl-C a wish to stop; once a process.
 fn stop_on_interrupt(cell: &WorkCell) -> Result<(), Failure> {
-    let cancel = cell.cancel();
-    ctrlc::set_handler(move || cancel.cancel())
+    INTERRUPTS.lock().unwrap_or_else(PoisonError::into_inner).push(cell.cancel());
+    let pressed = || {
+        PRESSES.fetch_add(1, Ordering::SeqCst);
+        for cancel in INTERRUPTS.lock().unwrap_or_else(PoisonError::into_inner).iter() {
+            cancel.cancel();
+        }
+    };
+    ctrlc::set_handler(pressed)
         .map_err(|error| Failure::unavailable("signal", format!("cannot watch Ctrl-C: {error}")))
 }
 

@@ -1,6 +1,5 @@
 //! `trueup say "…"`: the call that a sentence means, and why. Nothing moves.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -9,7 +8,7 @@ use serde_json::{Value, json};
 use crate::language::ast::Step;
 use crate::language::sentence::{self, Knowledge, Meaning, Phrase, Understood};
 use crate::language::{self, Source};
-use crate::report::{Failure, Style};
+use crate::report::{self, Failure, Style};
 use crate::workcell::library;
 
 use super::run::{read, stdlib};
@@ -64,7 +63,7 @@ pub(super) fn say(args: &SayArgs, cli: &Cli, style: Style) -> Result<Exit, Failu
     if style.json {
         style.document(&document(&meaning));
     } else {
-        style.say(told(&meaning));
+        style.say(report::sentence::told(&meaning));
     }
     Ok(if matches!(meaning, Meaning::Clear(_)) { Exit::Yes } else { Exit::No })
 }
@@ -84,36 +83,6 @@ fn phrases(path: &Path) -> Result<Vec<Phrase>, Failure> {
         })
     });
     read.collect()
-}
-
-fn told(meaning: &Meaning) -> String {
-    match meaning {
-        Meaning::Clear(found) => {
-            let mut text = format!("= {}", found.text);
-            for (slot, said, value) in &found.slots {
-                let _ = write!(text, "\n  {slot}: \"{said}\" is {value}");
-            }
-            for default in &found.defaults {
-                let _ = write!(text, "\n  {default}, since nothing else was said");
-            }
-            if !found.template.is_empty() {
-                let _ = write!(text, "\n  by the sentence \"{}\"", found.template);
-            }
-            text
-        }
-        Meaning::Ambiguous { question, choices } => {
-            let mut text = question.clone();
-            for (i, choice) in choices.iter().enumerate() {
-                let _ = write!(text, "\n  {}  {}", i + 1, choice.text);
-            }
-            text
-        }
-        Meaning::Impossible { why, help } => {
-            let help = help.as_ref().map(|help| format!("\n  {help}")).unwrap_or_default();
-            format!("that cannot be done: {why}{help}")
-        }
-        Meaning::Unknown { help } => format!("no task has a sentence like it\n  {help}"),
-    }
 }
 
 fn document(meaning: &Meaning) -> Value {

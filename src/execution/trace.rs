@@ -5,6 +5,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::world::WorldState;
+use crate::world::fluent::Direction;
 
 use super::arm::Feedback;
 
@@ -38,6 +39,33 @@ pub struct FluentRow {
     /// Why it is unknown or false, in words.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why: Option<String>,
+    /// One standard deviation of the margin, where the measurement has any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std: Option<Measure>,
+    /// Which way the thing would have to move for it to hold, when it does not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub direction: Option<Direction>,
+    /// The comparisons it was judged by, as measured.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub terms: Vec<TermRow>,
+}
+
+/// One comparison inside a fluent, as measured.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TermRow {
+    /// With its arguments filled in: `gap(jar, cup) >= 2 cm`.
+    pub text: String,
+    /// Whether it holds; `None` is unknown.
+    pub truth: Option<bool>,
+    /// What was compared; `None` for a term that is yes or no.
+    pub value: Option<Measure>,
+    /// With what.
+    pub limit: Option<Measure>,
+    /// By how much it holds (positive) or fails.
+    pub margin: Option<Measure>,
+    /// One standard deviation of the margin, where the measurement has any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std: Option<Measure>,
 }
 
 /// How one step ended.

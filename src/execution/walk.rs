@@ -109,6 +109,11 @@ impl<'a> Walker<'a> {
         self.evaluate(state, |evaluator| evaluator.read(expr))
     }
 
+    /// Returns what a closed quantity is worth now; `None` when nobody knows, or it is none.
+    pub fn quantity(&self, expr: &Expr, state: &WorldState) -> Option<Quantity> {
+        self.evaluate(state, |evaluator| evaluator.quantity(expr)).ok().flatten()
+    }
+
     fn evaluate<T>(&self, state: &WorldState, ask: impl FnOnce(&Evaluator<'_>) -> T) -> T {
         ask(&Evaluator {
             scene: self.scene,
@@ -150,10 +155,12 @@ impl<'a> Walker<'a> {
                     return Err(error);
                 }
                 ScriptError::Action { error, line } => match (line, &step.script) {
-                    (Some(line), Some(file)) => format!("{error} ({file}:{line})"),
+                    (Some(line), Some(file)) => {
+                        format!("{error} ({file}:{line}{})", self.called_from(step))
+                    }
                     _ => error.to_string(),
                 },
-                wrong @ ScriptError::Wrong { .. } => wrong.to_string(),
+                wrong @ ScriptError::Wrong { .. } => format!("{wrong}{}", self.called_from(step)),
             };
             return self.done(step, index, begin, watched, Outcome::Failure, Some(reason));
         }
@@ -164,6 +171,14 @@ impl<'a> Walker<'a> {
             .or_else(|| self.unmet(&step.keeps, &after).map(|unmet| format!("it lost {unmet}")));
         let outcome = if broken.is_some() { Outcome::Failure } else { Outcome::Success };
         self.done(step, index, begin, watched, outcome, broken)
+    }
+
+    /// Returns the line of the task that calls a step, as the end of a sentence.
+    fn called_from(&self, step: &Step) -> String {
+        let written = self.library.callable(&step.within);
+        written.map_or_else(String::new, |(_, source)| {
+            format!(", called from {}", source.place(step.span))
+        })
     }
 
     fn act(&mut self, step: &Step) -> Result<(), ScriptError> {

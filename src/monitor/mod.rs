@@ -4,10 +4,10 @@
 
 pub mod questionnaire;
 
-use crate::execution::trace::{FluentRow, Measure};
+use crate::execution::trace::{FluentRow, Measure, TermRow};
 use crate::execution::walk::FluentReading;
 use crate::units::Quantity;
-use crate::world::fluent::{Reading, Score, score};
+use crate::world::fluent::{Reading, Score, Term, score};
 
 /// What twin and measurement say after one step, side by side.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,6 +36,9 @@ pub fn compare(twin: &[FluentReading], measured: &[FluentReading]) -> Comparison
                 twin_margin: reading.and_then(margin),
                 ask: real.ask.clone(),
                 why: why(&real.reading),
+                std: std(real.reading.sigma, real.reading.margin),
+                direction: real.reading.direction.clone(),
+                terms: real.reading.terms.iter().map(term).collect(),
             }
         })
         .collect();
@@ -52,6 +55,23 @@ fn why(reading: &Reading) -> Option<String> {
 
 fn margin(reading: &Reading) -> Option<Measure> {
     reading.margin.map(measure)
+}
+
+/// Returns a standard deviation in the unit of its margin; `None` when the state claims to be exact.
+fn std(sigma: f64, margin: Option<Quantity>) -> Option<Measure> {
+    let margin = margin.filter(|_| sigma > 0.0)?;
+    Some(measure(Quantity { value: sigma, dimension: margin.dimension }))
+}
+
+fn term(term: &Term) -> TermRow {
+    TermRow {
+        text: term.text.clone(),
+        truth: term.truth,
+        value: term.value.map(measure),
+        limit: term.limit.map(measure),
+        margin: term.margin.map(measure),
+        std: std(term.sigma, term.margin),
+    }
 }
 
 /// Returns a quantity in the unit of INTERFACES: SI, with the unit's name.

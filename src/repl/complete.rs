@@ -1,49 +1,85 @@
-//! Completion, hints and multi-line input for the prompt, from names cached when it was opened.
+//! Completion, hints, colours and multi-line input for the prompt, from texts cached when it was opened:
+//! nothing here asks a device.
+
+use std::borrow::Cow;
 
 use rustyline::completion::{Completer, Pair};
-use rustyline::highlight::Highlighter;
+use rustyline::highlight::{CmdKind, Highlighter};
 use rustyline::hint::Hinter;
 use rustyline::history::SearchDirection;
 use rustyline::validate::{ValidationContext, ValidationResult, Validator};
 use rustyline::{Context, Result};
 
-use crate::language;
+use crate::language::assist::{self, Place};
+use crate::language::{Library, Scope};
 use crate::report::Style;
-use crate::workcell::WorkCell;
+
+use super::commands::COMMANDS;
+use super::paint::{Known, paint};
+use super::paste;
 
 /// What may be typed, with what completion puts there.
 pub(super) struct Helper {
-    /// Tasks and actions: name and signature.
-    callables: Vec<(String, String)>,
-    /// Objects: name, type and looks.
-    objects: Vec<(String, String)>,
-    commands: Vec<&'static str>,
+    library: Library,
+    scope: Scope,
+    known: Known,
     colour: bool,
 }
 
 impl Helper {
-    /// Caches the names of a cell.
-    pub(super) fn new(cell: &WorkCell, style: Style) -> Self {
-        let library = cell.library();
-        let tasks = library.tasks().map(|(t, _)| (t.name.text.clone(), &t.params));
-        let actions = library.actions().map(|(a, _)| (a.name.text.clone(), &a.params));
-        let callables = tasks
-            .chain(actions)
-            .map(|(name, params)| {
-                let params: Vec<_> =
-                    params.iter().map(|p| format!("{}: {}", p.name.text, p.ty.text)).collect();
-                (name.clone(), format!("{name}({})", params.join(", ")))
-            })
-            .collect();
-        let objects = cell
-            .scene()
-            .objects
-            .iter()
-            .map(|o| (o.name.clone(), format!("{}  {}  {}", o.name, o.kind, o.looks)))
-            .collect();
-        let commands =
-            vec![":help", ":objects", ":tasks", ":graph ", ":align", ":look", ":why", ":quit"];
-        Self { callables, objects, commands, colour: style.colour }
+    /// Caches the texts of a cell and the names of its scene.
+    pub(super) fn new(library: Library, scope: Scope, style: Style) -> Self {
+        let tasks = library.tasks().map(|(task, _)| task.name.text.clone());
+        let actions = library.actions().map(|(action, _)| action.name.text.clone());
+        let fluents = library.fluents().map(|(fluent, _)| fluent.name.text.clone());
+        let calls = tasks.chain(actions).chain(fluents).collect();
+        let known = Known { calls, objects: scope.objects.keys().cloned().collect() };
+        Self { library, scope, known, colour: style.colour }
+    }
+
+    /// Returns where the word before `pos` begins, and what could stand in its place.
+    fn offers(&self, line: &str, pos: usize) -> (usize, Vec<Pair>) {
+        let before = &line[..pos];
+        if let Some(begun) = before.strip_prefix(':')
+            && !begun.contains(char::is_whitespace)
+        {
+            let found = COMMANDS.iter().filter(|command| command.name.starts_with(begun));
+            let pairs = found.map(|command| Pair {
+                display: format!(":{:<12} {}", command.name, command.what),
+                replacement: command.typed(),
+            });
+            return (0, pairs.collect());
+        }
+        // A command's argument is completed as if it stood alone.
+        let from = match before.chars().next() {
+            Some(':') => before.find(char::is_whitespace).map_or(0, |at| at + 1),
+            Some('?') => 1,
+            Some('!') => return (pos, Vec::new()),
+            _ => 0,
+        };
+        let text = &line[from..];
+        let place = Place { library: &self.library, scope: &self.scope, text, at: pos - from };
+        let is_name = |c: char| c.is_alphanumeric() || c == '_';
+        let start = before[from..].rfind(|c| !is_name(c)).map_or(from, |at| {
+            from + at + before[from + at..].chars().next().map_or(1, char::len_utf8)
+        });
+        let asks = line.starts_with('?');
+        let pairs = assist::complete(&place).into_iter().map(|offer| {
+            let doc = offer.doc.lines().next().unwrap_or_default().trim();
+            let detail = if offer.detail.is_empty() { &offer.label } else { &offer.detail };
+            let display = if doc.is_empty() { detail.clone() } else { format!("{detail}   {doc}") };
+            Pair { display, replacement: if asks { offer.label } else { offer.insert } }
+        });
+        (start, pairs.collect())
+    }
+
+    /// Returns the rest of a signature behind a call that has just been opened.
+    fn signature(&self, line: &str) -> Option<String> {
+        let head = line.strip_suffix('(')?;
+        let name = head.rsplit(|c: char| !c.is_alphanumeric() && c != '_').next()?;
+        let (callable, _) = self.library.callable(name)?;
+        let whole = assist::signature(name, callable.params());
+        Some(whole[name.len() + 1..].to_owned())
     }
 }
 
@@ -51,29 +87,7 @@ impl Completer for Helper {
     type Candidate = Pair;
 
     fn complete(&self, line: &str, pos: usize, _: &Context<'_>) -> Result<(usize, Vec<Pair>)> {
-        let before = &line[..pos];
-        if before.starts_with(':') && !before.contains(' ') {
-            let found = self.commands.iter().filter(|c| c.starts_with(before));
-            let pairs =
-                found.map(|c| Pair { display: (*c).to_owned(), replacement: (*c).to_owned() });
-            return Ok((0, pairs.collect()));
-        }
-        let is_name = |c: char| c.is_alphanumeric() || c == '_';
-        let start = before.rfind(|c| !is_name(c)).map_or(0, |at| at + 1);
-        let word = &before[start..];
-        let mut pairs = Vec::new();
-        let inside = before[..start].contains('(') && !before.starts_with(":graph ")
-            || before[..start].matches('(').count() > before[..start].matches(')').count();
-        if inside {
-            for (name, shown) in self.objects.iter().filter(|(name, _)| name.starts_with(word)) {
-                pairs.push(Pair { display: shown.clone(), replacement: name.clone() });
-            }
-        } else {
-            for (name, shown) in self.callables.iter().filter(|(name, _)| name.starts_with(word)) {
-                pairs.push(Pair { display: shown.clone(), replacement: format!("{name}(") });
-            }
-        }
-        Ok((start, pairs))
+        Ok(self.offers(line, pos))
     }
 }
 
@@ -85,10 +99,8 @@ impl Hinter for Helper {
             return None;
         }
         // A call that has just been opened shows what it takes; otherwise the last line like it.
-        if let Some(name) = line.strip_suffix('(')
-            && let Some((_, shown)) = self.callables.iter().find(|(known, _)| known == name)
-        {
-            return Some(shown[name.len() + 1..].to_owned());
+        if let Some(rest) = self.signature(line) {
+            return Some(rest);
         }
         let history = context.history();
         let last = history.len().checked_sub(1)?;
@@ -98,16 +110,22 @@ impl Hinter for Helper {
 }
 
 impl Highlighter for Helper {
-    fn highlight_hint<'h>(&self, hint: &'h str) -> std::borrow::Cow<'h, str> {
+    fn highlight<'l>(&self, line: &'l str, _: usize) -> Cow<'l, str> {
+        if self.colour { paint(line, &self.known).into() } else { line.into() }
+    }
+
+    fn highlight_char(&self, _: &str, _: usize, kind: CmdKind) -> bool {
+        self.colour && kind != CmdKind::MoveCursor
+    }
+
+    fn highlight_hint<'h>(&self, hint: &'h str) -> Cow<'h, str> {
         if self.colour { format!("\x1b[2m{hint}\x1b[0m").into() } else { hint.into() }
     }
 }
 
 impl Validator for Helper {
     fn validate(&self, context: &mut ValidationContext<'_>) -> Result<ValidationResult> {
-        let line = context.input();
-        let is_statement = !line.starts_with(':') && !line.starts_with('?');
-        Ok(if is_statement && language::is_incomplete(line) {
+        Ok(if paste::is_incomplete(context.input()) {
             ValidationResult::Incomplete
         } else {
             ValidationResult::Valid(None)
@@ -116,3 +134,53 @@ impl Validator for Helper {
 }
 
 impl rustyline::Helper for Helper {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn helper() -> Helper {
+        let library = Library::standard();
+        let scope = library.scope(library.default_scene());
+        let style = Style { json: false, quiet: false, colour: false, bars: false };
+        Helper::new(library, scope, style)
+    }
+
+    fn offered(line: &str) -> (usize, Vec<String>) {
+        let (start, pairs) = helper().offers(line, line.len());
+        (start, pairs.into_iter().map(|pair| pair.replacement).collect())
+    }
+
+    #[test]
+    fn calls_objects_and_commands_are_completed_where_they_fit() {
+        assert_eq!(offered("po"), (0, vec!["pour(".into()]));
+        let (start, found) = offered("pour(ja");
+        assert_eq!((start, found), (5, vec!["jar".to_owned()]));
+        // A container is wanted, and the table is none.
+        let (_, found) = offered("pour(");
+        assert!(found.contains(&"cup".into()) && !found.contains(&"table".into()), "{found:?}");
+        assert_eq!(offered(":gra"), (0, vec![":graph ".into()]));
+        assert_eq!(offered(":graph po"), (7, vec!["pour(".into()]));
+        assert_eq!(offered("?po"), (1, vec!["pour".into()]));
+        assert_eq!(offered("!po"), (3, Vec::new()));
+        assert_eq!(offered("\u{1f600} po").0, 5);
+    }
+
+    #[test]
+    fn an_object_is_offered_with_its_type_and_a_call_with_its_parameters() {
+        let (_, pairs) = helper().offers("pour(ja", 7);
+        assert!(pairs[0].display.starts_with("jar: Container"), "{}", pairs[0].display);
+        let (_, pairs) = helper().offers("po", 2);
+        assert!(pairs[0].display.starts_with("pour(source: Container, "), "{}", pairs[0].display);
+        let rest = helper().signature("pick(").unwrap();
+        assert_eq!(rest, "o: Graspable)");
+    }
+
+    #[test]
+    fn completion_survives_every_prefix() {
+        let line = "pour(jar, cup, amount: 40 mL) while held(jar) // \u{1f600} \"x";
+        for at in (0..=line.len()).filter(|at| line.is_char_boundary(*at)) {
+            helper().offers(&line[..at], at);
+        }
+    }
+}

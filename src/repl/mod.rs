@@ -1,41 +1,80 @@
 //! The prompt: lines in, calls carried out, answers out; a thin loop over a [`WorkCell`].
 //!
 //! Completion and hints read a cached scene and library only and never touch a device. Ctrl-C while the
-//! arm moves stops it and comes back to the prompt; at the prompt it clears the line. Piped input works.
+//! arm moves stops it and comes back to the prompt; pressed again, the prompt comes back at once. Names,
+//! history and runs survive errors, interrupts and panics. Piped input works, so transcripts are tests.
 
+mod calc;
+mod commands;
 mod complete;
+mod paint;
+mod paste;
+mod records;
+mod sentences;
+mod values;
+mod work;
 
 use std::io::{BufRead, IsTerminal};
-use std::path::PathBuf;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicUsize;
+use std::thread::Scope;
 
 use rustyline::error::ReadlineError;
 use rustyline::history::DefaultHistory;
 use rustyline::{Config, Editor};
 
-use crate::graph::outline;
-use crate::language::ast::{Call, Step};
-use crate::language::{self, Diagnostic, Source};
+use crate::language::ast::{ExprKind, Step};
+use crate::language::{self, Diagnostic, Library, Source, text};
 use crate::report::{self, Failure, Style};
 use crate::workcell::{Run, WorkCell};
+use calc::Calculator;
 use complete::Helper;
+use sentences::{Confirm, Pending, Taught};
+use values::Values;
+use work::Bench;
 
 /// What the prompt can have done for it.
 #[derive(Clone, Copy)]
 pub struct Hands<'a> {
     /// Carries out one step typed at the prompt.
-    pub perform: &'a dyn Fn(&mut WorkCell, &Step) -> Result<Run, Failure>,
+    pub perform: &'a (dyn Fn(&mut WorkCell, &Step) -> Result<Run, Failure> + Sync),
     /// Says what the twin lacks by the runs in these folders.
-    pub gap: &'a dyn Fn(&[PathBuf]) -> Result<(), Failure>,
+    pub gap: &'a (dyn Fn(&[PathBuf]) -> Result<(), Failure> + Sync),
+    /// Opens the cell of another robot: `twin`, or the one that is meant by `real`.
+    pub open: &'a (dyn Fn(&str) -> Result<WorkCell, Failure> + Sync),
+    /// The robot that `:real` means.
+    pub real: &'a str,
+    /// Where run folders are.
+    pub record: &'a Path,
+    /// Where history and phrases are kept, if anywhere.
+    pub home: Option<&'a Path>,
+    /// How often Ctrl-C was pressed since the work began.
+    pub presses: &'a AtomicUsize,
 }
 
 /// What the prompt remembers between lines.
-struct Session<'a> {
-    cell: WorkCell,
+struct Session<'scope, 'env> {
+    bench: Bench<'scope, 'env>,
+    /// The robot that lines are for: `lab`, `twin`.
+    robot: String,
+    /// The cell of the other robot, after `:twin`.
+    aside: Option<WorkCell>,
+    /// The texts, for what needs no device.
+    library: Library,
+    scope: language::Scope,
     style: Style,
-    hands: Hands<'a>,
+    hands: Hands<'env>,
     last: Option<Last>,
     /// Folders of the runs of this session, the oldest first.
     runs: Vec<PathBuf>,
+    /// The calls that were carried out, as typed, names filled in.
+    done: Vec<String>,
+    values: Values,
+    calculator: Calculator,
+    confirm: Confirm,
+    pending: Option<Pending>,
+    taught: Taught,
 }
 
 /// What came of the last call.
@@ -47,34 +86,70 @@ enum Last {
 }
 
 /// Whether the loop goes on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Next {
     Prompt,
     Quit,
 }
 
-const HELP: &str = "\
-type a call:   pour(jar, cup)      pick(jar)      Tab completes, Up recalls
-:help          this page           ?pour          what a task needs and gives
-:objects       what is on the table and where
-:tasks         what can be called
-:graph CALL    the And-Or graph of a call
-:align         fit the three regressions anew
-:look          photograph the table again
-:why           why the last run went as it did
-:gap [N]       what the twin lacks, by the last N runs (all of this session)
-:quit          leave               Ctrl-C         stops the arm, keeps the prompt";
-
-/// Runs the prompt until `:quit` or the end of input.
+/// Runs the prompt on the terminal, or on piped input, until `:quit` or the end of input.
 ///
 /// # Errors
 ///
 /// Only when the terminal itself fails; everything else is told and the prompt comes back.
 pub fn run(cell: WorkCell, style: Style, hands: Hands<'_>) -> Result<(), Failure> {
-    let mut session = Session { cell, style, hands, last: None, runs: Vec::new() };
-    if std::io::stdin().is_terminal() { session.terminal() } else { session.piped() }
+    std::thread::scope(|scope| {
+        let mut session = Session::new(cell, style, hands, scope);
+        if std::io::stdin().is_terminal() {
+            session.terminal()
+        } else {
+            session.piped(&mut std::io::stdin().lock())
+        }
+    })
 }
 
-impl Session<'_> {
+/// Runs the prompt on lines that come from anywhere, without a terminal.
+///
+/// # Errors
+///
+/// Only when the lines cannot be read.
+pub fn run_on(
+    cell: WorkCell,
+    style: Style,
+    hands: Hands<'_>,
+    input: &mut dyn BufRead,
+) -> Result<(), Failure> {
+    std::thread::scope(|scope| Session::new(cell, style, hands, scope).piped(input))
+}
+
+impl<'scope, 'env> Session<'scope, 'env> {
+    fn new(
+        cell: WorkCell,
+        style: Style,
+        hands: Hands<'env>,
+        scope: &'scope Scope<'scope, 'env>,
+    ) -> Self {
+        let library = cell.library().clone();
+        let cancel = cell.cancel();
+        Self {
+            robot: cell.robot_name().to_owned(),
+            aside: None,
+            scope: library.scope(&cell.scene().name),
+            library,
+            bench: Bench::new(cell, scope, hands.presses),
+            style,
+            hands,
+            last: None,
+            runs: Vec::new(),
+            done: Vec::new(),
+            values: Values::default(),
+            calculator: Calculator::new(move || cancel.is_cancelled()),
+            confirm: Confirm::default(),
+            pending: None,
+            taught: Taught::read(hands.home, style),
+        }
+    }
+
     fn terminal(&mut self) -> Result<(), Failure> {
         let broken = |error: ReadlineError| {
             Failure::unavailable("terminal", format!("the terminal failed: {error}"))
@@ -83,8 +158,8 @@ impl Session<'_> {
         let config = config.map_err(broken)?.build();
         let mut editor: Editor<Helper, DefaultHistory> =
             Editor::with_config(config).map_err(broken)?;
-        editor.set_helper(Some(Helper::new(&self.cell, self.style)));
-        let history = history_file();
+        editor.set_helper(Some(Helper::new(self.library.clone(), self.scope.clone(), self.style)));
+        let history = self.hands.home.map(|home| home.join("history"));
         if let Some(path) = &history {
             // A missing history is an empty one.
             let _ = editor.load_history(path);
@@ -92,12 +167,13 @@ impl Session<'_> {
         self.style.say(self.greeting());
         loop {
             match editor.readline(&self.prompt()) {
-                Ok(line) => {
-                    if let Next::Quit = self.line(&line) {
+                Ok(typed) => {
+                    if self.all(&typed) == Next::Quit {
                         break;
                     }
                 }
                 Err(ReadlineError::Interrupted) => {
+                    self.pending = None;
                     self.style.say("the arm holds still; :quit or Ctrl-D leaves");
                 }
                 Err(ReadlineError::Eof) => break,
@@ -111,70 +187,172 @@ impl Session<'_> {
     }
 
     /// Reads statements from a pipe, each as many lines as it needs.
-    fn piped(&mut self) -> Result<(), Failure> {
-        let mut statement = String::new();
-        for line in std::io::stdin().lock().lines() {
+    fn piped(&mut self, input: &mut dyn BufRead) -> Result<(), Failure> {
+        let mut lines = paste::Lines::default();
+        for line in input.lines() {
             let line = line.map_err(|error| {
                 Failure::input("io::read", format!("cannot read input: {error}"))
             })?;
-            statement += &line;
-            statement.push('\n');
-            if !statement.starts_with(':') && language::is_incomplete(&statement) {
-                continue;
-            }
-            let whole = std::mem::take(&mut statement);
-            if let Next::Quit = self.line(&whole) {
+            if let Some(statement) = lines.push(&line)
+                && self.survive(&statement) == Next::Quit
+            {
                 return Ok(());
             }
         }
-        if !statement.trim().is_empty() {
-            self.line(&statement);
+        if let Some(rest) = lines.rest() {
+            self.survive(&rest);
         }
         Ok(())
     }
 
-    fn greeting(&self) -> String {
-        let scene = self.cell.scene();
+    fn greeting(&mut self) -> String {
+        let (library, scope) = (&self.library, &self.scope);
+        let things = library.scene(library.default_scene()).map(|(scene, _)| scene);
+        let things = things.map(language::sentence::things).unwrap_or_default();
+        let objects = things.iter().filter(|thing| scope.objects.contains_key(&thing.name));
         let objects: Vec<String> =
-            scene.objects.iter().map(|o| format!("{} ({})", o.name, o.looks)).collect();
+            objects.map(|thing| format!("{} ({})", thing.name, thing.looks)).collect();
         format!(
-            "arm {}: ready   scene {}\nobjects  {}\n:help   ?pour   Tab completes   Ctrl-C stops the arm\n",
-            self.cell.robot_name(),
-            scene.name,
+            "arm {}: ready\nobjects  {}\n:help   ?pour   Tab completes   Ctrl-C stops the arm\n",
+            self.robot,
             objects.join("   ")
         )
     }
 
     fn prompt(&self) -> String {
-        format!("{}> ", self.cell.robot_name())
+        match self.pending {
+            Some(_) => "y/n> ".to_owned(),
+            None => format!("{}> ", self.robot),
+        }
+    }
+
+    /// Does everything that was typed or pasted at once.
+    fn all(&mut self, typed: &str) -> Next {
+        for statement in paste::statements(typed) {
+            if self.survive(&statement) == Next::Quit {
+                return Next::Quit;
+            }
+        }
+        Next::Prompt
+    }
+
+    /// Does one statement. A panic costs that statement and nothing else.
+    fn survive(&mut self, statement: &str) -> Next {
+        let done = catch_unwind(AssertUnwindSafe(|| self.line(statement)));
+        done.unwrap_or_else(|panic| {
+            self.style.failure(&work::panicked(panic.as_ref()));
+            Next::Prompt
+        })
     }
 
     fn line(&mut self, line: &str) -> Next {
         let line = line.trim();
-        // A pasted transcript keeps its prompts.
-        let line = line.strip_prefix(self.prompt().trim_end()).map_or(line, str::trim);
         if line.is_empty() || line.starts_with("//") {
             return Next::Prompt;
         }
-        // A wish to stop was about an earlier line.
-        self.cell.cancel().clear();
         if let Some(name) = line.strip_prefix('?') {
+            // A question about something leaves an open one open.
             self.tell_about(name.trim());
-        } else if let Some(command) = line.strip_prefix(':') {
+            return Next::Prompt;
+        }
+        if let Some(pending) = self.pending.take()
+            && self.answered(pending, line)
+        {
+            return Next::Prompt;
+        }
+        if let Some(command) = line.strip_prefix(':') {
             return self.command(command);
-        } else if let Some(step) = self.read(line) {
-            match (self.hands.perform)(&mut self.cell, &step) {
-                Ok(run) => {
-                    self.runs.extend(run.run_dir.as_ref().map(PathBuf::from));
-                    self.last = Some(Last::Run(Box::new(run)));
-                }
-                Err(failure) => {
-                    self.style.failure(&failure);
-                    self.last = Some(Last::Failure(failure));
-                }
-            }
+        }
+        let done = match line.strip_prefix('!') {
+            Some(expression) => self.calculate(expression.trim()),
+            None => self.statement(line),
+        };
+        if let Err(failure) = done {
+            self.style.failure(&failure);
         }
         Next::Prompt
+    }
+
+    fn calculate(&mut self, expression: &str) -> Result<(), Failure> {
+        self.bench.cell()?.cancel().clear();
+        if let Some(answer) = self.calculator.answer(expression)? {
+            self.style.say(answer);
+        }
+        Ok(())
+    }
+
+    /// A call, a `let`, `it`, or a sentence.
+    fn statement(&mut self, line: &str) -> Result<(), Failure> {
+        if line == "it" {
+            self.tell_it();
+            return Ok(());
+        }
+        let filled = match line.split_once('=') {
+            // The name that is given is not a value it could stand for.
+            Some((head, value)) if head.starts_with("let ") => {
+                self.values.fill(value).map(|value| format!("{head}={value}"))
+            }
+            _ => self.values.fill(line),
+        };
+        let meant = filled.as_deref().unwrap_or(line);
+        let (step, wrong) = language::parse_line(meant);
+        let is_read = !wrong.iter().any(Diagnostic::is_error);
+        match step {
+            Some(Step::Let(name, ..)) if is_read => self.bind(meant, &name.text),
+            _ if !is_read && sentences::looks_like_one(meant) => self.sentence(meant),
+            _ => {
+                let Some(step) = self.read(meant) else { return Ok(()) };
+                if filled.is_some() {
+                    self.style.say(format!("= {meant}"));
+                }
+                self.ask_or_run(step, meant, false);
+                Ok(())
+            }
+        }
+    }
+
+    /// `let dose = 40 mL`: worked out now, and remembered.
+    fn bind(&mut self, line: &str, name: &str) -> Result<(), Failure> {
+        if name == "it"
+            || self.scope.objects.contains_key(name)
+            || self.library.callable(name).is_some()
+        {
+            return Err(Failure::input("repl::name", format!("`{name}` means something already"))
+                .help("give the value another name"));
+        }
+        let Some(Step::Let(_, value, _)) = self.read(line) else { return Ok(()) };
+        let told = match &value.kind {
+            ExprKind::Name(_) | ExprKind::Text(_) | ExprKind::Bool(_) | ExprKind::Literal(_) => {
+                text::expr(&value)
+            }
+            _ => {
+                let cell = self.bench.cell()?;
+                let worth = cell
+                    .quantity(&value)
+                    .map_err(|error| report::cell_failure(&error, self.style))?;
+                worth.map(text::quantity).ok_or_else(|| {
+                    let words = format!("nobody knows what `{}` is worth now", text::expr(&value));
+                    Failure::no("repl::unknown_value", words)
+                        .help("give a value such as `40 mL`, or `:look` first")
+                })?
+            }
+        };
+        self.style.say(format!("{name} = {told}"));
+        self.values.set(name, told);
+        Ok(())
+    }
+
+    fn tell_it(&self) {
+        let object = self.values.it().map_or_else(String::new, |it| format!("it is {it}"));
+        let told = match &self.last {
+            Some(Last::Run(run)) => report::run::ending(run, self.style),
+            Some(Last::Failure(failure)) => failure.message.clone(),
+            None if object.is_empty() => "nothing has run yet".to_owned(),
+            None => String::new(),
+        };
+        let lines = [told, object];
+        let lines: Vec<&str> = lines.iter().map(String::as_str).filter(|l| !l.is_empty()).collect();
+        self.style.say(lines.join("\n"));
     }
 
     /// Reads and checks a line; tells everything that is wrong with it.
@@ -182,7 +360,7 @@ impl Session<'_> {
         let source = Source::new("prompt", line);
         let (step, mut wrong) = language::parse_line(line);
         if let Some(step) = step.as_ref().filter(|_| wrong.is_empty()) {
-            wrong = self.cell.check_line(step, &source);
+            wrong = self.library.check_step(step, &source, &self.scope);
         }
         for diagnostic in &wrong {
             report::complain(report::diagnostic(diagnostic, &source, self.style).trim_end());
@@ -190,99 +368,33 @@ impl Session<'_> {
         step.filter(|_| !wrong.iter().any(Diagnostic::is_error))
     }
 
-    fn command(&mut self, command: &str) -> Next {
-        let (word, rest) = command.split_once(char::is_whitespace).unwrap_or((command, ""));
-        match word {
-            "quit" | "q" | "exit" => return Next::Quit,
-            "help" | "h" => self.style.say(HELP),
-            "objects" => self.objects(),
-            "tasks" => self.tasks(),
-            "graph" => self.graph(rest.trim()),
-            "align" => {
-                let done = self.cell.align();
-                self.told(done, "aligned");
+    /// Carries out a step and remembers what came of it.
+    fn run(&mut self, step: Step, meant: &str) {
+        if let Step::Act(act) = &step
+            && let Some(argument) = act.call.args.first().and_then(|arg| arg.values.first())
+            && let ExprKind::Name(object) = &argument.kind
+        {
+            self.values.set_it(object.clone());
+        }
+        let perform = self.hands.perform;
+        match self.bench.work(move |cell| perform(cell, &step)) {
+            Ok(run) => {
+                self.runs.extend(run.run_dir.as_ref().map(PathBuf::from));
+                self.done.push(meant.to_owned());
+                self.last = Some(Last::Run(Box::new(run)));
             }
-            "look" => {
-                let done = self.cell.perceive();
-                self.told(done, "looked");
-                self.objects();
-            }
-            "why" => self.why(),
-            "gap" => self.gap(rest.trim()),
-            other => {
-                let failure = Failure::input("repl::command", format!("there is no `:{other}`"));
-                let known =
-                    ["help", "objects", "tasks", "graph", "align", "look", "why", "gap", "quit"];
-                let failure = match language::nearest(other, known.into_iter()) {
-                    Some(near) => failure.help(format!("did you mean `:{near}`?")),
-                    None => failure.help("`:help` lists the commands"),
-                };
+            Err(failure) => {
                 self.style.failure(&failure);
+                self.last = Some(Last::Failure(failure));
             }
-        }
-        Next::Prompt
-    }
-
-    fn gap(&self, last: &str) {
-        let n = if last.is_empty() { Ok(self.runs.len()) } else { last.parse::<usize>() };
-        let asked = match n {
-            Err(_) | Ok(0) if !last.is_empty() => {
-                Err(Failure::input("repl::gap", format!("`{last}` is not a number of runs"))
-                    .help("`:gap 2` takes the last two runs, `:gap` all of this session"))
-            }
-            _ if self.runs.is_empty() => Err(Failure::input("repl::gap", "nothing has run yet")
-                .help("`trueup gap RUN...` takes folders of earlier runs")),
-            Err(_) => Ok(self.runs.len()),
-            Ok(n) => Ok(n),
-        };
-        let told = asked.and_then(|n| {
-            let first = self.runs.len().saturating_sub(n);
-            (self.hands.gap)(&self.runs[first..])
-        });
-        if let Err(failure) = told {
-            self.style.failure(&failure);
-        }
-    }
-
-    fn told(&self, done: Result<(), crate::workcell::Error>, word: &str) {
-        match done {
-            Ok(()) => self.style.say(word),
-            Err(error) => self.style.failure(&report::cell_failure(&error, self.style)),
-        }
-    }
-
-    fn objects(&self) {
-        match self.cell.state() {
-            Ok(state) => self.style.say(report::objects(self.cell.scene(), &state)),
-            Err(error) => self.style.failure(&report::cell_failure(&error, self.style)),
-        }
-    }
-
-    fn tasks(&self) {
-        for (task, _) in self.cell.library().tasks() {
-            self.style.say(report::signature(&task.name.text, &task.params, &task.doc));
-        }
-    }
-
-    fn graph(&self, call: &str) {
-        if call.is_empty() {
-            let failure = Failure::input("repl::graph", "`:graph` takes a call");
-            return self.style.failure(&failure.help("type one, such as `:graph pour(jar, cup)`"));
-        }
-        let Some(Step::Act(act)) = self.read(call) else { return };
-        let call: &Call = &act.call;
-        match self.cell.graph(call) {
-            Ok(graph) => {
-                let learnt = outline::Learnt::default();
-                self.style.say(outline::outline(&graph, &learnt).trim_end());
-            }
-            Err(error) => self.style.failure(&report::cell_failure(&error, self.style)),
         }
     }
 
     fn tell_about(&self, name: &str) {
-        let library = self.cell.library();
-        if let Some(text) = report::documentation(library, name) {
+        let library = &self.library;
+        let told = report::documentation(library, name)
+            .or_else(|| language::assist::describe(library, &self.scope, name));
+        if let Some(text) = told {
             return self.style.say(text);
         }
         let tasks = library.tasks().map(|(task, _)| task.name.text.as_str());
@@ -298,21 +410,4 @@ impl Session<'_> {
             None => failure.help("`:tasks` lists what can be called"),
         });
     }
-
-    fn why(&self) {
-        match &self.last {
-            Some(Last::Run(run)) => self.style.say(report::run::why(run)),
-            Some(Last::Failure(failure)) => self.style.failure(failure),
-            None => self.style.say("nothing has run yet"),
-        }
-    }
-}
-
-fn history_file() -> Option<PathBuf> {
-    let home = std::env::var_os("XDG_STATE_HOME")
-        .map(PathBuf::from)
-        .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".local/state")))?;
-    let dir = home.join("trueup");
-    std::fs::create_dir_all(&dir).ok()?;
-    Some(dir.join("history"))
 }

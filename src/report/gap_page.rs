@@ -6,7 +6,7 @@ use crate::discovery::finding::Finding;
 use crate::discovery::{Investigation, Trace};
 use crate::units::significant;
 
-use super::{Style, gap};
+use super::{Style, escaped, gap};
 
 /// Size of a plot, px.
 const WIDTH: f64 = 860.0;
@@ -91,10 +91,6 @@ fn plot(trace: &Trace, finding: &Finding) -> String {
         line(&trace.before, "#c33"),
         line(&trace.after, "#27a"),
     )
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 #[cfg(test)]

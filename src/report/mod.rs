@@ -6,7 +6,11 @@
 mod numbers;
 pub mod gap;
 pub mod gap_page;
+pub mod record;
 pub mod run;
+pub mod run_page;
+pub mod sentence;
+pub mod why;
 
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
@@ -199,6 +203,11 @@ pub fn complain(line: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{line}");
 }
 
+/// Returns a text as it may stand in a page.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
 /// Returns a number as JSON, with `null` for what is not a number.
 pub fn number(value: f64) -> Value {
     serde_json::Number::from_f64(value).map_or(Value::Null, Value::Number)
@@ -286,6 +295,9 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         }
         Error::NoSurvivor { .. } => Failure::no("plan::no_survivor", words)
             .help("move the objects closer together or nearer to the arm; none has been touched"),
+        Error::Record { path, .. } => Failure::input("io::run", words)
+            .at(path.display().to_string())
+            .help("a run folder has a `run.json`, written by `trueup run` or at the prompt"),
         Error::NothingToDo => Failure::input("run::empty", words),
         Error::Action(action) => match action {
             ActionError::Stopped | ActionError::Limit(_) => Failure::stopped(words),

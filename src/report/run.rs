@@ -1,6 +1,7 @@
 //! A run in words: what happens as it happens, and how it ended.
 
 use std::fmt::Write as _;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -10,6 +11,19 @@ use crate::units::Unit;
 use crate::workcell::{Ending, Run};
 
 use super::{Style, complain};
+
+/// The bar on the terminal, if there is one, and whether more may come: the prompt takes it away when it
+/// comes back before the work has wound down.
+static BAR: Mutex<(Option<ProgressBar>, bool)> = Mutex::new((None, false));
+
+/// Takes the bar off the terminal; none is drawn until another run begins.
+pub fn hush() {
+    let mut shown = BAR.lock().unwrap_or_else(PoisonError::into_inner);
+    shown.1 = true;
+    if let Some(bar) = shown.0.take() {
+        bar.finish_and_clear();
+    }
+}
 
 /// Tells a run on the terminal: steps and tables on stdout, progress on stderr.
 pub struct Console {
@@ -21,10 +35,12 @@ pub struct Console {
 impl Console {
     /// Speaks in this style.
     pub fn new(style: Style) -> Self {
+        BAR.lock().unwrap_or_else(PoisonError::into_inner).1 = false;
         Self { style, bar: None, before: Vec::new() }
     }
 
     fn clear(&mut self) {
+        BAR.lock().unwrap_or_else(PoisonError::into_inner).0 = None;
         if let Some(bar) = self.bar.take() {
             bar.finish_and_clear();
         }
@@ -39,11 +55,16 @@ impl Console {
             complain(&message);
             return;
         }
+        let mut shown = BAR.lock().unwrap_or_else(PoisonError::into_inner);
+        if shown.1 {
+            return;
+        }
         let look = ProgressStyle::with_template("{spinner} {msg} {elapsed}");
         let bar = ProgressBar::new_spinner()
             .with_style(look.unwrap_or_else(|_| ProgressStyle::default_spinner()));
         bar.set_message(message);
         bar.enable_steady_tick(Duration::from_millis(120));
+        shown.0 = Some(bar.clone());
         self.bar = Some(bar);
     }
 }
@@ -178,36 +199,6 @@ pub fn ending(run: &Run, style: Style) -> String {
     );
     if let Some(dir) = &run.run_dir {
         let _ = write!(text, "\n  run folder: {dir}");
-    }
-    text
-}
-
-/// Words why a run went as it did: the step that failed, what was false there and by how much.
-pub fn why(run: &Run) -> String {
-    let failed = run.steps.iter().find(|step| step.outcome != Outcome::Success);
-    let Some(step) = failed else {
-        return match (&run.reason, run.outcome) {
-            (Some(reason), _) => reason.clone(),
-            (None, Ending::Stopped) => {
-                format!("{} was stopped after {} whole steps", run.task, run.steps.len())
-            }
-            (None, _) => {
-                format!("{} did what it promised in all {} steps", run.task, run.steps.len())
-            }
-        };
-    };
-    let mut text = format!("step {} {} did not do what it should", step.number, step.action);
-    if let Some(reason) = &step.reason {
-        let _ = write!(text, ": {reason}");
-    }
-    for row in step.fluents.iter().filter(|row| row.measured == Some(false)) {
-        let margin = row.margin.as_ref().map(|m| format!(" by {}", people(m))).unwrap_or_default();
-        let twin = match row.twin {
-            Some(true) => "; the twin had it true",
-            Some(false) => "; the twin had it false too",
-            None => "",
-        };
-        let _ = write!(text, "\n  {} is false{margin}{twin}", row.name);
     }
     text
 }

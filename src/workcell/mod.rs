@@ -4,6 +4,7 @@
 //! A [`WorkCell`] is opened once and keeps what it has learnt: the three regressions, where things stand,
 //! and where the arm is. Nothing here prints; what happens is told to observers as it happens.
 
+pub mod archive;
 pub mod check;
 pub mod devices;
 pub mod learning;
@@ -35,6 +36,8 @@ use crate::language::{Diagnostic, Library, Source};
 use crate::motion::robot::Robot;
 use crate::twin::Settings;
 use crate::twin::render::{ArmLook, View};
+use crate::units::Quantity;
+use crate::world::fluent::Reading;
 use crate::world::{Scene, WorldState};
 use known::Known;
 
@@ -106,6 +109,14 @@ pub enum Error {
         step: String,
         /// Why.
         reason: String,
+    },
+    /// A folder holds no run that can be read.
+    #[error("{path} is no run that can be read: {why}")]
+    Record {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        why: String,
     },
     /// There is nothing to do.
     #[error("there is nothing to do")]
@@ -429,6 +440,50 @@ impl WorkCell {
             priors: priors.as_ref(),
             cost: &|node| costs.get(&node.id).copied().unwrap_or(0.0),
         })
+    }
+
+    /// Returns what a condition is worth now.
+    ///
+    /// # Errors
+    ///
+    /// When the arm does not answer.
+    pub fn read(&self, condition: &Expr) -> Result<Reading, Error> {
+        let state = self.state()?;
+        let scene = self.cell.scene.clone();
+        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, &state);
+        Ok(walker.read(condition, &state))
+    }
+
+    /// Returns what a quantity is worth now; `None` when nobody knows, or it is none.
+    ///
+    /// # Errors
+    ///
+    /// When the arm does not answer.
+    pub fn quantity(&self, expr: &Expr) -> Result<Option<Quantity>, Error> {
+        let state = self.state()?;
+        let scene = self.cell.scene.clone();
+        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, &state);
+        Ok(walker.quantity(expr, &state))
+    }
+
+    /// Returns why a call cannot be done as far as is known now: which of its needs is false. Before the
+    /// first look at the table nobody knows of any.
+    pub fn hindrance(&self, call: &Call) -> Option<String> {
+        if !self.is_camera_aligned {
+            return None;
+        }
+        let checked = self.graph(call).and_then(|graph| self.check_needs(&graph));
+        checked.err().map(|error| error.to_string())
+    }
+
+    /// Returns the number that the twin's chance comes from.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// Lets the twin's chance come from another number.
+    pub fn set_seed(&mut self, seed: u64) {
+        self.seed = seed;
     }
 
     /// Checks a line typed at the prompt and returns what is wrong with it.

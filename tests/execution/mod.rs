@@ -2,6 +2,7 @@
 //! every arm.
 
 mod arm_fit;
+mod called;
 mod contract;
 mod kortex;
 mod limits;

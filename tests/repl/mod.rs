@@ -2,8 +2,13 @@
 //!
 //! A transcript is a text file as a terminal would show it: lines after `lab> ` and ` ... ` are typed, the
 //! others are answers, stdout and stderr as they come. `TRUEUP_TRANSCRIPTS=write` writes the answers anew;
-//! read them as closely as code.
+//! read them as closely as code. A first line `// with --flag …` gives the program arguments. Transcripts with
+//! the same arguments are typed at one prompt, one after the other, but for those that begin with `// alone`.
 
+pub(crate) mod kept;
+mod survive;
+
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,6 +17,15 @@ use crate::program::Desk;
 
 /// Asking for this has a known answer, which shows where the answer before it ends.
 const MARK: &str = "?end-of-answer";
+
+/// What a typed line begins with.
+const PROMPTS: [&str; 2] = ["lab>", "twin>"];
+
+/// A transcript's first line, when it says how it is to be played.
+fn heading(transcript: &str) -> Option<&str> {
+    let first = transcript.lines().next().unwrap_or_default();
+    (first == "// alone" || first.starts_with("// with ")).then_some(first)
+}
 
 fn transcripts() -> Vec<PathBuf> {
     let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/repl");
@@ -28,7 +42,8 @@ fn transcripts() -> Vec<PathBuf> {
 fn typed(transcript: &str) -> Vec<Vec<String>> {
     let mut statements: Vec<Vec<String>> = Vec::new();
     for line in transcript.lines() {
-        if let Some(first) = line.strip_prefix("lab>") {
+        let first = PROMPTS.iter().find_map(|prompt| line.strip_prefix(prompt));
+        if let Some(first) = first {
             statements.push(vec![first.trim_start().to_owned()]);
         } else if let Some(next) = line.strip_prefix(" ... ") {
             statements.last_mut().expect("a statement begins with `lab>`").push(next.to_owned());
@@ -37,54 +52,79 @@ fn typed(transcript: &str) -> Vec<Vec<String>> {
     statements
 }
 
-/// Types the statements at a prompt and returns the transcript, each answer ending with a newline.
-fn play(desk: &Desk, statements: &[Vec<String>]) -> String {
+/// A transcript that is to be played.
+struct Script {
+    file: PathBuf,
+    expected: String,
+    statements: Vec<Vec<String>>,
+}
+
+/// Types transcripts at one prompt and returns what each came to, every answer ending with a newline.
+fn play(heading: Option<&str>, scripts: &[Script]) -> Vec<String> {
+    let desk = Desk::new("repl-transcripts");
+    kept::lay_out(&desk);
+    let args = heading.and_then(|heading| heading.strip_prefix("// with "));
+    let args: Vec<&str> = args.map_or_else(Vec::new, |args| args.split(' ').collect());
     let mut input = format!("{MARK}\n");
-    for statement in statements {
+    for statement in scripts.iter().flat_map(|script| &script.statements) {
         writeln!(input, "{}\n{MARK}", statement.join("\n")).unwrap();
     }
-    let said = desk.typed(&[], &input);
+    let said = desk.typed(&args, &input);
     assert_eq!(said.code, 0, "{}", said.out);
     assert!(!said.out.contains("panicked") && !said.out.contains('\x1b'), "{}", said.out);
     // What the mark is answered with, learnt from the first one.
     let end = "lists what can be called\n";
     let at = said.out.find(end).unwrap() + end.len();
     let (mark, mut rest) = said.out.split_at(at);
-    let mut transcript = String::new();
-    for statement in statements {
-        writeln!(transcript, "lab> {}", statement.join("\n ... ")).unwrap();
-        let (answer, after) = match rest.split_once(mark) {
-            Some(parts) => parts,
+    let prompt = if args.contains(&"twin") { PROMPTS[1] } else { PROMPTS[0] };
+    let mut transcripts = Vec::new();
+    for script in scripts {
+        let mut transcript = heading.map_or_else(String::new, |heading| format!("{heading}\n"));
+        for statement in &script.statements {
+            writeln!(transcript, "{prompt} {}", statement.join("\n ... ")).unwrap();
             // After `:quit` nobody answers.
-            None => (rest, ""),
-        };
-        transcript += answer;
-        if !answer.is_empty() && !answer.ends_with('\n') {
-            transcript.push('\n');
+            let (answer, after) = rest.split_once(mark).unwrap_or((rest, ""));
+            transcript += answer;
+            if !answer.is_empty() && !answer.ends_with('\n') {
+                transcript.push('\n');
+            }
+            rest = after;
         }
-        rest = after;
+        transcripts.push(transcript);
     }
     assert_eq!(rest, "", "an answer that nobody asked for");
-    transcript
+    transcripts
 }
 
 #[test]
 fn transcripts_are_answered_as_written() {
     let write = std::env::var_os("TRUEUP_TRANSCRIPTS").is_some_and(|value| value == "write");
-    let desk = Desk::new("repl-transcripts");
     let files = transcripts();
-    assert!(files.len() >= 6, "{files:?}");
-    let mut wrong = String::new();
+    assert!(files.len() >= 25, "{} transcripts", files.len());
+    let mut desks: BTreeMap<String, (Option<String>, Vec<Script>)> = BTreeMap::new();
     for file in files {
         let expected = fs::read_to_string(&file).unwrap();
         let statements = typed(&expected);
         assert!(!statements.is_empty(), "{} types nothing", file.display());
-        let played = play(&desk, &statements);
-        if write {
-            fs::write(&file, &played).unwrap();
-        } else if played != expected {
-            let name = file.file_name().unwrap().display();
-            write!(wrong, "--- {name}, expected\n{expected}--- answered\n{played}").unwrap();
+        let head = heading(&expected).map(str::to_owned);
+        let key = match head.as_deref() {
+            Some("// alone") => file.display().to_string(),
+            other => other.unwrap_or_default().to_owned(),
+        };
+        let script = Script { file, expected, statements };
+        desks.entry(key).or_insert_with(|| (head, Vec::new())).1.push(script);
+    }
+    let mut wrong = String::new();
+    for (head, scripts) in desks.into_values() {
+        let played = play(head.as_deref(), &scripts);
+        for (script, played) in scripts.iter().zip(played) {
+            if write {
+                fs::write(&script.file, &played).unwrap();
+            } else if played != script.expected {
+                let name = script.file.file_name().unwrap().display();
+                let expected = &script.expected;
+                write!(wrong, "--- {name}, expected\n{expected}--- answered\n{played}").unwrap();
+            }
         }
     }
     assert!(wrong.is_empty(), "{wrong}");

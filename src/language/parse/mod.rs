@@ -44,6 +44,11 @@ type Pair<'i> = pest::iterators::Pair<'i, Rule>;
 /// The most rules that may be tried on one item: a thousand times what a long task needs.
 const MOST_CALLS: usize = 20_000_000;
 
+/// Whether a word belongs to the language and cannot be a name.
+pub(crate) fn is_reserved(word: &str) -> bool {
+    explain::RESERVED.contains(&word)
+}
+
 /// Reads a whole file. Never fails: what cannot be read is [`Item::Bad`] or [`Step::Bad`] and has a
 /// diagnostic; all diagnostics come at once, in the order of the text.
 pub fn parse(source: &str) -> (Program, Vec<Diagnostic>) {

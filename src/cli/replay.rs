@@ -1,0 +1,42 @@
+//! `trueup replay RUN`: a run again from its record, without an arm.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::report::{self, Failure, Style};
+use crate::workcell::archive;
+
+use super::{Cli, Exit};
+
+/// Tell a recorded run again, without an arm.
+#[derive(Debug, Args)]
+pub(super) struct ReplayArgs {
+    /// A run folder, or the number or name of one in the folder of `--record`.
+    run: PathBuf,
+    /// Only this step, with everything known after it.
+    #[arg(long, value_name = "N")]
+    step: Option<usize>,
+}
+
+/// `trueup replay RUN [--step N]`.
+pub(super) fn replay(args: &ReplayArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+    let named = args.run.display().to_string();
+    let kept = archive::entries(&cli.cell.record);
+    let entry = kept.iter().find(|e| named == e.name || named.parse() == Ok(e.number));
+    let dir = match entry {
+        Some(entry) if !args.run.is_dir() => entry.dir.clone(),
+        _ => args.run.clone(),
+    };
+    let run = archive::load(&dir).map_err(|error| report::cell_failure(&error, style))?;
+    let told = report::record::again(&dir.display().to_string(), &run, args.step, style)?;
+    if style.json {
+        match args.step.and_then(|wanted| run.steps.iter().find(|step| step.number == wanted)) {
+            Some(step) => style.document(step),
+            None => style.document(&run),
+        }
+    } else {
+        style.say(told);
+    }
+    Ok(Exit::Yes)
+}

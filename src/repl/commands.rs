@@ -1,0 +1,263 @@
+//! The commands that begin with a colon: one table for help, completion and "did you mean".
+
+use std::path::Path;
+
+use crate::graph::outline;
+use crate::language;
+use crate::language::ast::Step;
+use crate::report::{self, Failure};
+
+use super::sentences::{Confirm, Pending};
+use super::{Next, Session};
+
+/// A command.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Command {
+    /// Without its colon.
+    pub(super) name: &'static str,
+    /// What it takes, empty for nothing.
+    takes: &'static str,
+    /// What it does.
+    pub(super) what: &'static str,
+}
+
+impl Command {
+    /// What completion puts there.
+    pub(super) fn typed(&self) -> String {
+        let blank = if self.takes.is_empty() { "" } else { " " };
+        format!(":{}{blank}", self.name)
+    }
+}
+
+const fn command(name: &'static str, takes: &'static str, what: &'static str) -> Command {
+    Command { name, takes, what }
+}
+
+/// Every command, in the order of `:help`.
+pub(super) const COMMANDS: &[Command] = &[
+    command("help", "", "this page"),
+    command("objects", "", "what is on the table and where"),
+    command("tasks", "", "what can be called"),
+    command("graph", "CALL", "the And-Or graph of a call"),
+    command("look", "", "photograph the table again"),
+    command("align", "", "fit the three regressions anew"),
+    command("why", "[FLUENT]", "why the last run went as it did; what a fluent was judged by"),
+    command("gap", "[N]", "what the twin lacks, by the last N runs (all of this session)"),
+    command("runs", "", "the runs that are kept"),
+    command("replay", "RUN [STEP]", "a run again from its record; nothing moves"),
+    command("diff", "RUN RUN", "what was different in two runs"),
+    command("twin", "", "lines from now on are for the twin alone"),
+    command("real", "", "lines from now on move the robot again"),
+    command("confirm", "all|risky|none", "when to ask before acting"),
+    command("phrase", "\"…\" = CALL", "teach a sentence"),
+    command("set", "NAME VALUE", "a setting (confirm, seed), or a name for a value"),
+    command("save", "FILE", "write the calls of this session as a script"),
+    command("quit", "", "leave"),
+];
+
+fn help() -> String {
+    let mut text = String::from(
+        "type a call:   pour(jar, cup)      pick(jar)      Tab completes, Up recalls\n\
+         a sentence:    pour water from the jar into the cup\n\
+         a value:       let dose = 40 mL, then pour(jar, cup, amount: dose); `it` is the last object\n\
+         a sum:         !150 * mL / 3\n\
+         ?pour          what a name means: task, action, fluent, object\n\
+         Ctrl-C         stops the arm and keeps the prompt; twice comes back at once\n",
+    );
+    for command in COMMANDS {
+        let head = format!(":{} {}", command.name, command.takes);
+        text += &format!("{head:<25} {}\n", command.what);
+    }
+    text.trim_end().to_owned()
+}
+
+impl Session<'_, '_> {
+    /// Does what stands behind a colon.
+    pub(super) fn command(&mut self, command: &str) -> Next {
+        let (word, rest) = command.split_once(char::is_whitespace).unwrap_or((command, ""));
+        let rest = rest.trim();
+        let done = match word {
+            "quit" | "q" | "exit" => return Next::Quit,
+            "help" | "h" => {
+                self.style.say(help());
+                Ok(())
+            }
+            "objects" => self.objects(),
+            "tasks" => {
+                self.tasks();
+                Ok(())
+            }
+            "graph" => self.graph(rest),
+            "look" => self.moving(|cell| cell.perceive(), "looked").and_then(|()| self.objects()),
+            "align" => self.moving(|cell| cell.align(), "aligned"),
+            "why" => self.why(rest),
+            "gap" => self.gap(rest),
+            "runs" => {
+                self.list_runs();
+                Ok(())
+            }
+            "replay" => self.replay(rest),
+            "diff" => self.diff(rest),
+            "twin" => self.to_twin(),
+            "real" => self.ask_real(),
+            "confirm" => self.set_confirm(rest),
+            "phrase" => self.phrase(rest),
+            "set" => self.set(rest),
+            "save" => self.save(rest),
+            other => Err(unknown(other)),
+        };
+        if let Err(failure) = done {
+            self.style.failure(&failure);
+        }
+        Next::Prompt
+    }
+
+    /// Does something that may move the arm.
+    fn moving(
+        &mut self,
+        what: fn(&mut crate::workcell::WorkCell) -> Result<(), crate::workcell::Error>,
+        done: &str,
+    ) -> Result<(), Failure> {
+        let style = self.style;
+        self.bench
+            .work(move |cell| what(cell).map_err(|error| report::cell_failure(&error, style)))?;
+        self.style.say(done);
+        Ok(())
+    }
+
+    fn objects(&mut self) -> Result<(), Failure> {
+        let style = self.style;
+        let cell = self.bench.cell()?;
+        let state = cell.state().map_err(|error| report::cell_failure(&error, style))?;
+        style.say(report::objects(cell.scene(), &state));
+        Ok(())
+    }
+
+    fn tasks(&self) {
+        for (task, _) in self.library.tasks() {
+            self.style.say(report::signature(&task.name.text, &task.params, &task.doc));
+        }
+    }
+
+    fn graph(&mut self, call: &str) -> Result<(), Failure> {
+        if call.is_empty() {
+            return Err(Failure::input("repl::graph", "`:graph` takes a call")
+                .help("type one, such as `:graph pour(jar, cup)`"));
+        }
+        let call = self.values.fill(call).unwrap_or_else(|| call.to_owned());
+        let Some(Step::Act(act)) = self.read(&call) else { return Ok(()) };
+        let style = self.style;
+        let graph = self.bench.cell()?.graph(&act.call);
+        let graph = graph.map_err(|error| report::cell_failure(&error, style))?;
+        let learnt = outline::Learnt::default();
+        style.say(outline::outline(&graph, &learnt).trim_end());
+        Ok(())
+    }
+
+    fn to_twin(&mut self) -> Result<(), Failure> {
+        if self.robot == "twin" {
+            self.style.say("lines are for the twin already");
+            return Ok(());
+        }
+        let twin = (self.hands.open)("twin")?;
+        self.aside = Some(self.bench.exchange(twin)?);
+        self.robot = "twin".into();
+        self.style
+            .say("lines are for the twin alone now; it begins with the table as the scene says");
+        Ok(())
+    }
+
+    fn ask_real(&mut self) -> Result<(), Failure> {
+        if self.robot != "twin" {
+            self.style.say(format!("lines move the {} already", self.robot));
+            return Ok(());
+        }
+        self.style.say(format!("lines will move the {}: type yes", self.hands.real));
+        self.pending = Some(Pending::Real);
+        Ok(())
+    }
+
+    /// Lets lines move the robot again, once a person has said so.
+    pub(super) fn to_real(&mut self) -> Result<(), Failure> {
+        let cell = match self.aside.take() {
+            Some(cell) => cell,
+            None => (self.hands.open)(self.hands.real)?,
+        };
+        cell.robot_name().clone_into(&mut self.robot);
+        self.bench.exchange(cell)?;
+        self.style.say(format!("lines move the {} now", self.robot));
+        Ok(())
+    }
+
+    fn set_confirm(&mut self, word: &str) -> Result<(), Failure> {
+        if !word.is_empty() {
+            self.confirm = Confirm::named(word).ok_or_else(|| {
+                Failure::input("repl::confirm", format!("`{word}` does not say when to ask"))
+                    .help("use all, risky or none")
+            })?;
+        }
+        self.style.say(self.confirm.words());
+        Ok(())
+    }
+
+    fn set(&mut self, rest: &str) -> Result<(), Failure> {
+        let (name, value) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+        let value = value.trim();
+        match (name, value) {
+            ("", _) => {
+                self.style.say(format!("confirm  {}", self.confirm.words()));
+                self.style.say(format!("seed     {}", self.bench.cell()?.seed()));
+                for (name, value) in self.values.all() {
+                    self.style.say(format!("{name} = {value}"));
+                }
+                Ok(())
+            }
+            (name, "") => Err(Failure::input("repl::set", format!("`:set {name}` lacks a value"))
+                .help("`:set seed 7`, `:set dose 40 mL`; `:set` alone lists what is set")),
+            ("confirm", word) => self.set_confirm(word),
+            ("seed", number) => {
+                let seed = number.parse().map_err(|_| {
+                    Failure::input("repl::set", format!("`{number}` is not a seed"))
+                        .help("a seed is a whole number, such as 7")
+                })?;
+                self.bench.cell()?.set_seed(seed);
+                self.style.say(format!("chance in the twin comes from {seed} from now on"));
+                Ok(())
+            }
+            (name, value) => self.statement(&format!("let {name} = {value}")),
+        }
+    }
+
+    /// Writes the calls of this session as a script that `trueup run` takes.
+    fn save(&mut self, file: &str) -> Result<(), Failure> {
+        if file.is_empty() {
+            return Err(
+                Failure::input("repl::save", "`:save` takes a file").help("`:save breakfast.task`")
+            );
+        }
+        if self.done.is_empty() {
+            return Err(Failure::input("repl::save", "nothing was carried out yet")
+                .help("calls that were carried out are saved, in their order"));
+        }
+        let path = Path::new(file);
+        let refused = |why: String| Failure::input("io::write", why).at(file);
+        if path.exists() {
+            return Err(refused("there is such a file already".into()).help("name another"));
+        }
+        let text =
+            format!("// Calls made at the prompt, in their order.\n\n{}\n", self.done.join("\n"));
+        std::fs::write(path, text).map_err(|error| refused(format!("cannot write: {error}")))?;
+        let count = self.done.len();
+        let calls = if count == 1 { "call" } else { "calls" };
+        self.style.say(format!("{count} {calls} in {file}; `trueup run {file}` makes them again"));
+        Ok(())
+    }
+}
+
+fn unknown(word: &str) -> Failure {
+    let failure = Failure::input("repl::command", format!("there is no `:{word}`"));
+    match language::nearest(word, COMMANDS.iter().map(|command| command.name)) {
+        Some(near) => failure.help(format!("did you mean `:{near}`?")),
+        None => failure.help("`:help` lists the commands"),
+    }
+}

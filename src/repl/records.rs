@@ -1,0 +1,184 @@
+//! Commands that look at runs which are over: `:why`, `:runs`, `:replay`, `:diff`, `:gap`. None moves the arm.
+
+use std::path::Path;
+
+use crate::language::ast::Step;
+use crate::report::{self, Failure};
+use crate::workcell::Run;
+use crate::workcell::archive::{self, Entry};
+
+use super::{Last, Session};
+
+/// How many runs `:runs` shows, and how far back `:why` looks.
+const MOST: usize = 20;
+
+impl Session<'_, '_> {
+    fn entries(&self) -> Vec<Entry> {
+        archive::entries(self.hands.record)
+    }
+
+    /// Returns the run of that number or folder.
+    fn entry(&self, wanted: &str) -> Result<Entry, Failure> {
+        let entries = self.entries();
+        let found =
+            entries.iter().find(|entry| wanted.parse() == Ok(entry.number) || entry.name == wanted);
+        found.cloned().ok_or_else(|| {
+            let failure = Failure::input("repl::run", format!("there is no run `{wanted}`"));
+            match entries.len() {
+                0 => failure.help("nothing has run yet"),
+                n => failure.help(format!("runs are numbered 1 to {n}; `:runs` lists them")),
+            }
+        })
+    }
+
+    fn load(&self, entry: &Entry) -> Result<Run, Failure> {
+        entry.load().map_err(|error| report::cell_failure(&error, self.style))
+    }
+
+    pub(super) fn list_runs(&self) {
+        let entries = self.entries();
+        if entries.is_empty() {
+            return self
+                .style
+                .say(format!("no run is kept in {} yet", self.hands.record.display()));
+        }
+        let first = entries.len().saturating_sub(MOST);
+        let runs: Vec<_> = entries
+            .into_iter()
+            .skip(first)
+            .map(|entry| (entry.clone(), entry.load().ok()))
+            .collect();
+        self.style.say(report::record::list(&runs));
+    }
+
+    pub(super) fn replay(&self, rest: &str) -> Result<(), Failure> {
+        let mut words = rest.split_whitespace();
+        let Some(wanted) = words.next() else {
+            return Err(Failure::input("repl::replay", "`:replay` takes a run")
+                .help("`:replay 1`, or `:replay 1 3` for its third step"));
+        };
+        let step = match words.next() {
+            None => None,
+            Some(word) => Some(word.parse::<usize>().map_err(|_| {
+                Failure::input("repl::replay", format!("`{word}` is not a step"))
+                    .help("a step is a number from 1")
+            })?),
+        };
+        let entry = self.entry(wanted)?;
+        let run = self.load(&entry)?;
+        let name = format!("run {} ({})", entry.number, entry.name);
+        self.style.say(report::record::again(&name, &run, step, self.style)?);
+        Ok(())
+    }
+
+    pub(super) fn diff(&self, rest: &str) -> Result<(), Failure> {
+        let words: Vec<&str> = rest.split_whitespace().collect();
+        let [a, b] = words[..] else {
+            return Err(Failure::input("repl::diff", "`:diff` takes two runs")
+                .help("`:diff 1 2`; `:runs` lists them"));
+        };
+        let (a, b) = (self.entry(a)?, self.entry(b)?);
+        let (first, second) = (self.load(&a)?, self.load(&b)?);
+        self.style.say(report::record::difference((a.number, &first), (b.number, &second)));
+        Ok(())
+    }
+
+    /// `:why [FLUENT]`: about the last run of this session, else about the newest that is kept; a condition
+    /// no run spoke of is read now.
+    pub(super) fn why(&mut self, fluent: &str) -> Result<(), Failure> {
+        let fluent = (!fluent.is_empty()).then_some(fluent);
+        if let (Some(Last::Failure(failure)), None) = (&self.last, fluent) {
+            self.style.failure(failure);
+            return Ok(());
+        }
+        let entries = self.entries();
+        let (run, number) = match &self.last {
+            Some(Last::Run(run)) => {
+                let dir = run.run_dir.as_deref().map(Path::new);
+                let entry = entries.iter().find(|entry| dir == Some(entry.dir.as_path()));
+                (Some((**run).clone()), entry.map(|entry| entry.number))
+            }
+            _ => match entries.last() {
+                Some(entry) => {
+                    let run = self.load(entry)?;
+                    self.style.say(format!("run {} ({}):", entry.number, entry.name));
+                    (Some(run), Some(entry.number))
+                }
+                None => (None, None),
+            },
+        };
+        let Some(run) = run else {
+            return match fluent {
+                Some(condition) => self.now(condition),
+                None => {
+                    self.style.say("nothing has run yet");
+                    Ok(())
+                }
+            };
+        };
+        let earlier = self.earlier(&run, number, &entries);
+        let library = &self.library;
+        let place = |name: &str| {
+            let (fluent, source) = library.fluent(name)?;
+            Some(source.place(fluent.name.span))
+        };
+        let asked =
+            report::why::Question { run: &run, number, fluent, earlier: &earlier, place: &place };
+        match (report::why::why(&asked), fluent) {
+            (Ok(told), _) => self.style.say(told),
+            (Err(failure), Some(condition)) if condition.contains('(') => {
+                self.style.say(format!("{}; now:", failure.message));
+                self.now(condition)?;
+            }
+            (Err(failure), _) => return Err(failure),
+        }
+        Ok(())
+    }
+
+    /// Earlier runs of the same task, with their numbers.
+    fn earlier(&self, run: &Run, number: Option<usize>, entries: &[Entry]) -> Vec<(usize, Run)> {
+        let head = |task: &str| task.split('(').next().unwrap_or_default().to_owned();
+        let before = entries.iter().filter(|entry| number.is_none_or(|n| entry.number < n));
+        let mut found: Vec<(usize, Run)> = before
+            .rev()
+            .filter_map(|entry| Some((entry.number, entry.load().ok()?)))
+            .filter(|(_, earlier)| head(&earlier.task) == head(&run.task))
+            .take(MOST)
+            .collect();
+        found.reverse();
+        found
+    }
+
+    /// Reads a condition now.
+    fn now(&mut self, condition: &str) -> Result<(), Failure> {
+        let condition = self.values.fill(condition).unwrap_or_else(|| condition.to_owned());
+        let Some(Step::Check(expr, _)) = self.read(&format!("check {condition}")) else {
+            return Ok(());
+        };
+        let style = self.style;
+        let reading = self.bench.cell()?.read(&expr);
+        let reading = reading.map_err(|error| report::cell_failure(&error, style))?;
+        style.say(report::why::now(&condition, &reading));
+        Ok(())
+    }
+
+    pub(super) fn gap(&self, last: &str) -> Result<(), Failure> {
+        if self.runs.is_empty() {
+            return Err(Failure::input("repl::gap", "nothing has run yet")
+                .help("`trueup gap RUN...` takes folders of earlier runs"));
+        }
+        let n = match last.parse::<usize>() {
+            _ if last.is_empty() => self.runs.len(),
+            Ok(n) if n > 0 => n,
+            _ => {
+                return Err(Failure::input(
+                    "repl::gap",
+                    format!("`{last}` is not a number of runs"),
+                )
+                .help("`:gap 2` takes the last two runs, `:gap` all of this session"));
+            }
+        };
+        let first = self.runs.len().saturating_sub(n);
+        (self.hands.gap)(&self.runs[first..])
+    }
+}

@@ -1,0 +1,231 @@
+//! Sentences at the prompt, the phrases it was taught, and what it asks before it acts.
+//!
+//! A line that is no call is tried as a sentence. What it comes to is shown first; only a person's `y` has
+//! it done.
+
+use std::path::{Path, PathBuf};
+
+use crate::language::ast::Step;
+use crate::language::parse_line;
+use crate::language::sentence::{self, Knowledge, Meaning, Phrase, Understood};
+use crate::report::{self, Failure, Style};
+
+use super::Session;
+
+/// When the prompt asks before it acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) enum Confirm {
+    /// Before every call.
+    All,
+    /// Before what a sentence was taken to mean, and before anything on a real arm.
+    #[default]
+    Risky,
+    /// Never.
+    None,
+}
+
+impl Confirm {
+    /// Reads `all`, `risky` or `none`.
+    pub(super) fn named(word: &str) -> Option<Self> {
+        match word {
+            "all" => Some(Self::All),
+            "risky" => Some(Self::Risky),
+            "none" => Some(Self::None),
+            _ => None,
+        }
+    }
+
+    /// Says when it asks.
+    pub(super) fn words(self) -> &'static str {
+        match self {
+            Self::All => "all: asks before every call",
+            Self::Risky => "risky: asks before a sentence is acted on, and before a real arm moves",
+            Self::None => "none: asks nothing",
+        }
+    }
+}
+
+/// A question that the prompt has put.
+pub(super) enum Pending {
+    /// Whether to carry this out.
+    Run(Box<Step>, String),
+    /// Which of these was meant.
+    Which(Vec<Understood>),
+    /// Whether lines are to move the real arm.
+    Real,
+}
+
+/// Phrases that people taught, kept in a file when there is a place for one.
+pub(super) struct Taught {
+    phrases: Vec<(String, Phrase)>,
+    path: Option<PathBuf>,
+}
+
+impl Taught {
+    /// Reads the phrases kept in a folder; tells of those that cannot be read any more.
+    pub(super) fn read(home: Option<&Path>, style: Style) -> Self {
+        let path = home.map(|home| home.join("phrases"));
+        let text = path.as_ref().and_then(|path| std::fs::read_to_string(path).ok());
+        let mut phrases = Vec::new();
+        for line in text.unwrap_or_default().lines().filter(|line| !line.trim().is_empty()) {
+            match sentence::phrase(line) {
+                Ok(phrase) => phrases.push((line.to_owned(), phrase)),
+                Err(wrong) => {
+                    style.note(&format!("phrase {line} is passed over: {}", wrong.message))
+                }
+            }
+        }
+        Self { phrases, path }
+    }
+
+    fn all(&self) -> Vec<Phrase> {
+        self.phrases.iter().map(|(_, phrase)| phrase.clone()).collect()
+    }
+
+    /// Learns a phrase; returns where it is kept.
+    fn learn(&mut self, line: &str) -> Result<Option<&Path>, Failure> {
+        let phrase = sentence::phrase(line)
+            .map_err(|wrong| Failure::input("task::template", wrong.message).help(wrong.help))?;
+        self.phrases.retain(|(_, known)| known.template.text != phrase.template.text);
+        self.phrases.push((line.to_owned(), phrase));
+        let Some(path) = &self.path else { return Ok(None) };
+        let lines: Vec<&str> = self.phrases.iter().map(|(line, _)| line.as_str()).collect();
+        std::fs::write(path, lines.join("\n") + "\n").map_err(|error| {
+            Failure::input(
+                "io::write",
+                format!("the phrase is known now, and cannot be kept: {error}"),
+            )
+            .at(path.display().to_string())
+        })?;
+        Ok(Some(path))
+    }
+}
+
+/// Whether a line that is no call may be a sentence: words, and nothing of a call's punctuation.
+pub(super) fn looks_like_one(line: &str) -> bool {
+    line.split_whitespace().count() > 1
+        && !line.contains(['(', ')', '{', '}', '=', '"'])
+        && line.starts_with(char::is_alphabetic)
+}
+
+impl Session<'_, '_> {
+    /// `:phrase "empty the {o}" = pour(o, cup)`; alone it lists what was taught.
+    pub(super) fn phrase(&mut self, line: &str) -> Result<(), Failure> {
+        if line.is_empty() {
+            if self.taught.phrases.is_empty() {
+                self.style
+                    .say("no phrase was taught yet: `:phrase \"empty the {o}\" = pour(o, cup)`");
+            }
+            for (line, _) in &self.taught.phrases {
+                self.style.say(line);
+            }
+            return Ok(());
+        }
+        let read = sentence::phrase(line);
+        if let Ok(phrase) = &read
+            && self.library.callable(&phrase.call.name.text).is_none()
+        {
+            let name = &phrase.call.name.text;
+            return Err(Failure::input(
+                "task::unknown_name",
+                format!("there is no task or action `{name}`"),
+            )
+            .help("`:tasks` lists what can be called"));
+        }
+        let kept = self.taught.learn(line)?;
+        let kept = if kept.is_some() { "kept for later sessions" } else { "for this session" };
+        self.style.say(format!("understood, {kept}"));
+        Ok(())
+    }
+
+    /// Tries a line as a sentence.
+    pub(super) fn sentence(&mut self, said: &str) -> Result<(), Failure> {
+        let phrases = self.taught.all();
+        let cell = self.bench.cell()?;
+        let things = cell.library().scene(&cell.scene().name).map(|(scene, _)| scene);
+        let things = things.map(sentence::things).unwrap_or_default();
+        let meaning = sentence::understand(
+            said,
+            &Knowledge {
+                library: cell.library(),
+                things: &things,
+                phrases: &phrases,
+                hindrance: &|call| cell.hindrance(call),
+            },
+        );
+        let told = report::sentence::told(&meaning);
+        match meaning {
+            Meaning::Clear(found) => {
+                self.style.say(told);
+                let step = parse_line(&found.text).0;
+                if let Some(step) = step {
+                    self.ask_or_run(step, &found.text, true);
+                }
+            }
+            Meaning::Ambiguous { choices, .. } => {
+                self.style.say(told);
+                self.style.say(format!("type a number from 1 to {}, or n", choices.len()));
+                self.pending = Some(Pending::Which(choices));
+            }
+            Meaning::Impossible { .. } => self.style.say(told),
+            Meaning::Unknown { help } => {
+                let words = "this is no call, and no task has a sentence like it";
+                return Err(Failure::input("repl::sentence", words).help(help));
+            }
+        }
+        Ok(())
+    }
+
+    /// Carries out a step, after asking when the person wants to be asked.
+    pub(super) fn ask_or_run(&mut self, step: Step, meant: &str, is_guess: bool) {
+        let is_simulated = matches!(self.robot.as_str(), "lab" | "twin");
+        let asks = match self.confirm {
+            Confirm::All => true,
+            Confirm::Risky => is_guess || !is_simulated,
+            Confirm::None => false,
+        };
+        if asks {
+            self.style.say(format!("carry it out with the {}? y or n", self.robot));
+            self.pending = Some(Pending::Run(Box::new(step), meant.to_owned()));
+        } else {
+            self.run(step, meant);
+        }
+    }
+
+    /// Takes a line as the answer to an open question; `false` when it is none, and the question is gone.
+    pub(super) fn answered(&mut self, pending: Pending, line: &str) -> bool {
+        let answer = line.to_lowercase();
+        if matches!(answer.as_str(), "n" | "no") {
+            self.style.say("left undone");
+            return true;
+        }
+        match pending {
+            Pending::Run(step, meant) if matches!(answer.as_str(), "y" | "yes") => {
+                self.run(*step, &meant);
+                true
+            }
+            Pending::Which(choices) => {
+                let Ok(number) = answer.parse::<usize>() else { return false };
+                let chosen = number.checked_sub(1).and_then(|at| choices.get(at));
+                let Some(chosen) = chosen else {
+                    self.style.say(format!("type a number from 1 to {}, or n", choices.len()));
+                    self.pending = Some(Pending::Which(choices));
+                    return true;
+                };
+                self.style.say(format!("= {}", chosen.text));
+                if let Some(step) = parse_line(&chosen.text).0 {
+                    // The person has just said which; that is the confirmation.
+                    self.run(step, &chosen.text);
+                }
+                true
+            }
+            Pending::Real if answer == "yes" => {
+                if let Err(failure) = self.to_real() {
+                    self.style.failure(&failure);
+                }
+                true
+            }
+            Pending::Run(..) | Pending::Real => false,
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! Runs that are kept, in words: a list, two side by side, one again.
+
+use std::fmt::Write as _;
+
+use crate::execution::trace::{FluentRow, Outcome, StepRecord};
+use crate::workcell::archive::Entry;
+use crate::workcell::{Ending, Run};
+
+use super::run::{people, step as words_of_step};
+use super::{Failure, Style};
+
+/// How many margins that moved are told of two runs.
+const MOST_MOVED: usize = 5;
+
+/// Words a list of runs, those that cannot be read among them.
+pub fn list(runs: &[(Entry, Option<Run>)]) -> String {
+    let mut text = format!(
+        "{:>4}  {:<32} {:<26} {:<8} {:>5}  twin agrees",
+        "run", "folder", "task", "ended", "steps"
+    );
+    for (entry, run) in runs {
+        let _ = match run {
+            None => write!(text, "\n{:>4}  {:<32} cannot be read", entry.number, entry.name),
+            Some(run) => {
+                let agree = run.steps.iter().filter(|step| step.hamming == 0).count();
+                write!(
+                    text,
+                    "\n{:>4}  {:<32} {:<26} {:<8} {:>5}  after {agree} of {}",
+                    entry.number,
+                    entry.name,
+                    run.task,
+                    ended(run.outcome),
+                    run.steps.len(),
+                    run.steps.len()
+                )
+            }
+        };
+    }
+    text
+}
+
+fn ended(ending: Ending) -> &'static str {
+    match ending {
+        Ending::Success => "done",
+        Ending::Failure => "failed",
+        Ending::Stopped => "stopped",
+    }
+}
+
+/// Words a run again from its record: all of it, or one step with everything known after it.
+///
+/// # Errors
+///
+/// When there is no such step.
+pub fn again(name: &str, run: &Run, step: Option<usize>, style: Style) -> Result<String, Failure> {
+    let mut text = format!(
+        "{name}: {} with {}, seed {}; this is the record, the arm does not move\n",
+        run.task, run.robot, run.seed
+    );
+    let mut before: &[FluentRow] = &[];
+    for record in &run.steps {
+        if step.is_none_or(|wanted| wanted == record.number) {
+            // A step that is asked for by itself is told with all its fluents.
+            let known = if step.is_some() { &[] } else { before };
+            text += &words_of_step(record, known, style);
+            if step.is_some() {
+                text += &everything_else(record);
+            }
+        }
+        before = &record.fluents;
+    }
+    match step {
+        Some(wanted) if run.steps.iter().all(|record| record.number != wanted) => {
+            Err(Failure::input("replay::step", format!("{name} has no step {wanted}"))
+                .help(format!("it has {} steps", run.steps.len())))
+        }
+        Some(wanted) => {
+            if let Some(dir) = &run.run_dir {
+                for when in ["before", "after"] {
+                    let _ = writeln!(
+                        text,
+                        "       pictures {when}: {dir}/frames/{wanted:02}-{when}-real.png and -twin.png"
+                    );
+                }
+            }
+            Ok(text.trim_end().to_owned())
+        }
+        None => {
+            text += &super::run::ending(run, style);
+            Ok(text.trim_end().to_owned())
+        }
+    }
+}
+
+/// The fluents that a step's own table leaves out because they are no news.
+fn everything_else(record: &StepRecord) -> String {
+    let quiet = record.fluents.iter().filter(|row| row.expected.is_none() && row.ask.is_none());
+    let names: Vec<String> = quiet
+        .filter(|row| !matches!((row.twin, row.measured), (Some(a), Some(b)) if a != b))
+        .map(|row| format!("{} {}", row.name, truth(row.measured)))
+        .collect();
+    if names.is_empty() {
+        return String::new();
+    }
+    format!("       also measured: {}\n", names.join("; "))
+}
+
+fn truth(truth: Option<bool>) -> &'static str {
+    match truth {
+        Some(true) => "yes",
+        Some(false) => "no",
+        None => "unknown",
+    }
+}
+
+/// Words what is different in two runs: the branches first, then steps that one has and the other has
+/// not, then what was true in one and not in the other, then the margins that moved most.
+pub fn difference((a, first): (usize, &Run), (b, second): (usize, &Run)) -> String {
+    let mut text = format!(
+        "run {a}: {} {}, {} steps\nrun {b}: {} {}, {} steps",
+        first.task,
+        ended(first.outcome),
+        first.steps.len(),
+        second.task,
+        ended(second.outcome),
+        second.steps.len()
+    );
+    let head = text.len();
+    branches(first, second, &mut text);
+    let pairs = matched(first, second);
+    alone((a, first), second, &mut text);
+    alone((b, second), first, &mut text);
+    let mut moved = Vec::new();
+    for (one, other) in &pairs {
+        if one.outcome != other.outcome {
+            let _ = write!(
+                text,
+                "\nstep {} {}: {} in run {a}, {} in run {b}",
+                one.number,
+                one.action,
+                outcome(one.outcome),
+                outcome(other.outcome)
+            );
+        }
+        for row in &one.fluents {
+            let Some(there) = other.fluents.iter().find(|r| r.name == row.name) else { continue };
+            if row.measured != there.measured {
+                let _ = write!(
+                    text,
+                    "\nafter step {} {}: {} {}{} in run {a}, {}{} in run {b}",
+                    one.number,
+                    one.action,
+                    row.name,
+                    truth(row.measured),
+                    margin(row),
+                    truth(there.measured),
+                    margin(there)
+                );
+            } else if let Some(by) = shift(row, there) {
+                moved.push((by, *one, row, there));
+            }
+        }
+    }
+    if text.len() == head {
+        text += "\nthe same branches, the same steps, and the same is true after each";
+    }
+    // Margins of different units are ranked by how far they moved beside their own size.
+    moved.sort_by(|x, y| y.0.total_cmp(&x.0));
+    if !moved.is_empty() {
+        text += "\nmargins that moved most:";
+    }
+    for (_, step, row, there) in moved.iter().take(MOST_MOVED) {
+        let _ = write!(
+            text,
+            "\n  {} after step {} {}:{} in run {a},{} in run {b}",
+            row.name,
+            step.number,
+            step.action,
+            margin(row),
+            margin(there)
+        );
+    }
+    text
+}
+
+fn outcome(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Success => "done",
+        Outcome::Failure => "failed",
+        Outcome::Stopped => "stopped",
+    }
+}
+
+fn margin(row: &FluentRow) -> String {
+    row.margin.as_ref().map(|margin| format!(" ({})", people(margin))).unwrap_or_default()
+}
+
+/// How far a margin moved beside its size; `None` when it is the same but for its uncertainty.
+fn shift(row: &FluentRow, there: &FluentRow) -> Option<f64> {
+    let (a, b) = (row.margin.as_ref()?, there.margin.as_ref()?);
+    let sigma = |row: &FluentRow| row.std.as_ref().map_or(0.0, |std| std.value);
+    let by = (a.value - b.value).abs();
+    let size = a.value.abs().max(b.value.abs());
+    let is_news = a.unit == b.unit && by > 2.0 * sigma(row).hypot(sigma(there)) && by > 0.05 * size;
+    is_news.then(|| by / size)
+}
+
+fn branches(first: &Run, second: &Run, text: &mut String) {
+    let (Some(one), Some(other)) = (first.parse_graphs.last(), second.parse_graphs.last()) else {
+        return;
+    };
+    for choice in &one.choices {
+        if let Some(there) = other.branch(&choice.node)
+            && there != choice.branch
+        {
+            let _ = write!(text, "\nbranch at {}: {} and {there}", choice.node, choice.branch);
+        }
+    }
+}
+
+/// The steps that both have, by path and by how often it was met before.
+fn matched<'a>(first: &'a Run, second: &'a Run) -> Vec<(&'a StepRecord, &'a StepRecord)> {
+    let pairs = first.steps.iter().enumerate().filter_map(|(i, step)| {
+        let nth = first.steps[..i].iter().filter(|s| s.path == step.path).count();
+        let there = second.steps.iter().filter(|s| s.path == step.path).nth(nth)?;
+        Some((step, there))
+    });
+    pairs.collect()
+}
+
+fn alone((number, run): (usize, &Run), other: &Run, text: &mut String) {
+    let with = matched(run, other);
+    for step in &run.steps {
+        if with.iter().all(|(mine, _)| mine.number != step.number) {
+            let _ = write!(text, "\nonly in run {number}: step {} {}", step.number, step.action);
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! The folder where runs are kept: which there are, by age, and what each was.
+//!
+//! Runs are numbered from 1, the oldest first: their folders are named by the time they were made. Nothing
+//! here writes.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::{Error, Run};
+
+/// One run folder.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Entry {
+    /// Its place among all, from 1.
+    pub number: usize,
+    /// The name of its folder.
+    pub name: String,
+    /// Its folder.
+    pub dir: PathBuf,
+}
+
+impl Entry {
+    /// Reads the run.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Record`] when the document is not there or not a run.
+    pub fn load(&self) -> Result<Run, Error> {
+        load(&self.dir)
+    }
+}
+
+/// Reads the run in a folder.
+///
+/// # Errors
+///
+/// [`Error::Record`] when the document is not there or not a run.
+pub fn load(dir: &Path) -> Result<Run, Error> {
+    let path = dir.join("run.json");
+    let wrong = |why: String| Error::Record { path: path.clone(), why };
+    let text = fs::read_to_string(&path).map_err(|error| wrong(error.to_string()))?;
+    serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))
+}
+
+/// Returns the runs in a folder, the oldest first; none when there is no such folder.
+pub fn entries(root: &Path) -> Vec<Entry> {
+    let Ok(found) = fs::read_dir(root) else { return Vec::new() };
+    let folders = found.filter_map(|entry| {
+        let dir = entry.ok()?.path();
+        let name = dir.file_name()?.to_str()?.to_owned();
+        dir.join("run.json").is_file().then_some((name, dir))
+    });
+    let mut folders: Vec<(String, PathBuf)> = folders.collect();
+    folders.sort();
+    let numbered = folders.into_iter().enumerate();
+    numbered.map(|(i, (name, dir))| Entry { number: i + 1, name, dir }).collect()
+}

@@ -1,0 +1,183 @@
+//! Three runs that are kept, written by hand: the first works, in the other two the jar's lip ends left of
+//! the cup, though the twin had it right.
+
+use std::fs;
+
+use trueup::execution::trace::{FluentRow, Measure, Outcome, StepRecord, TermRow};
+use trueup::graph::ParseGraph;
+use trueup::graph::parse_graph::Choice;
+use trueup::workcell::{Ending, Run, Timing};
+use trueup::world::fluent::Direction;
+use trueup::world::{ObjectState, Pose, WorldState};
+
+use crate::program::Desk;
+
+fn length(value: f64) -> Measure {
+    Measure { value, unit: "m".into() }
+}
+
+fn state(time: f64) -> WorldState {
+    let object = |name: &str, x: f64| ObjectState {
+        name: name.into(),
+        world_from_object: Some(Pose::upright(x, 0.1, 0.2, 0.0)),
+        std: 0.001,
+        water: None,
+    };
+    WorldState {
+        time,
+        q: vec![0.0; 7],
+        opening: 0.06,
+        world_from_tool: Pose::upright(0.5, 0.1, 0.3, 0.0),
+        held: Some("jar".into()),
+        objects: vec![object("jar", 0.5), object("cup", 0.55)],
+        spilt: None,
+    }
+}
+
+/// `holding(jar)`, by `margin` m.
+fn holding(margin: f64) -> FluentRow {
+    FluentRow {
+        name: "holding(jar)".into(),
+        expected: Some(true),
+        twin: Some(true),
+        measured: Some(true),
+        margin: Some(length(margin)),
+        twin_margin: Some(length(0.11)),
+        ask: Some("Has the robot already picked up the transparent jar?".into()),
+        why: None,
+        std: Some(length(0.001)),
+        direction: None,
+        terms: Vec::new(),
+    }
+}
+
+/// `above(jar, cup)`: the lip is `off` m from the middle of the cup, of 35 mm that are allowed.
+fn above(off: f64, sigma: f64) -> FluentRow {
+    let margin = 0.035 - off;
+    let truth = (margin.abs() >= 2.0 * sigma).then_some(margin >= 0.0);
+    let why = truth.is_none().then(|| "the margin is within twice its uncertainty".to_owned());
+    let term = |text: &str, value: f64, limit: f64, margin: f64, truth| TermRow {
+        text: text.into(),
+        truth,
+        value: Some(length(value)),
+        limit: Some(length(limit)),
+        margin: Some(length(margin)),
+        std: Some(length(sigma)),
+    };
+    let lip = "offset(lip(jar), center(cup)) <= rim(cup) - 5 mm";
+    FluentRow {
+        name: "above(jar, cup)".into(),
+        expected: Some(true),
+        twin: Some(true),
+        measured: truth,
+        margin: Some(length(margin)),
+        twin_margin: Some(length(0.022)),
+        ask: Some("Is the transparent jar above the blue cup?".into()),
+        why,
+        std: Some(length(sigma)),
+        direction: (margin < 0.0).then(|| Direction {
+            object: "jar".into(),
+            world: [0.0, -1.0, 0.0],
+            camera: "right".into(),
+        }),
+        terms: vec![
+            term(lip, off, 0.035, margin, truth),
+            term("gap(jar, cup) >= 2 cm", 0.048, 0.02, 0.028, Some(true)),
+        ],
+    }
+}
+
+fn step(number: usize, path: &str, action: &str, rows: Vec<FluentRow>) -> StepRecord {
+    let differ = |row: &&FluentRow| matches!((row.twin, row.measured), (Some(twin), Some(real)) if twin != real);
+    let hamming = rows.iter().filter(differ).count();
+    let failed = rows.iter().find(|row| row.measured == Some(false));
+    let begin = 5.0 * number as f64;
+    StepRecord {
+        number,
+        path: path.into(),
+        action: action.into(),
+        outcome: if failed.is_some() { Outcome::Failure } else { Outcome::Success },
+        reason: failed
+            .map(|row| format!("it should have made true `{}`, which is false", row.name)),
+        interval_s: [begin, begin + 4.0],
+        fluents: rows,
+        hamming,
+        score: (-(hamming as f64)).exp(),
+        measured: state(begin + 4.0),
+        twin: Some(state(begin + 4.0)),
+    }
+}
+
+/// A run whose lip ended `off` m from the cup's middle, known to `sigma` m.
+fn pour(branch: &str, held: f64, off: f64, sigma: f64) -> Run {
+    let steps = vec![
+        step(1, "pour/2-pick/lift", "lift(jar, by: 12 cm)", vec![holding(held)]),
+        step(
+            2,
+            "pour/4-move_over",
+            "move_over(jar, cup, clearance: 5 cm)",
+            vec![holding(held), above(off, sigma)],
+        ),
+    ];
+    let outcome = match steps.iter().any(|step| step.outcome != Outcome::Success) {
+        true => Ending::Failure,
+        false => Ending::Success,
+    };
+    let reason = steps
+        .iter()
+        .find_map(|step| step.reason.as_ref().map(|reason| format!("{}: {reason}", step.action)));
+    let choice = Choice {
+        node: "pour/2-pick/either".into(),
+        branch: branch.into(),
+        key: format!("pick/either.{branch}"),
+        text: "0".into(),
+        p: 0.6,
+        possible: vec!["level_side".into(), "tilted_side".into()],
+        is_free: true,
+        assumed: None,
+    };
+    Run {
+        task: "pour(jar, cup)".into(),
+        outcome,
+        reached: outcome == Ending::Success,
+        reason,
+        seed: 1,
+        robot: "lab".into(),
+        version: "0".into(),
+        questions: vec![Vec::new(); steps.len()],
+        steps,
+        rehearsals: Vec::new(),
+        parse_graphs: vec![ParseGraph {
+            call: "pour(jar, cup)".into(),
+            choices: vec![choice],
+            steps: Vec::new(),
+            timings: Vec::new(),
+            recoveries: Vec::new(),
+            log_p: 0.0,
+        }],
+        water: None,
+        timing_s: Timing { total: 12.0, execute: 8.0, ..Timing::default() },
+        run_dir: None,
+    }
+}
+
+fn keep(desk: &Desk, root: &str, name: &str, mut run: Run) {
+    run.run_dir = Some(format!("{root}/{name}"));
+    let text = serde_json::to_string(&run).unwrap();
+    desk.file(&format!("{root}/{name}/run.json"), text);
+}
+
+/// Puts the runs on the desk: three in `runs`, one whose last answer nobody can give in `doubtful`.
+pub(crate) fn lay_out(desk: &Desk) {
+    keep(desk, "runs", "20260101-090000-pour", pour("tilted_side", 0.11, 0.013, 0.001));
+    keep(desk, "runs", "20260101-100000-pour", pour("level_side", 0.10, 0.064, 0.001));
+    keep(desk, "runs", "20260102-110000-pour", pour("level_side", 0.11, 0.066, 0.001));
+    keep(desk, "doubtful", "20260103-120000-pour", pour("level_side", 0.11, 0.036, 0.002));
+    fs::create_dir_all(desk.path("runs/not-a-run")).unwrap();
+    keep(desk, "bias", "20260101-100000-pour", pour("level_side", 0.10, 0.064, 0.001));
+    keep(desk, "bias", "20260101-110000-pour", pour("level_side", 0.10, 0.063, 0.001));
+    keep(desk, "bias", "20260102-110000-pour", pour("level_side", 0.11, 0.066, 0.001));
+    keep(desk, "chance", "20260101-100000-pour", pour("level_side", 0.10, 0.01, 0.001));
+    keep(desk, "chance", "20260101-110000-pour", pour("level_side", 0.10, 0.09, 0.001));
+    keep(desk, "chance", "20260102-110000-pour", pour("level_side", 0.11, 0.066, 0.001));
+}
