@@ -1,11 +1,13 @@
 //! The commands that begin with a colon: one table for help, completion and "did you mean".
 
+use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::graph::outline;
 use crate::language;
 use crate::language::ast::Step;
 use crate::report::{self, Failure};
+use crate::workcell::WorkCell;
 
 use super::sentences::{Confirm, Pending};
 use super::{Next, Session};
@@ -66,7 +68,7 @@ fn help() -> String {
     );
     for command in COMMANDS {
         let head = format!(":{} {}", command.name, command.takes);
-        text += &format!("{head:<25} {}\n", command.what);
+        let _ = writeln!(text, "{head:<25} {}", command.what);
     }
     text.trim_end().to_owned()
 }
@@ -88,8 +90,8 @@ impl Session<'_, '_> {
                 Ok(())
             }
             "graph" => self.graph(rest),
-            "look" => self.moving(|cell| cell.perceive(), "looked").and_then(|()| self.objects()),
-            "align" => self.moving(|cell| cell.align(), "aligned"),
+            "look" => self.moving(WorkCell::perceive, "looked").and_then(|()| self.objects()),
+            "align" => self.moving(WorkCell::align, "aligned"),
             "why" => self.why(rest),
             "gap" => self.gap(rest),
             "runs" => {
@@ -98,8 +100,11 @@ impl Session<'_, '_> {
             }
             "replay" => self.replay(rest),
             "diff" => self.diff(rest),
-            "twin" => self.to_twin(),
-            "real" => self.ask_real(),
+            "twin" => self.take_twin(),
+            "real" => {
+                self.ask_real();
+                Ok(())
+            }
             "confirm" => self.set_confirm(rest),
             "phrase" => self.phrase(rest),
             "set" => self.set(rest),
@@ -115,7 +120,7 @@ impl Session<'_, '_> {
     /// Does something that may move the arm.
     fn moving(
         &mut self,
-        what: fn(&mut crate::workcell::WorkCell) -> Result<(), crate::workcell::Error>,
+        what: fn(&mut WorkCell) -> Result<(), crate::workcell::Error>,
         done: &str,
     ) -> Result<(), Failure> {
         let style = self.style;
@@ -154,7 +159,7 @@ impl Session<'_, '_> {
         Ok(())
     }
 
-    fn to_twin(&mut self) -> Result<(), Failure> {
+    fn take_twin(&mut self) -> Result<(), Failure> {
         if self.robot == "twin" {
             self.style.say("lines are for the twin already");
             return Ok(());
@@ -167,18 +172,16 @@ impl Session<'_, '_> {
         Ok(())
     }
 
-    fn ask_real(&mut self) -> Result<(), Failure> {
+    fn ask_real(&mut self) {
         if self.robot != "twin" {
-            self.style.say(format!("lines move the {} already", self.robot));
-            return Ok(());
+            return self.style.say(format!("lines move the {} already", self.robot));
         }
         self.style.say(format!("lines will move the {}: type yes", self.hands.real));
         self.pending = Some(Pending::Real);
-        Ok(())
     }
 
     /// Lets lines move the robot again, once a person has said so.
-    pub(super) fn to_real(&mut self) -> Result<(), Failure> {
+    pub(super) fn take_real(&mut self) -> Result<(), Failure> {
         let cell = match self.aside.take() {
             Some(cell) => cell,
             None => (self.hands.open)(self.hands.real)?,

@@ -2,6 +2,7 @@
 //! is on the table, a number with its unit.
 
 use std::collections::BTreeSet;
+use std::fmt::Write as _;
 
 use crate::language::{TokenKind, is_reserved, tokens};
 
@@ -45,7 +46,9 @@ pub(super) fn paint(line: &str, known: &Known) -> String {
         };
         painted += &line[from..token.from];
         match colour {
-            Some(colour) => painted += &format!("\x1b[{colour}m{text}\x1b[0m"),
+            Some(colour) => {
+                let _ = write!(painted, "\x1b[{colour}m{text}\x1b[0m");
+            }
             None => painted += text,
         }
         from = token.to;

@@ -108,15 +108,13 @@ impl Session<'_, '_> {
             },
         };
         let Some(run) = run else {
-            return match fluent {
-                Some(condition) => self.now(condition),
-                None => {
-                    self.style.say("nothing has run yet");
-                    Ok(())
-                }
-            };
+            if let Some(condition) = fluent {
+                return self.now(condition);
+            }
+            self.style.say("nothing has run yet");
+            return Ok(());
         };
-        let earlier = self.earlier(&run, number, &entries);
+        let earlier = earlier(&run, number, &entries);
         let library = &self.library;
         let place = |name: &str| {
             let (fluent, source) = library.fluent(name)?;
@@ -133,20 +131,6 @@ impl Session<'_, '_> {
             (Err(failure), _) => return Err(failure),
         }
         Ok(())
-    }
-
-    /// Earlier runs of the same task, with their numbers.
-    fn earlier(&self, run: &Run, number: Option<usize>, entries: &[Entry]) -> Vec<(usize, Run)> {
-        let head = |task: &str| task.split('(').next().unwrap_or_default().to_owned();
-        let before = entries.iter().filter(|entry| number.is_none_or(|n| entry.number < n));
-        let mut found: Vec<(usize, Run)> = before
-            .rev()
-            .filter_map(|entry| Some((entry.number, entry.load().ok()?)))
-            .filter(|(_, earlier)| head(&earlier.task) == head(&run.task))
-            .take(MOST)
-            .collect();
-        found.reverse();
-        found
     }
 
     /// Reads a condition now.
@@ -181,4 +165,18 @@ impl Session<'_, '_> {
         let first = self.runs.len().saturating_sub(n);
         (self.hands.gap)(&self.runs[first..])
     }
+}
+
+/// Earlier runs of the same task, with their numbers.
+fn earlier(run: &Run, number: Option<usize>, entries: &[Entry]) -> Vec<(usize, Run)> {
+    let head = |task: &str| task.split('(').next().unwrap_or_default().to_owned();
+    let before = entries.iter().filter(|entry| number.is_none_or(|n| entry.number < n));
+    let mut found: Vec<(usize, Run)> = before
+        .rev()
+        .filter_map(|entry| Some((entry.number, entry.load().ok()?)))
+        .filter(|(_, earlier)| head(&earlier.task) == head(&run.task))
+        .take(MOST)
+        .collect();
+    found.reverse();
+    found
 }

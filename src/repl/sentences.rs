@@ -71,7 +71,7 @@ impl Taught {
             match sentence::phrase(line) {
                 Ok(phrase) => phrases.push((line.to_owned(), phrase)),
                 Err(wrong) => {
-                    style.note(&format!("phrase {line} is passed over: {}", wrong.message))
+                    style.note(&format!("phrase {line} is passed over: {}", wrong.message));
                 }
             }
         }
@@ -220,7 +220,7 @@ impl Session<'_, '_> {
                 true
             }
             Pending::Real if answer == "yes" => {
-                if let Err(failure) = self.to_real() {
+                if let Err(failure) = self.take_real() {
                     self.style.failure(&failure);
                 }
                 true

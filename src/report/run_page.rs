@@ -17,8 +17,11 @@ pub struct Material<'a> {
     /// The drawing of the graph, an SVG document.
     pub graph: Option<&'a str>,
     /// Returns a picture as a `data:` address, by its name without ending: `03-after-real`.
-    pub picture: Option<&'a dyn Fn(&str) -> Option<String>>,
+    pub picture: Option<Picture<'a>>,
 }
+
+/// A name to a `data:` address, where there is such a picture.
+pub type Picture<'a> = &'a dyn Fn(&str) -> Option<String>;
 
 const LOOK: &str = "body{font:15px/1.5 system-ui,sans-serif;max-width:1100px;margin:1.5em auto;padding:0 1em;\
 color:#222;background:#fff}pre{background:#f6f6f4;padding:1em;overflow-x:auto;font-size:13px;white-space:\

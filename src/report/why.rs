@@ -277,11 +277,16 @@ fn in_this_run(run: &Run, step: &StepRecord, row: &FluentRow) -> String {
         None => text += ", which promised nothing about it",
     }
     let margin = row.twin_margin.as_ref().map(|m| format!(" ({})", people(m))).unwrap_or_default();
-    text += &match row.twin {
-        Some(true) => format!("; the twin had it true{margin}"),
-        Some(false) => format!("; the twin had it false too{margin}"),
-        None => "; the twin had nothing to say of it".to_owned(),
+    let twin = match row.twin {
+        Some(true) => format!("true{margin}"),
+        Some(false) => format!("false too{margin}"),
+        None => String::new(),
     };
+    if twin.is_empty() {
+        text += "; the twin had nothing to say of it";
+    } else {
+        let _ = write!(text, "; the twin had it {twin}");
+    }
     if row.measured == Some(false) {
         let before = run.steps.iter().take_while(|earlier| earlier.number < step.number);
         let was = before.filter(|earlier| {

@@ -119,9 +119,10 @@ fn pour(branch: &str, held: f64, off: f64, sigma: f64) -> Run {
             vec![holding(held), above(off, sigma)],
         ),
     ];
-    let outcome = match steps.iter().any(|step| step.outcome != Outcome::Success) {
-        true => Ending::Failure,
-        false => Ending::Success,
+    let outcome = if steps.iter().all(|step| step.outcome == Outcome::Success) {
+        Ending::Success
+    } else {
+        Ending::Failure
     };
     let reason = steps
         .iter()

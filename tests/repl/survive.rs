@@ -96,6 +96,42 @@ fn one_interrupt_is_a_wish_that_the_work_follows() {
     assert_eq!(calls.load(Ordering::SeqCst), 3);
 }
 
+/// The second line is answered while the first winds down; reading the third lets that end.
+struct Typist<'a> {
+    lines: Vec<&'static str>,
+    release: &'a AtomicBool,
+    wound_down: &'a AtomicBool,
+    calls: &'a AtomicUsize,
+    begun: Vec<u8>,
+}
+impl std::io::Read for Typist<'_> {
+    fn read(&mut self, _: &mut [u8]) -> std::io::Result<usize> {
+        unreachable!("lines are taken from the buffer")
+    }
+}
+impl std::io::BufRead for Typist<'_> {
+    fn fill_buf(&mut self) -> std::io::Result<&[u8]> {
+        if self.begun.is_empty() && !self.lines.is_empty() {
+            let line = self.lines.remove(0);
+            if line.starts_with("place") && self.lines.is_empty() {
+                assert!(!self.wound_down.load(Ordering::SeqCst), "the prompt waited");
+                assert_eq!(self.calls.load(Ordering::SeqCst), 1, "the cell was lent twice");
+                self.release.store(true, Ordering::SeqCst);
+                while !self.wound_down.load(Ordering::SeqCst) {
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+                // The cell comes back right after.
+                std::thread::sleep(Duration::from_millis(200));
+            }
+            self.begun = format!("{line}\n").into_bytes();
+        }
+        Ok(&self.begun)
+    }
+    fn consume(&mut self, amount: usize) {
+        self.begun.drain(..amount);
+    }
+}
+
 /// Ctrl-C twice: the prompt is back while the work still winds down; what needs the cell says so, what
 /// needs none is answered, and when the work has come back the cell is used again.
 #[test]
@@ -115,41 +151,6 @@ fn two_interrupts_bring_the_prompt_back_at_once() {
         }
         Err(Failure::no("test", "done"))
     };
-    // The second line is answered while the first winds down; reading the third lets that end.
-    struct Typist<'a> {
-        lines: Vec<&'static str>,
-        release: &'a AtomicBool,
-        wound_down: &'a AtomicBool,
-        calls: &'a AtomicUsize,
-        begun: Vec<u8>,
-    }
-    impl std::io::Read for Typist<'_> {
-        fn read(&mut self, _: &mut [u8]) -> std::io::Result<usize> {
-            unreachable!("lines are taken from the buffer")
-        }
-    }
-    impl std::io::BufRead for Typist<'_> {
-        fn fill_buf(&mut self) -> std::io::Result<&[u8]> {
-            if self.begun.is_empty() && !self.lines.is_empty() {
-                let line = self.lines.remove(0);
-                if line.starts_with("place") && self.lines.is_empty() {
-                    assert!(!self.wound_down.load(Ordering::SeqCst), "the prompt waited");
-                    assert_eq!(self.calls.load(Ordering::SeqCst), 1, "the cell was lent twice");
-                    self.release.store(true, Ordering::SeqCst);
-                    while !self.wound_down.load(Ordering::SeqCst) {
-                        std::thread::sleep(Duration::from_millis(1));
-                    }
-                    // The cell comes back right after.
-                    std::thread::sleep(Duration::from_millis(200));
-                }
-                self.begun = format!("{line}\n").into_bytes();
-            }
-            Ok(&self.begun)
-        }
-        fn consume(&mut self, amount: usize) {
-            self.begun.drain(..amount);
-        }
-    }
     let mut typist = Typist {
         lines: vec!["pick(jar)", "place(cup)", ":tasks", "place(it)"],
         release: &release,
