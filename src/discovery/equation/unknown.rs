@@ -1,6 +1,6 @@
 //! What no name fits: the sparse formula that explains it, or none.
 //!
-//! Words of [`super::features`] are added to one rate or output. All of them are screened at once, by a
+//! Words of `features` are added to one rate or output. All of them are screened at once, by a
 //! linear regression of the residual on what each would change in the simulated outputs: the model is
 //! integrated, noise is never differentiated. The best few are fitted in full, and the formula grows
 //! word by word while the data held out are predicted better.
