@@ -5,7 +5,7 @@
 //! [`world`] ([`alignment`]); a goal becomes joints over time ([`motion`]), is tried in the [`twin`],
 //! and is carried out and recorded ([`execution`]) on an arm, which may be the embedded [`lab`];
 //! what came of it is judged ([`monitor`]). [`workcell`] wires the layers together, [`report`] words
-//! what they say, [`repl`] and [`cli`] are the two doors.
+//! what they say, [`repl`] and [`cli`] are the two doors, and [`lsp`] answers an editor.
 
 pub mod units;
 pub mod fit;
@@ -22,4 +22,5 @@ pub mod discovery;
 pub mod workcell;
 pub mod report;
 pub mod repl;
+pub mod lsp;
 pub mod cli;

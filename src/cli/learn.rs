@@ -11,8 +11,8 @@ use serde_json::json;
 use crate::graph::outcome::{Counts, Outcome};
 use crate::graph::{Outcomes, Priors};
 use crate::report::{Failure, Style};
-use crate::workcell::learning::{self, Learnt};
 use crate::workcell::Run;
+use crate::workcell::learning::{self, Learnt};
 
 use super::run::read;
 use super::{Cli, Exit};
@@ -44,9 +44,9 @@ pub(super) fn learnt(cli: &Cli) -> Result<Learnt, Failure> {
     let outcomes = known(&learning::file_name(domain))?.unwrap_or_default();
     let outcomes = Outcomes::read(&outcomes).map_err(|error| spoilt(&error.to_string(), cli))?;
     let priors = match known(PRIORS)? {
-        Some(text) => Some(
-            serde_json::from_str(&text).map_err(|error| spoilt(&error.to_string(), cli))?,
-        ),
+        Some(text) => {
+            Some(serde_json::from_str(&text).map_err(|error| spoilt(&error.to_string(), cli))?)
+        }
         None => None,
     };
     Ok(Learnt { outcomes, priors, domain: domain.to_owned(), explore: cli.cell.explore })
@@ -128,8 +128,9 @@ fn demonstrated(
 ) -> Result<Exit, Failure> {
     let path = cli.cell.record.join(PRIORS);
     let mut priors: Priors = match path.exists() {
-        true => serde_json::from_str(&read(&path)?)
-            .map_err(|error| spoilt(&error.to_string(), cli))?,
+        true => {
+            serde_json::from_str(&read(&path)?).map_err(|error| spoilt(&error.to_string(), cli))?
+        }
         false => Priors::default(),
     };
     for (_, run) in runs {

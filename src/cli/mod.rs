@@ -8,6 +8,7 @@ mod camera;
 mod explain;
 mod gap;
 mod learn;
+mod lsp;
 mod robot;
 mod run;
 mod say;
@@ -85,6 +86,8 @@ enum Command {
     Fmt(text::FmtArgs),
     /// Say what the code of a mistake means.
     Explain(explain::ExplainArgs),
+    /// Serve an editor: diagnostics, completion, hover, definitions and layout, over stdin and stdout.
+    Lsp,
     /// Learn from stored runs which branches work.
     Learn(learn::LearnArgs),
     /// Draw the And-Or graph of a task.
@@ -162,6 +165,7 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         (Some(Command::Run(args)), _) => run::script(args, cli, style),
         (Some(Command::Check(args)), _) => text::check(args, cli, style),
         (Some(Command::Fmt(args)), _) => text::fmt(args, style),
+        (Some(Command::Lsp), _) => lsp::serve(cli),
         (Some(Command::Learn(args)), _) => learn::learn(args, cli, style),
         (Some(Command::Say(args)), _) => say::say(args, cli, style),
         (Some(Command::Explain(args)), _) => explain::explain(args, style),

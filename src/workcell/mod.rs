@@ -393,8 +393,7 @@ impl WorkCell {
     ) -> Result<RecoveryPlan, Error> {
         let state = self.state()?;
         let foreseen = &failed.recoveries[plan];
-        let now =
-            self.inferring(graph, &state, |given| graph::after_failure(graph, given, failed));
+        let now = self.inferring(graph, &state, |given| graph::after_failure(graph, given, failed));
         let now = now.recoveries.into_iter().find(|plan| plan.path == foreseen.path);
         Ok(now.unwrap_or_else(|| foreseen.clone()))
     }

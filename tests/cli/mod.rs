@@ -3,6 +3,7 @@
 mod bad_input;
 mod explain;
 mod gap;
+mod learn;
 mod robot;
 mod run;
 mod say;

@@ -3,6 +3,7 @@
 mod build;
 mod infer;
 mod parse;
+mod points;
 mod show;
 pub(crate) mod tree;
 

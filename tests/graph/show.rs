@@ -220,7 +220,10 @@ fn json_read_back_is_the_same_graph() {
         let read = from_json(&serde_json::from_str(&text).unwrap()).unwrap();
         assert_eq!(to_json(&read, &exchange::Learnt::default()), json);
         assert_eq!(to_dot(&read), to_dot(graph));
-        assert_eq!(outline(&read, &outline::Learnt::default()), outline(graph, &outline::Learnt::default()));
+        assert_eq!(
+            outline(&read, &outline::Learnt::default()),
+            outline(graph, &outline::Learnt::default())
+        );
         // What is inferred from it is the same, too.
         let program = pouring();
         let (a, b) = (Settings::new(&program, &kitchen), Settings::new(&program, &kitchen));
@@ -243,7 +246,9 @@ fn json_of_something_else_is_refused_with_what_is_wrong() {
     assert!(spoil(&|j| j["version"] = 2.into()).contains("version 1"));
     assert!(spoil(&|j| j["root"] = "nowhere".into()).contains("root"));
     assert!(spoil(&|j| j["nodes"][1]["ao"] = "maybe".into()).contains("maybe"));
-    assert!(spoil(&|j| j["nodes"][0]["needs"] = serde_json::json!(["visible("])).contains("visible("));
+    assert!(
+        spoil(&|j| j["nodes"][0]["needs"] = serde_json::json!(["visible("])).contains("visible(")
+    );
     assert!(spoil(&|j| j["edges"][0]["to"] = "gone".into()).contains("gone"));
     assert!(spoil(&|j| j["nodes"] = 3.into()).contains("nodes"));
 }

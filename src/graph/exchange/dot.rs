@@ -157,7 +157,8 @@ impl Sketch {
             let line = line.trim().trim_end_matches(';');
             let Some((head, attributes)) = line.split_once('[') else { continue };
             let wrong = |what: &str| Error::Exchange(format!("line {}: {what}", i + 1));
-            let attributes = attributes.strip_suffix(']').ok_or_else(|| wrong("`[` is not closed"))?;
+            let attributes =
+                attributes.strip_suffix(']').ok_or_else(|| wrong("`[` is not closed"))?;
             let attributes = read_attributes(attributes).ok_or_else(|| wrong("not attributes"))?;
             let get = |name: &str| attributes.get(name).cloned().unwrap_or_default();
             let head = head.trim();

@@ -52,7 +52,10 @@ pub fn from_json(value: &Value) -> Result<Graph, Error> {
         let within = text(node, "within")?.to_owned();
         let key = text(node, "key")?.to_owned();
         if let Some(file) = place.first().and_then(Value::as_str).filter(|file| **file != *within) {
-            files.insert(if within.is_empty() { key.clone() } else { within.clone() }, file.to_owned());
+            files.insert(
+                if within.is_empty() { key.clone() } else { within.clone() },
+                file.to_owned(),
+            );
         }
         let byte = |at: usize| place.get(at).and_then(Value::as_u64).unwrap_or(0) as usize;
         let pause = match node.get("pause") {
@@ -103,10 +106,9 @@ fn list<'v>(value: &'v Value, key: &str) -> Result<&'v [Value], Error> {
 
 /// What a message calls a part of the file.
 fn short(value: &Value) -> String {
-    value["id"].as_str().map_or_else(
-        || value.to_string().chars().take(60).collect(),
-        |id| format!("`{id}`"),
-    )
+    value["id"]
+        .as_str()
+        .map_or_else(|| value.to_string().chars().take(60).collect(), |id| format!("`{id}`"))
 }
 
 fn end(ids: &BTreeMap<&str, NodeId>, edge: &Value, key: &str) -> Result<NodeId, Error> {
@@ -131,14 +133,16 @@ fn kind(node: &Value, children: &[NodeId], tree: &[&Value]) -> Result<NodeKind, 
             })
         }
         "or" => {
-            let branches: Vec<Branch> = children
-                .iter()
-                .map(|child| branch(at(child), *child))
-                .collect::<Result<_, _>>()?;
+            let branches: Vec<Branch> =
+                children.iter().map(|child| branch(at(child), *child)).collect::<Result<_, _>>()?;
             let via = optional(node, "via")?;
             let via = via.and_then(|via| branches.iter().position(|b| b.name == via));
             let decides = decides(text(node, "decides")?)?;
-            NodeKind::Or(Or { decides: decides.clone(), via, branches: settled(&decides, branches) })
+            NodeKind::Or(Or {
+                decides: decides.clone(),
+                via,
+                branches: settled(&decides, branches),
+            })
         }
         "leaf" => NodeKind::Terminal(Terminal {
             does: does(node)?,
@@ -250,7 +254,9 @@ fn fluent(node: &Value) -> Result<FluentNode, Error> {
     let objects = list(node, "objects")?.iter().filter_map(Value::as_str).map(str::to_owned);
     Ok(FluentNode {
         text: said,
-        body: (node["defined"] == true).then(|| text(node, "expr").map(str::to_owned)).transpose()?,
+        body: (node["defined"] == true)
+            .then(|| text(node, "expr").map(str::to_owned))
+            .transpose()?,
         ask: optional(node, "ask")?.map(str::to_owned),
         objects: objects.collect(),
         is_real: node["real"] == true,
@@ -311,7 +317,9 @@ fn role(word: &str) -> Result<Role, Error> {
 fn expr(said: &str) -> Result<Expr, Error> {
     let (mut program, wrong_parts) = parse(&format!("fluent f() = {said}"));
     match program.items.pop() {
-        Some(Item::Fluent(fluent)) if wrong_parts.is_empty() && fluent.body.kind != ExprKind::Bad => {
+        Some(Item::Fluent(fluent))
+            if wrong_parts.is_empty() && fluent.body.kind != ExprKind::Bad =>
+        {
             Ok(fluent.body)
         }
         _ => Err(wrong(format!("`{said}` is no condition or value"))),

@@ -3,8 +3,8 @@
 use super::super::ast::Program;
 use super::super::builtins::{self, Ty};
 use super::super::library::Library;
-use super::super::parse::lexer::{Kind, Token};
 use super::super::parse;
+use super::super::parse::lexer::{Kind, Token};
 use super::{Place, code, describe, locals, words};
 use crate::units::Dimension;
 
@@ -96,6 +96,12 @@ pub fn complete(place: &Place<'_>) -> Vec<Completion> {
     found
 }
 
+/// Returns whether what stands after these tokens is asked, not done: an action may have the name of
+/// something that is measured.
+pub(super) fn is_asked(before: &[Token], text: &str) -> bool {
+    matches!(context(before, text), Context::Value | Context::Argument(..))
+}
+
 /// Tells from the tokens before a place what may stand there.
 fn context(code: &[Token], text: &str) -> Context {
     let said = |i: usize| code.get(i).map_or("", |token: &Token| token.text(text));
@@ -157,18 +163,19 @@ fn context(code: &[Token], text: &str) -> Context {
             let name = open.and_then(|open| open.checked_sub(1)).map(|i| said(i).to_owned());
             name.map_or(Context::Nothing, Context::Branch)
         }
-        "check" | "needs" | "keeps" | "gives" | "if" | "while" | "until" | "when" | "not" | "and"
-        | "within" | "=" | "==" | "!=" | "<" | ">" | "<=" | ">=" | "+" | "-" | "*" | "/" | "(" => {
-            Context::Value
-        }
+        "check" | "needs" | "keeps" | "gives" | "if" | "while" | "until" | "when" | "not"
+        | "and" | "within" | "=" | "==" | "!=" | "<" | ">" | "<=" | ">=" | "+" | "-" | "*"
+        | "/" | "(" => Context::Value,
         "or" if open.is_none_or(|open| said(open) == "{") && said(last.wrapping_sub(1)) == "}" => {
             Context::Nothing
         }
         "or" => Context::Value,
         "then" | "{" | "}" => Context::Step,
         ":" => Context::Type,
-        "task" | "action" | "fluent" | "type" | "scene" | "twin" | "model" | "let" | "as" | "either"
-        | "prior" | "upto" | "import" | "say" | "run" | "ask" | "limit" | "timing" => Context::Nothing,
+        "task" | "action" | "fluent" | "type" | "scene" | "twin" | "model" | "let" | "as"
+        | "either" | "prior" | "upto" | "import" | "say" | "run" | "ask" | "limit" | "timing" => {
+            Context::Nothing
+        }
         _ if open.is_none() => Context::Top,
         _ => Context::Step,
     }
@@ -292,7 +299,8 @@ impl Finder<'_> {
     fn argument(&mut self, name: &str, at: usize, named: Option<&str>) {
         let library = self.place.library;
         let callable = library.callable(name).map(|(callable, _)| callable.params().to_vec());
-        let own = callable.or_else(|| library.fluent(name).map(|(fluent, _)| fluent.params.clone()));
+        let own =
+            callable.or_else(|| library.fluent(name).map(|(fluent, _)| fluent.params.clone()));
         let params: Vec<(String, String)> = match own {
             Some(params) => {
                 params.iter().map(|p| (p.name.text.clone(), p.ty.text.clone())).collect()

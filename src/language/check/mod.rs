@@ -21,8 +21,8 @@ use super::parse::nearest;
 use super::sentence::Template;
 use crate::units::{Dimension, Quantity};
 use call::sample;
-pub(super) use steps::branches;
 pub use model::{MODEL_CONSTANTS, MODEL_FUNCTIONS, ModelUnits, check_model, names_in};
+pub(super) use steps::branches;
 
 /// What names mean at one place: parameters and `let`s.
 type Names = BTreeMap<String, Ty>;

@@ -1,0 +1,332 @@
+//! The language server: what an editor asks while somebody writes a `.task` file.
+//!
+//! Diagnostics, completion, hover, go to definition and formatting, over a [`Connection`]. Every answer is
+//! one function of [`crate::language::assist`] or of [`crate::workcell::check`], which the prompt and
+//! `trueup check` ask as well. Texts are whatever the editor holds, half-typed or not; nothing here knows
+//! a robot. One thread, one request at a time: every answer takes milliseconds.
+//!
+//! Source: the Language Server Protocol 3.17; framing and types are `lsp-server` and `lsp-types`.
+
+mod position;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
+use lsp_types::{
+    CompletionItem, CompletionItemKind, CompletionOptions, DiagnosticRelatedInformation,
+    DiagnosticSeverity, Documentation, HoverContents, HoverProviderCapability, Location,
+    MarkupContent, MarkupKind, NumberOrString, OneOf, PublishDiagnosticsParams, ServerCapabilities,
+    TextDocumentPositionParams, TextDocumentSyncCapability, TextDocumentSyncKind, TextEdit, Uri,
+};
+use serde_json::Value;
+
+use crate::language::assist::{self, CompletionKind, Place};
+use crate::language::{self, Diagnostic, Library, Scope, Severity, Source};
+use crate::workcell::{Stdlib, check, library};
+use position::{offset, range, whole};
+
+/// Why the server ended before it was asked to.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The editor broke the protocol or went away.
+    #[error("the editor and the language server lost each other: {0}")]
+    Protocol(String),
+}
+
+/// Serves one editor until it says goodbye.
+///
+/// `folder` is the user's stdlib folder, if there is one: definitions in it can be gone to.
+///
+/// # Errors
+///
+/// [`Error::Protocol`] when the connection breaks.
+pub fn serve(connection: &Connection, stdlib: &Stdlib, folder: Option<&Path>) -> Result<(), Error> {
+    let lost = |error: &dyn std::fmt::Display| Error::Protocol(error.to_string());
+    let capabilities = serde_json::to_value(capabilities()).map_err(|e| lost(&e))?;
+    connection.initialize(capabilities).map_err(|e| lost(&e))?;
+    let mut server = Server {
+        connection,
+        stdlib,
+        folder: folder.map(Path::to_path_buf),
+        standard: library(stdlib),
+        texts: BTreeMap::new(),
+    };
+    for message in &connection.receiver {
+        match message {
+            Message::Request(request) => {
+                if connection.handle_shutdown(&request).map_err(|e| lost(&e))? {
+                    return Ok(());
+                }
+                server.answer(request)?;
+            }
+            Message::Notification(notification) => server.hear(notification)?,
+            Message::Response(_) => {}
+        }
+    }
+    Ok(())
+}
+
+fn capabilities() -> ServerCapabilities {
+    ServerCapabilities {
+        text_document_sync: Some(TextDocumentSyncCapability::Kind(TextDocumentSyncKind::FULL)),
+        completion_provider: Some(CompletionOptions {
+            trigger_characters: Some(vec!["(".into(), ",".into(), ":".into(), " ".into()]),
+            ..CompletionOptions::default()
+        }),
+        hover_provider: Some(HoverProviderCapability::Simple(true)),
+        definition_provider: Some(OneOf::Left(true)),
+        document_formatting_provider: Some(OneOf::Left(true)),
+        ..ServerCapabilities::default()
+    }
+}
+
+struct Server<'a> {
+    connection: &'a Connection,
+    stdlib: &'a Stdlib,
+    folder: Option<PathBuf>,
+    standard: Library,
+    /// What the editor holds, by address.
+    texts: BTreeMap<String, String>,
+}
+
+/// A text read into a library of its own.
+struct Open {
+    library: Library,
+    file: usize,
+    scope: Scope,
+}
+
+impl Server<'_> {
+    fn send(&self, message: impl Into<Message>) -> Result<(), Error> {
+        self.connection.sender.send(message.into()).map_err(|e| Error::Protocol(e.to_string()))
+    }
+
+    /// Takes note of what the editor holds, and tells what is wrong with it.
+    fn hear(&mut self, notification: Notification) -> Result<(), Error> {
+        let Notification { method, params, .. } = notification;
+        let document = &params["textDocument"];
+        let Some(uri) = document["uri"].as_str().map(str::to_owned) else { return Ok(()) };
+        let text = match method.as_str() {
+            "textDocument/didOpen" => document["text"].as_str().map(str::to_owned),
+            "textDocument/didChange" => {
+                let changes = params["contentChanges"].as_array();
+                let last = changes.and_then(|changes| changes.last());
+                last.and_then(|change| change["text"].as_str()).map(str::to_owned)
+            }
+            "textDocument/didClose" => {
+                self.texts.remove(&uri);
+                return self.publish(&uri, Vec::new());
+            }
+            _ => return Ok(()),
+        };
+        let Some(text) = text else { return Ok(()) };
+        self.texts.insert(uri.clone(), text);
+        let diagnostics = self.diagnostics(&uri);
+        self.publish(&uri, diagnostics)
+    }
+
+    fn publish(&self, uri: &str, diagnostics: Vec<lsp_types::Diagnostic>) -> Result<(), Error> {
+        let Ok(uri) = uri.parse::<Uri>() else { return Ok(()) };
+        let params = PublishDiagnosticsParams { uri, diagnostics, version: None };
+        self.send(Notification::new("textDocument/publishDiagnostics".into(), params))
+    }
+
+    fn answer(&self, request: Request) -> Result<(), Error> {
+        let Request { id, method, params } = request;
+        let found = match method.as_str() {
+            "textDocument/completion" => self.at(&params).map(|at| self.completion(&at)),
+            "textDocument/hover" => self.at(&params).map(|at| self.hover(&at)),
+            "textDocument/definition" => self.at(&params).map(|at| self.definition(&at)),
+            "textDocument/formatting" => Some(self.formatting(&params)),
+            method => {
+                let code = ErrorCode::MethodNotFound as i32;
+                let words = format!("`{method}` is not answered");
+                return self.send(Response::new_err(id, code, words));
+            }
+        };
+        // A text the editor never opened has no answer, which is no error.
+        self.send(Response::new_ok(id, found.unwrap_or(Value::Null)))
+    }
+
+    /// Returns the text and the byte that a request is about.
+    fn at(&self, params: &Value) -> Option<(String, usize)> {
+        let position: TextDocumentPositionParams = serde_json::from_value(params.clone()).ok()?;
+        let uri = position.text_document.uri.as_str().to_owned();
+        let at = offset(self.texts.get(&uri)?, position.position);
+        Some((uri, at))
+    }
+
+    fn open(&self, uri: &str) -> Open {
+        let mut library = self.standard.clone();
+        let text = self.texts.get(uri).cloned().unwrap_or_default();
+        let source = Source::new(path_of(uri), text);
+        let file = library.add_with(source, &|path| self.stdlib.read(path));
+        let scope = check::scope_of(&library, file);
+        Open { library, file, scope }
+    }
+
+    fn diagnostics(&self, uri: &str) -> Vec<lsp_types::Diagnostic> {
+        let open = self.open(uri);
+        let found = check::check_file(&open.library, self.stdlib, open.file, &open.scope);
+        let text = self.texts.get(uri).map(String::as_str).unwrap_or_default();
+        found.iter().map(|diagnostic| diagnosed(diagnostic, uri, text)).collect()
+    }
+
+    fn completion(&self, (uri, at): &(String, usize)) -> Value {
+        let open = self.open(uri);
+        let text = self.texts.get(uri).map(String::as_str).unwrap_or_default();
+        let place = Place { library: &open.library, scope: &open.scope, text, at: *at };
+        let offers = assist::complete(&place).into_iter().enumerate().map(|(i, offer)| {
+            CompletionItem {
+                label: offer.label,
+                kind: Some(kind(offer.kind)),
+                detail: Some(offer.detail),
+                documentation: (!offer.doc.is_empty()).then(|| Documentation::String(offer.doc)),
+                insert_text: Some(offer.insert),
+                // The order says what fits best; editors sort by letters unless told.
+                sort_text: Some(format!("{i:04}")),
+                ..CompletionItem::default()
+            }
+        });
+        serde_json::json!(offers.collect::<Vec<_>>())
+    }
+
+    fn hover(&self, (uri, at): &(String, usize)) -> Value {
+        let open = self.open(uri);
+        let text = self.texts.get(uri).map(String::as_str).unwrap_or_default();
+        let place = Place { library: &open.library, scope: &open.scope, text, at: *at };
+        let Some(found) = assist::hover(&place) else { return Value::Null };
+        let (head, rest) = found.text.split_once('\n').unwrap_or((&found.text, ""));
+        let value = format!("```task\n{head}\n```\n```text\n{rest}\n```");
+        serde_json::json!(lsp_types::Hover {
+            contents: HoverContents::Markup(MarkupContent { kind: MarkupKind::Markdown, value }),
+            range: Some(range(text, found.span)),
+        })
+    }
+
+    fn definition(&self, (uri, at): &(String, usize)) -> Value {
+        let open = self.open(uri);
+        let text = self.texts.get(uri).map(String::as_str).unwrap_or_default();
+        let place = Place { library: &open.library, scope: &open.scope, text, at: *at };
+        let Some(found) = assist::definition(&place) else { return Value::Null };
+        let here = found.file.is_empty() || found.file == path_of(uri);
+        let (target, source) = if here {
+            (uri.clone(), text.to_owned())
+        } else {
+            let Some(source) = open.library.source_named(&found.file) else { return Value::Null };
+            // What is embedded in the program is nowhere an editor could go.
+            let Some(path) = self.file(&found.file) else { return Value::Null };
+            (address_of(&path), source.text.clone())
+        };
+        let Ok(uri) = target.parse::<Uri>() else { return Value::Null };
+        serde_json::json!(Location { uri, range: range(&source, found.span) })
+    }
+
+    /// Returns the path of a source that is a file: of the user's stdlib folder, or imported.
+    fn file(&self, name: &str) -> Option<PathBuf> {
+        let of_folder = self.folder.as_ref().map(|folder| folder.join(name));
+        let paths = of_folder.into_iter().chain([PathBuf::from(name)]);
+        paths.filter_map(|path| path.canonicalize().ok()).next()
+    }
+
+    fn formatting(&self, params: &Value) -> Value {
+        let uri = params["textDocument"]["uri"].as_str().unwrap_or_default();
+        let Some(text) = self.texts.get(uri) else { return Value::Null };
+        let new_text = language::format(text);
+        if new_text == *text {
+            return serde_json::json!([]);
+        }
+        serde_json::json!([TextEdit { range: whole(text), new_text }])
+    }
+}
+
+fn kind(kind: CompletionKind) -> CompletionItemKind {
+    match kind {
+        CompletionKind::Task | CompletionKind::Action => CompletionItemKind::FUNCTION,
+        CompletionKind::Fluent => CompletionItemKind::PROPERTY,
+        CompletionKind::Object => CompletionItemKind::CONSTANT,
+        CompletionKind::Local | CompletionKind::Parameter => CompletionItemKind::VARIABLE,
+        CompletionKind::Type => CompletionItemKind::CLASS,
+        CompletionKind::Branch => CompletionItemKind::ENUM_MEMBER,
+        CompletionKind::Unit => CompletionItemKind::UNIT,
+        CompletionKind::Keyword => CompletionItemKind::KEYWORD,
+    }
+}
+
+fn diagnosed(diagnostic: &Diagnostic, uri: &str, text: &str) -> lsp_types::Diagnostic {
+    let message = match &diagnostic.help {
+        Some(help) => format!("{}\nhelp: {help}", diagnostic.message),
+        None => diagnostic.message.clone(),
+    };
+    let further = diagnostic.labels.iter().skip(1).filter_map(|label| {
+        let location = Location { uri: uri.parse().ok()?, range: range(text, label.span) };
+        Some(DiagnosticRelatedInformation { location, message: label.text.clone() })
+    });
+    let further: Vec<_> = further.collect();
+    lsp_types::Diagnostic {
+        range: range(text, diagnostic.span),
+        severity: Some(match diagnostic.severity {
+            Severity::Error => DiagnosticSeverity::ERROR,
+            Severity::Warning => DiagnosticSeverity::WARNING,
+        }),
+        code: Some(NumberOrString::String(diagnostic.code.into())),
+        source: Some("trueup".into()),
+        message,
+        related_information: (!further.is_empty()).then_some(further),
+        ..lsp_types::Diagnostic::default()
+    }
+}
+
+/// `file:///a/b%20c.task` → `/a/b c.task`; any other address stays as it is.
+fn path_of(uri: &str) -> String {
+    let Some(path) = uri.strip_prefix("file://") else { return uri.to_owned() };
+    let mut bytes = Vec::new();
+    let mut rest = path.as_bytes();
+    while let [first, after @ ..] = rest {
+        let hex = (*first == b'%')
+            .then(|| after.get(..2))
+            .flatten()
+            .and_then(|two| std::str::from_utf8(two).ok())
+            .and_then(|two| u8::from_str_radix(two, 16).ok());
+        match hex {
+            Some(byte) => {
+                bytes.push(byte);
+                rest = &after[2..];
+            }
+            None => {
+                bytes.push(*first);
+                rest = after;
+            }
+        }
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+/// `/a/b c.task` → `file:///a/b%20c.task`.
+fn address_of(path: &Path) -> String {
+    let mut out = String::from("file://");
+    for byte in path.to_string_lossy().bytes() {
+        match byte {
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'/' | b'-' | b'_' | b'.' | b'~' => {
+                out.push(char::from(byte));
+            }
+            byte => out += &format!("%{byte:02X}"),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn addresses_and_paths_lead_to_each_other() {
+        for path in ["/a/b c.task", "/ä/%/x.task"] {
+            assert_eq!(path_of(&address_of(Path::new(path))), path);
+        }
+        assert_eq!(path_of("untitled:1"), "untitled:1");
+        assert_eq!(path_of("file:///a%2"), "/a%2");
+    }
+}
