@@ -19,4 +19,5 @@ mod monitor;
 mod discovery;
 mod workcell;
 mod cli;
+mod lsp;
 mod repl;

@@ -190,18 +190,24 @@ pub(super) fn graph(args: &GraphArgs, cli: &Cli, style: Style) -> Result<Exit, F
     let call = library.define(&source, drawn);
     let graph = graph::build(&library, &call)
         .map_err(|problems| report::problems_failure(&problems, &library, &source))?;
+    let learnt = super::learn::learnt(cli)?;
+    let outcomes = (!learnt.outcomes.is_empty()).then_some(&learnt.outcomes);
+    let counted = outcomes.map(|outcomes| (outcomes, learnt.domain.as_str()));
+    let priors = learnt.priors.as_ref();
     match args.format {
-        Format::Json => {
-            style.document(&graph::exchange::to_json(&graph, &graph::exchange::Learnt::default()));
+        Format::Text if !style.json => {
+            let learnt = graph::outline::Learnt { outcomes: counted, priors, ..Default::default() };
+            report::out(graph::outline::outline(&graph, &learnt).trim_end());
         }
-        _ if style.json => {
-            style.document(&graph::exchange::to_json(&graph, &graph::exchange::Learnt::default()));
+        Format::Svg if !style.json => {
+            let drawing = graph::draw::Drawing { outcomes: counted, priors, parse: None };
+            report::out(&graph::draw::to_svg(&graph, &drawing));
         }
-        Format::Text => report::out(
-            graph::outline::outline(&graph, &graph::outline::Learnt::default()).trim_end(),
-        ),
-        Format::Svg => report::out(&graph::draw::to_svg(&graph, &graph::draw::Drawing::default())),
-        Format::Dot => report::out(&graph::exchange::to_dot(&graph)),
+        Format::Dot if !style.json => report::out(&graph::exchange::to_dot(&graph)),
+        _ => {
+            let learnt = graph::exchange::Learnt { outcomes, priors };
+            style.document(&graph::exchange::to_json(&graph, &learnt));
+        }
     }
     Ok(Exit::Yes)
 }

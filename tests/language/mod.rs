@@ -1,5 +1,6 @@
 //! The language as a whole: texts in, trees and diagnostics out.
 
+mod assist;
 mod diagnostics;
 mod forms;
 mod layout;

@@ -96,6 +96,12 @@ pub fn complete(place: &Place<'_>) -> Vec<Completion> {
     found
 }
 
+/// Returns whether what stands after these tokens is asked, not done: an action may have the name of
+/// something that is measured.
+pub(super) fn is_asked(before: &[Token], text: &str) -> bool {
+    matches!(context(before, text), Context::Value | Context::Argument(..))
+}
+
 /// Tells from the tokens before a place what may stand there.
 fn context(code: &[Token], text: &str) -> Context {
     let said = |i: usize| code.get(i).map_or("", |token: &Token| token.text(text));

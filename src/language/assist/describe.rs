@@ -76,18 +76,8 @@ pub fn describe(library: &Library, scope: &Scope, name: &str) -> Option<String> 
         let _ = write!(said, "\n  {}", source.place(callable.span()));
         return Some(said);
     }
-    if let Some((fluent, source)) = library.fluent(name) {
-        let mut said = signature(name, &fluent.params);
-        documentation(&fluent.doc, &mut said);
-        let _ = write!(said, "\n  = {}", text::expr(&fluent.body));
-        if let Some(ask) = &fluent.ask {
-            let _ = write!(said, "\n  ask    \"{}\"", ask.text);
-        }
-        let _ = write!(said, "\n  {}", source.place(fluent.name.span));
+    if let Some(said) = asked(library, name) {
         return Some(said);
-    }
-    if let Some(function) = builtins::function(name) {
-        return Some(format!("{}\n  {}", function.signature(), function.doc));
     }
     if let Some(ty) = scope.objects.get(name) {
         let looks = library.scenes().find_map(|(scene, source)| {
@@ -120,6 +110,22 @@ pub fn describe(library: &Library, scope: &Scope, name: &str) -> Option<String> 
     }
     let built_in = builtins::TYPES.iter().find(|(ty, _)| *ty == name);
     built_in.map(|(ty, doc)| format!("type {ty}\n  {doc}"))
+}
+
+/// Returns what can be asked under a name: a fluent, or something that is measured.
+pub(super) fn asked(library: &Library, name: &str) -> Option<String> {
+    if let Some((fluent, source)) = library.fluent(name) {
+        let mut said = signature(name, &fluent.params);
+        documentation(&fluent.doc, &mut said);
+        let _ = write!(said, "\n  = {}", text::expr(&fluent.body));
+        if let Some(ask) = &fluent.ask {
+            let _ = write!(said, "\n  ask    \"{}\"", ask.text);
+        }
+        let _ = write!(said, "\n  {}", source.place(fluent.name.span));
+        return Some(said);
+    }
+    let function = builtins::function(name)?;
+    Some(format!("{}\n  {}", function.signature(), function.doc))
 }
 
 fn documentation(doc: &[String], said: &mut String) {

@@ -65,6 +65,11 @@ pub fn hover(place: &Place<'_>) -> Option<Hover> {
     {
         return said(text);
     }
+    if complete::is_asked(&code[..i], place.text)
+        && let Some(text) = describe::asked(place.library, word)
+    {
+        return said(text);
+    }
     // A word of the language explains itself, unless something was given its name.
     describe(place.library, place.scope, word)
         .or_else(|| words::keyword(word).map(str::to_owned))
@@ -91,6 +96,11 @@ pub fn definition(place: &Place<'_>) -> Option<Definition> {
     };
     let callable = library.callable(word).map(|(found, source)| (found.span(), source));
     let fluent = library.fluent(word).map(|(found, source)| (found.name.span, source));
+    let is_asked = complete::is_asked(&code[..i], place.text);
+    if is_asked && fluent.is_none() && super::builtins::function(word).is_some() {
+        return None;
+    }
+    let callable = callable.filter(|_| !is_asked || fluent.is_none());
     let ty = library.object_type(word).map(|(found, source)| (found.name.span, source));
     let scene = library.scene(word).map(|(found, source)| (found.name.span, source));
     let thing = library.scenes().find_map(|(scene, source)| {

@@ -1,0 +1,121 @@
+//! `learn`: what stored runs say of the branches they took.
+
+use serde_json::{Value, json};
+use trueup::graph::{self, infer::Given};
+use trueup::language::{Library, Source, parse_line};
+use trueup::world::{Pose, WorldState};
+
+use crate::program::Desk;
+
+/// A stored run of `pick(jar)` whose grasp by `branch` worked or did not.
+fn run(branch: &str, worked: bool, robot: &str) -> Value {
+    let mut library = Library::standard();
+    let (step, _) = parse_line(&format!("pick(jar) via {branch}"));
+    let call = library.define(&Source::default(), &[step.unwrap()]);
+    let graph = graph::build(&library, &call).unwrap();
+    let given = Given {
+        definitions: &library,
+        holds: &|_: &trueup::language::ast::Expr| None,
+        pins: &std::collections::BTreeMap::new(),
+        priors: None,
+        cost: &|_| 0.0,
+    };
+    let pg = graph::best(&graph, &given).unwrap();
+    let state = WorldState {
+        time: 0.0,
+        q: Vec::new(),
+        opening: 0.0,
+        world_from_tool: Pose::upright(0.0, 0.0, 0.0, 0.0),
+        held: None,
+        objects: Vec::new(),
+        spilt: None,
+    };
+    let inside = pg.steps.iter().filter(|step| step.path.contains(&format!(".{branch}/")));
+    let steps: Vec<Value> = inside
+        .map(|step| {
+            let failed = step.path.ends_with("grasp") && !worked;
+            json!({
+                "number": 1, "path": step.path, "action": step.text,
+                "outcome": if failed { "failure" } else { "success" },
+                "interval_s": [0.0, 1.0], "fluents": [], "hamming": 0, "score": 1.0,
+                "measured": state, "twin": null,
+            })
+        })
+        .collect();
+    json!({
+        "task": "pick(jar)", "outcome": if worked { "success" } else { "failure" }, "reached": worked,
+        "seed": 1, "robot": robot, "version": "0.1.0", "steps": steps, "questions": [],
+        "rehearsals": [], "parse_graphs": [pg],
+        "timing_s": {"perceive": 0.0, "plan": 0.0, "simulate": 0.0, "execute": 0.0, "total": 0.0},
+        "run_dir": null,
+    })
+}
+
+fn folders(desk: &Desk) {
+    for (name, branch, worked, robot) in [
+        ("a", "level_side", true, "lab"),
+        ("b", "level_side", false, "lab"),
+        ("c", "tilted_side", true, "lab"),
+        ("d", "level_side", true, "twin"),
+    ] {
+        desk.file(&format!("runs/{name}/run.json"), run(branch, worked, robot).to_string());
+    }
+}
+
+#[test]
+fn runs_are_counted_once_by_domain_and_only_when_asked() {
+    let desk = Desk::new("cli-learn");
+    folders(&desk);
+    let read = |name: &str| std::fs::read_to_string(desk.path(name)).unwrap_or_default();
+    let said = desk.trueup(&["learn", "runs", "--dry"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(
+        said.out.contains("pick/either.level_side  on the arm  worked 0 of 0, now worked 1 of 2"),
+        "{}",
+        said.out
+    );
+    assert!(
+        said.out.contains("pick/either.level_side  in the twin  worked 0 of 0, now worked 1 of 1"),
+        "{}",
+        said.out
+    );
+    assert_eq!(read("runs/outcomes-real.jsonl"), "", "--dry changes nothing");
+
+    desk.trueup(&["learn", "runs/a", "--quiet"]);
+    let first = read("runs/outcomes-real.jsonl");
+    assert_eq!(first.lines().count(), 1);
+    // The rest is added at the end; what stands there is left alone, and nothing is counted twice.
+    let json = desk.trueup(&["learn", "runs", "--json"]).json();
+    assert_eq!((json["runs"].as_u64(), json["known_before"].as_u64()), (Some(3), Some(1)));
+    let all = read("runs/outcomes-real.jsonl");
+    assert!(all.starts_with(&first) && all.lines().count() == 3);
+    assert_eq!(read("runs/outcomes-twin.jsonl").lines().count(), 1);
+    assert_eq!(desk.trueup(&["learn", "runs", "--json"]).json()["runs"], 0);
+    // The graph shows what is known.
+    let said = desk.trueup(&["graph", "pick(jar)"]);
+    assert!(said.out.contains("worked 1 of 2"), "{}", said.out);
+}
+
+#[test]
+fn demonstrations_move_the_priors_and_nothing_else() {
+    let desk = Desk::new("cli-learn-shown");
+    folders(&desk);
+    let json = desk.trueup(&["learn", "runs", "--demonstrations", "--json"]).json();
+    assert_eq!(json["counts"], json!({"pick/either.level_side": 3, "pick/either.tilted_side": 1}));
+    assert!(!desk.path("runs/outcomes-real.jsonl").exists());
+    let said = desk.trueup(&["graph", "pick(jar)"]);
+    // Ten earlier ones at 0.6 and three of four shown: 9 of 14.
+    assert!(said.out.contains("prior 0.64"), "{}", said.out);
+}
+
+#[test]
+fn what_is_no_run_is_refused() {
+    let desk = Desk::new("cli-learn-bad");
+    desk.file("empty/notes.txt", "nothing");
+    assert_eq!(desk.trueup(&["learn", "empty", "--json"]).error("code"), "learn::none");
+    desk.file("spoilt/run.json", "{}");
+    assert_eq!(desk.trueup(&["learn", "spoilt", "--json"]).error("code"), "learn::run");
+    folders(&desk);
+    desk.file("runs/outcomes-real.jsonl", "nonsense}\n");
+    assert_eq!(desk.trueup(&["learn", "runs/a", "--json"]).error("code"), "learn::file");
+}

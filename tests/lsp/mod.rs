@@ -1,0 +1,215 @@
+//! The language server as an editor meets it: through pipes, and on texts nobody has finished.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, ChildStdin, ChildStdout, Stdio};
+
+use lsp_server::{Connection, Message, Notification, Request};
+use serde_json::{Value, json};
+use trueup::lsp::serve;
+use trueup::workcell::Stdlib;
+
+use crate::program::Desk;
+
+const URI: &str = "file:///desk/mine.task";
+
+/// A session with the built program.
+struct Editor {
+    child: Child,
+    to: ChildStdin,
+    from: BufReader<ChildStdout>,
+    id: i64,
+}
+
+impl Editor {
+    fn open(desk: &Desk) -> Self {
+        let mut child =
+            desk.command(&["lsp"]).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+        let (to, from) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
+        let mut editor = Self { child, to, from: BufReader::new(from), id: 0 };
+        let said = editor
+            .ask("initialize", json!({"capabilities": {}, "processId": null, "rootUri": null}));
+        assert_eq!(said["capabilities"]["hoverProvider"], true);
+        editor.tell("initialized", json!({}));
+        editor
+    }
+
+    fn send(&mut self, message: &Value) {
+        let body = message.to_string();
+        write!(self.to, "Content-Length: {}\r\n\r\n{body}", body.len()).unwrap();
+        self.to.flush().unwrap();
+    }
+
+    fn hear(&mut self) -> Value {
+        let mut length = 0;
+        loop {
+            let mut line = String::new();
+            self.from.read_line(&mut line).unwrap();
+            if line.trim().is_empty() {
+                break;
+            }
+            if let Some(n) = line.strip_prefix("Content-Length: ") {
+                length = n.trim().parse().unwrap();
+            }
+        }
+        let mut body = vec![0; length];
+        self.from.read_exact(&mut body).unwrap();
+        serde_json::from_slice(&body).unwrap()
+    }
+
+    fn tell(&mut self, method: &str, params: Value) {
+        self.send(&json!({"jsonrpc": "2.0", "method": method, "params": params}));
+    }
+
+    fn ask(&mut self, method: &str, params: Value) -> Value {
+        self.id += 1;
+        self.send(&json!({"jsonrpc": "2.0", "id": self.id, "method": method, "params": params}));
+        loop {
+            let heard = self.hear();
+            if heard["id"] == self.id {
+                assert!(heard.get("error").is_none(), "{heard}");
+                return heard["result"].clone();
+            }
+        }
+    }
+
+    /// Opens or changes the text and returns what is wrong with it.
+    fn write(&mut self, version: i64, text: &str) -> Vec<Value> {
+        if version == 1 {
+            let document = json!({"uri": URI, "languageId": "task", "version": 1, "text": text});
+            self.tell("textDocument/didOpen", json!({ "textDocument": document }));
+        } else {
+            let document = json!({"uri": URI, "version": version});
+            let changes = json!([{ "text": text }]);
+            self.tell(
+                "textDocument/didChange",
+                json!({"textDocument": document, "contentChanges": changes}),
+            );
+        }
+        let heard = self.hear();
+        assert_eq!(heard["method"], "textDocument/publishDiagnostics");
+        assert_eq!(heard["params"]["uri"], URI);
+        heard["params"]["diagnostics"].as_array().unwrap().clone()
+    }
+
+    fn at(&mut self, method: &str, line: u32, character: u32) -> Value {
+        let position = json!({"line": line, "character": character});
+        self.ask(method, json!({"textDocument": {"uri": URI}, "position": position}))
+    }
+
+    fn close(mut self) {
+        assert_eq!(self.ask("shutdown", Value::Null), Value::Null);
+        self.tell("exit", Value::Null);
+        assert_eq!(self.child.wait().unwrap().code(), Some(0));
+    }
+}
+
+#[test]
+fn a_session_from_a_mistake_to_a_tidy_file() {
+    let desk = Desk::new("lsp-session");
+    let mut editor = Editor::open(&desk);
+    // A degree sign before the mistake: columns count in UTF-16.
+    let wrong = "task turn(o: Container) {\n    check tilt(o) <= 5 ° and hieght(o) <= 1 cm\n}\n";
+    let found = editor.write(1, wrong);
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert_eq!(found[0]["code"], "task::unknown_name");
+    assert_eq!(found[0]["range"]["start"], json!({"line": 1, "character": 29}));
+    assert!(found[0]["message"].as_str().unwrap().contains("did you mean `height`?"));
+
+    let right = wrong.replace("hieght", "height") + "turn( jar )\n";
+    assert_eq!(editor.write(2, &right), [] as [Value; 0]);
+    let hover = editor.at("textDocument/hover", 1, 12);
+    assert!(
+        hover["contents"]["value"].as_str().unwrap().contains("tilt(o: Object) -> Angle"),
+        "{hover}"
+    );
+    let hover = editor.at("textDocument/hover", 3, 7);
+    assert!(hover["contents"]["value"].as_str().unwrap().contains("transparent jar"), "{hover}");
+    // The call leads to its task, `o` to the parameter.
+    let place = editor.at("textDocument/definition", 3, 2);
+    assert_eq!(
+        (&place["uri"], &place["range"]["start"]),
+        (&json!(URI), &json!({"line": 0, "character": 5}))
+    );
+    let place = editor.at("textDocument/definition", 1, 15);
+    assert_eq!(place["range"]["start"], json!({"line": 0, "character": 10}));
+    // What fits inside the parenthesis: containers, and nothing else that has a name.
+    let offers = editor.at("textDocument/completion", 3, 6);
+    let labels: Vec<&str> =
+        offers.as_array().unwrap().iter().map(|offer| offer["label"].as_str().unwrap()).collect();
+    assert_eq!(labels, ["cup", "jar", "o:"]);
+    let edits = editor.ask(
+        "textDocument/formatting",
+        json!({"textDocument": {"uri": URI}, "options": {"tabSize": 4, "insertSpaces": true}}),
+    );
+    assert!(edits[0]["newText"].as_str().unwrap().ends_with("turn(jar)\n"), "{edits}");
+    editor.close();
+}
+
+#[test]
+fn a_hover_over_a_task_tells_what_it_needs_and_gives() {
+    let desk = Desk::new("lsp-hover");
+    let mut editor = Editor::open(&desk);
+    editor.write(1, "pour(jar, cup)\n");
+    let hover = editor.at("textDocument/hover", 0, 1);
+    let said = hover["contents"]["value"].as_str().unwrap();
+    for part in [
+        "pour(source: Container",
+        "Pour from one container",
+        "needs  visible(source)",
+        "gives  poured(target",
+    ] {
+        assert!(said.contains(part), "{part} in {said}");
+    }
+    // A request nobody answers is refused, and the session goes on.
+    editor.id += 1;
+    let id = editor.id;
+    editor
+        .send(&json!({"jsonrpc": "2.0", "id": id, "method": "textDocument/rename", "params": {}}));
+    assert!(editor.hear()["error"]["message"].as_str().unwrap().contains("rename"));
+    assert!(!editor.at("textDocument/hover", 0, 6).is_null());
+    editor.close();
+}
+
+/// Every prefix of a file, as it is being typed, with every question at its end.
+#[test]
+fn every_prefix_of_a_file_is_survived() {
+    let (server, client) = Connection::memory();
+    let serving = std::thread::spawn(move || serve(&server, &Stdlib::embedded(), None));
+    let mut id = 0;
+    let mut ask = |method: &str, params: Value| {
+        id += 1;
+        client.sender.send(Request::new(id.into(), method.into(), params).into()).unwrap();
+        loop {
+            if let Message::Response(response) = client.receiver.recv().unwrap() {
+                return response.response_result.unwrap();
+            }
+        }
+    };
+    ask("initialize", json!({"capabilities": {}}));
+    let tell = |method: &str, params: Value| {
+        client.sender.send(Notification::new(method.into(), params).into()).unwrap();
+    };
+    tell("initialized", json!({}));
+    let text = include_str!("../../stdlib/tasks/std.task");
+    let start = text.find("/// Pick up one object").unwrap();
+    let text = &text[start..];
+    for (end, _) in text.char_indices().step_by(3) {
+        let prefix = &text[..end];
+        let document = json!({"uri": URI, "languageId": "task", "version": 1, "text": prefix});
+        tell("textDocument/didOpen", json!({ "textDocument": document }));
+        let line = prefix.matches('\n').count();
+        let column = prefix.rsplit('\n').next().unwrap().encode_utf16().count();
+        let at =
+            json!({"textDocument": {"uri": URI}, "position": {"line": line, "character": column}});
+        for method in ["completion", "hover", "definition"] {
+            ask(&format!("textDocument/{method}"), at.clone());
+        }
+        ask(
+            "textDocument/formatting",
+            json!({"textDocument": {"uri": URI}, "options": {"tabSize": 4, "insertSpaces": true}}),
+        );
+    }
+    ask("shutdown", Value::Null);
+    tell("exit", Value::Null);
+    serving.join().unwrap().unwrap();
+}
