@@ -56,10 +56,12 @@ impl Editor {
         serde_json::from_slice(&body).unwrap()
     }
 
+    #[expect(clippy::needless_pass_by_value, reason = "callers write it in place")]
     fn tell(&mut self, method: &str, params: Value) {
         self.send(&json!({"jsonrpc": "2.0", "method": method, "params": params}));
     }
 
+    #[expect(clippy::needless_pass_by_value, reason = "callers write it in place")]
     fn ask(&mut self, method: &str, params: Value) -> Value {
         self.id += 1;
         self.send(&json!({"jsonrpc": "2.0", "id": self.id, "method": method, "params": params}));
