@@ -97,7 +97,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "coulomb_friction",
         &[Seat::Joint, Seat::State],
-        &[number("torque", "N*m")],
+        &[number("torque", "N*m"), number("creep", "rad/s")],
         "friction of constant size against the motion",
         "a two-level square with sign(dq)",
     ),
@@ -118,14 +118,19 @@ pub const KINDS: &[Kind] = &[
     kind(
         "stribeck_friction",
         &[Seat::Joint, Seat::State],
-        &[number("torque", "N*m"), number("stiction", "N*m"), number("velocity", "rad/s")],
+        &[
+            number("torque", "N*m"),
+            number("stiction", "N*m"),
+            number("velocity", "rad/s"),
+            number("creep", "rad/s"),
+        ],
         "friction with a peak at breakaway that dies with speed",
         "largest just above standstill",
     ),
     kind(
         "asymmetric_friction",
         &[Seat::Joint, Seat::State],
-        &[number("forward", "N*m"), number("backward", "N*m")],
+        &[number("forward", "N*m"), number("backward", "N*m"), number("creep", "rad/s")],
         "friction that differs with direction",
         "two levels that are not symmetric about 0",
     ),

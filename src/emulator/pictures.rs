@@ -65,6 +65,9 @@ impl Drop for Pictures {
     }
 }
 
+/// The longest request that is read, bytes.
+const LONGEST: usize = 8192;
+
 fn answer(
     mut stream: TcpStream,
     camera: &mut dyn Camera,
@@ -73,10 +76,12 @@ fn answer(
     stream.set_nonblocking(false)?;
     stream.set_read_timeout(Some(Duration::from_secs(2)))?;
     stream.set_write_timeout(Some(Duration::from_secs(10)))?;
-    // The first line says all that matters, and it is short.
+    // The first line says all that matters; the rest is read too, since closing a connection with
+    // something unread in it takes back what was answered.
     let mut request = Vec::new();
     let mut byte = [0];
-    while request.len() < 1024 && !request.ends_with(b"\n") && stream.read(&mut byte)? == 1 {
+    while request.len() < LONGEST && !request.ends_with(b"\r\n\r\n") && stream.read(&mut byte)? == 1
+    {
         request.push(byte[0]);
     }
     let request = String::from_utf8_lossy(&request);

@@ -61,8 +61,8 @@ impl Address {
         stream.set_write_timeout(Some(soon)).map_err(words)?;
         // HTTP/1.0: the answer comes in one piece and ends with the connection.
         let Self { host, path, .. } = self;
-        write!(stream, "GET {path} HTTP/1.0\r\nHost: {host}\r\nConnection: close\r\n\r\n")
-            .map_err(words)?;
+        let request = format!("GET {path} HTTP/1.0\r\nHost: {host}\r\nConnection: close\r\n\r\n");
+        stream.write_all(request.as_bytes()).map_err(words)?;
         let mut answer = Vec::new();
         stream.take(LONGEST).read_to_end(&mut answer).map_err(words)?;
         let end = answer.windows(4).position(|four| four == b"\r\n\r\n");
