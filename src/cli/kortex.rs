@@ -5,6 +5,7 @@
 
 use std::fmt;
 use std::io::{self, BufRead, IsTerminal};
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -43,7 +44,19 @@ impl fmt::Display for Target {
 
 /// Reads `kortex://USER@HOST[:PORT]`; `None` for any other robot.
 pub(super) fn target(robot: &str) -> Result<Option<Target>, Failure> {
-    let Some(rest) = robot.strip_prefix(SCHEME) else { return Ok(None) };
+    let Some(rest) = robot.strip_prefix(SCHEME) else {
+        if matches!(robot, "lab" | "twin") {
+            return Ok(None);
+        }
+        let help = if Path::new(robot).extension().is_some_and(|ending| ending == "urdf") {
+            "the robot of a recording is named with `gap --robot-file URDF`"
+        } else {
+            "use `--robot lab`, `--robot twin` or `--robot kortex://USER@HOST`"
+        };
+        return Err(
+            Failure::input("robot::unknown", format!("there is no robot `{robot}`")).help(help)
+        );
+    };
     let wrong = |what: &str| {
         Failure::input("robot::address", what)
             .help("it is `kortex://USER@HOST` or `kortex://USER@HOST:PORT`")

@@ -192,6 +192,8 @@ fn usage(error: &clap::Error) -> Failure {
 }
 
 fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
+    // A robot that does not exist is wrong whether or not the command would use it.
+    kortex::target(&cli.cell.robot)?;
     match (&cli.command, &cli.line) {
         (Some(Command::Run(args)), _) => run::script(args, cli, style),
         (Some(Command::Check(args)), _) => text::check(args, cli, style),

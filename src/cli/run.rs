@@ -86,10 +86,6 @@ pub(super) fn options(cli: &Cli, script: Option<Source>) -> Result<Options, Fail
         Some(target) => target.to_string(),
         None => cli.cell.robot.clone(),
     };
-    if !matches!(robot.as_str(), "lab" | "twin") && !robot.starts_with(kortex::SCHEME) {
-        return Err(Failure::input("robot::unknown", format!("there is no robot `{robot}`"))
-            .help("use `--robot lab`, `--robot twin` or `--robot kortex://USER@HOST`"));
-    }
     let lab = match &cli.cell.lab {
         None => LabSettings::default(),
         Some(path) => LabSettings::from_toml(&read(path)?).map_err(|error| {

@@ -3,6 +3,7 @@
 mod bag;
 mod camera;
 mod equation;
+mod logs;
 mod planted;
 mod pour;
 mod recordings;

@@ -115,6 +115,10 @@ pub(super) fn gap(args: &GapArgs, cli: &Cli, style: Style) -> Result<Exit, Failu
         bar.finish_and_clear();
     }
     let mut investigation = finding.map_err(|error| failure(&error))?;
+    if scene.is_none() && args.robot_file.is_none() && recordings[0].sidecar.robot.is_none() {
+        let assumed = "no robot is named; the Gen3 of the stdlib is assumed (`--robot-file URDF` names another)";
+        investigation.finding.notes.insert(0, assumed.into());
+    }
     if let Some((path, file)) = &model {
         change(&mut investigation.finding, path, file, args)?;
     }

@@ -95,14 +95,24 @@ impl Gap for CameraGap {
         self.data.count(set)
     }
 
-    fn candidates(&self, terms: &[Law], _left: &[f64]) -> Vec<Candidate<Law>> {
+    fn candidates(
+        &self,
+        terms: &[Law],
+        _left: &[f64],
+        _instead_of: Option<&Law>,
+    ) -> Vec<Candidate<Law>> {
         let start = |law: Law| -> Vec<f64> {
             law.slots(self.data.extent).iter().map(|slot| slot.neutral.unwrap_or(0.0)).collect()
         };
         let mut found: Vec<Candidate<Law>> = self
             .named()
             .into_iter()
-            .map(|term| Candidate { term, starts: vec![start(term)], surcharge: 0.0 })
+            .map(|term| Candidate {
+                term,
+                with: Vec::new(),
+                starts: vec![start(term)],
+                surcharge: 0.0,
+            })
             .collect();
         let mut features = vec![Feature::Radial];
         for channel in [Channel::U, Channel::V] {
@@ -115,7 +125,7 @@ impl Gap for CameraGap {
         }
         found.extend(features.into_iter().map(|feature| {
             let term = Law::Feature(feature);
-            Candidate { term, starts: vec![start(term)], surcharge: UNNAMED }
+            Candidate { term, with: Vec::new(), starts: vec![start(term)], surcharge: UNNAMED }
         }));
         found.retain(|candidate| !terms.contains(&candidate.term));
         found

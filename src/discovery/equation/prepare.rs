@@ -4,7 +4,7 @@ use crate::units::significant;
 
 use super::super::recording::Recording;
 use super::compile::Compiled;
-use super::data::{Data, noise_of, std};
+use super::data::{Data, std};
 use super::fitting::{Bench, Fitted, baseline};
 use super::investigate::{Error, Options};
 use super::simulate::{Hold, Scheme};
@@ -99,7 +99,7 @@ pub(super) fn prepare(
     let scales = (0..n_out)
         .map(|o| {
             let all: Vec<f64> = train.iter().flat_map(|d| d.outputs[o].iter().copied()).collect();
-            std(&all).max(noise_of(&all)).max(1e-12)
+            std(&all).max(1e-12)
         })
         .collect();
     let hold = if by > 1 { Hold::Line } else { Hold::Zero };

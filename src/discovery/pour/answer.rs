@@ -300,7 +300,7 @@ fn visible(gap: &PourGap, outcome: &Outcome<Term>, options: &Options) -> Vec<Vis
     let Some(base) = gap.residuals(Set::Train, &[], own) else { return Vec::new() };
     let count = base.len() as f64;
     let mut found = Vec::new();
-    for candidate in gap.candidates(&[], &base) {
+    for candidate in gap.candidates(&[], &base, None) {
         let slots = gap.slots(&candidate.term);
         let mut moved = candidate.starts[0].clone();
         moved[0] = slots[0].neutral.unwrap_or(0.0) + slots[0].scale;

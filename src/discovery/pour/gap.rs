@@ -180,7 +180,12 @@ impl Gap for PourGap {
         (0..self.pours.len()).map(|at| rows(at).count() + filling(at)).sum()
     }
 
-    fn candidates(&self, terms: &[Term], _left: &[f64]) -> Vec<Candidate<Term>> {
+    fn candidates(
+        &self,
+        terms: &[Term],
+        _left: &[f64],
+        _instead_of: Option<&Term>,
+    ) -> Vec<Candidate<Term>> {
         let declared = self.pours[0].declared;
         let free = |term: &Term| !terms.contains(term) && !self.known.0.contains(term);
         Term::ALL
@@ -193,7 +198,7 @@ impl Gap for PourGap {
                     Term::Gain => vec![vec![1.0]],
                     Term::Drift => vec![vec![0.0]],
                 };
-                Candidate { term, starts, surcharge: 0.0 }
+                Candidate { term, with: Vec::new(), starts, surcharge: 0.0 }
             })
             .collect()
     }

@@ -3,37 +3,47 @@
 //! A motion is smooth from sample to sample, noise is not: a high difference takes the motion away and
 //! leaves noise of known gain. The median of its size is not moved by a few steps or outliers.
 
-/// Coefficients of the fourth difference; white noise of variance 1 leaves it with the sum of their
-/// squares, 70.
-const FOURTH: [f64; 5] = [1.0, -4.0, 6.0, -4.0, 1.0];
-const FOURTH_GAIN: f64 = 70.0;
-
 /// `median(|x|)` of a normal distribution of standard deviation 1.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_75;
 
-/// Returns the standard deviation of the white noise in evenly sampled `values`, in their unit.
+/// Returns the standard deviation of the white noise in `values`, in their unit, taken at `time`, s.
 ///
 /// 0 for fewer than six values or values without noise. A repeated sample (a logger faster than the
 /// sensor) would look like less noise than there is; such samples are skipped.
-pub fn estimate(values: &[f64]) -> f64 {
-    let mut distinct = Vec::with_capacity(values.len());
-    for &value in values {
-        if distinct.last().is_none_or(|last: &f64| last.to_bits() != value.to_bits()) {
-            distinct.push(value);
+pub fn estimate(time: &[f64], values: &[f64]) -> f64 {
+    let mut distinct: Vec<(f64, f64)> = Vec::with_capacity(values.len());
+    for (&time, &value) in time.iter().zip(values) {
+        if distinct.last().is_none_or(|(_, last)| last.to_bits() != value.to_bits()) {
+            distinct.push((time, value));
         }
     }
     // A column that hardly ever changes is a constant or a coarse step, not a smooth signal.
-    let values = if distinct.len() * 2 > values.len() { &distinct[..] } else { values };
-    let mut sizes: Vec<f64> = values
-        .windows(5)
-        .map(|window| window.iter().zip(FOURTH).map(|(value, c)| c * value).sum::<f64>().abs())
-        .collect();
+    if distinct.len() * 2 <= values.len() {
+        distinct = time.iter().copied().zip(values.iter().copied()).collect();
+    }
+    let mut sizes: Vec<f64> = distinct.windows(5).map(fourth_difference).collect();
     if sizes.len() < 2 {
         return 0.0;
     }
     let middle = sizes.len() / 2;
     let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-    *median / MEDIAN_OF_NORMAL / FOURTH_GAIN.sqrt()
+    *median / MEDIAN_OF_NORMAL
+}
+
+/// Returns the size of the fourth divided difference of five samples, on a scale on which white noise of
+/// variance 1 has variance 1.
+fn fourth_difference(samples: &[(f64, f64)]) -> f64 {
+    // Times in units of the window, so that rows too near to each other stay finite.
+    let span = samples[4].0 - samples[0].0;
+    let (mut sum, mut gain) = (0.0, 0.0);
+    for (i, (time, value)) in samples.iter().enumerate() {
+        let others = samples.iter().enumerate().filter(|(j, _)| *j != i);
+        let product: f64 = others.map(|(_, (other, _))| (time - other) / span).product();
+        let weight = if product.abs() > 1e-9 { 1.0 / product } else { 1e9 };
+        sum += weight * value;
+        gain += weight * weight;
+    }
+    sum.abs() / gain.sqrt()
 }
 
 #[cfg(test)]
@@ -44,6 +54,7 @@ mod tests {
     #[test]
     fn the_noise_on_a_smooth_motion_is_found_to_a_tenth() {
         let mut rng = StdRng::seed_from_u64(7);
+        let time: Vec<f64> = (0..2000).map(f64::from).collect();
         let values: Vec<f64> = (0..2000)
             .map(|i| {
                 // Twelve uniform numbers make a normal one to three digits.
@@ -51,14 +62,23 @@ mod tests {
                 (f64::from(i) * 0.02).sin() + 0.003 * normal
             })
             .collect();
-        let found = estimate(&values);
+        let found = estimate(&time, &values);
         assert!((found / 0.003 - 1.0).abs() < 0.1, "{found}");
     }
 
     #[test]
     fn a_motion_without_noise_has_none() {
-        let values: Vec<f64> = (0..500).map(|i| (f64::from(i) * 0.01).sin()).collect();
-        assert!(estimate(&values) < 1e-8);
-        assert!(estimate(&[1.0, 2.0]) < 1e-12);
+        let time: Vec<f64> = (0..500).map(|i| f64::from(i) * 0.01).collect();
+        let values: Vec<f64> = time.iter().map(|t| t.sin()).collect();
+        assert!(estimate(&time, &values) < 1e-8);
+        assert!(estimate(&[0.0, 1.0], &[1.0, 2.0]) < 1e-12);
+    }
+
+    #[test]
+    fn a_motion_at_uneven_times_has_none_either() {
+        let time: Vec<f64> =
+            (0..500).map(|i| f64::from(i) * 0.01 + 0.002 * f64::from(i * i % 7)).collect();
+        let values: Vec<f64> = time.iter().map(|t| t.sin()).collect();
+        assert!(estimate(&time, &values) < 1e-7);
     }
 }

@@ -18,30 +18,42 @@ const UNNAMED: f64 = 12.0;
 /// Where the creep of dry friction begins to be fitted, rad/s: slow against any motion on purpose.
 const CREEP: f64 = 1e-3;
 
-/// Returns the effects to try on top of `present`; `left` are the residuals in units of noise.
-pub fn candidates(model: &Model, present: &[Term], left: &[f64]) -> Vec<Candidate<Term>> {
+/// Returns the effects to try on top of `present`, at `joints` and on the whole arm; `left` are the
+/// residuals in units of noise.
+pub fn candidates(
+    model: &Model,
+    present: &[Term],
+    left: &[f64],
+    joints: impl Iterator<Item = usize>,
+) -> Vec<Candidate<Term>> {
     let data = &model.scene.data;
-    let n = data.n;
+    let joints: Vec<usize> = joints.collect();
     let mut found = Vec::new();
     let mut add = |law: Law, joint: usize, starts: Vec<Vec<f64>>, surcharge: f64| {
         let starts = if starts.is_empty() { vec![neutral(law)] } else { starts };
-        found.push(Candidate { term: Term { law, joint }, starts, surcharge });
+        found.push(Candidate { term: Term { law, joint }, with: Vec::new(), starts, surcharge });
     };
     let torque = data.has(Quantity::Torque);
     let tip = data.has(Quantity::Tip);
     let closed = model.scene.closed_loop;
     // Whether a torque at a joint shows anywhere.
     let effort = closed || torque;
-    for j in 0..n {
+    // A motion that is simulated shows creep as such; along a measured one only the rows about standstill
+    // do, and a fit that begins on their wrong side stays there.
+    let creeps: &[f64] = if closed { &[CREEP] } else { &[CREEP, 4.0 * CREEP, 16.0 * CREEP] };
+    for &j in &joints {
         if effort {
             for law in
                 [Law::Viscous, Law::Quadratic, Law::Armature, Law::Stiffness, Law::CubicStiffness]
             {
                 add(law, j, Vec::new(), 0.0);
             }
-            add(Law::Coulomb, j, vec![vec![0.0, CREEP]], 0.0);
-            add(Law::SmoothCoulomb, j, vec![vec![0.0, CREEP]], 0.0);
-            add(Law::Asymmetric, j, vec![vec![0.0, 0.0, CREEP]], 0.0);
+            let creeps = |before: &[f64]| {
+                creeps.iter().map(|creep| [before, &[*creep]].concat()).collect::<Vec<_>>()
+            };
+            add(Law::Coulomb, j, creeps(&[0.0]), 0.0);
+            add(Law::SmoothCoulomb, j, creeps(&[0.0]), 0.0);
+            add(Law::Asymmetric, j, creeps(&[0.0, 0.0]), 0.0);
             let peaks = [0.02, 0.08, 0.3].map(|speed| vec![0.0, 0.0, speed, CREEP]);
             add(Law::Stribeck, j, peaks.to_vec(), 0.0);
             add(Law::Hysteresis, j, shaped(Law::Hysteresis, &[0.004, 0.02, 0.1]), 0.0);
@@ -121,6 +133,16 @@ pub fn candidates(model: &Model, present: &[Term], left: &[f64]) -> Vec<Candidat
             add(Law::CameraShift(free), 0, Vec::new(), 0.0);
         }
     }
+    if effort && !closed {
+        // The friction of a real joint is dry and fluid at once. Where the motion is measured nothing
+        // else tells the two from one law that bends, so they are tried together.
+        found.extend(joints.into_iter().map(|joint| Candidate {
+            term: Term { law: Law::Coulomb, joint },
+            with: vec![Term { law: Law::Viscous, joint }],
+            starts: creeps.iter().map(|creep| vec![0.0, *creep]).collect(),
+            surcharge: 0.0,
+        }));
+    }
     found.retain(|candidate| !present.contains(&candidate.term));
     found
 }
@@ -142,6 +164,32 @@ fn shaped(law: Law, shapes: &[f64]) -> Vec<Vec<f64>> {
             start
         })
         .collect()
+}
+
+/// Sine and cosine of `k·x` for every `x`, for one `k` after the other at even steps: each step turns every
+/// pointer a little, and no sine is worked out again.
+struct Pointers {
+    sine: Vec<f64>,
+    cosine: Vec<f64>,
+    /// Sine and cosine of `step·x`.
+    turns: Vec<(f64, f64)>,
+}
+
+impl Pointers {
+    fn new(x: &[f64], first: f64, step: f64) -> Self {
+        Self {
+            sine: x.iter().map(|x| (first * x).sin()).collect(),
+            cosine: x.iter().map(|x| (first * x).cos()).collect(),
+            turns: x.iter().map(|x| (step * x).sin_cos()).collect(),
+        }
+    }
+
+    fn turn(&mut self) {
+        for ((sine, cosine), (s, c)) in self.sine.iter_mut().zip(&mut self.cosine).zip(&self.turns)
+        {
+            (*sine, *cosine) = (*sine * c + *cosine * s, *cosine * c - *sine * s);
+        }
+    }
 }
 
 /// One joint's residuals and motion, looked at through its own position loop alone.
@@ -285,12 +333,13 @@ impl Scan {
         let (first, last) = ((TAU / range).max(1.0), (1.2 / fastest).min(120.0));
         let count = (((last - first) / step).max(1.0) as usize).min(200);
         let grid: Vec<f64> = (0..count).map(|i| first + step * i as f64).collect();
+        let mut pointers = Pointers::new(&self.q, first, step);
         let score: Vec<f64> = grid
             .iter()
-            .map(|order| {
-                let sine: Vec<f64> = self.q.iter().map(|q| (order * q).sin()).collect();
-                let cosine: Vec<f64> = self.q.iter().map(|q| (order * q).cos()).collect();
-                self.explains([&sine, &cosine])
+            .map(|_| {
+                let score = self.explains([&pointers.sine, &pointers.cosine]);
+                pointers.turn();
+                score
             })
             .collect();
         Self::peaks(&grid, &score, 2)
@@ -308,17 +357,15 @@ impl Scan {
         let step = 0.5 / span;
         let count = ((0.45 * rate / step) as usize).min(1200);
         let grid: Vec<f64> = (2..count.max(3)).map(|i| step * i as f64).collect();
+        let since: Vec<f64> = self.time.iter().map(|time| TAU * (time - self.time[0])).collect();
+        let mut pointers = Pointers::new(&since, 2.0 * step, step);
+        let dot = |a: &[f64]| a.iter().zip(residual).map(|(a, b)| a * b).sum::<f64>();
         let score: Vec<f64> = grid
             .iter()
-            .map(|frequency| {
-                // A rotating pointer: no sine per row when rows are even.
-                let (mut re, mut im) = (0.0, 0.0);
-                for (time, value) in self.time.iter().zip(residual) {
-                    let (s, c) = (TAU * frequency * time).sin_cos();
-                    re += c * value;
-                    im += s * value;
-                }
-                re * re + im * im
+            .map(|_| {
+                let score = dot(&pointers.sine).powi(2) + dot(&pointers.cosine).powi(2);
+                pointers.turn();
+                score
             })
             .collect();
         Self::peaks(&grid, &score, 1)

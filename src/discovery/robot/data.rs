@@ -1,8 +1,9 @@
 //! What a recording says of an arm, channel by channel, each with its noise.
 
-use crate::units::Dimension;
+use crate::units::{Dimension, significant};
 
 use super::super::recording::{Error, Recording, noise, sidecar::PerChannel};
+use super::rows;
 
 /// What a channel measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -77,7 +78,7 @@ impl Data {
     /// [`Error`] for a group of columns that is not complete, a cell that is not a number, a wrong
     /// unit, or a recording that holds nothing of an arm.
     pub fn new(recording: &Recording, n: usize) -> Result<Self, Error> {
-        let mut notes = Vec::new();
+        let notes = Vec::new();
         let group = |stem: &str, dimension| recording.group(stem, n, dimension);
         for stem in ["q_cmd", "q", "dq", "tau"] {
             if recording.group_len(stem) > n {
@@ -143,13 +144,57 @@ impl Data {
                 ),
             });
         }
+        let mut data = Self { n, time: recording.time.clone(), commands, channels, notes };
+        data.drop_repeats(&recording.name);
+        data.set_clock(&recording.name);
+        data.estimate_noise();
         if levels.q_rad.is_none() && levels.tau_nm.is_none() && levels.tcp_m.is_none() {
-            notes.push(format!(
+            data.notes.push(format!(
                 "{}: no noise is given; it is estimated from the channels themselves",
                 recording.name
             ));
         }
-        Ok(Self { n, time: recording.time.clone(), commands, channels, notes })
+        Ok(data)
+    }
+
+    /// Leaves out rows that the logger wrote twice.
+    fn drop_repeats(&mut self, name: &str) {
+        let rows = self.n_rows();
+        let fresh = rows::fresh(&self.channels, rows);
+        let repeats = fresh.iter().filter(|is_new| !**is_new).count();
+        if repeats == 0 {
+            return;
+        }
+        let measured = self.channels.iter_mut().map(|channel| &mut channel.values);
+        for values in measured.chain(&mut self.commands).chain([&mut self.time]) {
+            let mut is_new = fresh.iter();
+            values.retain(|_| *is_new.next().unwrap_or(&true));
+        }
+        self.notes.push(format!(
+            "{name}: {repeats} of {rows} rows repeat the row before and are left out"
+        ));
+    }
+
+    /// Takes the samples to be evenly spaced where the motion says so and the stamps do not.
+    fn set_clock(&mut self, name: &str) {
+        let Some(even) = rows::even_clock(&self.time, &self.channels) else { return };
+        let off = even.iter().zip(&self.time).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+        let off = (off / even.len() as f64).sqrt();
+        self.time = even;
+        self.notes.push(format!(
+            "{name}: the samples are evenly spaced, their stamps tremble by {} ms; an even clock is used",
+            significant(off * 1e3, 2)
+        ));
+    }
+
+    /// Judges the noise of channels for which none is given.
+    fn estimate_noise(&mut self) {
+        for channel in self.channels.iter_mut().filter(|channel| channel.noise <= 0.0) {
+            // Never less than the step in which the values are written.
+            let scale = channel.values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+            let noise = noise::estimate(&self.time, &channel.values);
+            channel.noise = noise.max(scale * 1e-6).max(1e-9);
+        }
     }
 
     /// Returns the number of rows.
@@ -176,12 +221,8 @@ fn channel(
     values: Vec<f64>,
     level: Option<&PerChannel>,
 ) -> Channel {
-    let given = level.and_then(|level| level.of(index)).filter(|level| *level > 0.0);
-    let noise = given.unwrap_or_else(|| {
-        // Never less than the step in which the values are written.
-        let scale = values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-        noise::estimate(&values).max(scale * 1e-6).max(1e-9)
-    });
+    // 0 stands for a noise that is not known yet.
+    let noise = level.and_then(|level| level.of(index)).unwrap_or(0.0);
     Channel { quantity, index, name, values, noise }
 }
 

@@ -60,9 +60,18 @@ impl Gap for ArmGap {
         self.models(set).iter().map(Model::count).sum()
     }
 
-    fn candidates(&self, terms: &[Term], left: &[f64]) -> Vec<Candidate<Term>> {
+    fn candidates(
+        &self,
+        terms: &[Term],
+        left: &[f64],
+        instead_of: Option<&Term>,
+    ) -> Vec<Candidate<Term>> {
+        let joints = (0..self.train[0].scene.data.n).filter(|&joint| {
+            let somewhere = Term { law: Law::Viscous, joint };
+            instead_of.is_none_or(|left_out| self.related(left_out, &somewhere))
+        });
         // Where to begin is taken from the first recording; the fit uses them all.
-        candidates(&self.train[0], terms, left)
+        candidates(&self.train[0], terms, left, joints)
     }
 
     fn compatible(&self, a: &Term, b: &Term) -> bool {
@@ -81,6 +90,10 @@ impl Gap for ArmGap {
         // Along a measured motion a torque at one joint shows in that joint's torque alone.
         let closed = self.train.iter().any(|model| model.scene.closed_loop);
         closed || !(a.law.is_local() && b.law.is_local()) || a.joint == b.joint
+    }
+
+    fn is_exact(&self, term: &Term) -> bool {
+        term.law.is_exact()
     }
 
     fn is_sensible(&self, term: &Term, parameters: &[f64]) -> bool {

@@ -143,8 +143,11 @@ pub fn investigate(
     if gap.train.iter().any(|model| !model.scene.closed_loop) {
         // The accelerations of a measured motion have errors of their own, which are not white.
         options.least_gain += MEASURED;
-        // Every joint of a real arm has friction of two kinds, and a payload comes on top.
-        options.most = options.most.max(3 * robot.n_joints());
+        // Nor is the effects' law: a real arm is never described to the noise of its sensors.
+        options.forgiven = f64::INFINITY;
+        options.generality = options.imperfection;
+        // Every joint of a real arm has friction of two kinds and a rotor; a payload comes on top.
+        options.most = options.most.max(4 * robot.n_joints());
     }
     let options = &options;
     let mut outcome = selection::search(&gap, options, progress).map_err(runs_away)?;

@@ -16,5 +16,6 @@ pub mod investigate;
 mod answer;
 mod places;
 mod power;
+mod rows;
 
 pub use investigate::investigate;

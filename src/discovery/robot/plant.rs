@@ -223,7 +223,15 @@ pub struct Scene {
     pub first_row: usize,
     /// Nor are rows from this one on: at the end of a measured motion its acceleration is a guess.
     pub last_row: usize,
+    /// Along a measured motion, how well each joint's speed is known, rad/s; empty otherwise.
+    pub speed_error: Vec<f64>,
+    /// Along a measured motion, whether the sign of a joint's speed is in doubt, `rows × n`: what dry
+    /// friction does there nobody can say. Empty otherwise.
+    pub in_doubt: Vec<bool>,
 }
+
+/// A speed below this many standard deviations may have the other sign.
+const DOUBT: f64 = 3.0;
 
 /// An arm slower than this at its first row rests, rad/s.
 const REST: f64 = 5e-3;
@@ -244,13 +252,16 @@ impl Scene {
         let controller = arm.controller.as_ref().filter(|_| !data.commands.is_empty());
         let closed_loop = controller.is_some();
         let (from, to) = (data.time[0], data.time[data.n_rows() - 1]);
+        let mut speed_error = Vec::new();
         let path: Vec<Spline> = if closed_loop || !data.has(Quantity::Position) {
             data.commands.iter().map(|values| Spline::through(&data.time, values)).collect()
         } else {
             (0..n)
                 .map(|j| {
                     let values = data.measured(Quantity::Position, j).unwrap_or(&[]);
-                    Spline::through(&data.time, &super::smooth::smoothed(&data, j, values))
+                    let smooth = super::smooth::smoothed(&data, j, values);
+                    speed_error.push(smooth.speed_error);
+                    Spline::through(&data.time, &smooth.q)
                 })
                 .collect()
         };
@@ -298,6 +309,7 @@ impl Scene {
             // Too short to spare any.
             (first_row, last_row) = (0, data.n_rows());
         }
+        let in_doubt = in_doubt(&data, &path, &speed_error);
         Self {
             data,
             plant,
@@ -310,6 +322,26 @@ impl Scene {
             ticks,
             first_row,
             last_row,
+            speed_error,
+            in_doubt,
         }
     }
+}
+
+/// Finds the rows at which the sign of a joint's speed is in doubt. A joint that hardly ever moves is judged
+/// all the same: what it carries shows at rest.
+fn in_doubt(data: &Data, path: &[Spline], speed_error: &[f64]) -> Vec<bool> {
+    let (rows, n) = (data.n_rows(), speed_error.len());
+    let mut doubt = vec![false; rows * n];
+    for (j, (spline, error)) in path.iter().zip(speed_error).enumerate() {
+        let mut hint = 0;
+        let slow = |time: &f64| spline.at(*time, &mut hint).1.abs() < DOUBT * error;
+        let slow: Vec<bool> = data.time.iter().map(slow).collect();
+        if slow.iter().filter(|is_slow| **is_slow).count() * 2 < rows {
+            for (row, is_slow) in slow.into_iter().enumerate() {
+                doubt[row * n + j] = is_slow;
+            }
+        }
+    }
+    doubt
 }

@@ -10,7 +10,7 @@ pub(super) fn smallest_visible(gap: &ArmGap, options: &Options) -> Vec<Visible> 
     let Some(base) = gap.residuals(Set::Train, &[], &[]) else { return Vec::new() };
     let count = gap.count(Set::Train) as f64;
     let mut visible = Vec::new();
-    for candidate in gap.candidates(&[], &base) {
+    for candidate in gap.candidates(&[], &base, None) {
         let law = candidate.term.law;
         let wanted = matches!(
             law,

@@ -8,53 +8,85 @@
 
 use super::data::{Data, Quantity};
 
+/// A joint's motion without its noise.
+pub struct Smooth {
+    /// Positions at the rows, rad.
+    pub q: Vec<f64>,
+    /// Standard deviation of the speed that is left to noise, rad/s.
+    pub speed_error: f64,
+}
+
 /// Returns the joint's measured positions without noise, rad.
-pub fn smoothed(data: &Data, joint: usize, values: &[f64]) -> Vec<f64> {
+pub fn smoothed(data: &Data, joint: usize, values: &[f64]) -> Smooth {
     let noise = data
         .channels
         .iter()
         .find(|c| c.quantity == Quantity::Position && c.index == joint)
         .map_or(0.0, |channel| channel.noise);
-    whittaker(values, noise)
+    whittaker(&data.time, values, noise)
 }
 
-/// Smooths `values` until their root mean square change is about `noise`.
-pub fn whittaker(values: &[f64], noise: f64) -> Vec<f64> {
+/// Smooths `values`, taken at `time`, until their root mean square change is about `noise`.
+pub fn whittaker(time: &[f64], values: &[f64], noise: f64) -> Smooth {
     if values.len() < 8 || noise <= 0.0 {
-        return values.to_vec();
+        return Smooth { q: values.to_vec(), speed_error: 0.0 };
     }
+    let step = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+    // What the smoother lets through of white noise, `∫ ω² / (1 + λ (ω h)⁶)² dω`, in closed form.
+    let speed_error = |strength: f64| noise / (step * 12_f64.sqrt() * strength.powf(0.25));
     let taken = |smooth: &[f64]| {
         let sum: f64 = smooth.iter().zip(values).map(|(s, v)| (s - v).powi(2)).sum();
         (sum / values.len() as f64).sqrt()
     };
     // The change grows with the strength; half-decades are fine enough, since the result hardly moves
     // within one. Beyond 10^6.5 the equations lose more digits than the smoothing wins.
-    let mut best = values.to_vec();
+    let third = third_differences(time);
+    let mut best = Smooth { q: values.to_vec(), speed_error: speed_error(0.1) };
     for half_decade in 0..16 {
         let strength = 10_f64.powf(f64::from(half_decade) * 0.5 - 1.0);
-        let smooth = penalised(values, strength);
+        let smooth = penalised(&third, values, strength);
         if taken(&smooth) > noise {
             break;
         }
-        best = smooth;
+        best = Smooth { q: smooth, speed_error: speed_error(strength) };
     }
     best
 }
 
+/// Neighbours that a difference reaches.
+const BAND: usize = 3;
+
+/// Returns the coefficients of the third divided difference at every four samples, -1, 3, -3, 1 where they
+/// are even.
+fn third_differences(time: &[f64]) -> Vec<[f64; BAND + 1]> {
+    let step = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+    time.windows(BAND + 1)
+        .map(|t| {
+            std::array::from_fn(|i| {
+                let others = (0..=BAND).filter(|j| *j != i);
+                // Two rows at nearly one time say little about what is between them.
+                let apart = |j: usize| {
+                    let apart = (t[i] - t[j]) / step;
+                    apart.abs().max(0.2).copysign(apart)
+                };
+                6.0 / others.map(apart).product::<f64>()
+            })
+        })
+        .collect()
+}
+
 /// Solves `(I + λ D₃ᵀ D₃) z = y`, a system of seven diagonals, by Cholesky's method.
-fn penalised(y: &[f64], strength: f64) -> Vec<f64> {
-    const BAND: usize = 3;
-    const THIRD: [f64; 4] = [-1.0, 3.0, -3.0, 1.0];
+fn penalised(third: &[[f64; BAND + 1]], y: &[f64], strength: f64) -> Vec<f64> {
     let n = y.len();
     // Lower band: a[i][k] is entry (i, i - k).
     let mut a = vec![[0.0; BAND + 1]; n];
     for row in &mut a {
         row[0] = 1.0;
     }
-    for start in 0..n - BAND {
+    for (start, third) in third.iter().enumerate() {
         for i in 0..=BAND {
             for j in 0..=i {
-                a[start + i][i - j] += strength * THIRD[i] * THIRD[j];
+                a[start + i][i - j] += strength * third[i] * third[j];
             }
         }
     }
@@ -95,17 +127,44 @@ mod tests {
     #[test]
     fn a_parabola_is_kept_and_a_zigzag_is_taken_away() {
         let parabola: Vec<f64> = (0..200).map(|i| (f64::from(i) * 0.01).powi(2)).collect();
-        let smooth = penalised(&parabola, 1e4);
+        let time: Vec<f64> = (0..200).map(|i| f64::from(i) * 0.01).collect();
+        let smooth = penalised(&third_differences(&time), &parabola, 1e4);
         assert!(smooth.iter().zip(&parabola).all(|(s, p)| (s - p).abs() < 1e-7));
         let rough: Vec<f64> = parabola
             .iter()
             .enumerate()
             .map(|(i, p)| p + if i % 2 == 0 { 1e-3 } else { -1e-3 })
             .collect();
-        let smooth = whittaker(&rough, 1.1e-3);
+        let smooth = whittaker(&time, &rough, 1.1e-3).q;
         let off = smooth.iter().zip(&parabola).map(|(s, p)| (s - p).abs());
         // An end has neighbours on one side only; such rows are not judged either.
         let worst = off.skip(10).take(180).fold(0.0, f64::max);
         assert!(worst < 1e-4, "{worst}");
+    }
+
+    #[test]
+    fn a_parabola_at_uneven_times_is_kept() {
+        let time: Vec<f64> =
+            (0..200).map(|i| f64::from(i) * 0.01 + 0.004 * f64::from(i * i % 5) / 5.0).collect();
+        let parabola: Vec<f64> = time.iter().map(|t| t * t).collect();
+        let smooth = penalised(&third_differences(&time), &parabola, 1e4);
+        assert!(smooth.iter().zip(&parabola).all(|(s, p)| (s - p).abs() < 1e-7));
+    }
+
+    #[test]
+    fn the_error_of_the_speed_is_what_it_says() {
+        let time: Vec<f64> = (0..4000).map(|i| f64::from(i) * 0.01).collect();
+        // Twelve numbers that look like chance make a normal one to three digits.
+        let chance = |i: usize| ((i as f64 * 12.9898).sin() * 43758.547).rem_euclid(1.0);
+        let noise = |i: usize| 2e-5 * ((0..12).map(|k| chance(12 * i + k)).sum::<f64>() - 6.0);
+        let read: Vec<f64> =
+            time.iter().enumerate().map(|(i, t)| (0.8 * t).sin() + noise(i)).collect();
+        let smooth = whittaker(&time, &read, 2e-5);
+        let errors: Vec<f64> = (50..3950)
+            .map(|i| (smooth.q[i + 1] - smooth.q[i - 1]) / 0.02 - 0.8 * (0.8 * time[i]).cos())
+            .collect();
+        let rms = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
+        let ratio = smooth.speed_error / rms;
+        assert!((0.5..2.0).contains(&ratio), "{ratio}");
     }
 }

@@ -157,6 +157,23 @@ impl Law {
         )
     }
 
+    /// Returns whether the law is mechanics or geometry, which hold exactly, rather than a description of
+    /// what gears and drives do.
+    pub fn is_exact(self) -> bool {
+        matches!(
+            self,
+            Self::Payload
+                | Self::Armature
+                | Self::BaseTilt
+                | Self::ZeroOffset
+                | Self::LinkLength
+                | Self::ToolOffset
+                | Self::CameraShift(_)
+                | Self::TorqueOffset
+                | Self::TorqueGain
+        )
+    }
+
     /// Returns the name in the vocabulary.
     pub fn name(self) -> &'static str {
         match self {

@@ -58,12 +58,23 @@ pub enum Set {
 pub struct Candidate<T> {
     /// The effect.
     pub term: T,
+    /// Effects that join before it, begun where they do nothing: what nature rarely has apart is tried
+    /// together, before one law alone takes what belongs to two. What of them does not pay is left out
+    /// again.
+    pub with: Vec<T>,
     /// Parameters to begin from, each with the shape fixed; parameters with a neutral value are solved
     /// for when it is screened.
     pub starts: Vec<Vec<f64>>,
     /// What it costs beside its parameters, in the units of the criterion: an effect without a name
     /// must explain more than one with.
     pub surcharge: f64,
+}
+
+impl<T> Candidate<T> {
+    /// Returns everything that joins, in the order of its parameters.
+    fn joining(&self) -> impl Iterator<Item = &T> {
+        self.with.iter().chain([&self.term])
+    }
 }
 
 /// What is to be explained.
@@ -88,8 +99,14 @@ pub trait Gap: Sync {
     fn count(&self, set: Set) -> usize;
 
     /// Returns what could be missing beyond `terms`, given the residuals that are left on the data
-    /// fitted.
-    fn candidates(&self, terms: &[Self::Term], left: &[f64]) -> Vec<Candidate<Self::Term>>;
+    /// fitted. When an effect was left out for others to take its place, only what is related to it is
+    /// wanted.
+    fn candidates(
+        &self,
+        terms: &[Self::Term],
+        left: &[f64],
+        instead_of: Option<&Self::Term>,
+    ) -> Vec<Candidate<Self::Term>>;
 
     /// Returns whether the two can act together. An effect of the same kind at the same place cannot.
     fn compatible(&self, a: &Self::Term, b: &Self::Term) -> bool {
@@ -107,6 +124,13 @@ pub trait Gap: Sync {
     fn related(&self, a: &Self::Term, b: &Self::Term) -> bool {
         let _ = (a, b);
         true
+    }
+
+    /// Returns whether the law is exact, so that once its numbers are right it leaves nothing behind: the
+    /// mechanics of rigid bodies are, friction is not.
+    fn is_exact(&self, term: &Self::Term) -> bool {
+        let _ = term;
+        false
     }
 
     /// Returns whether the residuals change unevenly with the effect's parameters, as where contact is
@@ -145,6 +169,8 @@ pub struct Hypothesis<T> {
     pub heldout: f64,
     /// Surcharges of the effects, one each.
     pub surcharges: Vec<f64>,
+    /// By how much the criterion fell when each effect joined, the others of that moment fitted again.
+    pub gains: Vec<f64>,
     /// Number of residuals in the data fitted.
     pub count: usize,
 }
@@ -191,9 +217,13 @@ pub struct Options {
     /// With a gain on the data fitted above this, held-out data that do not exercise the effect (no
     /// change there) do not speak against it.
     pub overwhelming: f64,
-    /// An effect must explain more than this part of what all others explain already, up to
-    /// `overwhelming`: how the others act is known that well and no better.
+    /// An effect must explain more than this part of what those related to it explain already, up to
+    /// `forgiven`: how they act is known that well and no better.
     pub imperfection: f64,
+    /// The most that `imperfection` asks for.
+    pub forgiven: f64,
+    /// A law must explain more, by this part of what it explains, than a special case of it.
+    pub generality: f64,
     /// Rivals whose evidence is behind by less than this cannot be told apart.
     pub tie: f64,
 }
@@ -209,6 +239,8 @@ impl Default for Options {
             overwhelming: 60.0,
             // A law that is right to three parts in a hundred leaves the square of it.
             imperfection: 1e-3,
+            forgiven: 60.0,
+            generality: 0.0,
             // "Strong" on the scale of Kass and Raftery begins at 6.
             tie: 6.0,
         }

@@ -15,16 +15,30 @@ pub(super) fn all_slots<G: Gap>(gap: &G, terms: &[G::Term]) -> Vec<Slot> {
     slots
 }
 
-/// Derivatives of the residuals, one column per parameter; one-sided, towards the inside of its range.
+/// Returns for every parameter whether it is the model's own or of an effect related to one of `near`: the
+/// others say nothing about the same data.
+pub(super) fn near_parameters<G: Gap>(gap: &G, terms: &[G::Term], near: &[G::Term]) -> Vec<bool> {
+    let mut moves = vec![true; gap.nuisance().len()];
+    for term in terms {
+        let is_near = near.iter().any(|other| other == term || gap.related(other, term));
+        moves.extend(gap.slots(term).iter().map(|_| is_near));
+    }
+    moves
+}
+
+/// Derivatives of the residuals, one column per parameter that moves; one-sided, towards the inside of its
+/// range.
 pub(super) fn columns<G: Gap>(
     gap: &G,
     terms: &[G::Term],
     parameters: &[f64],
     slots: &[Slot],
+    moves: &[bool],
     residuals: &[f64],
 ) -> Option<Vec<Vec<f64>>> {
     (0..parameters.len())
         .into_par_iter()
+        .filter(|i| moves[*i])
         .map(|i| {
             let mut moved = parameters.to_vec();
             let mut step = 0.1 * slots[i].scale;
@@ -43,6 +57,8 @@ struct Problem<'a, G: Gap> {
     gap: &'a G,
     terms: &'a [G::Term],
     slots: &'a [Slot],
+    /// Which parameters are fitted.
+    moves: &'a [bool],
     n: usize,
 }
 
@@ -60,11 +76,12 @@ impl<G: Gap> fit::Problem for Problem<'_, G> {
 
     fn jacobian(&self, x: &[f64], j: &mut fit::Jacobian) -> bool {
         let Some(here) = self.gap.residuals(Set::Train, self.terms, x) else { return false };
-        let Some(columns) = columns(self.gap, self.terms, x, self.slots, &here) else {
+        let Some(columns) = columns(self.gap, self.terms, x, self.slots, self.moves, &here) else {
             return false;
         };
         for row in 0..self.n {
-            for (to, column) in j.row_mut(row).iter_mut().zip(&columns) {
+            let to = j.row_mut(row).iter_mut().zip(self.moves).filter(|(_, moves)| **moves);
+            for ((to, _), column) in to.zip(&columns) {
                 *to = column[row];
             }
         }
@@ -82,6 +99,18 @@ pub fn refit<G: Gap>(
     start: Vec<f64>,
     surcharges: Vec<f64>,
 ) -> Option<Hypothesis<G::Term>> {
+    let moves = vec![true; start.len()];
+    refit_some(gap, terms, start, surcharges, &moves)
+}
+
+/// The same with the parameters that do not move left as they are.
+pub(super) fn refit_some<G: Gap>(
+    gap: &G,
+    terms: Vec<G::Term>,
+    start: Vec<f64>,
+    surcharges: Vec<f64>,
+    moves: &[bool],
+) -> Option<Hypothesis<G::Term>> {
     let slots = all_slots(gap, &terms);
     let first = gap.residuals(Set::Train, &terms, &start)?;
     let count = gap.count(Set::Train);
@@ -89,13 +118,14 @@ pub fn refit<G: Gap>(
         let train = sum_of_squares(&first);
         (start, DMatrix::zeros(0, 0), train)
     } else {
-        let problem = Problem { gap, terms: &terms, slots: &slots, n: first.len() };
+        let problem = Problem { gap, terms: &terms, slots: &slots, moves, n: first.len() };
         let bounds = slots
             .iter()
             .enumerate()
             .filter(|(_, slot)| slot.range.0.is_finite() || slot.range.1.is_finite());
         let options = fit::Options {
             noise: fit::Noise::Known,
+            fixed: (0..moves.len()).filter(|i| !moves[*i]).collect(),
             max_iterations: 30,
             // A thousandth of a standard deviation is nothing; a misfit of 0.01 is nothing.
             step_tolerance: 1e-6,
@@ -121,5 +151,6 @@ pub fn refit<G: Gap>(
     let heldout = gap
         .residuals(Set::Heldout, &terms, &parameters)
         .map_or(f64::INFINITY, |residuals| sum_of_squares(&residuals));
-    Some(Hypothesis { terms, parameters, covariance, train, heldout, surcharges, count })
+    let gains = vec![0.0; terms.len()];
+    Some(Hypothesis { terms, parameters, covariance, train, heldout, surcharges, gains, count })
 }

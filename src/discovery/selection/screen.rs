@@ -2,38 +2,51 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::refit::{all_slots, columns};
+use super::refit::{all_slots, columns, near_parameters};
 use super::{Gap, Hypothesis, Set, Slot};
 
 /// The model linearised about a hypothesis.
 pub(super) struct Local {
     pub(super) residuals: Vec<f64>,
-    columns: Vec<Vec<f64>>,
+    /// One for each parameter there is already that was asked for.
+    columns: Vec<(usize, Vec<f64>)>,
+    slots: Vec<Slot>,
 }
 
 /// What is added to the diagonal of scaled normal equations: far below what the data determine.
 const RIDGE: f64 = 1e-9;
 
 impl Local {
-    pub(super) fn at<G: Gap>(gap: &G, best: &Hypothesis<G::Term>) -> Option<Self> {
+    /// Linearises; of the effects there are, only those related to `near`, if that is given.
+    pub(super) fn at<G: Gap>(
+        gap: &G,
+        best: &Hypothesis<G::Term>,
+        near: Option<&G::Term>,
+    ) -> Option<Self> {
         let residuals = gap.residuals(Set::Train, &best.terms, &best.parameters)?;
         let slots = all_slots(gap, &best.terms);
-        let columns = columns(gap, &best.terms, &best.parameters, &slots, &residuals)?;
-        Some(Self { residuals, columns })
+        let moves = near.map_or_else(
+            || vec![true; slots.len()],
+            |near| near_parameters(gap, &best.terms, std::slice::from_ref(near)),
+        );
+        let columns = columns(gap, &best.terms, &best.parameters, &slots, &moves, &residuals)?;
+        let moving = (0..slots.len()).filter(|i| moves[*i]);
+        let columns = moving.zip(columns).collect();
+        Some(Self { residuals, columns, slots })
     }
 
-    /// Returns the sum of squares that a linear fit leaves when the candidate joins, and where that
-    /// fit ends; shape parameters stay as they start.
+    /// Returns the sum of squares that a linear fit leaves when `joining` join, and where that fit
+    /// ends; `slots` and `start` are of all that join, and shape parameters stay as they start.
     pub(super) fn screen<G: Gap>(
         &self,
         gap: &G,
         best: &Hypothesis<G::Term>,
-        term: &G::Term,
+        joining: &[G::Term],
         slots: &[Slot],
         start: &[f64],
     ) -> Option<(f64, Vec<f64>)> {
         let mut terms = best.terms.clone();
-        terms.push(term.clone());
+        terms.extend_from_slice(joining);
         let mut parameters = best.parameters.clone();
         let from = parameters.len();
         parameters.extend_from_slice(start);
@@ -60,19 +73,17 @@ impl Local {
             let column = at.iter().zip(residuals).map(|(a, r)| (a - r) / slot.scale).collect();
             solved.push((i, column));
         }
-        let old = self.columns.len();
-        let all: Vec<&[f64]> = self
-            .columns
-            .iter()
-            .map(Vec::as_slice)
-            .chain(solved.iter().map(|(_, column)| column.as_slice()))
-            .collect();
+        let near = near_parameters(gap, &best.terms, joining);
+        let old: Vec<&(usize, Vec<f64>)> = self.columns.iter().filter(|(i, _)| near[*i]).collect();
+        let all: Vec<&[f64]> =
+            old.iter().copied().chain(&solved).map(|(_, column)| column.as_slice()).collect();
         let (step, left) = least_squares(&all, residuals)?;
-        for (i, change) in step.iter().take(old).enumerate() {
-            parameters[i] += change;
+        for ((i, _), change) in old.iter().zip(&step) {
+            let slot = &self.slots[*i];
+            parameters[*i] = (parameters[*i] + change).clamp(slot.range.0, slot.range.1);
         }
         let mut outside = false;
-        for ((i, _), change) in solved.iter().zip(step.iter().skip(old)) {
+        for ((i, _), change) in solved.iter().zip(step.iter().skip(old.len())) {
             let slot = &slots[*i];
             let value = parameters[from + i] + change;
             outside |= value < slot.range.0 || value > slot.range.1;

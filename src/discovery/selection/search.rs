@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 
+use super::refit::{near_parameters, refit_some};
 use super::screen::Local;
-use super::{Candidate, Gap, Hypothesis, Options, Outcome, Rival, refit};
+use super::{Candidate, Gap, Hypothesis, Options, Outcome, Rival, Slot, refit};
 
 /// Searches for the effects that are missing.
 ///
@@ -26,15 +27,18 @@ pub fn search<G: Gap>(
     while best.terms.len() < options.most {
         let done = best.terms.len() as f64 / (options.most as f64 + 1.0);
         progress("looking for what explains the gap", done);
-        let fitted = extended(gap, &best, options, unnamed);
-        let worth = |h: &&Hypothesis<G::Term>| pays(&nothing, h, &best, options) && matters(gap, h);
-        let Some(chosen) = fitted.iter().find(worth).cloned() else {
+        let fitted = extended(gap, &best, options, unnamed, None);
+        let worth = |h: &&Hypothesis<G::Term>| {
+            pays(gap, h, h.terms.len() - 1, &best, options) && matters(gap, h)
+        };
+        let Some(chosen) = fitted.iter().find(worth) else {
             if unnamed {
                 break;
             }
             unnamed = true;
             continue;
         };
+        let chosen = simplest(gap, chosen, fitted.iter().filter(worth), options).clone();
         let added = chosen.terms.len() - 1;
         rivals.retain(|rival| rival.instead_of != added);
         rivals.extend(
@@ -50,7 +54,7 @@ pub fn search<G: Gap>(
             let before = best.terms.clone();
             let new = best.terms[best.terms.len() - 1].clone();
             best = exchanged(gap, best, options, &mut rivals, Some(&new), unnamed);
-            best = pruned(gap, &nothing, best, options, Some(&new));
+            best = pruned(gap, best, options, Some(&new));
             // What was set aside beside another set of effects says nothing about this one.
             if best.terms != before {
                 rivals.clear();
@@ -62,62 +66,93 @@ pub fn search<G: Gap>(
     if !all_related {
         progress("trying to exchange and to leave out, all of them", 0.9);
         best = exchanged(gap, best, options, &mut rivals, None, unnamed);
-        best = pruned(gap, &nothing, best, options, None);
+        best = pruned(gap, best, options, None);
     }
     progress("comparing rivals", 0.95);
     let without: Vec<Hypothesis<G::Term>> = (0..best.terms.len())
-        .map(|at| {
-            let (terms, parameters, surcharges) = left_out(gap, &best, at);
-            refit(gap, terms, parameters, surcharges).unwrap_or_else(|| nothing.clone())
-        })
+        .map(|at| left_out(gap, &best, at).unwrap_or_else(|| nothing.clone()))
         .collect();
     let mut rivals = compared(gap, &best, &without, rivals, options);
     rivals.sort_by(|a, b| a.behind.total_cmp(&b.behind));
     Ok(Outcome { nothing, best, without, rivals })
 }
 
-/// Returns whether what `with` has more than `without` pays.
-fn pays<T>(
-    nothing: &Hypothesis<T>,
-    with: &Hypothesis<T>,
-    without: &Hypothesis<T>,
+/// Returns the special case of the last effect of `chosen` that explains nearly as much, or `chosen`.
+fn simplest<'a, G: Gap>(
+    gap: &G,
+    chosen: &'a Hypothesis<G::Term>,
+    mut others: impl Iterator<Item = &'a Hypothesis<G::Term>>,
+    options: &Options,
+) -> &'a Hypothesis<G::Term> {
+    let (Some(general), Some(gain)) = (chosen.terms.last(), chosen.gains.last()) else {
+        return chosen;
+    };
+    let stands_for = |other: &&Hypothesis<G::Term>| {
+        let behind = other.evidence() - chosen.evidence();
+        other.terms.last().is_some_and(|special| gap.contains(general, special))
+            && behind < options.generality * gain
+    };
+    others.find(stands_for).unwrap_or(chosen)
+}
+
+/// Returns whether the effect at `at`, which `with` has and `without` has not, pays.
+fn pays<G: Gap>(
+    gap: &G,
+    with: &Hypothesis<G::Term>,
+    at: usize,
+    without: &Hypothesis<G::Term>,
     options: &Options,
 ) -> bool {
     let gain = without.criterion() - with.criterion();
     let heldout = without.heldout - with.heldout;
-    let explained = (nothing.criterion() - without.criterion()).max(0.0);
-    let imperfection = (options.imperfection * explained).min(options.overwhelming);
+    let others = without.terms.iter().zip(&without.gains);
+    let explained: f64 = others
+        .filter(|(other, _)| !gap.is_exact(other) && gap.related(other, &with.terms[at]))
+        .map(|(_, gain)| gain.max(0.0))
+        .sum();
+    let imperfection = (options.imperfection * explained).min(options.forgiven);
     gain > options.least_gain + imperfection
         && (heldout > options.least_heldout
             || (gain > options.overwhelming && heldout > -options.least_heldout))
 }
+
+/// An effect smaller than this many of its own standard deviations is not there: where two of its numbers
+/// trade against each other, both are as large as one likes and neither says anything.
+const DETERMINED: f64 = 2.0;
 
 /// Returns whether the last effect is larger than what the model itself can resolve.
 fn matters<G: Gap>(gap: &G, with: &Hypothesis<G::Term>) -> bool {
     let Some(term) = with.terms.last() else { return false };
     let slots = gap.slots(term);
     let from = with.parameters.len() - slots.len();
-    if !gap.is_sensible(term, &with.parameters[from..]) {
+    let values = &with.parameters[from..];
+    if !gap.is_sensible(term, values) {
         return false;
     }
-    slots.iter().zip(&with.parameters[from..]).any(|(slot, value)| {
-        slot.neutral.is_some_and(|neutral| (value - neutral).abs() > slot.least)
-    }) || slots.iter().all(|slot| slot.neutral.is_none())
+    let is_there = |(i, (slot, value)): (usize, (&Slot, &f64))| {
+        let std = with.covariance[(from + i, from + i)].max(0.0).sqrt();
+        slot.neutral
+            .is_some_and(|neutral| (value - neutral).abs() > slot.least.max(DETERMINED * std))
+    };
+    slots.iter().zip(values).enumerate().any(is_there)
+        || slots.iter().all(|slot| slot.neutral.is_none())
 }
 
-/// Returns `best` with one more effect, with or without those that have no name, best first: screened by linear algebra, the best few fitted.
+/// Returns `best` with one more effect, with or without those that have no name, best first: screened by
+/// linear algebra, the best few fitted. After an effect was left out, only what may take its place is tried.
 fn extended<G: Gap>(
     gap: &G,
     best: &Hypothesis<G::Term>,
     options: &Options,
     unnamed: bool,
+    instead_of: Option<&G::Term>,
 ) -> Vec<Hypothesis<G::Term>> {
-    let Some(local) = Local::at(gap, best) else { return Vec::new() };
+    let Some(local) = Local::at(gap, best, instead_of) else { return Vec::new() };
     let candidates: Vec<Candidate<G::Term>> = gap
-        .candidates(&best.terms, &local.residuals)
+        .candidates(&best.terms, &local.residuals, instead_of)
         .into_iter()
         .filter(|c| unnamed || c.surcharge <= 0.0)
-        .filter(|c| best.terms.iter().all(|term| gap.compatible(term, &c.term)))
+        .filter(|c| c.joining().all(|new| best.terms.iter().all(|term| gap.compatible(term, new))))
         .collect();
     let ln_count = (best.count as f64).ln();
     // One entry per candidate: its best start.
@@ -125,11 +160,15 @@ fn extended<G: Gap>(
         .par_iter()
         .enumerate()
         .filter_map(|(at, candidate)| {
-            let slots = gap.slots(&candidate.term);
+            let joining: Vec<G::Term> = candidate.joining().cloned().collect();
+            let slots: Vec<Slot> = joining.iter().flat_map(|term| gap.slots(term)).collect();
+            let absent = &slots[..slots.len() - gap.slots(&candidate.term).len()];
+            let absent: Vec<f64> = absent.iter().map(|s| s.neutral.unwrap_or(s.scale)).collect();
             let (left, parameters) = candidate
                 .starts
                 .iter()
-                .filter_map(|start| local.screen(gap, best, &candidate.term, &slots, start))
+                .map(|start| [&absent[..], start].concat())
+                .filter_map(|start| local.screen(gap, best, &joining, &slots, &start))
                 .min_by(|a, b| a.0.total_cmp(&b.0))?;
             let score = left + slots.len() as f64 * ln_count + candidate.surcharge;
             Some((score, at, parameters))
@@ -149,10 +188,17 @@ fn extended<G: Gap>(
         .filter_map(|(_, at, parameters)| {
             let candidate = &candidates[at];
             let mut terms = best.terms.clone();
-            terms.push(candidate.term.clone());
+            terms.extend(candidate.joining().cloned());
             let mut surcharges = best.surcharges.clone();
+            surcharges.extend(candidate.with.iter().map(|_| 0.0));
             surcharges.push(candidate.surcharge);
-            refit(gap, terms, parameters, surcharges)
+            let joined = &terms[best.terms.len()..];
+            let moves = near_parameters(gap, &terms, joined);
+            let mut fitted = refit_some(gap, terms, parameters, surcharges, &moves)?;
+            let gain = best.criterion() - fitted.criterion();
+            fitted.gains[..best.gains.len()].copy_from_slice(&best.gains);
+            *fitted.gains.last_mut()? = gain;
+            Some(fitted)
         })
         .collect();
     fitted.sort_by(|a, b| a.evidence().total_cmp(&b.evidence()));
@@ -174,12 +220,21 @@ fn exchanged<G: Gap>(
         if new.is_some_and(|new| !gap.related(&best.terms[at], new)) {
             continue;
         }
-        let (terms, parameters, surcharges) = left_out(gap, &best, at);
-        let Some(rest) = refit(gap, terms, parameters, surcharges) else { continue };
-        let tried = extended(gap, &rest, options, unnamed);
-        if let Some(better) = tried.iter().find(|h| matters(gap, h))
-            && better.evidence() + 1e-6 < best.evidence()
-        {
+        let Some(rest) = left_out(gap, &best, at) else { continue };
+        let tried = extended(gap, &rest, options, unnamed, Some(&best.terms[at]));
+        let matter = || tried.iter().filter(|h| matters(gap, h));
+        let better = matter()
+            .next()
+            .filter(|first| {
+                let same = first.terms.last() == Some(&best.terms[at]);
+                same || first.evidence() + 1e-6 < best.evidence()
+            })
+            .map(|first| simplest(gap, first, matter(), options))
+            .filter(|better| {
+                let same = better.terms.last() == Some(&best.terms[at]);
+                !same || better.evidence() + 1e-6 < best.evidence()
+            });
+        if let Some(better) = better {
             best = better.clone();
             rivals.clear();
         } else {
@@ -196,7 +251,6 @@ fn exchanged<G: Gap>(
 /// Leaves out what no longer pays, of what is related to `new` if that is given.
 fn pruned<G: Gap>(
     gap: &G,
-    nothing: &Hypothesis<G::Term>,
     mut best: Hypothesis<G::Term>,
     options: &Options,
     new: Option<&G::Term>,
@@ -207,9 +261,8 @@ fn pruned<G: Gap>(
             at += 1;
             continue;
         }
-        let (terms, parameters, surcharges) = left_out(gap, &best, at);
-        match refit(gap, terms, parameters, surcharges) {
-            Some(rest) if !pays(nothing, &best, &rest, options) => {
+        match left_out(gap, &best, at) {
+            Some(rest) if !pays(gap, &best, at, &rest, options) => {
                 best = rest;
                 at = 0;
             }
@@ -261,15 +314,13 @@ fn compared<G: Gap>(
     kept
 }
 
-/// Returns the effects without one of them, with the parameters of the rest.
-fn left_out<G: Gap>(
-    gap: &G,
-    best: &Hypothesis<G::Term>,
-    at: usize,
-) -> (Vec<G::Term>, Vec<f64>, Vec<f64>) {
+/// Returns a hypothesis without one of its effects, the rest fitted again.
+fn left_out<G: Gap>(gap: &G, best: &Hypothesis<G::Term>, at: usize) -> Option<Hypothesis<G::Term>> {
     let mut terms = best.terms.clone();
     let mut surcharges = best.surcharges.clone();
+    let mut gains = best.gains.clone();
     surcharges.remove(at);
+    gains.remove(at);
     let mut from = gap.nuisance().len();
     for term in &terms[..at] {
         from += gap.slots(term).len();
@@ -278,5 +329,7 @@ fn left_out<G: Gap>(
     terms.remove(at);
     let mut parameters = best.parameters.clone();
     parameters.drain(from..from + count);
-    (terms, parameters, surcharges)
+    let moves = near_parameters(gap, &terms, std::slice::from_ref(&best.terms[at]));
+    let rest = refit_some(gap, terms, parameters, surcharges, &moves)?;
+    Some(Hypothesis { gains, ..rest })
 }

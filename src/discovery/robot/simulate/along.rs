@@ -1,10 +1,5 @@
 //! The torques that a measured motion needed, with effects.
 
-#![expect(
-    clippy::needless_range_loop,
-    reason = "joints index a dozen arrays at once; formulas read better with the index of their source"
-)]
-
 use super::super::chain::MOST_JOINTS;
 use super::super::data::Quantity;
 use super::super::plant::Scene;
@@ -15,8 +10,36 @@ use super::{GridPoint, Model, Motion};
 /// A load smaller than this leaves a joint with play somewhere inside its gap, N·m; chosen.
 const PLAY_LOAD: f64 = 0.05;
 
-/// A measured speed below this may be noise, rad/s; chosen for encoders of arms.
-const SPEED_NOISE: f64 = 5e-3;
+/// A path row by row, and the torques its bodies need, `rows × n` each.
+#[derive(Debug)]
+pub(super) struct Bare {
+    q: Vec<f64>,
+    dq: Vec<f64>,
+    ddq: Vec<f64>,
+    load: Vec<f64>,
+}
+
+impl Bare {
+    /// Takes the path of the plant as the motion, `delay` s late.
+    fn of(model: &Model, delay: f64) -> Self {
+        let Scene { data, plant, .. } = &model.scene;
+        let n = plant.n;
+        let [mut q, mut dq, mut ddq, mut load] =
+            std::array::from_fn(|_| vec![0.0; data.n_rows() * n]);
+        for (row, &time) in data.time.iter().enumerate() {
+            let here = GridPoint::at(plant, time - delay);
+            let at = row * n..(row + 1) * n;
+            for j in 0..n {
+                q[row * n + j] = here.of(&plant.q, j);
+                dq[row * n + j] = here.of(&plant.dq, j);
+                ddq[row * n + j] = here.of(&plant.ddq, j);
+            }
+            let chain = &model.arm.chain;
+            chain.inverse(&q[at.clone()], &dq[at.clone()], &ddq[at.clone()], &mut load[at]);
+        }
+        Self { q, dq, ddq, load }
+    }
+}
 
 /// Takes the path of the plant as the motion and works out the torques it needed.
 pub(super) fn measured(model: &Model, acting: &Acting) -> Motion {
@@ -24,29 +47,37 @@ pub(super) fn measured(model: &Model, acting: &Acting) -> Motion {
     let n = plant.n;
     let rows = data.n_rows();
     let has_position = data.has(Quantity::Position);
-    let mut motion = Motion::still(rows * n);
-    let mut loops = acting.loops.clone();
     // The path is the measured motion, or the command where no motion was measured; only a command
     // can be late, or be followed with a sag.
     let delay = if has_position { 0.0 } else { acting.delay };
+    let late;
+    let bare = if delay.abs() > 0.0 {
+        late = Bare::of(model, delay);
+        &late
+    } else {
+        model.bare.get_or_init(|| Bare::of(model, 0.0))
+    };
+    let mut motion = Motion {
+        q: bare.q.clone(),
+        dq: bare.dq.clone(),
+        load: bare.load.clone(),
+        tau: vec![0.0; rows * n],
+        gap: vec![0.0; rows * n],
+    };
+    let mut loops = acting.loops.clone();
     let mut last = data.time[0];
     for (row, &time) in data.time.iter().enumerate() {
-        let here = GridPoint::at(plant, time - delay);
-        let mut ddq = [0.0; MOST_JOINTS];
-        for j in 0..n {
-            motion.q[row * n + j] = here.of(&plant.q, j);
-            motion.dq[row * n + j] = here.of(&plant.dq, j);
-            ddq[j] = here.of(&plant.ddq, j);
+        let at = row * n..(row + 1) * n;
+        if !acting.needed.is_empty() {
+            let here = GridPoint::at(plant, time - delay);
+            for j in 0..n {
+                motion.load[row * n + j] += here.of(&acting.needed, j);
+            }
         }
-        let (q, dq) = (&motion.q[row * n..(row + 1) * n], &motion.dq[row * n..(row + 1) * n]);
-        let mut load = [0.0; MOST_JOINTS];
-        model.arm.chain.inverse(q, dq, &ddq[..n], &mut load[..n]);
+        let (q, dq, load) = (&bare.q[at.clone()], &bare.dq[at.clone()], &motion.load[at.clone()]);
         let mut motor = [0.0; MOST_JOINTS];
         for j in 0..n {
-            if !acting.needed.is_empty() {
-                load[j] += here.of(&acting.needed, j);
-            }
-            motor[j] = load[j] + model.arm.armature[j] * ddq[j];
+            motor[j] = load[j] + model.arm.armature[j] * bare.ddq[row * n + j];
         }
         for &(j, law) in &acting.smooth {
             motor[j] -= law.torque(q[j], dq[j], time - data.time[0]);
@@ -66,19 +97,19 @@ pub(super) fn measured(model: &Model, acting: &Acting) -> Motion {
         for dry in &acting.dry {
             let j = dry.joint;
             // Near standstill the measured speed does not tell the sign.
-            let softer = Dry { creep: dry.creep.max(SPEED_NOISE), ..*dry };
+            let unsure = model.scene.speed_error.get(j).copied().unwrap_or(0.0);
+            let softer = Dry { creep: dry.creep.max(unsure), ..*dry };
             motor[j] -= softer.torque(dq[j], dq[j]);
         }
         for j in 0..n {
             let at = row * n + j;
-            motion.load[at] = load[j];
             motion.gap[at] = -play(acting.play[j], load[j]);
             let asked = motor[j] / acting.gain[j];
             motion.tau[at] = asked.clamp(-acting.limit[j], acting.limit[j]);
         }
         if !has_position {
             for j in 0..n {
-                motion.q[row * n + j] -= acting.sag[j] * load[j];
+                motion.q[row * n + j] -= acting.sag[j] * motion.load[row * n + j];
             }
         }
         last = time;

@@ -13,12 +13,12 @@ mod friction;
 mod sensors;
 
 use std::collections::BTreeMap;
-use std::sync::{Arc as Shared, Mutex};
+use std::sync::{Arc as Shared, Mutex, OnceLock};
 
 use acting::Acting;
 
 use super::chain::Chain;
-use super::data::Quantity;
+use super::data::{Channel, Quantity};
 use super::plant::{Arm, Plant, Scene};
 use super::term::Term;
 
@@ -33,6 +33,8 @@ pub struct Model {
     /// The last few motions, each with the effects that moved it: effects of the sensors alone need no
     /// new simulation.
     motions: Mutex<Vec<Remembered>>,
+    /// What a measured motion needs without any effects: worked out once.
+    bare: OnceLock<along::Bare>,
 }
 
 /// A motion and what moved it.
@@ -94,7 +96,8 @@ impl GridPoint {
 impl Model {
     /// Returns the model of an arm along a recording.
     pub fn new(arm: Arm, scene: Scene) -> Self {
-        Self { arm, scene, columns: Mutex::new(BTreeMap::new()), motions: Mutex::new(Vec::new()) }
+        let (columns, motions) = (Mutex::default(), Mutex::default());
+        Self { arm, scene, columns, motions, bare: OnceLock::new() }
     }
 
     /// Returns which channels are predicted, in the order of [`Self::predict`]: positions and speeds
@@ -159,7 +162,7 @@ impl Model {
             }
             let part = &mut values[at..at + rows];
             for (row, (value, measured)) in part.iter_mut().zip(&channel.values).enumerate() {
-                let judged = (self.scene.first_row..self.scene.last_row).contains(&row);
+                let judged = self.is_judged(channel, row);
                 *value = if judged { (measured - *value) / channel.noise } else { 0.0 };
             }
             at += rows;
@@ -170,8 +173,17 @@ impl Model {
     /// Returns how many independent values are judged.
     pub fn count(&self) -> usize {
         let channels = self.scene.data.channels.iter();
-        let predicted = channels.filter(|channel| self.is_predicted(channel.quantity)).count();
-        predicted * (self.scene.last_row - self.scene.first_row)
+        let predicted = channels.filter(|channel| self.is_predicted(channel.quantity));
+        let rows = self.scene.first_row..self.scene.last_row;
+        predicted.map(|c| rows.clone().filter(|&row| self.is_judged(c, row)).count()).sum()
+    }
+
+    /// Returns whether a channel's row counts.
+    fn is_judged(&self, channel: &Channel, row: usize) -> bool {
+        let scene = &self.scene;
+        let doubt = channel.quantity == Quantity::Torque
+            && scene.in_doubt.get(row * scene.plant.n + channel.index) == Some(&true);
+        (scene.first_row..scene.last_row).contains(&row) && !doubt
     }
 
     /// Returns the torque column of a change to the bodies, computed once.

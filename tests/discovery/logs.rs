@@ -1,0 +1,134 @@
+//! Logs as real arms leave them: no controller known, friction of two kinds in every joint, rotors that the
+//! model has not, a logger that writes samples twice and whose clock trembles. What was planted is
+//! written here; the torques come from the general algorithms of `motion`, not from those under test.
+
+use std::fmt::Write as _;
+
+use trueup::discovery::finding::{Effect, Finding, Value, Verdict};
+use trueup::discovery::recording::{Map, Recording};
+use trueup::discovery::{Options, Subject, investigate};
+use trueup::motion::dynamics::{Bodies, Dynamics};
+
+use super::bare_arm;
+
+/// Coulomb, N·m, and viscous friction, N·m·s/rad, of each joint.
+const FRICTION: [[f64; 2]; 7] =
+    [[1.2, 0.9], [2.1, 1.4], [0.8, 0.5], [1.5, 1.1], [0.6, 0.4], [0.7, 0.6], [0.5, 0.3]];
+
+/// Inertia of joint 2's rotor, kg·m².
+const ROTOR: f64 = 0.5;
+
+/// What a log is like.
+#[derive(Clone, Copy)]
+struct Logger {
+    friction: bool,
+    stutters: bool,
+}
+
+/// A number that looks like chance, nearly normal with standard deviation 1.
+fn chance(i: usize) -> f64 {
+    let one = |k: usize| ((k as f64 * 12.9898 + 4.1414).sin() * 43758.547).rem_euclid(1.0);
+    (0..12).map(|k| one(12 * i + k)).sum::<f64>() - 6.0
+}
+
+/// Twelve seconds at 100 Hz; `motion` chooses the phases.
+fn log(logger: Logger, motion: usize) -> Recording {
+    let robot = bare_arm();
+    let dynamics = Dynamics::new(&robot, Bodies::All);
+    let names = ["q", "dq", "tau"].iter().zip(["rad", "rad/s", "N*m"]);
+    let mut text = "t[s]".to_owned();
+    for (name, unit) in names {
+        for joint in 1..=7 {
+            let _ = write!(text, ",{name}_{joint}[{unit}]");
+        }
+    }
+    text.push('\n');
+    let mut last = String::new();
+    for row in 0..1200 {
+        let t = row as f64 * 0.01;
+        let (mut q, mut dq, mut ddq) = ([0.0; 7], [0.0; 7], [0.0; 7]);
+        for j in 0..7 {
+            q[j] = 0.3 * j as f64 - 0.8;
+            for k in 1..=3 {
+                let w = 0.55 * k as f64 + 0.04 * j as f64;
+                let phase = 1.3 * (motion * 5 + j * 3 + k) as f64;
+                let (sine, cosine) = (w * t + phase).sin_cos();
+                let size = 0.45 / k as f64;
+                q[j] += size * sine;
+                dq[j] += size * w * cosine;
+                ddq[j] -= size * w * w * sine;
+            }
+        }
+        let mut tau = dynamics.inverse(&q, &dq, &ddq).unwrap();
+        if logger.friction {
+            tau[1] += ROTOR * ddq[1];
+            for (j, [dry, fluid]) in FRICTION.iter().enumerate() {
+                tau[j] += dry * (dq[j] / 2e-3).tanh() + fluid * dq[j];
+            }
+        }
+        let mut values = String::new();
+        let groups: [(&[f64], f64); 3] = [(&q, 2e-5), (&dq, 2e-3), (tau.as_slice(), 0.05)];
+        for (group, (measured, noise)) in groups.into_iter().enumerate() {
+            for (j, value) in measured.iter().enumerate() {
+                let noise = noise * chance(((motion * 1200 + row) * 3 + group) * 7 + j);
+                let _ = write!(values, ",{:.7}", value + noise);
+            }
+        }
+        let mut stamp = t;
+        if logger.stutters {
+            stamp += 4e-4 * chance(500_000 + motion * 1200 + row).clamp(-3.0, 3.0);
+            if row % 17 == 9 {
+                values.clone_from(&last);
+            }
+        }
+        last.clone_from(&values);
+        let _ = writeln!(text, "{stamp:.6}{values}");
+    }
+    let sidecar = ("sidecar", r#"{"torque_sensor": "motor"}"#);
+    Recording::read("log", &text, Some(sidecar), &Map::default()).unwrap()
+}
+
+fn found(logger: Logger) -> Finding {
+    let recordings = [log(logger, 0), log(logger, 1)];
+    let robot = bare_arm();
+    let arm = Subject::Arm(&robot, &[]);
+    investigate(&recordings, arm, &Options::default(), &mut |_, _| {}).unwrap().finding
+}
+
+fn number(effect: &Effect, name: &str) -> f64 {
+    match &effect.parameters[name].value {
+        Value::Number(value) => *value,
+        other @ Value::Vector(_) => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_stuttering_log_of_a_known_arm_raises_no_alarm() {
+    let finding = found(Logger { friction: false, stutters: true });
+    assert_eq!(finding.verdict, Verdict::NothingMissing, "{:?}", finding.effects);
+    assert!((finding.gap.before.heldout - 1.0).abs() < 0.1, "{:?}", finding.gap);
+    let told = |words: &str| finding.notes.iter().any(|note| note.contains(words));
+    assert!(told("71 of 1200 rows repeat"), "{:?}", finding.notes);
+    assert!(told("an even clock is used"), "{:?}", finding.notes);
+}
+
+#[test]
+fn friction_of_both_kinds_in_every_joint_and_a_rotor_are_told_apart() {
+    let finding = found(Logger { friction: true, stutters: true });
+    assert_eq!(finding.verdict, Verdict::Several, "{:?}", finding.effects);
+    let at = |name: &str, seat: &str| {
+        let found = finding.effects.iter().find(|e| e.name == name && e.at == seat);
+        found.unwrap_or_else(|| panic!("no {name} at {seat} in {:?}", finding.effects))
+    };
+    for (j, [dry, fluid]) in FRICTION.iter().enumerate() {
+        let seat = format!("joint_{}", j + 1);
+        let torque = number(at("coulomb_friction", &seat), "torque");
+        assert!((torque / dry - 1.0).abs() < 0.05, "{seat}: {torque} N·m");
+        let coefficient = number(at("viscous_friction", &seat), "coefficient");
+        assert!((coefficient / fluid - 1.0).abs() < 0.1, "{seat}: {coefficient} N·m·s/rad");
+    }
+    let rotor = number(at("armature", "joint_2"), "inertia");
+    assert!((rotor / ROTOR - 1.0).abs() < 0.1, "{rotor} kg·m²");
+    assert_eq!(finding.effects.len(), 15, "{:?}", finding.effects);
+    assert!(finding.gap.after.heldout < 1.1, "{:?}", finding.gap);
+}
