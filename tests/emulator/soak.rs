@@ -103,6 +103,56 @@ fn one_datagram_in_twenty_may_be_lost() {
     assert!(beat.answered < beat.sent, "{beat:?}");
 }
 
+#[test]
+fn a_motion_is_held_while_nobody_answers_and_then_goes_on() {
+    // Patient: it stays in low-level servoing through the silence.
+    let emulator = patient("stall=400ms@2s");
+    let mut arm = streaming(&emulator);
+    let (cleared, end) = turned(&HOME, 0.8, 0.15);
+    arm.follow(&cleared, &Cancel::default(), &mut |_| {}).unwrap();
+    assert!(largest(&arm.feedback().unwrap().q, &end) < 1e-4);
+    let beat = arm.beat().unwrap();
+    assert!(beat.held > 0, "{beat:?}");
+}
+
+#[test]
+fn an_arm_that_leaves_low_level_servoing_is_asked_back_and_led_to_the_end() {
+    // The default patience is a tenth of a second: a silence of four is too long for it.
+    let faults = "stall=400ms@2s".parse().unwrap();
+    let emulator = emulator(&Options { faults, ..Options::default() });
+    let mut arm = streaming(&emulator);
+    let (cleared, end) = turned(&HOME, 0.8, 0.15);
+    let mut before = HOME[0];
+    let mut back = 0.0_f64;
+    arm.follow(&cleared, &Cancel::default(), &mut |tick: &Feedback| {
+        back = back.max(before - tick.q[0]);
+        before = tick.q[0];
+    })
+    .unwrap();
+    assert!(largest(&arm.feedback().unwrap().q, &end) < 1e-4);
+    let beat = arm.beat().unwrap();
+    assert!(beat.left >= 1, "{beat:?}");
+    assert!(back < 0.02, "it went back by {back} rad");
+}
+
+#[test]
+#[ignore = "measures how a busy machine streams: run it alone, beside as many busy programs as wanted"]
+#[expect(clippy::print_stdout, reason = "the numbers are what it is run for")]
+fn streaming_on_a_busy_machine() {
+    let emulator = emulator(&Options::default());
+    let stream = Some(Cyclic { port: emulator.udp().port(), silence: 2.0 });
+    let mut arm = KortexArm::connect(Client { stream, ..client(&emulator) }).unwrap();
+    let (mut q, mut turn) = (HOME.to_vec(), 0.8);
+    for _ in 0..5 {
+        let (cleared, end) = turned(&q, turn, 0.2);
+        let begun = Wall.now();
+        let followed = arm.follow(&cleared, &Cancel::default(), &mut |_| {});
+        let (asked, took) = (cleared.trajectory().duration(), Wall.now() - begun);
+        println!("{asked:.1} s asked, {took:.1} s taken, {followed:?}, {:?}", arm.beat().unwrap());
+        (q, turn) = (end, -turn);
+    }
+}
+
 /// Sends what was measured for so long at 1 kHz; returns how many cycles went unanswered.
 fn refresh(emulator: &Emulator, seconds: f64) -> (u64, u64) {
     let link = link(emulator);
