@@ -54,11 +54,7 @@ pub(super) fn kortex(command: &KortexCommand, style: Style) -> Result<Exit, Fail
     };
     let (place, open) = kortex::desk(&whom.address, style)?;
     let failed = |error: DeviceError| {
-        let failure = Failure::unavailable("device", error.to_string()).at(place.clone());
-        match error {
-            DeviceError::Refused { help, .. } => failure.help(help),
-            _ => failure,
-        }
+        Failure::unavailable("device", error.to_string()).at(place.clone()).help(error.help())
     };
     let desk = Desk::open(&open.0, open.1, &open.2, PATIENCE).map_err(failed)?;
     let done = match command {

@@ -88,10 +88,8 @@ fn login(target: &Target, style: Style) -> Result<Login, Failure> {
 /// Reads where an arm is, with or without the scheme, and gets the password: its name for people, then host,
 /// port and who connects.
 pub(super) fn desk(address: &str, style: Style) -> Result<(String, (String, u16, Login)), Failure> {
-    let whole = match address.starts_with(SCHEME) {
-        true => address.to_owned(),
-        false => format!("{SCHEME}{address}"),
-    };
+    let whole =
+        if address.starts_with(SCHEME) { address.to_owned() } else { format!("{SCHEME}{address}") };
     let Some(target) = target(&whole)? else {
         return Err(Failure::input("robot::address", format!("`{address}` is no arm's address")));
     };

@@ -286,6 +286,9 @@ impl Controller {
                 Happened::LeftBehind(_) | Happened::Broken(_) => {}
             }
         }
+        if self.chance.forgets(now - self.begun) {
+            self.all_sessions_over();
+        }
         for planted in self.chance.due(now - self.begun) {
             self.fail(planted);
         }

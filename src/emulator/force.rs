@@ -67,10 +67,10 @@ impl Controller {
         ask: &Ask<'_>,
         asked: &OperatingModeInformation,
     ) -> Answer {
-        let mode = match asked.operating_mode() {
-            mode @ (OperatingMode::Run | OperatingMode::Maintenance) => mode,
-            _ => return Err(No::device(refusal::UNSUPPORTED_OPTION, "run or maintenance")),
-        };
+        let mode = asked.operating_mode();
+        if !matches!(mode, OperatingMode::Run | OperatingMode::Maintenance) {
+            return Err(No::device(refusal::UNSUPPORTED_OPTION, "run or maintenance"));
+        }
         self.sessions.take(ask.session, self.is_moving(), ask.now)?;
         if mode != self.operating {
             self.operating = mode;

@@ -192,6 +192,9 @@ pub fn ending(run: &Run, style: Style) -> String {
     if let Some(reason) = &run.reason {
         let _ = write!(text, "\n  {reason}");
     }
+    if let Some(help) = &run.device_help {
+        let _ = write!(text, "\n  help: {help}");
+    }
     if let Some(water) = &run.water {
         let _ = write!(
             text,

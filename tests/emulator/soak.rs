@@ -65,7 +65,9 @@ fn a_streamed_motion_ends_where_asked_and_leaves_low_level_servoing() {
     assert!(largest(&arm.feedback().unwrap().q, &end) < 1e-4);
     assert!(furthest < end[0] + 1e-3);
     let beat = arm.beat().unwrap();
-    assert!(beat.sent as f64 > 1000.0 * cleared.trajectory().duration(), "{beat:?}");
+    // A busy machine sends fewer, for as long.
+    let streamed = beat.sent as f64 * beat.mean;
+    assert!(streamed > 0.95 * cleared.trajectory().duration(), "{streamed} s of {beat:?}");
     assert!(ticks > 0 && ticks <= beat.answered, "{ticks} of {beat:?}");
     let link = link(&emulator);
     let told: ServoingModeInformation = link.call(base::GET_SERVOING_MODE, &()).unwrap();
@@ -153,6 +155,14 @@ fn streaming_on_a_busy_machine() {
     }
 }
 
+/// Memory that is in use, KiB, and open files, of this process; nothing where the system does not say.
+fn footprint() -> Option<(u64, usize)> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
+    let memory = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some((memory, std::fs::read_dir("/proc/self/fd").ok()?.count()))
+}
+
 /// Sends what was measured for so long at 1 kHz; returns how many cycles went unanswered.
 fn refresh(emulator: &Emulator, seconds: f64) -> (u64, u64) {
     let link = link(emulator);
@@ -205,8 +215,17 @@ fn two_seconds_of_refresh_with_one_per_cent_lost() {
 fn ten_minutes_of_refresh_with_one_per_cent_lost() {
     let faults = "drop=0.01".parse().unwrap();
     let emulator = emulator(&Options { faults, ..Options::default() });
+    // What is reserved once is reserved by then.
+    refresh(&emulator, 5.0);
+    let before = footprint();
     let (cycles, missed) = refresh(&emulator, 600.0);
+    let after = footprint();
     let status = emulator.status();
     println!("{cycles} cycles, {missed} unanswered, {:?} taken, late, starved", status.streamed);
-    assert!(cycles > 300_000);
+    println!("KiB and files before {before:?}, after {after:?}; {status:?}");
+    assert!(cycles > 60_000 && missed < cycles / 4, "{missed} of {cycles}");
+    if let (Some((before, files)), Some((after, files_after))) = (before, after) {
+        assert!(after < before + 8192, "from {before} to {after} KiB");
+        assert_eq!(files, files_after);
+    }
 }

@@ -540,6 +540,13 @@ fn open(address: SocketAddr, options: &Options) -> Result<(Link, About, u16), De
         let help = "mend the cause, then clear its faults: `trueup kortex clear-faults ADDRESS`";
         return Err(refused(what, help));
     }
+    if let Some(who) = &about.moving {
+        let what = format!("someone else moves the arm now: {who}");
+        return Err(refused(
+            what,
+            "wait until they are done, or stop them: `trueup kortex stop ADDRESS`",
+        ));
+    }
     if about.servoing != ServoingMode::SingleLevel {
         let single = ServoingModeInformation { servoing_mode: ServoingMode::SingleLevel as i32 };
         let () = link.call(base::SET_SERVOING_MODE, &single)?;

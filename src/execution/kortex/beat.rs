@@ -3,7 +3,7 @@
 //! It never waits for an answer longer than a cycle. A datagram lost costs one cycle. When nothing has been
 //! heard for a while the motion is slowed down to rest and the position is held, a thousand times a second
 //! as before; it goes on as gently once answers come again. When the thread itself was not let run, it goes
-//! on from where it was, the slower the longer the pause, for catching up would be a jump. So a
+//! on from where it was, the slower the longer the pause, and makes up for a small step at most. So a
 //! busy machine or network makes a motion longer, never faster or rougher. A joint that falls behind its
 //! command by more than [`BEHIND`], or an arm that is silent for too long, ends the motion.
 
@@ -39,7 +39,10 @@ const SETTLE: f64 = 0.2;
 const UNHEARD: f64 = 0.05;
 /// A pause of this thread that counts as one, s, and one after which the arm has come to rest at the last
 /// command: in between the pace is taken back in proportion.
-const PAUSE: (f64, f64) = (0.01, 0.1);
+const PAUSE: (f64, f64) = (0.02, 0.1);
+/// What a late command may make up for, rad for the joint that moves most: half a degree, a sixth of what
+/// the arm warns at.
+const JUMP: f64 = 0.5 * std::f64::consts::PI / 180.0;
 /// An arm beside its path is led back to it within so long, s.
 const BACK: f64 = 0.5;
 /// `ActuatorCyclic.CommandFlags.SERVO_ENABLE`.
@@ -62,7 +65,7 @@ pub struct Beat {
     pub late: u64,
     /// Commands sent while the motion was slowed down or held because nothing was heard.
     pub held: u64,
-    /// How often the thread was not let run for more than a hundredth of a second.
+    /// How often the thread was not let run for more than a fiftieth of a second.
     pub paused: u64,
     /// How often the arm left low-level servoing and was asked back.
     pub left: u64,
@@ -141,23 +144,21 @@ impl<'a> Beating<'a> {
         let (mut last_sent, mut heard, mut due) = (begun, begun, begun);
         let mut rest = 0.0;
         loop {
-            let is_heard = last_sent - heard < UNHEARD;
-            let is_off = self.step(is_heard);
+            let now = Wall.now();
+            let since = now - last_sent;
+            self.rate *= self.count(since);
+            let passed = since.min(PAUSE.0);
+            let is_off = self.step(passed, last_sent - heard < UNHEARD);
             if self.along >= duration || is_off {
-                rest += PERIOD;
+                rest += passed;
             }
             let (q, dq) = self.target();
             if let Err(error) = self.send(&q, &dq) {
                 return End::Lost(error);
             }
-            let now = Wall.now();
-            self.rate *= self.count(now - last_sent);
             last_sent = now;
-            due += PERIOD;
-            // After a pause the beat goes on from now.
-            if now - due > 0.01 {
-                due = now;
-            }
+            // What was late is not sent for again: the next command is a whole period away.
+            due = (due + PERIOD).max(now + 0.5 * PERIOD);
             match self.listen(due) {
                 Ok(true) => heard = Wall.now(),
                 Ok(false) => {}
@@ -172,19 +173,23 @@ impl<'a> Beating<'a> {
         }
     }
 
-    /// Moves on along the path by one period; returns whether the motion was called off and rests.
-    fn step(&mut self, is_heard: bool) -> bool {
+    /// Moves on along the path by so much time, s; returns whether the motion was called off and rests.
+    fn step(&mut self, passed: f64, is_heard: bool) -> bool {
         let is_off = self.cancel.is_cancelled();
         if !is_heard {
             self.beat.held += 1;
         }
         // Time runs slower, never backwards, once the motion is called off or nobody answers.
         let wanted = if is_off || !is_heard { 0.0 } else { 1.0 };
-        let most = PERIOD / SLOWING;
+        let most = passed / SLOWING;
         self.rate += (wanted - self.rate).clamp(-most, most);
-        self.along += PERIOD * self.rate;
+        let at = self.trajectory.sample(self.along.min(self.trajectory.duration()));
+        let fastest = at.dq.iter().fold(0.0_f64, |most, dq| most.max(dq.abs()));
+        // A late command makes up for the time that was lost, but for a small step only.
+        let most = if fastest > 0.0 { JUMP / fastest } else { f64::INFINITY };
+        self.along += (passed * self.rate).min(most);
         if is_heard {
-            self.left = (self.left - PERIOD / BACK).max(0.0);
+            self.left = (self.left - passed / BACK).max(0.0);
         }
         is_off && self.rate <= 0.0
     }
@@ -221,11 +226,11 @@ impl<'a> Beating<'a> {
 
     /// Notes the time between two commands; returns the share of its pace the motion keeps after it.
     fn count(&mut self, interval: f64) -> f64 {
-        if self.mine.0 < 2 {
+        if self.mine.0 == 0 {
             return 1.0;
         }
-        let beat = &mut self.beat;
-        let n = (beat.sent - 1) as f64;
+        let beat = &mut *self.beat;
+        let n = beat.sent as f64;
         beat.mean += (interval - beat.mean) / n;
         beat.longest = beat.longest.max(interval);
         if interval > 1.5 * PERIOD {

@@ -9,7 +9,7 @@ use crate::execution::arm::DeviceError;
 use super::about::{About, refused};
 use super::arm::resolve;
 use super::clock::{Clock, Wall};
-use super::link::{Link, Login};
+use super::link::{Link, LinkError, Login};
 use super::messages::base::ArmStateInformation;
 use super::messages::common::ArmState;
 use super::messages::cyclic::{Feedback, ToolFeedback};
@@ -81,7 +81,7 @@ impl Desk {
     ///
     /// When the arm cannot be told: then use the button.
     pub fn stop(&self) -> Result<(), DeviceError> {
-        self.0.call(base::STOP, &()).map_err(unheard)
+        self.0.call(base::STOP, &()).map_err(|error| unheard(&error))
     }
 
     /// Stops the arm at once and leaves it in fault until its faults are cleared.
@@ -90,7 +90,7 @@ impl Desk {
     ///
     /// When the arm cannot be told: then use the button.
     pub fn emergency_stop(&self) -> Result<(), DeviceError> {
-        self.0.call(base::APPLY_EMERGENCY_STOP, &()).map_err(unheard)
+        self.0.call(base::APPLY_EMERGENCY_STOP, &()).map_err(|error| unheard(&error))
     }
 
     /// Clears the arm's faults and looks whether they stay away.
@@ -111,7 +111,7 @@ impl Desk {
     }
 }
 
-fn unheard(error: super::link::LinkError) -> DeviceError {
+fn unheard(error: &LinkError) -> DeviceError {
     refused(error.to_string(), "press the emergency stop button")
 }
 
