@@ -184,9 +184,10 @@ fn meanwhile(desk: &Desk, act: impl FnOnce(&Link, &Mutex<Option<Emulator>>)) -> 
             is_over.store(true, Ordering::SeqCst);
             said
         });
+        // While the laboratory is photographed its arm answers nobody.
         let moves = || {
-            let told: Feedback = watching.call(base_cyclic::REFRESH_FEEDBACK, &()).unwrap();
-            told.actuators.iter().any(|joint| joint.velocity.abs() > 1.0)
+            let told = watching.call::<Feedback>(base_cyclic::REFRESH_FEEDBACK, &());
+            told.is_ok_and(|told| told.actuators.iter().any(|joint| joint.velocity.abs() > 1.0))
         };
         while !is_over.load(Ordering::SeqCst) && !moves() {
             Wall.sleep(0.02);
