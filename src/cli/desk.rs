@@ -123,8 +123,9 @@ fn words(status: &Status) -> String {
     if let Some(closed) = closed {
         lines.push(format!("gripper   {:.0} % closed", closed * 100.0));
     }
-    lines.push(format!("hard      {} deg/s", listed(&degrees(&about.hard.velocity), 0)));
-    lines.push(format!("soft      {} deg/s", listed(&degrees(&about.soft.velocity), 0)));
+    let fastest = |limits: &[f64]| format!("{} deg/s", listed(&degrees(limits), 0));
+    lines.push(format!("can do    {} (hard limits)", fastest(&about.hard.velocity)));
+    lines.push(format!("accepts   {} (soft limits)", fastest(&about.soft.velocity)));
     if about.servoing == ServoingMode::LowLevel {
         lines.push("mode      low-level servoing: someone streams positions".to_owned());
     }

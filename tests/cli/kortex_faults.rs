@@ -184,7 +184,7 @@ fn meanwhile(desk: &Desk, act: impl FnOnce(&Link, &Mutex<Option<Emulator>>)) -> 
             is_over.store(true, Ordering::SeqCst);
             said
         });
-        // While the laboratory is photographed its arm answers nobody.
+        // An arm on a busy machine may answer late.
         let moves = || {
             let told = watching.call::<Feedback>(base_cyclic::REFRESH_FEEDBACK, &());
             told.is_ok_and(|told| told.actuators.iter().any(|joint| joint.velocity.abs() > 1.0))

@@ -238,17 +238,9 @@ fn feed(frames: u64, seed: u64) -> (u64, u64) {
 }
 
 #[test]
-fn frames_changed_cut_and_run_together_are_read_or_told_as_wrong() {
-    let (read, wrong) = feed(20_000, 1);
-    assert!(read > 2_000 && wrong > 2_000, "{read} read, {wrong} wrong");
-}
-
-#[test]
-#[ignore = "a million frames take a while"]
-#[expect(clippy::print_stdout, reason = "the numbers are what it is run for")]
-fn a_million_frames_changed_cut_and_run_together_are_survived() {
-    let (read, wrong) = feed(1_000_000, 2);
-    println!("{read} read, {wrong} told as wrong");
+fn a_million_frames_changed_cut_and_run_together_are_read_or_told_as_wrong() {
+    let (read, wrong) = feed(1_000_000, 1);
+    assert!(read > 100_000 && wrong > 100_000, "{read} read, {wrong} wrong");
 }
 
 fn any_frame() -> impl Strategy<Value = Frame> {
