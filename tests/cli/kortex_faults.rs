@@ -216,5 +216,9 @@ fn a_link_lost_on_the_way_ends_the_run_with_advice() {
     assert_eq!(said.code, 4, "{said:?}");
     let all = format!("{}{}", said.out, said.err);
     assert!(all.contains("the connection to the arm is gone"), "{all}");
-    assert!(all.contains("the next command connects again"), "{all}");
+    // Either the loss itself is told, or that it could not be mended.
+    assert!(
+        all.contains("the next command connects again") || all.contains("opened again"),
+        "{all}"
+    );
 }

@@ -217,8 +217,11 @@ fn ten_minutes_of_refresh_with_one_per_cent_lost() {
     let emulator = emulator(&Options { faults, ..Options::default() });
     // What is reserved once is reserved by then.
     refresh(&emulator, 5.0);
+    // Connections are closed a moment after their clients are gone.
+    Wall.sleep(2.0);
     let before = footprint();
     let (cycles, missed) = refresh(&emulator, 600.0);
+    Wall.sleep(2.0);
     let after = footprint();
     let status = emulator.status();
     println!("{cycles} cycles, {missed} unanswered, {:?} taken, late, starved", status.streamed);

@@ -560,7 +560,10 @@ impl Arm for KortexArm {
         match self.measure() {
             Ok(feedback) => Ok(feedback),
             Err(error) if error.is_lost() => {
-                self.reconnect()?;
+                self.reconnect().map_err(|again| {
+                    let what = format!("{error}; it cannot be opened again: {again}");
+                    refused(what, again.help())
+                })?;
                 Ok(self.measure()?)
             }
             Err(error) => Err(error.into()),

@@ -5,7 +5,7 @@
 //! as before; it goes on as gently once answers come again. When the thread itself was not let run, it goes
 //! on from where it was, the slower the longer the pause, and makes up for a small step at most. So a
 //! busy machine or network makes a motion longer, never faster or rougher. A joint that falls behind its
-//! command by more than [`BEHIND`], or an arm that is silent for too long, ends the motion.
+//! command by more than 4 deg, or an arm that is silent for too long, ends the motion.
 
 use std::collections::VecDeque;
 use std::sync::mpsc::Sender;
