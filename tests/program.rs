@@ -61,9 +61,15 @@ impl Desk {
 
     /// Runs the program on typed input and returns what a terminal would show: stdout and stderr as one.
     pub(crate) fn typed(&self, args: &[&str], input: &str) -> Said {
+        self.typed_with(args, input, ("NO_COLOR", ""))
+    }
+
+    /// As [`Self::typed`], with one more variable in the environment.
+    pub(crate) fn typed_with(&self, args: &[&str], input: &str, more: (&str, &str)) -> Said {
         let (mut screen, end) = std::io::pipe().unwrap();
         let mut child = self
             .command(args)
+            .env(more.0, more.1)
             .stdin(Stdio::piped())
             .stdout(end.try_clone().unwrap())
             .stderr(end)

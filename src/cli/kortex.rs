@@ -98,6 +98,18 @@ fn login(target: &Target, style: Style) -> Result<Login, Failure> {
     Ok(Login { user: target.user.clone(), password })
 }
 
+/// Reads where an arm is, with or without the scheme, and gets the password: its name for people, then host,
+/// port and who connects.
+pub(super) fn desk(address: &str, style: Style) -> Result<(String, (String, u16, Login)), Failure> {
+    let whole =
+        if address.starts_with(SCHEME) { address.to_owned() } else { format!("{SCHEME}{address}") };
+    let Some(target) = target(&whole)? else {
+        return Err(Failure::input("robot::address", format!("`{address}` is no arm's address")));
+    };
+    let login = login(&target, style)?;
+    Ok((target.to_string(), (target.host, target.port, login)))
+}
+
 /// What is known before anyone connects.
 pub(super) struct Ready {
     target: Target,
@@ -141,7 +153,7 @@ impl Ready {
             port: self.target.port,
             stream: self
                 .is_streamed
-                .then(|| Cyclic { port: self.target.port.saturating_add(1), silence: 0.1 }),
+                .then(|| Cyclic { port: self.target.port.saturating_add(1), silence: 2.0 }),
             login: self.login,
             rate: 40.0,
             timeout: Duration::from_secs(5),

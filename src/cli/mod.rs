@@ -5,6 +5,7 @@
 
 mod align;
 mod camera;
+mod desk;
 mod emulate;
 mod explain;
 mod gap;
@@ -131,6 +132,9 @@ enum Command {
     Align(align::AlignCommand),
     /// Play a Gen3's controller, with the lab's arm inside, for clients of any make.
     Emulate(emulate::EmulateArgs),
+    /// Look after a Gen3 beside whoever commands it: status, stop, clear faults.
+    #[command(subcommand)]
+    Kortex(desk::KortexCommand),
     /// Find what the model lacks from recordings: the effect's name, place and size.
     Gap(gap::GapArgs),
     /// Hide an effect in the laboratory, and open the seal once it is named.
@@ -211,6 +215,7 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         }
         (Some(Command::Align(command)), _) => align::align(command, style),
         (Some(Command::Emulate(args)), _) => emulate::emulate(args, cli, style),
+        (Some(Command::Kortex(command)), _) => desk::kortex(command, style),
         (Some(Command::Gap(args)), _) => gap::gap(args, cli, style),
         (Some(Command::Lab(command)), _) => lab::lab(command, cli, style),
         (None, Some(line)) => run::line(line, cli, style),

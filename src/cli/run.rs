@@ -288,6 +288,8 @@ fn one(
 fn ended(run: &Run) -> Exit {
     match run.outcome {
         Ending::Success => Exit::Yes,
+        // An arm or a camera that failed on the way is no answer to what was asked.
+        Ending::Failure if run.device_help.is_some() => Exit::Unavailable,
         Ending::Failure => Exit::No,
         Ending::Stopped => Exit::Stopped,
     }

@@ -59,6 +59,11 @@ impl Actions {
         Self { stored: stored.collect(), next: OWN, running: None }
     }
 
+    /// Returns what kind of action runs, if one does.
+    pub(super) fn kind(&self) -> Option<ActionType> {
+        self.running.as_ref().map(ActionHandle::action_type)
+    }
+
     /// Returns whether an action runs.
     pub(super) fn is_running(&self) -> bool {
         self.running.is_some()
@@ -97,6 +102,27 @@ impl Actions {
         Ok(handle)
     }
 
+    /// Puts an action in the place of the one with its handle.
+    pub(super) fn update(&mut self, mut action: Action) -> Result<ActionHandle, No> {
+        let identifier = action.handle.as_ref().map_or(0, |handle| handle.identifier);
+        let Some(parameters) = &action.parameters else {
+            return Err(No::device(refusal::UNSUPPORTED_ACTION, "unsupported action"));
+        };
+        let handle = self.find(identifier)?.handle.clone().unwrap_or_default();
+        if handle.permission & 4 == 0 {
+            return Err(No::device(refusal::UPDATE_PERMISSION_DENIED, "default actions stay"));
+        }
+        let handle = ActionHandle { action_type: action_type(parameters) as i32, ..handle };
+        action.handle = Some(handle.clone());
+        let is = |stored: &&mut Action| {
+            stored.handle.as_ref().is_some_and(|own| own.identifier == identifier)
+        };
+        if let Some(stored) = self.stored.iter_mut().find(is) {
+            *stored = action;
+        }
+        Ok(handle)
+    }
+
     /// Removes a stored action that someone made.
     pub(super) fn remove(&mut self, identifier: u32) -> Result<(), No> {
         let own =
@@ -113,9 +139,12 @@ impl Actions {
 pub(super) fn action_type(parameters: &ActionParameters) -> ActionType {
     match parameters {
         ActionParameters::SendTwistCommand(_) => ActionType::SendTwistCommand,
+        ActionParameters::SendWrenchCommand(_) => ActionType::SendWrenchCommand,
         ActionParameters::SendJointSpeeds(_) => ActionType::SendJointSpeeds,
         ActionParameters::ReachPose(_) => ActionType::ReachPose,
         ActionParameters::ReachJointAngles(_) => ActionType::ReachJointAngles,
+        ActionParameters::ToggleAdmittanceMode(_) => ActionType::ToggleAdmittanceMode,
+        ActionParameters::Snapshot(_) => ActionType::Snapshot,
         ActionParameters::ApplyEmergencyStop(()) => ActionType::ApplyEmergencyStop,
         ActionParameters::ClearFaults(()) => ActionType::ClearFaults,
         ActionParameters::Delay(_) => ActionType::TimeDelay,
@@ -123,6 +152,7 @@ pub(super) fn action_type(parameters: &ActionParameters) -> ActionType {
         ActionParameters::SendGripperCommand(_) => ActionType::SendGripperCommand,
         ActionParameters::StopAction(()) => ActionType::StopAction,
         ActionParameters::PlayPreComputedTrajectory(_) => ActionType::PlayPreComputedTrajectory,
+        ActionParameters::ExecuteSequence(_) => ActionType::ExecuteSequence,
         ActionParameters::ExecuteWaypointList(_) => ActionType::ExecuteWaypointList,
     }
 }
@@ -148,6 +178,15 @@ impl Controller {
     ) {
         self.begin(ask, kind, handle);
         self.servo.follow(trajectory, marks);
+    }
+
+    /// Says no while an action runs.
+    pub(super) fn no_action(&self) -> Result<(), No> {
+        if self.actions.is_running() {
+            let word = "an action is in progress";
+            return Err(No::device(refusal::ROBOT_MOVEMENT_IN_PROGRESS, word));
+        }
+        Ok(())
     }
 
     /// Notes that an action begins and tells so; the caller sets things moving.
@@ -192,12 +231,13 @@ impl Controller {
         self.tell_action(ActionEvent::Feedback, 0, vec![info]);
     }
 
-    /// The running action, if there is one, is given up for this reason.
+    /// The running action, if there is one, is given up for this reason, and the sequence it is part of.
     pub(super) fn abort_action(&mut self, sub_code: u16) {
         if self.actions.running.is_some() {
             self.tell_action(ActionEvent::Abort, sub_code, Vec::new());
             self.actions.running = None;
         }
+        self.abort_sequence(sub_code);
     }
 
     /// Tells what the running action does.

@@ -4,12 +4,12 @@ use nalgebra::Isometry3;
 
 use crate::execution::kortex::degrees;
 use crate::execution::kortex::messages::base::{
-    ActionHandle, ActionList, ActuatorInformation, ArmStateInformation, ConfigurationChange,
-    ConfigurationChangeNotification, ConfigurationNotificationEvent, FirmwareBundleVersions,
-    FullUserProfile, OperatingMode, OperatingModeInformation, RequestedActionType,
-    ServoingModeInformation, UserProfileList,
+    ActuatorInformation, ArmStateInformation, ConfigurationChange, ConfigurationChangeNotification,
+    ConfigurationNotificationEvent, FirmwareBundleVersions, OperatingModeInformation,
+    ServoingModeInformation,
 };
-use crate::execution::kortex::messages::common::{NotificationHandle, UserProfileHandle};
+use crate::execution::kortex::messages::common::NotificationHandle;
+use crate::execution::kortex::messages::force::BaseControlMode;
 use crate::execution::kortex::messages::motion::{
     Finger, Gripper, GripperMode, GripperRequest, IkData, JointAngle, JointAngles, JointSpeed,
     JointSpeeds,
@@ -20,7 +20,8 @@ use crate::motion::ik::Solver;
 use crate::world::Pose;
 
 use super::controller::{Answer, Ask, Controller, Fault, No, done, say};
-use super::paths::{tool_pose, wire_pose};
+use super::force::base_number;
+use super::paths::{arranged, tool_pose, wire_pose};
 use super::servo::FINGER_SPEED;
 use super::sessions::Session;
 
@@ -57,7 +58,8 @@ impl Controller {
             call::SEND_JOINT_SPEEDS_COMMAND | call::SEND_JOINT_SPEEDS_JOYSTICK_COMMAND => {
                 self.keep_speeds(ask, &ask.read()?)
             }
-            call::SEND_SELECTED_JOINT_SPEED_COMMAND => {
+            call::SEND_SELECTED_JOINT_SPEED_COMMAND
+            | call::SEND_SELECTED_JOINT_SPEED_JOYSTICK_COMMAND => {
                 let one: JointSpeed = ask.read()?;
                 self.keep_speeds(ask, &JointSpeeds { joint_speeds: vec![one], duration: 0 })
             }
@@ -70,51 +72,30 @@ impl Controller {
                 done()
             }
             call::SET_SERVOING_MODE => self.set_servoing_mode(ask, &ask.read()?),
-            _ => self.base_facts(ask),
+            call::SEND_WRENCH_COMMAND | call::SEND_WRENCH_JOYSTICK_COMMAND => {
+                self.push(ask, &ask.read()?)
+            }
+            call::SET_ADMITTANCE => self.read_admittance(ask),
+            call::SET_OPERATING_MODE => self.set_operating_mode(ask, &ask.read()?),
+            call::REBOOT => {
+                self.sessions.take(ask.session, self.is_moving(), ask.now)?;
+                self.reboot();
+                done()
+            }
+            _ => self.base_store(ask),
         }
+    }
+
+    /// Calls about what the arm keeps for people.
+    fn base_store(&mut self, ask: &Ask<'_>) -> Answer {
+        let answer = self.action_calls(ask).or_else(|| self.sequence_calls(ask));
+        let answer = answer.or_else(|| self.zone_calls(ask)).or_else(|| self.user_calls(ask));
+        answer.unwrap_or_else(|| self.base_facts(ask))
     }
 
     /// Calls that move nothing.
     fn base_facts(&mut self, ask: &Ask<'_>) -> Answer {
         match ask.rpc {
-            call::READ_ALL_ACTIONS => {
-                let asked: RequestedActionType = ask.read()?;
-                say(&ActionList { action_list: self.actions.of_type(asked.action_type) })
-            }
-            call::READ_ACTION => {
-                let handle: ActionHandle = ask.read()?;
-                say(self.actions.find(handle.identifier)?)
-            }
-            call::CREATE_ACTION => {
-                let handle = self.actions.store(ask.read()?)?;
-                let change = ConfigurationChange::ActionHandle(handle.clone());
-                self.tell_change(ask, ConfigurationNotificationEvent::Created, change);
-                say(&handle)
-            }
-            call::DELETE_ACTION => {
-                let handle: ActionHandle = ask.read()?;
-                self.actions.remove(handle.identifier)?;
-                let change = ConfigurationChange::ActionHandle(handle);
-                self.tell_change(ask, ConfigurationNotificationEvent::Deleted, change);
-                done()
-            }
-            call::CREATE_USER_PROFILE => {
-                let asked: FullUserProfile = ask.read()?;
-                let handle = self.sessions.add_user(asked)?;
-                let change = ConfigurationChange::UserProfileHandle(handle.clone());
-                self.tell_change(ask, ConfigurationNotificationEvent::Created, change);
-                say(&handle)
-            }
-            call::DELETE_USER_PROFILE => {
-                let handle: UserProfileHandle = ask.read()?;
-                self.sessions.remove_user(&handle)?;
-                let change = ConfigurationChange::UserProfileHandle(handle);
-                self.tell_change(ask, ConfigurationNotificationEvent::Deleted, change);
-                done()
-            }
-            call::READ_ALL_USER_PROFILES => {
-                say(&UserProfileList { user_profiles: self.sessions.users() })
-            }
             call::GET_MEASURED_JOINT_ANGLES => say(&self.joint_angles()),
             call::GET_MEASURED_CARTESIAN_POSE => say(&wire_pose(&self.tool())),
             call::COMPUTE_FORWARD_KINEMATICS => self.forward(&ask.read()?),
@@ -128,7 +109,7 @@ impl Controller {
                 connection: self.sessions.holder().map(Session::connection),
             }),
             call::GET_OPERATING_MODE => say(&OperatingModeInformation {
-                operating_mode: OperatingMode::Run as i32,
+                operating_mode: self.operating as i32,
                 device_handle: None,
             }),
             call::GET_ACTUATOR_COUNT => {
@@ -139,8 +120,11 @@ impl Controller {
                 main_bundle_version: super::config::FIRMWARE.to_owned(),
                 components_versions: Vec::new(),
             }),
-            // Nobody has a joystick here, and there are no zones: two empty lists.
-            call::GET_ALL_CONNECTED_CONTROLLERS | call::READ_ALL_PROTECTION_ZONES => done(),
+            call::GET_CONTROL_MODE => {
+                say(&BaseControlMode { mode: base_number(self.control_mode()) })
+            }
+            // Nobody has a joystick here, and no wireless network is in reach: two empty lists.
+            call::GET_ALL_CONNECTED_CONTROLLERS | call::GET_AVAILABLE_WIFI => done(),
             call::UNSUBSCRIBE => {
                 let handle: NotificationHandle = ask.read()?;
                 self.topics.unsubscribe(ask.session, handle.identifier)?;
@@ -153,7 +137,8 @@ impl Controller {
         }
     }
 
-    fn tell_change(
+    /// Tells that something the arm keeps is new, another or gone.
+    pub(super) fn tell_change(
         &mut self,
         ask: &Ask<'_>,
         event: ConfigurationNotificationEvent,
@@ -180,7 +165,8 @@ impl Controller {
         say(&Gripper { finger: vec![finger] })
     }
 
-    fn joint_angles(&self) -> JointAngles {
+    /// Returns where the joints are.
+    pub(super) fn joint_angles(&self) -> JointAngles {
         let joint_angles =
             self.servo.report.q.iter().zip(0..).map(|(&q, joint)| JointAngle {
                 joint_identifier: joint,
@@ -196,13 +182,8 @@ impl Controller {
     }
 
     fn forward(&self, asked: &JointAngles) -> Answer {
-        let mut q = vec![0.0; self.robot.n_joints()];
-        for angle in &asked.joint_angles {
-            let joint = angle.joint_identifier as usize;
-            let entry = q.get_mut(joint);
-            let entry = entry.ok_or_else(|| No::device(refusal::INVALID_PARAM, "no such joint"))?;
-            *entry = f64::from(angle.value).to_radians();
-        }
+        let angles = arranged(&asked.joint_angles, vec![0.0; self.robot.n_joints()])?;
+        let q: Vec<f64> = angles.iter().map(|&angle| f64::from(angle).to_radians()).collect();
         let pose = self.robot.forward_tool(&q);
         let pose = pose.map_err(|error| No::device(refusal::INVALID_PARAM, &error.to_string()))?;
         say(&wire_pose(pose.isometry()))
@@ -212,10 +193,9 @@ impl Controller {
         let pose = asked.cartesian_pose.as_ref().and_then(tool_pose);
         let pose = pose.ok_or_else(|| No::device(refusal::INVALID_PARAM, "no pose"))?;
         let guess = asked.guess.as_ref().map_or(&[][..], |guess| &guess.joint_angles[..]);
-        let mut near = self.servo.q_cmd.clone();
-        for (near, angle) in near.iter_mut().zip(guess) {
-            *near = degrees::from_wire(angle.value, 0.0);
-        }
+        let now = self.servo.q_cmd.iter().map(|&q| degrees::to_wire(q)).collect();
+        let near = arranged(guess, now)?;
+        let near: Vec<f64> = near.iter().map(|&angle| degrees::from_wire(angle, 0.0)).collect();
         let flange = Pose::new(pose * self.robot.flange_from_tool().isometry().inverse());
         let found = Solver::new(&self.robot).nearest(&flange, &near).map_err(|none| {
             No::device(refusal::METHOD_FAILED, &format!("no solution: {}", none.reason.word()))

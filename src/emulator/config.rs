@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 
 use crate::execution::kortex::messages::common::{DeviceHandle, DeviceType, NotificationHandle};
 use crate::execution::kortex::messages::config::{
-    ActuatorMode, ActuatorModeInformation, BootloaderVersion, BrakeType, CartesianTransform,
-    CommandModeInformation, CompleteProductConfiguration, ControlModeInformation, DeviceHandles,
-    DeviceTypeInformation, EndEffectorType, FirmwareVersion, GravityVector, Ipv4Settings,
-    JointAccelerationSoftLimits, JointSpeedSoftLimits, KinematicLimits, KinematicLimitsList,
-    MacAddress, MassCenter, ModelId, ModelNumber, PartNumber, PartNumberRevision,
-    PayloadInformation, RunMode, SerialNumber, Servoing, ToolConfiguration, TwistAngularSoftLimit,
-    TwistLinearSoftLimit,
+    ActuatorMode, ActuatorModeInformation, AngularTwist, BootloaderVersion, BrakeType,
+    CartesianReferenceFrameInfo, CartesianTransform, CommandModeInformation,
+    CompleteProductConfiguration, ControlModeInformation, DesiredJointSpeeds, DesiredSpeeds,
+    DeviceHandles, DeviceTypeInformation, EndEffectorType, FirmwareVersion, GravityVector,
+    Ipv4Settings, JointAccelerationSoftLimits, JointSpeedSoftLimits, KinematicLimits,
+    KinematicLimitsList, LinearTwist, MacAddress, MassCenter, ModelId, ModelNumber, PartNumber,
+    PartNumberRevision, PayloadInformation, RunMode, SerialNumber, Servoing, ToolConfiguration,
+    TwistAngularSoftLimit, TwistLinearSoftLimit,
 };
 use crate::execution::kortex::messages::trajectory::TrajectoryErrorReport;
 use crate::execution::kortex::refusal;
@@ -35,6 +36,9 @@ pub(super) struct Config {
     tool: ToolConfiguration,
     payload: PayloadInformation,
     gravity: GravityVector,
+    /// The frame of Cartesian commands and the speeds of joysticks, kept and not used.
+    frame: CartesianReferenceFrameInfo,
+    desired: DesiredSpeeds,
     actuators: Vec<Actuator>,
     pub(super) product: CompleteProductConfiguration,
     pub(super) last_report: TrajectoryErrorReport,
@@ -47,6 +51,10 @@ struct Actuator {
     command_mode: i32,
     is_servoing: bool,
 }
+
+/// An actuator after the arm is switched on.
+const ACTUATOR: Actuator =
+    Actuator { mode: ActuatorMode::Position, command_mode: 0, is_servoing: true };
 
 fn default_tool() -> ToolConfiguration {
     // Kinova's own for the Robotiq 2F-85: 0.925 kg, 120 mm along z; its centre from a public model.
@@ -75,8 +83,6 @@ impl Config {
                 .map(|i| hardest(large(i)).to_degrees())
                 .collect(),
         };
-        let actuator =
-            Actuator { mode: ActuatorMode::Position, command_mode: 0, is_servoing: true };
         let product = CompleteProductConfiguration {
             kin: "emulated".to_owned(),
             model: ModelId::L53 as i32,
@@ -93,11 +99,17 @@ impl Config {
         };
         Self {
             soft: soft(&hard, 1.0),
-            hard,
             tool: default_tool(),
             payload: PayloadInformation::default(),
             gravity: GRAVITY,
-            actuators: vec![actuator; joints.len()],
+            frame: CartesianReferenceFrameInfo { reference_frame: 3 },
+            desired: DesiredSpeeds {
+                linear: hard.twist_linear,
+                angular: hard.twist_angular,
+                joint_speed: hard.joint_speed_limits.clone(),
+            },
+            actuators: vec![ACTUATOR; joints.len()],
+            hard,
             product,
             last_report: TrajectoryErrorReport::default(),
         }
@@ -106,6 +118,11 @@ impl Config {
     /// Sets all soft limits to a share of the hard ones.
     pub(super) fn soften(&mut self, share: f32) {
         self.soft = soft(&self.hard, share);
+    }
+
+    /// Brings the actuators back to what they are after the arm is switched on.
+    pub(super) fn settle(&mut self) {
+        self.actuators.fill(ACTUATOR);
     }
 
     /// Returns the soft limits of a control mode, or the hard ones where it has none.
@@ -268,6 +285,24 @@ impl Controller {
     fn control_config(&mut self, ask: &Ask<'_>) -> Answer {
         let config = &mut self.config;
         match ask.rpc {
+            control::GET_CARTESIAN_REFERENCE_FRAME => say(&config.frame),
+            control::SET_CARTESIAN_REFERENCE_FRAME => {
+                config.frame = ask.read()?;
+                done()
+            }
+            control::GET_DESIRED_SPEEDS => say(&config.desired),
+            control::SET_DESIRED_LINEAR_TWIST => {
+                config.desired.linear = ask.read::<LinearTwist>()?.linear;
+                done()
+            }
+            control::SET_DESIRED_ANGULAR_TWIST => {
+                config.desired.angular = ask.read::<AngularTwist>()?.angular;
+                done()
+            }
+            control::SET_DESIRED_JOINT_SPEEDS => {
+                config.desired.joint_speed = ask.read::<DesiredJointSpeeds>()?.joint_speed;
+                done()
+            }
             control::GET_GRAVITY_VECTOR => say(&config.gravity),
             control::SET_GRAVITY_VECTOR => {
                 config.gravity = ask.read()?;
@@ -296,8 +331,7 @@ impl Controller {
                 say(&config.tool)
             }
             control::GET_CONTROL_MODE => {
-                let mode = if self.is_moving() { 4 } else { 13 };
-                say(&ControlModeInformation { control_mode: mode })
+                say(&ControlModeInformation { control_mode: self.control_mode() as i32 })
             }
             control::UNSUBSCRIBE => {
                 let handle: NotificationHandle = ask.read()?;

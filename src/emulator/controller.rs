@@ -10,9 +10,11 @@ use prost::Message;
 
 use crate::execution::kortex::frame::{Frame, Kind};
 use crate::execution::kortex::messages::base::{
-    ArmStateNotification, ServoingMode, ServoingModeNotification,
+    ArmStateNotification, OperatingMode, ServoingMode, ServoingModeNotification,
 };
 use crate::execution::kortex::messages::common::{self, ArmState, Timestamp};
+use crate::execution::kortex::messages::config::ControlMode;
+use crate::execution::kortex::messages::force::{AdmittanceMode, WrenchMode};
 use crate::execution::kortex::messages::session::{ConnectionList, CreateSessionInfo};
 use crate::execution::kortex::refusal;
 use crate::execution::kortex::rpc::{self, Rpc};
@@ -23,8 +25,10 @@ use super::actions::Actions;
 use super::config::Config;
 use super::cyclic::Stream;
 use super::faults::Chance;
+use super::sequences::Sequences;
 use super::servo::{Happened, Motion, Servo};
 use super::sessions::Sessions;
+use super::store::Zones;
 use super::topics::Topics;
 
 /// A client as the network knows it.
@@ -128,6 +132,17 @@ pub(super) struct Controller {
     pub(super) chance: Chance,
     pub(super) mode: ServoingMode,
     pub(super) fault: Option<Fault>,
+    pub(super) sequences: Sequences,
+    pub(super) zones: Zones,
+    pub(super) operating: OperatingMode,
+    pub(super) admittance: AdmittanceMode,
+    /// The mode of the last wrench.
+    pub(super) wrench: WrenchMode,
+    /// Whether the waypoints that are followed are poses of the tool.
+    pub(super) is_cartesian: bool,
+    /// Whether everyone is to be sent away for a while.
+    pub(super) is_rebooting: bool,
+    pub(super) told_mode: ControlMode,
     told_state: ArmState,
     /// When the program was started, s.
     begun: f64,
@@ -151,6 +166,14 @@ impl Controller {
             chance,
             mode: ServoingMode::SingleLevel,
             fault: None,
+            sequences: Sequences::default(),
+            zones: Zones::default(),
+            operating: OperatingMode::Run,
+            admittance: AdmittanceMode::Disabled,
+            wrench: WrenchMode::Normal,
+            is_cartesian: false,
+            is_rebooting: false,
+            told_mode: ControlMode::Idle,
             told_state: ArmState::ServoingReady,
             begun: now,
             robot,
@@ -228,6 +251,13 @@ impl Controller {
         }
     }
 
+    /// Ends every session there is.
+    pub(super) fn all_sessions_over(&mut self) {
+        for session in self.sessions.ids() {
+            self.session_over(session);
+        }
+    }
+
     fn session_over(&mut self, session: u16) {
         self.topics.forget(session);
         if self.sessions.close(session) {
@@ -243,7 +273,7 @@ impl Controller {
         if self.is_moving() && self.sessions.is_holder_silent(now) {
             self.stop_all(refusal::CONTROL_MANUAL_STOP);
         }
-        self.leave_low_level_when_starved(now);
+        self.leave_low_level_when_starved();
         for happened in self.servo.tick() {
             match happened {
                 Happened::Arrived => self.action_arrived(),
@@ -256,6 +286,9 @@ impl Controller {
                 Happened::LeftBehind(_) | Happened::Broken(_) => {}
             }
         }
+        if self.chance.forgets(now - self.begun) {
+            self.all_sessions_over();
+        }
         for planted in self.chance.due(now - self.begun) {
             self.fail(planted);
         }
@@ -263,7 +296,9 @@ impl Controller {
             self.abort_action(refusal::CONTROL_WAYPOINT_TRAJECTORY_ABORTED);
             self.servo.brake();
         }
+        self.play_on(now);
         self.tell_state();
+        self.tell_control_mode();
     }
 
     /// Returns whether something moves because someone commanded it.
@@ -281,6 +316,10 @@ impl Controller {
                 ));
             }
             Some(_) => return Err(No::device(refusal::ROBOT_IN_FAULT, "robot is in fault")),
+            None if self.operating != OperatingMode::Run => {
+                let word = "robot is in maintenance";
+                return Err(No::device(refusal::ROBOT_IN_MAINTENANCE, word));
+            }
             None => {}
         }
         let is_moving = self.is_moving();
@@ -335,6 +374,8 @@ impl Controller {
     pub(super) fn arm_state(&self) -> ArmState {
         match (self.fault, self.mode, self.servo.motion()) {
             (Some(_), _, _) => ArmState::InFault,
+            _ if self.operating != OperatingMode::Run => ArmState::Maintenance,
+            _ if self.sequences.is_playing() => ArmState::ServoingPlayingSequence,
             (None, ServoingMode::LowLevel, _) => ArmState::ServoingLowLevel,
             (None, _, Motion::Speeds(_) | Motion::Twist { .. }) => {
                 ArmState::ServoingManuallyControlled

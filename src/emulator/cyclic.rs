@@ -3,11 +3,13 @@
 //! Currents, voltages and temperatures are constants; the wrench is not estimated. The torque's sign is the
 //! wire's: opposite to the way the joint is driven (the vendor's torque example).
 
+use crate::execution::arm::DeviceError;
 use crate::execution::kortex::degrees;
 use crate::execution::kortex::messages::base::ServoingMode;
 use crate::execution::kortex::messages::cyclic::{
-    ActuatorFeedback, BaseFeedback, Command, Feedback, GripperCyclicFeedback, InterconnectFeedback,
-    MotorCommand, MotorFeedback, ToolCommand, ToolFeedback,
+    ActuatorCustomData, ActuatorFeedback, BaseFeedback, Command, CustomData, Feedback,
+    GripperCyclicFeedback, InterconnectFeedback, MotorCommand, MotorFeedback, ToolCommand,
+    ToolFeedback,
 };
 use crate::execution::kortex::refusal;
 use crate::execution::kortex::rpc::base_cyclic as call;
@@ -34,9 +36,10 @@ const POS_REACHED: u32 = 4;
 /// The stream of low-level commands.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stream {
-    /// Low-level servoing is left when no command comes for so long, s.
+    /// Low-level servoing is left when no command comes for so long, s of the arm's time: a machine that
+    /// lets nobody run for a while does not let the arm's time pass either.
     patience: f64,
-    /// Until when the next command must come, s.
+    /// Until when the next command must come, s of the arm's time.
     until: f64,
     /// The last frame's number, and how many were taken.
     last: Option<u32>,
@@ -64,10 +67,11 @@ impl Stream {
     fn is_new(&mut self, frame: u32, now: f64) -> bool {
         self.until = now + self.patience;
         self.taken += 1;
-        // Numbers run to 65535 and begin again: half a turn back is old, half a turn ahead is new.
+        // Numbers run to 65535 and begin again: half a turn back is old, half a turn ahead is new. The same
+        // number again is a client that does not count, as in the vendor's gripper example.
         let is_new = self.last.is_none_or(|last| {
             let ahead = frame.wrapping_sub(last) & 0xFFFF;
-            ahead != 0 && ahead < 0x8000
+            ahead < 0x8000
         });
         if is_new {
             self.last = Some(frame);
@@ -82,6 +86,13 @@ impl Controller {
     pub(super) fn cyclic_service(&mut self, ask: &Ask<'_>) -> Answer {
         match ask.rpc {
             call::REFRESH_FEEDBACK => say(&self.feedback(0)),
+            call::REFRESH_CUSTOM_DATA => {
+                let asked: CustomData = ask.read()?;
+                let frame_id = asked.frame_id;
+                let each = ActuatorCustomData { command_id: frame_id };
+                let actuators_custom_data = vec![each; self.robot.n_joints()];
+                say(&CustomData { frame_id, actuators_custom_data })
+            }
             call::REFRESH => {
                 let command: Command = ask.read()?;
                 self.refresh(&command, ask.now)?;
@@ -108,7 +119,7 @@ impl Controller {
         if !command.actuators.iter().all(|actuator| actuator.position.is_finite()) {
             return Err(No::device(refusal::INVALID_PARAM, "not a number"));
         }
-        if !self.stream.is_new(command.frame_id, now) {
+        if !self.stream.is_new(command.frame_id, self.servo.time) {
             return Ok(());
         }
         self.sessions.keep(now);
@@ -134,22 +145,25 @@ impl Controller {
 
     fn move_fingers(&mut self, motor: &MotorCommand) -> Result<(), No> {
         let speed = f64::from(motor.velocity.abs().min(100.0)) / 100.0 * FINGER_SPEED;
-        if !motor.position.is_finite() || speed <= 0.0 {
+        let failed = |error: DeviceError| No::device(refusal::METHOD_FAILED, &error.to_string());
+        if speed <= 0.0 {
+            return self.servo.stop_fingers().map_err(failed);
+        }
+        if !motor.position.is_finite() {
             return Ok(());
         }
         let share = f64::from(motor.position.clamp(0.0, 100.0)) / 100.0;
         let opening = (1.0 - share) * self.robot.max_opening();
-        // Sent every cycle; only another goal is news.
-        if self.servo.is_aimed_at(opening) {
+        // Sent every cycle; only another goal or another speed is news.
+        if self.servo.is_aimed_at(opening, speed) {
             return Ok(());
         }
-        let sent = self.servo.aim(opening, speed);
-        sent.map_err(|error| No::device(refusal::METHOD_FAILED, &error.to_string()))
+        self.servo.aim(opening, speed).map_err(failed)
     }
 
     /// Leaves low-level servoing when commands stopped coming.
-    pub(super) fn leave_low_level_when_starved(&mut self, now: f64) {
-        if self.mode == ServoingMode::LowLevel && now > self.stream.until {
+    pub(super) fn leave_low_level_when_starved(&mut self) {
+        if self.mode == ServoingMode::LowLevel && self.servo.time > self.stream.until {
             self.stream.starved += 1;
             self.set_mode(ServoingMode::SingleLevel);
         }

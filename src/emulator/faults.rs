@@ -36,12 +36,14 @@ pub struct Faults {
     pub estop: Option<f64>,
     /// TCP connections are cut after so long, s.
     pub cut: Option<f64>,
+    /// When every session there is then is forgotten, s after the start.
+    pub forget: Option<f64>,
 }
 
 /// What `--fault` takes.
 pub const WORDS: &str = "drop=0.01 (share of datagrams lost), delay=20ms, stall=3s or stall=3s@10s, refuse=0.1, \
     abort=0.1, hush=0.1 (shares of paths refused, actions given up, notifications lost), unknown=0.01, \
-    fault=10s, estop=10s, cut=10s";
+    fault=10s, estop=10s, cut=10s, forget=10s (when sessions are forgotten)";
 
 impl std::str::FromStr for Faults {
     type Err = String;
@@ -63,6 +65,7 @@ impl std::str::FromStr for Faults {
                 "fault" => faults.fault = Some(seconds(name, value)?),
                 "estop" => faults.estop = Some(seconds(name, value)?),
                 "cut" => faults.cut = Some(seconds(name, value)?),
+                "forget" => faults.forget = Some(seconds(name, value)?),
                 "stall" => {
                     let (long, at) = value.split_once('@').unwrap_or((value, "5s"));
                     (faults.stall, faults.stall_at) = (seconds(name, long)?, seconds(name, at)?);
@@ -159,6 +162,11 @@ impl Chance {
             return true;
         }
         false
+    }
+
+    /// Returns whether sessions are forgotten so long after the start, s; once.
+    pub(super) fn forgets(&mut self, since: f64) -> bool {
+        self.faults.forget.take_if(|at| since >= *at).is_some()
     }
 
     /// Returns the faults that are due so long after the start, s, each once.

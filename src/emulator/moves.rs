@@ -14,15 +14,15 @@ use crate::execution::kortex::messages::motion::{
     JointTrajectoryConstraintType, Pose as WirePose, TwistCommand,
 };
 use crate::execution::kortex::messages::trajectory::{
-    PreComputedJointTrajectory, TrajectoryErrorElement, TrajectoryErrorReport, WaypointList,
-    WaypointValidationReport,
+    PreComputedJointTrajectory, TrajectoryErrorElement, TrajectoryErrorReport, WaypointKind,
+    WaypointList, WaypointValidationReport,
 };
 use crate::execution::kortex::refusal;
 use crate::motion::trajectory::Trajectory;
 
 use super::actions::action_type;
 use super::controller::{Answer, Ask, Controller, Fault, No, done, say};
-use super::paths::{Pace, Planner, Timed, tool_pose, wire_pose};
+use super::paths::{Pace, Planner, Timed, arranged, tool_pose, wire_pose};
 use super::servo::FINGER_SPEED;
 
 impl Controller {
@@ -30,6 +30,16 @@ impl Controller {
         let action = self.actions.find(handle.identifier)?.clone();
         let handle = action.handle.clone();
         self.execute(ask, action, handle)
+    }
+
+    /// Executes what an action refers to; a reference to a reference may lead back to itself.
+    fn execute_referred(&mut self, ask: &Ask<'_>, handle: &ActionHandle) -> Answer {
+        let found = self.actions.find(handle.identifier)?;
+        if matches!(found.parameters, Some(ActionParameters::ExecuteAction(_))) {
+            let word = "an action that refers to another must not be referred to";
+            return Err(No::device(refusal::INVALID_PARAM, word));
+        }
+        self.execute_stored(ask, handle)
     }
 
     pub(super) fn execute(
@@ -51,7 +61,11 @@ impl Controller {
             ActionParameters::PlayPreComputedTrajectory(path) => self.play(ask, &path, handle),
             ActionParameters::SendTwistCommand(twist) => self.keep_twist(ask, &twist),
             ActionParameters::SendJointSpeeds(speeds) => self.keep_speeds(ask, &speeds),
-            ActionParameters::ExecuteAction(handle) => self.execute_stored(ask, &handle),
+            ActionParameters::SendWrenchCommand(wrench) => self.push(ask, &wrench),
+            ActionParameters::ToggleAdmittanceMode(mode) => self.set_admittance(ask, mode),
+            ActionParameters::Snapshot(snapshot) => self.take_snapshot(ask, &snapshot),
+            ActionParameters::ExecuteSequence(handle) => self.play_sequence(ask, &handle),
+            ActionParameters::ExecuteAction(handle) => self.execute_referred(ask, &handle),
             ActionParameters::SendGripperCommand(command) => {
                 self.may_command(ask)?;
                 self.must_rest()?;
@@ -109,7 +123,7 @@ impl Controller {
     ) -> Answer {
         self.may_command(ask)?;
         self.must_rest()?;
-        let mut angles: Vec<f32> = self.servo.q_cmd.iter().map(|&q| degrees::to_wire(q)).collect();
+        let angles: Vec<f32> = self.servo.q_cmd.iter().map(|&q| degrees::to_wire(q)).collect();
         let asked = goal.joint_angles.as_ref().map_or(&[][..], |list| &list.joint_angles[..]);
         if asked.len() != angles.len() {
             return Err(No::device(
@@ -117,9 +131,7 @@ impl Controller {
                 "wrong number of joints",
             ));
         }
-        for angle in asked {
-            *self.one_of(&mut angles, angle.joint_identifier)? = angle.value;
-        }
+        let angles = arranged(asked, angles)?;
         self.go_to(ask, &angles, goal.constraint.as_ref(), handle)
     }
 
@@ -260,6 +272,8 @@ impl Controller {
         self.may_command(ask)?;
         self.must_rest()?;
         let kind = ActionType::ExecuteWaypointList;
+        let first = list.waypoints.first().and_then(|waypoint| waypoint.kind.as_ref());
+        self.is_cartesian = matches!(first, Some(WaypointKind::CartesianWaypoint(_)));
         match self.waypoints(list) {
             Ok((trajectory, marks)) => self.begin_path(ask, kind, handle, trajectory, marks),
             // The call is taken; that the path is not, is told by the action.
@@ -328,12 +342,7 @@ impl Controller {
 
     pub(super) fn keep_speeds(&mut self, ask: &Ask<'_>, asked: &JointSpeeds) -> Answer {
         self.may_command(ask)?;
-        if self.actions.is_running() {
-            return Err(No::device(
-                refusal::ROBOT_MOVEMENT_IN_PROGRESS,
-                "an action is in progress",
-            ));
-        }
+        self.no_action()?;
         let mut speeds = vec![0.0_f32; self.robot.n_joints()];
         for speed in &asked.joint_speeds {
             *self.one_of(&mut speeds, speed.joint_identifier)? = speed.value;
@@ -350,12 +359,7 @@ impl Controller {
 
     pub(super) fn keep_twist(&mut self, ask: &Ask<'_>, asked: &TwistCommand) -> Answer {
         self.may_command(ask)?;
-        if self.actions.is_running() {
-            return Err(No::device(
-                refusal::ROBOT_MOVEMENT_IN_PROGRESS,
-                "an action is in progress",
-            ));
-        }
+        self.no_action()?;
         let twist = asked.twist.clone().unwrap_or_default();
         let linear = [twist.linear_x, twist.linear_y, twist.linear_z].map(f64::from);
         let angular = [twist.angular_x, twist.angular_y, twist.angular_z]
@@ -365,7 +369,7 @@ impl Controller {
         }
         let twist = Vector6::from_iterator(linear.into_iter().chain(angular));
         // 2 is the tool's frame; mixed and base differ in what they turn about, not in their axes.
-        self.servo.keep_twist(twist, asked.reference_frame == 2);
+        self.servo.keep_twist(twist, asked.reference_frame == 2, false);
         done()
     }
 
@@ -412,7 +416,7 @@ impl Controller {
             Ok(ServoingMode::SingleLevel) => self.set_mode(ServoingMode::SingleLevel),
             Ok(ServoingMode::LowLevel) => {
                 self.must_rest()?;
-                self.stream.expect(ask.now);
+                self.stream.expect(self.servo.time);
                 self.set_mode(ServoingMode::LowLevel);
             }
             _ => return Err(No::device(refusal::INVALID_PARAM, "unsupported servoing mode")),

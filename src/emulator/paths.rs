@@ -9,16 +9,19 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use crate::execution::kortex::degrees;
 use crate::execution::kortex::messages::config::KinematicLimits;
-use crate::execution::kortex::messages::motion::Pose as WirePose;
+use crate::execution::kortex::messages::motion::{JointAngle, Pose as WirePose};
 use crate::execution::kortex::messages::trajectory::{
     AngularWaypoint, CartesianWaypoint, TrajectoryErrorElement, TrajectoryErrorType, WaypointKind,
     WaypointList,
 };
+use crate::execution::kortex::refusal;
 use crate::motion::cartesian;
 use crate::motion::robot::Robot;
 use crate::motion::trajectory::{Limits, Trajectory};
 use crate::world::Pose;
 use crate::world::frame::{Base, Flange};
+
+use super::controller::No;
 
 /// The most waypoints in a list (an issue of the vendor's repository says about 1000).
 const MOST: usize = 1000;
@@ -296,6 +299,23 @@ impl Planner<'_> {
             acceleration: inside(&self.soft.joint_acceleration_limits),
         }
     }
+}
+
+/// Returns a list's angles, deg, joint by joint; those it does not name stay as they are in `angles`.
+///
+/// A list that names every joint 0, as one does that leaves the names out, is in the arm's order: so the
+/// vendor's sequence and kinematics examples send theirs.
+pub(super) fn arranged(list: &[JointAngle], mut angles: Vec<f32>) -> Result<Vec<f32>, No> {
+    if list.len() == angles.len() && list.iter().all(|angle| angle.joint_identifier == 0) {
+        return Ok(list.iter().map(|angle| angle.value).collect());
+    }
+    let last = angles.len().saturating_sub(1);
+    for angle in list {
+        let entry = angles.get_mut(angle.joint_identifier as usize);
+        let none = || No::device(refusal::INVALID_PARAM, &format!("joints are 0 to {last}"));
+        *entry.ok_or_else(none)? = angle.value;
+    }
+    Ok(angles)
 }
 
 /// How fast.

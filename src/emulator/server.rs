@@ -15,6 +15,7 @@ use std::time::Duration;
 
 use crate::execution::kortex::clock::{Clock, Wall};
 use crate::execution::kortex::frame::{Decoder, Frame, FrameError};
+use crate::execution::kortex::messages::base::ServoingMode;
 
 use super::controller::{Controller, Peer};
 use super::faults::Faults;
@@ -29,6 +30,9 @@ const QUEUE: usize = 4096;
 const CONNECTIONS: usize = 64;
 /// The arm's time may fall so far behind the wall's before the difference is forgotten, s.
 const LAG: f64 = 0.05;
+
+/// How long an emulated arm takes to start again, s; a real one takes most of a minute.
+const BOOT: f64 = 2.0;
 
 /// How the arm's time runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,6 +62,8 @@ pub(super) struct Shared {
     connections: AtomicU64,
     faults: Faults,
     begun: f64,
+    /// The arm starts anew and answers nobody until then, s.
+    away: Mutex<f64>,
     clock: ArmClock,
 }
 
@@ -77,6 +83,7 @@ impl Shared {
             connections: AtomicU64::new(0),
             faults,
             begun: Wall.now(),
+            away: Mutex::new(0.0),
             clock,
         }
     }
@@ -107,6 +114,11 @@ impl Shared {
         self.is_over.load(Ordering::SeqCst)
     }
 
+    /// Returns whether the arm is starting anew.
+    fn is_away(&self) -> bool {
+        Wall.now() < *self.away.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Returns whether the controller is struck dumb now.
     fn is_stalled(&self) -> bool {
         let since = Wall.now() - self.begun - self.faults.stall_at;
@@ -121,6 +133,9 @@ impl Shared {
             self.send(&mut controller, peer, &answer);
         }
         self.send_notifications(&mut controller);
+        if std::mem::take(&mut controller.is_rebooting) {
+            *self.away.lock().unwrap_or_else(PoisonError::into_inner) = now + BOOT;
+        }
     }
 
     fn send_notifications(&self, controller: &mut Controller) {
@@ -165,7 +180,9 @@ pub(super) fn live(shared: &Shared, pace: Pace) {
             let mut controller = shared.controller.lock().unwrap_or_else(PoisonError::into_inner);
             controller.tick(Wall.now());
             shared.send_notifications(&mut controller);
-            (controller.servo.is_busy(), controller.servo.time)
+            // A stream of positions comes with the wall's time.
+            let is_busy = controller.servo.is_busy() && controller.mode != ServoingMode::LowLevel;
+            (is_busy, controller.servo.time)
         };
         shared.clock.set(time);
         let now = Wall.now();
@@ -184,11 +201,11 @@ pub(super) fn accept(shared: &Arc<Shared>, listener: &TcpListener) {
     let mut serving: Vec<JoinHandle<()>> = Vec::new();
     while !shared.is_over() {
         match listener.accept() {
-            Ok((stream, from)) if shared.open_connections() < CONNECTIONS => {
+            Ok((stream, from)) if shared.open_connections() < CONNECTIONS && !shared.is_away() => {
                 let shared = shared.clone();
                 serving.push(thread::spawn(move || serve(&shared, stream, from)));
             }
-            // One too many: the connection is closed as it is dropped.
+            // One too many, or nobody is at home: the connection is closed as it is dropped.
             Ok(_) => {}
             Err(error) if error.kind() == ErrorKind::WouldBlock => {
                 thread::sleep(Duration::from_millis(5));
@@ -222,14 +239,15 @@ fn serve(shared: &Arc<Shared>, stream: TcpStream, from: SocketAddr) {
     let gone = shared.writers.lock().unwrap_or_else(PoisonError::into_inner).remove(&id);
     if let Some((queue, stream)) = gone {
         drop(queue);
+        {
+            let mut controller = shared.controller();
+            controller.peer_left(peer);
+            shared.send_notifications(&mut controller);
+        }
+        // What was answered already is sent before the connection ends.
+        let _ = writer.join();
         let _ = stream.shutdown(Shutdown::Both);
     }
-    {
-        let mut controller = shared.controller();
-        controller.peer_left(peer);
-        shared.send_notifications(&mut controller);
-    }
-    let _ = writer.join();
 }
 
 /// Reads frames until the connection ends.
@@ -244,6 +262,9 @@ fn listen(shared: &Shared, mut stream: TcpStream, peer: Peer) {
             Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
             Err(error) if error.kind() == ErrorKind::Interrupted => {}
             Err(_) => return,
+        }
+        if shared.is_away() {
+            return;
         }
         if shared.faults.cut.is_some_and(|cut| Wall.now() - opened > cut) {
             return;
@@ -279,7 +300,7 @@ pub(super) fn datagrams(shared: &Shared) {
     while !shared.is_over() {
         let Ok((n, from)) = shared.udp.recv_from(&mut buffer) else { continue };
         let Ok(frame) = Frame::decode(&buffer[..n]) else { continue };
-        if shared.is_stalled() || shared.controller().chance.drops() {
+        if shared.is_away() || shared.is_stalled() || shared.controller().chance.drops() {
             continue;
         }
         shared.handle(Peer::Udp(from), &frame);

@@ -46,6 +46,8 @@ pub(super) enum Motion {
         twist: Vector6<f64>,
         /// Whether in the tool's axes, else the base's.
         in_tool: bool,
+        /// Whether it comes of a wrench.
+        is_pushed: bool,
     },
     /// They slow down and then hold.
     Brake,
@@ -108,6 +110,11 @@ pub(super) struct Servo {
     pub(super) time: f64,
 }
 
+/// Returns a speed the fingers can have, m/s.
+fn held(speed: f64) -> f64 {
+    speed.clamp(0.02, FINGER_SPEED)
+}
+
 impl Servo {
     pub(super) fn new(robot: Arc<Robot>, mut plant: Box<dyn Plant>) -> Self {
         let report = plant.report();
@@ -145,9 +152,15 @@ impl Servo {
         !self.fingers.is_moving && (self.report.opening - self.fingers.goal).abs() > 3e-3
     }
 
-    /// Returns whether the fingers were last sent to this opening, m.
-    pub(super) fn is_aimed_at(&self, opening: f64) -> bool {
-        (self.fingers.goal - opening).abs() < 1e-4
+    /// Returns whether the fingers were last sent to this opening, m, at about this speed, m/s.
+    pub(super) fn is_aimed_at(&self, opening: f64, speed: f64) -> bool {
+        let is_as_fast = (self.fingers.speed - held(speed)).abs() < 0.1 * FINGER_SPEED;
+        (self.fingers.goal - opening).abs() < 1e-4 && is_as_fast
+    }
+
+    /// Stops the fingers where they are.
+    pub(super) fn stop_fingers(&mut self) -> Result<(), DeviceError> {
+        if self.fingers.is_moving { self.aim(self.report.opening, FINGER_SPEED) } else { Ok(()) }
     }
 
     /// Returns the speed of the fingers while they move, m/s.
@@ -167,8 +180,8 @@ impl Servo {
     }
 
     /// Keeps a twist of the tool, m/s and rad/s.
-    pub(super) fn keep_twist(&mut self, twist: Vector6<f64>, in_tool: bool) {
-        self.motion = Motion::Twist { twist, in_tool };
+    pub(super) fn keep_twist(&mut self, twist: Vector6<f64>, in_tool: bool, is_pushed: bool) {
+        self.motion = Motion::Twist { twist, in_tool, is_pushed };
     }
 
     /// Holds for so many seconds, then says it has arrived.
@@ -199,9 +212,14 @@ impl Servo {
 
     /// Sends the fingers to an opening, m, at a speed, m/s.
     pub(super) fn aim(&mut self, opening: f64, speed: f64) -> Result<(), DeviceError> {
-        let speed = speed.clamp(0.02, FINGER_SPEED);
+        let speed = held(speed);
         self.plant.aim(opening, speed, FINGER_FORCE)?;
-        let look = (self.report.opening, self.time);
+        // Fingers that are sent elsewhere on their way are looked at when they would have been.
+        let look = if self.fingers.is_moving {
+            self.fingers.look
+        } else {
+            (self.report.opening, self.time)
+        };
         self.fingers = Fingers { goal: opening, speed, is_moving: true, look };
         Ok(())
     }
@@ -268,7 +286,7 @@ impl Servo {
                 let speeds = speeds.clone();
                 Some(self.ramped(&speeds))
             }
-            Motion::Twist { twist, in_tool } => {
+            Motion::Twist { twist, in_tool, .. } => {
                 let (twist, in_tool) = (*twist, *in_tool);
                 let speeds = self.speeds_of(twist, in_tool);
                 Some(self.ramped(&speeds))

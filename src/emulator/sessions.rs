@@ -4,7 +4,7 @@
 //! (Kinova's user guide, p. 127). A session that sends nothing for its own inactivity time is closed; one
 //! that commands a movement and falls silent for its connection's inactivity time has it stopped.
 
-use crate::execution::kortex::messages::base::{FullUserProfile, UserProfile};
+use crate::execution::kortex::messages::base::{FullUserProfile, PasswordChange, UserProfile};
 use crate::execution::kortex::messages::common::{Connection, UserProfileHandle};
 use crate::execution::kortex::messages::session::CreateSessionInfo;
 use crate::execution::kortex::refusal;
@@ -174,6 +174,11 @@ impl Sessions {
         gone
     }
 
+    /// Returns the numbers of all open sessions.
+    pub(super) fn ids(&self) -> Vec<u16> {
+        self.open.iter().map(|session| session.id).collect()
+    }
+
     /// Returns how many sessions are open.
     pub(super) fn count(&self) -> usize {
         self.open.len()
@@ -205,16 +210,55 @@ impl Sessions {
         Ok(handle)
     }
 
+    /// Returns a user, without the password.
+    pub(super) fn user(&self, handle: &UserProfileHandle) -> Result<&UserProfile, No> {
+        Ok(&self.users[self.user_at(Some(handle))?].0)
+    }
+
+    /// Changes what is known of a user; the name stays unique.
+    pub(super) fn change_user(&mut self, asked: UserProfile) -> Result<UserProfileHandle, No> {
+        let at = self.user_at(asked.handle.as_ref())?;
+        if asked.username.is_empty() {
+            return Err(No::device(refusal::USERNAME_EMPTY, "username is empty"));
+        }
+        let is_taken = |(i, (user, _)): (usize, &(UserProfile, String))| {
+            i != at && user.username == asked.username
+        };
+        if self.users.iter().enumerate().any(is_taken) {
+            return Err(No::device(refusal::USERNAME_ALREADY_EXISTS, "username already exists"));
+        }
+        let handle = self.users[at].0.handle.clone();
+        self.users[at].0 = UserProfile { handle: handle.clone(), ..asked };
+        Ok(handle.unwrap_or_default())
+    }
+
+    /// Changes a password for who knows the old one.
+    pub(super) fn change_password(&mut self, asked: &PasswordChange) -> Result<(), No> {
+        let at = self.user_at(asked.handle.as_ref())?;
+        let (_, password) = &mut self.users[at];
+        if *password != asked.old_password {
+            return Err(No::device(refusal::INVALID_PASSWORD, "invalid password"));
+        }
+        if *password == asked.new_password {
+            return Err(No::device(refusal::PASSWORD_NOT_CHANGED, "password not changed"));
+        }
+        password.clone_from(&asked.new_password);
+        Ok(())
+    }
+
+    fn user_at(&self, handle: Option<&UserProfileHandle>) -> Result<usize, No> {
+        let is = |(user, _): &(UserProfile, String)| {
+            let own = user.handle.as_ref().map(|own| own.identifier);
+            own.is_some() && own == handle.map(|handle| handle.identifier)
+        };
+        let found = self.users.iter().position(is);
+        found.ok_or_else(|| No::device(refusal::ENTITY_NOT_FOUND, "user profile not found"))
+    }
+
     /// Removes a user.
     pub(super) fn remove_user(&mut self, handle: &UserProfileHandle) -> Result<(), No> {
-        let is = |user: &UserProfile| {
-            user.handle.as_ref().is_some_and(|own| own.identifier == handle.identifier)
-        };
-        let before = self.users.len();
-        self.users.retain(|(user, _)| !is(user));
-        if self.users.len() == before {
-            return Err(No::device(refusal::ENTITY_NOT_FOUND, "user profile not found"));
-        }
+        let at = self.user_at(Some(handle))?;
+        self.users.remove(at);
         Ok(())
     }
 

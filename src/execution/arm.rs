@@ -105,6 +105,18 @@ pub enum DeviceError {
     },
 }
 
+impl DeviceError {
+    /// Returns what would help.
+    pub fn help(&self) -> &str {
+        match self {
+            Self::Stopped => "call it again to go on",
+            Self::FollowingError { .. } => "see that nothing holds the arm, then try again, slower",
+            Self::Unavailable(_) => "see that it is switched on and reached, then try again",
+            Self::Refused { help, .. } => help,
+        }
+    }
+}
+
 /// A robot arm with a two-finger gripper.
 pub trait Arm: Send {
     /// Returns what the arm says of itself now.

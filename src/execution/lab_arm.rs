@@ -74,7 +74,9 @@ impl Plant for LabPlant {
 
 impl Camera for LabCamera {
     fn photo(&mut self) -> Result<RgbImage, DeviceError> {
-        Ok(lock(&self.0).photo())
+        // The laboratory is held for as long as the shutter is open, not while the picture is drawn.
+        let negative = lock(&self.0).shutter();
+        Ok(negative.develop())
     }
 }
 

@@ -10,6 +10,7 @@
 //! [`Lab::feedback`], commands, and after the run [`Lab::scales`].
 
 mod hidden;
+mod negative;
 mod sensor;
 mod settings;
 mod truth;
@@ -21,10 +22,11 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use thiserror::Error as ThisError;
 
 use crate::motion::Robot;
-use crate::twin::render::{self, ArmLook, Options, View};
+use crate::twin::render::{ArmLook, View};
 use crate::twin::{self, Twin};
 use crate::world::{ObjectState, Pose, Scene, WorldState};
 pub use hidden::{HiddenEffect, draw, seal, unseal};
+pub use negative::Negative;
 pub use settings::{
     CameraError, JointError, LabSettings, Latency, LensError, LightError, Mounting, Placement,
     Range, Readings, Scale, Sensor, Spot, Start, Switches, Things,
@@ -220,13 +222,18 @@ impl Lab {
 
     /// Takes a photo of the table as it is now.
     pub fn photo(&mut self) -> RgbImage {
+        self.shutter().develop()
+    }
+
+    /// Takes a photo of the table as it is now, to be drawn by whoever wants it, while the arm goes on.
+    pub fn shutter(&mut self) -> Negative {
         self.photos += 1;
         let mut view =
             View::of(self.world.scene(), &self.world.state(), &self.look, &self.world.link_poses())
                 .with_water(self.world.water(), self.world.fluid().radius());
         view.light = self.truth.light;
-        let drawn = render::radiance(&self.truth.camera, &view, &Options::default());
-        sensor::expose(&drawn, &self.truth.exposure, self.key(1, self.photos))
+        let key = self.key(1, self.photos);
+        Negative::new(view, self.truth.camera, self.truth.exposure, key)
     }
 
     /// Sends joint angles (rad) and speeds (rad/s) to the arm's servos, base first; they act after the

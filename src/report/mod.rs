@@ -18,7 +18,6 @@ use std::io::{IsTerminal, Write as _};
 use serde_json::{Value, json};
 
 use crate::alignment::vision::Sighting;
-use crate::execution::arm::DeviceError;
 use crate::execution::stage::ActionError;
 use crate::graph;
 use crate::language::ast::{Conditions, Param};
@@ -301,10 +300,9 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         Error::NothingToDo => Failure::input("run::empty", words),
         Error::Action(action) => match action {
             ActionError::Stopped | ActionError::Limit(_) => Failure::stopped(words),
-            ActionError::Device(DeviceError::Refused { help, .. }) => {
-                Failure::unavailable("device", words).help(help)
+            ActionError::Device(device) => {
+                Failure::unavailable("device", words).help(device.help())
             }
-            ActionError::Device(_) => Failure::unavailable("device", words),
             _ => Failure::no("run::action", words),
         },
     }

@@ -173,6 +173,15 @@ pub fn people(measure: &Measure) -> String {
     }
 }
 
+/// Names the scales of a robot: the laboratory's are its own, a real arm's stand beside it.
+fn scales_of(robot: &str) -> String {
+    if robot.contains("://") {
+        format!("the scales beside {robot}")
+    } else {
+        format!("the {robot}'s scales")
+    }
+}
+
 /// Words how a run ended.
 pub fn ending(run: &Run, style: Style) -> String {
     let mut text = match run.outcome {
@@ -183,12 +192,17 @@ pub fn ending(run: &Run, style: Style) -> String {
     if let Some(reason) = &run.reason {
         let _ = write!(text, "\n  {reason}");
     }
+    if let Some(help) = &run.device_help {
+        let _ = write!(text, "\n  help: {help}");
+    }
     if let Some(water) = &run.water {
         let _ = write!(
             text,
-            "\n  water on the {}'s scales: {:.1} mL in the target, {:.1} mL left in the source, \
-             {:.1} mL spilt",
-            water.measured_by, water.in_target_ml, water.in_source_ml, water.spilt_ml
+            "\n  water on {}: {:.1} mL in the target, {:.1} mL left in the source, {:.1} mL spilt",
+            scales_of(&water.measured_by),
+            water.in_target_ml,
+            water.in_source_ml,
+            water.spilt_ml
         );
     }
     let t = &run.timing_s;

@@ -93,6 +93,9 @@ pub struct Run {
     /// Why, when it did not succeed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+    /// What would help, when a device failed: the arm, or the camera.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub device_help: Option<String>,
     /// The seed.
     pub seed: u64,
     /// `lab` or `twin`.
@@ -153,6 +156,9 @@ impl WorkCell {
             }
             Err(error) => {
                 run.reason = Some(error.to_string());
+                if let Error::Action(ActionError::Device(device)) = &error {
+                    run.device_help = Some(device.help().to_owned());
+                }
                 // Once something was done there is a run to speak of.
                 if run.steps.is_empty() { Err(error) } else { Ok(()) }
             }
@@ -172,6 +178,7 @@ impl WorkCell {
             outcome: Ending::Failure,
             reached: false,
             reason: None,
+            device_help: None,
             seed: self.seed,
             robot: self.robot_name.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),

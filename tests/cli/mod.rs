@@ -5,6 +5,7 @@ mod explain;
 mod gap;
 mod hidden;
 mod kortex;
+mod kortex_faults;
 mod learn;
 mod records;
 mod robot;

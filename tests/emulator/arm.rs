@@ -10,6 +10,8 @@ use trueup::execution::kortex::arm::{KortexArm, Options as Client};
 use trueup::execution::kortex::clock::{Clock as _, Wall};
 use trueup::execution::kortex::link::Login;
 use trueup::execution::kortex::messages::common::ArmState;
+use trueup::execution::kortex::messages::motion::{JointSpeed, JointSpeeds};
+use trueup::execution::kortex::rpc::base;
 use trueup::execution::limits::{Cleared, Limits as Gate};
 use trueup::execution::stage::Cell;
 use trueup::motion::robot::Robot;
@@ -238,6 +240,36 @@ fn a_lost_connection_stops_the_arm_and_the_next_question_opens_it_again() {
     let later = arm.feedback().unwrap();
     assert!(largest(&later.q, &again.q) < 0.2, "it still moves");
     assert!(emulator.status().opened >= 2);
+}
+
+#[test]
+fn a_session_the_arm_has_forgotten_ends_the_motion_and_is_opened_anew_by_the_next_question() {
+    let faults = "forget=1500ms".parse().unwrap();
+    let emulator = emulator(&Options { faults, pace: Pace::Real, ..Options::default() });
+    let mut arm = connect(&emulator);
+    let (cleared, end) = turned(&HOME, 1.6, 0.2);
+    let error = arm.follow(&cleared, &Cancel::default(), &mut nobody()).unwrap_err();
+    let text = error.to_string();
+    assert!(text.contains("session"), "{text}");
+    let again = arm.feedback().unwrap();
+    assert!(again.q[0] < end[0] - 0.2, "it was not stopped");
+    assert!(emulator.status().opened >= 2);
+}
+
+#[test]
+fn an_arm_that_someone_else_moves_is_not_taken_over() {
+    let emulator = emulator(&Options::default());
+    let other = super::link(&emulator);
+    let spin = JointSpeed { joint_identifier: 0, value: 5.0, duration: 0 };
+    let spin = JointSpeeds { joint_speeds: vec![spin], duration: 0 };
+    let () = other.call(base::SEND_JOINT_SPEEDS_COMMAND, &spin).unwrap();
+    let error = KortexArm::connect(client(&emulator)).unwrap_err();
+    let DeviceError::Refused { what, help } = &error else { panic!("{error:?}") };
+    assert!(what.contains("someone else moves the arm now: TCP 127.0.0.1"), "{what}");
+    assert!(help.contains("trueup kortex stop"), "{help}");
+    let () = other.call(base::STOP, &()).unwrap();
+    Wall.sleep(0.5);
+    KortexArm::connect(client(&emulator)).unwrap();
 }
 
 #[test]

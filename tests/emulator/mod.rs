@@ -1,6 +1,8 @@
 //! The emulated controller, met over its own sockets: what it answers, refuses, tells and forgives.
 
 mod examples;
+mod calls;
+mod kept;
 mod rules;
 mod arm;
 mod pour;

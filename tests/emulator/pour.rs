@@ -43,7 +43,6 @@ fn run(cell: &mut WorkCell, text: &str) -> Run {
 }
 
 #[test]
-#[ignore = "a pour on two arms takes minutes, and its end has not been seen yet"]
 fn a_pour_over_the_wire_ends_as_in_the_lab() {
     let mut held: Option<Emulator> = None;
     let mut cell = WorkCell::open_with(options(), |robot, scene, options| {

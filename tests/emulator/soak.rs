@@ -65,7 +65,9 @@ fn a_streamed_motion_ends_where_asked_and_leaves_low_level_servoing() {
     assert!(largest(&arm.feedback().unwrap().q, &end) < 1e-4);
     assert!(furthest < end[0] + 1e-3);
     let beat = arm.beat().unwrap();
-    assert!(beat.sent as f64 > 1000.0 * cleared.trajectory().duration(), "{beat:?}");
+    // A busy machine sends fewer, for as long.
+    let streamed = beat.sent as f64 * beat.mean;
+    assert!(streamed > 0.95 * cleared.trajectory().duration(), "{streamed} s of {beat:?}");
     assert!(ticks > 0 && ticks <= beat.answered, "{ticks} of {beat:?}");
     let link = link(&emulator);
     let told: ServoingModeInformation = link.call(base::GET_SERVOING_MODE, &()).unwrap();
@@ -101,6 +103,64 @@ fn one_datagram_in_twenty_may_be_lost() {
     assert!(largest(&arm.feedback().unwrap().q, &end) < 1e-4);
     let beat = arm.beat().unwrap();
     assert!(beat.answered < beat.sent, "{beat:?}");
+}
+
+#[test]
+fn a_motion_is_held_while_nobody_answers_and_then_goes_on() {
+    // Patient: it stays in low-level servoing through the silence.
+    let emulator = patient("stall=400ms@2s");
+    let mut arm = streaming(&emulator);
+    let (cleared, end) = turned(&HOME, 0.8, 0.15);
+    arm.follow(&cleared, &Cancel::default(), &mut |_| {}).unwrap();
+    assert!(largest(&arm.feedback().unwrap().q, &end) < 1e-4);
+    let beat = arm.beat().unwrap();
+    assert!(beat.held > 0, "{beat:?}");
+}
+
+#[test]
+fn an_arm_that_leaves_low_level_servoing_is_asked_back_and_led_to_the_end() {
+    // The default patience is a tenth of a second: a silence of four is too long for it.
+    let faults = "stall=400ms@2s".parse().unwrap();
+    let emulator = emulator(&Options { faults, ..Options::default() });
+    let mut arm = streaming(&emulator);
+    let (cleared, end) = turned(&HOME, 0.8, 0.15);
+    let mut before = HOME[0];
+    let mut back = 0.0_f64;
+    arm.follow(&cleared, &Cancel::default(), &mut |tick: &Feedback| {
+        back = back.max(before - tick.q[0]);
+        before = tick.q[0];
+    })
+    .unwrap();
+    assert!(largest(&arm.feedback().unwrap().q, &end) < 1e-4);
+    let beat = arm.beat().unwrap();
+    assert!(beat.left >= 1, "{beat:?}");
+    assert!(back < 0.02, "it went back by {back} rad");
+}
+
+#[test]
+#[ignore = "measures how a busy machine streams: run it alone, beside as many busy programs as wanted"]
+#[expect(clippy::print_stdout, reason = "the numbers are what it is run for")]
+fn streaming_on_a_busy_machine() {
+    let emulator = emulator(&Options::default());
+    let stream = Some(Cyclic { port: emulator.udp().port(), silence: 2.0 });
+    let mut arm = KortexArm::connect(Client { stream, ..client(&emulator) }).unwrap();
+    let (mut q, mut turn) = (HOME.to_vec(), 0.8);
+    for _ in 0..5 {
+        let (cleared, end) = turned(&q, turn, 0.2);
+        let begun = Wall.now();
+        let followed = arm.follow(&cleared, &Cancel::default(), &mut |_| {});
+        let (asked, took) = (cleared.trajectory().duration(), Wall.now() - begun);
+        println!("{asked:.1} s asked, {took:.1} s taken, {followed:?}, {:?}", arm.beat().unwrap());
+        (q, turn) = (end, -turn);
+    }
+}
+
+/// Memory that is in use, KiB, and open files, of this process; nothing where the system does not say.
+fn footprint() -> Option<(u64, usize)> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
+    let memory = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some((memory, std::fs::read_dir("/proc/self/fd").ok()?.count()))
 }
 
 /// Sends what was measured for so long at 1 kHz; returns how many cycles went unanswered.
@@ -155,8 +215,20 @@ fn two_seconds_of_refresh_with_one_per_cent_lost() {
 fn ten_minutes_of_refresh_with_one_per_cent_lost() {
     let faults = "drop=0.01".parse().unwrap();
     let emulator = emulator(&Options { faults, ..Options::default() });
+    // What is reserved once is reserved by then.
+    refresh(&emulator, 5.0);
+    // Connections are closed a moment after their clients are gone.
+    Wall.sleep(2.0);
+    let before = footprint();
     let (cycles, missed) = refresh(&emulator, 600.0);
+    Wall.sleep(2.0);
+    let after = footprint();
     let status = emulator.status();
     println!("{cycles} cycles, {missed} unanswered, {:?} taken, late, starved", status.streamed);
-    assert!(cycles > 300_000);
+    println!("KiB and files before {before:?}, after {after:?}; {status:?}");
+    assert!(cycles > 60_000 && missed < cycles / 4, "{missed} of {cycles}");
+    if let (Some((before, files)), Some((after, files_after))) = (before, after) {
+        assert!(after < before + 8192, "from {before} to {after} KiB");
+        assert_eq!(files, files_after);
+    }
 }

@@ -24,7 +24,8 @@ fn code(path: &Path) -> String {
 /// All that can be asked of a laboratory. A new public function has to be argued for here: does a person
 /// with an arm, a camera and kitchen scales know what it returns?
 const ASKED: &[&str] = &[
-    "new", "photo", "command", "grip", "stop", "advance", "feedback", "scales", "time", "water_in",
+    "new", "photo", "shutter", "command", "grip", "stop", "advance", "feedback", "scales", "time",
+    "water_in",
 ];
 
 #[test]
@@ -41,6 +42,11 @@ fn a_laboratory_offers_only_what_a_laboratory_offers() {
     assert_eq!(found.len(), ASKED.len(), "the list names functions that are no more");
     // The truth is known in its own module and to the laboratory only, and no module of it is public.
     assert!(!text.contains("pub mod"), "every module of the laboratory is private");
+    // An exposed picture gives the picture and nothing else.
+    let negative = code(&src().join("lab/negative.rs"));
+    let public: Vec<&str> = negative.split("pub fn ").skip(1).collect();
+    assert!(public.len() == 1 && public[0].starts_with("develop"), "a picture gives away more");
+    assert!(!negative.contains("derive") && !negative.contains("pub view"));
     assert!(!code(&src().join("lab/truth.rs")).replace("pub(super)", "").contains("pub "));
     let lab = text.split("pub struct Lab {").nth(1).unwrap().split('}').next().unwrap();
     assert!(!lab.contains("pub "), "a field of the laboratory is public");

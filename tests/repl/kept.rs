@@ -142,6 +142,7 @@ fn pour(branch: &str, held: f64, off: f64, sigma: f64) -> Run {
         outcome,
         reached: outcome == Ending::Success,
         reason,
+        device_help: None,
         seed: 1,
         robot: "lab".into(),
         version: "0".into(),

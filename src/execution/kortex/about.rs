@@ -40,6 +40,8 @@ pub struct About {
     pub hard: Limits,
     /// The most it accepts in a path, rad/s and rad/s².
     pub soft: Limits,
+    /// Who moves the arm just now, if someone does.
+    pub moving: Option<String>,
     /// Who is connected, this program included.
     pub connected: Vec<String>,
 }
@@ -79,6 +81,19 @@ fn limits(wire: &KinematicLimits) -> Limits {
     }
 }
 
+/// Returns who moves the arm: one that only stands ready moves for nobody.
+fn moving(told: &ArmStateInformation) -> Option<String> {
+    let moves = matches!(
+        told.active_state(),
+        ArmState::ServoingLowLevel
+            | ArmState::ServoingPlayingSequence
+            | ArmState::ServoingManuallyControlled
+    );
+    let who = told.connection.as_ref().map(|by| by.connection_information.clone());
+    let who = who.filter(|who| !who.is_empty());
+    moves.then(|| who.unwrap_or_else(|| "it does not say who".to_owned()))
+}
+
 impl About {
     /// Asks the arm.
     pub(super) fn ask(link: &Link) -> Result<Self, LinkError> {
@@ -104,6 +119,7 @@ impl About {
             firmware: firmware.map_or_else(String::new, |told| told.main_bundle_version),
             operating: operating.operating_mode(),
             state: state.active_state(),
+            moving: moving(&state),
             servoing: servoing.servoing_mode(),
             soft: soft.map_or_else(|| hard.clone(), |soft| limits(&soft)),
             hard,

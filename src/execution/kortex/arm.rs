@@ -18,9 +18,11 @@ use crate::execution::limits::{Cleared, ClearedGrip};
 use crate::motion::trajectory::Trajectory;
 
 use super::about::{About, refused};
+use super::beat::Beat;
 use super::clock::Clock;
 use super::degrees;
-use super::link::{Link, LinkError, Login};
+use super::desk::in_words;
+use super::link::{Datagrams, Link, LinkError, Login};
 use super::messages::base::{
     ActionEvent, ActionNotification, ServoingMode, ServoingModeInformation,
 };
@@ -30,7 +32,8 @@ use super::messages::motion::{Finger, Gripper, GripperCommand, GripperMode};
 use super::messages::trajectory::{TrajectoryErrorReport, WaypointList, WaypointValidationReport};
 use super::refusal;
 use super::rpc::{base, base_cyclic};
-use super::stream::{self, Beat, Cyclic, Stream};
+use super::safety;
+use super::stream::{self, Course, Cyclic, Stream, Went};
 use super::waypoints::{self, LEAD};
 
 /// A joint this near to where it was sent is there, rad: under the arm's own warning of 3 deg.
@@ -43,6 +46,8 @@ const PATIENCE: f64 = 3.0;
 const COMING_TO_REST: f64 = 3.0;
 /// How many answers in a row may fail to come before a motion is given up.
 const MISSES: u32 = 3;
+/// How often an arm may leave low-level servoing on one path and be asked back.
+const MOST_LEFT: u64 = 20;
 /// Fingers that move less than this in a tenth of a second rest, m; a per cent of their travel is 0.85 mm.
 const STILL: f64 = 5e-4;
 /// Fingers this far from where they were sent were stopped by something, m.
@@ -374,6 +379,8 @@ impl KortexArm {
     }
 
     /// Follows a path by sending positions at 1 kHz.
+    ///
+    /// However it ends, the arm holds where it is and takes high-level commands again.
     fn stream(
         &mut self,
         how: Cyclic,
@@ -382,7 +389,8 @@ impl KortexArm {
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<(), DeviceError> {
         let address = SocketAddr::new(self.address.ip(), how.port);
-        let (datagrams, told) = stream::open(address, &self.options.login)?;
+        let mut datagrams = stream::open(address, &self.options.login)?;
+        let told = stream::ask(&mut datagrams)?;
         let measured = self.inside(&told)?.q;
         let off = |(a, b): (&f64, &f64)| (a - b).abs();
         let jump = measured.iter().zip(&trajectory.ends().0).map(off).fold(0.0, f64::max);
@@ -391,13 +399,12 @@ impl KortexArm {
                 format!("the path begins {:.1} deg from where the arm is", jump.to_degrees());
             return Err(refused(what, "plan again from where the arm is now"));
         }
-        self.set_servoing(ServoingMode::LowLevel)?;
-        let mut read = |told: &cyclic::Feedback| self.inside(told);
-        let streamed = Stream { trajectory, cancel, silence: how.silence, read: &mut read }
-            .run(datagrams, watch);
-        // However it ended: the arm holds where it is, and takes high-level commands again.
+        let mut beat = Beat::default();
+        let streamed =
+            self.beat_to_the_end(how, trajectory, &mut datagrams, &mut beat, cancel, watch);
         let back = self.set_servoing(ServoingMode::SingleLevel);
-        self.beat = Some(streamed?);
+        self.beat = Some(beat);
+        streamed?;
         back?;
         if cancel.is_cancelled() {
             let feedback = self.measure()?;
@@ -406,6 +413,62 @@ impl KortexArm {
         }
         self.q_cmd = trajectory.ends().1;
         Ok(())
+    }
+
+    /// Streams, and asks an arm back that left low-level servoing by itself.
+    fn beat_to_the_end(
+        &mut self,
+        how: Cyclic,
+        trajectory: &Trajectory,
+        datagrams: &mut Datagrams,
+        beat: &mut Beat,
+        cancel: &Cancel,
+        watch: &mut dyn FnMut(&Feedback),
+    ) -> Result<(), DeviceError> {
+        let mut course = Course::start(self.q.len());
+        loop {
+            self.set_servoing(ServoingMode::LowLevel)?;
+            let mut read = |told: &cyclic::Feedback| self.inside(told);
+            let (silence, read) = (how.silence, &mut read);
+            let stream = Stream { trajectory, course, cancel, silence, read };
+            let along = match stream.run(datagrams, beat, watch)? {
+                Went::Over => return Ok(()),
+                Went::Left(along) => along,
+            };
+            beat.left += 1;
+            if beat.left > MOST_LEFT {
+                let what = format!(
+                    "the arm left 1 kHz servoing {} times on one path, for want of commands in time",
+                    beat.left
+                );
+                let help = "end what else this computer does, or leave `--stream` out";
+                return Err(refused(what, help));
+            }
+            if cancel.is_cancelled() {
+                return self.halt(watch);
+            }
+            course = Course::rejoin(trajectory, along, &self.at_rest(watch)?)?;
+        }
+    }
+
+    /// Waits until the arm, which holds by itself, rests; returns where.
+    fn at_rest(&mut self, watch: &mut dyn FnMut(&Feedback)) -> Result<Vec<f64>, DeviceError> {
+        if self.state()? == ArmState::InFault {
+            let what = "the arm went into fault while it was commanded at 1 kHz";
+            return Err(refused(what, "find out why, then clear its faults"));
+        }
+        let until = self.options.clock.now() + COMING_TO_REST;
+        let mut misses = 0;
+        loop {
+            if let Some(feedback) = self.measure_patiently(&mut misses)? {
+                watch(&feedback);
+                let rests = feedback.dq.iter().all(|dq| dq.abs() < RESTS);
+                if rests || self.options.clock.now() > until {
+                    return Ok(feedback.q);
+                }
+            }
+            self.options.clock.sleep(1.0 / self.options.rate);
+        }
     }
 
     fn set_servoing(&mut self, mode: ServoingMode) -> Result<(), LinkError> {
@@ -455,7 +518,7 @@ impl KortexArm {
     }
 }
 
-fn resolve(host: &str, port: u16) -> Result<SocketAddr, DeviceError> {
+pub(super) fn resolve(host: &str, port: u16) -> Result<SocketAddr, DeviceError> {
     let found = (host, port).to_socket_addrs().map(|mut all| all.next());
     match found {
         Ok(Some(address)) => Ok(address),
@@ -471,6 +534,19 @@ fn open(address: SocketAddr, options: &Options) -> Result<(Link, About, u16), De
     let link = Link::open(address, &options.login, options.timeout)?;
     let about = About::ask(&link)?;
     about.check(options.near.len())?;
+    if about.state == ArmState::InFault {
+        let told: cyclic::Feedback = link.call(base_cyclic::REFRESH_FEEDBACK, &())?;
+        let what = format!("the arm is in fault: {}", in_words(&safety::faults(&told)));
+        let help = "mend the cause, then clear its faults: `trueup kortex clear-faults ADDRESS`";
+        return Err(refused(what, help));
+    }
+    if let Some(who) = &about.moving {
+        let what = format!("someone else moves the arm now: {who}");
+        return Err(refused(
+            what,
+            "wait until they are done, or stop them: `trueup kortex stop ADDRESS`",
+        ));
+    }
     if about.servoing != ServoingMode::SingleLevel {
         let single = ServoingModeInformation { servoing_mode: ServoingMode::SingleLevel as i32 };
         let () = link.call(base::SET_SERVOING_MODE, &single)?;
@@ -484,7 +560,10 @@ impl Arm for KortexArm {
         match self.measure() {
             Ok(feedback) => Ok(feedback),
             Err(error) if error.is_lost() => {
-                self.reconnect()?;
+                self.reconnect().map_err(|again| {
+                    let what = format!("{error}; it cannot be opened again: {again}");
+                    refused(what, again.help())
+                })?;
                 Ok(self.measure()?)
             }
             Err(error) => Err(error.into()),

@@ -5,6 +5,8 @@
 
 use proptest::prelude::*;
 use prost::Message;
+use rand::rngs::StdRng;
+use rand::{RngExt, SeedableRng};
 use serde_json::Value;
 use trueup::execution::kortex::degrees;
 use trueup::execution::kortex::frame::{Decoder, Frame, FrameError, Header, Kind, LONGEST, MAGIC};
@@ -187,6 +189,58 @@ fn a_broken_frame_costs_only_itself() {
     assert!(matches!(decoder.next_frame(), Err(FrameError::Malformed(_))));
     assert_eq!(decoder.next_frame(), Ok(Some(frame(&vectors[0]))));
     assert_eq!(decoder.next_frame(), Ok(None));
+}
+
+/// Feeds a decoder frames of which some were changed, cut or run together; returns how many were read and
+/// how many told as wrong.
+fn feed(frames: u64, seed: u64) -> (u64, u64) {
+    let mut dice = StdRng::seed_from_u64(seed);
+    let whole: Vec<Vec<u8>> = golden().iter().map(|vector| bytes(vector, "tcp_hex")).collect();
+    let (mut read, mut wrong) = (0, 0);
+    let mut decoder = Decoder::default();
+    for turn in 0..frames {
+        // A wrong length may swallow megabytes, and with them all that follows: a new connection now and then.
+        if turn % 16 == 0 {
+            decoder = Decoder::default();
+        }
+        let mut bytes = whole[dice.random_range(0..whole.len())].clone();
+        match dice.random_range(0..4) {
+            0 => {}
+            1 => {
+                let at = dice.random_range(0..bytes.len());
+                bytes[at] ^= 1 << dice.random_range(0..8);
+            }
+            2 => bytes.truncate(dice.random_range(0..bytes.len())),
+            _ => {
+                let at = dice.random_range(0..bytes.len());
+                bytes.insert(at, dice.random());
+            }
+        }
+        for piece in bytes.chunks(dice.random_range(1..200)) {
+            decoder.push(piece);
+            loop {
+                match decoder.next_frame() {
+                    Ok(Some(_)) => read += 1,
+                    Ok(None) => break,
+                    Err(FrameError::Magic(_) | FrameError::TooLong(_)) => {
+                        wrong += 1;
+                        // As both ends do: such a stream is at its end.
+                        decoder = Decoder::default();
+                        break;
+                    }
+                    Err(_) => wrong += 1,
+                }
+            }
+        }
+        assert!(decoder.waiting() <= LONGEST + 4096, "{} bytes are kept", decoder.waiting());
+    }
+    (read, wrong)
+}
+
+#[test]
+fn a_million_frames_changed_cut_and_run_together_are_read_or_told_as_wrong() {
+    let (read, wrong) = feed(1_000_000, 1);
+    assert!(read > 100_000 && wrong > 100_000, "{read} read, {wrong} wrong");
 }
 
 fn any_frame() -> impl Strategy<Value = Frame> {

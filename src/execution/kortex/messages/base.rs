@@ -1,9 +1,11 @@
 //! Service 2, Base: actions, trajectories, the gripper, modes and faults.
 
 use super::common::{ArmState, Connection, DeviceHandle, Timestamp, UserProfileHandle};
+use super::force::{AdmittanceMode, WrenchCommand};
 use super::motion::{
     ConstrainedJointAngles, ConstrainedPose, GripperCommand, JointSpeeds, TwistCommand,
 };
+use super::sequence::{ProtectionZoneHandle, SequenceHandle, Snapshot};
 use super::trajectory::{PreComputedJointTrajectory, WaypointList};
 
 /// `Base.Action`. Only the fields in use.
@@ -15,7 +17,10 @@ pub struct Action {
     pub name: String,
     #[prost(string, tag = "3")]
     pub application_data: String,
-    #[prost(oneof = "ActionParameters", tags = "4, 7, 9, 10, 31, 32, 34, 35, 36, 38, 39, 41")]
+    #[prost(
+        oneof = "ActionParameters",
+        tags = "4, 5, 7, 9, 10, 16, 17, 31, 32, 34, 35, 36, 38, 39, 40, 41"
+    )]
     pub parameters: Option<ActionParameters>,
 }
 
@@ -24,12 +29,18 @@ pub struct Action {
 pub enum ActionParameters {
     #[prost(message, tag = "4")]
     SendTwistCommand(TwistCommand),
+    #[prost(message, tag = "5")]
+    SendWrenchCommand(WrenchCommand),
     #[prost(message, tag = "7")]
     SendJointSpeeds(JointSpeeds),
     #[prost(message, tag = "9")]
     ReachPose(ConstrainedPose),
     #[prost(message, tag = "10")]
     ReachJointAngles(ConstrainedJointAngles),
+    #[prost(enumeration = "AdmittanceMode", tag = "16")]
+    ToggleAdmittanceMode(i32),
+    #[prost(message, tag = "17")]
+    Snapshot(Snapshot),
     #[prost(message, tag = "31")]
     ApplyEmergencyStop(()),
     #[prost(message, tag = "32")]
@@ -44,6 +55,8 @@ pub enum ActionParameters {
     StopAction(()),
     #[prost(message, tag = "39")]
     PlayPreComputedTrajectory(PreComputedJointTrajectory),
+    #[prost(message, tag = "40")]
+    ExecuteSequence(SequenceHandle),
     #[prost(message, tag = "41")]
     ExecuteWaypointList(WaypointList),
 }
@@ -218,6 +231,39 @@ pub struct UserProfileList {
     pub user_profiles: Vec<UserProfile>,
 }
 
+/// `Base.UserList`.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct UserList {
+    #[prost(message, repeated, tag = "1")]
+    pub user_handles: Vec<UserProfileHandle>,
+}
+
+/// `Base.PasswordChange`.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct PasswordChange {
+    #[prost(message, optional, tag = "1")]
+    pub handle: Option<UserProfileHandle>,
+    #[prost(string, tag = "2")]
+    pub old_password: String,
+    #[prost(string, tag = "3")]
+    pub new_password: String,
+}
+
+/// `Base.OperatingModeNotification`.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct OperatingModeNotification {
+    #[prost(enumeration = "OperatingMode", tag = "1")]
+    pub operating_mode: i32,
+    #[prost(message, optional, tag = "2")]
+    pub timestamp: Option<Timestamp>,
+    #[prost(message, optional, tag = "3")]
+    pub user_handle: Option<UserProfileHandle>,
+    #[prost(message, optional, tag = "4")]
+    pub connection: Option<Connection>,
+    #[prost(message, optional, tag = "5")]
+    pub device_handle: Option<DeviceHandle>,
+}
+
 /// `Base.ConfigurationChangeNotification`. Only the fields in use.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct ConfigurationChangeNotification {
@@ -227,7 +273,7 @@ pub struct ConfigurationChangeNotification {
     pub timestamp: Option<Timestamp>,
     #[prost(message, optional, tag = "3")]
     pub user_handle: Option<UserProfileHandle>,
-    #[prost(oneof = "ConfigurationChange", tags = "5, 9")]
+    #[prost(oneof = "ConfigurationChange", tags = "4, 5, 9, 10")]
     pub change: Option<ConfigurationChange>,
     #[prost(message, optional, tag = "15")]
     pub connection: Option<Connection>,
@@ -236,10 +282,14 @@ pub struct ConfigurationChangeNotification {
 /// The one of `Base.ConfigurationChangeNotification.configuration_change` that is set.
 #[derive(Clone, PartialEq, prost::Oneof)]
 pub enum ConfigurationChange {
+    #[prost(message, tag = "4")]
+    SequenceHandle(SequenceHandle),
     #[prost(message, tag = "5")]
     ActionHandle(ActionHandle),
     #[prost(message, tag = "9")]
     UserProfileHandle(UserProfileHandle),
+    #[prost(message, tag = "10")]
+    ProtectionZoneHandle(ProtectionZoneHandle),
 }
 
 /// `Base.ActionType`.

@@ -230,6 +230,46 @@ pub struct TwistAngularSoftLimit {
     pub twist_angular_soft_limit: f32,
 }
 
+/// `ControlConfig.CartesianReferenceFrameInfo`.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct CartesianReferenceFrameInfo {
+    /// `Common.CartesianReferenceFrame`.
+    #[prost(int32, tag = "1")]
+    pub reference_frame: i32,
+}
+
+/// `ControlConfig.LinearTwist`.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct LinearTwist {
+    #[prost(float, tag = "1")]
+    pub linear: f32,
+}
+
+/// `ControlConfig.AngularTwist`.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct AngularTwist {
+    #[prost(float, tag = "1")]
+    pub angular: f32,
+}
+
+/// `ControlConfig.JointSpeeds`.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct DesiredJointSpeeds {
+    #[prost(float, repeated, tag = "1")]
+    pub joint_speed: Vec<f32>,
+}
+
+/// `ControlConfig.DesiredSpeeds`.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct DesiredSpeeds {
+    #[prost(float, tag = "1")]
+    pub linear: f32,
+    #[prost(float, tag = "2")]
+    pub angular: f32,
+    #[prost(float, repeated, tag = "3")]
+    pub joint_speed: Vec<f32>,
+}
+
 /// `ProductConfiguration.CompleteProductConfiguration`.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct CompleteProductConfiguration {

@@ -296,3 +296,19 @@ pub struct GripperMessageId {
     #[prost(fixed32, tag = "1")]
     pub identifier: u32,
 }
+
+/// `BaseCyclic.CustomData`, without the words whose meaning is the vendor's own.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct CustomData {
+    #[prost(fixed32, tag = "1")]
+    pub frame_id: u32,
+    #[prost(message, repeated, tag = "10")]
+    pub actuators_custom_data: Vec<ActuatorCustomData>,
+}
+
+/// `BaseCyclic.ActuatorCustomData`, without the words whose meaning is the vendor's own.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct ActuatorCustomData {
+    #[prost(fixed32, tag = "1")]
+    pub command_id: u32,
+}

@@ -17,6 +17,8 @@ pub mod common;
 pub mod session;
 pub mod base;
 pub mod motion;
+pub mod force;
+pub mod sequence;
 pub mod trajectory;
 pub mod cyclic;
 pub mod config;

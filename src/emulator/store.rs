@@ -1,0 +1,211 @@
+//! What people keep in the arm besides actions and sequences: protection zones, users, snapshots.
+//!
+//! Zones are kept, read back and told; the emulated arm does not heed them.
+
+use crate::execution::kortex::messages::base::{
+    Action, ActionHandle, ActionList, ActionParameters, ConfigurationChange,
+    ConfigurationNotificationEvent, FullUserProfile, PasswordChange, RequestedActionType, UserList,
+    UserProfile, UserProfileList,
+};
+use crate::execution::kortex::messages::common::UserProfileHandle;
+use crate::execution::kortex::messages::motion::{
+    ConstrainedJointAngles, ConstrainedPose, Finger, Gripper, GripperCommand, GripperMode,
+};
+use crate::execution::kortex::messages::sequence::{
+    ProtectionZone, ProtectionZoneHandle, ProtectionZoneList, Snapshot, SnapshotType,
+};
+use crate::execution::kortex::refusal;
+use crate::execution::kortex::rpc::base as call;
+
+use super::controller::{Answer, Ask, Controller, No, done, say};
+use super::paths::wire_pose;
+
+use ConfigurationNotificationEvent as Event;
+
+/// Protection zones.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Zones {
+    stored: Vec<ProtectionZone>,
+    last: u32,
+}
+
+impl Zones {
+    fn at(&self, handle: Option<&ProtectionZoneHandle>) -> Result<usize, No> {
+        let is = |zone: &ProtectionZone| {
+            let own = zone.handle.as_ref().map(|own| own.identifier);
+            own.is_some() && own == handle.map(|handle| handle.identifier)
+        };
+        let found = self.stored.iter().position(is);
+        found.ok_or_else(|| No::device(refusal::ENTITY_NOT_FOUND, "protection zone not found"))
+    }
+}
+
+/// Says no to a zone whose shape has not the sizes it needs.
+fn check(zone: &ProtectionZone) -> Result<(), No> {
+    let shape = zone.shape.as_ref();
+    let needed = match shape.map_or(0, |shape| shape.shape_type) {
+        1 => 2,
+        2 => 1,
+        3 => 3,
+        _ => return Err(No::device(refusal::INVALID_PARAM, "no shape")),
+    };
+    let sizes = shape.map_or(&[][..], |shape| &shape.dimensions);
+    if sizes.len() < needed || !sizes.iter().all(|size| *size > 0.0 && size.is_finite()) {
+        return Err(No::device(refusal::INVALID_PARAM, "a size is missing or not positive"));
+    }
+    Ok(())
+}
+
+impl Controller {
+    /// The calls about protection zones; `None` for any other.
+    pub(super) fn zone_calls(&mut self, ask: &Ask<'_>) -> Option<Answer> {
+        Some(match ask.rpc {
+            call::CREATE_PROTECTION_ZONE => ask.read().and_then(|mut zone: ProtectionZone| {
+                check(&zone)?;
+                self.zones.last += 1;
+                let handle = ProtectionZoneHandle { identifier: self.zones.last, permission: 7 };
+                zone.handle = Some(handle.clone());
+                self.zones.stored.push(zone);
+                let change = ConfigurationChange::ProtectionZoneHandle(handle.clone());
+                self.tell_change(ask, Event::Created, change);
+                say(&handle)
+            }),
+            call::UPDATE_PROTECTION_ZONE => ask.read().and_then(|zone: ProtectionZone| {
+                check(&zone)?;
+                let at = self.zones.at(zone.handle.as_ref())?;
+                let handle = zone.handle.clone().unwrap_or_default();
+                self.zones.stored[at] = zone;
+                let change = ConfigurationChange::ProtectionZoneHandle(handle);
+                self.tell_change(ask, Event::Updated, change);
+                done()
+            }),
+            call::READ_PROTECTION_ZONE => ask.read().and_then(|handle| {
+                let at = self.zones.at(Some(&handle))?;
+                say(&self.zones.stored[at])
+            }),
+            call::DELETE_PROTECTION_ZONE => ask.read().and_then(|handle| {
+                let at = self.zones.at(Some(&handle))?;
+                self.zones.stored.remove(at);
+                let change = ConfigurationChange::ProtectionZoneHandle(handle);
+                self.tell_change(ask, Event::Deleted, change);
+                done()
+            }),
+            call::READ_ALL_PROTECTION_ZONES => {
+                say(&ProtectionZoneList { protection_zones: self.zones.stored.clone() })
+            }
+            _ => return None,
+        })
+    }
+
+    /// The calls about users; `None` for any other.
+    pub(super) fn user_calls(&mut self, ask: &Ask<'_>) -> Option<Answer> {
+        Some(match ask.rpc {
+            call::CREATE_USER_PROFILE => ask.read().and_then(|asked: FullUserProfile| {
+                let handle = self.sessions.add_user(asked)?;
+                let change = ConfigurationChange::UserProfileHandle(handle.clone());
+                self.tell_change(ask, Event::Created, change);
+                say(&handle)
+            }),
+            call::UPDATE_USER_PROFILE => ask.read().and_then(|asked: UserProfile| {
+                let handle = self.sessions.change_user(asked)?;
+                let change = ConfigurationChange::UserProfileHandle(handle);
+                self.tell_change(ask, Event::Updated, change);
+                done()
+            }),
+            call::DELETE_USER_PROFILE => ask.read().and_then(|handle: UserProfileHandle| {
+                self.sessions.remove_user(&handle)?;
+                let change = ConfigurationChange::UserProfileHandle(handle);
+                self.tell_change(ask, Event::Deleted, change);
+                done()
+            }),
+            call::READ_USER_PROFILE => {
+                ask.read().and_then(|handle| say(&self.sessions.user(&handle)?.clone()))
+            }
+            call::CHANGE_PASSWORD => ask.read().and_then(|asked: PasswordChange| {
+                self.sessions.change_password(&asked)?;
+                done()
+            }),
+            call::READ_ALL_USER_PROFILES => {
+                say(&UserProfileList { user_profiles: self.sessions.users() })
+            }
+            call::READ_ALL_USERS => {
+                let handles = self.sessions.users().into_iter().filter_map(|user| user.handle);
+                say(&UserList { user_handles: handles.collect() })
+            }
+            _ => return None,
+        })
+    }
+
+    /// The calls about stored actions; `None` for any other.
+    pub(super) fn action_calls(&mut self, ask: &Ask<'_>) -> Option<Answer> {
+        Some(match ask.rpc {
+            call::READ_ALL_ACTIONS => ask.read().and_then(|asked: RequestedActionType| {
+                say(&ActionList { action_list: self.actions.of_type(asked.action_type) })
+            }),
+            call::READ_ACTION => ask
+                .read()
+                .and_then(|handle: ActionHandle| say(self.actions.find(handle.identifier)?)),
+            call::CREATE_ACTION => ask.read().and_then(|action| {
+                let handle = self.store_action(ask, action)?;
+                say(&handle)
+            }),
+            call::UPDATE_ACTION => ask.read().and_then(|action| {
+                let handle = self.actions.update(action)?;
+                self.tell_change(ask, Event::Updated, ConfigurationChange::ActionHandle(handle));
+                done()
+            }),
+            call::DELETE_ACTION => ask.read().and_then(|handle: ActionHandle| {
+                self.actions.remove(handle.identifier)?;
+                self.tell_change(ask, Event::Deleted, ConfigurationChange::ActionHandle(handle));
+                done()
+            }),
+            call::TAKE_SNAPSHOT => ask.read().and_then(|asked| self.take_snapshot(ask, &asked)),
+            _ => return None,
+        })
+    }
+
+    fn store_action(&mut self, ask: &Ask<'_>, action: Action) -> Result<ActionHandle, No> {
+        let handle = self.actions.store(action)?;
+        let change = ConfigurationChange::ActionHandle(handle.clone());
+        self.tell_change(ask, Event::Created, change);
+        Ok(handle)
+    }
+
+    /// Stores where the arm is as actions that lead there; their names are chosen here.
+    pub(super) fn take_snapshot(&mut self, ask: &Ask<'_>, asked: &Snapshot) -> Answer {
+        let joints = || {
+            let reach = ConstrainedJointAngles {
+                joint_angles: Some(self.joint_angles()),
+                constraint: None,
+            };
+            ActionParameters::ReachJointAngles(reach)
+        };
+        let pose = || {
+            let pose = Some(wire_pose(&self.tool()));
+            ActionParameters::ReachPose(ConstrainedPose { target_pose: pose, constraint: None })
+        };
+        let gripper = || {
+            let closed = 1.0 - self.servo.report.opening / self.robot.max_opening();
+            let value = closed.clamp(0.0, 1.0) as f32;
+            ActionParameters::SendGripperCommand(GripperCommand {
+                mode: GripperMode::Position as i32,
+                gripper: Some(Gripper { finger: vec![Finger { finger_identifier: 1, value }] }),
+                duration: 0,
+            })
+        };
+        let seen = match SnapshotType::try_from(asked.snapshot_type) {
+            Ok(SnapshotType::CartesianPosition) => vec![pose()],
+            Ok(SnapshotType::JointPosition) => vec![joints()],
+            Ok(SnapshotType::Gripper) => vec![gripper()],
+            Ok(SnapshotType::Combined) => vec![pose(), gripper()],
+            _ => return Err(No::device(refusal::INVALID_PARAM, "no such snapshot")),
+        };
+        for parameters in seen {
+            let name = format!("Snapshot at {:.1} s", self.servo.time);
+            let parameters = Some(parameters);
+            let action = Action { name, parameters, ..Action::default() };
+            self.store_action(ask, action)?;
+        }
+        done()
+    }
+}
