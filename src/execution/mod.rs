@@ -10,6 +10,8 @@ pub mod arm;
 pub mod limits;
 pub mod plan;
 pub mod tape;
+pub mod during;
+pub mod timing;
 pub mod trace;
 pub mod stage;
 pub mod script;

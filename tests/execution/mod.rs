@@ -4,6 +4,7 @@
 mod arm_fit;
 mod called;
 mod contract;
+mod during;
 mod kortex;
 mod limits;
 mod script;
