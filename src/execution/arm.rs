@@ -141,6 +141,14 @@ pub trait Arm: Send {
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<Grip, DeviceError>;
 
+    /// Has the fingers go as asked once `after` s have passed, and returns at once: they move beside
+    /// whatever the arm does then. [`Self::grip`] waits for them.
+    ///
+    /// # Errors
+    ///
+    /// [`DeviceError::Refused`] from an arm that cannot do both at a time.
+    fn send_fingers(&mut self, grip: &ClearedGrip, after: f64) -> Result<(), DeviceError>;
+
     /// Holds still for `seconds`.
     fn wait(
         &mut self,

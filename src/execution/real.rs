@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use image::GrayImage;
+use image::{GrayImage, RgbImage};
 use nalgebra::Matrix6;
 
 use crate::alignment::overlay::annotate;
@@ -205,7 +205,12 @@ pub struct RealBody {
     look: ArmLook,
     watcher: Watcher,
     photos: usize,
+    /// What a picture shows, being worked out.
+    looking: Option<Looking>,
 }
+
+/// A photograph and what is found in it, on a thread of its own.
+type Looking = std::thread::JoinHandle<(RgbImage, Result<Vec<Sighting>, vision::Error>)>;
 
 impl RealBody {
     /// Takes devices on stage with what is known so far.
@@ -219,7 +224,18 @@ impl RealBody {
         watcher: Watcher,
     ) -> Self {
         let real = Arc::new(calibration.arm(&cell.robot));
-        Self { cell, arm, camera, calibration, real, belief, look, watcher, photos: 0 }
+        Self {
+            cell,
+            arm,
+            camera,
+            calibration,
+            real,
+            belief,
+            look,
+            watcher,
+            photos: 0,
+            looking: None,
+        }
     }
 
     /// Returns where the arm hides the table from the camera, by its own report and a little more.
@@ -325,6 +341,11 @@ impl Body for RealBody {
     }
 
     fn look(&mut self) -> Result<(), DeviceError> {
+        self.look_begin()?;
+        self.look_end()
+    }
+
+    fn look_begin(&mut self) -> Result<(), DeviceError> {
         let photo = self.camera.photo()?;
         let scene = self.cell.scene.clone();
         let camera = self.calibration.camera;
@@ -333,9 +354,20 @@ impl Body for RealBody {
             ignore: Some(self.arm_in_picture(&camera, &q)),
             ..vision::Options::default()
         };
-        let sightings = vision::see(&photo, &camera, &scene, &options).map_err(|error| {
+        self.looking = Some(std::thread::spawn(move || {
+            let seen = vision::see(&photo, &camera, &scene, &options);
+            (photo, seen)
+        }));
+        Ok(())
+    }
+
+    fn look_end(&mut self) -> Result<(), DeviceError> {
+        let Some(looking) = self.looking.take() else { return Ok(()) };
+        let no_use = |error: &dyn std::fmt::Display| {
             DeviceError::Unavailable(format!("the photograph is no use: {error}"))
-        })?;
+        };
+        let (photo, seen) = looking.join().map_err(|_| no_use(&"looking at it failed"))?;
+        let sightings = seen.map_err(|error| no_use(&error))?;
         self.photos += 1;
         if let Ok(mut watcher) = self.watcher.lock() {
             let image = annotate(&photo, &sightings);
@@ -379,7 +411,7 @@ impl Body for RealBody {
         self.belief.weighed(mass);
     }
 
-    fn photo(&mut self) -> Result<Option<image::RgbImage>, DeviceError> {
+    fn photo(&mut self) -> Result<Option<RgbImage>, DeviceError> {
         Ok(Some(self.camera.photo()?))
     }
 

@@ -19,6 +19,7 @@ use crate::world::frame::{Tool, World};
 use crate::world::{Pose, Scene, WorldState};
 
 use super::arm::{Arm, Cancel, DeviceError, Feedback, Grip};
+use super::beside::{Openings, Order};
 use super::calibrate::Calibration;
 use super::during::{During, Sight};
 use super::limits::{LimitError, Limits};
@@ -89,6 +90,17 @@ pub trait Body: Send {
     /// Looks at the table and takes what it sees for what is there.
     fn look(&mut self) -> Result<(), DeviceError>;
 
+    /// Photographs the table; what the picture shows is worked out beside whatever the arm does next, and is
+    /// known after [`Self::look_end`].
+    fn look_begin(&mut self) -> Result<(), DeviceError> {
+        self.look()
+    }
+
+    /// Takes what the picture of [`Self::look_begin`] shows for what is there.
+    fn look_end(&mut self) -> Result<(), DeviceError> {
+        Ok(())
+    }
+
     /// Returns the joint positions to command so that the arm really goes to `q` (regression 3).
     fn correct(&self, q: &[f64]) -> Vec<f64>;
 
@@ -158,6 +170,10 @@ pub struct Stage {
     /// Whether the step before ended sooner than its script.
     was_cut: bool,
     past: Past,
+    /// What a script wants done beside a motion, while it is asked.
+    orders: Option<Vec<Order>>,
+    /// How far the fingers were open, while something is done beside a motion.
+    openings: Option<Openings>,
     cancel: Cancel,
     watcher: Watcher,
 }
@@ -167,6 +183,9 @@ pub struct Stage {
 const BRIDGE: f64 = 0.2;
 /// How fast it is led there, as a share of full speed.
 const BRIDGE_SPEED: f64 = 0.3;
+/// How fast the fingers go, m/s, and with how much force they open, N.
+const FINGER_SPEED: f64 = 0.06;
+const OPEN_FORCE: f64 = 60.0;
 /// What a grip's progress is counted in, s: nobody knows beforehand how long it takes.
 const GRIP: f64 = 1.0;
 
@@ -197,6 +216,8 @@ impl Stage {
             during: None,
             was_cut: false,
             past: Past::default(),
+            orders: None,
+            openings: None,
             cancel,
             watcher,
         }
@@ -264,6 +285,28 @@ impl Stage {
     /// Puts the times of a run in place: none when it begins, those so far when it is rehearsed further.
     pub fn set_past(&mut self, past: Past) {
         self.past = past;
+    }
+
+    /// From now on scripts are asked what they want done beside a motion, and nothing is done.
+    pub fn take_orders(&mut self) {
+        self.orders = Some(Vec::new());
+    }
+
+    /// Ends that, and returns what they want.
+    pub fn orders(&mut self) -> Vec<Order> {
+        self.orders.take().unwrap_or_default()
+    }
+
+    /// Opens the fingers once `after` s have passed, beside whatever the arm does then.
+    pub fn open_beside(&mut self, after: f64) -> Result<(), ActionError> {
+        let widest = self.cell.robot.max_opening();
+        let grip = self.cell.limits.clear_grip(&self.cell, widest, FINGER_SPEED, OPEN_FORCE)?;
+        Ok(self.body.arm().send_fingers(&grip, after)?)
+    }
+
+    /// Takes note of the fingers' opening at every tick, or no longer.
+    pub fn note_openings(&mut self, openings: Option<Openings>) {
+        self.openings = openings;
     }
 
     /// Begins the step of that path on the tape; returns when the rehearsal saw what ends it come true.
@@ -341,6 +384,10 @@ impl Stage {
 
     /// `camera.look()`.
     pub fn look(&mut self) -> Result<(), ActionError> {
+        if let Some(orders) = &mut self.orders {
+            orders.push(Order::Look);
+            return Ok(());
+        }
         Ok(self.body.look()?)
     }
 
@@ -543,8 +590,12 @@ impl Stage {
 
     /// `arm.open()`: fingers as wide as they go.
     pub fn open(&mut self) -> Result<(), ActionError> {
+        if let Some(orders) = &mut self.orders {
+            orders.push(Order::Open);
+            return Ok(());
+        }
         let widest = self.cell.robot.max_opening();
-        let grip = self.grip(widest, 60.0)?;
+        let grip = self.grip(widest, OPEN_FORCE)?;
         self.body.gripped(grip, None)?;
         Ok(())
     }
@@ -614,7 +665,7 @@ impl Stage {
     }
 
     fn grip(&mut self, opening: f64, force: f64) -> Result<Grip, ActionError> {
-        let grip = self.cell.limits.clear_grip(&self.cell, opening, 0.06, force)?;
+        let grip = self.cell.limits.clear_grip(&self.cell, opening, FINGER_SPEED, force)?;
         self.act(GRIP, |arm, cancel, watch| arm.grip(&grip, cancel, watch))
     }
 
@@ -625,7 +676,17 @@ impl Stage {
         seconds: f64,
         doing: impl FnOnce(&mut dyn Arm, &Cancel, &mut dyn FnMut(&Feedback)) -> Result<T, DeviceError>,
     ) -> Result<T, ActionError> {
-        let mut tell = ticks(&self.watcher);
+        if self.orders.is_some() {
+            let words = "this holds the arm, so it cannot be done beside a motion";
+            return Err(ActionError::Refused(words.into()));
+        }
+        let (mut ticks, openings) = (ticks(&self.watcher), self.openings.clone());
+        let mut tell = |feedback: &Feedback| {
+            ticks(feedback);
+            if let Some(openings) = &openings {
+                openings.note(feedback);
+            }
+        };
         let Some(mut during) = self.during.take() else {
             return Ok(doing(self.body.arm(), &self.cancel, &mut tell)?);
         };

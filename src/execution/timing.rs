@@ -13,18 +13,21 @@ use crate::graph::{Interval, ParseGraph, is_at_or_below, time_error};
 use crate::language::text;
 
 use super::during::Deadline;
+use super::walk::Done;
 
 /// Two times closer than this are the same, s: a little more than the period at which a step's end is
 /// noticed.
 pub const SAME: f64 = 0.05;
 
-/// What a run remembers of its steps' times.
+/// What a run remembers of its steps' times, and of steps that were done beside another.
 #[derive(Debug, Clone, Default)]
 pub struct Past {
     /// When each task that has a limit began, by path, s of arm time.
     begun: BTreeMap<String, f64>,
     /// When each step was done, by path.
     intervals: BTreeMap<String, Interval>,
+    /// Steps that are over before their turn to be told, by index.
+    pub(super) ahead: BTreeMap<usize, Done>,
 }
 
 impl Past {

@@ -20,6 +20,7 @@ use super::plan::{NoWay, Why};
 use super::script::{ScriptError, ScriptValue, Scripts};
 use super::stage::ActionError;
 use super::tape::Ended;
+use super::together;
 use super::trace::Outcome;
 
 /// Where an action's script is looked up.
@@ -62,8 +63,8 @@ pub struct Done {
 
 /// Carries out steps on one stage.
 pub struct Walker<'a> {
-    scripts: &'a Scripts,
-    texts: &'a dyn Texts,
+    pub(super) scripts: &'a Scripts,
+    pub(super) texts: &'a dyn Texts,
     library: &'a Library,
     scene: &'a Scene,
     /// The world when the run began, for `filled`.
@@ -72,14 +73,16 @@ pub struct Walker<'a> {
 
 /// How a step came to its end.
 #[derive(Default)]
-struct End {
+pub(super) struct End {
     /// A person or a device stopped it.
-    stopped: bool,
+    pub(super) stopped: bool,
     /// What is wrong.
-    broken: Option<String>,
+    pub(super) broken: Option<String>,
+    /// When it was done, if not from its beginning until now.
+    pub(super) interval: Option<[f64; 2]>,
     /// The path of what an `until` ended: the step itself or something around it.
-    over: Option<String>,
-    held: Vec<Held>,
+    pub(super) over: Option<String>,
+    pub(super) held: Vec<Held>,
 }
 
 /// Facts that only a body knows.
@@ -152,7 +155,29 @@ impl<'a> Walker<'a> {
         index: usize,
         watched: &[Expr],
     ) -> Result<Done, ActionError> {
-        let step = &pg.steps[index];
+        let ahead = self.scripts.stage().past().ahead.remove(&index);
+        let done = match (ahead, together::group(pg, index)) {
+            (Some(done), _) => Ok(done),
+            (None, Some(group)) => self.group(pg, &group, watched),
+            (None, None) => self.alone(pg, index, watched, &[]),
+        };
+        if done.as_ref().map_or(true, |done| done.outcome != Outcome::Success) {
+            self.scripts.stage().past().ahead.clear();
+        }
+        done
+    }
+
+    /// Carries out one step with nothing beside it but conditions that must hold throughout.
+    pub(super) fn alone(
+        &mut self,
+        pg: &ParseGraph,
+        index: usize,
+        watched: &[Expr],
+        beside: &[Condition],
+    ) -> Result<Done, ActionError> {
+        let mut step = pg.steps[index].clone();
+        step.keeps.extend_from_slice(beside);
+        let step = &step;
         let before = self.scripts.stage().state()?;
         let begin = before.time;
         let mut end = End::default();
@@ -243,7 +268,7 @@ impl<'a> Walker<'a> {
     }
 
     /// Says what a step should have made true and did not.
-    fn promised(&self, gives: &[Condition], state: &WorldState) -> Option<String> {
+    pub(super) fn promised(&self, gives: &[Condition], state: &WorldState) -> Option<String> {
         self.unmet(gives, state).map(|unmet| format!("it should have made true {unmet}"))
     }
 
@@ -274,7 +299,11 @@ impl<'a> Walker<'a> {
     /// # Errors
     ///
     /// A wish to stop, and what a device said.
-    fn gave_up(&self, step: &Step, error: ScriptError) -> Result<Option<String>, ActionError> {
+    pub(super) fn gave_up(
+        &self,
+        step: &Step,
+        error: ScriptError,
+    ) -> Result<Option<String>, ActionError> {
         match error {
             ScriptError::Action {
                 error: error @ (ActionError::Stopped | ActionError::Device(_)),
@@ -302,7 +331,7 @@ impl<'a> Walker<'a> {
         })
     }
 
-    fn act(&mut self, step: &Step) -> Result<(), ScriptError> {
+    pub(super) fn act(&mut self, step: &Step) -> Result<(), ScriptError> {
         let (Some(file), Does::Action { args, .. }) = (&step.script, &step.does) else {
             return Ok(());
         };
@@ -367,7 +396,7 @@ impl<'a> Walker<'a> {
         })
     }
 
-    fn done(
+    pub(super) fn done(
         &self,
         pg: &ParseGraph,
         index: usize,
@@ -377,11 +406,12 @@ impl<'a> Walker<'a> {
     ) -> Result<Done, ActionError> {
         let step = &pg.steps[index];
         let state = self.scripts.stage().state()?;
-        let End { stopped, broken: mut reason, over, held } = end;
-        let interval = [begin, state.time];
+        let End { stopped, broken: mut reason, over, held, interval } = end;
+        let interval = interval.unwrap_or([begin, state.time]);
         if reason.is_none() {
             let mut stage = self.scripts.stage();
-            stage.past().done(&step.path, Interval { from: begin, to: state.time });
+            let [from, to] = interval;
+            stage.past().done(&step.path, Interval { from, to });
             reason = stage.past().broken(pg, index);
         }
         let outcome = match (stopped, &reason) {

@@ -13,6 +13,7 @@ pub mod poured;
 pub mod record;
 pub mod rehearse;
 pub mod stdlib;
+pub mod together;
 mod known;
 mod perform;
 
@@ -489,7 +490,9 @@ impl WorkCell {
     /// Checks a line typed at the prompt and returns what is wrong with it.
     pub fn check_line(&self, step: &Step, source: &Source) -> Vec<Diagnostic> {
         let scope = self.library.scope(&self.cell.scene.name);
-        self.library.check_step(step, source, &scope)
+        let mut wrong = self.library.check_step(step, source, &scope);
+        wrong.extend(together::check_step(step, &self.library, &self.stdlib));
+        wrong
     }
 
     fn now(&self) -> f64 {

@@ -28,6 +28,8 @@ action dip(by: Length) { keeps height(gripper) >= 5 cm  run \"rise.rhai\" }
 action twice(by: Length) { run \"twice.rhai\" }
 action ahead(by: Length) { run \"ahead.rhai\" }
 action pause(time: Time) { limit 1 s  run \"pause.rhai\" }
+action spread() { gives gripper.open  run \"spread.rhai\" }
+action peek() { run \"peek.rhai\" }
 ";
 
 struct Actions;
@@ -41,6 +43,8 @@ impl Texts for Actions {
             ),
             "ahead.rhai" => Some("arm.move_by([by, 0.0, 0.0], 0.2);"),
             "pause.rhai" => Some("arm.wait(time);"),
+            "spread.rhai" => Some("arm.open();"),
+            "peek.rhai" => Some("camera.look();"),
             _ => None,
         }
     }
@@ -127,19 +131,19 @@ impl Body for Seen {
 }
 
 /// One walk through a task, and everything the arm reported.
-struct Walked {
-    steps: Vec<Result<Done, ActionError>>,
-    ticks: Vec<Feedback>,
-    tape: Tape,
+pub(super) struct Walked {
+    pub(super) steps: Vec<Result<Done, ActionError>>,
+    pub(super) ticks: Vec<Feedback>,
+    pub(super) tape: Tape,
     q: Vec<f64>,
 }
 
 impl Walked {
-    fn step(&self, index: usize) -> &Done {
+    pub(super) fn step(&self, index: usize) -> &Done {
         self.steps[index].as_ref().unwrap()
     }
 
-    fn reason(&self, index: usize) -> &str {
+    pub(super) fn reason(&self, index: usize) -> &str {
         self.step(index).reason.as_deref().unwrap_or_default()
     }
 }
@@ -161,12 +165,18 @@ fn plan(tasks: &str, call: &str) -> (Library, ParseGraph) {
 }
 
 /// Walks `task t() { … }` to its first step that fails.
-fn walk_with(body: &str, tape: Tape, eyes: Option<Option<f64>>, cancel: &Cancel) -> Walked {
+pub(super) fn walk_with(
+    body: &str,
+    tape: Tape,
+    eyes: Option<Option<f64>>,
+    cancel: &Cancel,
+) -> Walked {
     let (library, pg) = plan(&format!("task t() {body}"), "t()");
     let cell = super::cell();
     // The jar stands straight ahead.
     let tool = tool_at_home();
-    let state = super::state(&kitchen::HOME, [tool.x + AHEAD, tool.y, 0.0]);
+    let mut state = super::state(&kitchen::HOME, [tool.x + AHEAD, tool.y, 0.0]);
+    state.opening = 0.02;
     let twin = TwinBody::new(super::twin(&cell.scene, &state));
     let body: Box<dyn Body> = match eyes {
         None => Box::new(twin),
@@ -194,7 +204,7 @@ fn walk_with(body: &str, tape: Tape, eyes: Option<Option<f64>>, cancel: &Cancel)
     Walked { steps, ticks, tape, q }
 }
 
-fn walk(body: &str) -> Walked {
+pub(super) fn walk(body: &str) -> Walked {
     walk_with(body, Tape::recording(), None, &Cancel::default())
 }
 

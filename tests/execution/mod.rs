@@ -9,6 +9,7 @@ mod kortex;
 mod limits;
 mod script;
 mod tape;
+mod together;
 
 use std::sync::{Arc, Mutex};
 
