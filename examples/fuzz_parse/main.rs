@@ -36,16 +36,10 @@ fn main() -> ExitCode {
             panic::catch_unwind(|| texts::survives(&text, &standard)).is_err().then_some(text)
         })
     });
-    match failed {
-        Some(text) => {
-            println!("not survived: {text:?}");
-            ExitCode::FAILURE
-        }
-        None => {
-            println!(
-                "{count} texts of seed {seed} were read, checked and laid out without a panic"
-            );
-            ExitCode::SUCCESS
-        }
+    if let Some(text) = failed {
+        println!("not survived: {text:?}");
+        return ExitCode::FAILURE;
     }
+    println!("{count} texts of seed {seed} were read, checked and laid out without a panic");
+    ExitCode::SUCCESS
 }

@@ -16,15 +16,15 @@
 //! Method: sampled robustness of signal temporal logic; Donzé and Maler, FORMATS 2010.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::graph::{Condition, Role, Step};
 use crate::language::Library;
 use crate::language::ast::{Expr, ExprKind, FluentItem};
+use crate::language::text;
 use crate::units::{Dimension, Quantity};
 use crate::world::fluent::{Evaluator, Facts, Fluents, Reading};
 use crate::world::{Scene, WorldState};
-
-use std::sync::Arc;
 
 use super::arm::Feedback;
 use super::stage::ActionError;
@@ -49,10 +49,12 @@ pub trait Sight: Send {
 pub struct Deadline {
     /// Whose: `pick(jar)`.
     pub of: String,
-    /// How long, s.
+    /// How long at full speed, s.
     pub seconds: f64,
     /// Since when, s of arm time.
     pub since: f64,
+    /// The share of full speed that the arm is held to.
+    pub pace: f64,
 }
 
 /// How one condition fared while a step ran.
@@ -314,7 +316,7 @@ impl During {
 
     /// The first limit that is exceeded.
     fn too_late(&self, now: f64) -> Option<Cut> {
-        let over = |limit: &&Deadline| now - limit.since > limit.seconds + 1e-9;
+        let over = |limit: &&Deadline| now - limit.since > limit.stretched() + 1e-9;
         self.deadlines.iter().find(over).map(|limit| Cut::Broken(limit.told(now)))
     }
 
@@ -328,14 +330,22 @@ impl During {
 }
 
 impl Deadline {
-    fn told(&self, now: f64) -> String {
-        let second = |value| Quantity { value, dimension: Dimension::TIME };
-        let Self { of, seconds, since } = self;
-        format!(
-            "{of} has taken {:.2} s, and its limit is {}",
-            now - since,
-            crate::language::text::quantity(second(*seconds))
-        )
+    /// How long it may take at this pace, s.
+    pub fn stretched(&self) -> f64 {
+        self.seconds / self.pace
+    }
+
+    pub(super) fn told(&self, now: f64) -> String {
+        let text = |value| text::quantity(Quantity { value, dimension: Dimension::TIME });
+        let (of, took, limit) = (&self.of, now - self.since, text(self.seconds));
+        if self.pace < 1.0 {
+            let (stretched, pace) = (text(self.stretched()), self.pace);
+            return format!(
+                "{of} has taken {took:.2} s, and its limit is {limit} at full speed, {stretched} at \
+                 {pace:.2} of it"
+            );
+        }
+        format!("{of} has taken {took:.2} s, and its limit is {limit}")
     }
 }
 

@@ -32,15 +32,22 @@ pub struct Past {
 
 impl Past {
     /// Returns the limits in force for a step that begins at arm time `now` (s), and starts the clocks of
-    /// the tasks that begin with it. A task that is tried again goes on with the time it had.
-    pub fn deadlines(&mut self, pg: &ParseGraph, index: usize, now: f64) -> Vec<Deadline> {
+    /// the tasks that begin with it. A task that is tried again goes on with the time it had. An arm at
+    /// `pace` of its full speed has so much longer.
+    pub fn deadlines(
+        &mut self,
+        pg: &ParseGraph,
+        index: usize,
+        now: f64,
+        pace: f64,
+    ) -> Vec<Deadline> {
         let step = &pg.steps[index];
         let around = step.limits.iter().map(|limit| {
             let since = *self.begun.entry(limit.owner.clone()).or_insert(now);
-            Deadline { of: limit.text.clone(), seconds: limit.seconds, since }
+            Deadline { of: limit.text.clone(), seconds: limit.seconds, since, pace }
         });
         let mut all: Vec<_> = around.collect();
-        let own = |seconds| Deadline { of: step.text.clone(), seconds, since: now };
+        let own = |seconds| Deadline { of: step.text.clone(), seconds, since: now, pace };
         all.extend(step.limit.map(own));
         all
     }

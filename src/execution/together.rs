@@ -13,6 +13,7 @@ use crate::graph::{Condition, Interval, ParseGraph};
 use crate::language::ast::{Allen, Expr};
 
 use super::beside::{Openings, Order};
+use super::during::Deadline;
 use super::stage::ActionError;
 use super::trace::Outcome;
 use super::uses::Uses;
@@ -74,7 +75,7 @@ fn strand_of<'p>(group: &str, step: &'p str) -> &'p str {
 
 /// Returns when strand `side` is to be done, seen from `main`.
 fn when(timings: &[Timing], side: &str, main: &str) -> When {
-    let about = timings.iter().filter_map(|timing| {
+    let mut about = timings.iter().filter_map(|timing| {
         let by = timing.by.unwrap_or(0.0);
         let is_side_first = match (timing.a.as_str(), timing.b.as_str()) {
             (a, b) if a == side && b == main => true,
@@ -91,8 +92,8 @@ fn when(timings: &[Timing], side: &str, main: &str) -> When {
             _ => When::Beside(0.0),
         })
     });
-    // Steps of a group are also said to meet the next; only what was asked for counts.
-    about.last().unwrap_or(When::Beside(0.0))
+    // What is asked for first is done; the rest is measured.
+    about.next().unwrap_or(When::Beside(0.0))
 }
 
 impl Walker<'_> {
@@ -134,14 +135,11 @@ impl Walker<'_> {
         let failed = done.values().find(|step| step.outcome != Outcome::Success);
         let why = failed.and_then(|step| step.reason.clone());
         self.scripts.stage().past().ahead = done;
-        match own {
-            Some(own) => Ok(own),
-            None => {
-                let why = why.unwrap_or_else(|| "what goes on beside it failed".into());
-                let end = End { broken: Some(why), ..End::default() };
-                self.done(pg, first, begin, watched, end)
-            }
+        if let Some(own) = own {
+            return Ok(own);
         }
+        let why = why.unwrap_or_else(|| "what goes on beside it failed".into());
+        self.done(pg, first, begin, watched, End { broken: Some(why), ..End::default() })
     }
 
     /// Returns the strands of a group, the one that the arm's time belongs to first.
@@ -340,9 +338,10 @@ impl Walker<'_> {
             None => state.time,
         };
         self.scripts.stage().past().done(&step.path, Interval { from, to });
-        let late = step.limit.filter(|limit| to - from > *limit).map(|limit| {
-            format!("{} has taken {:.2} s, and its limit is {limit} s", step.text, to - from)
-        });
+        let pace = self.scripts.stage().cell().limits.pace;
+        let own = |seconds| Deadline { of: step.text.clone(), seconds, since: from, pace };
+        let late = step.limit.map(own).filter(|own| to - from > own.stretched());
+        let late = late.map(|own| own.told(to));
         let broken = late.or_else(|| self.promised(&step.gives, &state));
         let end = End { broken, interval: Some([from, to]), ..End::default() };
         self.done(pg, index, from, watched, end)

@@ -181,7 +181,8 @@ impl<'a> Walker<'a> {
         let before = self.scripts.stage().state()?;
         let begin = before.time;
         let mut end = End::default();
-        let deadlines = self.scripts.stage().past().deadlines(pg, index, begin);
+        let pace = self.scripts.stage().cell().limits.pace;
+        let deadlines = self.scripts.stage().past().deadlines(pg, index, begin, pace);
         let rehearsed = match self.scripts.stage().begin_step(&step.path) {
             Ok(rehearsed) => rehearsed,
             Err(off) => {

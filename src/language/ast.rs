@@ -228,9 +228,11 @@ impl Step {
             Self::If(step) => step.span,
             Self::Repeat(repeat) => repeat.span,
             Self::Together(together) => together.span,
-            Self::Let(_, _, span) | Self::Sequence(_, span) | Self::Check(_, span) => *span,
             Self::Break(stop) => stop.span,
-            Self::Bad(span) => *span,
+            Self::Let(_, _, span)
+            | Self::Sequence(_, span)
+            | Self::Check(_, span)
+            | Self::Bad(span) => *span,
         }
     }
 }

@@ -130,6 +130,17 @@ impl Body for Seen {
     }
 }
 
+/// Who looks for the jar.
+#[derive(Clone, Copy)]
+pub(super) enum Eyes {
+    /// The twin, which knows.
+    Twins,
+    /// Nobody.
+    Blind,
+    /// Somebody who sees it so much nearer to the arm, m.
+    Nearer(f64),
+}
+
 /// One walk through a task, and everything the arm reported.
 pub(super) struct Walked {
     pub(super) steps: Vec<Result<Done, ActionError>>,
@@ -165,12 +176,7 @@ fn plan(tasks: &str, call: &str) -> (Library, ParseGraph) {
 }
 
 /// Walks `task t() { … }` to its first step that fails.
-pub(super) fn walk_with(
-    body: &str,
-    tape: Tape,
-    eyes: Option<Option<f64>>,
-    cancel: &Cancel,
-) -> Walked {
+pub(super) fn walk_with(body: &str, tape: Tape, eyes: Eyes, cancel: &Cancel) -> Walked {
     let (library, pg) = plan(&format!("task t() {body}"), "t()");
     let cell = super::cell();
     // The jar stands straight ahead.
@@ -179,8 +185,9 @@ pub(super) fn walk_with(
     state.opening = 0.02;
     let twin = TwinBody::new(super::twin(&cell.scene, &state));
     let body: Box<dyn Body> = match eyes {
-        None => Box::new(twin),
-        Some(nearer) => Box::new(Seen { twin, nearer }),
+        Eyes::Twins => Box::new(twin),
+        Eyes::Blind => Box::new(Seen { twin, nearer: None }),
+        Eyes::Nearer(by) => Box::new(Seen { twin, nearer: Some(by) }),
     };
     let ticks = Arc::new(Mutex::new(Ticks::default()));
     let scene = cell.scene.clone();
@@ -205,7 +212,7 @@ pub(super) fn walk_with(
 }
 
 pub(super) fn walk(body: &str) -> Walked {
-    walk_with(body, Tape::recording(), None, &Cancel::default())
+    walk_with(body, Tape::recording(), Eyes::Twins, &Cancel::default())
 }
 
 /// Where the tool is in each tick: arm time s, x and z m.
@@ -414,8 +421,12 @@ fn what_nobody_knows_stops_nothing() {
 fn a_wish_to_stop_is_told_from_a_broken_condition() {
     let cancel = Cancel::default();
     cancel.cancel();
-    let walked =
-        walk_with("{ rise(by: 5 cm) while opening() >= 0 mm }", Tape::recording(), None, &cancel);
+    let walked = walk_with(
+        "{ rise(by: 5 cm) while opening() >= 0 mm }",
+        Tape::recording(),
+        Eyes::Twins,
+        &cancel,
+    );
     assert_eq!(walked.steps[0].as_ref().unwrap_err(), &ActionError::Stopped);
 }
 
@@ -431,7 +442,7 @@ fn where_nobody_can_measure_it_the_arm_ends_where_the_rehearsal_did() {
     let rehearsed = walk(&body);
     assert_eq!(rehearsed.step(0).outcome, Outcome::Success, "{}", rehearsed.reason(0));
     let in_twin = rehearsed.step(0).held[0].became_true.unwrap();
-    let blind = walk_with(&body, rehearsed.tape.rewound(), Some(None), &Cancel::default());
+    let blind = walk_with(&body, rehearsed.tape.rewound(), Eyes::Blind, &Cancel::default());
     for index in 0..2 {
         assert_eq!(blind.step(index).outcome, Outcome::Success, "{}", blind.reason(index));
     }
@@ -452,7 +463,7 @@ fn where_nobody_can_measure_it_the_arm_ends_where_the_rehearsal_did() {
 fn as_measured_it_may_end_sooner_than_rehearsed() {
     let body = towards("rise(by: 5 cm)");
     let rehearsed = walk(&body);
-    let sooner = walk_with(&body, rehearsed.tape.rewound(), Some(Some(0.01)), &Cancel::default());
+    let sooner = walk_with(&body, rehearsed.tape.rewound(), Eyes::Nearer(0.01), &Cancel::default());
     for index in 0..2 {
         assert_eq!(sooner.step(index).outcome, Outcome::Success, "{}", sooner.reason(index));
     }
@@ -471,7 +482,7 @@ fn as_measured_it_may_end_sooner_than_rehearsed() {
 fn as_measured_it_may_not_end_much_later_than_rehearsed() {
     let body = towards("rise(by: 5 cm)");
     let rehearsed = walk(&body);
-    let late = walk_with(&body, rehearsed.tape.rewound(), Some(Some(-0.05)), &Cancel::default());
+    let late = walk_with(&body, rehearsed.tape.rewound(), Eyes::Nearer(-0.05), &Cancel::default());
     assert_eq!(late.step(0).outcome, Outcome::Failure);
     let reason = late.reason(0);
     assert!(reason.contains("later than it was true in the rehearsal"), "{reason}");
