@@ -489,3 +489,19 @@ fn as_measured_it_may_not_end_much_later_than_rehearsed() {
     let over = seconds_before(reason, " s later than");
     assert!(over > LATE && over <= LATE + PERIOD + 0.01, "{reason}");
 }
+
+/// Kept in the rehearsal and broken on the arm, whose eyes have the jar 2 cm nearer: the arm stops there.
+#[test]
+fn what_the_twin_kept_the_arm_may_break() {
+    let near = AHEAD - 0.05;
+    let body = format!("{{ ahead(by: 4 cm) while distance(gripper, jar) >= {near:.6} m }}");
+    let rehearsed = walk(&body);
+    assert_eq!(rehearsed.step(0).outcome, Outcome::Success, "{}", rehearsed.reason(0));
+    let least = |walked: &Walked| walked.step(0).held[0].least.unwrap().value;
+    assert!((least(&rehearsed) - 0.01).abs() < 2e-3, "{}", least(&rehearsed));
+    let broken = walk_with(&body, rehearsed.tape.rewound(), Eyes::Nearer(0.02), &Cancel::default());
+    assert_eq!(broken.step(0).outcome, Outcome::Failure);
+    assert!(broken.reason(0).starts_with("it lost `distance(gripper, jar) >= "));
+    assert!(least(&broken) < 0.0);
+    assert!(is_at_rest(broken.ticks.last().unwrap()));
+}
