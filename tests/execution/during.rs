@@ -17,6 +17,7 @@ use trueup::graph::{self, ParseGraph, infer};
 use trueup::language::ast::{Expr, Step};
 use trueup::language::{Library, Source, parse_line};
 use trueup::units::Unit;
+use trueup::workcell::Stdlib;
 use trueup::world::WorldState;
 
 use crate::kitchen;
@@ -504,4 +505,36 @@ fn what_the_twin_kept_the_arm_may_break() {
     assert!(broken.reason(0).starts_with("it lost `distance(gripper, jar) >= "));
     assert!(least(&broken) < 0.0);
     assert!(is_at_rest(broken.ticks.last().unwrap()));
+}
+
+/// Picking up, carrying over the cup and putting down, in the twin and without water: what the library's own
+/// actions keep holds all the while, inside their limits.
+#[test]
+fn the_library_keeps_what_it_says() {
+    let (library, pg) =
+        plan("task t() { pick(jar) via level_side  move_over(jar, cup)  place(jar) }", "t()");
+    let cell = super::cell();
+    let mut state = super::state(&kitchen::HOME, [0.60, 0.10, 0.3]);
+    state.object_mut("cup").unwrap().world_from_object =
+        Some(trueup::world::Pose::upright(0.58, -0.22, 0.0, 0.0));
+    state.opening = 0.085;
+    let body = Box::new(TwinBody::new(super::twin(&cell.scene, &state)));
+    let scene = cell.scene.clone();
+    let watcher = Arc::new(Mutex::new(Ticks::default()));
+    let (q, cancel) = (kitchen::HOME.to_vec(), Cancel::default());
+    let scripts =
+        Scripts::new(Stage::new(cell, body, q, Tape::recording(), (1, 0), cancel, watcher));
+    let start = scripts.stage().state().unwrap();
+    let texts = Stdlib::embedded();
+    let mut walker = Walker::new(&scripts, &texts, &library, &scene, &start);
+    let mut levels = 0;
+    for index in 0..pg.steps.len() {
+        let done = walker.step(&pg, index, &[]).unwrap();
+        assert_eq!(done.outcome, Outcome::Success, "{}: {:?}", pg.steps[index].text, done.reason);
+        for held in done.held.iter().filter(|held| held.text.contains("level(jar)")) {
+            assert!(held.least.unwrap().value > 0.0, "{held:?}");
+            levels += 1;
+        }
+    }
+    assert_eq!(levels, 2, "while it is carried over and while it is carried back");
 }
