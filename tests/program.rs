@@ -48,6 +48,7 @@ impl Desk {
             .current_dir(&self.dir)
             .env_remove("NO_COLOR")
             .env("XDG_STATE_HOME", &self.dir)
+            .env("XDG_CACHE_HOME", &self.dir)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped());

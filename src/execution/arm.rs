@@ -14,27 +14,38 @@ use super::limits::{Cleared, ClearedGrip};
 
 /// A wish to stop, shared by the prompt, the scripts and the arm. Cloning shares it.
 #[derive(Debug, Clone, Default)]
-pub struct Cancel(Arc<AtomicBool>);
+pub struct Cancel {
+    own: Arc<AtomicBool>,
+    /// The wish that this one also obeys.
+    above: Option<Arc<Cancel>>,
+}
 
 impl Cancel {
     /// Asks everyone who polls to stop.
     pub fn cancel(&self) {
-        self.0.store(true, Ordering::SeqCst);
+        self.own.store(true, Ordering::SeqCst);
     }
 
     /// Forgets the wish, before the next command.
     pub fn clear(&self) {
-        self.0.store(false, Ordering::SeqCst);
+        self.own.store(false, Ordering::SeqCst);
     }
 
     /// Returns whether someone asked to stop.
     pub fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::SeqCst)
+        self.own.load(Ordering::SeqCst)
+            || self.above.as_ref().is_some_and(|above| above.is_cancelled())
     }
 
-    /// Returns the flag itself, for planners that poll it.
+    /// Returns a wish of its own that also obeys this one: what stops one motion and nothing else.
+    #[must_use]
+    pub fn child(&self) -> Self {
+        Self { own: Arc::default(), above: Some(Arc::new(self.clone())) }
+    }
+
+    /// Returns the flag itself, for planners that poll it; it knows nothing of a wish above it.
     pub fn flag(&self) -> &AtomicBool {
-        &self.0
+        &self.own
     }
 }
 
@@ -141,6 +152,14 @@ pub trait Arm: Send {
         cancel: &Cancel,
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<Grip, DeviceError>;
+
+    /// Has the fingers go as asked once `after` s have passed, and returns at once: they move beside
+    /// whatever the arm does then. [`Self::grip`] waits for them.
+    ///
+    /// # Errors
+    ///
+    /// [`DeviceError::Refused`] from an arm that cannot do both at a time.
+    fn send_fingers(&mut self, grip: &ClearedGrip, after: f64) -> Result<(), DeviceError>;
 
     /// Holds still for `seconds`.
     fn wait(

@@ -68,6 +68,9 @@ pub struct Limits {
     pub finger_speed: f64,
     /// The most force a pad may press with, N.
     pub finger_force: f64,
+    /// The share of its full speed that the arm is held to. What a task may take is said for full speed, and
+    /// is stretched as its motions are.
+    pub pace: f64,
 }
 
 impl Default for Limits {
@@ -81,6 +84,7 @@ impl Default for Limits {
             floor: 0.005,
             finger_speed: 0.15,
             finger_force: 117.5,
+            pace: 1.0,
         }
     }
 }

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use image::GrayImage;
+use image::{GrayImage, RgbImage};
 use nalgebra::Matrix6;
 
 use crate::alignment::overlay::annotate;
@@ -19,6 +19,7 @@ use crate::world::{ObjectState, Pose, Scene, WorldState};
 
 use super::arm::{Arm, Camera, DeviceError, Feedback, Grip};
 use super::calibrate::Calibration;
+use super::during::Sight;
 use super::stage::{Body, Cell, Watcher};
 use super::trace::Event;
 
@@ -27,13 +28,23 @@ const WATER: f64 = 998.0;
 /// Pads this much closer or wider than an object's width still hold it, m.
 const PAD_TOLERANCE: f64 = 0.008;
 
+/// What is between the fingers.
+#[derive(Debug, Clone)]
+struct Held {
+    name: String,
+    /// How it lies there.
+    tool_from_object: Pose<Tool, Object>,
+    /// Opening between the pads when they closed on it, m.
+    opening: f64,
+}
+
 /// What was measured, and what follows from it.
 #[derive(Debug, Clone)]
 pub struct Belief {
     scene: Arc<Scene>,
     objects: Vec<ObjectState>,
     /// What is between the fingers and how it lies there.
-    held: Option<(String, Pose<Tool, Object>)>,
+    held: Option<Held>,
     /// The last object whose lip was over another: where what leaves the hand goes.
     below: Option<String>,
     /// The last mass weighed in the hand, kg.
@@ -59,7 +70,7 @@ impl Belief {
     /// Takes what a photograph showed. What is in the hand is known better by the hand.
     pub fn saw(&mut self, sightings: &[Sighting]) {
         for sighting in sightings {
-            if self.held.as_ref().is_some_and(|(name, _)| *name == sighting.name) {
+            if self.holds(&sighting.name) {
                 continue;
             }
             let Some(object) = self.objects.iter_mut().find(|o| o.name == sighting.name) else {
@@ -70,9 +81,25 @@ impl Belief {
         }
     }
 
+    fn holds(&self, name: &str) -> bool {
+        self.held.as_ref().is_some_and(|held| held.name == name)
+    }
+
+    /// Fingers that close further than on what they hold have lost it, and nobody knows where to.
+    fn slipped(&mut self, opening: f64) {
+        let Some(held) = self.held.take_if(|held| opening < held.opening - PAD_TOLERANCE) else {
+            return;
+        };
+        if let Some(object) = self.objects.iter_mut().find(|object| object.name == held.name) {
+            object.world_from_object = None;
+            object.std = f64::INFINITY;
+        }
+        self.mass = None;
+    }
+
     /// Takes how a grip on `aim` ended, with the tool at `tool`.
     pub fn gripped(&mut self, grip: Grip, aim: Option<&str>, tool: &Pose<World, Tool>) {
-        if let Some((name, tool_from_object)) = self.held.take() {
+        if let Some(Held { name, tool_from_object, .. }) = self.held.take() {
             // What was held stands where the hand let it go.
             let mut pose = *tool * tool_from_object;
             let origin = pose.origin();
@@ -94,7 +121,9 @@ impl Belief {
         let Some(known) = self.objects.iter_mut().find(|o| o.name == aim) else { return };
         if grip.stalled && fits {
             if let Some(pose) = known.world_from_object {
-                self.held = Some((aim.to_owned(), tool.inverse() * pose));
+                let tool_from_object = tool.inverse() * pose;
+                let (name, opening) = (aim.to_owned(), grip.opening);
+                self.held = Some(Held { name, tool_from_object, opening });
             }
         } else {
             // The fingers closed where it should have been, so it is somewhere else: look again.
@@ -105,8 +134,7 @@ impl Belief {
 
     /// Takes the mass in the hand, kg: what it lost since the last time went into what is below it.
     pub fn weighed(&mut self, mass: f64) {
-        let Some((name, _)) = &self.held else { return };
-        let name = name.clone();
+        let Some(name) = self.held.as_ref().map(|held| held.name.clone()) else { return };
         let lost = self.mass.map(|before| (before - mass) / WATER);
         self.mass = Some(mass);
         let Some(lost) = lost else { return };
@@ -122,10 +150,19 @@ impl Belief {
         }
     }
 
+    /// Returns whether two things touch; touch between two things on the table is not measured.
+    fn contact(&self, a: &str, b: &str) -> Option<bool> {
+        match (a, b) {
+            ("gripper", o) | (o, "gripper") => Some(self.holds(o)),
+            _ => None,
+        }
+    }
+
     /// Returns the world with the arm as reported and the tool where it really is.
     pub fn state(&mut self, feedback: &Feedback, tool: Pose<World, Tool>) -> WorldState {
+        self.slipped(feedback.opening);
         let mut objects = self.objects.clone();
-        if let Some((name, tool_from_object)) = &self.held {
+        if let Some(Held { name, tool_from_object, .. }) = &self.held {
             if let Some(object) = objects.iter_mut().find(|object| object.name == *name) {
                 object.world_from_object = Some(tool * *tool_from_object);
             }
@@ -136,7 +173,7 @@ impl Belief {
             q: feedback.q.clone(),
             opening: feedback.opening,
             world_from_tool: tool,
-            held: self.held.as_ref().map(|(name, _)| name.clone()),
+            held: self.held.as_ref().map(|held| held.name.clone()),
             objects,
             // No one weighs the table during a run.
             spilt: None,
@@ -163,12 +200,17 @@ pub struct RealBody {
     camera: Box<dyn Camera>,
     calibration: Calibration,
     /// The arm as regression 3 says it is.
-    real: Robot,
+    real: Arc<Robot>,
     belief: Belief,
     look: ArmLook,
     watcher: Watcher,
     photos: usize,
+    /// What a picture shows, being worked out.
+    looking: Option<Looking>,
 }
+
+/// A photograph and what is found in it, on a thread of its own.
+type Looking = std::thread::JoinHandle<(RgbImage, Result<Vec<Sighting>, vision::Error>)>;
 
 impl RealBody {
     /// Takes devices on stage with what is known so far.
@@ -181,8 +223,19 @@ impl RealBody {
         look: ArmLook,
         watcher: Watcher,
     ) -> Self {
-        let real = calibration.arm(&cell.robot);
-        Self { cell, arm, camera, calibration, real, belief, look, watcher, photos: 0 }
+        let real = Arc::new(calibration.arm(&cell.robot));
+        Self {
+            cell,
+            arm,
+            camera,
+            calibration,
+            real,
+            belief,
+            look,
+            watcher,
+            photos: 0,
+            looking: None,
+        }
     }
 
     /// Returns where the arm hides the table from the camera, by its own report and a little more.
@@ -208,9 +261,41 @@ impl RealBody {
 
     /// Returns where the tool really is at these reported joint positions (regression 3).
     fn tool(&self, q: &[f64]) -> Pose<World, Tool> {
-        let base_from_tool = self.real.forward_tool(q).expect("an arm reports one angle per joint");
-        self.calibration.reported_from_real.inverse()
-            * (self.cell.scene.world_from_base * base_from_tool)
+        real_tool(&self.real, &self.cell.scene, &self.calibration.reported_from_real, q)
+    }
+}
+
+fn real_tool(
+    real: &Robot,
+    scene: &Scene,
+    reported_from_real: &Pose<World, World>,
+    q: &[f64],
+) -> Pose<World, Tool> {
+    let base_from_tool = real.forward_tool(q).expect("an arm reports one angle per joint");
+    reported_from_real.inverse() * (scene.world_from_base * base_from_tool)
+}
+
+/// What is known while the arm moves: where it reports to be, what is in its fingers, and where things were
+/// seen last. Water that may be on its way is not known to be anywhere before it is weighed.
+struct RealSight {
+    belief: Belief,
+    real: Arc<Robot>,
+    reported_from_real: Pose<World, World>,
+}
+
+impl Sight for RealSight {
+    fn state(&mut self, feedback: &Feedback) -> WorldState {
+        let scene = self.belief.scene.clone();
+        let tool = real_tool(&self.real, &scene, &self.reported_from_real, &feedback.q);
+        let mut state = self.belief.state(feedback, tool);
+        for object in &mut state.objects {
+            object.water = None;
+        }
+        state
+    }
+
+    fn contact(&self, a: &str, b: &str) -> Option<bool> {
+        self.belief.contact(a, b)
     }
 }
 
@@ -241,6 +326,14 @@ impl Body for RealBody {
         self.arm.as_mut()
     }
 
+    fn sight(&self) -> Box<dyn Sight> {
+        Box::new(RealSight {
+            belief: self.belief.clone(),
+            real: self.real.clone(),
+            reported_from_real: self.calibration.reported_from_real,
+        })
+    }
+
     fn state(&mut self) -> Result<WorldState, DeviceError> {
         let feedback = self.arm.feedback()?;
         let tool = self.tool(&feedback.q);
@@ -248,6 +341,11 @@ impl Body for RealBody {
     }
 
     fn look(&mut self) -> Result<(), DeviceError> {
+        self.look_begin()?;
+        self.look_end()
+    }
+
+    fn look_begin(&mut self) -> Result<(), DeviceError> {
         let photo = self.camera.photo()?;
         let scene = self.cell.scene.clone();
         let camera = self.calibration.camera;
@@ -256,9 +354,20 @@ impl Body for RealBody {
             ignore: Some(self.arm_in_picture(&camera, &q)),
             ..vision::Options::default()
         };
-        let sightings = vision::see(&photo, &camera, &scene, &options).map_err(|error| {
+        self.looking = Some(std::thread::spawn(move || {
+            let seen = vision::see(&photo, &camera, &scene, &options);
+            (photo, seen)
+        }));
+        Ok(())
+    }
+
+    fn look_end(&mut self) -> Result<(), DeviceError> {
+        let Some(looking) = self.looking.take() else { return Ok(()) };
+        let no_use = |error: &dyn std::fmt::Display| {
             DeviceError::Unavailable(format!("the photograph is no use: {error}"))
-        })?;
+        };
+        let (photo, seen) = looking.join().map_err(|_| no_use(&"looking at it failed"))?;
+        let sightings = seen.map_err(|error| no_use(&error))?;
         self.photos += 1;
         if let Ok(mut watcher) = self.watcher.lock() {
             let image = annotate(&photo, &sightings);
@@ -302,12 +411,12 @@ impl Body for RealBody {
         self.belief.weighed(mass);
     }
 
-    fn photo(&mut self) -> Result<Option<image::RgbImage>, DeviceError> {
+    fn photo(&mut self) -> Result<Option<RgbImage>, DeviceError> {
         Ok(Some(self.camera.photo()?))
     }
 
     fn calibrate(&mut self, calibration: Calibration) {
-        self.real = calibration.arm(&self.cell.robot);
+        self.real = Arc::new(calibration.arm(&self.cell.robot));
         self.calibration = calibration;
     }
 
@@ -316,12 +425,7 @@ impl Body for RealBody {
     }
 
     fn contact(&mut self, a: &str, b: &str) -> Option<bool> {
-        let held = self.belief.held.as_ref().map(|(name, _)| name.as_str());
-        match (a, b) {
-            ("gripper", o) | (o, "gripper") => Some(held == Some(o)),
-            // Touch between two things on the table is not measured.
-            _ => None,
-        }
+        self.belief.contact(a, b)
     }
 }
 

@@ -173,18 +173,19 @@ fn translate(file: &str, error: &EvalAltResult) -> ScriptError {
     }
 }
 
-/// Carries an action's error through the engine. A stop cannot be caught by a script, anything else can.
+/// Carries an action's error through the engine. What ends the step cannot be caught by a script, anything
+/// else can.
 #[expect(
     clippy::unnecessary_box_returns,
     reason = "the engine's functions fail with a boxed error"
 )]
 fn raise(error: ActionError) -> Box<EvalAltResult> {
-    let stop = matches!(error, ActionError::Stopped);
+    let can_be_caught = error.can_be_caught();
     let token = Dynamic::from(error);
-    Box::new(if stop {
-        EvalAltResult::ErrorTerminated(token, Position::NONE)
-    } else {
+    Box::new(if can_be_caught {
         EvalAltResult::ErrorRuntime(token, Position::NONE)
+    } else {
+        EvalAltResult::ErrorTerminated(token, Position::NONE)
     })
 }
 

@@ -19,10 +19,13 @@ use crate::world::frame::{Tool, World};
 use crate::world::{Pose, Scene, WorldState};
 
 use super::arm::{Arm, Cancel, DeviceError, Feedback, Grip};
+use super::beside::{Openings, Order};
 use super::calibrate::Calibration;
+use super::during::{During, Sight};
 use super::limits::{LimitError, Limits};
 use super::plan::{Grasp, NoWay, Placement, Planner, Pour};
-use super::tape::{Entry, OffTape, Tape};
+use super::tape::{Ended, Entry, OffTape, Tape};
+use super::timing::Past;
 use super::trace::{Event, Observer};
 
 /// Why an action could not be done.
@@ -46,6 +49,19 @@ pub enum ActionError {
     /// The script itself gave up.
     #[error("{0}")]
     Refused(String),
+    /// What ends the step is true: no error, but nothing more is to be done in it.
+    #[error("the step is over")]
+    Ended,
+    /// A condition that must hold while the step runs is broken, or its time is up.
+    #[error("{0}")]
+    Broken(String),
+}
+
+impl ActionError {
+    /// Whether a script may catch it and go on.
+    pub fn can_be_caught(&self) -> bool {
+        !matches!(self, Self::Stopped | Self::Ended | Self::Broken(_))
+    }
 }
 
 impl From<DeviceError> for ActionError {
@@ -68,8 +84,22 @@ pub trait Body: Send {
     /// Returns the world as far as it is known now.
     fn state(&mut self) -> Result<WorldState, DeviceError>;
 
+    /// Returns what can be known of the world while the arm moves.
+    fn sight(&self) -> Box<dyn Sight>;
+
     /// Looks at the table and takes what it sees for what is there.
     fn look(&mut self) -> Result<(), DeviceError>;
+
+    /// Photographs the table; what the picture shows is worked out beside whatever the arm does next, and is
+    /// known after [`Self::look_end`].
+    fn look_begin(&mut self) -> Result<(), DeviceError> {
+        self.look()
+    }
+
+    /// Takes what the picture of [`Self::look_begin`] shows for what is there.
+    fn look_end(&mut self) -> Result<(), DeviceError> {
+        Ok(())
+    }
 
     /// Returns the joint positions to command so that the arm really goes to `q` (regression 3).
     fn correct(&self, q: &[f64]) -> Vec<f64>;
@@ -135,9 +165,29 @@ pub struct Stage {
     /// How far the arm may be from where it says, m; plans leave so much more room around objects.
     doubt: f64,
     memory: Memory,
+    /// What must hold, and what ends the step, while one runs.
+    during: Option<During>,
+    /// Whether the step before ended sooner than its script.
+    was_cut: bool,
+    past: Past,
+    /// What a script wants done beside a motion, while it is asked.
+    orders: Option<Vec<Order>>,
+    /// How far the fingers were open, while something is done beside a motion.
+    openings: Option<Openings>,
     cancel: Cancel,
     watcher: Watcher,
 }
+
+/// An arm further than this from where its next path begins is not led there, rad: what lies between was
+/// not rehearsed.
+const BRIDGE: f64 = 0.2;
+/// How fast it is led there, as a share of full speed.
+const BRIDGE_SPEED: f64 = 0.3;
+/// How fast the fingers go, m/s, and with how much force they open, N.
+const FINGER_SPEED: f64 = 0.06;
+const OPEN_FORCE: f64 = 60.0;
+/// What a grip's progress is counted in, s: nobody knows beforehand how long it takes.
+const GRIP: f64 = 1.0;
 
 impl Stage {
     /// Puts a body on stage where the plan has it at `q` (rad).
@@ -163,6 +213,11 @@ impl Stage {
             tare: None,
             doubt: 0.0,
             memory: Memory::new(),
+            during: None,
+            was_cut: false,
+            past: Past::default(),
+            orders: None,
+            openings: None,
             cancel,
             watcher,
         }
@@ -222,6 +277,61 @@ impl Stage {
         self.memory = memory;
     }
 
+    /// Returns what is known of the times of this run's steps.
+    pub fn past(&mut self) -> &mut Past {
+        &mut self.past
+    }
+
+    /// Puts the times of a run in place: none when it begins, those so far when it is rehearsed further.
+    pub fn set_past(&mut self, past: Past) {
+        self.past = past;
+    }
+
+    /// From now on scripts are asked what they want done beside a motion, and nothing is done.
+    pub fn take_orders(&mut self) {
+        self.orders = Some(Vec::new());
+    }
+
+    /// Ends that, and returns what they want.
+    pub fn orders(&mut self) -> Vec<Order> {
+        self.orders.take().unwrap_or_default()
+    }
+
+    /// Opens the fingers once `after` s have passed, beside whatever the arm does then.
+    pub fn open_beside(&mut self, after: f64) -> Result<(), ActionError> {
+        let widest = self.cell.robot.max_opening();
+        let grip = self.cell.limits.clear_grip(&self.cell, widest, FINGER_SPEED, OPEN_FORCE)?;
+        Ok(self.body.arm().send_fingers(&grip, after)?)
+    }
+
+    /// Takes note of the fingers' opening at every tick, or no longer.
+    pub fn note_openings(&mut self, openings: Option<Openings>) {
+        self.openings = openings;
+    }
+
+    /// Begins the step of that path on the tape; returns when the rehearsal saw what ends it come true.
+    pub fn begin_step(&mut self, path: &str) -> Result<Option<Ended>, OffTape> {
+        self.tape.begin(path, std::mem::take(&mut self.was_cut))
+    }
+
+    /// Ends the step that just began, since what ends it is true already.
+    pub fn ended_on_arrival(&mut self) {
+        self.tape.record(Entry::Ended(Ended::OnArrival));
+        self.was_cut = true;
+    }
+
+    /// Puts conditions in force for everything the arm does from now on.
+    pub fn watch_over(&mut self, during: During) {
+        self.during = Some(during);
+    }
+
+    /// Puts them out of force, and returns how they fared.
+    pub fn watched_over(&mut self) -> Option<During> {
+        let during = self.during.take();
+        self.was_cut |= during.as_ref().is_some_and(|during| during.cut().is_some());
+        during
+    }
+
     /// `remember(name, value)`.
     pub fn remember(&mut self, name: &str, value: Dynamic) {
         self.memory.insert(name.to_owned(), value);
@@ -274,6 +384,10 @@ impl Stage {
 
     /// `camera.look()`.
     pub fn look(&mut self) -> Result<(), ActionError> {
+        if let Some(orders) = &mut self.orders {
+            orders.push(Order::Look);
+            return Ok(());
+        }
         Ok(self.body.look()?)
     }
 
@@ -476,8 +590,12 @@ impl Stage {
 
     /// `arm.open()`: fingers as wide as they go.
     pub fn open(&mut self) -> Result<(), ActionError> {
+        if let Some(orders) = &mut self.orders {
+            orders.push(Order::Open);
+            return Ok(());
+        }
         let widest = self.cell.robot.max_opening();
-        let grip = self.grip(widest, 60.0)?;
+        let grip = self.grip(widest, OPEN_FORCE)?;
         self.body.gripped(grip, None)?;
         Ok(())
     }
@@ -492,9 +610,7 @@ impl Stage {
 
     /// `arm.wait(seconds)`.
     pub fn wait(&mut self, seconds: f64) -> Result<(), ActionError> {
-        let (watcher, cancel) = (self.watcher.clone(), self.cancel.clone());
-        self.body.arm().wait(seconds, &cancel, &mut ticks(&watcher))?;
-        Ok(())
+        self.act(seconds, |arm, cancel, watch| arm.wait(seconds, cancel, watch))
     }
 
     /// `arm.opening()`: opening between the pads, m.
@@ -527,16 +643,15 @@ impl Stage {
 
     /// Returns the mean joint positions and the mean torques beyond the model's, over `seconds` at rest.
     fn torque_excess(&mut self, seconds: f64) -> Result<(Vec<f64>, Vec<f64>), ActionError> {
-        let samples: Arc<Mutex<Vec<Feedback>>> = Arc::default();
-        let (watcher, cancel) = (self.watcher.clone(), self.cancel.clone());
+        let mut samples: Vec<Feedback> = Vec::new();
         // The arm swings out for a moment before the torques are worth reading.
-        self.body.arm().wait(0.3, &cancel, &mut ticks(&watcher))?;
-        let mut tick = ticks(&watcher);
-        self.body.arm().wait(seconds, &cancel, &mut |feedback| {
-            samples.lock().unwrap_or_else(PoisonError::into_inner).push(feedback.clone());
-            tick(feedback);
+        self.wait(0.3)?;
+        self.act(seconds, |arm, cancel, watch| {
+            arm.wait(seconds, cancel, &mut |feedback| {
+                samples.push(feedback.clone());
+                watch(feedback);
+            })
         })?;
-        let samples = samples.lock().unwrap_or_else(PoisonError::into_inner);
         let n = self.q.len();
         let mean = |pick: &dyn Fn(&Feedback) -> &Vec<f64>| -> Vec<f64> {
             let count = samples.len().max(1) as f64;
@@ -550,9 +665,53 @@ impl Stage {
     }
 
     fn grip(&mut self, opening: f64, force: f64) -> Result<Grip, ActionError> {
-        let (watcher, cancel) = (self.watcher.clone(), self.cancel.clone());
-        let grip = self.cell.limits.clear_grip(&self.cell, opening, 0.06, force)?;
-        Ok(self.body.arm().grip(&grip, &cancel, &mut ticks(&watcher))?)
+        let grip = self.cell.limits.clear_grip(&self.cell, opening, FINGER_SPEED, force)?;
+        self.act(GRIP, |arm, cancel, watch| arm.grip(&grip, cancel, watch))
+    }
+
+    /// Has the arm do something that is to take `seconds`, with whoever watches told of every tick and the
+    /// conditions in force read.
+    fn act<T>(
+        &mut self,
+        seconds: f64,
+        doing: impl FnOnce(&mut dyn Arm, &Cancel, &mut dyn FnMut(&Feedback)) -> Result<T, DeviceError>,
+    ) -> Result<T, ActionError> {
+        if self.orders.is_some() {
+            let words = "this holds the arm, so it cannot be done beside a motion";
+            return Err(ActionError::Refused(words.into()));
+        }
+        let (mut ticks, openings) = (ticks(&self.watcher), self.openings.clone());
+        let mut tell = |feedback: &Feedback| {
+            ticks(feedback);
+            if let Some(openings) = &openings {
+                openings.note(feedback);
+            }
+        };
+        let Some(mut during) = self.during.take() else {
+            return Ok(doing(self.body.arm(), &self.cancel, &mut tell)?);
+        };
+        during.motion_begins(self.body.sight(), seconds);
+        // What cuts this motion short is not a wish to stop everything.
+        let stop = self.cancel.child();
+        let done = doing(self.body.arm(), &stop, &mut |feedback| {
+            tell(feedback);
+            if during.sees(feedback) {
+                stop.cancel();
+            }
+        });
+        during.motion_ends();
+        let cut = during.cut().cloned();
+        if let Some(ended) = during.ended() {
+            self.tape.record(Entry::Ended(ended));
+        }
+        self.during = Some(during);
+        match (done, cut) {
+            (Err(DeviceError::Stopped), _) if self.cancel.is_cancelled() => {
+                Err(ActionError::Stopped)
+            }
+            (Err(DeviceError::Stopped) | Ok(_), Some(cut)) => Err(cut.into()),
+            (done, _) => Ok(done?),
+        }
     }
 
     fn taped_path(&mut self) -> Result<Option<Vec<Vec<f64>>>, ActionError> {
@@ -568,18 +727,55 @@ impl Stage {
 
     /// Clears a trajectory and follows it; the plan then has the arm at the end of `path`.
     fn drive(&mut self, trajectory: Trajectory, path: &[Vec<f64>]) -> Result<(), ActionError> {
+        self.bridge(path)?;
         let from = self.body.arm().feedback()?.q_cmd;
         let cleared = self.cell.limits.clear(&self.cell, trajectory, &from)?;
-        let (watcher, cancel) = (self.watcher.clone(), self.cancel.clone());
-        if let Err(error) = self.body.arm().follow(&cleared, &cancel, &mut ticks(&watcher)) {
+        let seconds = cleared.trajectory().duration();
+        if let Err(error) = self.act(seconds, |arm, stop, watch| arm.follow(&cleared, stop, watch))
+        {
             // The motion was cut short: the next plan begins where the arm was left, not at the path's end.
             self.find_arm()?;
-            return Err(error.into());
+            return Err(error);
         }
         if let Some(last) = path.last() {
             self.q.clone_from(last);
         }
         Ok(())
+    }
+
+    /// Leads the arm to where a rehearsed path begins, when a step before ended a little sooner or later
+    /// than in the rehearsal.
+    fn bridge(&mut self, path: &[Vec<f64>]) -> Result<(), ActionError> {
+        let Some(first) = path.first().filter(|_| self.tape.is_playing()) else { return Ok(()) };
+        let apart = |(a, b): (&f64, &f64)| (a - b).abs();
+        let off = first.iter().zip(&self.q).map(apart).fold(0.0, f64::max);
+        // What the limits would let pass anyway needs no motion of its own.
+        if off < 0.5 * self.cell.limits.jump {
+            return Ok(());
+        }
+        if off > BRIDGE {
+            let off = off.to_degrees();
+            return Err(ActionError::Refused(format!(
+                "a joint is {off:.1} deg from where the rehearsal went on, which is too far to go \
+                 unrehearsed"
+            )));
+        }
+        let way = [self.q.clone(), first.clone()];
+        let trajectory =
+            Trajectory::through_points(&self.corrected(&way), &self.paced(BRIDGE_SPEED))
+                .map_err(|error| ActionError::Refused(error.to_string()))?;
+        let from = self.body.arm().feedback()?.q_cmd;
+        let cleared = self.cell.limits.clear(&self.cell, trajectory, &from)?;
+        let seconds = cleared.trajectory().duration();
+        let led = self.act(seconds, |arm, stop, watch| arm.follow(&cleared, stop, watch));
+        if let Some(during) = &mut self.during {
+            during.uncount();
+        }
+        if led.is_err() {
+            self.find_arm()?;
+        }
+        self.q.clone_from(first);
+        led
     }
 
     fn planner(&mut self) -> Result<Planner, ActionError> {

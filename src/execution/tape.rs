@@ -4,6 +4,9 @@
 //! arm the same scripts ask again and are given the same answers. A plan that no simulation survived is
 //! therefore never run. A script that asks for something else than in the rehearsal is off the tape,
 //! and the step fails rather than improvises.
+//!
+//! The tape is cut into steps, so that a step which ends sooner on the arm than it did in the twin (an
+//! `until` that came true, as measured) leaves nothing behind for the next one.
 
 use super::plan::{Grasp, Placement, Pour};
 
@@ -20,6 +23,24 @@ pub enum Entry {
     Choice(usize),
     /// A joint path, rad.
     Path(Vec<Vec<f64>>),
+    /// A step of that path in the graph begins.
+    Begin(String),
+    /// What ends the step became true.
+    Ended(Ended),
+}
+
+/// When what ends a step became true.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Ended {
+    /// Before anything was done.
+    OnArrival,
+    /// While the arm moved or waited.
+    During {
+        /// In which of the step's motions, from 0.
+        motion: usize,
+        /// How far into it, as a share of the time it was to take.
+        along: f64,
+    },
 }
 
 /// Decisions in order, being recorded or played.
@@ -50,6 +71,8 @@ impl Entry {
             Self::Placements(_) => "ways to put down",
             Self::Choice(_) => "a choice",
             Self::Path(_) => "a path",
+            Self::Begin(_) => "the next step",
+            Self::Ended(_) => "the end of the step",
         }
     }
 }
@@ -90,6 +113,35 @@ impl Tape {
         let value = wanted(entry).ok_or(OffTape { asked, had: entry.kind() })?;
         self.at += 1;
         Ok(Some(value))
+    }
+
+    /// Begins a step; when playing, returns when what ends it became true in the rehearsal, if it did.
+    ///
+    /// # Errors
+    ///
+    /// [`OffTape`] when the rehearsal had no such step from here on, or when decisions of the step before
+    /// are left over although nothing `may_skip` them.
+    pub fn begin(&mut self, path: &str, may_skip: bool) -> Result<Option<Ended>, OffTape> {
+        if !self.playing {
+            self.entries.push(Entry::Begin(path.to_owned()));
+            return Ok(None);
+        }
+        let asked = "the next step";
+        let left = &self.entries[self.at.min(self.entries.len())..];
+        let is_it = |entry: &Entry| matches!(entry, Entry::Begin(at) if at == path);
+        let next = left.iter().position(is_it).ok_or(OffTape { asked, had: "ended" })?;
+        let unused = left[..next].iter().find(|entry| !matches!(entry, Entry::Ended(_)));
+        if let (Some(unused), false) = (unused, may_skip) {
+            return Err(OffTape { asked, had: unused.kind() });
+        }
+        self.at += next + 1;
+        let own = self.entries[self.at..].iter();
+        Ok(own.take_while(|entry| !matches!(entry, Entry::Begin(_))).find_map(
+            |entry| match entry {
+                Entry::Ended(ended) => Some(*ended),
+                _ => None,
+            },
+        ))
     }
 
     /// Records a decision; does nothing when playing.

@@ -38,6 +38,8 @@ pub struct Ticked<P> {
     plant: P,
     q_cmd: Vec<f64>,
     dq_cmd: Vec<f64>,
+    /// Where the fingers are to go, and in how many ticks.
+    fingers: Option<(ClearedGrip, usize)>,
 }
 
 impl<P: Plant> Ticked<P> {
@@ -45,7 +47,7 @@ impl<P: Plant> Ticked<P> {
     pub fn new(mut plant: P) -> Self {
         let q_cmd = plant.report().q;
         let dq_cmd = vec![0.0; q_cmd.len()];
-        Self { plant, q_cmd, dq_cmd }
+        Self { plant, q_cmd, dq_cmd, fingers: None }
     }
 
     fn run(
@@ -77,6 +79,14 @@ impl<P: Plant> Ticked<P> {
             self.plant.command(&q, &dq)?;
             (self.q_cmd, self.dq_cmd) = (q, dq);
         }
+        match &mut self.fingers {
+            Some((grip, 0)) => {
+                self.plant.aim(grip.opening(), grip.speed(), grip.force())?;
+                self.fingers = None;
+            }
+            Some((_, ticks)) => *ticks -= 1,
+            None => {}
+        }
         self.plant.advance(PERIOD)?;
         watch(&self.feedback()?);
         Ok(())
@@ -87,6 +97,8 @@ impl<P: Plant> Ticked<P> {
     /// The command never jumps: a joint sent back to where its encoder was read would swing past and
     /// return, and what it carries would spill.
     fn brake(&mut self, watch: &mut dyn FnMut(&Feedback)) -> Result<(), DeviceError> {
+        // What has not begun is not begun any more.
+        self.fingers = None;
         let (q, dq) = (self.q_cmd.clone(), self.dq_cmd.clone());
         let fastest = dq.iter().fold(0.0_f64, |fastest, dq| fastest.max(dq.abs()));
         let duration = fastest / BRAKE;
@@ -152,6 +164,11 @@ impl<P: Plant> Arm for Ticked<P> {
             }
         }
         Ok(Grip { opening: last, stalled: (last - opening).abs() > 3e-3 })
+    }
+
+    fn send_fingers(&mut self, grip: &ClearedGrip, after: f64) -> Result<(), DeviceError> {
+        self.fingers = Some((*grip, (after / PERIOD).round() as usize));
+        Ok(())
     }
 
     fn wait(

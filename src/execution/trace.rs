@@ -68,6 +68,37 @@ pub struct TermRow {
     pub std: Option<Measure>,
 }
 
+/// One condition that was in force while a step ran, in the twin and as measured.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DuringRow {
+    /// As people read it: `height(jar) < 20 cm`.
+    pub name: String,
+    /// Whether it ended the step when it became true (`until`), or had to hold (`keeps`, `while`).
+    pub ends: bool,
+    /// As measured.
+    pub measured: Fared,
+    /// In the twin, if the step was rehearsed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub twin: Option<Fared>,
+}
+
+/// How a condition fared while a step ran.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Fared {
+    /// Its margin when it was smallest, where it has one and somebody knows it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub least: Option<Measure>,
+    /// When that was, s from the step's beginning.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub least_at_s: Option<f64>,
+    /// When an `until` became true, s from the step's beginning.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub became_true_s: Option<f64>,
+    /// Whether that is the rehearsal's word, since nobody could measure it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub by_rehearsal: bool,
+}
+
 /// How one step ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -98,6 +129,9 @@ pub struct StepRecord {
     pub interval_s: [f64; 2],
     /// The fluents after it.
     pub fluents: Vec<FluentRow>,
+    /// How the conditions fared that were in force while it ran.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub during: Vec<DuringRow>,
     /// How many known fluents differ between twin and measurement (Eq. 8).
     pub hamming: usize,
     /// `exp(-hamming)` (Eq. 8).

@@ -6,6 +6,7 @@ use crate::twin::Twin;
 use crate::world::WorldState;
 
 use super::arm::{Arm, DeviceError, Feedback, Grip};
+use super::during::Sight;
 use super::stage::Body;
 use super::ticked::{Plant, Ticked};
 
@@ -66,9 +67,37 @@ impl TwinBody {
     }
 }
 
+/// Everything is known in the twin, at any time.
+struct TwinSight(SharedTwin);
+
+impl Sight for TwinSight {
+    fn state(&mut self, _feedback: &Feedback) -> WorldState {
+        lock(&self.0).state()
+    }
+
+    fn contact(&self, a: &str, b: &str) -> Option<bool> {
+        Some(touch(&self.0, a, b))
+    }
+}
+
+/// Returns whether two things touch; the gripper touches what any of its jaws touches.
+fn touch(twin: &SharedTwin, a: &str, b: &str) -> bool {
+    let twin = lock(twin);
+    let jaws: Vec<String> = twin.robot().jaw_links().map(str::to_owned).collect();
+    let parts = |name: &str| match name {
+        "gripper" => jaws.clone(),
+        other => vec![other.to_owned()],
+    };
+    parts(a).iter().any(|a| parts(b).iter().any(|b| twin.contacts(a, b)))
+}
+
 impl Body for TwinBody {
     fn arm(&mut self) -> &mut dyn Arm {
         &mut self.arm
+    }
+
+    fn sight(&self) -> Box<dyn Sight> {
+        Box::new(TwinSight(self.twin.clone()))
     }
 
     fn state(&mut self) -> Result<WorldState, DeviceError> {
@@ -98,13 +127,6 @@ impl Body for TwinBody {
     }
 
     fn contact(&mut self, a: &str, b: &str) -> Option<bool> {
-        let twin = lock(&self.twin);
-        let jaws: Vec<String> = twin.robot().jaw_links().map(str::to_owned).collect();
-        // The gripper touches what any of its jaws touches.
-        let parts = |name: &str| match name {
-            "gripper" => jaws.clone(),
-            other => vec![other.to_owned()],
-        };
-        Some(parts(a).iter().any(|a| parts(b).iter().any(|b| twin.contacts(a, b))))
+        Some(touch(&self.twin, a, b))
     }
 }

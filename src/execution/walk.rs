@@ -1,13 +1,13 @@
 //! Walks a parse graph: requires, acts, promises.
 //!
 //! One walker serves the twin and the arm. Before a step its needs must hold, after it what it gives must
-//! be true; what keeps it going or ends it early is read at its end. Every fluent of the parse graph is
-//! read after every step. A condition nobody can judge does not stop a step, and is recorded as unknown;
-//! what to do about a failure is for whoever called.
+//! be true; what must hold throughout or ends it early is read while it runs ([`super::during`]) and once
+//! more at its end. Every fluent of the parse graph is read after every step. A condition nobody can judge
+//! does not stop a step, and is recorded as unknown; what to do about a failure is for whoever called.
 
 use std::collections::BTreeMap;
 
-use crate::graph::{Condition, Does, ParseGraph, Step, fluent};
+use crate::graph::{Condition, Does, Interval, ParseGraph, Step, fluent, is_at_or_below};
 use crate::language::Library;
 use crate::language::ast::{BinaryOp, Expr, ExprKind};
 use crate::language::text;
@@ -15,9 +15,12 @@ use crate::units::{Dimension, Quantity};
 use crate::world::fluent::{Evaluator, Fact, Facts, Reading};
 use crate::world::{Scene, WorldState};
 
+use super::during::{Cut, During, Held, false_by};
 use super::plan::{NoWay, Why};
 use super::script::{ScriptError, ScriptValue, Scripts};
 use super::stage::ActionError;
+use super::tape::Ended;
+use super::together;
 use super::trace::Outcome;
 
 /// Where an action's script is looked up.
@@ -52,18 +55,34 @@ pub struct Done {
     pub interval: [f64; 2],
     /// Every fluent of the parse graph, in its order.
     pub fluents: Vec<FluentReading>,
+    /// How the conditions fared that were in force while it ran.
+    pub held: Vec<Held>,
     /// The world after it.
     pub state: WorldState,
 }
 
 /// Carries out steps on one stage.
 pub struct Walker<'a> {
-    scripts: &'a Scripts,
-    texts: &'a dyn Texts,
+    pub(super) scripts: &'a Scripts,
+    pub(super) texts: &'a dyn Texts,
     library: &'a Library,
     scene: &'a Scene,
     /// The world when the run began, for `filled`.
     start: &'a WorldState,
+}
+
+/// How a step came to its end.
+#[derive(Default)]
+pub(super) struct End {
+    /// A person or a device stopped it.
+    pub(super) stopped: bool,
+    /// What is wrong.
+    pub(super) broken: Option<String>,
+    /// When it was done, if not from its beginning until now.
+    pub(super) interval: Option<[f64; 2]>,
+    /// The path of what an `until` ended: the step itself or something around it.
+    pub(super) over: Option<String>,
+    pub(super) held: Vec<Held>,
 }
 
 /// Facts that only a body knows.
@@ -136,41 +155,173 @@ impl<'a> Walker<'a> {
         index: usize,
         watched: &[Expr],
     ) -> Result<Done, ActionError> {
-        let step = &pg.steps[index];
+        let ahead = self.scripts.stage().past().ahead.remove(&index);
+        let done = match (ahead, together::group(pg, index)) {
+            (Some(done), _) => Ok(done),
+            (None, Some(group)) => self.group(pg, &group, watched),
+            (None, None) => self.alone(pg, index, watched, &[]),
+        };
+        if done.as_ref().map_or(true, |done| done.outcome != Outcome::Success) {
+            self.scripts.stage().past().ahead.clear();
+        }
+        done
+    }
+
+    /// Carries out one step with nothing beside it but conditions that must hold throughout.
+    pub(super) fn alone(
+        &mut self,
+        pg: &ParseGraph,
+        index: usize,
+        watched: &[Expr],
+        beside: &[Condition],
+    ) -> Result<Done, ActionError> {
+        let mut step = pg.steps[index].clone();
+        step.keeps.extend_from_slice(beside);
+        let step = &step;
         let before = self.scripts.stage().state()?;
         let begin = before.time;
-        if !step.unless.is_empty() && self.any(&step.unless, &before) {
-            return self.done(step, index, begin, watched, Outcome::Success, None);
+        let mut end = End::default();
+        let pace = self.scripts.stage().cell().limits.pace;
+        let deadlines = self.scripts.stage().past().deadlines(pg, index, begin, pace);
+        let rehearsed = match self.scripts.stage().begin_step(&step.path) {
+            Ok(rehearsed) => rehearsed,
+            Err(off) => {
+                end.broken = Some(off.to_string());
+                return self.done(pg, index, begin, watched, end);
+            }
+        };
+        match self.needless(step, &before, rehearsed) {
+            Ok(None) => {}
+            Ok(Some(owner)) => {
+                self.scripts.stage().ended_on_arrival();
+                end.over = Some(owner);
+                end.broken = self.promised(&given(step, end.over.as_deref()), &before);
+                return self.done(pg, index, begin, watched, end);
+            }
+            Err(reason) => {
+                end.broken = Some(reason);
+                return self.done(pg, index, begin, watched, end);
+            }
         }
         if let Some(unmet) = self.unmet(&step.needs, &before) {
-            let reason = format!("it needs {unmet}");
-            return self.done(step, index, begin, watched, Outcome::Failure, Some(reason));
+            end.broken = Some(format!("it needs {unmet}"));
+            return self.done(pg, index, begin, watched, end);
         }
-        if let Err(error) = self.act(step) {
-            let reason = match error {
-                ScriptError::Action { error: ActionError::Stopped, .. } => {
-                    return Err(ActionError::Stopped);
-                }
-                ScriptError::Action { error: error @ ActionError::Device(_), .. } => {
-                    return Err(error);
-                }
-                ScriptError::Action { error, line } => match (line, &step.script) {
-                    (Some(line), Some(file)) => {
-                        format!("{error} ({file}:{line}{})", self.called_from(step))
-                    }
-                    _ => error.to_string(),
-                },
-                wrong @ ScriptError::Wrong { .. } => format!("{wrong}{}", self.called_from(step)),
-            };
-            return self.done(step, index, begin, watched, Outcome::Failure, Some(reason));
+        let scene = self.scripts.stage().cell().scene.clone();
+        let stroke = self.scripts.stage().cell().robot.max_opening();
+        let during = During::new(step, self.library, scene, self.start.clone(), begin, stroke)
+            .within(deadlines)
+            .as_rehearsed(rehearsed);
+        self.scripts.stage().watch_over(during);
+        let acted = self.act(step);
+        let during = self.scripts.stage().watched_over();
+        if let Err(error) = acted {
+            match self.gave_up(step, error) {
+                Ok(reason) => end.broken = reason,
+                Err(error) => return Err(error),
+            }
         }
         let after = self.scripts.stage().state()?;
-        let broken = self
-            .unmet(&step.gives, &after)
-            .map(|unmet| format!("it should have made true {unmet}"))
-            .or_else(|| self.unmet(&step.keeps, &after).map(|unmet| format!("it lost {unmet}")));
-        let outcome = if broken.is_some() { Outcome::Failure } else { Outcome::Success };
-        self.done(step, index, begin, watched, outcome, broken)
+        if let Some(mut during) = during {
+            if let Some(Cut::Ended { until }) = during.cut() {
+                end.over = step.untils.get(*until).map(|until| until.owner.clone());
+            }
+            for condition in &step.keeps {
+                during.at_end(condition, &self.read(&condition.expr, &after), after.time);
+            }
+            end.broken = end.broken.or_else(|| during.overdue(after.time));
+            end.held = during.held();
+        }
+        end.broken = end.broken.or_else(|| {
+            self.promised(&given(step, end.over.as_deref()), &after)
+                .or_else(|| self.unmet(&step.keeps, &after).map(|lost| format!("it lost {lost}")))
+                .or_else(|| self.still_false(pg, index, end.over.as_deref(), &after))
+        });
+        self.done(pg, index, begin, watched, end)
+    }
+
+    /// Returns whose end is reached before anything is done, if a step's is; `Err` says why arm and
+    /// rehearsal differ in that.
+    fn needless(
+        &self,
+        step: &Step,
+        state: &WorldState,
+        rehearsed: Option<Ended>,
+    ) -> Result<Option<String>, String> {
+        let all = || step.unless.iter().chain(&step.untils);
+        let mut readings = all().map(|c| (c, self.read(&c.expr, state))).collect::<Vec<_>>();
+        readings.sort_by_key(|(_, reading)| match reading.truth {
+            Some(true) => 0,
+            None => 1,
+            Some(false) => 2,
+        });
+        let Some((condition, reading)) = readings.first() else { return Ok(None) };
+        match (reading.truth, rehearsed == Some(Ended::OnArrival)) {
+            (Some(true), _) | (None, true) => Ok(Some(condition.owner.clone())),
+            (_, false) => Ok(None),
+            (Some(false), true) => {
+                let false_by = false_by(condition, reading);
+                Err(format!(
+                    "in the rehearsal there was nothing to do here; now there is: {false_by}"
+                ))
+            }
+        }
+    }
+
+    /// Says what a step should have made true and did not.
+    pub(super) fn promised(&self, gives: &[Condition], state: &WorldState) -> Option<String> {
+        self.unmet(gives, state).map(|unmet| format!("it should have made true {unmet}"))
+    }
+
+    /// Says what was to end a step, or the block or task that ends with it, and is known to be false still.
+    fn still_false(
+        &self,
+        pg: &ParseGraph,
+        index: usize,
+        over: Option<&str>,
+        state: &WorldState,
+    ) -> Option<String> {
+        if over.is_some() {
+            return None;
+        }
+        let is_last = |c: &&Condition| pg.steps_of(&c.owner).last() == Some(index);
+        let ends: Vec<_> = pg.steps[index].untils.iter().filter(is_last).cloned().collect();
+        // Any one of them is enough.
+        let readings: Vec<_> = ends.iter().map(|c| self.read(&c.expr, state)).collect();
+        if readings.iter().any(|reading| reading.truth != Some(false)) {
+            return None;
+        }
+        let (condition, reading) = ends.iter().zip(&readings).next()?;
+        Some(format!("it came to its end before {}", false_by(condition, reading)))
+    }
+
+    /// Words why an action gave up; `None` when it was over, which is no failure.
+    ///
+    /// # Errors
+    ///
+    /// A wish to stop, and what a device said.
+    pub(super) fn gave_up(
+        &self,
+        step: &Step,
+        error: ScriptError,
+    ) -> Result<Option<String>, ActionError> {
+        match error {
+            ScriptError::Action {
+                error: error @ (ActionError::Stopped | ActionError::Device(_)),
+                ..
+            } => Err(error),
+            ScriptError::Action { error: ActionError::Ended, .. } => Ok(None),
+            ScriptError::Action { error: ActionError::Broken(words), .. } => Ok(Some(words)),
+            ScriptError::Action { error, line } => Ok(Some(match (line, &step.script) {
+                (Some(line), Some(file)) => {
+                    format!("{error} ({file}:{line}{})", self.called_from(step))
+                }
+                _ => error.to_string(),
+            })),
+            wrong @ ScriptError::Wrong { .. } => {
+                Ok(Some(format!("{wrong}{}", self.called_from(step))))
+            }
+        }
     }
 
     /// Returns the line of the task that calls a step, as the end of a sentence.
@@ -181,7 +332,7 @@ impl<'a> Walker<'a> {
         })
     }
 
-    fn act(&mut self, step: &Step) -> Result<(), ScriptError> {
+    pub(super) fn act(&mut self, step: &Step) -> Result<(), ScriptError> {
         let (Some(file), Does::Action { args, .. }) = (&step.script, &step.does) else {
             return Ok(());
         };
@@ -218,10 +369,6 @@ impl<'a> Walker<'a> {
         }
     }
 
-    fn any(&self, conditions: &[Condition], state: &WorldState) -> bool {
-        conditions.iter().any(|c| self.read(&c.expr, state).truth == Some(true))
-    }
-
     /// Returns what is known at the end of a step that a person or a device cut short.
     ///
     /// # Errors
@@ -235,8 +382,8 @@ impl<'a> Walker<'a> {
         watched: &[Expr],
         why: &ActionError,
     ) -> Result<Done, ActionError> {
-        let reason = Some(why.to_string());
-        self.done(&pg.steps[index], index, begin, watched, Outcome::Stopped, reason)
+        let end = End { stopped: true, broken: Some(why.to_string()), ..End::default() };
+        self.done(pg, index, begin, watched, end)
     }
 
     /// Returns the first condition that is false, with its margin, in words.
@@ -246,30 +393,35 @@ impl<'a> Walker<'a> {
             if reading.truth != Some(false) {
                 return None;
             }
-            // Of a long condition the part that decided is told.
-            let term = if reading.term.is_empty() { &condition.text } else { &reading.term };
-            Some(match reading.margin {
-                Some(Quantity { value, dimension }) => {
-                    let off = Quantity { value: value.abs(), dimension };
-                    format!("`{term}`, which is false by {off}")
-                }
-                None => format!("`{term}`, which is false"),
-            })
+            Some(false_by(condition, &reading))
         })
     }
 
-    fn done(
+    pub(super) fn done(
         &self,
-        step: &Step,
+        pg: &ParseGraph,
         index: usize,
         begin: f64,
         watched: &[Expr],
-        outcome: Outcome,
-        reason: Option<String>,
+        end: End,
     ) -> Result<Done, ActionError> {
+        let step = &pg.steps[index];
         let state = self.scripts.stage().state()?;
+        let End { stopped, broken: mut reason, over, held, interval } = end;
+        let interval = interval.unwrap_or([begin, state.time]);
+        if reason.is_none() {
+            let mut stage = self.scripts.stage();
+            let [from, to] = interval;
+            stage.past().done(&step.path, Interval { from, to });
+            reason = stage.past().broken(pg, index);
+        }
+        let outcome = match (stopped, &reason) {
+            (true, _) => Outcome::Stopped,
+            (false, Some(_)) => Outcome::Failure,
+            (false, None) => Outcome::Success,
+        };
         // A step that did not end by itself promises nothing.
-        let promised = if outcome == Outcome::Stopped { &[][..] } else { &step.gives[..] };
+        let promised = if stopped { Vec::new() } else { given(step, over.as_deref()) };
         let fluents = watched
             .iter()
             .map(|expr| {
@@ -279,8 +431,7 @@ impl<'a> Walker<'a> {
                 FluentReading { expected, ask, reading: self.read(expr, &state), text }
             })
             .collect();
-        let interval = [begin, state.time];
-        Ok(Done { index, outcome, reason, interval, fluents, state })
+        Ok(Done { index, outcome, reason, interval, fluents, held, state })
     }
 
     fn question(&self, expr: &Expr) -> Option<String> {
@@ -292,6 +443,15 @@ impl<'a> Walker<'a> {
             })
         })
     }
+}
+
+/// Returns what a step has to make true: what an `until` ended promises nothing more, what lies around it
+/// does.
+fn given(step: &Step, over: Option<&str>) -> Vec<Condition> {
+    let stands = |given: &&Condition| {
+        over.is_none_or(|over| given.owner != over && is_at_or_below(over, &given.owner))
+    };
+    step.gives.iter().filter(stands).cloned().collect()
 }
 
 /// Returns what a promise says of the fluent written `text`: `p and not q` says yes of `p` and no of `q`.

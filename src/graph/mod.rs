@@ -35,8 +35,10 @@ pub use energy::{Energy, Evidence};
 pub use fluent::FluentNode;
 pub use infer::{Policy, after_failure, best, diverse, k_best, retry, sample};
 pub use outcome::{Counts, Outcomes, Priors};
-pub use parse_graph::{Choice, Condition, Matched, ParseGraph, RecoveryPlan, Step};
-pub use relation::{Interval, Relation, Role};
+pub use parse_graph::{
+    Choice, Condition, Matched, ParseGraph, RecoveryPlan, Step, TimeLimit, is_at_or_below,
+};
+pub use relation::{Interval, Relation, Role, time_error};
 
 /// Where the graph looks up what a program calls; the language's library implements it.
 pub trait Definitions {

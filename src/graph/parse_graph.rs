@@ -96,6 +96,9 @@ pub struct Step {
     pub script: Option<String>,
     /// The time it may take, s: its own limit.
     pub limit: Option<f64>,
+    /// The time the tasks around it may take, outermost first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub limits: Vec<TimeLimit>,
     /// Checked before, outermost task first.
     pub needs: Vec<Condition>,
     /// Must hold throughout: `keeps` and `while`.
@@ -117,6 +120,17 @@ pub struct Step {
     pub span: Span,
     /// The task it is written in.
     pub within: String,
+}
+
+/// The time a task may take, from the beginning of its first step.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TimeLimit {
+    /// Path of the task.
+    pub owner: String,
+    /// As a call: `pick(jar)`.
+    pub text: String,
+    /// How long, s.
+    pub seconds: f64,
 }
 
 /// A temporal relation by path.
@@ -221,7 +235,7 @@ impl ParseGraph {
 }
 
 /// Returns whether `path` is `above` or lies below it.
-pub(super) fn is_at_or_below(path: &str, above: &str) -> bool {
+pub fn is_at_or_below(path: &str, above: &str) -> bool {
     path.strip_prefix(above).is_some_and(|rest| rest.is_empty() || rest.starts_with(['/', '.']))
 }
 
@@ -267,6 +281,7 @@ struct Context {
     keeps: Vec<Condition>,
     untils: Vec<Condition>,
     unless: Vec<Condition>,
+    limits: Vec<TimeLimit>,
     /// Recoveries in force, outermost first, and how many calls were open when each began.
     recoveries: Vec<(usize, NodeId, usize)>,
     /// The calls above, outermost first.
@@ -348,6 +363,10 @@ impl Writer<'_> {
         let mut inside = context.clone();
         if let Form::Task(call) = &and.form {
             inside.calls.push((call.name.text.clone(), arguments_of(call, self.definitions)));
+        }
+        if let Some(seconds) = and.limit {
+            let (owner, text) = (node.path.clone(), node.label.clone());
+            inside.limits.push(TimeLimit { owner, text, seconds });
         }
         if and.form == Form::Together {
             inside.together = Some(node.path.clone());
@@ -479,6 +498,7 @@ fn step(node: &Node, text: String, does: Does, context: &Context) -> Step {
         does,
         script: None,
         limit: None,
+        limits: context.limits.clone(),
         needs: Vec::new(),
         keeps: context.keeps.clone(),
         gives: Vec::new(),

@@ -95,8 +95,8 @@ pub enum Relation {
 
 /// Returns how far two measured intervals are from standing in a relation, s; 0 when they do.
 ///
-/// Without `by`, "before" and "overlaps" ask for order alone. With it, the gap or the overlap has to be
-/// `by`. Equalities ("meets", "starts") count their whole difference: a caller allows for its own clock.
+/// Without `by`, "before", "overlaps" and "during" ask for order alone. With it, the gap or the overlap has to
+/// be `by`, and what is done during something has to begin `by` after it. Equalities ("meets", "starts") count their whole difference: a caller allows for its own clock.
 pub fn time_error(a: Interval, allen: Allen, b: Interval, by: Option<f64>) -> f64 {
     let after = |later: f64, earlier: f64| (earlier - later).max(0.0);
     match (allen, by) {
@@ -109,7 +109,8 @@ pub fn time_error(a: Interval, allen: Allen, b: Interval, by: Option<f64>) -> f6
             order + by.map_or_else(|| (-overlap).max(0.0), |by| (overlap - by).abs())
         }
         (Allen::Starts, _) => (a.from - b.from).abs() + after(b.to, a.to),
-        (Allen::During, _) => after(a.from, b.from) + after(b.to, a.to),
+        (Allen::During, None) => after(a.from, b.from) + after(b.to, a.to),
+        (Allen::During, Some(by)) => (a.from - b.from - by).abs() + after(b.to, a.to),
         (Allen::Finishes, _) => (a.to - b.to).abs() + after(a.from, b.from),
         (Allen::Equals, _) => (a.from - b.from).abs() + (a.to - b.to).abs(),
     }
@@ -135,6 +136,7 @@ mod tests {
             (Allen::Overlaps, over(1.0, 2.5), Some(0.5)),
             (Allen::Starts, over(2.0, 3.0), None),
             (Allen::During, over(2.5, 3.5), None),
+            (Allen::During, over(2.5, 3.5), Some(0.5)),
             (Allen::Finishes, over(3.0, 4.0), None),
             (Allen::Equals, over(2.0, 4.0), None),
         ] {

@@ -200,6 +200,43 @@ pub enum Step {
     Bad(Span),
 }
 
+impl Step {
+    /// Returns the steps directly inside this one, in order.
+    pub fn inside(&self) -> Vec<&Step> {
+        match self {
+            Self::Sequence(steps, _) => steps.iter().collect(),
+            Self::Block(block) => block.steps.iter().collect(),
+            Self::Either(either) => either.branches.iter().flat_map(|b| &b.block.steps).collect(),
+            Self::If(step) => {
+                let otherwise = step.otherwise.iter().flat_map(|block| &block.steps);
+                step.then.steps.iter().chain(otherwise).collect()
+            }
+            Self::Repeat(repeat) => repeat.block.steps.iter().collect(),
+            Self::Together(together) => together.steps.iter().collect(),
+            Self::Act(_) | Self::Check(..) | Self::Let(..) | Self::Break(_) | Self::Bad(_) => {
+                Vec::new()
+            }
+        }
+    }
+
+    /// Returns its bytes.
+    pub fn span(&self) -> Span {
+        match self {
+            Self::Act(act) => act.span,
+            Self::Block(block) => block.span,
+            Self::Either(either) => either.span,
+            Self::If(step) => step.span,
+            Self::Repeat(repeat) => repeat.span,
+            Self::Together(together) => together.span,
+            Self::Break(stop) => stop.span,
+            Self::Let(_, _, span)
+            | Self::Sequence(_, span)
+            | Self::Check(_, span)
+            | Self::Bad(span) => *span,
+        }
+    }
+}
+
 /// `call via branch while φ until ψ as label`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Act {

@@ -11,6 +11,7 @@ mod position;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
@@ -35,24 +36,28 @@ pub enum Error {
     Protocol(String),
 }
 
+/// Where definitions outside of the editor's own texts can be gone to.
+#[derive(Debug, Clone, Default)]
+pub struct Places {
+    /// The user's stdlib folder, if there is one.
+    pub folder: Option<PathBuf>,
+    /// Where copies of the embedded stdlib may be put, a folder of this version of the program.
+    pub cache: Option<PathBuf>,
+}
+
 /// Serves one editor until it says goodbye.
 ///
-/// `folder` is the user's stdlib folder, if there is one: definitions in it can be gone to.
+/// `places` are where definitions can be gone to.
 ///
 /// # Errors
 ///
 /// [`Error::Protocol`] when the connection breaks.
-pub fn serve(connection: &Connection, stdlib: &Stdlib, folder: Option<&Path>) -> Result<(), Error> {
+pub fn serve(connection: &Connection, stdlib: &Stdlib, places: Places) -> Result<(), Error> {
     let lost = |error: &dyn std::fmt::Display| Error::Protocol(error.to_string());
     let capabilities = serde_json::to_value(capabilities()).map_err(|e| lost(&e))?;
     connection.initialize(capabilities).map_err(|e| lost(&e))?;
-    let mut server = Server {
-        connection,
-        stdlib,
-        folder: folder.map(Path::to_path_buf),
-        standard: library(stdlib),
-        texts: BTreeMap::new(),
-    };
+    let mut server =
+        Server { connection, stdlib, places, standard: library(stdlib), texts: BTreeMap::new() };
     for message in &connection.receiver {
         match message {
             Message::Request(request) => {
@@ -85,7 +90,7 @@ fn capabilities() -> ServerCapabilities {
 struct Server<'a> {
     connection: &'a Connection,
     stdlib: &'a Stdlib,
-    folder: Option<PathBuf>,
+    places: Places,
     standard: Library,
     /// What the editor holds, by address.
     texts: BTreeMap<String, String>,
@@ -216,7 +221,6 @@ impl Server<'_> {
             (uri.clone(), text.to_owned())
         } else {
             let Some(source) = open.library.source_named(&found.file) else { return Value::Null };
-            // What is embedded in the program is nowhere an editor could go.
             let Some(path) = self.file(&found.file) else { return Value::Null };
             (address_of(&path), source.text.clone())
         };
@@ -224,12 +228,29 @@ impl Server<'_> {
         serde_json::json!(Location { uri, range: range(&source, found.span) })
     }
 
-    /// Returns the path of a source that is a file: of the user's stdlib folder, or imported.
+    /// Returns the path of a source: in the user's stdlib folder, imported, or a copy of what is embedded.
     fn file(&self, name: &str) -> Option<PathBuf> {
-        let of_folder = self.folder.as_ref().map(|folder| folder.join(name));
-        let paths = of_folder.into_iter().chain([PathBuf::from(name)]);
-        let mut paths = paths;
-        paths.find_map(|path| path.canonicalize().ok())
+        let of_folder = self.places.folder.as_ref().map(|folder| folder.join(name));
+        let known = of_folder.filter(|path| path.is_file());
+        if let Some(path) = known.and_then(|path| path.canonicalize().ok()) {
+            return Some(path);
+        }
+        match self.stdlib.file(name) {
+            Some(text) => self.copy(name, text),
+            None => PathBuf::from(name).canonicalize().ok(),
+        }
+    }
+
+    /// Puts a text that is embedded in the program where an editor can go, and returns its path. The copy is
+    /// for reading: what is written into it is gone when it is gone to again.
+    fn copy(&self, name: &str, text: &str) -> Option<PathBuf> {
+        let path = self.places.cache.as_ref()?.join(name);
+        if fs::read_to_string(&path).ok().as_deref() != Some(text) {
+            fs::create_dir_all(path.parent()?).ok()?;
+            // Not being able to go there is no answer, which is no error.
+            fs::write(&path, text).ok()?;
+        }
+        path.canonicalize().ok()
     }
 
     fn formatting(&self, params: &Value) -> Value {

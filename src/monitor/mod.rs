@@ -4,8 +4,10 @@
 
 pub mod questionnaire;
 
-use crate::execution::trace::{FluentRow, Measure, TermRow};
+use crate::execution::during::Held;
+use crate::execution::trace::{DuringRow, Fared, FluentRow, Measure, TermRow};
 use crate::execution::walk::FluentReading;
+use crate::graph::Role;
 use crate::units::Quantity;
 use crate::world::fluent::{Reading, Score, Term, score};
 
@@ -45,6 +47,23 @@ pub fn compare(twin: &[FluentReading], measured: &[FluentReading]) -> Comparison
     let twin: Vec<_> = rows.iter().map(|row| row.twin).collect();
     let real: Vec<_> = rows.iter().map(|row| row.measured).collect();
     Comparison { score: score(&twin, &real), rows }
+}
+
+/// Sets how conditions fared while a step ran beside how they fared in its rehearsal.
+pub fn during(twin: &[Held], measured: &[Held]) -> Vec<DuringRow> {
+    let fared = |held: &Held| Fared {
+        least: held.least.map(measure),
+        least_at_s: held.least_at,
+        became_true_s: held.became_true,
+        by_rehearsal: held.by_rehearsal,
+    };
+    let rows = measured.iter().map(|held| DuringRow {
+        name: held.text.clone(),
+        ends: held.role == Role::Until,
+        measured: fared(held),
+        twin: twin.iter().find(|t| t.text == held.text && t.role == held.role).map(fared),
+    });
+    rows.collect()
 }
 
 /// Returns why a reading is not a yes, in a few words.

@@ -6,7 +6,9 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::execution::trace::{Event, FluentRow, Measure, Observer, Outcome, StepRecord};
+use crate::execution::trace::{
+    DuringRow, Event, FluentRow, Measure, Observer, Outcome, StepRecord,
+};
 use crate::units::Unit;
 use crate::workcell::{Ending, Run};
 
@@ -123,6 +125,9 @@ pub fn step(record: &StepRecord, before: &[FluentRow], style: Style) -> String {
     if let Some(reason) = &record.reason {
         let _ = writeln!(text, "       {}", style.red(reason));
     }
+    for line in record.during.iter().filter(|row| row.ends).filter_map(during) {
+        let _ = writeln!(text, "       {line}");
+    }
     let told: Vec<_> = record.fluents.iter().filter(|row| is_news(row, before)).collect();
     if !told.is_empty() {
         let head = format!(
@@ -163,6 +168,30 @@ fn fluent(row: &FluentRow, style: Style) -> String {
     let differs = matches!((row.twin, row.measured), (Some(a), Some(b)) if a != b)
         || matches!((row.expected, row.measured), (Some(a), Some(b)) if a != b);
     format!("{}\n", if differs { style.red(line.trim_end()) } else { line.trim_end().to_owned() })
+}
+
+/// Words how a condition fared while a step ran; `None` when nobody could tell.
+pub fn during(row: &DuringRow) -> Option<String> {
+    let DuringRow { name, ends, measured, twin } = row;
+    if *ends {
+        return Some(match (measured.became_true_s, twin.as_ref().and_then(|t| t.became_true_s)) {
+            (Some(at), _) if measured.by_rehearsal => format!(
+                "until {name}: {at:.2} s into the step as in the rehearsal; nobody could measure it"
+            ),
+            (Some(at), Some(twin)) => {
+                format!("until {name}: true {at:.2} s into the step; in the twin after {twin:.2} s")
+            }
+            (Some(at), None) => format!("until {name}: true {at:.2} s into the step"),
+            (None, _) => format!("until {name}: it did not become true while the step ran"),
+        });
+    }
+    let (least, at) = (measured.least.as_ref()?, measured.least_at_s?);
+    let twin = twin.as_ref().and_then(|twin| twin.least.as_ref());
+    let twin = twin.map(|twin| format!("; in the twin {}", people(twin))).unwrap_or_default();
+    Some(format!(
+        "{name} all the while: smallest margin {}, {at:.2} s into the step{twin}",
+        people(least)
+    ))
 }
 
 /// Returns a measure in the unit people use, with its sign.

@@ -13,7 +13,7 @@ use crate::workcell::{Ending, Run};
 use crate::world::fluent::{Direction, Reading};
 
 use super::Failure;
-use super::run::people;
+use super::run::{during, people};
 
 /// What is asked.
 pub struct Question<'a> {
@@ -42,8 +42,10 @@ const ENOUGH_RUNS: usize = 3;
 pub fn why(question: &Question<'_>) -> Result<String, Failure> {
     let run = question.run;
     if let Some(name) = question.fluent {
-        let (step, row) = recorded(run, name).ok_or_else(|| not_recorded(run, name))?;
-        return Ok(told(question, step, row));
+        if let Some((step, row)) = recorded(run, name) {
+            return Ok(told(question, step, row));
+        }
+        return while_running(run, name).ok_or_else(|| not_recorded(run, name));
     }
     let failed = run.steps.iter().rev().find(|step| step.outcome != Outcome::Success);
     match failed {
@@ -64,6 +66,17 @@ fn recorded<'a>(run: &'a Run, name: &str) -> Option<(&'a StepRecord, &'a FluentR
         .collect();
     let promised = rows.iter().rev().find(|(_, row)| row.expected.is_some());
     promised.or(rows.last()).copied()
+}
+
+/// Tells of a condition that was in force while steps ran, by its whole text.
+fn while_running(run: &Run, name: &str) -> Option<String> {
+    let mut told = Vec::new();
+    for step in &run.steps {
+        let rows = step.during.iter().filter(|row| row.name == name);
+        let lines = rows.filter_map(during);
+        told.extend(lines.map(|line| format!("step {} {}: {line}", step.number, step.action)));
+    }
+    (!told.is_empty()).then(|| told.join("\n"))
 }
 
 fn not_recorded(run: &Run, name: &str) -> Failure {
@@ -97,6 +110,18 @@ fn without_failure(run: &Run) -> String {
             step.number, step.action
         );
     }
+    for step in &run.steps {
+        for line in step.during.iter().filter(|row| row.ends).filter_map(during) {
+            let _ = write!(text, "\n  step {} {}: {line}", step.number, step.action);
+        }
+    }
+    if let Some((step, line)) = nearly_lost(run) {
+        let _ = write!(
+            text,
+            "\n  nearest to being lost, in step {} {}: {line}",
+            step.number, step.action
+        );
+    }
     for (unit, step, row) in narrowest(run) {
         let _ = write!(
             text,
@@ -108,6 +133,29 @@ fn without_failure(run: &Run) -> String {
         );
     }
     text
+}
+
+/// Returns the condition with the smallest margin while a step ran, in words. Margins of different units
+/// are compared by their share of what is usual in each.
+fn nearly_lost(run: &Run) -> Option<(&StepRecord, String)> {
+    let all = run.steps.iter().flat_map(|step| step.during.iter().map(move |row| (step, row)));
+    let kept = all.filter(|(_, row)| !row.ends).filter_map(|(step, row)| {
+        let least = row.measured.least.as_ref()?;
+        Some((usual_share(least), step, row))
+    });
+    let (_, step, row) = kept.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    during(row).map(|line| (step, line))
+}
+
+/// Returns a margin as a share of what counts as a lot in its unit.
+fn usual_share(margin: &Measure) -> f64 {
+    let lot = match margin.unit.as_str() {
+        "m" => 0.01,
+        "rad" => 5.0_f64.to_radians(),
+        "m^3" => 10e-6,
+        _ => 1.0,
+    };
+    margin.value / lot
 }
 
 /// Returns the promise kept by the smallest margin, for each unit: margins of different units are not
@@ -144,6 +192,9 @@ fn failure(question: &Question<'_>, step: &StepRecord) -> String {
     }
     if step.outcome == Outcome::Stopped {
         return text;
+    }
+    for line in step.during.iter().filter_map(during) {
+        let _ = write!(text, "\n  {line}");
     }
     match decided(step) {
         Some(row) => {

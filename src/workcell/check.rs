@@ -67,6 +67,7 @@ pub fn check_file(
         }
     }
     deeper.extend(scripts(program, library, stdlib));
+    deeper.extend(super::together::check(program, library, stdlib));
     // One mistake is told once.
     deeper.retain(|d| !errors.iter().any(|e| e.from < d.span.to && d.span.from < e.to));
     found.extend(deeper.into_iter().map(|d| Diagnostic { file: source.name.clone(), ..d }));

@@ -13,6 +13,7 @@ pub mod poured;
 pub mod record;
 pub mod rehearse;
 pub mod stdlib;
+pub mod together;
 mod known;
 mod perform;
 
@@ -209,14 +210,17 @@ impl WorkCell {
         // Reality is put up from what is declared; everything else works with what is known.
         let Devices { arm, camera, scales, limits } = connect(&robot, &scene, &options)?;
         let scene = Arc::new(known.scene(&scene));
-        let robot = match limits {
-            None => robot,
+        let (robot, pace) = match limits {
+            None => (robot, 1.0),
             Some(most) => {
+                let shares = robot.joints().iter().zip(&most.velocity);
+                let pace = shares.map(|(own, most)| most / own.velocity).fold(1.0, f64::min);
                 let own = Robot::clone(&robot);
-                Arc::new(own.with_limits(&most.velocity, &most.acceleration))
+                (Arc::new(own.with_limits(&most.velocity, &most.acceleration)), pace)
             }
         };
-        let cell = Cell { robot: robot.clone(), scene: scene.clone(), limits: Limits::default() };
+        let limits = Limits { pace, ..Limits::default() };
+        let cell = Cell { robot: robot.clone(), scene: scene.clone(), limits };
         let look = ArmLook::new(&robot);
         let fan: Arc<Mutex<Fan>> = Arc::default();
         let cancel = Cancel::default();
@@ -489,7 +493,9 @@ impl WorkCell {
     /// Checks a line typed at the prompt and returns what is wrong with it.
     pub fn check_line(&self, step: &Step, source: &Source) -> Vec<Diagnostic> {
         let scope = self.library.scope(&self.cell.scene.name);
-        self.library.check_step(step, source, &scope)
+        let mut wrong = self.library.check_step(step, source, &scope);
+        wrong.extend(together::check_step(step, &self.library, &self.stdlib));
+        wrong
     }
 
     fn now(&self) -> f64 {

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::execution::arm::Weighing;
 use crate::execution::stage::ActionError;
 use crate::execution::tape::Tape;
+use crate::execution::timing::Past;
 use crate::execution::trace::{Event, Observer, Outcome, StepRecord};
 use crate::execution::walk::{Done, Walker};
 use crate::graph::{self, Graph, ParseGraph};
@@ -276,6 +277,7 @@ impl WorkCell {
         self.phase("plan", "choosing parse graphs");
         let mut candidates = self.candidates(graph, start)?;
         run.timing_s.plan += self.now() - begin;
+        self.scripts.stage().set_past(Past::default());
         let mut tried_branches = BTreeMap::new();
         let mut used: BTreeMap<String, u32> = BTreeMap::new();
         loop {
@@ -355,6 +357,7 @@ impl WorkCell {
         let state = self.state()?;
         let q = self.scripts.stage().planned_q().to_vec();
         let memory = self.scripts.stage().memory().clone();
+        let past = self.scripts.stage().past().clone();
         let finished = Mutex::new(0_usize);
         let tried = Rehearsals {
             cell: &self.cell,
@@ -366,6 +369,7 @@ impl WorkCell {
             start,
             q: &q,
             memory: &memory,
+            past: &past,
             seed: self.seed,
             cancel: &self.cancel,
         }
@@ -556,6 +560,7 @@ fn record(
     twin: Option<&Done>,
 ) -> StepRecord {
     let step = &pg.steps[done.index];
+    let during = monitor::during(twin.map_or(&[], |twin| &twin.held), &done.held);
     StepRecord {
         number,
         path: step.path.clone(),
@@ -564,6 +569,7 @@ fn record(
         reason: done.reason,
         interval_s: done.interval,
         fluents: comparison.rows,
+        during,
         hamming: comparison.score.hamming,
         score: comparison.score.p,
         measured: done.state,

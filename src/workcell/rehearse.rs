@@ -12,6 +12,7 @@ use crate::execution::arm::Cancel;
 use crate::execution::script::Scripts;
 use crate::execution::stage::{ActionError, Cell, Memory, Stage};
 use crate::execution::tape::Tape;
+use crate::execution::timing::Past;
 use crate::execution::trace::{Nobody, Outcome};
 use crate::execution::twin_arm::TwinBody;
 use crate::execution::walk::{Done, Walker};
@@ -102,6 +103,8 @@ pub struct Rehearsals<'a> {
     pub q: &'a [f64],
     /// What actions before this remember.
     pub memory: &'a Memory,
+    /// When the steps before this were done.
+    pub past: &'a Past,
     /// All chance comes from this.
     pub seed: u64,
     /// Stops all of them.
@@ -155,6 +158,7 @@ impl Rehearsals<'_> {
         );
         let scripts = Scripts::new(stage);
         scripts.stage().set_memory(self.memory.clone());
+        scripts.stage().set_past(self.past.clone());
         let scene = self.cell.scene.clone();
         let mut walker = Walker::new(&scripts, self.stdlib, self.library, &scene, self.start);
         let watched = candidate.pg.fluents();

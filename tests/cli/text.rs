@@ -17,6 +17,31 @@ fn what_the_project_ships_has_no_mistakes_and_is_laid_out() {
     assert_eq!((said.code, said.out.as_str()), (0, ""), "{}", said.err);
 }
 
+/// The file with five planted mistakes of the language's design: all told in one pass, word by word as people
+/// see them, by the program itself.
+#[test]
+fn five_planted_mistakes_are_told_as_designed() {
+    let desk = Desk::new("cli-golden");
+    desk.file("bad.task", include_str!("golden/bad.task"));
+    let said = desk.trueup(&["check", "bad.task"]);
+    assert_eq!((said.code, said.err.as_str()), (1, ""));
+    assert_eq!(said.out, include_str!("golden/bad.txt"));
+}
+
+/// What cannot go on at the same time is refused before anything is opened, also in a script that is run.
+#[test]
+fn two_motions_at_a_time_are_refused_when_the_text_is_read() {
+    let desk = Desk::new("cli-together");
+    desk.file("both.task", "together { home() lift(jar) }\n");
+    for args in [&["check", "both.task", "--json"][..], &["run", "both.task", "--json"]] {
+        let said = desk.trueup(args);
+        assert_ne!(said.code, 0);
+        assert!(said.out.contains("task::together"), "{args:?}: {said:?}");
+        assert!(said.out.contains("both need the arm"), "{args:?}: {said:?}");
+    }
+    assert_eq!(desk.everything(), ["both.task"], "nothing was recorded");
+}
+
 /// The JSON of `check`, key by key as the interface has it, for one wrong unit.
 #[test]
 fn a_diagnostic_in_json_has_every_key_of_the_interface() {

@@ -86,6 +86,10 @@ impl<B: Body> Arm for OfBody<B> {
         self.0.arm().wait(seconds, cancel, watch)
     }
 
+    fn send_fingers(&mut self, grip: &ClearedGrip, after: f64) -> Result<(), DeviceError> {
+        self.0.arm().send_fingers(grip, after)
+    }
+
     fn stop(&mut self) {
         self.0.arm().stop();
     }

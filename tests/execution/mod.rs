@@ -4,10 +4,12 @@
 mod arm_fit;
 mod called;
 mod contract;
+mod during;
 mod kortex;
 mod limits;
 mod script;
 mod tape;
+mod together;
 
 use std::sync::{Arc, Mutex};
 

@@ -5,7 +5,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Stdio};
 
 use lsp_server::{Connection, Message, Notification, Request};
 use serde_json::{Value, json};
-use trueup::lsp::serve;
+use trueup::lsp::{Places, serve};
 use trueup::workcell::Stdlib;
 
 use crate::program::Desk;
@@ -147,6 +147,29 @@ fn a_session_from_a_mistake_to_a_tidy_file() {
     editor.close();
 }
 
+/// What is embedded in the program can be gone to as a file: a copy in the user's cache.
+#[test]
+fn the_embedded_library_can_be_gone_to() {
+    let desk = Desk::new("lsp-embedded");
+    let mut editor = Editor::open(&desk);
+    editor.write(1, "pour(jar, cup)\n");
+    let place = editor.at("textDocument/definition", 0, 1);
+    let path = place["uri"].as_str().unwrap().strip_prefix("file://").unwrap().to_owned();
+    assert!(path.ends_with("/tasks/std.task"), "{path}");
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert_eq!(text, include_str!("../../stdlib/tasks/std.task"));
+    let line = usize::try_from(place["range"]["start"]["line"].as_u64().unwrap()).unwrap();
+    assert!(text.lines().nth(line).unwrap().starts_with("task pour("), "{place}");
+    // A fluent is in another file of it; a copy that was written into is put right.
+    std::fs::write(&path, "task pour() { }").unwrap();
+    editor.at("textDocument/definition", 0, 1);
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
+    editor.write(2, "check upright(jar)\n");
+    let place = editor.at("textDocument/definition", 0, 8);
+    assert!(place["uri"].as_str().unwrap().ends_with("/fluents/std.task"), "{place}");
+    editor.close();
+}
+
 #[test]
 fn a_hover_over_a_task_tells_what_it_needs_and_gives() {
     let desk = Desk::new("lsp-hover");
@@ -176,7 +199,8 @@ fn a_hover_over_a_task_tells_what_it_needs_and_gives() {
 #[test]
 fn every_prefix_of_a_file_is_survived() {
     let (server, client) = Connection::memory();
-    let serving = std::thread::spawn(move || serve(&server, &Stdlib::embedded(), None));
+    let serving =
+        std::thread::spawn(move || serve(&server, &Stdlib::embedded(), Places::default()));
     let mut id = 0;
     let mut ask = |method: &str, params: Value| {
         id += 1;

@@ -101,6 +101,7 @@ fn step(number: usize, path: &str, action: &str, rows: Vec<FluentRow>) -> StepRe
             .map(|row| format!("it should have made true `{}`, which is false", row.name)),
         interval_s: [begin, begin + 4.0],
         fluents: rows,
+        during: Vec::new(),
         hamming,
         score: (-(hamming as f64)).exp(),
         measured: state(begin + 4.0),

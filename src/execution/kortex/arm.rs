@@ -88,6 +88,8 @@ pub struct KortexArm {
     q: Vec<f64>,
     q_cmd: Vec<f64>,
     beat: Option<Beat>,
+    /// When the fingers are to be sent beside a motion, by the clock in s, and how far open, m.
+    fingers: Option<(f64, f64)>,
 }
 
 /// How an action ended, as far as it was told.
@@ -127,6 +129,7 @@ impl KortexArm {
             q: near.clone(),
             q_cmd: near,
             beat: None,
+            fingers: None,
         };
         let feedback = arm.measure()?;
         arm.q_cmd.clone_from(&feedback.q);
@@ -339,6 +342,7 @@ impl KortexArm {
                 self.halt(watch)?;
                 return Err(DeviceError::Stopped);
             }
+            self.send_fingers_when_due()?;
             let before = told;
             told = self.heard(told);
             if before == Told::Nothing && told == Told::Started {
@@ -494,6 +498,28 @@ impl KortexArm {
         })
     }
 
+    fn command_fingers(&mut self, opening: f64) -> Result<(), LinkError> {
+        let closed = 1.0 - opening / self.options.max_opening;
+        let finger = Finger { finger_identifier: 1, value: closed.clamp(0.0, 1.0) as f32 };
+        let command = GripperCommand {
+            mode: GripperMode::Position as i32,
+            gripper: Some(Gripper { finger: vec![finger] }),
+            duration: 0,
+        };
+        self.link.call(base::SEND_GRIPPER_COMMAND, &command)
+    }
+
+    /// Sends the fingers that are to go beside a motion, once it is time.
+    fn send_fingers_when_due(&mut self) -> Result<(), LinkError> {
+        match self.fingers {
+            Some((due, opening)) if self.options.clock.now() >= due => {
+                self.fingers = None;
+                self.command_fingers(opening)
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Asks for feedback for so long, s, and shows it to `watch`.
     fn look_on(
         &mut self,
@@ -509,6 +535,7 @@ impl KortexArm {
                 self.halt(watch)?;
                 return Err(DeviceError::Stopped);
             }
+            self.send_fingers_when_due()?;
             if let Some(feedback) = self.measure_patiently(&mut misses)? {
                 watch(&feedback);
             }
@@ -599,14 +626,8 @@ impl Arm for KortexArm {
         if cancel.is_cancelled() {
             return Err(DeviceError::Stopped);
         }
-        let closed = 1.0 - grip.opening() / self.options.max_opening;
-        let finger = Finger { finger_identifier: 1, value: closed.clamp(0.0, 1.0) as f32 };
-        let command = GripperCommand {
-            mode: GripperMode::Position as i32,
-            gripper: Some(Gripper { finger: vec![finger] }),
-            duration: 0,
-        };
-        let () = self.link.call(base::SEND_GRIPPER_COMMAND, &command)?;
+        self.fingers = None;
+        self.command_fingers(grip.opening())?;
         let (mut last, mut still) = (self.measure()?.opening, 0);
         // At most five seconds: the slowest fingers need two.
         for _ in 0..50 {
@@ -623,6 +644,15 @@ impl Arm for KortexArm {
             return Err(refused("the gripper does not report its opening", help));
         }
         Ok(Grip { opening: last, stalled: (last - grip.opening()).abs() > STOPPED_SHORT })
+    }
+
+    fn send_fingers(&mut self, grip: &ClearedGrip, after: f64) -> Result<(), DeviceError> {
+        if self.options.stream.is_some() {
+            let what = "the fingers are not commanded while positions are streamed to the joints";
+            return Err(refused(what, "do one after the other, or do not stream"));
+        }
+        self.fingers = Some((self.options.clock.now() + after, grip.opening()));
+        Ok(())
     }
 
     fn wait(

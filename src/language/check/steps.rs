@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::super::ast::{Act, Block, Call, Hold, Name, Recovery, Span, Step, TaskItem, Text};
+use super::super::ast::{
+    Act, Allen, Block, Call, Hold, Name, Recovery, Span, Step, TaskItem, Text,
+};
 use super::super::builtins;
 use super::super::diagnostic::Diagnostic;
 use super::super::library::Library;
@@ -57,6 +59,23 @@ impl Checker<'_> {
                 self.step(step, &mut inside);
             }
         }
+    }
+
+    /// Complains about a `by` that a relation has no use for.
+    fn by_says_something(&mut self, relation: Allen, span: Span) {
+        if matches!(relation, Allen::Before | Allen::Overlaps | Allen::During) {
+            return;
+        }
+        let word = text::allen(relation);
+        self.tell(
+            Diagnostic::error(
+                "task::timing",
+                span,
+                format!("`{word}` says exactly when, so there is nothing left for `by` to say"),
+                "not needed",
+            )
+            .help("leave it out; `before`, `overlaps` and `during` take a `by`"),
+        );
     }
 
     pub(super) fn block(&mut self, block: &Block, names: &Names) {
@@ -168,6 +187,7 @@ impl Checker<'_> {
                     }
                     if let Some(by) = timing.by {
                         self.time("by", by.quantity, by.span);
+                        self.by_says_something(timing.relation, by.span);
                     }
                 }
             }
@@ -305,7 +325,7 @@ fn branches_in(library: &Library, name: &str, seen: &mut Vec<String>, out: &mut 
         }
         match step {
             Step::Act(act) => found.push(&act.call),
-            step => inside(step, &mut open),
+            step => open.extend(step.inside()),
         }
     }
     for call in found {
@@ -347,29 +367,13 @@ pub(super) fn leads_back<'t>(library: &Library, task: &'t TaskItem) -> Option<&'
     })
 }
 
-/// Collects the steps directly inside a step.
-fn inside<'s>(step: &'s Step, out: &mut Vec<&'s Step>) {
-    match step {
-        Step::Sequence(steps, _) => out.extend(steps),
-        Step::Block(block) => out.extend(&block.steps),
-        Step::Either(either) => out.extend(either.branches.iter().flat_map(|b| &b.block.steps)),
-        Step::If(step) => {
-            out.extend(&step.then.steps);
-            out.extend(step.otherwise.iter().flat_map(|block| &block.steps));
-        }
-        Step::Repeat(repeat) => out.extend(&repeat.block.steps),
-        Step::Together(together) => out.extend(&together.steps),
-        Step::Act(_) | Step::Check(..) | Step::Let(..) | Step::Break(_) | Step::Bad(_) => {}
-    }
-}
-
 /// Collects everything a step calls.
 fn calls<'s>(step: &'s Step, out: &mut Vec<&'s Call>) {
     let mut open = vec![step];
     while let Some(step) = open.pop() {
         match step {
             Step::Act(act) => out.push(&act.call),
-            step => inside(step, &mut open),
+            step => open.extend(step.inside()),
         }
     }
 }

@@ -1,0 +1,105 @@
+//! What an action's script works with: the arm's joints, its fingers, the camera.
+//!
+//! Read off the words the script uses, without running it, so that `together` can be judged when a text is
+//! checked. A script that only asks (`twin.…`) works with nothing.
+
+/// Words that move the arm or need it to hold still.
+const JOINTS: [&str; 9] = [
+    "move_to",
+    "carry_to",
+    "follow",
+    "turn",
+    "turn_back",
+    "move_by",
+    "weigh",
+    "wait",
+    // Before the fingers close, the empty hand is weighed, for which the arm holds still.
+    "close",
+];
+/// Words that move the fingers.
+const FINGERS: [&str; 2] = ["open", "close"];
+
+/// What something works with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Uses {
+    /// The arm's joints, moved or held still.
+    pub joints: bool,
+    /// The fingers.
+    pub fingers: bool,
+    /// The camera.
+    pub camera: bool,
+}
+
+impl Uses {
+    /// Reads the words of a script.
+    pub fn of_script(text: &str) -> Self {
+        let mut uses = Self::default();
+        for line in text.lines() {
+            let code = line.split("//").next().unwrap_or_default();
+            for word in words_after(code, "arm.") {
+                uses.joints |= JOINTS.contains(&word);
+                uses.fingers |= FINGERS.contains(&word);
+            }
+            uses.camera |= words_after(code, "camera.").next().is_some();
+        }
+        uses
+    }
+
+    /// Returns what either works with.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            joints: self.joints || other.joints,
+            fingers: self.fingers || other.fingers,
+            camera: self.camera || other.camera,
+        }
+    }
+
+    /// Returns what both work with, in words; `None` when they may go on at the same time.
+    pub fn shared(self, other: Self) -> Option<&'static str> {
+        if self.joints && other.joints {
+            Some("need the arm")
+        } else if self.fingers && other.fingers {
+            Some("move the fingers")
+        } else if self.camera && other.camera {
+            Some("take a picture")
+        } else {
+            None
+        }
+    }
+
+    /// Whether it works with nothing.
+    pub fn is_nothing(self) -> bool {
+        self == Self::default()
+    }
+}
+
+/// The words that follow `handle` in a line of a script.
+fn words_after<'a>(code: &'a str, handle: &'a str) -> impl Iterator<Item = &'a str> {
+    code.match_indices(handle).filter_map(move |(at, _)| {
+        let is_inside = code[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
+        let rest = &code[at + handle.len()..];
+        let end = rest.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(rest.len());
+        (!is_inside && end > 0).then_some(&rest[..end])
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_read_and_notes_are_not() {
+        let moves = Uses::of_script("// arm.open();\nlet p = recall(\"p\");\narm.follow(p, 0.4);");
+        assert_eq!(moves, Uses { joints: true, ..Uses::default() });
+        let opens = Uses::of_script("arm.open();\nlet wide = arm.opening();");
+        assert_eq!(opens, Uses { fingers: true, ..Uses::default() });
+        let closes = Uses::of_script("arm.close(o, 40.0 * N);");
+        assert_eq!(closes, Uses { joints: true, fingers: true, camera: false });
+        assert_eq!(Uses::of_script("camera.look();"), Uses { camera: true, ..Uses::default() });
+        assert!(Uses::of_script("let alarm.move_to = 1;").is_nothing());
+        assert_eq!(moves.shared(closes), Some("need the arm"));
+        assert_eq!(moves.shared(opens), None);
+        assert!(moves.and(opens).fingers);
+    }
+}

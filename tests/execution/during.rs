@@ -1,0 +1,540 @@
+//! What holds while a step runs: planted conditions, each in both outcomes, with times and distances
+//! against the arm's own ticks.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use nalgebra::Vector3;
+use trueup::execution::arm::{Arm, Cancel, DeviceError, Feedback, Grip};
+use trueup::execution::during::{LATE, PERIOD, Sight};
+use trueup::execution::script::Scripts;
+use trueup::execution::stage::{ActionError, Body, Stage};
+use trueup::execution::tape::Tape;
+use trueup::execution::trace::{Event, Observer, Outcome};
+use trueup::execution::twin_arm::TwinBody;
+use trueup::execution::walk::{Done, Texts, Walker};
+use trueup::graph::{self, ParseGraph, infer};
+use trueup::language::ast::{Expr, Step};
+use trueup::language::{Library, Source, parse_line};
+use trueup::units::Unit;
+use trueup::workcell::Stdlib;
+use trueup::world::WorldState;
+
+use crate::kitchen;
+
+/// Actions that move the tool a known way, and one that does nothing but wait.
+const ACTIONS: &str = "
+action rise(by: Length) { run \"rise.rhai\" }
+action dip(by: Length) { keeps height(gripper) >= 5 cm  run \"rise.rhai\" }
+action twice(by: Length) { run \"twice.rhai\" }
+action ahead(by: Length) { run \"ahead.rhai\" }
+action pause(time: Time) { limit 1 s  run \"pause.rhai\" }
+action spread() { gives gripper.open  run \"spread.rhai\" }
+action peek() { run \"peek.rhai\" }
+";
+
+struct Actions;
+
+impl Texts for Actions {
+    fn script(&self, name: &str) -> Option<&str> {
+        match name {
+            "rise.rhai" => Some("arm.move_by([0.0, 0.0, by], 0.2);"),
+            "twice.rhai" => Some(
+                "arm.move_by([0.0, 0.0, by], 0.2);\ntry { arm.move_by([0.0, 0.0, by], 0.2); } catch { }",
+            ),
+            "ahead.rhai" => Some("arm.move_by([by, 0.0, 0.0], 0.2);"),
+            "pause.rhai" => Some("arm.wait(time);"),
+            "spread.rhai" => Some("arm.open();"),
+            "peek.rhai" => Some("camera.look();"),
+            _ => None,
+        }
+    }
+}
+
+/// Keeps every tick of the arm.
+#[derive(Default)]
+struct Ticks(Vec<Feedback>);
+
+impl Observer for Ticks {
+    fn event(&mut self, event: &Event) {
+        if let Event::Tick(feedback) = event {
+            self.0.push(feedback.clone());
+        }
+    }
+}
+
+/// The twin's arm with other eyes: where the jar is measured to be, from where it is.
+struct Seen {
+    twin: TwinBody,
+    /// Measured this much nearer to the arm, m; `None` when nobody sees it.
+    nearer: Option<f64>,
+}
+
+struct SeenSight {
+    twin: Box<dyn Sight>,
+    nearer: Option<f64>,
+}
+
+fn seen(mut state: WorldState, nearer: Option<f64>) -> WorldState {
+    let jar = state.object_mut("jar").unwrap();
+    jar.world_from_object = nearer.and_then(|nearer| {
+        let pose = jar.world_from_object?;
+        let at = pose.origin();
+        Some(trueup::world::Pose::upright(at.x - nearer, at.y, at.z, pose.yaw()))
+    });
+    state
+}
+
+impl Sight for SeenSight {
+    fn state(&mut self, feedback: &Feedback) -> WorldState {
+        seen(self.twin.state(feedback), self.nearer)
+    }
+
+    fn contact(&self, _a: &str, _b: &str) -> Option<bool> {
+        None
+    }
+}
+
+impl Body for Seen {
+    fn arm(&mut self) -> &mut dyn Arm {
+        self.twin.arm()
+    }
+
+    fn sight(&self) -> Box<dyn Sight> {
+        Box::new(SeenSight { twin: self.twin.sight(), nearer: self.nearer })
+    }
+
+    fn state(&mut self) -> Result<WorldState, DeviceError> {
+        Ok(seen(self.twin.state()?, self.nearer))
+    }
+
+    fn look(&mut self) -> Result<(), DeviceError> {
+        Ok(())
+    }
+
+    fn correct(&self, q: &[f64]) -> Vec<f64> {
+        q.to_vec()
+    }
+
+    fn uncorrect(&self, q: &[f64]) -> Vec<f64> {
+        q.to_vec()
+    }
+
+    fn gripped(&mut self, _grip: Grip, _aim: Option<&str>) -> Result<(), DeviceError> {
+        Ok(())
+    }
+
+    fn weighed(&mut self, _mass: f64) {}
+
+    fn contact(&mut self, _a: &str, _b: &str) -> Option<bool> {
+        None
+    }
+}
+
+/// Who looks for the jar.
+#[derive(Clone, Copy)]
+pub(super) enum Eyes {
+    /// The twin, which knows.
+    Twins,
+    /// Nobody.
+    Blind,
+    /// Somebody who sees it so much nearer to the arm, m.
+    Nearer(f64),
+}
+
+/// One walk through a task, and everything the arm reported.
+pub(super) struct Walked {
+    pub(super) steps: Vec<Result<Done, ActionError>>,
+    pub(super) ticks: Vec<Feedback>,
+    pub(super) tape: Tape,
+    q: Vec<f64>,
+}
+
+impl Walked {
+    pub(super) fn step(&self, index: usize) -> &Done {
+        self.steps[index].as_ref().unwrap()
+    }
+
+    pub(super) fn reason(&self, index: usize) -> &str {
+        self.step(index).reason.as_deref().unwrap_or_default()
+    }
+}
+
+fn plan(tasks: &str, call: &str) -> (Library, ParseGraph) {
+    let mut library = Library::standard();
+    library.add(Source::new("test.task", format!("{ACTIONS}{tasks}")));
+    let Some(Step::Act(act)) = parse_line(call).0 else { panic!("no call") };
+    let graph = graph::build(&library, &act.call).unwrap();
+    let given = infer::Given {
+        definitions: &library,
+        holds: &|_: &Expr| None,
+        pins: &BTreeMap::new(),
+        priors: None,
+        cost: &|_| 0.0,
+    };
+    let pg = graph::best(&graph, &given).unwrap();
+    (library, pg)
+}
+
+/// Walks `task t() { … }` to its first step that fails.
+pub(super) fn walk_with(body: &str, tape: Tape, eyes: Eyes, cancel: &Cancel) -> Walked {
+    let (library, pg) = plan(&format!("task t() {body}"), "t()");
+    let cell = super::cell();
+    // The jar stands straight ahead.
+    let tool = tool_at_home();
+    let mut state = super::state(&kitchen::HOME, [tool.x + AHEAD, tool.y, 0.0]);
+    state.opening = 0.02;
+    let twin = TwinBody::new(super::twin(&cell.scene, &state));
+    let body: Box<dyn Body> = match eyes {
+        Eyes::Twins => Box::new(twin),
+        Eyes::Blind => Box::new(Seen { twin, nearer: None }),
+        Eyes::Nearer(by) => Box::new(Seen { twin, nearer: Some(by) }),
+    };
+    let ticks = Arc::new(Mutex::new(Ticks::default()));
+    let scene = cell.scene.clone();
+    let stage =
+        Stage::new(cell, body, kitchen::HOME.to_vec(), tape, (1, 0), cancel.clone(), ticks.clone());
+    let scripts = Scripts::new(stage);
+    let start = scripts.stage().state().unwrap();
+    let mut walker = Walker::new(&scripts, &Actions, &library, &scene, &start);
+    let mut steps = Vec::new();
+    for index in 0..pg.steps.len() {
+        let step = walker.step(&pg, index, &[]);
+        let goes_on = step.as_ref().is_ok_and(|done| done.outcome == Outcome::Success);
+        steps.push(step);
+        if !goes_on {
+            break;
+        }
+    }
+    let tape = scripts.stage().tape().clone();
+    let q = scripts.stage().planned_q().to_vec();
+    let ticks = std::mem::take(&mut ticks.lock().unwrap_or_else(PoisonError::into_inner).0);
+    Walked { steps, ticks, tape, q }
+}
+
+pub(super) fn walk(body: &str) -> Walked {
+    walk_with(body, Tape::recording(), Eyes::Twins, &Cancel::default())
+}
+
+/// Where the tool is in each tick: arm time s, x and z m.
+fn tool(ticks: &[Feedback]) -> Vec<(f64, f64, f64)> {
+    let robot = crate::twin::gen3();
+    let at = |f: &Feedback| {
+        let tool = robot.forward_tool(&f.q).unwrap().origin();
+        (f.time, tool.x, tool.z)
+    };
+    ticks.iter().map(at).collect()
+}
+
+/// When `value` first reaches `limit`, by straight lines between ticks, s from the first.
+fn crossing(ticks: &[(f64, f64)], limit: f64) -> f64 {
+    let rises = ticks.last().unwrap().1 > ticks[0].1;
+    let past = |v: f64| if rises { v >= limit } else { v <= limit };
+    let k = ticks.iter().position(|(_, v)| past(*v)).expect("it is reached");
+    let ((t0, v0), (t1, v1)) = (ticks[k - 1], ticks[k]);
+    t0 + (limit - v0) / (v1 - v0) * (t1 - t0) - ticks[0].0
+}
+
+fn heights(ticks: &[Feedback]) -> Vec<(f64, f64)> {
+    tool(ticks).into_iter().map(|(t, _, z)| (t, z)).collect()
+}
+
+fn is_at_rest(feedback: &Feedback) -> bool {
+    feedback.dq.iter().all(|dq| dq.abs() < 0.03)
+}
+
+/// The length that stands in a text after the last `word`, m.
+fn length_after(text: &str, word: &str) -> f64 {
+    let rest = &text[text.rfind(word).unwrap_or_else(|| panic!("{text}")) + word.len()..];
+    let mut words = rest.split([' ', ')', ',']);
+    let (number, unit) = (words.next().unwrap(), words.next().unwrap());
+    let unit = Unit::parse(unit).unwrap_or_else(|_| panic!("{text}"));
+    number.parse::<f64>().unwrap_or_else(|_| panic!("{text}")) * unit.factor
+}
+
+/// The seconds that stand in a text before `word`.
+fn seconds_before(text: &str, word: &str) -> f64 {
+    let before = &text[..text.find(word).unwrap_or_else(|| panic!("{text}"))];
+    let number = before.rsplit(' ').next().unwrap();
+    number.parse().unwrap_or_else(|_| panic!("{text}"))
+}
+
+/// How far ahead of the tool the jar stands, m.
+const AHEAD: f64 = 0.25;
+
+/// Where the tool is at home, m.
+fn tool_at_home() -> Vector3<f64> {
+    crate::twin::gen3().forward_tool(&kitchen::HOME).unwrap().origin()
+}
+
+fn home_height() -> f64 {
+    tool_at_home().z
+}
+
+#[test]
+fn a_while_that_holds_tells_its_smallest_margin_and_when() {
+    let limit = home_height() + 0.20;
+    let walked = walk(&format!("{{ rise(by: 10 cm) while height(gripper) <= {limit:.4} m }}"));
+    let done = walked.step(0);
+    assert_eq!(done.outcome, Outcome::Success, "{:?}", done.reason);
+    let held = &done.held[0];
+    // The tool ends 10 cm under the limit, and was nowhere nearer to it.
+    let least = held.least.unwrap().value;
+    let highest = heights(&walked.ticks).iter().map(|(_, z)| *z).fold(f64::MIN, f64::max);
+    let rounding = 5e-5;
+    assert!((least - (limit - highest)).abs() < 2e-4 + rounding, "{least} {}", limit - highest);
+    assert!((least - 0.10).abs() < 2e-3, "{least}");
+    let at = held.least_at.unwrap();
+    assert!(at > 0.5 * (done.interval[1] - done.interval[0]), "{at} of {:?}", done.interval);
+    assert_eq!(held.became_true, None);
+}
+
+#[test]
+fn a_while_that_breaks_stops_the_arm_within_one_period_of_the_crossing() {
+    let limit = home_height() + 0.05;
+    let walked = walk(&format!("{{ rise(by: 15 cm) while height(gripper) <= {limit:.6} m }}"));
+    let done = walked.step(0);
+    assert_eq!(done.outcome, Outcome::Failure);
+    let reason = walked.reason(0);
+    assert!(reason.starts_with("it lost `height(gripper) <= "), "{reason}");
+    let ticks = heights(&walked.ticks);
+    let crossed = crossing(&ticks, limit) + 0.004;
+    let told = length_after(reason, "limit ");
+    assert!((told - limit).abs() < 1e-3, "{reason}");
+    let noticed = seconds_before(reason, " s into the step");
+    assert!(
+        noticed >= crossed - 0.006 && noticed <= crossed + PERIOD + 0.009,
+        "{noticed} {crossed}"
+    );
+    // Brought to rest: what was gained after that is the way of braking, not the other 10 cm.
+    let end = walked.ticks.last().unwrap();
+    assert!(is_at_rest(end), "{:?}", end.dq);
+    let over = ticks.last().unwrap().1 - limit;
+    assert!(over > 0.0 && over < 0.02, "{over} m past the limit");
+}
+
+#[test]
+fn an_until_ends_the_step_as_a_success_and_what_follows_in_the_script_is_left_out() {
+    let limit = home_height() + 0.04;
+    let walked = walk(&format!(
+        "{{ twice(by: 8 cm) until height(gripper) >= {limit:.6} m  pause(time: 0.1 s) }}"
+    ));
+    let done = walked.step(0);
+    assert_eq!(done.outcome, Outcome::Success, "{:?}", done.reason);
+    let moved: Vec<_> =
+        walked.ticks.iter().filter(|f| f.time <= done.interval[1]).cloned().collect();
+    let ticks = heights(&moved);
+    let crossed = crossing(&ticks, limit) + 0.004;
+    let at = done.held[0].became_true.unwrap();
+    assert!(at >= crossed - 0.001 && at <= crossed + PERIOD + 0.005, "{at} {crossed}");
+    assert!(!done.held[0].by_rehearsal);
+    assert!(ticks.last().unwrap().1 < limit + 0.02, "neither the rest of it nor the second rise");
+    assert_eq!(walked.step(1).outcome, Outcome::Success);
+}
+
+#[test]
+fn an_until_that_never_comes_true_fails_the_step_with_how_far_it_was() {
+    let limit = home_height() + 0.12;
+    let walked = walk(&format!("{{ rise(by: 10 cm) until height(gripper) >= {limit:.6} m }}"));
+    assert_eq!(walked.step(0).outcome, Outcome::Failure);
+    let reason = walked.reason(0);
+    assert!(reason.starts_with("it came to its end before `height(gripper) >= "), "{reason}");
+    let by = length_after(reason, "false by ");
+    assert!((by - 0.02).abs() < 0.002, "2 cm are missing: {reason}");
+}
+
+#[test]
+fn what_ends_it_already_on_arrival_moves_nothing_and_leaves_the_tasks_promise_asked() {
+    let low = home_height() - 0.01;
+    let walked = walk(&format!("{{ rise(by: 10 cm) until height(gripper) >= {low:.6} m }}"));
+    assert_eq!(walked.step(0).outcome, Outcome::Success, "{:?}", walked.reason(0));
+    assert!(walked.ticks.is_empty());
+    let high = home_height() + 0.05;
+    let walked = walk(&format!(
+        "{{ gives height(gripper) >= {high:.6} m
+            rise(by: 10 cm) until height(gripper) >= {low:.6} m }}"
+    ));
+    assert_eq!(walked.step(0).outcome, Outcome::Failure);
+    assert!(walked.reason(0).starts_with("it should have made true "), "{}", walked.reason(0));
+}
+
+/// The action keeps its own condition, the block around it another, the task a third: the first to break
+/// is the one that is told.
+#[test]
+fn keeps_of_everything_around_a_step_are_in_force() {
+    let home = home_height();
+    let (low, high) = (home - 0.06, home - 0.03);
+    for (task, block, told) in [(low, high, high), (high, low, high), (low, low - 0.01, low)] {
+        let walked = walk(&format!(
+            "{{ keeps height(gripper) >= {task:.6} m
+                {{ dip(by: -10 cm) }} while height(gripper) >= {block:.6} m }}"
+        ));
+        assert_eq!(walked.step(0).outcome, Outcome::Failure);
+        let limit = length_after(walked.reason(0), "limit ");
+        assert!((limit - told).abs() < 1e-3, "{} not {told}", walked.reason(0));
+        assert_eq!(walked.step(0).held.len(), 3, "its own, the block's and the task's");
+    }
+    let walked = walk(&format!(
+        "{{ keeps height(gripper) >= {low:.6} m  {{ dip(by: -4 cm) }} while opening() >= 0 mm }}"
+    ));
+    assert_eq!(walked.step(0).outcome, Outcome::Success, "{}", walked.reason(0));
+}
+
+#[test]
+fn a_limit_stops_its_action_and_a_tasks_limit_counts_from_its_first_step() {
+    let walked = walk("{ pause(time: 3 s) }");
+    assert_eq!(walked.step(0).outcome, Outcome::Failure);
+    let reason = walked.reason(0);
+    assert!(reason.starts_with("pause(time: 3 s) has taken 1.0"), "{reason}");
+    assert!(reason.ends_with("s, and its limit is 1 s"), "{reason}");
+    let [from, to] = walked.step(0).interval;
+    assert!(to - from > 1.0 && to - from < 1.0 + PERIOD + 0.02, "{}", to - from);
+
+    let walked = walk("{ pause(time: 0.9 s) }");
+    assert_eq!(walked.step(0).outcome, Outcome::Success);
+
+    let walked = walk("{ limit 2 s  pause(time: 0.9 s)  pause(time: 0.9 s)  pause(time: 0.9 s) }");
+    let ended: Vec<_> = walked.steps.iter().map(|s| s.as_ref().unwrap().outcome).collect();
+    assert_eq!(ended, [Outcome::Success, Outcome::Success, Outcome::Failure]);
+    let reason = walked.reason(2);
+    assert!(
+        reason.starts_with("t() has taken 2.0") && reason.ends_with("its limit is 2 s"),
+        "{reason}"
+    );
+    let took = walked.step(2).interval[1] - walked.step(0).interval[0];
+    assert!(took > 2.0 && took < 2.0 + PERIOD + 0.02, "{took}");
+}
+
+#[test]
+fn what_nobody_knows_stops_nothing() {
+    // Nobody measures how fast the jar moves, and planning whether it is in reach takes too long.
+    let walked = walk(
+        "{ rise(by: 5 cm) while speed(jar) <= 1 mm/s
+           rise(by: -5 cm) while not reachable(jar) or reachable(jar) }",
+    );
+    for index in 0..2 {
+        assert_eq!(walked.step(index).outcome, Outcome::Success, "{}", walked.reason(index));
+    }
+    assert_eq!(walked.step(0).held[0].least, None);
+}
+
+#[test]
+fn a_wish_to_stop_is_told_from_a_broken_condition() {
+    let cancel = Cancel::default();
+    cancel.cancel();
+    let walked = walk_with(
+        "{ rise(by: 5 cm) while opening() >= 0 mm }",
+        Tape::recording(),
+        Eyes::Twins,
+        &cancel,
+    );
+    assert_eq!(walked.steps[0].as_ref().unwrap_err(), &ActionError::Stopped);
+}
+
+/// The tool goes 12 cm towards the jar and ends after 4 cm, by its distance from the jar.
+fn towards(then: &str) -> String {
+    let near = AHEAD - 0.04;
+    format!("{{ ahead(by: 12 cm) until distance(gripper, jar) <= {near:.6} m  {then} }}")
+}
+
+#[test]
+fn where_nobody_can_measure_it_the_arm_ends_where_the_rehearsal_did() {
+    let body = towards("rise(by: 5 cm)");
+    let rehearsed = walk(&body);
+    assert_eq!(rehearsed.step(0).outcome, Outcome::Success, "{}", rehearsed.reason(0));
+    let in_twin = rehearsed.step(0).held[0].became_true.unwrap();
+    let blind = walk_with(&body, rehearsed.tape.rewound(), Eyes::Blind, &Cancel::default());
+    for index in 0..2 {
+        assert_eq!(blind.step(index).outcome, Outcome::Success, "{}", blind.reason(index));
+    }
+    let held = &blind.step(0).held[0];
+    assert!(held.by_rehearsal);
+    assert!(
+        (held.became_true.unwrap() - in_twin).abs() < PERIOD,
+        "{held:?}, in the twin {in_twin}"
+    );
+    let off = |(a, b): (&f64, &f64)| (a - b).abs();
+    let apart = blind.q.iter().zip(&rehearsed.q).map(off).fold(0.0, f64::max);
+    assert!(apart < 1e-3, "the same way from there on: {apart} rad");
+}
+
+/// The jar is measured 1 cm nearer than it was rehearsed: the step ends sooner, and the arm is led to where
+/// the next rehearsed path begins.
+#[test]
+fn as_measured_it_may_end_sooner_than_rehearsed() {
+    let body = towards("rise(by: 5 cm)");
+    let rehearsed = walk(&body);
+    let sooner = walk_with(&body, rehearsed.tape.rewound(), Eyes::Nearer(0.01), &Cancel::default());
+    for index in 0..2 {
+        assert_eq!(sooner.step(index).outcome, Outcome::Success, "{}", sooner.reason(index));
+    }
+    let (early, twin) = (&sooner.step(0).held[0], &rehearsed.step(0).held[0]);
+    assert!(!early.by_rehearsal);
+    let gained = twin.became_true.unwrap() - early.became_true.unwrap();
+    assert!(gained >= PERIOD, "{gained} s sooner");
+    let off = |(a, b): (&f64, &f64)| (a - b).abs();
+    let apart = sooner.q.iter().zip(&rehearsed.q).map(off).fold(0.0, f64::max);
+    assert!(apart < 1e-9, "{apart} rad");
+}
+
+/// Measured 5 cm farther: what was to become true in the rehearsal does not, and the arm does not go on
+/// beyond what was rehearsed.
+#[test]
+fn as_measured_it_may_not_end_much_later_than_rehearsed() {
+    let body = towards("rise(by: 5 cm)");
+    let rehearsed = walk(&body);
+    let late = walk_with(&body, rehearsed.tape.rewound(), Eyes::Nearer(-0.05), &Cancel::default());
+    assert_eq!(late.step(0).outcome, Outcome::Failure);
+    let reason = late.reason(0);
+    assert!(reason.contains("later than it was true in the rehearsal"), "{reason}");
+    let over = seconds_before(reason, " s later than");
+    assert!(over > LATE && over <= LATE + PERIOD + 0.01, "{reason}");
+}
+
+/// Kept in the rehearsal and broken on the arm, whose eyes have the jar 2 cm nearer: the arm stops there.
+#[test]
+fn what_the_twin_kept_the_arm_may_break() {
+    let near = AHEAD - 0.05;
+    let body = format!("{{ ahead(by: 4 cm) while distance(gripper, jar) >= {near:.6} m }}");
+    let rehearsed = walk(&body);
+    assert_eq!(rehearsed.step(0).outcome, Outcome::Success, "{}", rehearsed.reason(0));
+    let least = |walked: &Walked| walked.step(0).held[0].least.unwrap().value;
+    assert!((least(&rehearsed) - 0.01).abs() < 2e-3, "{}", least(&rehearsed));
+    let broken = walk_with(&body, rehearsed.tape.rewound(), Eyes::Nearer(0.02), &Cancel::default());
+    assert_eq!(broken.step(0).outcome, Outcome::Failure);
+    assert!(broken.reason(0).starts_with("it lost `distance(gripper, jar) >= "));
+    assert!(least(&broken) < 0.0);
+    assert!(is_at_rest(broken.ticks.last().unwrap()));
+}
+
+/// Picking up, carrying over the cup and putting down, in the twin and without water: what the library's own
+/// actions keep holds all the while, inside their limits.
+#[test]
+fn the_library_keeps_what_it_says() {
+    let (library, pg) =
+        plan("task t() { pick(jar) via level_side  move_over(jar, cup)  place(jar) }", "t()");
+    let cell = super::cell();
+    let mut state = super::state(&kitchen::HOME, [0.60, 0.10, 0.3]);
+    state.object_mut("cup").unwrap().world_from_object =
+        Some(trueup::world::Pose::upright(0.58, -0.22, 0.0, 0.0));
+    state.opening = 0.085;
+    let body = Box::new(TwinBody::new(super::twin(&cell.scene, &state)));
+    let scene = cell.scene.clone();
+    let watcher = Arc::new(Mutex::new(Ticks::default()));
+    let (q, cancel) = (kitchen::HOME.to_vec(), Cancel::default());
+    let scripts =
+        Scripts::new(Stage::new(cell, body, q, Tape::recording(), (1, 0), cancel, watcher));
+    let start = scripts.stage().state().unwrap();
+    let texts = Stdlib::embedded();
+    let mut walker = Walker::new(&scripts, &texts, &library, &scene, &start);
+    let mut levels = 0;
+    for index in 0..pg.steps.len() {
+        let done = walker.step(&pg, index, &[]).unwrap();
+        assert_eq!(done.outcome, Outcome::Success, "{}: {:?}", pg.steps[index].text, done.reason);
+        for held in done.held.iter().filter(|held| held.text.contains("level(jar)")) {
+            assert!(held.least.unwrap().value > 0.0, "{held:?}");
+            levels += 1;
+        }
+    }
+    assert_eq!(levels, 2, "while it is carried over and while it is carried back");
+}
