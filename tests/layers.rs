@@ -24,6 +24,8 @@ const LAYERS: &[(&str, &[&str])] = &[
     // The other side of the real arm's wire; any arm that can be stepped may be behind it.
     ("emulator", &["world", "motion", "execution"]),
     ("monitor", &["units", "language", "graph", "world", "alignment", "execution"]),
+    // Stepping and teaching without a terminal; the arm is met through the conductor alone.
+    ("teach", &["units", "language", "graph", "world", "execution", "monitor"]),
     // Sees recordings only: never `lab`, and of `execution` nothing yet.
     (
         "discovery",

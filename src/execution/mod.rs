@@ -4,13 +4,14 @@
 //! and the tape of decisions ([`tape`]). [`walk`] carries out the steps of a parse graph on any stage; the
 //! twin's ([`twin_arm`]) rehearses, a real one ([`real`], with the devices of [`lab_arm`], [`kortex`] or
 //! [`snapshot`]) performs. Every motion passes
-//! [`limits`].
+//! [`limits`]; between the steps a conductor may be asked ([`conduct`]).
 
 pub mod arm;
 pub mod limits;
 pub mod plan;
 pub mod tape;
 pub mod trace;
+pub mod conduct;
 pub mod stage;
 pub mod script;
 pub mod calibrate;

@@ -14,6 +14,7 @@ pub mod record;
 pub mod rehearse;
 pub mod stdlib;
 mod known;
+mod lead;
 mod perform;
 
 use std::collections::BTreeMap;
@@ -22,6 +23,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::execution::arm::{Cancel, DeviceError, Scales};
 use crate::execution::calibrate::{self, Calibration, Switches};
+use crate::execution::conduct::Dial;
 use crate::execution::limits::Limits;
 use crate::execution::real::{Belief, RealBody};
 use crate::execution::script::Scripts;
@@ -40,6 +42,7 @@ use crate::units::Quantity;
 use crate::world::fluent::Reading;
 use crate::world::{Scene, WorldState};
 use known::Known;
+use lead::Lead;
 
 pub use devices::{Devices, Laboratory, laboratory, robot_of};
 pub use learning::Learnt;
@@ -183,6 +186,8 @@ pub struct WorkCell {
     is_camera_aligned: bool,
     is_robot_aligned: bool,
     learnt: Learnt,
+    dial: Dial,
+    lead: Option<Lead>,
 }
 
 impl WorkCell {
@@ -229,7 +234,8 @@ impl WorkCell {
             look.clone(),
             fan.clone(),
         );
-        let stage = Stage::new(
+        let dial = Dial::default();
+        let mut stage = Stage::new(
             cell.clone(),
             Box::new(body),
             Vec::new(),
@@ -238,6 +244,7 @@ impl WorkCell {
             cancel.clone(),
             fan.clone(),
         );
+        stage.obey(dial.clone());
         let mut settings = Settings::for_arm(&robot);
         known.change(&mut settings);
         Ok(Self {
@@ -258,12 +265,19 @@ impl WorkCell {
             is_camera_aligned: false,
             is_robot_aligned: false,
             learnt: Learnt::default(),
+            dial,
+            lead: None,
         })
     }
 
     /// Returns the wish to stop that everything in this cell obeys.
     pub fn cancel(&self) -> Cancel {
         self.cancel.clone()
+    }
+
+    /// Returns the speed dial of this cell's arm.
+    pub fn dial(&self) -> Dial {
+        self.dial.clone()
     }
 
     /// Returns the arm's name: `lab`, `twin`, or where it is.

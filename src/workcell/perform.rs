@@ -16,6 +16,7 @@ use crate::monitor::questionnaire::{self, Answer};
 use crate::monitor::{self, Comparison};
 use crate::world::WorldState;
 
+use super::lead::Turn;
 use super::record::Recorder;
 use super::rehearse::{Candidate, Rehearsal, Rehearsals};
 use super::{Error, WorkCell, tell};
@@ -142,6 +143,7 @@ impl WorkCell {
             run.run_dir = Some(recorder.dir().display().to_string());
         }
         let carried = self.carry(call, &mut run, recorder.as_ref());
+        self.lead_ends();
         self.watched_by(Vec::new());
         // Decisions of a performance that was cut short are not for whatever comes next.
         self.scripts.stage().set_tape(Tape::recording());
@@ -275,7 +277,7 @@ impl WorkCell {
             let best = self.rehearse(candidates, start, run)?;
             let begin = self.now();
             self.phase("execute", "the arm moves");
-            let failed = self.perform(&best, start, run, recorder);
+            let failed = self.perform(graph, &best, start, run, recorder);
             run.timing_s.execute += self.now() - begin;
             let Some((index, reason)) = failed? else {
                 run.outcome = Ending::Success;
@@ -291,7 +293,7 @@ impl WorkCell {
             let plan = self.recovery_now(graph, pg, recovery)?;
             *used.entry(plan.path.clone()).or_default() += 1;
             self.note(&format!("recovering: {}", plan.path));
-            if let Err(error) = self.carry_out(&plan.steps, start, run, recorder) {
+            if let Err(error) = self.carry_out(graph, &plan.steps, start, run, recorder) {
                 let stopped = matches!(error, Error::Action(ActionError::Stopped));
                 run.reason = Some(format!("{reason}; then the recovery failed: {error}"));
                 return if stopped { Err(error) } else { Ok(()) };
@@ -394,6 +396,7 @@ impl WorkCell {
     /// Performs a rehearsal on the arm; returns the step that failed and why, if one did.
     fn perform(
         &mut self,
+        graph: &Graph,
         rehearsal: &Rehearsal,
         start: &WorldState,
         run: &mut Run,
@@ -407,6 +410,8 @@ impl WorkCell {
         let mut failed = None;
         for (k, index) in (rehearsal.candidate.from..pg.steps.len()).enumerate() {
             let number = run.steps.len() + 1;
+            let turn = Turn { graph, pg, index, number, follows: k > 0, start };
+            let ahead = self.ask_before(&turn)?;
             self.tell(&Event::StepStart {
                 number,
                 of: run.steps.len() + pg.steps.len() - index,
@@ -445,9 +450,11 @@ impl WorkCell {
             if let Some(view) = rehearsal.views.get(k) {
                 self.twin_picture(&format!("{number:02}-after-twin"), view);
             }
+            let asked = self.ask_after(&turn, ahead, run.steps.last());
             if let Some(error) = cut_short {
                 return Err(error.into());
             }
+            asked?;
             if failed.is_some() {
                 break;
             }
@@ -459,6 +466,7 @@ impl WorkCell {
     /// Carries out the steps of a recovery: rehearsed first, like everything that moves the arm.
     fn carry_out(
         &mut self,
+        graph: &Graph,
         steps: &[graph::Step],
         start: &WorldState,
         run: &mut Run,
@@ -478,7 +486,7 @@ impl WorkCell {
         let candidates =
             (0..2).map(|variant| Candidate { pg: pg.clone(), from: 0, variant }).collect();
         let best = self.rehearse(candidates, start, run)?;
-        self.perform(&best, start, run, recorder)?;
+        self.perform(graph, &best, start, run, recorder)?;
         Ok(())
     }
 
