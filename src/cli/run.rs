@@ -17,6 +17,7 @@ use crate::report::{self, Failure, Style, run::Console};
 use crate::workcell::record::Recorder;
 use crate::workcell::{Ending, Options, Run, Stdlib, WorkCell};
 
+use super::teach::Lead;
 use super::{CellArgs, Cli, Exit, kortex};
 
 /// Run a saved script; a run folder is written.
@@ -24,6 +25,9 @@ use super::{CellArgs, Cli, Exit, kortex};
 pub(super) struct RunArgs {
     /// The script.
     file: PathBuf,
+    /// Pause before each step, and take words from the terminal or a pipe.
+    #[arg(long)]
+    step: bool,
 }
 
 /// Returns seconds since the program could first be asked; only differences mean something.
@@ -148,7 +152,18 @@ fn open(cli: &Cli, script: Option<Source>, style: Style) -> Result<WorkCell, Fai
 
 /// `trueup run FILE.task`.
 pub(super) fn script(args: &RunArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
-    let source = Source::new(args.file.display().to_string(), read(&args.file)?);
+    let lead = args.step.then(|| Lead::stepping(cli, style)).transpose()?;
+    script_led(&args.file, lead.as_ref(), cli, style)
+}
+
+/// Runs a script, each call led if somebody leads.
+pub(super) fn script_led(
+    file: &Path,
+    lead: Option<&Lead>,
+    cli: &Cli,
+    style: Style,
+) -> Result<Exit, Failure> {
+    let source = Source::new(file.display().to_string(), read(file)?);
     let (program, diagnostics) = language::parse(&source.text);
     if diagnostics.iter().any(language::Diagnostic::is_error) {
         return Err(report::text_failure(&diagnostics, &source, style));
@@ -175,6 +190,9 @@ pub(super) fn script(args: &RunArgs, cli: &Cli, style: Style) -> Result<Exit, Fa
     let parts: Vec<&[Step]> =
         if steps.iter().all(is_call) { steps.chunks(1).collect() } else { vec![&steps] };
     for steps in parts {
+        if let Some(lead) = lead {
+            lead.take(&mut cell);
+        }
         let run = one(&mut cell, steps, &source, &cli.cell.record, style)?;
         exit = ended(&run);
         runs.push(run);
@@ -182,7 +200,9 @@ pub(super) fn script(args: &RunArgs, cli: &Cli, style: Style) -> Result<Exit, Fa
             break;
         }
     }
-    if style.json {
+    if style.json && lead.is_some() {
+        runs.iter().for_each(|run| report::teach::ended(run, style));
+    } else if style.json {
         match &runs[..] {
             [run] => style.document(run),
             several => style.document(&several),
@@ -193,6 +213,16 @@ pub(super) fn script(args: &RunArgs, cli: &Cli, style: Style) -> Result<Exit, Fa
 
 /// `trueup -c LINE`.
 pub(super) fn line(line: &str, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+    line_led(line, None, cli, style)
+}
+
+/// Carries out a line, led if somebody leads.
+pub(super) fn line_led(
+    line: &str,
+    lead: Option<&Lead>,
+    cli: &Cli,
+    style: Style,
+) -> Result<Exit, Failure> {
     let source = Source::new("command line", line);
     let (step, diagnostics) = language::parse_line(line);
     let Some(step) = step.filter(|_| !diagnostics.iter().any(language::Diagnostic::is_error))
@@ -205,9 +235,14 @@ pub(super) fn line(line: &str, cli: &Cli, style: Style) -> Result<Exit, Failure>
         return Err(report::text_failure(&diagnostics, &source, style));
     }
     stop_on_interrupt(&cell)?;
+    if let Some(lead) = lead {
+        lead.take(&mut cell);
+    }
     let run = one(&mut cell, &[step], &source, &cli.cell.record, style)?;
-    if style.json {
-        style.document(&run);
+    match lead {
+        Some(_) if style.json => report::teach::ended(&run, style),
+        _ if style.json => style.document(&run),
+        _ => {}
     }
     Ok(ended(&run))
 }
@@ -283,7 +318,9 @@ fn one(
             .at(path.display().to_string())
             .help("name a folder that may be written with `--record DIR`")
     })?;
-    let run = cell.run(call, Some(recorder), Box::new(Console::new(style)));
+    let console = Console::new(style);
+    let console = if cell.is_told() { console.without_steps() } else { console };
+    let run = cell.run(call, Some(recorder), Box::new(console));
     let run = run.map_err(|error| report::cell_failure(&error, style))?;
     style.say(report::run::ending(&run, style));
     Ok(run)

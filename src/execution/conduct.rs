@@ -5,6 +5,7 @@
 //! `together`, never while what it carries is tilted. Rehearsals ask nobody. A [`Dial`] slows the arm down
 //! and is no part of stepping: either works without the other.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
@@ -63,6 +64,17 @@ pub struct Mark {
     pub holds: bool,
 }
 
+/// A step that comes later.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Later {
+    /// Its number in the run.
+    pub number: usize,
+    /// Its node's path in the graph.
+    pub path: String,
+    /// As a call.
+    pub action: String,
+}
+
 /// A step that is about to begin.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Ahead {
@@ -88,6 +100,8 @@ pub struct Ahead {
     pub gives: Vec<Stated>,
     /// A breakpoint in the text before it.
     pub mark: Option<Mark>,
+    /// The steps after it, as planned now.
+    pub later: Vec<Later>,
 }
 
 impl Ahead {
@@ -117,7 +131,19 @@ impl Ahead {
                 .pause
                 .as_ref()
                 .map(|pause| Mark { when: pause.when.as_ref().map(text::expr), holds: true }),
+            later: (index + 1..pg.steps.len())
+                .map(|i| Later {
+                    number: number + i - index,
+                    path: pg.steps[i].path.clone(),
+                    action: pg.steps[i].text.clone(),
+                })
+                .collect(),
         }
+    }
+
+    /// Returns whether it is part of what is done about a failure.
+    pub fn is_recovery(&self) -> bool {
+        self.path.split('/').any(|part| part.starts_with("on_failure"))
     }
 
     /// Returns what it is part of, without the whole run: outermost first.
@@ -167,6 +193,15 @@ fn parts(
 
 /// Someone who decides, between the steps of a performance, whether it goes on.
 pub trait Conductor: Send {
+    /// Is told that a run begins: the call, and the folder it is kept in.
+    fn begins(&mut self, _task: &str, _run_dir: Option<&Path>) {}
+
+    /// Returns whether it tells of the steps itself, so that nobody else prints what a step came to before
+    /// a question about it was answered.
+    fn tells(&self) -> bool {
+        false
+    }
+
     /// Is asked before a step, the arm holding still. May block; whoever blocks looks at the cell's wish
     /// to stop now and then, and returns when there is one.
     fn before(&mut self, ahead: &Ahead) -> Word;

@@ -10,6 +10,7 @@ pub mod record;
 pub mod run;
 pub mod run_page;
 pub mod sentence;
+pub mod teach;
 pub mod why;
 
 use std::fmt::Write as _;
@@ -123,6 +124,13 @@ impl Style {
     pub fn say(self, line: impl AsRef<str>) {
         if !self.json {
             out(line.as_ref());
+        }
+    }
+
+    /// Prints an event of a run for programs, on one line.
+    pub fn event(self, value: &impl serde::Serialize) {
+        if let Ok(text) = serde_json::to_string(value) {
+            out(&text);
         }
     }
 

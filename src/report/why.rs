@@ -211,7 +211,7 @@ pub fn now(text: &str, reading: &Reading) -> String {
     told
 }
 
-fn verdict(row: &FluentRow) -> String {
+pub(super) fn verdict(row: &FluentRow) -> String {
     let by = row.margin.as_ref().map(|margin| {
         let size = Measure { value: margin.value.abs(), unit: margin.unit.clone() };
         format!(" by {}", unsigned(&size))
@@ -246,12 +246,12 @@ fn comparison(term: &TermRow) -> String {
 }
 
 /// A quantity as people write it, without a sign of its own when it is positive.
-fn unsigned(measure: &Measure) -> String {
+pub(super) fn unsigned(measure: &Measure) -> String {
     let text = people(measure);
     text.strip_prefix('+').map_or(text.clone(), str::to_owned)
 }
 
-fn way(direction: &Direction, margin: Option<&Measure>) -> String {
+pub(super) fn way(direction: &Direction, margin: Option<&Measure>) -> String {
     let by = margin.map_or_else(String::new, |margin| {
         let size = Measure { value: margin.value.abs(), unit: margin.unit.clone() };
         format!(" {}", unsigned(&size))
@@ -362,7 +362,7 @@ fn times(n: usize) -> String {
 }
 
 /// Up to three things to try, the likeliest to help first.
-fn tries(question: &Question<'_>, step: &StepRecord, row: Option<&FluentRow>) -> String {
+pub(super) fn tries(question: &Question<'_>, step: &StepRecord, row: Option<&FluentRow>) -> String {
     let mut found: Vec<String> = Vec::new();
     if let Some(row) = row {
         found.extend(by_margin(step, row));

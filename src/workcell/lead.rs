@@ -1,5 +1,7 @@
 //! Lets a conductor decide between the steps of a performance, where the arm may be left standing.
 
+use std::path::Path;
+
 use crate::execution::conduct::{Ahead, Conductor, Word, unsafe_hold};
 use crate::execution::stage::ActionError;
 use crate::execution::trace::StepRecord;
@@ -54,6 +56,23 @@ impl WorkCell {
     /// Lets someone decide between the steps of the next run.
     pub fn led_by(&mut self, conductor: Box<dyn Conductor>) {
         self.lead = Some(Lead::new(conductor));
+    }
+
+    /// Lets the next run go on by itself.
+    pub fn led_by_nobody(&mut self) {
+        self.lead = None;
+    }
+
+    /// Returns whether whoever leads the next run tells of its steps.
+    pub fn is_told(&self) -> bool {
+        self.lead.as_ref().is_some_and(|lead| lead.conductor.tells())
+    }
+
+    /// Tells whoever leads that a run begins.
+    pub(super) fn lead_begins(&mut self, task: &str, run_dir: Option<&str>) {
+        if let Some(lead) = &mut self.lead {
+            lead.conductor.begins(task, run_dir.map(Path::new));
+        }
     }
 
     /// Asks before a step, where the arm may be left standing; `None` when nobody leads the run.

@@ -117,6 +117,29 @@ pub struct Run {
     pub run_dir: Option<String>,
 }
 
+impl Run {
+    /// Returns a run of which only these steps are known, failed if the last of them did.
+    pub fn so_far(task: &str, steps: &[StepRecord]) -> Self {
+        let failed = steps.last().is_none_or(|step| step.outcome != Outcome::Success);
+        Self {
+            task: task.to_owned(),
+            outcome: if failed { Ending::Failure } else { Ending::Success },
+            reached: false,
+            reason: None,
+            seed: 0,
+            robot: String::new(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            steps: steps.to_vec(),
+            questions: Vec::new(),
+            rehearsals: Vec::new(),
+            parse_graphs: Vec::new(),
+            water: None,
+            timing_s: Timing::default(),
+            run_dir: None,
+        }
+    }
+}
+
 impl WorkCell {
     /// Carries out a call on the arm, rehearsed first, and keeps the run in a folder if one is given.
     ///
@@ -142,6 +165,7 @@ impl WorkCell {
             let recorder = recorder.lock().unwrap_or_else(PoisonError::into_inner);
             run.run_dir = Some(recorder.dir().display().to_string());
         }
+        self.lead_begins(&run.task, run.run_dir.as_deref());
         let carried = self.carry(call, &mut run, recorder.as_ref());
         self.lead_ends();
         self.watched_by(Vec::new());
@@ -169,22 +193,8 @@ impl WorkCell {
 
     /// Returns the run of a call of which nothing has been done yet.
     fn nothing_done(&self, call: &Call) -> Run {
-        Run {
-            task: crate::language::text::call(call),
-            outcome: Ending::Failure,
-            reached: false,
-            reason: None,
-            seed: self.seed,
-            robot: self.robot_name.clone(),
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            steps: Vec::new(),
-            questions: Vec::new(),
-            rehearsals: Vec::new(),
-            parse_graphs: Vec::new(),
-            water: None,
-            timing_s: Timing::default(),
-            run_dir: None,
-        }
+        let (seed, robot) = (self.seed, self.robot_name.clone());
+        Run { seed, robot, ..Run::so_far(&crate::language::text::call(call), &[]) }
     }
 
     fn carry(
