@@ -30,6 +30,8 @@ pub struct Request {
     pub method: String,
     /// The path with its percent signs resolved, without the query.
     pub path: String,
+    /// The port it came in at.
+    pub port: u16,
     query: String,
     headers: Vec<(String, String)>,
     body: Vec<u8>,
@@ -51,12 +53,12 @@ impl Request {
         field(std::str::from_utf8(&self.body).ok()?, name)
     }
 
-    /// Whether it comes from this machine's own page: its `Host` is a loopback name with this port, and an
+    /// Whether it comes from this machine's own page: its `Host` is a loopback name with its port, and an
     /// `Origin`, where there is one, is that same page. A page from elsewhere that has its name point at
     /// this machine fails the first, a form on another page the second.
-    pub fn is_local(&self, port: u16) -> bool {
+    pub fn is_local(&self) -> bool {
         let names = ["127.0.0.1", "localhost", "[::1]"];
-        let hosts = names.map(|name| format!("{name}:{port}"));
+        let hosts = names.map(|name| format!("{name}:{}", self.port));
         let host = self.header("host").unwrap_or_default();
         let is_here = hosts.iter().any(|known| known.eq_ignore_ascii_case(host));
         let same = |origin: &str| origin.strip_prefix("http://") == Some(host);
@@ -215,7 +217,10 @@ fn answer(
 ) -> io::Result<()> {
     stream.set_read_timeout(Some(Duration::from_secs(PATIENCE.0)))?;
     stream.set_write_timeout(Some(Duration::from_secs(PATIENCE.1)))?;
-    let asked = read(&mut stream)?;
+    let mut asked = read(&mut stream)?;
+    if let Ok(request) = &mut asked {
+        request.port = stream.local_addr()?.port();
+    }
     let head_only = asked.as_ref().is_ok_and(|request| request.method == "HEAD");
     let response = match (asked, handler) {
         (Ok(request), Some(handler)) => handler(&request),
@@ -292,6 +297,7 @@ fn parse(head: &[u8]) -> Result<(Request, usize), Refusal> {
     let request = Request {
         method: method.to_owned(),
         path,
+        port: 0,
         query: query.to_owned(),
         headers,
         body: Vec::new(),
@@ -356,7 +362,6 @@ mod tests {
         assert_eq!(read.asked("y").as_deref(), Some(""));
         assert_eq!(read.asked("z"), None);
         assert_eq!(read.sent("who").as_deref(), Some("a &"));
-        assert!(read.is_local(80) && !read.is_local(81));
     }
 
     #[test]
@@ -382,14 +387,17 @@ mod tests {
 
     #[test]
     fn only_a_page_of_this_machine_is_local() {
-        let of = |headers: &str| request(&format!("GET / HTTP/1.1\r\n{headers}\r\n")).unwrap();
+        let of = |headers: &str| {
+            let read = request(&format!("GET / HTTP/1.1\r\n{headers}\r\n")).unwrap();
+            Request { port: 8000, ..read }
+        };
         for here in [
             "Host: 127.0.0.1:8000\r\n",
             "Host: LOCALHOST:8000\r\n",
             "Host: [::1]:8000\r\n",
             "Host: localhost:8000\r\nOrigin: http://localhost:8000\r\n",
         ] {
-            assert!(of(here).is_local(8000), "{here}");
+            assert!(of(here).is_local(), "{here}");
         }
         for elsewhere in [
             "",
@@ -399,7 +407,7 @@ mod tests {
             "Host: 127.0.0.1:8000\r\nOrigin: http://evil.example\r\n",
             "Host: 127.0.0.1:8000\r\nOrigin: null\r\n",
         ] {
-            assert!(!of(elsewhere).is_local(8000), "{elsewhere}");
+            assert!(!of(elsewhere).is_local(), "{elsewhere}");
         }
     }
 
@@ -422,7 +430,10 @@ mod tests {
         };
         let answer = ask("GET /here HTTP/1.1\r\n\r\n");
         assert!(answer.starts_with("HTTP/1.1 200 OK\r\n") && answer.ends_with("\r\n\r\n/here\n"));
-        assert!(ask("HEAD /here HTTP/1.1\r\n\r\n").ends_with("Content-Length: 6\r\nConnection: close\r\n\r\n"));
+        assert!(
+            ask("HEAD /here HTTP/1.1\r\n\r\n")
+                .ends_with("Content-Length: 6\r\nConnection: close\r\n\r\n")
+        );
         let address = server.address();
         drop(server);
         assert!(TcpStream::connect(address).is_err());

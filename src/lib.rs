@@ -10,6 +10,7 @@
 //! answers an editor.
 
 pub mod units;
+pub mod http;
 pub mod fit;
 pub mod language;
 pub mod graph;
@@ -25,6 +26,7 @@ pub mod teach;
 pub mod discovery;
 pub mod workcell;
 pub mod report;
+pub mod page;
 pub mod repl;
 pub mod lsp;
 pub mod cli;

@@ -21,3 +21,4 @@ mod workcell;
 mod cli;
 mod lsp;
 mod repl;
+mod page;

@@ -12,6 +12,7 @@ mod kortex;
 mod lab;
 mod learn;
 mod lsp;
+mod page;
 mod replay;
 mod report;
 mod robot;

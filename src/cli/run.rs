@@ -40,7 +40,7 @@ pub(super) fn clock() -> f64 {
 }
 
 /// Returns the time of day as run folders are named: `20261121-140307`, UTC.
-fn stamp() -> String {
+pub(super) fn stamp() -> String {
     let seconds = clock() as i64;
     let (days, rest) = (seconds.div_euclid(86_400), seconds.rem_euclid(86_400));
     // Civil date from days since 1970 (Hinnant, "chrono-compatible low-level date algorithms").
@@ -132,7 +132,7 @@ pub(super) fn options(cli: &Cli, script: Option<Source>) -> Result<Options, Fail
 }
 
 /// Opens the cell the arguments ask for.
-fn open(cli: &Cli, script: Option<Source>, style: Style) -> Result<WorkCell, Failure> {
+pub(super) fn open(cli: &Cli, script: Option<Source>, style: Style) -> Result<WorkCell, Failure> {
     let learnt = super::learn::learnt(cli)?;
     let options = options(cli, script)?;
     let opened = match kortex::target(&cli.cell.robot)? {
@@ -291,7 +291,7 @@ static INTERRUPTS: Mutex<Vec<Cancel>> = Mutex::new(Vec::new());
 static PRESSES: AtomicUsize = AtomicUsize::new(0);
 
 /// Makes Ctrl-C a wish to stop; once a process.
-fn stop_on_interrupt(cell: &WorkCell) -> Result<(), Failure> {
+pub(super) fn stop_on_interrupt(cell: &WorkCell) -> Result<(), Failure> {
     INTERRUPTS.lock().unwrap_or_else(PoisonError::into_inner).push(cell.cancel());
     let pressed = || {
         PRESSES.fetch_add(1, Ordering::SeqCst);
@@ -326,7 +326,7 @@ fn one(
     Ok(run)
 }
 
-fn ended(run: &Run) -> Exit {
+pub(super) fn ended(run: &Run) -> Exit {
     match run.outcome {
         Ending::Success => Exit::Yes,
         Ending::Failure => Exit::No,

@@ -21,13 +21,20 @@ use crate::workcell::{self, Run, WorkCell, archive};
 
 use super::replay::kept;
 use super::run::{line_led, read, script_led};
-use super::{Cli, Exit};
+use super::{Cli, Exit, page};
 
 /// Carry out a call or a script step by step, or step through a run that is over.
 #[derive(Debug, Args)]
 pub(super) struct TeachArgs {
     /// A call such as `pick(jar)`, a script, or the folder, name or number of a run that is over.
-    what: String,
+    #[arg(required_unless_present = "page")]
+    what: Option<String>,
+    /// Serve a page on this machine instead of the terminal: stored runs, and the call as it is stepped.
+    #[arg(long, conflicts_with = "script")]
+    page: bool,
+    /// The port of the page; any that is free when left out.
+    #[arg(long, value_name = "PORT", default_value_t = 0, requires = "page")]
+    port: u16,
     /// Take the words from this file instead of the terminal.
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
@@ -41,22 +48,26 @@ const LOOK: Duration = Duration::from_millis(50);
 
 /// `trueup teach FILE|CALL|RUN`.
 pub(super) fn teach(args: &TeachArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+    let answers = args.answers.clone().unwrap_or_else(|| cli.cell.record.join("answers.jsonl"));
+    let what = args.what.as_deref().unwrap_or_default();
+    if args.page {
+        return page::teach(what, page::Where { port: args.port, answers }, cli, style);
+    }
     let input = match &args.script {
         Some(file) => Input::Script(lines_of(&read(file)?)),
         None => Input::here()?,
     };
-    let answers = args.answers.clone().unwrap_or_else(|| cli.cell.record.join("answers.jsonl"));
     let setup = Setup { teaches: true, steps: true, answers: Some(answers), ..Setup::default() };
     let lead =
         Lead { input: Arc::new(Mutex::new(input)), setup, record: cli.cell.record.clone(), style };
-    let path = Path::new(&args.what);
+    let path = Path::new(what);
     if let Some(dir) = kept(path, cli) {
         return over_record(&dir, &lead, cli, style);
     }
     if path.is_file() {
         return script_led(path, Some(&lead), cli, style);
     }
-    line_led(&args.what, Some(&lead), cli, style)
+    line_led(what, Some(&lead), cli, style)
 }
 
 /// Steps through a run that is over; no arm is asked for.

@@ -6,6 +6,7 @@
 mod numbers;
 pub mod gap;
 pub mod gap_page;
+pub mod html;
 pub mod record;
 pub mod run;
 pub mod run_page;
@@ -209,11 +210,6 @@ pub fn out(line: &str) {
 /// Writes a line to stderr; a closed pipe is not our error.
 pub fn complain(line: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{line}");
-}
-
-/// Returns a text as it may stand in a page.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// Returns a number as JSON, with `null` for what is not a number.

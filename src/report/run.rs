@@ -158,7 +158,7 @@ pub fn step(record: &StepRecord, before: &[FluentRow], style: Style) -> String {
 
 /// A fluent is news when the step should have made it true, when it changed, when twin and measurement
 /// differ, and when people are asked about it.
-fn is_news(row: &FluentRow, before: &[FluentRow]) -> bool {
+pub(super) fn is_news(row: &FluentRow, before: &[FluentRow]) -> bool {
     let earlier = before.iter().find(|earlier| earlier.name == row.name);
     let changed = earlier.is_some_and(|e| e.twin != row.twin || e.measured != row.measured);
     let differs = matches!((row.twin, row.measured), (Some(a), Some(b)) if a != b);

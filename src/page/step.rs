@@ -1,0 +1,497 @@
+//! One moment of a run, before or after a step: pictures, questions, fluents, and the graph with the step lit.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::execution::conduct::{Ahead, Stated};
+use crate::execution::trace::{Outcome, StepRecord};
+use crate::graph::Condition;
+use crate::http::encoded;
+use crate::report::Style;
+use crate::report::html::{self, escaped};
+use crate::report::{run::ending, why};
+use crate::workcell::Run;
+use crate::workcell::archive::Entry;
+
+use super::answering::{Questions, turn};
+use super::frame::View;
+use super::live::{Live, Now, Pause, sub_task};
+use super::site::{Site, picture_file};
+
+/// Before or after a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum When {
+    Before,
+    After,
+}
+
+impl When {
+    pub(super) fn parse(word: &str) -> Option<Self> {
+        match word {
+            "before" => Some(Self::Before),
+            "after" => Some(Self::After),
+            _ => None,
+        }
+    }
+
+    fn word(self) -> &'static str {
+        match self {
+            Self::Before => "before",
+            Self::After => "after",
+        }
+    }
+}
+
+/// One stop of the slider.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct At {
+    pub(super) number: usize,
+    pub(super) when: When,
+}
+
+impl At {
+    fn path(self, run: &str) -> String {
+        format!("/run/{}/{}/{}", encoded(run), self.number, self.when.word())
+    }
+}
+
+/// A moment of a run that is kept.
+pub(super) fn view(site: &Site, entry: &Entry, at: At, why: Option<&str>) -> View {
+    let Some(run) = site.shelf.run(&entry.dir) else {
+        return View::missing(
+            "This run cannot be read",
+            "Its `run.json` is not one, or not whole.",
+        );
+    };
+    let Some(step) = run.steps.iter().find(|step| step.number == at.number) else {
+        let help = format!("It has {} steps.", run.steps.len());
+        return View::missing("The run has no such step", &help);
+    };
+    let here = at.path(&entry.name);
+    let moment = Moment { site, entry, run: &run, step, at, here: &here };
+    let mut main = format!(
+        "<h1 class=\"call\">{}</h1>\n<p class=\"soft\">run {}, {}, with {}, seed {}</p>\n",
+        escaped(&run.task),
+        entry.number,
+        escaped(&entry.name),
+        escaped(&run.robot),
+        run.seed
+    );
+    if let Some(live) = site.live.as_ref().filter(|live| live.now().run() == Some(&entry.name)) {
+        let _ = writeln!(
+            main,
+            "<p class=\"banner\">Looking at step {} of the live run; the arm does not move for it. It is \
+             now {}. <a href=\"/live\">Back to now</a></p>",
+            at.number,
+            escaped(&live.now().doing)
+        );
+    }
+    main += &moment.transport();
+    main += &moment.body(why);
+    let plain = Style { json: false, quiet: false, colour: false, bars: false };
+    let _ = writeln!(
+        main,
+        "<details class=\"card\" id=\"ending\"><summary>How the run ended</summary><pre>{}</pre></details>",
+        escaped(&ending(&run, plain))
+    );
+    let title = format!("step {} {}: {}", at.number, at.when.word(), run.task);
+    let mut view = View::new(title, "", main);
+    view.says =
+        format!("{} step {} of {}: {}", at.when.word(), at.number, run.steps.len(), step.action);
+    view.soon = moment.soon();
+    view
+}
+
+struct Moment<'a> {
+    site: &'a Site,
+    entry: &'a Entry,
+    run: &'a Run,
+    step: &'a StepRecord,
+    at: At,
+    /// The path of the page it is on.
+    here: &'a str,
+}
+
+impl Moment<'_> {
+    /// The stops of the slider, in order.
+    fn stops(&self) -> Vec<At> {
+        let whens = [When::Before, When::After];
+        let steps = self.run.steps.iter();
+        steps.flat_map(|step| whens.map(|when| At { number: step.number, when })).collect()
+    }
+
+    /// The slider, what it does without scripts, and the list of steps.
+    fn transport(&self) -> String {
+        let stops = self.stops();
+        let here = stops.iter().position(|stop| *stop == self.at).unwrap_or(0);
+        let link = |i: Option<usize>, id: &str, said: &str| match i.and_then(|i| stops.get(i)) {
+            Some(stop) => format!(
+                "<a class=\"button\" id=\"{id}\" href=\"{}\">{said}</a>",
+                escaped(&stop.path(&self.entry.name))
+            ),
+            None => format!("<span class=\"button off\" id=\"{id}\">{said}</span>"),
+        };
+        let mut text = format!(
+            "<nav class=\"transport\" aria-label=\"steps\">\n<div class=\"bar\">{}\
+             <label class=\"js slider\"><span class=\"aside\">moment of the run</span>\
+             <input type=\"range\" id=\"slider\" min=\"0\" max=\"{}\" value=\"{here}\" data-run=\"/run/{}\" \
+             data-numbers=\"{}\" aria-valuetext=\"{} step {}\"></label>{}</div>\n\
+             <p class=\"where\">{} step {} of {}: <b class=\"call\">{}</b></p>\n<ol class=\"steps\">\n",
+            link(here.checked_sub(1), "previous", "<span aria-hidden=\"true\">←</span> back"),
+            stops.len().saturating_sub(1),
+            encoded(&self.entry.name),
+            self.run.steps.iter().map(|s| s.number.to_string()).collect::<Vec<_>>().join(" "),
+            self.at.when.word(),
+            self.at.number,
+            link(Some(here + 1), "following", "forward <span aria-hidden=\"true\">→</span>"),
+            self.at.when.word(),
+            self.at.number,
+            self.run.steps.len(),
+            escaped(&self.step.action)
+        );
+        for step in &self.run.steps {
+            let questions = Questions::of(self.site, self.entry, self.run, step);
+            // How a step ended would give answers away.
+            let sign = match (questions.open.is_empty(), step.outcome) {
+                (false, _) => "",
+                (true, Outcome::Success) => "✓",
+                (true, Outcome::Failure) => "✗",
+                (true, Outcome::Stopped) => "◦",
+            };
+            let current = if step.number == self.at.number { " aria-current=\"step\"" } else { "" };
+            let at = At { number: step.number, when: When::After };
+            let _ = writeln!(
+                text,
+                "<li><a href=\"{}\" title=\"{}\"{current}>{}<span>{sign}</span></a></li>",
+                escaped(&at.path(&self.entry.name)),
+                escaped(&step.action),
+                step.number
+            );
+        }
+        text += "</ol>\n</nav>\n";
+        text
+    }
+
+    /// Pictures, questions, fluents, and the graph.
+    fn body(&self, why: Option<&str>) -> String {
+        let mut text = pictures(&self.entry.dir, &self.entry.name, self.at, &|_| true);
+        match self.at.when {
+            When::Before => text += &self.before(),
+            When::After => {
+                let questions = Questions::of(self.site, self.entry, self.run, self.step);
+                text += &self.after(&questions);
+                if let Some(fluent) = why {
+                    text += &self.why(fluent, questions.open.is_empty());
+                }
+            }
+        }
+        let current = Some((self.step.path.as_str(), self.step.action.as_str()));
+        text += &graph(&self.entry.dir, current, &self.trail());
+        text
+    }
+
+    /// What the step needs, keeps and gives, as planned.
+    fn before(&self) -> String {
+        let plans = self.run.parse_graphs.iter().rev();
+        let planned = plans
+            .flat_map(|pg| &pg.steps)
+            .find(|step| step.path == self.step.path && step.text == self.step.action);
+        let Some(planned) = planned else { return String::new() };
+        let list = |all: &[Condition]| {
+            let each = all.iter().map(|condition| condition.text.clone());
+            each.collect::<Vec<_>>()
+        };
+        format!(
+            "<section class=\"card\"><h2>What step {} is to do</h2>\n{}</section>\n",
+            self.step.number,
+            conditions(&list(&planned.needs), &list(&planned.keeps), &list(&planned.gives))
+        )
+    }
+
+    /// The questions; and all there is to know of the step, once it would give nothing away.
+    fn after(&self, questions: &Questions<'_>) -> String {
+        let mut text = questions.card(self.site, self.here);
+        if !questions.open.is_empty() {
+            return text;
+        }
+        self.site.saw(&self.entry.name, self.step.number);
+        let _ = write!(
+            text,
+            "<section class=\"card\"><h2>What is true after step {}: {}</h2>\n{}",
+            self.step.number,
+            html::outcome(self.step.outcome),
+            html::score(self.step)
+        );
+        if let Some(reason) = &self.step.reason {
+            let _ = writeln!(text, "<p><b>{}</b></p>", escaped(reason));
+        }
+        let earlier = self.run.steps.iter().take_while(|step| step.number < self.step.number);
+        let before = earlier.last().map_or(&[][..], |step| &step.fluents);
+        let more = |row: &crate::execution::trace::FluentRow| {
+            Some(format!("{}?why={}#why", self.here, encoded(&row.name)))
+        };
+        text += &html::fluents(&self.step.fluents, before, &more);
+        text += "<p class=\"soft\">The name of a fluent leads to why it is so.</p>\n";
+        if !self.site.asks() {
+            text += &turn(true, self.here);
+        }
+        text += "</section>\n";
+        text
+    }
+
+    fn why(&self, fluent: &str, may_tell: bool) -> String {
+        if !may_tell {
+            return String::new();
+        }
+        let told = self
+            .site
+            .why(self.entry, self.run, fluent, |question| why::of_step(question, self.at.number));
+        let told = told.unwrap_or_else(|failure| failure.message);
+        format!(
+            "<section class=\"card\" id=\"why\" tabindex=\"-1\"><h2>Why <span class=\"call\">{}</span></h2>\n\
+             <pre>{}</pre>\n<p><a href=\"{}\">Close</a></p></section>\n",
+            escaped(fluent),
+            escaped(&told),
+            escaped(self.here)
+        )
+    }
+
+    /// The steps up to here and how they ended, where that gives nothing away.
+    fn trail(&self) -> Vec<(String, &'static str)> {
+        let so_far = self.run.steps.iter().filter(|step| step.number < self.at.number);
+        so_far.map(|step| (step.path.clone(), "done")).collect()
+    }
+
+    /// Pictures of the next stop and of the one before.
+    fn soon(&self) -> Vec<String> {
+        let stops = self.stops();
+        let here = stops.iter().position(|stop| *stop == self.at).unwrap_or(0);
+        let near = [here + 1, here.wrapping_sub(1), here + 2];
+        let near = near.iter().filter_map(|i| stops.get(*i));
+        let names = near.flat_map(|at| ["real", "twin"].map(|whose| name(*at, whose)));
+        names.map(|name| address(&self.entry.name, &name)).collect()
+    }
+}
+
+/// The name of a picture without ending, as the recorder gives it.
+fn name(at: At, whose: &str) -> String {
+    format!("{:02}-{}-{whose}", at.number, at.when.word())
+}
+
+fn address(run: &str, name: &str) -> String {
+    format!("/run/{}/frames/{name}.png", encoded(run))
+}
+
+/// The pictures of a moment; `is_whole` says of a name whether its file is written by now.
+pub(super) fn pictures(dir: &Path, run: &str, at: At, is_whole: &dyn Fn(&str) -> bool) -> String {
+    html::pictures(at.when.word(), &|whose| {
+        let name = name(at, whose);
+        let is_there = is_whole(&name) && picture_file(dir, &name).is_file();
+        is_there.then(|| address(run, &name))
+    })
+}
+
+/// The run's graph with a node lit, and the steps before it marked.
+fn graph(dir: &Path, lit: Option<(&str, &str)>, trail: &[(String, &'static str)]) -> String {
+    let Ok(drawing) = fs::read_to_string(dir.join("graph.svg")) else { return String::new() };
+    let mark = |path: &str| match lit {
+        Some((lit, _)) if lit == path => Some("lit"),
+        Some((lit, _))
+            if lit.strip_prefix(path).is_some_and(|rest| rest.starts_with(['/', '.'])) =>
+        {
+            Some("around")
+        }
+        _ => trail.iter().find(|(done, _)| done == path).map(|(_, class)| *class),
+    };
+    let said = match lit {
+        Some((_, action)) => format!("; framed: <span class=\"call\">{}</span>", escaped(action)),
+        None => String::new(),
+    };
+    format!(
+        "<section class=\"card\"><h2>Where this is in the task{said}</h2>\n{}</section>\n",
+        html::graph(&drawing, &mark)
+    )
+}
+
+/// What a step needs, keeps and gives.
+fn conditions(needs: &[String], keeps: &[String], gives: &[String]) -> String {
+    let kinds = [("needs", needs), ("keeps", keeps), ("makes true", gives)];
+    let mut text = String::new();
+    for (word, all) in kinds.iter().filter(|(_, all)| !all.is_empty()) {
+        let each: String = all.iter().map(|one| format!("<li>{}</li>", escaped(one))).collect();
+        let _ = writeln!(text, "<dt>{word}<dd><ul class=\"call\">{each}</ul>");
+    }
+    match text.as_str() {
+        "" => "<p class=\"soft\">It needs nothing and promises nothing.</p>\n".to_owned(),
+        text => format!("<dl class=\"conditions\">\n{text}</dl>\n"),
+    }
+}
+
+/// The run that is stepped now.
+pub(super) fn live(site: &Site, why: Option<&str>) -> View {
+    let Some(live) = &site.live else {
+        return View::missing(
+            "No run is stepped from here",
+            "`trueup teach --page 'pick(jar)'` serves this page with a run to step through.",
+        );
+    };
+    let now = live.now();
+    let mut main =
+        format!("<h1 class=\"call\">{}</h1>\n{}", escaped(live.task()), panel(live, &now));
+    let name = now.run().unwrap_or_default();
+    let entry = (!name.is_empty()).then(|| site.shelf.entry(name)).flatten();
+    let run = entry.as_ref().and_then(|entry| site.shelf.run(&entry.dir));
+    // The last step that is over, unless another has begun since.
+    let last = run.as_ref().and_then(|run| run.steps.last());
+    match (&entry, &run, last) {
+        (Some(entry), Some(run), Some(step)) if now.is_done || now.number <= step.number => {
+            let at = At { number: step.number, when: When::After };
+            let moment = Moment { site, entry, run, step, at, here: "/live" };
+            let _ = writeln!(
+                main,
+                "<p class=\"where\">after step {}: <b class=\"call\">{}</b> · <a href=\"{}\">look back at all \
+                 steps</a></p>",
+                step.number,
+                escaped(&step.action),
+                escaped(&at.path(name))
+            );
+            main += &moment.body(why);
+        }
+        _ => main += &running(&now, name),
+    }
+    let mut view = View::new(format!("live: {}", live.task()), "/live", main);
+    view.says = now.ended.clone().unwrap_or_else(|| now.doing.clone());
+    view.live = Some(now.version);
+    view
+}
+
+/// Pictures and graph of a step that is carried out, before there is any record of it.
+fn running(now: &Now, name: &str) -> String {
+    let Some(dir) = &now.dir else { return String::new() };
+    let ahead = match &now.waits {
+        Some(Pause::Before(ahead)) => Some(ahead),
+        _ => None,
+    };
+    let number = ahead.map_or(now.number, |ahead| ahead.number).max(1);
+    let at = At { number, when: When::Before };
+    let mut text = pictures(dir, name, at, &|name| now.pictures.contains(name));
+    let lit = match ahead {
+        Some(ahead) => Some((ahead.path.as_str(), ahead.action.as_str())),
+        None if now.path.is_empty() => None,
+        None => Some((now.path.as_str(), now.doing.as_str())),
+    };
+    text += &graph(dir, lit, &[]);
+    text
+}
+
+/// What the run does, and the buttons.
+fn panel(live: &Arc<Live>, now: &Now) -> String {
+    let mut text = "<section class=\"card panel\" aria-label=\"the live run\">\n".to_owned();
+    if let Some(ended) = &now.ended {
+        let _ = write!(text, "<pre>{}</pre>\n</section>\n", escaped(ended));
+        return text;
+    }
+    let _ = writeln!(text, "<p class=\"doing\"><b>{}</b></p>", escaped(&now.doing));
+    if let Some(passed) = &now.passed {
+        let _ = writeln!(text, "<p>{}</p>", escaped(passed));
+    }
+    let mut over = "over".to_owned();
+    match &now.waits {
+        Some(Pause::Before(ahead)) => {
+            text += &coming(ahead);
+            if let Some(part) = sub_task(ahead) {
+                let what = if part.first == ahead.number { "over" } else { "the rest of" };
+                let name = escaped(&part.label);
+                over = format!("{what} <span class=\"call\">{name}</span>, to step {}", part.last);
+            }
+        }
+        Some(Pause::Failed { number }) => {
+            let _ = writeln!(
+                text,
+                "<p>Step {number} failed. The next step is what the task says about that; stopping leaves the \
+                 arm as it is.</p>"
+            );
+        }
+        None => {}
+    }
+    let off = if now.waits.is_none() { " disabled" } else { "" };
+    text += "<form method=\"post\" action=\"/live\" class=\"buttons\">\n";
+    for (word, said, key) in [
+        ("next", "next step".to_owned(), "Enter"),
+        ("over", over, "o"),
+        ("continue", "continue to the end".to_owned(), "c"),
+    ] {
+        let _ = writeln!(
+            text,
+            "<button id=\"go-{word}\" name=\"word\" value=\"{word}\" data-key=\"{key}\" \
+             aria-keyshortcuts=\"{key}\"{off}>{said} <kbd>{key}</kbd></button>"
+        );
+    }
+    let stopping = if live.is_stopping() { " disabled" } else { "" };
+    let percent = live.dial().percent();
+    let _ = writeln!(
+        text,
+        "<button id=\"go-stop\" class=\"stop\" name=\"word\" value=\"stop\" data-key=\"s\" aria-keyshortcuts=\"s\" \
+         aria-describedby=\"stop-note\"{stopping}>stop the run <kbd>s</kbd></button>\n</form>\n\
+         <p id=\"stop-note\" class=\"note\">This asks the program for a controlled stop; the arm then holds its \
+         position. <b>It is not the emergency stop: that is the red button on the hardware.</b></p>\n\
+         <form method=\"post\" action=\"/live\" class=\"speed\"><input type=\"hidden\" name=\"word\" value=\"speed\">\
+         <label for=\"percent\">speed of the arm</label> <select id=\"percent\" name=\"percent\">{}</select> \
+         <button class=\"quiet\">Set</button></form>",
+        speeds(percent)
+    );
+    if !now.notes.is_empty() {
+        let notes: String =
+            now.notes.iter().map(|note| format!("<li>{}</li>", escaped(note))).collect();
+        let _ = writeln!(
+            text,
+            "<details id=\"notes\"><summary>notes of the run</summary><ul>{notes}</ul></details>"
+        );
+    }
+    text += "</section>\n";
+    text
+}
+
+fn speeds(now: u8) -> String {
+    let mut all = vec![5, 10, 25, 50, 75, 100];
+    if !all.contains(&now) {
+        all.push(now);
+        all.sort_unstable();
+    }
+    let each = all.into_iter().map(|percent| {
+        let chosen = if percent == now { " selected" } else { "" };
+        format!("<option value=\"{percent}\"{chosen}>{percent} %</option>")
+    });
+    each.collect()
+}
+
+/// The step that is about to begin.
+fn coming(ahead: &Ahead) -> String {
+    let worth = |stated: &Stated| match stated.truth {
+        // What is asked blind is not told before.
+        _ if stated.asks => stated.text.clone(),
+        Some(true) => format!("{}   (holds now)", stated.text),
+        Some(false) => format!("{}   (not yet)", stated.text),
+        None => format!("{}   (nobody can tell now)", stated.text),
+    };
+    let list = |all: &[Stated]| all.iter().map(worth).collect::<Vec<_>>();
+    let mut text = format!(
+        "<h2>Next, step {} of {}: <span class=\"call\">{}</span></h2>\n",
+        ahead.number,
+        ahead.of,
+        escaped(&ahead.action)
+    );
+    let inside: Vec<String> = ahead.inside().iter().map(|part| escaped(&part.label)).collect();
+    if !inside.is_empty() || ahead.place.is_some() {
+        let _ = writeln!(
+            text,
+            "<p class=\"soft\">{}{}</p>",
+            if inside.is_empty() { String::new() } else { format!("in {} ", inside.join(", in ")) },
+            ahead.place.as_deref().map(escaped).unwrap_or_default()
+        );
+    }
+    text += &conditions(&list(&ahead.needs), &list(&ahead.keeps), &list(&ahead.gives));
+    text
+}
