@@ -13,9 +13,6 @@ use crate::workcell::archive::Entry;
 
 use super::site::Site;
 
-/// What the rungs of the ladder are called.
-const RUNGS: [&str; 3] = ["how close it is", "which way", "what to try"];
-
 /// The questions after one step, and where one is with them.
 pub(super) struct Questions<'a> {
     entry: &'a Entry,
@@ -28,8 +25,13 @@ pub(super) struct Questions<'a> {
 }
 
 impl<'a> Questions<'a> {
-    /// Looks up what was answered to the questions after a step.
-    pub(super) fn of(site: &Site, entry: &'a Entry, run: &'a Run, step: &'a StepRecord) -> Self {
+    /// Looks up, among all answers there are, what was answered to the questions after a step.
+    pub(super) fn of(
+        site: &Site,
+        answers: &[Answered],
+        (entry, run): (&'a Entry, &'a Run),
+        step: &'a StepRecord,
+    ) -> Self {
         let by = site.by();
         let is_this = |one: &Answered| {
             one.by == by
@@ -37,12 +39,12 @@ impl<'a> Questions<'a> {
                 && one.step == step.number
                 && one.path == step.path
         };
-        let kept: Vec<Answered> = site.answers().into_iter().filter(is_this).collect();
+        let kept: Vec<&Answered> = answers.iter().filter(|one| is_this(one)).collect();
         let may_ask = site.asks() && !site.has_seen(&entry.name, step.number);
         let (mut open, mut answered) = (Vec::new(), Vec::new());
         for row in step.fluents.iter().filter(|row| row.ask.is_some()) {
             match kept.iter().rev().find(|one| one.fluent == row.name) {
-                Some(one) => answered.push(one.clone()),
+                Some(one) => answered.push((*one).clone()),
                 None if may_ask => open.push(row),
                 None => {}
             }
@@ -158,14 +160,13 @@ pub(super) fn beside(site: &Site, entry: &Entry, run: &Run, one: &Answered) -> S
         escaped(&one.question)
     );
     let rungs = site.why(entry, run, &one.fluent, |question| why::hints(question, one.step));
-    for (i, rung) in rungs.unwrap_or_default().iter().enumerate() {
+    for (i, (about, rung)) in rungs.unwrap_or_default().iter().enumerate() {
         let _ = writeln!(
             text,
-            "<details class=\"hint\" id=\"hint-{}-{}-{i}\"><summary>hint {}: {}</summary><pre>{}</pre></details>",
+            "<details class=\"hint\" id=\"hint-{}-{}-{i}\"><summary>hint {}: {about}</summary><pre>{}</pre></details>",
             one.step,
             escaped(&one.fluent).replace(' ', ""),
             i + 1,
-            RUNGS.get(i).copied().unwrap_or("more"),
             escaped(rung)
         );
     }

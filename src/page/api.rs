@@ -67,7 +67,9 @@ fn run(site: &Site, request: &Request, name: &str, rest: &[&str]) -> Response {
             };
             let told = site.why(&entry, &run, &fluent, |question| {
                 let why = why::of_step(question, step.number)?;
-                Ok::<_, Failure>(json!({"why": why, "hints": why::hints(question, step.number)?}))
+                let hints: Vec<String> =
+                    why::hints(question, step.number)?.into_iter().map(|(_, hint)| hint).collect();
+                Ok::<_, Failure>(json!({"why": why, "hints": hints}))
             });
             match told {
                 Ok(told) => Response::json(&told),

@@ -88,6 +88,11 @@ addEventListener("input", (event) => {
   show(`${run}/${numbers.split(" ")[at >> 1]}/${at % 2 ? "after" : "before"}`);
 });
 
+// A speed is set by choosing it.
+addEventListener("change", (event) => {
+  if (event.target.id === "percent") event.target.form.requestSubmit();
+});
+
 addEventListener("popstate", () => show(location.href, { push: false }));
 
 // Single keys, unless they are turned off or something is being typed.

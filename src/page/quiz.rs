@@ -61,12 +61,10 @@ pub(super) fn view(site: &Site, request: &Request) -> View {
     let path = |at: usize| format!("/quiz?seed={seed}&at={at}");
     let _ = writeln!(
         main,
-        "<p class=\"soft\">question {at} of {}, the hardest last · run {}, after step {} \
-         <span class=\"call\">{}</span></p>",
+        "<p class=\"soft\">question {at} of {}, the hardest last · run {}, after step {}</p>",
         items.len(),
         entry.number,
-        step.number,
-        escaped(&step.action)
+        step.number
     );
     let when = At { number: step.number, when: When::After };
     main += &pictures(&entry.dir, &entry.name, when, &|_| true);

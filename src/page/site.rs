@@ -29,8 +29,9 @@ pub(super) struct Site {
     by: Mutex<String>,
     /// Whether questions are asked before geometry's answers are shown.
     asks: AtomicBool,
-    /// Steps whose answers were shown unasked, by run and number: they are not asked any more.
-    seen: Mutex<BTreeSet<(String, usize)>>,
+    /// Steps whose answers someone has seen, by person, run and number: they are not asked about them any
+    /// more.
+    seen: Mutex<BTreeSet<(String, String, usize)>>,
 }
 
 impl Site {
@@ -187,16 +188,18 @@ impl Site {
         self.asks.load(Ordering::SeqCst)
     }
 
-    /// Remembers that the answers of a step were shown unasked.
+    /// Remembers that whoever answers now has seen the answers of a step.
     pub(super) fn saw(&self, run: &str, number: usize) {
+        let by = self.by();
         let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
-        seen.insert((run.to_owned(), number));
+        seen.insert((by, run.to_owned(), number));
     }
 
-    /// Whether the answers of a step were shown unasked.
+    /// Whether whoever answers now has seen the answers of a step.
     pub(super) fn has_seen(&self, run: &str, number: usize) -> bool {
+        let by = self.by();
         let seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
-        seen.contains(&(run.to_owned(), number))
+        seen.contains(&(by, run.to_owned(), number))
     }
 
     /// Returns all answers there are, the oldest first.

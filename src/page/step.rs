@@ -12,6 +12,7 @@ use crate::http::encoded;
 use crate::report::Style;
 use crate::report::html::{self, escaped};
 use crate::report::{run::ending, why};
+use crate::teach::answers::Answered;
 use crate::workcell::Run;
 use crate::workcell::archive::Entry;
 
@@ -70,9 +71,9 @@ pub(super) fn view(site: &Site, entry: &Entry, at: At, why: Option<&str>) -> Vie
         return View::missing("The run has no such step", &help);
     };
     let here = at.path(&entry.name);
-    let moment = Moment { site, entry, run: &run, step, at, here: &here };
+    let moment = Moment { site, entry, run: &run, step, at, here: &here, answers: site.answers() };
     let mut main = format!(
-        "<h1 class=\"call\">{}</h1>\n<p class=\"soft\">run {}, {}, with {}, seed {}</p>\n",
+        "<h1 class=\"call\">{} <small>run {}, {}, with {}, seed {}</small></h1>\n",
         escaped(&run.task),
         entry.number,
         escaped(&entry.name),
@@ -112,9 +113,15 @@ struct Moment<'a> {
     at: At,
     /// The path of the page it is on.
     here: &'a str,
+    /// All answers there are.
+    answers: Vec<Answered>,
 }
 
 impl Moment<'_> {
+    fn questions<'b>(&'b self, step: &'b StepRecord) -> Questions<'b> {
+        Questions::of(self.site, &self.answers, (self.entry, self.run), step)
+    }
+
     /// The stops of the slider, in order.
     fn stops(&self) -> Vec<At> {
         let whens = [When::Before, When::After];
@@ -152,7 +159,7 @@ impl Moment<'_> {
             escaped(&self.step.action)
         );
         for step in &self.run.steps {
-            let questions = Questions::of(self.site, self.entry, self.run, step);
+            let questions = self.questions(step);
             // How a step ended would give answers away.
             let sign = match (questions.open.is_empty(), step.outcome) {
                 (false, _) => "",
@@ -180,7 +187,7 @@ impl Moment<'_> {
         match self.at.when {
             When::Before => text += &self.before(),
             When::After => {
-                let questions = Questions::of(self.site, self.entry, self.run, self.step);
+                let questions = self.questions(self.step);
                 text += &self.after(&questions);
                 if let Some(fluent) = why {
                     text += &self.why(fluent, questions.open.is_empty());
@@ -261,7 +268,15 @@ impl Moment<'_> {
     /// The steps up to here and how they ended, where that gives nothing away.
     fn trail(&self) -> Vec<(String, &'static str)> {
         let so_far = self.run.steps.iter().filter(|step| step.number < self.at.number);
-        so_far.map(|step| (step.path.clone(), "done")).collect()
+        let class = |step: &StepRecord| {
+            let questions = self.questions(step);
+            match step.outcome {
+                _ if !questions.open.is_empty() => "passed",
+                Outcome::Success => "done",
+                Outcome::Failure | Outcome::Stopped => "failed",
+            }
+        };
+        so_far.map(|step| (step.path.clone(), class(step))).collect()
     }
 
     /// Pictures of the next stop and of the one before.
@@ -303,7 +318,7 @@ fn graph(dir: &Path, lit: Option<(&str, &str)>, trail: &[(String, &'static str)]
         {
             Some("around")
         }
-        _ => trail.iter().find(|(done, _)| done == path).map(|(_, class)| *class),
+        _ => trail.iter().rfind(|(done, _)| done == path).map(|(_, class)| *class),
     };
     let said = match lit {
         Some((_, action)) => format!("; framed: <span class=\"call\">{}</span>", escaped(action)),
@@ -348,7 +363,8 @@ pub(super) fn live(site: &Site, why: Option<&str>) -> View {
     match (&entry, &run, last) {
         (Some(entry), Some(run), Some(step)) if now.is_done || now.number <= step.number => {
             let at = At { number: step.number, when: When::After };
-            let moment = Moment { site, entry, run, step, at, here: "/live" };
+            let moment =
+                Moment { site, entry, run, step, at, here: "/live", answers: site.answers() };
             let _ = writeln!(
                 main,
                 "<p class=\"where\">after step {}: <b class=\"call\">{}</b> · <a href=\"{}\">look back at all \

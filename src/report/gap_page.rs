@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 
 use crate::discovery::finding::Finding;
 use crate::discovery::{Investigation, Trace};
-use crate::units::significant;
+use crate::execution::trace::Measure;
 
 use super::html::{self, escaped};
-use super::{Style, gap};
+use super::{Style, gap, why};
 
 /// Size of a plot, px.
 const WIDTH: f64 = 860.0;
@@ -35,7 +35,7 @@ pub fn page(investigation: &Investigation) -> String {
         "<style>\n.key b{{padding:0 .4em}} .plot svg{{display:block;width:100%;height:auto}}\n\
          :root{{--before:#c0271e;--after:#1f6fb0;--field:#fff;--held:#eef3e4}}\n\
          @media(prefers-color-scheme:dark){{:root{{--before:#ff8a80;--after:#7cb8f2;--field:#14171a;\
-         --held:#1d2a1c}}}}\n</style>\n<h1>{}</h1>\n<pre>{words}</pre>\n\
+         --held:#1d2a1c}}}}\n</style>\n<h1>{}</h1>\n<pre class=\"columns\">{words}</pre>\n\
          <p class=\"key\">Measured minus model, <b style=\"color:var(--before)\">before (dotted)</b> and \
          <b style=\"color:var(--after)\">after (solid)</b>; the grey band is twice the noise, shaded is \
          held out.</p>\n{plots}",
@@ -77,15 +77,14 @@ fn plot(trace: &Trace, finding: &Finding) -> String {
         .find(|place| place.channel == trace.channel)
         .map_or("", |place| place.concentrated_in.as_str());
     format!(
-        "<section class=\"card plot\"><h2>{}{} ({})</h2><p class=\"soft\">full scale ± {} {}, {:.1} s{}{}</p>\n\
+        "<section class=\"card plot\"><h2>{}{} ({})</h2><p class=\"soft\">full scale ± {}, {:.1} s{}{}</p>\n\
          <svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"measured minus model over time\">\
          <rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"{shade}\"/>\
          <rect y=\"{:.1}\" width=\"{WIDTH}\" height=\"{band:.1}\" fill=\"#8884\"/>{}{}</svg></section>\n",
         escaped(&trace.channel),
         if trace.held_out { ", held out" } else { "" },
         escaped(&trace.recording),
-        significant(most, 3),
-        trace.unit,
+        why::size(&Measure { value: most, unit: trace.unit.clone() }),
         to - from,
         if follows.is_empty() { "" } else { ", follows " },
         escaped(follows),

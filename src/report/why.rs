@@ -62,24 +62,30 @@ pub fn of_step(question: &Question<'_>, number: usize) -> Result<String, Failure
     Ok(told(question, step, row))
 }
 
-/// Returns the rungs of a ladder from a hint to an answer, each helping more than the one before: how close
-/// it is, which way, what to try. What needs no help has the first alone.
+/// Returns the rungs of a ladder from a hint to an answer, each with what it is about and helping more than
+/// the one before: how close it is, which way it would have to move, what to try. What is true has the first
+/// alone, and what nobody promised needs no remedy.
 ///
 /// # Errors
 ///
 /// As [`of_step`].
-pub fn hints(question: &Question<'_>, number: usize) -> Result<Vec<String>, Failure> {
+pub fn hints(
+    question: &Question<'_>,
+    number: usize,
+) -> Result<Vec<(&'static str, String)>, Failure> {
     let (step, row) = stated(question, number)?;
-    let mut rungs = vec![
-        row.terms.iter().fold(verdict(row), |text, term| format!("{text}\n  {}", comparison(term))),
-    ];
+    let close =
+        row.terms.iter().fold(verdict(row), |text, term| format!("{text}\n  {}", comparison(term)));
+    let mut rungs = vec![("how close it is", close)];
     if row.measured == Some(true) {
         return Ok(rungs);
     }
-    rungs.extend(row.direction.as_ref().map(|direction| way(direction, row.margin.as_ref())));
+    if let Some(direction) = &row.direction {
+        rungs.push(("which way", way(direction, row.margin.as_ref())));
+    }
     let tries = tries(question, step, Some(row));
-    if !tries.is_empty() {
-        rungs.push(tries.trim_start().to_owned());
+    if row.expected == Some(true) && !tries.is_empty() {
+        rungs.push(("what to try", tries.trim_start().to_owned()));
     }
     Ok(rungs)
 }

@@ -62,7 +62,7 @@ fn cell(name: &str) -> Cell {
 }
 
 /// Walks the five steps as the workcell does; returns those that were begun.
-fn walk(live: &Arc<Live>) -> thread::JoinHandle<Vec<usize>> {
+pub(crate) fn walk(live: &Arc<Live>) -> thread::JoinHandle<Vec<usize>> {
     let live = live.clone();
     thread::spawn(move || {
         let (mut lead, mut watch) = (Lead::new(live.clone()), Watch(live));

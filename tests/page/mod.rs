@@ -6,14 +6,20 @@ mod views;
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
+use std::sync::Arc;
 
-use trueup::page::{Options, Page};
+use trueup::page::{Live, Options, Page};
 
 use crate::program::Desk;
 use crate::repl::kept;
 
 /// A page over the three runs that are kept, with pictures and a drawing in the third.
 pub(crate) fn served(desk: &Desk) -> Page {
+    served_with(desk, None)
+}
+
+/// The same, with a live run beside them.
+pub(crate) fn served_with(desk: &Desk, live: Option<Arc<Live>>) -> Page {
     kept::lay_out(desk);
     for folder in ["20260101-090000-pour", "20260102-110000-pour"] {
         if !desk.path(&format!("runs/{folder}")).is_dir() {
@@ -42,7 +48,7 @@ pub(crate) fn served(desk: &Desk) -> Page {
         seed: 1,
         place: Box::new(|name| (name == "above").then(|| "tasks/std.task:29".into())),
     };
-    Page::open(options, None).unwrap()
+    Page::open(options, live).unwrap()
 }
 
 const GRAPH: &str = "<?xml version=\"1.0\"?><svg xmlns=\"http://www.w3.org/2000/svg\" width=\"300\" height=\"90\">\
