@@ -33,7 +33,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ),
     ("workcell", &["*"]),
     ("report", &["*"]),
-    ("repl", &["language", "graph", "workcell", "report"]),
+    ("repl", &["language", "graph", "teach", "workcell", "report"]),
     // An editor is told what `check` says.
     ("lsp", &["language", "workcell"]),
     // A command for one layer alone (`robot fk`, `align map`, `check`) asks that layer, without a cell.

@@ -20,4 +20,5 @@ mod discovery;
 mod workcell;
 mod cli;
 mod lsp;
+mod teach;
 mod repl;
