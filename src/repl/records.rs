@@ -18,7 +18,7 @@ impl Session<'_, '_> {
     }
 
     /// Returns the run of that number or folder.
-    fn entry(&self, wanted: &str) -> Result<Entry, Failure> {
+    pub(super) fn entry(&self, wanted: &str) -> Result<Entry, Failure> {
         let entries = self.entries();
         let found =
             entries.iter().find(|entry| wanted.parse() == Ok(entry.number) || entry.name == wanted);
@@ -31,7 +31,7 @@ impl Session<'_, '_> {
         })
     }
 
-    fn load(&self, entry: &Entry) -> Result<Run, Failure> {
+    pub(super) fn load(&self, entry: &Entry) -> Result<Run, Failure> {
         entry.load().map_err(|error| report::cell_failure(&error, self.style))
     }
 

@@ -267,9 +267,11 @@ fn breakpoints(stops: &[String], unknown: Option<&str>, near: Option<&str>) -> S
     match (unknown, near) {
         (None, _) => list,
         (Some(name), Some(near)) => {
-            format!("{list}\nno step from here on is called `{name}`: did you mean `{near}`?")
+            format!("no step from here on is called `{name}`: did you mean `{near}`?\n{list}")
         }
-        (Some(name), None) => format!("{list}\nno step from here on is called `{name}`"),
+        (Some(name), None) => {
+            format!("no step from here on is called `{name}`; into lists some\n{list}")
+        }
     }
 }
 

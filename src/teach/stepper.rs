@@ -369,7 +369,6 @@ impl<F: Front> Stepper<F> {
             }
             Wish::Stops => self.show_stops(None, next),
             Wish::Break(name) => {
-                self.setup.stops.set(&name);
                 self.show_stops(Some(name), next);
             }
             Wish::Clear(name) => {
@@ -421,7 +420,9 @@ impl<F: Front> Stepper<F> {
         self.looking = Some(at);
         let next = next.map(|ahead| ahead.number);
         let run_dir = self.run_dir.as_deref();
-        self.front.show(&Shown::Looking { record: &self.seen[at], next, run_dir });
+        let record = &self.seen[at];
+        let record = if self.setup.teaches { &without_riddles(record) } else { record };
+        self.front.show(&Shown::Looking { record, next, run_dir });
     }
 
     fn present(&mut self, next: Option<&Ahead>) {
@@ -429,16 +430,24 @@ impl<F: Front> Stepper<F> {
         self.front.show(&Shown::Present { next: next.map(|ahead| ahead.number) });
     }
 
+    /// Shows the breakpoints, after setting a new one that names a step of what is left of the run.
     fn show_stops(&mut self, new: Option<String>, next: Option<&Ahead>) {
-        let stops = self.setup.stops.all();
         let names = next.map(known).unwrap_or_default();
         let is_known = |name: &String| {
             name.parse::<usize>().is_ok() || names.contains(&name.as_str()) || next.is_none()
         };
-        let unknown = new.filter(|name| !is_known(name));
-        let near = unknown.as_ref().and_then(|name| language::nearest(name, names.into_iter()));
-        let near = near.map(str::to_owned);
-        self.front.show(&Shown::Stops { stops, unknown, near });
+        let (mut unknown, mut near) = (None, None);
+        match new {
+            Some(name) if !is_known(&name) => {
+                near = language::nearest(&name, names.into_iter()).map(str::to_owned);
+                unknown = Some(name);
+            }
+            Some(name) => {
+                self.setup.stops.set(&name);
+            }
+            None => {}
+        }
+        self.front.show(&Shown::Stops { stops: self.setup.stops.all(), unknown, near });
     }
 
     /// Climbs the ladder: by how much, which way, what to try.
@@ -516,6 +525,14 @@ pub fn asked(record: &StepRecord) -> impl Iterator<Item = &FluentRow> {
     record.fluents.iter().filter(move |row| is_whole && row.ask.is_some() && row.expected.is_some())
 }
 
+/// Returns a step without the fluents that people are asked about after other steps: what is not asked yet
+/// is not given away.
+fn without_riddles(record: &StepRecord) -> StepRecord {
+    let mut shown = record.clone();
+    shown.fluents.retain(|row| row.ask.is_none() || row.expected.is_some());
+    shown
+}
+
 /// Returns whether `path` is `above` or lies below it.
 fn is_below(path: &str, above: &str) -> bool {
     path.strip_prefix(above).is_some_and(|rest| rest.is_empty() || rest.starts_with(['/', '.']))
@@ -557,7 +574,8 @@ impl<F: Front> Conductor for Stepper<F> {
             Vec::new()
         };
         if self.setup.teaches {
-            self.front.show(&Shown::Done { record, before: &before });
+            let shown = without_riddles(record);
+            self.front.show(&Shown::Done { record: &shown, before: &before });
         }
         self.seen.push(record.clone());
         self.puzzle = None;
