@@ -7,6 +7,7 @@
 //!
 //! Source: RFC 9112, of which it answers the part above and refuses the rest by name.
 
+use std::fmt::Write as _;
 use std::io::{self, Read, Write};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
@@ -106,9 +107,10 @@ impl Response {
         let mut head = format!("HTTP/1.1 {} {}\r\n", self.status, reason(self.status));
         for (name, value) in &self.headers {
             let value: String = value.chars().filter(|c| !c.is_control()).collect();
-            head += &format!("{name}: {value}\r\n");
+            let _ = write!(head, "{name}: {value}\r\n");
         }
-        head += &format!("Content-Length: {}\r\nConnection: close\r\n\r\n", self.body.len());
+        let length = self.body.len();
+        let _ = write!(head, "Content-Length: {length}\r\nConnection: close\r\n\r\n");
         to.write_all(head.as_bytes())?;
         if !head_only {
             to.write_all(&self.body)?;

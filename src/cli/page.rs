@@ -68,10 +68,8 @@ fn stored(path: &str, at: Where, cli: &Cli, style: Style) -> Result<Exit, Failur
 fn live(what: &str, at: Where, cli: &Cli, style: Style) -> Result<Exit, Failure> {
     let path = Path::new(what);
     let is_file = path.is_file();
-    let source = match is_file {
-        true => Source::new(what, read(path)?),
-        false => Source::new("command line", what),
-    };
+    let source =
+        if is_file { Source::new(what, read(path)?) } else { Source::new("command line", what) };
     let steps = steps(&source, is_file, style)?;
     let mut cell = open(cli, is_file.then(|| source.clone()), style)?;
     for step in &steps {

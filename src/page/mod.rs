@@ -18,6 +18,7 @@ mod quiz;
 mod shelf;
 mod site;
 mod step;
+mod stepping;
 
 use std::io;
 use std::net::Ipv4Addr;

@@ -75,29 +75,26 @@ pub(super) fn view(site: &Site, request: &Request) -> View {
     let answers = site.answers();
     let is_told = request.asked("told").is_some();
     let said = answers.iter().rev().find(is_it).filter(|_| is_told);
-    match said {
-        Some(one) => {
-            let _ = writeln!(
-                main,
-                "<section class=\"card\">{}<p><a class=\"button strong\" id=\"following\" data-key=\"Enter\" \
-                 href=\"{}\">next question <kbd>Enter</kbd></a> <a href=\"/run/{}/{}/after\">the whole step</a></p>\
-                 </section>",
-                answering::beside(site, entry, run, one),
-                escaped(&path(at + 1)),
-                encoded(&entry.name),
-                step.number
-            );
-        }
-        None => {
-            let back = format!("{}&told=1", path(at));
-            let _ = writeln!(
-                main,
-                "<section class=\"card ask\" aria-labelledby=\"question\">{}<p><a class=\"quiet\" id=\"following\" \
-                 href=\"{}\">skip it</a></p></section>",
-                answering::ask(&entry.name, step.number, row, &back),
-                escaped(&path(at + 1))
-            );
-        }
+    if let Some(one) = said {
+        let _ = writeln!(
+            main,
+            "<section class=\"card\">{}<p><a class=\"button strong\" id=\"following\" data-key=\"Enter\" \
+             href=\"{}\">next question <kbd>Enter</kbd></a> <a href=\"/run/{}/{}/after\">the whole step</a></p>\
+             </section>",
+            answering::beside(site, entry, run, one),
+            escaped(&path(at + 1)),
+            encoded(&entry.name),
+            step.number
+        );
+    } else {
+        let back = format!("{}&told=1", path(at));
+        let _ = writeln!(
+            main,
+            "<section class=\"card ask\" aria-labelledby=\"question\">{}<p><a class=\"quiet\" id=\"following\" \
+             href=\"{}\">skip it</a></p></section>",
+            answering::ask(&entry.name, step.number, row, &back),
+            escaped(&path(at + 1))
+        );
     }
     main += &progress(site);
     let mut view = View::new(format!("Quiz, question {at}"), "/quiz", main);

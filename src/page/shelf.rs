@@ -15,10 +15,13 @@ const MOST: usize = 100;
 /// A document's size and time: when either changes, it is read again.
 type Stamp = (u64, Option<SystemTime>);
 
+/// What was read at which stamp; nothing when it could not be read.
+type Known = (Stamp, Option<Arc<Run>>);
+
 /// Run folders below one root.
 pub(super) struct Shelf {
     root: PathBuf,
-    known: Mutex<BTreeMap<PathBuf, (Stamp, Option<Arc<Run>>)>>,
+    known: Mutex<BTreeMap<PathBuf, Known>>,
 }
 
 impl Shelf {

@@ -16,7 +16,7 @@ use super::frame::{self, View};
 use super::live::{Live, Wish};
 use super::shelf::Shelf;
 use super::step::{At, When};
-use super::{Options, Place, answering, api, overview, quiz, step};
+use super::{Options, Place, answering, api, overview, quiz, step, stepping};
 
 /// Everything the page knows between requests.
 pub(super) struct Site {
@@ -71,7 +71,7 @@ impl Site {
         let view = match path {
             [""] => overview::view(self),
             ["quiz"] => quiz::view(self, request),
-            ["live"] => step::live(self, request.asked("why").as_deref()),
+            ["live"] => stepping::view(self, request.asked("why").as_deref()),
             ["live.json"] => return api::live(self),
             ["api", rest @ ..] => return api::answer(self, request, rest),
             ["run", run, "frames", name] => return self.picture(run, name),
@@ -160,6 +160,7 @@ impl Site {
     fn picture(&self, run: &str, name: &str) -> Response {
         let known = name.strip_suffix(".png").filter(|name| is_picture(name));
         let dir = self.dir(run);
+        let known = known.filter(|name| self.is_whole(run, name));
         let (Some(name), Some(dir)) = (known, dir) else {
             return Response::text(404, "there is no such picture");
         };
@@ -169,6 +170,12 @@ impl Site {
                 .with("Cache-Control", "private, max-age=3600"),
             Err(_) => Response::text(404, "there is no such picture"),
         }
+    }
+
+    /// Whether a picture is written to its end: those of a run that goes on are told of one by one.
+    pub(super) fn is_whole(&self, run: &str, name: &str) -> bool {
+        let now = self.live.as_ref().map(|live| live.now());
+        now.filter(|now| now.run() == Some(run)).is_none_or(|now| now.pictures.contains(name))
     }
 
     /// Returns the folder of a run that is kept or being made.

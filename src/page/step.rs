@@ -3,9 +3,7 @@
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
-use std::sync::Arc;
 
-use crate::execution::conduct::{Ahead, Stated};
 use crate::execution::trace::{Outcome, StepRecord};
 use crate::graph::Condition;
 use crate::http::encoded;
@@ -18,7 +16,6 @@ use crate::workcell::archive::Entry;
 
 use super::answering::{Questions, turn};
 use super::frame::View;
-use super::live::{Live, Now, Pause, sub_task};
 use super::site::{Site, picture_file};
 
 /// Before or after a step.
@@ -53,7 +50,7 @@ pub(super) struct At {
 }
 
 impl At {
-    fn path(self, run: &str) -> String {
+    pub(super) fn path(self, run: &str) -> String {
         format!("/run/{}/{}/{}", encoded(run), self.number, self.when.word())
     }
 }
@@ -71,7 +68,17 @@ pub(super) fn view(site: &Site, entry: &Entry, at: At, why: Option<&str>) -> Vie
         return View::missing("The run has no such step", &help);
     };
     let here = at.path(&entry.name);
-    let moment = Moment { site, entry, run: &run, step, at, here: &here, answers: site.answers() };
+    let is_whole = |name: &str| site.is_whole(&entry.name, name);
+    let moment = Moment {
+        site,
+        entry,
+        run: &run,
+        step,
+        at,
+        here: &here,
+        answers: site.answers(),
+        is_whole: &is_whole,
+    };
     let mut main = format!(
         "<h1 class=\"call\">{} <small>run {}, {}, with {}, seed {}</small></h1>\n",
         escaped(&run.task),
@@ -105,16 +112,19 @@ pub(super) fn view(site: &Site, entry: &Entry, at: At, why: Option<&str>) -> Vie
     view
 }
 
-struct Moment<'a> {
-    site: &'a Site,
-    entry: &'a Entry,
-    run: &'a Run,
-    step: &'a StepRecord,
-    at: At,
+/// One moment of a run, to be shown.
+pub(super) struct Moment<'a> {
+    pub(super) site: &'a Site,
+    pub(super) entry: &'a Entry,
+    pub(super) run: &'a Run,
+    pub(super) step: &'a StepRecord,
+    pub(super) at: At,
     /// The path of the page it is on.
-    here: &'a str,
+    pub(super) here: &'a str,
     /// All answers there are.
-    answers: Vec<Answered>,
+    pub(super) answers: Vec<Answered>,
+    /// Says of a picture whether it is whole.
+    pub(super) is_whole: &'a dyn Fn(&str) -> bool,
 }
 
 impl Moment<'_> {
@@ -182,8 +192,8 @@ impl Moment<'_> {
     }
 
     /// Pictures, questions, fluents, and the graph.
-    fn body(&self, why: Option<&str>) -> String {
-        let mut text = pictures(&self.entry.dir, &self.entry.name, self.at, &|_| true);
+    pub(super) fn body(&self, why: Option<&str>) -> String {
+        let mut text = pictures(&self.entry.dir, &self.entry.name, self.at, self.is_whole);
         match self.at.when {
             When::Before => text += &self.before(),
             When::After => {
@@ -309,7 +319,11 @@ pub(super) fn pictures(dir: &Path, run: &str, at: At, is_whole: &dyn Fn(&str) ->
 }
 
 /// The run's graph with a node lit, and the steps before it marked.
-fn graph(dir: &Path, lit: Option<(&str, &str)>, trail: &[(String, &'static str)]) -> String {
+pub(super) fn graph(
+    dir: &Path,
+    lit: Option<(&str, &str)>,
+    trail: &[(String, &'static str)],
+) -> String {
     let Ok(drawing) = fs::read_to_string(dir.join("graph.svg")) else { return String::new() };
     let mark = |path: &str| match lit {
         Some((lit, _)) if lit == path => Some("lit"),
@@ -330,184 +344,21 @@ fn graph(dir: &Path, lit: Option<(&str, &str)>, trail: &[(String, &'static str)]
     )
 }
 
+/// A list of lines.
+pub(super) fn list(class: &str, lines: &[String]) -> String {
+    let each: Vec<String> = lines.iter().map(|line| escaped(line)).collect();
+    format!("<ul class=\"{class}\"><li>{}</li></ul>", each.join("</li><li>"))
+}
+
 /// What a step needs, keeps and gives.
-fn conditions(needs: &[String], keeps: &[String], gives: &[String]) -> String {
+pub(super) fn conditions(needs: &[String], keeps: &[String], gives: &[String]) -> String {
     let kinds = [("needs", needs), ("keeps", keeps), ("makes true", gives)];
     let mut text = String::new();
     for (word, all) in kinds.iter().filter(|(_, all)| !all.is_empty()) {
-        let each: String = all.iter().map(|one| format!("<li>{}</li>", escaped(one))).collect();
-        let _ = writeln!(text, "<dt>{word}<dd><ul class=\"call\">{each}</ul>");
+        let _ = writeln!(text, "<dt>{word}<dd>{}", list("call", all));
     }
     match text.as_str() {
         "" => "<p class=\"soft\">It needs nothing and promises nothing.</p>\n".to_owned(),
         text => format!("<dl class=\"conditions\">\n{text}</dl>\n"),
     }
-}
-
-/// The run that is stepped now.
-pub(super) fn live(site: &Site, why: Option<&str>) -> View {
-    let Some(live) = &site.live else {
-        return View::missing(
-            "No run is stepped from here",
-            "`trueup teach --page 'pick(jar)'` serves this page with a run to step through.",
-        );
-    };
-    let now = live.now();
-    let mut main =
-        format!("<h1 class=\"call\">{}</h1>\n{}", escaped(live.task()), panel(live, &now));
-    let name = now.run().unwrap_or_default();
-    let entry = (!name.is_empty()).then(|| site.shelf.entry(name)).flatten();
-    let run = entry.as_ref().and_then(|entry| site.shelf.run(&entry.dir));
-    // The last step that is over, unless another has begun since.
-    let last = run.as_ref().and_then(|run| run.steps.last());
-    match (&entry, &run, last) {
-        (Some(entry), Some(run), Some(step)) if now.is_done || now.number <= step.number => {
-            let at = At { number: step.number, when: When::After };
-            let moment =
-                Moment { site, entry, run, step, at, here: "/live", answers: site.answers() };
-            let _ = writeln!(
-                main,
-                "<p class=\"where\">after step {}: <b class=\"call\">{}</b> · <a href=\"{}\">look back at all \
-                 steps</a></p>",
-                step.number,
-                escaped(&step.action),
-                escaped(&at.path(name))
-            );
-            main += &moment.body(why);
-        }
-        _ => main += &running(&now, name),
-    }
-    let mut view = View::new(format!("live: {}", live.task()), "/live", main);
-    view.says = now.ended.clone().unwrap_or_else(|| now.doing.clone());
-    view.live = Some(now.version);
-    view
-}
-
-/// Pictures and graph of a step that is carried out, before there is any record of it.
-fn running(now: &Now, name: &str) -> String {
-    let Some(dir) = &now.dir else { return String::new() };
-    let ahead = match &now.waits {
-        Some(Pause::Before(ahead)) => Some(ahead),
-        _ => None,
-    };
-    let number = ahead.map_or(now.number, |ahead| ahead.number).max(1);
-    let at = At { number, when: When::Before };
-    let mut text = pictures(dir, name, at, &|name| now.pictures.contains(name));
-    let lit = match ahead {
-        Some(ahead) => Some((ahead.path.as_str(), ahead.action.as_str())),
-        None if now.path.is_empty() => None,
-        None => Some((now.path.as_str(), now.doing.as_str())),
-    };
-    text += &graph(dir, lit, &[]);
-    text
-}
-
-/// What the run does, and the buttons.
-fn panel(live: &Arc<Live>, now: &Now) -> String {
-    let mut text = "<section class=\"card panel\" aria-label=\"the live run\">\n".to_owned();
-    if let Some(ended) = &now.ended {
-        let _ = write!(text, "<pre>{}</pre>\n</section>\n", escaped(ended));
-        return text;
-    }
-    let _ = writeln!(text, "<p class=\"doing\"><b>{}</b></p>", escaped(&now.doing));
-    if let Some(passed) = &now.passed {
-        let _ = writeln!(text, "<p>{}</p>", escaped(passed));
-    }
-    let mut over = "over".to_owned();
-    match &now.waits {
-        Some(Pause::Before(ahead)) => {
-            text += &coming(ahead);
-            if let Some(part) = sub_task(ahead) {
-                let what = if part.first == ahead.number { "over" } else { "the rest of" };
-                let name = escaped(&part.label);
-                over = format!("{what} <span class=\"call\">{name}</span>, to step {}", part.last);
-            }
-        }
-        Some(Pause::Failed { number }) => {
-            let _ = writeln!(
-                text,
-                "<p>Step {number} failed. The next step is what the task says about that; stopping leaves the \
-                 arm as it is.</p>"
-            );
-        }
-        None => {}
-    }
-    let off = if now.waits.is_none() { " disabled" } else { "" };
-    text += "<form method=\"post\" action=\"/live\" class=\"buttons\">\n";
-    for (word, said, key) in [
-        ("next", "next step".to_owned(), "Enter"),
-        ("over", over, "o"),
-        ("continue", "continue to the end".to_owned(), "c"),
-    ] {
-        let _ = writeln!(
-            text,
-            "<button id=\"go-{word}\" name=\"word\" value=\"{word}\" data-key=\"{key}\" \
-             aria-keyshortcuts=\"{key}\"{off}>{said} <kbd>{key}</kbd></button>"
-        );
-    }
-    let stopping = if live.is_stopping() { " disabled" } else { "" };
-    let percent = live.dial().percent();
-    let _ = writeln!(
-        text,
-        "<button id=\"go-stop\" class=\"stop\" name=\"word\" value=\"stop\" data-key=\"s\" aria-keyshortcuts=\"s\" \
-         aria-describedby=\"stop-note\"{stopping}>stop the run <kbd>s</kbd></button>\n</form>\n\
-         <p id=\"stop-note\" class=\"note\">This asks the program for a controlled stop; the arm then holds its \
-         position. <b>It is not the emergency stop: that is the red button on the hardware.</b></p>\n\
-         <form method=\"post\" action=\"/live\" class=\"speed\"><input type=\"hidden\" name=\"word\" value=\"speed\">\
-         <label for=\"percent\">speed of the arm</label> <select id=\"percent\" name=\"percent\">{}</select> \
-         <button class=\"quiet\">Set</button></form>",
-        speeds(percent)
-    );
-    if !now.notes.is_empty() {
-        let notes: String =
-            now.notes.iter().map(|note| format!("<li>{}</li>", escaped(note))).collect();
-        let _ = writeln!(
-            text,
-            "<details id=\"notes\"><summary>notes of the run</summary><ul>{notes}</ul></details>"
-        );
-    }
-    text += "</section>\n";
-    text
-}
-
-fn speeds(now: u8) -> String {
-    let mut all = vec![5, 10, 25, 50, 75, 100];
-    if !all.contains(&now) {
-        all.push(now);
-        all.sort_unstable();
-    }
-    let each = all.into_iter().map(|percent| {
-        let chosen = if percent == now { " selected" } else { "" };
-        format!("<option value=\"{percent}\"{chosen}>{percent} %</option>")
-    });
-    each.collect()
-}
-
-/// The step that is about to begin.
-fn coming(ahead: &Ahead) -> String {
-    let worth = |stated: &Stated| match stated.truth {
-        // What is asked blind is not told before.
-        _ if stated.asks => stated.text.clone(),
-        Some(true) => format!("{}   (holds now)", stated.text),
-        Some(false) => format!("{}   (not yet)", stated.text),
-        None => format!("{}   (nobody can tell now)", stated.text),
-    };
-    let list = |all: &[Stated]| all.iter().map(worth).collect::<Vec<_>>();
-    let mut text = format!(
-        "<h2>Next, step {} of {}: <span class=\"call\">{}</span></h2>\n",
-        ahead.number,
-        ahead.of,
-        escaped(&ahead.action)
-    );
-    let inside: Vec<String> = ahead.inside().iter().map(|part| escaped(&part.label)).collect();
-    if !inside.is_empty() || ahead.place.is_some() {
-        let _ = writeln!(
-            text,
-            "<p class=\"soft\">{}{}</p>",
-            if inside.is_empty() { String::new() } else { format!("in {} ", inside.join(", in ")) },
-            ahead.place.as_deref().map(escaped).unwrap_or_default()
-        );
-    }
-    text += &conditions(&list(&ahead.needs), &list(&ahead.keeps), &list(&ahead.gives));
-    text
 }

@@ -421,6 +421,10 @@ impl WorkCell {
         for (k, index) in (rehearsal.candidate.from..pg.steps.len()).enumerate() {
             let number = run.steps.len() + 1;
             let turn = Turn { graph, pg, index, number, follows: k > 0, start };
+            // Whoever is asked sees what there is before the step.
+            self.photo_for_run(&format!("{number:02}-before-real"))?;
+            let before = if k == 0 { &rehearsal.start } else { &rehearsal.views[k - 1] };
+            self.twin_picture(&format!("{number:02}-before-twin"), before);
             let ahead = self.ask_before(&turn)?;
             self.tell(&Event::StepStart {
                 number,
@@ -428,9 +432,6 @@ impl WorkCell {
                 action: pg.steps[index].text.clone(),
                 path: pg.steps[index].path.clone(),
             });
-            self.photo_for_run(&format!("{number:02}-before-real"))?;
-            let before = if k == 0 { &rehearsal.start } else { &rehearsal.views[k - 1] };
-            self.twin_picture(&format!("{number:02}-before-twin"), before);
             let begin = self.state()?.time;
             let (done, cut_short) = {
                 let mut walker =

@@ -201,7 +201,8 @@ fn tags(graph: &Graph) -> Vec<String> {
             // One word for all the branches it decides.
             match tags[*fluent].iter_mut().find(|tag| tag.starts_with(DECIDES)) {
                 Some(tag) if !tag[DECIDES.len()..].split(", ").any(|known| known == who) => {
-                    *tag += &format!(", {who}");
+                    tag.push_str(", ");
+                    tag.push_str(&who);
                 }
                 Some(_) => {}
                 None => tags[*fluent].push(format!("{DECIDES}{who}")),
