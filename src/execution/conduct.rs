@@ -104,6 +104,9 @@ pub struct Ahead {
     pub later: Vec<Later>,
 }
 
+/// Says whether a condition holds now, and by how much.
+pub type Judge<'a> = &'a dyn Fn(&Condition) -> (Option<bool>, Option<Measure>);
+
 impl Ahead {
     /// Describes step `index` of `pg` as step `number` of a run; `judge` says what a condition is worth
     /// now, `label` how a node is called.
@@ -111,7 +114,7 @@ impl Ahead {
         pg: &ParseGraph,
         index: usize,
         number: usize,
-        judge: &dyn Fn(&Condition) -> (Option<bool>, Option<Measure>),
+        judge: Judge<'_>,
         label: &dyn Fn(&str) -> Option<String>,
     ) -> Self {
         let step = &pg.steps[index];
@@ -152,10 +155,7 @@ impl Ahead {
     }
 }
 
-fn state(
-    condition: &Condition,
-    judge: &dyn Fn(&Condition) -> (Option<bool>, Option<Measure>),
-) -> Stated {
+fn state(condition: &Condition, judge: Judge<'_>) -> Stated {
     let (truth, margin) = judge(condition);
     Stated { text: condition.text.clone(), truth, margin, asks: !condition.asks.is_empty() }
 }

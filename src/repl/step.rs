@@ -83,7 +83,10 @@ impl Session<'_, '_> {
     /// Reads lines until one is a word of stepping; does the others. `None` ends the run.
     fn word(&mut self, prompt: &str) -> Option<String> {
         loop {
-            let line = match self.typist.next(prompt) {
+            self.typist.stepping(true);
+            let typed = self.typist.next(prompt);
+            self.typist.stepping(false);
+            let line = match typed {
                 Ok(Typed::Statement(statement)) => statement,
                 Ok(Typed::Interrupted | Typed::End) => return None,
                 Err(failure) => {
@@ -216,7 +219,6 @@ impl Session<'_, '_> {
             }
             let _ = walk.join();
         });
-        self.last = Some(Last::Run(Box::new(run)));
         Ok(())
     }
 
@@ -263,11 +265,16 @@ impl Session<'_, '_> {
         }
     }
 
-    /// `:back [STEP]`: the record of the last run, from its end.
+    /// `:back [STEP]`: the record of the last run of this session, else of the newest that is kept, from
+    /// its end.
     pub(super) fn back(&mut self, step: &str) -> Result<(), Failure> {
-        let Some(Last::Run(run)) = &self.last else {
-            return Err(Failure::input("repl::back", "nothing has run here yet")
-                .help("`:step 3` looks at run 3 step by step; `:runs` lists those that are kept"));
+        let run = match (&self.last, archive::entries(self.hands.record).last()) {
+            (Some(Last::Run(run)), _) => (**run).clone(),
+            (_, Some(newest)) => self.load(newest)?,
+            (_, None) => {
+                return Err(Failure::input("repl::back", "nothing has run yet")
+                    .help("`:step pick(jar)` carries out a call step by step"));
+            }
         };
         let of = run.steps.len();
         let at = match step.parse::<usize>() {
@@ -280,11 +287,8 @@ impl Session<'_, '_> {
                 .help(format!("the last run has {of} steps; `:back {of}` shows the last")));
         };
         let number = run.steps[at].number;
-        self.style.say(format!("looking at step {number}; the arm has not moved"));
-        let told = report::record::again(&run.task, run, Some(number), self.style)?;
-        // The first line says which run it is, which is known here.
-        let told = told.split_once('\n').map_or(told.as_str(), |(_, rest)| rest);
-        self.style.say(told);
+        let name = format!("looking at step {number}");
+        self.style.say(report::record::again(&name, &run, Some(number), self.style)?);
         self.looking = Some(at);
         Ok(())
     }

@@ -28,6 +28,9 @@ pub(super) trait Typist {
     /// Returns whether it is a person at a terminal, who can be waited for.
     fn is_person(&self) -> bool;
 
+    /// Is told whether words of stepping are taken from now on.
+    fn stepping(&mut self, _on: bool) {}
+
     /// Waits for the next statement.
     ///
     /// # Errors
@@ -70,6 +73,12 @@ impl Terminal {
 impl Typist for Terminal {
     fn is_person(&self) -> bool {
         true
+    }
+
+    fn stepping(&mut self, on: bool) {
+        if let Some(helper) = self.editor.helper_mut() {
+            helper.steps = on;
+        }
     }
 
     fn next(&mut self, prompt: &str) -> Result<Typed, Failure> {

@@ -45,7 +45,10 @@ impl<A: FnMut(&str) -> Option<String> + Send> Teller<A> {
                 }
                 text
             }
-            Shown::Inside { task, ahead } => inside(task, ahead),
+            Shown::Inside { task: Some(task), ahead } => inside(task, ahead),
+            Shown::Inside { task: None, ahead } => {
+                format!("{} is a single step; next carries it out", ahead.action)
+            }
             Shown::Passing { ahead, why } => format!(
                 "step {} {} begins without a pause: {why}; the next pause is where the arm can be left",
                 ahead.number, ahead.action
@@ -57,7 +60,10 @@ impl<A: FnMut(&str) -> Option<String> + Send> Teller<A> {
                 run::step(record, before, style).trim_end().to_owned()
             }
             Shown::Compared { answered } => compared(answered, style),
-            Shown::Failed { record } => format!(
+            Shown::Failed { record, is_over: true } => {
+                format!("step {} failed; Enter shows what was done about that", record.number)
+            }
+            Shown::Failed { record, is_over: false } => format!(
                 "step {} failed; Enter lets the task do what it says about that, quit leaves the arm \
                  as it is",
                 record.number

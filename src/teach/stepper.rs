@@ -33,8 +33,8 @@ pub enum Shown<'a> {
     },
     /// What a sub-task is made of.
     Inside {
-        /// The sub-task, or a branch of it.
-        task: &'a Part,
+        /// The sub-task; `None` when the step ahead begins none.
+        task: Option<&'a Part>,
         /// Its first step.
         ahead: &'a Ahead,
     },
@@ -70,6 +70,8 @@ pub enum Shown<'a> {
     Failed {
         /// The step.
         record: &'a StepRecord,
+        /// Whether the run is over, so that nothing can be left undone.
+        is_over: bool,
     },
     /// An earlier step is looked at.
     Looking {
@@ -389,10 +391,10 @@ impl<F: Front> Stepper<F> {
         let Some(ahead) = next else { return self.present(None) };
         match self.unit(ahead).cloned() {
             Some(task) => {
-                self.front.show(&Shown::Inside { task: &task, ahead });
+                self.front.show(&Shown::Inside { task: Some(&task), ahead });
                 self.entered.push(task.path);
             }
-            None => self.show_ahead(ahead, None),
+            None => self.front.show(&Shown::Inside { task: None, ahead }),
         }
     }
 
@@ -582,7 +584,8 @@ impl<F: Front> Conductor for Stepper<F> {
         self.compare(record, &given);
         match record.outcome {
             Outcome::Failure if self.setup.steps || is_stepping => {
-                self.front.show(&Shown::Failed { record });
+                let is_over = self.setup.dial.is_none();
+                self.front.show(&Shown::Failed { record, is_over });
                 self.going = Going::Step;
                 self.pause(At::Failed)
             }

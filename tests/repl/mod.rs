@@ -59,25 +59,6 @@ fn typed(transcript: &str) -> Vec<(String, Vec<String>)> {
     statements
 }
 
-/// Blots out what is different in every run: wall times and the time in a folder's name.
-fn settled(answer: &str) -> String {
-    let mut text = String::new();
-    for line in answer.split_inclusive('\n') {
-        if line.contains(" perceiving, ") {
-            text += "  (seconds)\n";
-            continue;
-        }
-        match line.split_once("runs/") {
-            Some((head, rest)) if !rest.starts_with("202601") => {
-                let name = rest.trim_start_matches(|c: char| c.is_ascii_digit() || c == '-');
-                write!(text, "{head}runs/(time)-{name}").unwrap();
-            }
-            _ => text += line,
-        }
-    }
-    text
-}
-
 /// A transcript that is to be played.
 struct Script {
     file: PathBuf,
@@ -109,7 +90,7 @@ fn play(heading: Option<&str>, scripts: &[Script]) -> Vec<String> {
             writeln!(transcript, "{prompt} {}", statement.join("\n ... ")).unwrap();
             // After `:quit` nobody answers.
             let (answer, after) = rest.split_once(mark).unwrap_or((rest, ""));
-            transcript += &settled(answer);
+            transcript += answer;
             if !answer.is_empty() && !answer.ends_with('\n') {
                 transcript.push('\n');
             }
