@@ -32,6 +32,7 @@ struct Browser {
 
 impl Browser {
     /// Opens an address; `None` where there is no browser.
+    #[expect(clippy::print_stdout, reason = "a skipped test says so")]
     fn open(desk: &Desk, url: &str) -> Option<Self> {
         if !Path::new(BROWSER).is_file() {
             println!("skipped: there is no {BROWSER}");
@@ -60,7 +61,7 @@ impl Browser {
             "Target.attachToTarget",
             &json!({"targetId": target["targetId"], "flatten": true}),
         );
-        browser.session = attached["sessionId"].as_str().unwrap().to_owned();
+        browser.session.push_str(attached["sessionId"].as_str().unwrap());
         for domain in ["Page.enable", "Runtime.enable", "Log.enable"] {
             browser.call(domain, &json!({}));
         }

@@ -124,6 +124,27 @@ fn next_over_and_continue_lead_the_run() {
     assert!(end.contains("done: pour(jar, cup)") && !end.contains("id=\"go-next\""), "{end}");
 }
 
+/// A picture is shown once the recorder has written it, which is when anything else happens.
+#[test]
+fn a_picture_of_a_live_run_is_shown_when_it_is_whole() {
+    let cell = cell("page-pictures");
+    let host = host(&cell.page);
+    let desk = Desk::new("page-pictures-run");
+    let (mut lead, mut watch) = (Lead::new(cell.live.clone()), Watch(cell.live.clone()));
+    lead.begins("pour(jar, cup)", Some(&desk.path("runs/now-pour")));
+    let picture = |name: &str| {
+        desk.file(&format!("runs/now-pour/frames/{name}.png"), "half a picture");
+        Event::Picture { name: name.into(), image: image::RgbImage::new(1, 1) }
+    };
+    let address = "/run/now-pour/frames/01-before-real.png";
+    watch.event(&picture("01-before-real"));
+    assert_eq!(get(&host, address).status, 404, "it may still be written");
+    watch.event(&picture("01-before-twin"));
+    assert_eq!(get(&host, address).status, 200);
+    assert!(get(&host, "/live").text().contains(address));
+    assert!(!get(&host, "/live").text().contains("01-before-twin.png"));
+}
+
 #[test]
 fn stop_is_heeded_while_the_run_waits() {
     let cell = cell("page-stop");

@@ -144,7 +144,9 @@ fn a_quiz_has_an_order_of_its_own_and_counts_per_person() {
     let (one, again) = (questions(1), questions(1));
     assert!(one.len() >= 3 && one == again, "{one:?}");
     let mut sorted = [one.clone(), questions(2)];
-    sorted.iter_mut().for_each(|all| all.sort());
+    for all in &mut sorted {
+        all.sort();
+    }
     assert_eq!(sorted[0], sorted[1], "another seed asks the same questions");
     let text = get(&host, "/quiz?seed=1&at=1").text();
     assert!(!text.contains("geometry:") && !text.contains("You said"));
