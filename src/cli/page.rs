@@ -28,6 +28,8 @@ pub(super) struct Where {
     pub(super) port: u16,
     /// The file answers are added to.
     pub(super) answers: PathBuf,
+    /// The folder of runs.
+    pub(super) root: PathBuf,
 }
 
 /// Serves stored runs, and the call or the script that is stepped, if there is one.
@@ -35,22 +37,13 @@ pub(super) fn teach(what: &str, at: Where, cli: &Cli, style: Style) -> Result<Ex
     if what.is_empty() {
         return stored("", at, cli, style);
     }
-    match kept(Path::new(what), cli) {
-        Some(dir) => {
-            let name = dir.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-            let entries = archive::entries(&cli.cell.record);
-            if !entries.iter().any(|entry| entry.name == name) {
-                return Err(Failure::input(
-                    "page::elsewhere",
-                    format!("{what} is not in the folder of runs"),
-                )
-                .at(dir.display().to_string())
-                .help("name the folder it is in with `--record DIR`"));
-            }
-            stored(&format!("run/{}/1/before", encoded(name)), at, cli, style)
-        }
-        None => live(what, at, cli, style),
-    }
+    let Some(dir) = kept(Path::new(what), cli) else { return live(what, at, cli, style) };
+    archive::load(&dir).map_err(|error| report::cell_failure(&error, style))?;
+    let dir = std::path::absolute(&dir).unwrap_or(dir);
+    let name = dir.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    // A run that lies elsewhere is shown among those beside it.
+    let root = dir.parent().map_or_else(|| cli.cell.record.clone(), Path::to_path_buf);
+    stored(&format!("run/{}/1/before", encoded(name)), Where { root, ..at }, cli, style)
 }
 
 /// Serves stored runs until Ctrl-C; no arm is asked for.
@@ -144,14 +137,8 @@ fn serve(
         let (fluent, source) = library.fluent(name)?;
         Some(source.place(fluent.name.span))
     });
-    let Where { port, answers } = at;
-    let options = page::Options {
-        root: cli.cell.record.clone(),
-        answers,
-        port,
-        seed: cli.common.seed,
-        place,
-    };
+    let Where { port, answers, root } = at;
+    let options = page::Options { root, answers, port, seed: cli.common.seed, place };
     let page = Page::open(options, live).map_err(|error| {
         Failure::unavailable("page::port", format!("cannot listen on port {port}: {error}"))
             .help("leave `--port` out, and any port that is free is taken")

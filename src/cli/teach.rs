@@ -51,7 +51,9 @@ pub(super) fn teach(args: &TeachArgs, cli: &Cli, style: Style) -> Result<Exit, F
     let answers = args.answers.clone().unwrap_or_else(|| cli.cell.record.join("answers.jsonl"));
     let what = args.what.as_deref().unwrap_or_default();
     if args.page {
-        return page::teach(what, page::Where { port: args.port, answers }, cli, style);
+        let root = cli.cell.record.clone();
+        let at = page::Where { port: args.port, answers, root };
+        return page::teach(what, at, cli, style);
     }
     let input = match &args.script {
         Some(file) => Input::Script(lines_of(&read(file)?)),
