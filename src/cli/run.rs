@@ -201,7 +201,9 @@ pub(super) fn script_led(
         }
     }
     if style.json && lead.is_some() {
-        runs.iter().for_each(|run| report::teach::ended(run, style));
+        for run in &runs {
+            report::teach::ended(run, style);
+        }
     } else if style.json {
         match &runs[..] {
             [run] => style.document(run),

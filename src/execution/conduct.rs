@@ -17,6 +17,9 @@ use crate::world::{Scene, WorldState};
 
 use super::trace::{Measure, StepRecord};
 
+/// Says whether a condition holds now, and by how much it holds (positive) or fails.
+pub type Judge<'a> = dyn Fn(&Condition) -> (Option<bool>, Option<Measure>) + 'a;
+
 /// What a conductor says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -111,7 +114,7 @@ impl Ahead {
         pg: &ParseGraph,
         index: usize,
         number: usize,
-        judge: &dyn Fn(&Condition) -> (Option<bool>, Option<Measure>),
+        judge: &Judge<'_>,
         label: &dyn Fn(&str) -> Option<String>,
     ) -> Self {
         let step = &pg.steps[index];
@@ -152,10 +155,7 @@ impl Ahead {
     }
 }
 
-fn state(
-    condition: &Condition,
-    judge: &dyn Fn(&Condition) -> (Option<bool>, Option<Measure>),
-) -> Stated {
+fn state(condition: &Condition, judge: &Judge<'_>) -> Stated {
     let (truth, margin) = judge(condition);
     Stated { text: condition.text.clone(), truth, margin, asks: !condition.asks.is_empty() }
 }
