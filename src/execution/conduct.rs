@@ -17,6 +17,9 @@ use crate::world::{Scene, WorldState};
 
 use super::trace::{Measure, StepRecord};
 
+/// Says whether a condition holds now, and by how much it holds (positive) or fails.
+pub type Judge<'a> = dyn Fn(&Condition) -> (Option<bool>, Option<Measure>) + 'a;
+
 /// What a conductor says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -104,9 +107,6 @@ pub struct Ahead {
     pub later: Vec<Later>,
 }
 
-/// Says whether a condition holds now, and by how much.
-pub type Judge<'a> = &'a dyn Fn(&Condition) -> (Option<bool>, Option<Measure>);
-
 impl Ahead {
     /// Describes step `index` of `pg` as step `number` of a run; `judge` says what a condition is worth
     /// now, `label` how a node is called.
@@ -114,7 +114,7 @@ impl Ahead {
         pg: &ParseGraph,
         index: usize,
         number: usize,
-        judge: Judge<'_>,
+        judge: &Judge<'_>,
         label: &dyn Fn(&str) -> Option<String>,
     ) -> Self {
         let step = &pg.steps[index];
@@ -155,7 +155,7 @@ impl Ahead {
     }
 }
 
-fn state(condition: &Condition, judge: Judge<'_>) -> Stated {
+fn state(condition: &Condition, judge: &Judge<'_>) -> Stated {
     let (truth, margin) = judge(condition);
     Stated { text: condition.text.clone(), truth, margin, asks: !condition.asks.is_empty() }
 }

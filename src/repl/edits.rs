@@ -32,12 +32,12 @@ impl Edits {
         self.0.push(Edit { by, path: path.to_path_buf(), before, after: after.to_owned() });
     }
 
-    /// Takes the last change back; returns what was undone, in words, and the file.
+    /// Takes the last change back; returns what was undone, in words.
     ///
     /// # Errors
     ///
     /// When there is none, or the file was changed since; nothing is written then.
-    pub(super) fn undo(&mut self) -> Result<(String, PathBuf), Failure> {
+    pub(super) fn undo(&mut self) -> Result<String, Failure> {
         let Some(last) = self.0.last() else {
             return Err(Failure::input("repl::undo", "no file was changed at this prompt").help(
                 "`:phrase` and `:save` change files; what `trueup gap --apply` changes is its own",
@@ -56,13 +56,13 @@ impl Edits {
         done.map_err(|error| {
             Failure::input("io::write", format!("cannot write: {error}")).at(place.clone())
         })?;
+        let name = last.path.file_name().unwrap_or_default().display();
         let told = match &last.before {
-            Some(_) => format!("{place} is as it was before {}", last.by),
-            None => format!("{place} is gone again, which {} made", last.by),
+            Some(_) => format!("{name} is as it was before {}", last.by),
+            None => format!("{name} is gone again, which {} made", last.by),
         };
-        let path = last.path.clone();
         self.0.pop();
-        Ok((told, path))
+        Ok(told)
     }
 }
 

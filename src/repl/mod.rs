@@ -356,6 +356,10 @@ impl<'scope, 'env> Session<'scope, 'env> {
         {
             self.values.set_it(object.clone());
         }
+        // A line that cannot even begin leaves what was known of the last one.
+        if let Err(failure) = self.bench.cell() {
+            return self.style.failure(&failure);
+        }
         let done = self.perform(step);
         self.remember(done, meant);
     }

@@ -309,7 +309,7 @@ impl Session<'_, '_> {
 
     /// `:undo-edit`.
     pub(super) fn undo_edit(&mut self) -> Result<(), Failure> {
-        let (told, _) = self.edits.undo()?;
+        let told = self.edits.undo()?;
         self.taught.read_again(self.style);
         self.style.say(told);
         Ok(())

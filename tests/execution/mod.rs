@@ -4,6 +4,7 @@
 mod arm_fit;
 mod called;
 mod contract;
+mod dial;
 mod kortex;
 mod limits;
 mod script;
