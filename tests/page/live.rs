@@ -8,9 +8,11 @@ use trueup::execution::arm::Cancel;
 use trueup::execution::conduct::{Ahead, Conductor, Dial, Part, Stated, Word};
 use trueup::execution::trace::{Event, Observer};
 use trueup::page::{Lead, Live, Options, Page, Watch};
+use trueup::workcell::archive;
 
 use super::{get, host, post};
 use crate::program::Desk;
+use crate::repl::kept;
 
 fn part(path: &str, label: &str, first: usize, last: usize) -> Part {
     Part { path: path.into(), label: label.into(), is_branch: false, first, last }
@@ -143,6 +145,34 @@ fn a_picture_of_a_live_run_is_shown_when_it_is_whole() {
     assert_eq!(get(&host, address).status, 200);
     assert!(get(&host, "/live").text().contains(address));
     assert!(!get(&host, "/live").text().contains("01-before-twin.png"));
+}
+
+#[test]
+fn after_a_step_that_failed_the_run_waits_before_anything_is_done_about_it() {
+    let cell = cell("page-failed");
+    let host = host(&cell.page);
+    let desk = Desk::new("page-failed-run");
+    kept::lay_out(&desk);
+    let run = archive::load(&desk.path("runs/20260102-110000-pour")).unwrap();
+    let (done, failed) = (run.steps[0].clone(), run.steps[1].clone());
+    let live = cell.live.clone();
+    let led = thread::spawn(move || {
+        let mut lead = Lead::new(live);
+        let first = (lead.before(&ahead(1)), lead.after(&ahead(1), &done));
+        (first, lead.before(&ahead(2)), lead.after(&ahead(2), &failed))
+    });
+    waits_before(&host, 1);
+    post(&host, "/live", "word=next");
+    waits_before(&host, 2);
+    post(&host, "/live", "word=next");
+    let waits = || get(&host, "/live.json").json()["waits"]["failed"]["number"] == 2;
+    while !waits() {
+        thread::sleep(Duration::from_millis(10));
+    }
+    let shown = get(&host, "/live").text();
+    assert!(shown.contains("Step 2 failed") && !shown.contains("id=\"go-over\""), "{shown}");
+    post(&host, "/live", "word=stop");
+    assert_eq!(led.join().unwrap(), ((Word::Go, Word::Go), Word::Go, Word::Stop));
 }
 
 #[test]
