@@ -284,7 +284,10 @@ impl Session<'_, '_> {
         };
         let Some(at) = at else {
             return Err(Failure::input("repl::back", "there is no such step to look back at")
-                .help(format!("the last run has {of} steps; `:back {of}` shows the last")));
+                .help(match of {
+                    0 => "the last run carried out no step".to_owned(),
+                    _ => format!("the last run has {of} steps; `:back {of}` shows the last"),
+                }));
         };
         let number = run.steps[at].number;
         let name = format!("looking at step {number}");

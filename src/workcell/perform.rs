@@ -212,6 +212,12 @@ impl WorkCell {
             let path = recorder.dir().join("graph.svg");
             recorder.write("graph.svg", &drawing).map_err(|error| Error::File { path, error })?;
         }
+        if self.dial.percent() < 100 {
+            let percent = self.dial.percent();
+            self.note(&format!(
+                "the arm moves at {percent} % of what is planned; `slow 100` while stepping undoes it"
+            ));
+        }
         self.phase("perceive", "calibrating and looking");
         // What the call needs and does not find is said before the arm moves for regression 3.
         let perceived = self
