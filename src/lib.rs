@@ -4,11 +4,13 @@
 //! spatial-temporal-causal And-Or graph ([`graph`]); pixels and joint readings become poses in a
 //! [`world`] ([`alignment`]); a goal becomes joints over time ([`motion`]), is tried in the [`twin`],
 //! and is carried out and recorded ([`execution`]) on an arm, which may be the embedded [`lab`] or a Gen3,
-//! whose controller the [`emulator`] can play; what came of it is judged ([`monitor`]). [`workcell`] wires
+//! whose controller the [`emulator`] can play; what came of it is judged ([`monitor`])
+//! and taught step by step ([`teach`]). [`workcell`] wires
 //! the layers together, [`report`] words what they say, [`repl`] and [`cli`] are the two doors, and [`lsp`]
 //! answers an editor.
 
 pub mod units;
+pub mod http;
 pub mod fit;
 pub mod language;
 pub mod graph;
@@ -20,9 +22,11 @@ pub mod lab;
 pub mod execution;
 pub mod emulator;
 pub mod monitor;
+pub mod teach;
 pub mod discovery;
 pub mod workcell;
 pub mod report;
+pub mod page;
 pub mod repl;
 pub mod lsp;
 pub mod cli;

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 /// Each layer and what it may import, lowest first; `*` stands for every layer before it.
 const LAYERS: &[(&str, &[&str])] = &[
     ("units", &[]),
+    // One small server for the two that listen: the emulator and the page.
+    ("http", &[]),
     ("fit", &["units"]),
     ("language", &["units"]),
     ("graph", &["units", "language"]),
@@ -22,8 +24,10 @@ const LAYERS: &[(&str, &[&str])] = &[
         &["units", "fit", "language", "graph", "world", "alignment", "motion", "twin", "lab"],
     ),
     // The other side of the real arm's wire; any arm that can be stepped may be behind it.
-    ("emulator", &["world", "motion", "execution"]),
+    ("emulator", &["http", "world", "motion", "execution"]),
     ("monitor", &["units", "language", "graph", "world", "alignment", "execution"]),
+    // Stepping and teaching without a terminal; the arm is met through the conductor alone.
+    ("teach", &["units", "language", "graph", "world", "execution", "monitor"]),
     // Sees recordings only: never `lab`, and of `execution` nothing yet.
     (
         "discovery",
@@ -31,7 +35,9 @@ const LAYERS: &[(&str, &[&str])] = &[
     ),
     ("workcell", &["*"]),
     ("report", &["*"]),
-    ("repl", &["language", "graph", "workcell", "report"]),
+    // A client of the run folders, the conductor and the words of `report`.
+    ("page", &["http", "graph", "execution", "teach", "workcell", "report"]),
+    ("repl", &["language", "graph", "teach", "workcell", "report"]),
     // An editor is told what `check` says.
     ("lsp", &["language", "workcell"]),
     // A command for one layer alone (`robot fk`, `align map`, `check`) asks that layer, without a cell.

@@ -20,4 +20,6 @@ mod discovery;
 mod workcell;
 mod cli;
 mod lsp;
+mod teach;
 mod repl;
+mod page;

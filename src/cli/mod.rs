@@ -13,11 +13,13 @@ mod kortex;
 mod lab;
 mod learn;
 mod lsp;
+mod page;
 mod replay;
 mod report;
 mod robot;
 mod run;
 mod say;
+mod teach;
 mod text;
 
 use std::path::PathBuf;
@@ -119,6 +121,8 @@ enum Command {
     Say(say::SayArgs),
     /// Tell a recorded run again, without an arm.
     Replay(replay::ReplayArgs),
+    /// Carry out a call or a script step by step, or step through a run that is over.
+    Teach(teach::TeachArgs),
     /// Write a run folder as one HTML page.
     Report(report::ReportArgs),
     /// Kinematics, dynamics and planning of a robot.
@@ -205,6 +209,7 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         (Some(Command::Lsp), _) => lsp::serve(cli),
         (Some(Command::Learn(args)), _) => learn::learn(args, cli, style),
         (Some(Command::Replay(args)), _) => replay::replay(args, cli, style),
+        (Some(Command::Teach(args)), _) => teach::teach(args, cli, style),
         (Some(Command::Report(args)), _) => report::report(args, style),
         (Some(Command::Say(args)), _) => say::say(args, cli, style),
         (Some(Command::Explain(args)), _) => explain::explain(args, style),

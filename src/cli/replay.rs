@@ -1,6 +1,6 @@
 //! `trueup replay RUN`: a run again from its record, without an arm.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -19,15 +19,20 @@ pub(super) struct ReplayArgs {
     step: Option<usize>,
 }
 
-/// `trueup replay RUN [--step N]`.
-pub(super) fn replay(args: &ReplayArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
-    let named = args.run.display().to_string();
+/// Returns the folder of a run: itself, or the one of that number or name in the folder of `--record`.
+pub(super) fn kept(run: &Path, cli: &Cli) -> Option<PathBuf> {
+    if run.is_dir() {
+        return Some(run.to_path_buf());
+    }
+    let named = run.display().to_string();
     let kept = archive::entries(&cli.cell.record);
     let entry = kept.iter().find(|e| named == e.name || named.parse() == Ok(e.number));
-    let dir = match entry {
-        Some(entry) if !args.run.is_dir() => entry.dir.clone(),
-        _ => args.run.clone(),
-    };
+    entry.map(|entry| entry.dir.clone())
+}
+
+/// `trueup replay RUN [--step N]`.
+pub(super) fn replay(args: &ReplayArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+    let dir = kept(&args.run, cli).unwrap_or_else(|| args.run.clone());
     let run = archive::load(&dir).map_err(|error| report::cell_failure(&error, style))?;
     let told = report::record::again(&dir.display().to_string(), &run, args.step, style)?;
     if style.json {

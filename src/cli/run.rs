@@ -17,6 +17,7 @@ use crate::report::{self, Failure, Style, run::Console};
 use crate::workcell::record::Recorder;
 use crate::workcell::{Ending, Options, Run, Stdlib, WorkCell};
 
+use super::teach::Lead;
 use super::{CellArgs, Cli, Exit, kortex};
 
 /// Run a saved script; a run folder is written.
@@ -24,6 +25,9 @@ use super::{CellArgs, Cli, Exit, kortex};
 pub(super) struct RunArgs {
     /// The script.
     file: PathBuf,
+    /// Pause before each step, and take words from the terminal or a pipe.
+    #[arg(long)]
+    step: bool,
 }
 
 /// Returns seconds since the program could first be asked; only differences mean something.
@@ -36,7 +40,7 @@ pub(super) fn clock() -> f64 {
 }
 
 /// Returns the time of day as run folders are named: `20261121-140307`, UTC.
-fn stamp() -> String {
+pub(super) fn stamp() -> String {
     let seconds = clock() as i64;
     let (days, rest) = (seconds.div_euclid(86_400), seconds.rem_euclid(86_400));
     // Civil date from days since 1970 (Hinnant, "chrono-compatible low-level date algorithms").
@@ -124,7 +128,7 @@ pub(super) fn options(cli: &Cli, script: Option<Source>) -> Result<Options, Fail
 }
 
 /// Opens the cell the arguments ask for.
-fn open(cli: &Cli, script: Option<Source>, style: Style) -> Result<WorkCell, Failure> {
+pub(super) fn open(cli: &Cli, script: Option<Source>, style: Style) -> Result<WorkCell, Failure> {
     let learnt = super::learn::learnt(cli)?;
     let options = options(cli, script)?;
     let opened = match kortex::target(&cli.cell.robot)? {
@@ -144,7 +148,18 @@ fn open(cli: &Cli, script: Option<Source>, style: Style) -> Result<WorkCell, Fai
 
 /// `trueup run FILE.task`.
 pub(super) fn script(args: &RunArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
-    let source = Source::new(args.file.display().to_string(), read(&args.file)?);
+    let lead = args.step.then(|| Lead::stepping(cli, style)).transpose()?;
+    script_led(&args.file, lead.as_ref(), cli, style)
+}
+
+/// Runs a script, each call led if somebody leads.
+pub(super) fn script_led(
+    file: &Path,
+    lead: Option<&Lead>,
+    cli: &Cli,
+    style: Style,
+) -> Result<Exit, Failure> {
+    let source = Source::new(file.display().to_string(), read(file)?);
     let (program, diagnostics) = language::parse(&source.text);
     if diagnostics.iter().any(language::Diagnostic::is_error) {
         return Err(report::text_failure(&diagnostics, &source, style));
@@ -171,6 +186,9 @@ pub(super) fn script(args: &RunArgs, cli: &Cli, style: Style) -> Result<Exit, Fa
     let parts: Vec<&[Step]> =
         if steps.iter().all(is_call) { steps.chunks(1).collect() } else { vec![&steps] };
     for steps in parts {
+        if let Some(lead) = lead {
+            lead.take(&mut cell);
+        }
         let run = one(&mut cell, steps, &source, &cli.cell.record, style)?;
         exit = ended(&run);
         runs.push(run);
@@ -178,7 +196,11 @@ pub(super) fn script(args: &RunArgs, cli: &Cli, style: Style) -> Result<Exit, Fa
             break;
         }
     }
-    if style.json {
+    if style.json && lead.is_some() {
+        for run in &runs {
+            report::teach::ended(run, style);
+        }
+    } else if style.json {
         match &runs[..] {
             [run] => style.document(run),
             several => style.document(&several),
@@ -189,6 +211,16 @@ pub(super) fn script(args: &RunArgs, cli: &Cli, style: Style) -> Result<Exit, Fa
 
 /// `trueup -c LINE`.
 pub(super) fn line(line: &str, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+    line_led(line, None, cli, style)
+}
+
+/// Carries out a line, led if somebody leads.
+pub(super) fn line_led(
+    line: &str,
+    lead: Option<&Lead>,
+    cli: &Cli,
+    style: Style,
+) -> Result<Exit, Failure> {
     let source = Source::new("command line", line);
     let (step, diagnostics) = language::parse_line(line);
     let Some(step) = step.filter(|_| !diagnostics.iter().any(language::Diagnostic::is_error))
@@ -201,9 +233,14 @@ pub(super) fn line(line: &str, cli: &Cli, style: Style) -> Result<Exit, Failure>
         return Err(report::text_failure(&diagnostics, &source, style));
     }
     stop_on_interrupt(&cell)?;
+    if let Some(lead) = lead {
+        lead.take(&mut cell);
+    }
     let run = one(&mut cell, &[step], &source, &cli.cell.record, style)?;
-    if style.json {
-        style.document(&run);
+    match lead {
+        Some(_) if style.json => report::teach::ended(&run, style),
+        _ if style.json => style.document(&run),
+        _ => {}
     }
     Ok(ended(&run))
 }
@@ -252,7 +289,7 @@ static INTERRUPTS: Mutex<Vec<Cancel>> = Mutex::new(Vec::new());
 static PRESSES: AtomicUsize = AtomicUsize::new(0);
 
 /// Makes Ctrl-C a wish to stop; once a process.
-fn stop_on_interrupt(cell: &WorkCell) -> Result<(), Failure> {
+pub(super) fn stop_on_interrupt(cell: &WorkCell) -> Result<(), Failure> {
     INTERRUPTS.lock().unwrap_or_else(PoisonError::into_inner).push(cell.cancel());
     let pressed = || {
         PRESSES.fetch_add(1, Ordering::SeqCst);
@@ -279,13 +316,15 @@ fn one(
             .at(path.display().to_string())
             .help("name a folder that may be written with `--record DIR`")
     })?;
-    let run = cell.run(call, Some(recorder), Box::new(Console::new(style)));
+    let console = Console::new(style);
+    let console = if cell.is_told() { console.without_steps() } else { console };
+    let run = cell.run(call, Some(recorder), Box::new(console));
     let run = run.map_err(|error| report::cell_failure(&error, style))?;
     style.say(report::run::ending(&run, style));
     Ok(run)
 }
 
-fn ended(run: &Run) -> Exit {
+pub(super) fn ended(run: &Run) -> Exit {
     match run.outcome {
         Ending::Success => Exit::Yes,
         // An arm or a camera that failed on the way is no answer to what was asked.

@@ -4,7 +4,7 @@
 //! and the tape of decisions ([`tape`]). [`walk`] carries out the steps of a parse graph on any stage; the
 //! twin's ([`twin_arm`]) rehearses, a real one ([`real`], with the devices of [`lab_arm`], [`kortex`] or
 //! [`snapshot`]) performs. Every motion passes
-//! [`limits`].
+//! [`limits`]; between the steps a conductor may be asked ([`conduct`]).
 
 pub mod arm;
 pub mod limits;
@@ -16,6 +16,7 @@ pub mod uses;
 pub mod beside;
 mod together;
 pub mod trace;
+pub mod conduct;
 pub mod stage;
 pub mod script;
 pub mod calibrate;

@@ -21,6 +21,7 @@ use crate::world::{Pose, Scene, WorldState};
 use super::arm::{Arm, Cancel, DeviceError, Feedback, Grip};
 use super::beside::{Openings, Order};
 use super::calibrate::Calibration;
+use super::conduct::Dial;
 use super::during::{During, Sight};
 use super::limits::{LimitError, Limits};
 use super::plan::{Grasp, NoWay, Placement, Planner, Pour};
@@ -175,6 +176,7 @@ pub struct Stage {
     /// How far the fingers were open, while something is done beside a motion.
     openings: Option<Openings>,
     cancel: Cancel,
+    dial: Dial,
     watcher: Watcher,
 }
 
@@ -219,8 +221,14 @@ impl Stage {
             orders: None,
             openings: None,
             cancel,
+            dial: Dial::default(),
             watcher,
         }
+    }
+
+    /// Lets a dial slow the arm down from now on.
+    pub fn obey(&mut self, dial: Dial) {
+        self.dial = dial;
     }
 
     /// Returns the wish to stop that this stage obeys.
@@ -544,7 +552,7 @@ impl Stage {
     pub fn follow(&mut self, path: &[Vec<f64>], speed: f64) -> Result<(), ActionError> {
         let trajectory = Trajectory::through_points(&self.corrected(path), &self.paced(speed))
             .map_err(|error| ActionError::Refused(error.to_string()))?;
-        self.drive(trajectory, path)
+        self.drive(self.dialled(trajectory), path)
     }
 
     /// Follows straight joint motions from corner to corner, the corners a little rounded.
@@ -555,7 +563,15 @@ impl Stage {
         let trajectory =
             Trajectory::through_corners(&corrected, &self.paced(speed), CUT, &|_, _| true)
                 .map_err(|error| ActionError::Refused(error.to_string()))?;
-        self.drive(trajectory, corners)
+        self.drive(self.dialled(trajectory), corners)
+    }
+
+    /// Returns the same motion as slow as the dial says. Turns that pour are left as they are: see [`Dial`].
+    fn dialled(&self, trajectory: Trajectory) -> Trajectory {
+        match self.dial.percent() {
+            100 => trajectory,
+            _ => trajectory.slowed(self.dial.stretch()),
+        }
     }
 
     /// Returns the robot's limits at a fraction of its speed.

@@ -43,6 +43,15 @@ pub(super) const COMMANDS: &[Command] = &[
     command("graph", "CALL", "the And-Or graph of a call"),
     command("look", "", "photograph the table again"),
     command("align", "", "fit the three regressions anew"),
+    command("step", "CALL|FILE|RUN", "a call step by step; over a run that is kept, nothing moves"),
+    command(
+        "break",
+        "[STEP]",
+        "pause before a step, by name or path; alone: the list; clear [STEP]",
+    ),
+    command("continue", "", "let what is paused go on to the next breakpoint"),
+    command("stop", "", "end what is paused; the arm holds its position"),
+    command("back", "[STEP]", "look at an earlier step of the last run; the arm does not move"),
     command("why", "[FLUENT]", "why the last run went as it did; what a fluent was judged by"),
     command("gap", "[N]", "what the twin lacks, by the last N runs (all of this session)"),
     command("runs", "", "the runs that are kept"),
@@ -54,6 +63,7 @@ pub(super) const COMMANDS: &[Command] = &[
     command("phrase", "\"…\" = CALL", "teach a sentence"),
     command("set", "NAME VALUE", "a setting (confirm, seed), or a name for a value"),
     command("save", "FILE", "write the calls of this session as a script"),
+    command("undo-edit", "", "take back the last change that trueup made to a file"),
     command("quit", "", "leave"),
 ];
 
@@ -92,6 +102,11 @@ impl Session<'_, '_> {
             "graph" => self.graph(rest),
             "look" => self.moving(WorkCell::perceive, "looked").and_then(|()| self.objects()),
             "align" => self.moving(WorkCell::align, "aligned"),
+            "step" => self.step(rest),
+            "break" => self.breakpoint(rest),
+            "back" => self.back(rest),
+            "continue" | "stop" => Err(nothing_paused(word)),
+            "undo-edit" => self.undo_edit(),
             "why" => self.why(rest),
             "gap" => self.gap(rest),
             "runs" => {
@@ -249,12 +264,22 @@ impl Session<'_, '_> {
         }
         let text =
             format!("// Calls made at the prompt, in their order.\n\n{}\n", self.done.join("\n"));
-        std::fs::write(path, text).map_err(|error| refused(format!("cannot write: {error}")))?;
+        std::fs::write(path, &text).map_err(|error| refused(format!("cannot write: {error}")))?;
+        self.edits.made(":save", path, None, &text);
         let count = self.done.len();
         let calls = if count == 1 { "call" } else { "calls" };
         self.style.say(format!("{count} {calls} in {file}; `trueup run {file}` makes them again"));
         Ok(())
     }
+}
+
+fn nothing_paused(word: &str) -> Failure {
+    let words = match word {
+        "stop" => "nothing is under way; the arm holds its position",
+        _ => "nothing is paused",
+    };
+    Failure::input("repl::paused", words)
+        .help("`:step pick(jar)` pauses before each step, `:break grasp` before one")
 }
 
 fn unknown(word: &str) -> Failure {

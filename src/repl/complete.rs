@@ -13,6 +13,7 @@ use rustyline::{Context, Result};
 use crate::language::assist::{self, Place};
 use crate::language::{Library, Scope};
 use crate::report::Style;
+use crate::teach::words::WORDS;
 
 use super::commands::COMMANDS;
 use super::paint::{Known, paint};
@@ -24,6 +25,8 @@ pub(super) struct Helper {
     scope: Scope,
     known: Known,
     colour: bool,
+    /// Whether a run is paused and takes words of stepping.
+    pub(super) steps: bool,
 }
 
 impl Helper {
@@ -34,7 +37,7 @@ impl Helper {
         let fluents = library.fluents().map(|(fluent, _)| fluent.name.text.clone());
         let calls = tasks.chain(actions).chain(fluents).collect();
         let known = Known { calls, objects: scope.objects.keys().cloned().collect() };
-        Self { library, scope, known, colour: style.colour }
+        Self { library, scope, known, colour: style.colour, steps: false }
     }
 
     /// Returns where the word before `pos` begins, and what could stand in its place.
@@ -47,6 +50,14 @@ impl Helper {
             let pairs = found.map(|command| Pair {
                 display: format!(":{:<12} {}", command.name, command.what),
                 replacement: command.typed(),
+            });
+            return (0, pairs.collect());
+        }
+        if self.steps && !before.contains(char::is_whitespace) {
+            let found = WORDS.iter().filter(|(word, ..)| word.starts_with(before));
+            let pairs = found.map(|(word, _, what)| Pair {
+                display: format!("{word:<12} {what}"),
+                replacement: (*word).to_owned(),
             });
             return (0, pairs.collect());
         }
@@ -162,6 +173,11 @@ mod tests {
         assert_eq!(offered(":gra"), (0, vec![":graph ".into()]));
         assert_eq!(offered(":graph po"), (7, vec!["pour(".into()]));
         assert_eq!(offered("?po"), (1, vec!["pour".into()]));
+        let mut paused = helper();
+        paused.steps = true;
+        let (_, words) = paused.offers("con", 3);
+        assert_eq!(words.len(), 1);
+        assert_eq!(words[0].replacement, "continue");
         assert_eq!(offered("!po"), (3, Vec::new()));
         assert_eq!(offered("\u{1f600} po").0, 5);
     }

@@ -7,10 +7,13 @@
 mod calc;
 mod commands;
 mod complete;
+mod edits;
 mod paint;
 mod paste;
 mod records;
 mod sentences;
+mod step;
+mod typist;
 mod values;
 mod work;
 
@@ -20,17 +23,16 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicUsize;
 use std::thread::Scope;
 
-use rustyline::error::ReadlineError;
-use rustyline::history::DefaultHistory;
-use rustyline::{Config, Editor};
-
 use crate::language::ast::{ExprKind, Step};
 use crate::language::{self, Diagnostic, Library, Source, text};
 use crate::report::{self, Failure, Style};
+use crate::teach::stops::Stops;
 use crate::workcell::{Run, WorkCell};
 use calc::Calculator;
 use complete::Helper;
+use edits::Edits;
 use sentences::{Confirm, Pending, Taught};
+use typist::{Pipe, Terminal, Typed, Typist};
 use values::Values;
 use work::Bench;
 
@@ -75,6 +77,14 @@ struct Session<'scope, 'env> {
     confirm: Confirm,
     pending: Option<Pending>,
     taught: Taught,
+    /// Where lines come from.
+    typist: Box<dyn Typist + 'env>,
+    /// Breakpoints.
+    stops: Stops,
+    /// The step of the last run that is looked at.
+    looking: Option<usize>,
+    /// What was changed in files, to be undone.
+    edits: Edits,
 }
 
 /// What came of the last call.
@@ -98,14 +108,14 @@ enum Next {
 ///
 /// Only when the terminal itself fails; everything else is told and the prompt comes back.
 pub fn run(cell: WorkCell, style: Style, hands: Hands<'_>) -> Result<(), Failure> {
-    std::thread::scope(|scope| {
-        let mut session = Session::new(cell, style, hands, scope);
-        if std::io::stdin().is_terminal() {
-            session.terminal()
-        } else {
-            session.piped(&mut std::io::stdin().lock())
-        }
-    })
+    if !std::io::stdin().is_terminal() {
+        return run_on(cell, style, hands, &mut std::io::stdin().lock());
+    }
+    let library = cell.library().clone();
+    let scope = library.scope(&cell.scene().name);
+    let helper = Helper::new(library, scope, style);
+    let terminal = Terminal::new(helper, hands.home.map(|home| home.join("history")))?;
+    talk(cell, style, hands, Box::new(terminal))
 }
 
 /// Runs the prompt on lines that come from anywhere, without a terminal.
@@ -113,13 +123,22 @@ pub fn run(cell: WorkCell, style: Style, hands: Hands<'_>) -> Result<(), Failure
 /// # Errors
 ///
 /// Only when the lines cannot be read.
-pub fn run_on(
+pub fn run_on<'a>(
     cell: WorkCell,
     style: Style,
-    hands: Hands<'_>,
-    input: &mut dyn BufRead,
+    hands: Hands<'a>,
+    input: &'a mut dyn BufRead,
 ) -> Result<(), Failure> {
-    std::thread::scope(|scope| Session::new(cell, style, hands, scope).piped(input))
+    talk(cell, style, hands, Box::new(Pipe::new(input)))
+}
+
+fn talk<'a>(
+    cell: WorkCell,
+    style: Style,
+    hands: Hands<'a>,
+    typist: Box<dyn Typist + 'a>,
+) -> Result<(), Failure> {
+    std::thread::scope(|scope| Session::new(cell, style, hands, typist, scope).talk())
 }
 
 impl<'scope, 'env> Session<'scope, 'env> {
@@ -127,6 +146,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
         cell: WorkCell,
         style: Style,
         hands: Hands<'env>,
+        typist: Box<dyn Typist + 'env>,
         scope: &'scope Scope<'scope, 'env>,
     ) -> Self {
         let library = cell.library().clone();
@@ -147,62 +167,32 @@ impl<'scope, 'env> Session<'scope, 'env> {
             confirm: Confirm::default(),
             pending: None,
             taught: Taught::read(hands.home, style),
+            typist,
+            stops: Stops::default(),
+            looking: None,
+            edits: Edits::default(),
         }
     }
 
-    fn terminal(&mut self) -> Result<(), Failure> {
-        let broken = |error: ReadlineError| {
-            Failure::unavailable("terminal", format!("the terminal failed: {error}"))
-        };
-        let config = Config::builder().auto_add_history(true).max_history_size(2000);
-        let config = config.map_err(broken)?.build();
-        let mut editor: Editor<Helper, DefaultHistory> =
-            Editor::with_config(config).map_err(broken)?;
-        editor.set_helper(Some(Helper::new(self.library.clone(), self.scope.clone(), self.style)));
-        let history = self.hands.home.map(|home| home.join("history"));
-        if let Some(path) = &history {
-            // A missing history is an empty one.
-            let _ = editor.load_history(path);
+    /// Takes statements until there are none, or one that leaves.
+    fn talk(&mut self) -> Result<(), Failure> {
+        if self.typist.is_person() {
+            self.style.say(self.greeting());
         }
-        self.style.say(self.greeting());
         loop {
-            match editor.readline(&self.prompt()) {
-                Ok(typed) => {
-                    if self.all(&typed) == Next::Quit {
-                        break;
+            match self.typist.next(&self.prompt())? {
+                Typed::Statement(statement) => {
+                    if self.survive(&statement) == Next::Quit {
+                        return Ok(());
                     }
                 }
-                Err(ReadlineError::Interrupted) => {
+                Typed::Interrupted => {
                     self.pending = None;
                     self.style.say("the arm holds still; :quit or Ctrl-D leaves");
                 }
-                Err(ReadlineError::Eof) => break,
-                Err(error) => return Err(broken(error)),
+                Typed::End => return Ok(()),
             }
         }
-        if let Some(path) = &history {
-            let _ = editor.save_history(path);
-        }
-        Ok(())
-    }
-
-    /// Reads statements from a pipe, each as many lines as it needs.
-    fn piped(&mut self, input: &mut dyn BufRead) -> Result<(), Failure> {
-        let mut lines = paste::Lines::default();
-        for line in input.lines() {
-            let line = line.map_err(|error| {
-                Failure::input("io::read", format!("cannot read input: {error}"))
-            })?;
-            if let Some(statement) = lines.push(&line)
-                && self.survive(&statement) == Next::Quit
-            {
-                return Ok(());
-            }
-        }
-        if let Some(rest) = lines.rest() {
-            self.survive(&rest);
-        }
-        Ok(())
     }
 
     fn greeting(&mut self) -> String {
@@ -224,16 +214,6 @@ impl<'scope, 'env> Session<'scope, 'env> {
             Some(_) => "y/n> ".to_owned(),
             None => format!("{}> ", self.robot),
         }
-    }
-
-    /// Does everything that was typed or pasted at once.
-    fn all(&mut self, typed: &str) -> Next {
-        for statement in paste::statements(typed) {
-            if self.survive(&statement) == Next::Quit {
-                return Next::Quit;
-            }
-        }
-        Next::Prompt
     }
 
     /// Does one statement. A panic costs that statement and nothing else.
@@ -376,8 +356,18 @@ impl<'scope, 'env> Session<'scope, 'env> {
         {
             self.values.set_it(object.clone());
         }
-        let perform = self.hands.perform;
-        match self.bench.work(move |cell| perform(cell, &step)) {
+        // A line that cannot even begin leaves what was known of the last one.
+        if let Err(failure) = self.bench.cell() {
+            return self.style.failure(&failure);
+        }
+        let done = self.perform(step);
+        self.remember(done, meant);
+    }
+
+    /// Remembers what came of a call, and tells it when it is a failure.
+    fn remember(&mut self, done: Result<Run, Failure>, meant: &str) {
+        self.looking = None;
+        match done {
             Ok(run) => {
                 self.runs.extend(run.run_dir.as_ref().map(PathBuf::from));
                 self.done.push(meant.to_owned());

@@ -9,7 +9,7 @@ use crate::workcell::archive::{self, Entry};
 
 use super::{Last, Session};
 
-/// How many runs `:runs` shows, and how far back `:why` looks.
+/// How many runs `:runs` shows.
 const MOST: usize = 20;
 
 impl Session<'_, '_> {
@@ -18,7 +18,7 @@ impl Session<'_, '_> {
     }
 
     /// Returns the run of that number or folder.
-    fn entry(&self, wanted: &str) -> Result<Entry, Failure> {
+    pub(super) fn entry(&self, wanted: &str) -> Result<Entry, Failure> {
         let entries = self.entries();
         let found =
             entries.iter().find(|entry| wanted.parse() == Ok(entry.number) || entry.name == wanted);
@@ -31,7 +31,7 @@ impl Session<'_, '_> {
         })
     }
 
-    fn load(&self, entry: &Entry) -> Result<Run, Failure> {
+    pub(super) fn load(&self, entry: &Entry) -> Result<Run, Failure> {
         entry.load().map_err(|error| report::cell_failure(&error, self.style))
     }
 
@@ -114,7 +114,7 @@ impl Session<'_, '_> {
             self.style.say("nothing has run yet");
             return Ok(());
         };
-        let earlier = earlier(&run, number, &entries);
+        let earlier = archive::earlier(&run, number, &entries);
         let library = &self.library;
         let place = |name: &str| {
             let (fluent, source) = library.fluent(name)?;
@@ -165,18 +165,4 @@ impl Session<'_, '_> {
         let first = self.runs.len().saturating_sub(n);
         (self.hands.gap)(&self.runs[first..])
     }
-}
-
-/// Earlier runs of the same task, with their numbers.
-fn earlier(run: &Run, number: Option<usize>, entries: &[Entry]) -> Vec<(usize, Run)> {
-    let head = |task: &str| task.split('(').next().unwrap_or_default().to_owned();
-    let before = entries.iter().filter(|entry| number.is_none_or(|n| entry.number < n));
-    let mut found: Vec<(usize, Run)> = before
-        .rev()
-        .filter_map(|entry| Some((entry.number, entry.load().ok()?)))
-        .filter(|(_, earlier)| head(&earlier.task) == head(&run.task))
-        .take(MOST)
-        .collect();
-    found.reverse();
-    found
 }

@@ -65,7 +65,15 @@ impl Taught {
     /// Reads the phrases kept in a folder; tells of those that cannot be read any more.
     pub(super) fn read(home: Option<&Path>, style: Style) -> Self {
         let path = home.map(|home| home.join("phrases"));
-        let text = path.as_ref().and_then(|path| std::fs::read_to_string(path).ok());
+        let mut taught = Self { phrases: Vec::new(), path };
+        taught.read_again(style);
+        taught
+    }
+
+    /// Reads the file anew; phrases of this session that are in no file are kept as they are.
+    pub(super) fn read_again(&mut self, style: Style) {
+        let Some(path) = &self.path else { return };
+        let text = std::fs::read_to_string(path).ok();
         let mut phrases = Vec::new();
         for line in text.unwrap_or_default().lines().filter(|line| !line.trim().is_empty()) {
             match sentence::phrase(line) {
@@ -75,30 +83,39 @@ impl Taught {
                 }
             }
         }
-        Self { phrases, path }
+        self.phrases = phrases;
     }
 
     fn all(&self) -> Vec<Phrase> {
         self.phrases.iter().map(|(_, phrase)| phrase.clone()).collect()
     }
 
-    /// Learns a phrase; returns where it is kept.
-    fn learn(&mut self, line: &str) -> Result<Option<&Path>, Failure> {
+    /// Learns a phrase; returns the file it is kept in with the texts before and after.
+    fn learn(&mut self, line: &str) -> Result<Option<Kept>, Failure> {
         let phrase = sentence::phrase(line)
             .map_err(|wrong| Failure::input("task::template", wrong.message).help(wrong.help))?;
         self.phrases.retain(|(_, known)| known.template.text != phrase.template.text);
         self.phrases.push((line.to_owned(), phrase));
         let Some(path) = &self.path else { return Ok(None) };
         let lines: Vec<&str> = self.phrases.iter().map(|(line, _)| line.as_str()).collect();
-        std::fs::write(path, lines.join("\n") + "\n").map_err(|error| {
+        let before = std::fs::read_to_string(path).ok();
+        let after = lines.join("\n") + "\n";
+        std::fs::write(path, &after).map_err(|error| {
             Failure::input(
                 "io::write",
                 format!("the phrase is known now, and cannot be kept: {error}"),
             )
             .at(path.display().to_string())
         })?;
-        Ok(Some(path))
+        Ok(Some(Kept { path: path.clone(), before, after }))
     }
+}
+
+/// The file of phrases as it was and is.
+struct Kept {
+    path: PathBuf,
+    before: Option<String>,
+    after: String,
 }
 
 /// Whether a line that is no call may be a sentence: words, and nothing of a call's punctuation.
@@ -133,8 +150,11 @@ impl Session<'_, '_> {
             .help("`:tasks` lists what can be called"));
         }
         let kept = self.taught.learn(line)?;
-        let kept = if kept.is_some() { "kept for later sessions" } else { "for this session" };
-        self.style.say(format!("understood, {kept}"));
+        let words = if kept.is_some() { "kept for later sessions" } else { "for this session" };
+        if let Some(Kept { path, before, after }) = kept {
+            self.edits.made(":phrase", &path, before, &after);
+        }
+        self.style.say(format!("understood, {words}"));
         Ok(())
     }
 

@@ -34,6 +34,8 @@ pub(super) struct Bench<'scope, 'env> {
     cell: Whereabouts,
     scope: &'scope Scope<'scope, 'env>,
     presses: &'env AtomicUsize,
+    /// What waits for a word before it goes on.
+    paused: Option<String>,
 }
 
 impl<'scope, 'env> Bench<'scope, 'env> {
@@ -43,7 +45,7 @@ impl<'scope, 'env> Bench<'scope, 'env> {
         scope: &'scope Scope<'scope, 'env>,
         presses: &'env AtomicUsize,
     ) -> Self {
-        Self { cell: Whereabouts::Here(Box::new(cell)), scope, presses }
+        Self { cell: Whereabouts::Here(Box::new(cell)), scope, presses, paused: None }
     }
 
     /// Lends the cell.
@@ -52,6 +54,11 @@ impl<'scope, 'env> Bench<'scope, 'env> {
     ///
     /// When earlier work is still winding down.
     pub(super) fn cell(&mut self) -> Result<&mut WorkCell, Failure> {
+        if let Some(what) = &self.paused {
+            let words = format!("{what} is being stepped through, and has the arm");
+            return Err(Failure::input("repl::paused", words)
+                .help("`continue` lets it go on, `quit` ends it; `help` lists the words"));
+        }
         if let Whereabouts::Away(back) = &self.cell
             && let Ok(cell) = back.try_recv()
         {
@@ -86,6 +93,23 @@ impl<'scope, 'env> Bench<'scope, 'env> {
         &mut self,
         job: impl FnOnce(&mut WorkCell) -> Result<T, Failure> + Send + 'scope,
     ) -> Result<T, Failure> {
+        let begun = self.begin(job)?;
+        loop {
+            if let Some(done) = self.wait(&begun) {
+                return done;
+            }
+        }
+    }
+
+    /// Begins something with the cell; [`Self::wait`] says when it is done.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::cell`], or when no thread can be begun.
+    pub(super) fn begin<T: Send + 'scope>(
+        &mut self,
+        job: impl FnOnce(&mut WorkCell) -> Result<T, Failure> + Send + 'scope,
+    ) -> Result<Begun<T>, Failure> {
         // A wish to stop was about an earlier line.
         self.cell()?.cancel().clear();
         self.presses.store(0, Ordering::SeqCst);
@@ -107,28 +131,41 @@ impl<'scope, 'env> Bench<'scope, 'env> {
             return Err(Failure::unavailable("repl::thread", words));
         }
         self.cell = Whereabouts::Away(back);
-        loop {
-            match told.recv_timeout(LOOK) {
-                Ok(done) => {
-                    self.cell()?;
-                    return done.unwrap_or_else(|panic| Err(panicked(panic.as_ref())));
-                }
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => {
-                    return Err(Failure::unavailable(
-                        "repl::thread",
-                        "the work ended without a word",
-                    ));
-                }
+        Ok(Begun(told))
+    }
+
+    /// Waits a moment; `None` when the work goes on. Its errors are those of [`Self::work`].
+    pub(super) fn wait<T>(&mut self, begun: &Begun<T>) -> Option<Result<T, Failure>> {
+        match begun.0.recv_timeout(LOOK) {
+            Ok(done) => {
+                self.paused = None;
+                let back = self.cell().map(|_| ());
+                let done = done.unwrap_or_else(|panic| Err(panicked(panic.as_ref())));
+                return Some(back.and(done));
             }
-            if self.presses.load(Ordering::SeqCst) >= 2 {
-                report::run::hush();
-                return Err(Failure::stopped("stopped twice; the arm holds its position")
-                    .help("what was going on winds down beside the prompt"));
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => {
+                let lost = Failure::unavailable("repl::thread", "the work ended without a word");
+                return Some(Err(lost));
             }
         }
+        if self.presses.load(Ordering::SeqCst) >= 2 {
+            report::run::hush();
+            self.paused = None;
+            return Some(Err(Failure::stopped("stopped twice; the arm holds its position")
+                .help("what was going on winds down beside the prompt")));
+        }
+        None
+    }
+
+    /// Says that the work waits for a word, and about what; `None` when it goes on.
+    pub(super) fn pause(&mut self, what: Option<String>) {
+        self.paused = what;
     }
 }
+
+/// What a job that was begun came to, once it is done.
+pub(super) struct Begun<T>(Receiver<std::thread::Result<Result<T, Failure>>>);
 
 /// Words a panic: the line is lost, nothing else.
 pub(super) fn panicked(panic: &(dyn Any + Send)) -> Failure {

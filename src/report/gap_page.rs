@@ -4,9 +4,10 @@ use std::fmt::Write as _;
 
 use crate::discovery::finding::Finding;
 use crate::discovery::{Investigation, Trace};
-use crate::units::significant;
+use crate::execution::trace::Measure;
 
-use super::{Style, escaped, gap};
+use super::html::{self, escaped};
+use super::{Style, gap, why};
 
 /// Size of a plot, px.
 const WIDTH: f64 = 860.0;
@@ -30,18 +31,17 @@ pub fn page(investigation: &Investigation) -> String {
             plots.push_str(&plot(trace, finding));
         }
     }
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>gap</title><style>\n\
-         body{{font:15px/1.5 system-ui,sans-serif;max-width:900px;margin:2em auto;padding:0 1em;\
-         color:#222;background:#fff}}\npre{{background:#f6f6f4;padding:1em;overflow-x:auto;\
-         font-size:13px}}\nh2{{font-size:1em;margin:1.6em 0 .2em}}\n.key b{{padding:0 .4em}}\n\
-         @media(prefers-color-scheme:dark){{body{{color:#ddd;background:#181818}}pre{{background:\
-         #222}}}}\n</style></head><body>\n<h1>{}</h1>\n<pre>{words}</pre>\n\
-         <p class=\"key\">measured minus model, <b style=\"color:#c33\">before</b> and \
-         <b style=\"color:#27a\">after</b>; the grey band is twice the noise, shaded is held out</p>\n\
-         {plots}</body></html>\n",
+    let body = format!(
+        "<style>\n.key b{{padding:0 .4em}} .plot svg{{display:block;width:100%;height:auto}}\n\
+         :root{{--before:#c0271e;--after:#1f6fb0;--field:#fff;--held:#eef3e4}}\n\
+         @media(prefers-color-scheme:dark){{:root{{--before:#ff8a80;--after:#7cb8f2;--field:#14171a;\
+         --held:#1d2a1c}}}}\n</style>\n<h1>{}</h1>\n<pre class=\"columns\">{words}</pre>\n\
+         <p class=\"key\">Measured minus model, <b style=\"color:var(--before)\">before (dotted)</b> and \
+         <b style=\"color:var(--after)\">after (solid)</b>; the grey band is twice the noise, shaded is \
+         held out.</p>\n{plots}",
         escaped(&finding.reason)
-    )
+    );
+    html::document("gap", &body)
 }
 
 /// Draws measured minus model over time.
@@ -59,37 +59,38 @@ fn plot(trace: &Trace, finding: &Finding) -> String {
     let x = |t: f64| (t - from) / (to - from).max(1e-9) * WIDTH;
     let y = |value: f64| HEIGHT / 2.0 - value / most * (HEIGHT / 2.0 - 4.0);
     let stride = rows.div_ceil(POINTS);
-    let line = |values: &[f64], colour: &str| {
+    let line = |values: &[f64], colour: &str, dash: &str| {
         let mut points = String::new();
         for (t, value) in trace.time.iter().zip(values).step_by(stride) {
             let _ = write!(points, "{:.1},{:.1} ", x(*t), y(*value));
         }
         format!(
-            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1\"/>",
+            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.2\"{dash}/>",
             points.trim_end()
         )
     };
     let band = (y(-2.0 * trace.noise) - y(2.0 * trace.noise)).max(1.0);
-    let shade = if trace.held_out { "#eef3e4" } else { "#ffffff" };
+    let shade = if trace.held_out { "var(--held)" } else { "var(--field)" };
     let follows = finding
         .places
         .iter()
         .find(|place| place.channel == trace.channel)
         .map_or("", |place| place.concentrated_in.as_str());
     format!(
-        "<h2>{}{} ({})</h2><p>full scale ± {} {}, follows {}</p>\n\
-         <svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"100%\" role=\"img\">\
+        "<section class=\"card plot\"><h2>{}{} ({})</h2><p class=\"soft\">full scale ± {}, {:.1} s{}{}</p>\n\
+         <svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"measured minus model over time\">\
          <rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"{shade}\"/>\
-         <rect y=\"{:.1}\" width=\"{WIDTH}\" height=\"{band:.1}\" fill=\"#8884\"/>{}{}</svg>\n",
+         <rect y=\"{:.1}\" width=\"{WIDTH}\" height=\"{band:.1}\" fill=\"#8884\"/>{}{}</svg></section>\n",
         escaped(&trace.channel),
         if trace.held_out { ", held out" } else { "" },
         escaped(&trace.recording),
-        significant(most, 3),
-        trace.unit,
+        why::size(&Measure { value: most, unit: trace.unit.clone() }),
+        to - from,
+        if follows.is_empty() { "" } else { ", follows " },
         escaped(follows),
         y(2.0 * trace.noise),
-        line(&trace.before, "#c33"),
-        line(&trace.after, "#27a"),
+        line(&trace.before, "var(--before)", " stroke-dasharray=\"3 2\""),
+        line(&trace.after, "var(--after)", ""),
     )
 }
 

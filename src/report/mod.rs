@@ -6,10 +6,12 @@
 mod numbers;
 pub mod gap;
 pub mod gap_page;
+pub mod html;
 pub mod record;
 pub mod run;
 pub mod run_page;
 pub mod sentence;
+pub mod teach;
 pub mod why;
 
 use std::fmt::Write as _;
@@ -125,6 +127,13 @@ impl Style {
         }
     }
 
+    /// Prints an event of a run for programs, on one line.
+    pub fn event(self, value: &impl serde::Serialize) {
+        if let Ok(text) = serde_json::to_string(value) {
+            out(&text);
+        }
+    }
+
     /// Prints the one JSON document.
     pub fn document(self, value: &impl serde::Serialize) {
         match serde_json::to_string_pretty(value) {
@@ -200,11 +209,6 @@ pub fn out(line: &str) {
 /// Writes a line to stderr; a closed pipe is not our error.
 pub fn complain(line: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{line}");
-}
-
-/// Returns a text as it may stand in a page.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// Returns a number as JSON, with `null` for what is not a number.

@@ -93,7 +93,7 @@ pub fn again(name: &str, run: &Run, step: Option<usize>, style: Style) -> Result
 }
 
 /// The fluents that a step's own table leaves out because they are no news.
-fn everything_else(record: &StepRecord) -> String {
+pub(super) fn everything_else(record: &StepRecord) -> String {
     let quiet = record.fluents.iter().filter(|row| row.expected.is_none() && row.ask.is_none());
     let names: Vec<String> = quiet
         .filter(|row| !matches!((row.twin, row.measured), (Some(a), Some(b)) if a != b))

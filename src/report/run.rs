@@ -27,18 +27,34 @@ pub fn hush() {
     }
 }
 
+/// Takes the bar off the terminal until the next part of the work begins.
+pub fn rest() {
+    let mut shown = BAR.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(bar) = shown.0.take() {
+        bar.finish_and_clear();
+    }
+}
+
 /// Tells a run on the terminal: steps and tables on stdout, progress on stderr.
 pub struct Console {
     style: Style,
     bar: Option<ProgressBar>,
     before: Vec<FluentRow>,
+    tells_steps: bool,
 }
 
 impl Console {
     /// Speaks in this style.
     pub fn new(style: Style) -> Self {
         BAR.lock().unwrap_or_else(PoisonError::into_inner).1 = false;
-        Self { style, bar: None, before: Vec::new() }
+        Self { style, bar: None, before: Vec::new(), tells_steps: true }
+    }
+
+    /// Leaves the steps to someone else: no word of what they are and came to, only of what goes on.
+    #[must_use]
+    pub fn without_steps(mut self) -> Self {
+        self.tells_steps = false;
+        self
     }
 
     fn clear(&mut self) {
@@ -89,11 +105,14 @@ impl Observer for Console {
                 }
             }
             Event::StepStart { number, of, action, .. } => {
-                self.spin(format!("step {number} of {of}: {action}"));
+                // In lines, a step that someone else tells of is told of there.
+                if self.tells_steps || self.style.bars {
+                    self.spin(format!("step {number} of {of}: {action}"));
+                }
             }
             Event::StepEnd { record } => {
                 self.clear();
-                if !self.style.quiet {
+                if self.tells_steps && !self.style.quiet {
                     self.style.say(step(record, &self.before, self.style).trim_end());
                 }
                 self.before.clone_from(&record.fluents);
@@ -144,7 +163,7 @@ pub fn step(record: &StepRecord, before: &[FluentRow], style: Style) -> String {
 
 /// A fluent is news when the step should have made it true, when it changed, when twin and measurement
 /// differ, and when people are asked about it.
-fn is_news(row: &FluentRow, before: &[FluentRow]) -> bool {
+pub(super) fn is_news(row: &FluentRow, before: &[FluentRow]) -> bool {
     let earlier = before.iter().find(|earlier| earlier.name == row.name);
     let changed = earlier.is_some_and(|e| e.twin != row.twin || e.measured != row.measured);
     let differs = matches!((row.twin, row.measured), (Some(a), Some(b)) if a != b);

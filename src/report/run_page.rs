@@ -4,12 +4,13 @@
 
 use std::fmt::Write as _;
 
-use crate::execution::trace::{FluentRow, Measure, Outcome, StepRecord};
+use crate::execution::trace::{FluentRow, StepRecord};
 use crate::monitor::questionnaire::Answer;
 use crate::workcell::Run;
 
-use super::run::{ending, people};
-use super::{Style, escaped, why};
+use super::html::{self, escaped};
+use super::run::ending;
+use super::{Style, why};
 
 /// What a page is made of beside the run itself.
 #[derive(Default)]
@@ -23,13 +24,10 @@ pub struct Material<'a> {
 /// A name to a `data:` address, where there is such a picture.
 pub type Picture<'a> = &'a dyn Fn(&str) -> Option<String>;
 
-const LOOK: &str = "body{font:15px/1.5 system-ui,sans-serif;max-width:1100px;margin:1.5em auto;padding:0 1em;\
-color:#222;background:#fff}pre{background:#f6f6f4;padding:1em;overflow-x:auto;font-size:13px;white-space:\
-pre-wrap}table{border-collapse:collapse;width:100%;font-size:14px}td,th{text-align:left;padding:.15em .6em;\
-border-bottom:1px solid #8884}.differs{background:#c332}.pair{display:flex;gap:.6em}.pair figure{margin:.4em \
-0;flex:1;min-width:0}.pair img{width:100%}figcaption{font-size:13px}#go{position:sticky;top:0;background:\
-inherit;padding:.4em 0;display:none}#go input{width:70%}.graph{overflow-x:auto;background:#fff}section{\
-margin:1.5em 0}@media(prefers-color-scheme:dark){body{color:#ddd;background:#181818}pre{background:#222}}";
+/// What the slider needs beside the look of every page.
+const BAR: &str = "#go{position:sticky;top:0;z-index:1;background:var(--paper);padding:.5rem 0;display:none;\
+border-bottom:1px solid var(--line)}#go label{display:flex;gap:.6em;align-items:center}#go input{flex:1;\
+accent-color:var(--accent)}";
 
 /// Shows one step at a time; what it does without is to show them all.
 const SLIDE: &str = "const steps=[...document.querySelectorAll('section.step')],go=document.getElementById(\
@@ -43,121 +41,74 @@ pub fn page(run: &Run, material: &Material<'_>) -> String {
     let asked = why::Question { run, number: None, fluent: None, earlier: &[], place: &|_| None };
     let reason = why::why(&asked).unwrap_or_else(|failure| failure.message);
     let mut text = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{task}</title>\
-         <style>{LOOK}</style></head><body>\n<h1>{task}</h1>\n\
-         <p>with {}, seed {}, version {}</p>\n<pre>{}</pre>\n<h2>Why</h2><pre>{}</pre>\n",
+        "<style>{BAR}</style>\n<h1 class=\"call\">{}</h1>\n\
+         <p class=\"soft\">with {}, seed {}, version {}</p>\n<pre>{}</pre>\n\
+         <section class=\"card\"><h2>Why</h2><pre>{}</pre></section>\n\
+         <div id=\"go\"><label>step <input type=\"range\" min=\"0\" value=\"0\"></label> \
+         <output></output></div>\n",
+        escaped(&run.task),
         escaped(&run.robot),
         run.seed,
         escaped(&run.version),
         escaped(&ending(run, plain)),
         escaped(&reason),
-        task = escaped(&run.task),
     );
-    text += "<div id=\"go\"><label>step <input type=\"range\" min=\"0\" value=\"0\"></label> \
-             <output></output></div>\n";
+    let mut before: &[FluentRow] = &[];
     for (i, record) in run.steps.iter().enumerate() {
         let questions = run.questions.get(i).map_or(&[][..], Vec::as_slice);
-        step(record, questions, material, &mut text);
+        step(record, before, questions, material, &mut text);
+        before = &record.fluents;
     }
     if let Some(graph) = material.graph {
-        // The drawing is a document of its own; in a page it begins at its root.
-        let root = graph.find("<svg").map_or(graph, |at| &graph[at..]);
-        let _ = writeln!(text, "<h2>Graph</h2><div class=\"graph\">{root}</div>");
+        let _ = write!(
+            text,
+            "<section class=\"card\"><h2>Graph</h2>\n{}</section>\n",
+            html::graph(graph, &|_| None)
+        );
     }
-    let _ = writeln!(text, "<script>{SLIDE}</script></body></html>");
-    text
+    let _ = writeln!(text, "<script>{SLIDE}</script>");
+    html::document(&run.task, &text)
 }
 
-fn step(record: &StepRecord, questions: &[Answer], material: &Material<'_>, text: &mut String) {
-    let ended = match record.outcome {
-        Outcome::Success => "done",
-        Outcome::Failure => "failed",
-        Outcome::Stopped => "stopped",
-    };
+fn step(
+    record: &StepRecord,
+    before: &[FluentRow],
+    questions: &[Answer],
+    material: &Material<'_>,
+    text: &mut String,
+) {
     let _ = writeln!(
         text,
-        "<section class=\"step\"><h2>{} {}: {ended}</h2>\n<p>{:.1} s of arm time; twin and measurement \
-         differ in {} fluents, P = exp(-{}) = {:.2}</p>",
+        "<section class=\"step card\"><h2>{} <span class=\"call\">{}</span>: {}</h2>\n{}",
         record.number,
         escaped(&record.action),
-        record.interval_s[1] - record.interval_s[0],
-        record.hamming,
-        record.hamming,
-        record.score
+        html::outcome(record.outcome),
+        html::score(record)
     );
     if let Some(reason) = &record.reason {
         let _ = writeln!(text, "<p><b>{}</b></p>", escaped(reason));
     }
-    for when in ["before", "after"] {
-        pictures(record.number, when, material, text);
+    if let Some(picture) = material.picture {
+        for when in ["before", "after"] {
+            let named = |whose: &str| picture(&format!("{:02}-{when}-{whose}", record.number));
+            *text += &html::pictures(when, &named);
+        }
     }
-    *text += "<table><tr><th>fluent<th>expected<th>twin<th>measured<th>margin<th>margin in the twin</tr>\n";
-    for row in &record.fluents {
-        fluent(row, text);
-    }
-    *text += "</table>\n";
+    *text += &html::fluents(&record.fluents, before, &|_| None);
     if !questions.is_empty() {
-        *text += "<table><tr><th>question<th>twin<th>measured</tr>\n";
+        *text += "<h2>Questions, answered by geometry</h2>\n<div class=\"scroll\"><table><thead><tr>\
+                  <th scope=\"col\">question<th scope=\"col\">twin<th scope=\"col\">measured</tr></thead>\n\
+                  <tbody>\n";
         for answer in questions {
             let _ = writeln!(
                 text,
-                "<tr><td>{}<td>{}<td>{}</tr>",
+                "<tr><th scope=\"row\">{}<td>{}<td>{}</tr>",
                 escaped(&answer.question),
-                told(answer.twin),
-                told(answer.measured)
+                html::truth(answer.twin),
+                html::truth(answer.measured)
             );
         }
-        *text += "</table>\n";
+        *text += "</tbody></table></div>\n";
     }
     *text += "</section>\n";
-}
-
-fn pictures(number: usize, when: &str, material: &Material<'_>, text: &mut String) {
-    let Some(picture) = material.picture else { return };
-    let found: Vec<(&str, String)> = ["real", "twin"]
-        .into_iter()
-        .filter_map(|whose| Some((whose, picture(&format!("{number:02}-{when}-{whose}"))?)))
-        .collect();
-    if found.is_empty() {
-        return;
-    }
-    *text += "<div class=\"pair\">";
-    for (whose, address) in found {
-        let _ = write!(
-            text,
-            "<figure><img alt=\"{when} the step, {whose}\" src=\"{address}\">\
-             <figcaption>{when} the step, {whose}</figcaption></figure>"
-        );
-    }
-    *text += "</div>\n";
-}
-
-fn fluent(row: &FluentRow, text: &mut String) {
-    let differs = matches!((row.twin, row.measured), (Some(a), Some(b)) if a != b)
-        || matches!((row.expected, row.measured), (Some(a), Some(b)) if a != b);
-    let margin = |margin: Option<&Measure>| margin.map(people).unwrap_or_default();
-    let std = row.std.as_ref().map(|std| {
-        let size = people(std);
-        format!(" ± {}", size.trim_start_matches('+'))
-    });
-    let _ = writeln!(
-        text,
-        "<tr{}><td>{}<td>{}<td>{}<td>{}<td>{}{}<td>{}</tr>",
-        if differs { " class=\"differs\"" } else { "" },
-        escaped(&row.name),
-        row.expected.map_or("", |truth| told(Some(truth))),
-        told(row.twin),
-        told(row.measured),
-        margin(row.margin.as_ref()),
-        std.unwrap_or_default(),
-        margin(row.twin_margin.as_ref()),
-    );
-}
-
-fn told(truth: Option<bool>) -> &'static str {
-    match truth {
-        Some(true) => "yes",
-        Some(false) => "no",
-        None => "unknown",
-    }
 }

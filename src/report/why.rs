@@ -54,6 +54,59 @@ pub fn why(question: &Question<'_>) -> Result<String, Failure> {
     }
 }
 
+/// Answers for one fluent after one step, whatever it is worth there.
+///
+/// # Errors
+///
+/// When there is no such step, or it says nothing of the fluent that is asked about.
+pub fn of_step(question: &Question<'_>, number: usize) -> Result<String, Failure> {
+    let (step, row) = stated(question, number)?;
+    Ok(told(question, step, row))
+}
+
+/// Returns the rungs of a ladder from a hint to an answer, each with what it is about and helping more than
+/// the one before: how close it is, which way it would have to move, what to try. What is true has the first
+/// alone, and what nobody promised needs no remedy.
+///
+/// # Errors
+///
+/// As [`of_step`].
+pub fn hints(
+    question: &Question<'_>,
+    number: usize,
+) -> Result<Vec<(&'static str, String)>, Failure> {
+    let (step, row) = stated(question, number)?;
+    let close =
+        row.terms.iter().fold(verdict(row), |text, term| format!("{text}\n  {}", comparison(term)));
+    let mut rungs = vec![("how close it is", close)];
+    if row.measured == Some(true) {
+        return Ok(rungs);
+    }
+    if let Some(direction) = &row.direction {
+        rungs.push(("which way", way(direction, row.margin.as_ref())));
+    }
+    let tries = tries(question, step, Some(row));
+    if row.expected == Some(true) && !tries.is_empty() {
+        rungs.push(("what to try", tries.trim_start().to_owned()));
+    }
+    Ok(rungs)
+}
+
+/// Returns the step of that number and what it says of the fluent that is asked about.
+fn stated<'a>(
+    question: &Question<'a>,
+    number: usize,
+) -> Result<(&'a StepRecord, &'a FluentRow), Failure> {
+    let run = question.run;
+    let name = question.fluent.unwrap_or_default();
+    let step = run.steps.iter().find(|step| step.number == number).ok_or_else(|| {
+        Failure::input("why::step", format!("{} has no step {number}", run.task))
+            .help(format!("it has {} steps", run.steps.len()))
+    })?;
+    let row = step.fluents.iter().find(|row| row.name == name);
+    Ok((step, row.ok_or_else(|| not_recorded(run, name))?))
+}
+
 /// Returns the last step that says something of a fluent, those that promised it before others.
 fn recorded<'a>(run: &'a Run, name: &str) -> Option<(&'a StepRecord, &'a FluentRow)> {
     let is_it = |row: &&FluentRow| {
@@ -262,11 +315,8 @@ pub fn now(text: &str, reading: &Reading) -> String {
     told
 }
 
-fn verdict(row: &FluentRow) -> String {
-    let by = row.margin.as_ref().map(|margin| {
-        let size = Measure { value: margin.value.abs(), unit: margin.unit.clone() };
-        format!(" by {}", unsigned(&size))
-    });
+pub(super) fn verdict(row: &FluentRow) -> String {
+    let by = row.margin.as_ref().map(|margin| format!(" by {}", size(margin)));
     match row.measured {
         Some(true) => format!("{} is true{}", row.name, by.unwrap_or_default()),
         Some(false) => format!("{} is false{}", row.name, by.unwrap_or_default()),
@@ -297,16 +347,18 @@ fn comparison(term: &TermRow) -> String {
 }
 
 /// A quantity as people write it, without a sign of its own when it is positive.
-fn unsigned(measure: &Measure) -> String {
+pub(super) fn unsigned(measure: &Measure) -> String {
     let text = people(measure);
     text.strip_prefix('+').map_or(text.clone(), str::to_owned)
 }
 
-fn way(direction: &Direction, margin: Option<&Measure>) -> String {
-    let by = margin.map_or_else(String::new, |margin| {
-        let size = Measure { value: margin.value.abs(), unit: margin.unit.clone() };
-        format!(" {}", unsigned(&size))
-    });
+/// How much a margin is, without its sign: `31 mm`.
+pub(super) fn size(margin: &Measure) -> String {
+    unsigned(&Measure { value: margin.value.abs(), unit: margin.unit.clone() })
+}
+
+pub(super) fn way(direction: &Direction, margin: Option<&Measure>) -> String {
+    let by = margin.map_or_else(String::new, |margin| format!(" {}", size(margin)));
     let axes = ["x", "y", "z"];
     let largest =
         (0..3).max_by(|i, j| direction.world[*i].abs().total_cmp(&direction.world[*j].abs()));
@@ -413,7 +465,7 @@ fn times(n: usize) -> String {
 }
 
 /// Up to three things to try, the likeliest to help first.
-fn tries(question: &Question<'_>, step: &StepRecord, row: Option<&FluentRow>) -> String {
+pub(super) fn tries(question: &Question<'_>, step: &StepRecord, row: Option<&FluentRow>) -> String {
     let mut found: Vec<String> = Vec::new();
     if let Some(row) = row {
         found.extend(by_margin(step, row));
@@ -457,11 +509,10 @@ fn by_margin(step: &StepRecord, row: &FluentRow) -> Option<String> {
             if step.measured.held.as_deref() == Some(&direction.object) {
                 return None;
             }
-            let size = Measure { value: margin.value.abs(), unit: margin.unit.clone() };
             Some(format!(
                 "move `{}` {} {} by hand, then :look",
                 direction.object,
-                unsigned(&size),
+                size(margin),
                 direction.camera
             ))
         }

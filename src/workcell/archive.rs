@@ -8,6 +8,9 @@ use std::path::{Path, PathBuf};
 
 use super::{Error, Run};
 
+/// How many earlier runs are looked at.
+const MOST_EARLIER: usize = 20;
+
 /// One run folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Entry {
@@ -54,4 +57,19 @@ pub fn entries(root: &Path) -> Vec<Entry> {
     folders.sort();
     let numbered = folders.into_iter().enumerate();
     numbered.map(|(i, (name, dir))| Entry { number: i + 1, name, dir }).collect()
+}
+
+/// Returns the last runs of the same task before run `number`, or among all when it has none, with their
+/// numbers, the oldest first.
+pub fn earlier(run: &Run, number: Option<usize>, entries: &[Entry]) -> Vec<(usize, Run)> {
+    let head = |task: &str| task.split('(').next().unwrap_or_default().to_owned();
+    let before = entries.iter().filter(|entry| number.is_none_or(|n| entry.number < n));
+    let mut found: Vec<(usize, Run)> = before
+        .rev()
+        .filter_map(|entry| Some((entry.number, entry.load().ok()?)))
+        .filter(|(_, earlier)| head(&earlier.task) == head(&run.task))
+        .take(MOST_EARLIER)
+        .collect();
+    found.reverse();
+    found
 }

@@ -15,6 +15,7 @@ pub mod rehearse;
 pub mod stdlib;
 pub mod together;
 mod known;
+mod lead;
 mod perform;
 
 use std::collections::BTreeMap;
@@ -23,6 +24,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::execution::arm::{Cancel, DeviceError, Scales};
 use crate::execution::calibrate::{self, Calibration, Switches};
+use crate::execution::conduct::Dial;
 use crate::execution::limits::Limits;
 use crate::execution::real::{Belief, RealBody};
 use crate::execution::script::Scripts;
@@ -41,6 +43,7 @@ use crate::units::Quantity;
 use crate::world::fluent::Reading;
 use crate::world::{Scene, WorldState};
 use known::Known;
+use lead::Lead;
 
 pub use devices::{Devices, Laboratory, laboratory, robot_of};
 pub use learning::Learnt;
@@ -184,6 +187,8 @@ pub struct WorkCell {
     is_camera_aligned: bool,
     is_robot_aligned: bool,
     learnt: Learnt,
+    dial: Dial,
+    lead: Option<Lead>,
 }
 
 impl WorkCell {
@@ -233,7 +238,8 @@ impl WorkCell {
             look.clone(),
             fan.clone(),
         );
-        let stage = Stage::new(
+        let dial = Dial::default();
+        let mut stage = Stage::new(
             cell.clone(),
             Box::new(body),
             Vec::new(),
@@ -242,6 +248,7 @@ impl WorkCell {
             cancel.clone(),
             fan.clone(),
         );
+        stage.obey(dial.clone());
         let mut settings = Settings::for_arm(&robot);
         known.change(&mut settings);
         Ok(Self {
@@ -262,12 +269,19 @@ impl WorkCell {
             is_camera_aligned: false,
             is_robot_aligned: false,
             learnt: Learnt::default(),
+            dial,
+            lead: None,
         })
     }
 
     /// Returns the wish to stop that everything in this cell obeys.
     pub fn cancel(&self) -> Cancel {
         self.cancel.clone()
+    }
+
+    /// Returns the speed dial of this cell's arm.
+    pub fn dial(&self) -> Dial {
+        self.dial.clone()
     }
 
     /// Returns the arm's name: `lab`, `twin`, or where it is.

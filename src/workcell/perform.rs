@@ -17,6 +17,7 @@ use crate::monitor::questionnaire::{self, Answer};
 use crate::monitor::{self, Comparison};
 use crate::world::WorldState;
 
+use super::lead::Turn;
 use super::record::Recorder;
 use super::rehearse::{Candidate, Rehearsal, Rehearsals};
 use super::{Error, WorkCell, tell};
@@ -120,6 +121,30 @@ pub struct Run {
     pub run_dir: Option<String>,
 }
 
+impl Run {
+    /// Returns a run of which only these steps are known, failed if the last of them did.
+    pub fn so_far(task: &str, steps: &[StepRecord]) -> Self {
+        let failed = steps.last().is_none_or(|step| step.outcome != Outcome::Success);
+        Self {
+            task: task.to_owned(),
+            outcome: if failed { Ending::Failure } else { Ending::Success },
+            reached: false,
+            reason: None,
+            device_help: None,
+            seed: 0,
+            robot: String::new(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            steps: steps.to_vec(),
+            questions: Vec::new(),
+            rehearsals: Vec::new(),
+            parse_graphs: Vec::new(),
+            water: None,
+            timing_s: Timing::default(),
+            run_dir: None,
+        }
+    }
+}
+
 impl WorkCell {
     /// Carries out a call on the arm, rehearsed first, and keeps the run in a folder if one is given.
     ///
@@ -145,7 +170,9 @@ impl WorkCell {
             let recorder = recorder.lock().unwrap_or_else(PoisonError::into_inner);
             run.run_dir = Some(recorder.dir().display().to_string());
         }
+        self.lead_begins(&run.task, run.run_dir.as_deref());
         let carried = self.carry(call, &mut run, recorder.as_ref());
+        self.lead_ends();
         self.watched_by(Vec::new());
         // Decisions of a performance that was cut short are not for whatever comes next.
         self.scripts.stage().set_tape(Tape::recording());
@@ -174,23 +201,8 @@ impl WorkCell {
 
     /// Returns the run of a call of which nothing has been done yet.
     fn nothing_done(&self, call: &Call) -> Run {
-        Run {
-            task: crate::language::text::call(call),
-            outcome: Ending::Failure,
-            reached: false,
-            reason: None,
-            device_help: None,
-            seed: self.seed,
-            robot: self.robot_name.clone(),
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            steps: Vec::new(),
-            questions: Vec::new(),
-            rehearsals: Vec::new(),
-            parse_graphs: Vec::new(),
-            water: None,
-            timing_s: Timing::default(),
-            run_dir: None,
-        }
+        let (seed, robot) = (self.seed, self.robot_name.clone());
+        Run { seed, robot, ..Run::so_far(&crate::language::text::call(call), &[]) }
     }
 
     fn carry(
@@ -207,6 +219,12 @@ impl WorkCell {
             let recorder = recorder.lock().unwrap_or_else(PoisonError::into_inner);
             let path = recorder.dir().join("graph.svg");
             recorder.write("graph.svg", &drawing).map_err(|error| Error::File { path, error })?;
+        }
+        if self.dial.percent() < 100 {
+            let percent = self.dial.percent();
+            self.note(&format!(
+                "the arm moves at {percent} % of what is planned; `slow 100` while stepping undoes it"
+            ));
         }
         self.phase("perceive", "calibrating and looking");
         // What the call needs and does not find is said before the arm moves for regression 3.
@@ -284,7 +302,7 @@ impl WorkCell {
             let best = self.rehearse(candidates, start, run)?;
             let begin = self.now();
             self.phase("execute", "the arm moves");
-            let failed = self.perform(&best, start, run, recorder);
+            let failed = self.perform(graph, &best, start, run, recorder);
             run.timing_s.execute += self.now() - begin;
             let Some((index, reason)) = failed? else {
                 run.outcome = Ending::Success;
@@ -300,7 +318,7 @@ impl WorkCell {
             let plan = self.recovery_now(graph, pg, recovery)?;
             *used.entry(plan.path.clone()).or_default() += 1;
             self.note(&format!("recovering: {}", plan.path));
-            if let Err(error) = self.carry_out(&plan.steps, start, run, recorder) {
+            if let Err(error) = self.carry_out(graph, &plan.steps, start, run, recorder) {
                 let stopped = matches!(error, Error::Action(ActionError::Stopped));
                 run.reason = Some(format!("{reason}; then the recovery failed: {error}"));
                 return if stopped { Err(error) } else { Ok(()) };
@@ -405,6 +423,7 @@ impl WorkCell {
     /// Performs a rehearsal on the arm; returns the step that failed and why, if one did.
     fn perform(
         &mut self,
+        graph: &Graph,
         rehearsal: &Rehearsal,
         start: &WorldState,
         run: &mut Run,
@@ -418,15 +437,18 @@ impl WorkCell {
         let mut failed = None;
         for (k, index) in (rehearsal.candidate.from..pg.steps.len()).enumerate() {
             let number = run.steps.len() + 1;
+            let turn = Turn { graph, pg, index, number, follows: k > 0, start };
+            // Whoever is asked sees what there is before the step.
+            self.photo_for_run(&format!("{number:02}-before-real"))?;
+            let before = if k == 0 { &rehearsal.start } else { &rehearsal.views[k - 1] };
+            self.twin_picture(&format!("{number:02}-before-twin"), before);
+            let ahead = self.ask_before(&turn)?;
             self.tell(&Event::StepStart {
                 number,
                 of: run.steps.len() + pg.steps.len() - index,
                 action: pg.steps[index].text.clone(),
                 path: pg.steps[index].path.clone(),
             });
-            self.photo_for_run(&format!("{number:02}-before-real"))?;
-            let before = if k == 0 { &rehearsal.start } else { &rehearsal.views[k - 1] };
-            self.twin_picture(&format!("{number:02}-before-twin"), before);
             let begin = self.state()?.time;
             let (done, cut_short) = {
                 let mut walker =
@@ -456,9 +478,11 @@ impl WorkCell {
             if let Some(view) = rehearsal.views.get(k) {
                 self.twin_picture(&format!("{number:02}-after-twin"), view);
             }
+            let asked = self.ask_after(&turn, ahead, run.steps.last());
             if let Some(error) = cut_short {
                 return Err(error.into());
             }
+            asked?;
             if failed.is_some() {
                 break;
             }
@@ -470,6 +494,7 @@ impl WorkCell {
     /// Carries out the steps of a recovery: rehearsed first, like everything that moves the arm.
     fn carry_out(
         &mut self,
+        graph: &Graph,
         steps: &[graph::Step],
         start: &WorldState,
         run: &mut Run,
@@ -489,7 +514,7 @@ impl WorkCell {
         let candidates =
             (0..2).map(|variant| Candidate { pg: pg.clone(), from: 0, variant }).collect();
         let best = self.rehearse(candidates, start, run)?;
-        self.perform(&best, start, run, recorder)?;
+        self.perform(graph, &best, start, run, recorder)?;
         Ok(())
     }
 

@@ -42,7 +42,7 @@ fn a_page_holds_all_of_a_run_and_needs_nothing_else() {
     assert_eq!(said.code, 0, "{}", said.err);
     let page = std::fs::read_to_string(desk.path("page.html")).unwrap();
     assert_eq!(page.matches("data:image/jpeg;base64,").count(), 2);
-    assert_eq!(page.matches("<section class=\"step\">").count(), 2);
+    assert_eq!(page.matches("<section class=\"step card\">").count(), 2);
     for part in ["above(jar, cup)", "-31 mm ± 1 mm", "&lt;= rim(cup) - 5 mm", "id=\"drawn\""] {
         assert!(page.contains(part), "{part} is missing");
     }

@@ -5,6 +5,7 @@ mod arm_fit;
 mod called;
 mod contract;
 mod during;
+mod dial;
 mod kortex;
 mod limits;
 mod script;

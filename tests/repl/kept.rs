@@ -110,7 +110,7 @@ fn step(number: usize, path: &str, action: &str, rows: Vec<FluentRow>) -> StepRe
 }
 
 /// A run whose lip ended `off` m from the cup's middle, known to `sigma` m.
-fn pour(branch: &str, held: f64, off: f64, sigma: f64) -> Run {
+pub(crate) fn pour(branch: &str, held: f64, off: f64, sigma: f64) -> Run {
     let steps = vec![
         step(1, "pour/2-pick/lift", "lift(jar, by: 12 cm)", vec![holding(held)]),
         step(

@@ -6,6 +6,7 @@
 //! the same arguments are typed at one prompt, one after the other, but for those that begin with `// alone`.
 
 pub(crate) mod kept;
+mod step;
 mod survive;
 
 use std::collections::BTreeMap;
@@ -18,8 +19,14 @@ use crate::program::Desk;
 /// Asking for this has a known answer, which shows where the answer before it ends.
 const MARK: &str = "?end-of-answer";
 
-/// What a typed line begins with.
-const PROMPTS: [&str; 2] = ["lab>", "twin>"];
+/// Returns the prompt that a typed line begins with: `lab>`, `pour 3/8>`, `y/n/u>`.
+fn prompt_of(line: &str) -> Option<&str> {
+    let (prompt, _) = line.split_once('>')?;
+    let is_prompt = prompt.starts_with(|c: char| c.is_ascii_lowercase())
+        && !prompt.ends_with(' ')
+        && prompt.chars().all(|c| c.is_ascii_alphanumeric() || " /_".contains(c));
+    is_prompt.then(|| &line[..=prompt.len()])
+}
 
 /// A transcript's first line, when it says how it is to be played.
 fn heading(transcript: &str) -> Option<&str> {
@@ -38,15 +45,15 @@ fn transcripts() -> Vec<PathBuf> {
     found
 }
 
-/// What is typed in a transcript: statements of one line or several.
-fn typed(transcript: &str) -> Vec<Vec<String>> {
-    let mut statements: Vec<Vec<String>> = Vec::new();
+/// What is typed in a transcript, with the prompt before it: statements of one line or several.
+fn typed(transcript: &str) -> Vec<(String, Vec<String>)> {
+    let mut statements: Vec<(String, Vec<String>)> = Vec::new();
     for line in transcript.lines() {
-        let first = PROMPTS.iter().find_map(|prompt| line.strip_prefix(prompt));
-        if let Some(first) = first {
-            statements.push(vec![first.trim_start().to_owned()]);
+        if let Some(prompt) = prompt_of(line) {
+            let first = line[prompt.len()..].trim_start().to_owned();
+            statements.push((prompt.to_owned(), vec![first]));
         } else if let Some(next) = line.strip_prefix(" ... ") {
-            statements.last_mut().expect("a statement begins with `lab>`").push(next.to_owned());
+            statements.last_mut().expect("a statement begins with `lab>`").1.push(next.to_owned());
         }
     }
     statements
@@ -56,7 +63,7 @@ fn typed(transcript: &str) -> Vec<Vec<String>> {
 struct Script {
     file: PathBuf,
     expected: String,
-    statements: Vec<Vec<String>>,
+    statements: Vec<(String, Vec<String>)>,
 }
 
 /// Types transcripts at one prompt and returns what each came to, every answer ending with a newline.
@@ -66,7 +73,7 @@ fn play(heading: Option<&str>, scripts: &[Script]) -> Vec<String> {
     let args = heading.and_then(|heading| heading.strip_prefix("// with "));
     let args: Vec<&str> = args.map_or_else(Vec::new, |args| args.split(' ').collect());
     let mut input = format!("{MARK}\n");
-    for statement in scripts.iter().flat_map(|script| &script.statements) {
+    for (_, statement) in scripts.iter().flat_map(|script| &script.statements) {
         writeln!(input, "{}\n{MARK}", statement.join("\n")).unwrap();
     }
     let said = desk.typed(&args, &input);
@@ -76,11 +83,10 @@ fn play(heading: Option<&str>, scripts: &[Script]) -> Vec<String> {
     let end = "lists what can be called\n";
     let at = said.out.find(end).unwrap() + end.len();
     let (mark, mut rest) = said.out.split_at(at);
-    let prompt = if args.contains(&"twin") { PROMPTS[1] } else { PROMPTS[0] };
     let mut transcripts = Vec::new();
     for script in scripts {
         let mut transcript = heading.map_or_else(String::new, |heading| format!("{heading}\n"));
-        for statement in &script.statements {
+        for (prompt, statement) in &script.statements {
             writeln!(transcript, "{prompt} {}", statement.join("\n ... ")).unwrap();
             // After `:quit` nobody answers.
             let (answer, after) = rest.split_once(mark).unwrap_or((rest, ""));

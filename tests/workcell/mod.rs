@@ -1,6 +1,7 @@
 //! The work cell end to end: stopped runs, missed grasps, and the folder that a run leaves.
 
 mod during;
+mod conduct;
 mod recorder;
 
 use std::fs;

@@ -9,6 +9,10 @@ pub(super) const SMALL: &str = "10.5";
 pub(super) const LONGEST_FLUENT: usize = 38;
 /// Lines in boxes are cut to this many characters.
 const LONGEST_LINE: usize = 52;
+/// What stands beside a fluent is cut to this many characters.
+const LONGEST_TAG: usize = 80;
+/// What a fluent in a guard does.
+const DECIDES: &str = "decides ";
 /// Between columns, px: room for a prior and its counts.
 const GAP: f64 = 62.0;
 /// Between rows, px.
@@ -193,15 +197,24 @@ fn tags(graph: &Graph) -> Vec<String> {
             _ => node.label.clone(),
         };
         let not = if *negated { " not" } else { "" };
-        let tag = match role {
-            Role::Guard => format!("decides {who}"),
-            role => format!("{who} {}{not}", role.word()),
-        };
+        if *role == Role::Guard {
+            // One word for all the branches it decides.
+            match tags[*fluent].iter_mut().find(|tag| tag.starts_with(DECIDES)) {
+                Some(tag) if !tag[DECIDES.len()..].split(", ").any(|known| known == who) => {
+                    tag.push_str(", ");
+                    tag.push_str(&who);
+                }
+                Some(_) => {}
+                None => tags[*fluent].push(format!("{DECIDES}{who}")),
+            }
+            continue;
+        }
+        let tag = format!("{who} {}{not}", role.word());
         if !tags[*fluent].contains(&tag) {
             tags[*fluent].push(tag);
         }
     }
-    tags.into_iter().map(|all| shorten(&all.join(", "), LONGEST_LINE)).collect()
+    tags.into_iter().map(|all| shorten(&all.join(", "), LONGEST_TAG)).collect()
 }
 
 /// Branches that do nothing are not drawn: `nominal` of a recovery, `done` of a loop, a missing `else`.

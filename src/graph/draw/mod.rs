@@ -241,7 +241,12 @@ impl Picture<'_> {
     fn node(&mut self, node: &Node) {
         let Some(b) = self.layout.of_node(node.id).copied() else { return };
         let fade = self.fade(node.id);
-        let _ = writeln!(self.out, "<g{fade}><title>{}</title>", escaped(&tooltip(node)));
+        let _ = writeln!(
+            self.out,
+            "<g{fade} data-path=\"{}\"><title>{}</title>",
+            escaped(&node.path),
+            escaped(&tooltip(node))
+        );
         let Box { x, y, w, h } = b;
         let (left, top) = (b.left(), b.top());
         match &node.kind {

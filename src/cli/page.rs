@@ -1,0 +1,201 @@
+//! `trueup teach --page`: stored runs and a run that is stepped now, in a browser on this machine.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::thread;
+use std::time::Duration;
+
+use crate::execution::arm::Cancel;
+use crate::execution::trace::{Event, Observer};
+use crate::http::encoded;
+use crate::language::ast::{Item, Step};
+use crate::language::{self, Library, Source};
+use crate::page::{self, Live, Page, Place};
+use crate::report::{self, Failure, Style, run::Console};
+use crate::workcell::record::Recorder;
+use crate::workcell::{self, Run, WorkCell, archive};
+
+use super::replay::kept;
+use super::run::{ended, open, read, stamp, stdlib, stop_on_interrupt};
+use super::{Cli, Exit};
+
+/// How often a wish to end is looked for, ms.
+const LOOK: u64 = 50;
+
+/// Where the page is and where it keeps answers.
+pub(super) struct Where {
+    /// 0 takes any port that is free.
+    pub(super) port: u16,
+    /// The file answers are added to.
+    pub(super) answers: PathBuf,
+    /// The folder of runs.
+    pub(super) root: PathBuf,
+}
+
+/// Serves stored runs, and the call or the script that is stepped, if there is one.
+pub(super) fn teach(what: &str, at: Where, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+    if what.is_empty() {
+        return stored("", at, cli, style);
+    }
+    let Some(dir) = kept(Path::new(what), cli) else { return live(what, at, cli, style) };
+    archive::load(&dir).map_err(|error| report::cell_failure(&error, style))?;
+    let dir = std::path::absolute(&dir).unwrap_or(dir);
+    let name = dir.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    // A run that lies elsewhere is shown among those beside it.
+    let root = dir.parent().map_or_else(|| cli.cell.record.clone(), Path::to_path_buf);
+    stored(&format!("run/{}/1/before", encoded(name)), Where { root, ..at }, cli, style)
+}
+
+/// Serves stored runs until Ctrl-C; no arm is asked for.
+fn stored(path: &str, at: Where, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+    let library = workcell::library(&stdlib(cli)?);
+    let end = Cancel::default();
+    let pressed = end.clone();
+    ctrlc::set_handler(move || pressed.cancel()).map_err(no_signal)?;
+    let _page = serve(at, library, None, path, cli, style)?;
+    wait(&end);
+    Ok(Exit::Yes)
+}
+
+/// Carries out a call or a script, stepped from the page, and serves it afterwards until Ctrl-C.
+fn live(what: &str, at: Where, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+    let path = Path::new(what);
+    let is_file = path.is_file();
+    let source =
+        if is_file { Source::new(what, read(path)?) } else { Source::new("command line", what) };
+    let steps = steps(&source, is_file, style)?;
+    let mut cell = open(cli, is_file.then(|| source.clone()), style)?;
+    for step in &steps {
+        let wrong = cell.check_line(step, &source);
+        if wrong.iter().any(language::Diagnostic::is_error) {
+            return Err(report::text_failure(&wrong, &source, style));
+        }
+    }
+    stop_on_interrupt(&cell)?;
+    let cancel = cell.cancel();
+    let live = Arc::new(Live::new(source.text.trim().to_owned(), cancel.clone(), cell.dial()));
+    let _page = serve(at, cell.library().clone(), Some(live.clone()), "live", cli, style)?;
+    let run = perform(&mut cell, &steps, &source, &live, cli, style);
+    let exit = match &run {
+        Ok(run) => {
+            live.ended(&report::run::ending(run, plain()));
+            style.say(report::run::ending(run, style));
+            if style.json {
+                style.document(run);
+            }
+            ended(run)
+        }
+        Err(failure) => {
+            let help = failure.help.as_ref().map_or(String::new(), |help| format!("\n{help}"));
+            live.ended(&format!("{}{help}", failure.message));
+            style.failure(failure);
+            Exit::No
+        }
+    };
+    wait_then(&cancel, style, run.map(|_| exit))
+}
+
+fn wait_then(cancel: &Cancel, style: Style, exit: Result<Exit, Failure>) -> Result<Exit, Failure> {
+    style.note("the page stays until Ctrl-C");
+    cancel.clear();
+    wait(cancel);
+    // It was told when it happened.
+    exit.map_err(|mut failure| {
+        failure.is_shown = true;
+        failure
+    })
+}
+
+/// Returns the steps of a call or of a script.
+fn steps(source: &Source, is_file: bool, style: Style) -> Result<Vec<Step>, Failure> {
+    let (steps, wrong): (Vec<Step>, _) = if is_file {
+        let (program, wrong) = language::parse(&source.text);
+        let runs = program.items.into_iter().filter_map(|item| match item {
+            Item::Run(step) => Some(step),
+            _ => None,
+        });
+        (runs.collect(), wrong)
+    } else {
+        let (step, wrong) = language::parse_line(&source.text);
+        (step.into_iter().collect(), wrong)
+    };
+    if steps.is_empty() || wrong.iter().any(language::Diagnostic::is_error) {
+        return Err(report::text_failure(&wrong, source, style));
+    }
+    Ok(steps)
+}
+
+fn serve(
+    at: Where,
+    library: Library,
+    live: Option<Arc<Live>>,
+    path: &str,
+    cli: &Cli,
+    style: Style,
+) -> Result<Page, Failure> {
+    let place: Place = Box::new(move |name| {
+        let (fluent, source) = library.fluent(name)?;
+        Some(source.place(fluent.name.span))
+    });
+    let Where { port, answers, root } = at;
+    let options = page::Options { root, answers, port, seed: cli.common.seed, place };
+    let page = Page::open(options, live).map_err(|error| {
+        Failure::unavailable("page::port", format!("cannot listen on port {port}: {error}"))
+            .help("leave `--port` out, and any port that is free is taken")
+    })?;
+    let address = format!("{}{path}", page.address());
+    if style.json {
+        report::out(&serde_json::json!({ "page": address }).to_string());
+    } else {
+        report::out(&format!("the page is at {address} on this machine only; Ctrl-C ends it"));
+    }
+    Ok(page)
+}
+
+fn perform(
+    cell: &mut WorkCell,
+    steps: &[Step],
+    source: &Source,
+    live: &Arc<Live>,
+    cli: &Cli,
+    style: Style,
+) -> Result<Run, Failure> {
+    let call = &cell.define(source, steps);
+    cell.graph(call).map_err(|error| report::cell_failure(&error, style))?;
+    let made = Recorder::create(&cli.cell.record, &stamp(), &call.name.text);
+    let recorder = made.map_err(|(path, error)| {
+        Failure::input("io::write", format!("cannot make a run folder: {error}"))
+            .at(path.display().to_string())
+            .help("name a folder that may be written with `--record DIR`")
+    })?;
+    cell.led_by(Box::new(page::Lead::new(live.clone())));
+    // What a step came to is told on the page, once its questions are answered.
+    let watchers = Both(Console::new(style).without_steps(), page::Watch(live.clone()));
+    let run = cell.run(call, Some(recorder), Box::new(watchers));
+    run.map_err(|error| report::cell_failure(&error, style))
+}
+
+/// The terminal and the page.
+struct Both(Console, page::Watch);
+
+impl Observer for Both {
+    fn event(&mut self, event: &Event) {
+        self.0.event(event);
+        self.1.event(event);
+    }
+}
+
+fn wait(end: &Cancel) {
+    while !end.is_cancelled() {
+        thread::sleep(Duration::from_millis(LOOK));
+    }
+}
+
+fn plain() -> Style {
+    Style { json: false, quiet: false, colour: false, bars: false }
+}
+
+#[expect(clippy::needless_pass_by_value, reason = "what `map_err` hands over")]
+fn no_signal(error: ctrlc::Error) -> Failure {
+    Failure::unavailable("signal", format!("cannot watch Ctrl-C: {error}"))
+}

@@ -1,0 +1,214 @@
+//! `trueup teach` and `trueup run --step`: a run one step at a time, words from a terminal, a pipe or a file.
+
+use std::collections::VecDeque;
+use std::io::{BufRead, IsTerminal};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use clap::Args;
+use rustyline::DefaultEditor;
+
+use crate::execution::arm::Cancel;
+use crate::language::Library;
+use crate::report::teach::{Earlier, Place, Teller};
+use crate::report::{self, Failure, Style};
+use crate::teach::record;
+use crate::teach::stepper::{Setup, Stepper};
+use crate::teach::stops::Stops;
+use crate::workcell::{self, Run, WorkCell, archive};
+
+use super::replay::kept;
+use super::run::{line_led, read, script_led};
+use super::{Cli, Exit, page};
+
+/// Carry out a call or a script step by step, or step through a run that is over.
+#[derive(Debug, Args)]
+pub(super) struct TeachArgs {
+    /// A call such as `pick(jar)`, a script, or the folder, name or number of a run that is over.
+    #[arg(required_unless_present = "page")]
+    what: Option<String>,
+    /// Serve a page on this machine instead of the terminal: stored runs, and the call as it is stepped.
+    #[arg(long, conflicts_with = "script")]
+    page: bool,
+    /// The port of the page; any that is free when left out.
+    #[arg(long, value_name = "PORT", default_value_t = 0, requires = "page")]
+    port: u16,
+    /// Take the words from this file instead of the terminal.
+    #[arg(long, value_name = "FILE")]
+    script: Option<PathBuf>,
+    /// Where answers are kept; `answers.jsonl` in the folder of runs when left out.
+    #[arg(long, value_name = "FILE")]
+    answers: Option<PathBuf>,
+}
+
+/// How often a wish to stop is looked for while a word is waited for.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// `trueup teach FILE|CALL|RUN`.
+pub(super) fn teach(args: &TeachArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+    let answers = args.answers.clone().unwrap_or_else(|| cli.cell.record.join("answers.jsonl"));
+    let what = args.what.as_deref().unwrap_or_default();
+    if args.page {
+        let root = cli.cell.record.clone();
+        let at = page::Where { port: args.port, answers, root };
+        return page::teach(what, at, cli, style);
+    }
+    let input = match &args.script {
+        Some(file) => Input::Script(lines_of(&read(file)?)),
+        None => Input::here()?,
+    };
+    let setup = Setup { teaches: true, steps: true, answers: Some(answers), ..Setup::default() };
+    let lead =
+        Lead { input: Arc::new(Mutex::new(input)), setup, record: cli.cell.record.clone(), style };
+    let path = Path::new(what);
+    if let Some(dir) = kept(path, cli) {
+        return over_record(&dir, &lead, cli, style);
+    }
+    if path.is_file() {
+        return script_led(path, Some(&lead), cli, style);
+    }
+    line_led(what, Some(&lead), cli, style)
+}
+
+/// Steps through a run that is over; no arm is asked for.
+fn over_record(dir: &Path, lead: &Lead, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+    let run = archive::load(dir).map_err(|error| report::cell_failure(&error, style))?;
+    if run.steps.is_empty() {
+        return Err(Failure::no("teach::empty", format!("{} carried out no step", run.task))
+            .at(dir.display().to_string())
+            .help("step through another run, or through a call"));
+    }
+    let library = workcell::library(&super::run::stdlib(cli)?);
+    style.say(format!(
+        "{}: {} with {}, seed {}; this is the record, the arm does not move",
+        dir.display(),
+        run.task,
+        run.robot,
+        run.seed
+    ));
+    let teller = lead.teller(&run.task, library, Cancel::default());
+    let mut stepper = Stepper::new(teller, lead.setup.clone());
+    stepper.over_record(&run.task, Some(dir), &record::steps(&run.steps, &run.parse_graphs));
+    Ok(Exit::Yes)
+}
+
+/// Whoever leads the runs of a command.
+pub(super) struct Lead {
+    input: Arc<Mutex<Input>>,
+    setup: Setup,
+    /// The folder of earlier runs.
+    record: PathBuf,
+    style: Style,
+}
+
+impl Lead {
+    /// Steps without teaching: no questions, and steps are told of as in any run.
+    pub(super) fn stepping(cli: &Cli, style: Style) -> Result<Self, Failure> {
+        Ok(Self {
+            input: Arc::new(Mutex::new(Input::here()?)),
+            setup: Setup { steps: true, stops: Stops::default(), ..Setup::default() },
+            record: cli.cell.record.clone(),
+            style,
+        })
+    }
+
+    /// Leads the next run of a cell.
+    pub(super) fn take(&self, cell: &mut WorkCell) {
+        let teller = self.teller("", cell.library().clone(), cell.cancel());
+        let setup = Setup { dial: Some(cell.dial()), ..self.setup.clone() };
+        cell.led_by(Box::new(Stepper::new(teller, setup)));
+    }
+
+    fn teller(
+        &self,
+        task: &str,
+        library: Library,
+        cancel: Cancel,
+    ) -> Teller<impl FnMut(&str) -> Option<String> + Send + use<>> {
+        let place: Place = Box::new(move |name| {
+            let (fluent, source) = library.fluent(name)?;
+            Some(source.place(fluent.name.span))
+        });
+        let (root, task) = (self.record.clone(), task.to_owned());
+        let earlier: Earlier = Box::new(move || earlier(&root, &task));
+        let (input, style) = (self.input.clone(), self.style);
+        Teller::new(style, place, earlier, move |prompt| {
+            let mut input = input.lock().unwrap_or_else(PoisonError::into_inner);
+            input.next(prompt, &cancel, style)
+        })
+    }
+}
+
+/// Runs of the same task that are kept, the oldest first; none when the task is not known.
+fn earlier(root: &Path, task: &str) -> Vec<(usize, Run)> {
+    let head = |task: &str| task.split('(').next().unwrap_or_default().to_owned();
+    let entries = archive::entries(root).into_iter();
+    entries
+        .filter_map(|entry| Some((entry.number, entry.load().ok()?)))
+        .filter(|(_, run)| head(&run.task) == head(task))
+        .collect()
+}
+
+/// Where words come from.
+enum Input {
+    Script(VecDeque<String>),
+    Terminal(Box<DefaultEditor>),
+    Pipe(Receiver<String>),
+}
+
+/// Returns the words of a script: every line but empty ones and remarks.
+fn lines_of(text: &str) -> VecDeque<String> {
+    let lines = text.lines().map(str::trim);
+    lines.filter(|line| !line.is_empty() && !line.starts_with("//")).map(str::to_owned).collect()
+}
+
+impl Input {
+    /// Returns the terminal, or the pipe that is in its place.
+    fn here() -> Result<Self, Failure> {
+        if std::io::stdin().is_terminal() {
+            let editor = DefaultEditor::new().map_err(|error| {
+                Failure::unavailable("terminal", format!("the terminal failed: {error}"))
+            })?;
+            return Ok(Self::Terminal(Box::new(editor)));
+        }
+        let (send, lines) = channel();
+        // A pipe cannot be waited for and looked away from at once; a thread of its own waits.
+        std::thread::spawn(move || {
+            for line in std::io::stdin().lock().lines().map_while(Result::ok) {
+                if send.send(line).is_err() {
+                    break;
+                }
+            }
+        });
+        Ok(Self::Pipe(lines))
+    }
+
+    /// Returns the next line; `None` at the end of all, and when somebody wants to stop.
+    fn next(&mut self, prompt: &str, cancel: &Cancel, style: Style) -> Option<String> {
+        let line = match self {
+            Self::Script(lines) => lines.pop_front().filter(|_| !cancel.is_cancelled())?,
+            Self::Terminal(editor) => {
+                let line = editor.readline(prompt).ok()?;
+                if !line.trim().is_empty() {
+                    let _ = editor.add_history_entry(&line);
+                }
+                return Some(line);
+            }
+            Self::Pipe(lines) => loop {
+                if cancel.is_cancelled() {
+                    return None;
+                }
+                match lines.recv_timeout(LOOK) {
+                    Ok(line) => break line,
+                    Err(RecvTimeoutError::Timeout) => {}
+                    Err(RecvTimeoutError::Disconnected) => return None,
+                }
+            },
+        };
+        // Where nobody typed, what was said stands beside what it was said to.
+        style.say(format!("{prompt}{line}"));
+        Some(line)
+    }
+}

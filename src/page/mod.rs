@@ -1,0 +1,73 @@
+//! The teaching page: stored runs and a run that is stepped now, in a browser on this machine.
+//!
+//! The page is a client, never a second brain. Everything it shows is worded by [`crate::report`] and read
+//! from run folders; everything it is told is a word for the conductor of the live run, or an answer kept
+//! beside what geometry said. It reads without scripts; with them, one slider goes through the steps and
+//! single keys answer.
+//!
+//! It listens on 127.0.0.1 alone and answers only its own page ([`crate::http::Request::is_local`]). No
+//! text of a request ever becomes a path: a run is looked up among the folders there are, and a picture is
+//! named by a number and two words.
+
+mod api;
+mod answering;
+mod frame;
+mod live;
+mod overview;
+mod quiz;
+mod shelf;
+mod site;
+mod step;
+mod stepping;
+
+use std::io;
+use std::net::Ipv4Addr;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::http::Server;
+
+pub use live::{Lead, Live, Watch, Wish};
+use site::Site;
+
+/// Says where a fluent is defined, by its name.
+pub type Place = Box<dyn Fn(&str) -> Option<String> + Send + Sync>;
+
+/// What a page shows and where it keeps answers.
+pub struct Options {
+    /// Where the run folders are.
+    pub root: PathBuf,
+    /// The file answers are added to.
+    pub answers: PathBuf,
+    /// The port; 0 takes any that is free.
+    pub port: u16,
+    /// The order of quiz questions comes from this.
+    pub seed: u64,
+    /// Says where a fluent is defined.
+    pub place: Place,
+}
+
+/// A page that is served until it is dropped.
+pub struct Page {
+    server: Server,
+}
+
+impl Page {
+    /// Serves runs, and the run that `live` speaks of, if any.
+    ///
+    /// # Errors
+    ///
+    /// When the port is taken.
+    pub fn open(options: Options, live: Option<Arc<Live>>) -> io::Result<Self> {
+        let port = options.port;
+        let site = Site::new(options, live);
+        let handler = move |request: &crate::http::Request| site.answer(request);
+        let server = Server::serve((Ipv4Addr::LOCALHOST, port).into(), Arc::new(handler))?;
+        Ok(Self { server })
+    }
+
+    /// Returns its address: `http://127.0.0.1:40123/`.
+    pub fn address(&self) -> String {
+        format!("http://{}/", self.server.address())
+    }
+}

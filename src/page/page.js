@@ -1,0 +1,135 @@
+// The page without this reads and answers all the same: every control is a link or a form. This changes
+// pages in place, so that one slider goes through a run, and listens to single keys. It judges nothing.
+"use strict";
+const root = document.documentElement;
+root.classList.add("scripts");
+let visit = 0;
+
+// Shows another page in place of this one; `sent` is a form's answer that has led to it.
+async function show(url, { sent = null, push = true } = {}) {
+  const mine = ++visit;
+  const answer = await (sent ?? fetch(url, { headers: { Accept: "text/html" } }));
+  if (!(answer.headers.get("Content-Type") ?? "").startsWith("text/html")) {
+    // A refusal is a line of text.
+    say((await answer.text()).trim());
+    return;
+  }
+  const next = new DOMParser().parseFromString(await answer.text(), "text/html");
+  const main = next.getElementById("main");
+  const pictures = [...main.querySelectorAll("img")].map((picture) => picture.decode().catch(() => {}));
+  await Promise.race([Promise.all(pictures), new Promise((done) => setTimeout(done, 400))]);
+  // Whoever has gone on meanwhile is not called back.
+  if (mine !== visit) return;
+  const old = document.getElementById("main");
+  const focused = document.activeElement?.id;
+  const open = new Set([...old.querySelectorAll("details[id][open]")].map((details) => details.id));
+  const there = new URL(answer.url);
+  there.hash = new URL(url, location.href).hash;
+  if (push && there.href !== location.href) history.pushState(null, "", there);
+  document.title = next.title;
+  document.querySelector("header").replaceWith(next.querySelector("header"));
+  old.replaceWith(main);
+  for (const id of open) document.getElementById(id)?.setAttribute("open", "");
+  const wanted = there.hash && document.getElementById(there.hash.slice(1));
+  if (wanted) {
+    wanted.focus();
+    wanted.scrollIntoView({ block: "nearest" });
+  } else if (focused) {
+    (document.getElementById(focused) ?? main).focus({ preventScroll: true });
+  }
+  say(main.dataset.says);
+  settle();
+}
+
+function say(words) {
+  document.getElementById("says").textContent = words;
+}
+
+// After a page has come: the lit node in view, the next pictures on their way.
+function settle() {
+  const lit = document.querySelector(".graph .lit");
+  const frame = lit?.closest(".graph");
+  if (frame) {
+    const [box, edge] = [lit.getBoundingClientRect(), frame.getBoundingClientRect()];
+    frame.scrollLeft += box.left + box.width / 2 - (edge.left + edge.width / 2);
+    frame.scrollTop += box.top + box.height / 2 - (edge.top + edge.height / 2);
+  }
+  for (const url of document.getElementById("main").dataset.soon.split(" ").filter(Boolean)) new Image().src = url;
+}
+
+function isHere(url) {
+  return url.origin === location.origin && !url.pathname.startsWith("/api/");
+}
+
+addEventListener("click", (event) => {
+  const link = event.target.closest?.("a[href]");
+  if (!link || event.defaultPrevented || event.button !== 0 || event.metaKey || event.ctrlKey || event.shiftKey) return;
+  const url = new URL(link.href);
+  const isBelow = url.pathname === location.pathname && url.search === location.search && url.hash;
+  if (isHere(url) && !isBelow) {
+    event.preventDefault();
+    show(link.href);
+  }
+});
+
+addEventListener("submit", (event) => {
+  const form = event.target;
+  if (form.method !== "post") return;
+  event.preventDefault();
+  const body = new URLSearchParams(new FormData(form, event.submitter));
+  for (const button of form.querySelectorAll("button")) button.disabled = true;
+  show(form.action, { sent: fetch(form.action, { method: "POST", body }) });
+});
+
+addEventListener("input", (event) => {
+  if (event.target.id !== "slider") return;
+  const { run, numbers } = event.target.dataset;
+  const at = Number(event.target.value);
+  show(`${run}/${numbers.split(" ")[at >> 1]}/${at % 2 ? "after" : "before"}`);
+});
+
+// A speed is set by choosing it.
+addEventListener("change", (event) => {
+  if (event.target.id === "percent") event.target.form.requestSubmit();
+});
+
+addEventListener("popstate", () => show(location.href, { push: false }));
+
+// Single keys, unless they are turned off or something is being typed.
+const keys = document.getElementById("keys");
+keys.checked = localStorage.getItem("keys") !== "off";
+keys.addEventListener("change", () => localStorage.setItem("keys", keys.checked ? "on" : "off"));
+addEventListener("keydown", (event) => {
+  if (!keys.checked || event.metaKey || event.ctrlKey || event.altKey || event.repeat) return;
+  if (event.target.matches?.("input:not([type=range]):not([type=checkbox]), select, textarea")) return;
+  // Enter on a control is that control's own.
+  if (event.key === "Enter" && event.target.matches?.("a, button, summary, input")) return;
+  const arrows = { ArrowLeft: "#previous", ArrowRight: "#following" };
+  let wanted = null;
+  if (event.key in arrows && event.target.id !== "slider") wanted = document.querySelector(`a${arrows[event.key]}`);
+  else if (event.key === "h") wanted = document.querySelector("details.hint:not([open]) > summary");
+  else wanted = document.querySelector(`[data-key="${CSS.escape(event.key)}"]:not(:disabled)`);
+  if (wanted) {
+    event.preventDefault();
+    wanted.click();
+  }
+});
+
+// A live run: look again when it has changed. One question at a time, and none while a page is on its way.
+let asking = false;
+setInterval(async () => {
+  const main = document.getElementById("main");
+  if (asking || main.dataset.live === undefined) return;
+  asking = true;
+  const before = visit;
+  try {
+    const now = await (await fetch("/live.json")).json();
+    if (before === visit && String(now.version) !== main.dataset.live) await show(location.href, { push: false });
+  } catch {
+    say("the program does not answer any more");
+  } finally {
+    asking = false;
+  }
+}, 500);
+
+settle();

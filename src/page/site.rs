@@ -1,0 +1,305 @@
+//! Which request gets which answer.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::execution::trace::StepRecord;
+use crate::http::{Request, Response, encoded};
+use crate::report::why::Question;
+use crate::teach::answers::{self, Answer, Answered, TRAINEE};
+use crate::workcell::Run;
+use crate::workcell::archive::Entry;
+
+use super::frame::{self, View};
+use super::live::{Live, Wish};
+use super::shelf::Shelf;
+use super::step::{At, When};
+use super::{Options, Place, answering, api, overview, quiz, step, stepping};
+
+/// Everything the page knows between requests.
+pub(super) struct Site {
+    pub(super) shelf: Shelf,
+    pub(super) live: Option<Arc<Live>>,
+    pub(super) seed: u64,
+    answers: PathBuf,
+    place: Place,
+    /// Who answers: `person:trainee`, or `person:trainee:anna`.
+    by: Mutex<String>,
+    /// Whether questions are asked before geometry's answers are shown.
+    asks: AtomicBool,
+    /// Steps whose answers someone has seen, by person, run and number: they are not asked about them any
+    /// more.
+    seen: Mutex<BTreeSet<(String, String, usize)>>,
+}
+
+impl Site {
+    pub(super) fn new(options: Options, live: Option<Arc<Live>>) -> Self {
+        let Options { root, answers, port: _, seed, place } = options;
+        Self {
+            shelf: Shelf::new(root),
+            live,
+            seed,
+            answers,
+            place,
+            by: Mutex::new(TRAINEE.to_owned()),
+            asks: AtomicBool::new(true),
+            seen: Mutex::default(),
+        }
+    }
+
+    /// Answers a request.
+    pub(super) fn answer(&self, request: &Request) -> Response {
+        if !request.is_local() {
+            let line = "this page answers this machine only, under the address it was given";
+            return frame::guarded(Response::text(403, line));
+        }
+        let path: Vec<&str> = request.path.split('/').skip(1).collect();
+        let response = if request.method == "POST" {
+            self.told(request, &path)
+        } else {
+            self.asked(request, &path)
+        };
+        frame::guarded(response)
+    }
+
+    fn asked(&self, request: &Request, path: &[&str]) -> Response {
+        if let Some(file) = frame::file(&request.path) {
+            return file;
+        }
+        let view = match path {
+            [""] => overview::view(self),
+            ["quiz"] => quiz::view(self, request),
+            ["live"] => stepping::view(self, request.asked("why").as_deref()),
+            ["live.json"] => return api::live(self),
+            ["api", rest @ ..] => return api::answer(self, request, rest),
+            ["run", run, "frames", name] => return self.picture(run, name),
+            ["run", run] => {
+                return Response::see_other(&format!("/run/{}/1/before", encoded(run)));
+            }
+            ["run", run, number, when] => {
+                let at = number.parse().ok().zip(When::parse(when));
+                match (self.shelf.entry(run), at) {
+                    (Some(entry), Some((number, when))) => {
+                        let why = request.asked("why");
+                        step::view(self, &entry, At { number, when }, why.as_deref())
+                    }
+                    (None, _) => {
+                        View::missing("There is no such run", "The list has all there are.")
+                    }
+                    (_, None) => {
+                        View::missing("There is no such step", "The run has all there are.")
+                    }
+                }
+            }
+            _ => View::missing("There is no such page", "The menu above has all there are."),
+        };
+        frame::page(self, &view)
+    }
+
+    /// Does what a form asks for, and sends the browser on.
+    fn told(&self, request: &Request, path: &[&str]) -> Response {
+        // A form of this page says where it came from; what does not is no browser's form.
+        if request.header("origin").is_none() {
+            return Response::text(403, "a form must say which page it is from");
+        }
+        let back = request.sent("back").filter(|back| is_ours(back));
+        let back = back.unwrap_or_else(|| "/".to_owned());
+        match path {
+            ["answer"] => match answering::keep(self, request) {
+                Ok(()) => Response::see_other(&back),
+                Err(refusal) => refusal,
+            },
+            ["show"] => {
+                let number = request.sent("step").and_then(|step| step.parse().ok());
+                if let (Some(run), Some(number)) = (request.sent("run"), number) {
+                    self.saw(&run, number);
+                }
+                Response::see_other(&back)
+            }
+            ["asks"] => {
+                let asks = request.sent("asks").as_deref() == Some("yes");
+                self.asks.store(asks, Ordering::SeqCst);
+                Response::see_other(&back)
+            }
+            ["who"] => {
+                let name = request.sent("name").unwrap_or_default();
+                *self.by.lock().unwrap_or_else(PoisonError::into_inner) = trainee(&name);
+                Response::see_other(&back)
+            }
+            ["live"] => self.wished(request),
+            _ => Response::text(404, "there is no such form"),
+        }
+    }
+
+    fn wished(&self, request: &Request) -> Response {
+        let Some(live) = &self.live else {
+            return Response::text(404, "no run is stepped from here");
+        };
+        let word = request.sent("word").unwrap_or_default();
+        match (word.as_str(), Wish::parse(&word)) {
+            ("stop", _) => live.stop(),
+            ("speed", _) => {
+                let percent = request.sent("percent").and_then(|percent| percent.parse().ok());
+                let Some(percent) = percent.filter(|percent| (1..=100).contains(percent)) else {
+                    return Response::text(400, "a speed is a number of percent from 1 to 100");
+                };
+                live.dial().turn(percent);
+            }
+            (_, Some(wish)) => {
+                if !live.wish(wish) {
+                    return Response::text(409, "the run does not wait now");
+                }
+            }
+            _ => return Response::text(400, "say next, over, continue, stop or speed"),
+        }
+        Response::see_other("/live")
+    }
+
+    fn picture(&self, run: &str, name: &str) -> Response {
+        let known = name.strip_suffix(".png").filter(|name| is_picture(name));
+        let dir = self.dir(run);
+        let known = known.filter(|name| self.is_whole(run, name));
+        let (Some(name), Some(dir)) = (known, dir) else {
+            return Response::text(404, "there is no such picture");
+        };
+        match std::fs::read(picture_file(&dir, name)) {
+            // Pictures of a step are written once.
+            Ok(bytes) => Response::new(200, "image/png", bytes)
+                .with("Cache-Control", "private, max-age=3600"),
+            Err(_) => Response::text(404, "there is no such picture"),
+        }
+    }
+
+    /// Whether a picture is written to its end: those of a run that goes on are told of one by one.
+    pub(super) fn is_whole(&self, run: &str, name: &str) -> bool {
+        let now = self.live.as_ref().map(|live| live.now());
+        now.filter(|now| now.run() == Some(run)).is_none_or(|now| now.pictures.contains(name))
+    }
+
+    /// Returns the folder of a run that is kept or being made.
+    fn dir(&self, run: &str) -> Option<PathBuf> {
+        let kept = self.shelf.entry(run).map(|entry| entry.dir);
+        let now = || self.live.as_ref().map(|live| live.now());
+        kept.or_else(|| now().filter(|now| now.run() == Some(run)).and_then(|now| now.dir))
+    }
+
+    /// Returns who answers.
+    pub(super) fn by(&self) -> String {
+        self.by.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Whether questions are asked before geometry's answers are shown.
+    pub(super) fn asks(&self) -> bool {
+        self.asks.load(Ordering::SeqCst)
+    }
+
+    /// Remembers that whoever answers now has seen the answers of a step.
+    pub(super) fn saw(&self, run: &str, number: usize) {
+        let by = self.by();
+        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        seen.insert((by, run.to_owned(), number));
+    }
+
+    /// Whether whoever answers now has seen the answers of a step.
+    pub(super) fn has_seen(&self, run: &str, number: usize) -> bool {
+        let by = self.by();
+        let seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        seen.contains(&(by, run.to_owned(), number))
+    }
+
+    /// Returns all answers there are, the oldest first.
+    pub(super) fn answers(&self) -> Vec<Answered> {
+        answers::read(&self.answers).map(|(answers, _)| answers).unwrap_or_default()
+    }
+
+    /// Keeps an answer to the question of a fluent after a step.
+    pub(super) fn keep(
+        &self,
+        run: &str,
+        step: &StepRecord,
+        fluent: &str,
+        answer: Answer,
+    ) -> Result<(), Response> {
+        let row = step.fluents.iter().find(|row| row.name == fluent);
+        let answered = row.and_then(|row| Answered::new(&self.by(), run, step, row, answer));
+        let Some(answered) = answered else {
+            return Err(Response::text(404, "that step has no such question"));
+        };
+        answers::append(&self.answers, &answered)
+            .map_err(|error| Response::text(500, &format!("the answer cannot be kept: {error}")))
+    }
+
+    /// Asks [`crate::report::why`] something about a run.
+    pub(super) fn why<T>(
+        &self,
+        entry: &Entry,
+        run: &Run,
+        fluent: &str,
+        ask: impl FnOnce(&Question<'_>) -> T,
+    ) -> T {
+        let earlier = self.shelf.earlier(entry, run);
+        let number = Some(entry.number);
+        ask(&Question { run, number, fluent: Some(fluent), earlier: &earlier, place: &*self.place })
+    }
+}
+
+/// Returns the file of a picture by its name without ending.
+pub(super) fn picture_file(dir: &Path, name: &str) -> PathBuf {
+    dir.join("frames").join(format!("{name}.png"))
+}
+
+/// Whether a name is one that the recorder gives: `03-after-real`.
+fn is_picture(name: &str) -> bool {
+    let parts: Vec<&str> = name.split('-').collect();
+    let [number, when, whose] = parts[..] else { return false };
+    !number.is_empty()
+        && number.bytes().all(|byte| byte.is_ascii_digit())
+        && When::parse(when).is_some()
+        && matches!(whose, "real" | "twin")
+}
+
+/// Whether an address is a path of this site.
+fn is_ours(back: &str) -> bool {
+    back.starts_with('/')
+        && !back.starts_with("//")
+        && !back.contains('\\')
+        && !back.chars().any(char::is_control)
+}
+
+/// Returns how a trainee is called in the file of answers: never like an expert.
+fn trainee(name: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || matches!(c, ' ' | '-' | '.' | '\'');
+    let name: String = name.trim().chars().filter(|c| plain(*c)).take(40).collect();
+    if name.is_empty() { TRAINEE.to_owned() } else { format!("{TRAINEE}:{name}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_the_recorder_writes_is_a_picture() {
+        assert!(is_picture("03-after-real") && is_picture("103-before-twin"));
+        for other in ["", "..", "-after-real", "03-after-real-x", "a-after-real", "03-during-real"]
+        {
+            assert!(!is_picture(other), "{other}");
+        }
+    }
+
+    #[test]
+    fn a_form_sends_nobody_elsewhere() {
+        assert!(is_ours("/run/a/1/after?why=x"));
+        for other in ["", "//evil.example", "http://evil.example", "/\\evil.example", "/a\r\nb"] {
+            assert!(!is_ours(other), "{other}");
+        }
+    }
+
+    #[test]
+    fn a_trainee_stays_a_trainee_by_any_name() {
+        assert_eq!(trainee(" Anna "), "person:trainee:Anna");
+        assert_eq!(trainee("person:expert\n"), "person:trainee:personexpert");
+        assert_eq!(trainee("  "), "person:trainee");
+    }
+}

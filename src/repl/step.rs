@@ -1,0 +1,320 @@
+//! Stepping at the prompt: `:step`, `:break`, `:back`, and the words while a run is paused.
+//!
+//! The run goes on in the thread that has the cell; when it wants a word it asks here, and the prompt
+//! says where it stands: `pour 3/8> `. Lines that are no words of stepping are done as always, as far as
+//! they need no arm. The stepping itself is [`crate::teach`].
+
+use std::path::Path;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::time::Duration;
+
+use crate::language::ast::{Item, Step};
+use crate::language::{self, Diagnostic, Source, text};
+use crate::report::teach::{Earlier, Place, Teller};
+use crate::report::{self, Failure};
+use crate::teach::record;
+use crate::teach::stepper::{Setup, Stepper};
+use crate::teach::words;
+use crate::workcell::{Ending, Run, archive};
+
+use super::typist::Typed;
+use super::{Last, Next, Session};
+
+/// How often a wish to stop is looked for while a word is waited for.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// Asks for a line: the prompt, and where the line is to go; `None` ends the run.
+type Asked = (String, Sender<Option<String>>);
+
+impl Session<'_, '_> {
+    /// Carries out a step typed at the prompt. A person can be waited for, so breakpoints pause it.
+    pub(super) fn perform(&mut self, step: Step) -> Result<Run, Failure> {
+        let setup = Setup { stops: self.stops.clone(), ..Setup::default() };
+        if self.typist.is_person() {
+            return self.led(step, setup);
+        }
+        let perform = self.hands.perform;
+        self.bench.work(move |cell| perform(cell, &step))
+    }
+
+    /// Carries out a step with a stepper between its steps, and gives it the words it asks for.
+    fn led(&mut self, step: Step, setup: Setup) -> Result<Run, Failure> {
+        let (ask, asks) = channel::<Asked>();
+        let (place, earlier) = (self.place(), self.earlier(&step));
+        let (style, perform) = (self.style, self.hands.perform);
+        let what = text::step(&step);
+        let begun = self.bench.begin(move |cell| {
+            let cancel = cell.cancel();
+            let teller = Teller::new(style, place, earlier, move |prompt| {
+                let (answer, answers) = channel();
+                ask.send((prompt.to_owned(), answer)).ok()?;
+                loop {
+                    match answers.recv_timeout(LOOK) {
+                        Ok(line) => return line,
+                        Err(RecvTimeoutError::Timeout) if !cancel.is_cancelled() => {}
+                        Err(_) => return None,
+                    }
+                }
+            });
+            let setup = Setup { dial: Some(cell.dial()), ..setup };
+            cell.led_by(Box::new(Stepper::new(teller, setup)));
+            let done = perform(cell, &step);
+            cell.led_by_nobody();
+            done
+        })?;
+        loop {
+            if let Some(done) = self.bench.wait(&begun) {
+                return done;
+            }
+            self.answer(&asks, &what);
+        }
+    }
+
+    /// Gives a run that waits for a word the next one that is meant for it.
+    fn answer(&mut self, asks: &Receiver<Asked>, what: &str) {
+        let Ok((prompt, answer)) = asks.try_recv() else { return };
+        self.bench.pause(Some(what.to_owned()));
+        let line = self.word(&prompt);
+        self.bench.pause(None);
+        // Whoever asked has been stopped meanwhile, at the latest by this.
+        let _ = answer.send(line);
+    }
+
+    /// Reads lines until one is a word of stepping; does the others. `None` ends the run.
+    fn word(&mut self, prompt: &str) -> Option<String> {
+        loop {
+            self.typist.stepping(true);
+            let typed = self.typist.next(prompt);
+            self.typist.stepping(false);
+            let line = match typed {
+                Ok(Typed::Statement(statement)) => statement,
+                Ok(Typed::Interrupted | Typed::End) => return None,
+                Err(failure) => {
+                    self.style.failure(&failure);
+                    return None;
+                }
+            };
+            let is_remark = line.trim_start().starts_with("//");
+            let is_for_prompt = line.trim_start().starts_with(['?', '!', ':'])
+                || line.contains('(')
+                || line.trim_start().starts_with("let ");
+            if is_remark {
+                continue;
+            }
+            if words::is_one(&line) || !is_for_prompt {
+                return Some(line);
+            }
+            if self.survive(&line) == Next::Quit {
+                return None;
+            }
+        }
+    }
+
+    /// `:step pick(jar)`, `:step breakfast.task`, `:step 3`.
+    pub(super) fn step(&mut self, what: &str) -> Result<(), Failure> {
+        if what.is_empty() {
+            return Err(Failure::input("repl::step", "`:step` takes a call, a script or a run")
+                .help("`:step pick(jar)`; `:step 3` steps through run 3, and nothing moves"));
+        }
+        if what.parse::<usize>().is_ok() {
+            return self.step_through(what);
+        }
+        self.bench.cell()?;
+        if Path::new(what).is_file() {
+            return self.step_script(what);
+        }
+        let meant = self.values.fill(what).unwrap_or_else(|| what.to_owned());
+        if let Some(step) = self.read(&meant) {
+            self.stepped(step, &meant);
+        }
+        Ok(())
+    }
+
+    /// Steps through a call; returns whether it was done.
+    fn stepped(&mut self, step: Step, meant: &str) -> bool {
+        let setup = Setup {
+            teaches: true,
+            steps: true,
+            answers: Some(self.hands.record.join("answers.jsonl")),
+            stops: self.stops.clone(),
+            dial: None,
+        };
+        let done = self.led(step, setup);
+        let is_done = done.as_ref().is_ok_and(|run| run.outcome == Ending::Success);
+        self.remember(done, meant);
+        is_done
+    }
+
+    /// Steps through the calls of a script, until one is not done.
+    fn step_script(&mut self, file: &str) -> Result<(), Failure> {
+        let text = std::fs::read_to_string(file)
+            .map_err(|error| Failure::input("io::read", format!("cannot read {file}: {error}")))?;
+        let source = Source::new(file, text.as_str());
+        let (program, mut wrong) = language::parse(&text);
+        let mut steps = Vec::new();
+        for item in program.items {
+            match item {
+                Item::Run(step) => steps.push(step),
+                Item::Bad(_) => {}
+                _ => {
+                    return Err(Failure::input(
+                        "repl::script",
+                        format!("{file} defines something"),
+                    )
+                    .help(format!("leave the prompt and type `trueup teach {file}`")));
+                }
+            }
+        }
+        if wrong.is_empty() {
+            let check = |step| self.library.check_step(step, &source, &self.scope);
+            wrong = steps.iter().flat_map(check).collect();
+        }
+        if wrong.iter().any(Diagnostic::is_error) {
+            return Err(report::text_failure(&wrong, &source, self.style));
+        }
+        for step in steps {
+            let meant = text::step(&step);
+            if !self.stepped(step, &meant) {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Steps through the record of a run; nothing moves, and no device is asked.
+    fn step_through(&mut self, number: &str) -> Result<(), Failure> {
+        let entry = self.entry(number)?;
+        let run = self.load(&entry)?;
+        self.style.say(format!(
+            "run {} ({}): {}; this is the record, the arm does not move",
+            entry.number, entry.name, run.task
+        ));
+        let earlier: Earlier = Box::new(Vec::new);
+        let setup = Setup {
+            teaches: true,
+            steps: true,
+            answers: Some(self.hands.record.join("answers.jsonl")),
+            stops: self.stops.clone(),
+            dial: None,
+        };
+        let (ask, asks) = channel::<Asked>();
+        let (style, place) = (self.style, self.place());
+        let steps = record::steps(&run.steps, &run.parse_graphs);
+        let (task, dir) = (run.task.clone(), entry.dir.clone());
+        let name = format!("run {}", entry.number);
+        std::thread::scope(|scope| {
+            let walk = scope.spawn(move || {
+                let teller = Teller::new(style, place, earlier, move |prompt| {
+                    let (answer, answers) = channel();
+                    ask.send((prompt.to_owned(), answer)).ok()?;
+                    answers.recv().ok()?
+                });
+                Stepper::new(teller, setup).over_record(&task, Some(&dir), &steps);
+            });
+            // Ends when the walk has, which drops the other side.
+            while let Ok((prompt, answer)) = asks.recv() {
+                self.bench.pause(Some(name.clone()));
+                let _ = answer.send(self.word(&prompt));
+                self.bench.pause(None);
+            }
+            let _ = walk.join();
+        });
+        Ok(())
+    }
+
+    /// `:break`, `:break grasp`, `:break clear [grasp]`.
+    pub(super) fn breakpoint(&mut self, what: &str) -> Result<(), Failure> {
+        if what == "clear" {
+            self.stops.clear(None);
+        } else if let Some(name) = what.strip_prefix("clear ") {
+            if !self.stops.clear(Some(name.trim())) {
+                return Err(Failure::input("repl::break", format!("no breakpoint is `{name}`"))
+                    .help("`:break` lists them"));
+            }
+        } else if !what.is_empty() {
+            self.is_step(what)?;
+            self.stops.set(what);
+        }
+        match self.stops.all().as_slice() {
+            [] => self.style.say("no breakpoint is set"),
+            stops => {
+                let only =
+                    if self.typist.is_person() { "" } else { ", in what `:step` carries out" };
+                self.style.say(format!("pauses before {}{only}", stops.join(", ")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Says when no step can have that name. Paths and labels are believed.
+    fn is_step(&self, name: &str) -> Result<(), Failure> {
+        let head = name.split('(').next().unwrap_or(name);
+        let is_word = head.chars().all(|c| c.is_alphanumeric() || c == '_');
+        if !is_word || head.parse::<usize>().is_ok() || self.library.callable(head).is_some() {
+            return Ok(());
+        }
+        let tasks = self.library.tasks().map(|(task, _)| task.name.text.as_str());
+        let actions = self.library.actions().map(|(action, _)| action.name.text.as_str());
+        match language::nearest(head, tasks.chain(actions)) {
+            // A label of `as` may be called anything, but hardly almost like an action.
+            None => Ok(()),
+            Some(near) => {
+                Err(Failure::input("repl::break", format!("no action or task is called `{head}`"))
+                    .help(format!("did you mean `:break {near}`?")))
+            }
+        }
+    }
+
+    /// `:back [STEP]`: the record of the last run of this session, else of the newest that is kept, from
+    /// its end.
+    pub(super) fn back(&mut self, step: &str) -> Result<(), Failure> {
+        let run = match (&self.last, archive::entries(self.hands.record).last()) {
+            (Some(Last::Run(run)), _) => (**run).clone(),
+            (_, Some(newest)) => self.load(newest)?,
+            (_, None) => {
+                return Err(Failure::input("repl::back", "nothing has run yet")
+                    .help("`:step pick(jar)` carries out a call step by step"));
+            }
+        };
+        let of = run.steps.len();
+        let at = match step.parse::<usize>() {
+            Ok(number) => run.steps.iter().rposition(|record| record.number == number),
+            Err(_) if step.is_empty() => self.looking.unwrap_or(of).checked_sub(1),
+            Err(_) => None,
+        };
+        let Some(at) = at else {
+            return Err(Failure::input("repl::back", "there is no such step to look back at")
+                .help(match of {
+                    0 => "the last run carried out no step".to_owned(),
+                    _ => format!("the last run has {of} steps; `:back {of}` shows the last"),
+                }));
+        };
+        let number = run.steps[at].number;
+        let name = format!("looking at step {number}");
+        self.style.say(report::record::again(&name, &run, Some(number), self.style)?);
+        self.looking = Some(at);
+        Ok(())
+    }
+
+    fn place(&self) -> Place {
+        let library = self.library.clone();
+        Box::new(move |name| {
+            let (fluent, source) = library.fluent(name)?;
+            Some(source.place(fluent.name.span))
+        })
+    }
+
+    /// Reads earlier runs of the same task when they are asked for.
+    fn earlier(&self, step: &Step) -> Earlier {
+        let (root, task) = (self.hands.record.to_path_buf(), text::step(step));
+        Box::new(move || archive::earlier(&Run::so_far(&task, &[]), None, &archive::entries(&root)))
+    }
+
+    /// `:undo-edit`.
+    pub(super) fn undo_edit(&mut self) -> Result<(), Failure> {
+        let told = self.edits.undo()?;
+        self.taught.read_again(self.style);
+        self.style.say(told);
+        Ok(())
+    }
+}

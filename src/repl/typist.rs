@@ -1,0 +1,144 @@
+//! Where lines come from: a terminal with an editor, or a pipe. Both give whole statements, one at a time.
+
+use std::collections::VecDeque;
+use std::io::BufRead;
+use std::path::PathBuf;
+
+use rustyline::error::ReadlineError;
+use rustyline::history::DefaultHistory;
+use rustyline::{Config, Editor};
+
+use crate::report::Failure;
+
+use super::complete::Helper;
+use super::paste;
+
+/// What was typed.
+pub(super) enum Typed {
+    /// A statement, of as many lines as it needs.
+    Statement(String),
+    /// Ctrl-C.
+    Interrupted,
+    /// Nothing more comes.
+    End,
+}
+
+/// Someone who types.
+pub(super) trait Typist {
+    /// Returns whether it is a person at a terminal, who can be waited for.
+    fn is_person(&self) -> bool;
+
+    /// Is told whether words of stepping are taken from now on.
+    fn stepping(&mut self, _on: bool) {}
+
+    /// Waits for the next statement.
+    ///
+    /// # Errors
+    ///
+    /// When the lines cannot be read any more.
+    fn next(&mut self, prompt: &str) -> Result<Typed, Failure>;
+}
+
+/// A person at a terminal; the history is kept when the prompt is left.
+pub(super) struct Terminal {
+    editor: Editor<Helper, DefaultHistory>,
+    history: Option<PathBuf>,
+    /// Statements that were pasted together and are not done yet.
+    pasted: VecDeque<String>,
+}
+
+fn broken(error: &ReadlineError) -> Failure {
+    Failure::unavailable("terminal", format!("the terminal failed: {error}"))
+}
+
+impl Terminal {
+    /// Takes the terminal.
+    ///
+    /// # Errors
+    ///
+    /// When the terminal itself fails.
+    pub(super) fn new(helper: Helper, history: Option<PathBuf>) -> Result<Self, Failure> {
+        let config = Config::builder().auto_add_history(true).max_history_size(2000);
+        let config = config.map_err(|error| broken(&error))?.build();
+        let mut editor = Editor::with_config(config).map_err(|error| broken(&error))?;
+        editor.set_helper(Some(helper));
+        if let Some(path) = &history {
+            // A missing history is an empty one.
+            let _ = editor.load_history(path);
+        }
+        Ok(Self { editor, history, pasted: VecDeque::new() })
+    }
+}
+
+impl Typist for Terminal {
+    fn is_person(&self) -> bool {
+        true
+    }
+
+    fn stepping(&mut self, on: bool) {
+        if let Some(helper) = self.editor.helper_mut() {
+            helper.steps = on;
+        }
+    }
+
+    fn next(&mut self, prompt: &str) -> Result<Typed, Failure> {
+        if let Some(statement) = self.pasted.pop_front() {
+            return Ok(Typed::Statement(statement));
+        }
+        match self.editor.readline(prompt) {
+            Ok(typed) => {
+                self.pasted.extend(paste::statements(&typed));
+                Ok(Typed::Statement(self.pasted.pop_front().unwrap_or_default()))
+            }
+            Err(ReadlineError::Interrupted) => {
+                self.pasted.clear();
+                Ok(Typed::Interrupted)
+            }
+            Err(ReadlineError::Eof) => Ok(Typed::End),
+            Err(error) => Err(broken(&error)),
+        }
+    }
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        if let Some(path) = &self.history {
+            let _ = self.editor.save_history(path);
+        }
+    }
+}
+
+/// Lines that come from anywhere.
+pub(super) struct Pipe<'a> {
+    input: &'a mut dyn BufRead,
+    lines: paste::Lines,
+}
+
+impl<'a> Pipe<'a> {
+    /// Reads these lines.
+    pub(super) fn new(input: &'a mut dyn BufRead) -> Self {
+        Self { input, lines: paste::Lines::default() }
+    }
+}
+
+impl Typist for Pipe<'_> {
+    fn is_person(&self) -> bool {
+        false
+    }
+
+    fn next(&mut self, _: &str) -> Result<Typed, Failure> {
+        loop {
+            let mut line = String::new();
+            let read = self.input.read_line(&mut line).map_err(|error| {
+                Failure::input("io::read", format!("cannot read input: {error}"))
+            })?;
+            if read == 0 {
+                let rest = std::mem::take(&mut self.lines).rest();
+                return Ok(rest.map_or(Typed::End, Typed::Statement));
+            }
+            if let Some(statement) = self.lines.push(line.trim_end_matches(['\n', '\r'])) {
+                return Ok(Typed::Statement(statement));
+            }
+        }
+    }
+}

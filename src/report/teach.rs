@@ -1,0 +1,301 @@
+//! Stepping in words: what comes next, what it came to, questions, hints; and a front that says them.
+
+use std::fmt::Write as _;
+
+use serde_json::json;
+
+use crate::execution::conduct::{Ahead, Part, Stated};
+use crate::execution::trace::{FluentRow, StepRecord};
+use crate::teach::answers::{Answer, Answered};
+use crate::teach::stepper::{Front, Shown};
+use crate::teach::words::{WORDS, Wrong};
+use crate::workcell::Run;
+
+use super::run::people;
+use super::{Style, record, run, why};
+
+/// Where a fluent is defined.
+pub type Place = Box<dyn Fn(&str) -> Option<String> + Send>;
+/// Earlier runs of the same task, with their numbers, read when they are needed.
+pub type Earlier = Box<dyn Fn() -> Vec<(usize, Run)> + Send>;
+
+/// Says what is shown, on stdout, and asks through `ask`.
+pub struct Teller<A> {
+    style: Style,
+    ask: A,
+    place: Place,
+    earlier: Earlier,
+    has_shown_words: bool,
+}
+
+impl<A: FnMut(&str) -> Option<String> + Send> Teller<A> {
+    /// Speaks in this style; `ask` returns the next line for a prompt, `None` when there is none.
+    pub fn new(style: Style, place: Place, earlier: Earlier, ask: A) -> Self {
+        Self { style, ask, place, earlier, has_shown_words: false }
+    }
+
+    fn words(&mut self, shown: &Shown<'_>) -> String {
+        let style = self.style;
+        match shown {
+            Shown::Ahead { ahead, task, stop, blind } => {
+                let mut text = coming(ahead, *task, stop.as_deref(), *blind);
+                if !std::mem::replace(&mut self.has_shown_words, true) {
+                    let words: Vec<&str> = WORDS.iter().map(|(word, ..)| *word).collect();
+                    let _ = write!(text, "\n  {}\n  Enter = next; help", words.join("  "));
+                }
+                text
+            }
+            Shown::Inside { task: Some(task), ahead } => inside(task, ahead),
+            Shown::Inside { task: None, ahead } => {
+                format!("{} is a single step; next carries it out", ahead.action)
+            }
+            Shown::Passing { ahead, why } => format!(
+                "step {} {} begins without a pause: {why}; the next pause is where the arm can be left",
+                ahead.number, ahead.action
+            ),
+            Shown::Question { question, .. } => {
+                format!("{question}\n  y yes   n no   u can't tell   Enter leaves it out")
+            }
+            Shown::Done { record, before } => {
+                run::step(record, before, style).trim_end().to_owned()
+            }
+            Shown::Compared { answered } => compared(answered, style),
+            Shown::Failed { record, is_over: true } => {
+                format!("step {} failed; Enter shows what was done about that", record.number)
+            }
+            Shown::Failed { record, is_over: false } => format!(
+                "step {} failed; Enter lets the task do what it says about that, quit leaves the arm \
+                 as it is",
+                record.number
+            ),
+            Shown::Looking { record, run_dir, .. } => {
+                let mut text =
+                    format!("looking at step {}; the arm has not moved\n", record.number);
+                text += &run::step(record, &[], style);
+                text += &record::everything_else(record);
+                if let Some(dir) = run_dir {
+                    let _ = write!(
+                        text,
+                        "       pictures: {}/frames/{:02}-before-real.png to {:02}-after-twin.png",
+                        dir.display(),
+                        record.number,
+                        record.number
+                    );
+                }
+                text.trim_end().to_owned()
+            }
+            Shown::Present { next } => match next {
+                Some(next) => {
+                    format!("back at the present: step {next} is next; nothing has moved")
+                }
+                None => "back at the present; nothing has moved".to_owned(),
+            },
+            Shown::Hint { rung, row, steps } => self.hint(*rung, row, steps),
+            Shown::NoHint => "there is nothing to give a hint about".to_owned(),
+            Shown::Why { fluent, steps } => self.why(*fluent, steps),
+            Shown::Slow { percent: Some(percent) } => format!(
+                "the arm moves at {percent} % of what is planned; pouring keeps its own rate"
+            ),
+            Shown::Slow { percent: None } => {
+                "nothing moves here: this is the record of a run".to_owned()
+            }
+            Shown::Stops { stops, unknown, near } => {
+                breakpoints(stops, unknown.as_deref(), near.as_deref())
+            }
+            Shown::Over => "all steps are done; back looks at earlier ones, Enter ends".to_owned(),
+            Shown::Help => help(),
+            Shown::NotAWord { line, wrong } => not_a_word(line, wrong),
+            Shown::AnswerFirst { line } => {
+                format!("`{line}` is no answer: y, n or u for can't tell; Enter leaves it out")
+            }
+            Shown::NoStep { of: 0 } => "there is no step to look back at yet".to_owned(),
+            Shown::NoStep { of } => {
+                format!("there is no such step: {of} were carried out so far")
+            }
+            Shown::Trouble { path, why } => {
+                format!("the answer could not be kept in {}: {why}", path.display())
+            }
+        }
+    }
+
+    fn why(&self, fluent: Option<&str>, steps: &[StepRecord]) -> String {
+        let run = Run::so_far("the run so far", steps);
+        if steps.is_empty() {
+            return "no step was carried out yet".to_owned();
+        }
+        let earlier = (self.earlier)();
+        let place = &*self.place;
+        let asked = why::Question { run: &run, number: None, fluent, earlier: &earlier, place };
+        why::why(&asked).unwrap_or_else(|failure| match failure.help {
+            Some(help) => format!("{}; {help}", failure.message),
+            None => failure.message,
+        })
+    }
+
+    /// By how much, which way, what to try.
+    fn hint(&self, rung: usize, row: &FluentRow, steps: &[StepRecord]) -> String {
+        match (rung, &row.direction, steps.last()) {
+            (1, ..) => why::verdict(row),
+            (2, Some(direction), _) => why::way(direction, row.margin.as_ref()),
+            (2, None, _) => "which way is not known for this one; `hint` once more".to_owned(),
+            (_, _, None) => "there is nothing more to try".to_owned(),
+            (_, _, Some(step)) => {
+                let run = Run::so_far("the run so far", steps);
+                let place = &*self.place;
+                let asked =
+                    why::Question { run: &run, number: None, fluent: None, earlier: &[], place };
+                let tries = why::tries(&asked, step, Some(row));
+                match tries.trim_start() {
+                    "" => "there is nothing more to try than to look: `why` has the numbers".into(),
+                    tries => tries.to_owned(),
+                }
+            }
+        }
+    }
+}
+
+impl<A: FnMut(&str) -> Option<String> + Send> Front for Teller<A> {
+    fn show(&mut self, shown: &Shown<'_>) {
+        run::rest();
+        if self.style.json {
+            return self.style.event(shown);
+        }
+        let words = self.words(shown);
+        self.style.say(words);
+    }
+
+    fn ask(&mut self, prompt: &str) -> Option<String> {
+        run::rest();
+        (self.ask)(prompt)
+    }
+}
+
+/// Says how a run that was stepped ended, for programs.
+pub fn ended(run: &Run, style: Style) {
+    style.event(&json!({"event": "run", "run": run}));
+}
+
+/// What is about to happen: the step, what it is part of, what it needs, keeps and gives.
+fn coming(ahead: &Ahead, task: Option<&Part>, stop: Option<&str>, blind: bool) -> String {
+    let place = ahead.place.as_deref().unwrap_or_default();
+    let head = format!("step {} of {}  {}", ahead.number, ahead.of, ahead.action);
+    let mut text = format!("{head:<56} {place}").trim_end().to_owned();
+    if let Some(stop) = stop {
+        let _ = write!(text, "\n  paused at `{stop}`");
+    }
+    let branch = |inside: &str| {
+        let taken =
+            ahead.inside().iter().rfind(|part| part.is_branch && part.path.starts_with(inside));
+        taken.map_or_else(String::new, |part| format!(", branch {}", part.label))
+    };
+    let whole = ahead.inside().iter().rev().find(|part| !part.is_branch);
+    match (task, whole) {
+        (Some(task), _) => {
+            let _ = write!(
+                text,
+                "\n  begins {}, steps {} to {}{}: into shows them, over does them all",
+                task.label,
+                task.first,
+                task.last,
+                branch(&task.path)
+            );
+        }
+        (None, Some(whole)) => {
+            let _ = write!(text, "\n  in {}{}", whole.label, branch(&whole.path));
+        }
+        (None, None) => {}
+    }
+    let asked_after = |stated: &Stated| {
+        blind && stated.asks && ahead.gives.iter().any(|given| given.text == stated.text)
+    };
+    for (name, conditions) in
+        [("needs", &ahead.needs), ("keeps", &ahead.keeps), ("gives", &ahead.gives)]
+    {
+        for stated in conditions {
+            let now = if asked_after(stated) { "asked after".to_owned() } else { now(stated) };
+            let line = format!("\n  {name}  {:<60} {now}", stated.text);
+            text += line.trim_end();
+        }
+    }
+    text
+}
+
+fn now(stated: &Stated) -> String {
+    let margin = stated.margin.as_ref().map(|m| format!(" ({})", people(m))).unwrap_or_default();
+    match stated.truth {
+        Some(true) => format!("now yes{margin}"),
+        Some(false) => format!("now no{margin}"),
+        None => "not known now".to_owned(),
+    }
+}
+
+/// The steps of a sub-task.
+fn inside(task: &Part, ahead: &Ahead) -> String {
+    let mut text = format!("{} is steps {} to {}", task.label, task.first, task.last);
+    for branch in ahead.inside().iter().filter(|part| part.is_branch) {
+        let _ =
+            write!(text, "\n  branch {}, steps {} to {}", branch.label, branch.first, branch.last);
+    }
+    let _ = write!(text, "\n  {:>3}  {}", ahead.number, ahead.action);
+    for later in ahead.later.iter().take_while(|later| later.number <= task.last) {
+        let _ = write!(text, "\n  {:>3}  {}", later.number, later.action);
+    }
+    text
+}
+
+/// What a person said beside what geometry says, with the margin.
+fn compared(answered: &Answered, style: Style) -> String {
+    let margin = answered.margin.as_ref().map(people);
+    let std = answered.std.as_ref().map(|std| format!(" ± {}", why::unsigned(std)));
+    let by = match (margin, answered.geometry) {
+        (Some(margin), _) => format!(" ({margin}{})", std.unwrap_or_default()),
+        (None, _) => String::new(),
+    };
+    let (said, is) = (answered.answer.words(), answered.geometry.words());
+    let name = &answered.fluent;
+    if answered.agrees() {
+        return style.green(&format!("{name}: you said {said}, geometry says so too{by}"));
+    }
+    let twin = match answered.twin {
+        Answer::CannotTell => String::new(),
+        twin => format!("; the twin has it {}", twin.words()),
+    };
+    let text = format!("{name}: you said {said}, geometry says {is}{by}{twin}; `hint` tells more");
+    style.red(&text)
+}
+
+fn breakpoints(stops: &[String], unknown: Option<&str>, near: Option<&str>) -> String {
+    let list = if stops.is_empty() {
+        "no breakpoint is set, beside the `break` marks of the text".to_owned()
+    } else {
+        format!("pauses before {}", stops.join(", "))
+    };
+    match (unknown, near) {
+        (None, _) => list,
+        (Some(name), Some(near)) => {
+            format!("no step from here on is called `{name}`: did you mean `{near}`?\n{list}")
+        }
+        (Some(name), None) => {
+            format!("no step from here on is called `{name}`; into lists some\n{list}")
+        }
+    }
+}
+
+fn help() -> String {
+    let mut text = String::new();
+    for (word, takes, what) in WORDS {
+        let _ = writeln!(text, "  {:<18} {what}", format!("{word} {takes}"));
+    }
+    text.truncate(text.trim_end().len());
+    text
+}
+
+fn not_a_word(line: &str, wrong: &Wrong) -> String {
+    match wrong {
+        Wrong::Unknown(Some(near)) => format!("`{line}` is no word here: did you mean `{near}`?"),
+        Wrong::Unknown(None) => format!("`{line}` is no word here; help lists them"),
+        Wrong::Takes("nothing") => format!("`{line}`: that word takes nothing after it"),
+        Wrong::Takes(what) => format!("`{line}`: that word takes {what}"),
+        Wrong::NoQuestion => format!("`{line}`: no question is open; Enter carries out the step"),
+    }
+}

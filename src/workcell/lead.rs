@@ -1,0 +1,176 @@
+//! Lets a conductor decide between the steps of a performance, where the arm may be left standing.
+
+use std::path::Path;
+
+use crate::execution::conduct::{Ahead, Conductor, Word, unsafe_hold};
+use crate::execution::stage::ActionError;
+use crate::execution::trace::StepRecord;
+use crate::execution::walk::Walker;
+use crate::graph::{Graph, ParseGraph};
+use crate::monitor;
+use crate::world::WorldState;
+
+use super::{Error, WorkCell};
+
+/// A conductor, and what it could not be asked about yet.
+pub(super) struct Lead {
+    conductor: Box<dyn Conductor>,
+    /// Steps that ended where the arm could not be left standing, in their order.
+    pending: Vec<(Ahead, StepRecord)>,
+}
+
+impl Lead {
+    pub(super) fn new(conductor: Box<dyn Conductor>) -> Self {
+        Self { conductor, pending: Vec::new() }
+    }
+
+    /// Asks about what has ended; the first wish to stop is heeded, and the rest told all the same.
+    fn catch_up(&mut self) -> Word {
+        let mut word = Word::Go;
+        for (ahead, record) in std::mem::take(&mut self.pending) {
+            if self.conductor.after(&ahead, &record) == Word::Stop {
+                word = Word::Stop;
+            }
+        }
+        word
+    }
+}
+
+/// A step that is about to be carried out.
+pub(super) struct Turn<'a> {
+    /// The graph it is from.
+    pub(super) graph: &'a Graph,
+    /// The choices it is from.
+    pub(super) pg: &'a ParseGraph,
+    /// Which step of these.
+    pub(super) index: usize,
+    /// Its place in the run, from 1.
+    pub(super) number: usize,
+    /// Whether the step before it in `pg` was carried out just now.
+    pub(super) follows: bool,
+    /// The world when the run began.
+    pub(super) start: &'a WorldState,
+}
+
+impl WorkCell {
+    /// Lets someone decide between the steps of the next run.
+    pub fn led_by(&mut self, conductor: Box<dyn Conductor>) {
+        self.lead = Some(Lead::new(conductor));
+    }
+
+    /// Lets the next run go on by itself.
+    pub fn led_by_nobody(&mut self) {
+        self.lead = None;
+    }
+
+    /// Returns whether whoever leads the next run tells of its steps.
+    pub fn is_told(&self) -> bool {
+        self.lead.as_ref().is_some_and(|lead| lead.conductor.tells())
+    }
+
+    /// Tells whoever leads that a run begins.
+    pub(super) fn lead_begins(&mut self, task: &str, run_dir: Option<&str>) {
+        if let Some(lead) = &mut self.lead {
+            lead.conductor.begins(task, run_dir.map(Path::new));
+        }
+    }
+
+    /// Asks before a step, where the arm may be left standing; `None` when nobody leads the run.
+    ///
+    /// # Errors
+    ///
+    /// [`ActionError::Stopped`] when the run is to end here.
+    pub(super) fn ask_before(&mut self, turn: &Turn<'_>) -> Result<Option<Ahead>, Error> {
+        let step = &turn.pg.steps[turn.index];
+        let Some(mut lead) = self.lead.take() else {
+            if step.pause.is_some() {
+                self.note(&format!(
+                    "a `break` stands before step {} {}; it pauses only a run that is stepped",
+                    turn.number, step.text
+                ));
+            }
+            return Ok(None);
+        };
+        let asked = self.ahead(turn).map(|(ahead, why)| {
+            let word = match why {
+                Some(why) => {
+                    lead.conductor.passing(&ahead, &why);
+                    Word::Go
+                }
+                None => match lead.catch_up() {
+                    Word::Go => lead.conductor.before(&ahead),
+                    Word::Stop => Word::Stop,
+                },
+            };
+            (ahead, word)
+        });
+        self.lead = Some(lead);
+        let (ahead, word) = asked?;
+        self.heed(word).map(|()| Some(ahead))
+    }
+
+    /// Asks after a step, now or at the next place where the arm may be left standing.
+    ///
+    /// # Errors
+    ///
+    /// [`ActionError::Stopped`] when the run is to end here.
+    pub(super) fn ask_after(
+        &mut self,
+        turn: &Turn<'_>,
+        ahead: Option<Ahead>,
+        record: Option<&StepRecord>,
+    ) -> Result<(), Error> {
+        let (Some(ahead), Some(record)) = (ahead, record) else { return Ok(()) };
+        let Some(mut lead) = self.lead.take() else { return Ok(()) };
+        lead.pending.push((ahead, record.clone()));
+        let steps = &turn.pg.steps;
+        let (done, next) = (&steps[turn.index], steps.get(turn.index + 1));
+        let why = unsafe_hold(Some(done), next, &record.measured, &self.cell.scene);
+        let word = if why.is_none() { lead.catch_up() } else { Word::Go };
+        self.lead = Some(lead);
+        self.heed(word)
+    }
+
+    /// Ends the lead: whatever was not asked yet is asked now, the run being over.
+    pub(super) fn lead_ends(&mut self) {
+        if let Some(mut lead) = self.lead.take() {
+            lead.catch_up();
+        }
+    }
+
+    fn heed(&self, word: Word) -> Result<(), Error> {
+        if word == Word::Stop || self.cancel.is_cancelled() {
+            return Err(ActionError::Stopped.into());
+        }
+        Ok(())
+    }
+
+    /// Describes a step with what its conditions are worth now, and says why the arm cannot be left
+    /// standing before it, if so.
+    fn ahead(&self, turn: &Turn<'_>) -> Result<(Ahead, Option<String>), Error> {
+        let Turn { graph, pg, index, number, start, .. } = *turn;
+        let state = self.state()?;
+        let scene = self.cell.scene.clone();
+        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, start);
+        let judge = |condition: &crate::graph::Condition| {
+            let reading = walker.read(&condition.expr, &state);
+            (reading.truth, reading.margin.map(monitor::measure))
+        };
+        let label = |path: &str| {
+            let node = graph.find(path)?;
+            Some(node.label.clone())
+        };
+        let mut ahead = Ahead::of(pg, index, number, &judge, &label);
+        let step = &pg.steps[index];
+        let written = self.library.callable(&step.within);
+        ahead.place = written.map(|(_, source)| source.place(step.span));
+        if let (Some(mark), Some(when)) =
+            (&mut ahead.mark, step.pause.as_ref().and_then(|pause| pause.when.as_ref()))
+        {
+            mark.holds = walker.read(when, &state).truth != Some(false);
+        }
+        let before = turn.follows.then(|| &pg.steps[index - 1]);
+        let why = unsafe_hold(before, Some(step), &state, &scene);
+        Ok((ahead, why))
+    }
+}
