@@ -1,0 +1,102 @@
+//! The fingers and what hangs in them.
+
+use super::super::arm::{Feedback, Grip};
+use super::super::beside::Order;
+use super::super::plan::{gravity_torque, payload_torque};
+use super::{ActionError, Stage};
+
+/// How fast the fingers go, m/s, and with how much force they open, N.
+const FINGER_SPEED: f64 = 0.06;
+const OPEN_FORCE: f64 = 60.0;
+/// What a grip's progress is counted in, s: nobody knows beforehand how long it takes.
+const GRIP: f64 = 1.0;
+
+impl Stage {
+    /// Opens the fingers once `after` s have passed, beside whatever the arm does then.
+    pub fn open_beside(&mut self, after: f64) -> Result<(), ActionError> {
+        let widest = self.cell.robot.max_opening();
+        let grip = self.cell.limits.clear_grip(&self.cell, widest, FINGER_SPEED, OPEN_FORCE)?;
+        Ok(self.body.arm().send_fingers(&grip, after)?)
+    }
+
+    /// `arm.open()`: fingers as wide as they go.
+    pub fn open(&mut self) -> Result<(), ActionError> {
+        if let Some(orders) = &mut self.orders {
+            orders.push(Order::Open);
+            return Ok(());
+        }
+        let widest = self.cell.robot.max_opening();
+        let grip = self.grip(widest, OPEN_FORCE)?;
+        self.body.gripped(grip, None)?;
+        Ok(())
+    }
+
+    /// `arm.close(o, force)`: fingers closed on `o` with at most `force` N.
+    pub fn close(&mut self, o: &str, force: f64) -> Result<(), ActionError> {
+        self.tare()?;
+        let grip = self.grip(0.0, force)?;
+        self.body.gripped(grip, Some(o))?;
+        Ok(())
+    }
+
+    /// `arm.wait(seconds)`.
+    pub fn wait(&mut self, seconds: f64) -> Result<(), ActionError> {
+        self.act(seconds, |arm, cancel, watch| arm.wait(seconds, cancel, watch))
+    }
+
+    /// `arm.opening()`: opening between the pads, m.
+    pub fn opening(&mut self) -> Result<f64, ActionError> {
+        Ok(self.body.arm().feedback()?.opening)
+    }
+
+    /// `arm.weigh()`: the mass in the hand, kg, from joint torques held still for half a second.
+    ///
+    /// The tare taken before the fingers closed takes the sensors' bias out.
+    pub fn weigh(&mut self) -> Result<f64, ActionError> {
+        let (q, mut excess) = self.torque_excess(0.5)?;
+        if let Some(tare) = &self.tare {
+            for (joint, bias) in excess.iter_mut().zip(tare) {
+                *joint -= bias;
+            }
+        }
+        let column = payload_torque(&self.cell.robot, &q);
+        let along: f64 = column.iter().zip(&excess).map(|(c, e)| c * e).sum();
+        let norm: f64 = column.iter().map(|c| c * c).sum();
+        let mass = if norm > 1e-9 { along / norm } else { 0.0 };
+        self.body.weighed(mass);
+        Ok(mass)
+    }
+
+    fn tare(&mut self) -> Result<(), ActionError> {
+        self.tare = Some(self.torque_excess(0.5)?.1);
+        Ok(())
+    }
+
+    /// Returns the mean joint positions and the mean torques beyond the model's, over `seconds` at rest.
+    fn torque_excess(&mut self, seconds: f64) -> Result<(Vec<f64>, Vec<f64>), ActionError> {
+        let mut samples: Vec<Feedback> = Vec::new();
+        // The arm swings out for a moment before the torques are worth reading.
+        self.wait(0.3)?;
+        self.act(seconds, |arm, cancel, watch| {
+            arm.wait(seconds, cancel, &mut |feedback| {
+                samples.push(feedback.clone());
+                watch(feedback);
+            })
+        })?;
+        let n = self.q.len();
+        let mean = |pick: &dyn Fn(&Feedback) -> &Vec<f64>| -> Vec<f64> {
+            let count = samples.len().max(1) as f64;
+            (0..n)
+                .map(|joint| samples.iter().map(|s| pick(s)[joint]).sum::<f64>() / count)
+                .collect()
+        };
+        let (q, tau) = (mean(&|s| &s.q), mean(&|s| &s.tau));
+        let model = gravity_torque(&self.cell.robot, &q);
+        Ok((q, tau.iter().zip(model).map(|(tau, g)| tau - g).collect()))
+    }
+
+    fn grip(&mut self, opening: f64, force: f64) -> Result<Grip, ActionError> {
+        let grip = self.cell.limits.clear_grip(&self.cell, opening, FINGER_SPEED, force)?;
+        self.act(GRIP, |arm, cancel, watch| arm.grip(&grip, cancel, watch))
+    }
+}

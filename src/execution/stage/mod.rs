@@ -1,0 +1,263 @@
+//! What an action script acts upon: one arm, what is known of the world, and the tape of decisions.
+//!
+//! The same words serve the twin and the arm. In the twin they plan and record; on the arm they play what
+//! the twin survived, corrected by regression 3, through [`super::limits`]. The words are bound to rhai in
+//! [`super::script`]; planning itself is in [`super::plan`].
+//!
+//! `body` is what a stage needs of an arm; `ask` looks, plans and chooses, `motion` moves the arm, `hand`
+//! the fingers.
+
+mod ask;
+mod body;
+mod hand;
+mod motion;
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, PoisonError};
+
+use rand::SeedableRng;
+use rand::rngs::StdRng;
+use rhai::Dynamic;
+
+use crate::motion::robot::Robot;
+use crate::world::{Scene, WorldState};
+
+use super::arm::Cancel;
+use super::beside::{Openings, Order};
+use super::conduct::Dial;
+use super::during::During;
+use super::limits::Limits;
+use super::plan::NoWay;
+use super::tape::{Ended, Entry, OffTape, Tape};
+use super::timing::Past;
+use super::trace::Event;
+
+pub use body::{ActionError, Body, Watcher};
+
+/// What never changes while actions run.
+#[derive(Debug, Clone)]
+pub struct Cell {
+    /// The arm model.
+    pub robot: Arc<Robot>,
+    /// What is known beforehand.
+    pub scene: Arc<Scene>,
+    /// Bounds on every motion.
+    pub limits: Limits,
+}
+
+/// What actions remember for later actions, by name.
+pub type Memory = BTreeMap<String, Dynamic>;
+
+/// One arm, one belief, one tape.
+pub struct Stage {
+    cell: Cell,
+    body: Box<dyn Body>,
+    tape: Tape,
+    chance: StdRng,
+    /// Which of several equally planned candidates this is; 0 always takes the best way.
+    variant: usize,
+    /// Where the plan has the arm, rad, before correction.
+    q: Vec<f64>,
+    /// Joint torques with an empty hand, beyond the model, N·m.
+    tare: Option<Vec<f64>>,
+    /// How far the arm may be from where it says, m; plans leave so much more room around objects.
+    doubt: f64,
+    memory: Memory,
+    /// What must hold, and what ends the step, while one runs.
+    during: Option<During>,
+    /// Whether the step before ended sooner than its script.
+    was_cut: bool,
+    past: Past,
+    /// What a script wants done beside a motion, while it is asked.
+    orders: Option<Vec<Order>>,
+    /// How far the fingers were open, while something is done beside a motion.
+    openings: Option<Openings>,
+    cancel: Cancel,
+    dial: Dial,
+    watcher: Watcher,
+}
+
+impl Stage {
+    /// Puts a body on stage where the plan has it at `q` (rad).
+    pub fn new(
+        cell: Cell,
+        body: Box<dyn Body>,
+        q: Vec<f64>,
+        tape: Tape,
+        chance: (u64, usize),
+        cancel: Cancel,
+        watcher: Watcher,
+    ) -> Self {
+        let (seed, variant) = chance;
+        let mixed = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(variant as u64);
+        let chance = StdRng::seed_from_u64(mixed);
+        Self {
+            cell,
+            body,
+            tape,
+            chance,
+            variant,
+            q,
+            tare: None,
+            doubt: 0.0,
+            memory: Memory::new(),
+            during: None,
+            was_cut: false,
+            past: Past::default(),
+            orders: None,
+            openings: None,
+            cancel,
+            dial: Dial::default(),
+            watcher,
+        }
+    }
+
+    /// Lets a dial slow the arm down from now on.
+    pub fn obey(&mut self, dial: Dial) {
+        self.dial = dial;
+    }
+
+    /// Returns the wish to stop that this stage obeys.
+    pub fn cancel(&self) -> &Cancel {
+        &self.cancel
+    }
+
+    /// Returns the constants.
+    pub fn cell(&self) -> &Cell {
+        &self.cell
+    }
+
+    /// Returns where the plan has the arm, rad.
+    pub fn planned_q(&self) -> &[f64] {
+        &self.q
+    }
+
+    /// Lets the plan begin where the arm was last sent, as the regressions in force understand it.
+    pub fn find_arm(&mut self) -> Result<(), ActionError> {
+        let sent = self.body.arm().feedback()?.q_cmd;
+        let mut q = self.body.uncorrect(&sent);
+        // A stop may leave a joint, or what is read of it, a hair past its range: plans begin inside.
+        for (q, limit) in q.iter_mut().zip(self.cell.robot.joints()) {
+            if (*q - q.clamp(limit.lower, limit.upper)).abs() < self.cell.limits.jump {
+                *q = q.clamp(limit.lower + 1e-6, limit.upper - 1e-6);
+            }
+        }
+        self.q = q;
+        Ok(())
+    }
+
+    /// Sets how far the arm may be from where it says, m.
+    pub fn doubt_arm(&mut self, doubt: f64) {
+        self.doubt = doubt;
+    }
+
+    /// Returns what was decided so far.
+    pub fn tape(&self) -> &Tape {
+        &self.tape
+    }
+
+    /// Plays these decisions from now on, or records new ones.
+    pub fn set_tape(&mut self, tape: Tape) {
+        self.tape = tape;
+    }
+
+    /// Returns what actions remember.
+    pub fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
+    /// Puts other memories in place.
+    pub fn set_memory(&mut self, memory: Memory) {
+        self.memory = memory;
+    }
+
+    /// Returns what is known of the times of this run's steps.
+    pub fn past(&mut self) -> &mut Past {
+        &mut self.past
+    }
+
+    /// Puts the times of a run in place: none when it begins, those so far when it is rehearsed further.
+    pub fn set_past(&mut self, past: Past) {
+        self.past = past;
+    }
+
+    /// From now on scripts are asked what they want done beside a motion, and nothing is done.
+    pub fn take_orders(&mut self) {
+        self.orders = Some(Vec::new());
+    }
+
+    /// Ends that, and returns what they want.
+    pub fn orders(&mut self) -> Vec<Order> {
+        self.orders.take().unwrap_or_default()
+    }
+
+    /// Takes note of the fingers' opening at every tick, or no longer.
+    pub fn note_openings(&mut self, openings: Option<Openings>) {
+        self.openings = openings;
+    }
+
+    /// Begins the step of that path on the tape; returns when the rehearsal saw what ends it come true.
+    pub fn begin_step(&mut self, path: &str) -> Result<Option<Ended>, OffTape> {
+        self.tape.begin(path, std::mem::take(&mut self.was_cut))
+    }
+
+    /// Ends the step that just began, since what ends it is true already.
+    pub fn ended_on_arrival(&mut self) {
+        self.tape.record(Entry::Ended(Ended::OnArrival));
+        self.was_cut = true;
+    }
+
+    /// Puts conditions in force for everything the arm does from now on.
+    pub fn watch_over(&mut self, during: During) {
+        self.during = Some(during);
+    }
+
+    /// Puts them out of force, and returns how they fared.
+    pub fn watched_over(&mut self) -> Option<During> {
+        let during = self.during.take();
+        self.was_cut |= during.as_ref().is_some_and(|during| during.cut().is_some());
+        during
+    }
+
+    /// `remember(name, value)`.
+    pub fn remember(&mut self, name: &str, value: Dynamic) {
+        self.memory.insert(name.to_owned(), value);
+    }
+
+    /// `recall(name)`.
+    pub fn recall(&self, name: &str) -> Result<Dynamic, ActionError> {
+        self.memory
+            .get(name)
+            .cloned()
+            .ok_or_else(|| ActionError::Refused(format!("no earlier action remembered a `{name}`")))
+    }
+
+    /// Lends the body.
+    pub fn body(&mut self) -> &mut dyn Body {
+        self.body.as_mut()
+    }
+
+    /// Returns the world as far as it is known now.
+    pub fn state(&mut self) -> Result<WorldState, ActionError> {
+        Ok(self.body.state()?)
+    }
+
+    /// Tells whoever watches.
+    pub fn tell(&self, event: &Event) {
+        self.watcher.lock().unwrap_or_else(PoisonError::into_inner).event(event);
+    }
+
+    /// Returns how the arm can get at `o`: nothing, or why not.
+    pub fn reachable(&mut self, o: &str) -> Result<(), NoWay> {
+        match self.planner() {
+            Ok(planner) => planner.reachable(o),
+            // An arm that does not answer is a device error the next step will tell.
+            Err(_) => Ok(()),
+        }
+    }
+
+    /// Returns the joint positions the arm itself reports, rad.
+    pub fn reported_q(&mut self) -> Result<Vec<f64>, ActionError> {
+        Ok(self.body.arm().feedback()?.q)
+    }
+}

@@ -1,0 +1,237 @@
+//! Motions of the arm: planned in the twin, played on the arm, cleared by the limits, watched over.
+
+use std::sync::PoisonError;
+
+use nalgebra::Vector3;
+use rand::RngExt;
+
+use crate::motion::trajectory::{self, Trajectory};
+use crate::world::Pose;
+use crate::world::frame::{Tool, World};
+
+use super::super::arm::{Arm, Cancel, DeviceError, Feedback};
+use super::super::plan::{Planner, distance, turned_angle};
+use super::super::tape::Entry;
+use super::super::trace::Event;
+use super::{ActionError, Stage, Watcher};
+
+/// An arm further than this from where its next path begins is not led there, rad: what lies between was
+/// not rehearsed.
+const BRIDGE: f64 = 0.2;
+/// How fast it is led there, as a share of full speed.
+const BRIDGE_SPEED: f64 = 0.3;
+
+impl Stage {
+    /// Goes to a tool pose round everything in the way; for calibration, without a tape.
+    pub fn visit(&mut self, at: &Pose<World, Tool>) -> Result<(), ActionError> {
+        let planner = self.planner()?;
+        let seed = self.chance.random();
+        let path = planner.visit(at, seed)?;
+        self.drive_corners(&path, 0.8)
+    }
+
+    /// `arm.move_to(q)`, `arm.carry_to(q, tilt, speed)`: a free motion round everything in the way, with the
+    /// hand within `tilt` rad of upright when that is asked for.
+    pub fn move_to(&mut self, q: &[f64], tilt: Option<f64>, speed: f64) -> Result<(), ActionError> {
+        let path = if let Some(path) = self.taped_path()? {
+            path
+        } else {
+            let seed = self.chance.random();
+            let path = self.planner()?.free(q, tilt, seed)?;
+            self.tape.record(Entry::Path(path.clone()));
+            path
+        };
+        self.drive_corners(&path, speed)
+    }
+
+    /// `arm.move_by([x, y, z], speed)`: a straight line of the tool in the world, orientation kept.
+    pub fn move_by(&mut self, by: [f64; 3], speed: f64) -> Result<(), ActionError> {
+        let path = if let Some(path) = self.taped_path()? {
+            path
+        } else {
+            let path = self.planner()?.line(Vector3::from(by))?;
+            self.tape.record(Entry::Path(path.clone()));
+            path
+        };
+        self.follow(&path, speed)
+    }
+
+    /// `arm.follow(path, speed)`: a joint path at a fraction of the speed limits.
+    pub fn follow(&mut self, path: &[Vec<f64>], speed: f64) -> Result<(), ActionError> {
+        let trajectory = Trajectory::through_points(&self.corrected(path), &self.paced(speed))
+            .map_err(|error| ActionError::Refused(error.to_string()))?;
+        self.drive(self.dialled(trajectory), path)
+    }
+
+    /// Follows straight joint motions from corner to corner, the corners a little rounded.
+    fn drive_corners(&mut self, corners: &[Vec<f64>], speed: f64) -> Result<(), ActionError> {
+        // Planning keeps a margin wider than a corner cut this short moves any point of the arm, rad.
+        const CUT: f64 = 0.05;
+        let corrected = self.corrected(corners);
+        let trajectory =
+            Trajectory::through_corners(&corrected, &self.paced(speed), CUT, &|_, _| true)
+                .map_err(|error| ActionError::Refused(error.to_string()))?;
+        self.drive(self.dialled(trajectory), corners)
+    }
+
+    /// Returns the same motion as slow as the dial says. Turns that pour are left as they are: see [`Dial`].
+    fn dialled(&self, trajectory: Trajectory) -> Trajectory {
+        match self.dial.percent() {
+            100 => trajectory,
+            _ => trajectory.slowed(self.dial.stretch()),
+        }
+    }
+
+    /// Returns the robot's limits at a fraction of its speed.
+    fn paced(&self, speed: f64) -> trajectory::Limits {
+        let speed = speed.clamp(0.02, 1.0);
+        trajectory::Limits::of(&self.cell.robot).scaled(speed, speed)
+    }
+
+    /// `arm.turn(path, rate)`: a joint path that turns the hand, at `rate` rad/s.
+    pub fn turn(&mut self, path: &[Vec<f64>], rate: f64) -> Result<(), ActionError> {
+        let angle = turned_angle(&self.cell.robot, path);
+        let trajectory = Trajectory::through_points(&self.corrected(path), &self.paced(1.0))
+            .map_err(|error| ActionError::Refused(error.to_string()))?;
+        let slower = angle / rate.max(1e-3) / trajectory.duration().max(1e-3);
+        let trajectory = if slower > 1.0 { trajectory.slowed(slower) } else { trajectory };
+        self.drive(trajectory, path)
+    }
+
+    /// `arm.turn_back(path, rate)`: what is left of a turn, back to its beginning, from wherever it stopped.
+    pub fn turn_back(&mut self, path: &[Vec<f64>], rate: f64) -> Result<(), ActionError> {
+        let off = |q: &[f64]| distance(q, &self.q);
+        let Some(at) = (0..path.len()).min_by(|&a, &b| off(&path[a]).total_cmp(&off(&path[b])))
+        else {
+            return Ok(());
+        };
+        let mut back: Vec<_> = path[..=at].iter().rev().cloned().collect();
+        if off(&path[at]) > 0.01 {
+            back.insert(0, self.q.clone());
+        }
+        if back.len() < 2 { Ok(()) } else { self.turn(&back, rate) }
+    }
+
+    /// Has the arm do something that is to take `seconds`, with whoever watches told of every tick and the
+    /// conditions in force read.
+    pub(super) fn act<T>(
+        &mut self,
+        seconds: f64,
+        doing: impl FnOnce(&mut dyn Arm, &Cancel, &mut dyn FnMut(&Feedback)) -> Result<T, DeviceError>,
+    ) -> Result<T, ActionError> {
+        if self.orders.is_some() {
+            let words = "this holds the arm, so it cannot be done beside a motion";
+            return Err(ActionError::Refused(words.into()));
+        }
+        let (mut ticks, openings) = (ticks(&self.watcher), self.openings.clone());
+        let mut tell = |feedback: &Feedback| {
+            ticks(feedback);
+            if let Some(openings) = &openings {
+                openings.note(feedback);
+            }
+        };
+        let Some(mut during) = self.during.take() else {
+            return Ok(doing(self.body.arm(), &self.cancel, &mut tell)?);
+        };
+        during.motion_begins(self.body.sight(), seconds);
+        // What cuts this motion short is not a wish to stop everything.
+        let stop = self.cancel.child();
+        let done = doing(self.body.arm(), &stop, &mut |feedback| {
+            tell(feedback);
+            if during.sees(feedback) {
+                stop.cancel();
+            }
+        });
+        during.motion_ends();
+        let cut = during.cut().cloned();
+        if let Some(ended) = during.ended() {
+            self.tape.record(Entry::Ended(ended));
+        }
+        self.during = Some(during);
+        match (done, cut) {
+            (Err(DeviceError::Stopped), _) if self.cancel.is_cancelled() => {
+                Err(ActionError::Stopped)
+            }
+            (Err(DeviceError::Stopped) | Ok(_), Some(cut)) => Err(cut.into()),
+            (done, _) => Ok(done?),
+        }
+    }
+
+    fn taped_path(&mut self) -> Result<Option<Vec<Vec<f64>>>, ActionError> {
+        Ok(self.tape.next("a path", |entry| match entry {
+            Entry::Path(path) => Some(path.clone()),
+            _ => None,
+        })?)
+    }
+
+    fn corrected(&self, path: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        path.iter().map(|q| self.body.correct(q)).collect()
+    }
+
+    /// Clears a trajectory and follows it; the plan then has the arm at the end of `path`.
+    fn drive(&mut self, trajectory: Trajectory, path: &[Vec<f64>]) -> Result<(), ActionError> {
+        self.bridge(path)?;
+        let from = self.body.arm().feedback()?.q_cmd;
+        let cleared = self.cell.limits.clear(&self.cell, trajectory, &from)?;
+        let seconds = cleared.trajectory().duration();
+        if let Err(error) = self.act(seconds, |arm, stop, watch| arm.follow(&cleared, stop, watch))
+        {
+            // The motion was cut short: the next plan begins where the arm was left, not at the path's end.
+            self.find_arm()?;
+            return Err(error);
+        }
+        if let Some(last) = path.last() {
+            self.q.clone_from(last);
+        }
+        Ok(())
+    }
+
+    /// Leads the arm to where a rehearsed path begins, when a step before ended a little sooner or later
+    /// than in the rehearsal.
+    fn bridge(&mut self, path: &[Vec<f64>]) -> Result<(), ActionError> {
+        let Some(first) = path.first().filter(|_| self.tape.is_playing()) else { return Ok(()) };
+        let apart = |(a, b): (&f64, &f64)| (a - b).abs();
+        let off = first.iter().zip(&self.q).map(apart).fold(0.0, f64::max);
+        // What the limits would let pass anyway needs no motion of its own.
+        if off < 0.5 * self.cell.limits.jump {
+            return Ok(());
+        }
+        if off > BRIDGE {
+            let off = off.to_degrees();
+            return Err(ActionError::Refused(format!(
+                "a joint is {off:.1} deg from where the rehearsal went on, which is too far to go \
+                 unrehearsed"
+            )));
+        }
+        let way = [self.q.clone(), first.clone()];
+        let trajectory =
+            Trajectory::through_points(&self.corrected(&way), &self.paced(BRIDGE_SPEED))
+                .map_err(|error| ActionError::Refused(error.to_string()))?;
+        let from = self.body.arm().feedback()?.q_cmd;
+        let cleared = self.cell.limits.clear(&self.cell, trajectory, &from)?;
+        let seconds = cleared.trajectory().duration();
+        let led = self.act(seconds, |arm, stop, watch| arm.follow(&cleared, stop, watch));
+        if let Some(during) = &mut self.during {
+            during.uncount();
+        }
+        if led.is_err() {
+            self.find_arm()?;
+        }
+        self.q.clone_from(first);
+        led
+    }
+
+    pub(super) fn planner(&mut self) -> Result<Planner, ActionError> {
+        let state = self.body.state()?;
+        let (q, cancel) = (self.q.clone(), self.cancel.clone());
+        Ok(Planner::new(self.cell.clone(), state, q, self.doubt, cancel))
+    }
+}
+
+fn ticks(watcher: &Watcher) -> impl FnMut(&Feedback) + use<> {
+    let watcher = watcher.clone();
+    move |feedback| {
+        let mut watcher = watcher.lock().unwrap_or_else(PoisonError::into_inner);
+        watcher.event(&Event::Tick(feedback.clone()));
+    }
+}
