@@ -243,6 +243,15 @@ pub fn grouped(kind: &str, numbers: &[Told]) -> BTreeMap<String, Parameter> {
     grouped
 }
 
+/// A misfit this many standard deviations of χ² above its expectation is no noise.
+pub const SIGNIFICANT: f64 = 5.0;
+
+/// Returns how many standard deviations of χ² a sum of squares lies above what noise alone would leave.
+pub fn above_noise(sum: f64, count: usize) -> f64 {
+    let count = count.max(1) as f64;
+    (sum - count) / (2.0 * count).sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -178,7 +178,7 @@ fn without_failure(run: &Run) -> String {
     for (unit, step, row) in narrowest(run) {
         let _ = write!(
             text,
-            "\n  the closest in {unit} was {} after step {} {}: {}",
+            "\n  the smallest margin in {unit} was {} after step {} {}: {}",
             row.name,
             step.number,
             step.action,

@@ -10,18 +10,9 @@ use super::term::Law;
 use super::wording::{self, Number};
 use crate::discovery::finding::{
     self, Alternative, Effect, Evidence, Finding, Gap, ModelChange, NextExperiment, Parameter,
-    Split, Verdict,
+    SIGNIFICANT, Split, Verdict, above_noise,
 };
 use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Outcome, Rival, Set};
-
-/// A misfit this many standard deviations of χ² above its expectation is no noise.
-pub(super) const SIGNIFICANT: f64 = 5.0;
-
-/// Returns how many standard deviations of χ² a sum of squares lies above what noise alone would leave.
-pub(super) fn above_noise(sum: f64, count: usize) -> f64 {
-    let count = count.max(1) as f64;
-    (sum - count) / (2.0 * count).sqrt()
-}
 
 /// Words an outcome as a finding.
 pub(super) fn answer(

@@ -1,6 +1,6 @@
 //! From files of points to a finding: tells noise and wrong matches, searches, answers.
 
-use super::answer::{SIGNIFICANT, above_noise, answer};
+use super::answer::answer;
 use super::bent::Bent;
 use super::data::Data;
 use super::explain::CameraGap;
@@ -9,6 +9,7 @@ use super::pictures;
 use super::points::Points;
 use super::robust;
 use super::term::Law;
+use crate::discovery::finding::{SIGNIFICANT, above_noise};
 use crate::discovery::recording::Error;
 use crate::discovery::selection::{self, Gap as _, Hypothesis, Outcome, Set};
 use crate::discovery::{Investigation, Options, Trace};

@@ -3,8 +3,8 @@
 use super::data::Pour;
 use super::gap::{PourGap, Term};
 use crate::discovery::finding::{
-    self, Alternative, Channel, Effect, Evidence, Finding, Gap, ModelChange, Split, Told, Verdict,
-    Visible,
+    self, Alternative, Channel, Effect, Evidence, Finding, Gap, ModelChange, SIGNIFICANT, Split,
+    Told, Verdict, Visible, above_noise,
 };
 use crate::discovery::model_file;
 use crate::discovery::recording::{Error, Recording};
@@ -15,9 +15,6 @@ use crate::discovery::{Investigation, Trace};
 use crate::language::ast::EffectItem;
 use crate::units::significant;
 use crate::world::Scene;
-
-/// A misfit this many standard deviations of χ² above its expectation is no noise.
-const SIGNIFICANT: f64 = 5.0;
 
 /// Finds what a scene's twin lacks of pours: of several the last is held out, of one every second second.
 ///
@@ -210,8 +207,7 @@ fn answer(
             indistinguishable: tied,
         });
     }
-    let beyond = |sum: f64, count: usize| (sum - count as f64) / (2.0 * count as f64).sqrt();
-    let left = beyond(best.heldout, counts.1).max(beyond(best.train, counts.0));
+    let left = above_noise(best.heldout, counts.1).max(above_noise(best.train, counts.0));
     if left > SIGNIFICANT && !effects.is_empty() {
         notes.push(format!(
             "what is left is still above noise ({left:.0} standard deviations of its sum of squares)"

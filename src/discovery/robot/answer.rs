@@ -9,17 +9,10 @@ use super::term::{Law, Term};
 use super::wording;
 use crate::discovery::finding::{
     self, Alternative, Effect, Evidence, Finding, Gap, ModelChange, NextExperiment, Parameter,
-    Split, Told, Value, Verdict,
+    SIGNIFICANT, Split, Told, Value, Verdict, above_noise,
 };
 use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Outcome, Rival, Set};
-
-/// A misfit this many standard deviations of χ² above its expectation is no noise.
-pub(super) const SIGNIFICANT: f64 = 5.0;
-
-/// Returns how many standard deviations of χ² a sum of squares lies above what noise alone would leave.
-pub(super) fn above_noise(sum: f64, count: usize) -> f64 {
-    (sum - count as f64) / (2.0 * count as f64).sqrt()
-}
+use crate::units::significant;
 
 /// Words an outcome as a finding.
 pub(super) fn answer(
@@ -110,7 +103,11 @@ pub(super) fn answer(
         }
     }
     let ambiguous = effects.iter().any(|effect| effect.indistinguishable);
-    let (verdict, reason) = verdict(&effects, ambiguous, left, best.terms.len());
+    let (verdict, reason) = verdict(&effects, ambiguous, left, &shrink);
+    // Names that leave most of the gap are a lead to follow, and no part of the model.
+    let only_leads =
+        verdict == Verdict::Unknown && effects.iter().any(|effect| effect.name != "unknown");
+    let added = if only_leads { Vec::new() } else { lines };
     if left > SIGNIFICANT && !effects.is_empty() {
         notes.push(format!(
             "what is left is still above noise ({left:.0} standard deviations of its sum of squares)"
@@ -144,7 +141,7 @@ pub(super) fn answer(
         places,
         effects,
         gap: shrink,
-        model: ModelChange { added: lines, ..ModelChange::default() },
+        model: ModelChange { added, ..ModelChange::default() },
         next_experiment,
         reason,
         smallest_visible: visible,
@@ -160,8 +157,14 @@ pub(super) fn synonym(rival: &Rival<Term>, chosen: &Term) -> bool {
         .is_some_and(|other| other.law.name() == chosen.law.name() && other.seat() == chosen.seat())
 }
 
-fn verdict(effects: &[Effect], ambiguous: bool, left: f64, terms: usize) -> (Verdict, String) {
-    if terms == 0 {
+/// Effects that explain less than this part of the gap are not what is missing.
+const EXPLAINED: f64 = 0.25;
+
+/// A gap that is smaller than this many times the noise is told as explained; it is at the noise or near it.
+const NEAR_NOISE: f64 = 2.0;
+
+fn verdict(effects: &[Effect], ambiguous: bool, left: f64, gap: &Gap) -> (Verdict, String) {
+    if effects.is_empty() {
         return if left < SIGNIFICANT {
             (
                 Verdict::NothingMissing,
@@ -186,22 +189,41 @@ fn verdict(effects: &[Effect], ambiguous: bool, left: f64, terms: usize) -> (Ver
                 .into(),
         );
     }
+    let is_small = gap.after.heldout < NEAR_NOISE;
+    let rest = significant(gap.after.heldout, 2);
+    if gap.shrink_heldout < EXPLAINED && !is_small {
+        let part = significant(100.0 * gap.shrink_heldout, 2);
+        return (
+            Verdict::Unknown,
+            format!(
+                "what was found explains only {part} % of the gap on data held out and leaves {rest} times \
+                 the noise; are the robot's file and the units those of the recordings?"
+            ),
+        );
+    }
+    let explained = if is_small {
+        "the gap".to_owned()
+    } else {
+        let part = significant(100.0 * gap.shrink_heldout, 2);
+        format!("{part} % of the gap (what is left is {rest} times the noise)")
+    };
     let unnamed = effects.iter().filter(|effect| effect.name == "unknown").count();
     if unnamed == effects.len() {
         return (
             Verdict::Unknown,
-            "no named effect explains the gap; the formula predicts data it was not fitted to"
-                .into(),
+            format!(
+                "no named effect explains the gap; the formula explains {explained}, also on data held out"
+            ),
         );
     }
     match effects {
         [one] => (
             Verdict::Named,
-            format!("{} at {} explains the gap, also on data held out", one.name, one.at),
+            format!("{} at {} explains {explained}, also on data held out", one.name, one.at),
         ),
         more => (
             Verdict::Several,
-            format!("{} effects together explain the gap, also on data held out", more.len()),
+            format!("{} effects together explain {explained}, also on data held out", more.len()),
         ),
     }
 }

@@ -1,6 +1,6 @@
 //! From recordings of an arm to a finding: lays the arm out along them, searches, answers.
 
-use super::answer::{SIGNIFICANT, above_noise, answer, synonym};
+use super::answer::{answer, synonym};
 use super::chain::Chain;
 use super::data::Data;
 use super::experiment::Experiment;
@@ -8,6 +8,7 @@ use super::explain::ArmGap;
 use super::plant::{Arm, Scene};
 use super::simulate::Model;
 use super::term::Term;
+use crate::discovery::finding::{SIGNIFICANT, above_noise};
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Outcome, Set};
 use crate::discovery::{Investigation, Trace};
