@@ -118,7 +118,16 @@ impl Ahead {
         label: &dyn Fn(&str) -> Option<String>,
     ) -> Self {
         let step = &pg.steps[index];
-        let stated = |all: &[Condition]| all.iter().map(|c| state(c, judge)).collect();
+        // A task and the action it ends in often state the same.
+        let stated = |all: &[Condition]| {
+            let mut told: Vec<Stated> = Vec::new();
+            for condition in all {
+                if told.iter().all(|other| other.text != condition.text) {
+                    told.push(state(condition, judge));
+                }
+            }
+            told
+        };
         Self {
             number,
             of: number + pg.steps.len() - index - 1,

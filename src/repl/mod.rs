@@ -200,8 +200,15 @@ impl<'scope, 'env> Session<'scope, 'env> {
         let things = library.scene(library.default_scene()).map(|(scene, _)| scene);
         let things = things.map(language::sentence::things).unwrap_or_default();
         let objects = things.iter().filter(|thing| scope.objects.contains_key(&thing.name));
-        let objects: Vec<String> =
-            objects.map(|thing| format!("{} ({})", thing.name, thing.looks)).collect();
+        let objects: Vec<String> = objects
+            .map(|thing| {
+                if thing.looks.is_empty() {
+                    thing.name.clone()
+                } else {
+                    format!("{} ({})", thing.name, thing.looks)
+                }
+            })
+            .collect();
         format!(
             "arm {}: ready\nobjects  {}\n:help   ?pour   Tab completes   Ctrl-C stops the arm\n",
             self.robot,
