@@ -11,47 +11,35 @@ use std::net::{SocketAddr, ToSocketAddrs};
 use std::sync::Arc;
 use std::time::Duration;
 
-use prost::Message;
-
 use crate::execution::arm::{Arm, Cancel, DeviceError, Feedback, Grip};
 use crate::execution::limits::{Cleared, ClearedGrip};
-use crate::motion::trajectory::Trajectory;
 
 use super::about::{About, refused};
 use super::beat::Beat;
 use super::clock::Clock;
 use super::degrees;
 use super::desk::in_words;
-use super::link::{Datagrams, Link, LinkError, Login};
-use super::messages::base::{
-    ActionEvent, ActionNotification, ServoingMode, ServoingModeInformation,
-};
+use super::link::{Link, LinkError, Login};
+use super::messages::base::{ServoingMode, ServoingModeInformation};
 use super::messages::common::ArmState;
 use super::messages::cyclic::{self, ToolFeedback};
-use super::messages::motion::{Finger, Gripper, GripperCommand, GripperMode};
-use super::messages::trajectory::{TrajectoryErrorReport, WaypointList, WaypointValidationReport};
-use super::refusal;
 use super::rpc::{base, base_cyclic};
 use super::safety;
-use super::stream::{self, Course, Cyclic, Stream, Went};
-use super::waypoints::{self, LEAD};
+use super::stream::Cyclic;
+use super::waypoints;
+
+mod fingers;
+mod path;
+mod servo;
 
 /// A joint this near to where it was sent is there, rad: under the arm's own warning of 3 deg.
 const THERE: f64 = 0.035;
 /// A joint slower than this rests, rad/s.
 const RESTS: f64 = 0.02;
-/// How long the arm may take to say that a motion is over, s after it should be.
-const PATIENCE: f64 = 3.0;
 /// How long it may take to come to rest, s.
 const COMING_TO_REST: f64 = 3.0;
 /// How many answers in a row may fail to come before a motion is given up.
 const MISSES: u32 = 3;
-/// How often an arm may leave low-level servoing on one path and be asked back.
-const MOST_LEFT: u64 = 20;
-/// Fingers that move less than this in a tenth of a second rest, m; a per cent of their travel is 0.85 mm.
-const STILL: f64 = 5e-4;
-/// Fingers this far from where they were sent were stopped by something, m.
-const STOPPED_SHORT: f64 = 3e-3;
 
 /// How to connect.
 #[derive(Clone)]
@@ -90,16 +78,6 @@ pub struct KortexArm {
     beat: Option<Beat>,
     /// When the fingers are to be sent beside a motion, by the clock in s, and how far open, m.
     fingers: Option<(f64, f64)>,
-}
-
-/// How an action ended, as far as it was told.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Told {
-    Nothing,
-    Started,
-    Ended,
-    /// Given up, with the arm's reason.
-    Aborted(u16),
 }
 
 impl std::fmt::Debug for KortexArm {
@@ -282,244 +260,6 @@ impl KortexArm {
         Ok(())
     }
 
-    /// Reads what was told of actions since the last time.
-    fn heard(&mut self, before: Told) -> Told {
-        let mut told = before;
-        for note in self.link.notes(self.actions) {
-            // One that cannot be read is passed over: the joints will tell.
-            let Ok(note) = ActionNotification::decode(&note.payload[..]) else { continue };
-            told = match (note.action_event(), told) {
-                (ActionEvent::Start, Told::Nothing) => Told::Started,
-                (ActionEvent::End, _) => Told::Ended,
-                (ActionEvent::Abort, _) => Told::Aborted(note.abort_details as u16),
-                (_, told) => told,
-            };
-        }
-        told
-    }
-
-    /// Has the arm check a path.
-    fn validate(&mut self, list: &WaypointList) -> Result<(), DeviceError> {
-        let report: WaypointValidationReport =
-            self.link.call(base::VALIDATE_WAYPOINT_LIST, list)?;
-        let report = report.trajectory_error_report.unwrap_or_default();
-        match waypoints::words(&report, list.waypoints.len()) {
-            None => Ok(()),
-            Some(words) => Err(refused(words, "slow the motion down, or raise the soft limits")),
-        }
-    }
-
-    /// Words why the arm gave a motion up.
-    fn why_aborted(&mut self, sub_code: u16, n: usize) -> DeviceError {
-        let known = refusal::sub_code(sub_code);
-        let report =
-            self.link.call::<TrajectoryErrorReport>(base::GET_TRAJECTORY_ERROR_REPORT, &());
-        let path = report.ok().and_then(|report| waypoints::words(&report, n));
-        let what = match (path, known) {
-            (Some(path), _) => path,
-            (None, Some(known)) => {
-                format!("the arm gave the motion up: {} ({} {sub_code})", known.what, known.name)
-            }
-            (None, None) => format!("the arm gave the motion up and says {sub_code}"),
-        };
-        refused(what, known.map_or("see what stopped it and clear the faults", |known| known.help))
-    }
-
-    /// Follows a path the arm has taken to its end.
-    fn accompany(
-        &mut self,
-        trajectory: &Trajectory,
-        n: usize,
-        cancel: &Cancel,
-        watch: &mut dyn FnMut(&Feedback),
-    ) -> Result<(), DeviceError> {
-        let clock = self.options.clock.clone();
-        let goal = trajectory.ends().1;
-        let (mut told, mut misses) = (Told::Nothing, 0);
-        let mut start = clock.now();
-        loop {
-            if cancel.is_cancelled() {
-                self.halt(watch)?;
-                return Err(DeviceError::Stopped);
-            }
-            self.send_fingers_when_due()?;
-            let before = told;
-            told = self.heard(told);
-            if before == Told::Nothing && told == Told::Started {
-                start = clock.now();
-            }
-            let along = clock.now() - start - LEAD;
-            self.q_cmd = trajectory.sample(along.max(0.0)).q;
-            let feedback = match self.measure_patiently(&mut misses) {
-                Ok(feedback) => feedback,
-                Err(error) => {
-                    let _ = self.halt(watch);
-                    return Err(error);
-                }
-            };
-            if let Some(feedback) = &feedback {
-                watch(feedback);
-            }
-            if let Told::Aborted(sub_code) = told {
-                let error = self.why_aborted(sub_code, n);
-                let _ = self.halt(watch);
-                return Err(error);
-            }
-            let late = along - trajectory.duration();
-            let rests = feedback.as_ref().is_some_and(|feedback| {
-                feedback.dq.iter().all(|dq| dq.abs() < RESTS)
-                    && feedback.q.iter().zip(&goal).all(|(q, goal)| (q - goal).abs() < THERE)
-            });
-            // The word may be lost on its way; joints that are there and rest say the same.
-            if rests && (told == Told::Ended || late > PATIENCE) {
-                self.q_cmd = goal;
-                return Ok(());
-            }
-            if late > 2.0 * PATIENCE {
-                return self.not_there(&goal, feedback.as_ref(), watch);
-            }
-            clock.sleep(1.0 / self.options.rate);
-        }
-    }
-
-    /// Follows a path by sending positions at 1 kHz.
-    ///
-    /// However it ends, the arm holds where it is and takes high-level commands again.
-    fn stream(
-        &mut self,
-        how: Cyclic,
-        trajectory: &Trajectory,
-        cancel: &Cancel,
-        watch: &mut dyn FnMut(&Feedback),
-    ) -> Result<(), DeviceError> {
-        let address = SocketAddr::new(self.address.ip(), how.port);
-        let mut datagrams = stream::open(address, &self.options.login)?;
-        let told = stream::ask(&mut datagrams)?;
-        let measured = self.inside(&told)?.q;
-        let off = |(a, b): (&f64, &f64)| (a - b).abs();
-        let jump = measured.iter().zip(&trajectory.ends().0).map(off).fold(0.0, f64::max);
-        if jump > THERE {
-            let what =
-                format!("the path begins {:.1} deg from where the arm is", jump.to_degrees());
-            return Err(refused(what, "plan again from where the arm is now"));
-        }
-        let mut beat = Beat::default();
-        let streamed =
-            self.beat_to_the_end(how, trajectory, &mut datagrams, &mut beat, cancel, watch);
-        let back = self.set_servoing(ServoingMode::SingleLevel);
-        self.beat = Some(beat);
-        streamed?;
-        back?;
-        if cancel.is_cancelled() {
-            let feedback = self.measure()?;
-            self.q_cmd.clone_from(&feedback.q);
-            return Err(DeviceError::Stopped);
-        }
-        self.q_cmd = trajectory.ends().1;
-        Ok(())
-    }
-
-    /// Streams, and asks an arm back that left low-level servoing by itself.
-    fn beat_to_the_end(
-        &mut self,
-        how: Cyclic,
-        trajectory: &Trajectory,
-        datagrams: &mut Datagrams,
-        beat: &mut Beat,
-        cancel: &Cancel,
-        watch: &mut dyn FnMut(&Feedback),
-    ) -> Result<(), DeviceError> {
-        let mut course = Course::start(self.q.len());
-        loop {
-            self.set_servoing(ServoingMode::LowLevel)?;
-            let mut read = |told: &cyclic::Feedback| self.inside(told);
-            let (silence, read) = (how.silence, &mut read);
-            let stream = Stream { trajectory, course, cancel, silence, read };
-            let along = match stream.run(datagrams, beat, watch)? {
-                Went::Over => return Ok(()),
-                Went::Left(along) => along,
-            };
-            beat.left += 1;
-            if beat.left > MOST_LEFT {
-                let what = format!(
-                    "the arm left 1 kHz servoing {} times on one path, for want of commands in time",
-                    beat.left
-                );
-                let help = "end what else this computer does, or leave `--stream` out";
-                return Err(refused(what, help));
-            }
-            if cancel.is_cancelled() {
-                return self.halt(watch);
-            }
-            course = Course::rejoin(trajectory, along, &self.at_rest(watch)?)?;
-        }
-    }
-
-    /// Waits until the arm, which holds by itself, rests; returns where.
-    fn at_rest(&mut self, watch: &mut dyn FnMut(&Feedback)) -> Result<Vec<f64>, DeviceError> {
-        if self.state()? == ArmState::InFault {
-            let what = "the arm went into fault while it was commanded at 1 kHz";
-            return Err(refused(what, "find out why, then clear its faults"));
-        }
-        let until = self.options.clock.now() + COMING_TO_REST;
-        let mut misses = 0;
-        loop {
-            if let Some(feedback) = self.measure_patiently(&mut misses)? {
-                watch(&feedback);
-                let rests = feedback.dq.iter().all(|dq| dq.abs() < RESTS);
-                if rests || self.options.clock.now() > until {
-                    return Ok(feedback.q);
-                }
-            }
-            self.options.clock.sleep(1.0 / self.options.rate);
-        }
-    }
-
-    fn set_servoing(&mut self, mode: ServoingMode) -> Result<(), LinkError> {
-        let asked = ServoingModeInformation { servoing_mode: mode as i32 };
-        self.link.call(base::SET_SERVOING_MODE, &asked)
-    }
-
-    /// Says which joint did not arrive, after stopping.
-    fn not_there(
-        &mut self,
-        goal: &[f64],
-        feedback: Option<&Feedback>,
-        watch: &mut dyn FnMut(&Feedback),
-    ) -> Result<(), DeviceError> {
-        let q = feedback.map_or_else(|| self.q.clone(), |feedback| feedback.q.clone());
-        let _ = self.halt(watch);
-        let off = |i: usize| (q[i] - goal[i]).abs();
-        let worst = (0..q.len()).max_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0);
-        Err(DeviceError::FollowingError {
-            joint: worst + 1,
-            error_deg: off(worst).to_degrees(),
-            limit_deg: THERE.to_degrees(),
-        })
-    }
-
-    fn command_fingers(&mut self, opening: f64) -> Result<(), LinkError> {
-        let closed = 1.0 - opening / self.options.max_opening;
-        let finger = Finger { finger_identifier: 1, value: closed.clamp(0.0, 1.0) as f32 };
-        let command = GripperCommand {
-            mode: GripperMode::Position as i32,
-            gripper: Some(Gripper { finger: vec![finger] }),
-            duration: 0,
-        };
-        self.link.call(base::SEND_GRIPPER_COMMAND, &command)
-    }
-
-    /// Sends the fingers that are to go beside a motion, once it is time.
-    fn send_fingers_when_due(&mut self) -> Result<(), LinkError> {
-        match self.fingers {
-            Some((due, opening)) if self.options.clock.now() >= due => {
-                self.fingers = None;
-                self.command_fingers(opening)
-            }
-            _ => Ok(()),
-        }
-    }
-
     /// Asks for feedback for so long, s, and shows it to `watch`.
     fn look_on(
         &mut self,
@@ -623,27 +363,7 @@ impl Arm for KortexArm {
         cancel: &Cancel,
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<Grip, DeviceError> {
-        if cancel.is_cancelled() {
-            return Err(DeviceError::Stopped);
-        }
-        self.fingers = None;
-        self.command_fingers(grip.opening())?;
-        let (mut last, mut still) = (self.measure()?.opening, 0);
-        // At most five seconds: the slowest fingers need two.
-        for _ in 0..50 {
-            self.look_on(0.1, cancel, watch)?;
-            let now = self.measure()?.opening;
-            still = if (now - last).abs() < STILL { still + 1 } else { 0 };
-            last = now;
-            if still >= 3 {
-                break;
-            }
-        }
-        if !last.is_finite() {
-            let help = "check the gripper's plug, then restart the arm";
-            return Err(refused("the gripper does not report its opening", help));
-        }
-        Ok(Grip { opening: last, stalled: (last - grip.opening()).abs() > STOPPED_SHORT })
+        self.close_to(grip, cancel, watch)
     }
 
     fn send_fingers(&mut self, grip: &ClearedGrip, after: f64) -> Result<(), DeviceError> {

@@ -9,7 +9,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io::{ErrorKind, Read, Write};
-use std::net::{Shutdown, SocketAddr, TcpStream, UdpSocket};
+use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -25,6 +25,12 @@ use super::messages::session::CreateSessionInfo;
 use super::refusal::{self, Refusal};
 use super::rpc::{self, Rpc};
 
+mod datagrams;
+mod error;
+
+pub use datagrams::Datagrams;
+pub use error::LinkError;
+
 /// A session that sends nothing for so long is closed by the arm, ms; and its movements are stopped after
 /// so long, ms. The vendor's examples take the same.
 const SESSION_SILENCE_MS: u32 = 60_000;
@@ -37,74 +43,6 @@ const LOOK: Duration = Duration::from_millis(30);
 const KEPT: usize = 1024;
 /// How many subscriptions notifications are kept for.
 const HANDLES: usize = 64;
-
-/// Why the arm did not answer, or not as hoped.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum LinkError {
-    /// Nobody is there.
-    #[error("no arm answers at {address}: {error}")]
-    Connect {
-        /// Where.
-        address: String,
-        /// What the system says.
-        error: String,
-    },
-    /// The connection is gone.
-    #[error("the connection to the arm is gone: {0}")]
-    Lost(String),
-    /// No answer in time.
-    #[error("the arm did not answer {rpc} within {milliseconds} ms")]
-    Silent {
-        /// Which call.
-        rpc: Rpc,
-        /// How long it was waited for, ms.
-        milliseconds: u64,
-    },
-    /// The answer is no.
-    #[error("{0}")]
-    Refused(Refusal),
-    /// The answer cannot be read.
-    #[error("the arm's answer to {rpc} cannot be read: {error}")]
-    Unreadable {
-        /// Which call.
-        rpc: Rpc,
-        /// Why.
-        error: String,
-    },
-    /// What is to be sent does not fit a frame.
-    #[error("{0}")]
-    Frame(#[from] FrameError),
-}
-
-impl LinkError {
-    /// Returns what would help.
-    pub fn help(&self) -> &'static str {
-        match self {
-            Self::Connect { .. } => {
-                "is the arm on and in this network? its own address is 192.168.1.10, its port 10000"
-            }
-            Self::Lost(_) => {
-                "check the cable; the next command connects again, and the arm has stopped by itself"
-            }
-            Self::Silent { .. } => "check the cable and the arm's light, then try again",
-            Self::Refused(refusal) => refusal.help(),
-            Self::Unreadable { .. } => {
-                "its firmware may be newer than this program; tell the project its version"
-            }
-            Self::Frame(_) => "shorten the path",
-        }
-    }
-
-    /// Returns whether the arm refused with this sub-code.
-    pub fn is_refusal(&self, sub_code: u16) -> bool {
-        matches!(self, Self::Refused(refusal) if refusal.sub_code == sub_code)
-    }
-
-    /// Returns whether a new connection is needed.
-    pub fn is_lost(&self) -> bool {
-        matches!(self, Self::Lost(_)) || self.is_refusal(refusal::INVALID_SESSION)
-    }
-}
 
 /// Who connects. The password is never printed.
 #[derive(Clone, PartialEq, Eq)]
@@ -419,126 +357,5 @@ impl Shared {
                 self.lose("the arm closed the session");
             }
         }
-    }
-}
-
-/// A session over UDP, one call at a time.
-#[derive(Debug)]
-pub struct Datagrams {
-    socket: UdpSocket,
-    session: u16,
-    next: u16,
-    buffer: Vec<u8>,
-}
-
-impl Datagrams {
-    /// Opens a session; it is asked for a few times, since datagrams get lost.
-    ///
-    /// # Errors
-    ///
-    /// As [`Link::open`].
-    pub fn open(address: SocketAddr, login: &Login) -> Result<Self, LinkError> {
-        let failed = |error: std::io::Error| LinkError::Connect {
-            address: format!("{address} (UDP)"),
-            error: error.to_string(),
-        };
-        let any: SocketAddr = match address {
-            SocketAddr::V4(_) => ([0, 0, 0, 0], 0).into(),
-            SocketAddr::V6(_) => ([0_u16; 8], 0).into(),
-        };
-        let socket = UdpSocket::bind(any).map_err(failed)?;
-        socket.connect(address).map_err(failed)?;
-        let mut link = Self { socket, session: 0, next: 1, buffer: vec![0; 65_536] };
-        let mut last = None;
-        for _ in 0..5 {
-            let soon = Duration::from_millis(400);
-            match link.call::<()>(rpc::session::CREATE_SESSION, &login.message(), soon) {
-                Ok(()) => return Ok(link),
-                Err(error @ LinkError::Silent { .. }) => last = Some(error),
-                Err(error) => return Err(error),
-            }
-        }
-        Err(last.unwrap_or_else(|| LinkError::Lost("it was never open".to_owned())))
-    }
-
-    /// Calls and waits at most `timeout` for the answer; late answers to earlier calls are passed over.
-    ///
-    /// # Errors
-    ///
-    /// As [`Link::call`].
-    pub fn call<M: Message + Default>(
-        &mut self,
-        rpc: Rpc,
-        message: &impl Message,
-        timeout: Duration,
-    ) -> Result<M, LinkError> {
-        let number = self.send(rpc, message)?;
-        let until = Wall.now() + timeout.as_secs_f64();
-        loop {
-            let left = until - Wall.now();
-            let silent = || LinkError::Silent { rpc, milliseconds: timeout.as_millis() as u64 };
-            if left <= 0.0 {
-                return Err(silent());
-            }
-            let Some(frame) = self.receive(Duration::from_secs_f64(left))? else {
-                return Err(silent());
-            };
-            if frame.header.kind == Kind::Response && frame.header.message == number {
-                if frame.header.error == 0 {
-                    self.session = frame.header.session;
-                }
-                return answer(rpc, &frame);
-            }
-        }
-    }
-
-    /// Sends a call without waiting and returns the number its answer will have.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError::Lost`], [`LinkError::Frame`].
-    pub fn send(&mut self, rpc: Rpc, message: &impl Message) -> Result<u16, LinkError> {
-        let number = self.next;
-        self.next = self.next.wrapping_add(1);
-        let frame = Frame::request(rpc, 0, self.session, number, message.encode_to_vec());
-        match self.socket.send(&frame.encode()?) {
-            Ok(_) => Ok(number),
-            // Nobody listens there now; that shows when no answer comes.
-            Err(error) if error.kind() == ErrorKind::ConnectionRefused => Ok(number),
-            Err(error) => Err(LinkError::Lost(error.to_string())),
-        }
-    }
-
-    /// Returns the next frame that comes within `timeout`.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError::Lost`].
-    pub fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>, LinkError> {
-        let lost = |error: std::io::Error| LinkError::Lost(error.to_string());
-        // A time of zero would wait for ever.
-        let timeout = timeout.max(Duration::from_micros(50));
-        self.socket.set_read_timeout(Some(timeout)).map_err(lost)?;
-        match self.socket.recv(&mut self.buffer) {
-            Ok(n) => Ok(Frame::decode(&self.buffer[..n]).ok()),
-            Err(error)
-                if matches!(
-                    error.kind(),
-                    ErrorKind::WouldBlock
-                        | ErrorKind::TimedOut
-                        | ErrorKind::Interrupted
-                        | ErrorKind::ConnectionRefused
-                ) =>
-            {
-                Ok(None)
-            }
-            Err(error) => Err(lost(error)),
-        }
-    }
-}
-
-impl Drop for Datagrams {
-    fn drop(&mut self) {
-        let _ = self.send(rpc::session::CLOSE_SESSION, &());
     }
 }

@@ -1,0 +1,121 @@
+//! A path sent as positions at 1 kHz, over UDP.
+//!
+//! However it ends, the arm holds where it is and takes high-level commands again.
+
+use std::net::SocketAddr;
+
+use crate::execution::arm::{Cancel, DeviceError, Feedback};
+use crate::motion::trajectory::Trajectory;
+
+use super::super::about::refused;
+use super::super::beat::Beat;
+use super::super::link::{Datagrams, LinkError};
+use super::super::messages::base::{ServoingMode, ServoingModeInformation};
+use super::super::messages::common::ArmState;
+use super::super::messages::cyclic;
+use super::super::rpc::base;
+use super::super::stream::{self, Course, Cyclic, Stream, Went};
+use super::{COMING_TO_REST, KortexArm, RESTS, THERE};
+
+/// How often an arm may leave low-level servoing on one path and be asked back.
+const MOST_LEFT: u64 = 20;
+
+impl KortexArm {
+    /// Follows a path by sending positions at 1 kHz.
+    ///
+    /// However it ends, the arm holds where it is and takes high-level commands again.
+    pub(super) fn stream(
+        &mut self,
+        how: Cyclic,
+        trajectory: &Trajectory,
+        cancel: &Cancel,
+        watch: &mut dyn FnMut(&Feedback),
+    ) -> Result<(), DeviceError> {
+        let address = SocketAddr::new(self.address.ip(), how.port);
+        let mut datagrams = stream::open(address, &self.options.login)?;
+        let told = stream::ask(&mut datagrams)?;
+        let measured = self.inside(&told)?.q;
+        let off = |(a, b): (&f64, &f64)| (a - b).abs();
+        let jump = measured.iter().zip(&trajectory.ends().0).map(off).fold(0.0, f64::max);
+        if jump > THERE {
+            let what =
+                format!("the path begins {:.1} deg from where the arm is", jump.to_degrees());
+            return Err(refused(what, "plan again from where the arm is now"));
+        }
+        let mut beat = Beat::default();
+        let streamed =
+            self.beat_to_the_end(how, trajectory, &mut datagrams, &mut beat, cancel, watch);
+        let back = self.set_servoing(ServoingMode::SingleLevel);
+        self.beat = Some(beat);
+        streamed?;
+        back?;
+        if cancel.is_cancelled() {
+            let feedback = self.measure()?;
+            self.q_cmd.clone_from(&feedback.q);
+            return Err(DeviceError::Stopped);
+        }
+        self.q_cmd = trajectory.ends().1;
+        Ok(())
+    }
+
+    /// Streams, and asks an arm back that left low-level servoing by itself.
+    fn beat_to_the_end(
+        &mut self,
+        how: Cyclic,
+        trajectory: &Trajectory,
+        datagrams: &mut Datagrams,
+        beat: &mut Beat,
+        cancel: &Cancel,
+        watch: &mut dyn FnMut(&Feedback),
+    ) -> Result<(), DeviceError> {
+        let mut course = Course::start(self.q.len());
+        loop {
+            self.set_servoing(ServoingMode::LowLevel)?;
+            let mut read = |told: &cyclic::Feedback| self.inside(told);
+            let (silence, read) = (how.silence, &mut read);
+            let stream = Stream { trajectory, course, cancel, silence, read };
+            let along = match stream.run(datagrams, beat, watch)? {
+                Went::Over => return Ok(()),
+                Went::Left(along) => along,
+            };
+            beat.left += 1;
+            if beat.left > MOST_LEFT {
+                let what = format!(
+                    "the arm left 1 kHz servoing {} times on one path, for want of commands in time",
+                    beat.left
+                );
+                let help = "end what else this computer does, or leave `--stream` out";
+                return Err(refused(what, help));
+            }
+            if cancel.is_cancelled() {
+                return self.halt(watch);
+            }
+            course = Course::rejoin(trajectory, along, &self.at_rest(watch)?)?;
+        }
+    }
+
+    /// Waits until the arm, which holds by itself, rests; returns where.
+    fn at_rest(&mut self, watch: &mut dyn FnMut(&Feedback)) -> Result<Vec<f64>, DeviceError> {
+        if self.state()? == ArmState::InFault {
+            let what = "the arm went into fault while it was commanded at 1 kHz";
+            return Err(refused(what, "find out why, then clear its faults"));
+        }
+        let until = self.options.clock.now() + COMING_TO_REST;
+        let mut misses = 0;
+        loop {
+            if let Some(feedback) = self.measure_patiently(&mut misses)? {
+                watch(&feedback);
+                let rests = feedback.dq.iter().all(|dq| dq.abs() < RESTS);
+                if rests || self.options.clock.now() > until {
+                    return Ok(feedback.q);
+                }
+            }
+            self.options.clock.sleep(1.0 / self.options.rate);
+        }
+    }
+
+    fn set_servoing(&mut self, mode: ServoingMode) -> Result<(), LinkError> {
+        let asked = ServoingModeInformation { servoing_mode: mode as i32 };
+        self.link.call(base::SET_SERVOING_MODE, &asked)
+    }
+}

@@ -1,0 +1,133 @@
+//! A session over UDP, which the 1 kHz cycle needs: one call at a time, and what comes late is passed over.
+
+use std::io::ErrorKind;
+use std::net::{SocketAddr, UdpSocket};
+use std::time::Duration;
+
+use prost::Message;
+
+use super::super::clock::{Clock, Wall};
+use super::super::frame::{Frame, Kind};
+use super::super::rpc::{self, Rpc};
+use super::{LinkError, Login, answer};
+
+/// A session over UDP, one call at a time.
+#[derive(Debug)]
+pub struct Datagrams {
+    socket: UdpSocket,
+    session: u16,
+    next: u16,
+    buffer: Vec<u8>,
+}
+
+impl Datagrams {
+    /// Opens a session; it is asked for a few times, since datagrams get lost.
+    ///
+    /// # Errors
+    ///
+    /// As [`Link::open`].
+    pub fn open(address: SocketAddr, login: &Login) -> Result<Self, LinkError> {
+        let failed = |error: std::io::Error| LinkError::Connect {
+            address: format!("{address} (UDP)"),
+            error: error.to_string(),
+        };
+        let any: SocketAddr = match address {
+            SocketAddr::V4(_) => ([0, 0, 0, 0], 0).into(),
+            SocketAddr::V6(_) => ([0_u16; 8], 0).into(),
+        };
+        let socket = UdpSocket::bind(any).map_err(failed)?;
+        socket.connect(address).map_err(failed)?;
+        let mut link = Self { socket, session: 0, next: 1, buffer: vec![0; 65_536] };
+        let mut last = None;
+        for _ in 0..5 {
+            let soon = Duration::from_millis(400);
+            match link.call::<()>(rpc::session::CREATE_SESSION, &login.message(), soon) {
+                Ok(()) => return Ok(link),
+                Err(error @ LinkError::Silent { .. }) => last = Some(error),
+                Err(error) => return Err(error),
+            }
+        }
+        Err(last.unwrap_or_else(|| LinkError::Lost("it was never open".to_owned())))
+    }
+
+    /// Calls and waits at most `timeout` for the answer; late answers to earlier calls are passed over.
+    ///
+    /// # Errors
+    ///
+    /// As [`Link::call`].
+    pub fn call<M: Message + Default>(
+        &mut self,
+        rpc: Rpc,
+        message: &impl Message,
+        timeout: Duration,
+    ) -> Result<M, LinkError> {
+        let number = self.send(rpc, message)?;
+        let until = Wall.now() + timeout.as_secs_f64();
+        loop {
+            let left = until - Wall.now();
+            let silent = || LinkError::Silent { rpc, milliseconds: timeout.as_millis() as u64 };
+            if left <= 0.0 {
+                return Err(silent());
+            }
+            let Some(frame) = self.receive(Duration::from_secs_f64(left))? else {
+                return Err(silent());
+            };
+            if frame.header.kind == Kind::Response && frame.header.message == number {
+                if frame.header.error == 0 {
+                    self.session = frame.header.session;
+                }
+                return answer(rpc, &frame);
+            }
+        }
+    }
+
+    /// Sends a call without waiting and returns the number its answer will have.
+    ///
+    /// # Errors
+    ///
+    /// [`LinkError::Lost`], [`LinkError::Frame`].
+    pub fn send(&mut self, rpc: Rpc, message: &impl Message) -> Result<u16, LinkError> {
+        let number = self.next;
+        self.next = self.next.wrapping_add(1);
+        let frame = Frame::request(rpc, 0, self.session, number, message.encode_to_vec());
+        match self.socket.send(&frame.encode()?) {
+            Ok(_) => Ok(number),
+            // Nobody listens there now; that shows when no answer comes.
+            Err(error) if error.kind() == ErrorKind::ConnectionRefused => Ok(number),
+            Err(error) => Err(LinkError::Lost(error.to_string())),
+        }
+    }
+
+    /// Returns the next frame that comes within `timeout`.
+    ///
+    /// # Errors
+    ///
+    /// [`LinkError::Lost`].
+    pub fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>, LinkError> {
+        let lost = |error: std::io::Error| LinkError::Lost(error.to_string());
+        // A time of zero would wait for ever.
+        let timeout = timeout.max(Duration::from_micros(50));
+        self.socket.set_read_timeout(Some(timeout)).map_err(lost)?;
+        match self.socket.recv(&mut self.buffer) {
+            Ok(n) => Ok(Frame::decode(&self.buffer[..n]).ok()),
+            Err(error)
+                if matches!(
+                    error.kind(),
+                    ErrorKind::WouldBlock
+                        | ErrorKind::TimedOut
+                        | ErrorKind::Interrupted
+                        | ErrorKind::ConnectionRefused
+                ) =>
+            {
+                Ok(None)
+            }
+            Err(error) => Err(lost(error)),
+        }
+    }
+}
+
+impl Drop for Datagrams {
+    fn drop(&mut self) {
+        let _ = self.send(rpc::session::CLOSE_SESSION, &());
+    }
+}
