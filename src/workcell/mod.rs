@@ -10,10 +10,13 @@ pub mod devices;
 pub mod learning;
 pub mod picture;
 pub mod poured;
+pub mod questions;
 pub mod record;
 pub mod rehearse;
 pub mod stdlib;
 pub mod together;
+pub mod trials;
+mod asking;
 mod known;
 mod lead;
 mod perform;
@@ -21,6 +24,8 @@ mod perform;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
+
+use image::RgbImage;
 
 use crate::execution::arm::{Cancel, DeviceError, Scales};
 use crate::execution::calibrate::{self, Calibration, Switches};
@@ -40,6 +45,7 @@ use crate::motion::robot::Robot;
 use crate::twin::Settings;
 use crate::twin::render::{ArmLook, View};
 use crate::units::Quantity;
+use crate::vqa::Endpoint;
 use crate::world::fluent::Reading;
 use crate::world::{Scene, WorldState};
 use known::Known;
@@ -125,6 +131,14 @@ pub enum Error {
     /// There is nothing to do.
     #[error("there is nothing to do")]
     NothingToDo,
+    /// The model that was to answer questions does not answer.
+    #[error("the model at {endpoint} does not answer: {why}")]
+    Model {
+        /// Where it was looked for.
+        endpoint: String,
+        /// Why.
+        why: String,
+    },
     /// An action could not be done.
     #[error("{0}")]
     Action(#[from] ActionError),
@@ -189,6 +203,7 @@ pub struct WorkCell {
     learnt: Learnt,
     dial: Dial,
     lead: Option<Lead>,
+    model: Option<Endpoint>,
 }
 
 impl WorkCell {
@@ -271,6 +286,7 @@ impl WorkCell {
             learnt: Learnt::default(),
             dial,
             lead: None,
+            model: None,
         })
     }
 
@@ -528,18 +544,19 @@ impl WorkCell {
         self.tell(&Event::Note { text: text.into() });
     }
 
-    fn photo_for_run(&self, name: &str) -> Result<(), Error> {
+    fn photo_for_run(&self, name: &str) -> Result<Option<RgbImage>, Error> {
         let image = self.scripts.stage().body().photo().map_err(ActionError::from)?;
-        if let Some(image) = image {
-            self.tell(&Event::Picture { name: name.into(), image });
+        if let Some(image) = &image {
+            self.tell(&Event::Picture { name: name.into(), image: image.clone() });
         }
-        Ok(())
+        Ok(image)
     }
 
-    fn twin_picture(&self, name: &str, view: &View) {
+    fn twin_picture(&self, name: &str, view: &View) -> RgbImage {
         let camera = self.scripts.stage().body().calibration().map(|found| found.camera);
         let image = picture::draw(&camera.unwrap_or(self.cell.scene.camera), view);
-        self.tell(&Event::Picture { name: name.into(), image });
+        self.tell(&Event::Picture { name: name.into(), image: image.clone() });
+        image
     }
 }
 

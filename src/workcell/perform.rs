@@ -15,12 +15,13 @@ use crate::graph::{self, Graph, ParseGraph};
 use crate::language::ast::{Call, Remedy};
 use crate::monitor::questionnaire::{self, Answer};
 use crate::monitor::{self, Comparison};
+use crate::vqa::Probe;
 use crate::world::WorldState;
 
 use super::lead::Turn;
 use super::record::Recorder;
 use super::rehearse::{Candidate, Rehearsal, Rehearsals};
-use super::{Error, WorkCell, tell};
+use super::{Error, WorkCell, picture, tell};
 
 /// How many candidates are rehearsed for one attempt.
 const CANDIDATES: usize = 4;
@@ -106,8 +107,11 @@ pub struct Run {
     pub version: String,
     /// The steps, as carried out.
     pub steps: Vec<StepRecord>,
-    /// The questionnaire, answered by geometry after each step.
+    /// The questionnaire, answered by geometry after each step, and by a model where one is asked.
     pub questions: Vec<Vec<Answer>>,
+    /// What the model that answers beside geometry showed it can do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probe: Option<Probe>,
     /// What was tried in the twin, best first, attempt after attempt.
     pub rehearsals: Vec<Tried>,
     /// The parse graphs that were performed, one an attempt.
@@ -136,6 +140,7 @@ impl Run {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             steps: steps.to_vec(),
             questions: Vec::new(),
+            probe: None,
             rehearsals: Vec::new(),
             parse_graphs: Vec::new(),
             water: None,
@@ -193,9 +198,7 @@ impl WorkCell {
             Ok(()) => Ok(()),
         };
         // Whatever happened, the folder holds a whole document.
-        let saved = recorder.map_or(Ok(()), |recorder| {
-            save(&mut recorder.lock().unwrap_or_else(PoisonError::into_inner), &run)
-        });
+        let saved = keep(&run, recorder.as_ref());
         carried.and(saved).map(|()| run)
     }
 
@@ -226,6 +229,7 @@ impl WorkCell {
                 "the arm moves at {percent} % of what is planned; `slow 100` while stepping undoes it"
             ));
         }
+        self.probe_model(&graph, run)?;
         self.phase("perceive", "calibrating and looking");
         // What the call needs and does not find is said before the arm moves for regression 3.
         let perceived = self
@@ -471,12 +475,14 @@ impl WorkCell {
             let record = record(pg, number, done, comparison, twin);
             self.tell(&Event::StepEnd { record: Box::new(record.clone()) });
             run.steps.push(record);
-            if let Some(recorder) = recorder {
-                save(&mut recorder.lock().unwrap_or_else(PoisonError::into_inner), run)?;
-            }
-            self.photo_for_run(&format!("{number:02}-after-real"))?;
-            if let Some(view) = rehearsal.views.get(k) {
-                self.twin_picture(&format!("{number:02}-after-twin"), view);
+            keep(run, recorder)?;
+            let real = self.photo_for_run(&picture::after(number, "real"))?;
+            let twin = rehearsal
+                .views
+                .get(k)
+                .map(|view| self.twin_picture(&picture::after(number, "twin"), view));
+            if cut_short.is_none() && self.ask_model(run, real.as_ref(), twin.as_ref()) {
+                keep(run, recorder)?;
             }
             let asked = self.ask_after(&turn, ahead, run.steps.last());
             if let Some(error) = cut_short {
@@ -563,6 +569,13 @@ impl Observer for Shared {
     fn event(&mut self, event: &Event) {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).event(event);
     }
+}
+
+/// Writes the run as it stands, if it is kept.
+fn keep(run: &Run, recorder: Option<&SharedRecorder>) -> Result<(), Error> {
+    recorder.map_or(Ok(()), |recorder| {
+        save(&mut recorder.lock().unwrap_or_else(PoisonError::into_inner), run)
+    })
 }
 
 fn save(recorder: &mut Recorder, run: &Run) -> Result<(), Error> {
