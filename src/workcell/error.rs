@@ -85,6 +85,14 @@ pub enum Error {
     /// There is nothing to do.
     #[error("there is nothing to do")]
     NothingToDo,
+    /// The model that was to answer questions does not answer.
+    #[error("the model at {endpoint} does not answer: {why}")]
+    Model {
+        /// Where it was looked for.
+        endpoint: String,
+        /// Why.
+        why: String,
+    },
     /// An action could not be done.
     #[error("{0}")]
     Action(#[from] ActionError),

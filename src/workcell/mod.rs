@@ -10,10 +10,13 @@ pub mod devices;
 pub mod learning;
 pub mod picture;
 pub mod poured;
+pub mod questions;
 pub mod record;
 pub mod rehearse;
 pub mod stdlib;
 pub mod together;
+pub mod trials;
+mod asking;
 mod attempt;
 mod choice;
 mod error;
@@ -25,6 +28,8 @@ mod perform;
 mod run;
 
 use std::sync::{Arc, Mutex, PoisonError};
+
+use image::RgbImage;
 
 use crate::execution::arm::{Cancel, Scales};
 use crate::execution::calibrate::{self, Calibration, Switches};
@@ -42,6 +47,7 @@ use crate::language::{Diagnostic, Library, Source};
 use crate::motion::robot::Robot;
 use crate::twin::Settings;
 use crate::twin::render::{ArmLook, View};
+use crate::vqa::Endpoint;
 use crate::world::{Scene, WorldState};
 use known::Known;
 use lead::Lead;
@@ -111,6 +117,7 @@ pub struct WorkCell {
     learnt: Learnt,
     dial: Dial,
     lead: Option<Lead>,
+    model: Option<Endpoint>,
 }
 
 impl WorkCell {
@@ -193,6 +200,7 @@ impl WorkCell {
             learnt: Learnt::default(),
             dial,
             lead: None,
+            model: None,
         })
     }
 
@@ -323,18 +331,19 @@ impl WorkCell {
         self.tell(&Event::Note { text: text.into() });
     }
 
-    fn photo_for_run(&self, name: &str) -> Result<(), Error> {
+    fn photo_for_run(&self, name: &str) -> Result<Option<RgbImage>, Error> {
         let image = self.scripts.stage().body().photo().map_err(ActionError::from)?;
-        if let Some(image) = image {
-            self.tell(&Event::Picture { name: name.into(), image });
+        if let Some(image) = &image {
+            self.tell(&Event::Picture { name: name.into(), image: image.clone() });
         }
-        Ok(())
+        Ok(image)
     }
 
-    fn twin_picture(&self, name: &str, view: &View) {
+    fn twin_picture(&self, name: &str, view: &View) -> RgbImage {
         let camera = self.scripts.stage().body().calibration().map(|found| found.camera);
         let image = picture::draw(&camera.unwrap_or(self.cell.scene.camera), view);
-        self.tell(&Event::Picture { name: name.into(), image });
+        self.tell(&Event::Picture { name: name.into(), image: image.clone() });
+        image
     }
 }
 

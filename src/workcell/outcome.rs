@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::execution::trace::{Outcome, StepRecord};
 use crate::graph::ParseGraph;
 use crate::monitor::questionnaire::Answer;
+use crate::vqa::Probe;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -87,8 +88,11 @@ pub struct Run {
     pub version: String,
     /// The steps, as carried out.
     pub steps: Vec<StepRecord>,
-    /// The questionnaire, answered by geometry after each step.
+    /// The questionnaire, answered by geometry after each step, and by a model where one is asked.
     pub questions: Vec<Vec<Answer>>,
+    /// What the model that answers beside geometry showed it can do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probe: Option<Probe>,
     /// What was tried in the twin, best first, attempt after attempt.
     pub rehearsals: Vec<Tried>,
     /// The parse graphs that were performed, one an attempt.
@@ -117,6 +121,7 @@ impl Run {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             steps: steps.to_vec(),
             questions: Vec::new(),
+            probe: None,
             rehearsals: Vec::new(),
             parse_graphs: Vec::new(),
             water: None,

@@ -1,7 +1,5 @@
 //! A rehearsal, carried out on the arm: step by step, compared and recorded after each.
 
-use std::sync::PoisonError;
-
 use crate::execution::tape::Tape;
 use crate::execution::trace::{Event, Outcome, StepRecord};
 use crate::execution::walk::{Done, Walker};
@@ -12,8 +10,8 @@ use crate::world::WorldState;
 
 use super::lead::Turn;
 use super::rehearse::Rehearsal;
-use super::run::{SharedRecorder, save};
-use super::{Error, Run, WorkCell};
+use super::run::{SharedRecorder, keep};
+use super::{Error, Run, WorkCell, picture};
 
 impl WorkCell {
     /// Performs a rehearsal on the arm; returns the step that failed and why, if one did.
@@ -67,12 +65,14 @@ impl WorkCell {
             let record = record(pg, number, done, comparison, twin);
             self.tell(&Event::StepEnd { record: Box::new(record.clone()) });
             run.steps.push(record);
-            if let Some(recorder) = recorder {
-                save(&mut recorder.lock().unwrap_or_else(PoisonError::into_inner), run)?;
-            }
-            self.photo_for_run(&format!("{number:02}-after-real"))?;
-            if let Some(view) = rehearsal.views.get(k) {
-                self.twin_picture(&format!("{number:02}-after-twin"), view);
+            keep(run, recorder)?;
+            let real = self.photo_for_run(&picture::after(number, "real"))?;
+            let twin = rehearsal
+                .views
+                .get(k)
+                .map(|view| self.twin_picture(&picture::after(number, "twin"), view));
+            if cut_short.is_none() && self.ask_model(run, real.as_ref(), twin.as_ref()) {
+                keep(run, recorder)?;
             }
             let asked = self.ask_after(&turn, ahead, run.steps.last());
             if let Some(error) = cut_short {

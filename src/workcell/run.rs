@@ -63,9 +63,7 @@ impl WorkCell {
             Ok(()) => Ok(()),
         };
         // Whatever happened, the folder holds a whole document.
-        let saved = recorder.map_or(Ok(()), |recorder| {
-            save(&mut recorder.lock().unwrap_or_else(PoisonError::into_inner), &run)
-        });
+        let saved = keep(&run, recorder.as_ref());
         carried.and(saved).map(|()| run)
     }
 
@@ -96,6 +94,7 @@ impl WorkCell {
                 "the arm moves at {percent} % of what is planned; `slow 100` while stepping undoes it"
             ));
         }
+        self.probe_model(&graph, run)?;
         self.phase("perceive", "calibrating and looking");
         // What the call needs and does not find is said before the arm moves for regression 3.
         let perceived = self
@@ -189,8 +188,10 @@ impl Observer for Shared {
     }
 }
 
-/// Writes `run.json` as it stands now.
-pub(super) fn save(recorder: &mut Recorder, run: &Run) -> Result<(), Error> {
+/// Writes the run as it stands, if it is kept.
+pub(super) fn keep(run: &Run, recorder: Option<&SharedRecorder>) -> Result<(), Error> {
+    let Some(recorder) = recorder else { return Ok(()) };
+    let mut recorder = recorder.lock().unwrap_or_else(PoisonError::into_inner);
     let path = recorder.dir().join("run.json");
     recorder.save(run).map_err(|error| Error::File { path, error })
 }
