@@ -9,6 +9,7 @@ pub mod check;
 pub mod devices;
 pub mod learning;
 pub mod picture;
+pub mod carried;
 pub mod poured;
 pub mod questions;
 pub mod record;
