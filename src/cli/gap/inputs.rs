@@ -24,24 +24,29 @@ pub(super) fn recordings(
     cli: &Cli,
     style: Style,
 ) -> Result<(Vec<Recording>, Option<Scene>), Failure> {
-    let mut recordings = plain(args, map)?;
+    let mut files: Vec<Vec<Recording>> =
+        args.recordings.iter().map(|path| recordings_at(path, map)).collect::<Result<_, _>>()?;
     let runs: Vec<Option<Run>> =
         args.recordings.iter().map(|path| run_at(path)).collect::<Result<_, _>>()?;
     let mut scene = None;
-    if runs.iter().any(Option::is_some) || recordings.iter().any(Pour::is_one) {
+    if runs.iter().any(Option::is_some) || files.iter().flatten().any(Pour::is_one) {
         scene = Some(scene_of(cli, model, style)?);
     }
-    let Some(scene) = scene else { return Ok((recordings, None)) };
+    let Some(scene) = scene else { return Ok((flat(files), None)) };
     let robot = stdlib(cli)?.robot(&scene.robot).map_err(|error| {
         Failure::input("scene::robot", error.to_string()).at(scene.name.as_str())
     })?;
-    for (recording, run) in recordings.iter_mut().zip(&runs) {
+    for (file, run) in files.iter_mut().zip(&runs) {
         let Some(run) = run else { continue };
-        let pour = poured::pour(run, recording, &robot, &scene).map_err(|error| failure(&error))?;
-        if let Some(pour) = pour {
-            *recording = pour;
+        for recording in file {
+            let pour =
+                poured::pour(run, recording, &robot, &scene).map_err(|error| failure(&error))?;
+            if let Some(pour) = pour {
+                *recording = pour;
+            }
         }
     }
+    let recordings = flat(files);
     let pours = recordings.iter().filter(|recording| Pour::is_one(recording)).count();
     if pours == 0 {
         return Ok((recordings, None));
@@ -56,7 +61,21 @@ pub(super) fn recordings(
 
 /// Reads every recording as it is.
 pub(super) fn plain(args: &GapArgs, map: &Map) -> Result<Vec<Recording>, Failure> {
-    args.recordings.iter().map(|path| recording_at(path, map)).collect()
+    let files: Result<_, _> = args.recordings.iter().map(|path| recordings_at(path, map)).collect();
+    files.map(flat)
+}
+
+/// The recordings of all files in a row; where files hold several, it is said which one is held out.
+fn flat(files: Vec<Vec<Recording>>) -> Vec<Recording> {
+    let several = files.iter().any(|file| file.len() > 1);
+    let mut recordings: Vec<Recording> = files.into_iter().flatten().collect();
+    if let Some(last) = recordings.last_mut()
+        && several
+    {
+        let note = format!("{} is held out, being the last", last.name);
+        last.notes.push(note);
+    }
+    recordings
 }
 
 /// Reads the run of a run folder.
@@ -103,8 +122,8 @@ pub(super) fn scene_of(
     workcell::scene_of(&library, wanted).map_err(|error| report::cell_failure(&error, style))
 }
 
-/// Reads a recording and the sidecar beside it; a folder is a run, whose recording is `arm.csv`.
-fn recording_at(path: &Path, map: &Map) -> Result<Recording, Failure> {
+/// Reads the recordings of a file and the sidecar beside it; a folder is a run, whose recording is `arm.csv`.
+fn recordings_at(path: &Path, map: &Map) -> Result<Vec<Recording>, Failure> {
     let inside;
     let path = if path.is_dir() {
         inside = path.join("arm.csv");
@@ -123,9 +142,9 @@ fn recording_at(path: &Path, map: &Map) -> Result<Recording, Failure> {
                 .at(&name)
                 .help("is the path right?")
         })?;
-        Recording::read_bag(&name, &bytes, sidecar, map)
+        Recording::read_bag(&name, &bytes, sidecar, map).map(|recording| vec![recording])
     } else {
-        Recording::read(&name, &read(path)?, sidecar, map)
+        Recording::read_runs(&name, &read(path)?, sidecar, map)
     };
     found.map_err(|error| failure(&error))
 }
