@@ -83,7 +83,7 @@ pub fn pour(
         name: name.into(),
         unit: Unit::parse(unit).ok(),
         values,
-        bad: None,
+        bad: Vec::new(),
     };
     let columns = vec![
         column("inside", "m", inside.collect()),
