@@ -150,3 +150,5 @@ fn measures_are_in_si_with_the_units_name() {
         assert!((measure.value - value).abs() < 1e-18);
     }
 }
+
+mod changes;
