@@ -11,6 +11,7 @@ use super::grid::{Form, Grid};
 pub fn table(table: &Table, probes: &[Probe], command: &str, form: Form) -> String {
     match form {
         Form::Csv => details(table, form).form(form),
+        Form::Markdown if table.groups.is_empty() => bases(table).form(form),
         Form::Markdown => [paper(table).form(form), details(table, form).form(form)].join("\n\n"),
         Form::Text => {
             let mut text = String::new();
@@ -144,8 +145,12 @@ fn notes(table: &Table, probes: &[Probe]) -> Vec<String> {
                 .to_owned(),
         );
     }
-    if table.laboratories < 2 {
-        notes.push("intervals need runs of at least two seeds".to_owned());
+    match table.laboratories {
+        0 | 1 => notes.push("intervals need runs of at least two seeds".to_owned()),
+        few @ 2..10 => notes.push(format!(
+            "intervals drawn from {few} laboratories come out too narrow; ten or more say something"
+        )),
+        _ => {}
     }
     for probe in probes {
         let mut said: BTreeMap<&str, usize> = BTreeMap::new();
