@@ -5,10 +5,14 @@
 
 mod align;
 mod camera;
+mod completions;
 mod desk;
+mod doc;
+mod doctor;
 mod emulate;
 mod explain;
 mod gap;
+mod graph;
 mod kortex;
 mod lab;
 mod learn;
@@ -18,8 +22,10 @@ mod replay;
 mod report;
 mod robot;
 mod run;
+mod runs;
 mod say;
 mod teach;
+mod test;
 mod text;
 mod trials;
 mod vqa;
@@ -121,6 +127,10 @@ enum Command {
     Check(text::CheckArgs),
     /// Lay task files out in the one canonical way.
     Fmt(text::FmtArgs),
+    /// Carry out the examples in the documentation of task files, in the twin.
+    Test(test::TestArgs),
+    /// Say what a name means: a task, an action, a fluent, a type, an object.
+    Doc(doc::DocArgs),
     /// Say what the code of a mistake means.
     Explain(explain::ExplainArgs),
     /// Serve an editor: diagnostics, completion, hover, definitions and layout, over stdin and stdout.
@@ -128,9 +138,11 @@ enum Command {
     /// Learn from stored runs which branches work.
     Learn(learn::LearnArgs),
     /// Draw the And-Or graph of a task.
-    Graph(text::GraphArgs),
+    Graph(graph::GraphArgs),
     /// Say which call a sentence means.
     Say(say::SayArgs),
+    /// Runs that are kept: list, show, diff, export.
+    Runs(runs::RunsArgs),
     /// Tell a recorded run again, without an arm.
     Replay(replay::ReplayArgs),
     /// Carry out a call or a script step by step, or step through a run that is over.
@@ -161,6 +173,10 @@ enum Command {
     /// Hide an effect in the laboratory, and open the seal once it is named.
     #[command(subcommand)]
     Lab(lab::LabCommand),
+    /// Say what is in order and what is away: texts, run folder, arm, camera, model.
+    Doctor,
+    /// Write a script with which a shell completes commands and options.
+    Completions(completions::CompletionsArgs),
 }
 
 /// How a command ended; the numbers are the exit codes.
@@ -227,10 +243,15 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         (Some(Command::Learn(args)), _) => learn::learn(args, cli, style),
         (Some(Command::Replay(args)), _) => replay::replay(args, cli, style),
         (Some(Command::Teach(args)), _) => teach::teach(args, cli, style),
-        (Some(Command::Report(args)), _) => report::report(args, style),
+        (Some(Command::Report(args)), _) => report::report(args, cli, style),
         (Some(Command::Say(args)), _) => say::say(args, cli, style),
+        (Some(Command::Test(args)), _) => test::test(args, cli, style),
+        (Some(Command::Doc(args)), _) => doc::doc(args, cli, style),
+        (Some(Command::Runs(args)), _) => runs::runs(args, cli, style),
+        (Some(Command::Doctor), _) => doctor::doctor(cli, style),
+        (Some(Command::Completions(args)), _) => completions::completions(args, style),
         (Some(Command::Explain(args)), _) => explain::explain(args, style),
-        (Some(Command::Graph(args)), _) => text::graph(args, cli, style),
+        (Some(Command::Graph(args)), _) => graph::graph(args, cli, style),
         (Some(Command::Robot(command)), _) => robot::robot(command, cli.common.seed, style),
         (Some(Command::Camera(command)), _) => {
             camera::camera(command, cli.cell.scene.as_ref(), style)

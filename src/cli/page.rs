@@ -11,11 +11,10 @@ use crate::http::encoded;
 use crate::language::ast::{Item, Step};
 use crate::language::{self, Library, Source};
 use crate::page::{self, Live, Page, Place};
-use crate::report::{self, Failure, Style, run::Console};
+use crate::report::{self, Failure, Style, kept, run::Console};
 use crate::workcell::record::Recorder;
 use crate::workcell::{self, Run, WorkCell, archive};
 
-use super::replay::kept;
 use super::run::{ended, open, read, stamp, stdlib, stop_on_interrupt};
 use super::{Cli, Exit};
 
@@ -37,7 +36,9 @@ pub(super) fn teach(what: &str, at: Where, cli: &Cli, style: Style) -> Result<Ex
     if what.is_empty() {
         return stored("", at, cli, style);
     }
-    let Some(dir) = kept(Path::new(what), cli) else { return live(what, at, cli, style) };
+    let Ok(dir) = kept::folder(&cli.cell.record, Path::new(what)) else {
+        return live(what, at, cli, style);
+    };
     archive::load(&dir).map_err(|error| report::cell_failure(&error, style))?;
     let dir = std::path::absolute(&dir).unwrap_or(dir);
     let name = dir.file_name().and_then(|name| name.to_str()).unwrap_or_default();

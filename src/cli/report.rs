@@ -9,10 +9,10 @@ use clap::Args;
 use image::codecs::jpeg::JpegEncoder;
 
 use crate::report::run_page::{Material, page};
-use crate::report::{self, Failure, Style};
+use crate::report::{self, Failure, Style, kept};
 use crate::workcell::archive;
 
-use super::Exit;
+use super::{Cli, Exit};
 
 /// How finely pictures are kept, of 100: a page of a dozen steps stays in a mail.
 const QUALITY: u8 = 80;
@@ -20,7 +20,7 @@ const QUALITY: u8 = 80;
 /// Write a run folder as one HTML page.
 #[derive(Debug, Args)]
 pub(super) struct ReportArgs {
-    /// The run folder.
+    /// A run folder, or the number or name of one in the folder of `--record`.
     run: PathBuf,
     /// The page.
     #[arg(short, long, value_name = "FILE", default_value = "report.html")]
@@ -28,10 +28,11 @@ pub(super) struct ReportArgs {
 }
 
 /// `trueup report RUN [-o report.html]`.
-pub(super) fn report(args: &ReportArgs, style: Style) -> Result<Exit, Failure> {
-    let run = archive::load(&args.run).map_err(|error| report::cell_failure(&error, style))?;
-    let graph = std::fs::read_to_string(args.run.join("graph.svg")).ok();
-    let frames = args.run.join("frames");
+pub(super) fn report(args: &ReportArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+    let dir = kept::folder(&cli.cell.record, &args.run)?;
+    let run = archive::load(&dir).map_err(|error| report::cell_failure(&error, style))?;
+    let graph = std::fs::read_to_string(dir.join("graph.svg")).ok();
+    let frames = dir.join("frames");
     let picture = |name: &str| address(&frames.join(format!("{name}.png")));
     let material = Material { graph: graph.as_deref(), picture: Some(&picture) };
     std::fs::write(&args.output, page(&run, &material)).map_err(|error| {

@@ -69,6 +69,20 @@ fn lock(stage: &Mutex<Stage>) -> MutexGuard<'_, Stage> {
     stage.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Reads a script without running it.
+///
+/// # Errors
+///
+/// [`ScriptError::Wrong`] with the line that cannot be read.
+pub fn readable(file: &str, text: &str) -> Result<(), ScriptError> {
+    let wrong = |error: rhai::ParseError| ScriptError::Wrong {
+        file: file.to_owned(),
+        line: error.position().line().unwrap_or(0),
+        message: error.err_type().to_string(),
+    };
+    Engine::new().compile(text).map(|_| ()).map_err(wrong)
+}
+
 /// Runs action scripts over one stage.
 pub struct Scripts {
     engine: Engine,

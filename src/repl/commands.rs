@@ -40,7 +40,11 @@ pub(super) const COMMANDS: &[Command] = &[
     command("help", "", "this page"),
     command("objects", "", "what is on the table and where"),
     command("tasks", "", "what can be called"),
-    command("graph", "CALL", "the And-Or graph of a call"),
+    command(
+        "graph",
+        "CALL",
+        "the And-Or graph of a call; --energy [RUN]: how well a run fits its own",
+    ),
     command("look", "", "photograph the table again"),
     command("align", "", "fit the three regressions anew"),
     command("step", "CALL|FILE|RUN", "a call step by step; over a run that is kept, nothing moves"),
@@ -163,6 +167,9 @@ impl Session<'_, '_> {
         if call.is_empty() {
             return Err(Failure::input("repl::graph", "`:graph` takes a call")
                 .help("type one, such as `:graph pour(jar, cup)`"));
+        }
+        if let Some(wanted) = call.strip_prefix("--energy") {
+            return self.energy(wanted.trim());
         }
         let call = self.values.fill(call).unwrap_or_else(|| call.to_owned());
         let Some(Step::Act(act)) = self.read(&call) else { return Ok(()) };

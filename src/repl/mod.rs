@@ -27,7 +27,8 @@ use crate::language::ast::{ExprKind, Step};
 use crate::language::{self, Diagnostic, Library, Source, text};
 use crate::report::{self, Failure, Style};
 use crate::teach::stops::Stops;
-use crate::workcell::{Run, WorkCell};
+use crate::workcell::check::check_step;
+use crate::workcell::{Run, Stdlib, WorkCell};
 use calc::Calculator;
 use complete::Helper;
 use edits::Edits;
@@ -70,6 +71,7 @@ struct Session<'scope, 'env> {
     aside: Option<WorkCell>,
     /// The texts, for what needs no device.
     library: Library,
+    stdlib: Stdlib,
     scope: language::Scope,
     style: Style,
     hands: Hands<'env>,
@@ -162,6 +164,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
             aside: None,
             scope: library.scope(&cell.scene().name),
             library,
+            stdlib: cell.stdlib().clone(),
             bench: Bench::new(cell, scope, hands.presses),
             style,
             hands,
@@ -353,7 +356,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
         let source = Source::new("prompt", line);
         let (step, mut wrong) = language::parse_line(line);
         if let Some(step) = step.as_ref().filter(|_| wrong.is_empty()) {
-            wrong = self.library.check_step(step, &source, &self.scope);
+            wrong = check_step(step, &source, &self.library, &self.stdlib, &self.scope);
         }
         for diagnostic in &wrong {
             report::complain(report::diagnostic(diagnostic, &source, self.style).trim_end());
@@ -395,19 +398,14 @@ impl<'scope, 'env> Session<'scope, 'env> {
 
     fn tell_about(&self, name: &str) {
         let library = &self.library;
-        let told = report::documentation(library, name)
-            .or_else(|| language::assist::describe(library, &self.scope, name));
-        if let Some(text) = told {
+        if let Some(text) = language::assist::describe(library, &self.scope, name) {
             return self.style.say(text);
         }
-        let tasks = library.tasks().map(|(task, _)| task.name.text.as_str());
-        let actions = library.actions().map(|(action, _)| action.name.text.as_str());
-        let fluents = library.fluents().map(|(fluent, _)| fluent.name.text.as_str());
         let failure = match name {
             "" => Failure::input("repl::unknown", "`?` takes a name, such as `?pour`"),
             name => Failure::input("repl::unknown", format!("nothing here is called `{name}`")),
         };
-        let near = language::nearest(name, tasks.chain(actions).chain(fluents));
+        let near = language::assist::nearest_name(library, &self.scope, name);
         self.style.failure(&match near {
             Some(near) => failure.help(format!("did you mean `?{near}`?")),
             None => failure.help("`:tasks` lists what can be called"),

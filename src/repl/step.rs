@@ -15,6 +15,7 @@ use crate::report::{self, Failure};
 use crate::teach::record;
 use crate::teach::stepper::{Setup, Stepper};
 use crate::teach::words;
+use crate::workcell::check::check_step;
 use crate::workcell::{Ending, Run, archive};
 
 use super::typist::Typed;
@@ -166,7 +167,7 @@ impl Session<'_, '_> {
             }
         }
         if wrong.is_empty() {
-            let check = |step| self.library.check_step(step, &source, &self.scope);
+            let check = |step| check_step(step, &source, &self.library, &self.stdlib, &self.scope);
             wrong = steps.iter().flat_map(check).collect();
         }
         if wrong.iter().any(Diagnostic::is_error) {

@@ -131,6 +131,10 @@ fn what_differs_from_place_to_place_is_the_parameter_it_came_from() {
     let text = comes_back(&built(&pouring(), &call("pour", &["jar", "cup"])));
     assert!(text.contains("task place(o: Graspable, at: Place) {\n    needs holding(o)"), "{text}");
     assert!(text.contains("place(source, at: tray | table)"), "{text}");
+    assert!(
+        text.contains("distance(a, b) <= by"),
+        "a number that only the parameter can be: {text}"
+    );
     assert!(text.contains("ask \"Is the {a} above the {b}?\""), "{text}");
 }
 
@@ -264,7 +268,7 @@ impl Writer {
 #[test]
 fn random_texts_come_back_from_their_graphs() {
     let mut nodes = 0;
-    for seed in 0..60 {
+    for seed in 0..40 {
         let mut writer =
             Writer { chance: StdRng::seed_from_u64(seed), text: String::new(), labels: 0 };
         for depth in 0..3 {
@@ -290,7 +294,7 @@ fn random_texts_come_back_from_their_graphs() {
         nodes += graph.nodes().len();
         comes_back(&graph);
     }
-    assert!(nodes > 3000, "{nodes} nodes");
+    assert!(nodes > 2000, "{nodes} nodes");
 }
 
 /// The example of the exchange format, with its other branch and its step before `grasp` filled in.

@@ -2,7 +2,8 @@
 //!
 //! The least general one over the parameters that are given: where the texts differ there must stand a
 //! parameter that has just these values. Where they do not differ a name is taken for a parameter that has its
-//! value, since that is what a person would have written; a number is not, since many are alike by chance.
+//! value, since that is what a person would have written; a number only for a parameter that would stand nowhere else,
+//! since many are alike by chance.
 //!
 //! Source: Plotkin, "A Note on Inductive Generalization", Machine Intelligence 5, 1970.
 
@@ -31,11 +32,18 @@ pub(super) fn in_common<T: Slots>(
     }
     let contents: Vec<Vec<Expr>> = all.iter().map(|instance| instance.item.contents()).collect();
     let scopes = all.iter().map(|instance| &instance.scope).collect();
-    let at = Places { scopes, lets };
-    let mut found = Vec::new();
-    for slot in 0..contents[0].len() {
-        let exprs: Vec<&Expr> = contents.iter().map(|all| &all[slot]).collect();
-        found.push(generalised(&exprs, &at)?);
+    let slots = |at: &Places<'_>| -> Option<Vec<Expr>> {
+        let each = (0..contents[0].len()).map(|slot| {
+            let exprs: Vec<&Expr> = contents.iter().map(|all| &all[slot]).collect();
+            generalised(&exprs, at)
+        });
+        each.collect()
+    };
+    let mut at = Places { scopes, lets, idle: Vec::new() };
+    let mut found = slots(&at)?;
+    at.idle = idle(&at, &found);
+    if !at.idle.is_empty() {
+        found = slots(&at)?;
     }
     let mut found = found.into_iter();
     let mut item = all.into_iter().next()?.item;
@@ -53,21 +61,41 @@ struct Places<'a> {
     scopes: Vec<&'a Scope>,
     /// Values by their names in the graph, where each is one of its own → as a text names them.
     lets: &'a BTreeMap<String, String>,
+    /// Parameters for which numbers are taken as well.
+    idle: Vec<String>,
+}
+
+/// Parameters that stand nowhere in an item although it takes them, and are worth a number that is not 0.
+fn idle(at: &Places<'_>, found: &[Expr]) -> Vec<String> {
+    let said: Vec<String> = found.iter().map(text::expr).collect();
+    let stands = |param: &str| {
+        let words =
+            said.iter().flat_map(|said| said.split(|c: char| !c.is_alphanumeric() && c != '_'));
+        words.into_iter().any(|word| word == param)
+    };
+    let params = at.scopes.first().into_iter().flat_map(|scope| scope.iter());
+    let numbers = params.filter(|(_, value)| match value.kind {
+        ExprKind::Literal(quantity) => quantity.value.abs() > 0.0,
+        _ => false,
+    });
+    numbers.map(|(param, _)| param.clone()).filter(|param| !stands(param)).collect()
 }
 
 fn generalised(all: &[&Expr], at: &Places<'_>) -> Option<Expr> {
     let first = *all.first()?;
     let texts: Vec<String> = all.iter().map(|e| text::expr(e)).collect();
     let alike = texts.iter().all(|other| *other == texts[0]);
-    if alike && matches!(first.kind, ExprKind::Literal(_) | ExprKind::Text(_) | ExprKind::Bool(_)) {
-        return Some(first.clone());
-    }
     let stands_for = |param: &String| {
         at.scopes
             .iter()
             .zip(&texts)
             .all(|(scope, said)| scope.get(param).map(text::expr).as_ref() == Some(said))
     };
+    if alike && matches!(first.kind, ExprKind::Literal(_) | ExprKind::Text(_) | ExprKind::Bool(_)) {
+        let idle = at.idle.iter().find(|param| stands_for(param));
+        let kind = idle.map_or_else(|| first.kind.clone(), |param| ExprKind::Name(param.clone()));
+        return Some(Expr { kind, span: first.span });
+    }
     if let Some(param) = at.scopes.first()?.keys().find(|param| stands_for(param)) {
         return Some(Expr { kind: ExprKind::Name(param.clone()), span: first.span });
     }
