@@ -4,6 +4,7 @@
 //! what would help. Colour only repeats what the words say, and is left out for `NO_COLOR` and pipes.
 
 mod numbers;
+pub mod fork;
 pub mod gap;
 pub mod gap_page;
 pub mod html;
@@ -301,6 +302,8 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         Error::Record { path, .. } => Failure::input("io::run", words)
             .at(path.display().to_string())
             .help("a run folder has a `run.json`, written by `trueup run` or at the prompt"),
+        Error::WhatIf(_) => Failure::input("run::what_if", words)
+            .help("`:runs` lists the runs, `:replay RUN` shows the steps of one"),
         Error::NothingToDo => Failure::input("run::empty", words),
         Error::Action(action) => match action {
             ActionError::Stopped | ActionError::Limit(_) => Failure::stopped(words),

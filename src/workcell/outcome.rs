@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::execution::trace::{Outcome, StepRecord};
 use crate::graph::ParseGraph;
 use crate::monitor::questionnaire::Answer;
+use crate::world::WorldState;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -42,6 +43,9 @@ pub struct Timing {
     pub simulate: f64,
     /// Performing on the arm.
     pub execute: f64,
+    /// Waiting for a person's word between, while the arm held still.
+    #[serde(default)]
+    pub waiting: f64,
     /// All of it.
     pub total: f64,
 }
@@ -85,6 +89,9 @@ pub struct Run {
     pub robot: String,
     /// The program's version.
     pub version: String,
+    /// The world when it began, once it was looked at.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<WorldState>,
     /// The steps, as carried out.
     pub steps: Vec<StepRecord>,
     /// The questionnaire, answered by geometry after each step.
@@ -115,6 +122,7 @@ impl Run {
             seed: 0,
             robot: String::new(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
+            start: None,
             steps: steps.to_vec(),
             questions: Vec::new(),
             rehearsals: Vec::new(),
