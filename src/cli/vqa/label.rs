@@ -8,13 +8,12 @@ use clap::Args;
 use serde_json::json;
 
 use crate::execution::trace::{FluentRow, StepRecord};
-use crate::report::{self, Failure, Style};
+use crate::report::{self, Failure, Style, kept};
 use crate::teach::answers::{self, Answer, Answered, EXPERT};
 use crate::vqa::On;
 use crate::workcell::archive;
 use crate::workcell::picture;
 
-use super::super::replay::kept;
 use super::super::{Cli, Exit};
 use super::answers_beside;
 
@@ -33,7 +32,7 @@ pub(in super::super) struct LabelArgs {
 
 /// `trueup vqa label RUN`.
 pub(super) fn label(args: &LabelArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
-    let dir = kept(&args.run, cli).unwrap_or_else(|| args.run.clone());
+    let dir = kept::folder(&cli.cell.record, &args.run)?;
     let run = archive::load(&dir).map_err(|error| report::cell_failure(&error, style))?;
     let dir = std::path::absolute(&dir).unwrap_or(dir);
     let name = dir.file_name().map(|name| name.to_string_lossy().into_owned());
