@@ -27,13 +27,15 @@ mod say;
 mod teach;
 mod test;
 mod text;
+mod trials;
+mod vqa;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::execution::snapshot::Address;
+use crate::http::Address;
 use crate::report::{Failure, Style};
 
 /// Script a robot arm against a digital twin that tells the truth.
@@ -105,6 +107,16 @@ struct CellArgs {
     /// Leave a regression out, to see what it is worth: 1 camera alignment, 2 intrinsics, 3 robot offset.
     #[arg(long, global = true, value_name = "1|2|3", value_delimiter = ',')]
     without_regression: Vec<u8>,
+    /// A vision-language model, `http://HOST:PORT/v1`, that answers the questions of runs beside geometry and
+    /// at the prompt proposes calls for sentences; its key is in `TRUEUP_VQA_KEY`.
+    #[arg(long, global = true, value_name = "URL")]
+    ask_endpoint: Option<Address>,
+    /// The name of that model; the only one that is served when left out.
+    #[arg(long, global = true, value_name = "NAME", requires = "ask_endpoint")]
+    ask_model: Option<String>,
+    /// How long one of its replies may take, s.
+    #[arg(long, global = true, value_name = "S", default_value_t = 20.0)]
+    ask_timeout: f64,
 }
 
 #[derive(Debug, Subcommand)]
@@ -153,6 +165,11 @@ enum Command {
     Kortex(desk::KortexCommand),
     /// Find what the model lacks from recordings: the effect's name, place and size.
     Gap(gap::GapArgs),
+    /// Carry out a task in one laboratory after the other, and count.
+    Trials(trials::TrialsArgs),
+    /// Ask a vision-language model the questions of runs, and see how well anybody answers them.
+    #[command(subcommand)]
+    Vqa(vqa::VqaCommand),
     /// Hide an effect in the laboratory, and open the seal once it is named.
     #[command(subcommand)]
     Lab(lab::LabCommand),
@@ -243,6 +260,8 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         (Some(Command::Emulate(args)), _) => emulate::emulate(args, cli, style),
         (Some(Command::Kortex(command)), _) => desk::kortex(command, style),
         (Some(Command::Gap(args)), _) => gap::gap(args, cli, style),
+        (Some(Command::Trials(args)), _) => trials::trials(args, cli, style),
+        (Some(Command::Vqa(command)), _) => vqa::vqa(command, cli, style),
         (Some(Command::Lab(command)), _) => lab::lab(command, cli, style),
         (None, Some(line)) => run::line(line, cli, style),
         (None, None) if style.json => Err(Failure::input("usage", "the prompt has no JSON form")

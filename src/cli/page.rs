@@ -108,7 +108,7 @@ fn wait_then(cancel: &Cancel, style: Style, exit: Result<Exit, Failure>) -> Resu
 }
 
 /// Returns the steps of a call or of a script.
-fn steps(source: &Source, is_file: bool, style: Style) -> Result<Vec<Step>, Failure> {
+pub(super) fn steps(source: &Source, is_file: bool, style: Style) -> Result<Vec<Step>, Failure> {
     let (steps, wrong): (Vec<Step>, _) = if is_file {
         let (program, wrong) = language::parse(&source.text);
         let runs = program.items.into_iter().filter_map(|item| match item {

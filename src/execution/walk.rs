@@ -434,7 +434,8 @@ impl<'a> Walker<'a> {
         Ok(Done { index, outcome, reason, interval, fluents, held, state })
     }
 
-    fn question(&self, expr: &Expr) -> Option<String> {
+    /// Returns the question that a fluent puts to people and models, with the looks of its objects.
+    pub fn question(&self, expr: &Expr) -> Option<String> {
         let questions = fluent::questions(expr, self.library);
         questions.first().map(|question| {
             question.with(|name| {

@@ -37,11 +37,17 @@ use typist::{Pipe, Terminal, Typed, Typist};
 use values::Values;
 use work::Bench;
 
+/// Proposes a call for a sentence that no template fits, by the texts and a scene's name; `None` when there
+/// is no call for it.
+pub type Propose = dyn Fn(&str, &Library, &str) -> Result<Option<String>, Failure> + Sync;
+
 /// What the prompt can have done for it.
 #[derive(Clone, Copy)]
 pub struct Hands<'a> {
     /// Carries out one step typed at the prompt.
     pub perform: &'a (dyn Fn(&mut WorkCell, &Step) -> Result<Run, Failure> + Sync),
+    /// Asks a model what a sentence means, when one was named.
+    pub propose: Option<&'a Propose>,
     /// Says what the twin lacks by the runs in these folders.
     pub gap: &'a (dyn Fn(&[PathBuf]) -> Result<(), Failure> + Sync),
     /// Opens the cell of another robot: `twin`, or the one that is meant by `real`.

@@ -4,9 +4,11 @@
 //! what would help. Colour only repeats what the words say, and is left out for `NO_COLOR` and pipes.
 
 mod numbers;
+pub mod changes;
 pub mod energy;
 pub mod gap;
 pub mod gap_page;
+pub mod grid;
 pub mod html;
 pub mod kept;
 pub mod record;
@@ -14,6 +16,8 @@ pub mod run;
 pub mod run_page;
 pub mod sentence;
 pub mod teach;
+pub mod trials;
+pub mod vqa;
 pub mod why;
 
 use std::fmt::Write as _;
@@ -303,6 +307,9 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         Error::Record { path, .. } => Failure::input("io::run", words)
             .at(path.display().to_string())
             .help("a run folder has a `run.json`, written by `trueup run` or at the prompt"),
+        Error::Model { endpoint, .. } => Failure::unavailable("vqa::unavailable", words)
+            .at(endpoint.clone())
+            .help("is the server running, and does the address end in `/v1`? nothing has moved"),
         Error::NothingToDo => Failure::input("run::empty", words),
         Error::Action(action) => match action {
             ActionError::Stopped | ActionError::Limit(_) => Failure::stopped(words),

@@ -7,7 +7,7 @@ use serde_json::json;
 use crate::execution::conduct::{Ahead, Part, Stated};
 use crate::execution::trace::{FluentRow, StepRecord};
 use crate::teach::answers::{Answer, Answered};
-use crate::teach::stepper::{Front, Shown};
+use crate::teach::shown::{Front, Shown};
 use crate::teach::words::{WORDS, Wrong};
 use crate::workcell::Run;
 

@@ -149,6 +149,7 @@ pub(crate) fn pour(branch: &str, held: f64, off: f64, sigma: f64) -> Run {
         version: "0".into(),
         questions: vec![Vec::new(); steps.len()],
         steps,
+        probe: None,
         rehearsals: Vec::new(),
         parse_graphs: vec![ParseGraph {
             call: "pour(jar, cup)".into(),

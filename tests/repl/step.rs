@@ -49,6 +49,7 @@ fn typed(desk: &Desk, lines: &str) -> Vec<(String, Ending, usize)> {
     let record = desk.path("runs");
     let presses = AtomicUsize::new(0);
     let hands = Hands {
+        propose: None,
         perform: &work,
         gap: &|_| Ok(()),
         open: &|_| Err(Failure::input("test", "no other robot here")),

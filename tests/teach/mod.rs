@@ -10,7 +10,8 @@ use serde_json::Value;
 use trueup::execution::conduct::{Ahead, Conductor, Dial, Later, Mark, Part, Stated, Word};
 use trueup::execution::trace::{FluentRow, Measure, Outcome, StepRecord};
 use trueup::teach::record;
-use trueup::teach::stepper::{Front, Setup, Shown, Stepper};
+use trueup::teach::shown::{Front, Shown};
+use trueup::teach::stepper::{Setup, Stepper};
 use trueup::teach::stops::Stops;
 
 use crate::repl::kept::pour;

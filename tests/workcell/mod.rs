@@ -3,6 +3,7 @@
 mod during;
 mod conduct;
 mod recorder;
+mod trials;
 
 use std::fs;
 use std::path::PathBuf;
