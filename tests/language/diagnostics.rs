@@ -402,3 +402,31 @@ fn fluents_of_fluents_are_followed_once_and_not_forever() {
     let text = format!("fluent f0(o: Object) = height(o) > 1 cm\n{fluents}check f59(jar)\n");
     assert_eq!(checked(&text), []);
 }
+
+/// What people write who have not read the manual, and the one thing that helps.
+#[test]
+fn what_strangers_write_is_answered_with_what_to_write() {
+    let inside = |step: &str| format!("task t(o: Container) {{\n    {step}\n}}\n");
+    for (text, help) in [
+        (inside("needs visible(o), tall(o)"), "write `and` instead of the `,`"),
+        (inside("gives holding o"), "write `holding(o)`"),
+        (inside("lift 12 cm"), "write `lift(12 cm)`"),
+        (inside("if tall(o) { look() } elif held(o) { home() }"), "write `else if`"),
+        (inside("if tall(o) lift(o)"), "what is done stands in braces: `{ … }`"),
+        (inside("break if tall(o)\n    look()"), "write `break when tall(o)`"),
+        (inside("repeat until tall(o) { look() }"), "write `repeat upto 10 times { … } until …`"),
+        (inside("pick(o).then(place(o))"), "write `a() then b()`"),
+        (inside("pick(o)\n    on failure of pick { retry other upto 2 }"), "write `upto 2 times`"),
+        (inside("pick(\"jar\")"), "write `jar`, without quotes"),
+        ("fluent sad(o: Object) = held(o) ask Is it?\n".into(), "write `ask \"Is it?\"`"),
+        ("fluent glad(o) = true\n".into(), "write `o: Graspable`, or another type"),
+        (
+            "task t(o: Mug) { pick(o) }\n".into(),
+            "known are: Container, Graspable, Surface, Object, Place, Face and 16 more",
+        ),
+    ] {
+        let found = checked(&text);
+        let [(_, message, said)] = found.as_slice() else { panic!("{text}{found:?}") };
+        assert_eq!(said, help, "{text}{message}");
+    }
+}
