@@ -1,6 +1,8 @@
 //! What a person is told, word by word.
 
-use trueup::language::{Library, Scope, Source, Style, parse, render};
+use trueup::language::{Source, Style, parse, render};
+
+use super::{checked, each_is_told};
 
 /// One file, five planted errors, one pass: the prototype of the language's design, reproduced.
 const BAD: &str = "\
@@ -25,18 +27,6 @@ tsak place(o: Graspable) {
 fn told(text: &str) -> Vec<String> {
     let source = Source::new("bad.task", text);
     parse(text).1.iter().map(|d| render(d, &source, Style::Plain)).collect()
-}
-
-/// Returns code, message and help of everything wrong with a text beside the standard library.
-fn checked(text: &str) -> Vec<(&'static str, String, String)> {
-    let mut library = Library::standard();
-    let file = library.add(Source::new("mine.task", text));
-    let scope: Scope = library.scope("kitchen");
-    library
-        .check_file(file, &scope)
-        .into_iter()
-        .map(|d| (d.code, d.message, d.help.unwrap_or_default()))
-        .collect()
 }
 
 #[test]
@@ -370,15 +360,7 @@ fn each_kind_of_mistake_is_named_with_what_would_help() {
             "move it into the `together { … }` whose steps it names",
         ),
     ];
-    for (text, code, message, help) in cases {
-        let found = checked(text);
-        let first = found.first().unwrap_or_else(|| panic!("nothing is told about `{text}`"));
-        assert_eq!(
-            (first.0, first.1.as_str(), first.2.as_str()),
-            (*code, *message, *help),
-            "{text}"
-        );
-    }
+    each_is_told(cases);
 }
 
 #[test]
