@@ -4,7 +4,6 @@
 //! for with the options that any command takes.
 
 use std::fs;
-use std::net::{TcpStream, ToSocketAddrs as _};
 use std::path::Path;
 use std::time::Duration;
 
@@ -20,7 +19,7 @@ use crate::report::{Failure, Style};
 use crate::workcell::{Stdlib, archive, check, library};
 
 use super::run::{options, stdlib};
-use super::{Cli, Exit, kortex};
+use super::{Cli, Exit, kortex, vqa};
 
 /// How long an arm may take to answer.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -79,7 +78,7 @@ pub(super) fn doctor(cli: &Cli, style: Style) -> Result<Exit, Failure> {
     found.push(arm(cli, style)?);
     found.push(camera(cli));
     found.push(scales(cli));
-    found.push(model());
+    found.push(model(cli)?);
     let exit = if found.iter().any(|finding| finding.state == State::Away) {
         Exit::Unavailable
     } else if found.iter().any(|finding| finding.state == State::Wrong) {
@@ -253,40 +252,36 @@ fn scales(cli: &Cli) -> Finding {
     }
 }
 
-/// A model is never needed: geometry and people answer without one. Here it is only seen whether somebody
-/// listens; no picture is sent.
-fn model() -> Finding {
-    let Some(said) = std::env::var(MODEL).ok().filter(|said| !said.is_empty()) else {
-        let says = format!("none asked for; `{MODEL}` names one that answers about pictures");
-        return Finding::new("model", State::None, says);
+/// A model is never needed: geometry and people answer without one. It is asked which models it serves; no
+/// picture is sent.
+fn model(cli: &Cli) -> Result<Finding, Failure> {
+    let said = std::env::var(MODEL).ok().filter(|said| !said.is_empty());
+    let base = match (&cli.cell.ask_endpoint, said) {
+        (Some(base), _) => base.clone(),
+        (None, None) => {
+            let says = format!("none asked for; `{MODEL}` or `--ask-endpoint` names one");
+            return Ok(Finding::new("model", State::None, says));
+        }
+        (None, Some(said)) => match said.parse() {
+            Ok(base) => base,
+            Err(why) => {
+                let why: String = why;
+                return Ok(Finding::new("model", State::Wrong, format!("`{MODEL}`: {why}"))
+                    .help("it is `http://HOST:PORT/v1`"));
+            }
+        },
     };
-    let Some(place) = place(&said) else {
-        return Finding::new("model", State::Wrong, format!("`{MODEL}` is no address: {said}"))
-            .help("it is `http://HOST:PORT/v1`");
-    };
-    let first = place.to_socket_addrs().ok().and_then(|mut all| all.next());
-    match first.map(|address| TcpStream::connect_timeout(&address, PATIENCE)) {
-        Some(Ok(_)) => Finding::new("model", State::Well, format!("{said}: somebody listens")),
-        Some(Err(error)) => Finding::new("model", State::Away, format!("{said}: {error}"))
-            .help("is the server running?"),
-        None => Finding::new("model", State::Away, format!("{said}: there is no such host"))
-            .help("is the name right?"),
-    }
-}
-
-/// The host and port of an address such as `http://127.0.0.1:8080/v1`.
-fn place(address: &str) -> Option<(String, u16)> {
-    let (scheme, rest) = address.split_once("://")?;
-    let usual = match scheme {
-        "http" => 80,
-        "https" => 443,
-        _ => return None,
-    };
-    let place = rest.split('/').next().filter(|place| !place.is_empty())?;
-    match place.rsplit_once(':') {
-        Some((host, port)) => Some((host.to_owned(), port.parse().ok()?)),
-        None => Some((place.to_owned(), usual)),
-    }
+    let name = cli.cell.ask_model.clone().unwrap_or_default();
+    let endpoint = vqa::at(base, Some(name), PATIENCE.as_secs_f64(), false)?;
+    let place = endpoint.base().to_string();
+    Ok(match endpoint.models() {
+        Ok(models) => {
+            let says = format!("{place} serves {}; `trueup vqa probe` tries it", models.join(", "));
+            Finding::new("model", State::Well, says)
+        }
+        Err(why) => Finding::new("model", State::Away, format!("{place}: {why}"))
+            .help("is the server running, and does the address end in `/v1`?"),
+    })
 }
 
 fn away(what: &'static str, address: &Address, error: &DeviceError) -> Finding {

@@ -16,7 +16,7 @@ pub mod questions;
 pub mod record;
 pub mod rehearse;
 pub mod stdlib;
-pub mod together;
+mod together;
 pub mod trials;
 mod asking;
 mod attempt;
@@ -359,9 +359,7 @@ impl WorkCell {
     /// Checks a line typed at the prompt and returns what is wrong with it.
     pub fn check_line(&self, step: &Step, source: &Source) -> Vec<Diagnostic> {
         let scope = self.library.scope(&self.cell.scene.name);
-        let mut wrong = self.library.check_step(step, source, &scope);
-        wrong.extend(together::check_step(step, &self.library, &self.stdlib));
-        wrong
+        check::check_step(step, source, &self.library, &self.stdlib, &scope)
     }
 
     fn now(&self) -> f64 {

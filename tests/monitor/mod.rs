@@ -1,5 +1,7 @@
 //! The monitor on planted readings: rows, scores and answers that were worked out by hand.
 
+mod changes;
+
 use trueup::execution::trace::{FluentRow, Measure, Outcome, StepRecord};
 use trueup::execution::walk::FluentReading;
 use trueup::graph;

@@ -8,6 +8,7 @@ pub mod dot;
 pub mod pcfg;
 mod read;
 pub mod task;
+mod words;
 
 use std::collections::BTreeMap;
 

@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 
 use super::super::{And, Decides, Does, Error, Form, Graph, Node, NodeKind, Or, Terminal, build};
-use super::{Learnt, read, to_json};
+use super::{Learnt, to_json, words};
 use crate::language::ast::{
     ActionItem, Call, Conditions, Expr, ExprKind, FluentItem, Name, Param, Span, TaskItem, Text,
 };
@@ -155,14 +155,14 @@ fn fluents(graph: &Graph) -> Result<Vec<FluentItem>, Error> {
     let mut found = Vec::new();
     for node in &graph.fluents {
         let Some(body) = &node.body else { continue };
-        let ExprKind::Call(call) = read::expr(&node.text)?.kind else { continue };
+        let ExprKind::Call(call) = words::expr(&node.text)?.kind else { continue };
         let params = params(&graph.signatures.fluents, &call);
         let ask = node.template.as_ref().or(node.ask.as_ref());
         let item = FluentItem {
             doc: Vec::new(),
             name: call.name.clone(),
             params: params.clone(),
-            body: read::expr(body)?,
+            body: words::expr(body)?,
             ask: ask.map(|ask| Text { text: ask.clone(), span: Span::default() }),
             span: Span::default(),
         };

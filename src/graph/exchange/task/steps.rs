@@ -6,7 +6,7 @@ use super::super::super::{
     And, Argument, Branch, Decides, Does, Error, Form, Graph, Holding, Node, NodeId, NodeKind, Or,
     Relation, Terminal, is_at_or_below,
 };
-use super::super::{plain, read};
+use super::super::{plain, words};
 use super::name;
 use crate::language::ast::{
     self, Act, Arg, Block, Break, Call, Either, Expr, Hold, If, Literal, Name, Recovery, Repeat,
@@ -47,7 +47,7 @@ pub(super) fn labelled_call(node: &Node, action: &str, args: &[Argument]) -> Cal
                     && said.values.first().map(text::expr).as_ref() == Some(&arg.text)
             })
     };
-    read::call(&node.label).ok().filter(fits).unwrap_or_else(|| Call {
+    words::call(&node.label).ok().filter(fits).unwrap_or_else(|| Call {
         name: name(action),
         args: args
             .iter()
@@ -386,7 +386,7 @@ impl<'g> Steps<'g> {
                 };
                 let below = self.graph.node(first.node);
                 let (mut call, holding) = self.call(below)?;
-                let value = |branch: &Branch| read::expr(&branch.name);
+                let value = |branch: &Branch| words::expr(&branch.name);
                 let values: Vec<Expr> = branches.iter().map(value).collect::<Result<_, _>>()?;
                 let at = self.position(&call, param, &first.name);
                 let arg = at.and_then(|at| call.args.get_mut(at));
