@@ -85,9 +85,10 @@ fn asks(cli: &Cli) -> Result<Vec<String>, Failure> {
     let things = scene.map(|(scene, _)| sentence::things(scene)).unwrap_or_default();
     let asked = library.fluents().filter_map(|(fluent, _)| {
         let question = fluent.ask.as_ref()?.text.clone();
-        let filled = fluent.params.iter().zip(&things).fold(question, |question, (param, thing)| {
-            question.replace(&format!("{{{}}}", param.name.text), &thing.looks)
-        });
+        let filled =
+            fluent.params.iter().zip(&things).fold(question, |question, (param, thing)| {
+                question.replace(&format!("{{{}}}", param.name.text), &thing.looks)
+            });
         Some(filled)
     });
     Ok(asked.collect())
