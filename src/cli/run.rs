@@ -292,7 +292,7 @@ pub(super) fn prompt(cli: &Cli, style: Style) -> Result<Exit, Failure> {
 }
 
 /// Returns the folder where the prompt keeps history and phrases, made if it is not there.
-fn home() -> Option<PathBuf> {
+pub(super) fn home() -> Option<PathBuf> {
     let state = std::env::var_os("XDG_STATE_HOME")
         .map(PathBuf::from)
         .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".local/state")))?;

@@ -17,7 +17,9 @@ use crate::report::{self, Failure, Style, trials::Progress};
 use crate::workcell::record::Recorder;
 use crate::workcell::trials::{Trial, table};
 
-use super::run::{clock, is_interrupted, open, options, read, stamp, stop_on_interrupt};
+use super::run::{
+    clock, is_interrupted, open, options, read, stamp, stop_on_interrupt, watch_interrupt,
+};
 use super::{CellArgs, Cli, Common, Exit, kortex, page};
 
 /// Carry out a task in one laboratory after the other, and count.
@@ -233,11 +235,15 @@ impl Work {
 
     /// Makes the trials that are missing; returns whether a person stopped it.
     fn go_on(&self, done: usize, of: usize, cli: &Cli, style: Style) -> Result<bool, Failure> {
+        watch_interrupt()?;
         let kept = self.kept()?;
         let progress = Progress::new(done, of, style);
         for (number, (set, seed)) in self.wanted().into_iter().enumerate() {
             if is_done(&kept, set, seed) {
                 continue;
+            }
+            if is_interrupted() {
+                return Ok(true);
             }
             let Some(trial) = self.trial(set, seed, &progress, cli, style)? else {
                 return Ok(true);

@@ -8,8 +8,10 @@ mod calc;
 mod commands;
 mod complete;
 mod edits;
+mod lease;
 mod paint;
 mod paste;
+mod quiz;
 mod records;
 mod sentences;
 mod step;
@@ -31,11 +33,12 @@ use crate::workcell::check::check_step;
 use crate::workcell::{Run, Stdlib, WorkCell};
 use calc::Calculator;
 use complete::Helper;
-use edits::Edits;
 use sentences::{Confirm, Pending, Taught};
 use typist::{Pipe, Terminal, Typed, Typist};
 use values::Values;
 use work::Bench;
+
+pub use edits::Edits;
 
 /// Proposes a call for a sentence that no template fits, by the texts and a scene's name; `None` when there
 /// is no call for it.
@@ -93,6 +96,11 @@ struct Session<'scope, 'env> {
     looking: Option<usize>,
     /// What was changed in files, to be undone.
     edits: Edits,
+    /// A line that came while a run was being stopped: it is the prompt's.
+    held_back: Option<String>,
+    clock: fn() -> f64,
+    /// When something was typed last, s of that clock.
+    last_word: f64,
 }
 
 /// What came of the last call.
@@ -158,7 +166,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
         scope: &'scope Scope<'scope, 'env>,
     ) -> Self {
         let library = cell.library().clone();
-        let cancel = cell.cancel();
+        let (cancel, clock) = (cell.cancel(), cell.clock());
         Self {
             robot: cell.robot_name().to_owned(),
             aside: None,
@@ -179,7 +187,10 @@ impl<'scope, 'env> Session<'scope, 'env> {
             typist,
             stops: Stops::default(),
             looking: None,
-            edits: Edits::default(),
+            edits: Edits::new(hands.home),
+            held_back: None,
+            clock,
+            last_word: clock(),
         }
     }
 
@@ -189,7 +200,11 @@ impl<'scope, 'env> Session<'scope, 'env> {
             self.style.say(self.greeting());
         }
         loop {
-            match self.typist.next(&self.prompt())? {
+            let typed = match self.held_back.take() {
+                Some(line) => Typed::Statement(line),
+                None => self.typist.next(&self.prompt())?,
+            };
+            match typed {
                 Typed::Statement(statement) => {
                     if self.survive(&statement) == Next::Quit {
                         return Ok(());
@@ -235,6 +250,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
     /// Does one statement. A panic costs that statement and nothing else.
     fn survive(&mut self, statement: &str) -> Next {
         let done = catch_unwind(AssertUnwindSafe(|| self.line(statement)));
+        self.last_word = (self.clock)();
         done.unwrap_or_else(|panic| {
             self.style.failure(&work::panicked(panic.as_ref()));
             Next::Prompt
@@ -249,6 +265,11 @@ impl<'scope, 'env> Session<'scope, 'env> {
         if let Some(name) = line.strip_prefix('?') {
             // A question about something leaves an open one open.
             self.tell_about(name.trim());
+            return Next::Prompt;
+        }
+        if self.is_idle() && !line.starts_with(':') {
+            self.pending = None;
+            self.style.say("the line was left undone");
             return Next::Prompt;
         }
         if let Some(pending) = self.pending.take()
@@ -383,6 +404,10 @@ impl<'scope, 'env> Session<'scope, 'env> {
     /// Remembers what came of a call, and tells it when it is a failure.
     fn remember(&mut self, done: Result<Run, Failure>, meant: &str) {
         self.looking = None;
+        let is_fault = match &done {
+            Ok(run) => run.device_help.is_some(),
+            Err(failure) => Self::is_fault(failure),
+        };
         match done {
             Ok(run) => {
                 self.runs.extend(run.run_dir.as_ref().map(PathBuf::from));
@@ -394,6 +419,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
                 self.last = Some(Last::Failure(failure));
             }
         }
+        self.look_for_fault(is_fault);
     }
 
     fn tell_about(&self, name: &str) {

@@ -13,6 +13,10 @@ use super::{Last, Session};
 const MOST: usize = 20;
 
 impl Session<'_, '_> {
+    pub(super) fn entries(&self) -> Vec<Entry> {
+        archive::entries(self.hands.record)
+    }
+
     /// Returns the run of that number or folder.
     pub(super) fn entry(&self, wanted: &str) -> Result<Entry, Failure> {
         kept::entry(self.hands.record, wanted)
@@ -43,6 +47,53 @@ impl Session<'_, '_> {
         let run = self.load(&entry)?;
         let name = format!("run {} ({})", entry.number, entry.name);
         self.style.say(report::record::again(&name, &run, step, self.style)?);
+        Ok(())
+    }
+
+    /// `:fork STEP [CALL]`: what if, from a past step of the last run of this session, else of the newest that
+    /// is kept.
+    pub(super) fn fork(&mut self, rest: &str) -> Result<(), Failure> {
+        let (step, call) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+        let after: usize = step.parse().map_err(|_| {
+            Failure::input("repl::fork", "`:fork` takes a step, and a call if you like").help(
+                "`:fork 3` rehearses what came after step 3; `:fork 3 place(jar)` something else",
+            )
+        })?;
+        let run = match (&self.last, self.entries().last()) {
+            (Some(Last::Run(run)), _) => (**run).clone(),
+            (_, Some(newest)) => {
+                let mut run = self.load(newest)?;
+                // Where it is now, wherever it was made.
+                run.run_dir = Some(newest.dir.display().to_string());
+                self.style.say(format!("run {} ({}):", newest.number, newest.name));
+                run
+            }
+            (_, None) => return Err(Failure::input("repl::fork", "nothing has run yet")),
+        };
+        let call = call.trim();
+        let call = self.values.fill(call).unwrap_or_else(|| call.to_owned());
+        let call = if call.is_empty() {
+            None
+        } else {
+            match self.read(&call) {
+                Some(Step::Act(act)) => Some(act.call),
+                Some(_) => {
+                    let words = format!("`{call}` is no single call");
+                    return Err(Failure::input("repl::fork", words).help("`:fork 3 place(jar)`"));
+                }
+                None => return Ok(()),
+            }
+        };
+        let style = self.style;
+        let fork = self.bench.work(move |cell| {
+            cell.fork(&run, after, call.as_ref())
+                .map_err(|error| report::cell_failure(&error, style))
+        })?;
+        if style.json {
+            style.document(&fork);
+        } else {
+            style.say(report::fork::told(&fork, style));
+        }
         Ok(())
     }
 

@@ -6,6 +6,7 @@
 mod numbers;
 pub mod changes;
 pub mod energy;
+pub mod fork;
 pub mod gap;
 pub mod gap_page;
 pub mod grid;
@@ -310,6 +311,8 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         Error::Model { endpoint, .. } => Failure::unavailable("vqa::unavailable", words)
             .at(endpoint.clone())
             .help("is the server running, and does the address end in `/v1`? nothing has moved"),
+        Error::WhatIf(_) => Failure::input("run::what_if", words)
+            .help("`:runs` lists the runs, `:replay RUN` shows the steps of one"),
         Error::NothingToDo => Failure::input("run::empty", words),
         Error::Action(action) => match action {
             ActionError::Stopped | ActionError::Limit(_) => Failure::stopped(words),

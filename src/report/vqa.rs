@@ -11,6 +11,7 @@ use super::grid::{Form, Grid};
 pub fn table(table: &Table, probes: &[Probe], command: &str, form: Form) -> String {
     match form {
         Form::Csv => details(table, form).form(form),
+        Form::Markdown if table.groups.is_empty() => bases(table).form(form),
         Form::Markdown => [paper(table).form(form), details(table, form).form(form)].join("\n\n"),
         Form::Text => {
             let mut text = String::new();
@@ -96,13 +97,17 @@ fn details(table: &Table, form: Form) -> Grid {
         for (i, row) in group.rows.iter().enumerate() {
             // A table for programs says everything in every row.
             let is_first = i == 0 || form == Form::Csv;
-            grid.rows.push(line(group, row, is_first));
+            let digits = if form == Form::Csv { 4 } else { 2 };
+            grid.rows.push(line(group, row, is_first, digits));
         }
     }
     grid
 }
 
-fn line(group: &Group, row: &Row, is_first: bool) -> Vec<String> {
+fn line(group: &Group, row: &Row, is_first: bool, digits: usize) -> Vec<String> {
+    let number = |value: Option<f64>| {
+        value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
+    };
     let first = |text: String| if is_first { text } else { String::new() };
     let agreement = group.agreement;
     vec![
@@ -114,7 +119,10 @@ fn line(group: &Group, row: &Row, is_first: bool) -> Vec<String> {
         number(row.precision),
         number(row.recall),
         number(row.f1),
-        row.f1_95.map_or_else(|| "-".to_owned(), |[low, high]| format!("{low:.2}-{high:.2}")),
+        row.f1_95.map_or_else(
+            || "-".to_owned(),
+            |[low, high]| format!("{low:.digits$}-{high:.digits$}"),
+        ),
         row.counts.unsure.to_string(),
         row.counts.unparsed.to_string(),
         first(agreement.pairs.to_string()),
@@ -144,8 +152,12 @@ fn notes(table: &Table, probes: &[Probe]) -> Vec<String> {
                 .to_owned(),
         );
     }
-    if table.laboratories < 2 {
-        notes.push("intervals need runs of at least two seeds".to_owned());
+    match table.laboratories {
+        0 | 1 => notes.push("intervals need runs of at least two seeds".to_owned()),
+        few @ 2..10 => notes.push(format!(
+            "intervals drawn from {few} laboratories come out too narrow; ten or more say something"
+        )),
+        _ => {}
     }
     for probe in probes {
         let mut said: BTreeMap<&str, usize> = BTreeMap::new();
@@ -199,10 +211,6 @@ pub fn probe(probe: &Probe) -> String {
         ));
     }
     lines.join("\n")
-}
-
-fn number(value: Option<f64>) -> String {
-    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"))
 }
 
 fn percent(value: Option<f64>) -> String {

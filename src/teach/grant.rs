@@ -1,25 +1,27 @@
 //! What a word does at a pause: it lets the run go on, looks at an earlier step, or asks about one.
 
 use crate::execution::conduct::{Ahead, Dial, Word};
-use crate::language;
 
 use super::questions::without_riddles;
 use super::shown::{Front, Shown};
 use super::stepper::{At, Going, Stepper};
-use super::stops::known;
+use super::stops;
 use super::words::Wish;
 
 impl<F: Front> Stepper<F> {
     /// Does what a word asks for; returns what the run is told, if it is told anything.
     pub(super) fn grant(&mut self, wish: Wish, at: At<'_>) -> Option<Word> {
         let next = match at {
-            At::Before(ahead) => Some(ahead),
+            At::Before(ahead) | At::Line(ahead, _) => Some(ahead),
             At::Failed | At::End => None,
         };
         match wish {
             Wish::Next if self.looking.is_some() => self.forward(next),
             Wish::Over | Wish::Out | Wish::Continue | Wish::Into if self.looking.is_some() => {
                 self.present(next);
+            }
+            Wish::Next | Wish::Over | Wish::Out if matches!(at, At::Line(..)) => {
+                return Some(self.in_script(&wish, at));
             }
             Wish::Next => return Some(self.go(Going::Step)),
             Wish::Continue => return Some(self.go(Going::Free)),
@@ -41,7 +43,7 @@ impl<F: Front> Stepper<F> {
                 let through = inner.map(|part| part.path.clone());
                 return Some(self.go(through.map_or(Going::Step, Going::Through)));
             }
-            Wish::Into => self.into(next),
+            Wish::Into => return self.into(at),
             Wish::Back(number) => self.back(number, next),
             Wish::Forward => self.forward(next),
             Wish::Why(fluent) => {
@@ -70,20 +72,38 @@ impl<F: Front> Stepper<F> {
         None
     }
 
+    /// One line of a script, or the rest of it and a pause before the next step.
+    fn in_script(&mut self, wish: &Wish, at: At<'_>) -> Word {
+        match (wish, at) {
+            (Wish::Next | Wish::Over, At::Line(ahead, _)) => self.go(Going::Line(ahead.number)),
+            _ => self.go(Going::Step),
+        }
+    }
+
     fn go(&mut self, going: Going) -> Word {
         self.going = going;
         Word::Go
     }
 
-    fn into(&mut self, next: Option<&Ahead>) {
-        let Some(ahead) = next else { return self.present(None) };
-        match self.unit(ahead).cloned() {
-            Some(task) => {
-                self.front.show(&Shown::Inside { task: Some(&task), ahead });
-                self.entered.push(task.path);
+    /// Shows what a sub-task is made of; of a single step, lets its script begin and pauses at its lines.
+    fn into(&mut self, at: At<'_>) -> Option<Word> {
+        let At::Before(ahead) = at else {
+            match at {
+                At::Line(ahead, _) => self.front.show(&Shown::Inside { task: None, ahead }),
+                _ => self.present(None),
             }
-            None => self.front.show(&Shown::Inside { task: None, ahead }),
+            return None;
+        };
+        if let Some(task) = self.unit(ahead).cloned() {
+            self.front.show(&Shown::Inside { task: Some(&task), ahead });
+            self.entered.push(task.path);
+            return None;
         }
+        if ahead.script.is_some() {
+            return Some(self.go(Going::Line(ahead.number)));
+        }
+        self.front.show(&Shown::Inside { task: None, ahead });
+        None
     }
 
     fn back(&mut self, number: Option<usize>, next: Option<&Ahead>) {
@@ -122,20 +142,15 @@ impl<F: Front> Stepper<F> {
 
     /// Shows the breakpoints, after setting a new one that names a step of what is left of the run.
     fn show_stops(&mut self, new: Option<String>, next: Option<&Ahead>) {
-        let names = next.map(known).unwrap_or_default();
-        let is_known = |name: &String| {
-            name.parse::<usize>().is_ok() || names.contains(&name.as_str()) || next.is_none()
-        };
         let (mut unknown, mut near) = (None, None);
-        match new {
-            Some(name) if !is_known(&name) => {
-                near = language::nearest(&name, names.into_iter()).map(str::to_owned);
-                unknown = Some(name);
+        if let Some(name) = new {
+            let checked = next.map_or(Ok(()), |ahead| stops::check(&name, ahead));
+            match checked {
+                Err(close) if !stops::is_line(&name) => (unknown, near) = (Some(name), close),
+                _ => {
+                    self.setup.stops.set(&name);
+                }
             }
-            Some(name) => {
-                self.setup.stops.set(&name);
-            }
-            None => {}
         }
         self.front.show(&Shown::Stops { stops: self.setup.stops.all(), unknown, near });
     }

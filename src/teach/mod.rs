@@ -10,6 +10,7 @@
 pub mod answers;
 mod grant;
 mod questions;
+pub mod quiz;
 pub mod record;
 pub mod shown;
 pub mod stepper;

@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::execution::conduct::{Ahead, Part};
+use crate::execution::lines::Line;
 use crate::execution::trace::{FluentRow, StepRecord};
 
 use super::answers::Answered;
@@ -30,6 +31,29 @@ pub enum Shown<'a> {
         /// The sub-task; `None` when the step ahead begins none.
         task: Option<&'a Part>,
         /// Its first step.
+        ahead: &'a Ahead,
+    },
+    /// A pause before a line of a step's script.
+    Line {
+        /// The step.
+        ahead: &'a Ahead,
+        /// The line.
+        line: &'a Line,
+        /// The breakpoint that paused here.
+        stop: Option<String>,
+    },
+    /// A line begins without a pause, though one was wanted; so may others after it.
+    PassingLine {
+        /// The step.
+        ahead: &'a Ahead,
+        /// The line.
+        line: &'a Line,
+        /// Why the arm cannot be left standing there.
+        why: &'a str,
+    },
+    /// The record of a step holds no lines of its script.
+    NoLines {
+        /// The step.
         ahead: &'a Ahead,
     },
     /// A step begins without a pause, though one was wanted.

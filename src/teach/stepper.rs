@@ -7,6 +7,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::execution::conduct::{Ahead, Conductor, Dial, Part, Word};
+use crate::execution::lines::Line;
 use crate::execution::trace::{Outcome, StepRecord};
 
 use super::questions::{Puzzle, without_riddles};
@@ -34,6 +35,8 @@ pub struct Setup {
 pub(super) enum Going {
     /// To the next step.
     Step,
+    /// To the next line of the script of the step with that number, or to the next step.
+    Line(usize),
     /// Out of a sub-task.
     Through(String),
     /// To a breakpoint.
@@ -45,6 +48,8 @@ pub(super) enum Going {
 pub(super) enum At<'a> {
     /// Before a step, with the breakpoint that paused there.
     Before(&'a Ahead),
+    /// Before a line of a step's script.
+    Line(&'a Ahead, usize),
     /// After a step that failed.
     Failed,
     /// After the last step.
@@ -66,6 +71,8 @@ pub struct Stepper<F> {
     pub(super) puzzle: Option<Puzzle>,
     /// A word that was said where a question was open.
     pub(super) carried: Option<String>,
+    /// The step of whose lines it was said that they begin without a pause.
+    passed: Option<usize>,
 }
 
 impl<F: Front> Stepper<F> {
@@ -83,6 +90,7 @@ impl<F: Front> Stepper<F> {
             looking: None,
             puzzle: None,
             carried: None,
+            passed: None,
         }
     }
 
@@ -100,7 +108,16 @@ impl<F: Front> Stepper<F> {
     ) {
         self.begins(task, run_dir);
         for (ahead, record) in steps {
-            if self.before(ahead) == Word::Stop || self.after(ahead, record) == Word::Stop {
+            if self.before(ahead) == Word::Stop {
+                return;
+            }
+            if self.going == Going::Line(ahead.number) && record.lines.is_empty() {
+                self.front.show(&Shown::NoLines { ahead });
+            }
+            let mut lines = record.lines.iter();
+            if lines.any(|line| self.within(ahead, line, None) == Word::Stop)
+                || self.after(ahead, record) == Word::Stop
+            {
                 return;
             }
         }
@@ -120,7 +137,7 @@ impl<F: Front> Stepper<F> {
     fn pauses(&self, ahead: &Ahead) -> (bool, Option<String>) {
         let stop = self.setup.stops.hit(ahead);
         let pauses = match &self.going {
-            Going::Step => true,
+            Going::Step | Going::Line(_) => true,
             Going::Through(path) => !is_below(&ahead.path, path),
             Going::Free => false,
         };
@@ -139,6 +156,7 @@ impl<F: Front> Stepper<F> {
         }
         match at {
             At::Before(ahead) => format!("{name} {}/{}> ", ahead.number, ahead.of),
+            At::Line(ahead, line) => format!("{name} {}/{} line {line}> ", ahead.number, ahead.of),
             At::Failed => format!("{name} failed> "),
             At::End => format!("{name} done> "),
         }
@@ -203,9 +221,27 @@ impl<F: Front> Conductor for Stepper<F> {
         }
     }
 
+    fn within(&mut self, ahead: &Ahead, line: &Line, why: Option<&str>) -> Word {
+        let stop = self.setup.stops.at_line(line);
+        if self.going != Going::Line(ahead.number) && stop.is_none() {
+            return Word::Go;
+        }
+        if let Some(why) = why {
+            // Once a step: a loop may tilt in many small turns.
+            if self.passed.replace(ahead.number) != Some(ahead.number) {
+                self.front.show(&Shown::PassingLine { ahead, line, why });
+            }
+            // The pause that was wanted is made up for at the next line where it can be, or the next step.
+            self.going = Going::Line(ahead.number);
+            return Word::Go;
+        }
+        self.front.show(&Shown::Line { ahead, line, stop });
+        self.pause(At::Line(ahead, line.line))
+    }
+
     fn after(&mut self, ahead: &Ahead, record: &StepRecord) -> Word {
         let before = self.seen.last().map(|last| last.fluents.clone()).unwrap_or_default();
-        let is_stepping = self.going == Going::Step;
+        let is_stepping = matches!(self.going, Going::Step | Going::Line(_));
         let given = if self.setup.teaches && is_stepping && self.carried.is_none() {
             self.questions(record)
         } else {

@@ -15,7 +15,7 @@ use super::run::SharedRecorder;
 use super::{Ending, Error, Run, Tried, WorkCell, tell};
 
 /// How many candidates are rehearsed for one attempt.
-const CANDIDATES: usize = 4;
+pub(super) const CANDIDATES: usize = 4;
 
 impl WorkCell {
     /// Rehearses and performs until the task is done or given up.
@@ -28,17 +28,15 @@ impl WorkCell {
     ) -> Result<(), Error> {
         let begin = self.now();
         self.phase("plan", "choosing parse graphs");
-        let mut candidates = self.candidates(graph, start)?;
+        let mut candidates = self.candidates_from(graph, start)?;
         run.timing_s.plan += self.now() - begin;
         self.scripts.stage().set_past(Past::default());
         let mut tried_branches = BTreeMap::new();
         let mut used: BTreeMap<String, u32> = BTreeMap::new();
         loop {
             let best = self.rehearse(candidates, start, run)?;
-            let begin = self.now();
             self.phase("execute", "the arm moves");
             let failed = self.perform(graph, &best, start, run, recorder);
-            run.timing_s.execute += self.now() - begin;
             let Some((index, reason)) = failed? else {
                 run.outcome = Ending::Success;
                 return Ok(());
@@ -87,7 +85,11 @@ impl WorkCell {
 
     /// Returns the candidates of a first attempt: the likeliest parse graphs, each with its best ways and
     /// with others.
-    fn candidates(&self, graph: &Graph, start: &WorldState) -> Result<Vec<Candidate>, Error> {
+    pub(super) fn candidates_from(
+        &self,
+        graph: &Graph,
+        start: &WorldState,
+    ) -> Result<Vec<Candidate>, Error> {
         let pgs = self.parses(graph, start, CANDIDATES / 2)?;
         Ok((0..CANDIDATES)
             .map(|i| Candidate { pg: pgs[i % pgs.len()].clone(), from: 0, variant: i / pgs.len() })

@@ -82,6 +82,9 @@ pub enum Error {
         /// What is wrong with it.
         why: String,
     },
+    /// A what-if cannot begin there.
+    #[error("{0}")]
+    WhatIf(String),
     /// There is nothing to do.
     #[error("there is nothing to do")]
     NothingToDo,

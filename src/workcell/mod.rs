@@ -7,6 +7,7 @@
 pub mod archive;
 pub mod check;
 pub mod devices;
+pub mod fork;
 pub mod learning;
 pub mod picture;
 pub mod carried;
@@ -24,6 +25,7 @@ mod error;
 mod known;
 mod lead;
 mod needs;
+mod now;
 mod outcome;
 mod perform;
 mod run;
@@ -50,8 +52,9 @@ use crate::twin::Settings;
 use crate::twin::render::{ArmLook, View};
 use crate::vqa::Endpoint;
 use crate::world::{Scene, WorldState};
+use fork::Moments;
 use known::Known;
-use lead::Lead;
+use lead::SharedLead;
 
 pub use devices::{Devices, Laboratory, laboratory, robot_of};
 pub use error::Error;
@@ -97,6 +100,23 @@ fn tell(fan: &Mutex<Fan>, event: &Event) {
     fan.lock().unwrap_or_else(PoisonError::into_inner).event(event);
 }
 
+/// What a cell is put together from, beside its devices.
+struct Parts {
+    library: Library,
+    stdlib: Stdlib,
+    scene: Arc<Scene>,
+    robot: Arc<Robot>,
+    known: Known,
+    /// The share of full speed that the arm is held to.
+    pace: f64,
+    belief: Belief,
+    robot_name: String,
+    seed: u64,
+    switches: Switches,
+    clock: fn() -> f64,
+    cancel: Cancel,
+}
+
 /// Arm, cameras, world, twin and graph.
 pub struct WorkCell {
     library: Library,
@@ -117,8 +137,9 @@ pub struct WorkCell {
     is_robot_aligned: bool,
     learnt: Learnt,
     dial: Dial,
-    lead: Option<Lead>,
+    lead: Option<SharedLead>,
     model: Option<Endpoint>,
+    moments: Moments,
 }
 
 impl WorkCell {
@@ -143,9 +164,9 @@ impl WorkCell {
         let (library, scene, robot) = devices::place(&mut options)?;
         let known = Known::of(&library, &scene.name);
         // Reality is put up from what is declared; everything else works with what is known.
-        let Devices { arm, camera, scales, limits } = connect(&robot, &scene, &options)?;
+        let devices = connect(&robot, &scene, &options)?;
         let scene = Arc::new(known.scene(&scene));
-        let (robot, pace) = match limits {
+        let (robot, pace) = match &devices.limits {
             None => (robot, 1.0),
             Some(most) => {
                 let shares = robot.joints().iter().zip(&most.velocity);
@@ -154,17 +175,38 @@ impl WorkCell {
                 (Arc::new(own.with_limits(&most.velocity, &most.acceleration)), pace)
             }
         };
+        let Options { robot: robot_name, stdlib, seed, switches, clock, .. } = options;
+        let parts = Parts {
+            library,
+            stdlib,
+            belief: Belief::new(scene.clone()),
+            scene,
+            robot,
+            known,
+            pace,
+            robot_name,
+            seed,
+            switches,
+            clock,
+            cancel: Cancel::default(),
+        };
+        Ok(Self::with(parts, devices))
+    }
+
+    /// Puts a cell together.
+    fn with(parts: Parts, devices: Devices) -> Self {
+        let Devices { arm, camera, scales, limits: _ } = devices;
+        let Parts { library, stdlib, scene, robot, known, pace, belief, cancel, .. } = parts;
         let limits = Limits { pace, ..Limits::default() };
         let cell = Cell { robot: robot.clone(), scene: scene.clone(), limits };
         let look = ArmLook::new(&robot);
         let fan: Arc<Mutex<Fan>> = Arc::default();
-        let cancel = Cancel::default();
         let body = RealBody::new(
             cell.clone(),
             arm,
             camera,
             Calibration::nominal(&scene),
-            Belief::new(scene),
+            belief,
             look.clone(),
             fan.clone(),
         );
@@ -174,27 +216,27 @@ impl WorkCell {
             Box::new(body),
             Vec::new(),
             Tape::recording(),
-            (options.seed, 0),
+            (parts.seed, 0),
             cancel.clone(),
             fan.clone(),
         );
         stage.obey(dial.clone());
         let mut settings = Settings::for_arm(&robot);
         known.change(&mut settings);
-        Ok(Self {
+        Self {
             library,
             cell,
             settings,
             known,
             look,
-            stdlib: options.stdlib,
+            stdlib,
             scripts: Scripts::new(stage),
             scales,
-            robot_name: options.robot,
-            seed: options.seed,
-            switches: options.switches,
+            robot_name: parts.robot_name,
+            seed: parts.seed,
+            switches: parts.switches,
             cancel,
-            clock: options.clock,
+            clock: parts.clock,
             fan,
             is_camera_aligned: false,
             is_robot_aligned: false,
@@ -202,7 +244,8 @@ impl WorkCell {
             dial,
             lead: None,
             model: None,
-        })
+            moments: Moments::default(),
+        }
     }
 
     /// Returns the wish to stop that everything in this cell obeys.
@@ -213,6 +256,11 @@ impl WorkCell {
     /// Returns the speed dial of this cell's arm.
     pub fn dial(&self) -> Dial {
         self.dial.clone()
+    }
+
+    /// Returns the clock of this cell: seconds since some instant.
+    pub fn clock(&self) -> fn() -> f64 {
+        self.clock
     }
 
     /// Returns the arm's name: `lab`, `twin`, or where it is.

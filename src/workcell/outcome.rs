@@ -6,6 +6,7 @@ use crate::execution::trace::{Outcome, StepRecord};
 use crate::graph::ParseGraph;
 use crate::monitor::questionnaire::Answer;
 use crate::vqa::Probe;
+use crate::world::WorldState;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -43,6 +44,9 @@ pub struct Timing {
     pub simulate: f64,
     /// Performing on the arm.
     pub execute: f64,
+    /// Waiting for a person's word between, while the arm held still.
+    #[serde(default)]
+    pub waiting: f64,
     /// All of it.
     pub total: f64,
 }
@@ -86,6 +90,9 @@ pub struct Run {
     pub robot: String,
     /// The program's version.
     pub version: String,
+    /// The world when it began, once it was looked at.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<WorldState>,
     /// The steps, as carried out.
     pub steps: Vec<StepRecord>,
     /// The questionnaire, answered by geometry after each step, and by a model where one is asked.
@@ -119,6 +126,7 @@ impl Run {
             seed: 0,
             robot: String::new(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
+            start: None,
             steps: steps.to_vec(),
             questions: Vec::new(),
             probe: None,

@@ -14,8 +14,25 @@ use super::run::{SharedRecorder, keep};
 use super::{Error, Run, WorkCell, picture};
 
 impl WorkCell {
-    /// Performs a rehearsal on the arm; returns the step that failed and why, if one did.
+    /// Performs a rehearsal on the arm; returns the step that failed and why, if one did. The time a person
+    /// thought is not the arm's.
     pub(super) fn perform(
+        &mut self,
+        graph: &Graph,
+        rehearsal: &Rehearsal,
+        start: &WorldState,
+        run: &mut Run,
+        recorder: Option<&SharedRecorder>,
+    ) -> Result<Option<(usize, String)>, Error> {
+        let (begin, waited) = (self.now(), self.waited());
+        let failed = self.steps_of(graph, rehearsal, start, run, recorder);
+        let waited = self.waited() - waited;
+        run.timing_s.waiting += waited;
+        run.timing_s.execute += self.now() - begin - waited;
+        failed
+    }
+
+    fn steps_of(
         &mut self,
         graph: &Graph,
         rehearsal: &Rehearsal,
@@ -37,6 +54,7 @@ impl WorkCell {
             let before = if k == 0 { &rehearsal.start } else { &rehearsal.views[k - 1] };
             self.twin_picture(&format!("{number:02}-before-twin"), before);
             let ahead = self.ask_before(&turn)?;
+            self.open_gate(ahead.as_ref(), &pg.steps[index]);
             self.tell(&Event::StepStart {
                 number,
                 of: run.steps.len() + pg.steps.len() - index,
@@ -55,6 +73,7 @@ impl WorkCell {
                     }
                 }
             };
+            self.scripts.stage().set_gate(None);
             let twin = rehearsal.steps.get(k);
             let comparison = monitor::compare(twin.map_or(&[], |t| &t.fluents), &done.fluents);
             if done.outcome != Outcome::Success {
@@ -62,8 +81,14 @@ impl WorkCell {
                 failed = Some((index, format!("{}: {reason}", pg.steps[index].text)));
             }
             run.questions.push(questionnaire::by_geometry(&comparison.rows));
-            let record = record(pg, number, done, comparison, twin);
+            let planned_q = self.scripts.stage().planned_q().to_vec();
+            let record = StepRecord { planned_q, ..record(pg, number, done, comparison, twin) };
             self.tell(&Event::StepEnd { record: Box::new(record.clone()) });
+            let (memory, past) = {
+                let mut stage = self.scripts.stage();
+                (stage.memory().clone(), stage.past().clone())
+            };
+            self.moments.keep(number, memory, past);
             run.steps.push(record);
             keep(run, recorder)?;
             let real = self.photo_for_run(&picture::after(number, "real"))?;
@@ -106,6 +131,8 @@ fn record(
         interval_s: done.interval,
         fluents: comparison.rows,
         during,
+        lines: done.lines,
+        planned_q: Vec::new(),
         hamming: comparison.score.hamming,
         score: comparison.score.p,
         measured: done.state,

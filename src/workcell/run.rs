@@ -40,9 +40,10 @@ impl WorkCell {
             let recorder = recorder.lock().unwrap_or_else(PoisonError::into_inner);
             run.run_dir = Some(recorder.dir().display().to_string());
         }
+        self.moments.begin(run.run_dir.as_deref());
         self.lead_begins(&run.task, run.run_dir.as_deref());
         let carried = self.carry(call, &mut run, recorder.as_ref());
-        self.lead_ends();
+        run.timing_s.waiting = self.lead_ends();
         self.watched_by(Vec::new());
         // Decisions of a performance that was cut short are not for whatever comes next.
         self.scripts.stage().set_tape(Tape::recording());
@@ -104,6 +105,7 @@ impl WorkCell {
         run.timing_s.perceive = self.now() - begin;
         perceived?;
         let start = self.state()?;
+        run.start = Some(start.clone());
         let attempted = self.attempt(&graph, &start, run, recorder);
         let weighing = self.scales.as_mut().and_then(|scales| scales.weigh());
         if let Some(weighing) = &weighing {

@@ -158,6 +158,8 @@ fn measures_are_in_si_with_the_units_name() {
     }
 }
 
+mod changes;
+
 /// What a run shows, condition by condition: planted margins come out as the energies they must have.
 #[test]
 fn the_evidence_of_a_run_weighs_as_it_was_planted() {
@@ -189,6 +191,8 @@ fn the_evidence_of_a_run_weighs_as_it_was_planted() {
         interval_s: [1.0, 2.5],
         fluents: comparison.rows,
         during: Vec::new(),
+        lines: Vec::new(),
+        planned_q: Vec::new(),
         hamming: 1,
         score: (-1.0_f64).exp(),
         measured: WorldState {

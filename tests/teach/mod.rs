@@ -1,6 +1,7 @@
 //! Stepping without a terminal: over records, and as the conductor of runs that are made up here.
 
 mod answers;
+mod lines;
 
 use std::collections::VecDeque;
 use std::path::PathBuf;

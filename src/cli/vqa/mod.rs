@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 
 use crate::http::Address;
-use crate::language::nearest;
+use crate::language::{nearest, sentence};
 use crate::report::{self, Failure, Style};
 use crate::vqa::{Endpoint, Patience, Settings};
 use crate::workcell::archive;
@@ -78,11 +78,20 @@ fn probe(args: &ProbeArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
     Ok(if probe.sees && probe.keeps_form { Exit::Yes } else { Exit::No })
 }
 
-/// Returns the questions of the library, with the names of parameters for objects.
+/// Returns the questions of the library about the first things of its scene.
 fn asks(cli: &Cli) -> Result<Vec<String>, Failure> {
     let library = workcell::library(&stdlib(cli)?);
-    let asked = library.fluents().filter_map(|(fluent, _)| fluent.ask.as_ref());
-    Ok(asked.map(|ask| ask.text.replace(['{', '}'], "")).collect())
+    let scene = library.scene(library.default_scene());
+    let things = scene.map(|(scene, _)| sentence::things(scene)).unwrap_or_default();
+    let asked = library.fluents().filter_map(|(fluent, _)| {
+        let question = fluent.ask.as_ref()?.text.clone();
+        let filled =
+            fluent.params.iter().zip(&things).fold(question, |question, (param, thing)| {
+                question.replace(&format!("{{{}}}", param.name.text), &thing.looks)
+            });
+        Some(filled)
+    });
+    Ok(asked.collect())
 }
 
 /// Returns the endpoint that was named.
