@@ -139,6 +139,18 @@ fn what_differs_from_place_to_place_is_the_parameter_it_came_from() {
 }
 
 #[test]
+fn a_branch_that_is_asked_for_is_seen_in_the_outline_and_the_drawing() {
+    let graph = of_line("pick(jar) via from_above");
+    let told = graph::outline::outline(&graph, &graph::outline::Learnt::default());
+    assert!(
+        told.contains("either via from_above ") && told.contains("on failure of grasp "),
+        "{told}"
+    );
+    let drawn = graph::draw::to_svg(&graph, &graph::draw::Drawing::default());
+    assert!(drawn.contains(">via from_above<"));
+}
+
+#[test]
 fn a_graph_that_no_text_says_is_refused_with_what_is_in_the_way() {
     let json = to_json(&of_line("pick(jar) then pick(cup)"), &Learnt::default());
     let spoilt = |change: &dyn Fn(&mut serde_json::Value)| {

@@ -11,7 +11,7 @@ use super::ast::{Allen, BinaryOp, Call, Expr, ExprKind};
 use crate::units::{Dimension, Quantity};
 
 pub use items::{action, fluent, line, object_type, task};
-pub use steps::{block, conditions, recovery, remedy, step};
+pub use steps::{block, conditions, on_failure, recovery, remedy, step};
 
 /// Returns an expression as the language writes it, with no more parentheses than it needs.
 pub fn expr(expr: &Expr) -> String {

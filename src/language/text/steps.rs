@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 
 use super::super::ast::{
-    Act, Block, Conditions, Expr, Hold, If, Name, Recovery, Remedy, Step, Text,
+    Act, Block, Call, Conditions, Expr, Hold, If, Name, Recovery, Remedy, Step, Text,
 };
 use super::{allen, call, expr, quantity, quoted};
 
@@ -148,14 +148,19 @@ pub(super) fn block_lines(block: &Block) -> String {
 }
 
 pub(super) fn recovery_lines(recovery: &Recovery) -> String {
-    let of = recovery.of.as_ref().map(|of| match of.args.as_slice() {
-        // Of any call of it.
-        [] => format!(" of {}", of.name.text),
-        _ => format!(" of {}", call(of)),
-    });
     let parts = recovery.steps.iter().map(lines).chain(recovery.remedy.as_ref().map(remedy));
     let parts: Vec<String> = parts.collect();
-    format!("on failure{} {}", of.unwrap_or_default(), braced(&parts))
+    format!("{} {}", on_failure(recovery.of.as_ref()), braced(&parts))
+}
+
+/// Returns `on failure`, `on failure of grasp` or `on failure of grasp(jar)`.
+pub fn on_failure(of: Option<&Call>) -> String {
+    match of {
+        None => String::from("on failure"),
+        // Of any call of it.
+        Some(of) if of.args.is_empty() => format!("on failure of {}", of.name.text),
+        Some(of) => format!("on failure of {}", call(of)),
+    }
 }
 
 fn labelled(label: Option<&Name>) -> String {
