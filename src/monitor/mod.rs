@@ -3,6 +3,7 @@
 //! Judging never commands: what to do about a difference is [`crate::workcell`]'s business.
 
 pub mod changes;
+pub mod evidence;
 pub mod questionnaire;
 
 use crate::execution::during::Held;

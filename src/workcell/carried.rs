@@ -10,7 +10,7 @@ use crate::motion::Robot;
 use crate::units::Dimension;
 use crate::world::{Object, Scene};
 
-use super::perform::Run;
+use super::Run;
 
 /// Density of water, kg/m³.
 const WATER: f64 = 1000.0;

@@ -11,7 +11,7 @@ use crate::motion::Robot;
 use crate::units::{Dimension, Unit};
 use crate::world::{Object, Pose, Scene, Shape};
 
-use super::perform::Run;
+use super::Run;
 
 /// Kept before the vessel begins to turn, s.
 const BEFORE: f64 = 2.0;
@@ -83,7 +83,7 @@ pub fn pour(
         name: name.into(),
         unit: Unit::parse(unit).ok(),
         values,
-        bad: None,
+        bad: Vec::new(),
     };
     let columns = vec![
         column("inside", "m", inside.collect()),

@@ -76,6 +76,64 @@ fn every_mistake_says_what_where_and_what_helps() {
     }
 }
 
+/// Rows of several runs in one table, each with a clock that begins at 0.
+fn in_a_row(runs: &[u32]) -> String {
+    let row = |run: usize, i: u32| format!("{},{}\n", f64::from(i) * 0.01, run + 1);
+    let rows = runs.iter().enumerate().flat_map(|(run, n)| (0..*n).map(move |i| row(run, i)));
+    format!("t[s],q_1[rad]\n{}", rows.collect::<String>())
+}
+
+fn read_runs(csv: &str) -> Result<Vec<Recording>, String> {
+    Recording::read_runs("r.csv", csv, None, &Map::default())
+        .map_err(|error| format!("{} | {} | {}", error.what, error.place, error.help))
+}
+
+#[test]
+fn a_clock_that_starts_again_begins_another_recording() {
+    let runs = read_runs(&in_a_row(&[40, 25, 30])).unwrap();
+    assert_eq!(runs.iter().map(Recording::n_rows).collect::<Vec<_>>(), [40, 25, 30]);
+    for (run, value) in runs.iter().zip([1.0, 2.0, 3.0]) {
+        let q = run.column("q_1", Dimension::ANGLE).unwrap();
+        assert!(q.iter().all(|q| q.to_bits() == f64::to_bits(value)), "{}", run.name);
+        assert!(run.time[0].abs() < 1e-12);
+    }
+    assert_eq!(runs[2].name, "r.csv, run 3 of 3");
+    let note = &runs[0].notes[0];
+    assert!(note.contains("read as 3 recordings of 25 to 40 rows"), "{note}");
+    // Where one recording is asked for, several are a mistake.
+    assert!(read(&in_a_row(&[40, 25])).unwrap_err().contains("the file holds 2 runs"));
+}
+
+#[test]
+fn rows_in_disorder_are_no_other_run() {
+    let ordered = in_a_row(&[40]);
+    let lines: Vec<&str> = ordered.lines().collect();
+    // A row near the beginning written again late; two halves the wrong way round.
+    let late = [&lines[..30], &lines[2..3], &lines[30..]].concat().join("\n");
+    let turned = [&lines[..1], &lines[21..], &lines[1..21]].concat().join("\n");
+    for csv in [late, turned] {
+        let error = read_runs(&csv).unwrap_err();
+        assert!(error.contains("time goes back"), "{error}");
+    }
+}
+
+/// A bad cell is a matter of the run it stands in.
+#[test]
+fn a_bad_cell_spoils_its_own_run_alone_and_all_of_them_are_told() {
+    let csv = in_a_row(&[20, 20]).replacen(",1\n", ",inf\n", 8);
+    let runs = read_runs(&csv).unwrap();
+    assert!(runs[1].column("q_1", Dimension::ANGLE).is_ok());
+    let error = runs[0].column("q_1", Dimension::ANGLE).unwrap_err();
+    assert!(error.what.contains("7 other cells") && error.what.contains("lines 3, 4"), "{error:?}");
+    assert!(error.what.contains("and 2 more") && error.place.contains(":2, column"), "{error:?}");
+    assert!(error.help.contains("`#`"), "{error:?}");
+    let commented =
+        csv.lines().map(|l| if l.contains("inf") { format!("#{l}\n") } else { format!("{l}\n") });
+    let runs = read_runs(&commented.collect::<String>()).unwrap();
+    assert_eq!(runs[0].n_rows(), 12);
+    assert!(runs[0].column("q_1", Dimension::ANGLE).is_ok());
+}
+
 /// The Gen3's own observer writes an `inf` now and then: a column nobody asks for may hold it.
 #[test]
 fn a_bad_cell_is_told_when_its_column_is_asked_for() {

@@ -31,6 +31,8 @@ fn step(number: usize, action: &str, fluents: Vec<FluentRow>) -> StepRecord {
         interval_s: [0.0, 1.0],
         fluents,
         during: Vec::new(),
+        lines: Vec::new(),
+        planned_q: Vec::new(),
         hamming: 0,
         score: 1.0,
         measured: kitchen::state([0.5, 0.1, 0.0], [0.6, -0.1, 0.0]),

@@ -42,27 +42,30 @@ pub(super) fn inputs(
     cli: &Cli,
     style: Style,
 ) -> Result<Inputs, Failure> {
-    let mut recordings = plain(args, map)?;
+    let mut files = read_all(args, map)?;
     let runs: Vec<Option<Run>> =
         args.recordings.iter().map(|path| run_at(path)).collect::<Result<_, _>>()?;
-    let has = |is: fn(&Recording) -> bool| recordings.iter().any(is);
+    let has = |is: fn(&Recording) -> bool| files.iter().flatten().any(is);
     let mut scene = None;
     if runs.iter().any(Option::is_some) || has(Pour::is_one) || has(Held::is_one) {
         let own = scene_of(cli, model, style)?;
         let robot = stdlib(cli)?.robot(&own.robot).map_err(|error| {
             Failure::input("scene::robot", error.to_string()).at(own.name.as_str())
         })?;
-        for ((recording, run), path) in recordings.iter_mut().zip(&runs).zip(&args.recordings) {
+        for ((file, run), path) in files.iter_mut().zip(&runs).zip(&args.recordings) {
             let Some(run) = run else { continue };
-            let pour = poured::pour(run, recording, &robot, &own).map_err(|e| failure(&e))?;
-            match pour {
-                // The arm's recording of a run, by itself, is what was asked for.
-                Some(pour) if path.is_dir() => *recording = pour,
-                _ => carried::carried(run, recording, &robot, &own),
+            for recording in file {
+                let pour = poured::pour(run, recording, &robot, &own).map_err(|e| failure(&e))?;
+                match pour {
+                    // The arm's recording of a run, by itself, is what was asked for.
+                    Some(pour) if path.is_dir() => *recording = pour,
+                    _ => carried::carried(run, recording, &robot, &own),
+                }
             }
         }
         scene = Some(own);
     }
+    let recordings = flat(files);
     let kinds: Vec<Kind> = recordings.iter().map(kind_of).collect();
     let kind = kinds[0];
     if let Some(at) = kinds.iter().position(|other| *other != kind) {
@@ -98,7 +101,25 @@ fn kind_of(recording: &Recording) -> Kind {
 
 /// Reads every recording as it is.
 pub(super) fn plain(args: &GapArgs, map: &Map) -> Result<Vec<Recording>, Failure> {
-    args.recordings.iter().map(|path| recording_at(path, map)).collect()
+    read_all(args, map).map(flat)
+}
+
+/// Reads what each file holds: one recording, or several whose clocks start again.
+fn read_all(args: &GapArgs, map: &Map) -> Result<Vec<Vec<Recording>>, Failure> {
+    args.recordings.iter().map(|path| recordings_at(path, map)).collect()
+}
+
+/// The recordings of all files in a row; where files hold several, it is said which one is held out.
+fn flat(files: Vec<Vec<Recording>>) -> Vec<Recording> {
+    let several = files.iter().any(|file| file.len() > 1);
+    let mut recordings: Vec<Recording> = files.into_iter().flatten().collect();
+    if let Some(last) = recordings.last_mut()
+        && several
+    {
+        let note = format!("{} is held out, being the last", last.name);
+        last.notes.push(note);
+    }
+    recordings
 }
 
 /// Returns the folder of a run folder's recording, or the path as it is.
@@ -156,8 +177,8 @@ pub(super) fn scene_of(
     workcell::scene_of(&library, wanted).map_err(|error| report::cell_failure(&error, style))
 }
 
-/// Reads a recording and the sidecar beside it; a folder is a run, whose recording is `arm.csv`.
-fn recording_at(path: &Path, map: &Map) -> Result<Recording, Failure> {
+/// Reads the recordings of a file and the sidecar beside it; a folder is a run, whose recording is `arm.csv`.
+fn recordings_at(path: &Path, map: &Map) -> Result<Vec<Recording>, Failure> {
     let inside;
     let path = if path.is_dir() {
         inside = path.join("arm.csv");
@@ -176,9 +197,9 @@ fn recording_at(path: &Path, map: &Map) -> Result<Recording, Failure> {
                 .at(&name)
                 .help("is the path right?")
         })?;
-        Recording::read_bag(&name, &bytes, sidecar, map)
+        Recording::read_bag(&name, &bytes, sidecar, map).map(|recording| vec![recording])
     } else {
-        Recording::read(&name, &read(path)?, sidecar, map)
+        Recording::read_runs(&name, &read(path)?, sidecar, map)
     };
     found.map_err(|error| failure(&error))
 }

@@ -1,5 +1,6 @@
 //! `trueup gap`: what the model lacks, from recordings or from points that a camera saw.
 
+mod apply;
 mod inputs;
 mod points;
 
@@ -199,13 +200,8 @@ fn equations(
         experiment: outcome.experiment,
     };
     if args.apply && outcome.text != text {
-        // The old text first, so that there is always a way back.
-        let mut undo = path.as_os_str().to_owned();
-        undo.push(".before-gap");
-        write(Path::new(&undo), text)?;
-        write(path, &outcome.text)?;
+        let note = apply::apply(path, text, &outcome.text)?;
         investigation.finding.model.applied = true;
-        let note = format!("{} holds the model as it was", Path::new(&undo).display());
         investigation.finding.notes.push(note);
     }
     if let Some(folder) = &args.out {
@@ -300,13 +296,8 @@ fn change(
     if !args.apply || after == before {
         return Ok(());
     }
-    // The old text first, so that there is always a way back.
-    let mut undo = path.as_os_str().to_owned();
-    undo.push(".before-gap");
-    write(Path::new(&undo), before)?;
-    write(path, &after)?;
+    finding.notes.push(apply::apply(path, before, &after)?);
     finding.model.applied = true;
-    finding.notes.push(format!("{} holds the model as it was", Path::new(&undo).display()));
     Ok(())
 }
 

@@ -12,7 +12,7 @@ use serde::Deserialize;
 
 use super::lens::Lens;
 use crate::alignment::files::{Extrinsics, read_extrinsics};
-use crate::discovery::recording::{Error, Map};
+use crate::discovery::recording::{Error, Map, Sheet};
 use crate::units::{self, Dimension};
 use crate::world::{Pose, frame};
 
@@ -87,33 +87,14 @@ struct Place {
     factor: f64,
 }
 
-/// Reads the header: where each name stands, in SI.
+/// Reads where each name stands, in SI.
 fn places(
     name: &str,
-    header: &csv::StringRecord,
-    map: &Map,
+    columns: &[units::Column],
     notes: &mut Vec<String>,
 ) -> Result<BTreeMap<String, Place>, Error> {
-    let headers: Vec<String> = header.iter().map(str::to_owned).collect();
-    if let Some(theirs) = map.unused(&headers) {
-        return Err(Error::new(
-            format!("`--map` renames `{theirs}`, which is not a column"),
-            format!("{name}:1"),
-            format!("the columns are {}", headers.join(", ")),
-        ));
-    }
     let mut places = BTreeMap::new();
-    for (at, header) in headers.iter().enumerate() {
-        let place = || format!("{name}:1, column `{header}`");
-        let read = match units::parse_column(header) {
-            Ok(column) => column,
-            Err(_) if map.knows(header) => units::Column { name: header.clone(), unit: None },
-            Err(error) => {
-                let help = "write `name[unit]`, or rename it with `--map 'THEIRS=OURS[unit]'`";
-                return Err(Error::new(error.to_string(), place(), help));
-            }
-        };
-        let (column, _) = map.apply(header, read);
+    for (at, column) in columns.iter().enumerate() {
         let expected = match column.name.as_str() {
             "x" | "y" | "z" => Dimension::LENGTH,
             "u" | "v" => Dimension::PIXEL,
@@ -130,7 +111,7 @@ fn places(
                         unit.dimension.si(),
                         expected.words()
                     ),
-                    place(),
+                    format!("{name}:1, column `{}`", column.name),
                     format!(
                         "write `{}[{}]`, or correct it with `--map`",
                         column.name,
@@ -147,13 +128,7 @@ fn places(
                 1.0
             }
         };
-        if places.insert(column.name.clone(), Place { at, factor }).is_some() {
-            return Err(Error::new(
-                format!("two columns are called `{}`", column.name),
-                format!("{name}:1"),
-                "rename one of them, in the file or with `--map`",
-            ));
-        }
+        places.insert(column.name.clone(), Place { at, factor });
     }
     for needed in NEEDED {
         if !places.contains_key(needed) {
@@ -211,28 +186,10 @@ impl Points {
 }
 
 fn table(name: &str, text: &str, map: &Map) -> Result<Points, Error> {
-    let text = text.trim_start_matches('\u{feff}');
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .comment(Some(b'#'))
-        .from_reader(text.as_bytes());
-    let mut records = reader.records();
-    let no_table = |error: csv::Error| {
-        Error::new(
-            format!("not a table: {error}"),
-            name,
-            "points are a CSV file with one header line",
-        )
-    };
-    let Some(header) = records.next() else {
-        let help = "points are a table `x[m],y[m],z[m],u[px],v[px],view`";
-        return Err(Error::new("the file is empty", name, help));
-    };
-    let header = header.map_err(no_table)?;
+    let is = ("points are", "x[m],y[m],z[m],u[px],v[px],view");
+    let sheet = Sheet::read(name, text, map, is)?;
     let mut notes = Vec::new();
-    let places = places(name, &header, map, &mut notes)?;
+    let places = places(name, &sheet.columns, &mut notes)?;
     let mut points = Points {
         name: name.to_owned(),
         rows: Vec::new(),
@@ -241,19 +198,7 @@ fn table(name: &str, text: &str, map: &Map) -> Result<Points, Error> {
         known: Known::default(),
         notes,
     };
-    for record in records {
-        let record = record.map_err(no_table)?;
-        let line = record.position().map_or(0, |at| at.line() as usize);
-        if record.len() == 1 && record.get(0).is_some_and(str::is_empty) {
-            continue;
-        }
-        if record.len() != header.len() {
-            return Err(Error::new(
-                format!("the row has {} cells, the header {}", record.len(), header.len()),
-                format!("{name}:{line}"),
-                "every row must have a cell per column; was the file cut off while being written?",
-            ));
-        }
+    for (line, record) in sheet.rows {
         let number = |column: &str| -> Result<f64, Error> {
             let place = places[column];
             let cell = record.get(place.at).unwrap_or_default();

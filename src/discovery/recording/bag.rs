@@ -86,7 +86,7 @@ pub(super) fn read(
         let values = time.iter().map(|t| at(samples, *t, is_held(header))).collect();
         let plain = units::Column { name: header.clone(), unit: None };
         let (column, _) = map.apply(header, plain);
-        Column { name: column.name, unit: column.unit, values, bad: None }
+        Column { name: column.name, unit: column.unit, values, bad: Vec::new() }
     });
     let columns = columns.collect();
     let first = time[0];

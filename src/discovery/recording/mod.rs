@@ -10,11 +10,13 @@ mod bag;
 pub mod map;
 pub mod noise;
 pub mod sidecar;
+mod sheet;
 mod table;
 
 use crate::units::{Dimension, Unit};
 
 pub use map::Map;
+pub(super) use sheet::Sheet;
 pub use sidecar::Sidecar;
 
 /// What is wrong with a recording.
@@ -57,8 +59,8 @@ pub struct Column {
     pub unit: Option<Unit>,
     /// Its values in SI, one per row; NaN where a cell is bad.
     pub values: Vec<f64>,
-    /// The first cell that is not a finite number.
-    pub bad: Option<BadCell>,
+    /// The cells that are not finite numbers, in the file's order.
+    pub bad: Vec<BadCell>,
 }
 
 /// A stretch of time with a name.
@@ -95,18 +97,37 @@ impl Recording {
     ///
     /// An [`Error`] for a text that is not a table, has fewer than three rows, no time column, a time
     /// that is not finite or does not increase, two columns of one name, a unit that does not exist or
-    /// cannot be a time, or a sidecar that is not one.
+    /// cannot be a time, a sidecar that is not one, or several runs in one file.
     pub fn read(
         name: &str,
         csv: &str,
         sidecar: Option<(&str, &str)>,
         map: &Map,
     ) -> Result<Self, Error> {
-        let sidecar = match sidecar {
-            Some((name, text)) => Sidecar::read(name, text)?,
-            None => Sidecar::default(),
-        };
-        table::read(name, csv, sidecar, map)
+        let mut runs = Self::read_runs(name, csv, sidecar, map)?;
+        match (runs.pop(), runs.len()) {
+            (Some(only), 0) => Ok(only),
+            (_, before) => Err(Error::new(
+                format!("the file holds {} runs, each with a clock that starts again", before + 1),
+                name,
+                "give each run a file of its own",
+            )),
+        }
+    }
+
+    /// Reads a file that may hold several runs, each with a clock that starts again: a recording each, in the
+    /// file's order.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::read`], several runs excepted.
+    pub fn read_runs(
+        name: &str,
+        csv: &str,
+        sidecar: Option<(&str, &str)>,
+        map: &Map,
+    ) -> Result<Vec<Self>, Error> {
+        table::read(name, csv, &Sidecar::beside(sidecar)?, map)
     }
 
     /// Reads the joint states of a ROS 2 bag in MCAP, `q_NAME`, `dq_NAME`, `tau_NAME` for every joint by the
@@ -123,11 +144,7 @@ impl Recording {
         sidecar: Option<(&str, &str)>,
         map: &Map,
     ) -> Result<Self, Error> {
-        let sidecar = match sidecar {
-            Some((name, text)) => Sidecar::read(name, text)?,
-            None => Sidecar::default(),
-        };
-        bag::read(name, bytes, sidecar, map)
+        bag::read(name, bytes, Sidecar::beside(sidecar)?, map)
     }
 
     /// Gives columns that bear a joint's name the joint's number: `q_elbow` becomes `q_3` if `elbow` is the
@@ -174,8 +191,8 @@ impl Recording {
     ///
     /// # Errors
     ///
-    /// An [`Error`] if there is no such column, its unit measures something else, or a cell of it is not
-    /// a finite number.
+    /// An [`Error`] if there is no such column, its unit measures something else, or cells of it are not
+    /// finite numbers.
     pub fn column(&self, name: &str, dimension: Dimension) -> Result<&[f64], Error> {
         let Some(column) = self.columns.iter().find(|column| column.name == name) else {
             let known: Vec<&str> =
@@ -203,12 +220,8 @@ impl Recording {
                 format!("write `{name}[{}]`, or correct it with `--map`", dimension.si()),
             ));
         }
-        if let Some(bad) = &column.bad {
-            return Err(Error::new(
-                format!("`{}` is not a finite number", bad.text),
-                format!("{}:{}, column `{name}`", self.name, bad.line),
-                "leave such rows out, or fill them from their neighbours if you know that is right",
-            ));
+        if let Some(first) = column.bad.first() {
+            return Err(bad_cells(&self.name, name, first, &column.bad[1..]));
         }
         Ok(&column.values)
     }
@@ -270,4 +283,24 @@ impl Recording {
         train.notes.clone_from(&self.notes);
         Ok((train, part(cut, n, "last part")))
     }
+}
+
+/// How many lines are written out where several are wrong.
+const TOLD: usize = 5;
+
+/// Says which cells of a column are not finite numbers.
+fn bad_cells(recording: &str, column: &str, first: &BadCell, others: &[BadCell]) -> Error {
+    let more = match others.len() {
+        0 => String::new(),
+        n => {
+            let lines: Vec<String> = others.iter().take(TOLD).map(|b| b.line.to_string()).collect();
+            let rest = if n > TOLD { format!(" and {} more", n - TOLD) } else { String::new() };
+            format!(", nor are {n} other cells of the column (lines {}{rest})", lines.join(", "))
+        }
+    };
+    Error::new(
+        format!("`{}` is not a finite number{more}", first.text),
+        format!("{recording}:{}, column `{column}`", first.line),
+        "put a `#` before such lines to leave them out, or fill them from their neighbours if you know that is right",
+    )
 }

@@ -208,6 +208,11 @@ struct RawSegment {
 }
 
 impl Sidecar {
+    /// Reads the file beside a recording, (name, text), if there is one.
+    pub(super) fn beside(file: Option<(&str, &str)>) -> Result<Self, Error> {
+        file.map_or_else(|| Ok(Self::default()), |(name, text)| Self::read(name, text))
+    }
+
     /// Reads the JSON text of a sidecar. Keys it does not know are left alone.
     ///
     /// # Errors

@@ -1,108 +1,95 @@
-//! The text of a CSV file → columns in SI.
+//! A table of text → columns in SI, a recording for each run.
+
+use std::ops::Range;
 
 use crate::units::{self, Dimension, Unit};
 
+use super::sheet::Sheet;
 use super::{BadCell, Column, Error, Map, Recording, Sidecar};
 
 /// Fewest rows that say anything about change over time.
 const LEAST_ROWS: usize = 3;
 
-/// Reads the header and every row.
+/// Reads every row; where the clock starts again, a new recording begins.
 pub(super) fn read(
     name: &str,
     text: &str,
-    sidecar: Sidecar,
+    sidecar: &Sidecar,
     map: &Map,
-) -> Result<Recording, Error> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .comment(Some(b'#'))
-        .from_reader(text.as_bytes());
-    let mut rows = reader.records();
-    let not_a_table = |error: csv::Error| {
-        Error::new(
-            format!("not a table: {error}"),
-            name,
-            "a recording is a CSV file with one header line",
-        )
-    };
-    let header = match rows.next() {
-        Some(row) => row.map_err(not_a_table)?,
-        None => {
-            return Err(Error::new(
-                "the file is empty",
-                name,
-                "a recording has a header line such as `t[s],q_1[rad]` and a row per sample",
-            ));
-        }
-    };
-    let headers: Vec<String> = header.iter().map(str::to_owned).collect();
-    if let Some(theirs) = map.unused(&headers) {
+) -> Result<Vec<Recording>, Error> {
+    let sheet = Sheet::read(name, text, map, ("a recording is", "t[s],q_1[rad]"))?;
+    let clock = time_column(name, &sheet.columns)?;
+    let cells = |at: usize| sheet.rows.iter().map(move |(_, row)| row.get(at).unwrap_or_default());
+    let mut columns: Vec<Column> = sheet
+        .columns
+        .iter()
+        .enumerate()
+        .map(|(at, column)| {
+            let factor = column.unit.map_or(1.0, |unit| unit.factor);
+            let value = |cell: &str| cell.parse::<f64>().map_or(f64::NAN, |v| v * factor);
+            let values = cells(at).map(value).map(|v| if v.is_finite() { v } else { f64::NAN });
+            let (name, unit) = (column.name.clone(), column.unit);
+            Column { name, unit, values: values.collect(), bad: Vec::new() }
+        })
+        .collect();
+    for (at, column) in columns.iter_mut().enumerate() {
+        let read = sheet.rows.iter().zip(&column.values).filter(|(_, value)| value.is_nan());
+        let bad = read.map(|((line, row), _)| BadCell {
+            line: *line,
+            text: row.get(at).unwrap_or_default().to_owned(),
+        });
+        column.bad = bad.collect();
+    }
+    let lines: Vec<usize> = sheet.rows.iter().map(|(line, _)| *line).collect();
+    let time = columns.remove(clock);
+    if let Some(bad) = time.bad.first() {
         return Err(Error::new(
-            format!("`--map` renames `{theirs}`, which is not a column"),
-            format!("{name}:1"),
-            format!("the columns are {}", headers.join(", ")),
+            format!("`{}` is not a time", bad.text),
+            format!("{name}:{}, column `t`", bad.line),
+            "every row needs a finite time",
         ));
     }
-    let mut columns: Vec<Column> = Vec::with_capacity(headers.len());
-    for header in &headers {
-        // A header that the map knows as a whole need not be one of ours.
-        let read = match units::parse_column(header) {
-            Ok(column) => column,
-            Err(_) if map.knows(header) => units::Column { name: header.clone(), unit: None },
-            Err(error) => {
-                return Err(Error::new(
-                    error.to_string(),
-                    format!("{name}:1, column `{header}`"),
-                    "write `name[unit]`, or rename it with `--map 'THEIRS=OURS[unit]'`",
-                ));
-            }
-        };
-        let (column, _) = map.apply(header, read);
-        if columns.iter().any(|other| other.name == column.name) {
-            return Err(Error::new(
-                format!("two columns are called `{}`", column.name),
-                format!("{name}:1"),
-                "rename one of them, in the file or with `--map`",
-            ));
-        }
-        columns.push(Column {
-            name: column.name,
+    let runs = runs(&time.values);
+    let n = runs.len();
+    let mut recordings = Vec::with_capacity(n);
+    for (i, rows) in runs.into_iter().enumerate() {
+        let name = if n == 1 { name.to_owned() } else { format!("{name}, run {} of {n}", i + 1) };
+        let within = lines.get(rows.start).copied().unwrap_or(0)
+            ..lines.get(rows.end).copied().unwrap_or(usize::MAX);
+        let cut = columns.iter().map(|column| Column {
+            values: column.values[rows.clone()].to_vec(),
+            bad: column.bad.iter().filter(|bad| within.contains(&bad.line)).cloned().collect(),
+            name: column.name.clone(),
             unit: column.unit,
-            values: Vec::new(),
-            bad: None,
         });
+        let (time, lines) = (&time.values[rows.clone()], &lines[rows.clone()]);
+        recordings.push(one(&name, time, cut.collect(), lines, sidecar)?);
     }
-    let clock = time_column(name, &columns)?;
-    let mut lines: Vec<usize> = Vec::new();
-    for row in rows {
-        let row = row.map_err(not_a_table)?;
-        let line = row.position().map_or(0, |at| at.line() as usize);
-        if row.len() == 1 && row.get(0).is_some_and(str::is_empty) {
-            continue;
-        }
-        if row.len() != columns.len() {
-            return Err(Error::new(
-                format!("the row has {} cells, the header {}", row.len(), columns.len()),
-                format!("{name}:{line}"),
-                "every row must have a cell per column; was the file cut off while being written?",
-            ));
-        }
-        lines.push(line);
-        for (column, cell) in columns.iter_mut().zip(row.iter()) {
-            let factor = column.unit.map_or(1.0, |unit| unit.factor);
-            let value = cell.parse::<f64>().unwrap_or(f64::NAN) * factor;
-            if !value.is_finite() && column.bad.is_none() {
-                column.bad = Some(BadCell { line, text: cell.to_owned() });
-            }
-            column.values.push(if value.is_finite() { value } else { f64::NAN });
-        }
+    let mut notes = Vec::new();
+    if time.unit.is_none() {
+        notes.push(format!("{name}: `t` has no unit; seconds are assumed"));
     }
-    if lines.len() < LEAST_ROWS {
-        let rows = match lines.len() {
+    if n > 1 {
+        let rows = || recordings.iter().map(Recording::n_rows);
+        let (least, most) = (rows().min().unwrap_or(0), rows().max().unwrap_or(0));
+        notes.push(format!(
+            "{name}: its clock starts again, so it is read as {n} recordings of {least} to {most} rows"
+        ));
+    }
+    recordings[0].notes.splice(0..0, notes);
+    Ok(recordings)
+}
+
+/// Makes a recording of the rows of one run.
+fn one(
+    name: &str,
+    time: &[f64],
+    columns: Vec<Column>,
+    lines: &[usize],
+    sidecar: &Sidecar,
+) -> Result<Recording, Error> {
+    if time.len() < LEAST_ROWS {
+        let rows = match time.len() {
             0 => "there are no rows".to_owned(),
             1 => "there is one row".to_owned(),
             n => format!("there are {n} rows"),
@@ -113,19 +100,8 @@ pub(super) fn read(
             "record for longer: a gap needs motion to show",
         ));
     }
-    let time = columns.remove(clock);
-    if let Some(bad) = &time.bad {
-        return Err(Error::new(
-            format!("`{}` is not a time", bad.text),
-            format!("{name}:{}, column `t`", bad.line),
-            "every row needs a finite time",
-        ));
-    }
     let mut notes = Vec::new();
-    if time.unit.is_none() {
-        notes.push(format!("{name}: `t` has no unit; seconds are assumed"));
-    }
-    let keep = increasing(name, &time.values, &columns, &lines)?;
+    let keep = increasing(name, time, &columns, lines)?;
     let dropped = keep.iter().filter(|keep| !**keep).count();
     if dropped > 0 {
         notes.push(format!("{name}: {dropped} rows repeat the one before them and are left out"));
@@ -133,7 +109,7 @@ pub(super) fn read(
     let kept = |values: &[f64]| -> Vec<f64> {
         values.iter().zip(&keep).filter(|(_, keep)| **keep).map(|(value, _)| *value).collect()
     };
-    let time = kept(&time.values);
+    let time = kept(time);
     if time.len() < LEAST_ROWS {
         return Err(Error::new(
             format!("only {} rows differ", time.len()),
@@ -142,12 +118,42 @@ pub(super) fn read(
         ));
     }
     let columns = columns.into_iter().map(|c| Column { values: kept(&c.values), ..c }).collect();
-    let recording = Recording { name: name.into(), time, columns, sidecar, notes };
-    told(recording)
+    told(Recording { name: name.into(), time, columns, sidecar: sidecar.clone(), notes })
+}
+
+/// Fewest rows of a run before its clock starts again: fewer are rows in disorder.
+const LEAST_RUN: usize = 10;
+/// A clock that starts again begins where it began before, to this part of the run, or earlier, where the
+/// first rows of that run were left out.
+const NEAR: f64 = 0.1;
+
+/// The rows of each run: a logger that writes several runs into one file starts its clock again with each.
+/// A single row out of order is none: after it time goes on where it was. Nor are two halves that were
+/// exchanged: the second ends where the first begins.
+fn runs(time: &[f64]) -> Vec<Range<usize>> {
+    let mut runs = Vec::new();
+    let mut from = 0;
+    for i in 1..time.len() {
+        let (begin, before) = (time[from], time[i - 1]);
+        if time[i] >= before || i - from < LEAST_RUN {
+            continue;
+        }
+        let near = NEAR * (before - begin);
+        let rises = time[i..].windows(2).take_while(|pair| pair[1] >= pair[0]).count();
+        let passes = time[i + rises] > begin + near;
+        let goes_on = rises + 1 >= LEAST_ROWS && time[i + LEAST_ROWS - 1] < before;
+        let again = (time[i] - begin).abs() < near || time[i] < begin && passes;
+        if again && goes_on {
+            runs.push(from..i);
+            from = i;
+        }
+    }
+    runs.push(from..time.len());
+    runs
 }
 
 /// Finds the time among the columns.
-fn time_column(name: &str, columns: &[Column]) -> Result<usize, Error> {
+fn time_column(name: &str, columns: &[units::Column]) -> Result<usize, Error> {
     let Some(clock) = columns.iter().position(|column| column.name == "t") else {
         let first = columns.first().map_or("", |column| column.name.as_str());
         return Err(Error::new(
@@ -186,7 +192,7 @@ fn increasing(
             return Err(Error::new(
                 format!("time goes back from {} s to {} s", time[i - 1], time[i]),
                 place,
-                "sort the rows by time; if the clock was reset, cut the file there",
+                "sort the rows by time; a clock that starts again for another run goes back to where it began",
             ));
         }
         if !columns.iter().all(same) {

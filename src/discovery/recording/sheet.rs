@@ -1,0 +1,106 @@
+//! The text of a CSV file → columns with names and units, and rows of as many cells.
+//!
+//! What the cells mean is the business of whoever reads them: measurements over time (`table`), or points
+//! and their pixels ([`crate::discovery::camera::points`]).
+
+use super::{Error, Map};
+use crate::units;
+
+/// A table of text.
+pub(in crate::discovery) struct Sheet {
+    /// The columns, renamed, in the file's order; no two bear one name.
+    pub(in crate::discovery) columns: Vec<units::Column>,
+    /// Line of the file, from 1, and a cell per column.
+    pub(in crate::discovery) rows: Vec<(usize, csv::StringRecord)>,
+}
+
+impl Sheet {
+    /// Reads a text. `is` says what the file should be, for the error that it is no table; `header` shows how
+    /// it could begin.
+    ///
+    /// # Errors
+    ///
+    /// An [`Error`] for a text that is empty or no table, a column that the map renames and the file does not
+    /// have, a header whose unit does not exist, two columns of one name, or a row with more or fewer cells.
+    pub(in crate::discovery) fn read(
+        name: &str,
+        text: &str,
+        map: &Map,
+        (is, header): (&str, &str),
+    ) -> Result<Self, Error> {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let mut reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .trim(csv::Trim::All)
+            .comment(Some(b'#'))
+            .from_reader(text.as_bytes());
+        let mut records = reader.records();
+        let no_table = |error: csv::Error| {
+            Error::new(
+                format!("not a table: {error}"),
+                name,
+                format!("{is} a CSV file with one header line"),
+            )
+        };
+        let Some(first) = records.next() else {
+            let help = format!("{is} a CSV file that begins with a line such as `{header}`");
+            return Err(Error::new("the file is empty", name, help));
+        };
+        let columns = columns(name, &first.map_err(no_table)?, map)?;
+        let mut rows = Vec::new();
+        for record in records {
+            let record = record.map_err(no_table)?;
+            let line = record.position().map_or(0, |at| at.line() as usize);
+            if record.len() == 1 && record.get(0).is_some_and(str::is_empty) {
+                continue;
+            }
+            if record.len() != columns.len() {
+                return Err(Error::new(
+                    format!("the row has {} cells, the header {}", record.len(), columns.len()),
+                    format!("{name}:{line}"),
+                    "every row must have a cell per column; was the file cut off while being written?",
+                ));
+            }
+            rows.push((line, record));
+        }
+        Ok(Self { columns, rows })
+    }
+}
+
+/// Reads the header.
+fn columns(name: &str, header: &csv::StringRecord, map: &Map) -> Result<Vec<units::Column>, Error> {
+    let headers: Vec<String> = header.iter().map(str::to_owned).collect();
+    if let Some(theirs) = map.unused(&headers) {
+        return Err(Error::new(
+            format!("`--map` renames `{theirs}`, which is not a column"),
+            format!("{name}:1"),
+            format!("the columns are {}", headers.join(", ")),
+        ));
+    }
+    let mut columns: Vec<units::Column> = Vec::with_capacity(headers.len());
+    for header in &headers {
+        // A header that the map knows as a whole need not be one of ours.
+        let read = match units::parse_column(header) {
+            Ok(column) => column,
+            Err(_) if map.knows(header) => units::Column { name: header.clone(), unit: None },
+            Err(error) => {
+                return Err(Error::new(
+                    error.to_string(),
+                    format!("{name}:1, column `{header}`"),
+                    "write `name[unit]`, or rename it with `--map 'THEIRS=OURS[unit]'`",
+                ));
+            }
+        };
+        let (column, _) = map.apply(header, read);
+        if columns.iter().any(|other| other.name == column.name) {
+            return Err(Error::new(
+                format!("two columns are called `{}`", column.name),
+                format!("{name}:1"),
+                "rename one of them, in the file or with `--map`",
+            ));
+        }
+        columns.push(column);
+    }
+    Ok(columns)
+}
