@@ -43,14 +43,11 @@ pub fn to_task(graph: &Graph) -> Result<String, Error> {
         call = steps.call(graph.root())?.0;
     }
     items.push(format!("{}\n", text::call(&call)));
-    let mut written = String::new();
-    for note in uneven(graph) {
-        written += &format!("// {note}\n");
+    let notes: Vec<String> = uneven(graph).iter().map(|note| format!("// {note}")).collect();
+    if !notes.is_empty() {
+        items.insert(0, format!("{}\n", notes.join("\n")));
     }
-    if !written.is_empty() {
-        written.push('\n');
-    }
-    written += &items.join("\n");
+    let written = items.join("\n");
     let (program, wrong) = parse(&written);
     if let Some(first) = wrong.first() {
         return Err(Error::Text(first.message.clone()));
