@@ -158,8 +158,6 @@ fn measures_are_in_si_with_the_units_name() {
     }
 }
 
-mod changes;
-
 /// What a run shows, condition by condition: planted margins come out as the energies they must have.
 #[test]
 fn the_evidence_of_a_run_weighs_as_it_was_planted() {
