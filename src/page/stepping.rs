@@ -182,7 +182,7 @@ fn breakpoints(live: &Live, now: &Now) -> String {
     let options: Vec<String> =
         names.iter().map(|name| format!("<option value=\"{}\">", escaped(name))).collect();
     let mut text = format!(
-        "<form method=\"post\" action=\"/live\" class=\"speed\"><input type=\"hidden\" name=\"word\" \
+        "<form method=\"post\" action=\"/live\" class=\"stops\"><input type=\"hidden\" name=\"word\" \
          value=\"break\"><label for=\"stop-name\">pause before</label> <input id=\"stop-name\" name=\"step\" \
          list=\"stop-names\" size=\"14\" autocomplete=\"off\" placeholder=\"grasp\" required>\
          <datalist id=\"stop-names\">{}</datalist> <button class=\"quiet\" id=\"set-stop\">Set a \
