@@ -164,7 +164,7 @@ fn a_grip_that_slips_is_named_from_files_and_kept_in_the_twin() {
     let desk = Desk::new("cli-gap-held");
     desk.file("bench.task", "twin bench of kitchen {\n}\n");
     for (name, seed) in [("a", 1), ("b", 2)] {
-        desk.file(&format!("{name}.csv"), &held(0.002, seed));
+        desk.file(&format!("{name}.csv"), held(0.002, seed));
         desk.file(&format!("{name}.json"), r#"{"held": {"object": "jar"}}"#);
     }
     let args = ["gap", "a.csv", "b.csv", "--model", "bench.task", "--apply", "--json"];
