@@ -25,7 +25,7 @@ impl Datagrams {
     ///
     /// # Errors
     ///
-    /// As [`Link::open`].
+    /// As [`super::Link::open`].
     pub fn open(address: SocketAddr, login: &Login) -> Result<Self, LinkError> {
         let failed = |error: std::io::Error| LinkError::Connect {
             address: format!("{address} (UDP)"),
@@ -54,7 +54,7 @@ impl Datagrams {
     ///
     /// # Errors
     ///
-    /// As [`Link::call`].
+    /// As [`super::Link::call`].
     pub fn call<M: Message + Default>(
         &mut self,
         rpc: Rpc,
