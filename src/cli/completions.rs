@@ -4,7 +4,7 @@ use clap::{Args, CommandFactory as _};
 use clap_complete::Shell;
 use serde_json::json;
 
-use crate::report::{self, Failure, Style};
+use crate::report::{self, Style};
 
 use super::{Cli, Exit};
 
@@ -17,7 +17,7 @@ pub(super) struct CompletionsArgs {
 }
 
 /// `trueup completions bash`.
-pub(super) fn completions(args: &CompletionsArgs, style: Style) -> Result<Exit, Failure> {
+pub(super) fn completions(args: &CompletionsArgs, style: Style) -> Exit {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Cli::command(), "trueup", &mut script);
     let script = String::from_utf8_lossy(&script);
@@ -26,5 +26,5 @@ pub(super) fn completions(args: &CompletionsArgs, style: Style) -> Result<Exit, 
     } else {
         report::out(script.trim_end());
     }
-    Ok(Exit::Yes)
+    Exit::Yes
 }

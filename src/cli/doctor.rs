@@ -121,19 +121,15 @@ fn texts(stdlib: &Stdlib) -> Finding {
     let wrong = (0..library.len())
         .flat_map(|file| check::check_file(&library, stdlib, file, &scope))
         .find(Diagnostic::is_error);
-    match wrong {
-        Some(wrong) => {
-            let says = format!("{}: {}", wrong.file, wrong.message);
-            Finding::new("texts", State::Wrong, says)
-                .help("leave `--stdlib` out for the texts that are built in, or mend that file")
-        }
-        None => {
-            let (tasks, actions) = (library.tasks().count(), library.actions().count());
-            let fluents = library.fluents().count();
-            let says = format!("{tasks} tasks, {actions} actions, {fluents} fluents");
-            Finding::new("texts", State::Well, says)
-        }
+    if let Some(wrong) = wrong {
+        let says = format!("{}: {}", wrong.file, wrong.message);
+        return Finding::new("texts", State::Wrong, says)
+            .help("leave `--stdlib` out for the texts that are built in, or mend that file");
     }
+    let (tasks, actions) = (library.tasks().count(), library.actions().count());
+    let fluents = library.fluents().count();
+    let says = format!("{tasks} tasks, {actions} actions, {fluents} fluents");
+    Finding::new("texts", State::Well, says)
 }
 
 fn scripts(stdlib: &Stdlib) -> Finding {

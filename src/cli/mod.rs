@@ -249,7 +249,7 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         (Some(Command::Doc(args)), _) => doc::doc(args, cli, style),
         (Some(Command::Runs(args)), _) => runs::runs(args, cli, style),
         (Some(Command::Doctor), _) => doctor::doctor(cli, style),
-        (Some(Command::Completions(args)), _) => completions::completions(args, style),
+        (Some(Command::Completions(args)), _) => Ok(completions::completions(args, style)),
         (Some(Command::Explain(args)), _) => explain::explain(args, style),
         (Some(Command::Graph(args)), _) => graph::graph(args, cli, style),
         (Some(Command::Robot(command)), _) => robot::robot(command, cli.common.seed, style),

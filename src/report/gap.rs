@@ -173,6 +173,10 @@ fn shrink(finding: &Finding, style: Style) -> String {
 
 /// Writes a number in its everyday unit.
 fn quantity(value: f64, unit: &str) -> String {
+    // Nobody thinks of a viscosity in kg/m/s.
+    if unit == "Pa*s" {
+        return format!("{} {unit}", significant(value, 3));
+    }
     Unit::parse(unit).map_or_else(
         |_| format!("{} {unit}", significant(value, 3)),
         |unit| unit.of(value).to_string(),

@@ -86,7 +86,7 @@ impl Dimension {
         self == Self::NONE
     }
 
-    /// Returns its SI unit as [`Unit::parse`] reads it: `N*m*s/rad`; empty for a plain number.
+    /// Returns its SI unit as [`super::Unit::parse`] reads it: `N*m*s/rad`; empty for a plain number.
     pub fn si(self) -> String {
         // Named derived units first, so that a torque reads `N*m` and not `kg*m^2/s^2`.
         let derived = [(Self::FORCE, "N"), (Self::TORQUE, "N*m"), (Self::VOLTAGE, "V")];

@@ -131,3 +131,57 @@ fn mistakes_are_told_with_their_place() {
         assert!(error["message"].as_str().unwrap().contains(says), "{args:?}: {}", said.out);
     }
 }
+
+/// A jar that creeps down at `rate` m/s in a hand that sways, seen at 20 Hz with half a millimetre of even noise.
+fn held(rate: f64, seed: u64) -> String {
+    let mut text = String::from(
+        "t[s],tcp_x[m],tcp_y[m],tcp_z[m],gripper[mm],object_x[m],object_y[m],object_z[m]\n",
+    );
+    let mut state = seed;
+    let mut even = move || {
+        state = state.wrapping_mul(0x5851_F42D_4C95_7F2D).wrapping_add(0x1405_7B7E_F767_814F);
+        5e-4 * 3.0_f64.sqrt() * ((state >> 40) as f64 / f64::from(1_u32 << 23) - 1.0)
+    };
+    for row in 0..240 {
+        let t = f64::from(row) * 0.05;
+        let (x, y, z) =
+            (0.5 + 0.1 * (0.9 * t).sin(), 0.1 * (0.6 * t).cos(), 0.3 + 0.05 * (0.7 * t).sin());
+        let fingers = if t < 1.0 { 85.0 } else { 65.0 };
+        let crept = rate * (t - 1.0).max(0.0);
+        let seen = (x + 0.002 + even(), y - 0.01 + even(), z - 0.05 - crept + even());
+        writeln!(
+            text,
+            "{t:.2},{x:.5},{y:.5},{z:.5},{fingers},{:.5},{:.5},{:.5}",
+            seen.0, seen.1, seen.2
+        )
+        .unwrap();
+    }
+    text
+}
+
+#[test]
+fn a_grip_that_slips_is_named_from_files_and_kept_in_the_twin() {
+    let desk = Desk::new("cli-gap-held");
+    desk.file("bench.task", "twin bench of kitchen {\n}\n");
+    for (name, seed) in [("a", 1), ("b", 2)] {
+        desk.file(&format!("{name}.csv"), &held(0.002, seed));
+        desk.file(&format!("{name}.json"), r#"{"held": {"object": "jar"}}"#);
+    }
+    let args = ["gap", "a.csv", "b.csv", "--model", "bench.task", "--apply", "--json"];
+    let finding = desk.trueup(&args).json();
+    assert_eq!(finding["verdict"], "named", "{finding}");
+    assert_eq!(finding["effects"][0]["name"], "grip_slip");
+    let rate = finding["effects"][0]["parameters"]["rate"]["value"].as_f64().unwrap();
+    assert!((rate - 0.002).abs() < 1e-4, "{rate} m/s");
+    assert_eq!(finding["fluents"], Value::Null, "there is no run in it");
+    assert_eq!(desk.trueup(&["check", "bench.task"]).code, 0);
+    let again = desk.trueup(&args[..6]);
+    assert!(again.out.contains("nothing is missing"), "{}{}", again.out, again.err);
+
+    let said = desk.trueup(&["gap", "a.csv", &recording("coulomb_a.csv"), "--json"]);
+    assert_eq!((said.code, said.error("code").as_str()), (2, "gap::mixed"));
+    desk.file("a.json", r#"{"held": {"object": "jug"}}"#);
+    let said = desk.trueup(&["gap", "a.csv", "--json"]);
+    assert_eq!((said.code, said.error("code").as_str()), (2, "gap::recording"));
+    assert!(said.error("help").contains("jar"), "{}", said.out);
+}

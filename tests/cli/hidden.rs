@@ -54,6 +54,13 @@ fn a_spill_is_explained_and_the_next_run_pours() {
     let number = |name: &str| finding["effects"][0]["parameters"][name]["value"].as_f64().unwrap();
     assert!((number("volume") - 20e-6).abs() < 2e-6, "{} m³", number("volume"));
     assert!((number("delay") - 2.0).abs() < 0.4, "{} s", number("delay"));
+    // What the step with the spill gave and did not give is counted, one run here.
+    let fluents = finding["fluents"].as_array().unwrap();
+    assert!(
+        fluents.iter().all(|change| change["measured"]["of"].as_u64() <= Some(1)),
+        "{fluents:?}"
+    );
+    assert!(fluents.iter().any(|change| change["kind"] == "undeclared"), "{fluents:?}");
     let bench = fs::read_to_string(desk.path("bench.task")).unwrap();
     assert!(bench.starts_with("/// What is known of this bench beyond its scene.\n"), "{bench}");
     assert!(bench.contains("    effect lip_dribble(jar) { "), "{bench}");

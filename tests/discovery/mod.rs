@@ -2,6 +2,7 @@
 
 mod bag;
 mod camera;
+mod carried;
 mod equation;
 mod held;
 mod logs;

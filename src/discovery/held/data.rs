@@ -159,7 +159,7 @@ impl Held {
                 .iter()
                 .map(|span| {
                     let opening = median(fingers[span.clone()].to_vec());
-                    let row = (span.start + span.end) / 2;
+                    let row = usize::midpoint(span.start, span.end);
                     let across = turned.as_ref().map(|turned| {
                         turned[row].inverse_transform_vector(&(hand[row].rotation * across))
                     });
@@ -343,7 +343,7 @@ fn spans(
             "{}: neither `held` nor `gripper[m]` is recorded; all of it is taken as held",
             recording.name
         ));
-        return Ok(vec![0..time.len()]);
+        return Ok(std::iter::once(0..time.len()).collect());
     };
     let widest = fingers.iter().copied().fold(0.0, f64::max);
     let stands = |row: usize| {

@@ -50,9 +50,8 @@ pub(super) fn habit(
             "write `and` instead of the `,`".into(),
         ),
         // `gives holding o`
-        name if asks.is_some() && code.len() == 1 && first.kind == Kind::Word => {
-            let asked =
-                tokens(line).last().map(|t| t.text(line)).filter(|_| line.ends_with(' '))?;
+        name if is_bare(line) && code.len() == 1 && is_name(first, name) => {
+            let asked = tokens(line).last().map_or("", |t| t.text(line)).to_owned();
             tell(
                 first,
                 "task::call",
@@ -241,6 +240,18 @@ pub(super) fn habit(
         }
         _ => None,
     }
+}
+
+/// Whether a line is `gives holding`, with the word it is about still to come.
+fn is_bare(line: &str) -> bool {
+    match tokens(line).as_slice() {
+        [word, asked] => CONDITIONS.contains(&word.text(line)) && is_name(asked, asked.text(line)),
+        _ => false,
+    }
+}
+
+fn is_name(token: &Token, text: &str) -> bool {
+    token.kind == Kind::Word && !RESERVED.contains(&text)
 }
 
 /// The same for the lines of a model.

@@ -48,7 +48,7 @@ pub fn line(step: &Step) -> String {
 }
 
 fn before(doc: &[String], was: &[String], item: &str) -> String {
-    let was: String = was.iter().map(|old| format!("{old}\n")).collect();
+    let was: String = was.iter().flat_map(|old| [old.as_str(), "\n"]).collect();
     format(&format!("{}{was}{item}", documented(doc)))
 }
 

@@ -62,7 +62,7 @@ fn on_one_line(lines: &str) -> String {
 
 /// Returns `{`, each part on a line of its own, `}`.
 pub(super) fn braced(parts: &[String]) -> String {
-    let parts: String = parts.iter().map(|part| format!("{part}\n")).collect();
+    let parts: String = parts.iter().flat_map(|part| [part.as_str(), "\n"]).collect();
     format!("{{\n{parts}}}")
 }
 

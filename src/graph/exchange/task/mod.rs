@@ -1,8 +1,8 @@
 //! A graph as a text of the language, from which the same graph is built again.
 //!
 //! A graph holds every call with its arguments filled in; a text says a task once. So each task, action and
-//! fluent is read off all the places where it stands ([`steps`]), and what differs from place to place is the
-//! parameter it came from ([`common`]). The text is then read and built, and compared with the graph: what a
+//! fluent is read off all the places where it stands (`steps`), and what differs from place to place is the
+//! parameter it came from (`common`). The text is then read and built, and compared with the graph: what a
 //! text cannot say is an error, never left out in silence. Documentation and sentences of the text that a graph
 //! was built from are no part of a graph.
 
@@ -43,14 +43,11 @@ pub fn to_task(graph: &Graph) -> Result<String, Error> {
         call = steps.call(graph.root())?.0;
     }
     items.push(format!("{}\n", text::call(&call)));
-    let mut written = String::new();
-    for note in uneven(graph) {
-        written += &format!("// {note}\n");
+    let notes: Vec<String> = uneven(graph).iter().map(|note| format!("// {note}")).collect();
+    if !notes.is_empty() {
+        items.insert(0, format!("{}\n", notes.join("\n")));
     }
-    if !written.is_empty() {
-        written.push('\n');
-    }
-    written += &items.join("\n");
+    let written = items.join("\n");
     let (program, wrong) = parse(&written);
     if let Some(first) = wrong.first() {
         return Err(Error::Text(first.message.clone()));

@@ -110,11 +110,11 @@ impl<'g> Steps<'g> {
         for id in graph.below(graph.node(from)) {
             let node = graph.node(id);
             let inside = |node: &&Node| is_at_or_below(&node.path, &graph.node(id).path);
-            let is_call = match &node.kind {
-                NodeKind::And(And { form: Form::Task(_), .. }) => true,
-                NodeKind::Or(Or { decides: Decides::Argument(_), .. }) => true,
-                _ => false,
-            };
+            let is_call = matches!(
+                &node.kind,
+                NodeKind::And(And { form: Form::Task(_), .. })
+                    | NodeKind::Or(Or { decides: Decides::Argument(_), .. })
+            );
             let is_value = matches!(
                 &graph.node(from).kind,
                 NodeKind::Or(Or { decides: Decides::Argument(_), .. })
