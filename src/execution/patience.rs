@@ -31,10 +31,7 @@ impl Patient {
     }
 
     /// Runs a watcher on this arm's time.
-    fn shifted<'w>(
-        left_out: f64,
-        watch: &'w mut dyn FnMut(&Feedback),
-    ) -> impl FnMut(&Feedback) + use<'w> {
+    fn shifted(left_out: f64, watch: &mut dyn FnMut(&Feedback)) -> impl FnMut(&Feedback) {
         move |feedback| {
             watch(&Feedback { time: feedback.time - left_out, ..feedback.clone() });
         }

@@ -8,6 +8,15 @@ use crate::teach::quiz;
 use super::typist::Typed;
 use super::{Next, Session};
 
+/// What a line says to a question.
+enum Said {
+    Answer(Answer),
+    /// It is left out.
+    Nothing,
+    /// The quiz ends.
+    Enough,
+}
+
 impl Session<'_, '_> {
     /// `:quiz [TASK|FLUENT]`: asks until all are answered, or somebody has had enough. Nothing moves.
     pub(super) fn quiz(&mut self, about: &str) -> Result<(), Failure> {
@@ -47,10 +56,12 @@ impl Session<'_, '_> {
                 picture(item.run, step.number).display(),
                 row.ask.as_deref().unwrap_or(&row.name)
             ));
-            let Some(said) = self.quiz_answer(&format!("quiz {}/{}> ", at + 1, items.len())) else {
-                break;
+            let said = match self.quiz_answer(&format!("quiz {}/{}> ", at + 1, items.len())) {
+                Said::Answer(said) => said,
+                Said::Nothing => continue,
+                Said::Enough => break,
             };
-            let both = said.and_then(|said| Answered::new(TRAINEE, &entry.name, step, row, said));
+            let both = Answered::new(TRAINEE, &entry.name, step, row, said);
             let Some(answered) = both else { continue };
             if let Err(error) = answers::append(&file, &answered) {
                 let words = format!("the answer could not be kept: {error}");
@@ -62,27 +73,27 @@ impl Session<'_, '_> {
         self.progress(&file)
     }
 
-    /// Reads an answer; the inner `None` leaves the question out, the outer ends the quiz.
-    fn quiz_answer(&mut self, prompt: &str) -> Option<Option<Answer>> {
+    /// Reads lines until one answers the question, leaves it out or ends the quiz.
+    fn quiz_answer(&mut self, prompt: &str) -> Said {
         loop {
             let line = match self.typist.next(prompt) {
                 Ok(Typed::Statement(line)) => line,
-                Ok(Typed::Interrupted | Typed::End) => return None,
+                Ok(Typed::Interrupted | Typed::End) => return Said::Enough,
                 Err(failure) => {
                     self.style.failure(&failure);
-                    return None;
+                    return Said::Enough;
                 }
             };
             match line.trim() {
-                "" => return Some(None),
-                "quit" | ":quit" | "stop" | ":stop" => return None,
+                "" => return Said::Nothing,
+                "quit" | ":quit" | "stop" | ":stop" => return Said::Enough,
                 word => {
                     if let Some(answer) = Answer::parse(word) {
-                        return Some(Some(answer));
+                        return Said::Answer(answer);
                     }
                     if word.starts_with(['?', '!']) {
                         if self.survive(word) == Next::Quit {
-                            return None;
+                            return Said::Enough;
                         }
                     } else {
                         let words = format!("`{word}` is no answer: y, n or u, Enter, or quit");

@@ -53,7 +53,7 @@ impl Stops {
 /// Whether a breakpoint names a line of a script: `lift.rhai:2`.
 pub fn is_line(stop: &str) -> bool {
     stop.rsplit_once(':').is_some_and(|(file, line)| {
-        file.ends_with(".rhai") && line.parse::<usize>().is_ok_and(|line| line > 0)
+        file.strip_suffix(".rhai").is_some() && line.parse::<usize>().is_ok_and(|line| line > 0)
     })
 }
 

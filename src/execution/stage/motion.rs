@@ -22,6 +22,12 @@ const BRIDGE: f64 = 0.2;
 const BRIDGE_SPEED: f64 = 0.3;
 /// An arm this near to where a path begins stands there, rad.
 const STANDS_THERE: f64 = 0.02;
+/// A hand at most this far beside where a path begins, and above it, is brought down there, m: so far the joints
+/// may turn in one go with the hand a few millimetres beside its straight way.
+const ASIDE: f64 = 0.02;
+const ABOVE: f64 = 0.16;
+/// How fast, as a share of full speed.
+const DOWN_SPEED: f64 = 0.3;
 
 impl Stage {
     /// Goes to a tool pose round everything in the way; for calibration, without a tape.
@@ -114,16 +120,38 @@ impl Stage {
         if back.len() < 2 { Ok(()) } else { self.turn(&back, rate) }
     }
 
-    /// `arm.draw_back(path, speed)`: the way that `path` goes, from where it begins; from anywhere else, such as
-    /// from a lift that was cut short, the same way straight and as far.
+    /// `arm.draw_back(path, speed)`: the way that `path` goes. A hand that is above where it begins, such as in a
+    /// lift that was cut short, is first brought down there, as it went up.
     pub fn draw_back(&mut self, path: &[Vec<f64>], speed: f64) -> Result<(), ActionError> {
-        let (Some(first), Some(last)) = (path.first(), path.last()) else { return Ok(()) };
-        if distance(first, &self.q) < STANDS_THERE {
-            return self.follow(path, speed);
+        let Some(first) = path.first() else { return Ok(()) };
+        let down = if let Some(down) = self.taped_path()? {
+            down
+        } else {
+            let down = self.way_down(first)?;
+            self.tape.record(Entry::Path(down.clone()));
+            down
+        };
+        if down.len() > 1 {
+            self.follow(&down, DOWN_SPEED)?;
         }
-        let at = |q: &[f64]| tool_pose(&self.cell, q).origin();
-        let by = at(last) - at(first);
-        self.move_by([by.x, by.y, by.z], speed)
+        self.follow(path, speed)
+    }
+
+    /// Returns the way from where the hand is down to where it was at `q`; one point when it stands there.
+    fn way_down(&self, q: &[f64]) -> Result<Vec<Vec<f64>>, ActionError> {
+        if distance(q, &self.q) < STANDS_THERE {
+            return Ok(vec![q.to_vec()]);
+        }
+        let up = tool_pose(&self.cell, &self.q).origin() - tool_pose(&self.cell, q).origin();
+        let aside = up.xy().norm();
+        if aside > ASIDE || up.z < -ASIDE || up.z > ABOVE {
+            return Err(ActionError::Refused(format!(
+                "the hand is {:.0} mm beside and {:.0} mm above where that way begins",
+                aside * 1e3,
+                up.z * 1e3
+            )));
+        }
+        Ok(vec![self.q.clone(), q.to_vec()])
     }
 
     /// Has the arm do something that is to take `seconds`, with whoever watches told of every tick and the
