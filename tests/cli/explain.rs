@@ -14,8 +14,14 @@ use trueup::workcell::{Stdlib, library};
 use crate::program::Desk;
 
 /// Codes that no text can raise: something else is wrong first, or the program itself would have to be.
-const BEYOND_TEXTS: &[&str] =
-    &["task::formula", "graph::empty", "graph::no_branch", "graph::repeat"];
+const BEYOND_TEXTS: &[&str] = &[
+    "task::formula",
+    "graph::empty",
+    "graph::file",
+    "graph::no_branch",
+    "graph::repeat",
+    "graph::text",
+];
 
 /// A reader that knows one file.
 fn cups(path: &str) -> Result<String, String> {

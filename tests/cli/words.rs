@@ -171,7 +171,7 @@ fn a_graph_becomes_a_text_that_has_it() {
          marks dots(radius 12 mm) { (0.25 m, -0.36 m) (0.25 m, 0.36 m) (0.80 m, -0.36 m) (0.80 m, 0.36 m) }\n\
          camera overhead { image 1280 x 720 focal ~ 900 px at (1.25 m, 0 m, 0.85 m) looking (0.60 m, 0 m, 0.05 m) }\n\
          robot gen3_2f85 at (0 m, 0 m, 0 m)\n}\n\
-         fluent warm(m: Mug) = near(m, table)\nfluent good(m: Mug) = warm(m) and visible(m)\n\
+         fluent warm(m: Mug) = height(m) <= 1 cm\nfluent good(m: Mug) = warm(m) and visible(m)\n\
          task sip(m: Mug) { needs good(m) pick(m) via from_above }\nsip(mug)\n",
     );
     let mine = desk.trueup(&["graph", "mine.task", "--format", "task"]);
