@@ -43,3 +43,45 @@ impl Scales for WebScales {
         serde_json::from_slice(&get(&self.0).ok()?).ok()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+    use std::net::Ipv4Addr;
+    use std::sync::Arc;
+
+    use image::{ImageFormat, Rgb};
+
+    use super::*;
+    use crate::http::{Handler, Request, Response, Server};
+
+    #[test]
+    fn a_picture_and_a_reading_come_over_the_web() {
+        let picture = RgbImage::from_pixel(3, 2, Rgb([10, 200, 30]));
+        let mut png = Cursor::new(Vec::new());
+        picture.write_to(&mut png, ImageFormat::Png).unwrap();
+        let png = png.into_inner();
+        let handler: Handler = Arc::new(move |request: &Request| match request.path.as_str() {
+            "/photo.png" => Response::new(200, "image/png", png.clone()),
+            "/scales.json" => {
+                Response::new(200, "application/json", r#"{"water":[["cup",1e-4]],"spilt":0.0}"#)
+            }
+            "/elsewhere" => Response::see_other("/photo.png"),
+            _ => Response::text(404, "nothing"),
+        });
+        let server = Server::serve((Ipv4Addr::LOCALHOST, 0).into(), handler).unwrap();
+        let at = |path: &str| -> Address {
+            format!("http://{}{path}", server.address()).parse().unwrap()
+        };
+        assert_eq!(WebCamera(at("/photo.png")).photo().unwrap(), picture);
+        let read = WebScales(at("/scales.json")).weigh().unwrap();
+        assert_eq!((read.water, read.spilt), (vec![("cup".to_owned(), 1e-4)], 0.0));
+        assert!(WebScales(at("/gone")).weigh().is_none());
+        for (path, why) in
+            [("/gone", "status 404"), ("/elsewhere", "status 303"), ("/scales.json", "")]
+        {
+            let error = WebCamera(at(path)).photo().unwrap_err().to_string();
+            assert!(error.contains(why) && error.contains(path), "{error}");
+        }
+    }
+}
