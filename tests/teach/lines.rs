@@ -37,7 +37,8 @@ fn conduct(stepper: &mut Stepper<Script>, tilted: &[usize]) -> Vec<String> {
             return done;
         }
         done.push(ahead.number.to_string());
-        for number in if ahead.number == 3 { 2..=4 } else { 1..=0 } {
+        let lines: &[usize] = if ahead.number == 3 { &[2, 3, 4] } else { &[] };
+        for &number in lines {
             let why = tilted.contains(&number).then_some("the jar is tilted by 40 deg");
             if stepper.within(ahead, &line(number), why) == Word::Stop {
                 return done;
