@@ -35,7 +35,7 @@ fn asked(lines: &str, minutes: u64) -> Vec<String> {
         Err(Failure::no("test", "done"))
     };
     // Time goes on while a line is waited for, not while one is carried out.
-    let lines = lines.split_inclusive('\n').map(|line| line.to_owned()).collect();
+    let lines = lines.split_inclusive('\n').map(str::to_owned).collect();
     talk(bench(), &Desk::new("repl-lease"), &work, &mut Slow { lines, minutes, line: Vec::new() });
     done.into_inner().unwrap()
 }

@@ -37,7 +37,7 @@ fn conduct(stepper: &mut Stepper<Script>, tilted: &[usize]) -> Vec<String> {
             return done;
         }
         done.push(ahead.number.to_string());
-        for number in if ahead.number == 3 { 2..=4 } else { 1..=0 } {
+        for number in (2..=4).filter(|_| ahead.number == 3) {
             let why = tilted.contains(&number).then_some("the jar is tilted by 40 deg");
             if stepper.within(ahead, &line(number), why) == Word::Stop {
                 return done;
