@@ -19,12 +19,11 @@ pub fn entry(root: &Path, wanted: &str) -> Result<Entry, Failure> {
     let entries = archive::entries(root);
     let found = entries.iter().find(|e| wanted.parse() == Ok(e.number) || e.name == wanted);
     found.cloned().ok_or_else(|| {
-        let failure = Failure::input("run::unknown", format!("there is no run `{wanted}`"))
-            .at(root.display().to_string());
+        let failure = Failure::input("run::unknown", format!("there is no run `{wanted}`"));
         match entries.len() {
             0 => failure.help("nothing has run yet"),
             1 => failure.help("there is one, number 1"),
-            n => failure.help(format!("runs are numbered 1 to {n}, the oldest first")),
+            n => failure.help(format!("runs are numbered 1 to {n}; `trueup runs` lists them")),
         }
     })
 }
