@@ -4,12 +4,14 @@
 //! spatial-temporal-causal And-Or graph ([`graph`]); pixels and joint readings become poses in a
 //! [`world`] ([`alignment`]); a goal becomes joints over time ([`motion`]), is tried in the [`twin`],
 //! and is carried out and recorded ([`execution`]) on an arm, which may be the embedded [`lab`] or a Gen3,
-//! whose controller the [`emulator`] can play; what came of it is judged ([`monitor`])
+//! whose controller the [`emulator`] can play; what came of it is judged ([`monitor`]), also by models that
+//! look at its pictures ([`vqa`]),
 //! and taught step by step ([`teach`]). [`workcell`] wires
 //! the layers together, [`report`] words what they say, [`repl`] and [`cli`] are the two doors, and [`lsp`]
 //! answers an editor.
 
 pub mod units;
+pub mod lines;
 pub mod http;
 pub mod fit;
 pub mod language;
@@ -21,6 +23,7 @@ pub mod twin;
 pub mod lab;
 pub mod execution;
 pub mod emulator;
+pub mod vqa;
 pub mod monitor;
 pub mod teach;
 pub mod discovery;

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 /// Each layer and what it may import, lowest first; `*` stands for every layer before it.
 const LAYERS: &[(&str, &[&str])] = &[
     ("units", &[]),
-    // One small server for the two that listen: the emulator and the page.
+    // Files of JSON lines: answers and trials.
+    ("lines", &[]),
+    // A small server for the two that listen, and a client for cameras, scales and models.
     ("http", &[]),
     ("fit", &["units"]),
     ("language", &["units"]),
@@ -21,13 +23,26 @@ const LAYERS: &[(&str, &[&str])] = &[
     // Regression 3 is fitted here, where pictures and the arm's model meet.
     (
         "execution",
-        &["units", "fit", "language", "graph", "world", "alignment", "motion", "twin", "lab"],
+        &[
+            "units",
+            "http",
+            "fit",
+            "language",
+            "graph",
+            "world",
+            "alignment",
+            "motion",
+            "twin",
+            "lab",
+        ],
     ),
     // The other side of the real arm's wire; any arm that can be stepped may be behind it.
     ("emulator", &["http", "world", "motion", "execution"]),
-    ("monitor", &["units", "language", "graph", "world", "alignment", "execution"]),
+    // A model at a web address is asked about pictures; it knows no step and no fluent.
+    ("vqa", &["lines", "http"]),
+    ("monitor", &["vqa", "units", "language", "graph", "world", "alignment", "execution"]),
     // Stepping and teaching without a terminal; the arm is met through the conductor alone.
-    ("teach", &["units", "language", "graph", "world", "execution", "monitor"]),
+    ("teach", &["lines", "units", "language", "graph", "world", "execution", "vqa", "monitor"]),
     // Sees recordings only: never `lab`, and of `execution` nothing yet.
     (
         "discovery",

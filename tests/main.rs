@@ -15,6 +15,7 @@ mod alignment;
 mod program;
 mod execution;
 mod emulator;
+mod vqa;
 mod monitor;
 mod discovery;
 mod workcell;

@@ -11,8 +11,8 @@ use serde_json::json;
 use crate::graph::outcome::{Counts, Outcome};
 use crate::graph::{Outcomes, Priors};
 use crate::report::{Failure, Style};
-use crate::workcell::Run;
 use crate::workcell::learning::{self, Learnt};
+use crate::workcell::{Run, archive};
 
 use super::run::read;
 use super::{Cli, Exit};
@@ -156,22 +156,13 @@ fn demonstrated(
 
 /// Returns the runs of folders by name, in order of name.
 fn stored(paths: &[PathBuf]) -> Result<Vec<(String, Run)>, Failure> {
-    let mut folders = Vec::new();
-    for path in paths {
-        if path.join("run.json").exists() {
-            folders.push(path.clone());
-            continue;
-        }
-        let entries = fs::read_dir(path).map_err(|error| {
-            Failure::input("io::read", format!("cannot read {}: {error}", path.display()))
-        })?;
-        folders.extend(entries.flatten().map(|e| e.path()).filter(|p| p.join("run.json").exists()));
-    }
+    let folders = archive::folders(paths).map_err(|(path, error)| {
+        Failure::input("io::read", format!("cannot read {}: {error}", path.display()))
+    })?;
     if folders.is_empty() {
         return Err(Failure::input("learn::none", "there is no run in these folders")
             .help("a run folder holds a `run.json`; `trueup run` makes one"));
     }
-    folders.sort();
     let read = folders.into_iter().map(|folder| {
         let file = folder.join("run.json");
         let run = serde_json::from_str(&read(&file)?).map_err(|error| {

@@ -5,10 +5,14 @@
 
 mod align;
 mod camera;
+mod completions;
 mod desk;
+mod doc;
+mod doctor;
 mod emulate;
 mod explain;
 mod gap;
+mod graph;
 mod kortex;
 mod lab;
 mod learn;
@@ -18,16 +22,20 @@ mod replay;
 mod report;
 mod robot;
 mod run;
+mod runs;
 mod say;
 mod teach;
+mod test;
 mod text;
+mod trials;
+mod vqa;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::execution::snapshot::Address;
+use crate::http::Address;
 use crate::report::{Failure, Style};
 
 /// Script a robot arm against a digital twin that tells the truth.
@@ -99,6 +107,16 @@ struct CellArgs {
     /// Leave a regression out, to see what it is worth: 1 camera alignment, 2 intrinsics, 3 robot offset.
     #[arg(long, global = true, value_name = "1|2|3", value_delimiter = ',')]
     without_regression: Vec<u8>,
+    /// A vision-language model, `http://HOST:PORT/v1`, that answers the questions of runs beside geometry and
+    /// at the prompt proposes calls for sentences; its key is in `TRUEUP_VQA_KEY`.
+    #[arg(long, global = true, value_name = "URL")]
+    ask_endpoint: Option<Address>,
+    /// The name of that model; the only one that is served when left out.
+    #[arg(long, global = true, value_name = "NAME", requires = "ask_endpoint")]
+    ask_model: Option<String>,
+    /// How long one of its replies may take, s.
+    #[arg(long, global = true, value_name = "S", default_value_t = 20.0)]
+    ask_timeout: f64,
 }
 
 #[derive(Debug, Subcommand)]
@@ -109,6 +127,10 @@ enum Command {
     Check(text::CheckArgs),
     /// Lay task files out in the one canonical way.
     Fmt(text::FmtArgs),
+    /// Carry out the examples in the documentation of task files, in the twin.
+    Test(test::TestArgs),
+    /// Say what a name means: a task, an action, a fluent, a type, an object.
+    Doc(doc::DocArgs),
     /// Say what the code of a mistake means.
     Explain(explain::ExplainArgs),
     /// Serve an editor: diagnostics, completion, hover, definitions and layout, over stdin and stdout.
@@ -116,9 +138,11 @@ enum Command {
     /// Learn from stored runs which branches work.
     Learn(learn::LearnArgs),
     /// Draw the And-Or graph of a task.
-    Graph(text::GraphArgs),
+    Graph(graph::GraphArgs),
     /// Say which call a sentence means.
     Say(say::SayArgs),
+    /// Runs that are kept: list, show, diff, export.
+    Runs(runs::RunsArgs),
     /// Tell a recorded run again, without an arm.
     Replay(replay::ReplayArgs),
     /// Carry out a call or a script step by step, or step through a run that is over.
@@ -141,9 +165,18 @@ enum Command {
     Kortex(desk::KortexCommand),
     /// Find what the model lacks from recordings: the effect's name, place and size.
     Gap(gap::GapArgs),
+    /// Carry out a task in one laboratory after the other, and count.
+    Trials(trials::TrialsArgs),
+    /// Ask a vision-language model the questions of runs, and see how well anybody answers them.
+    #[command(subcommand)]
+    Vqa(vqa::VqaCommand),
     /// Hide an effect in the laboratory, and open the seal once it is named.
     #[command(subcommand)]
     Lab(lab::LabCommand),
+    /// Say what is in order and what is away: texts, run folder, arm, camera, model.
+    Doctor,
+    /// Write a script with which a shell completes commands and options.
+    Completions(completions::CompletionsArgs),
 }
 
 /// How a command ended; the numbers are the exit codes.
@@ -210,10 +243,15 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         (Some(Command::Learn(args)), _) => learn::learn(args, cli, style),
         (Some(Command::Replay(args)), _) => replay::replay(args, cli, style),
         (Some(Command::Teach(args)), _) => teach::teach(args, cli, style),
-        (Some(Command::Report(args)), _) => report::report(args, style),
+        (Some(Command::Report(args)), _) => report::report(args, cli, style),
         (Some(Command::Say(args)), _) => say::say(args, cli, style),
+        (Some(Command::Test(args)), _) => test::test(args, cli, style),
+        (Some(Command::Doc(args)), _) => doc::doc(args, cli, style),
+        (Some(Command::Runs(args)), _) => runs::runs(args, cli, style),
+        (Some(Command::Doctor), _) => doctor::doctor(cli, style),
+        (Some(Command::Completions(args)), _) => completions::completions(args, style),
         (Some(Command::Explain(args)), _) => explain::explain(args, style),
-        (Some(Command::Graph(args)), _) => text::graph(args, cli, style),
+        (Some(Command::Graph(args)), _) => graph::graph(args, cli, style),
         (Some(Command::Robot(command)), _) => robot::robot(command, cli.common.seed, style),
         (Some(Command::Camera(command)), _) => {
             camera::camera(command, cli.cell.scene.as_ref(), style)
@@ -222,6 +260,8 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         (Some(Command::Emulate(args)), _) => emulate::emulate(args, cli, style),
         (Some(Command::Kortex(command)), _) => desk::kortex(command, style),
         (Some(Command::Gap(args)), _) => gap::gap(args, cli, style),
+        (Some(Command::Trials(args)), _) => trials::trials(args, cli, style),
+        (Some(Command::Vqa(command)), _) => vqa::vqa(command, cli, style),
         (Some(Command::Lab(command)), _) => lab::lab(command, cli, style),
         (None, Some(line)) => run::line(line, cli, style),
         (None, None) if style.json => Err(Failure::input("usage", "the prompt has no JSON form")

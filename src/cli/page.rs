@@ -11,11 +11,10 @@ use crate::http::encoded;
 use crate::language::ast::{Item, Step};
 use crate::language::{self, Library, Source};
 use crate::page::{self, Live, Page, Place};
-use crate::report::{self, Failure, Style, run::Console};
+use crate::report::{self, Failure, Style, kept, run::Console};
 use crate::workcell::record::Recorder;
 use crate::workcell::{self, Run, WorkCell, archive};
 
-use super::replay::kept;
 use super::run::{ended, open, read, stamp, stdlib, stop_on_interrupt};
 use super::{Cli, Exit};
 
@@ -37,7 +36,9 @@ pub(super) fn teach(what: &str, at: Where, cli: &Cli, style: Style) -> Result<Ex
     if what.is_empty() {
         return stored("", at, cli, style);
     }
-    let Some(dir) = kept(Path::new(what), cli) else { return live(what, at, cli, style) };
+    let Ok(dir) = kept::folder(&cli.cell.record, Path::new(what)) else {
+        return live(what, at, cli, style);
+    };
     archive::load(&dir).map_err(|error| report::cell_failure(&error, style))?;
     let dir = std::path::absolute(&dir).unwrap_or(dir);
     let name = dir.file_name().and_then(|name| name.to_str()).unwrap_or_default();
@@ -107,7 +108,7 @@ fn wait_then(cancel: &Cancel, style: Style, exit: Result<Exit, Failure>) -> Resu
 }
 
 /// Returns the steps of a call or of a script.
-fn steps(source: &Source, is_file: bool, style: Style) -> Result<Vec<Step>, Failure> {
+pub(super) fn steps(source: &Source, is_file: bool, style: Style) -> Result<Vec<Step>, Failure> {
     let (steps, wrong): (Vec<Step>, _) = if is_file {
         let (program, wrong) = language::parse(&source.text);
         let runs = program.items.into_iter().filter_map(|item| match item {

@@ -1,10 +1,10 @@
 //! `trueup replay RUN`: a run again from its record, without an arm.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::report::{self, Failure, Style};
+use crate::report::{self, Failure, Style, kept};
 use crate::workcell::archive;
 
 use super::{Cli, Exit};
@@ -19,20 +19,9 @@ pub(super) struct ReplayArgs {
     step: Option<usize>,
 }
 
-/// Returns the folder of a run: itself, or the one of that number or name in the folder of `--record`.
-pub(super) fn kept(run: &Path, cli: &Cli) -> Option<PathBuf> {
-    if run.is_dir() {
-        return Some(run.to_path_buf());
-    }
-    let named = run.display().to_string();
-    let kept = archive::entries(&cli.cell.record);
-    let entry = kept.iter().find(|e| named == e.name || named.parse() == Ok(e.number));
-    entry.map(|entry| entry.dir.clone())
-}
-
 /// `trueup replay RUN [--step N]`.
 pub(super) fn replay(args: &ReplayArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
-    let dir = kept(&args.run, cli).unwrap_or_else(|| args.run.clone());
+    let dir = kept::folder(&cli.cell.record, &args.run)?;
     let run = archive::load(&dir).map_err(|error| report::cell_failure(&error, style))?;
     let told = report::record::again(&dir.display().to_string(), &run, args.step, style)?;
     if style.json {

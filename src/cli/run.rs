@@ -1,7 +1,7 @@
 //! `trueup run`, `trueup -c` and `trueup`: calls carried out in a work cell.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -11,14 +11,15 @@ use crate::execution::arm::Cancel;
 use crate::execution::calibrate::Switches;
 use crate::lab::LabSettings;
 use crate::language::ast::{Item, Step};
-use crate::language::{self, Source};
-use crate::repl::Hands;
+use crate::language::{self, Library, Source};
+use crate::repl::{Hands, Propose};
 use crate::report::{self, Failure, Style, run::Console};
+use crate::vqa::Endpoint;
 use crate::workcell::record::Recorder;
 use crate::workcell::{Ending, Options, Run, Stdlib, WorkCell};
 
 use super::teach::Lead;
-use super::{CellArgs, Cli, Exit, kortex};
+use super::{CellArgs, Cli, Exit, kortex, say, vqa};
 
 /// Run a saved script; a run folder is written.
 #[derive(Debug, Args)]
@@ -143,7 +144,17 @@ pub(super) fn open(cli: &Cli, script: Option<Source>, style: Style) -> Result<Wo
         kortex::confirm(&target, &cli.cell)?;
     }
     cell.learn_from(learnt);
+    if let Some(model) = model(cli)? {
+        cell.answered_by(model);
+    }
     Ok(cell)
+}
+
+/// Returns the model that answers questions beside geometry, if one is named.
+fn model(cli: &Cli) -> Result<Option<Endpoint>, Failure> {
+    let CellArgs { ask_endpoint, ask_model, ask_timeout, .. } = &cli.cell;
+    let Some(base) = ask_endpoint else { return Ok(None) };
+    vqa::at(base.clone(), ask_model.clone(), *ask_timeout, false).map(Some)
 }
 
 /// `trueup run FILE.task`.
@@ -251,11 +262,18 @@ pub(super) fn prompt(cli: &Cli, style: Style) -> Result<Exit, Failure> {
     stop_on_interrupt(&cell)?;
     let real = if cli.cell.robot == "twin" { "lab" } else { cli.cell.robot.as_str() };
     let home = home();
+    let model = model(cli)?;
+    let propose = model.map(|model| {
+        move |said: &str, library: &Library, scene: &str| {
+            say::propose(&model, said, library, scene, &is_interrupted)
+        }
+    });
     let hands = Hands {
         perform: &|cell, step| {
             let source = Source::new("prompt", language::text::step(step));
             one(cell, std::slice::from_ref(step), &source, &cli.cell.record, style)
         },
+        propose: propose.as_ref().map(|propose| propose as &Propose),
         gap: &|runs| super::gap::over(runs, cli, style),
         open: &|robot| {
             let cell = CellArgs { robot: robot.to_owned(), ..cli.cell.clone() };
@@ -274,7 +292,7 @@ pub(super) fn prompt(cli: &Cli, style: Style) -> Result<Exit, Failure> {
 }
 
 /// Returns the folder where the prompt keeps history and phrases, made if it is not there.
-fn home() -> Option<PathBuf> {
+pub(super) fn home() -> Option<PathBuf> {
     let state = std::env::var_os("XDG_STATE_HOME")
         .map(PathBuf::from)
         .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".local/state")))?;
@@ -288,9 +306,25 @@ static INTERRUPTS: Mutex<Vec<Cancel>> = Mutex::new(Vec::new());
 /// How often Ctrl-C was pressed since the work began.
 static PRESSES: AtomicUsize = AtomicUsize::new(0);
 
-/// Makes Ctrl-C a wish to stop; once a process.
+/// Whether Ctrl-C is watched already.
+static IS_WATCHED: AtomicBool = AtomicBool::new(false);
+
+/// Makes Ctrl-C a wish to stop that this cell obeys too.
 pub(super) fn stop_on_interrupt(cell: &WorkCell) -> Result<(), Failure> {
     INTERRUPTS.lock().unwrap_or_else(PoisonError::into_inner).push(cell.cancel());
+    watch_interrupt()
+}
+
+/// Returns whether Ctrl-C was pressed.
+pub(super) fn is_interrupted() -> bool {
+    PRESSES.load(Ordering::SeqCst) > 0
+}
+
+/// Makes Ctrl-C a wish to stop; the process goes on.
+pub(super) fn watch_interrupt() -> Result<(), Failure> {
+    if IS_WATCHED.swap(true, Ordering::SeqCst) {
+        return Ok(());
+    }
     let pressed = || {
         PRESSES.fetch_add(1, Ordering::SeqCst);
         for cancel in INTERRUPTS.lock().unwrap_or_else(PoisonError::into_inner).iter() {

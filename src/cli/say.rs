@@ -1,5 +1,6 @@
 //! `trueup say "…"`: the call that a sentence means, and why. Nothing moves.
 
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -7,11 +8,13 @@ use serde_json::{Value, json};
 
 use crate::language::ast::Step;
 use crate::language::sentence::{self, Knowledge, Meaning, Phrase, Understood};
-use crate::language::{self, Source};
+use crate::language::{self, Library, Source};
 use crate::report::{self, Failure, Style};
+use crate::vqa::Endpoint;
 use crate::workcell::library;
 
 use super::run::{read, stdlib};
+use super::vqa::{EndpointArgs, endpoint, no_answer};
 use super::{Cli, Exit};
 
 /// Say which call a sentence means.
@@ -22,6 +25,8 @@ pub(super) struct SayArgs {
     /// A file of taught phrases, one a line: `"empty the {o}" = pour(o, cup)`.
     #[arg(long, value_name = "FILE")]
     phrases: Option<PathBuf>,
+    #[command(flatten)]
+    model: EndpointArgs,
 }
 
 /// `trueup say "Pour water from the jar into the cup"`.
@@ -60,12 +65,77 @@ pub(super) fn say(args: &SayArgs, cli: &Cli, style: Style) -> Result<Exit, Failu
             sentence::understand(&args.sentence, &with)
         }
     };
+    // A model may propose, only where no template fits and only when one is named.
+    if let (Meaning::Unknown { .. }, Some(_)) = (&meaning, &args.model.endpoint) {
+        let model = endpoint(&args.model)?;
+        if let Some(call) = propose(&model, &args.sentence, &library, &scene, &|| false)? {
+            if style.json {
+                style.document(&json!({"meaning": "proposed", "call": call, "by": model.by()}));
+            } else {
+                style.say(report::sentence::proposed(&call));
+            }
+            // Somebody still has to say that this is what was meant.
+            return Ok(Exit::No);
+        }
+    }
     if style.json {
         style.document(&document(&meaning));
     } else {
         style.say(report::sentence::told(&meaning));
     }
     Ok(if matches!(meaning, Meaning::Clear(_)) { Exit::Yes } else { Exit::No })
+}
+
+/// Asks a model which call a sentence means. What it says counts only when it parses and checks like anything
+/// typed; `None` when it knows no call.
+pub(super) fn propose(
+    model: &Endpoint,
+    said: &str,
+    library: &Library,
+    scene: &str,
+    stopped: &dyn Fn() -> bool,
+) -> Result<Option<String>, Failure> {
+    let came = model.propose(&brief(library, scene), said, stopped);
+    let call = came.map_err(|why| no_answer(model, &why))?;
+    if call.is_empty() {
+        return Ok(None);
+    }
+    let source = Source::new("proposal", &call);
+    let (step, mut wrong) = language::parse_line(&call);
+    if let Some(step) = &step {
+        wrong.extend(library.check_step(step, &source, &library.scope(scene)));
+    }
+    match step {
+        Some(Step::Act(act)) if !wrong.iter().any(language::Diagnostic::is_error) => {
+            Ok(Some(language::text::call(&act.call)))
+        }
+        _ => {
+            let why = wrong.first().map_or("it is no call", |first| first.message.as_str());
+            Err(Failure::no("vqa::proposal", format!("the model proposed `{call}`: {why}"))
+                .help("say it otherwise, or type the call"))
+        }
+    }
+}
+
+/// Says what there is to call and to name, for a model.
+fn brief(library: &Library, scene: &str) -> String {
+    let mut text = String::from(
+        "You turn one sentence into one call for a robot arm. Reply as JSON: {\"reason\": <15 words or \
+         fewer>, \"call\": \"name(arguments)\"}. Leave call empty when no call does what the sentence asks. \
+         The calls:\n",
+    );
+    let tasks = library.tasks().map(|(task, _)| (&task.name.text, &task.params, &task.doc));
+    let actions = library.actions().map(|(act, _)| (&act.name.text, &act.params, &act.doc));
+    for (name, params, doc) in tasks.chain(actions) {
+        text += &report::signature(name, params, doc).replace("\n  ", ": ");
+        text.push('\n');
+    }
+    text += "The things on the table:\n";
+    let things = library.scene(scene).map(|(scene, _)| sentence::things(scene));
+    for sentence::Thing { name, kind, looks } in things.unwrap_or_default() {
+        let _ = writeln!(text, "{name}: {kind}, {looks}");
+    }
+    text
 }
 
 /// Reads a file of phrases; lines that are empty or begin with `//` are notes.

@@ -13,13 +13,12 @@ use rustyline::DefaultEditor;
 use crate::execution::arm::Cancel;
 use crate::language::Library;
 use crate::report::teach::{Earlier, Place, Teller};
-use crate::report::{self, Failure, Style};
+use crate::report::{self, Failure, Style, kept};
 use crate::teach::record;
 use crate::teach::stepper::{Setup, Stepper};
 use crate::teach::stops::Stops;
 use crate::workcell::{self, Run, WorkCell, archive};
 
-use super::replay::kept;
 use super::run::{line_led, read, script_led};
 use super::{Cli, Exit, page};
 
@@ -63,7 +62,9 @@ pub(super) fn teach(args: &TeachArgs, cli: &Cli, style: Style) -> Result<Exit, F
     let lead =
         Lead { input: Arc::new(Mutex::new(input)), setup, record: cli.cell.record.clone(), style };
     let path = Path::new(what);
-    if let Some(dir) = kept(path, cli) {
+    if !path.is_file()
+        && let Ok(dir) = kept::folder(&cli.cell.record, path)
+    {
         return over_record(&dir, &lead, cli, style);
     }
     if path.is_file() {

@@ -1,15 +1,13 @@
-//! `trueup check`, `trueup fmt` and `trueup graph`: texts without a robot.
+//! `trueup check` and `trueup fmt`: texts without a robot.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde_json::json;
 
-use crate::graph;
-use crate::language::ast::{Item, Program, Step};
 use crate::language::{self, Diagnostic, Source};
 use crate::report::{self, Failure, Style};
-use crate::workcell::{check, library};
+use crate::workcell::check;
 
 use super::run::{read, stdlib};
 use super::{Cli, Exit};
@@ -33,30 +31,8 @@ pub(super) struct FmtArgs {
     files: Vec<PathBuf>,
 }
 
-/// Draw the And-Or graph of a task.
-#[derive(Debug, Args)]
-pub(super) struct GraphArgs {
-    /// A call such as `pour(jar, cup)`, or a script that makes one.
-    what: String,
-    /// How.
-    #[arg(long, value_enum, default_value = "text")]
-    format: Format,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
-    /// A tree in the terminal.
-    Text,
-    /// A drawing.
-    Svg,
-    /// Graphviz.
-    Dot,
-    /// The exchange format.
-    Json,
-}
-
 /// Returns the task files that paths name, folders searched to the bottom, in order of name.
-fn task_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
+pub(super) fn task_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
     let mut found = Vec::new();
     for path in paths {
         if !path.is_dir() {
@@ -143,87 +119,4 @@ pub(super) fn fmt(args: &FmtArgs, style: Style) -> Result<Exit, Failure> {
         }
     }
     Ok(if args.check && !changed.is_empty() { Exit::No } else { Exit::Yes })
-}
-
-/// `trueup graph FILE|'CALL'`.
-pub(super) fn graph(args: &GraphArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
-    let stdlib = stdlib(cli)?;
-    let mut library = library(&stdlib);
-    let is_file = Path::new(&args.what).extension().is_some_and(|ending| ending == "task");
-    let own = match &cli.cell.scene {
-        None => None,
-        Some(path) => {
-            let file = library.add(Source::new(path.display().to_string(), read(path)?));
-            library.program(file).and_then(first_scene)
-        }
-    };
-    let own = own.as_deref().unwrap_or("kitchen");
-    let (source, program, wrong) = if is_file {
-        let source = Source::new(args.what.clone(), read(Path::new(&args.what))?);
-        let (program, _) = language::parse(&source.text);
-        let file = library.add_with(source.clone(), &|path| stdlib.read(path));
-        let scope = library.scope(first_scene(&program).as_deref().unwrap_or(own));
-        let wrong = library.check_file(file, &scope);
-        (source, program, wrong)
-    } else {
-        let source = Source::new("command line", args.what.clone());
-        let (step, mut wrong) = language::parse_line(&args.what);
-        if let Some(step) = step.as_ref().filter(|_| wrong.is_empty()) {
-            wrong = library.check_step(step, &source, &library.scope(own));
-        }
-        (source, Program { items: step.map(Item::Run).into_iter().collect() }, wrong)
-    };
-    if wrong.iter().any(Diagnostic::is_error) {
-        return Err(report::text_failure(&wrong, &source, style));
-    }
-    let steps = runs(&program);
-    // Of several calls the first is drawn; steps that belong together are drawn together.
-    let drawn = match steps.as_slice() {
-        [] => {
-            return Err(Failure::input("script::empty", "there is no call to draw")
-                .at(source.name.clone())
-                .help("name a call such as `pour(jar, cup)`"));
-        }
-        [Step::Act(_), ..] => &steps[..1],
-        all => all,
-    };
-    let call = library.define(&source, drawn);
-    let graph = graph::build(&library, &call)
-        .map_err(|problems| report::problems_failure(&problems, &library, &source))?;
-    let learnt = super::learn::learnt(cli)?;
-    let outcomes = (!learnt.outcomes.is_empty()).then_some(&learnt.outcomes);
-    let counted = outcomes.map(|outcomes| (outcomes, learnt.domain.as_str()));
-    let priors = learnt.priors.as_ref();
-    match args.format {
-        Format::Text if !style.json => {
-            let learnt = graph::outline::Learnt { outcomes: counted, priors, ..Default::default() };
-            report::out(graph::outline::outline(&graph, &learnt).trim_end());
-        }
-        Format::Svg if !style.json => {
-            let drawing = graph::draw::Drawing { outcomes: counted, priors, parse: None };
-            report::out(&graph::draw::to_svg(&graph, &drawing));
-        }
-        Format::Dot if !style.json => report::out(&graph::exchange::to_dot(&graph)),
-        _ => {
-            let learnt = graph::exchange::Learnt { outcomes, priors };
-            style.document(&graph::exchange::to_json(&graph, &learnt));
-        }
-    }
-    Ok(Exit::Yes)
-}
-
-fn first_scene(program: &Program) -> Option<String> {
-    program.items.iter().find_map(|item| match item {
-        Item::Scene(scene) => Some(scene.name.text.clone()),
-        _ => None,
-    })
-}
-
-/// The steps at the top level of a text.
-fn runs(program: &Program) -> Vec<Step> {
-    let steps = program.items.iter().filter_map(|item| match item {
-        Item::Run(step) => Some(step.clone()),
-        _ => None,
-    });
-    steps.collect()
 }

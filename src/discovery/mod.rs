@@ -8,14 +8,17 @@
 //! another is not named but reported as a doubt, and what no name fits as a formula, or as unknown.
 //! Every verdict says how sure it is; a refusal says why.
 //!
-//! [`recording`] reads measured data, [`robot`] simulates arms, [`equation`] models given by their equations.
+//! [`recording`] reads measured data, [`robot`] simulates arms, [`pour`] a vessel and a scale, [`held`] a thing in
+//! the hand, [`equation`] models given by their equations.
 //! Nothing here knows the truth of the lab: recordings are all it sees.
 
 pub mod vocabulary;
 pub mod finding;
 pub mod recording;
 pub mod selection;
+mod worded;
 pub mod pour;
+pub mod held;
 pub mod robot;
 pub mod camera;
 pub mod model_file;
@@ -34,6 +37,8 @@ pub enum Subject<'a> {
     Arm(&'a Robot, &'a [EffectItem]),
     /// Pours among the things of a scene, and the effects its twin knows already.
     Pours(&'a Scene, &'a [EffectItem]),
+    /// A thing of a scene in an arm's hand, and the effects its twin knows already.
+    Held(&'a Robot, &'a Scene, &'a [EffectItem]),
 }
 
 /// An investigation: the finding and what a page shows beside it.
@@ -105,6 +110,9 @@ pub fn investigate(
     let (robot, known) = match subject {
         Subject::Pours(scene, known) => {
             return pour::investigate(scene, known, recordings, &options.search, progress);
+        }
+        Subject::Held(robot, scene, known) => {
+            return held::investigate(robot, scene, known, recordings, &options.search, progress);
         }
         Subject::Arm(robot, known) => (robot, known),
     };

@@ -344,8 +344,8 @@ pub const KINDS: &[Kind] = &[
     kind(
         "grip_slip",
         &[Seat::Gripper],
-        &[number("rate", "m/s")],
-        "the object creeps in the fingers",
+        &[number("rate", "m/s"), number("friction", "")],
+        "the object creeps in the fingers, always or only under load",
         "pose drifts while held",
     ),
     kind(

@@ -130,9 +130,9 @@ impl Config {
         self.soft.get(&mode).unwrap_or(&self.hard)
     }
 
-    /// Returns whether an actuator (from 0) is told positions.
-    pub(super) fn takes_positions(&self, joint: usize) -> bool {
-        self.actuators.get(joint).is_some_and(|actuator| actuator.mode == ActuatorMode::Position)
+    /// Returns what an actuator (from 0) is told in low-level servoing.
+    pub(super) fn actuator_mode(&self, joint: usize) -> ActuatorMode {
+        self.actuators.get(joint).map_or(ActuatorMode::None, |actuator| actuator.mode)
     }
 
     fn soft_mut(&mut self, mode: i32) -> Result<&mut KinematicLimits, No> {

@@ -28,8 +28,8 @@ use super::faults::Chance;
 use super::sequences::Sequences;
 use super::servo::{Happened, Motion, Servo};
 use super::sessions::Sessions;
-use super::store::Zones;
 use super::topics::Topics;
+use super::zones::Zones;
 
 /// A client as the network knows it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -274,6 +274,7 @@ impl Controller {
             self.stop_all(refusal::CONTROL_MANUAL_STOP);
         }
         self.leave_low_level_when_starved();
+        self.heed_zones();
         for happened in self.servo.tick() {
             match happened {
                 Happened::Arrived => self.action_arrived(),

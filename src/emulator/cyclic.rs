@@ -6,15 +6,17 @@
 use crate::execution::arm::DeviceError;
 use crate::execution::kortex::degrees;
 use crate::execution::kortex::messages::base::ServoingMode;
+use crate::execution::kortex::messages::config::ActuatorMode;
 use crate::execution::kortex::messages::cyclic::{
-    ActuatorCustomData, ActuatorFeedback, BaseFeedback, Command, CustomData, Feedback,
-    GripperCyclicFeedback, InterconnectFeedback, MotorCommand, MotorFeedback, ToolCommand,
-    ToolFeedback,
+    ActuatorCommand, ActuatorCustomData, ActuatorFeedback, BaseFeedback, Command, CustomData,
+    Feedback, GripperCyclicFeedback, InterconnectFeedback, MotorCommand, MotorFeedback,
+    ToolCommand, ToolFeedback,
 };
 use crate::execution::kortex::refusal;
 use crate::execution::kortex::rpc::base_cyclic as call;
 
 use super::controller::{Answer, Ask, Controller, Fault, No, done, say};
+use super::drive::Drive;
 use super::paths::wire_pose;
 use super::servo::{FINGER_SPEED, TICK};
 
@@ -116,7 +118,12 @@ impl Controller {
             let word = "one command for every actuator";
             return Err(No::device(refusal::CONTROL_ACTUATOR_COUNT_MISMATCH, word));
         }
-        if !command.actuators.iter().all(|actuator| actuator.position.is_finite()) {
+        let numbers = |actuator: &ActuatorCommand| {
+            [actuator.position, actuator.velocity, actuator.torque_joint]
+                .iter()
+                .all(|x| x.is_finite())
+        };
+        if !command.actuators.iter().all(numbers) {
             return Err(No::device(refusal::INVALID_PARAM, "not a number"));
         }
         if !self.stream.is_new(command.frame_id, self.servo.time) {
@@ -124,16 +131,22 @@ impl Controller {
         }
         self.sessions.keep(now);
         let sent = command.actuators.iter().zip(&self.servo.q_cmd).enumerate();
-        let q = sent.map(|(joint, (actuator, &near))| {
-            // Torque and speed are not simulated: such a joint holds where it was.
-            if self.config.takes_positions(joint) {
-                degrees::from_wire(actuator.position, near)
-            } else {
-                near
-            }
-        });
-        let q: Vec<f64> = q.collect();
-        self.servo.stream(q);
+        let drives =
+            sent.map(|(joint, (actuator, &near))| match self.config.actuator_mode(joint) {
+                ActuatorMode::Position => {
+                    Drive::Position(degrees::from_wire(actuator.position, near))
+                }
+                ActuatorMode::Velocity => Drive::Speed(f64::from(actuator.velocity).to_radians()),
+                ActuatorMode::Torque | ActuatorMode::TorqueHighVelocity => {
+                    Drive::Torque(f64::from(actuator.torque_joint))
+                }
+                // What a current does depends on the motor, whose constants are not published.
+                ActuatorMode::None | ActuatorMode::Current | ActuatorMode::Custom => {
+                    Drive::Speed(0.0)
+                }
+            });
+        let drives: Vec<Drive> = drives.collect();
+        self.servo.stream(drives);
         let gripper = command.interconnect.as_ref().and_then(|all| all.tool_command.as_ref());
         if let Some(ToolCommand::GripperCommand(gripper)) = gripper
             && let Some(motor) = gripper.motor_cmd.first()

@@ -13,6 +13,8 @@ mod sessions;
 mod topics;
 mod base;
 mod store;
+mod zones;
+mod drive;
 mod sequences;
 mod force;
 mod moves;

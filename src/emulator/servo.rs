@@ -4,12 +4,14 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::{Matrix6, Vector3, Vector6};
 
 use crate::execution::arm::{DeviceError, Feedback};
 use crate::execution::ticked::Plant;
 use crate::motion::robot::Robot;
 use crate::motion::trajectory::{Limits, Trajectory};
+
+use super::drive::Drive;
 
 /// Time between two commands to the joints, s.
 pub(super) const TICK: f64 = 0.002;
@@ -51,8 +53,8 @@ pub(super) enum Motion {
     },
     /// They slow down and then hold.
     Brake,
-    /// They go where each cycle sends them, rad.
-    Stream(Vec<f64>),
+    /// They do what each cycle asks of them.
+    Stream(Vec<Drive>),
     /// They hold until this time of the arm, s.
     Wait(f64),
 }
@@ -96,16 +98,18 @@ struct Fingers {
 
 /// Joints and fingers of a plant.
 pub(super) struct Servo {
-    robot: Arc<Robot>,
+    pub(super) robot: Arc<Robot>,
     plant: Box<dyn Plant>,
-    limits: Limits,
+    pub(super) limits: Limits,
+    /// The tool is kept to this speed, m/s, in what the base commands itself.
+    tool_speed: f64,
     motion: Motion,
     fingers: Fingers,
     /// What the plant last said.
     pub(super) report: Feedback,
     /// Joint positions sent last, rad.
     pub(super) q_cmd: Vec<f64>,
-    dq_cmd: Vec<f64>,
+    pub(super) dq_cmd: Vec<f64>,
     /// The arm's time, s.
     pub(super) time: f64,
 }
@@ -113,6 +117,23 @@ pub(super) struct Servo {
 /// Returns a speed the fingers can have, m/s.
 fn held(speed: f64) -> f64 {
     speed.clamp(0.02, FINGER_SPEED)
+}
+
+/// Returns where the tool is, m in the base.
+fn tool_at(robot: &Robot, q: &[f64]) -> Vector3<f64> {
+    robot
+        .forward_tool(q)
+        .map_or_else(|_| Vector3::zeros(), |tool| tool.isometry().translation.vector)
+}
+
+/// Returns the share of joint speeds, rad/s, that keeps the tool to a speed, m/s; at most 1.
+fn share_within(robot: &Robot, q: &[f64], dq: &[f64], speed: f64) -> f64 {
+    if speed == f64::INFINITY {
+        return 1.0;
+    }
+    let next: Vec<f64> = q.iter().zip(dq).map(|(q, dq)| q + dq * TICK).collect();
+    let fast = (tool_at(robot, &next) - tool_at(robot, q)).norm() / TICK;
+    if fast > speed { speed / fast } else { 1.0 }
 }
 
 impl Servo {
@@ -126,6 +147,7 @@ impl Servo {
         };
         Self {
             limits: Limits::of(&robot),
+            tool_speed: f64::INFINITY,
             q_cmd: report.q.clone(),
             dq_cmd: vec![0.0; report.q.len()],
             motion: Motion::Hold,
@@ -189,9 +211,9 @@ impl Servo {
         self.motion = Motion::Wait(self.time + seconds);
     }
 
-    /// Goes where a cycle sends it, rad.
-    pub(super) fn stream(&mut self, q: Vec<f64>) {
-        self.motion = Motion::Stream(q);
+    /// Does what a cycle asks of the joints.
+    pub(super) fn stream(&mut self, drives: Vec<Drive>) {
+        self.motion = Motion::Stream(drives);
     }
 
     /// Slows down and holds.
@@ -264,7 +286,13 @@ impl Servo {
                 None
             }
             Motion::Path(path) => {
-                let wanted = if path.is_paused { 0.0 } else { 1.0 };
+                let share = if self.tool_speed.is_finite() {
+                    let at = path.trajectory.sample(path.along);
+                    share_within(&self.robot, &at.q, &at.dq, self.tool_speed)
+                } else {
+                    1.0
+                };
+                let wanted = if path.is_paused { 0.0 } else { share };
                 let most = PAUSING * TICK;
                 path.rate += (wanted - path.rate).clamp(-most, most);
                 path.along += path.rate * TICK;
@@ -302,43 +330,52 @@ impl Servo {
                 }
                 Some((q, dq))
             }
-            Motion::Stream(q) => {
-                let q = q.clone();
-                // What the servo is told of speed is what the positions did, smoothed over a few cycles.
-                let dq = q
-                    .iter()
-                    .zip(&self.q_cmd)
-                    .zip(&self.dq_cmd)
-                    .zip(&self.limits.velocity)
-                    .map(|(((q, before), dq), most)| {
-                        (dq + 0.2 * ((q - before) / TICK - dq)).clamp(-most, *most)
-                    })
-                    .collect();
-                Some((q, dq))
+            Motion::Stream(drives) => {
+                let drives = drives.clone();
+                Some(self.driven(&drives))
             }
         }
     }
 
     /// Returns the command one tick nearer to some joint speeds, within speeds, accelerations and ranges.
     fn ramped(&self, speeds: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let joints = self.robot.joints();
+        let share = share_within(&self.robot, &self.q_cmd, speeds, self.tool_speed);
         let mut dq = Vec::with_capacity(speeds.len());
         let mut q = Vec::with_capacity(speeds.len());
-        for (i, joint) in joints.iter().enumerate() {
-            let wanted = speeds[i].clamp(-self.limits.velocity[i], self.limits.velocity[i]);
+        for (i, speed) in speeds.iter().enumerate() {
             let most = self.limits.acceleration[i] * TICK;
-            let mut speed = self.dq_cmd[i] + (wanted - self.dq_cmd[i]).clamp(-most, most);
-            // At the end of its range a joint is braked in time.
-            let room =
-                if speed > 0.0 { joint.upper - self.q_cmd[i] } else { self.q_cmd[i] - joint.lower };
-            if room.is_finite() {
-                let fastest = (2.0 * 0.9 * self.limits.acceleration[i] * room.max(0.0)).sqrt();
-                speed = speed.clamp(-fastest, fastest);
-            }
+            let wanted = speed * share;
+            let wanted = wanted.clamp(-self.limits.velocity[i], self.limits.velocity[i]);
+            let speed = self.dq_cmd[i] + (wanted - self.dq_cmd[i]).clamp(-most, most);
+            let speed = self.braked(i, speed);
             q.push(self.q_cmd[i] + speed * TICK);
             dq.push(speed);
         }
         (q, dq)
+    }
+
+    /// Returns the speed of a joint (from 0), rad/s, that is braked in time at the end of its range.
+    pub(super) fn braked(&self, joint: usize, speed: f64) -> f64 {
+        let (q, range) = (self.q_cmd[joint], &self.robot.joints()[joint]);
+        let room = if speed > 0.0 { range.upper - q } else { q - range.lower };
+        if !room.is_finite() {
+            return speed;
+        }
+        let fastest = (2.0 * 0.9 * self.limits.acceleration[joint] * room.max(0.0)).sqrt();
+        speed.clamp(-fastest, fastest)
+    }
+
+    /// Keeps the tool to a speed, m/s, in what the base commands itself.
+    pub(super) fn keep_tool_within(&mut self, speed: f64) {
+        self.tool_speed = speed;
+    }
+
+    /// Returns where the tool was last sent, and where it will be in so many seconds if nothing changes, m
+    /// in the base.
+    pub(super) fn tool_ahead(&self, seconds: f64) -> (Vector3<f64>, Vector3<f64>) {
+        let soon: Vec<f64> =
+            self.q_cmd.iter().zip(&self.dq_cmd).map(|(q, dq)| q + dq * seconds).collect();
+        (tool_at(&self.robot, &self.q_cmd), tool_at(&self.robot, &soon))
     }
 
     /// Returns the joint speeds of a twist of the tool, damped near singularities.

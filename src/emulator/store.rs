@@ -1,6 +1,4 @@
-//! What people keep in the arm besides actions and sequences: protection zones, users, snapshots.
-//!
-//! Zones are kept, read back and told; the emulated arm does not heed them.
+//! What people keep in the arm besides sequences and zones: users, actions, snapshots.
 
 use crate::execution::kortex::messages::base::{
     Action, ActionHandle, ActionList, ActionParameters, ConfigurationChange,
@@ -11,9 +9,7 @@ use crate::execution::kortex::messages::common::UserProfileHandle;
 use crate::execution::kortex::messages::motion::{
     ConstrainedJointAngles, ConstrainedPose, Finger, Gripper, GripperCommand, GripperMode,
 };
-use crate::execution::kortex::messages::sequence::{
-    ProtectionZone, ProtectionZoneHandle, ProtectionZoneList, Snapshot, SnapshotType,
-};
+use crate::execution::kortex::messages::sequence::{Snapshot, SnapshotType};
 use crate::execution::kortex::refusal;
 use crate::execution::kortex::rpc::base as call;
 
@@ -22,81 +18,7 @@ use super::paths::wire_pose;
 
 use ConfigurationNotificationEvent as Event;
 
-/// Protection zones.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Zones {
-    stored: Vec<ProtectionZone>,
-    last: u32,
-}
-
-impl Zones {
-    fn at(&self, handle: Option<&ProtectionZoneHandle>) -> Result<usize, No> {
-        let is = |zone: &ProtectionZone| {
-            let own = zone.handle.as_ref().map(|own| own.identifier);
-            own.is_some() && own == handle.map(|handle| handle.identifier)
-        };
-        let found = self.stored.iter().position(is);
-        found.ok_or_else(|| No::device(refusal::ENTITY_NOT_FOUND, "protection zone not found"))
-    }
-}
-
-/// Says no to a zone whose shape has not the sizes it needs.
-fn check(zone: &ProtectionZone) -> Result<(), No> {
-    let shape = zone.shape.as_ref();
-    let needed = match shape.map_or(0, |shape| shape.shape_type) {
-        1 => 2,
-        2 => 1,
-        3 => 3,
-        _ => return Err(No::device(refusal::INVALID_PARAM, "no shape")),
-    };
-    let sizes = shape.map_or(&[][..], |shape| &shape.dimensions);
-    if sizes.len() < needed || !sizes.iter().all(|size| *size > 0.0 && size.is_finite()) {
-        return Err(No::device(refusal::INVALID_PARAM, "a size is missing or not positive"));
-    }
-    Ok(())
-}
-
 impl Controller {
-    /// The calls about protection zones; `None` for any other.
-    pub(super) fn zone_calls(&mut self, ask: &Ask<'_>) -> Option<Answer> {
-        Some(match ask.rpc {
-            call::CREATE_PROTECTION_ZONE => ask.read().and_then(|mut zone: ProtectionZone| {
-                check(&zone)?;
-                self.zones.last += 1;
-                let handle = ProtectionZoneHandle { identifier: self.zones.last, permission: 7 };
-                zone.handle = Some(handle.clone());
-                self.zones.stored.push(zone);
-                let change = ConfigurationChange::ProtectionZoneHandle(handle.clone());
-                self.tell_change(ask, Event::Created, change);
-                say(&handle)
-            }),
-            call::UPDATE_PROTECTION_ZONE => ask.read().and_then(|zone: ProtectionZone| {
-                check(&zone)?;
-                let at = self.zones.at(zone.handle.as_ref())?;
-                let handle = zone.handle.clone().unwrap_or_default();
-                self.zones.stored[at] = zone;
-                let change = ConfigurationChange::ProtectionZoneHandle(handle);
-                self.tell_change(ask, Event::Updated, change);
-                done()
-            }),
-            call::READ_PROTECTION_ZONE => ask.read().and_then(|handle| {
-                let at = self.zones.at(Some(&handle))?;
-                say(&self.zones.stored[at])
-            }),
-            call::DELETE_PROTECTION_ZONE => ask.read().and_then(|handle| {
-                let at = self.zones.at(Some(&handle))?;
-                self.zones.stored.remove(at);
-                let change = ConfigurationChange::ProtectionZoneHandle(handle);
-                self.tell_change(ask, Event::Deleted, change);
-                done()
-            }),
-            call::READ_ALL_PROTECTION_ZONES => {
-                say(&ProtectionZoneList { protection_zones: self.zones.stored.clone() })
-            }
-            _ => return None,
-        })
-    }
-
     /// The calls about users; `None` for any other.
     pub(super) fn user_calls(&mut self, ask: &Ask<'_>) -> Option<Answer> {
         Some(match ask.rpc {

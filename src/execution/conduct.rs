@@ -2,7 +2,8 @@
 //!
 //! A [`Conductor`] is asked before a step and after it, while the arm holds still, and may take as long as
 //! it likes to answer. It is asked only where an arm may be left standing ([`unsafe_hold`]): never inside
-//! `together`, never while what it carries is tilted. Rehearsals ask nobody. A [`Dial`] slows the arm down
+//! `together`, never while what it carries is tilted. Before the lines of a script that act it may be asked as
+//! well ([`Conductor::within`]), by the same rule. Rehearsals ask nobody. A [`Dial`] slows the arm down
 //! and is no part of stepping: either works without the other.
 
 use std::path::Path;
@@ -15,6 +16,7 @@ use crate::graph::parse_graph::{Condition, ParseGraph, Step};
 use crate::language::text;
 use crate::world::{Scene, WorldState};
 
+use super::lines::Line;
 use super::trace::{Measure, StepRecord};
 
 /// Says whether a condition holds now, and by how much it holds (positive) or fails.
@@ -218,6 +220,12 @@ pub trait Conductor: Send {
     /// Is told that a step begins about which nobody is asked, and why the arm cannot be left standing
     /// there: `inside a together`, `the jar is tilted by 62 deg`. Must return at once.
     fn passing(&mut self, _ahead: &Ahead, _why: &str) {}
+
+    /// Is asked before a line of a step's script that acts, the arm holding still; may block. Where the arm
+    /// cannot be left standing, `why` says why not: then it must return at once.
+    fn within(&mut self, _ahead: &Ahead, _line: &Line, _why: Option<&str>) -> Word {
+        Word::Go
+    }
 
     /// Is asked after a step, the arm holding still; may block. Of steps that ended where the arm cannot
     /// be left, it is asked at the next place where it can, or when the run is over, in their order.

@@ -4,7 +4,7 @@
 //! and the tape of decisions ([`tape`]). [`walk`] carries out the steps of a parse graph on any stage; the
 //! twin's ([`twin_arm`]) rehearses, a real one ([`real`], with the devices of [`lab_arm`], [`kortex`] or
 //! [`snapshot`]) performs. Every motion passes
-//! [`limits`]; between the steps a conductor may be asked ([`conduct`]).
+//! [`limits`]; between the steps, and before the [`lines`] of a script, a conductor may be asked ([`conduct`]).
 
 pub mod arm;
 pub mod limits;
@@ -17,6 +17,8 @@ pub mod beside;
 mod together;
 pub mod trace;
 pub mod conduct;
+pub mod lines;
+mod patience;
 pub mod stage;
 pub mod script;
 pub mod calibrate;

@@ -20,6 +20,7 @@ use crate::world::{ObjectState, Pose, Scene, WorldState};
 use super::arm::{Arm, Camera, DeviceError, Feedback, Grip};
 use super::calibrate::Calibration;
 use super::during::Sight;
+use super::patience::Patient;
 use super::stage::{Body, Cell, Watcher};
 use super::trace::Event;
 
@@ -65,6 +66,22 @@ impl Belief {
             })
             .collect();
         Self { scene, objects, held: None, below: None, mass: None }
+    }
+
+    /// Knows where things are in this world, and how much water is in them; what is held stands below the hand.
+    pub fn knowing(scene: Arc<Scene>, state: &WorldState) -> Self {
+        let mut belief = Self::new(scene);
+        for object in &mut belief.objects {
+            let Some(known) = state.object(&object.name) else { continue };
+            *object = known.clone();
+            if state.held.as_ref() == Some(&object.name) {
+                object.world_from_object = known.world_from_object.map(|pose| {
+                    let at = pose.origin();
+                    Pose::upright(at.x, at.y, 0.0, pose.yaw())
+                });
+            }
+        }
+        belief
     }
 
     /// Takes what a photograph showed. What is in the hand is known better by the hand.
@@ -196,7 +213,7 @@ fn below(scene: &Scene, objects: &[ObjectState], held: &str) -> Option<String> {
 /// An arm and a camera as a body on stage.
 pub struct RealBody {
     cell: Cell,
-    arm: Box<dyn Arm>,
+    arm: Patient,
     camera: Box<dyn Camera>,
     calibration: Calibration,
     /// The arm as regression 3 says it is.
@@ -226,7 +243,7 @@ impl RealBody {
         let real = Arc::new(calibration.arm(&cell.robot));
         Self {
             cell,
-            arm,
+            arm: Patient::new(arm),
             camera,
             calibration,
             real,
@@ -323,7 +340,7 @@ fn at_tool(robot: &Robot, base_from_tool: &Pose<Base, Tool>, q: &[f64]) -> Vec<f
 
 impl Body for RealBody {
     fn arm(&mut self) -> &mut dyn Arm {
-        self.arm.as_mut()
+        &mut self.arm
     }
 
     fn sight(&self) -> Box<dyn Sight> {
@@ -338,6 +355,10 @@ impl Body for RealBody {
         let feedback = self.arm.feedback()?;
         let tool = self.tool(&feedback.q);
         Ok(self.belief.state(&feedback, tool))
+    }
+
+    fn waits(&mut self, on: bool) -> Result<(), DeviceError> {
+        self.arm.waits(on)
     }
 
     fn look(&mut self) -> Result<(), DeviceError> {

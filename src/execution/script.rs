@@ -10,8 +10,10 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use rhai::{Array, Dynamic, Engine, EvalAltResult, INT, Position, Scope};
+use rhai::{Array, Dynamic, Engine, EvalAltResult, INT, NativeCallContext, Position, Scope};
 
+use super::conduct::Word;
+use super::lines::{at_speed, straight};
 use super::plan::{Grasp, Placement, Pour};
 use super::stage::{ActionError, Stage};
 
@@ -49,6 +51,13 @@ pub enum ScriptError {
     },
 }
 
+impl ScriptError {
+    /// Whether nothing more is done after it: a person said stop, or a device failed.
+    pub fn ends_the_walk(&self) -> bool {
+        matches!(self, Self::Action { error, .. } if error.ends_the_walk())
+    }
+}
+
 /// The handle a script calls `arm`, `twin` or `camera`.
 #[derive(Clone)]
 struct Handle<const KIND: u8>(Arc<Mutex<Stage>>);
@@ -62,11 +71,48 @@ impl<const KIND: u8> Handle<KIND> {
     fn stage(&self) -> MutexGuard<'_, Stage> {
         lock(&self.0)
     }
+
+    /// Takes note of a line that acts, and waits while somebody holds the arm before it; then lends the
+    /// stage.
+    fn acts(&self, at: &NativeCallContext<'_>, does: String) -> Fallible<MutexGuard<'_, Stage>> {
+        let line = at.call_position().line().unwrap_or(0);
+        pass(&self.0, line, does).map_err(raise)?;
+        Ok(self.stage())
+    }
+}
+
+/// Asks whoever may hold the arm. The stage is free meanwhile: a person may think for long.
+fn pass(stage: &Mutex<Stage>, line: usize, does: String) -> Result<(), ActionError> {
+    let Some((gate, line, state)) = lock(stage).line_begins(line, does)? else { return Ok(()) };
+    lock(stage).waits(true)?;
+    let word = {
+        let mut gate = gate.lock().unwrap_or_else(PoisonError::into_inner);
+        (*gate)(&line, &state)
+    };
+    lock(stage).waits(false)?;
+    match word {
+        Word::Go => Ok(()),
+        Word::Stop => Err(ActionError::Stopped),
+    }
 }
 
 /// Locks the stage. A panic elsewhere does not make the arm's state unreadable: it is still what it was.
 fn lock(stage: &Mutex<Stage>) -> MutexGuard<'_, Stage> {
     stage.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Reads a script without running it.
+///
+/// # Errors
+///
+/// [`ScriptError::Wrong`] with the line that cannot be read.
+pub fn readable(file: &str, text: &str) -> Result<(), ScriptError> {
+    let wrong = |error: rhai::ParseError| ScriptError::Wrong {
+        file: file.to_owned(),
+        line: error.position().line().unwrap_or(0),
+        message: error.err_type().to_string(),
+    };
+    Engine::new().compile(text).map(|_| ()).map_err(wrong)
 }
 
 /// Runs action scripts over one stage.
@@ -127,6 +173,9 @@ impl Scripts {
                 ScriptValue::Truth(truth) => scope.push(name.clone(), *truth),
             };
         }
+        self.stage()
+            .script_begins(file, text)
+            .map_err(|error| ScriptError::Action { error, line: None })?;
         let result = self.engine.run_with_scope(&mut scope, text);
         result.map_err(|error| translate(file, &error))
     }
@@ -258,9 +307,13 @@ fn finer(path: &[Vec<f64>], times: INT) -> Vec<Vec<f64>> {
 }
 
 fn bind_camera(engine: &mut Engine) {
-    engine
-        .register_type_with_name::<Camera>("Camera")
-        .register_fn("look", |camera: &mut Camera| camera.stage().look().map_err(raise));
+    engine.register_type_with_name::<Camera>("Camera").register_fn(
+        "look",
+        |at: NativeCallContext<'_>, camera: &mut Camera| {
+            let does = "photograph the table and find everything on it anew";
+            camera.acts(&at, does.into())?.look().map_err(raise)
+        },
+    );
 }
 
 fn bind_twin(engine: &mut Engine) {
@@ -291,38 +344,73 @@ fn bind_twin(engine: &mut Engine) {
 fn bind_arm(engine: &mut Engine) {
     engine
         .register_type_with_name::<Arm>("Arm")
-        .register_fn("open", |arm: &mut Arm| arm.stage().open().map_err(raise))
-        .register_fn("close", |arm: &mut Arm, o: &str, force: f64| {
-            arm.stage().close(o, force).map_err(raise)
+        .register_fn("open", |at: NativeCallContext<'_>, arm: &mut Arm| {
+            arm.acts(&at, "open the fingers as wide as they go".into())?.open().map_err(raise)
         })
-        .register_fn("move_to", |arm: &mut Arm, q: Array| {
+        .register_fn("close", |at: NativeCallContext<'_>, arm: &mut Arm, o: &str, force: f64| {
+            let does = format!("close the fingers on the {o} with at most {force:.0} N");
+            arm.acts(&at, does)?.close(o, force).map_err(raise)
+        })
+        .register_fn("move_to", |at: NativeCallContext<'_>, arm: &mut Arm, q: Array| {
             let q = numbers(&q)?;
-            arm.stage().move_to(&q, None, 1.0).map_err(raise)
+            let does = format!("move round everything in the way{}", at_speed(1.0));
+            arm.acts(&at, does)?.move_to(&q, None, 1.0).map_err(raise)
         })
-        .register_fn("carry_to", |arm: &mut Arm, q: Array, tilt: f64, speed: f64| {
-            let q = numbers(&q)?;
-            arm.stage().move_to(&q, Some(tilt), speed).map_err(raise)
+        .register_fn(
+            "carry_to",
+            |at: NativeCallContext<'_>, arm: &mut Arm, q: Array, tilt: f64, speed: f64| {
+                let q = numbers(&q)?;
+                let lean = tilt.to_degrees();
+                let does = format!(
+                    "carry what is held round everything in the way, leaning at most {lean:.0} deg,{}",
+                    at_speed(speed)
+                );
+                arm.acts(&at, does)?.move_to(&q, Some(tilt), speed).map_err(raise)
+            },
+        )
+        .register_fn(
+            "follow",
+            |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, speed: f64| {
+                let does = format!("follow the path that was found{}", at_speed(speed));
+                arm.acts(&at, does)?.follow(&path.0, speed).map_err(raise)
+            },
+        )
+        .register_fn(
+            "draw_back",
+            |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, speed: f64| {
+                let does = format!("draw the hand back the way it came{}", at_speed(speed));
+                arm.acts(&at, does)?.draw_back(&path.0, speed).map_err(raise)
+            },
+        )
+        .register_fn("turn", |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, rate: f64| {
+            let does = format!("turn the hand along its path at {:.0} deg/s", rate.to_degrees());
+            arm.acts(&at, does)?.turn(&path.0, rate).map_err(raise)
         })
-        .register_fn("follow", |arm: &mut Arm, path: Path, speed: f64| {
-            arm.stage().follow(&path.0, speed).map_err(raise)
+        .register_fn(
+            "turn_back",
+            |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, rate: f64| {
+                let does = format!("turn the hand back upright at {:.0} deg/s", rate.to_degrees());
+                arm.acts(&at, does)?.turn_back(&path.0, rate).map_err(raise)
+            },
+        )
+        .register_fn(
+            "move_by",
+            |at: NativeCallContext<'_>, arm: &mut Arm, by: Array, speed: f64| {
+                let by = numbers(&by)?;
+                let [x, y, z] = by[..] else {
+                    return Err("move_by takes [x, y, z] in m".into());
+                };
+                let does = straight([x, y, z], speed);
+                arm.acts(&at, does)?.move_by([x, y, z], speed).map_err(raise)
+            },
+        )
+        .register_fn("weigh", |at: NativeCallContext<'_>, arm: &mut Arm| {
+            let does = "hold still and weigh what is in the hand by the joints' torques";
+            arm.acts(&at, does.into())?.weigh().map_err(raise)
         })
-        .register_fn("turn", |arm: &mut Arm, path: Path, rate: f64| {
-            arm.stage().turn(&path.0, rate).map_err(raise)
-        })
-        .register_fn("turn_back", |arm: &mut Arm, path: Path, rate: f64| {
-            arm.stage().turn_back(&path.0, rate).map_err(raise)
-        })
-        .register_fn("move_by", |arm: &mut Arm, by: Array, speed: f64| {
-            let by = numbers(&by)?;
-            let [x, y, z] = by[..] else {
-                return Err("move_by takes [x, y, z] in m".into());
-            };
-            arm.stage().move_by([x, y, z], speed).map_err(raise)
-        })
-        .register_fn("weigh", |arm: &mut Arm| arm.stage().weigh().map_err(raise))
         .register_fn("opening", |arm: &mut Arm| arm.stage().opening().map_err(raise))
-        .register_fn("wait", |arm: &mut Arm, seconds: f64| {
-            arm.stage().wait(seconds).map_err(raise)
+        .register_fn("wait", |at: NativeCallContext<'_>, arm: &mut Arm, seconds: f64| {
+            arm.acts(&at, format!("hold still for {seconds:.1} s"))?.wait(seconds).map_err(raise)
         });
 }
 

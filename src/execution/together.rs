@@ -14,6 +14,7 @@ use crate::language::ast::{Allen, Expr};
 
 use super::beside::{Openings, Order};
 use super::during::Deadline;
+use super::lines::Line;
 use super::stage::ActionError;
 use super::trace::Outcome;
 use super::uses::Uses;
@@ -51,6 +52,7 @@ struct Side {
     index: usize,
     from: f64,
     orders: Vec<Order>,
+    lines: Vec<Line>,
 }
 
 /// Returns the group whose first step this is.
@@ -291,17 +293,18 @@ impl Walker<'_> {
         let off = self.scripts.stage().begin_step(&step.path).err().map(|off| off.to_string());
         let unmet = || self.unmet(&step.needs, &before).map(|unmet| format!("it needs {unmet}"));
         let mut broken = off.or_else(unmet);
-        let mut orders = Vec::new();
+        let (mut orders, mut lines) = (Vec::new(), Vec::new());
         if broken.is_none() {
             self.scripts.stage().take_orders();
             let asked = self.act(step);
             orders = self.scripts.stage().orders();
+            lines = self.scripts.stage().script_lines();
             if let Err(error) = asked {
                 broken = self.gave_up(step, error)?;
             }
         }
         if broken.is_some() {
-            let end = End { broken, ..End::default() };
+            let end = End { broken, lines, ..End::default() };
             return Ok(Err(self.done(pg, index, before.time, watched, end)?));
         }
         let mut stage = self.scripts.stage();
@@ -316,7 +319,7 @@ impl Walker<'_> {
                 }
             }
         }
-        Ok(Ok(Side { index, from, orders }))
+        Ok(Ok(Side { index, from, orders, lines }))
     }
 
     /// Says how a step that went on beside the arm went.
@@ -327,7 +330,7 @@ impl Walker<'_> {
         openings: &Openings,
         watched: &[Expr],
     ) -> Result<Done, ActionError> {
-        let Side { index, from, orders } = side;
+        let Side { index, from, orders, lines } = side;
         let step = &pg.steps[index];
         let state = self.scripts.stage().state()?;
         let to = match orders.first() {
@@ -343,7 +346,7 @@ impl Walker<'_> {
         let late = step.limit.map(own).filter(|own| to - from > own.stretched());
         let late = late.map(|own| own.told(to));
         let broken = late.or_else(|| self.promised(&step.gives, &state));
-        let end = End { broken, interval: Some([from, to]), ..End::default() };
+        let end = End { broken, interval: Some([from, to]), lines, ..End::default() };
         self.done(pg, index, from, watched, end)
     }
 }

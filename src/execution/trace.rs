@@ -8,6 +8,7 @@ use crate::world::WorldState;
 use crate::world::fluent::Direction;
 
 use super::arm::Feedback;
+use super::lines::Line;
 
 /// One quantity a person would read, with its unit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -132,6 +133,12 @@ pub struct StepRecord {
     /// How the conditions fared that were in force while it ran.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub during: Vec<DuringRow>,
+    /// The lines of its script that acted, in order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lines: Vec<Line>,
+    /// Where the plan had the arm after it, rad; empty in records of older programs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub planned_q: Vec<f64>,
     /// How many known fluents differ between twin and measurement (Eq. 8).
     pub hamming: usize,
     /// `exp(-hamming)` (Eq. 8).

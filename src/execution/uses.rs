@@ -4,10 +4,11 @@
 //! checked. A script that only asks (`twin.…`) works with nothing.
 
 /// Words that move the arm or need it to hold still.
-const JOINTS: [&str; 9] = [
+const JOINTS: [&str; 10] = [
     "move_to",
     "carry_to",
     "follow",
+    "draw_back",
     "turn",
     "turn_back",
     "move_by",

@@ -16,6 +16,7 @@ use crate::world::fluent::{Evaluator, Fact, Facts, Reading};
 use crate::world::{Scene, WorldState};
 
 use super::during::{Cut, During, Held, false_by};
+use super::lines::Line;
 use super::plan::{NoWay, Why};
 use super::script::{ScriptError, ScriptValue, Scripts};
 use super::stage::ActionError;
@@ -57,6 +58,8 @@ pub struct Done {
     pub fluents: Vec<FluentReading>,
     /// How the conditions fared that were in force while it ran.
     pub held: Vec<Held>,
+    /// The lines of its script that acted.
+    pub lines: Vec<Line>,
     /// The world after it.
     pub state: WorldState,
 }
@@ -83,6 +86,7 @@ pub(super) struct End {
     /// The path of what an `until` ended: the step itself or something around it.
     pub(super) over: Option<String>,
     pub(super) held: Vec<Held>,
+    pub(super) lines: Vec<Line>,
 }
 
 /// Facts that only a body knows.
@@ -214,6 +218,10 @@ impl<'a> Walker<'a> {
             .as_rehearsed(rehearsed);
         self.scripts.stage().watch_over(during);
         let acted = self.act(step);
+        // A step that is cut short leaves them for `interrupted`.
+        if acted.as_ref().map_or_else(|error| !error.ends_the_walk(), |()| true) {
+            end.lines = self.scripts.stage().script_lines();
+        }
         let during = self.scripts.stage().watched_over();
         if let Err(error) = acted {
             match self.gave_up(step, error) {
@@ -306,10 +314,7 @@ impl<'a> Walker<'a> {
         error: ScriptError,
     ) -> Result<Option<String>, ActionError> {
         match error {
-            ScriptError::Action {
-                error: error @ (ActionError::Stopped | ActionError::Device(_)),
-                ..
-            } => Err(error),
+            ScriptError::Action { error, .. } if error.ends_the_walk() => Err(error),
             ScriptError::Action { error: ActionError::Ended, .. } => Ok(None),
             ScriptError::Action { error: ActionError::Broken(words), .. } => Ok(Some(words)),
             ScriptError::Action { error, line } => Ok(Some(match (line, &step.script) {
@@ -382,7 +387,8 @@ impl<'a> Walker<'a> {
         watched: &[Expr],
         why: &ActionError,
     ) -> Result<Done, ActionError> {
-        let end = End { stopped: true, broken: Some(why.to_string()), ..End::default() };
+        let lines = self.scripts.stage().script_lines();
+        let end = End { stopped: true, broken: Some(why.to_string()), lines, ..End::default() };
         self.done(pg, index, begin, watched, end)
     }
 
@@ -407,7 +413,7 @@ impl<'a> Walker<'a> {
     ) -> Result<Done, ActionError> {
         let step = &pg.steps[index];
         let state = self.scripts.stage().state()?;
-        let End { stopped, broken: mut reason, over, held, interval } = end;
+        let End { stopped, broken: mut reason, over, held, lines, interval } = end;
         let interval = interval.unwrap_or([begin, state.time]);
         if reason.is_none() {
             let mut stage = self.scripts.stage();
@@ -431,10 +437,11 @@ impl<'a> Walker<'a> {
                 FluentReading { expected, ask, reading: self.read(expr, &state), text }
             })
             .collect();
-        Ok(Done { index, outcome, reason, interval, fluents, held, state })
+        Ok(Done { index, outcome, reason, interval, fluents, held, lines, state })
     }
 
-    fn question(&self, expr: &Expr) -> Option<String> {
+    /// Returns the question that a fluent puts to people and models, with the looks of its objects.
+    pub fn question(&self, expr: &Expr) -> Option<String> {
         let questions = fluent::questions(expr, self.library);
         questions.first().map(|question| {
             question.with(|name| {

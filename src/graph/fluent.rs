@@ -20,6 +20,8 @@ pub struct FluentNode {
     pub body: Option<String>,
     /// The question for a person or a model, with the objects' names in it.
     pub ask: Option<String>,
+    /// The question as the program writes it, with blanks.
+    pub template: Option<String>,
     /// The objects it speaks of, in the order of the arguments.
     pub objects: Vec<String>,
     /// Whether it has a value and a limit, hence a margin, rather than being yes or no alone.
@@ -95,11 +97,13 @@ pub(super) fn node(
         }
     });
     let is_real = body.as_ref().map_or_else(|| has_limit(atom), has_limit);
+    let question = question(atom, definitions);
     FluentNode {
         id: format!("f:{text}"),
         text,
         body: body.as_ref().map(text::expr),
-        ask: question(atom, definitions).map(|q| q.with(str::to_owned)),
+        ask: question.as_ref().map(|question| question.with(str::to_owned)),
+        template: question.map(|question| question.template),
         objects: found,
         is_real,
     }

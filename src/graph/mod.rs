@@ -28,7 +28,9 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::language::Library;
-use crate::language::ast::{ActionItem, Call, Expr, FluentItem, Item, Program, Span, TaskItem};
+use crate::language::ast::{
+    ActionItem, Call, Expr, FluentItem, Item, Param, Program, Span, TaskItem,
+};
 
 pub use build::build;
 pub use energy::{Energy, Evidence};
@@ -155,6 +157,9 @@ pub enum Error {
         /// The branches there are; empty when there is no such Or.
         known: Vec<String>,
     },
+    /// What a graph has and no text can say.
+    #[error("no text of the language is this graph: {0}")]
+    Text(String),
     /// A file with a graph cannot be read.
     #[error("the graph cannot be read: {0}")]
     Exchange(String),
@@ -392,6 +397,17 @@ pub struct Graph {
     pub fluents: Vec<FluentNode>,
     /// The file each task and action was read from, where known.
     pub files: BTreeMap<String, String>,
+    /// What its tasks, actions and fluents take.
+    pub signatures: Signatures,
+}
+
+/// Parameters by the name of what takes them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Signatures {
+    /// Of tasks and actions, which are called alike.
+    pub callables: BTreeMap<String, Vec<Param>>,
+    /// Of fluents.
+    pub fluents: BTreeMap<String, Vec<Param>>,
 }
 
 impl Graph {

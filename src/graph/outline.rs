@@ -55,7 +55,12 @@ impl Writer<'_> {
                     Decides::Choice | Decides::Argument(_) => self.tried(or),
                     _ => String::new(),
                 };
-                self.line(first, &said, &format!("Or{note}"));
+                let via = or.via.map(|at| format!(" via {}", or.branches[at].name));
+                self.line(
+                    first,
+                    &format!("{said}{}", via.unwrap_or_default()),
+                    &format!("Or{note}"),
+                );
                 let priors = self.learnt.priors.map(|priors| priors.of(or));
                 let count = or.branches.len();
                 for (i, branch) in or.branches.iter().enumerate() {

@@ -2,6 +2,8 @@
 //!
 //! Judging never commands: what to do about a difference is [`crate::workcell`]'s business.
 
+pub mod changes;
+pub mod evidence;
 pub mod questionnaire;
 
 use crate::execution::during::Held;

@@ -94,6 +94,7 @@ pub(super) fn live(site: &Site) -> Response {
         "step": now.number,
         "of": now.of,
         "waits": now.waits,
+        "stops": live.stops(),
         "speed_percent": live.dial().percent(),
         "ended": now.ended,
     }))

@@ -13,6 +13,7 @@ use serde::Serialize;
 use crate::execution::arm::Cancel;
 use crate::execution::conduct::{Ahead, Conductor, Dial, Part, Word};
 use crate::execution::trace::{Event, Observer, Outcome, StepRecord};
+use crate::teach::stops::{self, Stops};
 
 /// How often who waits looks whether the run is to stop, ms.
 const LOOK_UP: u64 = 50;
@@ -76,6 +77,8 @@ pub(super) struct Now {
     pub(super) is_done: bool,
     /// Where the run waits, while it waits.
     pub(super) waits: Option<Pause>,
+    /// The breakpoint that it waits at.
+    pub(super) stop: Option<String>,
     /// Why it did not wait where it was asked to.
     pub(super) passed: Option<String>,
     /// How the run ended, in words.
@@ -99,6 +102,7 @@ pub struct Live {
     task: String,
     cancel: Cancel,
     dial: Dial,
+    stops: Stops,
     now: Mutex<Now>,
     changed: Condvar,
 }
@@ -107,7 +111,8 @@ impl Live {
     /// A run of a task that has not begun; `cancel` stops it, `dial` slows it down.
     pub fn new(task: String, cancel: Cancel, dial: Dial) -> Self {
         let now = Now { doing: "the run has not begun".into(), ..Now::default() };
-        Self { task, cancel, dial, now: Mutex::new(now), changed: Condvar::new() }
+        let stops = Stops::default();
+        Self { task, cancel, dial, stops, now: Mutex::new(now), changed: Condvar::new() }
     }
 
     /// Says how the run ended.
@@ -139,6 +144,31 @@ impl Live {
                 now.doing = "stopping; the arm will hold its position".into();
             }
         });
+    }
+
+    /// Sets a breakpoint by name, path or number.
+    ///
+    /// # Errors
+    ///
+    /// The name that is near, when no step of what is left of the run has this one.
+    pub(super) fn set_stop(&self, name: &str) -> Result<(), Option<String>> {
+        if let Some(Pause::Before(ahead)) = &self.lock().waits {
+            stops::check(name, ahead)?;
+        }
+        self.stops.set(name);
+        self.change(|_| {});
+        Ok(())
+    }
+
+    /// Takes a breakpoint away.
+    pub(super) fn clear_stop(&self, name: &str) {
+        self.stops.clear(Some(name));
+        self.change(|_| {});
+    }
+
+    /// Returns the breakpoints, in the order they were set.
+    pub(super) fn stops(&self) -> Vec<String> {
+        self.stops.all()
     }
 
     pub(super) fn task(&self) -> &str {
@@ -224,12 +254,13 @@ impl Lead {
     }
 
     /// Waits at a place where the arm holds still; `None` when the run is to stop.
-    fn wait(&self, at: Pause, doing: String) -> Option<Wish> {
+    fn wait(&self, at: Pause, stop: Option<String>, doing: String) -> Option<Wish> {
         self.live.change(|now| {
             now.written();
             now.doing = doing;
             now.waits = Some(at);
             now.passed = None;
+            now.stop = stop;
             now.wish = None;
         });
         let mut now = self.live.lock();
@@ -245,6 +276,7 @@ impl Lead {
             now = woken.unwrap_or_else(PoisonError::into_inner).0;
         };
         now.waits = None;
+        now.stop = None;
         now.version += 1;
         wish
     }
@@ -261,12 +293,12 @@ pub(super) fn sub_task(ahead: &Ahead) -> Option<&Part> {
 
 impl Conductor for Lead {
     fn before(&mut self, ahead: &Ahead) -> Word {
-        let marked = ahead.mark.as_ref().is_some_and(|mark| mark.holds);
-        if ahead.number <= self.until && !marked {
+        let stop = self.live.stops.hit(ahead);
+        if ahead.number <= self.until && stop.is_none() {
             return Word::Go;
         }
         let doing = format!("waiting before step {} of {}", ahead.number, ahead.of);
-        self.until = match self.wait(Pause::Before(Box::new(ahead.clone())), doing) {
+        self.until = match self.wait(Pause::Before(Box::new(ahead.clone())), stop, doing) {
             None => return Word::Stop,
             Some(Wish::Next) => ahead.number,
             Some(Wish::Over) => sub_task(ahead).map_or(ahead.number, |part| part.last),
@@ -281,7 +313,7 @@ impl Conductor for Lead {
         }
         let number = record.number;
         let doing = format!("waiting after step {number}, which failed");
-        match self.wait(Pause::Failed { number }, doing) {
+        match self.wait(Pause::Failed { number }, None, doing) {
             None => return Word::Stop,
             Some(Wish::Continue) => self.until = usize::MAX,
             // What is done about a failure is stepped too.
@@ -299,7 +331,10 @@ impl Conductor for Lead {
     }
 
     fn passing(&mut self, ahead: &Ahead, why: &str) {
-        if ahead.number > self.until {
+        let stop = self.live.stops.hit(ahead);
+        if ahead.number > self.until || stop.is_some() {
+            // The pause that was wanted is made up for at the next place where it can be.
+            self.until = self.until.min(ahead.number);
             let text = format!("no pause before step {}: {why}", ahead.number);
             self.live.change(|now| now.passed = Some(text));
         }

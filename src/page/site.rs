@@ -147,12 +147,33 @@ impl Site {
                 };
                 live.dial().turn(percent);
             }
+            ("break", _) => {
+                let name = request.sent("step").unwrap_or_default();
+                let name = name.trim();
+                if name.is_empty() {
+                    return Response::text(400, "a breakpoint names a step, such as grasp");
+                }
+                if let Err(near) = live.set_stop(name) {
+                    let near = near.map(|near| format!(": did you mean {near}?"));
+                    let words = format!(
+                        "no step from here on is called {name}{}",
+                        near.unwrap_or_default()
+                    );
+                    return Response::text(400, &words);
+                }
+            }
+            ("clear", _) => live.clear_stop(&request.sent("step").unwrap_or_default()),
             (_, Some(wish)) => {
                 if !live.wish(wish) {
                     return Response::text(409, "the run does not wait now");
                 }
             }
-            _ => return Response::text(400, "say next, over, continue, stop or speed"),
+            _ => {
+                return Response::text(
+                    400,
+                    "say next, over, continue, stop, speed, break or clear",
+                );
+            }
         }
         Response::see_other("/live")
     }

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use crate::execution::conduct::{Ahead, Stated};
 use crate::report::html::escaped;
+use crate::teach::stops::known;
 
 use super::answering::Questions;
 use super::frame::View;
@@ -104,6 +105,9 @@ fn panel(live: &Live, now: &Now, is_open: bool) -> String {
     if !matches!(now.waits, Some(Pause::Before(_))) {
         let _ = writeln!(text, "<p class=\"doing\"><b>{}</b></p>", escaped(&now.doing));
     }
+    if let Some(stop) = &now.stop {
+        let _ = writeln!(text, "<p>Paused at <span class=\"call\">{}</span>.</p>", escaped(stop));
+    }
     if let Some(passed) = &now.passed {
         let _ = writeln!(text, "<p>{}</p>", escaped(passed));
     }
@@ -128,7 +132,8 @@ fn panel(live: &Live, now: &Now, is_open: bool) -> String {
         }
         None => {}
     }
-    words.push(("continue", "continue to the end".to_owned(), "c"));
+    let far = if live.stops().is_empty() { "the end" } else { "the next breakpoint" };
+    words.push(("continue", format!("continue to {far}"), "c"));
     let off = if now.waits.is_none() { " disabled" } else { "" };
     text += "<div class=\"controls\"><form method=\"post\" action=\"/live\" class=\"buttons\">\n";
     for (word, said, key) in words {
@@ -152,6 +157,7 @@ fn panel(live: &Live, now: &Now, is_open: bool) -> String {
          hardware.</b></p>",
         speeds(live.dial().percent())
     );
+    text += &breakpoints(live, now);
     if !now.notes.is_empty() {
         let _ = writeln!(
             text,
@@ -160,6 +166,43 @@ fn panel(live: &Live, now: &Now, is_open: bool) -> String {
         );
     }
     text += "</section>\n";
+    text
+}
+
+/// The breakpoints, one more to be set, and a button to take each away.
+fn breakpoints(live: &Live, now: &Now) -> String {
+    let mut names: Vec<&str> = match &now.waits {
+        Some(Pause::Before(ahead)) => known(ahead),
+        _ => Vec::new(),
+    };
+    // What is called, not where it lies.
+    names.retain(|name| !name.contains(['/', '.', '(']));
+    names.sort_unstable();
+    names.dedup();
+    let options: Vec<String> =
+        names.iter().map(|name| format!("<option value=\"{}\">", escaped(name))).collect();
+    let mut text = format!(
+        "<form method=\"post\" action=\"/live\" class=\"speed\"><input type=\"hidden\" name=\"word\" \
+         value=\"break\"><label for=\"stop-name\">pause before</label> <input id=\"stop-name\" name=\"step\" \
+         list=\"stop-names\" size=\"14\" autocomplete=\"off\" placeholder=\"grasp\" required>\
+         <datalist id=\"stop-names\">{}</datalist> <button class=\"quiet\" id=\"set-stop\">Set a \
+         breakpoint</button></form>\n",
+        options.concat()
+    );
+    let stops = live.stops();
+    if !stops.is_empty() {
+        text += "<form method=\"post\" action=\"/live\" class=\"stops\"><input type=\"hidden\" name=\"word\" \
+                 value=\"clear\">pauses before";
+        for stop in stops {
+            let stop = escaped(&stop);
+            let _ = write!(
+                text,
+                " <button class=\"quiet\" name=\"step\" value=\"{stop}\" title=\"take it away\"><span \
+                 class=\"call\">{stop}</span> <span aria-label=\"take it away\">×</span></button>"
+            );
+        }
+        text += "</form>\n";
+    }
     text
 }
 

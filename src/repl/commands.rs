@@ -40,7 +40,11 @@ pub(super) const COMMANDS: &[Command] = &[
     command("help", "", "this page"),
     command("objects", "", "what is on the table and where"),
     command("tasks", "", "what can be called"),
-    command("graph", "CALL", "the And-Or graph of a call"),
+    command(
+        "graph",
+        "CALL",
+        "the And-Or graph of a call; --energy [RUN]: how well a run fits its own",
+    ),
     command("look", "", "photograph the table again"),
     command("align", "", "fit the three regressions anew"),
     command("step", "CALL|FILE|RUN", "a call step by step; over a run that is kept, nothing moves"),
@@ -52,12 +56,18 @@ pub(super) const COMMANDS: &[Command] = &[
     command("continue", "", "let what is paused go on to the next breakpoint"),
     command("stop", "", "end what is paused; the arm holds its position"),
     command("back", "[STEP]", "look at an earlier step of the last run; the arm does not move"),
+    command(
+        "fork",
+        "STEP [CALL]",
+        "what if, in the twin: the rest after a past step, or another call",
+    ),
+    command("quiz", "[TASK|FLUENT]", "questions over the runs that are kept; nothing moves"),
     command("why", "[FLUENT]", "why the last run went as it did; what a fluent was judged by"),
     command("gap", "[N]", "what the twin lacks, by the last N runs (all of this session)"),
     command("runs", "", "the runs that are kept"),
     command("replay", "RUN [STEP]", "a run again from its record; nothing moves"),
     command("diff", "RUN RUN", "what was different in two runs"),
-    command("twin", "", "lines from now on are for the twin alone"),
+    command("twin", "", "lines from now on are for the twin alone, as things stand now"),
     command("real", "", "lines from now on move the robot again"),
     command("confirm", "all|risky|none", "when to ask before acting"),
     command("phrase", "\"…\" = CALL", "teach a sentence"),
@@ -105,6 +115,8 @@ impl Session<'_, '_> {
             "step" => self.step(rest),
             "break" => self.breakpoint(rest),
             "back" => self.back(rest),
+            "fork" => self.fork(rest),
+            "quiz" => self.quiz(rest),
             "continue" | "stop" => Err(nothing_paused(word)),
             "undo-edit" => self.undo_edit(),
             "why" => self.why(rest),
@@ -139,8 +151,13 @@ impl Session<'_, '_> {
         done: &str,
     ) -> Result<(), Failure> {
         let style = self.style;
-        self.bench
-            .work(move |cell| what(cell).map_err(|error| report::cell_failure(&error, style)))?;
+        let worked = self
+            .bench
+            .work(move |cell| what(cell).map_err(|error| report::cell_failure(&error, style)));
+        if let Err(failure) = &worked {
+            self.look_for_fault(Self::is_fault(failure));
+        }
+        worked?;
         self.style.say(done);
         Ok(())
     }
@@ -164,6 +181,9 @@ impl Session<'_, '_> {
             return Err(Failure::input("repl::graph", "`:graph` takes a call")
                 .help("type one, such as `:graph pour(jar, cup)`"));
         }
+        if let Some(wanted) = call.strip_prefix("--energy") {
+            return self.energy(wanted.trim());
+        }
         let call = self.values.fill(call).unwrap_or_else(|| call.to_owned());
         let Some(Step::Act(act)) = self.read(&call) else { return Ok(()) };
         let style = self.style;
@@ -171,19 +191,6 @@ impl Session<'_, '_> {
         let graph = graph.map_err(|error| report::cell_failure(&error, style))?;
         let learnt = outline::Learnt::default();
         style.say(outline::outline(&graph, &learnt).trim_end());
-        Ok(())
-    }
-
-    fn take_twin(&mut self) -> Result<(), Failure> {
-        if self.robot == "twin" {
-            self.style.say("lines are for the twin already");
-            return Ok(());
-        }
-        let twin = (self.hands.open)("twin")?;
-        self.aside = Some(self.bench.exchange(twin)?);
-        self.robot = "twin".into();
-        self.style
-            .say("lines are for the twin alone now; it begins with the table as the scene says");
         Ok(())
     }
 

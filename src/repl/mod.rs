@@ -8,8 +8,10 @@ mod calc;
 mod commands;
 mod complete;
 mod edits;
+mod lease;
 mod paint;
 mod paste;
+mod quiz;
 mod records;
 mod sentences;
 mod step;
@@ -27,20 +29,28 @@ use crate::language::ast::{ExprKind, Step};
 use crate::language::{self, Diagnostic, Library, Source, text};
 use crate::report::{self, Failure, Style};
 use crate::teach::stops::Stops;
-use crate::workcell::{Run, WorkCell};
+use crate::workcell::check::check_step;
+use crate::workcell::{Run, Stdlib, WorkCell};
 use calc::Calculator;
 use complete::Helper;
-use edits::Edits;
 use sentences::{Confirm, Pending, Taught};
 use typist::{Pipe, Terminal, Typed, Typist};
 use values::Values;
 use work::Bench;
+
+pub use edits::Edits;
+
+/// Proposes a call for a sentence that no template fits, by the texts and a scene's name; `None` when there
+/// is no call for it.
+pub type Propose = dyn Fn(&str, &Library, &str) -> Result<Option<String>, Failure> + Sync;
 
 /// What the prompt can have done for it.
 #[derive(Clone, Copy)]
 pub struct Hands<'a> {
     /// Carries out one step typed at the prompt.
     pub perform: &'a (dyn Fn(&mut WorkCell, &Step) -> Result<Run, Failure> + Sync),
+    /// Asks a model what a sentence means, when one was named.
+    pub propose: Option<&'a Propose>,
     /// Says what the twin lacks by the runs in these folders.
     pub gap: &'a (dyn Fn(&[PathBuf]) -> Result<(), Failure> + Sync),
     /// Opens the cell of another robot: `twin`, or the one that is meant by `real`.
@@ -64,6 +74,7 @@ struct Session<'scope, 'env> {
     aside: Option<WorkCell>,
     /// The texts, for what needs no device.
     library: Library,
+    stdlib: Stdlib,
     scope: language::Scope,
     style: Style,
     hands: Hands<'env>,
@@ -85,6 +96,11 @@ struct Session<'scope, 'env> {
     looking: Option<usize>,
     /// What was changed in files, to be undone.
     edits: Edits,
+    /// A line that came while a run was being stopped: it is the prompt's.
+    held_back: Option<String>,
+    clock: fn() -> f64,
+    /// When something was typed last, s of that clock.
+    last_word: f64,
 }
 
 /// What came of the last call.
@@ -150,12 +166,13 @@ impl<'scope, 'env> Session<'scope, 'env> {
         scope: &'scope Scope<'scope, 'env>,
     ) -> Self {
         let library = cell.library().clone();
-        let cancel = cell.cancel();
+        let (cancel, clock) = (cell.cancel(), cell.clock());
         Self {
             robot: cell.robot_name().to_owned(),
             aside: None,
             scope: library.scope(&cell.scene().name),
             library,
+            stdlib: cell.stdlib().clone(),
             bench: Bench::new(cell, scope, hands.presses),
             style,
             hands,
@@ -170,7 +187,10 @@ impl<'scope, 'env> Session<'scope, 'env> {
             typist,
             stops: Stops::default(),
             looking: None,
-            edits: Edits::default(),
+            edits: Edits::new(hands.home),
+            held_back: None,
+            clock,
+            last_word: clock(),
         }
     }
 
@@ -180,7 +200,11 @@ impl<'scope, 'env> Session<'scope, 'env> {
             self.style.say(self.greeting());
         }
         loop {
-            match self.typist.next(&self.prompt())? {
+            let typed = match self.held_back.take() {
+                Some(line) => Typed::Statement(line),
+                None => self.typist.next(&self.prompt())?,
+            };
+            match typed {
                 Typed::Statement(statement) => {
                     if self.survive(&statement) == Next::Quit {
                         return Ok(());
@@ -226,6 +250,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
     /// Does one statement. A panic costs that statement and nothing else.
     fn survive(&mut self, statement: &str) -> Next {
         let done = catch_unwind(AssertUnwindSafe(|| self.line(statement)));
+        self.last_word = (self.clock)();
         done.unwrap_or_else(|panic| {
             self.style.failure(&work::panicked(panic.as_ref()));
             Next::Prompt
@@ -240,6 +265,11 @@ impl<'scope, 'env> Session<'scope, 'env> {
         if let Some(name) = line.strip_prefix('?') {
             // A question about something leaves an open one open.
             self.tell_about(name.trim());
+            return Next::Prompt;
+        }
+        if self.is_idle() && !line.starts_with(':') {
+            self.pending = None;
+            self.style.say("the line was left undone");
             return Next::Prompt;
         }
         if let Some(pending) = self.pending.take()
@@ -347,7 +377,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
         let source = Source::new("prompt", line);
         let (step, mut wrong) = language::parse_line(line);
         if let Some(step) = step.as_ref().filter(|_| wrong.is_empty()) {
-            wrong = self.library.check_step(step, &source, &self.scope);
+            wrong = check_step(step, &source, &self.library, &self.stdlib, &self.scope);
         }
         for diagnostic in &wrong {
             report::complain(report::diagnostic(diagnostic, &source, self.style).trim_end());
@@ -374,6 +404,10 @@ impl<'scope, 'env> Session<'scope, 'env> {
     /// Remembers what came of a call, and tells it when it is a failure.
     fn remember(&mut self, done: Result<Run, Failure>, meant: &str) {
         self.looking = None;
+        let is_fault = match &done {
+            Ok(run) => run.device_help.is_some(),
+            Err(failure) => Self::is_fault(failure),
+        };
         match done {
             Ok(run) => {
                 self.runs.extend(run.run_dir.as_ref().map(PathBuf::from));
@@ -385,23 +419,19 @@ impl<'scope, 'env> Session<'scope, 'env> {
                 self.last = Some(Last::Failure(failure));
             }
         }
+        self.look_for_fault(is_fault);
     }
 
     fn tell_about(&self, name: &str) {
         let library = &self.library;
-        let told = report::documentation(library, name)
-            .or_else(|| language::assist::describe(library, &self.scope, name));
-        if let Some(text) = told {
+        if let Some(text) = language::assist::describe(library, &self.scope, name) {
             return self.style.say(text);
         }
-        let tasks = library.tasks().map(|(task, _)| task.name.text.as_str());
-        let actions = library.actions().map(|(action, _)| action.name.text.as_str());
-        let fluents = library.fluents().map(|(fluent, _)| fluent.name.text.as_str());
         let failure = match name {
             "" => Failure::input("repl::unknown", "`?` takes a name, such as `?pour`"),
             name => Failure::input("repl::unknown", format!("nothing here is called `{name}`")),
         };
-        let near = language::nearest(name, tasks.chain(actions).chain(fluents));
+        let near = language::assist::nearest_name(library, &self.scope, name);
         self.style.failure(&match near {
             Some(near) => failure.help(format!("did you mean `?{near}`?")),
             None => failure.help("`:tasks` lists what can be called"),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::language::ast::Step;
-use crate::report::{self, Failure};
+use crate::report::{self, Failure, kept};
 use crate::workcell::Run;
 use crate::workcell::archive::{self, Entry};
 
@@ -13,42 +13,21 @@ use super::{Last, Session};
 const MOST: usize = 20;
 
 impl Session<'_, '_> {
-    fn entries(&self) -> Vec<Entry> {
+    pub(super) fn entries(&self) -> Vec<Entry> {
         archive::entries(self.hands.record)
     }
 
     /// Returns the run of that number or folder.
     pub(super) fn entry(&self, wanted: &str) -> Result<Entry, Failure> {
-        let entries = self.entries();
-        let found =
-            entries.iter().find(|entry| wanted.parse() == Ok(entry.number) || entry.name == wanted);
-        found.cloned().ok_or_else(|| {
-            let failure = Failure::input("repl::run", format!("there is no run `{wanted}`"));
-            match entries.len() {
-                0 => failure.help("nothing has run yet"),
-                n => failure.help(format!("runs are numbered 1 to {n}; `:runs` lists them")),
-            }
-        })
+        kept::entry(self.hands.record, wanted)
     }
 
     pub(super) fn load(&self, entry: &Entry) -> Result<Run, Failure> {
-        entry.load().map_err(|error| report::cell_failure(&error, self.style))
+        kept::load(entry, self.style)
     }
 
     pub(super) fn list_runs(&self) {
-        let entries = self.entries();
-        if entries.is_empty() {
-            return self
-                .style
-                .say(format!("no run is kept in {} yet", self.hands.record.display()));
-        }
-        let first = entries.len().saturating_sub(MOST);
-        let runs: Vec<_> = entries
-            .into_iter()
-            .skip(first)
-            .map(|entry| (entry.clone(), entry.load().ok()))
-            .collect();
-        self.style.say(report::record::list(&runs));
+        self.style.say(kept::list(self.hands.record, Some(MOST)).words);
     }
 
     pub(super) fn replay(&self, rest: &str) -> Result<(), Failure> {
@@ -71,6 +50,53 @@ impl Session<'_, '_> {
         Ok(())
     }
 
+    /// `:fork STEP [CALL]`: what if, from a past step of the last run of this session, else of the newest that
+    /// is kept.
+    pub(super) fn fork(&mut self, rest: &str) -> Result<(), Failure> {
+        let (step, call) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+        let after: usize = step.parse().map_err(|_| {
+            Failure::input("repl::fork", "`:fork` takes a step, and a call if you like").help(
+                "`:fork 3` rehearses what came after step 3; `:fork 3 place(jar)` something else",
+            )
+        })?;
+        let run = match (&self.last, self.entries().last()) {
+            (Some(Last::Run(run)), _) => (**run).clone(),
+            (_, Some(newest)) => {
+                let mut run = self.load(newest)?;
+                // Where it is now, wherever it was made.
+                run.run_dir = Some(newest.dir.display().to_string());
+                self.style.say(format!("run {} ({}):", newest.number, newest.name));
+                run
+            }
+            (_, None) => return Err(Failure::input("repl::fork", "nothing has run yet")),
+        };
+        let call = call.trim();
+        let call = self.values.fill(call).unwrap_or_else(|| call.to_owned());
+        let call = if call.is_empty() {
+            None
+        } else {
+            match self.read(&call) {
+                Some(Step::Act(act)) => Some(act.call),
+                Some(_) => {
+                    let words = format!("`{call}` is no single call");
+                    return Err(Failure::input("repl::fork", words).help("`:fork 3 place(jar)`"));
+                }
+                None => return Ok(()),
+            }
+        };
+        let style = self.style;
+        let fork = self.bench.work(move |cell| {
+            cell.fork(&run, after, call.as_ref())
+                .map_err(|error| report::cell_failure(&error, style))
+        })?;
+        if style.json {
+            style.document(&fork);
+        } else {
+            style.say(report::fork::told(&fork, style));
+        }
+        Ok(())
+    }
+
     pub(super) fn diff(&self, rest: &str) -> Result<(), Failure> {
         let words: Vec<&str> = rest.split_whitespace().collect();
         let [a, b] = words[..] else {
@@ -79,7 +105,27 @@ impl Session<'_, '_> {
         };
         let (a, b) = (self.entry(a)?, self.entry(b)?);
         let (first, second) = (self.load(&a)?, self.load(&b)?);
-        self.style.say(report::record::difference((a.number, &first), (b.number, &second)));
+        self.style
+            .say(report::record::difference((a.number, &first), (b.number, &second)).join("\n"));
+        Ok(())
+    }
+
+    /// `:graph --energy [RUN]`: of the last run when none is named.
+    pub(super) fn energy(&self, wanted: &str) -> Result<(), Failure> {
+        let entry = if wanted.is_empty() {
+            archive::entries(self.hands.record).pop().ok_or_else(|| {
+                Failure::input("repl::graph", "nothing has run yet")
+                    .help("a run has an energy, a plan has none")
+            })?
+        } else {
+            self.entry(wanted)?
+        };
+        let run = self.load(&entry)?;
+        let name = format!("run {}, {}", entry.number, run.task);
+        match report::energy::of(&run) {
+            Some(energy) => self.style.say(report::energy::words(&name, &energy)),
+            None => self.style.say(format!("{name}: nothing was carried out")),
+        }
         Ok(())
     }
 
@@ -91,7 +137,7 @@ impl Session<'_, '_> {
             self.style.failure(failure);
             return Ok(());
         }
-        let entries = self.entries();
+        let entries = archive::entries(self.hands.record);
         let (run, number) = match &self.last {
             Some(Last::Run(run)) => {
                 let dir = run.run_dir.as_deref().map(Path::new);

@@ -189,11 +189,28 @@ impl Session<'_, '_> {
             }
             Meaning::Impossible { .. } => self.style.say(told),
             Meaning::Unknown { help } => {
+                if self.proposed(said)? {
+                    return Ok(());
+                }
                 let words = "this is no call, and no task has a sentence like it";
                 return Err(Failure::input("repl::sentence", words).help(help));
             }
         }
         Ok(())
+    }
+
+    /// Has a model propose a call for a sentence; whether it is carried out is asked in any case.
+    fn proposed(&mut self, said: &str) -> Result<bool, Failure> {
+        let Some(propose) = self.hands.propose else { return Ok(false) };
+        let cell = self.bench.cell()?;
+        let Some(call) = propose(said, cell.library(), &cell.scene().name)? else {
+            return Ok(false);
+        };
+        let Some(step) = parse_line(&call).0 else { return Ok(false) };
+        self.style.say(report::sentence::proposed(&call));
+        self.style.say(format!("carry it out with the {}? y or n", self.robot));
+        self.pending = Some(Pending::Run(Box::new(step), call));
+        Ok(true)
     }
 
     /// Carries out a step, after asking when the person wants to be asked.

@@ -15,6 +15,7 @@ use crate::report::{self, Failure};
 use crate::teach::record;
 use crate::teach::stepper::{Setup, Stepper};
 use crate::teach::words;
+use crate::workcell::check::check_step;
 use crate::workcell::{Ending, Run, archive};
 
 use super::typist::Typed;
@@ -43,6 +44,7 @@ impl Session<'_, '_> {
         let (place, earlier) = (self.place(), self.earlier(&step));
         let (style, perform) = (self.style, self.hands.perform);
         let what = text::step(&step);
+        let cancel = self.bench.cell()?.cancel();
         let begun = self.bench.begin(move |cell| {
             let cancel = cell.cancel();
             let teller = Teller::new(style, place, earlier, move |prompt| {
@@ -66,22 +68,22 @@ impl Session<'_, '_> {
             if let Some(done) = self.bench.wait(&begun) {
                 return done;
             }
-            self.answer(&asks, &what);
+            self.answer(&asks, &what, &|| cancel.is_cancelled());
         }
     }
 
     /// Gives a run that waits for a word the next one that is meant for it.
-    fn answer(&mut self, asks: &Receiver<Asked>, what: &str) {
+    fn answer(&mut self, asks: &Receiver<Asked>, what: &str, is_stopped: &dyn Fn() -> bool) {
         let Ok((prompt, answer)) = asks.try_recv() else { return };
         self.bench.pause(Some(what.to_owned()));
-        let line = self.word(&prompt);
+        let line = self.word(&prompt, is_stopped);
         self.bench.pause(None);
         // Whoever asked has been stopped meanwhile, at the latest by this.
         let _ = answer.send(line);
     }
 
     /// Reads lines until one is a word of stepping; does the others. `None` ends the run.
-    fn word(&mut self, prompt: &str) -> Option<String> {
+    fn word(&mut self, prompt: &str, is_stopped: &dyn Fn() -> bool) -> Option<String> {
         loop {
             self.typist.stepping(true);
             let typed = self.typist.next(prompt);
@@ -94,6 +96,11 @@ impl Session<'_, '_> {
                     return None;
                 }
             };
+            if is_stopped() {
+                // Ctrl-C came while it was waited for: the line is not for what has been stopped.
+                self.held_back = Some(line);
+                return None;
+            }
             let is_remark = line.trim_start().starts_with("//");
             let is_for_prompt = line.trim_start().starts_with(['?', '!', ':'])
                 || line.contains('(')
@@ -166,7 +173,7 @@ impl Session<'_, '_> {
             }
         }
         if wrong.is_empty() {
-            let check = |step| self.library.check_step(step, &source, &self.scope);
+            let check = |step| check_step(step, &source, &self.library, &self.stdlib, &self.scope);
             wrong = steps.iter().flat_map(check).collect();
         }
         if wrong.iter().any(Diagnostic::is_error) {
@@ -198,6 +205,9 @@ impl Session<'_, '_> {
             dial: None,
         };
         let (ask, asks) = channel::<Asked>();
+        let cancel = self.bench.cell()?.cancel();
+        // A wish to stop was about an earlier line.
+        cancel.clear();
         let (style, place) = (self.style, self.place());
         let steps = record::steps(&run.steps, &run.parse_graphs);
         let (task, dir) = (run.task.clone(), entry.dir.clone());
@@ -214,7 +224,7 @@ impl Session<'_, '_> {
             // Ends when the walk has, which drops the other side.
             while let Ok((prompt, answer)) = asks.recv() {
                 self.bench.pause(Some(name.clone()));
-                let _ = answer.send(self.word(&prompt));
+                let _ = answer.send(self.word(&prompt, &|| cancel.is_cancelled()));
                 self.bench.pause(None);
             }
             let _ = walk.join();

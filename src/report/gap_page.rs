@@ -19,8 +19,8 @@ const CHANNELS: usize = 8;
 /// Most points of a curve; more would not show.
 const POINTS: usize = 900;
 
-/// Returns the page.
-pub fn page(investigation: &Investigation) -> String {
+/// Returns the page; `after` is what follows the plots, as HTML.
+pub fn page(investigation: &Investigation, after: &str) -> String {
     let finding = &investigation.finding;
     let plain = Style { json: false, quiet: false, colour: false, bars: false };
     let words = escaped(gap::people(finding, plain).trim_end());
@@ -38,7 +38,7 @@ pub fn page(investigation: &Investigation) -> String {
          --held:#1d2a1c}}}}\n</style>\n<h1>{}</h1>\n<pre class=\"columns\">{words}</pre>\n\
          <p class=\"key\">Measured minus model, <b style=\"color:var(--before)\">before (dotted)</b> and \
          <b style=\"color:var(--after)\">after (solid)</b>; the grey band is twice the noise, shaded is \
-         held out.</p>\n{plots}",
+         held out.</p>\n{plots}{after}",
         escaped(&finding.reason)
     );
     html::document("gap", &body)
@@ -113,7 +113,7 @@ mod tests {
             smallest_visible: Vec::new(),
             notes: Vec::new(),
         };
-        let page = page(&Investigation { finding, traces: Vec::new(), experiment: None });
+        let page = page(&Investigation { finding, traces: Vec::new(), experiment: None }, "");
         assert!(page.contains("a &lt; b") && !page.contains("http"));
     }
 }

@@ -4,14 +4,21 @@
 //! what would help. Colour only repeats what the words say, and is left out for `NO_COLOR` and pipes.
 
 mod numbers;
+pub mod changes;
+pub mod energy;
+pub mod fork;
 pub mod gap;
 pub mod gap_page;
+pub mod grid;
 pub mod html;
+pub mod kept;
 pub mod record;
 pub mod run;
 pub mod run_page;
 pub mod sentence;
 pub mod teach;
+pub mod trials;
+pub mod vqa;
 pub mod why;
 
 use std::fmt::Write as _;
@@ -22,8 +29,8 @@ use serde_json::{Value, json};
 use crate::alignment::vision::Sighting;
 use crate::execution::stage::ActionError;
 use crate::graph;
-use crate::language::ast::{Conditions, Param};
-use crate::language::{self, Diagnostic, Library, Source, text};
+use crate::language::ast::Param;
+use crate::language::{self, Diagnostic, Library, Source};
 use crate::workcell;
 use crate::world::{Scene, WorldState};
 
@@ -301,6 +308,11 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         Error::Record { path, .. } => Failure::input("io::run", words)
             .at(path.display().to_string())
             .help("a run folder has a `run.json`, written by `trueup run` or at the prompt"),
+        Error::Model { endpoint, .. } => Failure::unavailable("vqa::unavailable", words)
+            .at(endpoint.clone())
+            .help("is the server running, and does the address end in `/v1`? nothing has moved"),
+        Error::WhatIf(_) => Failure::input("run::what_if", words)
+            .help("`:runs` lists the runs, `:replay RUN` shows the steps of one"),
         Error::NothingToDo => Failure::input("run::empty", words),
         Error::Action(action) => match action {
             ActionError::Stopped | ActionError::Limit(_) => Failure::stopped(words),
@@ -365,53 +377,6 @@ pub fn objects(scene: &Scene, state: &WorldState) -> String {
 
 /// Words the head of a task or an action with the first sentence of its documentation.
 pub fn signature(name: &str, params: &[Param], doc: &[String]) -> String {
-    let params: Vec<String> = params
-        .iter()
-        .map(|param| {
-            let default = param.default.as_ref().map(|d| format!(" = {}", text::expr(d)));
-            format!("{}: {}{}", param.name.text, param.ty.text, default.unwrap_or_default())
-        })
-        .collect();
     let summary = doc.first().map_or("", |line| line.trim());
-    format!("{name}({})\n  {summary}", params.join(", "))
-}
-
-/// Words all there is to say about a task, an action or a fluent; `None` when there is none of the name.
-pub fn documentation(library: &Library, name: &str) -> Option<String> {
-    let conditions = |conditions: &Conditions| {
-        let mut lines = String::new();
-        let kinds = [
-            ("needs", &conditions.needs),
-            ("keeps", &conditions.keeps),
-            ("gives", &conditions.gives),
-        ];
-        for (word, exprs) in kinds {
-            for expr in exprs {
-                let _ = write!(lines, "\n  {word}  {}", text::expr(expr));
-            }
-        }
-        lines
-    };
-    if let Some((task, source)) = library.task(name) {
-        let head = signature(name, &task.params, &task.doc);
-        let mut say = String::new();
-        for sentence in task.say.iter().map(|say| &say.text) {
-            let _ = write!(say, "\n  say    \"{sentence}\"");
-        }
-        let place = source.place(task.name.span);
-        return Some(format!("{head}{}{say}\n  {place}", conditions(&task.conditions)));
-    }
-    if let Some((action, source)) = library.action(name) {
-        let head = signature(name, &action.params, &action.doc);
-        let run = action.script.as_ref().map(|(file, _)| format!("\n  run    {file}"));
-        let place = source.place(action.name.span);
-        let run = run.unwrap_or_default();
-        return Some(format!("{head}{}{run}\n  {place}", conditions(&action.conditions)));
-    }
-    let (fluent, source) = library.fluent(name)?;
-    let head = signature(name, &fluent.params, &fluent.doc);
-    let ask =
-        fluent.ask.as_ref().map(|ask| format!("\n  ask    \"{}\"", ask.text)).unwrap_or_default();
-    let place = source.place(fluent.name.span);
-    Some(format!("{head}\n  is     {}{ask}\n  {place}", text::expr(&fluent.body)))
+    format!("{}\n  {summary}", language::assist::signature(name, params))
 }

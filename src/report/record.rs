@@ -39,7 +39,7 @@ pub fn list(runs: &[(Entry, Option<Run>)]) -> String {
     text
 }
 
-fn ended(ending: Ending) -> &'static str {
+pub(super) fn ended(ending: Ending) -> &'static str {
     match ending {
         Ending::Success => "done",
         Ending::Failure => "failed",
@@ -113,74 +113,50 @@ fn truth(truth: Option<bool>) -> &'static str {
     }
 }
 
-/// Words what is different in two runs: the branches first, then steps that one has and the other has
-/// not, then what was true in one and not in the other, then the margins that moved most.
-pub fn difference((a, first): (usize, &Run), (b, second): (usize, &Run)) -> String {
-    let mut text = format!(
-        "run {a}: {} {}, {} steps\nrun {b}: {} {}, {} steps",
-        first.task,
-        ended(first.outcome),
-        first.steps.len(),
-        second.task,
-        ended(second.outcome),
-        second.steps.len()
-    );
-    let head = text.len();
-    branches(first, second, &mut text);
-    let pairs = matched(first, second);
-    alone((a, first), second, &mut text);
-    alone((b, second), first, &mut text);
+/// Words what is different in two runs, line by line: the two runs, the branches first, then steps that one has
+/// and the other has not, then what was true in one and not in the other, then the margins that moved most.
+pub fn difference((a, first): (usize, &Run), (b, second): (usize, &Run)) -> Vec<String> {
+    let head = |number: usize, run: &Run| {
+        format!("run {number}: {} {}, {} steps", run.task, ended(run.outcome), run.steps.len())
+    };
+    let heads = [head(a, first), head(b, second)];
+    let mut lines = branches(first, second);
+    lines.extend(alone((a, first), second));
+    lines.extend(alone((b, second), first));
     let mut moved = Vec::new();
-    for (one, other) in &pairs {
+    for (one, other) in matched(first, second) {
+        let step = format!("step {} {}", one.number, one.action);
         if one.outcome != other.outcome {
-            let _ = write!(
-                text,
-                "\nstep {} {}: {} in run {a}, {} in run {b}",
-                one.number,
-                one.action,
-                outcome(one.outcome),
-                outcome(other.outcome)
-            );
+            let (here, there) = (outcome(one.outcome), outcome(other.outcome));
+            lines.push(format!("{step}: {here} in run {a}, {there} in run {b}"));
         }
         for row in &one.fluents {
             let Some(there) = other.fluents.iter().find(|r| r.name == row.name) else { continue };
             if row.measured != there.measured {
-                let _ = write!(
-                    text,
-                    "\nafter step {} {}: {} {}{} in run {a}, {}{} in run {b}",
-                    one.number,
-                    one.action,
-                    row.name,
-                    truth(row.measured),
-                    margin(row),
-                    truth(there.measured),
-                    margin(there)
-                );
+                let said = |row: &FluentRow| format!("{}{}", truth(row.measured), margin(row));
+                let (here, there) = (said(row), said(there));
+                lines.push(format!(
+                    "after {step}: {} {here} in run {a}, {there} in run {b}",
+                    row.name
+                ));
             } else if let Some(by) = shift(row, there) {
-                moved.push((by, *one, row, there));
+                let (here, there) = (margin(row), margin(there));
+                let line =
+                    format!("  {} after {step}:{here} in run {a},{there} in run {b}", row.name);
+                moved.push((by, line));
             }
         }
     }
-    if text.len() == head {
-        text += "\nthe same branches, the same steps, and the same is true after each";
+    if lines.is_empty() {
+        lines.push("the same branches, the same steps, and the same is true after each".into());
     }
     // Margins of different units are ranked by how far they moved beside their own size.
     moved.sort_by(|x, y| y.0.total_cmp(&x.0));
     if !moved.is_empty() {
-        text += "\nmargins that moved most:";
+        lines.push("margins that moved most:".into());
     }
-    for (_, step, row, there) in moved.iter().take(MOST_MOVED) {
-        let _ = write!(
-            text,
-            "\n  {} after step {} {}:{} in run {a},{} in run {b}",
-            row.name,
-            step.number,
-            step.action,
-            margin(row),
-            margin(there)
-        );
-    }
-    text
+    lines.extend(moved.into_iter().take(MOST_MOVED).map(|(_, line)| line));
+    heads.into_iter().chain(lines).collect()
 }
 
 fn outcome(outcome: Outcome) -> &'static str {
@@ -205,17 +181,15 @@ fn shift(row: &FluentRow, there: &FluentRow) -> Option<f64> {
     is_news.then(|| by / size)
 }
 
-fn branches(first: &Run, second: &Run, text: &mut String) {
+fn branches(first: &Run, second: &Run) -> Vec<String> {
     let (Some(one), Some(other)) = (first.parse_graphs.last(), second.parse_graphs.last()) else {
-        return;
+        return Vec::new();
     };
-    for choice in &one.choices {
-        if let Some(there) = other.branch(&choice.node)
-            && there != choice.branch
-        {
-            let _ = write!(text, "\nbranch at {}: {} and {there}", choice.node, choice.branch);
-        }
-    }
+    let each = one.choices.iter().filter_map(|choice| {
+        let there = other.branch(&choice.node).filter(|there| *there != choice.branch)?;
+        Some(format!("branch at {}: {} and {there}", choice.node, choice.branch))
+    });
+    each.collect()
 }
 
 /// The steps that both have, by path and by how often it was met before.
@@ -228,11 +202,8 @@ fn matched<'a>(first: &'a Run, second: &'a Run) -> Vec<(&'a StepRecord, &'a Step
     pairs.collect()
 }
 
-fn alone((number, run): (usize, &Run), other: &Run, text: &mut String) {
+fn alone((number, run): (usize, &Run), other: &Run) -> Vec<String> {
     let with = matched(run, other);
-    for step in &run.steps {
-        if with.iter().all(|(mine, _)| mine.number != step.number) {
-            let _ = write!(text, "\nonly in run {number}: step {} {}", step.number, step.action);
-        }
-    }
+    let only = run.steps.iter().filter(|s| with.iter().all(|(mine, _)| mine.number != s.number));
+    only.map(|step| format!("only in run {number}: step {} {}", step.number, step.action)).collect()
 }

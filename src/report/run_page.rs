@@ -97,16 +97,29 @@ fn step(
     *text += &html::fluents(&record.fluents, before, &|_| None);
     if !questions.is_empty() {
         *text += "<h2>Questions, answered by geometry</h2>\n<div class=\"scroll\"><table><thead><tr>\
-                  <th scope=\"col\">question<th scope=\"col\">twin<th scope=\"col\">measured</tr></thead>\n\
-                  <tbody>\n";
+                  <th scope=\"col\">question<th scope=\"col\">twin<th scope=\"col\">measured";
+        let has_model = questions.iter().any(|answer| !answer.by.is_empty());
+        if has_model {
+            *text += "<th scope=\"col\">by a model";
+        }
+        *text += "</tr></thead>\n<tbody>\n";
         for answer in questions {
-            let _ = writeln!(
+            let _ = write!(
                 text,
-                "<tr><th scope=\"row\">{}<td>{}<td>{}</tr>",
+                "<tr><th scope=\"row\">{}<td>{}<td>{}",
                 escaped(&answer.question),
                 html::truth(answer.twin),
                 html::truth(answer.measured)
             );
+            if has_model {
+                let said = answer.by.iter().map(|reply| {
+                    let why = reply.why.as_ref().or(reply.evidence.as_ref());
+                    let why = why.map(|why| format!(" ({why})")).unwrap_or_default();
+                    escaped(&format!("{}: {}{why}", reply.on.name(), reply.answer.name()))
+                });
+                let _ = write!(text, "<td>{}", said.collect::<Vec<_>>().join("<br>"));
+            }
+            *text += "</tr>\n";
         }
         *text += "</tbody></table></div>\n";
     }

@@ -23,6 +23,13 @@ pub fn told(meaning: &Meaning) -> String {
     }
 }
 
+/// Words a call that a model proposed.
+pub fn proposed(call: &str) -> String {
+    format!(
+        "= {call}\n  proposed by the model, since no task has a sentence like it; nothing is done by itself"
+    )
+}
+
 fn understood(found: &Understood) -> String {
     let mut text = format!("= {}", found.text);
     for (slot, said, value) in &found.slots {

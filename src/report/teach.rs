@@ -7,7 +7,7 @@ use serde_json::json;
 use crate::execution::conduct::{Ahead, Part, Stated};
 use crate::execution::trace::{FluentRow, StepRecord};
 use crate::teach::answers::{Answer, Answered};
-use crate::teach::stepper::{Front, Shown};
+use crate::teach::shown::{Front, Shown};
 use crate::teach::words::{WORDS, Wrong};
 use crate::workcell::Run;
 
@@ -46,8 +46,22 @@ impl<A: FnMut(&str) -> Option<String> + Send> Teller<A> {
                 text
             }
             Shown::Inside { task: Some(task), ahead } => inside(task, ahead),
-            Shown::Inside { task: None, ahead } => {
-                format!("{} is a single step; next carries it out", ahead.action)
+            Shown::Inside { task: None, ahead } => match &ahead.script {
+                Some(_) => "a line of a script is carried out as a whole; next does".to_owned(),
+                None => format!("{} is a single step without a script; next does it", ahead.action),
+            },
+            Shown::Line { line, stop, .. } => {
+                let head = format!("{}  {}", line.place(), line.text);
+                let paused = stop.as_ref().map(|stop| format!("\n  paused at `{stop}`"));
+                format!("{head}{}\n  {}", paused.unwrap_or_default(), line.does)
+            }
+            Shown::PassingLine { line, why, .. } => format!(
+                "{} {} begins without a pause: {why}; the next pause is where the arm can be left",
+                line.place(),
+                line.text
+            ),
+            Shown::NoLines { ahead } => {
+                format!("the record of {} holds no lines of its script", ahead.action)
             }
             Shown::Passing { ahead, why } => format!(
                 "step {} {} begins without a pause: {why}; the next pause is where the arm can be left",
@@ -59,7 +73,7 @@ impl<A: FnMut(&str) -> Option<String> + Send> Teller<A> {
             Shown::Done { record, before } => {
                 run::step(record, before, style).trim_end().to_owned()
             }
-            Shown::Compared { answered } => compared(answered, style),
+            Shown::Compared { answered } => compared(answered, "; `hint` tells more", style),
             Shown::Failed { record, is_over: true } => {
                 format!("step {} failed; Enter shows what was done about that", record.number)
             }
@@ -243,8 +257,8 @@ fn inside(task: &Part, ahead: &Ahead) -> String {
     text
 }
 
-/// What a person said beside what geometry says, with the margin.
-fn compared(answered: &Answered, style: Style) -> String {
+/// What a person said beside what geometry says, with the margin; `more` ends it where they differ.
+pub fn compared(answered: &Answered, more: &str, style: Style) -> String {
     let margin = answered.margin.as_ref().map(people);
     let std = answered.std.as_ref().map(|std| format!(" ± {}", why::unsigned(std)));
     let by = match (margin, answered.geometry) {
@@ -260,7 +274,7 @@ fn compared(answered: &Answered, style: Style) -> String {
         Answer::CannotTell => String::new(),
         twin => format!("; the twin has it {}", twin.words()),
     };
-    let text = format!("{name}: you said {said}, geometry says {is}{by}{twin}; `hint` tells more");
+    let text = format!("{name}: you said {said}, geometry says {is}{by}{twin}{more}");
     style.red(&text)
 }
 

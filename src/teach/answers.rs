@@ -1,20 +1,29 @@
 //! What people answer to the questions of a run, in a file that only grows, and how often they were right.
 //!
 //! A trainee's answer is kept as `person:trainee`: it is no measurement and no expert's label, and nothing
-//! but progress is worked out from it. Beside each answer stands what geometry said of the same fluent after
+//! but progress is worked out from it. An expert's is kept as `person:expert` and is the truth that others
+//! are judged by (`trueup vqa eval`). Beside each answer stands what geometry said of the same fluent after
 //! the same step. One JSON object a line; a line that cannot be read is passed over and counted.
 
 use std::collections::BTreeMap;
-use std::fs::{self, OpenOptions};
-use std::io::{self, Write as _};
+use std::io;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use crate::execution::trace::{FluentRow, Measure, StepRecord};
+use crate::lines;
+use crate::vqa::On;
 
 /// Who is being taught.
 pub const TRAINEE: &str = "person:trainee";
+/// Whose answers are the truth.
+pub const EXPERT: &str = "person:expert";
+
+/// Whether answers under this name are an expert's: [`EXPERT`], or `person:expert:anna`.
+pub fn is_expert(by: &str) -> bool {
+    by.strip_prefix(EXPERT).is_some_and(|rest| rest.is_empty() || rest.starts_with(':'))
+}
 
 /// What a person says of a fluent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -73,6 +82,9 @@ pub struct Answered {
     pub fluent: String,
     /// The question as the person read it.
     pub question: String,
+    /// Which picture it was asked about.
+    #[serde(default)]
+    pub on: On,
     /// What the person said, before geometry's answer was shown.
     pub answer: Answer,
     /// What geometry said, as measured.
@@ -103,6 +115,7 @@ impl Answered {
             path: step.path.clone(),
             fluent: row.name.clone(),
             question: row.ask.clone()?,
+            on: On::Real,
             answer,
             geometry: Answer::of(row.measured),
             twin: Answer::of(row.twin),
@@ -123,12 +136,7 @@ impl Answered {
 ///
 /// What the file system says.
 pub fn append(path: &Path, answered: &Answered) -> io::Result<()> {
-    if let Some(dir) = path.parent().filter(|dir| !dir.as_os_str().is_empty()) {
-        fs::create_dir_all(dir)?;
-    }
-    let line = serde_json::to_string(answered)?;
-    let mut file = OpenOptions::new().create(true).append(true).open(path)?;
-    writeln!(file, "{line}")
+    lines::append(path, answered)
 }
 
 /// Reads all answers, the oldest first, and counts the lines that are none. No file is no answer.
@@ -137,20 +145,7 @@ pub fn append(path: &Path, answered: &Answered) -> io::Result<()> {
 ///
 /// What the file system says.
 pub fn read(path: &Path) -> io::Result<(Vec<Answered>, usize)> {
-    let text = match fs::read_to_string(path) {
-        Ok(text) => text,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok((Vec::new(), 0)),
-        Err(error) => return Err(error),
-    };
-    let lines = text.lines().filter(|line| !line.trim().is_empty());
-    let (mut answers, mut unreadable) = (Vec::new(), 0);
-    for line in lines {
-        match serde_json::from_str(line) {
-            Ok(answered) => answers.push(answered),
-            Err(_) => unreadable += 1,
-        }
-    }
-    Ok((answers, unreadable))
+    lines::read(path)
 }
 
 /// How often someone was right.
@@ -164,11 +159,11 @@ pub struct Tally {
     pub open: usize,
 }
 
-/// Returns how often each person was right about each fluent, by person and the fluent's name without its
+/// Returns how often each trainee was right about each fluent, by person and the fluent's name without its
 /// arguments.
 pub fn progress(answers: &[Answered]) -> BTreeMap<(String, String), Tally> {
     let mut found: BTreeMap<(String, String), Tally> = BTreeMap::new();
-    for answered in answers {
+    for answered in answers.iter().filter(|answered| !is_expert(&answered.by)) {
         let name = answered.fluent.split('(').next().unwrap_or_default();
         let tally = found.entry((answered.by.clone(), name.to_owned())).or_default();
         if answered.geometry == Answer::CannotTell {

@@ -4,11 +4,15 @@
 //! [`stepper`] is the logic: it is a [`crate::execution::conduct::Conductor`] for a run that is going on,
 //! and walks over the record of one that is over ([`record`]) in the same way. It takes words ([`words`]),
 //! knows where to pause ([`stops`]), and keeps what people answer apart from what is known ([`answers`]).
-//! It knows no terminal and prints nothing: a [`stepper::Front`] shows and asks. Looking back never moves
+//! It knows no terminal and prints nothing: a [`shown::Front`] shows and asks. Looking back never moves
 //! an arm; only `next`, `over`, `out` and `continue` let a run go on.
 
 pub mod answers;
+mod grant;
+mod questions;
+pub mod quiz;
 pub mod record;
+pub mod shown;
 pub mod stepper;
 pub mod stops;
 pub mod words;

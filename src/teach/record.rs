@@ -54,7 +54,7 @@ fn bare(record: &StepRecord) -> Ahead {
         path: record.path.clone(),
         action: record.action.clone(),
         place: None,
-        script: None,
+        script: record.lines.first().map(|line| line.script.clone()),
         parts: Vec::new(),
         needs: Vec::new(),
         keeps: Vec::new(),

@@ -3,6 +3,8 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::execution::conduct::{Ahead, Part};
+use crate::execution::lines::Line;
+use crate::language;
 
 /// Breakpoints, as they were named. Cloning shares them.
 #[derive(Debug, Clone, Default)]
@@ -32,6 +34,12 @@ impl Stops {
         stops.len() < before
     }
 
+    /// Returns the breakpoint that names a line of a script.
+    pub fn at_line(&self, line: &Line) -> Option<String> {
+        let place = line.place();
+        self.all().into_iter().find(|stop| *stop == place)
+    }
+
     /// Returns what pauses before a step: the first breakpoint that names it, or a mark in the text.
     pub fn hit(&self, ahead: &Ahead) -> Option<String> {
         let stop = self.all().into_iter().find(|stop| names(stop, ahead));
@@ -40,6 +48,13 @@ impl Stops {
             Some(mark.when.as_ref().map_or("break".into(), |when| format!("break when {when}")))
         })
     }
+}
+
+/// Whether a breakpoint names a line of a script: `lift.rhai:2`.
+pub fn is_line(stop: &str) -> bool {
+    stop.rsplit_once(':').is_some_and(|(file, line)| {
+        file.ends_with(".rhai") && line.parse::<usize>().is_ok_and(|line| line > 0)
+    })
 }
 
 /// Whether `stop` names a step, or a sub-task that begins with it.
@@ -60,8 +75,21 @@ pub(super) fn is_called(stop: &str, path: &str, call: &str) -> bool {
     [path, last, call, name].contains(&stop)
 }
 
-/// Returns the names that a breakpoint could have had in what is left of a run.
-pub(super) fn known(ahead: &Ahead) -> Vec<&str> {
+/// Says whether a step of what is left of a run can be meant by a name.
+///
+/// # Errors
+///
+/// The name that is near, if one is.
+pub fn check(name: &str, ahead: &Ahead) -> Result<(), Option<String>> {
+    let names = known(ahead);
+    if name.parse::<usize>().is_ok() || names.contains(&name) {
+        return Ok(());
+    }
+    Err(language::nearest(name, names.into_iter()).map(str::to_owned))
+}
+
+/// Returns the names that a breakpoint can have in what is left of a run.
+pub fn known(ahead: &Ahead) -> Vec<&str> {
     let own = [(ahead.path.as_str(), ahead.action.as_str())];
     let later = ahead.later.iter().map(|step| (step.path.as_str(), step.action.as_str()));
     let parts = ahead.inside().iter().map(|part| (part.path.as_str(), part.label.as_str()));

@@ -95,6 +95,8 @@ pub struct Twin {
     grip: Grip,
     /// Speeds (rad/s) and accelerations (rad/s²) of the arm's joints in the last step.
     motion: (Vec<f64>, Vec<f64>),
+    /// Accelerations in the step before that.
+    before: Vec<f64>,
 }
 
 /// A twin at one instant, to return to.
@@ -175,6 +177,7 @@ impl Twin {
             command: (state.q.clone(), vec![0.0; n]),
             grip: Grip { aim: goal, goal, speed: 0.0, force: settings.gripper.force },
             motion: (vec![0.0; n], vec![0.0; n]),
+            before: vec![0.0; n],
             settings,
         };
         twin.feel_water();
@@ -248,7 +251,8 @@ impl Twin {
         self.steps += 1;
         let speeds = self.physics.dq();
         let acceleration = speeds.iter().zip(&self.motion.0).map(|(now, then)| (now - then) / dt);
-        self.motion = (speeds.clone(), acceleration.collect());
+        let now = (speeds.clone(), acceleration.collect());
+        self.before = std::mem::replace(&mut self.motion, now).1;
 
         if self.steps.is_multiple_of(self.stride) && !self.vessels.is_empty() {
             let poses: Vec<Isometry3<f64>> =
@@ -327,6 +331,19 @@ impl Twin {
     ///
     /// Positive as the joint turns. Contacts other than the grasp are not felt.
     pub fn torques(&self) -> Vec<f64> {
+        self.torques_at(&self.motion.1)
+    }
+
+    /// Returns the same as the mean over the last two steps, N·m.
+    ///
+    /// A servo that is told where to be every other step pushes harder in one than in the other, in
+    /// proportion to the speed; who always looks at the same one of the two takes that for friction.
+    pub fn torques_lately(&self) -> Vec<f64> {
+        let pairs = self.motion.1.iter().zip(&self.before);
+        self.torques_at(&pairs.map(|(now, before)| 0.5 * (now + before)).collect::<Vec<f64>>())
+    }
+
+    fn torques_at(&self, ddq: &[f64]) -> Vec<f64> {
         let gravity = self.scene.world_from_base.rotation().inverse() * self.settings.gravity;
         let mut arm = Dynamics::new(&self.robot, Bodies::All)
             .with_gravity(gravity)
@@ -338,7 +355,7 @@ impl Twin {
             let tip_from_object = self.physics.link_pose(self.robot.tip()).inverse() * pose;
             arm = arm.with_payload(inertial.seen_from(&tip_from_object));
         }
-        let (dq, ddq) = &self.motion;
+        let dq = &self.motion.0;
         let tau = arm.inverse(&self.q(), dq, ddq);
         // Only joints that are nowhere have no torques; the step that brought them there said so.
         tau.map_or_else(|_| vec![f64::NAN; dq.len()], |tau| tau.as_slice().to_vec())

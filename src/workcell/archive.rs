@@ -59,6 +59,27 @@ pub fn entries(root: &Path) -> Vec<Entry> {
     numbered.map(|(i, (name, dir))| Entry { number: i + 1, name, dir }).collect()
 }
 
+/// Returns the run folders among paths, and those in the other folders among them, by path.
+///
+/// # Errors
+///
+/// The path that cannot be read, and what the file system says of it.
+pub fn folders(paths: &[PathBuf]) -> Result<Vec<PathBuf>, (PathBuf, std::io::Error)> {
+    let is_run = |path: &PathBuf| path.join("run.json").is_file();
+    let mut found = Vec::new();
+    for path in paths {
+        if is_run(path) {
+            found.push(path.clone());
+            continue;
+        }
+        let inside = fs::read_dir(path).map_err(|error| (path.clone(), error))?;
+        found.extend(inside.flatten().map(|entry| entry.path()).filter(is_run));
+    }
+    found.sort();
+    found.dedup();
+    Ok(found)
+}
+
 /// Returns the last runs of the same task before run `number`, or among all when it has none, with their
 /// numbers, the oldest first.
 pub fn earlier(run: &Run, number: Option<usize>, entries: &[Entry]) -> Vec<(usize, Run)> {

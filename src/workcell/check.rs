@@ -7,11 +7,11 @@
 use rayon::prelude::*;
 
 use crate::discovery::vocabulary;
-use crate::language::ast::{Item, Program, Span};
+use crate::language::ast::{Item, Program, Span, Step};
 use crate::language::{Diagnostic, Library, Scope, Source, nearest};
 use crate::world::Scene;
 
-use super::Stdlib;
+use super::{Stdlib, WorkCell};
 
 /// Returns what names mean in a file: the objects of its own scene, else those of the default scene.
 pub fn scope_of(library: &Library, file: usize) -> Scope {
@@ -72,6 +72,26 @@ pub fn check_file(
     deeper.retain(|d| !errors.iter().any(|e| e.from < d.span.to && d.span.from < e.to));
     found.extend(deeper.into_iter().map(|d| Diagnostic { file: source.name.clone(), ..d }));
     found.sort_by_key(|d| (d.span.from, d.span.to));
+    found
+}
+
+impl WorkCell {
+    /// Returns the texts that the cell works with, imported scripts among them.
+    pub fn stdlib(&self) -> &Stdlib {
+        &self.stdlib
+    }
+}
+
+/// Returns everything that is wrong with a step typed at the prompt.
+pub fn check_step(
+    step: &Step,
+    source: &Source,
+    library: &Library,
+    stdlib: &Stdlib,
+    scope: &Scope,
+) -> Vec<Diagnostic> {
+    let mut found = library.check_step(step, source, scope);
+    found.extend(super::together::check_step(step, library, stdlib));
     found
 }
 

@@ -73,13 +73,27 @@ pub(super) fn laboratory_devices(
     scene: &Scene,
     options: &Options,
 ) -> Result<Devices, Error> {
-    let lab = lab_of(robot, scene, options)?;
-    Ok(Devices {
+    Ok(of_lab(lab_of(robot, scene, options)?))
+}
+
+/// Returns the devices of a laboratory with these settings.
+pub(super) fn simulated(
+    robot: &Robot,
+    scene: &Scene,
+    settings: LabSettings,
+    seed: u64,
+) -> Result<Devices, Error> {
+    let lab = Lab::new(robot, scene, settings, seed);
+    Ok(of_lab(Arc::new(Mutex::new(lab.map_err(|error| Error::Lab(error.to_string()))?))))
+}
+
+fn of_lab(lab: SharedLab) -> Devices {
+    Devices {
         arm: Box::new(lab_arm::connect(lab.clone())),
         camera: Box::new(LabCamera(lab.clone())),
         scales: Some(Box::new(LabScales(lab))),
         limits: None,
-    })
+    }
 }
 
 /// A laboratory without a program: its arm to be put behind a controller, its camera and scales beside it.

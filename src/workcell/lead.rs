@@ -1,12 +1,15 @@
-//! Lets a conductor decide between the steps of a performance, where the arm may be left standing.
+//! Lets a conductor decide between the steps of a performance and before the lines of their scripts, where the
+//! arm may be left standing.
 
 use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::execution::conduct::{Ahead, Conductor, Word, unsafe_hold};
+use crate::execution::lines::{Gate, Line};
 use crate::execution::stage::ActionError;
 use crate::execution::trace::StepRecord;
 use crate::execution::walk::Walker;
-use crate::graph::{Graph, ParseGraph};
+use crate::graph::{Graph, ParseGraph, Step};
 use crate::monitor;
 use crate::world::WorldState;
 
@@ -17,11 +20,25 @@ pub(super) struct Lead {
     conductor: Box<dyn Conductor>,
     /// Steps that ended where the arm could not be left standing, in their order.
     pending: Vec<(Ahead, StepRecord)>,
+    /// How long it has been waited for, s of wall time.
+    waited: f64,
+    clock: fn() -> f64,
 }
 
+/// A lead that the gate before the lines of a script shares.
+pub(super) type SharedLead = Arc<Mutex<Lead>>;
+
 impl Lead {
-    pub(super) fn new(conductor: Box<dyn Conductor>) -> Self {
-        Self { conductor, pending: Vec::new() }
+    fn new(conductor: Box<dyn Conductor>, clock: fn() -> f64) -> SharedLead {
+        Arc::new(Mutex::new(Self { conductor, pending: Vec::new(), waited: 0.0, clock }))
+    }
+
+    /// Asks something, and counts the time it takes.
+    fn asking<T>(&mut self, ask: impl FnOnce(&mut Self) -> T) -> T {
+        let begin = (self.clock)();
+        let word = ask(self);
+        self.waited += (self.clock)() - begin;
+        word
     }
 
     /// Asks about what has ended; the first wish to stop is heeded, and the rest told all the same.
@@ -34,6 +51,10 @@ impl Lead {
         }
         word
     }
+}
+
+fn lock(lead: &SharedLead) -> MutexGuard<'_, Lead> {
+    lead.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A step that is about to be carried out.
@@ -55,7 +76,7 @@ pub(super) struct Turn<'a> {
 impl WorkCell {
     /// Lets someone decide between the steps of the next run.
     pub fn led_by(&mut self, conductor: Box<dyn Conductor>) {
-        self.lead = Some(Lead::new(conductor));
+        self.lead = Some(Lead::new(conductor, self.clock));
     }
 
     /// Lets the next run go on by itself.
@@ -65,13 +86,15 @@ impl WorkCell {
 
     /// Returns whether whoever leads the next run tells of its steps.
     pub fn is_told(&self) -> bool {
-        self.lead.as_ref().is_some_and(|lead| lead.conductor.tells())
+        self.lead.as_ref().is_some_and(|lead| lock(lead).conductor.tells())
     }
 
     /// Tells whoever leads that a run begins.
     pub(super) fn lead_begins(&mut self, task: &str, run_dir: Option<&str>) {
-        if let Some(lead) = &mut self.lead {
-            lead.conductor.begins(task, run_dir.map(Path::new));
+        // A run that ended in a panic may have left its own.
+        self.scripts.stage().set_gate(None);
+        if let Some(lead) = &self.lead {
+            lock(lead).conductor.begins(task, run_dir.map(Path::new));
         }
     }
 
@@ -82,7 +105,7 @@ impl WorkCell {
     /// [`ActionError::Stopped`] when the run is to end here.
     pub(super) fn ask_before(&mut self, turn: &Turn<'_>) -> Result<Option<Ahead>, Error> {
         let step = &turn.pg.steps[turn.index];
-        let Some(mut lead) = self.lead.take() else {
+        let Some(lead) = self.lead.clone() else {
             if step.pause.is_some() {
                 self.note(&format!(
                     "a `break` stands before step {} {}; it pauses only a run that is stepped",
@@ -91,21 +114,17 @@ impl WorkCell {
             }
             return Ok(None);
         };
-        let asked = self.ahead(turn).map(|(ahead, why)| {
-            let word = match why {
-                Some(why) => {
-                    lead.conductor.passing(&ahead, &why);
-                    Word::Go
-                }
-                None => match lead.catch_up() {
-                    Word::Go => lead.conductor.before(&ahead),
-                    Word::Stop => Word::Stop,
-                },
-            };
-            (ahead, word)
-        });
-        self.lead = Some(lead);
-        let (ahead, word) = asked?;
+        let (ahead, why) = self.ahead(turn)?;
+        let word = match why {
+            Some(why) => {
+                lock(&lead).conductor.passing(&ahead, &why);
+                Word::Go
+            }
+            None => self.waiting(&lead, |lead| match lead.catch_up() {
+                Word::Go => lead.conductor.before(&ahead),
+                Word::Stop => Word::Stop,
+            })?,
+        };
         self.heed(word).map(|()| Some(ahead))
     }
 
@@ -121,21 +140,60 @@ impl WorkCell {
         record: Option<&StepRecord>,
     ) -> Result<(), Error> {
         let (Some(ahead), Some(record)) = (ahead, record) else { return Ok(()) };
-        let Some(mut lead) = self.lead.take() else { return Ok(()) };
-        lead.pending.push((ahead, record.clone()));
+        let Some(lead) = self.lead.clone() else { return Ok(()) };
+        lock(&lead).pending.push((ahead, record.clone()));
         let steps = &turn.pg.steps;
         let (done, next) = (&steps[turn.index], steps.get(turn.index + 1));
         let why = unsafe_hold(Some(done), next, &record.measured, &self.cell.scene);
-        let word = if why.is_none() { lead.catch_up() } else { Word::Go };
-        self.lead = Some(lead);
+        let word = match why {
+            None => self.waiting(&lead, Lead::catch_up)?,
+            Some(_) => Word::Go,
+        };
         self.heed(word)
     }
 
-    /// Ends the lead: whatever was not asked yet is asked now, the run being over.
-    pub(super) fn lead_ends(&mut self) {
-        if let Some(mut lead) = self.lead.take() {
-            lead.catch_up();
-        }
+    /// Lets whoever leads hold the arm before the lines of a step's script, where it can be left standing.
+    pub(super) fn open_gate(&self, ahead: Option<&Ahead>, step: &Step) {
+        let gate = ahead.zip(self.lead.clone()).map(|(ahead, lead)| {
+            let (ahead, scene) = (ahead.clone(), self.cell.scene.clone());
+            let is_together = step.together.is_some();
+            let gate: Gate = Arc::new(Mutex::new(move |line: &Line, state: &WorldState| {
+                let why = if is_together {
+                    Some("inside a `together`".to_owned())
+                } else {
+                    unsafe_hold(None, None, state, &scene)
+                };
+                lock(&lead).asking(|lead| lead.conductor.within(&ahead, line, why.as_deref()))
+            }));
+            gate
+        });
+        self.scripts.stage().set_gate(gate);
+    }
+
+    /// Ends the lead: whatever was not asked yet is asked now, the run being over. Returns how long it was
+    /// waited for in all, s.
+    pub(super) fn lead_ends(&mut self) -> f64 {
+        let Some(lead) = self.lead.take() else { return 0.0 };
+        let mut lead = lock(&lead);
+        lead.asking(Lead::catch_up);
+        lead.waited
+    }
+
+    /// Returns how long whoever leads has been waited for so far, s.
+    pub(super) fn waited(&self) -> f64 {
+        self.lead.as_ref().map_or(0.0, |lead| lock(lead).waited)
+    }
+
+    /// Asks something, while arm time stands still.
+    fn waiting(
+        &self,
+        lead: &SharedLead,
+        ask: impl FnOnce(&mut Lead) -> Word,
+    ) -> Result<Word, Error> {
+        self.scripts.stage().waits(true)?;
+        let word = lock(lead).asking(ask);
+        self.scripts.stage().waits(false)?;
+        Ok(word)
     }
 
     fn heed(&self, word: Word) -> Result<(), Error> {

@@ -7,22 +7,34 @@
 pub mod archive;
 pub mod check;
 pub mod devices;
+pub mod fork;
 pub mod learning;
 pub mod picture;
+pub mod carried;
 pub mod poured;
+pub mod questions;
 pub mod record;
 pub mod rehearse;
 pub mod stdlib;
-pub mod together;
+mod together;
+pub mod trials;
+mod asking;
+mod attempt;
+mod choice;
+mod error;
 mod known;
 mod lead;
+mod needs;
+mod now;
+mod outcome;
 mod perform;
+mod run;
 
-use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::execution::arm::{Cancel, DeviceError, Scales};
+use image::RgbImage;
+
+use crate::execution::arm::{Cancel, Scales};
 use crate::execution::calibrate::{self, Calibration, Switches};
 use crate::execution::conduct::Dial;
 use crate::execution::limits::Limits;
@@ -31,104 +43,24 @@ use crate::execution::script::Scripts;
 use crate::execution::stage::{ActionError, Cell, Stage};
 use crate::execution::tape::Tape;
 use crate::execution::trace::{Event, Observer};
-use crate::execution::walk::Walker;
-use crate::graph::{self, Graph, ParseGraph, RecoveryPlan, infer};
+use crate::graph::{self, Graph};
 use crate::lab::LabSettings;
-use crate::language::ast::{BinaryOp, Call, Expr, ExprKind, Step};
+use crate::language::ast::{Call, Step};
 use crate::language::{Diagnostic, Library, Source};
 use crate::motion::robot::Robot;
 use crate::twin::Settings;
 use crate::twin::render::{ArmLook, View};
-use crate::units::Quantity;
-use crate::world::fluent::Reading;
+use crate::vqa::Endpoint;
 use crate::world::{Scene, WorldState};
+use fork::Moments;
 use known::Known;
-use lead::Lead;
+use lead::SharedLead;
 
 pub use devices::{Devices, Laboratory, laboratory, robot_of};
+pub use error::Error;
 pub use learning::Learnt;
-pub use perform::{Ending, Run, Timing, Tried, Water};
+pub use outcome::{Ending, Run, Timing, Tried, Water};
 pub use stdlib::Stdlib;
-
-/// Why a verb of the cell could not be done.
-#[derive(Debug, thiserror::Error)]
-pub enum Error {
-    /// A file cannot be read or written.
-    #[error("{path}: {error}")]
-    File {
-        /// Which.
-        path: PathBuf,
-        /// What the system says.
-        error: std::io::Error,
-    },
-    /// The text has mistakes.
-    #[error("{} mistakes in the text", .0.len())]
-    Text(Vec<(Diagnostic, Source)>),
-    /// The call cannot be made a graph.
-    #[error("{}", .0.iter().map(|p| p.message.as_str()).collect::<Vec<_>>().join("; "))]
-    Graph(Vec<graph::Problem>),
-    /// No branch of the graph is possible.
-    #[error("{0}")]
-    Branch(#[from] graph::Error),
-    /// There is no such scene.
-    #[error("no `scene` in {0}")]
-    NoScene(String),
-    /// The scene's robot is none, or lacks what every action needs.
-    #[error("{0}")]
-    Robot(#[from] stdlib::RobotError),
-    /// The lab cannot be built.
-    #[error("the lab cannot be built: {0}")]
-    Lab(String),
-    /// The camera's picture cannot be aligned.
-    #[error("{0}")]
-    Calibrate(calibrate::Error),
-    /// Objects the call needs are not where the camera looks.
-    #[error("{} cannot be seen: {}", .0.iter().map(|(o, _)| format!("`{o}`")).collect::<Vec<_>>().join(", "),
-        .0.iter().map(|(_, why)| why.as_str()).collect::<Vec<_>>().join("; "))]
-    NotSeen(Vec<(String, String)>),
-    /// The arm does not get at an object the call needs; nothing has moved.
-    #[error("`{object}` is {:.0} mm out of reach", .by * 1e3)]
-    OutOfReach {
-        /// Which.
-        object: String,
-        /// How far, m.
-        by: f64,
-    },
-    /// What the call needs is false before it begins; nothing has moved.
-    #[error("`{call}` needs `{what}`, which is false{by}")]
-    Needs {
-        /// The call.
-        call: String,
-        /// The condition.
-        what: String,
-        /// By how much, in words: ` by 3 mm`.
-        by: String,
-    },
-    /// Everything failed in the twin.
-    #[error("none of {tried} candidates survived the twin; the best failed at {step}: {reason}")]
-    NoSurvivor {
-        /// How many were tried.
-        tried: usize,
-        /// Where the best one failed.
-        step: String,
-        /// Why.
-        reason: String,
-    },
-    /// A folder holds no run that can be read.
-    #[error("{path} is no run that can be read: {why}")]
-    Record {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        why: String,
-    },
-    /// There is nothing to do.
-    #[error("there is nothing to do")]
-    NothingToDo,
-    /// An action could not be done.
-    #[error("{0}")]
-    Action(#[from] ActionError),
-}
 
 /// How to open a cell.
 #[derive(Debug, Clone)]
@@ -168,6 +100,23 @@ fn tell(fan: &Mutex<Fan>, event: &Event) {
     fan.lock().unwrap_or_else(PoisonError::into_inner).event(event);
 }
 
+/// What a cell is put together from, beside its devices.
+struct Parts {
+    library: Library,
+    stdlib: Stdlib,
+    scene: Arc<Scene>,
+    robot: Arc<Robot>,
+    known: Known,
+    /// The share of full speed that the arm is held to.
+    pace: f64,
+    belief: Belief,
+    robot_name: String,
+    seed: u64,
+    switches: Switches,
+    clock: fn() -> f64,
+    cancel: Cancel,
+}
+
 /// Arm, cameras, world, twin and graph.
 pub struct WorkCell {
     library: Library,
@@ -188,7 +137,9 @@ pub struct WorkCell {
     is_robot_aligned: bool,
     learnt: Learnt,
     dial: Dial,
-    lead: Option<Lead>,
+    lead: Option<SharedLead>,
+    model: Option<Endpoint>,
+    moments: Moments,
 }
 
 impl WorkCell {
@@ -213,9 +164,9 @@ impl WorkCell {
         let (library, scene, robot) = devices::place(&mut options)?;
         let known = Known::of(&library, &scene.name);
         // Reality is put up from what is declared; everything else works with what is known.
-        let Devices { arm, camera, scales, limits } = connect(&robot, &scene, &options)?;
+        let devices = connect(&robot, &scene, &options)?;
         let scene = Arc::new(known.scene(&scene));
-        let (robot, pace) = match limits {
+        let (robot, pace) = match &devices.limits {
             None => (robot, 1.0),
             Some(most) => {
                 let shares = robot.joints().iter().zip(&most.velocity);
@@ -224,17 +175,38 @@ impl WorkCell {
                 (Arc::new(own.with_limits(&most.velocity, &most.acceleration)), pace)
             }
         };
+        let Options { robot: robot_name, stdlib, seed, switches, clock, .. } = options;
+        let parts = Parts {
+            library,
+            stdlib,
+            belief: Belief::new(scene.clone()),
+            scene,
+            robot,
+            known,
+            pace,
+            robot_name,
+            seed,
+            switches,
+            clock,
+            cancel: Cancel::default(),
+        };
+        Ok(Self::with(parts, devices))
+    }
+
+    /// Puts a cell together.
+    fn with(parts: Parts, devices: Devices) -> Self {
+        let Devices { arm, camera, scales, limits: _ } = devices;
+        let Parts { library, stdlib, scene, robot, known, pace, belief, cancel, .. } = parts;
         let limits = Limits { pace, ..Limits::default() };
         let cell = Cell { robot: robot.clone(), scene: scene.clone(), limits };
         let look = ArmLook::new(&robot);
         let fan: Arc<Mutex<Fan>> = Arc::default();
-        let cancel = Cancel::default();
         let body = RealBody::new(
             cell.clone(),
             arm,
             camera,
             Calibration::nominal(&scene),
-            Belief::new(scene),
+            belief,
             look.clone(),
             fan.clone(),
         );
@@ -244,34 +216,36 @@ impl WorkCell {
             Box::new(body),
             Vec::new(),
             Tape::recording(),
-            (options.seed, 0),
+            (parts.seed, 0),
             cancel.clone(),
             fan.clone(),
         );
         stage.obey(dial.clone());
         let mut settings = Settings::for_arm(&robot);
         known.change(&mut settings);
-        Ok(Self {
+        Self {
             library,
             cell,
             settings,
             known,
             look,
-            stdlib: options.stdlib,
+            stdlib,
             scripts: Scripts::new(stage),
             scales,
-            robot_name: options.robot,
-            seed: options.seed,
-            switches: options.switches,
+            robot_name: parts.robot_name,
+            seed: parts.seed,
+            switches: parts.switches,
             cancel,
-            clock: options.clock,
+            clock: parts.clock,
             fan,
             is_camera_aligned: false,
             is_robot_aligned: false,
             learnt: Learnt::default(),
             dial,
             lead: None,
-        })
+            model: None,
+            moments: Moments::default(),
+        }
     }
 
     /// Returns the wish to stop that everything in this cell obeys.
@@ -282,6 +256,11 @@ impl WorkCell {
     /// Returns the speed dial of this cell's arm.
     pub fn dial(&self) -> Dial {
         self.dial.clone()
+    }
+
+    /// Returns the clock of this cell: seconds since some instant.
+    pub fn clock(&self) -> fn() -> f64 {
+        self.clock
     }
 
     /// Returns the arm's name: `lab`, `twin`, or where it is.
@@ -367,133 +346,6 @@ impl WorkCell {
         Ok(())
     }
 
-    /// Says which of the call's own needs is false now; what nobody knows does not stand in the way.
-    fn check_needs(&self, graph: &Graph) -> Result<(), Error> {
-        let state = self.state()?;
-        let likeliest = self.parses(graph, &state, 1)?;
-        let Some(first) = likeliest.first().and_then(|pg| pg.steps.first()) else {
-            return Ok(());
-        };
-        let scene = self.cell.scene.clone();
-        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, &state);
-        let root = &graph.root().path;
-        let own = first.needs.iter().filter(|need| need.owner == *root);
-        for part in own.flat_map(|need| parts(&need.expr)) {
-            let reading = walker.read(part, &state);
-            if reading.truth != Some(false) {
-                continue;
-            }
-            let by = reading.margin.map_or(0.0, |margin| margin.value.abs());
-            return Err(match about(part) {
-                Some(("reachable", object)) => Error::OutOfReach { object, by },
-                Some(("visible", object)) => {
-                    Error::NotSeen(vec![(object, "nothing in the picture looks like it".into())])
-                }
-                _ => Error::Needs {
-                    call: graph.root().label.clone(),
-                    what: crate::language::text::expr(part),
-                    by: reading.margin.map_or_else(String::new, |mut margin| {
-                        margin.value = margin.value.abs();
-                        format!(" by {margin}")
-                    }),
-                },
-            });
-        }
-        Ok(())
-    }
-
-    /// Returns up to `k` parse graphs that differ in what people choose, the likeliest first.
-    fn parses(
-        &self,
-        graph: &Graph,
-        start: &WorldState,
-        k: usize,
-    ) -> Result<Vec<ParseGraph>, Error> {
-        Ok(self.inferring(graph, start, |given| graph::diverse(graph, given, k))?)
-    }
-
-    /// Returns what is to be done about a failure, chosen by what holds now.
-    fn recovery_now(
-        &self,
-        graph: &Graph,
-        failed: &ParseGraph,
-        plan: usize,
-    ) -> Result<RecoveryPlan, Error> {
-        let state = self.state()?;
-        let foreseen = &failed.recoveries[plan];
-        let now = self.inferring(graph, &state, |given| graph::after_failure(graph, given, failed));
-        let now = now.recoveries.into_iter().find(|plan| plan.path == foreseen.path);
-        Ok(now.unwrap_or_else(|| foreseen.clone()))
-    }
-
-    /// After a failed step: the same choices but for the nearest branch not yet tried, and where to go on.
-    fn other_branch(
-        &self,
-        graph: &Graph,
-        failed: &ParseGraph,
-        index: usize,
-        tried: &mut BTreeMap<String, Vec<String>>,
-    ) -> Result<Option<(ParseGraph, usize)>, Error> {
-        let state = self.state()?;
-        let retry = |given: &infer::Given<'_>| graph::retry(graph, given, failed, index, tried);
-        Ok(self.inferring(graph, &state, retry)?)
-    }
-
-    /// Infers with what holds in a state of the world, and with what earlier runs have taught.
-    fn inferring<T>(
-        &self,
-        graph: &Graph,
-        state: &WorldState,
-        infer: impl FnOnce(&infer::Given<'_>) -> T,
-    ) -> T {
-        let Learnt { outcomes, priors, domain, explore } = &self.learnt;
-        let explore = explore.then_some(self.seed);
-        let costs = graph::outcome::costs(graph, outcomes, domain, priors.as_ref(), explore);
-        let scene = self.cell.scene.clone();
-        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, state);
-        infer(&infer::Given {
-            definitions: &self.library,
-            holds: &|expr: &Expr| walker.read(expr, state).truth,
-            pins: &BTreeMap::new(),
-            priors: priors.as_ref(),
-            cost: &|node| costs.get(&node.id).copied().unwrap_or(0.0),
-        })
-    }
-
-    /// Returns what a condition is worth now.
-    ///
-    /// # Errors
-    ///
-    /// When the arm does not answer.
-    pub fn read(&self, condition: &Expr) -> Result<Reading, Error> {
-        let state = self.state()?;
-        let scene = self.cell.scene.clone();
-        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, &state);
-        Ok(walker.read(condition, &state))
-    }
-
-    /// Returns what a quantity is worth now; `None` when nobody knows, or it is none.
-    ///
-    /// # Errors
-    ///
-    /// When the arm does not answer.
-    pub fn quantity(&self, expr: &Expr) -> Result<Option<Quantity>, Error> {
-        let state = self.state()?;
-        let scene = self.cell.scene.clone();
-        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, &state);
-        Ok(walker.quantity(expr, &state))
-    }
-
-    /// Returns why a call cannot be done as far as is known now: which of its needs is false. Before the
-    /// first look at the table nobody knows of any.
-    pub fn hindrance(&self, call: &Call) -> Option<String> {
-        if !self.is_camera_aligned {
-            return None;
-        }
-        let checked = self.graph(call).and_then(|graph| self.check_needs(&graph));
-        checked.err().map(|error| error.to_string())
-    }
-
     /// Returns the number that the twin's chance comes from.
     pub fn seed(&self) -> u64 {
         self.seed
@@ -507,9 +359,7 @@ impl WorkCell {
     /// Checks a line typed at the prompt and returns what is wrong with it.
     pub fn check_line(&self, step: &Step, source: &Source) -> Vec<Diagnostic> {
         let scope = self.library.scope(&self.cell.scene.name);
-        let mut wrong = self.library.check_step(step, source, &scope);
-        wrong.extend(together::check_step(step, &self.library, &self.stdlib));
-        wrong
+        check::check_step(step, source, &self.library, &self.stdlib, &scope)
     }
 
     fn now(&self) -> f64 {
@@ -528,18 +378,19 @@ impl WorkCell {
         self.tell(&Event::Note { text: text.into() });
     }
 
-    fn photo_for_run(&self, name: &str) -> Result<(), Error> {
+    fn photo_for_run(&self, name: &str) -> Result<Option<RgbImage>, Error> {
         let image = self.scripts.stage().body().photo().map_err(ActionError::from)?;
-        if let Some(image) = image {
-            self.tell(&Event::Picture { name: name.into(), image });
+        if let Some(image) = &image {
+            self.tell(&Event::Picture { name: name.into(), image: image.clone() });
         }
-        Ok(())
+        Ok(image)
     }
 
-    fn twin_picture(&self, name: &str, view: &View) {
+    fn twin_picture(&self, name: &str, view: &View) -> RgbImage {
         let camera = self.scripts.stage().body().calibration().map(|found| found.camera);
         let image = picture::draw(&camera.unwrap_or(self.cell.scene.camera), view);
-        self.tell(&Event::Picture { name: name.into(), image });
+        self.tell(&Event::Picture { name: name.into(), image: image.clone() });
+        image
     }
 }
 
@@ -571,23 +422,6 @@ pub fn scene_of(library: &Library, source: Option<usize>) -> Result<Scene, Error
         .map_err(|wrong| Error::Text(with_sources(library, wrong.into_iter())))
 }
 
-/// Returns what must all hold for a condition to hold.
-fn parts(condition: &Expr) -> Vec<&Expr> {
-    match &condition.kind {
-        ExprKind::Binary(a, BinaryOp::And, b) => parts(a).into_iter().chain(parts(b)).collect(),
-        _ => vec![condition],
-    }
-}
-
-/// Returns the name and the first argument of a fluent: `reachable` and `cup` of `reachable(cup)`.
-fn about(fluent: &Expr) -> Option<(&str, String)> {
-    let ExprKind::Call(call) = &fluent.kind else { return None };
-    match &call.args.first()?.values.first()?.kind {
-        ExprKind::Name(object) => Some((&call.name.text, object.clone())),
-        _ => None,
-    }
-}
-
 /// Puts beside each diagnostic the text it is about.
 fn with_sources(
     library: &Library,
@@ -599,20 +433,4 @@ fn with_sources(
             (diagnostic, source)
         })
         .collect()
-}
-
-impl From<calibrate::Error> for Error {
-    fn from(error: calibrate::Error) -> Self {
-        match error {
-            // A stop is a stop wherever it reaches the arm.
-            calibrate::Error::Action(error) => Self::Action(error),
-            other => Self::Calibrate(other),
-        }
-    }
-}
-
-impl From<DeviceError> for Error {
-    fn from(error: DeviceError) -> Self {
-        Self::Action(error.into())
-    }
 }

@@ -6,6 +6,11 @@ use crate::twin::Twin;
 use crate::twin::render::{ArmLook, Options, View, render};
 use crate::world::Camera;
 
+/// Returns the name, without ending, of the picture after step `number`: `03-after-real`.
+pub fn after(number: usize, whose: &str) -> String {
+    format!("{number:02}-after-{whose}")
+}
+
 /// Returns what there is to draw of a twin now.
 pub fn view(twin: &Twin, look: &ArmLook) -> View {
     View::of(twin.scene(), &twin.state(), look, &twin.link_poses())

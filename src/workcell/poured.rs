@@ -11,7 +11,7 @@ use crate::motion::Robot;
 use crate::units::{Dimension, Unit};
 use crate::world::{Object, Pose, Scene, Shape};
 
-use super::perform::Run;
+use super::Run;
 
 /// Kept before the vessel begins to turn, s.
 const BEFORE: f64 = 2.0;
@@ -95,7 +95,9 @@ pub fn pour(
         .water
         .as_ref()
         .map(|water| 1e-6 * (water.in_target_ml + water.in_source_ml + water.spilt_ml));
-    sidecar.pour = Some(Vessels { source: source.into(), target: target.into(), held_m3: held });
+    let spilt = run.water.as_ref().map(|water| 1e-6 * water.spilt_ml);
+    let (source, target) = (source.into(), target.into());
+    sidecar.pour = Some(Vessels { source, target, held_m3: held, spilt_m3: spilt });
     let time = arm.time[rows].to_vec();
     Ok(Some(Recording { name: arm.name.clone(), time, columns, sidecar, notes: arm.notes.clone() }))
 }

@@ -28,7 +28,7 @@ pub(super) fn check(program: &Program, library: &Library, stdlib: &Stdlib) -> Ve
 }
 
 /// Complains about a step typed at the prompt.
-pub fn check_step(step: &Step, library: &Library, stdlib: &Stdlib) -> Vec<Diagnostic> {
+pub(super) fn check_step(step: &Step, library: &Library, stdlib: &Stdlib) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     Checker { library, stdlib }.step(step, &mut found);
     found

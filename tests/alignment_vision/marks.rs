@@ -5,12 +5,13 @@ use trueup::alignment::marks::{find_marker_ball, find_marks};
 use trueup::alignment::vision::Error;
 use trueup::world::{Camera, Point, Pose};
 
-use super::paint::{Light, Painter, kitchen, true_camera};
+use super::paint::{Light, Painter, true_camera};
+use crate::kitchen;
 
 /// The dots' centres come back to a tenth of a pixel, though the guess is tens of pixels off.
 #[test]
 fn dots_are_found_through_a_wrong_guess() {
-    let (scene, camera) = (kitchen(), true_camera());
+    let (scene, camera) = (kitchen::scene(), true_camera());
     let mut painter = Painter::new(&camera, [70, 72, 75]);
     painter.table(&scene);
     let image = painter.finish(&Light { gain: 0.9, slope: [0.5, -0.3], noise: 2.0, seed: 1 });
@@ -32,7 +33,7 @@ fn dots_are_found_through_a_wrong_guess() {
 /// Hidden dots are missing, false dots are not taken for them.
 #[test]
 fn hidden_dots_are_left_out_and_false_dots_ignored() {
-    let (scene, camera) = (kitchen(), true_camera());
+    let (scene, camera) = (kitchen::scene(), true_camera());
     let mut painter = Painter::new(&camera, [70, 72, 75]);
     painter.table(&scene);
     for (x, y) in [(0.4, 0.1), (0.62, -0.2), (0.86, 0.07), (0.3, 0.0), (0.55, 0.22)] {
@@ -65,7 +66,7 @@ fn hidden_dots_are_left_out_and_false_dots_ignored() {
 #[test]
 fn many_wrong_guesses_all_match_the_same_dots() {
     use rand::{RngExt, SeedableRng};
-    let (scene, camera) = (kitchen(), true_camera());
+    let (scene, camera) = (kitchen::scene(), true_camera());
     let mut painter = Painter::new(&camera, [70, 72, 75]);
     painter.table(&scene);
     let image = painter.finish(&Light::even(3));
@@ -92,7 +93,7 @@ fn many_wrong_guesses_all_match_the_same_dots() {
 
 #[test]
 fn a_bare_table_says_that_there_are_no_dots() {
-    let (scene, camera) = (kitchen(), true_camera());
+    let (scene, camera) = (kitchen::scene(), true_camera());
     let mut bare = scene.clone();
     bare.marks.clear();
     let mut painter = Painter::new(&camera, [70, 72, 75]);
@@ -107,7 +108,7 @@ fn a_bare_table_says_that_there_are_no_dots() {
 
 #[test]
 fn the_ball_is_found_to_a_quarter_of_a_pixel_or_not_at_all() {
-    let (scene, camera) = (kitchen(), true_camera());
+    let (scene, camera) = (kitchen::scene(), true_camera());
     let magenta = [0xd0, 0x20, 0x8f];
     for (i, centre) in
         [Vector3::new(0.5, 0.2, 0.15), Vector3::new(0.7, -0.3, 0.3), Vector3::new(0.4, 0.0, 0.02)]

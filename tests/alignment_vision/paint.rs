@@ -256,65 +256,6 @@ fn circle(pose: &Pose<World, ObjectFrame>, radius: f64, z: f64) -> Vec<P3> {
         .collect()
 }
 
-/// The kitchen: the scene of `stdlib/scenes/kitchen.task`, as values.
-pub(super) fn kitchen() -> Scene {
-    use trueup::world::{Cavity, Intrinsics, Mark, Table};
-    let dots = [
-        (0.25, -0.36),
-        (0.25, -0.18),
-        (0.25, 0.18),
-        (0.25, 0.36),
-        (0.50, -0.36),
-        (0.50, 0.36),
-        (0.80, -0.36),
-        (0.80, -0.12),
-        (0.80, 0.12),
-        (0.80, 0.36),
-        (0.92, -0.25),
-        (0.92, 0.0),
-        (0.92, 0.25),
-    ];
-    Scene {
-        name: "kitchen".into(),
-        table: Table {
-            size: Vector3::new(1.2, 0.8, 0.02),
-            centre: [0.5, 0.0],
-            colour: [0xc8, 0xb0, 0x90],
-        },
-        marks: dots.iter().map(|&(x, y)| Mark { x, y, radius: 0.012 }).collect(),
-        objects: vec![
-            Object {
-                name: "jar".into(),
-                kind: "Container".into(),
-                shape: Shape::Cuboid { size: Vector3::new(0.065, 0.065, 0.14) },
-                cavity: Some(Cavity { wall: 0.003, capacity: 250e-6, filled: 150e-6 }),
-                looks: "transparent jar".into(),
-                material: Material::Transparent,
-                colour: [255, 255, 255],
-                mass: 0.16,
-            },
-            Object {
-                name: "cup".into(),
-                kind: "Container".into(),
-                shape: Shape::Cylinder { radius: 0.08, height: 0.095 },
-                cavity: Some(Cavity { wall: 0.003, capacity: 1700e-6, filled: 0.0 }),
-                looks: "blue cup".into(),
-                material: Material::Opaque,
-                colour: [0x20, 0x50, 0xc0],
-                mass: 0.18,
-            },
-        ],
-        camera_name: "overhead".into(),
-        camera: Camera::looking(
-            Intrinsics::centred(900.0, 1280, 720),
-            Vector3::new(1.25, 0.0, 0.85),
-            Vector3::new(0.60, 0.0, 0.05),
-        ),
-        robot: "gen3_2f85".into(),
-        world_from_base: Pose::identity(),
-    }
-}
-
 /// The camera as it really stands in these tests: off the guess in place, direction, lens.
 pub(super) fn true_camera() -> Camera {
     use trueup::world::Intrinsics;

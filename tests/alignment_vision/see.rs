@@ -9,8 +9,9 @@ use trueup::alignment::vision::{Answer, Options, Sighting, see, verify};
 use trueup::world::frame::{Object as ObjectFrame, World};
 use trueup::world::{Camera, Pose, Scene, Shape};
 
-use super::paint::{Light, Painter, kitchen, true_camera};
+use super::paint::{Light, Painter, true_camera};
 use super::visp::{Visp, folder};
+use crate::kitchen;
 
 type Place = (f64, f64, f64);
 
@@ -44,7 +45,7 @@ fn off(seen: &Sighting, x: f64, y: f64, yaw: f64) -> (f64, f64) {
 /// The jar is clear, the light falls off, gains differ; both are placed to a millimetre.
 #[test]
 fn jar_and_cup_are_placed_to_a_millimetre() {
-    let (scene, camera) = (kitchen(), true_camera());
+    let (scene, camera) = (kitchen::scene(), true_camera());
     let mut by_key_points = 0;
     for (seed, jar, cup, slope, gain) in [
         (1, (0.55, -0.2, 0.3), (0.6, 0.15, 0.0), [0.0, 0.0], 1.0),
@@ -93,7 +94,7 @@ fn jar_and_cup_are_placed_to_a_millimetre() {
 /// A clear jar half behind the cup is still found; so is one with its foot hidden.
 #[test]
 fn a_jar_behind_the_cup_is_found_or_said_to_be_unsure() {
-    let (scene, camera) = (kitchen(), true_camera());
+    let (scene, camera) = (kitchen::scene(), true_camera());
     let (jar, cup) = ((0.47, 0.07, 0.4), (0.6, 0.0, 0.0));
     let image = picture(&scene, &camera, Some(jar), Some(cup), &Light::even(5));
     let seen = see(&image, &camera, &scene, &Options::default()).unwrap();
@@ -109,7 +110,7 @@ fn a_jar_behind_the_cup_is_found_or_said_to_be_unsure() {
 /// What is not there is not found, with dots and other dark things on the table to be mistaken for it.
 #[test]
 fn absent_objects_are_not_found() {
-    let (scene, camera) = (kitchen(), true_camera());
+    let (scene, camera) = (kitchen::scene(), true_camera());
     for (seed, jar, cup) in
         [(11, None, Some((0.6, 0.02, 0.0))), (12, Some((0.5, 0.0, 0.5)), None), (13, None, None)]
     {
@@ -130,7 +131,7 @@ fn absent_objects_are_not_found() {
 /// Things of other shapes, a red box and a green can and an arm's link, are not taken for the objects.
 #[test]
 fn distractors_are_not_taken_for_the_objects() {
-    let (scene, camera) = (kitchen(), true_camera());
+    let (scene, camera) = (kitchen::scene(), true_camera());
     for with in [true, false] {
         let mut painter = Painter::new(&camera, [70, 72, 75]);
         painter.table(&scene);
@@ -161,7 +162,7 @@ fn distractors_are_not_taken_for_the_objects() {
 /// A jar lifted and tilted is supported where it is and not where it is not.
 #[test]
 fn a_held_object_is_verified_where_it_is() {
-    let (scene, camera) = (kitchen(), true_camera());
+    let (scene, camera) = (kitchen::scene(), true_camera());
     let pose: Pose<World, ObjectFrame> = Pose::from_parts(
         Vector3::new(0.6, -0.05, 0.12),
         UnitQuaternion::from_euler_angles(0.5, 0.1, 0.3),
@@ -188,7 +189,7 @@ fn a_held_object_is_verified_where_it_is() {
 /// The answer has the fields that others read.
 #[test]
 fn the_answer_is_the_interface() {
-    let (scene, camera) = (kitchen(), true_camera());
+    let (scene, camera) = (kitchen::scene(), true_camera());
     let image = picture(&scene, &camera, Some((0.55, -0.2, 0.3)), None, &Light::even(40));
     let seen = see(&image, &camera, &scene, &Options::default()).unwrap();
     let answer = Answer::new(&seen, |s| Some(format!("{}.png", s.name)));
@@ -318,7 +319,7 @@ fn a_wrong_scene_is_objected_to() {
 /// Two cups that look alike: which one is meant is not guessed. One of another size is not the one.
 #[test]
 fn a_second_cup_makes_it_ambiguous_and_a_smaller_one_is_no_match() {
-    let (scene, camera) = (kitchen(), true_camera());
+    let (scene, camera) = (kitchen::scene(), true_camera());
     let cups = |places: &[(f64, f64)], scale: f64, seed: u64| {
         let mut painter = Painter::new(&camera, [70, 72, 75]);
         painter.table(&scene);
@@ -354,7 +355,7 @@ fn a_second_cup_makes_it_ambiguous_and_a_smaller_one_is_no_match() {
 /// A cup that leaves the picture on one side is placed as long as enough of it is there.
 #[test]
 fn a_cup_at_the_pictures_edge_is_placed_or_refused() {
-    let (scene, camera) = (kitchen(), true_camera());
+    let (scene, camera) = (kitchen::scene(), true_camera());
     for y in [0.30, 0.36, 0.42] {
         // The camera is turned away, so that the cup is cut by the picture's border.
         let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -0.30);

@@ -12,6 +12,7 @@ mod robot;
 mod run;
 mod say;
 mod text;
+mod words;
 
 use crate::program::Desk;
 

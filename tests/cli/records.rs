@@ -18,7 +18,7 @@ fn a_run_is_told_again_by_its_folder_its_name_or_its_number() {
     for wrong in [["replay", "9"], ["replay", "no/such/run"]] {
         let said = desk.trueup(&wrong);
         assert_eq!(said.code, 2, "{}", said.err);
-        assert!(said.err.contains("run.json"), "{}", said.err);
+        assert!(said.err.contains("there is no run"), "{}", said.err);
     }
     let late = desk.trueup(&["replay", "3", "--step", "5", "--json"]);
     assert_eq!((late.code, late.error("code").as_str()), (2, "replay::step"));

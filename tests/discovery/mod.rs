@@ -3,11 +3,13 @@
 mod bag;
 mod camera;
 mod equation;
+mod held;
 mod logs;
 mod planted;
 mod pour;
 mod recordings;
 mod secrecy;
+mod thick;
 
 use std::path::PathBuf;
 

@@ -68,6 +68,34 @@ fn poured(water: f64, dribble: Option<Dribble>, seed: u64) -> Recording {
     Recording::read(&format!("pour {seed}"), &csv, None, &Map::default()).unwrap()
 }
 
+/// Pours 150 mL into a cup that is full at `level` m³: what stands above its rim runs over as over a weir, and is
+/// weighed too.
+pub(super) fn poured_over(level: f64, seed: u64) -> Recording {
+    let mut recording = poured(150e-6, None, seed);
+    let time = recording.time.clone();
+    let mass = recording.columns.iter_mut().find(|column| column.name == "mass").unwrap();
+    // Rim 0.23 m around, surface 43 cm²; 1.7 m^½/s is a broad crest's coefficient.
+    let (mut inside, mut beside, mut before) = (0.0, 0.0, mass.values[0]);
+    for row in 1..time.len() {
+        inside += 1e-3 * (mass.values[row] - before);
+        before = mass.values[row];
+        for _ in 0..10 {
+            let above = f64::max(inside - level, 0.0);
+            let over = 1.7 * 0.23 * (above / 43e-4).powf(1.5) * (time[row] - time[row - 1]) / 10.0;
+            let over = over.min(above);
+            (inside, beside) = (inside - over, beside + over);
+        }
+        mass.values[row] = 1e3 * inside;
+    }
+    recording.sidecar.pour = Some(trueup::discovery::recording::sidecar::Vessels {
+        source: "jar".into(),
+        target: "cup".into(),
+        held_m3: Some(150e-6),
+        spilt_m3: Some(beside),
+    });
+    recording
+}
+
 fn found(recordings: &[Recording]) -> Finding {
     let scene = kitchen::scene();
     let subject = Subject::Pours(&scene, &[]);
@@ -124,6 +152,7 @@ fn a_pour_between_unknown_vessels_is_told() {
         source: "jug".into(),
         target: "cup".into(),
         held_m3: None,
+        spilt_m3: None,
     });
     let scene = kitchen::scene();
     let subject = Subject::Pours(&scene, &[]);

@@ -1,4 +1,4 @@
-//! What the arm keeps and what is played from it: sequences, zones, snapshots, users; wrenches; a restart.
+//! What the arm keeps and what is played from it: sequences, snapshots, users; wrenches; a restart.
 
 use prost::Message;
 
@@ -17,8 +17,8 @@ use trueup::execution::kortex::messages::motion::{
     ConstrainedJointAngles, JointAngle, JointAngles, JointSpeed, JointSpeeds, Pose,
 };
 use trueup::execution::kortex::messages::sequence::{
-    Point, ProtectionZone, ProtectionZoneHandle, ProtectionZoneList, Sequence, SequenceEvent,
-    SequenceHandle, SequenceInfoNotification, SequenceTask, Snapshot, SnapshotType, ZoneShape,
+    Sequence, SequenceEvent, SequenceHandle, SequenceInfoNotification, SequenceTask, Snapshot,
+    SnapshotType,
 };
 use trueup::execution::kortex::refusal;
 use trueup::execution::kortex::rpc::base as call;
@@ -150,36 +150,6 @@ fn actions_that_refer_to_themselves_are_refused_not_followed_for_ever() {
     let topic = link.subscribe(call::ON_SEQUENCE_INFO_TOPIC).unwrap();
     let () = link.call(call::PLAY_SEQUENCE, &handle).unwrap();
     assert_eq!(played(&emulator, &link, topic).last().unwrap().0, SequenceEvent::Aborted);
-}
-
-#[test]
-fn zones_are_kept_as_they_were_made_and_a_shape_without_sizes_is_refused() {
-    let emulator = emulator(&eager());
-    let link = link(&emulator);
-    let shape = ZoneShape {
-        shape_type: 3,
-        origin: Some(Point { x: 0.75, y: 0.0, z: 0.4 }),
-        dimensions: vec![0.05, 0.3, 0.4],
-        ..ZoneShape::default()
-    };
-    let zone = ProtectionZone {
-        name: "a wall".into(),
-        is_enabled: true,
-        shape: Some(shape.clone()),
-        ..ProtectionZone::default()
-    };
-    let handle: ProtectionZoneHandle = link.call(call::CREATE_PROTECTION_ZONE, &zone).unwrap();
-    let all: ProtectionZoneList = link.call(call::READ_ALL_PROTECTION_ZONES, &()).unwrap();
-    assert_eq!(all.protection_zones.len(), 1);
-    let kept: ProtectionZone = link.call(call::READ_PROTECTION_ZONE, &handle).unwrap();
-    assert_eq!(kept, ProtectionZone { handle: Some(handle.clone()), ..zone.clone() });
-    let flat = ZoneShape { dimensions: vec![0.05], ..shape };
-    let flat = ProtectionZone { shape: Some(flat), ..zone };
-    let refused = link.call::<()>(call::CREATE_PROTECTION_ZONE, &flat).unwrap_err();
-    assert!(refused.is_refusal(refusal::INVALID_PARAM), "{refused}");
-    let () = link.call(call::DELETE_PROTECTION_ZONE, &handle).unwrap();
-    let all: ProtectionZoneList = link.call(call::READ_ALL_PROTECTION_ZONES, &()).unwrap();
-    assert!(all.protection_zones.is_empty());
 }
 
 #[test]

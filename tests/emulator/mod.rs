@@ -3,6 +3,8 @@
 mod examples;
 mod calls;
 mod kept;
+mod zones;
+mod drive;
 mod rules;
 mod arm;
 mod pour;

@@ -1,6 +1,7 @@
 //! The And-Or graph: LANGUAGE 5.7, point by point, and what else it promises.
 
 mod build;
+mod exchange;
 mod infer;
 mod parse;
 mod points;

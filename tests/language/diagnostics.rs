@@ -1,6 +1,8 @@
 //! What a person is told, word by word.
 
-use trueup::language::{Library, Scope, Source, Style, parse, render};
+use trueup::language::{Source, Style, parse, render};
+
+use super::{checked, each_is_told};
 
 /// One file, five planted errors, one pass: the prototype of the language's design, reproduced.
 const BAD: &str = "\
@@ -25,18 +27,6 @@ tsak place(o: Graspable) {
 fn told(text: &str) -> Vec<String> {
     let source = Source::new("bad.task", text);
     parse(text).1.iter().map(|d| render(d, &source, Style::Plain)).collect()
-}
-
-/// Returns code, message and help of everything wrong with a text beside the standard library.
-fn checked(text: &str) -> Vec<(&'static str, String, String)> {
-    let mut library = Library::standard();
-    let file = library.add(Source::new("mine.task", text));
-    let scope: Scope = library.scope("kitchen");
-    library
-        .check_file(file, &scope)
-        .into_iter()
-        .map(|d| (d.code, d.message, d.help.unwrap_or_default()))
-        .collect()
 }
 
 #[test]
@@ -370,15 +360,7 @@ fn each_kind_of_mistake_is_named_with_what_would_help() {
             "move it into the `together { … }` whose steps it names",
         ),
     ];
-    for (text, code, message, help) in cases {
-        let found = checked(text);
-        let first = found.first().unwrap_or_else(|| panic!("nothing is told about `{text}`"));
-        assert_eq!(
-            (first.0, first.1.as_str(), first.2.as_str()),
-            (*code, *message, *help),
-            "{text}"
-        );
-    }
+    each_is_told(cases);
 }
 
 #[test]
@@ -401,4 +383,32 @@ fn fluents_of_fluents_are_followed_once_and_not_forever() {
     let fluents: String = (1..60).map(doubled).collect();
     let text = format!("fluent f0(o: Object) = height(o) > 1 cm\n{fluents}check f59(jar)\n");
     assert_eq!(checked(&text), []);
+}
+
+/// What people write who have not read the manual, and the one thing that helps.
+#[test]
+fn what_strangers_write_is_answered_with_what_to_write() {
+    let inside = |step: &str| format!("task t(o: Container) {{\n    {step}\n}}\n");
+    for (text, help) in [
+        (inside("needs visible(o), tall(o)"), "write `and` instead of the `,`"),
+        (inside("gives holding o"), "write `holding(o)`"),
+        (inside("lift 12 cm"), "write `lift(12 cm)`"),
+        (inside("if tall(o) { look() } elif held(o) { home() }"), "write `else if`"),
+        (inside("if tall(o) lift(o)"), "what is done stands in braces: `{ … }`"),
+        (inside("break if tall(o)\n    look()"), "write `break when tall(o)`"),
+        (inside("repeat until tall(o) { look() }"), "write `repeat upto 10 times { … } until …`"),
+        (inside("pick(o).then(place(o))"), "write `a() then b()`"),
+        (inside("pick(o)\n    on failure of pick { retry other upto 2 }"), "write `upto 2 times`"),
+        (inside("pick(\"jar\")"), "write `jar`, without quotes"),
+        ("fluent sad(o: Object) = held(o) ask Is it?\n".into(), "write `ask \"Is it?\"`"),
+        ("fluent glad(o) = true\n".into(), "write `o: Graspable`, or another type"),
+        (
+            "task t(o: Mug) { pick(o) }\n".into(),
+            "known are: Container, Graspable, Surface, Object, Place, Face and 16 more",
+        ),
+    ] {
+        let found = checked(&text);
+        let [(_, message, said)] = found.as_slice() else { panic!("{text}{found:?}") };
+        assert_eq!(said, help, "{text}{message}");
+    }
 }

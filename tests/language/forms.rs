@@ -4,16 +4,10 @@
 use trueup::language::ast::{Item, Step, TaskItem};
 use trueup::language::{Library, Source, format, parse};
 
+use super::{checked, each_is_told};
+
 /// The design's own listing.
 const SAMPLE: &str = include_str!("sample.task");
-
-/// Returns code, message and help of everything wrong with a text beside the standard library.
-fn checked(text: &str) -> Vec<(&'static str, String, String)> {
-    let mut library = Library::standard();
-    let file = library.add(Source::new("mine.task", text));
-    let found = library.check_file(file, &library.scope("kitchen"));
-    found.into_iter().map(|d| (d.code, d.message, d.help.unwrap_or_default())).collect()
-}
 
 fn tasks(text: &str) -> Vec<TaskItem> {
     let (program, found) = parse(text);
@@ -165,15 +159,7 @@ fn what_is_wrong_with_them_is_told() {
             "put it into the task that calls this action",
         ),
     ];
-    for (text, code, message, help) in cases {
-        let found = checked(text);
-        let first = found.first().unwrap_or_else(|| panic!("nothing is told about `{text}`"));
-        assert_eq!(
-            (first.0, first.1.as_str(), first.2.as_str()),
-            (*code, *message, *help),
-            "{text}"
-        );
-    }
+    each_is_told(cases);
 }
 
 /// The design's listing is syntax without a fault; what its check tells is what the standard library has

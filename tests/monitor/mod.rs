@@ -1,12 +1,19 @@
 //! The monitor on planted readings: rows, scores and answers that were worked out by hand.
 
-use trueup::execution::trace::FluentRow;
+mod changes;
+
+use trueup::execution::trace::{FluentRow, Measure, Outcome, StepRecord};
 use trueup::execution::walk::FluentReading;
-use trueup::language::ast::Span;
+use trueup::graph;
+use trueup::graph::energy::{PAPER_ERROR_RATE, energy};
+use trueup::language::ast::{Expr, Span, Step};
+use trueup::language::{Library, parse_line};
+use trueup::monitor::evidence::evidence;
 use trueup::monitor::questionnaire::by_geometry;
 use trueup::monitor::{Comparison, compare, measure};
 use trueup::units::Quantity;
 use trueup::world::fluent::{Error, Reading};
+use trueup::world::{Pose, WorldState};
 
 /// A fluent that somebody read: `margin` in m.
 fn read(text: &str, truth: Option<bool>, margin: Option<f64>) -> FluentReading {
@@ -149,4 +156,60 @@ fn measures_are_in_si_with_the_units_name() {
         assert_eq!(measure.unit, unit);
         assert!((measure.value - value).abs() < 1e-18);
     }
+}
+
+/// What a run shows, condition by condition: planted margins come out as the energies they must have.
+#[test]
+fn the_evidence_of_a_run_weighs_as_it_was_planted() {
+    let library = Library::standard();
+    let (step, _) = parse_line("pick(jar)");
+    let Some(Step::Act(act)) = step else { panic!() };
+    let graph = graph::build(&library, &act.call).unwrap();
+    let given = graph::infer::Given {
+        definitions: &library,
+        holds: &|_: &Expr| None,
+        pins: &std::collections::BTreeMap::new(),
+        priors: None,
+        cost: &|_| 0.0,
+    };
+    let pg = graph::best(&graph, &given).unwrap();
+    let lift = pg.steps.iter().find(|step| step.text.starts_with("lift")).unwrap();
+    let metres = |value| Measure { value, unit: "m".into() };
+    let mut comparison = compare(
+        &[read("holding(jar)", Some(true), Some(0.1))],
+        &[read("holding(jar)", Some(false), Some(-0.006))],
+    );
+    comparison.rows[0].std = Some(metres(0.002));
+    let record = StepRecord {
+        number: 1,
+        path: lift.path.clone(),
+        action: lift.text.clone(),
+        outcome: Outcome::Failure,
+        reason: None,
+        interval_s: [1.0, 2.5],
+        fluents: comparison.rows,
+        during: Vec::new(),
+        lines: Vec::new(),
+        planned_q: Vec::new(),
+        hamming: 1,
+        score: (-1.0_f64).exp(),
+        measured: WorldState {
+            time: 2.5,
+            q: vec![0.0; 7],
+            opening: 0.0,
+            world_from_tool: Pose::upright(0.5, 0.0, 0.3, 0.0),
+            held: None,
+            objects: Vec::new(),
+            spilt: None,
+        },
+        twin: None,
+    };
+    let evidence = evidence(&pg, std::slice::from_ref(&record));
+    let found = energy(&pg, &evidence);
+    // `lift` gives `holding(jar) and height(jar) >= 9 cm`, `pick` gives `holding(jar)`: three deviations each.
+    assert!((found.causal - 6.0).abs() < 1e-9, "{found:?} from {evidence:?}");
+    assert!((found.choice + pg.log_p).abs() < 1e-12 && found.spatial.abs() < 1e-12);
+    assert!((found.data + PAPER_ERROR_RATE.ln()).abs() < 1e-12);
+    let interval = evidence.interval(&lift.path).unwrap();
+    assert!((interval.to - interval.from - 1.5).abs() < 1e-12);
 }

@@ -126,6 +126,32 @@ fn next_over_and_continue_lead_the_run() {
     assert!(end.contains("done: pour(jar, cup)") && !end.contains("id=\"go-next\""), "{end}");
 }
 
+#[test]
+fn a_breakpoint_set_by_name_pauses_what_goes_on() {
+    let cell = cell("page-breakpoints");
+    let host = host(&cell.page);
+    let run = walk(&cell.live);
+    let first = waits_before(&host, 1);
+    assert!(first.contains("pause before") && first.contains("continue to the end"), "{first}");
+    assert_eq!(post(&host, "/live", "word=break&step=act").status, 303);
+    let refused = post(&host, "/live", "word=break&step=akt");
+    assert_eq!(
+        (refused.status, refused.text().trim()),
+        (400, "no step from here on is called akt: did you mean act?")
+    );
+    assert_eq!(post(&host, "/live", "word=break&step=+").status, 400);
+    post(&host, "/live", "word=break&step=4");
+    post(&host, "/live", "word=clear&step=act");
+    assert_eq!(get(&host, "/live.json").json()["stops"], serde_json::json!(["4"]));
+    post(&host, "/live", "word=continue");
+    let fourth = waits_before(&host, 4);
+    assert!(fourth.contains("Paused at <span class=\"call\">4</span>"), "{fourth}");
+    assert!(fourth.contains("continue to the next breakpoint"), "{fourth}");
+    post(&host, "/live", "word=clear&step=4");
+    post(&host, "/live", "word=continue");
+    assert_eq!(run.join().unwrap(), [1, 2, 3, 4, 5]);
+}
+
 /// A picture is shown once the recorder has written it, which is when anything else happens.
 #[test]
 fn a_picture_of_a_live_run_is_shown_when_it_is_whole() {

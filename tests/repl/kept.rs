@@ -3,6 +3,7 @@
 
 use std::fs;
 
+use trueup::execution::lines::Line;
 use trueup::execution::trace::{FluentRow, Measure, Outcome, StepRecord, TermRow};
 use trueup::graph::ParseGraph;
 use trueup::graph::parse_graph::Choice;
@@ -87,6 +88,17 @@ fn above(off: f64, sigma: f64) -> FluentRow {
     }
 }
 
+/// What `lift.rhai` did.
+fn lifted() -> Line {
+    Line {
+        script: "lift.rhai".into(),
+        line: 2,
+        text: "arm.move_by([0.0, 0.0, by], 0.3);".into(),
+        does: "move straight by 12.0 cm up at 30 % of full speed".into(),
+        at_s: 0.0,
+    }
+}
+
 fn step(number: usize, path: &str, action: &str, rows: Vec<FluentRow>) -> StepRecord {
     let differ = |row: &&FluentRow| matches!((row.twin, row.measured), (Some(twin), Some(real)) if twin != real);
     let hamming = rows.iter().filter(differ).count();
@@ -102,6 +114,8 @@ fn step(number: usize, path: &str, action: &str, rows: Vec<FluentRow>) -> StepRe
         interval_s: [begin, begin + 4.0],
         fluents: rows,
         during: Vec::new(),
+        lines: if number == 1 { vec![lifted()] } else { Vec::new() },
+        planned_q: Vec::new(),
         hamming,
         score: (-(hamming as f64)).exp(),
         measured: state(begin + 4.0),
@@ -147,8 +161,10 @@ pub(crate) fn pour(branch: &str, held: f64, off: f64, sigma: f64) -> Run {
         seed: 1,
         robot: "lab".into(),
         version: "0".into(),
+        start: None,
         questions: vec![Vec::new(); steps.len()],
         steps,
+        probe: None,
         rehearsals: Vec::new(),
         parse_graphs: vec![ParseGraph {
             call: "pour(jar, cup)".into(),

@@ -6,6 +6,8 @@
 //! the same arguments are typed at one prompt, one after the other, but for those that begin with `// alone`.
 
 pub(crate) mod kept;
+mod lease;
+mod quiz;
 mod step;
 mod survive;
 

@@ -33,6 +33,7 @@ type Work<'a> = dyn Fn(&mut WorkCell, &Step) -> Result<Run, Failure> + Sync + 'a
 
 fn typed(work: &Work<'_>, presses: &AtomicUsize, lines: &str) {
     let hands = Hands {
+        propose: None,
         perform: work,
         gap: &|_| Ok(()),
         open: &|_| Err(Failure::input("test", "no other robot here")),
@@ -159,6 +160,7 @@ fn two_interrupts_bring_the_prompt_back_at_once() {
         begun: Vec::new(),
     };
     let hands = Hands {
+        propose: None,
         perform: &work,
         gap: &|_| Ok(()),
         open: &|_| Err(Failure::input("test", "no other robot here")),

@@ -1,6 +1,7 @@
 //! Stepping without a terminal: over records, and as the conductor of runs that are made up here.
 
 mod answers;
+mod lines;
 
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -10,7 +11,8 @@ use serde_json::Value;
 use trueup::execution::conduct::{Ahead, Conductor, Dial, Later, Mark, Part, Stated, Word};
 use trueup::execution::trace::{FluentRow, Measure, Outcome, StepRecord};
 use trueup::teach::record;
-use trueup::teach::stepper::{Front, Setup, Shown, Stepper};
+use trueup::teach::shown::{Front, Shown};
+use trueup::teach::stepper::{Setup, Stepper};
 use trueup::teach::stops::Stops;
 
 use crate::repl::kept::pour;

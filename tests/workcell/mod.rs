@@ -1,8 +1,12 @@
 //! The work cell end to end: stopped runs, missed grasps, and the folder that a run leaves.
 
 mod during;
+mod fork;
+mod lines;
+mod recovery;
 mod conduct;
 mod recorder;
+mod trials;
 
 use std::fs;
 use std::path::PathBuf;
@@ -42,6 +46,15 @@ fn plain() -> Options {
         lab.placement.fixed.insert(name.into(), Spot { x_m, y_m, yaw_rad: 0.3 });
     }
     Options { switches: Switches { offset: false, ..Switches::default() }, ..options(lab, 1) }
+}
+
+/// The kitchen with nothing in its vessels: what is not about water is simulated far sooner without.
+pub(crate) fn dry() -> Source {
+    let stdlib = Stdlib::embedded();
+    let kitchen = stdlib.tasks().find(|(path, _)| path.ends_with("kitchen.task"));
+    let text = kitchen.expect("the stdlib has a kitchen").1;
+    let text = text.replace("  filled 150 mL", "").replace("scene kitchen", "scene dry_kitchen");
+    Source::new("dry.task", text)
 }
 
 fn call(text: &str) -> Call {

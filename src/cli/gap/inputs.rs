@@ -2,67 +2,111 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::discovery::held::Held;
 use crate::discovery::model_file::ModelFile;
 use crate::discovery::pour::Pour;
 use crate::discovery::recording::{Map, Recording};
 use crate::language::Source;
 use crate::motion::Robot;
 use crate::report::{self, Failure, Style};
-use crate::workcell::{self, Run, poured};
+use crate::workcell::{self, Run, carried, poured};
 use crate::world::Scene;
 
 use super::super::Cli;
 use super::super::run::{read, stdlib};
 use super::{GapArgs, failure};
 
+/// What all the recordings are of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Arm,
+    Pours,
+    Held,
+}
+
+/// What `gap` is given.
+pub(super) struct Inputs {
+    pub(super) recordings: Vec<Recording>,
+    pub(super) kind: Kind,
+    /// The scene, unless the recordings are of an arm alone.
+    pub(super) scene: Option<Scene>,
+    /// The runs among what was given, each with the name of its folder.
+    pub(super) runs: Vec<(String, Run)>,
+}
+
 /// Reads every recording; a run folder's is its pour, if it has one and a scale was read, else the arm's.
-/// With them comes the scene, if they are pours.
-pub(super) fn recordings(
+pub(super) fn inputs(
     args: &GapArgs,
     map: &Map,
     model: Option<&(PathBuf, ModelFile)>,
     cli: &Cli,
     style: Style,
-) -> Result<(Vec<Recording>, Option<Scene>), Failure> {
-    let mut files: Vec<Vec<Recording>> =
-        args.recordings.iter().map(|path| recordings_at(path, map)).collect::<Result<_, _>>()?;
+) -> Result<Inputs, Failure> {
+    let mut files = read_all(args, map)?;
     let runs: Vec<Option<Run>> =
         args.recordings.iter().map(|path| run_at(path)).collect::<Result<_, _>>()?;
+    let has = |is: fn(&Recording) -> bool| files.iter().flatten().any(is);
     let mut scene = None;
-    if runs.iter().any(Option::is_some) || files.iter().flatten().any(Pour::is_one) {
-        scene = Some(scene_of(cli, model, style)?);
-    }
-    let Some(scene) = scene else { return Ok((flat(files), None)) };
-    let robot = stdlib(cli)?.robot(&scene.robot).map_err(|error| {
-        Failure::input("scene::robot", error.to_string()).at(scene.name.as_str())
-    })?;
-    for (file, run) in files.iter_mut().zip(&runs) {
-        let Some(run) = run else { continue };
-        for recording in file {
-            let pour =
-                poured::pour(run, recording, &robot, &scene).map_err(|error| failure(&error))?;
-            if let Some(pour) = pour {
-                *recording = pour;
+    if runs.iter().any(Option::is_some) || has(Pour::is_one) || has(Held::is_one) {
+        let own = scene_of(cli, model, style)?;
+        let robot = stdlib(cli)?.robot(&own.robot).map_err(|error| {
+            Failure::input("scene::robot", error.to_string()).at(own.name.as_str())
+        })?;
+        for ((file, run), path) in files.iter_mut().zip(&runs).zip(&args.recordings) {
+            let Some(run) = run else { continue };
+            for recording in file {
+                let pour = poured::pour(run, recording, &robot, &own).map_err(|e| failure(&e))?;
+                match pour {
+                    // The arm's recording of a run, by itself, is what was asked for.
+                    Some(pour) if path.is_dir() => *recording = pour,
+                    _ => carried::carried(run, recording, &robot, &own),
+                }
             }
         }
+        scene = Some(own);
     }
     let recordings = flat(files);
-    let pours = recordings.iter().filter(|recording| Pour::is_one(recording)).count();
-    if pours == 0 {
-        return Ok((recordings, None));
+    let kinds: Vec<Kind> = recordings.iter().map(kind_of).collect();
+    let kind = kinds[0];
+    if let Some(at) = kinds.iter().position(|other| *other != kind) {
+        let words = |kind: Kind| match kind {
+            Kind::Arm => "the motion of an arm",
+            Kind::Pours => "a pour",
+            Kind::Held => "a thing in the hand",
+        };
+        let message =
+            format!("the first recording is of {}, this one of {}", words(kind), words(kinds[at]));
+        return Err(Failure::input("gap::mixed", message)
+            .at(recordings[at].name.as_str())
+            .help("compare like with like; `RUN/arm.csv` is the arm's recording of a run"));
     }
-    if let Some(other) = recordings.iter().find(|recording| !Pour::is_one(recording)) {
-        return Err(Failure::input("gap::mixed", "some recordings are pours and others are not")
-            .at(other.name.as_str())
-            .help("compare pours with pours; `RUN/arm.csv` is the arm's recording of a run"));
+    let scene = scene.filter(|_| kind != Kind::Arm);
+    let names = args.recordings.iter().map(|path| {
+        let folder = folder(path);
+        folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned()
+    });
+    let runs = names.zip(runs).filter_map(|(name, run)| Some((name, run?))).collect();
+    Ok(Inputs { recordings, kind, scene, runs })
+}
+
+fn kind_of(recording: &Recording) -> Kind {
+    if Pour::is_one(recording) {
+        Kind::Pours
+    } else if Held::is_one(recording) {
+        Kind::Held
+    } else {
+        Kind::Arm
     }
-    Ok((recordings, Some(scene)))
 }
 
 /// Reads every recording as it is.
 pub(super) fn plain(args: &GapArgs, map: &Map) -> Result<Vec<Recording>, Failure> {
-    let files: Result<_, _> = args.recordings.iter().map(|path| recordings_at(path, map)).collect();
-    files.map(flat)
+    read_all(args, map).map(flat)
+}
+
+/// Reads what each file holds: one recording, or several whose clocks start again.
+fn read_all(args: &GapArgs, map: &Map) -> Result<Vec<Vec<Recording>>, Failure> {
+    args.recordings.iter().map(|path| recordings_at(path, map)).collect()
 }
 
 /// The recordings of all files in a row; where files hold several, it is said which one is held out.
@@ -78,10 +122,21 @@ fn flat(files: Vec<Vec<Recording>>) -> Vec<Recording> {
     recordings
 }
 
-/// Reads the run of a run folder.
+/// Returns the folder of a run folder's recording, or the path as it is.
+fn folder(path: &Path) -> &Path {
+    match (path.file_name(), path.parent()) {
+        (Some(name), Some(parent)) if name == "arm.csv" && parent.as_os_str().is_empty() => {
+            Path::new(".")
+        }
+        (Some(name), Some(parent)) if name == "arm.csv" => parent,
+        _ => path,
+    }
+}
+
+/// Reads the run of a run folder, or of the folder that an arm's recording of a run lies in.
 fn run_at(path: &Path) -> Result<Option<Run>, Failure> {
-    let file = path.join("run.json");
-    if !path.is_dir() || !file.is_file() {
+    let file = folder(path).join("run.json");
+    if !file.is_file() {
         return Ok(None);
     }
     serde_json::from_str(&read(&file)?).map(Some).map_err(|error| {

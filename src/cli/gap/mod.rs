@@ -1,5 +1,6 @@
 //! `trueup gap`: what the model lacks, from recordings or from points that a camera saw.
 
+mod apply;
 mod inputs;
 mod points;
 
@@ -13,13 +14,15 @@ use crate::discovery::finding::Finding;
 use crate::discovery::model_file::{self, ModelFile};
 use crate::discovery::recording::{self, Map, Recording};
 use crate::discovery::{Investigation, Options, Subject, investigate};
+use crate::execution::trace::StepRecord;
 use crate::language::Source;
+use crate::monitor::changes::{self, Change};
 use crate::report::{self, Failure, Style};
 use crate::units::significant;
 
 use super::run::read;
 use super::{Cli, Exit};
-use inputs::{plain, recordings, robot_of};
+use inputs::{Inputs, Kind, inputs, plain, robot_of};
 
 /// The part of a single recording that is held out.
 const HOLDOUT: f64 = 0.33;
@@ -89,18 +92,24 @@ pub(super) fn gap(args: &GapArgs, cli: &Cli, style: Style) -> Result<Exit, Failu
         }
     }
     let model = model_of(args, style)?;
-    let (mut recordings, scene) = recordings(args, &map, model.as_ref(), cli, style)?;
+    let Inputs { mut recordings, kind, scene, runs } =
+        inputs(args, &map, model.as_ref(), cli, style)?;
     let known = model.as_ref().map_or(&[][..], |(_, file)| file.effects());
     let robot;
-    let subject = if let Some(scene) = &scene {
-        Subject::Pours(scene, known)
-    } else {
-        robot = robot_of(args, &recordings)?;
-        let joints: Vec<String> = robot.joints().iter().map(|joint| joint.name.clone()).collect();
-        for recording in &mut recordings {
-            recording.number_joints(&joints);
+    let subject = match (&scene, kind) {
+        (Some(scene), Kind::Pours) => Subject::Pours(scene, known),
+        (scene, _) => {
+            robot = robot_of(args, &recordings)?;
+            let joints: Vec<String> =
+                robot.joints().iter().map(|joint| joint.name.clone()).collect();
+            for recording in &mut recordings {
+                recording.number_joints(&joints);
+            }
+            match scene {
+                Some(scene) => Subject::Held(&robot, scene, known),
+                None => Subject::Arm(&robot, known),
+            }
         }
-        Subject::Arm(&robot, known)
     };
     let options = Options { holdout: args.holdout, ..Options::default() };
     let bar = bar(style);
@@ -115,18 +124,38 @@ pub(super) fn gap(args: &GapArgs, cli: &Cli, style: Style) -> Result<Exit, Failu
         bar.finish_and_clear();
     }
     let mut investigation = finding.map_err(|error| failure(&error))?;
-    if scene.is_none() && args.robot_file.is_none() && recordings[0].sidecar.robot.is_none() {
+    if kind != Kind::Pours && args.robot_file.is_none() && recordings[0].sidecar.robot.is_none() {
         let assumed = "no robot is named; the Gen3 of the stdlib is assumed (`--robot-file URDF` names another)";
         investigation.finding.notes.insert(0, assumed.into());
     }
     if let Some((path, file)) = &model {
         change(&mut investigation.finding, path, file, args)?;
     }
+    let steps: Vec<(&str, &[StepRecord])> =
+        runs.iter().map(|(name, run)| (name.as_str(), &run.steps[..])).collect();
+    let fluents = changes::unexplained(&steps);
     if let Some(folder) = &args.out {
-        keep(&mut investigation, folder)?;
+        keep(&mut investigation, &fluents, runs.len(), folder)?;
+    }
+    if style.json {
+        style.document(&WithFluents { finding: &investigation.finding, fluents: &fluents });
+        return Ok(Exit::Yes);
     }
     tell(&investigation.finding, style);
+    if !runs.is_empty() {
+        style.say("");
+        style.say(report::changes::people(&fluents, runs.len(), style).trim_end());
+    }
     Ok(Exit::Yes)
+}
+
+/// A finding over runs, with what no step of them explains.
+#[derive(serde::Serialize)]
+struct WithFluents<'a> {
+    #[serde(flatten)]
+    finding: &'a Finding,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    fluents: &'a [Change],
 }
 
 /// The same for a model given by its equations.
@@ -171,17 +200,12 @@ fn equations(
         experiment: outcome.experiment,
     };
     if args.apply && outcome.text != text {
-        // The old text first, so that there is always a way back.
-        let mut undo = path.as_os_str().to_owned();
-        undo.push(".before-gap");
-        write(Path::new(&undo), text)?;
-        write(path, &outcome.text)?;
+        let note = apply::apply(path, text, &outcome.text)?;
         investigation.finding.model.applied = true;
-        let note = format!("{} holds the model as it was", Path::new(&undo).display());
         investigation.finding.notes.push(note);
     }
     if let Some(folder) = &args.out {
-        keep(&mut investigation, folder)?;
+        keep(&mut investigation, &[], 0, folder)?;
     }
     tell(&investigation.finding, style);
     Ok(Exit::Yes)
@@ -221,7 +245,12 @@ fn write(path: &Path, text: &str) -> Result<(), Failure> {
 }
 
 /// Writes the page, the finding and the motion that would settle a doubt into a folder.
-fn keep(investigation: &mut Investigation, folder: &Path) -> Result<(), Failure> {
+fn keep(
+    investigation: &mut Investigation,
+    fluents: &[Change],
+    runs: usize,
+    folder: &Path,
+) -> Result<(), Failure> {
     std::fs::create_dir_all(folder).map_err(|error| {
         Failure::input("io::write", format!("cannot make {}: {error}", folder.display()))
             .at(folder.display().to_string())
@@ -234,8 +263,10 @@ fn keep(investigation: &mut Investigation, folder: &Path) -> Result<(), Failure>
             next.commands = Some(path.display().to_string());
         }
     }
-    write(&folder.join("gap.html"), &report::gap_page::page(investigation))?;
-    let json = serde_json::to_string_pretty(&investigation.finding)
+    let table = report::changes::table(fluents, runs);
+    write(&folder.join("gap.html"), &report::gap_page::page(investigation, &table))?;
+    let whole = WithFluents { finding: &investigation.finding, fluents };
+    let json = serde_json::to_string_pretty(&whole)
         .map_err(|error| Failure::input("json", error.to_string()))?;
     write(&folder.join("gap.json"), &json)
 }
@@ -265,13 +296,8 @@ fn change(
     if !args.apply || after == before {
         return Ok(());
     }
-    // The old text first, so that there is always a way back.
-    let mut undo = path.as_os_str().to_owned();
-    undo.push(".before-gap");
-    write(Path::new(&undo), before)?;
-    write(path, &after)?;
+    finding.notes.push(apply::apply(path, before, &after)?);
     finding.model.applied = true;
-    finding.notes.push(format!("{} holds the model as it was", Path::new(&undo).display()));
     Ok(())
 }
 

@@ -44,7 +44,7 @@ pub(super) fn gap(args: &GapArgs, map: &Map, cli: &Cli, style: Style) -> Result<
         change(&mut investigation.finding, path, file, args)?;
     }
     if let Some(folder) = &args.out {
-        keep(&mut investigation, folder)?;
+        keep(&mut investigation, &[], 0, folder)?;
     }
     tell(&investigation.finding, style);
     Ok(Exit::Yes)

@@ -2,15 +2,10 @@
 
 use super::data::Pour;
 use super::gap::{PourGap, Term};
-use crate::discovery::finding::{
-    self, Alternative, Channel, Effect, Evidence, Finding, Gap, ModelChange, SIGNIFICANT, Split,
-    Told, Verdict, Visible, above_noise,
-};
-use crate::discovery::model_file;
+use crate::discovery::finding::{Channel, Told};
 use crate::discovery::recording::{Error, Recording};
-use crate::discovery::selection::{
-    self, Gap as _, Hypothesis, Options, Outcome, Set, sum_of_squares,
-};
+use crate::discovery::selection::{self, Hypothesis, Options, Outcome, Set};
+use crate::discovery::worded::{self, Worded};
 use crate::discovery::{Investigation, Trace};
 use crate::language::ast::EffectItem;
 use crate::units::significant;
@@ -47,9 +42,8 @@ pub fn investigate(
                 .into(),
         );
     }
-    let (known, aside) = known_terms(known, &pours[0]);
-    notes.extend(aside);
-    let gap = PourGap { pours, sets, known };
+    let mut gap = PourGap { pours, sets, known: (Vec::new(), Vec::new()) };
+    notes.extend(take_known(&mut gap, known));
     let runs_away = |what: String| Error {
         what,
         place: recordings[0].name.clone(),
@@ -58,47 +52,44 @@ pub fn investigate(
     let outcome = selection::search(&gap, options, progress).map_err(runs_away)?;
     progress("writing the answer", 0.98);
     let traces = traces(&gap, &outcome);
-    let finding = answer(&gap, &outcome, options, notes);
+    let finding = worded::answer(&gap, &outcome, options, notes);
     Ok(Investigation { finding, traces, experiment: None })
 }
 
-/// Returns the effects that the model has already, and a sentence for each that is not of a pour.
-fn known_terms(known: &[EffectItem], pour: &Pour) -> ((Vec<Term>, Vec<f64>), Vec<String>) {
-    let (mut terms, mut numbers, mut aside) = (Vec::new(), Vec::new(), Vec::new());
+/// Gives the gap the effects that the model has already; returns a sentence for each that is not of a pour.
+fn take_known(gap: &mut PourGap, known: &[EffectItem]) -> Vec<String> {
+    let mut aside = Vec::new();
     for item in known {
         let term = Term::ALL
             .into_iter()
-            .find(|term| term.name() == item.name.text && term.seat(pour) == item.at.text);
+            .find(|term| term.name() == item.name.text && gap.seat(term) == item.at.text);
         let number = |name: &str| {
             let parameter = item.parameters.iter().find(|parameter| parameter.name.text == name);
             parameter.map(|parameter| parameter.value.quantity.value)
         };
-        let mine: Option<Vec<f64>> = match term {
-            Some(Term::Volume) => number("volume").map(|volume| vec![volume]),
-            Some(Term::Dribble) => number("volume").zip(number("delay")).map(|(v, d)| vec![v, d]),
-            Some(Term::Gain) => number("gain").map(|gain| vec![gain]),
-            Some(Term::Drift) => number("rate").map(|rate| vec![rate]),
-            None => None,
-        };
-        match (term, mine) {
-            (Some(term), Some(mine)) => {
-                terms.push(term);
-                numbers.extend(mine);
+        let mine: Option<Vec<f64>> = term.and_then(|term| {
+            let slots = selection::Gap::slots(gap, &term);
+            slots.iter().map(|slot| number(slot.name)).collect()
+        });
+        match term.zip(mine) {
+            Some((term, mine)) => {
+                gap.known.0.push(term);
+                gap.known.1.extend(mine);
             }
-            _ => aside.push(format!(
+            None => aside.push(format!(
                 "effect {}({}) does not change a pour and is left aside",
                 item.name.text, item.at.text
             )),
         }
     }
-    ((terms, numbers), aside)
+    aside
 }
 
 /// Returns measured minus model before and after, pour by pour, kg.
 fn traces(gap: &PourGap, outcome: &Outcome<Term>) -> Vec<Trace> {
     let of = |at: usize, pour: &Pour| {
         let left = |h: &Hypothesis<Term>| {
-            let predicted = gap.predicted(at, &h.terms, &h.parameters);
+            let (predicted, _) = gap.predicted(at, &h.terms, &h.parameters);
             pour.mass.iter().zip(predicted).map(|(mass, value)| mass - value).collect()
         };
         Trace {
@@ -115,155 +106,62 @@ fn traces(gap: &PourGap, outcome: &Outcome<Term>) -> Vec<Trace> {
     gap.pours.iter().enumerate().map(|(at, pour)| of(at, pour)).collect()
 }
 
-/// Returns the numbers of one effect: name, value, standard deviation, unit.
-fn told(gap: &PourGap, h: &Hypothesis<Term>, at: usize) -> Vec<Told> {
-    let before: usize = h.terms[..at].iter().map(|term| gap.slots(term).len()).sum();
-    let from = gap.nuisance().len() + before;
-    let slots = gap.slots(&h.terms[at]);
-    let of = |(i, slot): (usize, &selection::Slot)| {
-        let variance = h.covariance.get((from + i, from + i)).copied().unwrap_or(f64::NAN);
-        let (value, std) = (h.parameters[from + i], variance.max(0.0).sqrt());
-        (slot.name.to_owned(), value, std, slot.unit.to_owned())
-    };
-    slots.iter().enumerate().map(of).collect()
-}
-
-/// Returns the numbers as people write them: what is poured is in millilitres.
-fn everyday(told: &[Told]) -> Vec<Told> {
-    let of = |(name, value, std, unit): &Told| match unit.as_str() {
-        "m^3" => (name.clone(), value * 1e6, std * 1e6, "mL".to_owned()),
-        _ => (name.clone(), *value, *std, unit.clone()),
-    };
-    told.iter().map(of).collect()
-}
-
-/// Returns an effect as an equation.
-fn equation(term: Term, told: &[Told], pour: &Pour) -> String {
-    let number = |i: usize| {
-        let (_, value, _, unit) = &told[i];
-        format!("{} {unit}", significant(*value, 3)).trim_end().to_owned()
-    };
-    let [source, target] = &pour.vessels;
-    match term {
-        Term::Volume => format!("volume({source}) = {} at first", number(0)),
-        Term::Dribble => format!(
-            "volume({target}) += {} * (1 - exp(-t_upright/{})) after {source} is upright",
-            number(0),
-            number(1)
-        ),
-        Term::Gain => format!("mass *= {}", number(0)),
-        Term::Drift => format!("mass += {} * t", number(0)),
+impl Worded for PourGap {
+    fn name(&self, term: &Term) -> &'static str {
+        term.name()
     }
-}
 
-fn answer(
-    gap: &PourGap,
-    outcome: &Outcome<Term>,
-    options: &Options,
-    mut notes: Vec<String>,
-) -> Finding {
-    let best = &outcome.best;
-    let pour = &gap.pours[0];
-    let counts = (gap.count(Set::Train), gap.count(Set::Heldout));
-    let rms = |sum: f64, count: usize| (sum / count.max(1) as f64).sqrt();
-    let split = |h: &Hypothesis<Term>| Split {
-        train: rms(h.train, counts.0),
-        heldout: rms(h.heldout, counts.1),
-    };
-    let explained = (outcome.nothing.heldout - best.heldout).max(1e-9);
-    let mut effects = Vec::new();
-    let mut lines = Vec::new();
-    for (at, term) in best.terms.iter().enumerate() {
-        let told = told(gap, best, at);
-        let without = &outcome.without[at];
-        let rivals = || outcome.rivals.iter().filter(|rival| rival.instead_of == at);
-        let tied = rivals().any(|rival| rival.behind < options.tie);
-        let alternatives = rivals().filter_map(|rival| {
-            let other = *rival.hypothesis.terms.last()?;
-            let why_not = if rival.behind < options.tie {
-                "explains the data as well; this pour does not tell the two apart".to_owned()
-            } else {
-                format!(
-                    "leaves a sum of squares larger by {:.0} on the data fitted and held out",
-                    rival.behind
-                )
-            };
-            let (name, at) = (other.name().to_owned(), other.seat(pour));
-            Some(Alternative { name, at, delta_bic: rival.behind, why_not })
-        });
-        if !tied {
-            lines.push(model_file::line(term.name(), &term.seat(pour), &everyday(&told)));
+    fn seat(&self, term: &Term) -> String {
+        let [source, target] = &self.pours[0].vessels;
+        match term {
+            Term::Volume | Term::Dribble | Term::Viscosity => source.clone(),
+            Term::Overflow => target.clone(),
+            Term::Gain | Term::Drift | Term::Clip => "mass".into(),
         }
-        effects.push(Effect {
-            name: term.name().into(),
-            at: term.seat(pour),
-            parameters: finding::grouped(term.name(), &told),
-            evidence: Evidence {
-                delta_bic: without.criterion() - best.criterion(),
-                heldout_gain: ((without.heldout - best.heldout) / explained).clamp(-1.0, 1.0),
-            },
-            equation: equation(*term, &everyday(&told), pour),
-            alternatives: alternatives.take(3).collect(),
-            indistinguishable: tied,
-        });
     }
-    let left = above_noise(best.heldout, counts.1).max(above_noise(best.train, counts.0));
-    if left > SIGNIFICANT && !effects.is_empty() {
-        notes.push(format!(
-            "what is left is still above noise ({left:.0} standard deviations of its sum of squares)"
-        ));
-    }
-    let (verdict, reason) = verdict(&effects, left);
-    let visible = if effects.is_empty() { visible(gap, outcome, options) } else { Vec::new() };
-    Finding {
-        verdict,
-        places: vec![place(gap, outcome)],
-        effects,
-        gap: Gap::of(split(&outcome.nothing), split(best), 1.0),
-        model: ModelChange { added: lines, ..ModelChange::default() },
-        next_experiment: None,
-        reason,
-        smallest_visible: visible,
-        notes,
-    }
-}
 
-fn verdict(effects: &[Effect], left: f64) -> (Verdict, String) {
-    let name = |effect: &Effect| format!("{} at {}", effect.name, effect.at);
-    match effects {
-        [] if left < SIGNIFICANT => (
-            Verdict::NothingMissing,
-            "the scale read what the model says, within noise, and no effect explains any of the rest"
-                .into(),
-        ),
-        [] => (
-            Verdict::Unknown,
-            format!("the gap is {left:.0} standard deviations above noise, but no effect explains it"),
-        ),
-        several if several.iter().any(|effect| effect.indistinguishable) => (
-            Verdict::Ambiguous,
-            "several effects explain this pour equally well; pour another volume, and wait with the \
-             vessel upright over the other"
-                .into(),
-        ),
-        [one] => {
-            (Verdict::Named, format!("{} explains the gap, also on data held out", name(one)))
-        }
-        several => (
-            Verdict::Several,
-            format!(
-                "{} together explain the gap, also on data held out",
-                several.iter().map(name).collect::<Vec<_>>().join(" and ")
+    fn equation(&self, term: &Term, told: &[Told]) -> String {
+        let number = |i: usize| {
+            let (_, value, _, unit) = &told[i];
+            format!("{} {unit}", significant(*value, 3)).trim_end().to_owned()
+        };
+        let [source, target] = &self.pours[0].vessels;
+        match term {
+            Term::Volume => format!("volume({source}) = {} at first", number(0)),
+            Term::Dribble => format!(
+                "volume({target}) += {} * (1 - exp(-t_upright/{})) after {source} is upright",
+                number(0),
+                number(1)
             ),
-        ),
+            Term::Viscosity => format!(
+                "what stands above the lip of {source} leaves through a film, w*rho*g*h^3*slope/(3*{})",
+                number(0)
+            ),
+            Term::Overflow => format!("volume({target}) <= {}, the rest runs over", number(0)),
+            Term::Gain => format!("mass *= {}", number(0)),
+            Term::Drift => format!("mass += {} * t", number(0)),
+            Term::Clip => format!("mass <= {} as read", number(0)),
+        }
+    }
+
+    fn places(&self, nothing: &Hypothesis<Term>) -> Vec<Channel> {
+        vec![place(self, nothing)]
+    }
+
+    fn nothing(&self) -> &'static str {
+        "the scale read what the model says, within noise, and no effect explains any of the rest"
+    }
+
+    fn doubt(&self) -> &'static str {
+        "pour another volume, wait with the vessel upright over the other, and weigh what is beside it"
     }
 }
 
 /// Says how large the gap of the scale's reading is, and when.
-fn place(gap: &PourGap, outcome: &Outcome<Term>) -> Channel {
+fn place(gap: &PourGap, nothing: &Hypothesis<Term>) -> Channel {
     let (mut square, mut rows, mut late) = (0.0, 0_usize, [0.0; 2]);
     for (at, pour) in gap.pours.iter().enumerate() {
-        let predicted = gap.predicted(at, &[], &outcome.nothing.parameters);
+        let (predicted, _) = gap.predicted(at, &[], &nothing.parameters);
         let upright_again = pour.tilt.iter().rposition(|tilt| tilt.abs() > 0.5).unwrap_or(0);
         for (row, (mass, value)) in pour.mass.iter().zip(predicted).enumerate() {
             square += (mass - value).powi(2);
@@ -288,34 +186,4 @@ fn place(gap: &PourGap, outcome: &Outcome<Term>) -> Channel {
         share: 1.0,
         concentrated_in: when.into(),
     }
-}
-
-/// Returns how small a change of each number would have been seen.
-fn visible(gap: &PourGap, outcome: &Outcome<Term>, options: &Options) -> Vec<Visible> {
-    let own = &outcome.nothing.parameters;
-    let Some(base) = gap.residuals(Set::Train, &[], own) else { return Vec::new() };
-    let count = base.len() as f64;
-    let mut found = Vec::new();
-    for candidate in gap.candidates(&[], &base, None) {
-        let slots = gap.slots(&candidate.term);
-        let mut moved = candidate.starts[0].clone();
-        moved[0] = slots[0].neutral.unwrap_or(0.0) + slots[0].scale;
-        let parameters = [&own[..], &moved].concat();
-        let Some(with) = gap.residuals(Set::Train, &[candidate.term], &parameters) else {
-            continue;
-        };
-        let change: Vec<f64> = with.iter().zip(&base).map(|(a, b)| a - b).collect();
-        let strength = sum_of_squares(&change).sqrt() / slots[0].scale;
-        if strength > 0.0 {
-            let needed = options.least_gain + slots.len() as f64 * count.ln();
-            found.push(Visible {
-                name: candidate.term.name().into(),
-                at: candidate.term.seat(&gap.pours[0]),
-                parameter: slots[0].name.into(),
-                least: (needed.sqrt() / strength).max(slots[0].least),
-                unit: slots[0].unit.into(),
-            });
-        }
-    }
-    found
 }

@@ -31,6 +31,10 @@ pub struct Pour {
     pub declared: f64,
     /// What it held at first, if scales said so afterwards, m³.
     pub held: Option<f64>,
+    /// What was beside both vessels at the end, if scales said so, m³.
+    pub beside: Option<f64>,
+    /// What the second holds when it is full, m³; nobody knows of a thing that is no vessel.
+    pub brim: f64,
     /// What it holds at a tilt.
     pub(super) hold: Hold,
     /// When each row was taken, s.
@@ -100,6 +104,8 @@ impl Pour {
             vessels: [source.name.clone(), target.name.clone()],
             declared: source.cavity.map_or(0.0, |cavity| cavity.filled),
             held: recording.sidecar.pour.as_ref().and_then(|pour| pour.held_m3),
+            beside: recording.sidecar.pour.as_ref().and_then(|pour| pour.spilt_m3),
+            brim: target.cavity.map_or(f64::INFINITY, |cavity| cavity.capacity),
             hold,
             noise: noise.collect(),
             time: pick(time),

@@ -1,4 +1,4 @@
-//! Pours as something to be explained: [`Gap`] over what a vessel held and what clung to its lip.
+//! Pours as something to be explained: [`Gap`] over what a vessel held, how it ran out and where it went.
 
 use super::data::{DENSITY, Pour};
 use super::flow::{Flow, arrived};
@@ -11,30 +11,39 @@ pub(super) enum Term {
     Volume,
     /// `lip_dribble(source)`: water ran on after it was upright.
     Dribble,
+    /// `liquid_viscosity(source)`: it flows more slowly the less of it stands above the lip.
+    Viscosity,
+    /// `overflow(target)`: it is full, and the rest runs over.
+    Overflow,
     /// `output_gain(mass)`: the scale reads in other units than it says.
     Gain,
     /// `output_drift(mass)`: the scale's zero drifts.
     Drift,
+    /// `output_saturation(mass)`: the scale reads no more than its limit.
+    Clip,
 }
 
 impl Term {
-    pub(super) const ALL: [Self; 4] = [Self::Volume, Self::Dribble, Self::Gain, Self::Drift];
+    pub(super) const ALL: [Self; 7] = [
+        Self::Volume,
+        Self::Dribble,
+        Self::Viscosity,
+        Self::Overflow,
+        Self::Gain,
+        Self::Drift,
+        Self::Clip,
+    ];
 
     /// Returns its name in the vocabulary.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Volume => "liquid_volume",
             Self::Dribble => "lip_dribble",
+            Self::Viscosity => "liquid_viscosity",
+            Self::Overflow => "overflow",
             Self::Gain => "output_gain",
             Self::Drift => "output_drift",
-        }
-    }
-
-    /// Returns where it sits.
-    pub(super) fn seat(self, pour: &Pour) -> String {
-        match self {
-            Self::Volume | Self::Dribble => pour.vessels[0].clone(),
-            Self::Gain | Self::Drift => "mass".into(),
+            Self::Clip => "output_saturation",
         }
     }
 }
@@ -51,6 +60,12 @@ pub(super) struct PourGap {
 
 /// How exactly a vessel is filled to what is declared, as a part of it: by eye, to a line.
 const FILLED: f64 = 0.03;
+
+/// How well the water beside the vessels is told, m³: some of it dries, some stays on the gripper.
+const BESIDE: f64 = 5e-6;
+
+/// Viscosity of water, Pa·s: what it does is in the pace.
+const WATER: f64 = 1e-3;
 
 /// Parameters of the model itself, the same for all pours.
 const OWN: [(Slot, f64); 3] = [
@@ -73,8 +88,14 @@ impl PourGap {
         }) == set
     }
 
-    /// Returns the readings that effects predict for one pour, kg.
-    pub(super) fn predicted(&self, at: usize, terms: &[Term], parameters: &[f64]) -> Vec<f64> {
+    /// Returns the readings that effects predict for one pour, kg, and the water beside both vessels at its
+    /// end, m³.
+    pub(super) fn predicted(
+        &self,
+        at: usize,
+        terms: &[Term],
+        parameters: &[f64],
+    ) -> (Vec<f64>, f64) {
         let pour = &self.pours[at];
         let (own, found) = parameters.split_at(OWN.len());
         let mut flow = Flow {
@@ -83,8 +104,10 @@ impl PourGap {
             delay: own[1],
             lean: own[2],
             film: (0.0, 1.0),
+            viscosity: 0.0,
+            brim: pour.brim,
         };
-        let (mut gain, mut drift) = (1.0, 0.0);
+        let (mut gain, mut drift, mut most) = (1.0, 0.0, f64::INFINITY);
         let lists = [(&self.known.0[..], &self.known.1[..]), (terms, found)];
         for (terms, mut numbers) in lists {
             for term in terms {
@@ -96,15 +119,18 @@ impl PourGap {
                     Term::Dribble => flow.film = (mine[0], mine[1]),
                     Term::Gain => gain *= mine[0],
                     Term::Drift => drift += mine[0],
+                    Term::Viscosity => flow.viscosity = (mine[0] - WATER).max(0.0),
+                    Term::Overflow => flow.brim = mine[0],
+                    Term::Clip => most = mine[0],
                 }
             }
         }
         let start = pour.time[0];
-        let mass = arrived(pour, &flow);
-        mass.iter()
-            .zip(&pour.time)
-            .map(|(volume, time)| gain * DENSITY * volume + drift * (time - start))
-            .collect()
+        let (there, beside) = arrived(pour, &flow);
+        let read = |(volume, time): (&f64, &f64)| {
+            (gain * DENSITY * volume + drift * (time - start)).min(most)
+        };
+        (there.iter().zip(&pour.time).map(read).collect(), beside)
     }
 }
 
@@ -149,6 +175,12 @@ impl Gap for PourGap {
                 slot("delay", "s", 0.1, (0.1, 20.0)),
             ],
             Term::Gain => vec![with(slot("gain", "", 0.01, (0.2, 5.0)), 1.0, 0.005)],
+            Term::Viscosity => {
+                // Ten times water looks like water that was poured a little later.
+                vec![with(slot("viscosity", "Pa*s", 0.01, (WATER, 100.0)), WATER, 0.01)]
+            }
+            Term::Overflow => vec![slot("level", "m^3", 1e-6, (1e-6, 1e-2))],
+            Term::Clip => vec![slot("limit", "kg", 1e-3, (1e-3, 10.0))],
             Term::Drift => vec![with(slot("rate", "kg/s", 1e-5, (-1e-2, 1e-2)), 0.0, 1e-5)],
         }
     }
@@ -159,13 +191,14 @@ impl Gap for PourGap {
             if self.sets[at].is_some_and(|own| own != set) {
                 continue;
             }
-            let predicted = self.predicted(at, terms, parameters);
+            let (predicted, beside) = self.predicted(at, terms, parameters);
             for (row, value) in predicted.iter().enumerate() {
                 if self.is_in(at, row, set) {
                     all.push((pour.mass[row] - value) / pour.noise[row]);
                 }
             }
             all.extend(self.filling(at, terms, parameters));
+            all.extend(pour.beside.map(|seen| (seen - beside) / BESIDE));
         }
         all.iter().all(|value| value.is_finite()).then_some(all)
     }
@@ -175,9 +208,16 @@ impl Gap for PourGap {
             |at: usize| (0..self.pours[at].time.len()).filter(move |row| self.is_in(at, *row, set));
         let filling = |at: usize| {
             let here = self.sets[at].is_none_or(|own| own == set);
-            usize::from(here && self.pours[at].held.is_some())
+            let pour = &self.pours[at];
+            let weighed = [pour.held, pour.beside].iter().flatten().count();
+            if here { weighed } else { 0 }
         };
         (0..self.pours.len()).map(|at| rows(at).count() + filling(at)).sum()
+    }
+
+    fn compatible(&self, a: &Term, b: &Term) -> bool {
+        use Term::{Clip, Overflow};
+        a != b && !matches!((a, b), (Clip, Overflow) | (Overflow, Clip))
     }
 
     fn candidates(
@@ -187,6 +227,11 @@ impl Gap for PourGap {
         _instead_of: Option<&Term>,
     ) -> Vec<Candidate<Term>> {
         let declared = self.pours[0].declared;
+        let most = |pour: &Pour| pour.mass.iter().copied().fold(0.0, f64::max);
+        let most = self.pours.iter().map(most).fold(0.0, f64::max);
+        let below = |factor: f64| {
+            [1.0, 0.98, 0.95, 0.9, 0.8, 0.6].map(|part| vec![part * most * factor]).to_vec()
+        };
         let free = |term: &Term| !terms.contains(term) && !self.known.0.contains(term);
         Term::ALL
             .into_iter()
@@ -197,6 +242,9 @@ impl Gap for PourGap {
                     Term::Dribble => [0.5, 1.5, 4.0].map(|delay| vec![8e-6, delay]).to_vec(),
                     Term::Gain => vec![vec![1.0]],
                     Term::Drift => vec![vec![0.0]],
+                    Term::Viscosity => [WATER, 0.05, 0.3, 2.0].map(|value| vec![value]).to_vec(),
+                    Term::Overflow => below(1.0 / DENSITY),
+                    Term::Clip => below(1.0),
                 };
                 Candidate { term, with: Vec::new(), starts, surcharge: 0.0 }
             })

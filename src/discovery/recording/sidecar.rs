@@ -101,6 +101,44 @@ pub struct Sidecar {
     pub segments: Vec<Segment>,
     /// Which vessels a pour was between.
     pub pour: Option<Vessels>,
+    /// What was held, in a recording of its places.
+    pub held: Option<HeldObject>,
+    /// What the hand carried, in a recording of torques.
+    pub carried: Vec<Carried>,
+}
+
+/// What the hand carried for a while, as far as it is known.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Carried {
+    /// Its name in the scene.
+    pub object: String,
+    /// It was taken between these times, s: before the first the table bears it, after the second the hand.
+    pub taken_s: [f64; 2],
+    /// It was left between these times, s.
+    pub left_s: [f64; 2],
+    /// Its mass without what is in it, kg.
+    pub mass_kg: f64,
+    /// What was in it, kg, as pairs of time and mass; linear between them.
+    #[serde(default)]
+    pub contents_kg: Vec<[f64; 2]>,
+    /// Where its middle of mass was, in the frame of the tip, m.
+    pub com_m: [f64; 3],
+}
+
+impl Carried {
+    /// Returns what is wrong with it, if anything is.
+    fn mistake(&self) -> Option<String> {
+        let times = [self.taken_s[0], self.taken_s[1], self.left_s[0], self.left_s[1]];
+        let rows: Vec<f64> = self.contents_kg.iter().map(|[time, _]| *time).collect();
+        let numbers = self.contents_kg.iter().flatten().chain(&self.com_m).chain(&times);
+        if !numbers.chain([&self.mass_kg]).all(|value| value.is_finite()) {
+            return Some("`carried` holds something that is not a number".into());
+        }
+        if !times.is_sorted() || !rows.is_sorted() {
+            return Some(format!("the times of `carried` ({}) go back", self.object));
+        }
+        (self.mass_kg < 0.0).then(|| format!("`carried.mass_kg` is {}", self.mass_kg))
+    }
 }
 
 /// The vessels of a pour, by their names in the scene.
@@ -113,6 +151,36 @@ pub struct Vessels {
     /// What the source held at first, as scales said afterwards, m³.
     #[serde(default)]
     pub held_m3: Option<f64>,
+    /// What was beside both vessels at the end, m³.
+    #[serde(default)]
+    pub spilt_m3: Option<f64>,
+}
+
+/// Which point of a thing a recording's `object_x, object_y, object_z` is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Origin {
+    /// The middle of what it stands on, as everywhere in a scene.
+    #[default]
+    Base,
+    /// The middle of it.
+    Centre,
+    /// The middle of its top.
+    Top,
+}
+
+/// What is known of the thing in the hand.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(default)]
+pub struct HeldObject {
+    /// Its name in the scene.
+    pub object: Option<String>,
+    /// Its mass with all that is in it, kg; the scene's if it is not given.
+    pub mass_kg: Option<f64>,
+    /// The force of one finger on it, N.
+    pub squeeze_n: Option<f64>,
+    /// Which point of it was followed.
+    pub origin: Origin,
 }
 
 #[derive(Deserialize, Default)]
@@ -128,6 +196,8 @@ struct Raw {
     encoder_step_rad: Option<f64>,
     segments: Vec<RawSegment>,
     pour: Option<Vessels>,
+    held: Option<HeldObject>,
+    carried: Vec<Carried>,
 }
 
 #[derive(Deserialize)]
@@ -193,6 +263,18 @@ impl Sidecar {
                 return Err(wrong(format!("`controller.rate_hz` is {rate}; it must be above 0")));
             }
         }
+        let held = raw
+            .held
+            .iter()
+            .flat_map(|held| [("held.mass_kg", held.mass_kg), ("held.squeeze_n", held.squeeze_n)]);
+        for (key, value) in held {
+            if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+                return Err(wrong(format!("`{key}` is {value}; it must be above 0")));
+            }
+        }
+        if let Some(mistake) = raw.carried.iter().find_map(Carried::mistake) {
+            return Err(wrong(mistake));
+        }
         if let Some(g) = raw.gravity_m_s2
             && !g.is_finite()
         {
@@ -220,6 +302,8 @@ impl Sidecar {
             encoder_step: raw.encoder_step_rad,
             segments,
             pour: raw.pour,
+            held: raw.held,
+            carried: raw.carried,
         })
     }
 }

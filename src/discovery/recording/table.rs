@@ -242,7 +242,7 @@ fn told(mut recording: Recording) -> Result<Recording, Error> {
 
 /// Returns what a column of an arm's recording measures: `q_1` an angle, `tcp_x` a length.
 fn meaning(name: &str) -> Option<Dimension> {
-    if let "tcp_x" | "tcp_y" | "tcp_z" | "gripper" = name {
+    if let "tcp_x" | "tcp_y" | "tcp_z" | "object_x" | "object_y" | "object_z" | "gripper" = name {
         return Some(Dimension::LENGTH);
     }
     let (stem, number) = name.rsplit_once('_')?;

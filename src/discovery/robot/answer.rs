@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::explain::ArmGap;
+use super::load::Thing;
 use super::places::places;
 use super::power::smallest_visible;
 use super::term::{Law, Term};
@@ -38,34 +39,35 @@ pub(super) fn answer(
     let held = std::mem::take(&mut all.heldout);
     all.train.extend(held);
     let best = &outcome.best;
+    let things = all.things.clone();
     let last = fit_all(&all, best).unwrap_or_else(|| best.clone());
     let mut effects: Vec<Effect> = Vec::new();
     let mut lines: Vec<String> = Vec::new();
     let explained = (outcome.nothing.heldout - best.heldout).max(1e-9);
     let mut unnamed: BTreeMap<usize, usize> = BTreeMap::new();
     for (at, term) in best.terms.iter().enumerate() {
-        let told = told_of(&last, at);
+        let told = told_of(&last, at, &things);
         let without = &outcome.without[at];
         let mine = || outcome.rivals.iter().filter(|rival| rival.instead_of == at);
         let ties: Vec<&Rival<Term>> =
             mine().filter(|rival| rival.behind < options.tie && !synonym(rival, term)).collect();
         let effect = Effect {
             name: term.law.name().into(),
-            at: term.seat(),
+            at: term.seat(&things),
             parameters: parameters(term.law.name(), &told),
             evidence: Evidence {
                 delta_bic: without.criterion() - best.criterion(),
                 heldout_gain: ((without.heldout - best.heldout) / explained).clamp(-1.0, 1.0),
             },
             equation: wording::equation(term, &told),
-            alternatives: alternatives(mine(), term, options),
+            alternatives: alternatives(mine(), term, options, &things),
             indistinguishable: !ties.is_empty(),
         };
         if matches!(term.law, Law::Feature(_) | Law::Above | Law::Below) {
             // The twin has no law for it; a reader of the file should know all the same.
             lines.push(format!("// unknown at {}: {}", effect.at, effect.equation));
         } else if ties.is_empty() {
-            lines.push(wording::line(term, &told));
+            lines.push(wording::line(term, &told, &things));
         }
         // Several formulas at one joint are one unknown effect.
         let is_unnamed = effect.name == "unknown";
@@ -86,10 +88,10 @@ pub(super) fn answer(
             let h = fit_all(&all, &rival.hypothesis).unwrap_or_else(|| rival.hypothesis.clone());
             let last_at = h.terms.len() - 1;
             let other = h.terms[last_at];
-            let told = told_of(&h, last_at);
+            let told = told_of(&h, last_at, &things);
             effects.push(Effect {
                 name: other.law.name().into(),
-                at: other.seat(),
+                at: other.seat(&things),
                 parameters: parameters(other.law.name(), &told),
                 evidence: Evidence {
                     delta_bic: without.criterion() - rival.hypothesis.criterion(),
@@ -153,8 +155,9 @@ pub(super) fn answer(
 /// is left: a shift of the tracker with more or fewer of its numbers free, friction with another corner.
 pub(super) fn synonym(rival: &Rival<Term>, chosen: &Term) -> bool {
     let other = rival.hypothesis.terms.last();
-    other
-        .is_some_and(|other| other.law.name() == chosen.law.name() && other.seat() == chosen.seat())
+    other.is_some_and(|other| {
+        other.law.name() == chosen.law.name() && other.seat(&[]) == chosen.seat(&[])
+    })
 }
 
 /// Effects that explain less than this part of the gap are not what is missing.
@@ -229,11 +232,11 @@ fn verdict(effects: &[Effect], ambiguous: bool, left: f64, gap: &Gap) -> (Verdic
 }
 
 /// Returns the numbers of one effect of a hypothesis.
-fn told_of(h: &Hypothesis<Term>, at: usize) -> Vec<Told> {
+fn told_of(h: &Hypothesis<Term>, at: usize, things: &[Thing]) -> Vec<Told> {
     let from: usize = h.terms[..at].iter().map(|term| term.law.slots().len()).sum();
     let count = h.terms[at].law.slots().len();
     let covariance = h.covariance.view((from, from), (count, count)).into_owned();
-    wording::told(&h.terms[at], &h.parameters[from..from + count], &covariance)
+    wording::told(&h.terms[at], &h.parameters[from..from + count], &covariance, things)
 }
 
 fn parameters(name: &str, told: &[Told]) -> BTreeMap<String, Parameter> {
@@ -256,13 +259,14 @@ fn alternatives<'a>(
     rivals: impl Iterator<Item = &'a Rival<Term>>,
     chosen: &Term,
     options: &Options,
+    things: &[Thing],
 ) -> Vec<Alternative> {
     let mut found: Vec<Alternative> = Vec::new();
     for rival in rivals {
         let Some(term) = rival.hypothesis.terms.last() else { continue };
-        let (name, at) = (term.law.name().to_owned(), term.seat());
+        let (name, at) = (term.law.name().to_owned(), term.seat(things));
         let again = found.iter().any(|other| other.name == name && other.at == at);
-        if again || (name == chosen.law.name() && at == chosen.seat()) {
+        if again || (name == chosen.law.name() && at == chosen.seat(things)) {
             continue;
         }
         let why_not = if rival.behind < options.tie {

@@ -109,6 +109,12 @@ pub fn candidates(
             }
         }
     }
+    if !tip && model.feels_zeros() {
+        // About the first joint's axis, which gravity is along, a zero weighs nothing.
+        for &j in joints.iter().filter(|&&j| j > 0) {
+            add(Law::ZeroOffset, j, Vec::new(), 0.0);
+        }
+    }
     if effort {
         add(Law::Payload, 0, Vec::new(), 0.0);
         add(Law::BaseTilt, 0, Vec::new(), 0.0);

@@ -136,7 +136,7 @@ fn difference(like: &Model, commands: &[Vec<f64>], rivals: [&Hypothesis<Term>; 2
         channels,
         notes: Vec::new(),
     };
-    let model = Model::new(like.arm.clone(), Scene::new(&like.arm, data));
+    let model = Model::new(like.arm.clone(), Scene::new(&like.arm, data), Vec::new());
     let [first, second] = rivals;
     let truth = model.residuals(&first.terms, &first.parameters)?;
     let other = model.residuals(&second.terms, &second.parameters)?;

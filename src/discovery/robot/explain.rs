@@ -1,6 +1,7 @@
 //! An arm's recordings as something to be explained: [`Gap`] over laws and joints.
 
 use super::candidates::candidates;
+use super::load::Thing;
 use super::simulate::Model;
 use super::term::{Law, Term};
 use crate::discovery::selection::{Candidate, Gap, Set, Slot};
@@ -14,6 +15,8 @@ pub struct ArmGap {
     pub heldout: Vec<Model>,
     /// Effects that the model has already, with their parameters one after the other.
     pub known: (Vec<Term>, Vec<f64>),
+    /// What was carried in some of them.
+    pub things: Vec<Thing>,
 }
 
 impl ArmGap {
@@ -71,7 +74,15 @@ impl Gap for ArmGap {
             instead_of.is_none_or(|left_out| self.related(left_out, &somewhere))
         });
         // Where to begin is taken from the first recording; the fit uses them all.
-        candidates(&self.train[0], terms, left, joints)
+        let mut found = candidates(&self.train[0], terms, left, joints);
+        let things = (0..self.things.len()).map(|joint| Term { law: Law::ObjectMass, joint });
+        found.extend(things.filter(|term| !terms.contains(term)).map(|term| Candidate {
+            term,
+            with: Vec::new(),
+            starts: vec![vec![0.0]],
+            surcharge: 0.0,
+        }));
+        found
     }
 
     fn compatible(&self, a: &Term, b: &Term) -> bool {

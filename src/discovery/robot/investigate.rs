@@ -5,9 +5,10 @@ use super::chain::Chain;
 use super::data::Data;
 use super::experiment::Experiment;
 use super::explain::ArmGap;
+use super::load::{Load, Thing};
 use super::plant::{Arm, Scene};
 use super::simulate::Model;
-use super::term::Term;
+use super::term::{Law, Term};
 use crate::discovery::finding::{SIGNIFICANT, above_noise};
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Outcome, Set};
@@ -89,6 +90,7 @@ pub fn investigate(
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Investigation, Error> {
     let mut notes: Vec<String> = Vec::new();
+    let things = things(train.iter().chain(heldout));
     let mut models = Vec::new();
     for recording in train.iter().chain(heldout) {
         notes.extend(recording.notes.iter().cloned());
@@ -102,12 +104,26 @@ pub fn investigate(
                 recording.name
             ));
         }
-        models.push(Model::new(arm, scene));
+        let carried = recording.sidecar.carried.iter().map(|carried| {
+            let at = things.iter().position(|thing| thing.name == carried.object).unwrap_or(0);
+            Load::new(&arm, &scene.plant, carried, at, things[at].mass)
+        });
+        let loads = carried.collect();
+        models.push(Model::new(arm, scene, loads));
     }
     notes.dedup();
     let held = models.split_off(train.len());
     let mut present = (Vec::new(), Vec::new());
     for effect in known {
+        let thing = things.iter().position(|thing| thing.name == effect.at.text);
+        let heavier = effect.parameters.iter().find(|parameter| parameter.name.text == "mass");
+        if let ("object_mass", Some(joint), Some(mass)) =
+            (effect.name.text.as_str(), thing, heavier)
+        {
+            present.0.push(Term { law: Law::ObjectMass, joint });
+            present.1.push(mass.value.quantity.value - things[joint].mass);
+            continue;
+        }
         let read = super::known::known(effect, robot.n_joints()).map_err(|what| Error {
             what,
             place: format!("effect {}({})", effect.name.text, effect.at.text),
@@ -124,7 +140,7 @@ pub fn investigate(
             )),
         }
     }
-    let mut gap = ArmGap { train: models, heldout: held, known: present };
+    let mut gap = ArmGap { train: models, heldout: held, known: present, things };
     let runs_away = |what: String| Error {
         what,
         place: train.first().map_or(String::new(), |recording| recording.name.clone()),
@@ -157,8 +173,8 @@ pub fn investigate(
         && above_noise(outcome.nothing.heldout, gap.count(Set::Heldout)) > SIGNIFICANT
     {
         // The motion to fit does not show it, the other does: exchange the two.
-        let ArmGap { train, heldout, known } = gap;
-        gap = ArmGap { train: heldout, heldout: train, known };
+        let ArmGap { train, heldout, known, things } = gap;
+        gap = ArmGap { train: heldout, heldout: train, known, things };
         outcome = selection::search(&gap, options, progress).map_err(runs_away)?;
         notes.push(
             "the data to fit show nothing beyond noise, the data held out do: their roles were \
@@ -183,6 +199,17 @@ pub fn investigate(
         next.why.push_str(&detail);
     }
     Ok(Investigation { finding, traces, experiment: experiment.map(|experiment| experiment.csv) })
+}
+
+/// Returns what was carried in any of the recordings, each thing once.
+fn things<'a>(recordings: impl Iterator<Item = &'a Recording>) -> Vec<Thing> {
+    let mut found: Vec<Thing> = Vec::new();
+    for carried in recordings.flat_map(|recording| &recording.sidecar.carried) {
+        if found.iter().all(|thing| thing.name != carried.object) {
+            found.push(Thing { name: carried.object.clone(), mass: carried.mass_kg });
+        }
+    }
+    found
 }
 
 /// Returns the motion that would settle the first doubt, if there is a doubt and such a motion.

@@ -13,6 +13,7 @@ pub mod wording;
 pub mod known;
 pub mod experiment;
 pub mod investigate;
+pub mod load;
 mod answer;
 mod places;
 mod power;

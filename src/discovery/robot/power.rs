@@ -17,6 +17,7 @@ pub(super) fn smallest_visible(gap: &ArmGap, options: &Options) -> Vec<Visible> 
             Law::Coulomb
                 | Law::Viscous
                 | Law::Payload
+                | Law::ObjectMass
                 | Law::TorqueOffset
                 | Law::ZeroOffset
                 | Law::Compliance
@@ -39,9 +40,9 @@ pub(super) fn smallest_visible(gap: &ArmGap, options: &Options) -> Vec<Visible> 
         let needed = options.least_gain + slots.len() as f64 * count.ln();
         visible.push(Visible {
             name: law.name().into(),
-            at: candidate.term.seat(),
+            at: candidate.term.seat(&gap.things),
             parameter: slot.name.into(),
-            least: needed.sqrt() / strength,
+            least: (needed.sqrt() / strength).max(slot.least),
             unit: slot.unit.into(),
         });
     }

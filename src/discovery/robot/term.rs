@@ -1,6 +1,7 @@
 //! The effects an arm may lack, as the simulation understands them: a law and its seat.
 
 use super::data::Quantity;
+use super::load::Thing;
 use crate::discovery::selection::Slot;
 
 /// What a feature of an unnamed torque looks at.
@@ -45,6 +46,8 @@ pub enum Law {
     Asymmetric,
     /// A mass fixed to the last body (mass and position in the tip's frame).
     Payload,
+    /// A thing that is carried for a while is heavier than modelled; which of them is the term's `joint`.
+    ObjectMass,
     /// Rotor inertia.
     Armature,
     /// Gravity turned by roll and pitch of the base.
@@ -101,7 +104,7 @@ pub enum Law {
 pub struct Term {
     /// What it does.
     pub law: Law,
-    /// At which joint, from 0; for effects of the whole arm, 0.
+    /// At which joint, from 0; for effects of the whole arm, 0; of things carried, which of them.
     pub joint: usize,
 }
 
@@ -163,6 +166,7 @@ impl Law {
         matches!(
             self,
             Self::Payload
+                | Self::ObjectMass
                 | Self::Armature
                 | Self::BaseTilt
                 | Self::ZeroOffset
@@ -183,6 +187,7 @@ impl Law {
             Self::Stribeck => "stribeck_friction",
             Self::Asymmetric => "asymmetric_friction",
             Self::Payload => "payload",
+            Self::ObjectMass => "object_mass",
             Self::Armature => "armature",
             Self::BaseTilt => "base_tilt",
             Self::TorqueOffset => "torque_offset",
@@ -241,6 +246,10 @@ impl Law {
                 slot("moment_y", "kg*m", 2e-3, ANY, Some(0.0)),
                 slot("moment_z", "kg*m", 2e-3, ANY, Some(0.0)),
             ],
+            // A sip more or less, or what sticks to the outside.
+            Self::ObjectMass => {
+                vec![Slot { least: 5e-3, ..slot("mass", "kg", 0.02, ANY, Some(0.0)) }]
+            }
             Self::Armature => vec![slot("inertia", "kg*m^2", 0.01, ANY, Some(0.0))],
             Self::BaseTilt => vec![
                 slot("roll", "rad", 1e-3, (-1.5, 1.5), Some(0.0)),
@@ -304,6 +313,7 @@ impl Law {
         !matches!(
             self,
             Self::Payload
+                | Self::ObjectMass
                 | Self::BaseTilt
                 | Self::CommandDelay
                 | Self::SensorDelay(_)
@@ -314,9 +324,12 @@ impl Law {
 }
 
 impl Term {
-    /// Returns the name of its seat.
-    pub fn seat(&self) -> String {
+    /// Returns the name of its seat; `things` are what was carried.
+    pub fn seat(&self, things: &[Thing]) -> String {
         match self.law {
+            Law::ObjectMass => {
+                things.get(self.joint).map_or_else(|| "object".into(), |thing| thing.name.clone())
+            }
             Law::Payload | Law::ToolOffset => "tool".into(),
             Law::BaseTilt => "base".into(),
             Law::CommandDelay => "robot".into(),

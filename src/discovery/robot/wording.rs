@@ -6,13 +6,20 @@
 
 use nalgebra::DMatrix;
 
+use super::load::Thing;
 use super::term::{Feature, Law, Term};
 use crate::discovery::finding::Told;
 use crate::discovery::model_file;
 use crate::units::significant;
 
-/// Returns the effect's numbers in the order of the vocabulary. `covariance` is that of `parameters`.
-pub fn told(term: &Term, parameters: &[f64], covariance: &DMatrix<f64>) -> Vec<Told> {
+/// Returns the effect's numbers in the order of the vocabulary. `covariance` is that of `parameters`; `things`
+/// are what was carried.
+pub fn told(
+    term: &Term,
+    parameters: &[f64],
+    covariance: &DMatrix<f64>,
+    things: &[Thing],
+) -> Vec<Told> {
     let names = names(term.law);
     let slots = term.law.slots();
     let here = values(term.law, parameters);
@@ -38,10 +45,17 @@ pub fn told(term: &Term, parameters: &[f64], covariance: &DMatrix<f64>) -> Vec<T
         }
         *std = variance.max(0.0).sqrt();
     }
+    // What is fitted is how much heavier a thing is than modelled.
+    let modelled = match term.law {
+        Law::ObjectMass => things.get(term.joint).map_or(0.0, |thing| thing.mass),
+        _ => 0.0,
+    };
     names
         .into_iter()
         .zip(here.iter().zip(stds))
-        .map(|((name, unit), (value, std))| (name.to_owned(), *value, std, unit.to_owned()))
+        .map(|((name, unit), (value, std))| {
+            (name.to_owned(), modelled + value, std, unit.to_owned())
+        })
         .collect()
 }
 
@@ -123,6 +137,12 @@ pub fn equation(term: &Term, told: &[Told]) -> String {
             significant(v(2), 3),
             significant(v(3), 3)
         ),
+        Law::ObjectMass => {
+            format!(
+                "tau += J_c(q)' * m * (ddx_c - g) from grasp to release, m = {} + contents",
+                n(0)
+            )
+        }
         Law::Armature => format!("tau_{j} += {} * ddq_{j}", n(0)),
         Law::BaseTilt => {
             format!("g = R(roll {}, pitch {})' * (0, 0, -g)", n(0), n(1))
@@ -195,6 +215,6 @@ fn shape(feature: Feature, j: usize) -> String {
 }
 
 /// Writes the line of a model file.
-pub fn line(term: &Term, told: &[Told]) -> String {
-    model_file::line(term.law.name(), &term.seat(), told)
+pub fn line(term: &Term, told: &[Told], things: &[Thing]) -> String {
+    model_file::line(term.law.name(), &term.seat(things), told)
 }

@@ -48,6 +48,11 @@ impl ActionError {
     pub fn can_be_caught(&self) -> bool {
         !matches!(self, Self::Stopped | Self::Ended | Self::Broken(_))
     }
+
+    /// Whether nothing more is done after it: a person said stop, or a device failed.
+    pub fn ends_the_walk(&self) -> bool {
+        matches!(self, Self::Stopped | Self::Device(_))
+    }
 }
 
 impl From<DeviceError> for ActionError {
@@ -72,6 +77,11 @@ pub trait Body: Send {
 
     /// Returns what can be known of the world while the arm moves.
     fn sight(&self) -> Box<dyn Sight>;
+
+    /// Lets arm time stand still while a person is asked, or go on.
+    fn waits(&mut self, _on: bool) -> Result<(), DeviceError> {
+        Ok(())
+    }
 
     /// Looks at the table and takes what it sees for what is there.
     fn look(&mut self) -> Result<(), DeviceError>;

@@ -27,6 +27,7 @@ use super::beside::{Openings, Order};
 use super::conduct::Dial;
 use super::during::During;
 use super::limits::Limits;
+use super::lines::{Gate, Line, Running};
 use super::plan::NoWay;
 use super::tape::{Ended, Entry, OffTape, Tape};
 use super::timing::Past;
@@ -72,6 +73,10 @@ pub struct Stage {
     orders: Option<Vec<Order>>,
     /// How far the fingers were open, while something is done beside a motion.
     openings: Option<Openings>,
+    /// The script that runs, and what of it acted.
+    running: Running,
+    /// Who may hold the arm before a line of it.
+    gate: Option<Gate>,
     cancel: Cancel,
     dial: Dial,
     watcher: Watcher,
@@ -106,6 +111,8 @@ impl Stage {
             past: Past::default(),
             orders: None,
             openings: None,
+            running: Running::default(),
+            gate: None,
             cancel,
             dial: Dial::default(),
             watcher,
@@ -179,6 +186,43 @@ impl Stage {
     /// Puts the times of a run in place: none when it begins, those so far when it is rehearsed further.
     pub fn set_past(&mut self, past: Past) {
         self.past = past;
+    }
+
+    /// Lets someone hold the arm before the lines of scripts that act, or nobody.
+    pub fn set_gate(&mut self, gate: Option<Gate>) {
+        self.gate = gate;
+    }
+
+    /// Begins a script: the lines of it that act are kept until [`Self::script_lines`].
+    pub(super) fn script_begins(&mut self, file: &str, text: &str) -> Result<(), ActionError> {
+        let since = self.body.arm().feedback()?.time;
+        self.running = Running::new(file, text, since);
+        Ok(())
+    }
+
+    /// Takes note of a line that acts; returns who is to be asked before it, and what about.
+    pub(super) fn line_begins(
+        &mut self,
+        line: usize,
+        does: String,
+    ) -> Result<Option<(Gate, Line, WorldState)>, ActionError> {
+        let now = self.body.arm().feedback()?.time;
+        let line = self.running.acts(line, does, now);
+        // What is only asked for, to be done beside a motion, does not happen yet.
+        let Some(gate) = self.gate.clone().filter(|_| self.orders.is_none()) else {
+            return Ok(None);
+        };
+        Ok(Some((gate, line, self.state()?)))
+    }
+
+    /// Returns the lines of the last script that acted.
+    pub(super) fn script_lines(&mut self) -> Vec<Line> {
+        std::mem::take(&mut self.running).lines()
+    }
+
+    /// Lets arm time stand still while a person is asked, or go on.
+    pub fn waits(&mut self, on: bool) -> Result<(), ActionError> {
+        Ok(self.body.waits(on)?)
     }
 
     /// From now on scripts are asked what they want done beside a motion, and nothing is done.

@@ -10,7 +10,7 @@ use crate::world::Pose;
 use crate::world::frame::{Tool, World};
 
 use super::super::arm::{Arm, Cancel, DeviceError, Feedback};
-use super::super::plan::{Planner, distance, turned_angle};
+use super::super::plan::{Planner, distance, tool_pose, turned_angle};
 use super::super::tape::Entry;
 use super::super::trace::Event;
 use super::{ActionError, Stage, Watcher};
@@ -20,6 +20,8 @@ use super::{ActionError, Stage, Watcher};
 const BRIDGE: f64 = 0.2;
 /// How fast it is led there, as a share of full speed.
 const BRIDGE_SPEED: f64 = 0.3;
+/// An arm this near to where a path begins stands there, rad.
+const STANDS_THERE: f64 = 0.02;
 
 impl Stage {
     /// Goes to a tool pose round everything in the way; for calibration, without a tape.
@@ -110,6 +112,18 @@ impl Stage {
             back.insert(0, self.q.clone());
         }
         if back.len() < 2 { Ok(()) } else { self.turn(&back, rate) }
+    }
+
+    /// `arm.draw_back(path, speed)`: the way that `path` goes, from where it begins; from anywhere else, such as
+    /// from a lift that was cut short, the same way straight and as far.
+    pub fn draw_back(&mut self, path: &[Vec<f64>], speed: f64) -> Result<(), ActionError> {
+        let (Some(first), Some(last)) = (path.first(), path.last()) else { return Ok(()) };
+        if distance(first, &self.q) < STANDS_THERE {
+            return self.follow(path, speed);
+        }
+        let at = |q: &[f64]| tool_pose(&self.cell, q).origin();
+        let by = at(last) - at(first);
+        self.move_by([by.x, by.y, by.z], speed)
     }
 
     /// Has the arm do something that is to take `seconds`, with whoever watches told of every tick and the

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Builder;
 use crate::graph::{FluentNode, Relation, fluent};
+use crate::language::ast::ExprKind;
 use crate::language::text;
 
 /// Types of parameters that are not things on the table.
@@ -25,6 +26,12 @@ impl Builder<'_> {
             for (atom, negated) in fluent::atoms(condition) {
                 let idx = *known.entry(text::expr(atom)).or_insert_with(|| {
                     fluents.push(fluent::node(atom, self.definitions, &self.objects));
+                    if let ExprKind::Call(call) = &atom.kind
+                        && let Some(item) = self.definitions.fluent(&call.name.text)
+                    {
+                        let name = call.name.text.clone();
+                        self.signatures.fluents.insert(name, item.params.clone());
+                    }
                     fluents.len() - 1
                 });
                 let relation = Relation::Causal { node: *node, role: *role, fluent: idx, negated };

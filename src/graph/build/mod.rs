@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::{
     And, Argument, Causes, Definitions, Does, Form, Graph, Holding, Node, NodeId, NodeKind,
-    Problem, Relation, Terminal,
+    Problem, Relation, Signatures, Terminal, is_at_or_below,
 };
 use crate::language::ast::{Arg, Call, Conditions, Expr, Hold, Name, Param, Span};
 use crate::language::bind::{self, Scope};
@@ -42,6 +42,7 @@ pub fn build(definitions: &dyn Definitions, call: &Call) -> Result<Graph, Vec<Pr
         objects: BTreeSet::new(),
         lets: BTreeSet::new(),
         files: BTreeMap::new(),
+        signatures: Signatures::default(),
     };
     let place =
         Place { parent: None, path: String::new(), key: String::new(), within: String::new() };
@@ -71,6 +72,7 @@ pub fn build(definitions: &dyn Definitions, call: &Call) -> Result<Graph, Vec<Pr
         relations: builder.relations,
         fluents,
         files: builder.files,
+        signatures: builder.signatures,
     })
 }
 
@@ -105,6 +107,7 @@ struct Builder<'d> {
     objects: BTreeSet<String>,
     lets: BTreeSet<String>,
     files: BTreeMap<String, String>,
+    signatures: Signatures,
 }
 
 impl Builder<'_> {
@@ -215,6 +218,7 @@ impl Builder<'_> {
         if let Some(file) = definitions.file_of(name) {
             self.files.insert(name.clone(), file.to_owned());
         }
+        self.signatures.callables.entry(name.clone()).or_insert_with(|| params.clone());
         let mut bound = match bind::arguments(&format!("{kind} `{name}`"), params, call) {
             Ok(bound) => bound,
             Err(bind::Misfit { message, span, help }) => {
@@ -240,7 +244,8 @@ impl Builder<'_> {
         let mut pinned: Vec<String> = Vec::new();
         for node in &mut self.nodes[first..] {
             let NodeKind::Or(or) = &mut node.kind else { continue };
-            if !or.decides.is_free() || pinned.iter().any(|above| node.path.starts_with(above)) {
+            if !or.decides.is_free() || pinned.iter().any(|above| is_at_or_below(&node.path, above))
+            {
                 continue;
             }
             match or.branches.iter().position(|b| b.name == branch.text) {
@@ -418,11 +423,11 @@ fn holding(holds: &[Hold], scope: &Scope) -> Holding {
 /// Returns the call with every parameter that the caller named or that has a default, in order: objects
 /// bare, the rest by name.
 fn closed_call(call: &Call, params: &[Param], chosen: &Scope) -> Call {
+    // A bare argument stays bare, as its caller wrote it; behind one that is named it needs its name.
+    let bare = call.args.iter().take_while(|arg| arg.name.is_none()).count();
     let args = params.iter().enumerate().filter_map(|(i, param)| {
         let value = chosen.get(&param.name.text)?.clone();
-        // A bare argument stays bare, as its caller wrote it.
-        let bare = call.args.get(i).is_some_and(|arg| arg.name.is_none());
-        let name = (!bare).then(|| param.name.clone());
+        let name = (i >= bare).then(|| param.name.clone());
         Some(Arg { name, span: value.span, values: vec![value] })
     });
     Call { name: call.name.clone(), args: args.collect(), span: call.span }

@@ -313,10 +313,7 @@ impl Builder<'_> {
         let mut made = Vec::new();
         for recovery in recoveries {
             let of = recovery.of.as_ref().map(|of| bind::fill_call(of, scope));
-            let label = match &of {
-                Some(of) => format!("on failure of {}", text::call(of)),
-                None => "on failure".into(),
-            };
+            let label = text::on_failure(of.as_ref());
             let (id, inside) = self.open(place, "on_failure", label, recovery.span);
             let nominal = self.skip(&inside, ".nominal", recovery.span);
             let (taken, below) = self.open_as(&inside, ".taken", "recover".into(), recovery.span);

@@ -270,6 +270,9 @@ pub(super) fn lines(node: &Node) -> Vec<String> {
                 });
                 lines.extend(guards.map(|line| shorten(&line, LONGEST_LINE)));
             }
+            if let Some(at) = or.via {
+                lines.push(shorten(&format!("via {}", or.branches[at].name), LONGEST_LINE));
+            }
         }
         NodeKind::Terminal(terminal) => {
             for e in &terminal.holding.untils {

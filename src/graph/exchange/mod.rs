@@ -1,19 +1,28 @@
-//! The graph in files: JSON (versioned), which is read back in full, and Graphviz DOT ([`dot`]).
+//! The graph in files: JSON (versioned) and the language itself ([`task`]), which are read back in full;
+//! Graphviz DOT ([`dot`]); and a grammar for tools that parse with probabilities ([`pcfg`]).
 //!
 //! What is written and read again is written the same. Places in a text are kept for nodes, not for the
 //! parts of their conditions.
 
 pub mod dot;
+pub mod pcfg;
 mod read;
+pub mod task;
+mod words;
+
+use std::collections::BTreeMap;
 
 use serde_json::{Map, Value, json};
 
 use super::{
     And, Branch, Decides, Does, Form, Graph, Node, NodeId, NodeKind, Outcomes, Priors, Relation,
 };
-use crate::language::text;
+use crate::language::ast::Param;
+use crate::language::{assist, text};
 pub use dot::to_dot;
+pub use pcfg::to_pcfg;
 pub use read::from_json;
+pub use task::to_task;
 
 /// The version of [`to_json`]'s format.
 pub const VERSION: u32 = 1;
@@ -48,13 +57,34 @@ pub fn to_json(graph: &Graph, learnt: &Learnt<'_>) -> Value {
         if let Some(ask) = &fluent.ask {
             value["ask"] = json!(ask);
         }
+        if let Some(template) = &fluent.template {
+            value["asks"] = json!(template);
+        }
         nodes.push(value);
     }
     edges.extend(graph.relations.iter().map(|relation| relation_json(graph, relation)));
     json!({
         "format": "stc-aog", "version": VERSION, "root": graph.root().path,
         "call": text::call(&graph.call), "nodes": nodes, "edges": edges,
+        "takes": signatures(&graph.signatures.callables),
+        "fluents_take": signatures(&graph.signatures.fluents),
     })
+}
+
+/// `["lift(o: Graspable, by: Length = 12 cm)", …]`
+fn signatures(all: &BTreeMap<String, Vec<Param>>) -> Vec<String> {
+    all.iter().map(|(name, params)| assist::signature(name, params)).collect()
+}
+
+/// Ten pseudo-counts shared out; whole numbers are written as such.
+fn count(prior: f64) -> Value {
+    let count = (prior * 1e4).round() / 1e3;
+    if count.fract() == 0.0 { json!(count as u64) } else { json!(count) }
+}
+
+/// A share without the dust that adding up to 1 leaves on it.
+fn plain(share: f64) -> f64 {
+    (share * 1e12).round() / 1e12
 }
 
 fn node_json(graph: &Graph, node: &Node, learnt: &Learnt<'_>) -> Value {
@@ -81,7 +111,7 @@ fn node_json(graph: &Graph, node: &Node, learnt: &Learnt<'_>) -> Value {
             let prior = learnt.priors.map_or(branch.prior, |priors| priors.of(or)[i]);
             put("text", json!(super::outcome::fingerprint(branch.text)));
             put("p", json!(prior));
-            put("prior", json!({"count": (prior * 1e4).round() / 1e3, "of": 10}));
+            put("prior", json!({"count": count(prior), "of": 10}));
             if let Some(outcomes) = learnt.outcomes {
                 let pair = |domain| {
                     let counts = outcomes.of(branch, domain);

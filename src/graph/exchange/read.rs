@@ -1,5 +1,8 @@
 //! JSON → graph: what [`super::to_json`] writes, read back.
 //!
+//! What another program leaves out is what the rest says: a key is read off the path, a label off what the node
+//! does, the kind of a relation off its name.
+//!
 //! Conditions and calls are texts of the language and are read by its parser, so a file that somebody
 //! else wrote is held to the same rules.
 
@@ -9,11 +12,11 @@ use serde_json::Value;
 
 use super::super::{
     And, Argument, Branch, Causes, Decides, Does, Error, FluentNode, Form, Graph, Holding, Node,
-    NodeId, NodeKind, Or, Pause, Relation, Role, Terminal,
+    NodeId, NodeKind, Or, Pause, Relation, Signatures, Terminal,
 };
 use super::VERSION;
-use crate::language::ast::{Allen, Call, Expr, ExprKind, Item, Remedy, Span, Step};
-use crate::language::parse;
+use super::words::{allen, call, decides, expr, remedy, role, signatures};
+use crate::language::ast::{Expr, Span};
 
 /// Reads a graph that [`super::to_json`] wrote.
 ///
@@ -48,9 +51,8 @@ pub fn from_json(value: &Value) -> Result<Graph, Error> {
         let id = NodeId(i as u32);
         let children: Vec<NodeId> =
             below.get(&id).into_iter().flatten().map(|(_, child)| *child).collect();
-        let place = list(node, "span")?;
-        let within = text(node, "within")?.to_owned();
-        let key = text(node, "key")?.to_owned();
+        let place = node["span"].as_array().map(Vec::as_slice).unwrap_or_default();
+        let (key, within) = place_of(i, &tree, &ids, &parent)?;
         if let Some(file) = place.first().and_then(Value::as_str).filter(|file| **file != *within) {
             files.insert(
                 if within.is_empty() { key.clone() } else { within.clone() },
@@ -66,7 +68,7 @@ pub fn from_json(value: &Value) -> Result<Graph, Error> {
             id,
             path: text(node, "id")?.to_owned(),
             key,
-            label: text(node, "label")?.to_owned(),
+            label: label(node)?,
             span: Span { from: byte(1), to: byte(2) },
             within,
             parent: parent.get(&id).copied(),
@@ -74,17 +76,85 @@ pub fn from_json(value: &Value) -> Result<Graph, Error> {
             kind: kind(node, &children, &tree)?,
         });
     }
-    let root = *ids.get(text(value, "root")?).ok_or_else(|| wrong("the root is no node"))?;
+    let keys: Vec<String> = nodes.iter().map(|node| node.key.clone()).collect();
+    for node in &mut nodes {
+        if let NodeKind::Or(or) = &mut node.kind {
+            for branch in &mut or.branches {
+                branch.key.clone_from(&keys[branch.node.idx()]);
+            }
+        }
+    }
+    let root = text(value, "root")?;
+    let called = optional(value, "call")?;
+    let call = call(called.unwrap_or(&format!("{root}()")))?;
+    let root = *ids.get(root).ok_or_else(|| wrong("the root is no node"))?;
     let fluents = fluents.into_iter().map(fluent).collect::<Result<Vec<_>, _>>()?;
     let mut relations = Vec::new();
     for edge in edges.iter().filter(|edge| edge.get("rel").is_some()) {
         relations.push(relation(edge, &ids, &fluents)?);
     }
-    let call = call(text(value, "call")?)?;
-    Ok(Graph { nodes, root, call, relations, fluents, files })
+    let signatures = Signatures {
+        callables: signatures(value, "takes")?,
+        fluents: signatures(value, "fluents_take")?,
+    };
+    Ok(Graph { nodes, root, call, relations, fluents, files, signatures })
 }
 
-fn wrong(what: impl Into<String>) -> Error {
+/// The key of a node and the task it is written in; where the file does not say, as its path does.
+fn place_of(
+    at: usize,
+    tree: &[&Value],
+    ids: &BTreeMap<&str, NodeId>,
+    parent: &BTreeMap<NodeId, NodeId>,
+) -> Result<(String, String), Error> {
+    let node = tree[at];
+    let said = (optional(node, "key")?, optional(node, "within")?);
+    if let (Some(key), Some(within)) = said {
+        return Ok((key.to_owned(), within.to_owned()));
+    }
+    let path = text(node, "id")?;
+    let id = ids[path];
+    // A tree that goes round in a circle has no top to count from.
+    let mut above = Vec::new();
+    let mut next = parent.get(&id);
+    while let Some(up) = next.filter(|up| !above.contains(*up)) {
+        above.push(*up);
+        next = parent.get(up);
+    }
+    let is_task = |id: &&NodeId| {
+        let node = tree[id.0 as usize];
+        node["form"] == "task" || parent.get(*id).is_none()
+    };
+    let Some(task) = above.iter().find(is_task) else {
+        return Ok((path.to_owned(), String::new()));
+    };
+    let task = tree[task.0 as usize];
+    let name = match optional(task, "call")? {
+        Some(said) => call(said)?.name.text,
+        None => text(task, "id")?.to_owned(),
+    };
+    let below = path.strip_prefix(text(task, "id")?).unwrap_or(path);
+    Ok((
+        said.0.map_or_else(|| format!("{name}{below}"), str::to_owned),
+        said.1.map_or_else(|| name.clone(), str::to_owned),
+    ))
+}
+
+/// What a drawing says in a node.
+fn label(node: &Value) -> Result<String, Error> {
+    if let Some(label) = optional(node, "label")?.or(optional(node, "call")?) {
+        return Ok(label.to_owned());
+    }
+    if let Some(action) = optional(node, "action")? {
+        let args: Vec<String> =
+            arguments(node)?.into_iter().map(|arg| format!("{}: {}", arg.name, arg.text)).collect();
+        return Ok(format!("{action}({})", args.join(", ")));
+    }
+    let path = text(node, "id")?;
+    Ok(path.rsplit(['/', '.']).next().unwrap_or(path).to_owned())
+}
+
+pub(super) fn wrong(what: impl Into<String>) -> Error {
     Error::Exchange(what.into())
 }
 
@@ -137,7 +207,7 @@ fn kind(node: &Value, children: &[NodeId], tree: &[&Value]) -> Result<NodeKind, 
                 children.iter().map(|child| branch(at(child), *child)).collect::<Result<_, _>>()?;
             let via = optional(node, "via")?;
             let via = via.and_then(|via| branches.iter().position(|b| b.name == via));
-            let decides = decides(text(node, "decides")?)?;
+            let decides = decides(optional(node, "decides")?.unwrap_or("choice"))?;
             NodeKind::Or(Or {
                 decides: decides.clone(),
                 via,
@@ -155,10 +225,17 @@ fn kind(node: &Value, children: &[NodeId], tree: &[&Value]) -> Result<NodeKind, 
     })
 }
 
-/// Branches that nobody chooses between have no prior in the file.
+/// Branches that nobody chooses between have no prior in the file; of the others some may be missing.
 fn settled(decides: &Decides, mut branches: Vec<Branch>) -> Vec<Branch> {
     let priors: &[f64] = match decides {
-        Decides::Choice | Decides::Argument(_) => return branches,
+        Decides::Choice | Decides::Argument(_) => {
+            let given: f64 = branches.iter().map(|b| b.prior).filter(|p| !p.is_nan()).sum();
+            let open = branches.iter().filter(|b| b.prior.is_nan()).count();
+            for branch in branches.iter_mut().filter(|b| b.prior.is_nan()) {
+                branch.prior = (1.0 - given).max(0.0) / open as f64;
+            }
+            return branches;
+        }
         Decides::Condition(_) => &[0.5, 0.5],
         Decides::Repetition(_) => &[0.0, 1.0],
         Decides::Recovery => &[1.0, 0.0],
@@ -170,7 +247,16 @@ fn settled(decides: &Decides, mut branches: Vec<Branch>) -> Vec<Branch> {
 }
 
 fn form(node: &Value) -> Result<Form, Error> {
-    Ok(match text(node, "form")? {
+    let Some(form) = optional(node, "form")? else {
+        // In a file that names no forms, what stands behind a dot is a branch; the rest is called.
+        let path = text(node, "id")?;
+        if path.rfind('.') > path.rfind('/') {
+            return Ok(Form::Sequence);
+        }
+        let label = label(node)?;
+        return call(&label).or_else(|_| call(&format!("{label}()"))).map(Form::Task);
+    };
+    Ok(match form {
         "task" => Form::Task(call(text(node, "call")?)?),
         "sequence" => Form::Sequence,
         "together" => Form::Together,
@@ -185,17 +271,6 @@ fn form(node: &Value) -> Result<Form, Error> {
     })
 }
 
-fn decides(word: &str) -> Result<Decides, Error> {
-    Ok(match word.split_once(' ') {
-        Some(("argument", name)) => Decides::Argument(name.to_owned()),
-        Some(("if", condition)) => Decides::Condition(expr(condition)?),
-        Some(("until", condition)) => Decides::Repetition(expr(condition)?),
-        None if word == "choice" => Decides::Choice,
-        None if word == "failure" => Decides::Recovery,
-        _ => return Err(wrong(format!("nothing decides by `{word}`"))),
-    })
-}
-
 fn branch(node: &Value, id: NodeId) -> Result<Branch, Error> {
     let prior = &node["prior"];
     let share = prior["count"].as_f64().zip(prior["of"].as_f64()).map(|(count, of)| count / of);
@@ -204,10 +279,12 @@ fn branch(node: &Value, id: NodeId) -> Result<Branch, Error> {
     let was = node["was"].as_array().into_iter().flatten().filter_map(Value::as_str);
     let fingerprint = optional(node, "text")?.unwrap_or("0");
     Ok(Branch {
-        name: text(node, "branch")?.to_owned(),
-        prior: share.unwrap_or(0.0),
+        name: optional(node, "branch")?.map_or_else(|| branch_name(node), str::to_owned),
+        // What is missing shares the rest: see `settled`.
+        prior: share.unwrap_or(f64::NAN),
         guard: optional(node, "guard")?.map(expr).transpose()?,
-        key: text(node, "key")?.to_owned(),
+        // That of its node, once all are read.
+        key: String::new(),
         was: was.map(str::to_owned).collect(),
         text: u64::from_str_radix(fingerprint, 16)
             .map_err(|_| wrong(format!("`{fingerprint}` is no fingerprint")))?,
@@ -240,25 +317,43 @@ fn does(node: &Value) -> Result<Does, Error> {
         let name = text(set, "name")?.to_owned();
         return Ok(Does::Let { name, value: expr(text(set, "value")?)? });
     }
-    let mut args = Vec::new();
-    for name in list(node, "parameters")?.iter().filter_map(Value::as_str) {
+    Ok(Does::Action { name: text(node, "action")?.to_owned(), args: arguments(node)? })
+}
+
+/// The arguments of an action, in the order of its parameters where the file gives one.
+fn arguments(node: &Value) -> Result<Vec<Argument>, Error> {
+    let given = node["args"].as_object();
+    let order: Vec<&str> = match node["parameters"].as_array() {
+        Some(order) => order.iter().filter_map(Value::as_str).collect(),
+        None => given.into_iter().flat_map(|args| args.keys().map(String::as_str)).collect(),
+    };
+    let each = order.into_iter().map(|name| {
+        // `$o`: what the caller gave for `o`.
         let said = text(&node["args"], name)?;
-        args.push(Argument { name: name.to_owned(), value: expr(said)?, text: said.to_owned() });
-    }
-    Ok(Does::Action { name: text(node, "action")?.to_owned(), args })
+        let said = said.strip_prefix('$').unwrap_or(said);
+        Ok(Argument { name: name.to_owned(), value: expr(said)?, text: said.to_owned() })
+    });
+    each.collect()
+}
+
+fn branch_name(node: &Value) -> String {
+    let path = node["id"].as_str().unwrap_or_default();
+    path.rsplit(['/', '.']).next().unwrap_or(path).to_owned()
 }
 
 fn fluent(node: &Value) -> Result<FluentNode, Error> {
     let id = text(node, "id")?.to_owned();
     let said = id.strip_prefix("f:").unwrap_or(&id).to_owned();
-    let objects = list(node, "objects")?.iter().filter_map(Value::as_str).map(str::to_owned);
+    let objects = node["objects"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    let ask = optional(node, "ask")?;
     Ok(FluentNode {
         text: said,
-        body: (node["defined"] == true)
+        body: (node["defined"] != false)
             .then(|| text(node, "expr").map(str::to_owned))
             .transpose()?,
-        ask: optional(node, "ask")?.map(str::to_owned),
-        objects: objects.collect(),
+        ask: ask.map(str::to_owned),
+        template: optional(node, "asks")?.or(ask).map(str::to_owned),
+        objects: objects.map(str::to_owned).collect(),
         is_real: node["real"] == true,
         id,
     })
@@ -275,7 +370,12 @@ fn relation(
         at.ok_or_else(|| wrong(format!("an edge names `{id}`, which is no fluent")))
     };
     let rel = text(edge, "rel")?;
-    Ok(match text(edge, "stc")? {
+    let part = optional(edge, "stc")?.unwrap_or(match rel {
+        _ if allen(rel).is_ok() => "T",
+        "over" => "S",
+        _ => "C",
+    });
+    Ok(match part {
         "T" => Relation::Temporal {
             a: end(ids, edge, "a")?,
             allen: allen(rel)?,
@@ -297,57 +397,4 @@ fn relation(
         }
         other => return Err(wrong(format!("there is no relation `{other}`"))),
     })
-}
-
-fn allen(word: &str) -> Result<Allen, Error> {
-    use Allen::{Before, During, Equals, Finishes, Meets, Overlaps, Starts};
-    let all = [Before, Meets, Overlaps, Starts, During, Finishes, Equals];
-    let found = all.into_iter().find(|relation| crate::language::text::allen(*relation) == word);
-    found.ok_or_else(|| wrong(format!("there is no relation in time `{word}`")))
-}
-
-fn role(word: &str) -> Result<Role, Error> {
-    use Role::{Checks, Gives, Guard, Keeps, Needs, Until};
-    let all = [Needs, Keeps, Gives, Checks, Until, Guard];
-    let found = all.into_iter().find(|role| role.word() == word);
-    found.ok_or_else(|| wrong(format!("there is no role `{word}`")))
-}
-
-/// Reads a condition or a value as the language writes it.
-fn expr(said: &str) -> Result<Expr, Error> {
-    let (mut program, wrong_parts) = parse(&format!("fluent f() = {said}"));
-    match program.items.pop() {
-        Some(Item::Fluent(fluent))
-            if wrong_parts.is_empty() && fluent.body.kind != ExprKind::Bad =>
-        {
-            Ok(fluent.body)
-        }
-        _ => Err(wrong(format!("`{said}` is no condition or value"))),
-    }
-}
-
-fn call(said: &str) -> Result<Call, Error> {
-    let (mut program, wrong_parts) = parse(said);
-    match program.items.pop() {
-        Some(Item::Run(Step::Act(act))) if wrong_parts.is_empty() => Ok(act.call),
-        // `on failure of grasp`: any call of it.
-        _ if is_name(said) => {
-            let name = crate::language::ast::Name { text: said.to_owned(), span: Span::default() };
-            Ok(Call { name, args: Vec::new(), span: Span::default() })
-        }
-        _ => Err(wrong(format!("`{said}` is no call"))),
-    }
-}
-
-fn is_name(said: &str) -> bool {
-    !said.is_empty() && said.chars().all(|c| c.is_alphanumeric() || c == '_')
-}
-
-fn remedy(said: &str) -> Result<Remedy, Error> {
-    let (mut program, _) = parse(&format!("task t() {{ on failure {{ {said} }} }}"));
-    match program.items.pop() {
-        Some(Item::Task(mut task)) => task.recoveries.pop().and_then(|recovery| recovery.remedy),
-        _ => None,
-    }
-    .ok_or_else(|| wrong(format!("`{said}` is no remedy")))
 }

@@ -6,7 +6,7 @@ use super::super::ast::{Call, Conditions, Expr, Param};
 use super::super::bind;
 use super::super::builtins;
 use super::super::library::{Callable, Library, Scope};
-use super::super::text;
+use super::super::{nearest, text};
 
 /// What a call needs, keeps and gives, arguments filled in, as text.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -68,9 +68,16 @@ pub fn describe(library: &Library, scope: &Scope, name: &str) -> Option<String> 
                 let _ = write!(said, "\n  {word}  {}", text::expr(condition));
             }
         }
-        if let Callable::Task(task) = callable {
-            for say in &task.say {
-                let _ = write!(said, "\n  say    \"{}\"", say.text);
+        match callable {
+            Callable::Task(task) => {
+                for say in &task.say {
+                    let _ = write!(said, "\n  say    \"{}\"", say.text);
+                }
+            }
+            Callable::Action(action) => {
+                if let Some((script, _)) = &action.script {
+                    let _ = write!(said, "\n  run    {script}");
+                }
             }
         }
         let _ = write!(said, "\n  {}", source.place(callable.span()));
@@ -117,7 +124,7 @@ pub(super) fn asked(library: &Library, name: &str) -> Option<String> {
     if let Some((fluent, source)) = library.fluent(name) {
         let mut said = signature(name, &fluent.params);
         documentation(&fluent.doc, &mut said);
-        let _ = write!(said, "\n  = {}", text::expr(&fluent.body));
+        let _ = write!(said, "\n  is     {}", text::expr(&fluent.body));
         if let Some(ask) = &fluent.ask {
             let _ = write!(said, "\n  ask    \"{}\"", ask.text);
         }
@@ -126,6 +133,17 @@ pub(super) fn asked(library: &Library, name: &str) -> Option<String> {
     }
     let function = builtins::function(name)?;
     Some(format!("{}\n  {}", function.signature(), function.doc))
+}
+
+/// Returns the name that was probably meant, of all that [`describe`] tells about.
+pub fn nearest_name<'a>(library: &'a Library, scope: &'a Scope, name: &str) -> Option<&'a str> {
+    let tasks = library.tasks().map(|(task, _)| task.name.text.as_str());
+    let actions = library.actions().map(|(action, _)| action.name.text.as_str());
+    let fluents = library.fluents().map(|(fluent, _)| fluent.name.text.as_str());
+    let objects = scope.objects.keys().map(String::as_str);
+    let measured = builtins::FUNCTIONS.iter().map(|function| function.name);
+    let known = tasks.chain(actions).chain(fluents).chain(objects).chain(library.type_names());
+    nearest(name, known.chain(measured))
 }
 
 fn documentation(doc: &[String], said: &mut String) {

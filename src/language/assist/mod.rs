@@ -13,7 +13,7 @@ use super::parse;
 use super::parse::lexer::{Kind, Token, tokens};
 
 pub use complete::{Completion, CompletionKind, complete};
-pub use describe::{Promises, describe, promises, signature};
+pub use describe::{Promises, describe, nearest_name, promises, signature};
 
 /// A text at one place, with what names mean there.
 #[derive(Clone, Copy)]

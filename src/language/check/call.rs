@@ -100,6 +100,8 @@ impl Checker<'_> {
     pub(super) fn fits(&mut self, name: &str, wanted: &Ty, given: &Ty, value: &Expr) {
         let fine = match (wanted, given) {
             (Ty::Any, _) | (_, Ty::Any) | (Ty::Place, Ty::Object(_)) => true,
+            // What a type is that nobody defined is told where it stands.
+            (Ty::Object(wanted), _) if self.library.type_names().all(|ty| ty != wanted) => true,
             (Ty::Object(wanted), Ty::Object(given)) => self.library.is_a(given, wanted),
             (wanted, given) => wanted == given,
         };
@@ -143,6 +145,11 @@ impl Checker<'_> {
                 } else {
                     found.help(format!("what fits here: {}", fitting.join(", ")))
                 }
+            }
+            (Ty::Object(_), Ty::Text)
+                if self.scope.objects.contains_key(text.trim_matches('"')) =>
+            {
+                found.help(format!("write `{}`, without quotes", text.trim_matches('"')))
             }
             (Ty::Face, _) => found.help("write `side` or `top`"),
             _ => found,

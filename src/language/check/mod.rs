@@ -131,7 +131,10 @@ impl<'a> Checker<'a> {
             Some(near) => found.help(format!("did you mean `{near}`?")),
             None if known.is_empty() => found,
             None if known.len() <= 8 => found.help(format!("known are: {}", known.join(", "))),
-            None => found.help("Tab or `:help` lists what is known"),
+            None => {
+                let some = known[..6].join(", ");
+                found.help(format!("known are: {some} and {} more", known.len() - 6))
+            }
         });
     }
 
@@ -143,7 +146,8 @@ impl<'a> Checker<'a> {
                 || Dimension::named(&param.ty.text).is_some();
             if !known && !self.library.type_names().any(|ty| ty == param.ty.text) {
                 let mut known: Vec<&str> = self.library.type_names().collect();
-                known.extend(builtins::TYPES.iter().map(|(name, _)| *name));
+                let built_in = builtins::TYPES.iter().map(|(name, _)| *name);
+                known.extend(built_in.filter(|name| *name != builtins::OBJECT));
                 // Pushed one by one: the two kinds of names live differently long.
                 for name in Dimension::names() {
                     known.push(name);

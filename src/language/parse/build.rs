@@ -64,7 +64,8 @@ impl<'a> Builder<'a> {
                 before[..digits].ends_with(|c: char| c.is_alphanumeric() || c == '_');
             if found.is_empty() || part_of_name {
                 let to_original = |a: usize, b: usize| self.balanced.original(from + a, from + b);
-                found = explain(place, &text[from..to], &to_original);
+                let line = text[..from].rsplit('\n').next().unwrap_or_default();
+                found = explain(place, line, &text[from..to], &to_original);
             }
             self.diagnostics.extend(found);
         }
@@ -219,7 +220,7 @@ impl<'a> Builder<'a> {
         }
         let slice = &self.balanced.text[from..to];
         let to_original = |a: usize, b: usize| self.balanced.original(from + a, from + b);
-        self.diagnostics.extend(explain(place, slice, &to_original));
+        self.diagnostics.extend(explain(place, "", slice, &to_original));
     }
 
     /// Reads one clause, step or recovery of a body.

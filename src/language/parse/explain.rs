@@ -44,8 +44,13 @@ pub(super) const RESERVED: &[&str] = &[
     "false",
 ];
 
-/// Returns what is wrong with a slice.
-pub(super) fn explain(place: Place, slice: &str, original: &ToOriginal) -> Vec<Diagnostic> {
+/// Returns what is wrong with a slice; `line` is what stands before it on its line.
+pub(super) fn explain(
+    place: Place,
+    line: &str,
+    slice: &str,
+    original: &ToOriginal,
+) -> Vec<Diagnostic> {
     let code = code(slice);
     let units = wrong_units(slice, original);
     if !units.is_empty() {
@@ -59,7 +64,7 @@ pub(super) fn explain(place: Place, slice: &str, original: &ToOriginal) -> Vec<D
             "expected something here",
         )];
     };
-    if let Some(found) = habit(place, slice, &code, original) {
+    if let Some(found) = habit(place, line, slice, &code, original) {
         return vec![found];
     }
     if let Some(found) = misspelt(place, slice, &code, *first, original) {
@@ -231,6 +236,17 @@ fn expected(place: Place, slice: &str, code: &[Token], original: &ToOriginal) ->
         )
         .help(format!("choose another name, such as `{text}_`"));
     }
+    if has(Rule::colon) && (place == Place::Params || matches!(first, "task" | "action" | "fluent"))
+    {
+        let name = code.iter().rev().find(|t| t.to <= token.from).map_or("o", |t| t.text(slice));
+        return Diagnostic::error(
+            "task::syntax",
+            span,
+            "a parameter says of what type it is",
+            label,
+        )
+        .help(format!("write `{name}: Graspable`, or another type"));
+    }
     let operand = matches!(token.kind, Kind::Word | Kind::Number | Kind::Text);
     if has(Rule::comma) && operand {
         let what = if place == Place::Params || matches!(first, "task" | "action" | "fluent") {
@@ -255,6 +271,9 @@ fn expected(place: Place, slice: &str, code: &[Token], original: &ToOriginal) ->
     }
     if text == "%" {
         return found.help("a probability is a number from 0 to 1, such as `0.7`");
+    }
+    if has(Rule::lbr) && matches!(first, "if" | "repeat" | "either" | "together") {
+        return found.help("what is done stands in braces: `{ … }`");
     }
     found
 }

@@ -3,11 +3,15 @@
 use super::super::diagnostic::Diagnostic;
 use super::Place;
 use super::explain::{ITEMS, MODEL, RESERVED, STEPS, ToOriginal, nearest};
-use super::lexer::{Kind, Token};
+use super::lexer::{Kind, Token, tokens};
+
+/// Words that a condition follows.
+const CONDITIONS: &[&str] = &["needs", "keeps", "gives", "check"];
 
 /// What other languages have taught people to write.
 pub(super) fn habit(
     place: Place,
+    line: &str,
     slice: &str,
     code: &[Token],
     original: &ToOriginal,
@@ -36,7 +40,85 @@ pub(super) fn habit(
     if !matches!(place, Place::Step | Place::Item | Place::Clause) {
         return None;
     }
+    let asks = tokens(line).first().map(|t| t.text(line)).filter(|word| CONDITIONS.contains(word));
     match text(0) {
+        "," if asks.is_some() => tell(
+            first,
+            "task::separator",
+            "conditions are joined with `and`".into(),
+            "not a `,`",
+            "write `and` instead of the `,`".into(),
+        ),
+        // `gives holding o`
+        name if asks.is_some() && code.len() == 1 && first.kind == Kind::Word => {
+            let asked =
+                tokens(line).last().map(|t| t.text(line)).filter(|_| line.ends_with(' '))?;
+            tell(
+                first,
+                "task::call",
+                format!("what `{asked}` is about stands in parentheses"),
+                "expected `(`",
+                format!("write `{asked}({name})`"),
+            )
+        }
+        word @ ("elif" | "elsif" | "elseif") => tell(
+            first,
+            "task::keyword",
+            format!("`{word}` is two words here"),
+            "not a word of the language",
+            "write `else if`".into(),
+        ),
+        "ask" if code.get(1).is_some_and(|t| t.kind != Kind::Text) => tell(
+            &code[1],
+            "task::syntax",
+            "a question stands in quotes".into(),
+            "expected a text in quotes",
+            format!("write `ask \"{}\"`", slice[code[1].from..].trim_end()),
+        ),
+        "if" if line.trim_end().ends_with("break") => tell(
+            first,
+            "task::syntax",
+            "a breakpoint says when with `when`".into(),
+            "expected `when`",
+            format!("write `break when {}`", slice[first.to..].trim()),
+        ),
+        "repeat" if text(1) == "until" => tell(
+            &code[1],
+            "task::loop",
+            "a repetition says how often at most".into(),
+            "expected `upto`",
+            "write `repeat upto 10 times { … } until …`".into(),
+        ),
+        "upto" if code.get(1).is_some_and(|t| t.kind == Kind::Number) => tell(
+            &code[1],
+            "task::count",
+            "how often is said with `times`".into(),
+            "expected `times` behind it",
+            format!("write `upto {} times`", text(1)),
+        ),
+        "." if text(1) == "then" => tell(
+            first,
+            "task::separator",
+            "steps are not joined with a dot".into(),
+            "not needed",
+            "write `a() then b()`".into(),
+        ),
+        // `wait 2 s`
+        name if first.kind == Kind::Word
+            && !RESERVED.contains(&name)
+            && !STEPS.contains(&name)
+            && code.get(1).is_some_and(|t| t.kind == Kind::Number && !t.first_on_line)
+            && code.len() <= 3 =>
+        {
+            let given = slice[code[1].from..code[code.len() - 1].to].trim();
+            tell(
+                &code[1],
+                "task::call",
+                format!("what `{name}` acts on stands in parentheses"),
+                "expected `(`",
+                format!("write `{name}({given})`"),
+            )
+        }
         "=" => tell(
             first,
             "task::equals",

@@ -16,6 +16,7 @@ mod scene;
 mod solid;
 mod tile;
 mod trace;
+mod glass;
 mod view;
 
 use std::sync::LazyLock;

@@ -48,7 +48,7 @@ impl Acting {
             dry: Vec::new(),
             smooth: Vec::new(),
             loops: Vec::new(),
-            needed: Vec::new(),
+            needed: model.carried.clone(),
             zero: [0.0; MOST_JOINTS],
             compliance: [0.0; MOST_JOINTS],
             sag: [0.0; MOST_JOINTS],
@@ -112,6 +112,11 @@ impl Acting {
                 self.loops.push(Loop { joint: j, torque: p[0], width: p[1], z: 0.0 });
             }
             Law::Payload => self.payload(model, p),
+            Law::ObjectMass => {
+                for load in model.loads.iter().filter(|load| load.thing == j) {
+                    self.accumulate(model, &load.per_kilogram, p[0]);
+                }
+            }
             Law::Armature => {
                 let n = model.scene.plant.n;
                 let needed = self.needed(model);
@@ -142,7 +147,12 @@ impl Acting {
             Law::ActuatorGain => self.gain[j] *= p[0],
             Law::Saturation => self.limit[j] = self.limit[j].min(p[0]),
             Law::SensorDelay(quantity) => *self.late.entry(quantity).or_insert(0.0) += p[0],
-            Law::ZeroOffset => self.zero[j] += p[0],
+            Law::ZeroOffset => {
+                self.zero[j] += p[0];
+                if model.feels_zeros() {
+                    self.turned(model, j, p[0]);
+                }
+            }
             Law::LinkLength => {
                 self.lengths[j] += Vector3::new(p[0], p[1], p[2]);
                 self.has_lengths = true;
@@ -203,6 +213,15 @@ impl Acting {
                 }
             });
             self.accumulate(model, &column, mass * place[i] * place[k]);
+        }
+    }
+
+    /// The links stand elsewhere than the encoder says, so they weigh otherwise.
+    fn turned(&mut self, model: &Model, joint: usize, by: f64) {
+        let plant = &model.scene.plant;
+        let n = plant.n;
+        for (at, to) in self.needed(model).iter_mut().enumerate() {
+            *to += plant.stiffness[at * n + joint] * by;
         }
     }
 

@@ -19,8 +19,10 @@ use acting::Acting;
 
 use super::chain::Chain;
 use super::data::{Channel, Quantity};
+use super::load::Load;
 use super::plant::{Arm, Plant, Scene};
 use super::term::Term;
+use crate::discovery::recording::sidecar::TorqueSensor;
 
 /// An arm laid out along one recording, ready to be simulated with any effects.
 #[derive(Debug)]
@@ -35,6 +37,10 @@ pub struct Model {
     motions: Mutex<Vec<Remembered>>,
     /// What a measured motion needs without any effects: worked out once.
     bare: OnceLock<along::Bare>,
+    /// What the hand carried.
+    pub loads: Vec<Load>,
+    /// Torque that took, as far as it is known, by grid point; empty if nothing was carried.
+    carried: Vec<f64>,
 }
 
 /// A motion and what moved it.
@@ -94,10 +100,26 @@ impl GridPoint {
 }
 
 impl Model {
-    /// Returns the model of an arm along a recording.
-    pub fn new(arm: Arm, scene: Scene) -> Self {
+    /// Returns the model of an arm along a recording, in which it carried `loads`.
+    pub fn new(arm: Arm, scene: Scene, loads: Vec<Load>) -> Self {
         let (columns, motions) = (Mutex::default(), Mutex::default());
-        Self { arm, scene, columns, motions, bare: OnceLock::new() }
+        let n = scene.plant.n;
+        let mut carried = Vec::new();
+        for load in &loads {
+            carried.resize(load.per_kilogram.len(), 0.0);
+            for (at, to) in carried.iter_mut().enumerate() {
+                *to += load.mass[at / n] * load.per_kilogram[at];
+            }
+        }
+        Self { arm, scene, columns, motions, bare: OnceLock::new(), loads, carried }
+    }
+
+    /// Returns whether the zero of an encoder shows in the torques: where nothing but the links is in them, and
+    /// the motion is as measured.
+    pub fn feels_zeros(&self) -> bool {
+        !self.scene.closed_loop
+            && self.arm.torque_sensor == TorqueSensor::Link
+            && self.scene.data.has(Quantity::Torque)
     }
 
     /// Returns which channels are predicted, in the order of [`Self::predict`]: positions and speeds
@@ -183,7 +205,10 @@ impl Model {
         let scene = &self.scene;
         let doubt = channel.quantity == Quantity::Torque
             && scene.in_doubt.get(row * scene.plant.n + channel.index) == Some(&true);
-        (scene.first_row..scene.last_row).contains(&row) && !doubt
+        let time = scene.data.time[row];
+        let unsure = channel.quantity == Quantity::Torque
+            && self.loads.iter().any(|load| load.is_unsure(time));
+        (scene.first_row..scene.last_row).contains(&row) && !doubt && !unsure
     }
 
     /// Returns the torque column of a change to the bodies, computed once.

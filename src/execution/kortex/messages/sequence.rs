@@ -100,6 +100,31 @@ pub struct ProtectionZoneList {
     pub protection_zones: Vec<ProtectionZone>,
 }
 
+/// `Base.ProtectionZoneNotification`.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct ProtectionZoneNotification {
+    #[prost(enumeration = "ProtectionZoneEvent", tag = "1")]
+    pub event: i32,
+    #[prost(message, optional, tag = "2")]
+    pub handle: Option<ProtectionZoneHandle>,
+    #[prost(message, optional, tag = "3")]
+    pub timestamp: Option<Timestamp>,
+    #[prost(message, optional, tag = "4")]
+    pub user_handle: Option<UserProfileHandle>,
+    #[prost(message, optional, tag = "5")]
+    pub connection: Option<Connection>,
+}
+
+/// `Base.ProtectionZoneEvent`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, prost::Enumeration)]
+#[repr(i32)]
+pub enum ProtectionZoneEvent {
+    Unspecified = 0,
+    Reached = 1,
+    Entered = 2,
+    Exited = 3,
+}
+
 /// `Base.ZoneShape`.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct ZoneShape {

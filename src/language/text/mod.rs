@@ -1,14 +1,17 @@
-//! Parts of a syntax tree as one line of text, written as the language would have them.
+//! A syntax tree as text, written as the language would have it.
 //!
-//! Used where an expression or a step is shown by itself: labels of a graph, terms of a margin, the text
-//! a branch's learnt counts hang on. It keeps no layout and no comments; that is a formatter's work.
+//! Expressions and steps are one line, where they are shown by themselves: labels of a graph, terms of a
+//! margin, the text a branch's learnt counts hang on. Items are laid out. What is read back is the same tree
+//! but for its places. No layout and no comments of a writer are kept; that is a formatter's work.
 
-use std::fmt::Write as _;
+mod items;
+mod steps;
 
-use super::ast::{
-    Allen, BinaryOp, Block, Call, Conditions, Expr, ExprKind, Hold, Recovery, Remedy, Step,
-};
+use super::ast::{Allen, BinaryOp, Call, Expr, ExprKind};
 use crate::units::{Dimension, Quantity};
+
+pub use items::{action, fluent, line, object_type, task};
+pub use steps::{block, conditions, on_failure, recovery, remedy, step};
 
 /// Returns an expression as the language writes it, with no more parentheses than it needs.
 pub fn expr(expr: &Expr) -> String {
@@ -58,110 +61,6 @@ pub fn quantity(quantity: Quantity) -> String {
     format!("{} {unit}", number(v * scale))
 }
 
-/// Returns a step and all it holds, on one line.
-pub fn step(step: &Step) -> String {
-    match step {
-        Step::Act(act) => {
-            let label = act.label.as_ref().map(|l| format!(" as {}", l.text)).unwrap_or_default();
-            let via: Vec<&str> = act.via.iter().map(|branch| branch.text.as_str()).collect();
-            let via =
-                if via.is_empty() { String::new() } else { format!(" via {}", via.join(", ")) };
-            format!("{}{via}{}{label}", call(&act.call), holds(&act.holds))
-        }
-        Step::Sequence(all, _) => all.iter().map(self::step).collect::<Vec<_>>().join(" then "),
-        Step::Block(all) => block(all),
-        Step::Either(either) => {
-            let mut text = String::from("either");
-            for (i, branch) in either.branches.iter().enumerate() {
-                let or = if i == 0 { "" } else { " or" };
-                let _ = write!(text, "{or} {}", branch.name.text);
-                if let Some(prior) = branch.prior {
-                    let _ = write!(text, " prior {}", number(prior));
-                }
-                if let Some(when) = &branch.when {
-                    let _ = write!(text, " when {}", expr(when));
-                }
-                let _ = write!(text, " {}", block(&branch.block));
-            }
-            text
-        }
-        Step::If(branch) => {
-            let mut text = format!("if {} {}", expr(&branch.condition), block(&branch.then));
-            if let Some(otherwise) = &branch.otherwise {
-                let _ = write!(text, " else {}", block(otherwise));
-            }
-            text
-        }
-        Step::Repeat(repeat) => {
-            let mut text = format!("repeat upto {} times {}", repeat.times, block(&repeat.block));
-            if let Some(until) = &repeat.until {
-                let _ = write!(text, " until {}", expr(until));
-            }
-            text
-        }
-        Step::Together(together) => {
-            let mut text = String::from("together {");
-            for inner in &together.steps {
-                let _ = write!(text, " {}", self::step(inner));
-            }
-            for timing in &together.timings {
-                let (a, b) = (&timing.a.text, &timing.b.text);
-                let _ = write!(text, " timing {a} {} {b}", allen(timing.relation));
-                if let Some(by) = timing.by {
-                    let _ = write!(text, " by {}", quantity(by.quantity));
-                }
-            }
-            text + " }"
-        }
-        Step::Check(what, _) => format!("check {}", expr(what)),
-        Step::Break(stop) => match &stop.when {
-            Some(when) => format!("break when {}", expr(when)),
-            None => String::from("break"),
-        },
-        Step::Let(name, what, _) => format!("let {} = {}", name.text, expr(what)),
-        Step::Bad(_) => String::from("?"),
-    }
-}
-
-/// Returns `{ steps }` with its recoveries and holds, on one line.
-pub fn block(block: &Block) -> String {
-    let mut parts: Vec<String> = block.steps.iter().map(step).collect();
-    parts.extend(block.recoveries.iter().map(recovery));
-    let label = block.label.as_ref().map(|l| format!(" as {}", l.text)).unwrap_or_default();
-    format!("{{ {} }}{}{label}", parts.join(" "), holds(&block.holds))
-}
-
-/// Returns `on failure of … { … }` on one line.
-pub fn recovery(recovery: &Recovery) -> String {
-    let of = recovery.of.as_ref().map(|c| format!(" of {}", call(c))).unwrap_or_default();
-    let mut parts: Vec<String> = recovery.steps.iter().map(step).collect();
-    parts.extend(recovery.remedy.as_ref().map(remedy));
-    format!("on failure{of} {{ {} }}", parts.join(" "))
-}
-
-/// Returns `retry other upto 2 times` or `abort "why"`.
-pub fn remedy(remedy: &Remedy) -> String {
-    match remedy {
-        Remedy::Retry { other, times } => {
-            let other = if *other { "other " } else { "" };
-            format!("retry {other}upto {times} times")
-        }
-        Remedy::Abort(Some(why)) => format!("abort {why:?}"),
-        Remedy::Abort(None) => String::from("abort"),
-    }
-}
-
-/// Returns `needs … keeps … gives …` on one line.
-pub fn conditions(conditions: &Conditions) -> String {
-    let mut parts = Vec::new();
-    for (word, all) in
-        [("needs", &conditions.needs), ("keeps", &conditions.keeps), ("gives", &conditions.gives)]
-    {
-        parts.extend(all.iter().map(|e| format!("{word} {}", expr(e))));
-    }
-    parts.join(" ")
-}
-
 /// Returns the word for one of Allen's relations.
 pub fn allen(relation: Allen) -> &'static str {
     match relation {
@@ -173,6 +72,12 @@ pub fn allen(relation: Allen) -> &'static str {
         Allen::Finishes => "finishes",
         Allen::Equals => "equals",
     }
+}
+
+/// Returns a text in quotes, written so that reading gives it back.
+pub fn quoted(text: &str) -> String {
+    let escaped = text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n");
+    format!("\"{escaped}\"")
 }
 
 /// Returns the sign of an operator.
@@ -193,23 +98,12 @@ pub fn operator(op: BinaryOp) -> &'static str {
     }
 }
 
-fn holds(holds: &[Hold]) -> String {
-    holds.iter().fold(String::new(), |mut text, hold| {
-        let (word, what) = match hold {
-            Hold::While(e) => ("while", e),
-            Hold::Until(e) => ("until", e),
-        };
-        let _ = write!(text, " {word} {}", expr(what));
-        text
-    })
-}
-
 /// Writes `e` so that it may stand where operators looser than `level` may not.
 fn at_level(e: &Expr, level: u8) -> String {
     let (own, text) = match &e.kind {
         ExprKind::Literal(q) if q.value < 0.0 => (6, quantity(*q)),
         ExprKind::Literal(q) => (7, quantity(*q)),
-        ExprKind::Text(text) => (7, format!("{text:?}")),
+        ExprKind::Text(text) => (7, quoted(text)),
         ExprKind::Bool(value) => (7, value.to_string()),
         ExprKind::Name(name) => (7, name.clone()),
         ExprKind::Call(inner) => (7, call(inner)),

@@ -1,5 +1,5 @@
-//! HTTP/1.1 as small as two things need it: the page on this machine and the emulated cell's camera. One
-//! request a connection, each answered whole by a thread of its own.
+//! A server of HTTP/1.1 as small as two things need it: the page on this machine and the emulated cell's
+//! camera. One request a connection, each answered whole by a thread of its own.
 //!
 //! No encryption, no connections kept open, no chunked bodies: nothing here is meant for a network that is
 //! not trusted. What a request may ask for is the handler's business; see [`Request::is_local`] for the part

@@ -4,23 +4,25 @@
 //! a mistake. Every definition knows the [`Source`] it came from. Reading files is the caller's work:
 //! texts come in, the standard library is embedded.
 
+mod checking;
+mod imports;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::ast::{
-    Act, ActionItem, Call, Conditions, FluentItem, Import, Item, ModelItem, Name, Program,
-    SceneItem, Span, Step, TaskItem, TwinItem, TypeItem,
+    Act, ActionItem, Call, Conditions, FluentItem, Item, ModelItem, Name, Program, SceneItem, Span,
+    Step, TaskItem, TwinItem, TypeItem,
 };
 use super::builtins;
-use super::check::Checker;
 use super::diagnostic::{Diagnostic, Source};
 use super::parse;
 
 /// The texts of the standard library: name, text.
 const STANDARD: &[(&str, &str)] = &[
-    ("stdlib/fluents/std.task", include_str!("../../stdlib/fluents/std.task")),
-    ("stdlib/tasks/std.task", include_str!("../../stdlib/tasks/std.task")),
-    ("stdlib/scenes/kitchen.task", include_str!("../../stdlib/scenes/kitchen.task")),
+    ("stdlib/fluents/std.task", include_str!("../../../stdlib/fluents/std.task")),
+    ("stdlib/tasks/std.task", include_str!("../../../stdlib/tasks/std.task")),
+    ("stdlib/scenes/kitchen.task", include_str!("../../../stdlib/scenes/kitchen.task")),
 ];
 
 /// The name of the task that steps outside of any become.
@@ -117,57 +119,6 @@ impl Library {
         at
     }
 
-    /// As [`Self::add`], with everything it imports, read first by `read`: a `.task` file gives its
-    /// definitions, any other file is a script that actions run by its name.
-    ///
-    /// A path is looked for beside the file that imports it. What cannot be read is told by
-    /// [`Self::check`] where it is imported.
-    pub fn add_with(
-        &mut self,
-        source: Source,
-        read: &dyn Fn(&str) -> Result<String, String>,
-    ) -> usize {
-        let mut open = vec![source.name.clone()];
-        self.add_imports(source, read, &mut open)
-    }
-
-    fn add_imports(
-        &mut self,
-        source: Source,
-        read: &dyn Fn(&str) -> Result<String, String>,
-        open: &mut Vec<String>,
-    ) -> usize {
-        let mut wrong = Vec::new();
-        for import in imports(&source.text) {
-            let path = beside(&source.name, &import.path.text);
-            // Two files that import each other are read once each.
-            if open.contains(&path) {
-                continue;
-            }
-            open.push(path.clone());
-            match read(&path) {
-                Ok(text) if is_task_file(&path) => {
-                    let imported = self.add_imports(Source::new(path.clone(), text), read, open);
-                    if self.files[imported].diagnostics.iter().any(Diagnostic::is_error) {
-                        wrong.push(broken_import(&import, &path));
-                    }
-                }
-                Ok(text) => {
-                    let name = path.rsplit('/').next().unwrap_or(&path).to_owned();
-                    self.scripts.insert(name, text);
-                }
-                Err(why) => wrong.push(missing_import(&import, &path, &why)),
-            }
-        }
-        let name = source.name.clone();
-        let at = self.add(source);
-        for mut diagnostic in wrong {
-            diagnostic.file.clone_from(&name);
-            Arc::make_mut(&mut self.files[at]).diagnostics.push(diagnostic);
-        }
-        at
-    }
-
     /// Returns the call that carries out steps typed at the prompt or written at the end of a script: the
     /// one call itself, or that of a task [`STEPS`] made of them, which replaces an earlier one.
     pub fn define(&mut self, source: &Source, steps: &[Step]) -> Call {
@@ -228,38 +179,6 @@ impl Library {
                 if let Some((kind, name)) = key(item) {
                     self.index.insert((kind, name.text.clone()), (f, i));
                 }
-            }
-        }
-    }
-
-    /// Complains about what one file defines twice or what is built in.
-    fn find_doubles(program: &Program, diagnostics: &mut Vec<Diagnostic>) {
-        let mut seen: BTreeMap<(Kind, &str), Span> = BTreeMap::new();
-        for (kind, name) in program.items.iter().filter_map(key) {
-            // An action may be called `tilt` beside the angle `tilt`: one is done, one is asked.
-            let built_in = kind == Kind::Fluent && builtins::function(&name.text).is_some();
-            if built_in {
-                diagnostics.push(
-                    Diagnostic::error(
-                        "task::built_in",
-                        name.span,
-                        format!("`{}` is built in", name.text),
-                        "cannot be defined anew",
-                    )
-                    .help("choose another name for yours"),
-                );
-            }
-            if let Some(first) = seen.insert((kind, &name.text), name.span) {
-                diagnostics.push(
-                    Diagnostic::error(
-                        "task::duplicate",
-                        name.span,
-                        format!("`{}` is defined twice", name.text),
-                        "the second one",
-                    )
-                    .label(first, "the first one")
-                    .help("remove or rename one of them"),
-                );
             }
         }
     }
@@ -453,116 +372,6 @@ impl Library {
         });
         Scope { objects }
     }
-
-    /// Checks every file: names, arguments, types, units. Returns all that is wrong, syntax included,
-    /// each with the name of its file, in the order of the files and their texts.
-    pub fn check(&self, scope: &Scope) -> Vec<Diagnostic> {
-        (0..self.files.len()).flat_map(|file| self.check_file(file, scope)).collect()
-    }
-
-    /// As [`Self::check`], one file alone.
-    pub fn check_file(&self, file: usize, scope: &Scope) -> Vec<Diagnostic> {
-        let Some(file) = self.files.get(file) else { return Vec::new() };
-        let mut out = file.diagnostics.clone();
-        let mut checker = Checker::new(self, scope, &file.source);
-        checker.program(&file.program);
-        // What stands at a place that could not be read is wrong because of that: `12 parsecs` has a
-        // wrong unit, not none.
-        let text = &file.source.text;
-        let because = |d: &Diagnostic| {
-            file.diagnostics.iter().any(|syntax| {
-                syntax.span.from >= d.span.from
-                    && text
-                        .get(d.span.to.min(syntax.span.from)..syntax.span.from)
-                        .is_some_and(|between| between.chars().all(|c| c == ' '))
-            })
-        };
-        // Nor is anything said to be missing from an item that could not be read in full.
-        let damaged = |d: &Diagnostic| {
-            let inside = |span: Span, at: Span| span.from <= at.from && at.to <= span.to;
-            let item = file.program.items.iter().filter_map(span_of).find(|s| inside(*s, d.span));
-            d.code == "task::missing"
-                && item.is_some_and(|item| file.diagnostics.iter().any(|s| inside(item, s.span)))
-        };
-        out.extend(checker.finish().into_iter().filter(|d| !because(d) && !damaged(d)));
-        out.sort_by_key(|d| (d.span.from, d.span.to));
-        out
-    }
-
-    /// Checks a step typed at the prompt against the definitions here.
-    pub fn check_step(&self, step: &Step, source: &Source, scope: &Scope) -> Vec<Diagnostic> {
-        let mut checker = Checker::new(self, scope, source);
-        checker.top_step(step);
-        checker.finish()
-    }
-}
-
-/// Returns the bytes of an item that has clauses.
-fn span_of(item: &Item) -> Option<Span> {
-    match item {
-        Item::Action(item) => Some(item.span),
-        Item::Task(item) => Some(item.span),
-        Item::Scene(item) => Some(item.span),
-        Item::Model(item) => Some(item.span),
-        _ => None,
-    }
-}
-
-/// Returns the imports of a text.
-fn imports(text: &str) -> Vec<Import> {
-    // Most files import nothing, and need not be read twice for that.
-    if !text.contains("import") {
-        return Vec::new();
-    }
-    let items = parse(text).0.items.into_iter();
-    let imports = items.filter_map(|item| match item {
-        Item::Import(import) => Some(import),
-        _ => None,
-    });
-    imports.collect()
-}
-
-/// Returns the path of an import as seen from where the importing file is seen from.
-fn beside(importer: &str, path: &str) -> String {
-    if path.starts_with('/') {
-        return path.to_owned();
-    }
-    let folder = importer.rsplit_once('/').map(|(folder, _)| folder);
-    let mut parts: Vec<&str> = folder.map(|f| f.split('/').collect()).unwrap_or_default();
-    for part in path.split('/') {
-        match part {
-            "." | "" => {}
-            ".." if parts.last().is_some_and(|last| !matches!(*last, "" | "..")) => {
-                parts.pop();
-            }
-            part => parts.push(part),
-        }
-    }
-    parts.join("/")
-}
-
-fn is_task_file(path: &str) -> bool {
-    std::path::Path::new(path).extension().is_some_and(|extension| extension == "task")
-}
-
-fn missing_import(import: &Import, path: &str, why: &str) -> Diagnostic {
-    Diagnostic::error(
-        "task::import",
-        import.path.span,
-        format!("cannot read `{path}`: {why}"),
-        "imported here",
-    )
-    .help("a path is looked for beside the file that imports it")
-}
-
-fn broken_import(import: &Import, path: &str) -> Diagnostic {
-    Diagnostic::error(
-        "task::import",
-        import.path.span,
-        format!("`{path}` has mistakes"),
-        "imported here",
-    )
-    .help(format!("`trueup check {path}` tells them"))
 }
 
 /// Returns under what name an item is found.

@@ -1,0 +1,289 @@
+//! `trueup doctor`: what is in order before anything is asked of it. Nothing moves, and nothing is left behind.
+//!
+//! Texts and the run folder are looked at always; an arm, a camera, scales and a model only when they are asked
+//! for with the options that any command takes.
+
+use std::fs;
+use std::path::Path;
+use std::time::Duration;
+
+use serde_json::json;
+
+use crate::execution::arm::{Camera as _, DeviceError, Scales as _};
+use crate::execution::kortex::desk::Desk;
+use crate::execution::script::readable;
+use crate::execution::snapshot::{WebCamera, WebScales};
+use crate::http::Address;
+use crate::language::Diagnostic;
+use crate::report::{Failure, Style};
+use crate::workcell::{Stdlib, archive, check, library};
+
+use super::run::{options, stdlib};
+use super::{Cli, Exit, kortex, vqa};
+
+/// How long an arm may take to answer.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// Where a model is said to be that answers questions about pictures.
+const MODEL: &str = "TRUEUP_VQA_URL";
+
+/// How something is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum State {
+    /// In order.
+    Well,
+    /// Works, and a person should know.
+    Mind,
+    /// Not asked for.
+    None,
+    /// Wrong.
+    Wrong,
+    /// Asked for, and does not answer.
+    Away,
+}
+
+impl State {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Well => "ok",
+            Self::Mind => "mind",
+            Self::None => "none",
+            Self::Wrong => "wrong",
+            Self::Away => "away",
+        }
+    }
+}
+
+/// One thing that was looked at.
+struct Finding {
+    what: &'static str,
+    state: State,
+    says: String,
+    help: Option<String>,
+}
+
+impl Finding {
+    fn new(what: &'static str, state: State, says: impl Into<String>) -> Self {
+        Self { what, state, says: says.into(), help: None }
+    }
+
+    fn help(self, help: impl Into<String>) -> Self {
+        Self { help: Some(help.into()), ..self }
+    }
+}
+
+/// `trueup doctor`.
+pub(super) fn doctor(cli: &Cli, style: Style) -> Result<Exit, Failure> {
+    let stdlib = stdlib(cli)?;
+    let mut found = vec![texts(&stdlib), scripts(&stdlib), scene(cli), folder(&cli.cell.record)];
+    found.push(arm(cli, style)?);
+    found.push(camera(cli));
+    found.push(scales(cli));
+    found.push(model(cli)?);
+    let exit = if found.iter().any(|finding| finding.state == State::Away) {
+        Exit::Unavailable
+    } else if found.iter().any(|finding| finding.state == State::Wrong) {
+        Exit::No
+    } else {
+        Exit::Yes
+    };
+    if style.json {
+        let each = found.iter().map(|finding| {
+            let Finding { what, state, says, help } = finding;
+            json!({"what": what, "state": state.word(), "says": says, "help": help})
+        });
+        style.document(
+            &json!({"findings": each.collect::<Vec<_>>(), "in_order": exit == Exit::Yes}),
+        );
+    }
+    for finding in &found {
+        style.say(words(finding, style));
+    }
+    Ok(exit)
+}
+
+fn words(finding: &Finding, style: Style) -> String {
+    let Finding { what, state, says, help } = finding;
+    // Padded before it is coloured: what colours is not seen and would be counted.
+    let word = format!("{:<6}", state.word());
+    let word = match state {
+        State::Well => style.green(&word),
+        State::Wrong | State::Away => style.red(&word),
+        State::None => style.dim(&word),
+        State::Mind => word,
+    };
+    let help = help.as_ref().map(|help| format!("\n                help: {help}"));
+    format!("{what:<9} {word}{says}{}", help.unwrap_or_default())
+}
+
+fn texts(stdlib: &Stdlib) -> Finding {
+    let library = library(stdlib);
+    let scope = library.scope(library.default_scene());
+    let wrong = (0..library.len())
+        .flat_map(|file| check::check_file(&library, stdlib, file, &scope))
+        .find(Diagnostic::is_error);
+    match wrong {
+        Some(wrong) => {
+            let says = format!("{}: {}", wrong.file, wrong.message);
+            Finding::new("texts", State::Wrong, says)
+                .help("leave `--stdlib` out for the texts that are built in, or mend that file")
+        }
+        None => {
+            let (tasks, actions) = (library.tasks().count(), library.actions().count());
+            let fluents = library.fluents().count();
+            let says = format!("{tasks} tasks, {actions} actions, {fluents} fluents");
+            Finding::new("texts", State::Well, says)
+        }
+    }
+}
+
+fn scripts(stdlib: &Stdlib) -> Finding {
+    let mut count = 0;
+    for name in stdlib.script_names() {
+        let text = stdlib.file(&format!("actions/{name}")).unwrap_or_default();
+        if let Err(error) = readable(name, text) {
+            return Finding::new("scripts", State::Wrong, error.to_string())
+                .help("mend the script at that line");
+        }
+        count += 1;
+    }
+    Finding::new("scripts", State::Well, format!("{count} scripts of actions can be read"))
+}
+
+fn scene(cli: &Cli) -> Finding {
+    let found = options(cli, None).and_then(|options| {
+        crate::workcell::robot_of(options)
+            .map_err(|error| Failure::input("scene", error.to_string()))
+    });
+    match found {
+        Ok(robot) => {
+            Finding::new("scene", State::Well, format!("a robot of {} joints", robot.n_joints()))
+        }
+        Err(failure) => {
+            let finding = Finding::new("scene", State::Wrong, failure.message);
+            Finding { help: failure.help, ..finding }
+        }
+    }
+}
+
+/// Whether runs can be kept: a folder is made beside them and taken away again.
+fn folder(root: &Path) -> Finding {
+    let above = root.ancestors().find(|above| above.is_dir() || above.as_os_str().is_empty());
+    let above = above.filter(|above| !above.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let probe = above.join(format!(".trueup-doctor-{}", std::process::id()));
+    let kept = archive::entries(root).len();
+    match fs::create_dir(&probe).and_then(|()| fs::remove_dir(&probe)) {
+        Ok(()) => {
+            let says = format!("the folder {} can be written, {kept} kept", root.display());
+            Finding::new("runs", State::Well, says)
+        }
+        Err(error) => {
+            let says = format!("{} cannot be written: {error}", root.display());
+            Finding::new("runs", State::Wrong, says)
+                .help("name a folder that may be written with `--record DIR`")
+        }
+    }
+}
+
+fn arm(cli: &Cli, style: Style) -> Result<Finding, Failure> {
+    let Some(target) = kortex::target(&cli.cell.robot)? else {
+        let says = match cli.cell.robot.as_str() {
+            "twin" => "the twin, inside the program",
+            _ => "the laboratory, inside the program",
+        };
+        return Ok(Finding::new("arm", State::Well, says));
+    };
+    let (place, open) = kortex::desk(&cli.cell.robot, style)?;
+    let status = Desk::open(&open.0, open.1, &open.2, PATIENCE).and_then(|desk| desk.status());
+    let status = match status {
+        Ok(status) => status,
+        Err(error) => {
+            let says = format!("{place}: {error}");
+            return Ok(Finding::new("arm", State::Away, says).help(error.help()));
+        }
+    };
+    if let Some(fault) = status.faults.first() {
+        let says = format!("{place}: in fault: {fault}");
+        return Ok(Finding::new("arm", State::Wrong, says)
+            .help("`trueup kortex clear-faults`, once the cause is gone"));
+    }
+    // The session that looks is one of those that are listed.
+    let others: Vec<&String> = status.about.connected.iter().skip(1).collect();
+    if !status.commanded_by.is_empty() || !others.is_empty() {
+        let by = if status.commanded_by.is_empty() {
+            "others are connected".to_owned()
+        } else {
+            format!("commanded by {}", status.commanded_by)
+        };
+        let all: Vec<&str> = status.about.connected.iter().map(String::as_str).collect();
+        let says = format!("{target}: {by}; sessions {}", all.join(", "));
+        return Ok(Finding::new("arm", State::Mind, says)
+            .help("close the web application and other programs before the arm is to move"));
+    }
+    let says = format!("{target}: {} joints, no faults, nobody commands it", status.about.joints);
+    Ok(Finding::new("arm", State::Well, says))
+}
+
+fn camera(cli: &Cli) -> Finding {
+    let is_elsewhere = cli.cell.robot.starts_with(kortex::SCHEME);
+    let Some(address) = cli.cell.camera_at.clone() else {
+        if is_elsewhere {
+            return Finding::new("camera", State::Wrong, "an arm without a camera does nothing")
+                .help("name one: `--camera-at http://HOST/PATH`");
+        }
+        return Finding::new("camera", State::Well, "the laboratory's, inside the program");
+    };
+    match WebCamera(address.clone()).photo() {
+        Ok(picture) => {
+            let says = format!("{address}: {} x {} px", picture.width(), picture.height());
+            Finding::new("camera", State::Well, says)
+        }
+        Err(error) => away("camera", &address, &error),
+    }
+}
+
+fn scales(cli: &Cli) -> Finding {
+    let Some(address) = cli.cell.scales_at.clone() else {
+        return Finding::new("scales", State::None, "none asked for");
+    };
+    match WebScales(address.clone()).weigh() {
+        Some(_) => Finding::new("scales", State::Well, address.to_string()),
+        None => Finding::new("scales", State::Away, format!("{address} gives no weighing"))
+            .help("open the address in a browser: does it answer with JSON?"),
+    }
+}
+
+/// A model is never needed: geometry and people answer without one. It is asked which models it serves; no
+/// picture is sent.
+fn model(cli: &Cli) -> Result<Finding, Failure> {
+    let said = std::env::var(MODEL).ok().filter(|said| !said.is_empty());
+    let base = match (&cli.cell.ask_endpoint, said) {
+        (Some(base), _) => base.clone(),
+        (None, None) => {
+            let says = format!("none asked for; `{MODEL}` or `--ask-endpoint` names one");
+            return Ok(Finding::new("model", State::None, says));
+        }
+        (None, Some(said)) => match said.parse() {
+            Ok(base) => base,
+            Err(why) => {
+                let why: String = why;
+                return Ok(Finding::new("model", State::Wrong, format!("`{MODEL}`: {why}"))
+                    .help("it is `http://HOST:PORT/v1`"));
+            }
+        },
+    };
+    let name = cli.cell.ask_model.clone().unwrap_or_default();
+    let endpoint = vqa::at(base, Some(name), PATIENCE.as_secs_f64(), false)?;
+    let place = endpoint.base().to_string();
+    Ok(match endpoint.models() {
+        Ok(models) => {
+            let says = format!("{place} serves {}; `trueup vqa probe` tries it", models.join(", "));
+            Finding::new("model", State::Well, says)
+        }
+        Err(why) => Finding::new("model", State::Away, format!("{place}: {why}"))
+            .help("is the server running, and does the address end in `/v1`?"),
+    })
+}
+
+fn away(what: &'static str, address: &Address, error: &DeviceError) -> Finding {
+    Finding::new(what, State::Away, format!("{address}: {error}")).help(error.help())
+}

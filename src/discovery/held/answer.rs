@@ -1,0 +1,238 @@
+//! Things held → a finding.
+
+use super::data::Held;
+use super::gap::{HeldGap, Term};
+use crate::discovery::finding::{Channel, Finding, Told};
+use crate::discovery::recording::{Error, Recording};
+use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Set};
+use crate::discovery::worded::{self, Worded};
+use crate::discovery::{Investigation, Trace};
+use crate::language::ast::EffectItem;
+use crate::motion::Robot;
+use crate::units::significant;
+use crate::world::Scene;
+
+/// Finds what a twin lacks of a thing held: of several recordings the last is held out, of one every second
+/// second.
+///
+/// # Errors
+///
+/// An [`Error`] for recordings in which nothing is held, or of a thing that the scene does not have.
+pub fn investigate(
+    robot: &Robot,
+    scene: &Scene,
+    known: &[EffectItem],
+    recordings: &[Recording],
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Investigation, Error> {
+    let held: Vec<Held> = recordings
+        .iter()
+        .map(|recording| Held::of(recording, robot, scene))
+        .collect::<Result<_, _>>()?;
+    let mut notes: Vec<String> = recordings.iter().flat_map(|r| r.notes.clone()).collect();
+    notes.extend(held.iter().flat_map(|held| held.notes.clone()));
+    let last = held.len() - 1;
+    let sets = (0..held.len())
+        .map(|at| match (last, at == last) {
+            (0, _) => None,
+            (_, true) => Some(Set::Heldout),
+            (_, false) => Some(Set::Train),
+        })
+        .collect();
+    if last == 0 {
+        notes.push(
+            "of one recording every second second is held out; a second one would be a better judge".into(),
+        );
+    }
+    let mut gap = HeldGap { held, sets, known: (Vec::new(), Vec::new()) };
+    notes.extend(take_known(&mut gap, known));
+    let runs_away = |what: String| Error {
+        what,
+        place: recordings[0].name.clone(),
+        help: "are the object's columns in m, in the frame of the robot's base?".into(),
+    };
+    let outcome = selection::search(&gap, options, progress).map_err(runs_away)?;
+    progress("writing the answer", 0.98);
+    let traces = traces(&gap, &outcome.nothing, &outcome.best);
+    let finding: Finding = worded::answer(&gap, &outcome, options, notes);
+    Ok(Investigation { finding, traces, experiment: None })
+}
+
+/// Gives the gap the effects that the model has already; returns a sentence for each that is not of a thing held.
+fn take_known(gap: &mut HeldGap, known: &[EffectItem]) -> Vec<String> {
+    let mut aside = Vec::new();
+    for item in known {
+        let mut found = false;
+        for term in [
+            Term::Rate,
+            Term::Friction,
+            Term::Width(0),
+            Term::Width(1),
+            Term::Height,
+            Term::Late,
+            Term::Shift,
+        ] {
+            let slots = gap.slots(&term);
+            let number = |name: &str| {
+                let parameter = item.parameters.iter().find(|p| p.name.text == name);
+                parameter.map(|parameter| parameter.value.quantity.value)
+            };
+            let mine: Vec<f64> =
+                slots.iter().map(|slot| number(slot.name).unwrap_or(0.0)).collect();
+            let is_it = gap.name(&term) == item.name.text
+                && gap.seat(&term) == item.at.text
+                && slots.iter().any(|slot| number(slot.name).is_some());
+            if is_it {
+                gap.known.0.push(term);
+                gap.known.1.extend(mine);
+                found = true;
+            }
+        }
+        if !found {
+            aside.push(format!(
+                "effect {}({}) does not change how a thing is held and is left aside",
+                item.name.text, item.at.text
+            ));
+        }
+    }
+    aside
+}
+
+const AXES: [&str; 3] = ["object_x", "object_y", "object_z"];
+
+/// Returns how far the thing moved in the hand before and after, m, axis by axis of the hand.
+fn traces(gap: &HeldGap, nothing: &Hypothesis<Term>, best: &Hypothesis<Term>) -> Vec<Trace> {
+    let mut found = Vec::new();
+    for (at, held) in gap.held.iter().enumerate() {
+        let left = |h: &Hypothesis<Term>| gap.left(at, None, &h.terms, &h.parameters);
+        let (Some(before), Some(after)) = (left(nothing), left(best)) else { continue };
+        for (axis, channel) in AXES.into_iter().enumerate() {
+            found.push(Trace {
+                recording: held.name.clone(),
+                channel: channel.into(),
+                unit: "m".into(),
+                noise: held.noise,
+                held_out: gap.sets[at] == Some(Set::Heldout),
+                time: before.iter().map(|(row, _)| held.time[*row]).collect(),
+                before: before.iter().map(|(_, value)| value[axis]).collect(),
+                after: after.iter().map(|(_, value)| value[axis]).collect(),
+            });
+        }
+    }
+    found
+}
+
+impl Worded for HeldGap {
+    fn name(&self, term: &Term) -> &'static str {
+        match term {
+            Term::Rate | Term::Friction => "grip_slip",
+            Term::Width(_) | Term::Height => "object_size",
+            Term::Late => "image_delay",
+            Term::Shift => "camera_shift",
+        }
+    }
+
+    fn seat(&self, term: &Term) -> String {
+        match term {
+            Term::Rate | Term::Friction => "gripper".into(),
+            Term::Width(_) | Term::Height => self.held[0].object.clone(),
+            Term::Late | Term::Shift => "camera".into(),
+        }
+    }
+
+    fn equation(&self, term: &Term, told: &[Told]) -> String {
+        let number = |i: usize| {
+            let (_, value, _, unit) = &told[i];
+            format!("{} {unit}", significant(*value, 3)).trim_end().to_owned()
+        };
+        let object = &self.held[0].object;
+        match term {
+            Term::Rate => {
+                format!("{object} creeps in the hand by {} the way its weight pulls", number(0))
+            }
+            Term::Friction => format!(
+                "{object} slips while the load along the pads exceeds 2 * {} * squeeze",
+                number(0)
+            ),
+            Term::Width(_) => format!("{object} is {} wider between the fingers", number(0)),
+            Term::Height => format!("{object} is {} higher", number(0)),
+            Term::Late => format!("{object} was seen {} late", number(0)),
+            Term::Shift => format!(
+                "seen place = R * place + d with x {}, y {}, z {}, roll {}, pitch {}, yaw {}",
+                number(0),
+                number(1),
+                number(2),
+                number(3),
+                number(4),
+                number(5)
+            ),
+        }
+    }
+
+    fn places(&self, nothing: &Hypothesis<Term>) -> Vec<Channel> {
+        let mut sums = [0.0; 3];
+        let mut rows = 0_usize;
+        let (mut first, mut last) = (0.0, 0.0);
+        for at in 0..self.held.len() {
+            let left = self.left(at, None, &nothing.terms, &nothing.parameters).unwrap_or_default();
+            let half = left.len() / 2;
+            for (i, (_, value)) in left.iter().enumerate() {
+                rows += 1;
+                for (sum, value) in sums.iter_mut().zip(value.iter()) {
+                    *sum += value * value;
+                }
+                *(if i < half { &mut first } else { &mut last }) += value.norm_squared();
+            }
+        }
+        let total = sums.iter().sum::<f64>().max(1e-18);
+        let when = if (first - last).abs() < 0.5 * (first + last) {
+            "all the time it is held"
+        } else if first > last {
+            "soon after it is taken"
+        } else {
+            "the longer it is held"
+        };
+        let channel = |(axis, sum): (usize, f64)| Channel {
+            channel: AXES[axis].into(),
+            rms: (sum / rows.max(1) as f64).sqrt(),
+            noise: self.held[0].noise,
+            unit: "m".into(),
+            share: sum / total,
+            concentrated_in: format!("{when}, along {} of the hand", ["x", "y", "z"][axis]),
+        };
+        let mut found: Vec<Channel> = sums.into_iter().enumerate().map(channel).collect();
+        let widths: Vec<f64> = self
+            .held
+            .iter()
+            .flat_map(|held| held.opening.iter().map(|(wider, _)| *wider))
+            .collect();
+        if !widths.is_empty() {
+            let square: f64 = widths.iter().map(|wider| wider * wider).sum();
+            let rms = (square / widths.len() as f64).sqrt();
+            let beyond = (rms / Held::PADS).powi(2) - 1.0;
+            found.push(Channel {
+                channel: "gripper".into(),
+                rms,
+                noise: Held::PADS,
+                unit: "m".into(),
+                share: if beyond > 0.0 { 1.0 } else { 0.0 },
+                concentrated_in: "the opening at which the fingers stop".into(),
+            });
+        }
+        let shares: f64 = found.iter().map(|channel| channel.share).sum();
+        for channel in &mut found {
+            channel.share /= shares.max(1e-9);
+        }
+        found.sort_by(|a, b| b.share.total_cmp(&a.share));
+        found
+    }
+
+    fn nothing(&self) -> &'static str {
+        "the object stayed where it was in the hand, within noise, and is as large as the scene says"
+    }
+
+    fn doubt(&self) -> &'static str {
+        "hold it still for ten seconds, and then move it as fast as it may be moved, up and down"
+    }
+}

@@ -1,0 +1,206 @@
+//! The outcome of a search → a finding, for the small models: pours, and things held in the hand.
+//!
+//! What is the model's own business is asked of it through [`Worded`]; what a verdict needs, how rivals are told
+//! and how large an effect would have been seen is the same for all.
+
+use super::finding::{
+    self, Alternative, Channel, Effect, Evidence, Finding, Gap, ModelChange, SIGNIFICANT, Split,
+    Told, Verdict, Visible, above_noise,
+};
+use super::model_file;
+use super::selection::{self, Hypothesis, Options, Outcome, Set, Slot, sum_of_squares};
+
+/// A gap whose effects have names, places and equations.
+pub(super) trait Worded: selection::Gap {
+    /// Returns an effect's name in the vocabulary.
+    fn name(&self, term: &Self::Term) -> &'static str;
+    /// Returns where it sits.
+    fn seat(&self, term: &Self::Term) -> String;
+    /// Returns its equation; `told` are its numbers in everyday units.
+    fn equation(&self, term: &Self::Term, told: &[Told]) -> String;
+    /// Returns how large the gap of each channel is, and when, largest share first.
+    fn places(&self, nothing: &Hypothesis<Self::Term>) -> Vec<Channel>;
+    /// Returns the reason given when nothing is missing.
+    fn nothing(&self) -> &'static str;
+    /// Returns what to do when several effects explain the same.
+    fn doubt(&self) -> &'static str;
+}
+
+/// Words an outcome.
+pub(super) fn answer<G: Worded>(
+    gap: &G,
+    outcome: &Outcome<G::Term>,
+    options: &Options,
+    mut notes: Vec<String>,
+) -> Finding {
+    let best = &outcome.best;
+    let counts = (gap.count(Set::Train), gap.count(Set::Heldout));
+    let rms = |sum: f64, count: usize| (sum / count.max(1) as f64).sqrt();
+    let split = |h: &Hypothesis<G::Term>| Split {
+        train: rms(h.train, counts.0),
+        heldout: rms(h.heldout, counts.1),
+    };
+    let mut effects = Vec::new();
+    let mut lines = Vec::new();
+    for (at, term) in best.terms.iter().enumerate() {
+        let rivals = || outcome.rivals.iter().filter(|rival| rival.instead_of == at);
+        let ties: Vec<_> = rivals().filter(|rival| rival.behind < options.tie).collect();
+        let mut effect = effect(gap, outcome, best, at, &outcome.without[at]);
+        effect.alternatives = rivals()
+            .filter_map(|rival| {
+                let other = rival.hypothesis.terms.last()?;
+                let why_not = if rival.behind < options.tie {
+                    "explains the data as well; these recordings do not tell the two apart"
+                        .to_owned()
+                } else {
+                    format!(
+                        "leaves a sum of squares larger by {:.0} on the data fitted and held out",
+                        rival.behind
+                    )
+                };
+                let (name, at) = (gap.name(other).to_owned(), gap.seat(other));
+                Some(Alternative { name, at, delta_bic: rival.behind, why_not })
+            })
+            .take(3)
+            .collect();
+        effect.indistinguishable = !ties.is_empty();
+        if ties.is_empty() {
+            let told = everyday(&told(gap, best, at));
+            lines.push(model_file::line(gap.name(term), &gap.seat(term), &told));
+        }
+        effects.push(effect);
+        for rival in ties {
+            let h = &rival.hypothesis;
+            let mut other = self::effect(gap, outcome, h, h.terms.len() - 1, &outcome.without[at]);
+            other.indistinguishable = true;
+            effects.push(other);
+        }
+    }
+    let left = above_noise(best.heldout, counts.1).max(above_noise(best.train, counts.0));
+    if left > SIGNIFICANT && !effects.is_empty() {
+        notes.push(format!(
+            "what is left is still above noise ({left:.0} standard deviations of its sum of squares)"
+        ));
+    }
+    let (verdict, reason) = verdict(gap, &effects, left);
+    let visible = if effects.is_empty() { visible(gap, outcome, options) } else { Vec::new() };
+    Finding {
+        verdict,
+        places: gap.places(&outcome.nothing),
+        effects,
+        gap: Gap::of(split(&outcome.nothing), split(best), 1.0),
+        model: ModelChange { added: lines, ..ModelChange::default() },
+        next_experiment: None,
+        reason,
+        smallest_visible: visible,
+        notes,
+    }
+}
+
+/// Tells one effect of a hypothesis; `without` is the hypothesis without it.
+fn effect<G: Worded>(
+    gap: &G,
+    outcome: &Outcome<G::Term>,
+    h: &Hypothesis<G::Term>,
+    at: usize,
+    without: &Hypothesis<G::Term>,
+) -> Effect {
+    let explained = (outcome.nothing.heldout - outcome.best.heldout).max(1e-9);
+    let term = &h.terms[at];
+    let told = told(gap, h, at);
+    Effect {
+        name: gap.name(term).into(),
+        at: gap.seat(term),
+        parameters: finding::grouped(gap.name(term), &told),
+        evidence: Evidence {
+            delta_bic: without.criterion() - h.criterion(),
+            heldout_gain: ((without.heldout - h.heldout) / explained).clamp(-1.0, 1.0),
+        },
+        equation: gap.equation(term, &everyday(&told)),
+        alternatives: Vec::new(),
+        indistinguishable: false,
+    }
+}
+
+/// Returns the numbers of one effect of a hypothesis.
+fn told<G: selection::Gap>(gap: &G, h: &Hypothesis<G::Term>, at: usize) -> Vec<Told> {
+    let before: usize = h.terms[..at].iter().map(|term| gap.slots(term).len()).sum();
+    let from = gap.nuisance().len() + before;
+    let of = |(i, slot): (usize, &Slot)| {
+        let variance = h.covariance.get((from + i, from + i)).copied().unwrap_or(f64::NAN);
+        let (value, std) = (h.parameters[from + i], variance.max(0.0).sqrt());
+        (slot.name.to_owned(), value, std, slot.unit.to_owned())
+    };
+    gap.slots(&h.terms[at]).iter().enumerate().map(of).collect()
+}
+
+/// Returns the numbers as people write them: what is poured is in millilitres.
+fn everyday(told: &[Told]) -> Vec<Told> {
+    let of = |(name, value, std, unit): &Told| match unit.as_str() {
+        "m^3" => (name.clone(), value * 1e6, std * 1e6, "mL".to_owned()),
+        _ => (name.clone(), *value, *std, unit.clone()),
+    };
+    told.iter().map(of).collect()
+}
+
+fn verdict<G: Worded>(gap: &G, effects: &[Effect], left: f64) -> (Verdict, String) {
+    let name = |effect: &Effect| format!("{} at {}", effect.name, effect.at);
+    match effects {
+        [] if left < SIGNIFICANT => (Verdict::NothingMissing, gap.nothing().into()),
+        [] => (
+            Verdict::Unknown,
+            format!(
+                "the gap is {left:.0} standard deviations above noise, but no effect explains it"
+            ),
+        ),
+        several if several.iter().any(|effect| effect.indistinguishable) => (
+            Verdict::Ambiguous,
+            format!("several effects explain this equally well; {}", gap.doubt()),
+        ),
+        [one] => (Verdict::Named, format!("{} explains the gap, also on data held out", name(one))),
+        several => (
+            Verdict::Several,
+            format!(
+                "{} together explain the gap, also on data held out",
+                several.iter().map(name).collect::<Vec<_>>().join(" and ")
+            ),
+        ),
+    }
+}
+
+/// Returns how small a change of each number would have been seen.
+fn visible<G: Worded>(gap: &G, outcome: &Outcome<G::Term>, options: &Options) -> Vec<Visible> {
+    let own = &outcome.nothing.parameters;
+    let Some(base) = gap.residuals(Set::Train, &[], own) else { return Vec::new() };
+    let count = base.len() as f64;
+    let mut found = Vec::new();
+    for candidate in gap.candidates(&[], &base, None) {
+        let slots = gap.slots(&candidate.term);
+        // A threshold that nothing reached has no size that would have been seen.
+        let Some(neutral) = slots[0].neutral else { continue };
+        let mut moved = candidate.starts[0].clone();
+        moved[0] = neutral + slots[0].scale;
+        if moved[0] > slots[0].range.1 {
+            moved[0] = neutral - slots[0].scale;
+        }
+        let parameters = [&own[..], &moved].concat();
+        let Some(with) =
+            gap.residuals(Set::Train, std::slice::from_ref(&candidate.term), &parameters)
+        else {
+            continue;
+        };
+        let change: Vec<f64> = with.iter().zip(&base).map(|(a, b)| a - b).collect();
+        let strength = sum_of_squares(&change).sqrt() / slots[0].scale;
+        if strength > 0.0 {
+            let needed = options.least_gain + slots.len() as f64 * count.ln();
+            found.push(Visible {
+                name: gap.name(&candidate.term).into(),
+                at: gap.seat(&candidate.term),
+                parameter: slots[0].name.into(),
+                least: (needed.sqrt() / strength).max(slots[0].least),
+                unit: slots[0].unit.into(),
+            });
+        }
+    }
+    found
+}

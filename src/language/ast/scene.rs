@@ -1,0 +1,91 @@
+//! What a scene says.
+
+use super::{Call, Expr, Literal, Name, Span};
+
+/// `scene kitchen { … }`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneItem {
+    /// Documentation.
+    pub doc: Vec<String>,
+    /// Its name.
+    pub name: Name,
+    /// `jar: Container = cuboid(…) { … }`.
+    pub things: Vec<SceneThing>,
+    /// `marks dots(radius 12 mm) { (x, y) … }`: centres and radius.
+    pub marks: Vec<SceneMarks>,
+    /// `camera overhead { … }`.
+    pub cameras: Vec<SceneCamera>,
+    /// `robot gen3_2f85 at (0 m, 0 m, 0 m)`.
+    pub robots: Vec<SceneRobot>,
+    /// Where.
+    pub span: Span,
+}
+
+/// `jar: Container = cuboid(65 mm, 65 mm, 140 mm) at (…) { wall 3 mm … }`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneThing {
+    /// Its name.
+    pub name: Name,
+    /// Its type.
+    pub ty: Name,
+    /// `box`, `cuboid` or `cylinder`, with arguments bare or named.
+    pub shape: Call,
+    /// `at (x, y[, z])`.
+    pub at: Option<(Vec<Literal>, Span)>,
+    /// `wall 3 mm`, `looks "…"`, `colour "#…"`, …
+    pub properties: Vec<Property>,
+    /// Where.
+    pub span: Span,
+}
+
+/// `wall 3 mm` inside braces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Property {
+    /// Its name.
+    pub name: Name,
+    /// `~`: a guess that alignment may move.
+    pub guess: bool,
+    /// Its value: a quantity, a text, or several.
+    pub value: Vec<Expr>,
+    /// Where.
+    pub span: Span,
+}
+
+/// `marks dots(radius 12 mm) { (0.25 m, -0.36 m) … }`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneMarks {
+    /// Radius of each dot.
+    pub radius: Literal,
+    /// Centres on the table.
+    pub centres: Vec<[Literal; 2]>,
+    /// Where.
+    pub span: Span,
+}
+
+/// `camera overhead { image 1280 x 720 focal ~ 900 px at (…) looking (…) }`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneCamera {
+    /// Its name.
+    pub name: Name,
+    /// Width and height, px.
+    pub image: [u32; 2],
+    /// Focal length, px.
+    pub focal: f64,
+    /// Where it stands.
+    pub at: [Literal; 3],
+    /// What it looks at.
+    pub looking: [Literal; 3],
+    /// Where.
+    pub span: Span,
+}
+
+/// `robot gen3_2f85 at (0 m, 0 m, 0 m)`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneRobot {
+    /// Its folder in `stdlib/robots/`.
+    pub name: Name,
+    /// Where its base stands.
+    pub at: [Literal; 3],
+    /// Where.
+    pub span: Span,
+}

@@ -1,0 +1,118 @@
+//! Reading a text with everything it imports.
+
+use std::sync::Arc;
+
+use super::super::ast::{Import, Item};
+use super::super::diagnostic::{Diagnostic, Source};
+use super::super::parse;
+use super::Library;
+
+impl Library {
+    /// As [`Self::add`], with everything it imports, read first by `read`: a `.task` file gives its
+    /// definitions, any other file is a script that actions run by its name.
+    ///
+    /// A path is looked for beside the file that imports it. What cannot be read is told by
+    /// [`Self::check`] where it is imported.
+    pub fn add_with(
+        &mut self,
+        source: Source,
+        read: &dyn Fn(&str) -> Result<String, String>,
+    ) -> usize {
+        let mut open = vec![source.name.clone()];
+        self.add_imports(source, read, &mut open)
+    }
+
+    fn add_imports(
+        &mut self,
+        source: Source,
+        read: &dyn Fn(&str) -> Result<String, String>,
+        open: &mut Vec<String>,
+    ) -> usize {
+        let mut wrong = Vec::new();
+        for import in imports(&source.text) {
+            let path = beside(&source.name, &import.path.text);
+            // Two files that import each other are read once each.
+            if open.contains(&path) {
+                continue;
+            }
+            open.push(path.clone());
+            match read(&path) {
+                Ok(text) if is_task_file(&path) => {
+                    let imported = self.add_imports(Source::new(path.clone(), text), read, open);
+                    if self.files[imported].diagnostics.iter().any(Diagnostic::is_error) {
+                        wrong.push(broken_import(&import, &path));
+                    }
+                }
+                Ok(text) => {
+                    let name = path.rsplit('/').next().unwrap_or(&path).to_owned();
+                    self.scripts.insert(name, text);
+                }
+                Err(why) => wrong.push(missing_import(&import, &path, &why)),
+            }
+        }
+        let name = source.name.clone();
+        let at = self.add(source);
+        for mut diagnostic in wrong {
+            diagnostic.file.clone_from(&name);
+            Arc::make_mut(&mut self.files[at]).diagnostics.push(diagnostic);
+        }
+        at
+    }
+}
+
+/// Returns the imports of a text.
+fn imports(text: &str) -> Vec<Import> {
+    // Most files import nothing, and need not be read twice for that.
+    if !text.contains("import") {
+        return Vec::new();
+    }
+    let items = parse(text).0.items.into_iter();
+    let imports = items.filter_map(|item| match item {
+        Item::Import(import) => Some(import),
+        _ => None,
+    });
+    imports.collect()
+}
+
+/// Returns the path of an import as seen from where the importing file is seen from.
+fn beside(importer: &str, path: &str) -> String {
+    if path.starts_with('/') {
+        return path.to_owned();
+    }
+    let folder = importer.rsplit_once('/').map(|(folder, _)| folder);
+    let mut parts: Vec<&str> = folder.map(|f| f.split('/').collect()).unwrap_or_default();
+    for part in path.split('/') {
+        match part {
+            "." | "" => {}
+            ".." if parts.last().is_some_and(|last| !matches!(*last, "" | "..")) => {
+                parts.pop();
+            }
+            part => parts.push(part),
+        }
+    }
+    parts.join("/")
+}
+
+fn is_task_file(path: &str) -> bool {
+    std::path::Path::new(path).extension().is_some_and(|extension| extension == "task")
+}
+
+fn missing_import(import: &Import, path: &str, why: &str) -> Diagnostic {
+    Diagnostic::error(
+        "task::import",
+        import.path.span,
+        format!("cannot read `{path}`: {why}"),
+        "imported here",
+    )
+    .help("a path is looked for beside the file that imports it")
+}
+
+fn broken_import(import: &Import, path: &str) -> Diagnostic {
+    Diagnostic::error(
+        "task::import",
+        import.path.span,
+        format!("`{path}` has mistakes"),
+        "imported here",
+    )
+    .help(format!("`trueup check {path}` tells them"))
+}

@@ -1,0 +1,111 @@
+//! `:quiz`: questions over the runs that are kept, by their pictures, the hardest last.
+
+use crate::report::Failure;
+use crate::report::teach::compared;
+use crate::teach::answers::{self, Answer, Answered, TRAINEE};
+use crate::teach::quiz;
+
+use super::typist::Typed;
+use super::{Next, Session};
+
+impl Session<'_, '_> {
+    /// `:quiz [TASK|FLUENT]`: asks until all are answered, or somebody has had enough. Nothing moves.
+    pub(super) fn quiz(&mut self, about: &str) -> Result<(), Failure> {
+        let kept: Vec<_> = self
+            .entries()
+            .into_iter()
+            .filter_map(|entry| Some((entry.load().ok()?, entry)))
+            .collect();
+        let steps: Vec<_> = kept.iter().map(|(run, _)| run.steps.as_slice()).collect();
+        let picture = |run: usize, number: usize| {
+            kept[run].1.dir.join("frames").join(format!("{number:02}-after-real.png"))
+        };
+        // The same order every time: what was skipped is found again.
+        let mut items = quiz::ordered(&steps, &|run, step| picture(run, step.number).is_file(), 1);
+        let head = |text: &str| text.split('(').next().unwrap_or_default().to_owned();
+        items.retain(|item| {
+            let row = &steps[item.run][item.step].fluents[item.row];
+            about.is_empty() || head(&kept[item.run].0.task) == about || head(&row.name) == about
+        });
+        if items.is_empty() {
+            let about = if about.is_empty() { String::new() } else { format!(" about `{about}`") };
+            let words = format!("no run that is kept has a question{about} and a picture");
+            return Err(Failure::no("repl::quiz", words).help(
+                "`:quiz`, `:quiz pour` or `:quiz above`; a call at the prompt keeps its run",
+            ));
+        }
+        let file = self.hands.record.join("answers.jsonl");
+        for (at, item) in items.iter().enumerate() {
+            let (entry, step) = (&kept[item.run].1, &steps[item.run][item.step]);
+            let row = &step.fluents[item.row];
+            self.style.say(format!(
+                "run {}, after step {} {}\n  picture  {}\n{}\n  y yes   n no   u can't tell   Enter leaves it \
+                 out   quit",
+                entry.number,
+                step.number,
+                step.action,
+                picture(item.run, step.number).display(),
+                row.ask.as_deref().unwrap_or(&row.name)
+            ));
+            let Some(said) = self.quiz_answer(&format!("quiz {}/{}> ", at + 1, items.len())) else {
+                break;
+            };
+            let both = said.and_then(|said| Answered::new(TRAINEE, &entry.name, step, row, said));
+            let Some(answered) = both else { continue };
+            if let Err(error) = answers::append(&file, &answered) {
+                let words = format!("the answer could not be kept: {error}");
+                self.style
+                    .failure(&Failure::input("io::write", words).at(file.display().to_string()));
+            }
+            self.style.say(compared(&answered, "", self.style));
+        }
+        self.progress(&file)
+    }
+
+    /// Reads an answer; the inner `None` leaves the question out, the outer ends the quiz.
+    fn quiz_answer(&mut self, prompt: &str) -> Option<Option<Answer>> {
+        loop {
+            let line = match self.typist.next(prompt) {
+                Ok(Typed::Statement(line)) => line,
+                Ok(Typed::Interrupted | Typed::End) => return None,
+                Err(failure) => {
+                    self.style.failure(&failure);
+                    return None;
+                }
+            };
+            match line.trim() {
+                "" => return Some(None),
+                "quit" | ":quit" | "stop" | ":stop" => return None,
+                word => {
+                    if let Some(answer) = Answer::parse(word) {
+                        return Some(Some(answer));
+                    }
+                    if word.starts_with(['?', '!']) {
+                        if self.survive(word) == Next::Quit {
+                            return None;
+                        }
+                    } else {
+                        let words = format!("`{word}` is no answer: y, n or u, Enter, or quit");
+                        self.style.say(words);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Says how often the answers so far were geometry's, fluent by fluent.
+    fn progress(&self, file: &std::path::Path) -> Result<(), Failure> {
+        let (all, _) = answers::read(file).map_err(|error| {
+            Failure::input("io::read", error.to_string()).at(file.display().to_string())
+        })?;
+        let told: Vec<String> = answers::progress(&all)
+            .into_iter()
+            .filter(|((by, _), tally)| by == TRAINEE && tally.of > 0)
+            .map(|((_, fluent), tally)| format!("{fluent} {} of {}", tally.right, tally.of))
+            .collect();
+        if !told.is_empty() {
+            self.style.say(format!("so far as geometry: {}", told.join(", ")));
+        }
+        Ok(())
+    }
+}

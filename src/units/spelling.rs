@@ -1,0 +1,168 @@
+//! The spellings of units, and reading them.
+
+use super::{Dimension, Error, Quantity, Unit};
+
+/// Every unit the language knows: spelling, SI units in one of it, dimension. The grammar lists the
+/// same spellings, longest first; a test compares the two.
+pub const UNITS: &[(&str, f64, Dimension)] = &[
+    ("mm", 1e-3, Dimension::LENGTH),
+    ("cm", 1e-2, Dimension::LENGTH),
+    ("km", 1e3, Dimension::LENGTH),
+    ("m", 1.0, Dimension::LENGTH),
+    ("deg", std::f64::consts::PI / 180.0, Dimension::ANGLE),
+    ("°", std::f64::consts::PI / 180.0, Dimension::ANGLE),
+    ("mrad", 1e-3, Dimension::ANGLE),
+    ("rad", 1.0, Dimension::ANGLE),
+    ("us", 1e-6, Dimension::TIME),
+    ("ms", 1e-3, Dimension::TIME),
+    ("s", 1.0, Dimension::TIME),
+    ("min", 60.0, Dimension::TIME),
+    ("mL", 1e-6, Dimension::VOLUME),
+    ("L", 1e-3, Dimension::VOLUME),
+    ("g", 1e-3, Dimension::MASS),
+    ("kg", 1.0, Dimension::MASS),
+    ("mN", 1e-3, Dimension::FORCE),
+    ("N", 1.0, Dimension::FORCE),
+    ("Nm", 1.0, Dimension::TORQUE),
+    ("Pa", 1.0, Dimension::PRESSURE),
+    ("mA", 1e-3, Dimension::CURRENT),
+    ("A", 1.0, Dimension::CURRENT),
+    ("mV", 1e-3, Dimension::VOLTAGE),
+    ("V", 1.0, Dimension::VOLTAGE),
+    ("Hz", 1.0, Dimension::FREQUENCY),
+    ("kHz", 1e3, Dimension::FREQUENCY),
+    ("px", 1.0, Dimension::PIXEL),
+    ("%", 1e-2, Dimension::NONE),
+];
+
+/// Spellings people try, and the unit they mean. Not accepted, only suggested.
+const MEANT: &[(&str, &str)] = &[
+    ("millimetre", "mm"),
+    ("millimeter", "mm"),
+    ("centimetre", "cm"),
+    ("centimeter", "cm"),
+    ("metre", "m"),
+    ("meter", "m"),
+    ("degree", "deg"),
+    ("radian", "rad"),
+    ("second", "s"),
+    ("sec", "s"),
+    ("minute", "min"),
+    ("mins", "min"),
+    ("millisecond", "ms"),
+    ("msec", "ms"),
+    ("millilitre", "mL"),
+    ("milliliter", "mL"),
+    ("ml", "mL"),
+    ("l", "L"),
+    ("litre", "L"),
+    ("liter", "L"),
+    ("gram", "g"),
+    ("gr", "g"),
+    ("kilogram", "kg"),
+    ("kilo", "kg"),
+    ("newton", "N"),
+    ("n", "N"),
+    ("percent", "%"),
+    ("pixel", "px"),
+    ("hz", "Hz"),
+    ("hertz", "Hz"),
+    ("volt", "V"),
+    ("amp", "A"),
+    ("ampere", "A"),
+    ("inch", "cm"),
+    ("cms", "cm"),
+    ("mms", "mm"),
+];
+
+/// The units worth listing to a person who wrote one that does not exist.
+pub fn known_units() -> &'static str {
+    "mm cm m deg rad ms s min mL L g kg N N*m %"
+}
+
+/// Returns the unit that a wrong spelling most likely means: `centimetres` → `cm`.
+pub fn suggest_unit(text: &str) -> Option<&'static str> {
+    let lower = text.to_lowercase();
+    let singular = lower.strip_suffix('s').unwrap_or(&lower);
+    MEANT
+        .iter()
+        .find(|(spelling, _)| *spelling == lower || *spelling == singular)
+        .map(|(_, unit)| *unit)
+        .or_else(|| {
+            UNITS.iter().find(|(unit, ..)| unit.to_lowercase() == lower).map(|(unit, ..)| *unit)
+        })
+}
+
+impl Unit {
+    /// A plain number.
+    pub const NONE: Self = Self { factor: 1.0, dimension: Dimension::NONE };
+
+    /// Reads a unit: `cm`, `N*m`, `N*m*s/rad`, `rad/s^2`, `rad/(N*m)`, `m/s²`, `1/s`; empty and `-`
+    /// are a plain number. Spaces around the signs do not matter.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownUnit`] with the text.
+    pub fn parse(text: &str) -> Result<Self, Error> {
+        let unknown = || Error::UnknownUnit { text: text.trim().into() };
+        // Superscripts as EFFECTS and data sheets write them.
+        let plain: String = text
+            .trim()
+            .replace('·', "*")
+            .replace('²', "^2")
+            .replace('³', "^3")
+            .chars()
+            .filter(|c| !c.is_whitespace())
+            .collect();
+        if matches!(plain.as_str(), "" | "-" | "1") {
+            return Ok(Self::NONE);
+        }
+        let (unit, rest) = product(&plain).ok_or_else(unknown)?;
+        if rest.is_empty() { Ok(unit) } else { Err(unknown()) }
+    }
+
+    /// Returns `value` of this unit as a quantity in SI.
+    pub fn of(self, value: f64) -> Quantity {
+        Quantity { value: value * self.factor, dimension: self.dimension }
+    }
+}
+
+/// `factor (("*" | "/") factor)*`, left to right as in mathematics.
+fn product(text: &str) -> Option<(Unit, &str)> {
+    let (mut unit, mut rest) = factor(text)?;
+    while let Some(sign) = rest.chars().next().filter(|c| matches!(c, '*' | '/')) {
+        let (by, after) = factor(&rest[1..])?;
+        unit = if sign == '*' {
+            Unit { factor: unit.factor * by.factor, dimension: unit.dimension * by.dimension }
+        } else {
+            Unit { factor: unit.factor / by.factor, dimension: unit.dimension / by.dimension }
+        };
+        rest = after;
+    }
+    Some((unit, rest))
+}
+
+/// One unit with its power, `1`, or a product in parentheses. Parentheses do not nest: no unit needs
+/// it, and a text of ten thousand of them must not exhaust the stack.
+fn factor(text: &str) -> Option<(Unit, &str)> {
+    if let Some(inner) = text.strip_prefix('(') {
+        let close = inner.find(')')?;
+        let (group, rest) = inner.split_at(close);
+        let (unit, left) = if group.contains('(') { None } else { product(group) }?;
+        return left.is_empty().then_some((unit, &rest[1..]));
+    }
+    let end = text.find(['*', '/', '^', '(', ')']).unwrap_or(text.len());
+    let (name, rest) = text.split_at(end);
+    let base = if name == "1" {
+        Unit::NONE
+    } else {
+        let (_, factor, dimension) = UNITS.iter().find(|(unit, ..)| *unit == name)?;
+        Unit { factor: *factor, dimension: *dimension }
+    };
+    let Some(power) = rest.strip_prefix('^') else { return Some((base, rest)) };
+    let digits = power.find(|c: char| !c.is_ascii_digit() && c != '-').unwrap_or(power.len());
+    let n: i8 = power[..digits].parse().ok().filter(|n: &i8| n.unsigned_abs() <= 9)?;
+    let raised =
+        Unit { factor: base.factor.powi(i32::from(n)), dimension: base.dimension.power(n) };
+    Some((raised, &power[digits..]))
+}

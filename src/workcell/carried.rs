@@ -1,0 +1,142 @@
+//! What the hand carried during a run, for `gap` on the arm's recording of it.
+//!
+//! The steps say when something was taken and left, the scene how heavy it is, the state after each step what was
+//! inside. Nothing that was hidden is used: what the arm's torques say about the mass is what `gap` is to find.
+
+use crate::discovery::recording::sidecar::{Carried, TorqueSensor};
+use crate::discovery::recording::{Recording, Segment};
+use crate::execution::trace::{Outcome, StepRecord};
+use crate::motion::Robot;
+use crate::units::Dimension;
+use crate::world::{Object, Scene};
+
+use super::Run;
+
+/// Density of water, kg/m³.
+const WATER: f64 = 1000.0;
+
+/// A scale is read so often, s.
+const SCALE: f64 = 0.1;
+
+/// Before the fingers open the table may bear the thing already, s.
+const SET_DOWN: f64 = 0.3;
+
+/// Adds to the arm's recording of a run what the run says: its steps, what was carried, and on which side of the
+/// gears the embedded arms feel torques. What a sidecar of the recording's own says stays.
+pub fn carried(run: &Run, recording: &mut Recording, robot: &Robot, scene: &Scene) {
+    let own = &mut recording.sidecar;
+    if own.segments.is_empty() {
+        own.segments = run.steps.iter().map(segment).collect();
+    }
+    if matches!(run.robot.as_str(), "lab" | "twin") {
+        own.torque_sensor = TorqueSensor::Link;
+    }
+    if !own.carried.is_empty() {
+        return;
+    }
+    let stretches = stretches(&run.steps);
+    let mut carried: Vec<Carried> =
+        stretches.iter().filter_map(|stretch| one(stretch, robot, scene)).collect();
+    for carried in &mut carried {
+        weighed(carried, recording);
+    }
+    recording.sidecar.carried = carried;
+}
+
+/// Takes what was inside from a scale under the other vessel, if one was read: what it gained is no longer in the
+/// hand. That says when it left, which the states before and after a step do not.
+fn weighed(carried: &mut Carried, recording: &Recording) {
+    let (Some(first), Some(last)) = (carried.contents_kg.first(), carried.contents_kg.last())
+    else {
+        return;
+    };
+    let Ok(mass) = recording.column("mass", Dimension::MASS) else { return };
+    let time = &recording.time;
+    let row = |at: f64| time.partition_point(|t| *t < at).min(time.len() - 1);
+    let (from, to) = (row(first[0]), row(last[0]));
+    let every = ((SCALE / recording.step()).round() as usize).max(1);
+    let read: Vec<[f64; 2]> = (from..=to)
+        .step_by(every)
+        .map(|row| [time[row], (first[1] - (mass[row] - mass[from]).max(0.0)).max(0.0)])
+        .collect();
+    if last[1] < first[1] {
+        carried.contents_kg = read;
+    }
+}
+
+fn segment(step: &StepRecord) -> Segment {
+    let [from, to] = step.interval_s;
+    Segment { name: step.action.clone(), from, to }
+}
+
+/// Steps during which one thing was held, the step that took it first; with it the step that left it.
+struct Stretch<'a> {
+    name: &'a str,
+    steps: &'a [StepRecord],
+    left: Option<&'a StepRecord>,
+}
+
+fn stretches(steps: &[StepRecord]) -> Vec<Stretch<'_>> {
+    let mut found = Vec::new();
+    let mut from = 0;
+    while from < steps.len() {
+        let Some(name) = steps[from].measured.held.as_deref() else {
+            from += 1;
+            continue;
+        };
+        let holds = |step: &StepRecord| step.measured.held.as_deref() == Some(name);
+        let count = steps[from..].iter().take_while(|step| holds(step)).count();
+        let left = steps.get(from + count);
+        // What was in the hand when the run began, or dropped in a step that failed, has no known begin or end.
+        if steps[from].outcome == Outcome::Success && from > 0 {
+            found.push(Stretch { name, steps: &steps[from..from + count], left });
+        }
+        from += count;
+    }
+    found
+}
+
+fn one(stretch: &Stretch<'_>, robot: &Robot, scene: &Scene) -> Option<Carried> {
+    let object = scene.object(stretch.name)?;
+    let took = stretch.steps.first()?;
+    let state = &took.measured;
+    let pose = state.object(stretch.name)?.world_from_object?;
+    let flange = scene.world_from_base.isometry() * robot.forward(&state.q).ok()?.isometry();
+    let mut water: Vec<[f64; 2]> = Vec::new();
+    let mut inside = |time: f64, step: &StepRecord| {
+        if let Some(volume) = step.measured.object(stretch.name).and_then(|object| object.water) {
+            water.push([time, WATER * volume]);
+        }
+    };
+    inside(took.interval_s[1], took);
+    for pair in
+        stretch.steps.windows(2).filter(|pair| pair[1].interval_s[1] > pair[1].interval_s[0])
+    {
+        // What is inside changes while a step runs, evenly for all that is known.
+        inside(pair[1].interval_s[0], &pair[0]);
+        inside(pair[1].interval_s[1], &pair[1]);
+    }
+    let middle = middle(object, water.first().map_or(0.0, |[_, kg]| *kg));
+    let com = flange.inverse() * (pose.isometry() * nalgebra::Point3::new(0.0, 0.0, middle));
+    let end = stretch.steps.last()?.interval_s[1];
+    let left_s =
+        stretch.left.map_or([end, end], |step| [step.interval_s[0] - SET_DOWN, step.interval_s[1]]);
+    Some(Carried {
+        object: stretch.name.to_owned(),
+        taken_s: took.interval_s,
+        left_s: [left_s[0].max(took.interval_s[1]), left_s[1]],
+        mass_kg: object.mass,
+        contents_kg: water,
+        com_m: [com.x, com.y, com.z],
+    })
+}
+
+/// Returns the height of the middle of mass of a vessel with so much water (kg) in it over its base, m.
+fn middle(object: &Object, water: f64) -> f64 {
+    let own = 0.5 * object.shape.height();
+    let Some(cavity) = object.cavity.filter(|cavity| cavity.capacity > 0.0) else { return own };
+    let full = object.shape.height() - cavity.wall;
+    let level = (water / WATER / cavity.capacity).clamp(0.0, 1.0) * full;
+    let total = (object.mass + water).max(1e-9);
+    (object.mass * own + water * (cavity.wall + 0.5 * level)) / total
+}

@@ -1,0 +1,118 @@
+//! Why a verb of the cell could not be done.
+
+use std::path::PathBuf;
+
+use crate::execution::arm::DeviceError;
+use crate::execution::calibrate;
+use crate::execution::stage::ActionError;
+use crate::graph;
+use crate::language::{Diagnostic, Source};
+
+use super::stdlib;
+
+/// Why a verb of the cell could not be done.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file cannot be read or written.
+    #[error("{path}: {error}")]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// What the system says.
+        error: std::io::Error,
+    },
+    /// The text has mistakes.
+    #[error("{} mistakes in the text", .0.len())]
+    Text(Vec<(Diagnostic, Source)>),
+    /// The call cannot be made a graph.
+    #[error("{}", .0.iter().map(|p| p.message.as_str()).collect::<Vec<_>>().join("; "))]
+    Graph(Vec<graph::Problem>),
+    /// No branch of the graph is possible.
+    #[error("{0}")]
+    Branch(#[from] graph::Error),
+    /// There is no such scene.
+    #[error("no `scene` in {0}")]
+    NoScene(String),
+    /// The scene's robot is none, or lacks what every action needs.
+    #[error("{0}")]
+    Robot(#[from] stdlib::RobotError),
+    /// The lab cannot be built.
+    #[error("the lab cannot be built: {0}")]
+    Lab(String),
+    /// The camera's picture cannot be aligned.
+    #[error("{0}")]
+    Calibrate(calibrate::Error),
+    /// Objects the call needs are not where the camera looks.
+    #[error("{} cannot be seen: {}", .0.iter().map(|(o, _)| format!("`{o}`")).collect::<Vec<_>>().join(", "),
+        .0.iter().map(|(_, why)| why.as_str()).collect::<Vec<_>>().join("; "))]
+    NotSeen(Vec<(String, String)>),
+    /// The arm does not get at an object the call needs; nothing has moved.
+    #[error("`{object}` is {:.0} mm out of reach", .by * 1e3)]
+    OutOfReach {
+        /// Which.
+        object: String,
+        /// How far, m.
+        by: f64,
+    },
+    /// What the call needs is false before it begins; nothing has moved.
+    #[error("`{call}` needs `{what}`, which is false{by}")]
+    Needs {
+        /// The call.
+        call: String,
+        /// The condition.
+        what: String,
+        /// By how much, in words: ` by 3 mm`.
+        by: String,
+    },
+    /// Everything failed in the twin.
+    #[error("none of {tried} candidates survived the twin; the best failed at {step}: {reason}")]
+    NoSurvivor {
+        /// How many were tried.
+        tried: usize,
+        /// Where the best one failed.
+        step: String,
+        /// Why.
+        reason: String,
+    },
+    /// A folder holds no run that can be read.
+    #[error("{path} is no run that can be read: {why}")]
+    Record {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// A what-if cannot begin there.
+    #[error("{0}")]
+    WhatIf(String),
+    /// There is nothing to do.
+    #[error("there is nothing to do")]
+    NothingToDo,
+    /// The model that was to answer questions does not answer.
+    #[error("the model at {endpoint} does not answer: {why}")]
+    Model {
+        /// Where it was looked for.
+        endpoint: String,
+        /// Why.
+        why: String,
+    },
+    /// An action could not be done.
+    #[error("{0}")]
+    Action(#[from] ActionError),
+}
+
+impl From<calibrate::Error> for Error {
+    fn from(error: calibrate::Error) -> Self {
+        match error {
+            // A stop is a stop wherever it reaches the arm.
+            calibrate::Error::Action(error) => Self::Action(error),
+            other => Self::Calibrate(other),
+        }
+    }
+}
+
+impl From<DeviceError> for Error {
+    fn from(error: DeviceError) -> Self {
+        Self::Action(error.into())
+    }
+}

@@ -1,0 +1,98 @@
+//! What is known now: conditions and quantities read at the prompt, and needs before anything moves.
+
+use crate::execution::walk::Walker;
+use crate::graph::Graph;
+use crate::language::ast::{BinaryOp, Call, Expr, ExprKind};
+use crate::language::text;
+use crate::units::Quantity;
+use crate::world::fluent::Reading;
+
+use super::{Error, WorkCell};
+
+impl WorkCell {
+    /// Returns what a condition is worth now.
+    ///
+    /// # Errors
+    ///
+    /// When the arm does not answer.
+    pub fn read(&self, condition: &Expr) -> Result<Reading, Error> {
+        let state = self.state()?;
+        let scene = self.cell.scene.clone();
+        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, &state);
+        Ok(walker.read(condition, &state))
+    }
+
+    /// Returns what a quantity is worth now; `None` when nobody knows, or it is none.
+    ///
+    /// # Errors
+    ///
+    /// When the arm does not answer.
+    pub fn quantity(&self, expr: &Expr) -> Result<Option<Quantity>, Error> {
+        let state = self.state()?;
+        let scene = self.cell.scene.clone();
+        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, &state);
+        Ok(walker.quantity(expr, &state))
+    }
+
+    /// Returns why a call cannot be done as far as is known now: which of its needs is false. Before the
+    /// first look at the table nobody knows of any.
+    pub fn hindrance(&self, call: &Call) -> Option<String> {
+        if !self.is_camera_aligned {
+            return None;
+        }
+        let checked = self.graph(call).and_then(|graph| self.check_needs(&graph));
+        checked.err().map(|error| error.to_string())
+    }
+
+    /// Says which of the call's own needs is false now; what nobody knows does not stand in the way.
+    pub(super) fn check_needs(&self, graph: &Graph) -> Result<(), Error> {
+        let state = self.state()?;
+        let likeliest = self.parses(graph, &state, 1)?;
+        let Some(first) = likeliest.first().and_then(|pg| pg.steps.first()) else {
+            return Ok(());
+        };
+        let scene = self.cell.scene.clone();
+        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, &state);
+        let root = &graph.root().path;
+        let own = first.needs.iter().filter(|need| need.owner == *root);
+        for part in own.flat_map(|need| parts(&need.expr)) {
+            let reading = walker.read(part, &state);
+            if reading.truth != Some(false) {
+                continue;
+            }
+            let by = reading.margin.map_or(0.0, |margin| margin.value.abs());
+            return Err(match about(part) {
+                Some(("reachable", object)) => Error::OutOfReach { object, by },
+                Some(("visible", object)) => {
+                    Error::NotSeen(vec![(object, "nothing in the picture looks like it".into())])
+                }
+                _ => Error::Needs {
+                    call: graph.root().label.clone(),
+                    what: text::expr(part),
+                    by: reading.margin.map_or_else(String::new, |mut margin| {
+                        margin.value = margin.value.abs();
+                        format!(" by {margin}")
+                    }),
+                },
+            });
+        }
+        Ok(())
+    }
+}
+
+/// Returns what must all hold for a condition to hold.
+fn parts(condition: &Expr) -> Vec<&Expr> {
+    match &condition.kind {
+        ExprKind::Binary(a, BinaryOp::And, b) => parts(a).into_iter().chain(parts(b)).collect(),
+        _ => vec![condition],
+    }
+}
+
+/// Returns the name and the first argument of a fluent: `reachable` and `cup` of `reachable(cup)`.
+fn about(fluent: &Expr) -> Option<(&str, String)> {
+    let ExprKind::Call(call) = &fluent.kind else { return None };
+    match &call.args.first()?.values.first()?.kind {
+        ExprKind::Name(object) => Some((&call.name.text, object.clone())),
+        _ => None,
+    }
+}

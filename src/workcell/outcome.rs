@@ -1,0 +1,140 @@
+//! What a run came to: the answer of `trueup run --json`, and `run.json`.
+
+use serde::{Deserialize, Serialize};
+
+use crate::execution::trace::{Outcome, StepRecord};
+use crate::graph::ParseGraph;
+use crate::monitor::questionnaire::Answer;
+use crate::vqa::Probe;
+use crate::world::WorldState;
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Ending {
+    /// Everything the task gives is true as measured, as far as anyone can tell.
+    Success,
+    /// It is not.
+    Failure,
+    /// A person or a limit stopped it.
+    Stopped,
+}
+
+/// What became of the water.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Water {
+    /// In the vessel that was poured into, mL.
+    pub in_target_ml: f64,
+    /// Left in the vessel that was poured from, mL.
+    pub in_source_ml: f64,
+    /// Anywhere else, mL.
+    pub spilt_ml: f64,
+    /// Whose scales say so.
+    pub measured_by: String,
+}
+
+/// Seconds of wall time.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Timing {
+    /// Calibrating and looking.
+    pub perceive: f64,
+    /// Building and choosing the graph.
+    pub plan: f64,
+    /// Rehearsing in the twin.
+    pub simulate: f64,
+    /// Performing on the arm.
+    pub execute: f64,
+    /// Waiting for a person's word between, while the arm held still.
+    #[serde(default)]
+    pub waiting: f64,
+    /// All of it.
+    pub total: f64,
+}
+
+/// One rehearsal in a few words.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Tried {
+    /// What was chosen at each Or: `pick/either=level_side`.
+    pub choices: Vec<String>,
+    /// Which set of choices inside the scripts.
+    pub variant: usize,
+    /// Whether it survived.
+    pub success: bool,
+    /// Water on the table at its end, mL.
+    pub spilt_ml: f64,
+    /// Arm time, s.
+    pub time_s: f64,
+    /// Where and why it failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failed: Option<String>,
+}
+
+/// A run: the answer of `trueup run --json`, and `run.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    /// The call: `pour(jar, cup)`.
+    pub task: String,
+    /// How it ended.
+    pub outcome: Ending,
+    /// Whether everything the task gives is true as measured.
+    pub reached: bool,
+    /// Why, when it did not succeed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// What would help, when a device failed: the arm, or the camera.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub device_help: Option<String>,
+    /// The seed.
+    pub seed: u64,
+    /// `lab` or `twin`.
+    pub robot: String,
+    /// The program's version.
+    pub version: String,
+    /// The world when it began, once it was looked at.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<WorldState>,
+    /// The steps, as carried out.
+    pub steps: Vec<StepRecord>,
+    /// The questionnaire, answered by geometry after each step, and by a model where one is asked.
+    pub questions: Vec<Vec<Answer>>,
+    /// What the model that answers beside geometry showed it can do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probe: Option<Probe>,
+    /// What was tried in the twin, best first, attempt after attempt.
+    pub rehearsals: Vec<Tried>,
+    /// The parse graphs that were performed, one an attempt.
+    pub parse_graphs: Vec<ParseGraph>,
+    /// What the scales say at the end, where there are scales.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub water: Option<Water>,
+    /// How long it took.
+    pub timing_s: Timing,
+    /// The run folder.
+    pub run_dir: Option<String>,
+}
+
+impl Run {
+    /// Returns a run of which only these steps are known, failed if the last of them did.
+    pub fn so_far(task: &str, steps: &[StepRecord]) -> Self {
+        let failed = steps.last().is_none_or(|step| step.outcome != Outcome::Success);
+        Self {
+            task: task.to_owned(),
+            outcome: if failed { Ending::Failure } else { Ending::Success },
+            reached: false,
+            reason: None,
+            device_help: None,
+            seed: 0,
+            robot: String::new(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            start: None,
+            steps: steps.to_vec(),
+            questions: Vec::new(),
+            probe: None,
+            rehearsals: Vec::new(),
+            parse_graphs: Vec::new(),
+            water: None,
+            timing_s: Timing::default(),
+            run_dir: None,
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! Trials: what a run counts for, the table, and the command that goes on where it ended.
+
+use trueup::execution::calibrate::Switches;
+use trueup::workcell::trials::{Trial, table};
+use trueup::workcell::{Ending, Water};
+
+use crate::program::Desk;
+use crate::repl::kept::pour;
+
+/// A pour that ended with so much water in the cup, the jar and on the table, mL.
+fn trial(seed: u64, target: f64, source: f64, spilt: f64) -> Trial {
+    let mut run = pour("level_side", 0.1, 0.01, 0.001);
+    run.seed = seed;
+    let (in_target_ml, in_source_ml, spilt_ml) = (target, source, spilt);
+    run.water = Some(Water { in_target_ml, in_source_ml, spilt_ml, measured_by: "lab".into() });
+    for step in &mut run.steps {
+        let mut row = step.fluents[0].clone();
+        row.name = "pouring(jar, cup)".into();
+        step.fluents.push(row);
+    }
+    Trial::of(&run, Switches::default())
+}
+
+#[test]
+fn a_pour_counts_as_the_paper_counts() {
+    let clean = trial(1, 150.0, 4.0, 0.0);
+    assert_eq!((clean.picked, clean.poured), (Some(true), Some(true)));
+    assert!(clean.is_clean());
+    // Two steps of 4 s.
+    assert!((clean.arm_s - 8.0).abs() < 1e-12);
+    let leaky = trial(2, 148.0, 0.0, 6.0);
+    let short = trial(3, 120.0, 30.0, 0.0);
+    let wet = trial(4, 138.0, 0.0, 12.0);
+    let mut refused = trial(5, 0.0, 150.0, 0.0);
+    refused = Trial { outcome: None, picked: None, poured: None, in_target_ml: None, ..refused };
+    let rows = table(&[clean, leaky, short, wet, refused], 10.0);
+    let [row] = &rows[..] else { panic!("{rows:?}") };
+    assert_eq!((row.method.as_str(), row.n), ("all regressions", 5));
+    let counts = [row.pick_up, row.pour_water, row.success_soft, row.success_hard];
+    let counts = counts.map(|share| share.map(|share| (share.yes, share.of)));
+    // 138 of 150 mL is 92 %: poured, and too much on the table even for soft.
+    assert_eq!(counts, [Some((4, 5)), Some((3, 5)), Some((2, 5)), Some((1, 5))]);
+    let failed: Vec<_> = row.failures.iter().map(|failed| failed.seed).collect();
+    assert_eq!(failed, [2, 3, 4, 5]);
+    assert_eq!(row.failures[0].reason, "water on the table");
+    assert_eq!(row.failures[1].reason, "not all of the water arrived");
+    let poured = row.in_target_ml.unwrap();
+    assert!((poured.mean - (150.0 + 148.0 + 138.0) / 3.0).abs() < 1e-9, "{poured:?}");
+}
+
+/// Published values of Wilson's interval at 95 %.
+#[test]
+fn the_interval_is_wilsons() {
+    let poured = |yes: u64, of: u64| {
+        let trials: Vec<Trial> = (0..of)
+            .map(|i| if i < yes { trial(i, 150.0, 0.0, 0.0) } else { trial(i, 1.0, 149.0, 0.0) })
+            .collect();
+        table(&trials, 10.0)[0].pour_water.unwrap().wilson_95
+    };
+    for ((yes, of), [low, high]) in [
+        ((20, 20), [0.8389, 1.0]),
+        ((15, 20), [0.5313, 0.8881]),
+        ((0, 10), [0.0, 0.2775]),
+        ((1, 2), [0.0945, 0.9055]),
+    ] {
+        let [a, b] = poured(yes, of);
+        assert!((a - low).abs() < 1e-4 && (b - high).abs() < 1e-4, "{yes}/{of}: {a} {b}");
+    }
+}
+
+#[test]
+fn rows_are_the_sets_that_were_left_out_and_the_last_trial_of_a_seed_counts() {
+    let without = |which: &[u8], seed: u64, target: f64| Trial {
+        without: which.to_vec(),
+        ..trial(seed, target, 150.0 - target, 0.0)
+    };
+    let trials = [
+        without(&[3], 1, 10.0),
+        without(&[], 1, 10.0),
+        without(&[], 1, 150.0),
+        without(&[1, 2], 1, 150.0),
+        without(&[], 2, 150.0),
+    ];
+    let rows = table(&trials, 10.0);
+    let names: Vec<_> = rows.iter().map(|row| (row.method.as_str(), row.n)).collect();
+    let expected =
+        [("all regressions", 2), ("without regression 3", 1), ("without regressions 1, 2", 1)];
+    assert_eq!(names, expected);
+    assert_eq!(rows[0].pour_water.unwrap().yes, 2);
+    assert_eq!(
+        Trial::of(&pour("a", 0.1, 0.064, 0.001), Switches::default()).outcome,
+        Some(Ending::Failure)
+    );
+}
+
+/// Nothing hidden and regression 3 spared, so that a trial is a second's work.
+const PLAIN: &str = "[switches]\ncamera_pose = false\nlens = false\nsensor = false\nlight = false\n\
+    zero_offsets = false\ntool_offset = false\njoint_friction = false\ncompliance = false\n\
+    latency = false\nreadings = false\nsurfaces = false\nfill = false\n";
+
+#[test]
+fn trials_go_on_where_they_ended_and_shards_make_one_table() {
+    let desk = Desk::new("trials");
+    desk.file("plain.toml", PLAIN);
+    let with = ["--lab", "plain.toml", "--without-regression", "3", "--out", "t"];
+    let try_it = |more: &[&str]| {
+        let said = desk.trueup(&[&["trials", "--task", "look()"], more, &with].concat());
+        assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+        said
+    };
+    let first = try_it(&["--n", "1"]);
+    assert!(
+        first.err.contains("trial 1 of 1: seed 1 without regression 3: done; 0.0 mL spilt"),
+        "{}",
+        first.err
+    );
+    assert!(first.out.lines().nth(1).unwrap().starts_with("without regression 3"), "{}", first.out);
+    let second = try_it(&["--n", "2", "--json"]).json();
+    assert_eq!((second["done"].as_u64(), second["stopped"].as_bool()), (Some(2), Some(false)));
+    let row = &second["rows"][0];
+    assert_eq!((row["success_hard"]["yes"].as_u64(), row["n"].as_u64()), (Some(2), Some(2)));
+    assert_eq!(
+        (&row["pick_up"], &row["pour_water"]),
+        (&serde_json::Value::Null, &serde_json::Value::Null)
+    );
+    let kept = std::fs::read_to_string(desk.path("t/trials.jsonl")).unwrap();
+    assert_eq!(kept.lines().count(), 2, "the first was not made again: {kept}");
+    let runs = trueup::workcell::archive::entries(&desk.path("t"));
+    let seeds: Vec<u64> = runs.iter().map(|run| run.load().unwrap().seed).collect();
+    assert_eq!(seeds, [1, 2]);
+    // What another machine made of its part.
+    let other = kept.lines().last().unwrap().replace("\"seed\":2", "\"seed\":3");
+    desk.file("t/trials-2of2.jsonl", other);
+    let whole = desk.trueup(&["trials", "merge", "t", "--csv"]);
+    let row = whole.out.lines().nth(1).unwrap();
+    assert!(row.starts_with("without regression 3,3,,,,,,,3,"), "{}", whole.out);
+    let spoilt = kept.lines().next().unwrap().replace("\"setup\":\"", "\"setup\":\"0");
+    desk.file("t/trials-1of2.jsonl", spoilt);
+    let said = desk.trueup(&["trials", "merge", "t", "--json"]);
+    assert_eq!((said.code, said.error("code")), (2, "trials::setup".to_owned()));
+    // Another task is another table.
+    let said = desk.trueup(&["trials", "--task", "home()", "--n", "1", "--out", "t", "--json"]);
+    assert_eq!((said.code, said.error("code")), (2, "trials::setup".to_owned()));
+}
+
+#[test]
+fn what_cannot_be_tried_is_said() {
+    let desk = Desk::new("trials-wrong");
+    let code = |args: &[&str]| {
+        let said = desk.trueup(&[&["trials"], args, &["--json"]].concat());
+        assert_eq!(said.code, 2, "{}", said.out);
+        said.error("code")
+    };
+    assert_eq!(code(&[]), "usage");
+    assert_eq!(code(&["--task", "look()", "--shard", "3/2"]), "usage");
+    assert_eq!(code(&["--task", "look()", "--robot", "kortex://me@10.0.0.9"]), "trials::robot");
+    assert_eq!(code(&["--task", "lok()"]), "task::unknown_name");
+    assert_eq!(code(&["--task", "look()", "--ablate", "4"]), "usage::regression");
+    desk.file("empty/trials.jsonl", "");
+    assert_eq!(code(&["merge", "empty"]), "trials::none");
+    assert!(desk.path("trials").read_dir().is_err(), "nothing was made for a mistake");
+}
