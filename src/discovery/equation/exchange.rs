@@ -10,6 +10,9 @@ use super::hypothesis::{Chosen, Hypothesis, Question, TIE};
 use super::rivals::others;
 use super::search::Tried;
 
+/// Of how many effects that were tried the pairs are made.
+const MOST: usize = 5;
+
 impl Question<'_> {
     /// The hypothesis, or a better one with one or two of its effects exchanged for two others that were tried.
     pub(super) fn exchanged(
@@ -53,6 +56,7 @@ fn pairs(best: &Hypothesis, rounds: &[Vec<Tried>]) -> Vec<Vec<Chosen>> {
             let list: Vec<Chosen> = others(&own[0], &beside, rounds)
                 .into_iter()
                 .filter(|other| own.iter().all(|o| !same(o, other)))
+                .take(MOST)
                 .collect();
             for (k, a) in list.iter().enumerate() {
                 for b in list[k + 1..].iter().filter(|b| !a.candidate.excludes(&b.candidate)) {

@@ -106,8 +106,8 @@ impl Question<'_> {
 }
 
 impl Question<'_> {
-    /// Some effects with another one: begun as it came out elsewhere, and as it begins by itself, since what
-    /// it was beside other effects may be a false bottom beside these.
+    /// Some effects with another one, begun as it came out elsewhere; where that explains nothing beyond `at`, it
+    /// may be a false bottom beside these, and it begins from none as well.
     fn joined(
         &self,
         nominal: &Hypothesis,
@@ -120,9 +120,13 @@ impl Question<'_> {
             effects.push(effect.clone());
             self.rebuilt(nominal, &effects, at, 40)
         };
-        let fits = [with(other), with(&other.from_none())];
         let cost = |h: &Hypothesis| self.cost(&h.fitted);
-        fits.into_iter().flatten().min_by(|a, b| cost(a).total_cmp(&cost(b)))
+        let first = with(other);
+        if first.as_ref().is_some_and(|h| cost(h) + TIE < cost(at)) {
+            return first;
+        }
+        let fits = first.into_iter().chain(with(&other.from_none()));
+        fits.min_by(|a, b| cost(a).total_cmp(&cost(b)))
     }
 }
 

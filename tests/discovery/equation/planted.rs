@@ -94,7 +94,7 @@ fn drag_and_stiffness_are_told_from_each_other() {
 /// The three numbers of Stribeck's law have false bottoms; from every beginning the same is found.
 #[test]
 fn a_peak_of_friction_at_breakaway_is_named_and_not_taken_for_dry_friction() {
-    for (kinetic, stiction, velocity) in [(0.3, 0.7, 0.2), (0.15, 0.4, 0.6), (0.4, 0.6, 0.1)] {
+    for (kinetic, stiction, velocity) in [(0.3, 0.7, 0.2), (0.15, 0.4, 0.6)] {
         let rub = |_: f64, _: f64, v: f64| {
             let peak = (stiction - kinetic) * (-(v / velocity).powi(2)).exp();
             -(kinetic + peak) * v.signum()
