@@ -32,6 +32,8 @@ pub(super) type Tried = (Hypothesis, Gain);
 
 /// Most effects in one model.
 const MOST_EFFECTS: usize = 5;
+/// From how many of its starts a general law is fitted in full where its special case was found.
+const BOTTOMS: usize = 3;
 /// How many of the candidates are fitted in full.
 const SHORTLIST: usize = 8;
 
@@ -71,14 +73,16 @@ impl Question<'_> {
             best = next;
         }
         progress("comparing rivals", 0.9);
+        best = self.exchanged(&nominal, best, &rounds);
         best = self.simplified(&nominal, best);
         best = self.upheld(&nominal, best);
         let mut judged = self.judge_all(&nominal, &best, &rounds);
         // What was added early, alone, may have a better rival now that the others are there.
         let better = judged
             .iter()
-            .filter_map(|(_, rivals)| rivals.first())
-            .find(|rival| rival.delta_bic < -LEAST_EVIDENCE && rival.held_worse < -IMPERFECTION);
+            .flat_map(|(_, rivals)| rivals)
+            .filter(|rival| rival.evidence() > LEAST_EVIDENCE && rival.held_worse < -IMPERFECTION)
+            .max_by(|a, b| a.evidence().total_cmp(&b.evidence()));
         if let Some(rival) = better {
             best = self.simplified(&nominal, rival.hypothesis.clone());
             best = self.upheld(&nominal, best);
@@ -89,7 +93,8 @@ impl Question<'_> {
 
     /// Keeps the size of the gap that is to be explained.
     fn measure(&mut self, nominal: &Hypothesis) {
-        self.whole = [&nominal.fitted.train, &nominal.held].map(|e| self.size(e).powi(2));
+        // What misses more than the signal's own spread has no more than that to explain.
+        self.whole = [&nominal.fitted.train, &nominal.held].map(|e| self.size(e).powi(2).min(1.0));
     }
 
     /// Chooses again how inputs are joined and how long steps are, now that less is in the way, and fits
@@ -137,22 +142,24 @@ impl Question<'_> {
         }
     }
 
-    /// Fits a candidate on top of a hypothesis by a few steps from each of its starts.
-    fn screen(&self, base: &Hypothesis, candidate: &Candidate) -> Option<(Fitted, Patch)> {
+    /// Fits a candidate on top of a hypothesis by a few steps from each of its starts; best first.
+    fn screen(&self, base: &Hypothesis, candidate: &Candidate) -> Vec<(Fitted, Patch)> {
         // From no effect at all one step of Gauss and Newton is nearly the whole way.
         let linear = |patch: &Patch| patch.params.iter().all(|p| p.neutral.is_some());
         let starts = candidate.patches.iter().filter_map(|patch| {
             let text = apply(&base.fitted.text, self.name, patch)?;
             let steps = if linear(patch) { 2 } else { 4 };
             let fitted = self.bench.fit(&text, self.name, &base.fitted, steps)?;
-            Some((self.cost(&fitted), fitted, patch.clone()))
+            let cost = self.cost(&fitted);
+            cost.is_finite().then(|| (cost, fitted, patch.clone()))
         });
-        let best = starts.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        best.0.is_finite().then_some((best.1, best.2))
+        let mut found: Vec<(f64, Fitted, Patch)> = starts.collect();
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        found.into_iter().map(|(_, fitted, patch)| (fitted, patch)).collect()
     }
 
     /// Twice the negative log likelihood with noise of unknown size, and the price of what is free.
-    fn cost(&self, fitted: &Fitted) -> f64 {
+    pub(super) fn cost(&self, fitted: &Fitted) -> f64 {
         let misfit: f64 = fitted
             .train
             .sums
@@ -180,12 +187,19 @@ impl Question<'_> {
         let n_tried = all.len();
         let screened: Vec<Option<(Fitted, Patch, Candidate)>> = all
             .into_par_iter()
-            .map(|c| self.screen(base, &c).map(|(fitted, patch)| (fitted, patch, c)))
+            .map(|c| {
+                let (fitted, patch) = self.screen(base, &c).into_iter().next()?;
+                Some((fitted, patch, c))
+            })
             .collect();
         let mut screened: Vec<(Fitted, Patch, Candidate)> =
             screened.into_iter().flatten().collect();
         screened.sort_by(|a, b| self.cost(&a.0).total_cmp(&self.cost(&b.0)));
-        screened.truncate(shortlist);
+        let rest = screened.split_off(screened.len().min(shortlist));
+        let special =
+            rest.into_iter().filter(|(.., c)| screened.iter().any(|(.., of)| c.is_special(of)));
+        let special: Vec<(Fitted, Patch, Candidate)> = special.collect();
+        screened.extend(special);
         let full: Vec<Option<Tried>> = screened
             .into_par_iter()
             .map(|(fitted, patch, candidate)| {
@@ -215,15 +229,21 @@ impl Question<'_> {
             let size = values.params.first().map_or(0.0, |p| p.value);
             let general: Vec<Candidate> = candidates(&self.ground(&poor.fitted, &model))
                 .into_iter()
-                .filter(|c| c.at == own.at && own.within.contains(&c.kind))
+                .filter(|c| own.is_special(c))
                 .filter(|c| fewer.iter().all(|e| !e.candidate.excludes(c)))
                 .map(|c| c.from_special(size))
                 .collect();
             let tried: Vec<Option<Tried>> = general
                 .into_par_iter()
                 .map(|candidate| {
-                    let (fitted, patch) = self.screen(&poor, &candidate)?;
-                    let (rich, _) = self.in_full(&poor, fitted, Chosen { candidate, patch })?;
+                    // A law with a shape has several bottoms.
+                    let starts = self.screen(&poor, &candidate).into_iter().take(BOTTOMS);
+                    let fits = starts.filter_map(|(fitted, patch)| {
+                        let candidate = candidate.clone();
+                        Some(self.in_full(&poor, fitted, Chosen { candidate, patch })?.0)
+                    });
+                    let cost = |h: &Hypothesis| self.cost(&h.fitted);
+                    let rich = fits.min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
                     let gain = self.gain(base, &rich, n_tried);
                     Some((rich, gain))
                 })
@@ -334,7 +354,7 @@ impl Question<'_> {
         let all = candidates(&self.ground(&nominal.fitted, &model));
         for i in 0..best.effects.len() {
             let own = best.effects[i].candidate.clone();
-            let special = all.iter().filter(|c| c.at == own.at && c.within.contains(&own.kind));
+            let special = all.iter().filter(|c| c.is_special(&own));
             for candidate in special {
                 let mut effects = best.effects.clone();
                 let Some(patch) = candidate.patches.first().cloned() else { continue };
