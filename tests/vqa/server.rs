@@ -163,7 +163,10 @@ fn behave(asked: &Value, earlier: usize) -> (u16, String) {
     let form =
         |answer: &str| said(&format!("{{\"evidence\": \"as seen\", \"answer\": \"{answer}\"}}"));
     let text = match model {
-        "yes" => form("yes"),
+        "loading" if earlier.is_multiple_of(2) => {
+            return (503, json!({"error": {"message": "Loading model"}}).to_string());
+        }
+        "yes" | "loading" => form("yes"),
         "no" => form("no"),
         "fenced" => said("```json\n{\"evidence\": \"a jar\", \"answer\": \"yes\"}\n```"),
         "unsure" => form("unsure"),
@@ -181,10 +184,6 @@ fn behave(asked: &Value, earlier: usize) -> (u16, String) {
             return (404, json!({"error": {"message": "model `missing` not found"}}).to_string());
         }
         "image" => return (400, json!({"error": {"message": "invalid image input"}}).to_string()),
-        "loading" if earlier % 2 == 0 => {
-            return (503, json!({"error": {"message": "Loading model"}}).to_string());
-        }
-        "loading" => form("yes"),
         "busy" => return (503, json!({"error": "overloaded"}).to_string()),
         "slow" => {
             thread::sleep(Duration::from_millis(1500));
