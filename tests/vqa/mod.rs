@@ -175,6 +175,9 @@ fn a_stop_ends_the_waiting_and_what_was_not_asked_is_unparsed() {
     assert!(replies.iter().all(|(_, reply)| reply.answer == Said::Unparsed && reply.tries == 0));
     assert!(replies[0].1.why.as_deref() == Some("stopped by a person"));
     assert!(server.seen().is_empty());
+    // Asked already, and thinking: the reply is not waited for.
+    let reply = slow.ask("a?", On::Real, &photo(), &|| true);
+    assert_eq!((reply.why.as_deref(), reply.tries), (Some("stopped by a person"), 1));
 }
 
 /// When the time for all questions is over, the rest are not asked.
