@@ -18,9 +18,6 @@ use super::search::Search;
 use super::unknown::{Formula, UNKNOWN};
 use super::wording;
 
-/// Most rivals of an effect that are listed as no worse.
-const MOST_TIES: usize = 4;
-
 /// Everything the answer is made from.
 pub(super) struct Report<'a> {
     pub(super) path: &'a str,
@@ -44,20 +41,13 @@ impl Report<'_> {
         let verdict = self.verdict(shown);
         let effects = match verdict {
             Verdict::Unknown => self.unnamed(shown),
-            _ => self.named(),
+            _ => self.named(verdict),
         };
-        let (text, model) = self.change(verdict, shown);
-        let (next_experiment, experiment) = self.next(verdict, &effects);
+        let (text, model) = self.change(shown);
+        let (next_experiment, experiment) = self.next(verdict);
         let mut reason = wording::reason(verdict, &gap, &effects);
-        match formula {
-            Some(Formula::Refused { train, heldout }) => {
-                reason.push_str(&wording::refused(train, heldout));
-            }
-            Some(Formula::Wordless) => {
-                reason
-                    .push_str("; no formula predicts data it was not fitted to, so none is given");
-            }
-            Some(Formula::Predicts(_)) | None => {}
+        if let Some(Formula::Refused { train, heldout }) = formula {
+            reason.push_str(&wording::refused(train, heldout));
         }
         if verdict == Verdict::Unknown && !effects.is_empty() {
             self.notes.push(wording::validity(self.question, shown));
@@ -85,45 +75,45 @@ impl Report<'_> {
     }
 
     fn verdict(&self, shown: &Hypothesis) -> Verdict {
+        let search = self.search;
         if shown.effects.iter().any(|e| e.candidate.kind == UNKNOWN) {
             return Verdict::Unknown;
         }
         match shown.effects.len() {
             0 if self.question.is_noise(shown) => Verdict::NothingMissing,
             0 => Verdict::Unknown,
-            _ if !self.doubtful().is_empty() => Verdict::Ambiguous,
+            1 if !self.ties(0).is_empty() => Verdict::Ambiguous,
             1 => Verdict::Named,
-            _ => Verdict::Several,
+            _ => {
+                debug_assert_eq!(search.judged.len(), shown.effects.len());
+                Verdict::Several
+            }
         }
-    }
-
-    /// Which effects of the best hypothesis the data cannot tell from others.
-    fn doubtful(&self) -> Vec<usize> {
-        (0..self.search.best.effects.len()).filter(|i| !self.ties(*i).is_empty()).collect()
     }
 
     /// Rivals that the data cannot tell from an effect of the best hypothesis.
     fn ties(&self, i: usize) -> Vec<&Rival> {
         let chosen = &self.search.best.effects[i].candidate;
-        let ties = self.search.judged[i].1.iter().filter(|rival| rival.ties(chosen));
-        ties.take(MOST_TIES).collect()
+        self.search.judged[i].1.iter().filter(|rival| rival.ties(chosen)).collect()
     }
 
-    /// The effects with their rivals; those that the data cannot tell apart follow each other.
-    fn named(&self) -> Vec<Effect> {
+    /// The effects with their rivals; those that the data cannot tell apart are listed one by one.
+    fn named(&self, verdict: Verdict) -> Vec<Effect> {
         let search = self.search;
         let mut effects = Vec::new();
         for (i, chosen) in search.best.effects.iter().enumerate() {
             let (gain, rivals) = &search.judged[i];
-            let ties = self.ties(i);
             let mut effect = effect(&search.best, chosen, *gain);
             effect.alternatives = rivals.iter().map(|rival| alternative(rival, chosen)).collect();
-            effect.indistinguishable = !ties.is_empty();
+            effect.indistinguishable = verdict == Verdict::Ambiguous;
             effects.push(effect);
-            for rival in ties {
+        }
+        if verdict == Verdict::Ambiguous {
+            let gain = search.judged[0].0;
+            for rival in self.ties(0).into_iter().take(4) {
                 let Some(last) = rival.hypothesis.effects.last() else { continue };
-                let gain = Gain { bic: gain.bic - rival.delta_bic, ..*gain };
-                let mut effect = self::effect(&rival.hypothesis, last, gain);
+                let gain = Gain { bic: gain.bic - rival.delta_bic, ..gain };
+                let mut effect = effect(&rival.hypothesis, last, gain);
                 effect.indistinguishable = true;
                 effects.push(effect);
             }
@@ -159,11 +149,10 @@ impl Report<'_> {
         vec![whole]
     }
 
-    /// The text with the effects written in that are in no doubt, and how it differs.
-    fn change(&self, verdict: Verdict, shown: &Hypothesis) -> (String, ModelChange) {
+    /// The text with the effects written in, and how it differs.
+    fn change(&self, shown: &Hypothesis) -> (String, ModelChange) {
         let mut text = self.text.to_string();
-        let doubtful = if verdict == Verdict::Ambiguous { self.doubtful() } else { Vec::new() };
-        for (_, chosen) in shown.effects.iter().enumerate().filter(|(i, _)| !doubtful.contains(i)) {
+        for chosen in &shown.effects {
             let patch = with_values(&chosen.patch, &shown.fitted, true);
             if let Some(next) = apply(&text, self.question.name, &patch) {
                 text = next;
@@ -178,19 +167,15 @@ impl Report<'_> {
     }
 
     /// What would settle a doubt, and the inputs for it.
-    fn next(
-        &self,
-        verdict: Verdict,
-        effects: &[Effect],
-    ) -> (Option<NextExperiment>, Option<String>) {
+    fn next(&self, verdict: Verdict) -> (Option<NextExperiment>, Option<String>) {
         if verdict != Verdict::Ambiguous {
             return (None, None);
         }
         let best = &self.search.best;
-        let ties = self.doubtful().into_iter().flat_map(|i| self.ties(i));
-        let rivals: Vec<&Hypothesis> = ties.map(|rival| &rival.hypothesis).collect();
+        let rivals: Vec<&Hypothesis> =
+            self.ties(0).into_iter().take(4).map(|rival| &rival.hypothesis).collect();
         let found = self.question.separating(best, &rivals);
-        let why = wording::next(effects, &rivals, found.as_ref());
+        let why = wording::next(best, &rivals, found.as_ref());
         (Some(NextExperiment { why, commands: None }), found.map(|found| found.csv))
     }
 
@@ -291,10 +276,7 @@ fn effect(at: &Hypothesis, chosen: &Chosen, gain: Gain) -> Effect {
 
 /// A rival of an effect, with why it was not chosen.
 fn alternative(rival: &Rival, chosen: &Chosen) -> Alternative {
-    let ties = rival.ties(&chosen.candidate);
-    let why_not = if ties && rival.is_disputed() {
-        "fits worse, but predicts the held-out data better".into()
-    } else if ties {
+    let why_not = if rival.ties(&chosen.candidate) {
         "the data cannot tell it from this one".into()
     } else if rival.delta_bic >= 6.0 {
         format!("fits worse: its criterion is {} higher", significant(rival.delta_bic, 3))

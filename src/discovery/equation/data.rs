@@ -160,27 +160,30 @@ impl Data {
     }
 
     /// The largest thinning up to `most` that a straight line between the rows that are left undoes, to
-    /// a hundredth of each output's scale or to its noise. With `rough`, twice as much may be lost, and inputs may
-    /// jitter within a block: what they do there is then seen as its mean alone.
-    pub fn thinning(&self, most: usize, scales: &[f64], rough: bool) -> usize {
-        let part = if rough { 0.02 } else { 0.01 };
+    /// a hundredth of each column's size or to its noise.
+    pub fn thinning(&self, most: usize) -> usize {
         let mut k = most.max(1);
         while k > 1 {
             let thin = self.thinned(k);
-            let rest = |full: &[f64], thin_values: &[f64]| -> f64 {
-                let left = full.iter().zip(&self.time);
-                let left = left.map(|(v, t)| v - interpolate(&thin.time, thin_values, *t).0);
-                rms(&left.collect::<Vec<f64>>())
+            let fits = |full: &[f64], thin_values: &[f64]| {
+                let size = std(full);
+                let floor = 1.5 * noise_of(&self.time, full);
+                let rest: Vec<f64> = full
+                    .iter()
+                    .zip(&self.time)
+                    .map(|(v, t)| v - interpolate(&thin.time, thin_values, *t).0)
+                    .collect();
+                rms(&rest) <= (0.01 * size).max(floor) || size < 1e-300
             };
-            let outputs =
-                self.outputs.iter().zip(&thin.outputs).zip(scales).all(|((a, b), scale)| {
-                    rest(a, b) <= (part * scale).max(1.5 * noise_of(&self.time, a))
-                });
-            let inputs = self
-                .inputs
-                .iter()
-                .zip(&thin.inputs)
-                .all(|(a, b)| rough || rest(a, b) <= 0.3 * std(a) || std(a) < 1e-300);
+            let outputs = self.outputs.iter().zip(&thin.outputs).all(|(a, b)| fits(a, b));
+            let inputs = self.inputs.iter().zip(&thin.inputs).all(|(a, b)| {
+                let rest: Vec<f64> = a
+                    .iter()
+                    .zip(&self.time)
+                    .map(|(v, t)| v - interpolate(&thin.time, b, *t).0)
+                    .collect();
+                rms(&rest) <= 0.3 * std(a) || std(a) < 1e-300
+            });
             if outputs && inputs && thin.n_rows() >= 60 {
                 return k;
             }

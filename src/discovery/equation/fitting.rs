@@ -338,7 +338,7 @@ pub fn baseline(bench: &mut Bench, text: &str, name: &str, seed: u64) -> Result<
         train: bench
             .train
             .iter()
-            .map(|d| d.thinned(d.thinning((n_rows / 1500).max(1), &bench.scales, false)))
+            .map(|d| d.thinned((n_rows / 1500).max(1).min(d.thinning((n_rows / 1500).max(1)))))
             .collect(),
         ..bench.clone()
     };
@@ -379,9 +379,7 @@ pub fn baseline(bench: &mut Bench, text: &str, name: &str, seed: u64) -> Result<
     }
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     found.truncate(6);
-    let (_, params, first) = &found[0];
-    let through = fades(bench, &compiled, params, first);
-    bench.rows = if through { None } else { Some(cut(&bench.train)) };
+    bench.rows = if fades(bench, &compiled, &found[0]) { None } else { Some(cut(&bench.train)) };
     let mut best: Option<(f64, Compiled, Estimate)> = None;
     for (_, params, first) in &found {
         let mut model = compiled.clone();
@@ -421,13 +419,13 @@ fn cut(train: &[Data]) -> usize {
 }
 
 /// Whether what a state is at first no longer matters at the end of a recording.
-pub(super) fn fades(bench: &Bench, model: &Compiled, params: &[f64], first: &[f64]) -> bool {
+fn fades(bench: &Bench, model: &Compiled, (_, params, first): &(f64, Vec<f64>, Vec<f64>)) -> bool {
     if model.states.is_empty() {
         return true;
     }
     let through = Bench { rows: None, ..bench.clone() };
     let mut model = model.clone();
-    let point = Point { params: params.to_vec(), starts: through.task(&model).starts(first) };
+    let point = Point { params: params.clone(), starts: through.task(&model).starts(first) };
     through.set_ramps(&mut model, &point);
     let task = through.task(&model);
     let longest = (0..task.windows.len()).max_by_key(|i| task.windows[*i].rows.len());

@@ -21,18 +21,6 @@ pub struct Chosen {
     pub patch: Patch,
 }
 
-impl Chosen {
-    /// The same, begun from none of it.
-    #[must_use]
-    pub fn from_none(&self) -> Self {
-        let mut effect = self.clone();
-        for param in &mut effect.patch.params {
-            param.value = param.neutral.unwrap_or(param.value);
-        }
-        effect
-    }
-}
-
 /// A set of effects fitted together.
 #[derive(Debug, Clone)]
 pub struct Hypothesis {
@@ -61,24 +49,17 @@ impl Hypothesis {
     }
 
     /// Whether a parameter of an effect's shape has run to the end of its range, where the effect is
-    /// none or another one, or a gain leaves so little that nothing acts any more: over a short stretch that
-    /// explains whatever hardly changes.
+    /// none or another one.
     pub fn is_degenerate(&self, effect: &Chosen) -> bool {
         let patch = with_values(&effect.patch, &self.fitted, false);
-        patch.params.iter().any(|p| match (p.neutral, p.range) {
-            (Some(neutral), _) => p.value.abs() < LEAST_GAIN * neutral,
-            (None, Some([low, high])) => {
-                let room = 0.005 * (high - low);
-                let at_low = if low > 0.0 { p.value < 1.05 * low } else { p.value - low < room };
-                at_low || high - p.value < room
-            }
-            (None, None) => false,
+        patch.params.iter().filter(|p| p.neutral.is_none()).any(|p| {
+            let Some([low, high]) = p.range else { return false };
+            let room = 0.005 * (high - low);
+            let at_low = if low > 0.0 { p.value < 1.05 * low } else { p.value - low < room };
+            at_low || high - p.value < room
         })
     }
 }
-
-/// A gain below this is no gain.
-const LEAST_GAIN: f64 = 0.1;
 
 /// How one hypothesis compares with another that it extends.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -135,10 +135,6 @@ pub fn investigate(
     let mut search = question
         .search(nominal, progress)
         .ok_or_else(|| Error::TooShort { rows: recordings.iter().map(Recording::n_rows).sum() })?;
-    if let Some(whole) = question.on_whole_recordings(&search, progress) {
-        (question, search) = whole;
-        notes.push("with what was found the memory fades, so whole recordings are run".into());
-    }
     notes.extend(about_inputs(&question.bench, &compiled));
     progress("looking at what is left", 0.95);
     let formula = question.unnamed(&mut search);

@@ -44,12 +44,6 @@ fn told_noise(recording: &Recording, name: &str) -> Option<f64> {
     of.as_ref()?.of(number.parse::<usize>().ok().and_then(|n| n.checked_sub(1)).unwrap_or(0))
 }
 
-/// The spread of each output over some recordings.
-fn scales(data: &[Data], n_out: usize) -> Vec<f64> {
-    let of = |o: usize| data.iter().flat_map(move |d| d.outputs[o].iter().copied());
-    (0..n_out).map(|o| std(&of(o).collect::<Vec<f64>>()).max(1e-12)).collect()
-}
-
 /// Splits, thins and scales the recordings.
 pub(super) fn prepare(
     model: &Compiled,
@@ -82,17 +76,8 @@ pub(super) fn prepare(
     };
     let row = train[0].step();
     let rows: usize = train.iter().map(Data::n_rows).sum();
-    let scales = scales(&train, model.outputs.len());
     let wanted = rows.div_ceil(options.most_rows);
-    let thinning = |rough| {
-        let each = train.iter().chain(&held).map(|d| d.thinning(wanted, &scales, rough));
-        each.min().unwrap_or(1)
-    };
-    let mut by = thinning(false);
-    if rows / by > 2 * options.most_rows {
-        // Jitter of the inputs that the outputs do not show is a smaller loss than the end of a recording.
-        by = by.max(thinning(true));
-    }
+    let by = train.iter().chain(&held).map(|d| d.thinning(wanted)).min().unwrap_or(1);
     let thin = |data: Vec<Data>| -> Vec<Data> { data.iter().map(|d| d.thinned(by)).collect() };
     let (train, held) = (thin(train), thin(held));
     if by > 1 {
@@ -110,8 +95,14 @@ pub(super) fn prepare(
             "only the first part of each recording is used; all of it would take long".into(),
         );
     }
+    let n_out = model.outputs.len();
+    let scales = (0..n_out)
+        .map(|o| {
+            let all: Vec<f64> = train.iter().flat_map(|d| d.outputs[o].iter().copied()).collect();
+            std(&all).max(1e-12)
+        })
+        .collect();
     let hold = if by > 1 { Hold::Line } else { Hold::Zero };
-    let scales = self::scales(&train, model.outputs.len());
     Ok(Bench {
         train,
         held,

@@ -17,17 +17,9 @@ pub struct Rival {
     pub delta_bic: f64,
     /// How much larger its held-out root mean square is, as a part.
     pub held_worse: f64,
-    /// Twice the log likelihood ratio for it on the data held out.
-    pub held: f64,
     /// Whether it needs more parameters than the one chosen; a state's first value is none.
     pub is_richer: bool,
 }
-
-/// A root mean square on held-out data that is larger by this part is worse.
-const WORSE: f64 = 0.03;
-/// Data held out speak for a rival with a likelihood ratio, twice its logarithm, above this: two standard
-/// deviations.
-const DISPUTED: f64 = 4.0;
 
 /// Most rivals of one effect that are fitted beside the others.
 const MOST_RIVALS: usize = 6;
@@ -36,21 +28,12 @@ impl Rival {
     /// Whether the data cannot tell it from the one chosen, `of`.
     pub fn ties(&self, of: &Candidate) -> bool {
         // A general form that comes out as its special case is no other explanation.
-        let nested = of.is_special(&self.candidate) || self.candidate.is_special(of);
+        let nested = of.at == self.candidate.at
+            && (of.within.contains(&self.candidate.kind)
+                || self.candidate.within.contains(&of.kind));
         // What needs more parameters to say no more is none either.
         let idle = self.is_richer && self.delta_bic > 0.0;
-        let close = self.delta_bic < TIE && self.held_worse < WORSE;
-        !nested && !idle && (close || self.is_disputed())
-    }
-
-    /// All that speaks for it against the one chosen, on the data fitted and held out.
-    pub fn evidence(&self) -> f64 {
-        self.held - self.delta_bic
-    }
-
-    /// Whether the data held out speak for it where the data fitted speak against it.
-    pub fn is_disputed(&self) -> bool {
-        self.held_worse < -WORSE && self.held > DISPUTED
+        !nested && !idle && self.delta_bic < TIE && self.held_worse < 0.03
     }
 }
 
@@ -85,7 +68,9 @@ impl Question<'_> {
         let rivals: Vec<Option<Rival>> = others
             .into_par_iter()
             .map(|other| {
-                let hypothesis = self.joined(nominal, &fewer, &other, &without)?;
+                let mut effects = fewer.clone();
+                effects.push(other.clone());
+                let hypothesis = self.rebuilt(nominal, &effects, &without, 40)?;
                 if hypothesis.is_degenerate(&other) {
                     return None;
                 }
@@ -94,9 +79,8 @@ impl Question<'_> {
                 let held_worse = size(&hypothesis) / size(best).max(1e-300) - 1.0;
                 let n_params = |h: &Hypothesis| h.fitted.compiled.params.len();
                 let is_richer = n_params(&hypothesis) > n_params(best);
-                let held = self.gain(best, &hypothesis, 1).held;
                 let candidate = other.candidate;
-                Some(Rival { candidate, hypothesis, delta_bic, held_worse, held, is_richer })
+                Some(Rival { candidate, hypothesis, delta_bic, held_worse, is_richer })
             })
             .collect();
         let mut rivals: Vec<Rival> = rivals.into_iter().flatten().collect();
@@ -105,33 +89,8 @@ impl Question<'_> {
     }
 }
 
-impl Question<'_> {
-    /// Some effects with another one, begun as it came out elsewhere; where that explains nothing beyond `at`, it
-    /// may be a false bottom beside these, and it begins from none as well.
-    fn joined(
-        &self,
-        nominal: &Hypothesis,
-        beside: &[Chosen],
-        other: &Chosen,
-        at: &Hypothesis,
-    ) -> Option<Hypothesis> {
-        let with = |effect: &Chosen| {
-            let mut effects = beside.to_vec();
-            effects.push(effect.clone());
-            self.rebuilt(nominal, &effects, at, 40)
-        };
-        let cost = |h: &Hypothesis| self.cost(&h.fitted);
-        let first = with(other);
-        if first.as_ref().is_some_and(|h| cost(h) + TIE < cost(at)) {
-            return first;
-        }
-        let fits = first.into_iter().chain(with(&other.from_none()));
-        fits.min_by(|a, b| cost(a).total_cmp(&cost(b)))
-    }
-}
-
 /// What was tried and could stand in an effect's place beside the others, best first.
-pub(super) fn others(own: &Chosen, beside: &[Chosen], rounds: &[Vec<Tried>]) -> Vec<Chosen> {
+fn others(own: &Chosen, beside: &[Chosen], rounds: &[Vec<Tried>]) -> Vec<Chosen> {
     let same = |e: &Chosen, c: &Candidate| e.candidate.kind == c.kind && e.candidate.at == c.at;
     let mut tried: Vec<&Tried> = rounds.iter().flatten().collect();
     tried.sort_by(|a, b| b.1.evidence().total_cmp(&a.1.evidence()));
@@ -146,14 +105,6 @@ pub(super) fn others(own: &Chosen, beside: &[Chosen], rounds: &[Vec<Tried>]) -> 
             found.push(Chosen { candidate: last.candidate.clone(), patch });
         }
     }
-    let rest = found.split_off(found.len().min(MOST_RIVALS));
-    // A special case explains less than its general law, and may still be all that is true; and what sits at
-    // the same place may do better beside these others than it did before they were there.
-    let near = |c: &Chosen| {
-        c.candidate.at == own.candidate.at
-            || found.iter().any(|of| c.candidate.is_special(&of.candidate))
-    };
-    let near: Vec<Chosen> = rest.into_iter().filter(near).collect();
-    found.extend(near);
+    found.truncate(MOST_RIVALS);
     found
 }

@@ -32,8 +32,6 @@ pub(super) type Tried = (Hypothesis, Gain);
 
 /// Most effects in one model.
 const MOST_EFFECTS: usize = 5;
-/// From how many of its starts a general law is fitted in full where its special case was found.
-const BOTTOMS: usize = 3;
 /// How many of the candidates are fitted in full.
 const SHORTLIST: usize = 8;
 
@@ -73,16 +71,14 @@ impl Question<'_> {
             best = next;
         }
         progress("comparing rivals", 0.9);
-        best = self.exchanged(&nominal, best, &rounds);
         best = self.simplified(&nominal, best);
         best = self.upheld(&nominal, best);
         let mut judged = self.judge_all(&nominal, &best, &rounds);
         // What was added early, alone, may have a better rival now that the others are there.
         let better = judged
             .iter()
-            .flat_map(|(_, rivals)| rivals)
-            .filter(|rival| rival.evidence() > LEAST_EVIDENCE && rival.held_worse < -IMPERFECTION)
-            .max_by(|a, b| a.evidence().total_cmp(&b.evidence()));
+            .filter_map(|(_, rivals)| rivals.first())
+            .find(|rival| rival.delta_bic < -LEAST_EVIDENCE && rival.held_worse < -IMPERFECTION);
         if let Some(rival) = better {
             best = self.simplified(&nominal, rival.hypothesis.clone());
             best = self.upheld(&nominal, best);
@@ -93,8 +89,7 @@ impl Question<'_> {
 
     /// Keeps the size of the gap that is to be explained.
     fn measure(&mut self, nominal: &Hypothesis) {
-        // What misses more than the signal's own spread has no more than that to explain.
-        self.whole = [&nominal.fitted.train, &nominal.held].map(|e| self.size(e).powi(2).min(1.0));
+        self.whole = [&nominal.fitted.train, &nominal.held].map(|e| self.size(e).powi(2));
     }
 
     /// Chooses again how inputs are joined and how long steps are, now that less is in the way, and fits
@@ -142,24 +137,22 @@ impl Question<'_> {
         }
     }
 
-    /// Fits a candidate on top of a hypothesis by a few steps from each of its starts; best first.
-    fn screen(&self, base: &Hypothesis, candidate: &Candidate) -> Vec<(Fitted, Patch)> {
+    /// Fits a candidate on top of a hypothesis by a few steps from each of its starts.
+    fn screen(&self, base: &Hypothesis, candidate: &Candidate) -> Option<(Fitted, Patch)> {
         // From no effect at all one step of Gauss and Newton is nearly the whole way.
         let linear = |patch: &Patch| patch.params.iter().all(|p| p.neutral.is_some());
         let starts = candidate.patches.iter().filter_map(|patch| {
             let text = apply(&base.fitted.text, self.name, patch)?;
             let steps = if linear(patch) { 2 } else { 4 };
             let fitted = self.bench.fit(&text, self.name, &base.fitted, steps)?;
-            let cost = self.cost(&fitted);
-            cost.is_finite().then(|| (cost, fitted, patch.clone()))
+            Some((self.cost(&fitted), fitted, patch.clone()))
         });
-        let mut found: Vec<(f64, Fitted, Patch)> = starts.collect();
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        found.into_iter().map(|(_, fitted, patch)| (fitted, patch)).collect()
+        let best = starts.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        best.0.is_finite().then_some((best.1, best.2))
     }
 
     /// Twice the negative log likelihood with noise of unknown size, and the price of what is free.
-    pub(super) fn cost(&self, fitted: &Fitted) -> f64 {
+    fn cost(&self, fitted: &Fitted) -> f64 {
         let misfit: f64 = fitted
             .train
             .sums
@@ -187,19 +180,12 @@ impl Question<'_> {
         let n_tried = all.len();
         let screened: Vec<Option<(Fitted, Patch, Candidate)>> = all
             .into_par_iter()
-            .map(|c| {
-                let (fitted, patch) = self.screen(base, &c).into_iter().next()?;
-                Some((fitted, patch, c))
-            })
+            .map(|c| self.screen(base, &c).map(|(fitted, patch)| (fitted, patch, c)))
             .collect();
         let mut screened: Vec<(Fitted, Patch, Candidate)> =
             screened.into_iter().flatten().collect();
         screened.sort_by(|a, b| self.cost(&a.0).total_cmp(&self.cost(&b.0)));
-        let rest = screened.split_off(screened.len().min(shortlist));
-        let special =
-            rest.into_iter().filter(|(.., c)| screened.iter().any(|(.., of)| c.is_special(of)));
-        let special: Vec<(Fitted, Patch, Candidate)> = special.collect();
-        screened.extend(special);
+        screened.truncate(shortlist);
         let full: Vec<Option<Tried>> = screened
             .into_par_iter()
             .map(|(fitted, patch, candidate)| {
@@ -229,21 +215,15 @@ impl Question<'_> {
             let size = values.params.first().map_or(0.0, |p| p.value);
             let general: Vec<Candidate> = candidates(&self.ground(&poor.fitted, &model))
                 .into_iter()
-                .filter(|c| own.is_special(c))
+                .filter(|c| c.at == own.at && own.within.contains(&c.kind))
                 .filter(|c| fewer.iter().all(|e| !e.candidate.excludes(c)))
                 .map(|c| c.from_special(size))
                 .collect();
             let tried: Vec<Option<Tried>> = general
                 .into_par_iter()
                 .map(|candidate| {
-                    // A law with a shape has several bottoms.
-                    let starts = self.screen(&poor, &candidate).into_iter().take(BOTTOMS);
-                    let fits = starts.filter_map(|(fitted, patch)| {
-                        let candidate = candidate.clone();
-                        Some(self.in_full(&poor, fitted, Chosen { candidate, patch })?.0)
-                    });
-                    let cost = |h: &Hypothesis| self.cost(&h.fitted);
-                    let rich = fits.min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
+                    let (fitted, patch) = self.screen(&poor, &candidate)?;
+                    let (rich, _) = self.in_full(&poor, fitted, Chosen { candidate, patch })?;
                     let gain = self.gain(base, &rich, n_tried);
                     Some((rich, gain))
                 })
@@ -354,7 +334,7 @@ impl Question<'_> {
         let all = candidates(&self.ground(&nominal.fitted, &model));
         for i in 0..best.effects.len() {
             let own = best.effects[i].candidate.clone();
-            let special = all.iter().filter(|c| c.is_special(&own));
+            let special = all.iter().filter(|c| c.at == own.at && c.within.contains(&own.kind));
             for candidate in special {
                 let mut effects = best.effects.clone();
                 let Some(patch) = candidate.patches.first().cloned() else { continue };

@@ -38,8 +38,6 @@ pub const LEAST_PREDICTED: f64 = 0.5;
 /// What came of looking for a formula.
 #[derive(Debug, Clone)]
 pub enum Formula {
-    /// No word explains any of it on data it was not fitted to.
-    Wordless,
     /// The best formula does not predict data it was not fitted to: the parts that it explains of what
     /// could be explained, on the data fitted and held out.
     Refused {
@@ -70,7 +68,8 @@ impl Question<'_> {
         }
         let before = (self.bench.clone(), search.nominal.clone());
         let Some(formula) = self.formula_settled(&mut search.nominal) else {
-            return search.best.effects.is_empty().then_some(Formula::Wordless);
+            let nothing = Formula::Refused { train: 0.0, heldout: 0.0 };
+            return search.best.effects.is_empty().then_some(nothing);
         };
         let noise = self.noise_floor();
         let beyond = |e: &Estimate| (self.size(e).powi(2) - noise.powi(2)).max(0.0).sqrt();

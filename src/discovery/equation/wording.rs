@@ -11,12 +11,6 @@ fn percent(part: f64) -> String {
     format!("{} %", significant(100.0 * part, 3))
 }
 
-/// The names and places of effects.
-fn listed(effects: &[&Effect], between: &str) -> String {
-    let names: Vec<String> = effects.iter().map(|e| format!("{}({})", e.name, e.at)).collect();
-    names.join(between)
-}
-
 /// The verdict's reason, one sentence.
 pub(super) fn reason(verdict: Verdict, gap: &Gap, effects: &[Effect]) -> String {
     let from_to = format!(
@@ -24,6 +18,7 @@ pub(super) fn reason(verdict: Verdict, gap: &Gap, effects: &[Effect]) -> String 
         percent(gap.before.heldout),
         percent(gap.after.heldout)
     );
+    let names: Vec<String> = effects.iter().map(|e| format!("{}({})", e.name, e.at)).collect();
     match verdict {
         Verdict::NothingMissing => format!(
             "what is left on held-out data, {} of the signal, is noise, and no effect pays for itself",
@@ -38,19 +33,9 @@ pub(super) fn reason(verdict: Verdict, gap: &Gap, effects: &[Effect]) -> String 
             effects[0].at
         ),
         Verdict::Named => format!("with {} of {} {from_to}", effects[0].name, effects[0].at),
-        Verdict::Several => {
-            let all: Vec<&Effect> = effects.iter().collect();
-            format!("with {} {from_to}", listed(&all, " and "))
-        }
+        Verdict::Several => format!("with {} {from_to}", names.join(" and ")),
         Verdict::Ambiguous => {
-            let (doubtful, sure): (Vec<&Effect>, Vec<&Effect>) =
-                effects.iter().partition(|effect| effect.indistinguishable);
-            let beside = if sure.is_empty() {
-                String::new()
-            } else {
-                format!(" beside {}", listed(&sure, " and "))
-            };
-            format!("{} explain the data equally well{beside}; {from_to}", listed(&doubtful, ", "))
+            format!("{} explain the data equally well; {from_to}", names.join(", "))
         }
     }
 }
@@ -120,15 +105,21 @@ pub(super) fn fitted(shown: &Hypothesis, nominal: &Hypothesis) -> Option<String>
 
 /// What would settle a doubt between explanations.
 pub(super) fn next(
-    effects: &[Effect],
+    best: &Hypothesis,
     rivals: &[&Hypothesis],
     found: Option<&Separating>,
 ) -> String {
-    let doubtful: Vec<&Effect> = effects.iter().filter(|e| e.indistinguishable).collect();
+    let name = |h: &Hypothesis| {
+        h.effects
+            .last()
+            .map_or_else(String::new, |e| format!("{}({})", e.candidate.kind, e.candidate.at))
+    };
+    let names: Vec<String> =
+        std::iter::once(best).chain(rivals.iter().copied()).map(name).collect();
     let Some(found) = found else {
         return format!(
             "no input within the range recorded tells {} apart: measure more, the input at the machine or the output with a second sensor",
-            listed(&doubtful, " from ")
+            names.join(" from ")
         );
     };
     let left = if found.settled < rivals.len() {
@@ -139,7 +130,7 @@ pub(super) fn next(
     format!(
         "record with {}, as written in the file: there {} come to differ by {} standard deviations of the noise{left}",
         found.what,
-        listed(&doubtful, " and "),
+        names.join(" and "),
         significant(found.sigma, 2)
     )
 }

@@ -26,13 +26,24 @@ fn wiggle(t: f64, seed: f64) -> f64 {
     (0.9 * t + seed).sin() + 0.7 * (2.3 * t + 2.0 * seed).sin() + 0.4 * (4.1 * t - seed).cos()
 }
 
-/// Reads a planted recording.
-fn recorded(seed: u32, text: &str) -> Recording {
-    Recording::read(&format!("planted {seed}"), text, None, &Map::default()).unwrap()
+/// Records `n` rows `step` s apart: the input, and what `measure` makes of the state after `rates` has
+/// carried it on in 50 midpoint steps a row, with noise.
+#[expect(clippy::too_many_arguments, reason = "an experiment is described by as many")]
+fn record(
+    n: usize,
+    step: f64,
+    seed: u32,
+    noise: f64,
+    start: &[f64],
+    rates: impl Fn(f64, f64, &[f64]) -> Vec<f64>,
+    measure: impl Fn(f64, &[f64]) -> f64,
+    input: impl Fn(f64) -> f64,
+) -> Recording {
+    let text = table(n, step, seed, noise, start, rates, measure, input);
+    Recording::read(&format!("planted {seed}"), &text, None, &Map::default()).unwrap()
 }
 
-/// The text of a recording of `n` rows `step` s apart: the input, and what `measure` makes of the state after
-/// `rates` has carried it on in 50 midpoint steps a row, with noise.
+/// The same as the text of a recording.
 #[expect(clippy::too_many_arguments, reason = "an experiment is described by as many")]
 fn table(
     n: usize,

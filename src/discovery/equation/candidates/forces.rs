@@ -45,9 +45,8 @@ pub(super) fn stiffness(draft: &mut Draft) {
         draft.add(
             ("hysteresis", &qn),
             &[
-                // Linear in its size where the width is given, so that begins from none.
-                p("alpha", "hysteresis", rate_dim, &[0.0]),
-                p("width", "width", qd, &[0.02, 0.05, 0.1, 0.2, 0.5].map(|part| part * span))
+                p("alpha", "hysteresis", rate_dim, &[0.1 * rate, 0.1 * rate, 0.3 * rate]),
+                p("width", "width", qd, &[0.03 * span, 0.2 * span, 0.1 * span])
                     .within(0.002 * span, 2.0 * span)
                     .shape(),
             ],

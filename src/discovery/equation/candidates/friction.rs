@@ -62,16 +62,15 @@ fn rubbing(
         &[],
         |n| write(format!("{sign} ({}*step({v}) - {}*step(-{v}))", n[0], n[1])),
     );
-    // Linear in both amounts where the velocity is given, so those begin from none and the velocity from
-    // every size it may have: from other beginnings the three numbers end in a false bottom.
     let least = 0.002 * rms;
-    let velocities = [0.01, 0.03, 0.07, 0.15, 0.3, 0.6, 1.2].map(|part| part * rms);
     draft.add(
         (stribeck, at),
         &[
-            p("torque", "kinetic", rate_dim, &[0.0]),
-            p("stiction", "static", rate_dim, &[0.0]),
-            p("velocity", "stribeck", v_dim, &velocities).within(least, 3.0 * rms).shape(),
+            p("torque", "kinetic", rate_dim, &[0.1 * rate, 0.1 * rate]).within(0.0, 1e3 * rate),
+            p("stiction", "static", rate_dim, &[0.2 * rate, 0.2 * rate]).within(0.0, 1e3 * rate),
+            p("velocity", "stribeck", v_dim, &[0.05 * rms, 0.15 * rms, 0.5 * rms])
+                .within(least, 3.0 * rms)
+                .shape(),
         ],
         &[],
         |n| {

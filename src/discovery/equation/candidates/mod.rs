@@ -23,24 +23,20 @@ pub struct Range {
     pub high: f64,
     /// Root mean square.
     pub rms: f64,
-    /// Three quarters of the values are no further from 0.
-    pub usual: f64,
 }
 
 impl Range {
     /// Of some values.
     pub fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
-        let low = values.clone().fold(f64::INFINITY, f64::min);
-        let high = values.clone().fold(f64::NEG_INFINITY, f64::max);
-        let rms = super::data::rms(&values.clone().collect::<Vec<f64>>());
-        let mut sizes: Vec<f64> = values.map(f64::abs).collect();
-        let at = sizes.len() * 3 / 4;
-        let usual = if sizes.is_empty() {
-            0.0
-        } else {
-            *sizes.select_nth_unstable_by(at, f64::total_cmp).1
-        };
-        Self { low, high, rms, usual }
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut sum, mut n) = (0.0, 0.0);
+        for v in values {
+            low = low.min(v);
+            high = high.max(v);
+            sum += v * v;
+            n += 1.0;
+        }
+        Self { low, high, rms: f64::sqrt(sum / f64::max(n, 1.0)) }
     }
 
     pub(super) fn span(self) -> f64 {
@@ -95,26 +91,26 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// The same, begun from what its special case came out as: `size` of it in every amount.
+    /// The same, begun from what its special case came out as: `size` of it. Where there is a shape as well,
+    /// the second amount is larger than the first, or the shape would not show.
     #[must_use]
     pub fn from_special(mut self, size: f64) -> Self {
         for patch in &mut self.patches {
-            for param in patch.params.iter_mut().filter(|p| p.neutral.is_some()) {
-                param.value = param.range.map_or(size, |[low, high]| size.clamp(low, high));
+            let shaped = patch.params.iter().any(|p| p.neutral.is_none());
+            for (i, param) in patch.params.iter_mut().filter(|p| p.neutral.is_some()).enumerate() {
+                let value = if shaped && i > 0 { 1.5 * size } else { size };
+                param.value = param.range.map_or(value, |[low, high]| value.clamp(low, high));
             }
         }
         self
     }
 
-    /// Whether it is a special case of another at the same place.
-    pub fn is_special(&self, of: &Self) -> bool {
-        self.at == of.at && self.within.contains(&of.kind)
-    }
-
     /// Whether the two cannot act together: the same effect at the same place, or a special case of it.
     pub fn excludes(&self, other: &Self) -> bool {
-        let is_same = self.at == other.at && self.kind == other.kind;
-        is_same || self.is_special(other) || other.is_special(self)
+        self.at == other.at
+            && (self.kind == other.kind
+                || other.within.contains(&self.kind)
+                || self.within.contains(&other.kind))
     }
 }
 

@@ -30,20 +30,12 @@ pub(super) fn inputs(draft: &mut Draft) {
             &[],
             |n| wrap(format!("clamp({{}}, -{0}, {0})", n[0])),
         );
-        // Of an input that never comes near 0 a dead zone takes a constant, which is an offset.
-        let least = if range.low <= 0.0 && range.high >= 0.0 {
-            0.0
-        } else {
-            range.low.abs().min(range.high.abs())
-        };
-        // One that swallows more than three quarters of what is asked for says that the input does not act.
-        let most = range.usual;
-        if least < 0.5 * peak && least < most {
-            let size = (range.rms - least).max(1e-12);
+        if range.changes_sign() {
+            let size = range.rms.max(1e-12);
             draft.add(
                 ("input_deadzone", name),
-                &[p("width", "deadzone", *dimension, &[least + 0.05 * size, least + 0.3 * size])
-                    .within(least, most)
+                &[p("width", "deadzone", *dimension, &[0.05 * size, 0.3 * size])
+                    .within(0.0, peak)
                     .shape()],
                 &[],
                 |n| wrap(format!("deadzone({{}}, {})", n[0])),
