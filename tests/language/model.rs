@@ -130,6 +130,17 @@ fn names_that_are_not_there_are_told_with_the_nearest() {
     );
 }
 
+/// What is measured may bear the name of the state it is a measurement of, sensor and all; nothing else may.
+#[test]
+fn an_output_may_be_called_as_the_state_it_measures() {
+    for output in ["x", "1.1*x", "x + 0.2", "delay(x, 0.1 s)"] {
+        let found = told(&format!("state x = 0\nx' = -x\noutput x = {output}"));
+        assert!(found.is_empty(), "{output}: {found:#?}");
+    }
+    let other = "state x = 0\nstate z = 0\nx' = -x\nz' = -z\noutput x = z";
+    only(other, "task::duplicate", "two things", "another name");
+}
+
 #[test]
 fn what_is_missing_or_double_is_told() {
     only("state x = 0\noutput y = x", "task::missing", "`x` has no equation", "x' = …");

@@ -20,6 +20,9 @@ impl Question<'_> {
             let all: Vec<f64> = bench.train.iter().flat_map(|d| pick(d).iter().copied()).collect();
             Range::of(all.into_iter())
         };
+        let duration =
+            bench.train.iter().map(|d| d.time[d.n_rows() - 1] - d.time[0]).fold(0.0, f64::max);
+        let step = bench.train.first().map_or(1.0, Data::step);
         Ground {
             model,
             compiled,
@@ -27,13 +30,10 @@ impl Question<'_> {
             rates: columns[n..].iter().map(of).collect(),
             inputs: (0..compiled.inputs.len()).map(|i| over(&|d| &d.inputs[i])).collect(),
             outputs: (0..compiled.outputs.len()).map(|o| over(&|d| &d.outputs[o])).collect(),
-            step: bench.train.first().map_or(1.0, Data::step),
+            step,
             row: bench.row,
-            duration: bench
-                .train
-                .iter()
-                .map(|d| d.time[d.n_rows() - 1] - d.time[0])
-                .fold(0.0, f64::max),
+            duration,
+            stretch: bench.rows.map_or(duration, |rows| duration.min(rows as f64 * step)),
             lines: self.hums(fitted),
         }
     }

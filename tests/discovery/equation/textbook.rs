@@ -104,6 +104,25 @@ fn a_tank_and_a_heater_give_theirs() {
     finds("heater", "t[s],u,y", &[1.0], rates, |x| x[0], push, &numbers);
 }
 
+/// Most models name what is measured after the state it is: a sensor of it can be wrong all the same.
+#[test]
+fn a_sensor_that_bears_the_name_of_its_state_can_drift() {
+    let made = |seed: u32| {
+        let push = |t: f64| 4.0 * wiggle(t, f64::from(seed));
+        let rates = |_: f64, u: f64, x: &[f64]| vec![x[1], u - 14.0 * x[0] - 0.8 * x[1]];
+        let sensor = |t: f64, x: &[f64]| x[0] + 0.02 * t;
+        let text = table(300, 0.03, seed, 1e-3, &[0.0, 0.0], rates, sensor, push);
+        let text = text.replace("t[s],u,y", "t[s],u[N],q[m]");
+        Recording::read(&format!("drifting {seed}"), &text, None, &Map::default()).unwrap()
+    };
+    let outcome = ask(text("mass_spring_damper"), &[made(1), made(2)]).unwrap();
+    let finding = &outcome.finding;
+    assert_eq!(finding.verdict, Verdict::Named, "{finding:#?}");
+    let effect = &finding.effects[0];
+    assert_eq!((effect.name.as_str(), effect.at.as_str()), ("output_drift", "q"));
+    assert!(outcome.text.contains("output q = q + q_drift*t"), "{}", outcome.text);
+}
+
 /// Cart and pole keep their energy when nothing pushes: the equations of the text are those of Lagrange.
 #[test]
 fn a_cart_with_a_pole_keeps_its_energy() {

@@ -71,6 +71,8 @@ pub struct Ground<'a> {
     pub row: f64,
     /// Length of a recording, s.
     pub duration: f64,
+    /// Length of what is run in one go from first values that fit it, s: a recording, or a stretch of one.
+    pub stretch: f64,
     /// Lines in the spectrum of the residual, Hz, strongest first.
     pub lines: Vec<f64>,
 }

@@ -131,10 +131,12 @@ fn late(draft: &Draft) -> P {
         .shape()
 }
 
-/// The time of a first-order lag; below a row it is no other than a delay of so much.
+/// The time of a first-order lag; below a row it is no other than a delay of so much, and one that is not over
+/// within a stretch is no other than a wrong first value of it.
 fn slow(draft: &Draft) -> P {
-    let step = draft.ground.step;
+    let (step, stretch) = (draft.ground.step, draft.ground.stretch);
+    let least = draft.ground.row.max(0.4 * step);
     p("time", "lag", Some(Dimension::TIME), &[2.0 * step, 10.0 * step, 50.0 * step])
-        .within(draft.ground.row.max(0.4 * step), draft.ground.duration)
+        .within(least, (0.25 * stretch).max(2.0 * least))
         .shape()
 }

@@ -28,6 +28,16 @@ impl<'a> Check<'a> {
         self.kinds.insert(name.text.clone(), (sort, name.span));
     }
 
+    /// Whether an output is read off what bears its name, or off a state that follows that.
+    fn measures(&self, output: &ModelFormula) -> bool {
+        let own = &output.name.text;
+        let follows = |name: &str| {
+            let equation = self.model.equations.iter().find(|e| e.name.text == name);
+            equation.is_some_and(|e| names_in(&e.formula).iter().any(|n| n == own))
+        };
+        names_in(&output.formula).iter().any(|name| name == own || follows(name))
+    }
+
     /// What is declared, and what has an equation.
     pub(super) fn names(&mut self) {
         let model = self.model;
@@ -36,10 +46,8 @@ impl<'a> Check<'a> {
         model.states.iter().for_each(|s| self.declare(&s.name, Sort::State));
         model.lets.iter().for_each(|l| self.declare(&l.name, Sort::Let));
         for output in &model.outputs {
-            // `output h = h` names what is measured after the state it is.
-            let itself =
-                matches!(&output.formula.kind, ExprKind::Name(n) if *n == output.name.text);
-            if !itself || !self.kinds.contains_key(&output.name.text) {
+            // `output h = h + bias` names what is measured after the state it is a measurement of.
+            if !self.measures(output) || !self.kinds.contains_key(&output.name.text) {
                 self.declare(&output.name, Sort::Output);
             }
         }
