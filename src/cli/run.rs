@@ -72,6 +72,26 @@ pub(super) fn read(path: &Path) -> Result<String, Failure> {
     })
 }
 
+/// Returns which regressions are in force when these are left out.
+pub(super) fn switches(left_out: &[u8]) -> Result<Switches, Failure> {
+    let mut switches = Switches::default();
+    for which in left_out {
+        match which {
+            1 => switches.camera = false,
+            2 => switches.intrinsics = false,
+            3 => switches.offset = false,
+            other => {
+                return Err(Failure::input(
+                    "usage::regression",
+                    format!("there is no regression {other}"),
+                )
+                .help("1 camera alignment, 2 intrinsics, 3 robot offset"));
+            }
+        }
+    }
+    Ok(switches)
+}
+
 /// Returns the embedded stdlib with the user's folder over it.
 pub(super) fn stdlib(cli: &Cli) -> Result<Stdlib, Failure> {
     let embedded =
@@ -101,21 +121,7 @@ pub(super) fn options(cli: &Cli, script: Option<Source>) -> Result<Options, Fail
         None => None,
         Some(path) => Some(Source::new(path.display().to_string(), read(path)?)),
     };
-    let mut switches = Switches::default();
-    for which in &cli.cell.without_regression {
-        match which {
-            1 => switches.camera = false,
-            2 => switches.intrinsics = false,
-            3 => switches.offset = false,
-            other => {
-                return Err(Failure::input(
-                    "usage::regression",
-                    format!("there is no regression {other}"),
-                )
-                .help("1 camera alignment, 2 intrinsics, 3 robot offset"));
-            }
-        }
-    }
+    let switches = switches(&cli.cell.without_regression)?;
     Ok(Options {
         robot,
         scene,

@@ -18,7 +18,7 @@ use crate::workcell::record::Recorder;
 use crate::workcell::trials::{Trial, table};
 
 use super::run::{
-    clock, is_interrupted, open, options, read, stamp, stop_on_interrupt, watch_interrupt,
+    clock, is_interrupted, open, options, read, stamp, stop_on_interrupt, switches, watch_interrupt,
 };
 use super::{CellArgs, Cli, Common, Exit, kortex, page};
 
@@ -202,6 +202,10 @@ impl Work {
             if !sets.contains(&set) {
                 sets.push(set);
             }
+        }
+        // What is no regression is told before the first trial.
+        for set in &sets {
+            switches(set)?;
         }
         let setup = setup(&source, cli)?;
         Ok(Self { source, steps, is_file, sets, seeds, setup, out, file })
