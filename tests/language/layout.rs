@@ -38,6 +38,13 @@ fn notes(text: &str) -> Vec<String> {
     notes
 }
 
+#[test]
+fn what_is_embedded_is_laid_out_as_everything_is() {
+    for (name, text) in TEXTS {
+        assert_eq!(format(text), text, "{name}");
+    }
+}
+
 /// Every form at once, as nobody should write it.
 const UGLY: &str = "\
 // first
