@@ -14,9 +14,9 @@ use crate::execution::arm::Cancel;
 use crate::language::Library;
 use crate::report::teach::{Earlier, Place, Teller};
 use crate::report::{self, Failure, Style, kept};
-use crate::teach::record;
 use crate::teach::stepper::{Setup, Stepper};
 use crate::teach::stops::Stops;
+use crate::teach::{answers, record};
 use crate::workcell::{self, Run, WorkCell, archive};
 
 use super::run::{line_led, read, script_led};
@@ -47,7 +47,7 @@ const LOOK: Duration = Duration::from_millis(50);
 
 /// `trueup teach FILE|CALL|RUN`.
 pub(super) fn teach(args: &TeachArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
-    let answers = args.answers.clone().unwrap_or_else(|| cli.cell.record.join("answers.jsonl"));
+    let answers = args.answers.clone().unwrap_or_else(|| cli.cell.record.join(answers::FILE));
     let what = args.what.as_deref().unwrap_or_default();
     if args.page {
         let root = cli.cell.record.clone();

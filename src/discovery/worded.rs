@@ -26,6 +26,12 @@ pub(super) trait Worded: selection::Gap {
     fn doubt(&self) -> &'static str;
 }
 
+/// Returns what each of `n` recordings is for: the last is held out; one alone is for both, second by second.
+pub(super) fn sets(n: usize) -> Vec<Option<Set>> {
+    let one = |at| if at + 1 == n { Set::Heldout } else { Set::Train };
+    (0..n).map(|at| (n > 1).then(|| one(at))).collect()
+}
+
 /// Words an outcome.
 pub(super) fn answer<G: Worded>(
     gap: &G,

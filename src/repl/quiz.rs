@@ -43,7 +43,7 @@ impl Session<'_, '_> {
                 "`:quiz`, `:quiz pour` or `:quiz above`; a call at the prompt keeps its run",
             ));
         }
-        let file = self.hands.record.join("answers.jsonl");
+        let file = self.hands.record.join(answers::FILE);
         for (at, item) in items.iter().enumerate() {
             let (entry, step) = (&kept[item.run].1, &steps[item.run][item.step]);
             let row = &step.fluents[item.row];

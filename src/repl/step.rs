@@ -12,9 +12,9 @@ use crate::language::ast::{Item, Step};
 use crate::language::{self, Diagnostic, Source, text};
 use crate::report::teach::{Earlier, Place, Teller};
 use crate::report::{self, Failure};
-use crate::teach::record;
 use crate::teach::stepper::{Setup, Stepper};
 use crate::teach::words;
+use crate::teach::{answers, record};
 use crate::workcell::check::check_step;
 use crate::workcell::{Ending, Run, archive};
 
@@ -142,7 +142,7 @@ impl Session<'_, '_> {
         let setup = Setup {
             teaches: true,
             steps: true,
-            answers: Some(self.hands.record.join("answers.jsonl")),
+            answers: Some(self.hands.record.join(answers::FILE)),
             stops: self.stops.clone(),
             dial: None,
         };
@@ -200,7 +200,7 @@ impl Session<'_, '_> {
         let setup = Setup {
             teaches: true,
             steps: true,
-            answers: Some(self.hands.record.join("answers.jsonl")),
+            answers: Some(self.hands.record.join(answers::FILE)),
             stops: self.stops.clone(),
             dial: None,
         };

@@ -15,6 +15,8 @@ use crate::execution::trace::{FluentRow, Measure, StepRecord};
 use crate::lines;
 use crate::vqa::On;
 
+/// Where answers are kept, in the folder of runs.
+pub const FILE: &str = "answers.jsonl";
 /// Who is being taught.
 pub const TRAINEE: &str = "person:trainee";
 /// Whose answers are the truth.

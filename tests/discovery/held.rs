@@ -8,6 +8,7 @@ use trueup::discovery::recording::{Map, Recording};
 use trueup::discovery::{Options, Subject, investigate};
 use trueup::motion::Robot;
 
+use super::number;
 use crate::kitchen;
 
 /// What the pads do, as a force on the thing (N) given its speed along them (m/s).
@@ -163,16 +164,6 @@ fn found(recordings: &[Recording]) -> Finding {
     let (robot, scene) = (Robot::gen3(), kitchen::scene());
     let subject = Subject::Held(&robot, &scene, &[]);
     investigate(recordings, subject, &Options::default(), &mut |_, _| {}).unwrap().finding
-}
-
-/// The value of a parameter of an effect that must be there.
-fn number(finding: &Finding, effect: &str, name: &str) -> f64 {
-    let found = finding.effects.iter().find(|found| found.name == effect);
-    let found = found.unwrap_or_else(|| panic!("no {effect}: {:#?}", finding.effects));
-    match &found.parameters[name].value {
-        Value::Number(value) => *value,
-        Value::Vector(values) => panic!("{values:?}"),
-    }
 }
 
 #[test]

@@ -14,6 +14,7 @@ mod thick;
 
 use std::path::PathBuf;
 
+use trueup::discovery::finding::{Finding, Value};
 use trueup::discovery::recording::{Map, Recording};
 use trueup::motion::Robot;
 
@@ -25,6 +26,16 @@ fn folder() -> PathBuf {
 /// A seven-joint arm without a gripper.
 fn bare_arm() -> Robot {
     Robot::from_file(&folder().join("gen3_bare.urdf"), Some("end_effector_link")).unwrap()
+}
+
+/// The value of a parameter of an effect that must be there.
+fn number(finding: &Finding, effect: &str, name: &str) -> f64 {
+    let found = finding.effects.iter().find(|found| found.name == effect);
+    let found = found.unwrap_or_else(|| panic!("no {effect}: {:#?}", finding.effects));
+    match &found.parameters[name].value {
+        Value::Number(value) => *value,
+        Value::Vector(values) => panic!("{values:?}"),
+    }
 }
 
 /// Reads a recording of the folder with its sidecar.

@@ -3,10 +3,11 @@
 
 use std::fmt::Write as _;
 
-use trueup::discovery::finding::{Finding, Value, Verdict};
+use trueup::discovery::finding::{Finding, Verdict};
 use trueup::discovery::recording::{Map, Recording};
 use trueup::discovery::{Options, Subject, investigate};
 
+use super::number;
 use super::pour::poured_over;
 use crate::kitchen;
 
@@ -82,15 +83,6 @@ fn found(recordings: &[Recording]) -> Finding {
     let scene = kitchen::scene();
     let subject = Subject::Pours(&scene, &[]);
     investigate(recordings, subject, &Options::default(), &mut |_, _| {}).unwrap().finding
-}
-
-fn number(finding: &Finding, effect: &str, name: &str) -> f64 {
-    let found = finding.effects.iter().find(|found| found.name == effect);
-    let found = found.unwrap_or_else(|| panic!("no {effect}: {:#?}", finding.effects));
-    match &found.parameters[name].value {
-        Value::Number(value) => *value,
-        Value::Vector(values) => panic!("{values:?}"),
-    }
 }
 
 #[test]

@@ -12,6 +12,7 @@ use clap::{Args, Subcommand};
 use crate::http::Address;
 use crate::language::{nearest, sentence};
 use crate::report::{self, Failure, Style};
+use crate::teach::answers;
 use crate::vqa::{Endpoint, Patience, Settings};
 use crate::workcell::archive;
 use crate::workcell::{self, Run};
@@ -215,5 +216,5 @@ fn near(path: &Path) -> String {
 
 /// Returns the file of people's answers beside a run.
 fn answers_beside(dir: &Path) -> PathBuf {
-    dir.parent().unwrap_or(Path::new("")).join("answers.jsonl")
+    dir.parent().unwrap_or(Path::new("")).join(answers::FILE)
 }

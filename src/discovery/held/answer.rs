@@ -32,15 +32,8 @@ pub fn investigate(
         .collect::<Result<_, _>>()?;
     let mut notes: Vec<String> = recordings.iter().flat_map(|r| r.notes.clone()).collect();
     notes.extend(held.iter().flat_map(|held| held.notes.clone()));
-    let last = held.len() - 1;
-    let sets = (0..held.len())
-        .map(|at| match (last, at == last) {
-            (0, _) => None,
-            (_, true) => Some(Set::Heldout),
-            (_, false) => Some(Set::Train),
-        })
-        .collect();
-    if last == 0 {
+    let sets = worded::sets(held.len());
+    if held.len() == 1 {
         notes.push(
             "of one recording every second second is held out; a second one would be a better judge".into(),
         );

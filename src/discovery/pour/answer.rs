@@ -27,15 +27,8 @@ pub fn investigate(
         recordings.iter().map(|recording| Pour::of(recording, scene)).collect::<Result<_, _>>()?;
     let mut notes: Vec<String> = recordings.iter().flat_map(|r| r.notes.clone()).collect();
     notes.extend(pours.iter().flat_map(|pour| pour.notes.clone()));
-    let last = pours.len() - 1;
-    let sets = (0..pours.len())
-        .map(|at| match (last, at == last) {
-            (0, _) => None,
-            (_, true) => Some(Set::Heldout),
-            (_, false) => Some(Set::Train),
-        })
-        .collect();
-    if last == 0 {
+    let sets = worded::sets(pours.len());
+    if pours.len() == 1 {
         notes.push(
             "one pour cannot be cut in two: every second second of it is held out; a second run would \
              be a better judge"
