@@ -27,18 +27,26 @@ pub struct Window {
     pub rows: Range<usize>,
 }
 
-/// Cuts recordings into windows of about `rows` rows; `None` for one window a stretch.
-pub fn windows(data: &[Data], rows: Option<usize>) -> Vec<Window> {
+/// Cuts recordings into windows of about `rows` rows; `None` for one window a stretch. Of more than `most`
+/// rows only a part is run: of many windows those that lie evenly over a stretch, of a long one its
+/// beginning.
+pub fn windows(data: &[Data], rows: Option<usize>, most: usize) -> Vec<Window> {
+    let total: usize = data.iter().flat_map(Data::stretches).map(|stretch| stretch.len()).sum();
+    let part = (most as f64 / total.max(1) as f64).min(1.0);
     let mut out = Vec::new();
     for (d, one) in data.iter().enumerate() {
         for stretch in one.stretches() {
             let n = rows
                 .map_or(1, |r| (stretch.len() as f64 / r.max(3) as f64).round().max(1.0) as usize);
-            for i in 0..n {
+            let kept = ((n as f64 * part).round() as usize).clamp(1, n);
+            let longest = ((stretch.len() as f64 * part).ceil() as usize).max(3);
+            for k in 0..kept {
+                // Of as many parts as are kept the one in the middle.
+                let i = (2 * k + 1) * n / (2 * kept);
                 let at = |i: usize| stretch.start + stretch.len() * i / n;
                 // Windows share their edge, so that no step is lost between two of them.
                 let end = if i + 1 == n { at(n) } else { at(i + 1) + 1 };
-                out.push(Window { data: d, rows: at(i)..end });
+                out.push(Window { data: d, rows: at(i)..end.min(at(i) + longest + 1) });
             }
         }
     }
