@@ -62,15 +62,15 @@ fn rubbing(
         &[],
         |n| write(format!("{sign} ({}*step({v}) - {}*step(-{v}))", n[0], n[1])),
     );
-    let least = 0.002 * rms;
+    // Linear in both amounts where the velocity is given: those begin from none, the velocity from every size it
+    // may have, since between those sizes lie false bottoms.
+    let velocities = [0.02, 0.06, 0.15, 0.4, 1.0].map(|part| part * rms);
     draft.add(
         (stribeck, at),
         &[
-            p("torque", "kinetic", rate_dim, &[0.1 * rate, 0.1 * rate]).within(0.0, 1e3 * rate),
-            p("stiction", "static", rate_dim, &[0.2 * rate, 0.2 * rate]).within(0.0, 1e3 * rate),
-            p("velocity", "stribeck", v_dim, &[0.05 * rms, 0.15 * rms, 0.5 * rms])
-                .within(least, 3.0 * rms)
-                .shape(),
+            p("torque", "kinetic", rate_dim, &[0.0]).within(0.0, 1e3 * rate),
+            p("stiction", "static", rate_dim, &[0.0]).within(0.0, 1e3 * rate),
+            p("velocity", "stribeck", v_dim, &velocities).within(0.002 * rms, 3.0 * rms).shape(),
         ],
         &[],
         |n| {
