@@ -155,6 +155,9 @@ impl Lab {
         let truth = Truth::draw(scene, &efforts, &settings, seed)?;
         let arm = robot.clone().with_zero_offsets(&truth.zeros).with_tool_shift(truth.tool);
         let laws = settings.laws()?;
+        if let Some(why) = laws.iter().find_map(|law| law.hindrance(scene, efforts.len())) {
+            return Err(Error::Settings(format!("`effects`: {why}")));
+        }
         let mut scene = scene.clone();
         let (shift, turn) = truth.base;
         let beside = Isometry3::from_parts(

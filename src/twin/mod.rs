@@ -9,6 +9,7 @@ pub mod convert;
 pub mod physics;
 pub mod fluid;
 pub mod effect;
+pub mod hold;
 pub mod render;
 mod settings;
 
@@ -18,7 +19,7 @@ use nalgebra::{Isometry3, Vector3};
 use thiserror::Error;
 
 pub use effect::Effect;
-pub use fluid::{Dribble, Fluid, FluidSettings};
+pub use fluid::{Dribble, Fluid, FluidSettings, Rim};
 pub use settings::{ArmSettings, FrictionSettings, GripperSettings, Settings};
 
 use crate::motion::Robot;
@@ -146,8 +147,8 @@ impl Twin {
             let water = known.and_then(|known| known.water).unwrap_or(cavity.filled);
             finite(&object.name, water.is_finite() && water >= 0.0)?;
             vessels.push(i);
-            let dribble = settings.dribbles.get(&object.name).copied();
-            fillings.push(Filling { vessel, pose: *pose.isometry(), water, dribble });
+            let rim = settings.rims.get(&object.name).copied().unwrap_or_default();
+            fillings.push(Filling { vessel, pose: *pose.isometry(), water, rim });
         }
         let physics = Physics::new(robot, scene, state, &settings)?;
         let fluid_dt = stride * settings.dt;
@@ -247,7 +248,7 @@ impl Twin {
         let jaw_speed = if stride.is_finite() { move_by / dt } else { 0.0 };
         self.physics.aim_jaws(self.grip.aim, jaw_speed, self.grip.force, &self.settings);
 
-        self.physics.step();
+        self.physics.step(self.settings.friction.pad_creep);
         self.steps += 1;
         let speeds = self.physics.dq();
         let acceleration = speeds.iter().zip(&self.motion.0).map(|(now, then)| (now - then) / dt);

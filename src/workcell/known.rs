@@ -10,20 +10,24 @@ use crate::world::Scene;
 pub(super) struct Known {
     /// Those the twin has a law for, each with its name: `lip_dribble(jar)`.
     effects: Vec<(String, Effect)>,
-    /// The names of the others.
-    pub(super) aside: Vec<String>,
+    /// The names of the others, each with why it changes nothing here.
+    pub(super) aside: Vec<(String, String)>,
 }
 
 impl Known {
-    /// Collects the effects of every `twin … of` the scene, in the order of their files.
-    pub(super) fn of(library: &Library, scene: &str) -> Self {
+    /// Collects the effects of every `twin … of` the scene, in the order of their files; the arm has so many joints.
+    pub(super) fn of(library: &Library, scene: &Scene, joints: usize) -> Self {
         let mut known = Self::default();
-        let twins = library.twins().filter(|(twin, _)| twin.of.text == scene);
+        let twins = library.twins().filter(|(twin, _)| twin.of.text == scene.name);
         for item in twins.flat_map(|(twin, _)| &twin.effects) {
             let name = format!("{}({})", item.name.text, item.at.text);
-            match law(item) {
-                Some(effect) => known.effects.push((name, effect)),
-                None => known.aside.push(name),
+            let Some(effect) = law(item) else {
+                known.aside.push((name, "the twin has no law for it".into()));
+                continue;
+            };
+            match effect.hindrance(scene, joints) {
+                None => known.effects.push((name, effect)),
+                Some(why) => known.aside.push((name, why)),
             }
         }
         known

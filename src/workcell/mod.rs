@@ -12,6 +12,7 @@ pub mod learning;
 pub mod picture;
 pub mod carried;
 pub mod poured;
+mod weighed;
 pub mod questions;
 pub mod record;
 pub mod rehearse;
@@ -34,13 +35,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use image::RgbImage;
 
+use crate::execution::belief::Belief;
 use crate::execution::arm::{Cancel, Scales};
 use crate::execution::calibrate::{self, Calibration, Switches};
 use crate::execution::conduct::Dial;
 use crate::execution::limits::Limits;
-use crate::execution::real::{Belief, RealBody};
+use crate::execution::real::RealBody;
 use crate::execution::script::Scripts;
-use crate::execution::stage::{ActionError, Cell, Stage};
+use crate::execution::stage::{ActionError, Cell, Pads, Stage};
 use crate::execution::tape::Tape;
 use crate::execution::trace::{Event, Observer};
 use crate::graph::{self, Graph};
@@ -162,7 +164,7 @@ impl WorkCell {
         connect: impl FnOnce(&Arc<Robot>, &Scene, &Options) -> Result<Devices, Error>,
     ) -> Result<Self, Error> {
         let (library, scene, robot) = devices::place(&mut options)?;
-        let known = Known::of(&library, &scene.name);
+        let known = Known::of(&library, &scene, robot.n_joints());
         // Reality is put up from what is declared; everything else works with what is known.
         let devices = connect(&robot, &scene, &options)?;
         let scene = Arc::new(known.scene(&scene));
@@ -198,7 +200,10 @@ impl WorkCell {
         let Devices { arm, camera, scales, limits: _ } = devices;
         let Parts { library, stdlib, scene, robot, known, pace, belief, cancel, .. } = parts;
         let limits = Limits { pace, ..Limits::default() };
-        let cell = Cell { robot: robot.clone(), scene: scene.clone(), limits };
+        let mut settings = Settings::for_arm(&robot);
+        known.change(&mut settings);
+        let pads = Pads::of(&settings);
+        let cell = Cell { robot: robot.clone(), scene: scene.clone(), limits, pads };
         let look = ArmLook::new(&robot);
         let fan: Arc<Mutex<Fan>> = Arc::default();
         let body = RealBody::new(
@@ -221,8 +226,6 @@ impl WorkCell {
             fan.clone(),
         );
         stage.obey(dial.clone());
-        let mut settings = Settings::for_arm(&robot);
-        known.change(&mut settings);
         Self {
             library,
             cell,

@@ -7,7 +7,7 @@ use trueup::discovery::finding::{Finding, Value, Verdict};
 use trueup::discovery::recording::{Map, Recording};
 use trueup::discovery::{Options, Subject, investigate};
 use trueup::twin::FluidSettings;
-use trueup::twin::fluid::{Dribble, Filling, Fluid, Vessel};
+use trueup::twin::fluid::{Dribble, Filling, Fluid, Rim, Vessel};
 
 use crate::kitchen;
 
@@ -33,7 +33,7 @@ fn poured(water: f64, dribble: Option<Dribble>, seed: u64) -> Recording {
         vessel: Vessel::new(object).unwrap(),
         pose,
         water,
-        dribble,
+        rim: Rim { dribble, ..Rim::default() },
     };
     let fillings = [
         filling(&jar, pose(0.0, 0.0), water, dribble),
@@ -92,6 +92,7 @@ pub(super) fn poured_over(level: f64, seed: u64) -> Recording {
         target: "cup".into(),
         held_m3: Some(150e-6),
         spilt_m3: Some(beside),
+        borne_kg: None,
     });
     recording
 }
@@ -153,6 +154,7 @@ fn a_pour_between_unknown_vessels_is_told() {
         target: "cup".into(),
         held_m3: None,
         spilt_m3: None,
+        borne_kg: None,
     });
     let scene = kitchen::scene();
     let subject = Subject::Pours(&scene, &[]);
