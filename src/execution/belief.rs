@@ -157,13 +157,7 @@ impl Belief {
     }
 
     /// Takes how a grip on `aim` ended at `time` (s), with the tool at `tool`.
-    pub fn gripped(
-        &mut self,
-        grip: Grip,
-        aim: Option<&str>,
-        tool: &Pose<World, Tool>,
-        time: f64,
-    ) {
+    pub fn gripped(&mut self, grip: Grip, aim: Option<&str>, tool: &Pose<World, Tool>, time: f64) {
         if let Some(Held { name, tool_from_object, crept, .. }) = self.held.take() {
             // What was held stands where the hand let it go.
             let mut pose = *tool * crept.by(time, tool, &tool_from_object);

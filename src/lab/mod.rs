@@ -318,7 +318,7 @@ impl Lab {
             values.iter().enumerate().map(|(i, x)| x + noise(channel, i, sigma)).collect()
         };
         let q = each(self.world.encoders(), 0, r.q_sigma_rad).into_iter().map(rounded).collect();
-        let tau = each(self.world.torques_lately(), 2, r.tau_sigma_nm);
+        let tau = each(self.world.torques_sensed(), 2, r.tau_sigma_nm);
         let opening = (self.world.opening() + noise(3, 0, r.opening_sigma_m)).max(0.0);
         let grasped = self.jaws.closing
             && !self.jaws.moving

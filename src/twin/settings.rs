@@ -106,7 +106,12 @@ impl Settings {
                 uncompensated: 0.0,
             },
             gripper: GripperSettings { kp: 40_000.0, kd: 400.0, armature: 0.1, force: 40.0 },
-            friction: FrictionSettings { pad_object: 0.8, table_object: 0.4, object_object: 0.4, pad_creep: 0.0 },
+            friction: FrictionSettings {
+                pad_object: 0.8,
+                table_object: 0.4,
+                object_object: 0.4,
+                pad_creep: 0.0,
+            },
             fluid: FluidSettings::default(),
             rims: BTreeMap::new(),
             seed: 0,

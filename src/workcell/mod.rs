@@ -35,8 +35,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use image::RgbImage;
 
-use crate::execution::belief::Belief;
 use crate::execution::arm::{Cancel, Scales};
+use crate::execution::belief::Belief;
 use crate::execution::calibrate::{self, Calibration, Switches};
 use crate::execution::conduct::Dial;
 use crate::execution::limits::Limits;
@@ -56,6 +56,7 @@ use crate::vqa::Endpoint;
 use crate::world::{Scene, WorldState};
 use fork::Moments;
 use known::Known;
+pub use known::unheeded_words;
 use lead::SharedLead;
 
 pub use devices::{Devices, Laboratory, laboratory, robot_of};

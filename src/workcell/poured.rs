@@ -79,10 +79,8 @@ pub fn pour(
     let down = poses[furthest].isometry().inverse_transform_vector(&-Vector3::z());
     let lip = lip(object, &down);
     let time = &arm.time[rows.clone()];
-    let lips: Vec<Point3<f64>> = poses
-        .iter()
-        .map(|pose| stands.isometry().inverse() * (pose.isometry() * lip))
-        .collect();
+    let lips: Vec<Point3<f64>> =
+        poses.iter().map(|pose| stands.isometry().inverse() * (pose.isometry() * lip)).collect();
     let inside = (0..lips.len()).map(|row| inside(vessel, &falls(vessel, time, &lips, row)));
     let mass = arm.column("mass", Dimension::MASS)?;
     let column = |name: &str, unit: &str, values: Vec<f64>| Column {

@@ -14,9 +14,9 @@ use trueup::execution::kortex::messages::motion::{JointSpeed, JointSpeeds};
 use trueup::execution::kortex::rpc::base;
 use trueup::execution::limits::{Cleared, Limits as Gate};
 use trueup::execution::stage::{Cell, Pads};
-use trueup::twin::Settings;
 use trueup::motion::robot::Robot;
 use trueup::motion::trajectory::{Limits, Trajectory};
+use trueup::twin::Settings;
 
 use crate::kitchen::{self, HOME};
 

@@ -98,7 +98,8 @@ impl Fluid {
             let moving = &self.vessels[k];
             let lip = moving.vessel.on_lip(&down, along, 0.5 * self.spacing);
             let far = |i: usize| (moving.local(&self.position[i]) - lip).norm_squared();
-            let nearest = (0..inside.len()).min_by(|&a, &b| far(inside[a]).total_cmp(&far(inside[b])));
+            let nearest =
+                (0..inside.len()).min_by(|&a, &b| far(inside[a]).total_cmp(&far(inside[b])));
             let i = inside.swap_remove(nearest.unwrap_or(0));
             let out = moving.turned(&Vector3::z()) * speed as f32;
             self.release(i, k, &lip, &out);
@@ -111,8 +112,8 @@ impl Fluid {
         while inside.len() > self.lips[k].most {
             let moving = &self.vessels[k];
             let local = |i: usize| moving.local(&self.position[i]);
-            let highest =
-                (0..inside.len()).max_by(|&a, &b| local(inside[a]).z.total_cmp(&local(inside[b]).z));
+            let highest = (0..inside.len())
+                .max_by(|&a, &b| local(inside[a]).z.total_cmp(&local(inside[b]).z));
             let i = inside.swap_remove(highest.unwrap_or(0));
             let place = moving.vessel.beside_lip(&local(i), self.spacing);
             self.release(i, k, &place, &Vector3::zeros());

@@ -401,7 +401,7 @@ mod tests {
     }
 
     fn jar() -> Vessel {
-        vessel(Shape::Cuboid { size: nalgebra::Vector3::new(0.066, 0.066, 0.14) })
+        vessel(Shape::Cuboid { size: Vector3::new(0.066, 0.066, 0.14) })
     }
 
     fn cup() -> Vessel {
