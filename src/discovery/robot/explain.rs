@@ -117,6 +117,10 @@ impl Gap for ArmGap {
         // A spring that begins where hardly any row is, or a spring over all of them, is something else.
         let q0 = match term.law {
             Law::Above | Law::Below => parameters[1],
+            Law::Payload => {
+                let bears = |model: &Model| model.arm.chain.bears(parameters[0], &parameters[1..4]);
+                return self.train.iter().all(bears);
+            }
             _ => return true,
         };
         let (mut beyond, mut rows) = (0, 0);
