@@ -418,3 +418,38 @@ impl Problem for Shooting<'_> {
         true
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn data(rows: usize) -> Data {
+        Data {
+            name: String::new(),
+            time: (0..rows).map(|i| i as f64 * 0.01).collect(),
+            inputs: Vec::new(),
+            outputs: vec![vec![0.0; rows]],
+            noise: vec![1.0],
+            begins: true,
+        }
+    }
+
+    #[test]
+    fn of_too_many_rows_parts_all_over_each_recording_are_run() {
+        let all = [data(1000), data(1000)];
+        let every = windows(&all, Some(50), 5000);
+        assert_eq!(every.len(), 40);
+        assert_eq!((every[0].rows.clone(), every[19].rows.clone()), (0..51, 950..1000));
+        let some = windows(&all, Some(50), 500);
+        let begins: Vec<(usize, usize)> = some.iter().map(|w| (w.data, w.rows.start)).collect();
+        let each = [100, 300, 500, 700, 900];
+        let expected: Vec<(usize, usize)> =
+            (0..2).flat_map(|d| each.map(|start| (d, start))).collect();
+        assert_eq!(begins, expected);
+        assert!(some.iter().all(|w| w.rows.len() <= 51));
+        // One run through each has to begin at the beginning.
+        let whole = windows(&all, None, 500);
+        let rows: Vec<Range<usize>> = whole.iter().map(|w| w.rows.clone()).collect();
+        assert_eq!(rows, [0..251, 0..251]);
+    }
+}

@@ -9,7 +9,7 @@ use super::estimate::Point;
 use super::hypothesis::{Chosen, Hypothesis, LEAST_EVIDENCE, Question, with_values};
 
 /// A gain beyond this either way says that what it scales does not act, or that nothing else does.
-const LARGEST_GAIN: f64 = 1e4;
+const LARGEST_GAIN: f64 = 50.0;
 /// The part of a shape's range that counts as its end.
 const END: f64 = 0.005;
 
