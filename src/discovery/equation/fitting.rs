@@ -7,7 +7,7 @@ use super::data::{Data, rms, std};
 use super::edit::model_in;
 use super::estimate::{Estimate, Point, Task, Window, windows};
 use super::score::whiteness;
-use super::simulate::{BlowUp, Hold, Scheme, simulate, simulate_with_derivatives, site_sizes};
+use super::simulate::{BlowUp, Hold, Scheme, simulate_with_derivatives, site_sizes};
 
 /// Recordings and how models are run on them.
 #[derive(Debug, Clone)]
@@ -92,13 +92,7 @@ impl Bench {
                 }
             }
         }
-        let mut point = Point { params, starts };
-        for (s, state) in child.states.iter().enumerate() {
-            if parent.states.iter().all(|q| q.name != state.name) {
-                at_rest(child, s, task, &mut point);
-            }
-        }
-        point
+        Point { params, starts }
     }
 
     /// Sets the ramps of `sign` and `step` by the size of what stands in them.
@@ -294,33 +288,6 @@ pub const CLOSE: f64 = 0.01;
 
 /// Least evidence for a shift of the inputs within a row.
 const SHIFT_EVIDENCE: f64 = 12.0;
-
-/// Puts the first values of a state where it would stand still, if it comes to rest at all: what follows an
-/// input begins where the input is, and not at 0.
-fn at_rest(model: &Compiled, state: usize, task: &Task, point: &mut Point) {
-    let mut probe = model.probing(std::iter::once(model.rates[state]));
-    probe.widths.resize(model.sites.len(), ROUGH_RAMP);
-    for (window, start) in task.windows.iter().zip(&mut point.starts) {
-        if start[state].is_none() {
-            continue;
-        }
-        let first = window.rows.start..window.rows.start + 1;
-        let rate = |value: f64| -> Option<f64> {
-            let mut from = start.clone();
-            from[state] = Some(value);
-            let mut out = [0.0];
-            let data = &task.data[window.data];
-            let (rows, scheme) = (first.clone(), task.scheme);
-            simulate(&probe, data, rows, scheme, &point.params, &from, &mut out).ok()?;
-            Some(out[0])
-        };
-        let Some((at_0, at_1)) = rate(0.0).zip(rate(1.0)) else { continue };
-        let rest = at_0 / (at_0 - at_1);
-        if at_1 < at_0 && rest.is_finite() {
-            start[state] = Some(rest);
-        }
-    }
-}
 
 /// Why nothing could be fitted at all.
 #[derive(Debug, Clone, PartialEq)]

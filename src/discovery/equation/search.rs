@@ -76,8 +76,8 @@ impl Question<'_> {
         // What was added early, alone, may have a better rival now that the others are there.
         let better = judged
             .iter()
-            .filter_map(|(_, rivals)| rivals.first())
-            .find(|rival| rival.delta_bic < -LEAST_EVIDENCE && rival.held_worse < -IMPERFECTION);
+            .flat_map(|(_, rivals)| rivals.iter().filter(|rival| rival.is_better()))
+            .min_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
         if let Some(rival) = better {
             best = self.concluded(&nominal, rival.hypothesis.clone());
             judged = self.judge_all(&nominal, &best, &rounds);
