@@ -52,7 +52,13 @@ impl Gap for ArmGap {
         slots
     }
 
+    fn nuisance(&self) -> Vec<(Slot, f64)> {
+        self.train.first().map_or(Vec::new(), Model::own)
+    }
+
     fn residuals(&self, set: Set, terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
+        let own = self.train.first().map_or(0, |model| model.own().len());
+        let (own, parameters) = parameters.split_at(own.min(parameters.len()));
         let with_known;
         let (terms, parameters) = if self.known.0.is_empty() {
             (terms, parameters)
@@ -63,7 +69,7 @@ impl Gap for ArmGap {
         };
         let mut all = Vec::new();
         for model in self.models(set) {
-            all.extend(model.residuals(terms, parameters)?);
+            all.extend(model.residuals(own, terms, parameters)?);
         }
         Some(all)
     }

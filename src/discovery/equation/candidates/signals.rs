@@ -137,6 +137,6 @@ fn slow(draft: &Draft) -> P {
     let (step, stretch) = (draft.ground.step, draft.ground.stretch);
     let least = draft.ground.row.max(0.4 * step);
     p("time", "lag", Some(Dimension::TIME), &[2.0 * step, 10.0 * step, 50.0 * step])
-        .within(least, (0.25 * stretch).max(2.0 * least))
+        .within(least, (0.5 * stretch).max(2.0 * least))
         .shape()
 }
