@@ -40,6 +40,15 @@ impl Gap for ArmGap {
             let step = model.scene.data.time.windows(2).map(|t| t[1] - t[0]).fold(0.0, f64::max);
             slots[0].least = slots[0].least.max(0.5 * step);
         }
+        // Smoothing takes torque away that is not missing; twice as much is beyond doubt.
+        for model in self.train.iter().filter(|model| !model.scene.smoothing.is_empty()) {
+            let of = |which: usize| 2.0 * model.scene.smoothing[term.joint][which].abs();
+            match term.law {
+                Law::TorqueGain => slots[0].least = slots[0].least.max(of(0)),
+                Law::Armature => slots[0].least = slots[0].least.max(of(1)),
+                _ => {}
+            }
+        }
         slots
     }
 
