@@ -221,11 +221,8 @@ fn columns_that_cannot_be_what_they_are_called_are_refused() {
     let error = refused(|r| times(r, "q_", degrees));
     assert!(error.what.contains("`dq_1` is 0.0175 times what `the change of q_1`"), "{error:?}");
     let error = refused(|r| {
-        ["q_1", "q_2", "q_3", "q_4", "q_5", "q_6", "q_7"].map(|name| {
-            r.columns.iter_mut().filter(|c| c.name == name).for_each(|c| {
-                c.values.iter_mut().for_each(|value| *value *= degrees);
-            });
-        });
+        times(r, "q_", degrees);
+        times(r, "q_cmd", 1.0 / degrees);
     });
     assert!(error.what.contains("`q_1` moves 57.3 times what `q_cmd_1`"), "{error:?}");
     assert!(error.help.contains("q_1[deg]") && error.place.contains("`q_1`"), "{error:?}");

@@ -264,6 +264,13 @@ impl Body {
         (self.turn * about, origin)
     }
 
+    /// Makes the body heavier by a part of what it is, its mass spread as it was.
+    pub fn thicken(&mut self, part: f64) {
+        self.mass *= 1.0 + part;
+        self.moment *= 1.0 + part;
+        self.inertia *= 1.0 + part;
+    }
+
     /// Adds mass given in the body's frame.
     fn add(&mut self, inertial: &Inertial) {
         let c = inertial.com.cross_matrix();

@@ -4,7 +4,7 @@ use super::candidates::candidates;
 use super::load::Thing;
 use super::simulate::Model;
 use super::term::{Law, Term};
-use crate::discovery::selection::{Candidate, Gap, Set, Slot};
+use crate::discovery::selection::{Candidate, Gap, Hypothesis, Set, Slot};
 
 /// Recordings of one arm, some to fit and some to judge.
 #[derive(Debug)]
@@ -20,6 +20,22 @@ pub struct ArmGap {
 }
 
 impl ArmGap {
+    /// Lays the arm out about the motions that a hypothesis gives it, where they are far from the commands;
+    /// returns whether any was.
+    pub fn laid_out_again(&mut self, h: &Hypothesis<Term>) -> bool {
+        let (own, parameters) = h.parameters.split_at(self.nuisance().len());
+        let terms = [&self.known.0[..], &h.terms].concat();
+        let parameters = [&self.known.1[..], parameters].concat();
+        let mut any = false;
+        for model in self.train.iter_mut().chain(&mut self.heldout) {
+            if let Some(again) = model.about(own, &terms, &parameters) {
+                *model = again;
+                any = true;
+            }
+        }
+        any
+    }
+
     fn models(&self, set: Set) -> &[Model] {
         match set {
             Set::Train => &self.train,
@@ -116,6 +132,10 @@ impl Gap for ArmGap {
         // Along a measured motion a torque at one joint shows in that joint's torque alone.
         let closed = self.train.iter().any(|model| model.scene.closed_loop);
         closed || !(a.law.is_local() && b.law.is_local()) || a.joint == b.joint
+    }
+
+    fn is_broad(&self, term: &Term) -> bool {
+        matches!(term.law, Law::Payload | Law::BaseTilt | Law::LinkLength)
     }
 
     fn is_exact(&self, term: &Term) -> bool {

@@ -161,12 +161,13 @@ pub fn investigate(
         });
     }
     let mut options = *options;
+    // A special case of a law may leave as much as any law that is right.
+    options.generality = options.imperfection;
     if gap.train.iter().any(|model| !model.scene.closed_loop) {
         // The accelerations of a measured motion have errors of their own, which are not white.
         options.least_gain += MEASURED;
         // Nor is the effects' law: a real arm is never described to the noise of its sensors.
         options.forgiven = f64::INFINITY;
-        options.generality = options.imperfection;
         // Every joint of a real arm has friction of two kinds and a rotor; a payload comes on top.
         options.most = options.most.max(4 * robot.n_joints());
     }
@@ -185,6 +186,9 @@ pub fn investigate(
              exchanged"
                 .into(),
         );
+    }
+    if gap.laid_out_again(&outcome.best) {
+        outcome = selection::search(&gap, options, progress).map_err(runs_away)?;
     }
     progress("writing the answer", 0.98);
     let names = train.iter().chain(heldout).map(|r| r.name.as_str());

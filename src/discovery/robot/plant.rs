@@ -111,6 +111,22 @@ impl Plant {
         plant
     }
 
+    /// Takes the gravity that the controller feeds forward from the commands, where the path is another.
+    fn feed(&mut self, arm: &Arm, commands: &[Spline]) {
+        let n = self.n;
+        let zero = [0.0; MOST_JOINTS];
+        let mut hints = vec![0; n];
+        for k in 0..self.len {
+            let time = (self.start + k as f64 * self.step).max(self.start + RUN_IN);
+            let mut q = [0.0; MOST_JOINTS];
+            for j in 0..n {
+                q[j] = commands[j].at(time, &mut hints[j]).0;
+            }
+            let row = k * n..(k + 1) * n;
+            arm.chain.inverse(&q[..n], &zero[..n], &zero[..n], &mut self.feedforward[row]);
+        }
+    }
+
     fn copy(&mut self, from: usize, to: usize) {
         let n = self.n;
         for values in [&mut self.bias, &mut self.feedforward] {
@@ -203,6 +219,8 @@ pub struct Scene {
     pub data: Data,
     /// The arm along the path.
     pub plant: Plant,
+    /// Whether the path of the plant is that of the commands, which come late together with it.
+    pub follows_command: bool,
     /// Whether the arm rests at the first row.
     pub rests: bool,
     /// Whether the motion is simulated with the controller; otherwise the measured motion is taken as it
@@ -251,13 +269,20 @@ const EDGE: f64 = 0.1;
 impl Scene {
     /// Lays the arm out along a recording.
     pub fn new(arm: &Arm, data: Data) -> Self {
+        Self::about(arm, data, None)
+    }
+
+    /// Lays the arm out about another motion than its commands, one list of rows per joint, rad: what a
+    /// simulation said it did.
+    pub fn about(arm: &Arm, data: Data, motion: Option<&[Vec<f64>]>) -> Self {
         let n = data.n;
         let controller = arm.controller.as_ref().filter(|_| !data.commands.is_empty());
         let closed_loop = controller.is_some();
         let (from, to) = (data.time[0], data.time[data.n_rows() - 1]);
         let (mut speed_error, mut again) = (Vec::new(), Vec::new());
         let path: Vec<Spline> = if closed_loop || !data.has(Quantity::Position) {
-            data.commands.iter().map(|values| Spline::through(&data.time, values)).collect()
+            let exact = |values: &Vec<f64>| super::smooth::unrounded(&data.time, values);
+            data.commands.iter().map(|v| Spline::through(&data.time, &exact(v))).collect()
         } else {
             (0..n)
                 .map(|j| {
@@ -271,7 +296,17 @@ impl Scene {
         };
         let mut hint = 0;
         let rests = path.iter().all(|spline| spline.at(from, &mut hint).1.abs() < REST);
-        let plant = Plant::along(arm, &path, from, to, rests);
+        let follows_command = motion.is_none();
+        let plant = match motion {
+            None => Plant::along(arm, &path, from, to, rests),
+            Some(motion) => {
+                let about: Vec<Spline> =
+                    motion.iter().map(|values| Spline::through(&data.time, values)).collect();
+                let mut plant = Plant::along(arm, &about, from, to, rests);
+                plant.feed(arm, &path);
+                plant
+            }
+        };
         let (tick, hold) = match controller {
             Some(controller) => {
                 let period = 1.0 / controller.rate_hz;
@@ -318,6 +353,7 @@ impl Scene {
         Self {
             data,
             plant,
+            follows_command,
             rests,
             closed_loop,
             tick,

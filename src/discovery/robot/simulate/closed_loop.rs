@@ -92,8 +92,10 @@ pub(super) fn simulate(model: &Model, acting: &Acting, own: &[f64]) -> Option<Mo
             break;
         }
         let mut friction = run.pushes(time - scene.data.time[0]);
-        let mut ddq = run.accelerations(here, &friction);
-        let inverse = run.inverse_mass(here);
+        // The bodies are where the path says; only a path that is the command's own comes as late.
+        let bodies = if scene.follows_command { here } else { GridPoint::at(&scene.plant, time) };
+        let mut ddq = run.accelerations(bodies, &friction);
+        let inverse = run.inverse_mass(bodies);
         run.thick_fluid(inverse, &mut ddq, &mut friction);
         run.dry_friction(inverse, &mut ddq, &mut friction);
         run.gaps(inverse, &mut ddq, &friction);

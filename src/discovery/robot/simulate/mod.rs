@@ -56,6 +56,10 @@ struct Remembered {
 /// Which change to the bodies a torque column is of: kind, joint or body, axis.
 type ColumnKey = (u8, usize, u8);
 
+/// Further than this from its path an arm is laid out again, rad: the square of it times the arm's weight is a
+/// part of the noise of its torques.
+const STRAY: f64 = 0.03;
+
 /// How many motions are remembered.
 const REMEMBERED: usize = 4;
 
@@ -142,6 +146,33 @@ impl Model {
         let acting = Acting::sorted(self, terms, parameters);
         let motion = self.motion(&acting, own, terms, parameters)?;
         Some(sensors::read(self, &acting, &motion))
+    }
+
+    /// Lays the arm out again about the motion that these effects give it, if that is far from the path there is:
+    /// what acts on the bodies is right to first order about it. `None` where the path is near enough.
+    pub fn about(&self, own: &[f64], terms: &[Term], parameters: &[f64]) -> Option<Self> {
+        let scene = &self.scene;
+        if !scene.closed_loop {
+            return None;
+        }
+        let acting = Acting::sorted(self, terms, parameters);
+        let motion = self.motion(&acting, own, terms, parameters)?;
+        let n = scene.plant.n;
+        let late = if scene.follows_command { acting.delay } else { 0.0 };
+        let stray = scene.data.time.iter().enumerate().map(|(row, time)| {
+            let here = GridPoint::at(&scene.plant, time - late);
+            let off = |j: usize| (motion.q[row * n + j] - here.of(&scene.plant.q, j)).abs();
+            (0..n).map(off).fold(0.0, f64::max)
+        });
+        if stray.fold(0.0, f64::max) < STRAY {
+            return None;
+        }
+        let rows = scene.data.n_rows();
+        let path: Vec<Vec<f64>> = (0..n)
+            .map(|j| (0..rows).map(|row| motion.q[row * n + j] + motion.gap[row * n + j]).collect())
+            .collect();
+        let scene = Scene::about(&self.arm, scene.data.clone(), Some(&path));
+        Some(Self::new(self.arm.clone(), scene, self.loads.clone()))
     }
 
     /// Returns the motion, simulated or remembered.
