@@ -371,9 +371,13 @@ impl Scene {
 }
 
 /// Smoothing takes the sharpest of the accelerations away, and with it torque. How much is seen by smoothing once more: returns
-/// the gain beyond 1 and the inertia that turn the torques of the second path into those of the first, joint by joint.
+/// the gain beyond 1 and the inertia that turn the torques of the second path into those of the first, joint by joint; nothing for
+/// a path that was not smoothed.
 fn smoothing(arm: &Arm, time: &[f64], once: &[Spline], again: &[Spline]) -> Vec<[f64; 2]> {
     let n = again.len();
+    if n == 0 {
+        return Vec::new();
+    }
     let (mut hints, mut sums) = (vec![[0, 0]; n], vec![[0.0; 4]; n]);
     let [mut first, mut second] = [0, 1].map(|_| [[0.0; MOST_JOINTS]; 4]);
     for &at in time {
