@@ -173,7 +173,8 @@ pub fn apply(text: &str, name: &str, patch: &Patch) -> Option<String> {
             }
         }
     }
-    edits.sort_by_key(|e| (e.span.from, e.order));
+    // A new line comes behind whatever joins the end of the line before it.
+    edits.sort_by_key(|e| (e.span.from, e.with.starts_with('\n'), e.order));
     let mut out = String::with_capacity(text.len() + 200);
     let mut at = 0;
     for edit in edits {
@@ -326,4 +327,23 @@ pub fn diff(path: &str, before: &str, after: &str) -> String {
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A term at the end of the last equation and a new line behind it meet in one place.
+    #[test]
+    fn a_term_joins_its_equation_and_not_the_note_of_a_new_line() {
+        let text = "model m {\n    input u\n    state q = free, v = free\n    q' = v\n    v' = u\n    output y = q\n}\n";
+        let patch = Patch {
+            title: "loop".into(),
+            states: vec![("z".into(), "v - z".into())],
+            rates: vec![("v".into(), "- z".into())],
+            ..Patch::default()
+        };
+        let changed = apply(text, "m", &patch).unwrap();
+        assert!(changed.contains("    v' = u - z\n    z' = v - z    // loop\n"), "{changed}");
+    }
 }

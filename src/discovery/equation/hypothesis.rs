@@ -47,18 +47,6 @@ impl Hypothesis {
         let starts = self.fitted.train.point.starts.iter().flatten().flatten().count();
         self.fitted.compiled.params.len() + starts
     }
-
-    /// Whether a parameter of an effect's shape has run to the end of its range, where the effect is
-    /// none or another one.
-    pub fn is_degenerate(&self, effect: &Chosen) -> bool {
-        let patch = with_values(&effect.patch, &self.fitted, false);
-        patch.params.iter().filter(|p| p.neutral.is_none()).any(|p| {
-            let Some([low, high]) = p.range else { return false };
-            let room = 0.005 * (high - low);
-            let at_low = if low > 0.0 { p.value < 1.05 * low } else { p.value - low < room };
-            at_low || high - p.value < room
-        })
-    }
 }
 
 /// How one hypothesis compares with another that it extends.

@@ -71,17 +71,15 @@ impl Question<'_> {
             best = next;
         }
         progress("comparing rivals", 0.9);
-        best = self.simplified(&nominal, best);
-        best = self.upheld(&nominal, best);
+        best = self.concluded(&nominal, best);
         let mut judged = self.judge_all(&nominal, &best, &rounds);
         // What was added early, alone, may have a better rival now that the others are there.
         let better = judged
             .iter()
-            .filter_map(|(_, rivals)| rivals.first())
-            .find(|rival| rival.delta_bic < -LEAST_EVIDENCE && rival.held_worse < -IMPERFECTION);
+            .flat_map(|(_, rivals)| rivals.iter().filter(|rival| rival.is_better()))
+            .min_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
         if let Some(rival) = better {
-            best = self.simplified(&nominal, rival.hypothesis.clone());
-            best = self.upheld(&nominal, best);
+            best = self.concluded(&nominal, rival.hypothesis.clone());
             judged = self.judge_all(&nominal, &best, &rounds);
         }
         Some(Search { nominal, best, judged, n_tried })
@@ -139,12 +137,24 @@ impl Question<'_> {
 
     /// Fits a candidate on top of a hypothesis by a few steps from each of its starts.
     fn screen(&self, base: &Hypothesis, candidate: &Candidate) -> Option<(Fitted, Patch)> {
-        // From no effect at all one step of Gauss and Newton is nearly the whole way.
-        let linear = |patch: &Patch| patch.params.iter().all(|p| p.neutral.is_some());
+        // From no effect at all one step of Gauss and Newton is nearly the whole way, and two where the shape
+        // is given; a shape alone is found on the way.
+        let steps = |patch: &Patch| {
+            let shapes = patch.params.iter().filter(|p| p.neutral.is_none()).count();
+            if shapes == 0 {
+                2
+            } else if shapes < patch.params.len() {
+                3
+            } else {
+                4
+            }
+        };
         let starts = candidate.patches.iter().filter_map(|patch| {
             let text = apply(&base.fitted.text, self.name, patch)?;
-            let steps = if linear(patch) { 2 } else { 4 };
-            let fitted = self.bench.fit(&text, self.name, &base.fitted, steps)?;
+            let steps = steps(patch);
+            let begun = self.begun(&text, patch, &base.fitted);
+            let parent = begun.as_ref().unwrap_or(&base.fitted);
+            let fitted = self.bench.fit(&text, self.name, parent, steps)?;
             Some((self.cost(&fitted), fitted, patch.clone()))
         });
         let best = starts.min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -215,7 +225,7 @@ impl Question<'_> {
             let size = values.params.first().map_or(0.0, |p| p.value);
             let general: Vec<Candidate> = candidates(&self.ground(&poor.fitted, &model))
                 .into_iter()
-                .filter(|c| c.at == own.at && own.within.contains(&c.kind))
+                .filter(|c| own.is_special(c))
                 .filter(|c| fewer.iter().all(|e| !e.candidate.excludes(c)))
                 .map(|c| c.from_special(size))
                 .collect();
@@ -240,7 +250,8 @@ impl Question<'_> {
         let mut effects = base.effects.clone();
         effects.push(chosen);
         let rich = self.judged(effects, fitted, Some(base))?;
-        if rich.is_degenerate(rich.effects.last()?) {
+        let last = rich.effects.last()?;
+        if rich.is_degenerate(last) || self.is_idle(&rich, last) {
             return None;
         }
         let gain = self.gain(base, &rich, 1);
@@ -306,6 +317,30 @@ impl Question<'_> {
         hypothesis
     }
 
+    /// What a search ends with: as simple as it can be, everything free fitted once more, and nothing in it
+    /// that means nothing.
+    fn concluded(&self, nominal: &Hypothesis, best: Hypothesis) -> Hypothesis {
+        let best = self.upheld(nominal, self.simplified(nominal, best));
+        self.sound(nominal, self.refitted(best))
+    }
+
+    /// Everything free fitted once more: what joined one by one was fitted beside what was there then, with the
+    /// ramps of that motion. Kept when it fits better, and no worse on the data held out.
+    fn refitted(&self, best: Hypothesis) -> Hypothesis {
+        if best.effects.is_empty() {
+            return best;
+        }
+        let again = self
+            .bench
+            .fit(&best.fitted.text, self.name, &best.fitted, 80)
+            .and_then(|fitted| self.judged(best.effects.clone(), fitted, Some(&best)));
+        let better = again.filter(|again| {
+            self.cost(&again.fitted) < self.cost(&best.fitted)
+                && self.size(&again.held) <= (1.0 + 1e-3) * self.size(&best.held)
+        });
+        better.unwrap_or(best)
+    }
+
     /// Drops what pays no longer on the terms that were settled last, the only effect included.
     fn upheld(&self, nominal: &Hypothesis, mut best: Hypothesis) -> Hypothesis {
         let mut i = 0;
@@ -334,13 +369,14 @@ impl Question<'_> {
         let all = candidates(&self.ground(&nominal.fitted, &model));
         for i in 0..best.effects.len() {
             let own = best.effects[i].candidate.clone();
-            let special = all.iter().filter(|c| c.at == own.at && c.within.contains(&own.kind));
+            let special = all.iter().filter(|c| c.is_special(&own));
             for candidate in special {
                 let mut effects = best.effects.clone();
                 let Some(patch) = candidate.patches.first().cloned() else { continue };
                 effects[i] = Chosen { candidate: candidate.clone(), patch };
                 if let Some(poor) = self.rebuilt(nominal, &effects, &best, 40)
                     && !self.is_richer(&poor, &best)
+                    && self.is_sound(&poor)
                 {
                     best = poor;
                     break;

@@ -248,6 +248,10 @@ impl Question<'_> {
                 let mut effects = base.effects.clone();
                 effects.push(Chosen { candidate, patch });
                 let rich = self.judged(effects, fitted, Some(base))?;
+                let last = rich.effects.last()?;
+                if rich.is_degenerate(last) || self.is_idle(&rich, last) {
+                    return None;
+                }
                 let gain = self.gain(base, &rich, n_tried);
                 Some((rich, gain))
             })

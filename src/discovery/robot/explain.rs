@@ -56,6 +56,15 @@ impl Gap for ArmGap {
             let step = model.scene.data.time.windows(2).map(|t| t[1] - t[0]).fold(0.0, f64::max);
             slots[0].least = slots[0].least.max(0.5 * step);
         }
+        // Smoothing takes torque away that is not missing; twice as much is beyond doubt.
+        for model in self.train.iter().filter(|model| !model.scene.smoothing.is_empty()) {
+            let of = |which: usize| 2.0 * model.scene.smoothing[term.joint][which].abs();
+            match term.law {
+                Law::TorqueGain => slots[0].least = slots[0].least.max(of(0)),
+                Law::Armature => slots[0].least = slots[0].least.max(of(1)),
+                _ => {}
+            }
+        }
         slots
     }
 
@@ -137,6 +146,10 @@ impl Gap for ArmGap {
         // A spring that begins where hardly any row is, or a spring over all of them, is something else.
         let q0 = match term.law {
             Law::Above | Law::Below => parameters[1],
+            Law::Payload => {
+                let bears = |model: &Model| model.arm.chain.bears(parameters[0], &parameters[1..4]);
+                return self.train.iter().all(bears);
+            }
             _ => return true,
         };
         let (mut beyond, mut rows) = (0, 0);

@@ -243,6 +243,9 @@ pub struct Scene {
     pub last_row: usize,
     /// Along a measured motion, how well each joint's speed is known, rad/s; empty otherwise.
     pub speed_error: Vec<f64>,
+    /// Along a measured motion, what its smoothing looks like in each joint's torque: a gain (beyond 1) and a rotor's
+    /// inertia (kg·m²) that are none. Empty otherwise.
+    pub smoothing: Vec<[f64; 2]>,
     /// Along a measured motion, whether the sign of a joint's speed is in doubt, `rows × n`: what dry
     /// friction does there nobody can say. Empty otherwise.
     pub in_doubt: Vec<bool>,
@@ -276,7 +279,7 @@ impl Scene {
         let controller = arm.controller.as_ref().filter(|_| !data.commands.is_empty());
         let closed_loop = controller.is_some();
         let (from, to) = (data.time[0], data.time[data.n_rows() - 1]);
-        let mut speed_error = Vec::new();
+        let (mut speed_error, mut again) = (Vec::new(), Vec::new());
         let path: Vec<Spline> = if closed_loop || !data.has(Quantity::Position) {
             let exact = |values: &Vec<f64>| super::smooth::unrounded(&data.time, values);
             data.commands.iter().map(|v| Spline::through(&data.time, &exact(v))).collect()
@@ -286,6 +289,7 @@ impl Scene {
                     let values = data.measured(Quantity::Position, j).unwrap_or(&[]);
                     let smooth = super::smooth::smoothed(&data, j, values);
                     speed_error.push(smooth.speed_error);
+                    again.push(Spline::through(&data.time, &smooth.again));
                     Spline::through(&data.time, &smooth.q)
                 })
                 .collect()
@@ -345,6 +349,7 @@ impl Scene {
             (first_row, last_row) = (0, data.n_rows());
         }
         let in_doubt = in_doubt(&data, &path, &speed_error);
+        let smoothing = smoothing(arm, &data.time[first_row..last_row], &path, &again);
         Self {
             data,
             plant,
@@ -359,9 +364,38 @@ impl Scene {
             first_row,
             last_row,
             speed_error,
+            smoothing,
             in_doubt,
         }
     }
+}
+
+/// Smoothing takes the sharpest of the accelerations away, and with it torque. How much is seen by smoothing once more: returns
+/// the gain beyond 1 and the inertia that turn the torques of the second path into those of the first, joint by joint; nothing for
+/// a path that was not smoothed.
+fn smoothing(arm: &Arm, time: &[f64], once: &[Spline], again: &[Spline]) -> Vec<[f64; 2]> {
+    let n = again.len();
+    if n == 0 {
+        return Vec::new();
+    }
+    let (mut hints, mut sums) = (vec![[0, 0]; n], vec![[0.0; 4]; n]);
+    let [mut first, mut second] = [0, 1].map(|_| [[0.0; MOST_JOINTS]; 4]);
+    for &at in time {
+        for j in 0..n {
+            (first[0][j], first[1][j], first[2][j]) = once[j].at(at, &mut hints[j][0]);
+            (second[0][j], second[1][j], second[2][j]) = again[j].at(at, &mut hints[j][1]);
+        }
+        for [q, dq, ddq, tau] in [&mut first, &mut second] {
+            arm.chain.inverse(&q[..n], &dq[..n], &ddq[..n], &mut tau[..n]);
+        }
+        for (j, sum) in sums.iter_mut().enumerate() {
+            let (tau, lost, ddq) = (second[3][j], first[3][j] - second[3][j], second[2][j]);
+            let products = [lost * tau, tau * tau, lost * ddq, ddq * ddq];
+            sum.iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
+        }
+    }
+    let part = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
+    sums.iter().map(|sum| [part(sum[0], sum[1]), part(sum[2], sum[3])]).collect()
 }
 
 /// Finds the rows at which the sign of a joint's speed is in doubt. A joint that hardly ever moves is judged

@@ -14,6 +14,8 @@ pub struct Smooth {
     pub q: Vec<f64>,
     /// Standard deviation of the speed that is left to noise, rad/s.
     pub speed_error: f64,
+    /// The same once more smoothed, as much as before, rad: what that takes away was taken away the first time, too.
+    pub again: Vec<f64>,
 }
 
 /// Returns the joint's measured positions without noise, rad.
@@ -47,7 +49,7 @@ pub fn unrounded(time: &[f64], values: &[f64]) -> Vec<f64> {
 /// Smooths `values`, taken at `time`, until their root mean square change is about `noise`.
 pub fn whittaker(time: &[f64], values: &[f64], noise: f64) -> Smooth {
     if values.len() < 8 || noise <= 0.0 {
-        return Smooth { q: values.to_vec(), speed_error: 0.0 };
+        return Smooth { q: values.to_vec(), speed_error: 0.0, again: values.to_vec() };
     }
     let step = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
     // What the smoother lets through of white noise, `∫ ω² / (1 + λ (ω h)⁶)² dω`, in closed form.
@@ -59,16 +61,17 @@ pub fn whittaker(time: &[f64], values: &[f64], noise: f64) -> Smooth {
     // The change grows with the strength; half-decades are fine enough, since the result hardly moves
     // within one. Beyond 10^6.5 the equations lose more digits than the smoothing wins.
     let third = third_differences(time);
-    let mut best = Smooth { q: values.to_vec(), speed_error: speed_error(0.1) };
+    let (mut best, mut strongest) = (values.to_vec(), None);
     for half_decade in 0..16 {
         let strength = 10_f64.powf(f64::from(half_decade) * 0.5 - 1.0);
         let smooth = penalised(&third, values, strength);
         if taken(&smooth) > noise {
             break;
         }
-        best = Smooth { q: smooth, speed_error: speed_error(strength) };
+        (best, strongest) = (smooth, Some(strength));
     }
-    best
+    let again = strongest.map_or_else(|| best.clone(), |by| penalised(&third, &best, by));
+    Smooth { q: best, speed_error: speed_error(strongest.unwrap_or(0.1)), again }
 }
 
 /// Neighbours that a difference reaches.

@@ -39,29 +39,39 @@ pub(super) fn stiffness(draft: &mut Draft) {
         if !ground.states[v].changes_sign() {
             continue;
         }
-        // Bouc-Wen with a force between -alpha and alpha, reached within `width` of a reversal.
-        let loop_state = fresh(ground.model, &format!("{qn}_loop"));
-        let span = ground.states[q].span().max(1e-12);
-        draft.add(
-            ("hysteresis", &qn),
-            &[
-                p("alpha", "hysteresis", rate_dim, &[0.1 * rate, 0.1 * rate, 0.3 * rate]),
-                p("width", "width", qd, &[0.03 * span, 0.2 * span, 0.1 * span])
-                    .within(0.002 * span, 2.0 * span)
-                    .shape(),
-            ],
-            &[],
-            |n| {
-                let (mut patch, equation) = write(format!("- {}*{loop_state}", n[0]));
-                let rate = format!(
-                    "{vn}/{0}*(1 - 0.5*abs({loop_state})*(1 + sign({vn}*{loop_state})))",
-                    n[1]
-                );
-                patch.states.push((loop_state.clone(), rate.clone()));
-                (patch, format!("{equation}, {loop_state}' = {rate}"))
-            },
-        );
+        hysteresis(draft, (&vn, &qn), (rate_dim, qd), &write);
     }
+}
+
+/// Bouc and Wen's loop: a force between `-alpha` and `alpha`, reached within `width` of a reversal; and the
+/// same with a `skew`, by which it stiffens on the way out (below 0) or gives way sooner (above 1).
+fn hysteresis(
+    draft: &mut Draft,
+    (vn, qn): (&str, &str),
+    (rate_dim, qd): (Option<Dimension>, Option<Dimension>),
+    write: &dyn Fn(String) -> (Patch, String),
+) {
+    let ground = draft.ground;
+    let Some(q) = ground.compiled.states.iter().position(|s| s.name == qn) else { return };
+    let span = ground.states[q].span().max(1e-12);
+    let name = fresh(ground.model, &format!("{qn}_loop"));
+    // Linear in its size where the path is given, so it begins from none.
+    let alpha = || p("alpha", "hysteresis", rate_dim, &[0.0]);
+    let width = |parts: &[f64]| {
+        let starts: Vec<f64> = parts.iter().map(|part| part * span).collect();
+        p("width", "width", qd, &starts).within(0.002 * span, 2.0 * span).shape()
+    };
+    let looped = |n: &[String], bend: &str| {
+        let (mut patch, equation) = write(format!("- {}*{name}", n[0]));
+        let rate = format!("{vn}/{}*(1 - 0.5*abs({name})*({bend} + sign({vn}*{name})))", n[1]);
+        patch.states.push((name.clone(), rate.clone()));
+        (patch, format!("{equation}, {name}' = {rate}"))
+    };
+    let plain = [alpha(), width(&[0.02, 0.06, 0.2, 0.6])];
+    draft.add(("hysteresis", qn), &plain, &["hysteresis"], |n| looped(n, "1"));
+    let skew = p("skew", "skew", Some(Dimension::NONE), &[-1.0, -1.0, 0.3, 0.3, 2.0, 2.0]);
+    let skewed = [alpha(), width(&[0.1, 0.4, 0.1, 0.4, 0.1, 0.4]), skew.within(-5.0, 5.0).shape()];
+    draft.add(("hysteresis", qn), &skewed, &[], |n| looped(n, &n[2]));
 }
 
 /// A hum at each line of the residual's spectrum.

@@ -44,7 +44,7 @@ impl Range {
     }
 
     /// Whether it is well on both sides of 0.
-    fn changes_sign(self) -> bool {
+    pub(super) fn changes_sign(self) -> bool {
         self.low < -0.02 * self.span() && self.high > 0.02 * self.span()
     }
 }
@@ -93,26 +93,31 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// The same, begun from what its special case came out as: `size` of it. Where there is a shape as well,
-    /// the second amount is larger than the first, or the shape would not show.
+    /// The same, begun from what its special case came out as: `size` of it in every amount.
     #[must_use]
     pub fn from_special(mut self, size: f64) -> Self {
         for patch in &mut self.patches {
-            let shaped = patch.params.iter().any(|p| p.neutral.is_none());
-            for (i, param) in patch.params.iter_mut().filter(|p| p.neutral.is_some()).enumerate() {
-                let value = if shaped && i > 0 { 1.5 * size } else { size };
-                param.value = param.range.map_or(value, |[low, high]| value.clamp(low, high));
+            for param in patch.params.iter_mut().filter(|p| p.neutral.is_some()) {
+                param.value = param.range.map_or(size, |[low, high]| size.clamp(low, high));
             }
         }
         self
     }
 
+    /// How many numbers it has.
+    fn n_params(&self) -> usize {
+        self.patches.first().map_or(0, |patch| patch.params.len())
+    }
+
+    /// Whether it is a special case of another at the same place.
+    pub fn is_special(&self, of: &Self) -> bool {
+        self.at == of.at && self.within.contains(&of.kind) && self.n_params() < of.n_params()
+    }
+
     /// Whether the two cannot act together: the same effect at the same place, or a special case of it.
     pub fn excludes(&self, other: &Self) -> bool {
-        self.at == other.at
-            && (self.kind == other.kind
-                || other.within.contains(&self.kind)
-                || self.within.contains(&other.kind))
+        let is_same = self.at == other.at && self.kind == other.kind;
+        is_same || self.is_special(other) || other.is_special(self)
     }
 }
 
