@@ -7,9 +7,10 @@ use std::fmt::Write as _;
 use trueup::discovery::finding::{Effect, Finding, Value, Verdict};
 use trueup::discovery::recording::{Map, Recording};
 use trueup::discovery::{Options, Subject, investigate};
+use trueup::motion::Robot;
 use trueup::motion::dynamics::{Bodies, Dynamics};
 
-use super::bare_arm;
+use super::{bare_arm, folder};
 
 /// Coulomb, N·m, and viscous friction, N·m·s/rad, of each joint.
 const FRICTION: [[f64; 2]; 7] =
@@ -19,10 +20,12 @@ const FRICTION: [[f64; 2]; 7] =
 const ROTOR: f64 = 0.5;
 
 /// What a log is like.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Logger {
     friction: bool,
     stutters: bool,
+    /// Link 3 weighs 0.25 kg more than its file says.
+    heavier: bool,
 }
 
 /// A number that looks like chance, nearly normal with standard deviation 1.
@@ -33,7 +36,13 @@ fn chance(i: usize) -> f64 {
 
 /// Twelve seconds at 100 Hz; `motion` chooses the phases.
 fn log(logger: Logger, motion: usize) -> Recording {
-    let robot = bare_arm();
+    let mut urdf = std::fs::read_to_string(folder().join("gen3_bare.urdf")).unwrap();
+    if logger.heavier {
+        let link = urdf.find("\"half_arm_2_link\"").unwrap();
+        let (before, after) = urdf.split_at(link);
+        urdf = format!("{before}{}", after.replacen("1.1636", "1.4136", 1));
+    }
+    let robot = Robot::from_urdf(&urdf, Some("end_effector_link")).unwrap();
     let dynamics = Dynamics::new(&robot, Bodies::All);
     let names = ["q", "dq", "tau"].iter().zip(["rad", "rad/s", "N*m"]);
     let mut text = "t[s]".to_owned();
@@ -104,7 +113,7 @@ fn number(effect: &Effect, name: &str) -> f64 {
 
 #[test]
 fn a_stuttering_log_of_a_known_arm_raises_no_alarm() {
-    let finding = found(Logger { friction: false, stutters: true });
+    let finding = found(Logger { stutters: true, ..Logger::default() });
     assert_eq!(finding.verdict, Verdict::NothingMissing, "{:?}", finding.effects);
     assert!((finding.gap.before.heldout - 1.0).abs() < 0.1, "{:?}", finding.gap);
     let told = |words: &str| finding.notes.iter().any(|note| note.contains(words));
@@ -114,7 +123,7 @@ fn a_stuttering_log_of_a_known_arm_raises_no_alarm() {
 
 #[test]
 fn friction_of_both_kinds_in_every_joint_and_a_rotor_are_told_apart() {
-    let finding = found(Logger { friction: true, stutters: true });
+    let finding = found(Logger { friction: true, stutters: true, heavier: false });
     assert_eq!(finding.verdict, Verdict::Several, "{:?}", finding.effects);
     let at = |name: &str, seat: &str| {
         let found = finding.effects.iter().find(|e| e.name == name && e.at == seat);
@@ -131,4 +140,14 @@ fn friction_of_both_kinds_in_every_joint_and_a_rotor_are_told_apart() {
     assert!((rotor / ROTOR - 1.0).abs() < 0.1, "{rotor} kg·m²");
     assert_eq!(finding.effects.len(), 15, "{:?}", finding.effects);
     assert!(finding.gap.after.heldout < 1.1, "{:?}", finding.gap);
+}
+
+#[test]
+fn a_link_that_is_heavier_than_its_file_says_is_named() {
+    let finding = found(Logger { heavier: true, ..Logger::default() });
+    assert_eq!(finding.verdict, Verdict::Named, "{:?}", finding.effects);
+    let effect = &finding.effects[0];
+    assert_eq!((effect.name.as_str(), effect.at.as_str()), ("link_mass", "joint_3"));
+    let mass = number(effect, "mass");
+    assert!((mass - 0.25).abs() < 0.03, "{mass} kg");
 }

@@ -35,6 +35,15 @@ fn nothing_is_found_where_nothing_was_hidden() {
     assert!(friction.least > 0.0 && friction.least < 0.5, "{friction:?}");
 }
 
+/// Brisk motions, quiet sensors, and a simulator that takes one step a millisecond: a quarter of a tick is the
+/// speed of the arm times a quarter of a millisecond, which was named a late channel.
+#[test]
+fn how_a_simulator_steps_is_no_effect() {
+    let finding = found("brisk");
+    assert_eq!(finding.verdict, Verdict::NothingMissing, "{:?}", finding.effects);
+    assert!((finding.gap.before.heldout - 1.0).abs() < 0.03, "{:?}", finding.gap);
+}
+
 /// 0.79 N·m of Coulomb friction at joint 1.
 #[test]
 fn friction_is_named_with_its_joint_and_size() {

@@ -211,7 +211,7 @@ fn times(recording: &mut Recording, stem: &str, factor: f64) {
 
 fn rename(recording: &mut Recording, from: &str, to: &str) {
     let column = recording.columns.iter_mut().find(|c| c.name == from).unwrap();
-    column.name = to.to_owned();
+    to.clone_into(&mut column.name);
 }
 
 /// Without these checks each of them was searched for effects, for minutes in the case of the clock.
@@ -219,22 +219,26 @@ fn rename(recording: &mut Recording, from: &str, to: &str) {
 fn columns_that_cannot_be_what_they_are_called_are_refused() {
     let degrees = 180.0 / std::f64::consts::PI;
     let error = refused(|r| times(r, "q_", degrees));
-    assert!(error.what.contains("`dq_1` is 0.0175 times what `the change of q_1`"), "{error:?}");
+    assert!(error.what.contains("`dq_1` is 0.017"), "{error:?}");
     let error = refused(|r| {
         times(r, "q_", degrees);
         times(r, "q_cmd", 1.0 / degrees);
     });
-    assert!(error.what.contains("`q_1` moves 57.3 times what `q_cmd_1`"), "{error:?}");
+    assert!(
+        error.what.starts_with("`q_1` moves 57.") && error.what.ends_with("what `q_cmd_1` says"),
+        "{error:?}"
+    );
     assert!(error.help.contains("q_1[deg]") && error.place.contains("`q_1`"), "{error:?}");
     let error = refused(|r| r.time.iter_mut().for_each(|t| *t *= 1000.0));
-    assert!(error.what.contains("`dq_1` is 1000 times"), "{error:?}");
+    assert!(error.what.ends_with("times what the change of `q_1` says"), "{error:?}");
     assert!(error.help.contains("t[ms]"), "{error:?}");
     let error = refused(|r| times(r, "tcp", 1000.0));
     assert!(error.what.contains("`tcp_x` travels") && error.help.contains("mm"), "{error:?}");
     let error = refused(|r| times(r, "tau", -1.0));
     assert!(error.what.contains("about -1 times") && error.help.contains("sign"), "{error:?}");
     let error = refused(|r| times(r, "tau", 1000.0));
-    assert!(error.what.contains("about 1000 times"), "{error:?}");
+    assert!(error.what.contains("times what the model needs"), "{error:?}");
+    assert!(error.help.contains("tau_1[mN*m]"), "{error:?}");
     let error = refused(|r| {
         rename(r, "q_2", "q_x");
         rename(r, "q_3", "q_2");
@@ -259,7 +263,9 @@ fn angles_beyond_the_joints_limits_are_refused() {
 #[test]
 fn torques_that_are_zero_throughout_are_taken_as_not_measured() {
     let mut recordings = [recording("control_a"), recording("control_b")];
-    recordings.iter_mut().for_each(|r| times(r, "tau", 0.0));
+    for recording in &mut recordings {
+        times(recording, "tau", 0.0);
+    }
     let robot = bare_arm();
     let arm = Subject::Arm(&robot, &[]);
     let found = investigate(&recordings, arm, &Options::default(), &mut |_, _| {}).unwrap().finding;

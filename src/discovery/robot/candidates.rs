@@ -72,6 +72,8 @@ pub fn candidates(
                 Feature::Cosine(2.0),
                 Feature::PositionTimesSpeed,
                 Feature::FrictionTimesDistance,
+                Feature::FrictionTimesSine,
+                Feature::FrictionTimesCosine,
                 Feature::SpeedCubed,
                 Feature::RootSpeed,
                 Feature::One,

@@ -20,6 +20,9 @@ const UNLIKE: f64 = 0.5;
 /// Rows further apart than this show no motion of an arm, s.
 const COARSE: f64 = 0.5;
 
+/// An arm moves if a joint turns by this, rad.
+const MOVES: f64 = 0.05;
+
 /// A joint may be beyond its limits by this part of its range and this angle: files differ.
 const BEYOND: (f64, f64) = (0.1, 0.1);
 
@@ -40,7 +43,7 @@ pub(super) fn check(
         if data.commands.len() == data.n {
             let commands: Vec<Vec<f64>> = data.commands.iter().map(|c| centred(c)).collect();
             let followed: Vec<Vec<f64>> = measured.iter().map(|q| centred(q)).collect();
-            agree(&commands, &followed, ["q_cmd", "q"], "moves", name)?;
+            agree(&commands, &followed, ["`q_cmd", "q"], "moves", name)?;
         }
         let speeds: Vec<&[f64]> =
             (0..data.n).filter_map(|j| data.measured(Quantity::Speed, j)).collect();
@@ -48,9 +51,19 @@ pub(super) fn check(
             let changes: Vec<Vec<f64>> = measured.iter().map(|q| changes(&data.time, q)).collect();
             let inner = |dq: &&[f64]| dq[1..dq.len() - 1].to_vec();
             let speeds: Vec<Vec<f64>> = speeds.iter().map(inner).collect();
-            agree(&changes, &speeds, ["the change of q", "dq"], "is", name)?;
+            agree(&changes, &speeds, ["the change of `q", "dq"], "is", name)?;
         }
     }
+    let moves = |values: &[f64]| values.iter().any(|v| (v - values[0]).abs() > MOVES);
+    if data.commands.iter().map(Vec::as_slice).chain(measured).any(moves) {
+        fine_enough(data, name)?;
+    }
+    within_limits(limits, data, name)?;
+    within_reach(arm, data, name)
+}
+
+/// Rows far apart say little of a motion; mostly their time is in another unit.
+fn fine_enough(data: &Data, name: &str) -> Result<(), Error> {
     let mut steps: Vec<f64> = data.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.sort_by(f64::total_cmp);
     let step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
@@ -64,8 +77,7 @@ pub(super) fn check(
             "name the unit of time in the header, such as `t[ms]`, or record more often",
         ));
     }
-    within_limits(limits, data, name)?;
-    within_reach(arm, data, name)
+    Ok(())
 }
 
 /// Compares columns joint by joint; both are centred or zero at rest.
@@ -77,14 +89,14 @@ fn agree(
     place: &str,
 ) -> Result<(), Error> {
     for (j, own) in second.iter().enumerate() {
-        let (one, two) = (format!("{}_{}", names[0], j + 1), format!("{}_{}", names[1], j + 1));
+        let (one, two) = (format!("{}_{}`", names[0], j + 1), format!("{}_{}", names[1], j + 1));
         let cosine = cosine(&first[j], own);
         let ratio = norm(own) / norm(&first[j]).max(1e-300);
         let at = || format!("{place}, column `{two}`");
         if cosine > ALIKE && !(1.0 / FACTOR..FACTOR).contains(&ratio) {
             let times = significant(ratio, 3);
             return Err(Error::new(
-                format!("`{two}` {verb} {times} times what `{one}` says"),
+                format!("`{two}` {verb} {times} times what {one} says"),
                 at(),
                 format!(
                     "write the unit of each column in the header, such as `{}`, or give it with `--map`",
@@ -94,7 +106,7 @@ fn agree(
         }
         if cosine < -ALIKE {
             return Err(Error::new(
-                format!("`{two}` runs against `{one}`"),
+                format!("`{two}` runs against {one}"),
                 at(),
                 "turn the sign of one of the two: both are positive the same way round",
             ));
@@ -102,7 +114,7 @@ fn agree(
         let other = (0..first.len()).find(|&k| k != j && self::cosine(&first[k], own) > ALIKE);
         if let (true, Some(k)) = (cosine < UNLIKE, other) {
             return Err(Error::new(
-                format!("`{two}` follows `{}_{}`, not `{one}`", names[0], k + 1),
+                format!("`{two}` follows {}_{}`, not {one}", names[0], k + 1),
                 at(),
                 "put the columns into the order of the joints, base first, or rename them with `--map`",
             ));

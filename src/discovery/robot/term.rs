@@ -27,6 +27,10 @@ pub enum Feature {
     One,
     /// `sign(dq)·|q|`: friction that grows away from zero.
     FrictionTimesDistance,
+    /// `sign(dq)·sin(q)`: friction of a gear that does not run true.
+    FrictionTimesSine,
+    /// `sign(dq)·cos(q)`: the other part of it.
+    FrictionTimesCosine,
 }
 
 /// What an effect does.
@@ -360,6 +364,8 @@ impl Feature {
             Self::One => 1.0,
             // Smooth through standstill: the arm's speed noise must not decide the sign.
             Self::FrictionTimesDistance => (dq / 0.01).tanh() * q.abs(),
+            Self::FrictionTimesSine => (dq / 0.01).tanh() * q.sin(),
+            Self::FrictionTimesCosine => (dq / 0.01).tanh() * q.cos(),
         }
     }
 }

@@ -96,7 +96,9 @@ fn unit(feature: Feature) -> &'static str {
         | Feature::Cosine(_)
         | Feature::Decay(_)
         | Feature::One
-        | Feature::RootSpeed => "N*m",
+        | Feature::RootSpeed
+        | Feature::FrictionTimesSine
+        | Feature::FrictionTimesCosine => "N*m",
         Feature::PositionTimesSpeed => "N*m*s/rad^2",
         Feature::SpeedCubed => "N*m*s^3/rad^3",
         Feature::Time => "N*m/s",
@@ -212,6 +214,8 @@ fn shape(feature: Feature, j: usize) -> String {
         Feature::Time => "t".into(),
         Feature::One => "1".into(),
         Feature::FrictionTimesDistance => format!("abs(q_{j})*sign(dq_{j})"),
+        Feature::FrictionTimesSine => format!("sin(q_{j})*sign(dq_{j})"),
+        Feature::FrictionTimesCosine => format!("cos(q_{j})*sign(dq_{j})"),
     }
 }
 
