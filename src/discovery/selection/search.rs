@@ -36,6 +36,7 @@ pub fn search<G: Gap>(
         best = exchanged(gap, best, options, &mut rivals, None, unnamed);
         best = pruned(gap, best, options, None);
     }
+    best = sensible(gap, best);
     progress("comparing rivals", 0.95);
     let without: Vec<Hypothesis<G::Term>> = (0..best.terms.len())
         .map(|at| left_out(gap, &best, at).unwrap_or_else(|| nothing.clone()))
@@ -327,6 +328,27 @@ fn pruned<G: Gap>(
     best
 }
 
+/// Leaves out what was sensible when it joined and is not any more, beside all that joined after it.
+fn sensible<G: Gap>(gap: &G, mut best: Hypothesis<G::Term>) -> Hypothesis<G::Term> {
+    let absurd = |best: &Hypothesis<G::Term>| {
+        (0..best.terms.len()).find(|&at| {
+            let from = begins(gap, best, at);
+            let count = gap.slots(&best.terms[at]).len();
+            !gap.is_sensible(&best.terms[at], &best.parameters[from..from + count])
+        })
+    };
+    while let Some(rest) = absurd(&best).and_then(|at| left_out(gap, &best, at)) {
+        best = rest;
+    }
+    best
+}
+
+/// Returns where the parameters of an effect begin.
+fn begins<G: Gap>(gap: &G, best: &Hypothesis<G::Term>, at: usize) -> usize {
+    let before = best.terms[..at].iter().map(|term| gap.slots(term).len());
+    gap.nuisance().len() + before.sum::<usize>()
+}
+
 /// Says how far behind each rival is; those far behind are kept as runners-up, the best few only.
 fn compared<G: Gap>(
     gap: &G,
@@ -376,10 +398,7 @@ fn left_out<G: Gap>(gap: &G, best: &Hypothesis<G::Term>, at: usize) -> Option<Hy
     let mut gains = best.gains.clone();
     surcharges.remove(at);
     gains.remove(at);
-    let mut from = gap.nuisance().len();
-    for term in &terms[..at] {
-        from += gap.slots(term).len();
-    }
+    let from = begins(gap, best, at);
     let count = gap.slots(&terms[at]).len();
     terms.remove(at);
     let mut parameters = best.parameters.clone();
