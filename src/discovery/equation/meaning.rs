@@ -4,6 +4,7 @@
 //! that its own uncertainty exceeds, or at one that nobody sees in the outputs; names come from numbers that
 //! say something.
 
+use super::candidates::Candidate;
 use super::edit::Patch;
 use super::estimate::Point;
 use super::hypothesis::{Chosen, Hypothesis, LEAST_EVIDENCE, Question, with_values};
@@ -25,6 +26,11 @@ impl Question<'_> {
     pub(super) fn is_sound(&self, hypothesis: &Hypothesis) -> bool {
         let empty = |e: &Chosen| hypothesis.is_degenerate(e) || self.is_idle(hypothesis, e);
         !hypothesis.effects.iter().any(empty)
+    }
+
+    /// Whether an effect came out as nothing before.
+    pub(super) fn is_refused(&self, candidate: &Candidate) -> bool {
+        self.refused.iter().any(|(kind, at)| *kind == candidate.kind && *at == candidate.at)
     }
 
     /// The hypothesis without those of its effects that mean nothing.
@@ -76,7 +82,7 @@ impl Question<'_> {
 }
 
 /// Whether the fitted numbers of an effect say that it is none, another one, or anything at all.
-fn says_nothing(kind: &str, patch: &Patch) -> bool {
+pub(super) fn says_nothing(kind: &str, patch: &Patch) -> bool {
     let params = &patch.params;
     let role = |name: &str| params.iter().find(|p| p.role == name).map(|p| p.value);
     let absurd = params.iter().any(|p| {
@@ -85,7 +91,7 @@ fn says_nothing(kind: &str, patch: &Patch) -> bool {
             || gain.is_some_and(|g| !(1.0 / LARGEST_GAIN..LARGEST_GAIN).contains(&g))
     });
     // A shape at the end of its range is that of no effect, or of another one.
-    let at_end = params.iter().filter(|p| p.neutral.is_none()).any(|p| {
+    let at_end = patch.shapes().any(|p| {
         let Some([low, high]) = p.range else { return false };
         let room = END * (high - low);
         let at_low = if low > 0.0 { p.value < 1.05 * low } else { p.value - low < room };
