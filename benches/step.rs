@@ -9,7 +9,7 @@ mod kitchen;
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use trueup::motion::Robot;
-use trueup::twin::fluid::{Filling, Fluid, Vessel};
+use trueup::twin::fluid::{Filling, Fluid, Rim, Vessel};
 use trueup::twin::{FluidSettings, Settings, Twin};
 
 fn twin(criterion: &mut Criterion) {
@@ -42,7 +42,7 @@ fn water(criterion: &mut Criterion) {
         vessel: Vessel::new(&scene.objects[k]).unwrap(),
         pose,
         water,
-        dribble: None,
+        rim: Rim::default(),
     };
     let cup = Isometry3::translation(0.58, 0.20, 0.0);
     let fillings = [filling(0, tipped(0.0), 150e-6), filling(1, cup, 0.0)];

@@ -139,10 +139,16 @@ fn reveal(args: &RevealArgs, style: Style) -> Result<Exit, Failure> {
 /// Words numbers in SI units as people write them.
 fn numbers(numbers: &BTreeMap<String, f64>) -> String {
     let word = |(name, value): (&String, &f64)| match name.as_str() {
-        "volume" => format!("{name} = {} mL", significant(value * 1e6, 3)),
+        "volume" | "level" => format!("{name} = {} mL", significant(value * 1e6, 3)),
         "delay" => format!("{name} = {} s", significant(*value, 3)),
         "mass" => format!("{name} = {} kg", significant(*value, 3)),
-        _ => format!("{name} = {} (SI)", significant(*value, 3)),
+        "viscosity" => format!("{name} = {} Pa*s", significant(*value, 3)),
+        "rate" => format!("{name} = {} mm/s", significant(*value * 1e3, 3)),
+        "dx" | "dy" | "dz" => format!("{name} = {} mm", significant(*value * 1e3, 3)),
+        "torque" => format!("{name} = {} N*m", significant(*value, 3)),
+        "coefficient" => format!("{name} = {} N*m*s/rad", significant(*value, 3)),
+        "compliance" => format!("{name} = {} rad/(N*m)", significant(*value, 3)),
+        _ => format!("{name} = {}", significant(*value, 3)),
     };
     numbers.iter().map(word).collect::<Vec<_>>().join(", ")
 }

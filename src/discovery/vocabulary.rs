@@ -142,6 +142,13 @@ pub const KINDS: &[Kind] = &[
         "gravity and inertia of one point mass over all joints before it",
     ),
     kind(
+        "link_mass",
+        &[Seat::Joint],
+        &[number("mass", "kg")],
+        "the link after the joint is heavier than modelled, its mass spread as before",
+        "gravity and inertia of that link over all joints before it",
+    ),
+    kind(
         "armature",
         &[Seat::Joint],
         &[number("inertia", "kg*m^2")],

@@ -22,6 +22,7 @@ mod patience;
 pub mod stage;
 pub mod script;
 pub mod calibrate;
+pub mod belief;
 pub mod real;
 pub mod ticked;
 pub mod twin_arm;

@@ -1,8 +1,7 @@
 //! A real body: an arm and a camera behind their traits, and what they let one believe about the world.
 //!
 //! Nothing is known here that a laboratory would not know: photographs, joint feedback, the scene file,
-//! and the three regressions fitted from them. What follows from what was measured is worked out in one
-//! place, [`Belief`]; what nobody measured stays unknown.
+//! and the three regressions fitted from them. What follows from what was measured is [`Belief`]'s.
 
 use std::sync::Arc;
 
@@ -14,201 +13,16 @@ use crate::alignment::vision::{self, Sighting};
 use crate::motion::kinematics::pose_error;
 use crate::motion::robot::Robot;
 use crate::twin::render::{ArmLook, NOTHING, Options, TABLE, View, render};
-use crate::world::frame::{Base, Object, Tool, World};
-use crate::world::{ObjectState, Pose, Scene, WorldState};
+use crate::world::frame::{Base, Tool, World};
+use crate::world::{Pose, Scene, WorldState};
 
 use super::arm::{Arm, Camera, DeviceError, Feedback, Grip};
+use super::belief::Belief;
 use super::calibrate::Calibration;
 use super::during::Sight;
 use super::patience::Patient;
 use super::stage::{Body, Cell, Watcher};
 use super::trace::Event;
-
-/// Density of water, kg/m³.
-const WATER: f64 = 998.0;
-/// Pads this much closer or wider than an object's width still hold it, m.
-const PAD_TOLERANCE: f64 = 0.008;
-
-/// What is between the fingers.
-#[derive(Debug, Clone)]
-struct Held {
-    name: String,
-    /// How it lies there.
-    tool_from_object: Pose<Tool, Object>,
-    /// Opening between the pads when they closed on it, m.
-    opening: f64,
-}
-
-/// What was measured, and what follows from it.
-#[derive(Debug, Clone)]
-pub struct Belief {
-    scene: Arc<Scene>,
-    objects: Vec<ObjectState>,
-    /// What is between the fingers and how it lies there.
-    held: Option<Held>,
-    /// The last object whose lip was over another: where what leaves the hand goes.
-    below: Option<String>,
-    /// The last mass weighed in the hand, kg.
-    mass: Option<f64>,
-}
-
-impl Belief {
-    /// Knows the scene file and nothing else: no places, and the water the file declares.
-    pub fn new(scene: Arc<Scene>) -> Self {
-        let objects = scene
-            .objects
-            .iter()
-            .map(|object| ObjectState {
-                name: object.name.clone(),
-                world_from_object: None,
-                std: f64::INFINITY,
-                water: object.cavity.map(|cavity| cavity.filled),
-            })
-            .collect();
-        Self { scene, objects, held: None, below: None, mass: None }
-    }
-
-    /// Knows where things are in this world, and how much water is in them; what is held stands below the hand.
-    pub fn knowing(scene: Arc<Scene>, state: &WorldState) -> Self {
-        let mut belief = Self::new(scene);
-        for object in &mut belief.objects {
-            let Some(known) = state.object(&object.name) else { continue };
-            *object = known.clone();
-            if state.held.as_ref() == Some(&object.name) {
-                object.world_from_object = known.world_from_object.map(|pose| {
-                    let at = pose.origin();
-                    Pose::upright(at.x, at.y, 0.0, pose.yaw())
-                });
-            }
-        }
-        belief
-    }
-
-    /// Takes what a photograph showed. What is in the hand is known better by the hand.
-    pub fn saw(&mut self, sightings: &[Sighting]) {
-        for sighting in sightings {
-            if self.holds(&sighting.name) {
-                continue;
-            }
-            let Some(object) = self.objects.iter_mut().find(|o| o.name == sighting.name) else {
-                continue;
-            };
-            object.world_from_object = sighting.world_from_object;
-            object.std = sighting.std;
-        }
-    }
-
-    fn holds(&self, name: &str) -> bool {
-        self.held.as_ref().is_some_and(|held| held.name == name)
-    }
-
-    /// Fingers that close further than on what they hold have lost it, and nobody knows where to.
-    fn slipped(&mut self, opening: f64) {
-        let Some(held) = self.held.take_if(|held| opening < held.opening - PAD_TOLERANCE) else {
-            return;
-        };
-        if let Some(object) = self.objects.iter_mut().find(|object| object.name == held.name) {
-            object.world_from_object = None;
-            object.std = f64::INFINITY;
-        }
-        self.mass = None;
-    }
-
-    /// Takes how a grip on `aim` ended, with the tool at `tool`.
-    pub fn gripped(&mut self, grip: Grip, aim: Option<&str>, tool: &Pose<World, Tool>) {
-        if let Some(Held { name, tool_from_object, .. }) = self.held.take() {
-            // What was held stands where the hand let it go.
-            let mut pose = *tool * tool_from_object;
-            let origin = pose.origin();
-            if origin.z < 0.03 {
-                pose = Pose::upright(origin.x, origin.y, 0.0, pose.yaw());
-            }
-            if let Some(object) = self.objects.iter_mut().find(|object| object.name == name) {
-                object.world_from_object = Some(pose);
-            }
-            self.mass = None;
-        }
-        let Some(aim) = aim else { return };
-        let Some(object) = self.scene.object(aim) else { return };
-        let widths = match object.shape {
-            crate::world::Shape::Cuboid { size } => vec![size.x, size.y],
-            crate::world::Shape::Cylinder { radius, .. } => vec![2.0 * radius],
-        };
-        let fits = widths.iter().any(|width| (grip.opening - width).abs() < PAD_TOLERANCE);
-        let Some(known) = self.objects.iter_mut().find(|o| o.name == aim) else { return };
-        if grip.stalled && fits {
-            if let Some(pose) = known.world_from_object {
-                let tool_from_object = tool.inverse() * pose;
-                let (name, opening) = (aim.to_owned(), grip.opening);
-                self.held = Some(Held { name, tool_from_object, opening });
-            }
-        } else {
-            // The fingers closed where it should have been, so it is somewhere else: look again.
-            known.world_from_object = None;
-            known.std = f64::INFINITY;
-        }
-    }
-
-    /// Takes the mass in the hand, kg: what it lost since the last time went into what is below it.
-    pub fn weighed(&mut self, mass: f64) {
-        let Some(name) = self.held.as_ref().map(|held| held.name.clone()) else { return };
-        let lost = self.mass.map(|before| (before - mass) / WATER);
-        self.mass = Some(mass);
-        let Some(lost) = lost else { return };
-        let below = self.below.clone();
-        for object in &mut self.objects {
-            if let Some(water) = &mut object.water {
-                if object.name == name {
-                    *water = (*water - lost).max(0.0);
-                } else if Some(&object.name) == below.as_ref() {
-                    *water = (*water + lost).max(0.0);
-                }
-            }
-        }
-    }
-
-    /// Returns whether two things touch; touch between two things on the table is not measured.
-    fn contact(&self, a: &str, b: &str) -> Option<bool> {
-        match (a, b) {
-            ("gripper", o) | (o, "gripper") => Some(self.holds(o)),
-            _ => None,
-        }
-    }
-
-    /// Returns the world with the arm as reported and the tool where it really is.
-    pub fn state(&mut self, feedback: &Feedback, tool: Pose<World, Tool>) -> WorldState {
-        self.slipped(feedback.opening);
-        let mut objects = self.objects.clone();
-        if let Some(Held { name, tool_from_object, .. }) = &self.held {
-            if let Some(object) = objects.iter_mut().find(|object| object.name == *name) {
-                object.world_from_object = Some(tool * *tool_from_object);
-            }
-            self.below = below(&self.scene, &objects, name).or(self.below.take());
-        }
-        WorldState {
-            time: feedback.time,
-            q: feedback.q.clone(),
-            opening: feedback.opening,
-            world_from_tool: tool,
-            held: self.held.as_ref().map(|held| held.name.clone()),
-            objects,
-            // No one weighs the table during a run.
-            spilt: None,
-        }
-    }
-}
-
-/// Returns the vessel over whose mouth the held object's middle hangs.
-fn below(scene: &Scene, objects: &[ObjectState], held: &str) -> Option<String> {
-    let pose = |name: &str| objects.iter().find(|o| o.name == name)?.world_from_object;
-    let hand = pose(held)?;
-    scene.objects.iter().filter(|o| o.name != held && o.cavity.is_some()).find_map(|object| {
-        let under = pose(&object.name)?;
-        let gap = (hand.origin() - under.origin()).xy().norm();
-        let near = gap < object.shape.outer_radius() + 0.08;
-        (near && hand.origin().z > under.origin().z + 0.05).then(|| object.name.clone())
-    })
-}
 
 /// An arm and a camera as a body on stage.
 pub struct RealBody {
@@ -241,13 +55,14 @@ impl RealBody {
         watcher: Watcher,
     ) -> Self {
         let real = Arc::new(calibration.arm(&cell.robot));
+        let pads = cell.pads;
         Self {
             cell,
             arm: Patient::new(arm),
             camera,
             calibration,
             real,
-            belief,
+            belief: belief.with_pads(pads),
             look,
             watcher,
             photos: 0,
@@ -424,7 +239,7 @@ impl Body for RealBody {
     fn gripped(&mut self, grip: Grip, aim: Option<&str>) -> Result<(), DeviceError> {
         let feedback = self.arm.feedback()?;
         let tool = self.tool(&feedback.q);
-        self.belief.gripped(grip, aim, &tool);
+        self.belief.gripped(grip, aim, &tool, feedback.time);
         Ok(())
     }
 

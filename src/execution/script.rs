@@ -337,6 +337,7 @@ fn bind_twin(engine: &mut Engine) {
         .register_fn("enough", |twin: &mut Twin, o: &str, volume: f64| {
             twin.stage().enough(o, volume).map_err(raise)
         })
+        .register_fn("squeeze", |twin: &mut Twin, o: &str| twin.stage().squeeze(o).map_err(raise))
         .register_fn("drips", |twin: &mut Twin, o: &str| twin.stage().drips(o).map_err(raise))
         .register_fn("volume", |twin: &mut Twin, o: &str| twin.stage().volume(o).map_err(raise));
 }

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Error;
 use crate::twin::Effect;
-use crate::world::Scene;
+use crate::world::{Object, Scene};
 
 /// An effect of the vocabulary with its numbers, as a laboratory's file writes it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -43,27 +43,36 @@ impl HiddenEffect {
     }
 }
 
-/// Draws an effect to hide among the things of a scene, the same for the same seed.
+/// Draws an effect to hide among the things of a scene, the same for the same seed: one of the kinds that a run's
+/// recording shows, as large as a kitchen may have it.
 ///
 /// # Errors
 ///
 /// [`Error::Settings`] if there is no vessel with water to hide it in.
 pub fn draw(scene: &Scene, seed: u64) -> Result<HiddenEffect, Error> {
-    let holds_water =
-        |object: &&crate::world::Object| object.cavity.is_some_and(|cavity| cavity.filled > 0.0);
-    let Some(vessel) = scene.objects.iter().find(holds_water) else {
+    let filled = |object: &Object| object.cavity.is_some_and(|cavity| cavity.filled > 0.0);
+    let Some(vessel) = scene.objects.iter().find(|object| filled(object)) else {
         return Err(Error::Settings(format!("no vessel of `{}` holds water", scene.name)));
     };
+    let other = scene.objects.iter().find(|o| o.cavity.is_some() && o.name != vessel.name);
     let declared = vessel.cavity.map_or(0.0, |cavity| cavity.filled);
     let mut chance = StdRng::seed_from_u64(seed ^ 0x5EA1_ED00_0000_0001);
     let mut even = |low: f64, high: f64| low + (high - low) * chance.random::<f64>();
-    let (name, numbers) = if even(0.0, 1.0) < 0.7 {
-        ("lip_dribble", vec![("volume", even(14e-6, 26e-6)), ("delay", even(1.5, 3.0))])
-    } else {
-        ("liquid_volume", vec![("volume", declared * even(1.2, 1.5))])
+    // What runs over needs a vessel to be poured into.
+    let kinds = if other.is_some() { 5.0 } else { 4.0 };
+    let mut at = vessel;
+    let (name, numbers) = match even(0.0, kinds) as usize {
+        0 => ("lip_dribble", vec![("volume", even(14e-6, 26e-6)), ("delay", even(1.5, 3.0))]),
+        1 => ("liquid_volume", vec![("volume", declared * even(1.2, 1.5))]),
+        2 => ("liquid_viscosity", vec![("viscosity", even(0.2, 0.8))]),
+        3 => ("object_mass", vec![("mass", vessel.mass * even(1.6, 2.4))]),
+        _ => {
+            at = other.unwrap_or(vessel);
+            ("overflow", vec![("level", declared * even(0.5, 0.8))])
+        }
     };
     let numbers = numbers.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-    Ok(HiddenEffect { name: name.into(), at: vessel.name.clone(), numbers })
+    Ok(HiddenEffect { name: name.into(), at: at.name.clone(), numbers })
 }
 
 /// Length of what precedes the sealed text: a salt and a check, eight bytes each.

@@ -155,6 +155,9 @@ impl Lab {
         let truth = Truth::draw(scene, &efforts, &settings, seed)?;
         let arm = robot.clone().with_zero_offsets(&truth.zeros).with_tool_shift(truth.tool);
         let laws = settings.laws()?;
+        if let Some(why) = laws.iter().find_map(|law| law.hindrance(scene, efforts.len())) {
+            return Err(Error::Settings(format!("`effects`: {why}")));
+        }
         let mut scene = scene.clone();
         let (shift, turn) = truth.base;
         let beside = Isometry3::from_parts(
@@ -315,7 +318,7 @@ impl Lab {
             values.iter().enumerate().map(|(i, x)| x + noise(channel, i, sigma)).collect()
         };
         let q = each(self.world.encoders(), 0, r.q_sigma_rad).into_iter().map(rounded).collect();
-        let tau = each(self.world.torques_lately(), 2, r.tau_sigma_nm);
+        let tau = each(self.world.torques_sensed(), 2, r.tau_sigma_nm);
         let opening = (self.world.opening() + noise(3, 0, r.opening_sigma_m)).max(0.0);
         let grasped = self.jaws.closing
             && !self.jaws.moving

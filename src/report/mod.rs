@@ -300,6 +300,12 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         Error::OutOfReach { object, .. } => Failure::no("plan::out_of_reach", words)
             .at(object.clone())
             .help("move it nearer to the arm; nothing has moved"),
+        Error::NoRoom { target, room, .. } => {
+            let less = (0.9e6 * room).floor();
+            Failure::no("run::no_room", words)
+                .at(target.clone())
+                .help(format!("pour less, such as `amount: {less:.0} mL`; nothing has moved"))
+        }
         Error::Needs { .. } => {
             Failure::no("run::needs", words).help("make it true first; nothing has moved")
         }

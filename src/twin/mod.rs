@@ -9,6 +9,7 @@ pub mod convert;
 pub mod physics;
 pub mod fluid;
 pub mod effect;
+pub mod hold;
 pub mod render;
 mod settings;
 
@@ -18,7 +19,7 @@ use nalgebra::{Isometry3, Vector3};
 use thiserror::Error;
 
 pub use effect::Effect;
-pub use fluid::{Dribble, Fluid, FluidSettings};
+pub use fluid::{Dribble, Fluid, FluidSettings, Rim};
 pub use settings::{ArmSettings, FrictionSettings, GripperSettings, Settings};
 
 use crate::motion::Robot;
@@ -95,8 +96,8 @@ pub struct Twin {
     grip: Grip,
     /// Speeds (rad/s) and accelerations (rad/s²) of the arm's joints in the last step.
     motion: (Vec<f64>, Vec<f64>),
-    /// Accelerations in the step before that.
-    before: Vec<f64>,
+    /// Speeds after the steps before it, the latest first, rad/s.
+    earlier: [Vec<f64>; 4],
 }
 
 /// A twin at one instant, to return to.
@@ -146,8 +147,8 @@ impl Twin {
             let water = known.and_then(|known| known.water).unwrap_or(cavity.filled);
             finite(&object.name, water.is_finite() && water >= 0.0)?;
             vessels.push(i);
-            let dribble = settings.dribbles.get(&object.name).copied();
-            fillings.push(Filling { vessel, pose: *pose.isometry(), water, dribble });
+            let rim = settings.rims.get(&object.name).copied().unwrap_or_default();
+            fillings.push(Filling { vessel, pose: *pose.isometry(), water, rim });
         }
         let physics = Physics::new(robot, scene, state, &settings)?;
         let fluid_dt = stride * settings.dt;
@@ -177,7 +178,7 @@ impl Twin {
             command: (state.q.clone(), vec![0.0; n]),
             grip: Grip { aim: goal, goal, speed: 0.0, force: settings.gripper.force },
             motion: (vec![0.0; n], vec![0.0; n]),
-            before: vec![0.0; n],
+            earlier: std::array::from_fn(|_| vec![0.0; n]),
             settings,
         };
         twin.feel_water();
@@ -247,12 +248,13 @@ impl Twin {
         let jaw_speed = if stride.is_finite() { move_by / dt } else { 0.0 };
         self.physics.aim_jaws(self.grip.aim, jaw_speed, self.grip.force, &self.settings);
 
-        self.physics.step();
+        self.physics.step(self.settings.friction.pad_creep);
         self.steps += 1;
         let speeds = self.physics.dq();
         let acceleration = speeds.iter().zip(&self.motion.0).map(|(now, then)| (now - then) / dt);
         let now = (speeds.clone(), acceleration.collect());
-        self.before = std::mem::replace(&mut self.motion, now).1;
+        self.earlier.rotate_right(1);
+        self.earlier[0] = std::mem::replace(&mut self.motion, now).0;
 
         if self.steps.is_multiple_of(self.stride) && !self.vessels.is_empty() {
             let poses: Vec<Isometry3<f64>> =
@@ -334,13 +336,17 @@ impl Twin {
         self.torques_at(&self.motion.1)
     }
 
-    /// Returns the same as the mean over the last two steps, N·m.
+    /// Returns the same as sensors feel it that look at every other step, N·m: with the acceleration that the speeds of
+    /// every other step say, brought to now by their second differences.
     ///
-    /// A servo that is told where to be every other step pushes harder in one than in the other, in
-    /// proportion to the speed; who always looks at the same one of the two takes that for friction.
-    pub fn torques_lately(&self) -> Vec<f64> {
-        let pairs = self.motion.1.iter().zip(&self.before);
-        self.torques_at(&pairs.map(|(now, before)| 0.5 * (now + before)).collect::<Vec<f64>>())
+    /// A servo that is told where to be every other step pushes harder in one than in the other, in proportion to the
+    /// speed; who looks at one step alone takes that for friction. A mean over two would be late by two milliseconds.
+    pub fn torques_sensed(&self) -> Vec<f64> {
+        let [_, two, _, four] = &self.earlier;
+        let span = 4.0 * self.settings.dt;
+        let now = self.motion.0.iter().zip(two).zip(four);
+        let ddq = now.map(|((now, two), four)| (3.0 * now - 4.0 * two + four) / span);
+        self.torques_at(&ddq.collect::<Vec<f64>>())
     }
 
     fn torques_at(&self, ddq: &[f64]) -> Vec<f64> {

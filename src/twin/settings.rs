@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-use super::fluid::{Dribble, FluidSettings};
+use super::fluid::{FluidSettings, Rim};
 use crate::motion::Robot;
 
 /// How the arm's joints are driven and what resists them; one entry per joint, base first.
@@ -52,6 +52,8 @@ pub struct FrictionSettings {
     pub table_object: f64,
     /// Object on object; also arm on object.
     pub object_object: f64,
+    /// How fast a held object creeps along the pads the way its weight pulls, m/s.
+    pub pad_creep: f64,
 }
 
 /// Every number of the physics.
@@ -71,8 +73,8 @@ pub struct Settings {
     pub friction: FrictionSettings,
     /// The water.
     pub fluid: FluidSettings,
-    /// Vessels whose lip water runs on from, by name.
-    pub dribbles: BTreeMap<String, Dribble>,
+    /// Vessels whose rim lets go of water in a way of its own, by name.
+    pub rims: BTreeMap<String, Rim>,
     /// Seed of all chance: the jitter of the water's particles.
     pub seed: u64,
 }
@@ -104,9 +106,14 @@ impl Settings {
                 uncompensated: 0.0,
             },
             gripper: GripperSettings { kp: 40_000.0, kd: 400.0, armature: 0.1, force: 40.0 },
-            friction: FrictionSettings { pad_object: 0.8, table_object: 0.4, object_object: 0.4 },
+            friction: FrictionSettings {
+                pad_object: 0.8,
+                table_object: 0.4,
+                object_object: 0.4,
+                pad_creep: 0.0,
+            },
             fluid: FluidSettings::default(),
-            dribbles: BTreeMap::new(),
+            rims: BTreeMap::new(),
             seed: 0,
         }
     }

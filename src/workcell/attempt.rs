@@ -106,8 +106,8 @@ impl WorkCell {
         let begin = self.now();
         let n = candidates.len();
         self.phase("simulate", &format!("{n} candidates in the twin{}", self.known.words()));
-        for name in &self.known.aside {
-            self.note(&format!("{name} is not simulated: the twin has no law for it"));
+        for (name, why) in &self.known.aside {
+            self.note(&format!("effect {name} is not heeded: {why}"));
         }
         let state = self.state()?;
         let q = self.scripts.stage().planned_q().to_vec();

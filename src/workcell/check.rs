@@ -62,7 +62,15 @@ pub fn check_file(
                 let damaged = errors.iter().any(|error| is_inside(*error, scene.span));
                 deeper.extend(wrong.into_iter().filter(|d| !damaged || d.code != "task::missing"));
             }
-            Item::Twin(twin) => deeper.extend(vocabulary::check(twin)),
+            Item::Twin(twin) => {
+                let wrong = vocabulary::check(twin);
+                let of = library.scenes().find(|(scene, _)| scene.name.text == twin.of.text);
+                let scene = of.and_then(|(item, source)| Scene::from_item(item, source).ok());
+                if wrong.is_empty() {
+                    deeper.extend(super::known::unheeded(twin, scene.as_ref()));
+                }
+                deeper.extend(wrong);
+            }
             _ => {}
         }
     }

@@ -54,6 +54,16 @@ pub enum Error {
         /// How far, m.
         by: f64,
     },
+    /// More is to be poured than goes in; nothing has moved.
+    #[error("`{target}` has room for {:.0} mL and runs over beyond; {:.0} mL were to be poured", 1e6 * .room, 1e6 * .amount)]
+    NoRoom {
+        /// Where it was to go.
+        target: String,
+        /// What still goes in, m³.
+        room: f64,
+        /// What was to be poured, m³.
+        amount: f64,
+    },
     /// What the call needs is false before it begins; nothing has moved.
     #[error("`{call}` needs `{what}`, which is false{by}")]
     Needs {

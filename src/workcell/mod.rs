@@ -12,6 +12,7 @@ pub mod learning;
 pub mod picture;
 pub mod carried;
 pub mod poured;
+mod weighed;
 pub mod questions;
 pub mod record;
 pub mod rehearse;
@@ -35,12 +36,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use image::RgbImage;
 
 use crate::execution::arm::{Cancel, Scales};
+use crate::execution::belief::Belief;
 use crate::execution::calibrate::{self, Calibration, Switches};
 use crate::execution::conduct::Dial;
 use crate::execution::limits::Limits;
-use crate::execution::real::{Belief, RealBody};
+use crate::execution::real::RealBody;
 use crate::execution::script::Scripts;
-use crate::execution::stage::{ActionError, Cell, Stage};
+use crate::execution::stage::{ActionError, Cell, Pads, Stage};
 use crate::execution::tape::Tape;
 use crate::execution::trace::{Event, Observer};
 use crate::graph::{self, Graph};
@@ -54,6 +56,7 @@ use crate::vqa::Endpoint;
 use crate::world::{Scene, WorldState};
 use fork::Moments;
 use known::Known;
+pub use known::unheeded_words;
 use lead::SharedLead;
 
 pub use devices::{Devices, Laboratory, laboratory, robot_of};
@@ -162,7 +165,7 @@ impl WorkCell {
         connect: impl FnOnce(&Arc<Robot>, &Scene, &Options) -> Result<Devices, Error>,
     ) -> Result<Self, Error> {
         let (library, scene, robot) = devices::place(&mut options)?;
-        let known = Known::of(&library, &scene.name);
+        let known = Known::of(&library, &scene, robot.n_joints());
         // Reality is put up from what is declared; everything else works with what is known.
         let devices = connect(&robot, &scene, &options)?;
         let scene = Arc::new(known.scene(&scene));
@@ -198,7 +201,10 @@ impl WorkCell {
         let Devices { arm, camera, scales, limits: _ } = devices;
         let Parts { library, stdlib, scene, robot, known, pace, belief, cancel, .. } = parts;
         let limits = Limits { pace, ..Limits::default() };
-        let cell = Cell { robot: robot.clone(), scene: scene.clone(), limits };
+        let mut settings = Settings::for_arm(&robot);
+        known.change(&mut settings);
+        let pads = Pads::of(&settings);
+        let cell = Cell { robot: robot.clone(), scene: scene.clone(), limits, pads };
         let look = ArmLook::new(&robot);
         let fan: Arc<Mutex<Fan>> = Arc::default();
         let body = RealBody::new(
@@ -221,8 +227,6 @@ impl WorkCell {
             fan.clone(),
         );
         stage.obey(dial.clone());
-        let mut settings = Settings::for_arm(&robot);
-        known.change(&mut settings);
         Self {
             library,
             cell,

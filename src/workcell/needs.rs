@@ -63,6 +63,11 @@ impl WorkCell {
             let by = reading.margin.map_or(0.0, |margin| margin.value.abs());
             return Err(match about(part) {
                 Some(("reachable", object)) => Error::OutOfReach { object, by },
+                Some(("room", target)) => {
+                    let amount = second(part).and_then(|amount| walker.quantity(amount, &state));
+                    let amount = amount.map_or(by, |amount| amount.value);
+                    Error::NoRoom { target, room: (amount - by).max(0.0), amount }
+                }
                 Some(("visible", object)) => {
                     Error::NotSeen(vec![(object, "nothing in the picture looks like it".into())])
                 }
@@ -86,6 +91,12 @@ fn parts(condition: &Expr) -> Vec<&Expr> {
         ExprKind::Binary(a, BinaryOp::And, b) => parts(a).into_iter().chain(parts(b)).collect(),
         _ => vec![condition],
     }
+}
+
+/// Returns the second argument of a fluent.
+fn second(fluent: &Expr) -> Option<&Expr> {
+    let ExprKind::Call(call) = &fluent.kind else { return None };
+    call.args.get(1)?.values.first()
 }
 
 /// Returns the name and the first argument of a fluent: `reachable` and `cup` of `reachable(cup)`.

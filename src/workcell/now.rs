@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use crate::execution::real::Belief;
+use crate::execution::belief::Belief;
 use crate::lab::{LabSettings, Spot, Start};
 use crate::world::{Scene, WorldState};
 

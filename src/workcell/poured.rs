@@ -1,20 +1,24 @@
 //! A pour taken out of a run folder: what `gap` compares with its model of pouring.
 //!
 //! From the recorded joints and where the source was when the fingers took it follow its tilt, and where
-//! its lip was; the scale's reading stands beside them. Nothing else of the run is used.
+//! what leaves its lip falls; the scale's reading stands beside them. Nothing else of the run is used.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::discovery::recording::sidecar::Vessels;
 use crate::discovery::recording::{Column, Error, Recording};
 use crate::motion::Robot;
+use crate::motion::dynamics::GRAVITY;
 use crate::units::{Dimension, Unit};
 use crate::world::{Object, Pose, Scene, Shape};
 
-use super::Run;
+use super::{Run, weighed};
 
 /// Kept before the vessel begins to turn, s.
 const BEFORE: f64 = 2.0;
+
+/// Half the time over which the lip's velocity is taken, s.
+const STRETCH: f64 = 0.05;
 
 /// Takes the pour out of a run and its recording; `Ok(None)` if the run has none, or no scale was read.
 ///
@@ -74,10 +78,10 @@ pub fn pour(
     let Some(furthest) = furthest else { return Ok(None) };
     let down = poses[furthest].isometry().inverse_transform_vector(&-Vector3::z());
     let lip = lip(object, &down);
-    let inside = poses.iter().map(|pose| {
-        let place = stands.isometry().inverse() * (pose.isometry() * lip);
-        inside(vessel, &place)
-    });
+    let time = &arm.time[rows.clone()];
+    let lips: Vec<Point3<f64>> =
+        poses.iter().map(|pose| stands.isometry().inverse() * (pose.isometry() * lip)).collect();
+    let inside = (0..lips.len()).map(|row| inside(vessel, &falls(vessel, time, &lips, row)));
     let mass = arm.column("mass", Dimension::MASS)?;
     let column = |name: &str, unit: &str, values: Vec<f64>| Column {
         name: name.into(),
@@ -96,10 +100,28 @@ pub fn pour(
         .as_ref()
         .map(|water| 1e-6 * (water.in_target_ml + water.in_source_ml + water.spilt_ml));
     let spilt = run.water.as_ref().map(|water| 1e-6 * water.spilt_ml);
-    let (source, target) = (source.into(), target.into());
-    sidecar.pour = Some(Vessels { source, target, held_m3: held, spilt_m3: spilt });
+    sidecar.pour = Some(Vessels {
+        source: source.into(),
+        target: target.into(),
+        held_m3: held,
+        spilt_m3: spilt,
+        borne_kg: weighed::borne(arm, robot, grasp.interval_s, turn.interval_s[0]),
+    });
     let time = arm.time[rows].to_vec();
     Ok(Some(Recording { name: arm.name.clone(), time, columns, sidecar, notes: arm.notes.clone() }))
+}
+
+/// Returns where what leaves the lip at a row passes the height of the vessel's mouth, m in the vessel's frame: it
+/// keeps the lip's velocity while it falls.
+fn falls(vessel: &Object, time: &[f64], lips: &[Point3<f64>], row: usize) -> Point3<f64> {
+    let from = time.partition_point(|t| *t < time[row] - STRETCH);
+    let to = time.partition_point(|t| *t <= time[row] + STRETCH) - 1;
+    let span = time[to] - time[from];
+    let speed = if span > 0.0 { (lips[to] - lips[from]) / span } else { Vector3::zeros() };
+    let drop = (lips[row].z - vessel.shape.height()).max(0.0);
+    let falling = (speed.z + (speed.z * speed.z + 2.0 * GRAVITY * drop).sqrt()) / GRAVITY;
+    let place = lips[row] + speed * falling;
+    Point3::new(place.x, place.y, vessel.shape.height())
 }
 
 /// Returns the point of the rim that is lowest when `down` is down, m in the object's frame.

@@ -46,6 +46,14 @@ impl Shape {
         }
     }
 
+    /// Returns the volume, m³.
+    pub fn volume(&self) -> f64 {
+        match *self {
+            Self::Cuboid { size } => size.x * size.y * size.z,
+            Self::Cylinder { radius, height } => std::f64::consts::PI * radius * radius * height,
+        }
+    }
+
     /// Returns the radius of the upright cylinder that just contains the shape, m.
     pub fn outer_radius(&self) -> f64 {
         match *self {

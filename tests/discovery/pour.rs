@@ -7,7 +7,7 @@ use trueup::discovery::finding::{Finding, Value, Verdict};
 use trueup::discovery::recording::{Map, Recording};
 use trueup::discovery::{Options, Subject, investigate};
 use trueup::twin::FluidSettings;
-use trueup::twin::fluid::{Dribble, Filling, Fluid, Vessel};
+use trueup::twin::fluid::{Dribble, Filling, Fluid, Rim, Vessel};
 
 use crate::kitchen;
 
@@ -33,7 +33,7 @@ fn poured(water: f64, dribble: Option<Dribble>, seed: u64) -> Recording {
         vessel: Vessel::new(object).unwrap(),
         pose,
         water,
-        dribble,
+        rim: Rim { dribble, ..Rim::default() },
     };
     let fillings = [
         filling(&jar, pose(0.0, 0.0), water, dribble),
@@ -92,6 +92,7 @@ pub(super) fn poured_over(level: f64, seed: u64) -> Recording {
         target: "cup".into(),
         held_m3: Some(150e-6),
         spilt_m3: Some(beside),
+        borne_kg: None,
     });
     recording
 }
@@ -145,6 +146,38 @@ fn a_jar_that_held_more_than_declared_is_named() {
     assert!((volume - 200.0).abs() < 4.0, "{volume} mL");
 }
 
+/// The hand weighs what it holds before it pours; the jar is declared with 160 g and 150 mL.
+#[test]
+fn a_jar_that_is_heavier_in_the_hand_than_declared_is_named_and_one_within_the_hands_error_is_not()
+{
+    let weighed = |recording: &Recording, borne: f64| {
+        let mut recording = recording.clone();
+        recording.sidecar.pour = Some(trueup::discovery::recording::sidecar::Vessels {
+            source: "jar".into(),
+            target: "cup".into(),
+            held_m3: Some(150e-6),
+            spilt_m3: Some(0.0),
+            borne_kg: Some(borne),
+        });
+        recording
+    };
+    let pours = [poured(150e-6, None, 7), poured(150e-6, None, 8)];
+    // An arm is a few per cent off, not the same way in every place.
+    let heavy = [weighed(&pours[0], 0.312 + 0.14), weighed(&pours[1], 0.299 + 0.14)];
+    let finding = found(&heavy);
+    assert_eq!(finding.verdict, Verdict::Named, "{:#?}", finding.effects);
+    assert_eq!(
+        (finding.effects[0].name.as_str(), finding.effects[0].at.as_str()),
+        ("object_mass", "jar")
+    );
+    assert!((number(&finding, 0, "mass") - 0.30).abs() < 0.015, "{}", number(&finding, 0, "mass"));
+    let usual = [weighed(&pours[0], 0.325), weighed(&pours[1], 0.290)];
+    let finding = found(&usual);
+    assert_eq!(finding.verdict, Verdict::NothingMissing, "{:#?}", finding.effects);
+    let least = finding.smallest_visible.iter().find(|v| v.name == "object_mass").unwrap().least;
+    assert!((0.01..0.1).contains(&least), "{least} kg");
+}
+
 #[test]
 fn a_pour_between_unknown_vessels_is_told() {
     let mut recording = poured_quickly();
@@ -153,6 +186,7 @@ fn a_pour_between_unknown_vessels_is_told() {
         target: "cup".into(),
         held_m3: None,
         spilt_m3: None,
+        borne_kg: None,
     });
     let scene = kitchen::scene();
     let subject = Subject::Pours(&scene, &[]);

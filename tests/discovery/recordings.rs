@@ -4,7 +4,7 @@ use trueup::discovery::recording::{Map, Recording};
 use trueup::discovery::{Options, Subject, investigate};
 use trueup::units::Dimension;
 
-use super::bare_arm;
+use super::{bare_arm, recording};
 
 fn read(csv: &str) -> Result<Recording, String> {
     read_with(csv, None, "")
@@ -191,4 +191,78 @@ fn a_recording_of_something_else_is_told() {
     let row = ",0".repeat(8);
     let error = of(&format!("t[s],{}\n0{row}\n1{row}\n2{row}\n", eight.join(",")));
     assert!(error.what.contains("8 columns") && error.help.contains("--robot-file"), "{error:?}");
+}
+
+/// What is wrong with the first recording of the friction case when some of its columns are changed.
+fn refused(change: impl Fn(&mut Recording)) -> trueup::discovery::recording::Error {
+    let mut recordings = [recording("coulomb_a"), recording("coulomb_b")];
+    recordings.iter_mut().for_each(change);
+    let robot = bare_arm();
+    let arm = Subject::Arm(&robot, &[]);
+    investigate(&recordings, arm, &Options::default(), &mut |_, _| {}).unwrap_err()
+}
+
+/// Multiplies every column whose name begins so.
+fn times(recording: &mut Recording, stem: &str, factor: f64) {
+    for column in recording.columns.iter_mut().filter(|c| c.name.starts_with(stem)) {
+        column.values.iter_mut().for_each(|value| *value *= factor);
+    }
+}
+
+fn rename(recording: &mut Recording, from: &str, to: &str) {
+    let column = recording.columns.iter_mut().find(|c| c.name == from).unwrap();
+    column.name = to.to_owned();
+}
+
+/// Without these checks each of them was searched for effects, for minutes in the case of the clock.
+#[test]
+fn columns_that_cannot_be_what_they_are_called_are_refused() {
+    let degrees = 180.0 / std::f64::consts::PI;
+    let error = refused(|r| times(r, "q_", degrees));
+    assert!(error.what.contains("`dq_1` is 0.0175 times what `the change of q_1`"), "{error:?}");
+    let error = refused(|r| {
+        times(r, "q_", degrees);
+        times(r, "q_cmd", 1.0 / degrees);
+    });
+    assert!(error.what.contains("`q_1` moves 57.3 times what `q_cmd_1`"), "{error:?}");
+    assert!(error.help.contains("q_1[deg]") && error.place.contains("`q_1`"), "{error:?}");
+    let error = refused(|r| r.time.iter_mut().for_each(|t| *t *= 1000.0));
+    assert!(error.what.contains("`dq_1` is 1000 times"), "{error:?}");
+    assert!(error.help.contains("t[ms]"), "{error:?}");
+    let error = refused(|r| times(r, "tcp", 1000.0));
+    assert!(error.what.contains("`tcp_x` travels") && error.help.contains("mm"), "{error:?}");
+    let error = refused(|r| times(r, "tau", -1.0));
+    assert!(error.what.contains("about -1 times") && error.help.contains("sign"), "{error:?}");
+    let error = refused(|r| times(r, "tau", 1000.0));
+    assert!(error.what.contains("about 1000 times"), "{error:?}");
+    let error = refused(|r| {
+        rename(r, "q_2", "q_x");
+        rename(r, "q_3", "q_2");
+        rename(r, "q_x", "q_3");
+    });
+    assert!(error.what.contains("`q_2` follows `q_cmd_3`, not `q_cmd_2`"), "{error:?}");
+}
+
+/// Positions alone, in degrees: nothing to compare them with but the joints' limits.
+#[test]
+fn angles_beyond_the_joints_limits_are_refused() {
+    let error = refused(|r| {
+        r.sidecar.controller = None;
+        r.columns.retain(|c| !c.name.starts_with("dq") && !c.name.starts_with("q_cmd"));
+        times(r, "q_", 180.0 / std::f64::consts::PI);
+    });
+    assert!(error.what.contains("turns from -2.24 to 2.24 rad"), "{error:?}");
+    assert!(error.help.contains("[deg]"), "{error:?}");
+}
+
+/// Some loggers write zeros for what they do not measure.
+#[test]
+fn torques_that_are_zero_throughout_are_taken_as_not_measured() {
+    let mut recordings = [recording("control_a"), recording("control_b")];
+    recordings.iter_mut().for_each(|r| times(r, "tau", 0.0));
+    let robot = bare_arm();
+    let arm = Subject::Arm(&robot, &[]);
+    let found = investigate(&recordings, arm, &Options::default(), &mut |_, _| {}).unwrap().finding;
+    assert!(found.effects.is_empty(), "{:?}", found.effects);
+    assert!(found.notes.iter().any(|note| note.contains("not measured")), "{:?}", found.notes);
 }

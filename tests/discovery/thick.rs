@@ -75,6 +75,7 @@ fn sheet(viscosity: f64, seed: u64) -> Recording {
         target: "cup".into(),
         held_m3: Some(filled),
         spilt_m3: None,
+        borne_kg: None,
     });
     recording
 }

@@ -13,9 +13,10 @@ use trueup::execution::kortex::messages::common::ArmState;
 use trueup::execution::kortex::messages::motion::{JointSpeed, JointSpeeds};
 use trueup::execution::kortex::rpc::base;
 use trueup::execution::limits::{Cleared, Limits as Gate};
-use trueup::execution::stage::Cell;
+use trueup::execution::stage::{Cell, Pads};
 use trueup::motion::robot::Robot;
 use trueup::motion::trajectory::{Limits, Trajectory};
+use trueup::twin::Settings;
 
 use crate::kitchen::{self, HOME};
 
@@ -23,7 +24,8 @@ use super::{admin, eager, emulator};
 
 fn cell() -> Cell {
     let robot = Arc::new(Robot::gen3());
-    Cell { robot, scene: Arc::new(kitchen::scene()), limits: Gate::default() }
+    let pads = Pads::of(&Settings::for_arm(&robot));
+    Cell { robot, scene: Arc::new(kitchen::scene()), limits: Gate::default(), pads }
 }
 
 pub(super) fn client(emulator: &Emulator) -> Client {

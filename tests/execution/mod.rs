@@ -17,7 +17,7 @@ use std::sync::{Arc, Mutex};
 use trueup::execution::arm::Cancel;
 use trueup::execution::limits::Limits;
 use trueup::execution::script::Scripts;
-use trueup::execution::stage::{Cell, Stage};
+use trueup::execution::stage::{Cell, Pads, Stage};
 use trueup::execution::tape::Tape;
 use trueup::execution::trace::Nobody;
 use trueup::execution::twin_arm::{SharedTwin, TwinBody};
@@ -35,7 +35,9 @@ fn cell() -> Cell {
             cavity.filled = 0.0;
         }
     }
-    Cell { robot: Arc::new(Robot::gen3()), scene: Arc::new(scene), limits: Limits::default() }
+    let robot = Arc::new(Robot::gen3());
+    let pads = Pads::of(&Settings::for_arm(&robot));
+    Cell { robot, scene: Arc::new(scene), limits: Limits::default(), pads }
 }
 
 /// The arm at `q`, the jar at `jar` (x, y m, yaw rad), the cup out of the way.

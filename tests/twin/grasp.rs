@@ -86,3 +86,23 @@ fn a_held_jar_is_built_held() {
     let after = again.state().object("jar").unwrap().world_from_object.unwrap().origin();
     assert!((after - before).norm() < 1.5e-3, "{:?}", after - before);
 }
+
+#[test]
+fn what_hangs_in_soft_pads_creeps_down_and_what_stands_does_not() {
+    let rate = 2e-3;
+    let (mut twin, _, high) = before_grasp(1e-4, |settings| settings.friction.pad_creep = rate);
+    twin.grip(0.0, 0.1, 40.0).unwrap();
+    twin.run(1.0).unwrap();
+    let stands = jar_in_tool(&twin);
+    twin.run(1.0).unwrap();
+    let still = (stands.inverse() * jar_in_tool(&twin)).translation.vector.norm();
+    assert!(still < 1e-4, "{still} m while the table bears it");
+    drive(&mut twin, &high, 1.5);
+    let (before, at) = (jar_in_tool(&twin), twin.time());
+    twin.run(4.0).unwrap();
+    let crept = before.inverse() * jar_in_tool(&twin);
+    let down = -crept.translation.vector.z / (twin.time() - at);
+    assert!((down - rate).abs() < 0.1 * rate, "{} mm/s", 1e3 * down);
+    assert!(crept.translation.vector.xy().norm() < 5e-4, "{:?} m", crept.translation.vector);
+    assert_eq!(twin.state().held.as_deref(), Some("jar"));
+}

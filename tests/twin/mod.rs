@@ -5,6 +5,7 @@ mod grasp;
 mod pour;
 mod render;
 mod rigid;
+mod rims;
 mod torque;
 mod water;
 

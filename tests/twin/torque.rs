@@ -53,3 +53,49 @@ fn an_uncompensated_arm_sags_as_its_torques_say() {
         assert!((HOME[i] - q - sag).abs() < 1e-4, "joint {}: {} for {sag}", i + 1, HOME[i] - q);
     }
 }
+
+/// Commands come every other step, as from an arm's controller; sensors look as often.
+#[test]
+fn what_torque_sensors_feel_is_of_now_and_not_of_a_moment_ago() {
+    use trueup::motion::dynamics::{Bodies, Dynamics};
+    let robot = gen3();
+    let mut twin = twin(vec![], &state(&HOME, &[]));
+    let swing = |t: f64| {
+        // Gentle at first, so that the arm is not struck.
+        let size = 0.25 * (t / 0.5).min(1.0).powi(3);
+        HOME.map(|home| home + size * (5.0 * t).sin())
+    };
+    let (mut motion, mut felt) = (Vec::new(), Vec::new());
+    for step in 0..1000 {
+        if step % 2 == 0 {
+            let t = twin.time();
+            let (q, next) = (swing(t), swing(t + 1e-4));
+            let dq: Vec<f64> = q.iter().zip(next).map(|(a, b)| (b - a) / 1e-4).collect();
+            twin.command(&q, &dq).unwrap();
+        }
+        twin.step().unwrap();
+        if step % 2 == 1 {
+            motion.push((twin.q(), twin.dq()));
+            felt.push(twin.torques_sensed());
+        }
+    }
+    // The acceleration of a moment, from the speeds before and after it.
+    let arm = Dynamics::new(&robot, Bodies::All).with_opening(twin.opening());
+    let span = 4.0 * twin.dt();
+    let needed: Vec<Vec<f64>> = (1..motion.len() - 1)
+        .map(|k| {
+            let pairs = motion[k + 1].1.iter().zip(&motion[k - 1].1);
+            let ddq: Vec<f64> = pairs.map(|(after, before)| (after - before) / span).collect();
+            arm.inverse(&motion[k].0, &motion[k].1, &ddq).unwrap().as_slice().to_vec()
+        })
+        .collect();
+    let off = |late: usize| -> f64 {
+        let squares = (250..450).map(|k| {
+            let pairs = felt[k + 1].iter().zip(&needed[k - late]);
+            pairs.map(|(felt, needed)| (felt - needed).powi(2)).sum::<f64>()
+        });
+        (squares.sum::<f64>() / (7.0 * 200.0)).sqrt()
+    };
+    assert!(off(0) < 0.02, "{} N·m", off(0));
+    assert!(off(0) < 0.2 * off(1), "{} N·m now, {} N·m two steps ago", off(0), off(1));
+}

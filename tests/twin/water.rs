@@ -2,7 +2,7 @@
 
 use super::*;
 use trueup::twin::FluidSettings;
-use trueup::twin::fluid::{Dribble, Filling, Fluid, Vessel};
+use trueup::twin::fluid::{Dribble, Filling, Fluid, Rim, Vessel};
 
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 const DT: f64 = 1.0 / 250.0;
@@ -14,7 +14,7 @@ fn fluid(fillings: &[(Object, Isometry3<f64>, f64)], settings: &FluidSettings) -
             vessel: Vessel::new(object).unwrap(),
             pose: *pose,
             water: *water,
-            dribble: None,
+            rim: Rim::default(),
         })
         .collect();
     Fluid::new(settings, &fillings, scene(vec![]).table, GRAVITY, DT, 3).unwrap()
@@ -196,7 +196,7 @@ fn an_overfull_jar_is_refused() {
         vessel: Vessel::new(&jar()).unwrap(),
         pose: at(0.5, 0.0, 0.0),
         water: 1e-3,
-        dribble: None,
+        rim: Rim::default(),
     };
     let table = scene(vec![]).table;
     let made = Fluid::new(&FluidSettings::default(), &[filling], table, GRAVITY, DT, 0);
@@ -228,13 +228,13 @@ fn water_clings_to_a_lip_and_drains_exponentially_once_the_vessel_is_upright() {
             vessel: Vessel::new(&jar()).unwrap(),
             pose: at(0.5, 0.0, 0.3),
             water: 120e-6,
-            dribble: Some(dribble),
+            rim: Rim { dribble: Some(dribble), ..Rim::default() },
         },
         Filling {
             vessel: Vessel::new(&bowl).unwrap(),
             pose: at(0.5, 0.0, 0.0),
             water: 0.0,
-            dribble: None,
+            rim: Rim::default(),
         },
     ];
     let mut fluid = Fluid::new(&awake(), &fillings, scene(vec![]).table, GRAVITY, DT, 3).unwrap();

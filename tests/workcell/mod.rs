@@ -5,6 +5,7 @@ mod fork;
 mod lines;
 mod recovery;
 mod conduct;
+mod corrected;
 mod recorder;
 mod trials;
 

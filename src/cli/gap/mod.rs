@@ -19,6 +19,7 @@ use crate::language::Source;
 use crate::monitor::changes::{self, Change};
 use crate::report::{self, Failure, Style};
 use crate::units::significant;
+use crate::workcell;
 
 use super::run::read;
 use super::{Cli, Exit};
@@ -293,6 +294,9 @@ fn change(
     let after = file.with(&finding.model.added, &provenance);
     finding.model.path = Some(path.display().to_string());
     finding.model.diff = model_file::diff(&path.display().to_string(), before, &after);
+    let with_found = ModelFile::read(&after);
+    let effects = with_found.as_ref().map_or(file.effects(), ModelFile::effects);
+    finding.notes.extend(workcell::unheeded_words(effects));
     if !args.apply || after == before {
         return Ok(());
     }

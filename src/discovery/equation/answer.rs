@@ -18,6 +18,9 @@ use super::search::Search;
 use super::unknown::{Formula, UNKNOWN};
 use super::wording;
 
+/// Most rivals of an effect that are listed as no worse.
+const MOST_TIES: usize = 4;
+
 /// Everything the answer is made from.
 pub(super) struct Report<'a> {
     pub(super) path: &'a str,
@@ -41,10 +44,10 @@ impl Report<'_> {
         let verdict = self.verdict(shown);
         let effects = match verdict {
             Verdict::Unknown => self.unnamed(shown),
-            _ => self.named(verdict),
+            _ => self.named(),
         };
-        let (text, model) = self.change(shown);
-        let (next_experiment, experiment) = self.next(verdict);
+        let (text, model) = self.change(verdict, shown);
+        let (next_experiment, experiment) = self.next(verdict, &effects);
         let mut reason = wording::reason(verdict, &gap, &effects);
         if let Some(Formula::Refused { train, heldout }) = formula {
             reason.push_str(&wording::refused(train, heldout));
@@ -53,6 +56,9 @@ impl Report<'_> {
             self.notes.push(wording::validity(self.question, shown));
         }
         self.notes.extend(wording::fitted(shown, &self.search.nominal));
+        if verdict == Verdict::Ambiguous {
+            self.notes.push(wording::unwritten(&effects));
+        }
         let smallest_visible = if verdict == Verdict::NothingMissing {
             let (visible, blind) = self.question.smallest_visible(shown, self.search.n_tried);
             self.notes.extend(blind);
@@ -75,47 +81,47 @@ impl Report<'_> {
     }
 
     fn verdict(&self, shown: &Hypothesis) -> Verdict {
-        let search = self.search;
         if shown.effects.iter().any(|e| e.candidate.kind == UNKNOWN) {
             return Verdict::Unknown;
         }
         match shown.effects.len() {
             0 if self.question.is_noise(shown) => Verdict::NothingMissing,
             0 => Verdict::Unknown,
-            1 if !self.ties(0).is_empty() => Verdict::Ambiguous,
+            _ if !self.doubtful().is_empty() => Verdict::Ambiguous,
             1 => Verdict::Named,
-            _ => {
-                debug_assert_eq!(search.judged.len(), shown.effects.len());
-                Verdict::Several
-            }
+            _ => Verdict::Several,
         }
+    }
+
+    /// Which effects of the best hypothesis the data cannot tell from others.
+    fn doubtful(&self) -> Vec<usize> {
+        (0..self.search.best.effects.len()).filter(|i| !self.ties(*i).is_empty()).collect()
     }
 
     /// Rivals that the data cannot tell from an effect of the best hypothesis.
     fn ties(&self, i: usize) -> Vec<&Rival> {
         let chosen = &self.search.best.effects[i].candidate;
-        self.search.judged[i].1.iter().filter(|rival| rival.ties(chosen)).collect()
+        let ties = self.search.judged[i].1.iter().filter(|rival| rival.ties(chosen));
+        ties.take(MOST_TIES).collect()
     }
 
-    /// The effects with their rivals; those that the data cannot tell apart are listed one by one.
-    fn named(&self, verdict: Verdict) -> Vec<Effect> {
+    /// The effects with their rivals; those that the data cannot tell apart follow each other.
+    fn named(&self) -> Vec<Effect> {
         let search = self.search;
         let mut effects = Vec::new();
         for (i, chosen) in search.best.effects.iter().enumerate() {
             let (gain, rivals) = &search.judged[i];
-            let mut effect = effect(&search.best, chosen, *gain);
-            effect.alternatives = rivals.iter().map(|rival| alternative(rival, chosen)).collect();
-            effect.indistinguishable = verdict == Verdict::Ambiguous;
-            effects.push(effect);
-        }
-        if verdict == Verdict::Ambiguous {
-            let gain = search.judged[0].0;
-            for rival in self.ties(0).into_iter().take(4) {
+            let ties = self.ties(i);
+            let mut own = effect(&search.best, chosen, *gain);
+            own.alternatives = rivals.iter().map(|rival| alternative(rival, chosen)).collect();
+            own.indistinguishable = !ties.is_empty();
+            effects.push(own);
+            for rival in ties {
                 let Some(last) = rival.hypothesis.effects.last() else { continue };
-                let gain = Gain { bic: gain.bic - rival.delta_bic, ..gain };
-                let mut effect = effect(&rival.hypothesis, last, gain);
-                effect.indistinguishable = true;
-                effects.push(effect);
+                let gain = Gain { bic: gain.bic - rival.delta_bic, ..*gain };
+                let mut other = effect(&rival.hypothesis, last, gain);
+                other.indistinguishable = true;
+                effects.push(other);
             }
         }
         effects
@@ -149,10 +155,12 @@ impl Report<'_> {
         vec![whole]
     }
 
-    /// The text with the effects written in, and how it differs.
-    fn change(&self, shown: &Hypothesis) -> (String, ModelChange) {
+    /// The text with the effects written in that are in no doubt, and how it differs.
+    fn change(&self, verdict: Verdict, shown: &Hypothesis) -> (String, ModelChange) {
         let mut text = self.text.to_string();
-        for chosen in &shown.effects {
+        let doubtful = if verdict == Verdict::Ambiguous { self.doubtful() } else { Vec::new() };
+        let sure = shown.effects.iter().enumerate().filter(|(i, _)| !doubtful.contains(i));
+        for (_, chosen) in sure {
             let patch = with_values(&chosen.patch, &shown.fitted, true);
             if let Some(next) = apply(&text, self.question.name, &patch) {
                 text = next;
@@ -167,15 +175,19 @@ impl Report<'_> {
     }
 
     /// What would settle a doubt, and the inputs for it.
-    fn next(&self, verdict: Verdict) -> (Option<NextExperiment>, Option<String>) {
+    fn next(
+        &self,
+        verdict: Verdict,
+        effects: &[Effect],
+    ) -> (Option<NextExperiment>, Option<String>) {
         if verdict != Verdict::Ambiguous {
             return (None, None);
         }
         let best = &self.search.best;
-        let rivals: Vec<&Hypothesis> =
-            self.ties(0).into_iter().take(4).map(|rival| &rival.hypothesis).collect();
+        let ties = self.doubtful().into_iter().flat_map(|i| self.ties(i));
+        let rivals: Vec<&Hypothesis> = ties.map(|rival| &rival.hypothesis).collect();
         let found = self.question.separating(best, &rivals);
-        let why = wording::next(best, &rivals, found.as_ref());
+        let why = wording::next(effects, rivals.len(), found.as_ref());
         (Some(NextExperiment { why, commands: None }), found.map(|found| found.csv))
     }
 

@@ -5,7 +5,7 @@ use rand::{RngExt, SeedableRng, rngs::StdRng};
 use super::compile::Compiled;
 use super::data::{Data, rms};
 use super::estimate::{Estimate, Point};
-use super::fitting::{Bench, Fitted};
+use super::fitting::{Bench, FEWEST, Fitted};
 use super::simulate::{BlowUp, simulate_with_derivatives};
 
 /// Why nothing could be fitted at all.
@@ -78,6 +78,7 @@ pub fn baseline(bench: &mut Bench, text: &str, name: &str, seed: u64) -> Result<
         ..bench.clone()
     };
     let short_rows: usize = short.train.iter().map(Data::n_rows).sum();
+    let short_rows = short_rows.min(bench.most_rows);
     let near = Bench { rows: Some((short_rows / 30).max(12)), ..short.clone() };
     let mut blow_up = None;
     let mut found: Vec<(f64, Vec<f64>, Vec<f64>)> = Vec::new();
@@ -114,7 +115,7 @@ pub fn baseline(bench: &mut Bench, text: &str, name: &str, seed: u64) -> Result<
     }
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     found.truncate(6);
-    bench.rows = if fades(bench, &compiled, &found[0]) { None } else { Some(cut(&bench.train)) };
+    bench.rows = if fades(bench, &compiled, &found[0]) { None } else { Some(cut(bench)) };
     let mut best: Option<(f64, Compiled, Estimate)> = None;
     for (_, params, first) in &found {
         let mut model = compiled.clone();
@@ -148,9 +149,10 @@ pub fn baseline(bench: &mut Bench, text: &str, name: &str, seed: u64) -> Result<
 }
 
 /// Rows of a window for a model whose memory does not fade.
-fn cut(train: &[Data]) -> usize {
-    let longest = train.iter().map(Data::n_rows).max().unwrap_or(0);
-    (longest / 10).max(40)
+fn cut(bench: &Bench) -> usize {
+    let longest = bench.train.iter().map(Data::n_rows).max().unwrap_or(0);
+    let share = bench.most_rows / bench.train.len().max(1);
+    (longest / 10).min(share / FEWEST).max(40)
 }
 
 /// Whether what a state is at first no longer matters at the end of a recording.

@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 
+use super::candidates::velocities;
 use super::data::Data;
 use super::estimate::{Point, Task};
 use super::hypothesis::{Hypothesis, Question};
@@ -75,33 +76,55 @@ const SETTLES: f64 = 16.0;
 const MOST_ROWS: usize = 1500;
 
 impl Question<'_> {
-    /// The input within the recorded range that tells the most rivals from `best`; `None` when none does.
+    /// The input that tells the most rivals from `best`, within the recorded range if one there tells as many;
+    /// `None` when none does.
     pub(super) fn separating(
         &self,
         best: &Hypothesis,
         rivals: &[&Hypothesis],
     ) -> Option<Separating> {
         let mut found: Option<Separating> = None;
-        for (seed, kind) in (1_u64..).zip(&KINDS) {
-            let Some(data) = self.planned(kind, seed) else { continue };
-            let apart: Vec<f64> = rivals
-                .iter()
-                .map(|rival| self.apart(best, rival, &data).unwrap_or(0.0))
-                .filter(|apart| *apart > SETTLES)
-                .collect();
-            let Some(least) = apart.iter().copied().min_by(f64::total_cmp) else { continue };
-            let (settled, sigma) = (apart.len(), least.sqrt());
-            let better = found.as_ref().is_none_or(|f| (settled, sigma) > (f.settled, f.sigma));
-            if better {
-                let csv = table(best, &data);
-                found = Some(Separating { what: kind.what.into(), sigma, settled, csv });
+        for both_ways in [false, true] {
+            // What the machine has never been told is asked for only where it can go both ways, and only if
+            // what it has been told settles less.
+            if both_ways && !self.goes_both_ways(best) {
+                continue;
+            }
+            for (seed, kind) in (1_u64..).zip(&KINDS) {
+                let Some(data) = self.planned(kind, seed, both_ways) else { continue };
+                let apart: Vec<f64> = rivals
+                    .iter()
+                    .map(|rival| self.apart(best, rival, &data).unwrap_or(0.0))
+                    .filter(|apart| *apart > SETTLES)
+                    .collect();
+                let Some(least) = apart.iter().copied().min_by(f64::total_cmp) else { continue };
+                let (settled, sigma) = (apart.len(), least.sqrt());
+                let better = found.as_ref().is_none_or(|f| {
+                    settled > f.settled || !both_ways && settled == f.settled && sigma > f.sigma
+                });
+                if better {
+                    let what = if both_ways {
+                        format!("{}, and as far the other way", kind.what)
+                    } else {
+                        kind.what.to_owned()
+                    };
+                    let csv = table(best, &data);
+                    found = Some(Separating { what, sigma, settled, csv });
+                }
             }
         }
         found
     }
 
+    /// Whether inputs that went one way only drive something that moves, and so could as well drive it back.
+    fn goes_both_ways(&self, best: &Hypothesis) -> bool {
+        let Some(model) = super::edit::model_in(&best.fitted.text, self.name) else { return false };
+        let ground = self.ground(&best.fitted, &model);
+        ground.inputs.iter().any(|range| !range.changes_sign()) && !velocities(&ground).is_empty()
+    }
+
     /// A recording yet to be made: time and inputs, all at once.
-    fn planned(&self, kind: &Kind, seed: u64) -> Option<Data> {
+    fn planned(&self, kind: &Kind, seed: u64, both_ways: bool) -> Option<Data> {
         let like = self.bench.train.first()?;
         if like.inputs.is_empty() {
             return None;
@@ -115,6 +138,8 @@ impl Question<'_> {
             .map(|column| {
                 let low = column.iter().copied().fold(f64::INFINITY, f64::min);
                 let high = column.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                let (low, high) =
+                    if both_ways { (low.min(-high), high.max(-low)) } else { (low, high) };
                 let mut held = 0.5;
                 (0..n)
                     .map(|i| {

@@ -16,6 +16,8 @@ pub struct Bench {
     pub held: Vec<Data>,
     /// Rows of a window, `None` to run through.
     pub rows: Option<usize>,
+    /// Most rows that are run, of the data fitted and of those held out.
+    pub most_rows: usize,
     /// Hold and steps.
     pub scheme: Scheme,
     /// Whether given first values are estimated all the same.
@@ -40,6 +42,10 @@ pub struct Fitted {
 /// `sign` is a ramp of this part of its argument's usual size: narrow enough that what creeps within it at
 /// standstill is not seen.
 const RAMP: f64 = 0.003;
+/// The same before any size is known.
+const ROUGH_RAMP: f64 = 1e-3;
+/// Windows, evenly over all of them, from which usual sizes are taken.
+const SIZED: usize = 16;
 
 impl Bench {
     /// The task of fitting a model to the training data.
@@ -52,7 +58,7 @@ impl Bench {
         Task {
             model,
             data,
-            windows: windows(data, self.rows),
+            windows: windows(data, self.rows, self.most_rows),
             scheme: self.scheme,
             scales: self.scales.clone(),
             all_starts_free: self.all_starts_free,
@@ -94,11 +100,13 @@ impl Bench {
         }
         // A first pass with coarse ramps: exact ones would shake a coarse integration.
         let rough = model.sites.len();
-        model.widths = vec![1e-3; rough];
+        model.widths = vec![ROUGH_RAMP; rough];
         let task = self.task(model);
         let mut sizes = vec![0.0; rough];
         let mut n = 0.0;
-        for (w, start) in task.windows.iter().zip(&point.starts).take(8) {
+        // A slow run and a fast one have a say.
+        let each = task.windows.len().div_ceil(SIZED).max(1);
+        for (w, start) in task.windows.iter().zip(&point.starts).step_by(each) {
             let found = site_sizes(
                 model,
                 &self.train[w.data],
@@ -118,7 +126,7 @@ impl Bench {
             .iter()
             .map(|s| {
                 let size = f64::sqrt(s / f64::max(n, 1.0));
-                if size > 0.0 && size.is_finite() { RAMP * size } else { 1e-3 }
+                if size > 0.0 && size.is_finite() { RAMP * size } else { ROUGH_RAMP }
             })
             .collect();
     }
@@ -216,6 +224,11 @@ impl Bench {
     pub fn lengthen(&mut self, fitted: &mut Fitted) -> bool {
         let Some(rows) = self.rows else { return false };
         let longest = self.train.iter().map(Data::n_rows).max().unwrap_or(0);
+        // Where not all is run, fewer windows would see less of what the recordings show.
+        let all: usize = self.train.iter().map(Data::n_rows).sum();
+        if all > self.most_rows && 2 * rows * FEWEST * self.train.len() > self.most_rows {
+            return false;
+        }
         let rows = if 2 * rows < longest { Some(2 * rows) } else { None };
         let longer = Self { rows, ..self.clone() };
         let point = longer.rewindowed(&fitted.compiled, &fitted.train.point, self);
@@ -285,6 +298,9 @@ impl Bench {
         fitted.train = best.2;
     }
 }
+
+/// Fewest windows of each recording where not all of it is run.
+pub(super) const FEWEST: usize = 5;
 
 /// A model that misses less than this part of the signal's spread follows it closely.
 pub const CLOSE: f64 = 0.01;

@@ -65,29 +65,34 @@ impl Question<'_> {
             return Vec::new();
         };
         let windows = bench.task(&fitted.compiled).windows;
-        let whole = match bench.rows {
-            None => windows.first().map_or(0, |w| w.rows.len()),
-            Some(_) => first.n_rows(),
-        };
-        let m = whole.min(first.n_rows()).min(r.len());
-        if m < 2 {
+        // Windows share their edges; each row counts once.
+        let (mut rows, mut left) = (Vec::new(), Vec::new());
+        let run = windows.iter().take_while(|w| w.data == 0).flat_map(|w| w.rows.clone());
+        for (row, value) in run.zip(r) {
+            if rows.last() != Some(&row) {
+                rows.push(row);
+                left.push(*value);
+            }
+        }
+        if rows.len() < 2 {
             return Vec::new();
         }
-        let time = &first.time[..m];
+        let at = |column: &[f64]| -> Vec<f64> { rows.iter().map(|row| column[*row]).collect() };
+        let time = at(&first.time);
         let longest = windows.iter().map(|w| w.rows.len()).max().unwrap_or(0);
         let run = longest as f64 * first.step();
-        let mut found = lines(time, &r[..m], 4);
+        let mut found = lines(&time, &left, 4);
         // What does not come round a few times in a run cannot be told from a drift.
         found.retain(|f| f * run >= 3.0);
         if found.is_empty() {
             return found;
         }
-        let apart = 2.0 / (time[m - 1] - time[0]).max(1e-300);
+        let apart = 2.0 / (time[time.len() - 1] - time[0]).max(1e-300);
         let of_motion: Vec<f64> = first
             .inputs
             .iter()
             .chain(&first.outputs)
-            .flat_map(|column| lines(time, &column[..m], 6))
+            .flat_map(|column| lines(&time, &at(column), 6))
             .collect();
         found.retain(|f| of_motion.iter().all(|g| (f - g).abs() > apart));
         found.truncate(2);

@@ -20,7 +20,8 @@ pub struct Options {
     pub holdout: f64,
     /// Seed of random starts.
     pub seed: u64,
-    /// Most rows that are fitted; longer recordings are thinned where nothing is lost, else shortened.
+    /// Most rows that are fitted; longer recordings are thinned where nothing is lost; of what is longer all
+    /// the same, parts that lie evenly over it are run.
     pub most_rows: usize,
 }
 

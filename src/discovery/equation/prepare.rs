@@ -84,17 +84,12 @@ pub(super) fn prepare(
     if by > 1 {
         notes.push(format!("rows are averaged by {by}: nothing faster is in these recordings"));
     }
-    let shorten = |data: Vec<Data>| -> Vec<Data> {
-        let rows: usize = data.iter().map(Data::n_rows).sum();
-        let part = (2.0 * options.most_rows as f64 / rows as f64).min(1.0);
-        data.iter().map(|d| d.slice(0..((d.n_rows() as f64 * part) as usize).max(3))).collect()
-    };
-    let before: usize = train.iter().map(Data::n_rows).sum();
-    let (train, held) = (shorten(train), shorten(held));
-    if train.iter().map(Data::n_rows).sum::<usize>() < before {
-        notes.push(
-            "only the first part of each recording is used; all of it would take long".into(),
-        );
+    let most_rows = 2 * options.most_rows;
+    let rows: usize = train.iter().map(Data::n_rows).sum();
+    if rows > most_rows {
+        notes.push(format!(
+            "{most_rows} of the {rows} rows fitted are run; all of them would take long"
+        ));
     }
     let n_out = model.outputs.len();
     let scales = (0..n_out)
@@ -108,6 +103,7 @@ pub(super) fn prepare(
         train,
         held,
         rows: None,
+        most_rows,
         scheme: Scheme { hold, substeps: 1, shift: 0.0 },
         all_starts_free: false,
         scales,

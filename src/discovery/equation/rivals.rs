@@ -3,7 +3,9 @@
 use rayon::prelude::*;
 
 use super::candidates::Candidate;
-use super::hypothesis::{Chosen, Gain, Hypothesis, Question, TIE, with_values};
+use super::hypothesis::{
+    Chosen, Gain, Hypothesis, IMPERFECTION, LEAST_EVIDENCE, Question, TIE, with_values,
+};
 use super::search::Tried;
 
 /// A rival of a chosen effect.
@@ -17,10 +19,15 @@ pub struct Rival {
     pub delta_bic: f64,
     /// How much larger its held-out root mean square is, as a part.
     pub held_worse: f64,
-    /// Whether it needs more parameters than the one chosen; a state's first value is none.
-    pub is_richer: bool,
+    /// How many more parameters it needs than the one chosen, below 0 for fewer; a state's first value is
+    /// none.
+    pub more: isize,
 }
 
+/// A root mean square on held-out data that is larger by this part is worse.
+const WORSE: f64 = 0.03;
+/// One that is larger by no more than this is the same.
+const SAME: f64 = 0.01;
 /// Most rivals of one effect that are fitted beside the others.
 const MOST_RIVALS: usize = 6;
 
@@ -32,8 +39,14 @@ impl Rival {
             && (of.within.contains(&self.candidate.kind)
                 || self.candidate.within.contains(&of.kind));
         // What needs more parameters to say no more is none either.
-        let idle = self.is_richer && self.delta_bic > 0.0;
-        !nested && !idle && self.delta_bic < TIE && self.held_worse < 0.03
+        let idle = self.more > 0 && self.delta_bic > 0.0;
+        !nested && !idle && self.delta_bic < TIE && self.held_worse < WORSE
+    }
+
+    /// Whether it belongs in the place of the one chosen: it explains more, or as much with fewer parameters.
+    pub fn is_better(&self) -> bool {
+        let held = if self.more < 0 { SAME } else { -IMPERFECTION };
+        self.delta_bic < -LEAST_EVIDENCE && self.held_worse < held
     }
 }
 
@@ -78,9 +91,9 @@ impl Question<'_> {
                 let size = |h: &Hypothesis| self.size(&h.held);
                 let held_worse = size(&hypothesis) / size(best).max(1e-300) - 1.0;
                 let n_params = |h: &Hypothesis| h.fitted.compiled.params.len();
-                let is_richer = n_params(&hypothesis) > n_params(best);
+                let more = n_params(&hypothesis).cast_signed() - n_params(best).cast_signed();
                 let candidate = other.candidate;
-                Some(Rival { candidate, hypothesis, delta_bic, held_worse, is_richer })
+                Some(Rival { candidate, hypothesis, delta_bic, held_worse, more })
             })
             .collect();
         let mut rivals: Vec<Rival> = rivals.into_iter().flatten().collect();

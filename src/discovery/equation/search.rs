@@ -51,6 +51,9 @@ impl Question<'_> {
         let mut rounds: Vec<Vec<Tried>> = Vec::new();
         let mut n_tried = 0;
         while best.effects.len() < MOST_EFFECTS {
+            if !self.is_sound(&best) {
+                best = self.refuse(&nominal, best);
+            }
             let done = best.effects.len() as f64 / (MOST_EFFECTS as f64 + 1.0);
             progress("fitting the model with every effect at every place", done);
             let (mut round, tried) = self.round(&best, SHORTLIST);
@@ -67,16 +70,10 @@ impl Question<'_> {
             rounds.push(round);
             self.settle(&mut nominal, &mut next)?;
             next = self.pruned(&nominal, next);
-            if !self.is_sound(&next) {
-                // What came out as nothing is not tried again.
-                best = self.sound(&nominal, next.clone());
-                let gone = next.effects.iter().map(|e| &e.candidate);
-                let gone = gone.filter(|c| !best.effects.iter().any(|e| e.candidate == **c));
-                self.refused.extend(gone.map(|c| (c.kind, c.at.clone())));
-                continue;
-            }
             let (is, was) = (self.size(&next.held), self.size(&best.held));
-            if next.effects.len() < best.effects.len() && is >= was || same(&next, &best) {
+            let is_end = next.effects.len() < best.effects.len() && is >= was || same(&next, &best);
+            // What means nothing is refused at the next turn, and others have theirs.
+            if is_end && self.is_sound(&next) {
                 break;
             }
             best = next;
@@ -87,8 +84,8 @@ impl Question<'_> {
         // What was added early, alone, may have a better rival now that the others are there.
         let better = judged
             .iter()
-            .filter_map(|(_, rivals)| rivals.first())
-            .find(|rival| rival.delta_bic < -LEAST_EVIDENCE && rival.held_worse < -IMPERFECTION);
+            .flat_map(|(_, rivals)| rivals.iter().filter(|rival| rival.is_better()))
+            .min_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
         if let Some(rival) = better {
             best = self.concluded(&nominal, rival.hypothesis.clone());
             judged = self.judge_all(&nominal, &best, &rounds);
@@ -211,10 +208,12 @@ impl Question<'_> {
         };
         let ground = self.ground(&base.fitted, &model);
         let mut all = candidates(&ground);
-        // A richer form of the same name waits until the plain one is there.
+        // A richer form of the same name waits until the plain one is there; along whole recordings, where its
+        // beginning is a good one, it need not.
         let plain = all.clone();
         all.retain(|c| {
-            let is_richer = plain.iter().any(|p| p.kind == c.kind && p.is_special(c));
+            let is_richer = self.bench.rows.is_some()
+                && plain.iter().any(|p| p.kind == c.kind && p.is_special(c));
             !is_richer
                 && !self.is_refused(c)
                 && base.effects.iter().all(|e| !e.candidate.excludes(c))

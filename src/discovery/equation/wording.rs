@@ -11,6 +11,12 @@ fn percent(part: f64) -> String {
     format!("{} %", significant(100.0 * part, 3))
 }
 
+/// The names and places of effects.
+fn listed<'e>(effects: impl IntoIterator<Item = &'e Effect>, between: &str) -> String {
+    let names: Vec<String> = effects.into_iter().map(|e| format!("{}({})", e.name, e.at)).collect();
+    names.join(between)
+}
+
 /// The verdict's reason, one sentence.
 pub(super) fn reason(verdict: Verdict, gap: &Gap, effects: &[Effect]) -> String {
     let from_to = format!(
@@ -18,7 +24,6 @@ pub(super) fn reason(verdict: Verdict, gap: &Gap, effects: &[Effect]) -> String 
         percent(gap.before.heldout),
         percent(gap.after.heldout)
     );
-    let names: Vec<String> = effects.iter().map(|e| format!("{}({})", e.name, e.at)).collect();
     match verdict {
         Verdict::NothingMissing => format!(
             "what is left on held-out data, {} of the signal, is noise, and no effect pays for itself",
@@ -33,9 +38,16 @@ pub(super) fn reason(verdict: Verdict, gap: &Gap, effects: &[Effect]) -> String 
             effects[0].at
         ),
         Verdict::Named => format!("with {} of {} {from_to}", effects[0].name, effects[0].at),
-        Verdict::Several => format!("with {} {from_to}", names.join(" and ")),
+        Verdict::Several => format!("with {} {from_to}", listed(effects, " and ")),
         Verdict::Ambiguous => {
-            format!("{} explain the data equally well; {from_to}", names.join(", "))
+            let (doubtful, sure): (Vec<&Effect>, Vec<&Effect>) =
+                effects.iter().partition(|effect| effect.indistinguishable);
+            let beside = if sure.is_empty() {
+                String::new()
+            } else {
+                format!(", beside {}", listed(sure, " and "))
+            };
+            format!("{} explain the data equally well{beside}; {from_to}", listed(doubtful, " or "))
         }
     }
 }
@@ -103,34 +115,30 @@ pub(super) fn fitted(shown: &Hypothesis, nominal: &Hypothesis) -> Option<String>
     (!values.is_empty()).then(|| format!("fitted to the recordings: {}", values.join(", ")))
 }
 
+/// That a doubt is kept out of the model's text.
+pub(super) fn unwritten(effects: &[Effect]) -> String {
+    let doubtful = effects.iter().filter(|effect| effect.indistinguishable);
+    format!("not written into the model until it is settled which: {}", listed(doubtful, ", "))
+}
+
 /// What would settle a doubt between explanations.
-pub(super) fn next(
-    best: &Hypothesis,
-    rivals: &[&Hypothesis],
-    found: Option<&Separating>,
-) -> String {
-    let name = |h: &Hypothesis| {
-        h.effects
-            .last()
-            .map_or_else(String::new, |e| format!("{}({})", e.candidate.kind, e.candidate.at))
-    };
-    let names: Vec<String> =
-        std::iter::once(best).chain(rivals.iter().copied()).map(name).collect();
+pub(super) fn next(effects: &[Effect], n_rivals: usize, found: Option<&Separating>) -> String {
+    let doubtful = effects.iter().filter(|effect| effect.indistinguishable);
     let Some(found) = found else {
         return format!(
-            "no input within the range recorded tells {} apart: measure more, the input at the machine or the output with a second sensor",
-            names.join(" from ")
+            "no input of the kind recorded tells {} apart: measure more, the input at the machine or the output with a second sensor",
+            listed(doubtful, " from ")
         );
     };
-    let left = if found.settled < rivals.len() {
-        format!(" ({} of {} rivals; the others need a second sensor)", found.settled, rivals.len())
+    let left = if found.settled < n_rivals {
+        format!(" ({} of {n_rivals} rivals; the others need a second sensor)", found.settled)
     } else {
         String::new()
     };
     format!(
         "record with {}, as written in the file: there {} come to differ by {} standard deviations of the noise{left}",
         found.what,
-        names.join(" and "),
+        listed(doubtful, " and "),
         significant(found.sigma, 2)
     )
 }

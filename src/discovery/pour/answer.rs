@@ -1,7 +1,7 @@
 //! Pours → a finding.
 
 use super::data::Pour;
-use super::gap::{PourGap, Term};
+use super::gap::{BORNE, PourGap, Term};
 use crate::discovery::finding::{Channel, Told};
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Hypothesis, Options, Outcome, Set};
@@ -107,7 +107,7 @@ impl Worded for PourGap {
     fn seat(&self, term: &Term) -> String {
         let [source, target] = &self.pours[0].vessels;
         match term {
-            Term::Volume | Term::Dribble | Term::Viscosity => source.clone(),
+            Term::Volume | Term::Dribble | Term::Viscosity | Term::Mass => source.clone(),
             Term::Overflow => target.clone(),
             Term::Gain | Term::Drift | Term::Clip => "mass".into(),
         }
@@ -131,6 +131,7 @@ impl Worded for PourGap {
                 number(0)
             ),
             Term::Overflow => format!("volume({target}) <= {}, the rest runs over", number(0)),
+            Term::Mass => format!("{source} weighs {} when it is empty", number(0)),
             Term::Gain => format!("mass *= {}", number(0)),
             Term::Drift => format!("mass += {} * t", number(0)),
             Term::Clip => format!("mass <= {} as read", number(0)),
@@ -138,7 +139,14 @@ impl Worded for PourGap {
     }
 
     fn places(&self, nothing: &Hypothesis<Term>) -> Vec<Channel> {
-        vec![place(self, nothing)]
+        let mut found = vec![place(self, nothing)];
+        found.extend(felt(self, nothing));
+        let shares: f64 = found.iter().map(|channel| channel.share).sum();
+        for channel in &mut found {
+            channel.share /= shares.max(1e-9);
+        }
+        found.sort_by(|a, b| b.share.total_cmp(&a.share));
+        found
     }
 
     fn nothing(&self) -> &'static str {
@@ -176,7 +184,28 @@ fn place(gap: &PourGap, nothing: &Hypothesis<Term>) -> Channel {
         rms: (square / rows.max(1) as f64).sqrt(),
         noise: gap.pours[0].scale_noise,
         unit: "kg".into(),
-        share: 1.0,
+        share: beyond((square / rows.max(1) as f64).sqrt(), gap.pours[0].scale_noise),
         concentrated_in: when.into(),
     }
+}
+
+/// Says how far what the hand bore before it poured is from what is declared, if it was weighed.
+fn felt(gap: &PourGap, nothing: &Hypothesis<Term>) -> Option<Channel> {
+    let off = |at: usize| gap.borne(at, &[], &nothing.parameters);
+    let off: Vec<f64> = (0..gap.pours.len()).filter_map(off).collect();
+    let square: f64 = off.iter().map(|off| off * off).sum();
+    let rms = (square / off.len().max(1) as f64).sqrt();
+    (!off.is_empty()).then(|| Channel {
+        channel: "hand".into(),
+        rms,
+        noise: BORNE,
+        unit: "kg".into(),
+        share: beyond(rms, BORNE),
+        concentrated_in: "what it bears before it pours".into(),
+    })
+}
+
+/// Returns by how much a size exceeds its noise, as a square.
+fn beyond(rms: f64, noise: f64) -> f64 {
+    ((rms / noise).powi(2) - 1.0).max(1e-3)
 }

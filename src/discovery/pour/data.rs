@@ -1,12 +1,9 @@
 //! What a recording says of a pour.
 
-use super::flow::Hold;
 use crate::discovery::recording::{Error, Recording};
+use crate::twin::hold::Hold;
 use crate::units::Dimension;
 use crate::world::{Object, Scene};
-
-/// Density of water, kg/m³.
-pub(super) const DENSITY: f64 = 1000.0;
 
 /// Rows this far apart are independent enough, s: what the model does not know of sloshing lasts longer.
 const STRIDE: f64 = 0.1;
@@ -33,6 +30,10 @@ pub struct Pour {
     pub held: Option<f64>,
     /// What was beside both vessels at the end, if scales said so, m³.
     pub beside: Option<f64>,
+    /// What the first is declared to weigh when it is empty, kg.
+    pub empty: f64,
+    /// What it weighed with what was in it before it poured, if the hand felt it, kg.
+    pub borne: Option<f64>,
     /// What the second holds when it is full, m³; nobody knows of a thing that is no vessel.
     pub brim: f64,
     /// What it holds at a tilt.
@@ -105,6 +106,8 @@ impl Pour {
             declared: source.cavity.map_or(0.0, |cavity| cavity.filled),
             held: recording.sidecar.pour.as_ref().and_then(|pour| pour.held_m3),
             beside: recording.sidecar.pour.as_ref().and_then(|pour| pour.spilt_m3),
+            empty: source.mass,
+            borne: recording.sidecar.pour.as_ref().and_then(|pour| pour.borne_kg),
             brim: target.cavity.map_or(f64::INFINITY, |cavity| cavity.capacity),
             hold,
             noise: noise.collect(),

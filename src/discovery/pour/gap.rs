@@ -1,8 +1,9 @@
 //! Pours as something to be explained: [`Gap`] over what a vessel held, how it ran out and where it went.
 
-use super::data::{DENSITY, Pour};
+use super::data::Pour;
 use super::flow::{Flow, arrived};
 use crate::discovery::selection::{Candidate, Gap, Set, Slot};
+use crate::twin::hold::{DENSITY, WATER};
 
 /// What can be missing from a pour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,6 +16,8 @@ pub(super) enum Term {
     Viscosity,
     /// `overflow(target)`: it is full, and the rest runs over.
     Overflow,
+    /// `object_mass(source)`: it weighs more or less in the hand than declared.
+    Mass,
     /// `output_gain(mass)`: the scale reads in other units than it says.
     Gain,
     /// `output_drift(mass)`: the scale's zero drifts.
@@ -24,11 +27,12 @@ pub(super) enum Term {
 }
 
 impl Term {
-    pub(super) const ALL: [Self; 7] = [
+    pub(super) const ALL: [Self; 8] = [
         Self::Volume,
         Self::Dribble,
         Self::Viscosity,
         Self::Overflow,
+        Self::Mass,
         Self::Gain,
         Self::Drift,
         Self::Clip,
@@ -41,6 +45,7 @@ impl Term {
             Self::Dribble => "lip_dribble",
             Self::Viscosity => "liquid_viscosity",
             Self::Overflow => "overflow",
+            Self::Mass => "object_mass",
             Self::Gain => "output_gain",
             Self::Drift => "output_drift",
             Self::Clip => "output_saturation",
@@ -63,9 +68,6 @@ const FILLED: f64 = 0.03;
 
 /// How well the water beside the vessels is told, m³: some of it dries, some stays on the gripper.
 const BESIDE: f64 = 5e-6;
-
-/// Viscosity of water, Pa·s: what it does is in the pace.
-const WATER: f64 = 1e-3;
 
 /// Parameters of the model itself, the same for all pours.
 const OWN: [(Slot, f64); 3] = [
@@ -119,9 +121,12 @@ impl PourGap {
                     Term::Dribble => flow.film = (mine[0], mine[1]),
                     Term::Gain => gain *= mine[0],
                     Term::Drift => drift += mine[0],
+                    // What water's own does is in the pace.
                     Term::Viscosity => flow.viscosity = (mine[0] - WATER).max(0.0),
                     Term::Overflow => flow.brim = mine[0],
                     Term::Clip => most = mine[0],
+                    // What the hand bears does not pour otherwise.
+                    Term::Mass => {}
                 }
             }
         }
@@ -134,23 +139,48 @@ impl PourGap {
     }
 }
 
+/// How well an arm weighs what is in its hand, kg: its model is a few milliradians off, and what is held stands
+/// a little beside the tool's point.
+pub(super) const BORNE: f64 = 0.02;
+
 impl PourGap {
-    /// Returns how far what a vessel held is from what the effects say, in units of how exactly it is
-    /// filled; `None` where no scale said what it held.
-    fn filling(&self, at: usize, terms: &[Term], parameters: &[f64]) -> Option<f64> {
-        let pour = &self.pours[at];
-        let mut said = pour.declared;
+    /// Returns the first number of an effect, if the model or the hypothesis has it.
+    fn said(&self, wanted: Term, terms: &[Term], parameters: &[f64]) -> Option<f64> {
+        let mut said = None;
         let found = &parameters[OWN.len()..];
         for (terms, mut numbers) in [(&self.known.0[..], &self.known.1[..]), (terms, found)] {
             for term in terms {
                 let (mine, rest) = numbers.split_at(self.slots(term).len());
                 numbers = rest;
-                if *term == Term::Volume {
-                    said = mine[0];
+                if *term == wanted {
+                    said = Some(mine[0]);
                 }
             }
         }
-        pour.held.map(|held| (held - said) / (FILLED * pour.declared.max(1e-6)))
+        said
+    }
+
+    /// Returns how far what was weighed once for a pour is from what the effects say, in units of how exactly that is
+    /// known: what the vessel held, beside what it is filled to, and what the hand bore.
+    fn weighed(&self, at: usize, terms: &[Term], parameters: &[f64]) -> Vec<f64> {
+        let pour = &self.pours[at];
+        let filled = self.filled(at, terms, parameters);
+        let held = pour.held.map(|held| (held - filled) / (FILLED * pour.declared.max(1e-6)));
+        let borne = self.borne(at, terms, parameters).map(|off| off / BORNE);
+        held.into_iter().chain(borne).collect()
+    }
+
+    /// Returns what a vessel was filled with, m³, as the effects say.
+    fn filled(&self, at: usize, terms: &[Term], parameters: &[f64]) -> f64 {
+        self.said(Term::Volume, terms, parameters).unwrap_or(self.pours[at].declared)
+    }
+
+    /// Returns by how much the hand bore more than the effects say, kg; `None` if nobody weighed it.
+    pub(super) fn borne(&self, at: usize, terms: &[Term], parameters: &[f64]) -> Option<f64> {
+        let pour = &self.pours[at];
+        let empty = self.said(Term::Mass, terms, parameters).unwrap_or(pour.empty);
+        let inside = pour.held.unwrap_or_else(|| self.filled(at, terms, parameters));
+        Some(pour.borne? - empty - DENSITY * inside)
     }
 }
 
@@ -179,6 +209,10 @@ impl Gap for PourGap {
                 // Ten times water looks like water that was poured a little later.
                 vec![with(slot("viscosity", "Pa*s", 0.01, (WATER, 100.0)), WATER, 0.01)]
             }
+            Term::Mass => {
+                // As well as it is weighed; a glass is as heavy as it says to a few grams.
+                vec![with(slot("mass", "kg", 5e-3, (1e-3, 50.0)), self.pours[0].empty, BORNE)]
+            }
             Term::Overflow => vec![slot("level", "m^3", 1e-6, (1e-6, 1e-2))],
             Term::Clip => vec![slot("limit", "kg", 1e-3, (1e-3, 10.0))],
             Term::Drift => vec![with(slot("rate", "kg/s", 1e-5, (-1e-2, 1e-2)), 0.0, 1e-5)],
@@ -197,7 +231,7 @@ impl Gap for PourGap {
                     all.push((pour.mass[row] - value) / pour.noise[row]);
                 }
             }
-            all.extend(self.filling(at, terms, parameters));
+            all.extend(self.weighed(at, terms, parameters));
             all.extend(pour.beside.map(|seen| (seen - beside) / BESIDE));
         }
         all.iter().all(|value| value.is_finite()).then_some(all)
@@ -209,7 +243,7 @@ impl Gap for PourGap {
         let filling = |at: usize| {
             let here = self.sets[at].is_none_or(|own| own == set);
             let pour = &self.pours[at];
-            let weighed = [pour.held, pour.beside].iter().flatten().count();
+            let weighed = [pour.held, pour.beside, pour.borne].iter().flatten().count();
             if here { weighed } else { 0 }
         };
         (0..self.pours.len()).map(|at| rows(at).count() + filling(at)).sum()
@@ -232,7 +266,11 @@ impl Gap for PourGap {
         let below = |factor: f64| {
             [1.0, 0.98, 0.95, 0.9, 0.8, 0.6].map(|part| vec![part * most * factor]).to_vec()
         };
-        let free = |term: &Term| !terms.contains(term) && !self.known.0.contains(term);
+        let felt = self.pours.iter().any(|pour| pour.borne.is_some());
+        let free = |term: &Term| {
+            let can_tell = *term != Term::Mass || felt;
+            can_tell && !terms.contains(term) && !self.known.0.contains(term)
+        };
         Term::ALL
             .into_iter()
             .filter(free)
@@ -243,6 +281,7 @@ impl Gap for PourGap {
                     Term::Gain => vec![vec![1.0]],
                     Term::Drift => vec![vec![0.0]],
                     Term::Viscosity => [WATER, 0.05, 0.3, 2.0].map(|value| vec![value]).to_vec(),
+                    Term::Mass => vec![vec![self.pours[0].empty]],
                     Term::Overflow => below(1.0 / DENSITY),
                     Term::Clip => below(1.0),
                 };

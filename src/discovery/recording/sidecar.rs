@@ -154,6 +154,9 @@ pub struct Vessels {
     /// What was beside both vessels at the end, m³.
     #[serde(default)]
     pub spilt_m3: Option<f64>,
+    /// What the hand bore before it poured, by the joints' torques: the source with what was in it, kg.
+    #[serde(default)]
+    pub borne_kg: Option<f64>,
 }
 
 /// Which point of a thing a recording's `object_x, object_y, object_z` is.

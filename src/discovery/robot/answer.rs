@@ -29,11 +29,14 @@ pub(super) fn answer(
         heldout: rms(h.heldout, counts.1),
     };
     let shrink = Gap::of(split(&outcome.nothing), split(&outcome.best), 1.0);
-    let places = places(&gap);
+    let places = places(&gap, &outcome.nothing.parameters);
     let left =
         above_noise(outcome.best.heldout, counts.1).max(above_noise(outcome.best.train, counts.0));
-    let visible =
-        if outcome.best.terms.is_empty() { smallest_visible(&gap, options) } else { Vec::new() };
+    let visible = if outcome.best.terms.is_empty() {
+        smallest_visible(&gap, &outcome.nothing.parameters, options)
+    } else {
+        Vec::new()
+    };
     // The held-out numbers are settled; what is written into the model is fitted to all data.
     let mut all = gap;
     let held = std::mem::take(&mut all.heldout);
@@ -46,7 +49,7 @@ pub(super) fn answer(
     let explained = (outcome.nothing.heldout - best.heldout).max(1e-9);
     let mut unnamed: BTreeMap<usize, usize> = BTreeMap::new();
     for (at, term) in best.terms.iter().enumerate() {
-        let told = told_of(&last, at, &things);
+        let told = told_of(&all, &last, at);
         let without = &outcome.without[at];
         let mine = || outcome.rivals.iter().filter(|rival| rival.instead_of == at);
         let ties: Vec<&Rival<Term>> =
@@ -88,7 +91,7 @@ pub(super) fn answer(
             let h = fit_all(&all, &rival.hypothesis).unwrap_or_else(|| rival.hypothesis.clone());
             let last_at = h.terms.len() - 1;
             let other = h.terms[last_at];
-            let told = told_of(&h, last_at, &things);
+            let told = told_of(&all, &h, last_at);
             effects.push(Effect {
                 name: other.law.name().into(),
                 at: other.seat(&things),
@@ -232,11 +235,12 @@ fn verdict(effects: &[Effect], ambiguous: bool, left: f64, gap: &Gap) -> (Verdic
 }
 
 /// Returns the numbers of one effect of a hypothesis.
-fn told_of(h: &Hypothesis<Term>, at: usize, things: &[Thing]) -> Vec<Told> {
-    let from: usize = h.terms[..at].iter().map(|term| term.law.slots().len()).sum();
+fn told_of(gap: &ArmGap, h: &Hypothesis<Term>, at: usize) -> Vec<Told> {
+    let before: usize = h.terms[..at].iter().map(|term| term.law.slots().len()).sum();
+    let from = gap.nuisance().len() + before;
     let count = h.terms[at].law.slots().len();
     let covariance = h.covariance.view((from, from), (count, count)).into_owned();
-    wording::told(&h.terms[at], &h.parameters[from..from + count], &covariance, things)
+    wording::told(&h.terms[at], &h.parameters[from..from + count], &covariance, &gap.things)
 }
 
 fn parameters(name: &str, told: &[Told]) -> BTreeMap<String, Parameter> {

@@ -38,6 +38,7 @@ pub fn candidates(
     let closed = model.scene.closed_loop;
     // Whether a torque at a joint shows anywhere.
     let effort = closed || torque;
+    let n = model.scene.plant.n;
     // A motion that is simulated shows creep as such; along a measured one only the rows about standstill
     // do, and a fit that begins on their wrong side stays there.
     let creeps: &[f64] = if closed { &[CREEP] } else { &[CREEP, 4.0 * CREEP, 16.0 * CREEP] };
@@ -87,6 +88,10 @@ pub fn candidates(
             if most > 0.0 {
                 add(Law::Saturation, j, limits, 0.0);
             }
+        }
+        // What the last link weighs more is a payload; what the first weighs no joint about the vertical feels.
+        if torque && !closed && (1..n - 1).contains(&j) {
+            add(Law::LinkMass, j, Vec::new(), 0.0);
         }
         if torque {
             for law in [Law::TorqueOffset, Law::TorqueGain, Law::TorqueDrift] {
@@ -140,14 +145,19 @@ pub fn candidates(
         }
     }
     if effort && !closed {
-        // The friction of a real joint is dry and fluid at once. Where the motion is measured nothing
-        // else tells the two from one law that bends, so they are tried together.
-        found.extend(joints.into_iter().map(|joint| Candidate {
-            term: Term { law: Law::Coulomb, joint },
-            with: vec![Term { law: Law::Viscous, joint }],
-            starts: creeps.iter().map(|creep| vec![0.0, *creep]).collect(),
-            surcharge: 0.0,
-        }));
+        // The friction of a real joint is dry and fluid at once, and its sensor has an offset. Where the
+        // motion is measured nothing else tells the three from one law that bends, or differs with
+        // direction, so they are tried together.
+        for joint in joints {
+            for with in [&[Law::Viscous][..], &[Law::Viscous, Law::TorqueOffset]] {
+                found.push(Candidate {
+                    term: Term { law: Law::Coulomb, joint },
+                    with: with.iter().map(|&law| Term { law, joint }).collect(),
+                    starts: creeps.iter().map(|creep| vec![0.0, *creep]).collect(),
+                    surcharge: 0.0,
+                });
+            }
+        }
     }
     found.retain(|candidate| !present.contains(&candidate.term));
     found

@@ -132,6 +132,14 @@ impl Chain {
         self.bodies.len()
     }
 
+    /// Returns whether a mass (kg) with this moment (mass times position in the last body's frame, kg·m) can be borne
+    /// there: its middle is no further off than the arm is long. A moment without a mass to it is something else.
+    pub fn bears(&self, mass: f64, moment: &[f64]) -> bool {
+        let joints = self.bodies.iter().map(|body| body.parent_from_body.translation.vector.norm());
+        let length = joints.sum::<f64>() + self.body_from_tip.translation.vector.norm();
+        moment.iter().map(|part| part * part).sum::<f64>().sqrt() <= mass.abs() * length
+    }
+
     /// Adds a mass at a point.
     pub fn add_point(&mut self, point: &PointMass) {
         let body = &mut self.bodies[point.body];
@@ -256,6 +264,13 @@ impl Body {
         (self.turn * about, origin)
     }
 
+    /// Makes the body heavier by a part of what it is, its mass spread as it was.
+    pub fn thicken(&mut self, part: f64) {
+        self.mass *= 1.0 + part;
+        self.moment *= 1.0 + part;
+        self.inertia *= 1.0 + part;
+    }
+
     /// Adds mass given in the body's frame.
     fn add(&mut self, inertial: &Inertial) {
         let c = inertial.com.cross_matrix();
@@ -296,5 +311,13 @@ mod tests {
         assert!((chain.tip(&q) - tip).norm() < 1e-12);
         let last = chain.poses(&q)[6] * chain.body_from_tip;
         assert!((last.translation.vector - tip).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_mass_further_off_than_the_arm_is_long_is_none() {
+        let chain = Chain::new(&Robot::gen3(), None, GRAVITY).unwrap();
+        // The Gen3 is 0.9 m long from base to tip and has bodies beside its axis.
+        assert!(chain.bears(0.5, &[0.0, 0.05, 0.1]) && chain.bears(-0.5, &[0.0, 0.0, 0.4]));
+        assert!(!chain.bears(0.001, &[0.0, 0.0, 0.02]) && !chain.bears(0.0, &[1e-3, 0.0, 0.0]));
     }
 }

@@ -145,6 +145,7 @@ impl Data {
             });
         }
         let mut data = Self { n, time: recording.time.clone(), commands, channels, notes };
+        data.drop_unmeasured(&recording.name);
         data.drop_repeats(&recording.name);
         data.set_clock(&recording.name);
         data.estimate_noise();
@@ -155,6 +156,29 @@ impl Data {
             ));
         }
         Ok(data)
+    }
+
+    /// Leaves out torques, speeds or a tip that never change while the arm moves: some loggers write zeros for
+    /// what they do not measure.
+    fn drop_unmeasured(&mut self, name: &str) {
+        let is_constant =
+            |c: &Channel| c.values.iter().all(|v| v.to_bits() == c.values[0].to_bits());
+        let group = |quantity| self.channels.iter().filter(move |c| c.quantity == quantity);
+        let moved = self.commands.iter().map(Vec::as_slice);
+        let mut moved = moved.chain(group(Quantity::Position).map(|c| &c.values[..]));
+        if !moved.any(|values| values.iter().any(|v| (v - values[0]).abs() > 0.05)) {
+            return;
+        }
+        for quantity in [Quantity::Speed, Quantity::Torque, Quantity::Tip] {
+            let mut columns = self.channels.iter().filter(|c| c.quantity == quantity).peekable();
+            if columns.peek().is_some() && columns.all(is_constant) {
+                self.channels.retain(|c| c.quantity != quantity);
+                self.notes.push(format!(
+                    "{name}: `{}` is the same in every row while the arm moves; it is taken as not measured",
+                    quantity.stem()
+                ));
+            }
+        }
     }
 
     /// Leaves out rows that the logger wrote twice.

@@ -138,15 +138,17 @@ fn difference(like: &Model, commands: &[Vec<f64>], rivals: [&Hypothesis<Term>; 2
     };
     let model = Model::new(like.arm.clone(), Scene::new(&like.arm, data), Vec::new());
     let [first, second] = rivals;
-    let truth = model.residuals(&first.terms, &first.parameters)?;
-    let other = model.residuals(&second.terms, &second.parameters)?;
+    let own = model.own().len();
+    let read = |terms: &[Term], all: &[f64]| model.residuals(&all[..own], terms, &all[own..]);
+    let truth = read(&first.terms, &first.parameters)?;
+    let other = read(&second.terms, &second.parameters)?;
     let apart: Vec<f64> = other.iter().zip(&truth).map(|(a, b)| a - b).collect();
     let slots: Vec<_> = second.terms.iter().flat_map(|term| term.law.slots()).collect();
     let mut columns = Vec::new();
     for (i, slot) in slots.iter().enumerate() {
         let mut moved = second.parameters.clone();
-        moved[i] += slot.scale;
-        let at = model.residuals(&second.terms, &moved)?;
+        moved[own + i] += slot.scale;
+        let at = read(&second.terms, &moved)?;
         columns
             .push(at.iter().zip(&other).map(|(a, b)| (a - b) / slot.scale).collect::<Vec<f64>>());
     }

@@ -4,7 +4,7 @@ use super::candidates::candidates;
 use super::load::Thing;
 use super::simulate::Model;
 use super::term::{Law, Term};
-use crate::discovery::selection::{Candidate, Gap, Set, Slot};
+use crate::discovery::selection::{Candidate, Gap, Hypothesis, Set, Slot};
 
 /// Recordings of one arm, some to fit and some to judge.
 #[derive(Debug)]
@@ -20,6 +20,22 @@ pub struct ArmGap {
 }
 
 impl ArmGap {
+    /// Lays the arm out about the motions that a hypothesis gives it, where they are far from the commands;
+    /// returns whether any was.
+    pub fn laid_out_again(&mut self, h: &Hypothesis<Term>) -> bool {
+        let (own, parameters) = h.parameters.split_at(self.nuisance().len());
+        let terms = [&self.known.0[..], &h.terms].concat();
+        let parameters = [&self.known.1[..], parameters].concat();
+        let mut any = false;
+        for model in self.train.iter_mut().chain(&mut self.heldout) {
+            if let Some(again) = model.about(own, &terms, &parameters) {
+                *model = again;
+                any = true;
+            }
+        }
+        any
+    }
+
     fn models(&self, set: Set) -> &[Model] {
         match set {
             Set::Train => &self.train,
@@ -40,10 +56,25 @@ impl Gap for ArmGap {
             let step = model.scene.data.time.windows(2).map(|t| t[1] - t[0]).fold(0.0, f64::max);
             slots[0].least = slots[0].least.max(0.5 * step);
         }
+        // Smoothing takes torque away that is not missing; twice as much is beyond doubt.
+        for model in self.train.iter().filter(|model| !model.scene.smoothing.is_empty()) {
+            let of = |which: usize| 2.0 * model.scene.smoothing[term.joint][which].abs();
+            match term.law {
+                Law::TorqueGain => slots[0].least = slots[0].least.max(of(0)),
+                Law::Armature => slots[0].least = slots[0].least.max(of(1)),
+                _ => {}
+            }
+        }
         slots
     }
 
+    fn nuisance(&self) -> Vec<(Slot, f64)> {
+        self.train.first().map_or(Vec::new(), Model::own)
+    }
+
     fn residuals(&self, set: Set, terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
+        let own = self.train.first().map_or(0, |model| model.own().len());
+        let (own, parameters) = parameters.split_at(own.min(parameters.len()));
         let with_known;
         let (terms, parameters) = if self.known.0.is_empty() {
             (terms, parameters)
@@ -54,7 +85,7 @@ impl Gap for ArmGap {
         };
         let mut all = Vec::new();
         for model in self.models(set) {
-            all.extend(model.residuals(terms, parameters)?);
+            all.extend(model.residuals(own, terms, parameters)?);
         }
         Some(all)
     }
@@ -103,6 +134,10 @@ impl Gap for ArmGap {
         closed || !(a.law.is_local() && b.law.is_local()) || a.joint == b.joint
     }
 
+    fn is_broad(&self, term: &Term) -> bool {
+        matches!(term.law, Law::Payload | Law::BaseTilt | Law::LinkLength)
+    }
+
     fn is_exact(&self, term: &Term) -> bool {
         term.law.is_exact()
     }
@@ -111,6 +146,10 @@ impl Gap for ArmGap {
         // A spring that begins where hardly any row is, or a spring over all of them, is something else.
         let q0 = match term.law {
             Law::Above | Law::Below => parameters[1],
+            Law::Payload => {
+                let bears = |model: &Model| model.arm.chain.bears(parameters[0], &parameters[1..4]);
+                return self.train.iter().all(bears);
+            }
             _ => return true,
         };
         let (mut beyond, mut rows) = (0, 0);

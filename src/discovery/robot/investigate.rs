@@ -7,6 +7,7 @@ use super::experiment::Experiment;
 use super::explain::ArmGap;
 use super::load::{Load, Thing};
 use super::plant::{Arm, Scene};
+use super::plausible;
 use super::simulate::Model;
 use super::term::{Law, Term};
 use crate::discovery::finding::{SIGNIFICANT, above_noise};
@@ -97,6 +98,7 @@ pub fn investigate(
         let arm = Arm::of(robot, recording)?;
         let data = Data::new(recording, arm.chain.n())?;
         notes.extend(data.notes.iter().cloned());
+        plausible::check(&arm, robot.joints(), &data, &recording.name)?;
         let scene = Scene::new(&arm, data);
         if !scene.closed_loop {
             notes.push(format!(
@@ -109,7 +111,9 @@ pub fn investigate(
             Load::new(&arm, &scene.plant, carried, at, things[at].mass)
         });
         let loads = carried.collect();
-        models.push(Model::new(arm, scene, loads));
+        let model = Model::new(arm, scene, loads);
+        plausible::check_torques(&model, &recording.name)?;
+        models.push(model);
     }
     notes.dedup();
     let held = models.split_off(train.len());
@@ -157,12 +161,13 @@ pub fn investigate(
         });
     }
     let mut options = *options;
+    // A special case of a law may leave as much as any law that is right.
+    options.generality = options.imperfection;
     if gap.train.iter().any(|model| !model.scene.closed_loop) {
         // The accelerations of a measured motion have errors of their own, which are not white.
         options.least_gain += MEASURED;
         // Nor is the effects' law: a real arm is never described to the noise of its sensors.
         options.forgiven = f64::INFINITY;
-        options.generality = options.imperfection;
         // Every joint of a real arm has friction of two kinds and a rotor; a payload comes on top.
         options.most = options.most.max(4 * robot.n_joints());
     }
@@ -182,8 +187,12 @@ pub fn investigate(
                 .into(),
         );
     }
+    if gap.laid_out_again(&outcome.best) {
+        outcome = selection::search(&gap, options, progress).map_err(runs_away)?;
+    }
     progress("writing the answer", 0.98);
-    let traces = traces(&gap, &outcome.best, train.iter().chain(heldout).map(|r| r.name.as_str()));
+    let names = train.iter().chain(heldout).map(|r| r.name.as_str());
+    let traces = traces(&gap, [&outcome.nothing, &outcome.best], names);
     let experiment = experiment(&gap, &outcome, options, robot);
     let mut finding = answer(gap, &outcome, options, notes);
     if let Some(next) = &mut finding.next_experiment {
@@ -234,17 +243,19 @@ fn experiment(
 /// Returns measured minus model before and after for every channel of every recording.
 fn traces<'a>(
     gap: &ArmGap,
-    best: &Hypothesis<Term>,
+    [nothing, best]: [&Hypothesis<Term>; 2],
     names: impl Iterator<Item = &'a str>,
 ) -> Vec<Trace> {
     let mut found = Vec::new();
     let models = gap.train.iter().map(|m| (m, false)).chain(gap.heldout.iter().map(|m| (m, true)));
     for ((model, held_out), name) in models.zip(names) {
         let all = |terms: &[Term], parameters: &[f64]| {
+            let (own, parameters) = parameters.split_at(gap.nuisance().len());
             let terms = [&gap.known.0[..], terms].concat();
-            model.residuals(&terms, &[&gap.known.1[..], parameters].concat())
+            model.residuals(own, &terms, &[&gap.known.1[..], parameters].concat())
         };
-        let (Some(before), Some(after)) = (all(&[], &[]), all(&best.terms, &best.parameters))
+        let (Some(before), Some(after)) =
+            (all(&[], &nothing.parameters), all(&best.terms, &best.parameters))
         else {
             continue;
         };

@@ -76,6 +76,7 @@ pub fn known(effect: &EffectItem, n: usize) -> Result<Option<(Term, Vec<f64>)>, 
             }
             found(Law::Payload, 0, values)
         }
+        "link_mass" => found(Law::LinkMass, joint()?, vec![needed("mass", "kg")?]),
         "armature" => found(Law::Armature, joint()?, vec![needed("inertia", "kg*m^2")?]),
         "base_tilt" => {
             let values = vec![or(number("roll", "rad")?, 0.0), or(number("pitch", "rad")?, 0.0)];

@@ -16,6 +16,7 @@ pub mod investigate;
 pub mod load;
 mod answer;
 mod places;
+mod plausible;
 mod power;
 mod rows;
 

@@ -8,8 +8,9 @@ use super::simulate::Model;
 use crate::discovery::finding;
 use crate::discovery::selection::sum_of_squares;
 
-/// Says how much of the gap each channel carries and what its residual follows.
-pub(super) fn places(gap: &ArmGap) -> Vec<finding::Channel> {
+/// Says how much of the gap each channel carries and what its residual follows; `own` are the simulation's own
+/// parameters.
+pub(super) fn places(gap: &ArmGap, own: &[f64]) -> Vec<finding::Channel> {
     struct Sum {
         unit: &'static str,
         square: f64,
@@ -20,7 +21,7 @@ pub(super) fn places(gap: &ArmGap) -> Vec<finding::Channel> {
     }
     let mut sums: BTreeMap<(Quantity, usize), (String, Sum)> = BTreeMap::new();
     for model in gap.train.iter().chain(&gap.heldout) {
-        let Some(residuals) = model.residuals(&gap.known.0, &gap.known.1) else { continue };
+        let Some(residuals) = model.residuals(own, &gap.known.0, &gap.known.1) else { continue };
         let data = &model.scene.data;
         let rows = data.n_rows();
         let first = model.scene.first_row;

@@ -111,6 +111,22 @@ impl Plant {
         plant
     }
 
+    /// Takes the gravity that the controller feeds forward from the commands, where the path is another.
+    fn feed(&mut self, arm: &Arm, commands: &[Spline]) {
+        let n = self.n;
+        let zero = [0.0; MOST_JOINTS];
+        let mut hints = vec![0; n];
+        for k in 0..self.len {
+            let time = (self.start + k as f64 * self.step).max(self.start + RUN_IN);
+            let mut q = [0.0; MOST_JOINTS];
+            for j in 0..n {
+                q[j] = commands[j].at(time, &mut hints[j]).0;
+            }
+            let row = k * n..(k + 1) * n;
+            arm.chain.inverse(&q[..n], &zero[..n], &zero[..n], &mut self.feedforward[row]);
+        }
+    }
+
     fn copy(&mut self, from: usize, to: usize) {
         let n = self.n;
         for values in [&mut self.bias, &mut self.feedforward] {
@@ -203,6 +219,8 @@ pub struct Scene {
     pub data: Data,
     /// The arm along the path.
     pub plant: Plant,
+    /// Whether the path of the plant is that of the commands, which come late together with it.
+    pub follows_command: bool,
     /// Whether the arm rests at the first row.
     pub rests: bool,
     /// Whether the motion is simulated with the controller; otherwise the measured motion is taken as it
@@ -225,6 +243,9 @@ pub struct Scene {
     pub last_row: usize,
     /// Along a measured motion, how well each joint's speed is known, rad/s; empty otherwise.
     pub speed_error: Vec<f64>,
+    /// Along a measured motion, what its smoothing looks like in each joint's torque: a gain (beyond 1) and a rotor's
+    /// inertia (kg·m²) that are none. Empty otherwise.
+    pub smoothing: Vec<[f64; 2]>,
     /// Along a measured motion, whether the sign of a joint's speed is in doubt, `rows × n`: what dry
     /// friction does there nobody can say. Empty otherwise.
     pub in_doubt: Vec<bool>,
@@ -248,26 +269,44 @@ const EDGE: f64 = 0.1;
 impl Scene {
     /// Lays the arm out along a recording.
     pub fn new(arm: &Arm, data: Data) -> Self {
+        Self::about(arm, data, None)
+    }
+
+    /// Lays the arm out about another motion than its commands, one list of rows per joint, rad: what a
+    /// simulation said it did.
+    pub fn about(arm: &Arm, data: Data, motion: Option<&[Vec<f64>]>) -> Self {
         let n = data.n;
         let controller = arm.controller.as_ref().filter(|_| !data.commands.is_empty());
         let closed_loop = controller.is_some();
         let (from, to) = (data.time[0], data.time[data.n_rows() - 1]);
-        let mut speed_error = Vec::new();
+        let (mut speed_error, mut again) = (Vec::new(), Vec::new());
         let path: Vec<Spline> = if closed_loop || !data.has(Quantity::Position) {
-            data.commands.iter().map(|values| Spline::through(&data.time, values)).collect()
+            let exact = |values: &Vec<f64>| super::smooth::unrounded(&data.time, values);
+            data.commands.iter().map(|v| Spline::through(&data.time, &exact(v))).collect()
         } else {
             (0..n)
                 .map(|j| {
                     let values = data.measured(Quantity::Position, j).unwrap_or(&[]);
                     let smooth = super::smooth::smoothed(&data, j, values);
                     speed_error.push(smooth.speed_error);
+                    again.push(Spline::through(&data.time, &smooth.again));
                     Spline::through(&data.time, &smooth.q)
                 })
                 .collect()
         };
         let mut hint = 0;
         let rests = path.iter().all(|spline| spline.at(from, &mut hint).1.abs() < REST);
-        let plant = Plant::along(arm, &path, from, to, rests);
+        let follows_command = motion.is_none();
+        let plant = match motion {
+            None => Plant::along(arm, &path, from, to, rests),
+            Some(motion) => {
+                let about: Vec<Spline> =
+                    motion.iter().map(|values| Spline::through(&data.time, values)).collect();
+                let mut plant = Plant::along(arm, &about, from, to, rests);
+                plant.feed(arm, &path);
+                plant
+            }
+        };
         let (tick, hold) = match controller {
             Some(controller) => {
                 let period = 1.0 / controller.rate_hz;
@@ -310,9 +349,11 @@ impl Scene {
             (first_row, last_row) = (0, data.n_rows());
         }
         let in_doubt = in_doubt(&data, &path, &speed_error);
+        let smoothing = smoothing(arm, &data.time[first_row..last_row], &path, &again);
         Self {
             data,
             plant,
+            follows_command,
             rests,
             closed_loop,
             tick,
@@ -323,9 +364,38 @@ impl Scene {
             first_row,
             last_row,
             speed_error,
+            smoothing,
             in_doubt,
         }
     }
+}
+
+/// Smoothing takes the sharpest of the accelerations away, and with it torque. How much is seen by smoothing once more: returns
+/// the gain beyond 1 and the inertia that turn the torques of the second path into those of the first, joint by joint; nothing for
+/// a path that was not smoothed.
+fn smoothing(arm: &Arm, time: &[f64], once: &[Spline], again: &[Spline]) -> Vec<[f64; 2]> {
+    let n = again.len();
+    if n == 0 {
+        return Vec::new();
+    }
+    let (mut hints, mut sums) = (vec![[0, 0]; n], vec![[0.0; 4]; n]);
+    let [mut first, mut second] = [0, 1].map(|_| [[0.0; MOST_JOINTS]; 4]);
+    for &at in time {
+        for j in 0..n {
+            (first[0][j], first[1][j], first[2][j]) = once[j].at(at, &mut hints[j][0]);
+            (second[0][j], second[1][j], second[2][j]) = again[j].at(at, &mut hints[j][1]);
+        }
+        for [q, dq, ddq, tau] in [&mut first, &mut second] {
+            arm.chain.inverse(&q[..n], &dq[..n], &ddq[..n], &mut tau[..n]);
+        }
+        for (j, sum) in sums.iter_mut().enumerate() {
+            let (tau, lost, ddq) = (second[3][j], first[3][j] - second[3][j], second[2][j]);
+            let products = [lost * tau, tau * tau, lost * ddq, ddq * ddq];
+            sum.iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
+        }
+    }
+    let part = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
+    sums.iter().map(|sum| [part(sum[0], sum[1]), part(sum[2], sum[3])]).collect()
 }
 
 /// Finds the rows at which the sign of a joint's speed is in doubt. A joint that hardly ever moves is judged

@@ -5,9 +5,10 @@ use super::term::Law;
 use crate::discovery::finding::Visible;
 use crate::discovery::selection::{Gap as _, Options, Set, sum_of_squares};
 
-/// Returns how small an effect of each common kind would have been seen: the power of the test.
-pub(super) fn smallest_visible(gap: &ArmGap, options: &Options) -> Vec<Visible> {
-    let Some(base) = gap.residuals(Set::Train, &[], &[]) else { return Vec::new() };
+/// Returns how small an effect of each common kind would have been seen: the power of the test. `own` are the
+/// simulation's own parameters.
+pub(super) fn smallest_visible(gap: &ArmGap, own: &[f64], options: &Options) -> Vec<Visible> {
+    let Some(base) = gap.residuals(Set::Train, &[], own) else { return Vec::new() };
     let count = gap.count(Set::Train) as f64;
     let mut visible = Vec::new();
     for candidate in gap.candidates(&[], &base, None) {
@@ -29,8 +30,8 @@ pub(super) fn smallest_visible(gap: &ArmGap, options: &Options) -> Vec<Visible> 
         if !wanted {
             continue;
         }
-        let mut moved = start.clone();
-        moved[0] += slot.scale;
+        let mut moved = [own, start].concat();
+        moved[own.len()] += slot.scale;
         let Some(with) = gap.residuals(Set::Train, &[candidate.term], &moved) else { continue };
         let difference: Vec<f64> = with.iter().zip(&base).map(|(a, b)| a - b).collect();
         let strength = sum_of_squares(&difference).sqrt() / slot.scale;

@@ -14,6 +14,8 @@ pub struct Smooth {
     pub q: Vec<f64>,
     /// Standard deviation of the speed that is left to noise, rad/s.
     pub speed_error: f64,
+    /// The same once more smoothed, as much as before, rad: what that takes away was taken away the first time, too.
+    pub again: Vec<f64>,
 }
 
 /// Returns the joint's measured positions without noise, rad.
@@ -26,10 +28,28 @@ pub fn smoothed(data: &Data, joint: usize, values: &[f64]) -> Smooth {
     whittaker(&data.time, values, noise)
 }
 
+/// Fewest and most decimals to which a column may have been rounded; fewer, and the steps may be meant.
+const DECIMALS: std::ops::RangeInclusive<i32> = 4..=9;
+
+/// Returns a commanded motion without the rounding of the file it was written to: a stiff controller turns a
+/// rounding of a micrometre-sized angle, a few milliseconds later undone, into torque.
+pub fn unrounded(time: &[f64], values: &[f64]) -> Vec<f64> {
+    let is_multiple = |value: &f64, decimals| {
+        let scaled = value * 10_f64.powi(decimals);
+        (scaled - scaled.round()).abs() < 1e-4
+    };
+    let rounded = DECIMALS.into_iter().find(|k| values.iter().all(|value| is_multiple(value, *k)));
+    // Equally likely anywhere within a step.
+    rounded.map_or_else(
+        || values.to_vec(),
+        |decimals| whittaker(time, values, 10_f64.powi(-decimals) / 12_f64.sqrt()).q,
+    )
+}
+
 /// Smooths `values`, taken at `time`, until their root mean square change is about `noise`.
 pub fn whittaker(time: &[f64], values: &[f64], noise: f64) -> Smooth {
     if values.len() < 8 || noise <= 0.0 {
-        return Smooth { q: values.to_vec(), speed_error: 0.0 };
+        return Smooth { q: values.to_vec(), speed_error: 0.0, again: values.to_vec() };
     }
     let step = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
     // What the smoother lets through of white noise, `∫ ω² / (1 + λ (ω h)⁶)² dω`, in closed form.
@@ -41,16 +61,17 @@ pub fn whittaker(time: &[f64], values: &[f64], noise: f64) -> Smooth {
     // The change grows with the strength; half-decades are fine enough, since the result hardly moves
     // within one. Beyond 10^6.5 the equations lose more digits than the smoothing wins.
     let third = third_differences(time);
-    let mut best = Smooth { q: values.to_vec(), speed_error: speed_error(0.1) };
+    let (mut best, mut strongest) = (values.to_vec(), None);
     for half_decade in 0..16 {
         let strength = 10_f64.powf(f64::from(half_decade) * 0.5 - 1.0);
         let smooth = penalised(&third, values, strength);
         if taken(&smooth) > noise {
             break;
         }
-        best = Smooth { q: smooth, speed_error: speed_error(strength) };
+        (best, strongest) = (smooth, Some(strength));
     }
-    best
+    let again = strongest.map_or_else(|| best.clone(), |by| penalised(&third, &best, by));
+    Smooth { q: best, speed_error: speed_error(strongest.unwrap_or(0.1)), again }
 }
 
 /// Neighbours that a difference reaches.
@@ -140,6 +161,21 @@ mod tests {
         // An end has neighbours on one side only; such rows are not judged either.
         let worst = off.skip(10).take(180).fold(0.0, f64::max);
         assert!(worst < 1e-4, "{worst}");
+    }
+
+    #[test]
+    fn a_rounded_command_gets_its_speed_back() {
+        let time: Vec<f64> = (0..500).map(|i| f64::from(i) * 0.004).collect();
+        let exact: Vec<f64> = time.iter().map(|t| 0.8 * (1.3 * t).sin()).collect();
+        let rounded: Vec<f64> = exact.iter().map(|q| (q * 1e6).round() * 1e-6).collect();
+        let off = |q: &[f64]| {
+            let errors = (20..480)
+                .map(|i| (q[i + 1] - q[i - 1] - exact[i + 1] + exact[i - 1]) / 0.008)
+                .map(|error| error * error);
+            (errors.sum::<f64>() / 460.0).sqrt()
+        };
+        assert!(off(&unrounded(&time, &rounded)) < 0.3 * off(&rounded));
+        assert_eq!(unrounded(&time, &exact), exact);
     }
 
     #[test]

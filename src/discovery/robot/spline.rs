@@ -1,8 +1,9 @@
 //! A cubic spline through samples: value, speed and acceleration between them.
 //!
-//! Source: de Boor, *A Practical Guide to Splines*, 1978, ch. IV (natural end conditions).
+//! Source: de Boor, *A Practical Guide to Splines*, 1978, ch. IV (the not-a-knot end condition: a recording that
+//! ends in motion ends with an acceleration, which natural ends would take away).
 
-/// A natural cubic spline through `(t, y)`.
+/// A cubic spline through `(t, y)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spline {
     t: Vec<f64>,
@@ -22,12 +23,29 @@ impl Spline {
             for i in 1..n - 1 {
                 let (before, after) = (t[i] - t[i - 1], t[i + 1] - t[i]);
                 let slope = (y[i + 1] - y[i]) / after - (y[i] - y[i - 1]) / before;
-                let pivot = 2.0 * (before + after) - before * upper[i - 1];
-                upper[i] = after / pivot;
-                curvature[i] = (6.0 * slope - before * curvature[i - 1]) / pivot;
+                let (mut left, mut middle, mut right) = (before, 2.0 * (before + after), after);
+                if i == 1 && n > 3 {
+                    middle += before + before * before / after;
+                    right -= before * before / after;
+                }
+                if i == n - 2 && n > 3 {
+                    middle += after + after * after / before;
+                    left -= after * after / before;
+                }
+                let pivot = middle - left * upper[i - 1];
+                upper[i] = right / pivot;
+                curvature[i] = (6.0 * slope - left * curvature[i - 1]) / pivot;
             }
             for i in (1..n - 1).rev() {
                 curvature[i] -= upper[i] * curvature[i + 1];
+            }
+            if n > 3 {
+                let on = |i: usize, inner: usize, beyond: usize| {
+                    let part = (t[i] - t[inner]) / (t[beyond] - t[inner]);
+                    curvature[inner] + part * (curvature[beyond] - curvature[inner])
+                };
+                let ends = (on(0, 1, 2), on(n - 1, n - 2, n - 3));
+                (curvature[0], curvature[n - 1]) = ends;
             }
         }
         Self { t: t.to_vec(), y: y.to_vec(), curvature }

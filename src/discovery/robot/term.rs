@@ -46,6 +46,8 @@ pub enum Law {
     Asymmetric,
     /// A mass fixed to the last body (mass and position in the tip's frame).
     Payload,
+    /// A link is heavier than its file says, its mass spread as it was.
+    LinkMass,
     /// A thing that is carried for a while is heavier than modelled; which of them is the term's `joint`.
     ObjectMass,
     /// Rotor inertia.
@@ -166,6 +168,7 @@ impl Law {
         matches!(
             self,
             Self::Payload
+                | Self::LinkMass
                 | Self::ObjectMass
                 | Self::Armature
                 | Self::BaseTilt
@@ -187,6 +190,7 @@ impl Law {
             Self::Stribeck => "stribeck_friction",
             Self::Asymmetric => "asymmetric_friction",
             Self::Payload => "payload",
+            Self::LinkMass => "link_mass",
             Self::ObjectMass => "object_mass",
             Self::Armature => "armature",
             Self::BaseTilt => "base_tilt",
@@ -246,6 +250,7 @@ impl Law {
                 slot("moment_y", "kg*m", 2e-3, ANY, Some(0.0)),
                 slot("moment_z", "kg*m", 2e-3, ANY, Some(0.0)),
             ],
+            Self::LinkMass => vec![slot("mass", "kg", 0.02, ANY, Some(0.0))],
             // A sip more or less, or what sticks to the outside.
             Self::ObjectMass => {
                 vec![Slot { least: 5e-3, ..slot("mass", "kg", 0.02, ANY, Some(0.0)) }]

@@ -143,6 +143,7 @@ pub fn equation(term: &Term, told: &[Told]) -> String {
                 n(0)
             )
         }
+        Law::LinkMass => format!("the link after joint {j} weighs {} more", n(0)),
         Law::Armature => format!("tau_{j} += {} * ddq_{j}", n(0)),
         Law::BaseTilt => {
             format!("g = R(roll {}, pitch {})' * (0, 0, -g)", n(0), n(1))

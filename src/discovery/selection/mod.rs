@@ -126,6 +126,13 @@ pub trait Gap: Sync {
         true
     }
 
+    /// Returns whether the effect acts on many data with several numbers, so that it can stand for two or three
+    /// others and none of them leads out again: then the search is tried once more without it.
+    fn is_broad(&self, term: &Self::Term) -> bool {
+        let _ = term;
+        false
+    }
+
     /// Returns whether the law is exact, so that once its numbers are right it leaves nothing behind: the
     /// mechanics of rigid bodies are, friction is not.
     fn is_exact(&self, term: &Self::Term) -> bool {
@@ -239,7 +246,7 @@ impl Default for Options {
             overwhelming: 60.0,
             // A law that is right to three parts in a hundred leaves the square of it.
             imperfection: 1e-3,
-            forgiven: 60.0,
+            forgiven: 100.0,
             generality: 0.0,
             // "Strong" on the scale of Kass and Raftery begins at 6.
             tie: 6.0,

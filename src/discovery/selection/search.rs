@@ -21,46 +21,14 @@ pub fn search<G: Gap>(
     let start: Vec<f64> = gap.nuisance().iter().map(|(_, value)| *value).collect();
     let nothing = refit(gap, Vec::new(), start, Vec::new())
         .ok_or("the model without effects runs away on the data; check its parameters and units")?;
-    let mut best = nothing.clone();
-    let mut rivals: Vec<Rival<G::Term>> = Vec::new();
-    let mut unnamed = !gap.names_first();
-    while best.terms.len() < options.most {
-        let done = best.terms.len() as f64 / (options.most as f64 + 1.0);
-        progress("looking for what explains the gap", done);
-        let fitted = extended(gap, &best, options, unnamed, None);
-        let worth = |h: &&Hypothesis<G::Term>| {
-            pays(gap, h, h.terms.len() - 1, &best, options) && matters(gap, h)
-        };
-        let Some(chosen) = fitted.iter().find(worth) else {
-            if unnamed {
-                break;
-            }
-            unnamed = true;
-            continue;
-        };
-        let chosen = simplest(gap, chosen, fitted.iter().filter(worth), options).clone();
-        let added = chosen.terms.len() - 1;
-        rivals.retain(|rival| rival.instead_of != added);
-        rivals.extend(
-            fitted.into_iter().filter(|h| h.terms != chosen.terms).map(|hypothesis| Rival {
-                instead_of: added,
-                behind: 0.0,
-                hypothesis,
-            }),
-        );
-        best = chosen;
-        if best.terms.len() > 1 {
-            progress("trying to exchange and to leave out", done + 0.1);
-            let before = best.terms.clone();
-            let new = best.terms[best.terms.len() - 1].clone();
-            best = exchanged(gap, best, options, &mut rivals, Some(&new), unnamed);
-            best = pruned(gap, best, options, Some(&new));
-            // What was set aside beside another set of effects says nothing about this one.
-            if best.terms != before {
-                rivals.clear();
-            }
-        }
+    let mut grown =
+        Grown { best: nothing.clone(), rivals: Vec::new(), unnamed: !gap.names_first() };
+    grown.grow(gap, options, None, progress);
+    let mut others = grown.best.terms.iter().filter(|term| gap.is_broad(term));
+    if let (Some(broad), true) = (others.next().cloned(), grown.best.terms.len() >= CROWD) {
+        grown.without(gap, options, &broad, progress);
     }
+    let Grown { mut best, mut rivals, unnamed } = grown;
     let all_related =
         best.terms.iter().all(|a| best.terms.iter().all(|b| a == b || gap.related(a, b)));
     if !all_related {
@@ -77,6 +45,93 @@ pub fn search<G: Gap>(
     Ok(Outcome { nothing, best, without, rivals })
 }
 
+/// So many effects are enough for one of them to stand for two others.
+const CROWD: usize = 3;
+
+/// How many effects may come in the place of a broad one.
+const DETOUR: usize = 3;
+
+/// What has been found so far.
+#[derive(Clone)]
+struct Grown<T> {
+    best: Hypothesis<T>,
+    rivals: Vec<Rival<T>>,
+    /// Whether effects without a name are tried yet.
+    unnamed: bool,
+}
+
+impl<T: Clone + PartialEq + Send + Sync> Grown<T> {
+    /// Adds effects while they pay, none of them `barred`; after each, those there are may be exchanged or left out.
+    fn grow<G: Gap<Term = T>>(
+        &mut self,
+        gap: &G,
+        options: &Options,
+        barred: Option<&T>,
+        progress: &mut dyn FnMut(&str, f64),
+    ) {
+        while self.best.terms.len() < options.most {
+            let best = &self.best;
+            let done = best.terms.len() as f64 / (options.most as f64 + 1.0);
+            progress("looking for what explains the gap", done);
+            let mut fitted = extended(gap, best, options, self.unnamed, None);
+            fitted.retain(|h| h.terms.last() != barred);
+            let worth = |h: &&Hypothesis<T>| {
+                pays(gap, h, h.terms.len() - 1, best, options) && matters(gap, h)
+            };
+            let Some(chosen) = fitted.iter().find(worth) else {
+                if self.unnamed {
+                    break;
+                }
+                self.unnamed = true;
+                continue;
+            };
+            let chosen = simplest(gap, chosen, fitted.iter().filter(worth), options).clone();
+            let added = chosen.terms.len() - 1;
+            self.rivals.retain(|rival| rival.instead_of != added);
+            self.rivals.extend(
+                fitted.into_iter().filter(|h| h.terms != chosen.terms).map(|hypothesis| Rival {
+                    instead_of: added,
+                    behind: 0.0,
+                    hypothesis,
+                }),
+            );
+            self.best = chosen;
+            if self.best.terms.len() > 1 {
+                progress("trying to exchange and to leave out", done + 0.1);
+                let before = self.best.terms.clone();
+                let new = before[before.len() - 1].clone();
+                let best = self.best.clone();
+                let best =
+                    exchanged(gap, best, options, &mut self.rivals, Some(&new), self.unnamed);
+                self.best = pruned(gap, best, options, Some(&new));
+                // What was set aside beside another set of effects says nothing about this one.
+                if self.best.terms != before {
+                    self.rivals.clear();
+                }
+            }
+        }
+    }
+
+    /// Searches once more from what is there without `broad`, and keeps what explains more.
+    fn without<G: Gap<Term = T>>(
+        &mut self,
+        gap: &G,
+        options: &Options,
+        broad: &T,
+        progress: &mut dyn FnMut(&str, f64),
+    ) {
+        let Some(at) = self.best.terms.iter().position(|term| term == broad) else { return };
+        let Some(rest) = left_out(gap, &self.best, at) else { return };
+        let most = options.most.min(rest.terms.len() + DETOUR);
+        let mut other = Self { best: rest, rivals: Vec::new(), unnamed: self.unnamed };
+        other.grow(gap, &Options { most, ..*options }, Some(broad), progress);
+        other.best = pruned(gap, other.best, options, None);
+        if other.best.evidence() < self.best.evidence() {
+            *self = other;
+        }
+    }
+}
+
 /// Returns the special case of the last effect of `chosen` that explains nearly as much, or `chosen`.
 fn simplest<'a, G: Gap>(
     gap: &G,
@@ -90,7 +145,7 @@ fn simplest<'a, G: Gap>(
     let stands_for = |other: &&Hypothesis<G::Term>| {
         let behind = other.evidence() - chosen.evidence();
         other.terms.last().is_some_and(|special| gap.contains(general, special))
-            && behind < options.generality * gain
+            && behind < (options.generality * gain).min(options.forgiven)
     };
     others.find(stands_for).unwrap_or(chosen)
 }

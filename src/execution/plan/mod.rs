@@ -385,6 +385,15 @@ pub fn payload_torque(robot: &Arc<Robot>, q: &[f64]) -> Vec<f64> {
         .collect()
 }
 
+/// Returns the mass at the tool centre point, kg, that takes so much more torque (N·m) at `q` than an empty hand: the
+/// least-squares one over all joints.
+pub fn mass_of(robot: &Arc<Robot>, q: &[f64], excess: &[f64]) -> f64 {
+    let column = payload_torque(robot, q);
+    let along: f64 = column.iter().zip(excess).map(|(c, e)| c * e).sum();
+    let norm: f64 = column.iter().map(|c| c * c).sum();
+    if norm > 1e-9 { along / norm } else { 0.0 }
+}
+
 /// Returns the angle, rad, through which the tool turns along a joint path.
 pub fn turned_angle(robot: &Arc<Robot>, path: &[Vec<f64>]) -> f64 {
     let turns: Vec<_> = path

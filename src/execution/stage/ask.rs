@@ -6,6 +6,12 @@ use super::super::beside::Order;
 use super::super::plan::{Grasp, Placement, Pour};
 use super::super::tape::Entry;
 use super::{ActionError, Stage};
+use crate::motion::dynamics::GRAVITY;
+use crate::twin::hold::DENSITY;
+
+/// The force of each finger with which things are held, N, and how many times the weight pads should hold.
+const SQUEEZE: f64 = 40.0;
+const SAFETY: f64 = 2.0;
 
 impl Stage {
     /// `camera.look()`.
@@ -66,6 +72,24 @@ impl Stage {
         let ways = self.planner()?.placements(o)?;
         self.tape.record(Entry::Placements(ways.clone()));
         Ok(ways)
+    }
+
+    /// `twin.squeeze(o)`: the force of each finger that holds `o` with what is in it, N: the usual one, or as much
+    /// more as pads with less friction need.
+    pub fn squeeze(&mut self, o: &str) -> Result<f64, ActionError> {
+        let object = self.cell.scene.object(o);
+        let object = object.ok_or_else(|| ActionError::Refused(format!("there is no `{o}`")))?;
+        let mass = object.mass + DENSITY * self.volume(o).unwrap_or(0.0);
+        let friction = self.cell.pads.friction;
+        let needed = SAFETY * mass * GRAVITY / (2.0 * friction.max(1e-6));
+        let most = self.cell.limits.finger_force;
+        if needed > most {
+            return Err(ActionError::Refused(format!(
+                "pads with a friction of {friction:.3} would have to press the {mass:.2} kg of `{o}` with \
+                 {needed:.0} N; the fingers may press with {most:.0} N"
+            )));
+        }
+        Ok(needed.max(SQUEEZE.min(most)))
     }
 
     /// `twin.enough(o, volume)`: whether `o` has gained so much, m³, since the run began in the twin; on the

@@ -2,7 +2,7 @@
 
 use super::super::arm::{Feedback, Grip};
 use super::super::beside::Order;
-use super::super::plan::{gravity_torque, payload_torque};
+use super::super::plan::{gravity_torque, mass_of};
 use super::{ActionError, Stage};
 
 /// How fast the fingers go, m/s, and with how much force they open, N.
@@ -59,10 +59,7 @@ impl Stage {
                 *joint -= bias;
             }
         }
-        let column = payload_torque(&self.cell.robot, &q);
-        let along: f64 = column.iter().zip(&excess).map(|(c, e)| c * e).sum();
-        let norm: f64 = column.iter().map(|c| c * c).sum();
-        let mass = if norm > 1e-9 { along / norm } else { 0.0 };
+        let mass = mass_of(&self.cell.robot, &q, &excess);
         self.body.weighed(mass);
         Ok(mass)
     }

@@ -20,6 +20,7 @@ use rand::rngs::StdRng;
 use rhai::Dynamic;
 
 use crate::motion::robot::Robot;
+use crate::twin::Settings;
 use crate::world::{Scene, WorldState};
 
 use super::arm::Cancel;
@@ -44,6 +45,25 @@ pub struct Cell {
     pub scene: Arc<Scene>,
     /// Bounds on every motion.
     pub limits: Limits,
+    /// How the finger pads hold.
+    pub pads: Pads,
+}
+
+/// What is known of how the finger pads hold a thing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pads {
+    /// Coefficient of friction on what is held.
+    pub friction: f64,
+    /// How fast a thing creeps along them the way its weight pulls, m/s.
+    pub creep: f64,
+}
+
+impl Pads {
+    /// Takes what the twin is built with.
+    pub fn of(settings: &Settings) -> Self {
+        let friction = &settings.friction;
+        Self { friction: friction.pad_object, creep: friction.pad_creep }
+    }
 }
 
 /// What actions remember for later actions, by name.

@@ -17,6 +17,7 @@ mod film;
 mod grid;
 mod kernel;
 mod placed;
+mod rim;
 mod sleep;
 mod solve;
 mod vessel;
@@ -26,12 +27,14 @@ use rand::{RngExt, SeedableRng, rngs::StdRng};
 
 pub use film::Dribble;
 pub use kernel::Kernel;
+pub use rim::Rim;
 pub use vessel::Vessel;
 
 use crate::motion::Inertial;
 use crate::world::Table;
 use film::Film;
 use placed::Placed;
+use rim::Lip;
 use solve::Scratch;
 
 /// Density of water, kg/m³.
@@ -153,6 +156,8 @@ pub struct Fluid {
     vessels: Vec<Moving>,
     /// The water on each vessel's lip.
     films: Vec<Film>,
+    /// What else holds for each vessel's rim.
+    lips: Vec<Lip>,
     position: Vec<Vector3<f32>>,
     velocity: Vec<Vector3<f32>>,
     /// Bit k: inside vessel k.
@@ -174,8 +179,8 @@ pub struct Filling {
     pub pose: Isometry3<f64>,
     /// Water in it, m³.
     pub water: f64,
-    /// What runs on from its lip, if anything does.
-    pub dribble: Option<Dribble>,
+    /// How its rim lets go of water.
+    pub rim: Rim,
 }
 
 impl Fluid {
@@ -209,6 +214,7 @@ impl Fluid {
             table,
             vessels: Vec::new(),
             films: Vec::new(),
+            lips: Vec::new(),
             position: Vec::new(),
             velocity: Vec::new(),
             inside: Vec::new(),
@@ -234,7 +240,10 @@ impl Fluid {
                 fluid.rest_time.push(0.0);
                 fluid.ride.push(Vector3::zeros());
             }
-            fluid.films.push(Film::new(filling.dribble, volume));
+            let vessel = &filling.vessel;
+            fluid.films.push(Film::new(filling.rim.dribble, volume));
+            let to_rim = f64::from(vessel.volume());
+            fluid.lips.push(Lip::new(filling.rim, to_rim, volume));
             fluid.vessels.push(Moving {
                 vessel: filling.vessel.clone(),
                 reach2: (filling.vessel.bound() + 0.03).powi(2),
@@ -283,6 +292,7 @@ impl Fluid {
         self.wake();
         self.ride();
         self.solve();
+        self.let_go();
         self.drain();
         self.rest();
         for k in 0..self.vessels.len() {

@@ -266,7 +266,10 @@ impl Fluid {
                 }
                 let from = moving.local_before(start);
                 let to = moving.local(&p);
-                let (held, is_in) = moving.vessel.confine(&from, inside, &to, margin);
+                let (mut held, mut is_in) = moving.vessel.confine(&from, inside, &to, margin);
+                if inside && self.lips[k].has_lid() {
+                    (held, is_in) = (moving.vessel.under_lid(&held, margin), true);
+                }
                 if held != to {
                     p = moving.world(&held);
                     again |= asked || below_top(&p);

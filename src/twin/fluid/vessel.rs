@@ -5,9 +5,12 @@
 //! at the side the particle was on. So nothing crosses a wall, however fast, and also when the lip of
 //! one vessel dips below the rim of another.
 
+use std::sync::Arc;
+
 use nalgebra::{Isometry3, Vector3};
 
 use super::kernel::Kernel;
+use crate::twin::hold::Hold;
 use crate::world::{Object, Shape};
 
 /// The outline of a prism, seen from above.
@@ -109,6 +112,8 @@ pub struct Vessel {
     outer: Outline,
     floor: f32,
     rim: f32,
+    /// What it holds at a tilt.
+    hold: Arc<Hold>,
 }
 
 impl Vessel {
@@ -123,7 +128,13 @@ impl Vessel {
             outer: outline(object.shape),
             floor: object.cavity?.wall as f32,
             rim: object.shape.height() as f32,
+            hold: Arc::new(Hold::of(object)?),
         })
+    }
+
+    /// Returns what it holds at a tilt.
+    pub(super) fn hold(&self) -> &Hold {
+        &self.hold
     }
 
     /// Returns the volume to the rim, m³.
@@ -226,6 +237,31 @@ impl Vessel {
         }
         place.z = self.rim - gap;
         place
+    }
+
+    /// Returns the place on the lip on the side of `down` (in the vessel's frame), `along` it from -0.5 to 0.5, with
+    /// a `gap` (m) over the rim.
+    pub(super) fn on_lip(&self, down: &Vector3<f32>, along: f32, gap: f32) -> Vector3<f32> {
+        // Nine tenths of an edge, or a sixth of the way round: further aside the lip is higher.
+        let (x, y) = match self.outer {
+            Outline::Box(x, y) if down.x.abs() > down.y.abs() => {
+                (x.copysign(down.x), 1.8 * along * y)
+            }
+            Outline::Box(x, y) => (1.8 * along * x, y.copysign(down.y)),
+            Outline::Round(r) => {
+                let turn = down.y.atan2(down.x) + along * std::f32::consts::FRAC_PI_3;
+                (r * turn.cos(), r * turn.sin())
+            }
+        };
+        Vector3::new(x, y, self.rim + gap)
+    }
+
+    /// Returns the nearest place inside, `margin` m from walls, floor and a lid on the rim.
+    pub(super) fn under_lid(&self, p: &Vector3<f32>, margin: f32) -> Vector3<f32> {
+        let mut kept = *p;
+        self.inner.grown(-margin).pull_in(&mut kept);
+        kept.z = kept.z.clamp(self.floor + margin, self.rim - margin);
+        kept
     }
 
     /// Returns where a particle may be that was at `from` and wants to be at `to` (both in the vessel's
@@ -347,23 +383,29 @@ pub(super) fn single(pose: &Isometry3<f64>) -> Isometry3<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::world::{Cavity, Material};
+
+    fn vessel(shape: Shape) -> Vessel {
+        let cavity = Cavity { wall: 0.003, capacity: 1e-3, filled: 0.0 };
+        let object = Object {
+            name: "vessel".into(),
+            kind: "Container".into(),
+            shape,
+            cavity: Some(cavity),
+            looks: String::new(),
+            material: Material::Opaque,
+            colour: [0; 3],
+            mass: 0.1,
+        };
+        Vessel::new(&object).unwrap()
+    }
 
     fn jar() -> Vessel {
-        Vessel {
-            inner: Outline::Box(0.03, 0.03),
-            outer: Outline::Box(0.033, 0.033),
-            floor: 0.003,
-            rim: 0.14,
-        }
+        vessel(Shape::Cuboid { size: Vector3::new(0.066, 0.066, 0.14) })
     }
 
     fn cup() -> Vessel {
-        Vessel {
-            inner: Outline::Round(0.077),
-            outer: Outline::Round(0.08),
-            floor: 0.003,
-            rim: 0.095,
-        }
+        vessel(Shape::Cylinder { radius: 0.08, height: 0.095 })
     }
 
     #[test]

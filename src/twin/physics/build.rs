@@ -9,6 +9,7 @@ use rapier3d_f64::geometry::{
     ColliderBuilder, Group, InteractionGroups, InteractionTestMode, SharedShape,
 };
 use rapier3d_f64::math::Pose as EnginePose;
+use rapier3d_f64::pipeline::ActiveHooks;
 
 use super::super::convert::{inertia_to_engine, pose_to_engine};
 use super::super::{Error, Settings};
@@ -125,6 +126,13 @@ impl Physics {
                     let collider = ColliderBuilder::new(shape).density(0.0);
                     let collider = collider.position(pose_to_engine(&pose));
                     let collider = surface(collider, rough, ARM);
+                    let creeps = pad && settings.friction.pad_creep != 0.0;
+                    let hooks = if creeps {
+                        ActiveHooks::MODIFY_SOLVER_CONTACTS
+                    } else {
+                        ActiveHooks::empty()
+                    };
+                    let collider = collider.active_hooks(hooks);
                     self.colliders.insert_with_parent(collider, handle, &mut self.bodies);
                 }
             }

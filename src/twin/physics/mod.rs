@@ -8,6 +8,7 @@
 //! millimetres; the settings below hold it within 0.1 mm.
 
 mod build;
+mod creep;
 mod tree;
 
 use nalgebra::{Isometry3, Vector3};
@@ -17,7 +18,7 @@ use rapier3d_f64::dynamics::{
     SpringCoefficients,
 };
 use rapier3d_f64::geometry::{BroadPhaseBvh, ColliderHandle, ColliderSet, NarrowPhase};
-use rapier3d_f64::pipeline::PhysicsPipeline;
+use rapier3d_f64::pipeline::{PhysicsHooks, PhysicsPipeline};
 
 pub use tree::{Body, Tree};
 
@@ -148,8 +149,11 @@ impl Physics {
         Ok(world)
     }
 
-    /// Advances the rigid world by one time step.
-    pub fn step(&mut self) {
+    /// Advances the rigid world by one time step, in which what hangs in the jaws creeps along the pads at `creep`
+    /// m/s.
+    pub fn step(&mut self, creep: f64) {
+        let creep = self.creeping(creep);
+        let hooks: &dyn PhysicsHooks = creep.as_ref().map_or(&(), |creep| creep);
         self.pipeline.step(
             to_engine(&self.gravity),
             &self.parameters,
@@ -162,7 +166,7 @@ impl Physics {
             &mut self.multibody_joints,
             &mut self.soft_bodies,
             &mut self.ccd,
-            &(),
+            hooks,
             &(),
         );
     }

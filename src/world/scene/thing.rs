@@ -61,7 +61,7 @@ impl Reader<'_> {
             colour,
             mass: 0.0,
         };
-        let mut solid = volume(&shape) * SOLID_DENSITY;
+        let mut solid = shape.volume() * SOLID_DENSITY;
         if vessel {
             let wall = given.wall.unwrap_or(0.003);
             if wall >= shape.inner_radius() || wall >= shape.height() {
@@ -75,7 +75,7 @@ impl Reader<'_> {
                 return None;
             }
             object.cavity = Some(Cavity { wall, capacity: 0.0, filled: 0.0 });
-            let brim = object.inside().map_or(0.0, |inside| volume(&inside));
+            let brim = object.inside().map_or(0.0, |inside| inside.volume());
             let capacity = given.holds.unwrap_or(brim);
             let filled = given.filled.unwrap_or(0.0);
             // A rounded figure on a label may exceed the geometry by a little, not by more.
@@ -108,7 +108,7 @@ impl Reader<'_> {
                 );
             }
             object.cavity = Some(Cavity { wall, capacity, filled });
-            solid = (volume(&shape) - brim) * WALL_DENSITY;
+            solid = (shape.volume() - brim) * WALL_DENSITY;
         }
         object.mass = given.mass.unwrap_or(solid);
         Some(object)
@@ -296,14 +296,6 @@ fn literal(expr: &Expr) -> Option<Literal> {
     match expr.kind {
         ExprKind::Literal(quantity) => Some(Literal { quantity, span: expr.span }),
         _ => None,
-    }
-}
-
-/// Volume of a solid, m³.
-fn volume(shape: &Shape) -> f64 {
-    match *shape {
-        Shape::Cuboid { size } => size.x * size.y * size.z,
-        Shape::Cylinder { radius, height } => std::f64::consts::PI * radius * radius * height,
     }
 }
 

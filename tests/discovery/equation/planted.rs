@@ -154,6 +154,47 @@ fn gains_before_and_after_a_linear_model_cannot_be_told_apart() {
     assert!(outcome.finding.next_experiment.is_some());
 }
 
+/// Something that never turns round does not tell dry friction from an offset of what drives it; that it is
+/// dragged back by the square of its speed is sure all the same, and is all that is written.
+#[test]
+fn a_doubt_beside_a_sure_effect_is_told_and_has_its_experiment() {
+    let made = |seed: u32| {
+        record(
+            400,
+            0.04,
+            seed,
+            1e-3,
+            &[2.0],
+            |_, u, x| vec![2.0 * u - 0.8 * x[0].signum() - 0.5 * x[0] * x[0].abs()],
+            |_, x| x[0],
+            |t| 1.5 + 0.4 * wiggle(t, f64::from(seed)),
+        )
+    };
+    let model = "model fan {\n    input u\n    state q = 0, v = free\n    q' = v\n    v' = 2*u\n    output y = v\n}\n";
+    let outcome = ask(model, &[made(1), made(2)]).unwrap();
+    let finding = &outcome.finding;
+    assert_eq!(finding.verdict, Verdict::Ambiguous, "{finding:#?}");
+    let named = |doubtful: bool| -> Vec<&str> {
+        let of = finding.effects.iter().filter(|e| e.indistinguishable == doubtful);
+        of.map(|e| e.name.as_str()).collect()
+    };
+    assert_eq!(named(false), ["quadratic_drag"]);
+    let doubtful = named(true);
+    assert!(
+        doubtful.contains(&"dry_friction") && doubtful.contains(&"input_offset"),
+        "{doubtful:?}"
+    );
+    let drag = value(&outcome, "quadratic_drag", "v", "coefficient");
+    assert!((drag / 0.5 - 1.0).abs() < 0.05, "{drag}");
+    assert!(outcome.text.contains("drag*v*abs(v)") && !outcome.text.contains("sign("));
+    // No push in the recorded range turns it round; one that goes both ways does.
+    let why = &finding.next_experiment.as_ref().unwrap().why;
+    assert!(why.contains("standard deviations"), "{why}");
+    let planned = outcome.experiment.as_deref().unwrap();
+    let lowest = planned.lines().skip(1).filter_map(|l| l.split(',').nth(1)?.parse::<f64>().ok());
+    assert!(lowest.fold(f64::INFINITY, f64::min) < 0.0, "{planned}");
+}
+
 #[test]
 fn a_model_that_blows_up_and_one_with_mistakes_are_errors() {
     let recordings = cart(|_, _, _| 0.0, |u| u);

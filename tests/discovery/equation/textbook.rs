@@ -7,11 +7,12 @@ use trueup::discovery::recording::{Map, Recording};
 
 use super::{ask, table, wiggle};
 
-const MODELS: [(&str, &str); 9] = [
+const MODELS: [(&str, &str); 10] = [
     ("cart_pole", include_str!("../../../stdlib/models/cart_pole.task")),
     ("dc_motor", include_str!("../../../stdlib/models/dc_motor.task")),
     ("emps", include_str!("../../../stdlib/models/emps.task")),
     ("heater", include_str!("../../../stdlib/models/heater.task")),
+    ("joint_drive", include_str!("../../../stdlib/models/joint_drive.task")),
     ("mass_spring_damper", include_str!("../../../stdlib/models/mass_spring_damper.task")),
     ("pendulum", include_str!("../../../stdlib/models/pendulum.task")),
     ("servo", include_str!("../../../stdlib/models/servo.task")),

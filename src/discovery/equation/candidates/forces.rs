@@ -59,8 +59,7 @@ fn hysteresis(
     let alpha = || p("alpha", "hysteresis", rate_dim, &[0.0]);
     let width = |parts: &[f64]| {
         let starts: Vec<f64> = parts.iter().map(|part| part * span).collect();
-        // One wider than half of the way never closes and is a spring.
-        p("width", "width", qd, &starts).within(0.002 * span, 0.5 * span).shape()
+        p("width", "width", qd, &starts).within(0.002 * span, 2.0 * span).shape()
     };
     let looped = |n: &[String], bend: &str| {
         let (mut patch, equation) = write(format!("- {}*{name}", n[0]));
@@ -70,8 +69,8 @@ fn hysteresis(
     };
     let plain = [alpha(), width(&[0.04, 0.12, 0.35])];
     draft.add(("hysteresis", qn), &plain, &["hysteresis"], |n| looped(n, "1"));
-    let skew = p("skew", "skew", Some(Dimension::NONE), &[-1.0, -1.0, 0.3, 0.3, 2.0, 2.0]);
-    let skewed = [alpha(), width(&[0.1, 0.4, 0.1, 0.4, 0.1, 0.4]), skew.within(-5.0, 5.0).shape()];
+    let skew = p("skew", "skew", Some(Dimension::NONE), &[-1.0, -1.0, 2.0]);
+    let skewed = [alpha(), width(&[0.1, 0.4, 0.2]), skew.within(-5.0, 5.0).shape()];
     draft.add(("hysteresis", qn), &skewed, &[], |n| looped(n, &n[2]));
 }
 

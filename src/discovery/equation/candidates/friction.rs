@@ -34,6 +34,14 @@ fn rubbing(
         &[],
         |n| write(format!("{sign} {}*{v}*abs({v})", n[0])),
     );
+    // Where nothing turns round it is a constant, and so is an offset: a doubt.
+    let role = if dry == "coulomb_friction" { "torque" } else { "coefficient" };
+    draft.add(
+        (dry, at),
+        &[p(role, "dry", rate_dim, &[0.1 * rate])],
+        &["asymmetric_friction", "stribeck_friction"],
+        |n| write(format!("{sign} {}*sign({v})", n[0])),
+    );
     if !both_ways {
         return;
     }
@@ -45,13 +53,6 @@ fn rubbing(
         ],
         &[],
         |n| write(format!("{sign} ({}*max({v}, 0) + {}*min({v}, 0))", n[0], n[1])),
-    );
-    let role = if dry == "coulomb_friction" { "torque" } else { "coefficient" };
-    draft.add(
-        (dry, at),
-        &[p(role, "dry", rate_dim, &[0.1 * rate])],
-        &["asymmetric_friction", "stribeck_friction"],
-        |n| write(format!("{sign} {}*sign({v})", n[0])),
     );
     draft.add(
         (asymmetric, at),
@@ -155,8 +156,7 @@ pub(super) fn friction_of_inputs(draft: &mut Draft) {
                     Patch { outputs: vec![(out.clone(), term.clone())], ..Patch::default() };
                 (patch, format!("{out} += {}", term.trim_start_matches("+ ")))
             };
-            // What rubs in one direction only looks like a constant there; its sign is still the motion's.
-            let both = ground.inputs[i].span() > 0.0;
+            let both = ground.inputs[i].changes_sign();
             let about =
                 (ground.inputs[i], ground.outputs[o].rms.max(1e-12), output.dimension, *dimension);
             let at =

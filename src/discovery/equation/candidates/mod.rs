@@ -44,7 +44,7 @@ impl Range {
     }
 
     /// Whether it is well on both sides of 0.
-    fn changes_sign(self) -> bool {
+    pub(super) fn changes_sign(self) -> bool {
         self.low < -0.02 * self.span() && self.high > 0.02 * self.span()
     }
 }

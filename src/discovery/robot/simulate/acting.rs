@@ -112,6 +112,14 @@ impl Acting {
                 self.loops.push(Loop { joint: j, torque: p[0], width: p[1], z: 0.0 });
             }
             Law::Payload => self.payload(model, p),
+            Law::LinkMass => {
+                // Its own mass tells how the new one is spread.
+                let own = model.arm.chain.bodies[j].mass;
+                if own > 0.0 {
+                    let column = model.column((4, j, 0), 1.0, |chain| chain.bodies[j].thicken(1.0));
+                    self.accumulate(model, &column, p[0] / own);
+                }
+            }
             Law::ObjectMass => {
                 for load in model.loads.iter().filter(|load| load.thing == j) {
                     self.accumulate(model, &load.per_kilogram, p[0]);

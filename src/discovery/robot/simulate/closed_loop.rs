@@ -15,6 +15,22 @@ use super::acting::Acting;
 use super::friction::{Gapped, Loop, Smooth};
 use super::{GridPoint, Model, Motion};
 use crate::discovery::recording::sidecar::Controller;
+use crate::discovery::selection::Slot;
+
+/// How far an arm moves within a tick by an acceleration `a`: this part of `a·tick²`. Half of it is the
+/// continuous arm, all of it a simulator that takes one semi-implicit step a tick; two half steps are between.
+/// At 1 rad/s the two differ by more than an encoder's noise, so it is fitted.
+pub(super) const STEPPING: (Slot, f64) = {
+    let slot = Slot {
+        name: "stepping",
+        unit: "",
+        scale: 0.1,
+        range: (0.5, 1.0),
+        neutral: None,
+        least: 0.0,
+    };
+    (slot, 0.75)
+};
 
 /// A motor without rotor inertia would be nowhere in its gap; this is less than any, kg·m².
 const LEAST_ROTOR: f64 = 1e-3;
@@ -43,6 +59,8 @@ struct Run<'a> {
     /// Ticks are divided by this where contact is lost and made again, which a millisecond is coarse for.
     fine: usize,
     tick: f64,
+    /// The part of `a·tick²` that an acceleration adds to an angle.
+    part: f64,
     loops: Vec<Loop>,
     gapped: Vec<Gapped>,
     /// The links' positions, rad, and speeds, rad/s.
@@ -58,9 +76,9 @@ struct Run<'a> {
 
 /// Simulates arm and controller from the commands. `None` without a controller, or if the motion runs
 /// away.
-pub(super) fn simulate(model: &Model, acting: &Acting) -> Option<Motion> {
+pub(super) fn simulate(model: &Model, acting: &Acting, own: &[f64]) -> Option<Motion> {
     let scene = &model.scene;
-    let mut run = Run::begin(model, acting)?;
+    let mut run = Run::begin(model, acting, own)?;
     for k in 0..scene.ticks * run.fine {
         let time = scene.plant.start + k as f64 * run.tick;
         // Where the reference and the bodies along it stand at this instant.
@@ -74,8 +92,10 @@ pub(super) fn simulate(model: &Model, acting: &Acting) -> Option<Motion> {
             break;
         }
         let mut friction = run.pushes(time - scene.data.time[0]);
-        let mut ddq = run.accelerations(here, &friction);
-        let inverse = run.inverse_mass(here);
+        // The bodies are where the path says; only a path that is the command's own comes as late.
+        let bodies = if scene.follows_command { here } else { GridPoint::at(&scene.plant, time) };
+        let mut ddq = run.accelerations(bodies, &friction);
+        let inverse = run.inverse_mass(bodies);
         run.thick_fluid(inverse, &mut ddq, &mut friction);
         run.dry_friction(inverse, &mut ddq, &mut friction);
         run.gaps(inverse, &mut ddq, &friction);
@@ -89,7 +109,7 @@ pub(super) fn simulate(model: &Model, acting: &Acting) -> Option<Motion> {
 
 impl<'a> Run<'a> {
     /// Lays the arm at the start of its reference. `None` without a controller.
-    fn begin(model: &'a Model, acting: &'a Acting) -> Option<Self> {
+    fn begin(model: &'a Model, acting: &'a Acting, own: &[f64]) -> Option<Self> {
         let scene = &model.scene;
         let n = scene.plant.n;
         let (mut q, mut dq) = ([0.0; MOST_JOINTS], [0.0; MOST_JOINTS]);
@@ -106,6 +126,9 @@ impl<'a> Run<'a> {
             })
             .collect();
         let fine = if gapped.is_empty() { 1 } else { 2 };
+        let part = own.first().copied().unwrap_or(STEPPING.1);
+        // Two half ticks that together move as far.
+        let part = if fine == 1 { part } else { 2.0 * part - 0.5 };
         let none = [0.0; MOST_JOINTS];
         let now = Reading { q, dq, tau: none, load: none, gap: none };
         Some(Self {
@@ -115,6 +138,7 @@ impl<'a> Run<'a> {
             acting,
             fine,
             tick: scene.tick / fine as f64,
+            part,
             loops: acting.loops.clone(),
             gapped,
             q,
@@ -296,8 +320,6 @@ impl<'a> Run<'a> {
     /// Moves the joints by one tick.
     fn advance(&mut self, ddq: &Joints, friction: &Joints) {
         let tick = self.tick;
-        // A coarse step is two half steps of a semi-implicit integrator in one.
-        let part = if self.fine == 1 { 0.75 } else { 1.0 };
         for j in 0..self.scene.plant.n {
             // What goes through the gear: the motor's torque and what acts beside it, less what turns the
             // rotor.
@@ -305,7 +327,7 @@ impl<'a> Run<'a> {
                 let motor = self.acting.gain[j] * self.now.tau[j] + friction[j];
                 self.now.load[j] = motor - self.armature[j] * ddq[j];
             }
-            self.q[j] += tick * (self.dq[j] + part * tick * ddq[j]);
+            self.q[j] += tick * (self.dq[j] + self.part * tick * ddq[j]);
             self.dq[j] += tick * ddq[j];
             self.flex[j] = self.acting.zero[j] - self.acting.compliance[j] * self.now.load[j];
         }

@@ -23,6 +23,7 @@ use super::load::Load;
 use super::plant::{Arm, Plant, Scene};
 use super::term::Term;
 use crate::discovery::recording::sidecar::TorqueSensor;
+use crate::discovery::selection::Slot;
 
 /// An arm laid out along one recording, ready to be simulated with any effects.
 #[derive(Debug)]
@@ -46,6 +47,7 @@ pub struct Model {
 /// A motion and what moved it.
 #[derive(Debug, Clone)]
 struct Remembered {
+    own: Vec<f64>,
     terms: Vec<Term>,
     parameters: Vec<f64>,
     motion: Shared<Motion>,
@@ -53,6 +55,10 @@ struct Remembered {
 
 /// Which change to the bodies a torque column is of: kind, joint or body, axis.
 type ColumnKey = (u8, usize, u8);
+
+/// Further than this from its path an arm is laid out again, rad: the square of it times the arm's weight is a
+/// part of the noise of its torques.
+const STRAY: f64 = 0.03;
 
 /// How many motions are remembered.
 const REMEMBERED: usize = 4;
@@ -128,18 +134,52 @@ impl Model {
         self.scene.closed_loop || matches!(quantity, Quantity::Torque | Quantity::Tip)
     }
 
-    /// Returns what each predicted channel would have read, one list of rows after the other, SI.
-    /// `None` if the motion runs away.
-    pub fn predict(&self, terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
+    /// Returns the parameters of the simulation itself, fitted beside those of any effects: where the motion is
+    /// simulated, how the arm moves within a tick.
+    pub fn own(&self) -> Vec<(Slot, f64)> {
+        if self.scene.closed_loop { vec![closed_loop::STEPPING] } else { Vec::new() }
+    }
+
+    /// Returns what each predicted channel would have read, one list of rows after the other, SI, with the
+    /// simulation's `own` parameters (empty for the usual ones). `None` if the motion runs away.
+    pub fn predict(&self, own: &[f64], terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
         let acting = Acting::sorted(self, terms, parameters);
-        let motion = self.motion(&acting, terms, parameters)?;
+        let motion = self.motion(&acting, own, terms, parameters)?;
         Some(sensors::read(self, &acting, &motion))
+    }
+
+    /// Lays the arm out again about the motion that these effects give it, if that is far from the path there is:
+    /// what acts on the bodies is right to first order about it. `None` where the path is near enough.
+    pub fn about(&self, own: &[f64], terms: &[Term], parameters: &[f64]) -> Option<Self> {
+        let scene = &self.scene;
+        if !scene.closed_loop {
+            return None;
+        }
+        let acting = Acting::sorted(self, terms, parameters);
+        let motion = self.motion(&acting, own, terms, parameters)?;
+        let n = scene.plant.n;
+        let late = if scene.follows_command { acting.delay } else { 0.0 };
+        let stray = scene.data.time.iter().enumerate().map(|(row, time)| {
+            let here = GridPoint::at(&scene.plant, time - late);
+            let off = |j: usize| (motion.q[row * n + j] - here.of(&scene.plant.q, j)).abs();
+            (0..n).map(off).fold(0.0, f64::max)
+        });
+        if stray.fold(0.0, f64::max) < STRAY {
+            return None;
+        }
+        let rows = scene.data.n_rows();
+        let path: Vec<Vec<f64>> = (0..n)
+            .map(|j| (0..rows).map(|row| motion.q[row * n + j] + motion.gap[row * n + j]).collect())
+            .collect();
+        let scene = Scene::about(&self.arm, scene.data.clone(), Some(&path));
+        Some(Self::new(self.arm.clone(), scene, self.loads.clone()))
     }
 
     /// Returns the motion, simulated or remembered.
     fn motion(
         &self,
         acting: &Acting,
+        own: &[f64],
         terms: &[Term],
         parameters: &[f64],
     ) -> Option<Shared<Motion>> {
@@ -154,12 +194,14 @@ impl Model {
             at += count;
         }
         let lock = "no thread panics while it holds the lock";
-        let same = |known: &&Remembered| known.terms == moving.0 && known.parameters == moving.1;
+        let same = |known: &&Remembered| {
+            known.own == own && known.terms == moving.0 && known.parameters == moving.1
+        };
         if let Some(known) = self.motions.lock().expect(lock).iter().find(same) {
             return Some(Shared::clone(&known.motion));
         }
         let motion = Shared::new(if self.scene.closed_loop {
-            closed_loop::simulate(self, acting)?
+            closed_loop::simulate(self, acting, own)?
         } else {
             along::measured(self, acting)
         });
@@ -168,14 +210,15 @@ impl Model {
             motions.remove(0);
         }
         let (terms, parameters) = moving;
-        motions.push(Remembered { terms, parameters, motion: Shared::clone(&motion) });
+        let own = own.to_vec();
+        motions.push(Remembered { own, terms, parameters, motion: Shared::clone(&motion) });
         Some(motion)
     }
 
     /// Returns measured minus predicted in units of noise, in the order of [`Self::predict`]; rows that
     /// are not judged are 0.
-    pub fn residuals(&self, terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
-        let mut values = self.predict(terms, parameters)?;
+    pub fn residuals(&self, own: &[f64], terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
+        let mut values = self.predict(own, terms, parameters)?;
         let rows = self.scene.data.n_rows();
         let mut at = 0;
         for channel in &self.scene.data.channels {

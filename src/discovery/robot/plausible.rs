@@ -1,0 +1,233 @@
+//! Whether a recording can be of this arm at all: columns in another unit, in another order, of another sign.
+//!
+//! Such a mistake is no effect of the arm; searched for effects it yields a list of absurd ones. Each check asks
+//! for strong evidence, so that a bad arm is never taken for a bad file.
+
+use super::data::{Data, Quantity};
+use super::plant::Arm;
+use super::simulate::Model;
+use crate::discovery::recording::Error;
+use crate::motion::robot::JointLimits;
+use crate::units::significant;
+
+/// Two columns that say the same agree in size to within this factor.
+const FACTOR: f64 = 2.0;
+
+/// Columns that follow each other have a cosine above this; unlike ones one below the second.
+const ALIKE: f64 = 0.95;
+const UNLIKE: f64 = 0.5;
+
+/// Rows further apart than this show no motion of an arm, s.
+const COARSE: f64 = 0.5;
+
+/// A joint may be beyond its limits by this part of its range and this angle: files differ.
+const BEYOND: (f64, f64) = (0.1, 0.1);
+
+/// Checks positions, speeds, times and the tip against each other and the arm.
+///
+/// # Errors
+///
+/// An [`Error`] for columns that cannot be what they are called.
+pub(super) fn check(
+    arm: &Arm,
+    limits: &[JointLimits],
+    data: &Data,
+    name: &str,
+) -> Result<(), Error> {
+    let measured: Vec<&[f64]> =
+        (0..data.n).filter_map(|j| data.measured(Quantity::Position, j)).collect();
+    if measured.len() == data.n {
+        if data.commands.len() == data.n {
+            let commands: Vec<Vec<f64>> = data.commands.iter().map(|c| centred(c)).collect();
+            let followed: Vec<Vec<f64>> = measured.iter().map(|q| centred(q)).collect();
+            agree(&commands, &followed, ["q_cmd", "q"], "moves", name)?;
+        }
+        let speeds: Vec<&[f64]> =
+            (0..data.n).filter_map(|j| data.measured(Quantity::Speed, j)).collect();
+        if speeds.len() == data.n {
+            let changes: Vec<Vec<f64>> = measured.iter().map(|q| changes(&data.time, q)).collect();
+            let inner = |dq: &&[f64]| dq[1..dq.len() - 1].to_vec();
+            let speeds: Vec<Vec<f64>> = speeds.iter().map(inner).collect();
+            agree(&changes, &speeds, ["the change of q", "dq"], "is", name)?;
+        }
+    }
+    let mut steps: Vec<f64> = data.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    let step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+    if step > COARSE {
+        return Err(Error::new(
+            format!(
+                "the rows are {} s apart, too far to follow the motion of an arm",
+                significant(step, 3)
+            ),
+            format!("{name}, column `t`"),
+            "name the unit of time in the header, such as `t[ms]`, or record more often",
+        ));
+    }
+    within_limits(limits, data, name)?;
+    within_reach(arm, data, name)
+}
+
+/// Compares columns joint by joint; both are centred or zero at rest.
+fn agree(
+    first: &[Vec<f64>],
+    second: &[Vec<f64>],
+    names: [&str; 2],
+    verb: &str,
+    place: &str,
+) -> Result<(), Error> {
+    for (j, own) in second.iter().enumerate() {
+        let (one, two) = (format!("{}_{}", names[0], j + 1), format!("{}_{}", names[1], j + 1));
+        let cosine = cosine(&first[j], own);
+        let ratio = norm(own) / norm(&first[j]).max(1e-300);
+        let at = || format!("{place}, column `{two}`");
+        if cosine > ALIKE && !(1.0 / FACTOR..FACTOR).contains(&ratio) {
+            let times = significant(ratio, 3);
+            return Err(Error::new(
+                format!("`{two}` {verb} {times} times what `{one}` says"),
+                at(),
+                format!(
+                    "write the unit of each column in the header, such as `{}`, or give it with `--map`",
+                    if names[1] == "dq" { "dq_1[deg/s]` or `t[ms]" } else { "q_1[deg]" }
+                ),
+            ));
+        }
+        if cosine < -ALIKE {
+            return Err(Error::new(
+                format!("`{two}` runs against `{one}`"),
+                at(),
+                "turn the sign of one of the two: both are positive the same way round",
+            ));
+        }
+        let other = (0..first.len()).find(|&k| k != j && self::cosine(&first[k], own) > ALIKE);
+        if let (true, Some(k)) = (cosine < UNLIKE, other) {
+            return Err(Error::new(
+                format!("`{two}` follows `{}_{}`, not `{one}`", names[0], k + 1),
+                at(),
+                "put the columns into the order of the joints, base first, or rename them with `--map`",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// A joint with limits cannot be far beyond them, whatever whole turn its angle is written in.
+fn within_limits(limits: &[JointLimits], data: &Data, name: &str) -> Result<(), Error> {
+    use std::f64::consts::TAU;
+    let names = ["q_cmd", "q"];
+    for (j, joint) in limits.iter().enumerate().take(data.n) {
+        let range = joint.upper - joint.lower;
+        if joint.continuous || !range.is_finite() || range <= 0.0 {
+            continue;
+        }
+        let commands = data.commands.get(j).map(Vec::as_slice);
+        for (stem, values) in names.iter().zip([commands, data.measured(Quantity::Position, j)]) {
+            let Some(values) = values else { continue };
+            let (low, high) =
+                values.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
+            let turn = ((low + high - joint.lower - joint.upper) / (2.0 * TAU)).round() * TAU;
+            let spare = BEYOND.0 * range + BEYOND.1;
+            let furthest = (high - turn - joint.upper).max(joint.lower - low + turn);
+            if furthest > spare {
+                let worst = if high - turn - joint.upper > spare { high } else { low };
+                return Err(Error::new(
+                    format!(
+                        "`{stem}_{}` goes to {} rad, but {} turns from {} to {} rad",
+                        j + 1,
+                        significant(worst, 3),
+                        joint.name,
+                        significant(joint.lower, 3),
+                        significant(joint.upper, 3),
+                    ),
+                    format!("{name}, column `{stem}_{}`", j + 1),
+                    "if it is in degrees, say so in the header, `q_1[deg]`; if the arm is another, name \
+                     its file with `--robot-file`",
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The tip cannot travel further than across all that the arm reaches.
+fn within_reach(arm: &Arm, data: &Data, name: &str) -> Result<(), Error> {
+    let links = arm.chain.bodies.iter().map(|body| body.parent_from_body.translation.vector.norm());
+    let reach = links.sum::<f64>() + arm.chain.body_from_tip.translation.vector.norm();
+    let slides = arm.chain.bodies.iter().any(|body| body.slides);
+    for channel in data.channels.iter().filter(|c| c.quantity == Quantity::Tip && !slides) {
+        let (low, high) =
+            channel.values.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
+        if high - low > 2.0 * FACTOR * reach {
+            return Err(Error::new(
+                format!(
+                    "`{}` travels {} m, but the arm reaches {} m from its base",
+                    channel.name,
+                    significant(high - low, 3),
+                    significant(reach, 3)
+                ),
+                format!("{name}, column `{}`", channel.name),
+                "if it is in millimetres, say so in the header: `tcp_x[mm]`",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Torques that are the same multiple of what the model needs in several joints at once are in another unit, or
+/// counted the other way round: no arm has the same fault in all its joints.
+///
+/// # Errors
+///
+/// An [`Error`] that says which multiple.
+pub(super) fn check_torques(model: &Model, name: &str) -> Result<(), Error> {
+    let data = &model.scene.data;
+    let Some(predicted) = model.predict(&[], &[], &[]) else { return Ok(()) };
+    let rows = data.n_rows();
+    let mut ratios = Vec::new();
+    let channels = data.channels.iter().filter(|c| model.is_predicted(c.quantity));
+    for (channel, needed) in channels.zip(predicted.chunks(rows)) {
+        if channel.quantity != Quantity::Torque {
+            continue;
+        }
+        let sure = norm(needed) > 5.0 * channel.noise * (rows as f64).sqrt();
+        if sure && cosine(needed, &channel.values).abs() > ALIKE {
+            let along: f64 = needed.iter().zip(&channel.values).map(|(a, b)| a * b).sum();
+            ratios.push(along / norm(needed).powi(2));
+        }
+    }
+    ratios.sort_by(f64::total_cmp);
+    let Some(&middle) = ratios.get(ratios.len() / 2) else { return Ok(()) };
+    let same = ratios.iter().filter(|ratio| (*ratio / middle - 1.0).abs() < 0.2).count();
+    if same < 3 || (1.0 / 3.0..3.0).contains(&middle) {
+        return Ok(());
+    }
+    let (times, where_) = (significant(middle, 2), format!("{name}, columns `tau_n`"));
+    let what = format!("the torques of {same} joints are about {times} times what the model needs");
+    let help = if middle < 0.0 {
+        "turn their sign: a torque is positive when the motor drives its joint to larger angles"
+    } else {
+        "say their unit in the header, such as `tau_1[mN*m]`, or name the arm with `--robot-file`"
+    };
+    Err(Error::new(what, where_, help))
+}
+
+/// Returns the values less their mean.
+fn centred(values: &[f64]) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    values.iter().map(|value| value - mean).collect()
+}
+
+/// Returns the speed of every row but the first and the last by central differences.
+fn changes(time: &[f64], values: &[f64]) -> Vec<f64> {
+    let spans = time.windows(3).map(|t| t[2] - t[0]);
+    values.windows(3).zip(spans).map(|(q, span)| (q[2] - q[0]) / span.max(1e-12)).collect()
+}
+
+fn norm(values: &[f64]) -> f64 {
+    values.iter().map(|value| value * value).sum::<f64>().sqrt()
+}
+
+fn cosine(a: &[f64], b: &[f64]) -> f64 {
+    let along: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+    along / (norm(a) * norm(b)).max(1e-300)
+}

@@ -1,0 +1,255 @@
+//! What follows from what was measured: where things are, what is in the hand, where the water went.
+//!
+//! What nobody measured stays unknown. What is in the hand is known by the hand, and creeps in it as the pads are
+//! known to let it; what the hand no longer weighs went into what was below it.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use nalgebra::Vector3;
+
+use crate::alignment::vision::Sighting;
+use crate::world::frame::{Object, Tool, World};
+use crate::world::{ObjectState, Pose, Scene, WorldState};
+
+use super::arm::{Feedback, Grip};
+use super::stage::Pads;
+
+/// Density of water, kg/m³.
+const WATER: f64 = 998.0;
+/// Pads this much closer or wider than an object's width still hold it, m.
+const PAD_TOLERANCE: f64 = 0.008;
+/// A thing whose base is this far above the table hangs in the hand, m.
+const HANGS: f64 = 0.002;
+
+/// What is between the fingers.
+#[derive(Debug, Clone)]
+struct Held {
+    name: String,
+    /// How it lies there.
+    tool_from_object: Pose<Tool, Object>,
+    /// Opening between the pads when they closed on it, m.
+    opening: f64,
+    /// How far it has crept since.
+    crept: Crept,
+}
+
+/// How far a thing has crept along the pads, shared by all who follow the arm: between two looks at the arm it
+/// crept the way its weight pulls at the second.
+#[derive(Debug, Clone)]
+struct Crept {
+    /// m/s.
+    rate: f64,
+    /// Until when, s, and how far, m in the tool's frame.
+    so_far: Arc<Mutex<(f64, Vector3<f64>)>>,
+}
+
+impl Crept {
+    fn since(time: f64, rate: f64) -> Self {
+        Self { rate, so_far: Arc::new(Mutex::new((time, Vector3::zeros()))) }
+    }
+
+    /// Returns where a thing that was taken as `tool_from_object` lies in the hand by `time`, with the tool at `tool`,
+    /// whose fingers close along its x axis.
+    fn by(
+        &self,
+        time: f64,
+        tool: &Pose<World, Tool>,
+        tool_from_object: &Pose<Tool, Object>,
+    ) -> Pose<Tool, Object> {
+        let mut so_far = self.so_far.lock().unwrap_or_else(PoisonError::into_inner);
+        let (until, crept) = *so_far;
+        let lies = |crept: Vector3<f64>| {
+            Pose::from_parts(tool_from_object.origin() + crept, tool_from_object.rotation())
+        };
+        // What the table bears does not creep.
+        let hangs = (*tool * lies(crept)).origin().z > HANGS;
+        if self.rate > 0.0 && time > until {
+            let down = tool.rotation().inverse() * -Vector3::z();
+            let along = Vector3::new(0.0, down.y, down.z).try_normalize(1e-9).unwrap_or_default();
+            let more = if hangs { self.rate * (time - until) * along } else { Vector3::zeros() };
+            *so_far = (time, crept + more);
+        }
+        lies(so_far.1)
+    }
+}
+
+/// What was measured, and what follows from it.
+#[derive(Debug, Clone)]
+pub struct Belief {
+    pub(super) scene: Arc<Scene>,
+    objects: Vec<ObjectState>,
+    /// What is between the fingers and how it lies there.
+    held: Option<Held>,
+    /// The last object whose lip was over another: where what leaves the hand goes.
+    below: Option<String>,
+    /// The last mass weighed in the hand, kg.
+    mass: Option<f64>,
+    /// How fast things creep along the pads, m/s.
+    creep: f64,
+}
+
+impl Belief {
+    /// Knows the scene file and nothing else: no places, and the water the file declares.
+    pub fn new(scene: Arc<Scene>) -> Self {
+        let objects = scene
+            .objects
+            .iter()
+            .map(|object| ObjectState {
+                name: object.name.clone(),
+                world_from_object: None,
+                std: f64::INFINITY,
+                water: object.cavity.map(|cavity| cavity.filled),
+            })
+            .collect();
+        Self { scene, objects, held: None, below: None, mass: None, creep: 0.0 }
+    }
+
+    /// Knows where things are in this world, and how much water is in them; what is held stands below the hand.
+    pub fn knowing(scene: Arc<Scene>, state: &WorldState) -> Self {
+        let mut belief = Self::new(scene);
+        for object in &mut belief.objects {
+            let Some(known) = state.object(&object.name) else { continue };
+            *object = known.clone();
+            if state.held.as_ref() == Some(&object.name) {
+                object.world_from_object = known.world_from_object.map(|pose| {
+                    let at = pose.origin();
+                    Pose::upright(at.x, at.y, 0.0, pose.yaw())
+                });
+            }
+        }
+        belief
+    }
+
+    /// Takes what a photograph showed. What is in the hand is known better by the hand.
+    pub fn saw(&mut self, sightings: &[Sighting]) {
+        for sighting in sightings {
+            if self.holds(&sighting.name) {
+                continue;
+            }
+            let Some(object) = self.objects.iter_mut().find(|o| o.name == sighting.name) else {
+                continue;
+            };
+            object.world_from_object = sighting.world_from_object;
+            object.std = sighting.std;
+        }
+    }
+
+    fn holds(&self, name: &str) -> bool {
+        self.held.as_ref().is_some_and(|held| held.name == name)
+    }
+
+    /// Fingers that close further than on what they hold have lost it, and nobody knows where to.
+    fn slipped(&mut self, opening: f64) {
+        let Some(held) = self.held.take_if(|held| opening < held.opening - PAD_TOLERANCE) else {
+            return;
+        };
+        if let Some(object) = self.objects.iter_mut().find(|object| object.name == held.name) {
+            object.world_from_object = None;
+            object.std = f64::INFINITY;
+        }
+        self.mass = None;
+    }
+
+    /// Knows how the finger pads hold.
+    #[must_use]
+    pub fn with_pads(self, pads: Pads) -> Self {
+        Self { creep: pads.creep, ..self }
+    }
+
+    /// Takes how a grip on `aim` ended at `time` (s), with the tool at `tool`.
+    pub fn gripped(&mut self, grip: Grip, aim: Option<&str>, tool: &Pose<World, Tool>, time: f64) {
+        if let Some(Held { name, tool_from_object, crept, .. }) = self.held.take() {
+            // What was held stands where the hand let it go.
+            let mut pose = *tool * crept.by(time, tool, &tool_from_object);
+            let origin = pose.origin();
+            if origin.z < 0.03 {
+                pose = Pose::upright(origin.x, origin.y, 0.0, pose.yaw());
+            }
+            if let Some(object) = self.objects.iter_mut().find(|object| object.name == name) {
+                object.world_from_object = Some(pose);
+            }
+            self.mass = None;
+        }
+        let Some(aim) = aim else { return };
+        let Some(object) = self.scene.object(aim) else { return };
+        let widths = match object.shape {
+            crate::world::Shape::Cuboid { size } => vec![size.x, size.y],
+            crate::world::Shape::Cylinder { radius, .. } => vec![2.0 * radius],
+        };
+        let fits = widths.iter().any(|width| (grip.opening - width).abs() < PAD_TOLERANCE);
+        let Some(known) = self.objects.iter_mut().find(|o| o.name == aim) else { return };
+        if grip.stalled && fits {
+            if let Some(pose) = known.world_from_object {
+                let tool_from_object = tool.inverse() * pose;
+                let (name, opening) = (aim.to_owned(), grip.opening);
+                let crept = Crept::since(time, self.creep);
+                self.held = Some(Held { name, tool_from_object, opening, crept });
+            }
+        } else {
+            // The fingers closed where it should have been, so it is somewhere else: look again.
+            known.world_from_object = None;
+            known.std = f64::INFINITY;
+        }
+    }
+
+    /// Takes the mass in the hand, kg: what it lost since the last time went into what is below it.
+    pub fn weighed(&mut self, mass: f64) {
+        let Some(name) = self.held.as_ref().map(|held| held.name.clone()) else { return };
+        let lost = self.mass.map(|before| (before - mass) / WATER);
+        self.mass = Some(mass);
+        let Some(lost) = lost else { return };
+        let below = self.below.clone();
+        for object in &mut self.objects {
+            if let Some(water) = &mut object.water {
+                if object.name == name {
+                    *water = (*water - lost).max(0.0);
+                } else if Some(&object.name) == below.as_ref() {
+                    *water = (*water + lost).max(0.0);
+                }
+            }
+        }
+    }
+
+    /// Returns whether two things touch; touch between two things on the table is not measured.
+    pub(super) fn contact(&self, a: &str, b: &str) -> Option<bool> {
+        match (a, b) {
+            ("gripper", o) | (o, "gripper") => Some(self.holds(o)),
+            _ => None,
+        }
+    }
+
+    /// Returns the world with the arm as reported and the tool where it really is.
+    pub fn state(&mut self, feedback: &Feedback, tool: Pose<World, Tool>) -> WorldState {
+        self.slipped(feedback.opening);
+        let mut objects = self.objects.clone();
+        if let Some(Held { name, tool_from_object, crept, .. }) = &self.held {
+            if let Some(object) = objects.iter_mut().find(|object| object.name == *name) {
+                let lies = crept.by(feedback.time, &tool, tool_from_object);
+                object.world_from_object = Some(tool * lies);
+            }
+            self.below = below(&self.scene, &objects, name).or(self.below.take());
+        }
+        WorldState {
+            time: feedback.time,
+            q: feedback.q.clone(),
+            opening: feedback.opening,
+            world_from_tool: tool,
+            held: self.held.as_ref().map(|held| held.name.clone()),
+            objects,
+            // No one weighs the table during a run.
+            spilt: None,
+        }
+    }
+}
+
+/// Returns the vessel over whose mouth the held object's middle hangs.
+fn below(scene: &Scene, objects: &[ObjectState], held: &str) -> Option<String> {
+    let pose = |name: &str| objects.iter().find(|o| o.name == name)?.world_from_object;
+    let hand = pose(held)?;
+    scene.objects.iter().filter(|o| o.name != held && o.cavity.is_some()).find_map(|object| {
+        let under = pose(&object.name)?;
+        let gap = (hand.origin() - under.origin()).xy().norm();
+        let near = gap < object.shape.outer_radius() + 0.08;
+        (near && hand.origin().z > under.origin().z + 0.05).then(|| object.name.clone())
+    })
+}
