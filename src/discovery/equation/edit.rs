@@ -49,6 +49,19 @@ pub struct Patch {
     pub output: Option<(String, String)>,
 }
 
+impl Patch {
+    /// The parameters that say what the effect is like, not how much of it there is.
+    pub fn shapes(&self) -> impl Iterator<Item = &NewParam> {
+        self.params.iter().filter(|p| p.neutral.is_none())
+    }
+
+    /// How many parameters say how much there is, and how many what it is like.
+    pub fn amounts_and_shapes(&self) -> (usize, usize) {
+        let shapes = self.shapes().count();
+        (self.params.len() - shapes, shapes)
+    }
+}
+
 /// Returns a model of a text.
 pub fn model_in(text: &str, name: &str) -> Option<ModelItem> {
     parse(text).0.items.into_iter().find_map(|item| match item {

@@ -108,6 +108,8 @@ pub struct Question<'a> {
     pub name: &'a str,
     /// Mean squares below which nothing is gained, by output.
     pub floors: Vec<f64>,
+    /// Effects, with their places, that came out as nothing.
+    pub refused: Vec<(&'static str, String)>,
     /// Squared sizes of the gap of the model as given, on the data fitted and held out.
     pub whole: [f64; 2],
 }

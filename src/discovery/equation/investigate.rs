@@ -7,9 +7,9 @@ use super::super::Trace;
 use super::super::finding::Finding;
 use super::super::recording::{self, Recording};
 use super::answer::Report;
+use super::baseline::{NoFit, baseline};
 use super::compile::compile;
 use super::edit::model_in;
-use super::fitting::{NoFit, baseline};
 use super::hypothesis::Question;
 use super::prepare::{about_inputs, free_starts, prepare};
 
@@ -132,7 +132,8 @@ pub fn investigate(
         ));
     }
     let floors = bench.train[0].noise.iter().map(|n| 0.01 * n * n + 1e-24).collect();
-    let mut question = Question { bench, name: &name, floors, whole: [0.0; 2] };
+    let mut question =
+        Question { bench, name: &name, floors, refused: Vec::new(), whole: [0.0; 2] };
     let mut search = question
         .search(nominal, progress)
         .ok_or_else(|| Error::TooShort { rows: recordings.iter().map(Recording::n_rows).sum() })?;

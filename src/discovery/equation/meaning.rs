@@ -4,6 +4,7 @@
 //! that its own uncertainty exceeds, or at one that nobody sees in the outputs; names come from numbers that
 //! say something.
 
+use super::candidates::Candidate;
 use super::edit::Patch;
 use super::estimate::Point;
 use super::hypothesis::{Chosen, Hypothesis, LEAST_EVIDENCE, Question, with_values};
@@ -25,6 +26,21 @@ impl Question<'_> {
     pub(super) fn is_sound(&self, hypothesis: &Hypothesis) -> bool {
         let empty = |e: &Chosen| hypothesis.is_degenerate(e) || self.is_idle(hypothesis, e);
         !hypothesis.effects.iter().any(empty)
+    }
+
+    /// Whether an effect came out as nothing before.
+    pub(super) fn is_refused(&self, candidate: &Candidate) -> bool {
+        self.refused.iter().any(|(kind, at)| *kind == candidate.kind && *at == candidate.at)
+    }
+
+    /// The hypothesis without those of its effects that mean nothing, which are not tried again.
+    pub(super) fn refuse(&mut self, nominal: &Hypothesis, best: Hypothesis) -> Hypothesis {
+        let before = best.effects.clone();
+        let kept = self.sound(nominal, best);
+        let gone = before.iter().map(|e| &e.candidate);
+        let gone = gone.filter(|c| kept.effects.iter().all(|e| e.candidate != **c));
+        self.refused.extend(gone.map(|c| (c.kind, c.at.clone())));
+        kept
     }
 
     /// The hypothesis without those of its effects that mean nothing.
@@ -76,7 +92,7 @@ impl Question<'_> {
 }
 
 /// Whether the fitted numbers of an effect say that it is none, another one, or anything at all.
-fn says_nothing(kind: &str, patch: &Patch) -> bool {
+pub(super) fn says_nothing(kind: &str, patch: &Patch) -> bool {
     let params = &patch.params;
     let role = |name: &str| params.iter().find(|p| p.role == name).map(|p| p.value);
     let absurd = params.iter().any(|p| {
@@ -85,7 +101,7 @@ fn says_nothing(kind: &str, patch: &Patch) -> bool {
             || gain.is_some_and(|g| !(1.0 / LARGEST_GAIN..LARGEST_GAIN).contains(&g))
     });
     // A shape at the end of its range is that of no effect, or of another one.
-    let at_end = params.iter().filter(|p| p.neutral.is_none()).any(|p| {
+    let at_end = patch.shapes().any(|p| {
         let Some([low, high]) = p.range else { return false };
         let room = END * (high - low);
         let at_low = if low > 0.0 { p.value < 1.05 * low } else { p.value - low < room };
@@ -105,7 +121,10 @@ fn says_nothing(kind: &str, patch: &Patch) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::super::data::Data;
     use super::super::edit::NewParam;
+    use super::super::fitting::{Bench, Fitted};
+    use super::super::simulate::{Hold, Scheme};
     use super::*;
 
     fn number(neutral: Option<f64>, value: f64, std: f64) -> NewParam {
@@ -157,5 +176,55 @@ mod tests {
         };
         assert!(!refused("stribeck_friction", &law(0.3, 0.7)));
         assert!(refused("stribeck_friction", &law(0.7, 0.3)));
+    }
+
+    /// A first-order lag with a force of amount `c` and the form `force`, fitted to none of it.
+    fn with_force(force: &str) -> bool {
+        let text = format!(
+            "model m {{\n input u\n param c = free ~ 0.5\n state x = 0\n x' = u - x + c*{force}\n output x = x\n}}\n"
+        );
+        let n = 50;
+        let data = Data {
+            name: String::new(),
+            time: (0..n).map(|i| f64::from(i) * 0.1).collect(),
+            inputs: vec![(0..n).map(|i| f64::from(i).sin()).collect()],
+            outputs: vec![vec![0.0; n as usize]],
+            noise: vec![0.01],
+            begins: true,
+        };
+        let bench = Bench {
+            train: vec![data.clone()],
+            held: vec![data],
+            rows: None,
+            most_rows: 5000,
+            scheme: Scheme { hold: Hold::Line, substeps: 1, shift: 0.0 },
+            all_starts_free: false,
+            scales: vec![1.0],
+            row: 0.1,
+        };
+        let compiled = bench.prepare(&text, "m").unwrap();
+        let point = Point { params: vec![0.5], starts: vec![vec![None]] };
+        let train = bench.task(&compiled).judge(&point).unwrap();
+        let params = vec![NewParam { name: "c".into(), ..number(Some(0.0), 0.5, 0.1) }];
+        let candidate = Candidate {
+            kind: "unknown",
+            at: "x".into(),
+            patches: Vec::new(),
+            equation: String::new(),
+            within: &[],
+        };
+        let effect = Chosen { candidate, patch: Patch { params, ..Patch::default() } };
+        let held = train.clone();
+        let fitted = Fitted { text, compiled, train };
+        let hypothesis = Hypothesis::of(vec![effect.clone()], fitted, held);
+        let (floors, refused, whole) = (vec![0.0], Vec::new(), [0.0; 2]);
+        let question = Question { bench, name: "m", floors, refused, whole };
+        question.is_idle(&hypothesis, &effect)
+    }
+
+    #[test]
+    fn an_effect_without_which_the_outputs_stay_the_same_is_idle() {
+        assert!(with_force("max(u - 2, 0)"), "the input never exceeds 1");
+        assert!(!with_force("max(u - 0.5, 0)"));
     }
 }

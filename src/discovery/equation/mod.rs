@@ -13,6 +13,7 @@ pub mod data;
 pub mod simulate;
 pub mod estimate;
 pub mod fitting;
+pub mod baseline;
 pub mod edit;
 pub mod candidates;
 pub mod score;

@@ -3,9 +3,10 @@
 use crate::units::significant;
 
 use super::super::recording::Recording;
+use super::baseline::baseline;
 use super::compile::Compiled;
 use super::data::{Data, std};
-use super::fitting::{Bench, Fitted, baseline};
+use super::fitting::{Bench, Fitted};
 use super::investigate::{Error, Options};
 use super::simulate::{Hold, Scheme};
 

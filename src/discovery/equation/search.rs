@@ -12,6 +12,7 @@ use super::fitting::{CLOSE, Fitted};
 use super::hypothesis::{
     Chosen, Gain, Hypothesis, IMPERFECTION, LEAST_EVIDENCE, Question, TIE, with_values,
 };
+use super::meaning::says_nothing;
 use super::rivals::Rival;
 
 /// The result of a search.
@@ -32,6 +33,8 @@ pub(super) type Tried = (Hypothesis, Gain);
 
 /// Most effects in one model.
 const MOST_EFFECTS: usize = 5;
+/// From how many shapes of a grid the fit goes on with the shape free.
+const BOTTOMS: usize = 2;
 /// How many of the candidates are fitted in full.
 const SHORTLIST: usize = 8;
 
@@ -48,6 +51,9 @@ impl Question<'_> {
         let mut rounds: Vec<Vec<Tried>> = Vec::new();
         let mut n_tried = 0;
         while best.effects.len() < MOST_EFFECTS {
+            if !self.is_sound(&best) {
+                best = self.refuse(&nominal, best);
+            }
             let done = best.effects.len() as f64 / (MOST_EFFECTS as f64 + 1.0);
             progress("fitting the model with every effect at every place", done);
             let (mut round, tried) = self.round(&best, SHORTLIST);
@@ -65,7 +71,9 @@ impl Question<'_> {
             self.settle(&mut nominal, &mut next)?;
             next = self.pruned(&nominal, next);
             let (is, was) = (self.size(&next.held), self.size(&best.held));
-            if next.effects.len() < best.effects.len() && is >= was || same(&next, &best) {
+            let is_end = next.effects.len() < best.effects.len() && is >= was || same(&next, &best);
+            // What means nothing is refused at the next turn, and others have theirs.
+            if is_end && self.is_sound(&next) {
                 break;
             }
             best = next;
@@ -137,27 +145,43 @@ impl Question<'_> {
 
     /// Fits a candidate on top of a hypothesis by a few steps from each of its starts.
     fn screen(&self, base: &Hypothesis, candidate: &Candidate) -> Option<(Fitted, Patch)> {
-        // From no effect at all one step of Gauss and Newton is nearly the whole way, and two where the shape
-        // is given; a shape alone is found on the way.
-        let steps = |patch: &Patch| {
-            let shapes = patch.params.iter().filter(|p| p.neutral.is_none()).count();
-            if shapes == 0 {
-                2
-            } else if shapes < patch.params.len() {
-                3
-            } else {
-                4
-            }
-        };
-        let starts = candidate.patches.iter().filter_map(|patch| {
+        let begun = candidate.patches.iter().filter_map(|patch| {
             let text = apply(&base.fitted.text, self.name, patch)?;
-            let steps = steps(patch);
-            let begun = self.begun(&text, patch, &base.fitted);
-            let parent = begun.as_ref().unwrap_or(&base.fitted);
-            let fitted = self.bench.fit(&text, self.name, parent, steps)?;
-            Some((self.cost(&fitted), fitted, patch.clone()))
+            let (amounts, shapes) = patch.amounts_and_shapes();
+            let remembered = self.begun(&text, patch, &base.fitted);
+            let parent = remembered.as_ref().unwrap_or(&base.fitted);
+            // From no effect at all one step of Gauss and Newton is nearly the whole way; a shape alone is found
+            // on the way. Beside an amount a shape stays where it is, or it runs off before there is
+            // anything to have a shape.
+            let is_grid = amounts > 0 && shapes > 0 && remembered.is_none();
+            let (steps, held) = match (shapes, is_grid) {
+                (0, _) => (2, Vec::new()),
+                (_, true) => (3, patch.shapes().map(|p| p.name.clone()).collect()),
+                _ => (4, Vec::new()),
+            };
+            let fitted = self.bench.fit_beside(&text, self.name, parent, steps, &held)?;
+            Some((self.cost(&fitted), is_grid, fitted, patch))
         });
-        let best = starts.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let mut begun: Vec<(f64, bool, Fitted, &Patch)> =
+            begun.filter(|(cost, ..)| cost.is_finite()).collect();
+        begun.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let grids = begun.iter().filter(|(_, is_grid, ..)| *is_grid).count();
+        let found = begun.into_iter().take(if grids > 1 { BOTTOMS } else { usize::MAX });
+        let found = found.filter_map(|(cost, is_grid, fitted, patch)| {
+            if !is_grid {
+                return Some((cost, fitted, patch.clone()));
+            }
+            let freed = self.bench.fit(&fitted.text.clone(), self.name, &fitted, 4)?;
+            Some((self.cost(&freed), freed, patch.clone()))
+        });
+        // What has run to the end of its range is another effect, or none; the next bottom may be this one.
+        let runs_off = |patch: &Patch, fitted: &Fitted| {
+            says_nothing(candidate.kind, &with_values(patch, fitted, false))
+        };
+        let best = found.min_by(|a, b| {
+            let off = runs_off(&a.2, &a.1).cmp(&runs_off(&b.2, &b.1));
+            off.then(a.0.total_cmp(&b.0))
+        })?;
         best.0.is_finite().then_some((best.1, best.2))
     }
 
@@ -183,10 +207,17 @@ impl Question<'_> {
             return (Vec::new(), 0);
         };
         let ground = self.ground(&base.fitted, &model);
-        let all: Vec<Candidate> = candidates(&ground)
-            .into_iter()
-            .filter(|c| base.effects.iter().all(|e| !e.candidate.excludes(c)))
-            .collect();
+        let mut all = candidates(&ground);
+        // A richer form of the same name waits until the plain one is there; along whole recordings, where its
+        // beginning is a good one, it need not.
+        let plain = all.clone();
+        all.retain(|c| {
+            let is_richer = self.bench.rows.is_some()
+                && plain.iter().any(|p| p.kind == c.kind && p.is_special(c));
+            !is_richer
+                && !self.is_refused(c)
+                && base.effects.iter().all(|e| !e.candidate.excludes(c))
+        });
         let n_tried = all.len();
         let screened: Vec<Option<(Fitted, Patch, Candidate)>> = all
             .into_par_iter()
@@ -219,16 +250,21 @@ impl Question<'_> {
             }
             let mut fewer = base.effects.clone();
             fewer.remove(i);
-            let Some(poor) = self.rebuilt(nominal, &fewer, base, 10) else { continue };
+            let Some(mut poor) = self.rebuilt(nominal, &fewer, base, 10) else { continue };
             let Some(model) = model_in(&poor.fitted.text, self.name) else { continue };
             let values = with_values(&effect.patch, &base.fitted, false);
             let size = values.params.first().map_or(0.0, |p| p.value);
             let general: Vec<Candidate> = candidates(&self.ground(&poor.fitted, &model))
                 .into_iter()
-                .filter(|c| own.is_special(c))
+                .filter(|c| own.is_special(c) && !self.is_refused(c))
                 .filter(|c| fewer.iter().all(|e| !e.candidate.excludes(c)))
                 .map(|c| c.from_special(size))
                 .collect();
+            // Everything else begins as it stands beside the special case, not as it is without either.
+            let (child, parent) = (&poor.fitted.compiled, &base.fitted);
+            let task = self.bench.task(child);
+            let at = self.bench.inherit(child, &parent.compiled, &parent.train.point, &task);
+            poor.fitted.train.point = at;
             let tried: Vec<Option<Tried>> = general
                 .into_par_iter()
                 .map(|candidate| {

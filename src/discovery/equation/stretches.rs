@@ -6,6 +6,7 @@
 //!
 //! Source: Bock, "Recent Advances in Parameter Identification Techniques for ODE", 1983 (multiple shooting).
 
+use super::data::Data;
 use super::edit::Patch;
 use super::fitting::{Bench, Fitted};
 use super::hypothesis::Question;
@@ -24,8 +25,9 @@ impl Question<'_> {
         if self.bench.rows.is_some() || patch.states.is_empty() || !has_amount {
             return None;
         }
-        let longest = self.bench.train.iter().map(super::data::Data::n_rows).max()?;
-        let rows = Some((longest / STRETCHES).max(LEAST_ROWS));
+        let longest = self.bench.train.iter().map(Data::n_rows).max()?;
+        let share = self.bench.most_rows / self.bench.train.len().max(1);
+        let rows = Some((longest.min(share) / STRETCHES).max(LEAST_ROWS));
         let short = Bench { rows, ..self.bench.clone() };
         let mut fitted = short.fit(text, self.name, base, STEPS)?;
         fitted.train.point = self.bench.rewindowed(&fitted.compiled, &fitted.train.point, &short);

@@ -52,6 +52,19 @@ fn nothing_missing_says_what_would_have_been_seen() {
     assert!(outcome.finding.notes.iter().any(|n| n.contains("output_offset(y)")));
 }
 
+/// A machine that is another one when it is judged: what explains one recording does not predict the other.
+#[test]
+fn a_formula_that_does_not_predict_is_refused() {
+    let [train, _] = cart(|_, q, _| 0.8 * (2.0 * q).cos(), |u| u);
+    let [_, changed] = cart(|_, q, _| -0.8 * (2.0 * q).cos(), |u| u);
+    let outcome = ask(CART, &[train, changed]).unwrap();
+    let finding = &outcome.finding;
+    assert_eq!(finding.verdict, Verdict::Unknown, "{finding:#?}");
+    assert!(finding.effects.is_empty(), "{finding:#?}");
+    assert!(finding.reason.contains("none is given"), "{}", finding.reason);
+    assert_eq!(outcome.text, CART);
+}
+
 /// Moved slowly, what is late and what lags are the same; steps tell them apart.
 #[test]
 fn a_doubt_that_an_input_can_settle_comes_with_that_input() {

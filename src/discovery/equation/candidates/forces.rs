@@ -67,10 +67,10 @@ fn hysteresis(
         patch.states.push((name.clone(), rate.clone()));
         (patch, format!("{equation}, {name}' = {rate}"))
     };
-    let plain = [alpha(), width(&[0.02, 0.06, 0.2, 0.6])];
+    let plain = [alpha(), width(&[0.04, 0.12, 0.35])];
     draft.add(("hysteresis", qn), &plain, &["hysteresis"], |n| looped(n, "1"));
-    let skew = p("skew", "skew", Some(Dimension::NONE), &[-1.0, -1.0, 0.3, 0.3, 2.0, 2.0]);
-    let skewed = [alpha(), width(&[0.1, 0.4, 0.1, 0.4, 0.1, 0.4]), skew.within(-5.0, 5.0).shape()];
+    let skew = p("skew", "skew", Some(Dimension::NONE), &[-1.0, -1.0, 2.0]);
+    let skewed = [alpha(), width(&[0.1, 0.4, 0.2]), skew.within(-5.0, 5.0).shape()];
     draft.add(("hysteresis", qn), &skewed, &[], |n| looped(n, &n[2]));
 }
 

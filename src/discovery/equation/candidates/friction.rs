@@ -65,7 +65,7 @@ fn rubbing(
     );
     // Linear in both amounts where the velocity is given: those begin from none, the velocity from every size it
     // may have, since between those sizes lie false bottoms.
-    let velocities = [0.02, 0.06, 0.15, 0.4, 1.0].map(|part| part * rms);
+    let velocities = [0.03, 0.1, 0.3, 1.0].map(|part| part * rms);
     draft.add(
         (stribeck, at),
         &[

@@ -30,12 +30,15 @@ pub(super) fn inputs(draft: &mut Draft) {
             &[],
             |n| wrap(format!("clamp({{}}, -{0}, {0})", n[0])),
         );
-        if range.changes_sign() {
-            let size = range.rms.max(1e-12);
+        // Of an input that stays away from 0 a small dead zone takes a constant, which is an offset.
+        let one_way = range.low * range.high > 0.0;
+        let least = if one_way { range.low.abs().min(range.high.abs()) } else { 0.0 };
+        if least < 0.5 * peak {
+            let size = (range.rms - least).max(1e-12);
             draft.add(
                 ("input_deadzone", name),
-                &[p("width", "deadzone", *dimension, &[0.05 * size, 0.3 * size])
-                    .within(0.0, peak)
+                &[p("width", "deadzone", *dimension, &[least + 0.05 * size, least + 0.3 * size])
+                    .within(least, peak)
                     .shape()],
                 &[],
                 |n| wrap(format!("deadzone({{}}, {})", n[0])),
