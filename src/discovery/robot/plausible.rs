@@ -13,9 +13,12 @@ use crate::units::significant;
 /// Two columns that say the same agree in size to within this factor.
 const FACTOR: f64 = 2.0;
 
-/// Columns that follow each other have a cosine above this; unlike ones one below the second.
+/// Columns that follow each other have a cosine above this.
 const ALIKE: f64 = 0.95;
-const UNLIKE: f64 = 0.5;
+
+/// A column is another's if it follows that one better than the second and its own worse than the first: motions of
+/// different joints may look alike, but not so much.
+const ANOTHERS: [f64; 2] = [0.9, 0.99];
 
 /// Rows further apart than this show no motion of an arm, s.
 const COARSE: f64 = 0.5;
@@ -111,8 +114,9 @@ fn agree(
                 "turn the sign of one of the two: both are positive the same way round",
             ));
         }
-        let other = (0..first.len()).find(|&k| k != j && self::cosine(&first[k], own) > ALIKE);
-        if let (true, Some(k)) = (cosine < UNLIKE, other) {
+        let other =
+            (0..first.len()).find(|&k| k != j && self::cosine(&first[k], own) > ANOTHERS[1]);
+        if let (true, Some(k)) = (cosine < ANOTHERS[0], other) {
             return Err(Error::new(
                 format!("`{two}` follows {}_{}`, not {one}", names[0], k + 1),
                 at(),
