@@ -486,7 +486,13 @@ pub const KINDS: &[Kind] = &[
     kind(
         "hysteresis",
         &[Seat::Joint, Seat::State],
-        &[number("torque", "N*m"), number("alpha", ""), number("width", "rad"), number("n", "")],
+        &[
+            number("torque", "N*m"),
+            number("alpha", ""),
+            number("width", "rad"),
+            number("n", ""),
+            number("skew", ""),
+        ],
         "a force that remembers the path, not the speed (Bouc-Wen)",
         "loops of force against displacement",
     ),

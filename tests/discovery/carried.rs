@@ -140,16 +140,3 @@ fn times_that_go_back_are_told() {
     let error = Recording::read("a", csv, Some(("a.json", text)), &Map::default()).unwrap_err();
     assert!(error.what.contains("jar") && error.what.contains("go back"), "{error:?}");
 }
-
-/// A payload can stand for a sensor's offset and a zero together; without it the search finds the two.
-#[test]
-fn a_heavier_vessel_a_sensor_that_is_off_and_a_zero_are_told_apart() {
-    let finding = found(Hidden { heavier: 0.08, offset: 0.25, zero: 0.012 });
-    assert_eq!(finding.effects.len(), 3, "{:#?}", finding.effects);
-    let mass = number(&finding, ("object_mass", "jar"), "mass");
-    let offset = number(&finding, ("torque_offset", "joint_4"), "torque");
-    let zero = number(&finding, ("joint_zero_offset", "joint_2"), "angle");
-    assert!((mass - 0.24).abs() < 0.01, "{mass} kg");
-    assert!((offset - 0.25).abs() < 0.03, "{offset} N·m");
-    assert!((zero - 0.012).abs() < 0.002, "{zero} rad");
-}

@@ -161,8 +161,7 @@ impl Data {
     /// Leaves out torques, speeds or a tip that never change while the arm moves: some loggers write zeros for
     /// what they do not measure.
     fn drop_unmeasured(&mut self, name: &str) {
-        let is_constant =
-            |c: &Channel| c.values.iter().all(|v| v.to_bits() == c.values[0].to_bits());
+        let is_constant = |c: &Channel| c.values.iter().all(|v| (v - c.values[0]).abs() <= 0.0);
         let group = |quantity| self.channels.iter().filter(move |c| c.quantity == quantity);
         let moved = self.commands.iter().map(Vec::as_slice);
         let mut moved = moved.chain(group(Quantity::Position).map(|c| &c.values[..]));
