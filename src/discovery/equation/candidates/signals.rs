@@ -35,10 +35,11 @@ pub(super) fn inputs(draft: &mut Draft) {
         let least = if one_way { range.low.abs().min(range.high.abs()) } else { 0.0 };
         if least < 0.5 * peak {
             let size = (range.rms - least).max(1e-12);
+            // One wider than the input usually is lets nothing act at all.
             draft.add(
                 ("input_deadzone", name),
                 &[p("width", "deadzone", *dimension, &[least + 0.05 * size, least + 0.3 * size])
-                    .within(least, peak)
+                    .within(least, least + size)
                     .shape()],
                 &[],
                 |n| wrap(format!("deadzone({{}}, {})", n[0])),
