@@ -90,6 +90,9 @@ fn effect_text(effect: &Effect, style: Style) -> String {
     for (name, parameter) in &effect.parameters {
         let _ = write!(text, "  {name} = {}", parameter_text(parameter));
     }
+    if effect.indistinguishable {
+        text.push_str("  (in doubt)");
+    }
     let _ = write!(text, "\n  {}", effect.equation);
     let _ = write!(
         text,

@@ -207,6 +207,9 @@ fn equations(
     }
     if let Some(folder) = &args.out {
         keep(&mut investigation, &[], 0, folder)?;
+    } else if investigation.experiment.is_some() {
+        let notes = &mut investigation.finding.notes;
+        notes.push("`--out DIR` writes the file with the input to record next".into());
     }
     tell(&investigation.finding, style);
     Ok(Exit::Yes)
