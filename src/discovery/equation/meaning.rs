@@ -10,7 +10,9 @@ use super::estimate::Point;
 use super::hypothesis::{Chosen, Hypothesis, LEAST_EVIDENCE, Question, with_values};
 
 /// A gain beyond this either way says that what it scales does not act, or that nothing else does.
-const LARGEST_GAIN: f64 = 50.0;
+const LARGEST_GAIN: f64 = 1e4;
+/// A gain within so many standard deviations of 0 says that what it scales does not act.
+const NO_GAIN: f64 = 5.0;
 /// The part of a shape's range that counts as its end.
 const END: f64 = 0.005;
 
@@ -99,6 +101,7 @@ pub(super) fn says_nothing(kind: &str, patch: &Patch) -> bool {
         let gain = (p.neutral == Some(1.0)).then_some(p.value.abs());
         !p.value.is_finite()
             || gain.is_some_and(|g| !(1.0 / LARGEST_GAIN..LARGEST_GAIN).contains(&g))
+            || gain.zip(p.std).is_some_and(|(g, std)| std.is_finite() && g < NO_GAIN * std)
     });
     // A shape at the end of its range is that of no effect, or of another one.
     let at_end = patch.shapes().any(|p| {
@@ -157,6 +160,7 @@ mod tests {
         assert!(!refused("input_gain", &[gain(0.001, 1e-5)]), "metres for millimetres");
         assert!(refused("input_gain", &[gain(1e114, f64::INFINITY)]));
         assert!(refused("input_gain", &[gain(1e-9, 1e-12)]), "nothing acts any more");
+        assert!(refused("input_gain", &[gain(-0.0018, 6e-4)]), "it may as well be 0");
         assert!(refused("input_gain", &[gain(1.01, 0.02)]));
         let shape = |value, std| number(None, value, std);
         assert!(!refused("input_delay", &[shape(5.0, 0.1)]));
