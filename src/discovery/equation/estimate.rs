@@ -70,6 +70,8 @@ pub struct Task<'a> {
     pub all_starts_free: bool,
     /// Whether the parameters stay as they are, so that first values alone are estimated.
     pub params_fixed: bool,
+    /// Of the parameters that are estimated those that stay as they are.
+    pub held: Vec<usize>,
 }
 
 /// Parameters and first values.
@@ -258,6 +260,7 @@ impl Task<'_> {
             max_iterations,
             step_tolerance: 1e-7,
             cost_tolerance: 1e-7,
+            fixed: self.held.clone(),
             bounds,
             ..Options::default()
         };

@@ -63,6 +63,7 @@ impl Bench {
             scales: self.scales.clone(),
             all_starts_free: self.all_starts_free,
             params_fixed: false,
+            held: Vec::new(),
         }
     }
 
@@ -157,16 +158,10 @@ impl Bench {
             self.inherit(&compiled, &parent.compiled, &parent.train.point, &task)
         };
         self.set_ramps(&mut compiled, &point);
-        let ranges: Vec<Option<[f64; 2]>> = compiled.params.iter().map(|p| p.range).collect();
-        for (param, value) in compiled.params.iter_mut().zip(&point.params) {
-            if held.contains(&param.name) {
-                param.range = Some([*value; 2]);
-            }
-        }
-        let train = self.task(&compiled).fit(&point, iterations).ok()?;
-        for (param, range) in compiled.params.iter_mut().zip(ranges) {
-            param.range = range;
-        }
+        let held = (0..compiled.params.len())
+            .filter(|i| held.contains(&compiled.params[*i].name))
+            .collect();
+        let train = Task { held, ..self.task(&compiled) }.fit(&point, iterations).ok()?;
         if train.residuals.iter().any(Vec::is_empty) {
             return None;
         }
