@@ -9,13 +9,11 @@ use nalgebra::Vector3;
 
 use crate::alignment::vision::Sighting;
 use crate::world::frame::{Object, Tool, World};
-use crate::world::{ObjectState, Pose, Scene, WorldState};
+use crate::world::{ObjectState, Pose, Scene, WATER_DENSITY, WorldState};
 
 use super::arm::{Feedback, Grip};
 use super::stage::Pads;
 
-/// Density of water, kg/m³.
-const WATER: f64 = 998.0;
 /// Pads this much closer or wider than an object's width still hold it, m.
 const PAD_TOLERANCE: f64 = 0.008;
 /// A thing whose base is this far above the table hangs in the hand, m.
@@ -195,7 +193,7 @@ impl Belief {
     /// Takes the mass in the hand, kg: what it lost since the last time went into what is below it.
     pub fn weighed(&mut self, mass: f64) {
         let Some(name) = self.held.as_ref().map(|held| held.name.clone()) else { return };
-        let lost = self.mass.map(|before| (before - mass) / WATER);
+        let lost = self.mass.map(|before| (before - mass) / WATER_DENSITY);
         self.mass = Some(mass);
         let Some(lost) = lost else { return };
         let below = self.below.clone();

@@ -9,10 +9,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use crate::motion::dynamics::GRAVITY;
-use crate::world::{Object, Shape};
-
-/// Density of water, kg/m³.
-pub const DENSITY: f64 = 1000.0;
+use crate::world::{Object, Shape, WATER_DENSITY};
 
 /// Viscosity of water, Pa·s.
 pub const WATER: f64 = 1e-3;
@@ -89,7 +86,7 @@ impl Hold {
         // On its last stretch the surface falls by the head while the wall falls away, or rises, by the cosine of
         // the tilt; on a level wall only the head itself drives it.
         let slope = tilt.cos().abs() + head / self.wall;
-        above * 3.0 * viscosity / (self.lip * DENSITY * GRAVITY * head.powi(3) * slope)
+        above * 3.0 * viscosity / (self.lip * WATER_DENSITY * GRAVITY * head.powi(3) * slope)
     }
 
     /// Returns how fast a sheet of so much flow (m³/s) leaves over the lip, m/s.

@@ -8,12 +8,9 @@ use crate::discovery::recording::{Recording, Segment};
 use crate::execution::trace::{Outcome, StepRecord};
 use crate::motion::Robot;
 use crate::units::Dimension;
-use crate::world::{Object, Scene};
+use crate::world::{Object, Scene, WATER_DENSITY};
 
 use super::Run;
-
-/// Density of water, kg/m³.
-const WATER: f64 = 1000.0;
 
 /// A scale is read so often, s.
 const SCALE: f64 = 0.1;
@@ -105,7 +102,7 @@ fn one(stretch: &Stretch<'_>, robot: &Robot, scene: &Scene) -> Option<Carried> {
     let mut water: Vec<[f64; 2]> = Vec::new();
     let mut inside = |time: f64, step: &StepRecord| {
         if let Some(volume) = step.measured.object(stretch.name).and_then(|object| object.water) {
-            water.push([time, WATER * volume]);
+            water.push([time, WATER_DENSITY * volume]);
         }
     };
     inside(took.interval_s[1], took);
@@ -136,7 +133,7 @@ fn middle(object: &Object, water: f64) -> f64 {
     let own = 0.5 * object.shape.height();
     let Some(cavity) = object.cavity.filter(|cavity| cavity.capacity > 0.0) else { return own };
     let full = object.shape.height() - cavity.wall;
-    let level = (water / WATER / cavity.capacity).clamp(0.0, 1.0) * full;
+    let level = (water / WATER_DENSITY / cavity.capacity).clamp(0.0, 1.0) * full;
     let total = (object.mass + water).max(1e-9);
     (object.mass * own + water * (cavity.wall + 0.5 * level)) / total
 }

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 pub use camera::{Camera, Intrinsics, Pixel, Ray};
 pub use frame::{Point, Pose};
-pub use object::{Cavity, Material, Object, Shape};
+pub use object::{Cavity, Material, Object, Shape, WATER_DENSITY};
 pub use scene::{Mark, Scene, Table};
 
 /// What is known of one object at one instant.

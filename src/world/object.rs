@@ -6,6 +6,24 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+/// Density of water, kg/m³.
+pub const WATER_DENSITY: f64 = 1000.0;
+
+/// An empty vessel with walls of 3 mm, for tests.
+#[cfg(test)]
+pub(crate) fn vessel(shape: Shape, capacity: f64) -> Object {
+    Object {
+        name: "vessel".into(),
+        kind: "Container".into(),
+        shape,
+        cavity: Some(Cavity { wall: 0.003, capacity, filled: 0.0 }),
+        looks: String::new(),
+        material: Material::Opaque,
+        colour: [0; 3],
+        mass: 0.1,
+    }
+}
+
 /// The two solids of the paper (section 2.2): cuboids and upright cylinders.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -3,7 +3,8 @@
 use super::data::Pour;
 use super::flow::{Flow, arrived};
 use crate::discovery::selection::{Candidate, Gap, Set, Slot};
-use crate::twin::hold::{DENSITY, WATER};
+use crate::twin::hold::WATER;
+use crate::world::WATER_DENSITY;
 
 /// What can be missing from a pour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -133,7 +134,7 @@ impl PourGap {
         let start = pour.time[0];
         let (there, beside) = arrived(pour, &flow);
         let read = |(volume, time): (&f64, &f64)| {
-            (gain * DENSITY * volume + drift * (time - start)).min(most)
+            (gain * WATER_DENSITY * volume + drift * (time - start)).min(most)
         };
         (there.iter().zip(&pour.time).map(read).collect(), beside)
     }
@@ -180,7 +181,7 @@ impl PourGap {
         let pour = &self.pours[at];
         let empty = self.said(Term::Mass, terms, parameters).unwrap_or(pour.empty);
         let inside = pour.held.unwrap_or_else(|| self.filled(at, terms, parameters));
-        Some(pour.borne? - empty - DENSITY * inside)
+        Some(pour.borne? - empty - WATER_DENSITY * inside)
     }
 }
 
@@ -282,7 +283,7 @@ impl Gap for PourGap {
                     Term::Drift => vec![vec![0.0]],
                     Term::Viscosity => [WATER, 0.05, 0.3, 2.0].map(|value| vec![value]).to_vec(),
                     Term::Mass => vec![vec![self.pours[0].empty]],
-                    Term::Overflow => below(1.0 / DENSITY),
+                    Term::Overflow => below(1.0 / WATER_DENSITY),
                     Term::Clip => below(1.0),
                 };
                 Candidate { term, with: Vec::new(), starts, surcharge: 0.0 }

@@ -7,7 +7,7 @@ use super::super::plan::{Grasp, Placement, Pour};
 use super::super::tape::Entry;
 use super::{ActionError, Stage};
 use crate::motion::dynamics::GRAVITY;
-use crate::twin::hold::DENSITY;
+use crate::world::WATER_DENSITY;
 
 /// The force of each finger with which things are held, N, and how many times the weight pads should hold.
 const SQUEEZE: f64 = 40.0;
@@ -79,7 +79,7 @@ impl Stage {
     pub fn squeeze(&mut self, o: &str) -> Result<f64, ActionError> {
         let object = self.cell.scene.object(o);
         let object = object.ok_or_else(|| ActionError::Refused(format!("there is no `{o}`")))?;
-        let mass = object.mass + DENSITY * self.volume(o).unwrap_or(0.0);
+        let mass = object.mass + WATER_DENSITY * self.volume(o).unwrap_or(0.0);
         let friction = self.cell.pads.friction;
         let needed = SAFETY * mass * GRAVITY / (2.0 * friction.max(1e-6));
         let most = self.cell.limits.finger_force;

@@ -31,14 +31,12 @@ pub use rim::Rim;
 pub use vessel::Vessel;
 
 use crate::motion::Inertial;
-use crate::world::Table;
+use crate::world::{Table, WATER_DENSITY};
 use film::Film;
 use placed::Placed;
 use rim::Lip;
 use solve::Scratch;
 
-/// Density of water, kg/m³.
-const WATER_DENSITY: f64 = 1000.0;
 /// Time constant with which a vessel feels its water move, s: the grasp would feel every particle's
 /// knock otherwise.
 const FEEDBACK_TIME: f64 = 0.03;

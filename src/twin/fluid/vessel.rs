@@ -383,21 +383,10 @@ pub(super) fn single(pose: &Isometry3<f64>) -> Isometry3<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::world::{Cavity, Material};
+    use crate::world::object;
 
     fn vessel(shape: Shape) -> Vessel {
-        let cavity = Cavity { wall: 0.003, capacity: 1e-3, filled: 0.0 };
-        let object = Object {
-            name: "vessel".into(),
-            kind: "Container".into(),
-            shape,
-            cavity: Some(cavity),
-            looks: String::new(),
-            material: Material::Opaque,
-            colour: [0; 3],
-            mass: 0.1,
-        };
-        Vessel::new(&object).unwrap()
+        Vessel::new(&object::vessel(shape, 1e-3)).unwrap()
     }
 
     fn jar() -> Vessel {

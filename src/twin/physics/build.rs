@@ -316,26 +316,15 @@ fn object_shape(object: &Object) -> SharedShape {
 mod tests {
     use super::super::super::convert::to_engine;
     use super::*;
-    use crate::world::{Cavity, Material};
+    use crate::world::object;
 
     #[test]
     fn a_vessel_is_open_at_the_top_and_closed_below() {
-        let cavity = Cavity { wall: 0.003, capacity: 2.5e-4, filled: 0.0 };
         for shape in [
             Shape::Cuboid { size: Vector3::new(0.065, 0.065, 0.14) },
             Shape::Cylinder { radius: 0.08, height: 0.095 },
         ] {
-            let object = Object {
-                name: "vessel".into(),
-                kind: "Container".into(),
-                shape,
-                cavity: Some(cavity),
-                looks: String::new(),
-                material: Material::Opaque,
-                colour: [0; 3],
-                mass: 0.1,
-            };
-            let solid = object_shape(&object);
+            let solid = object_shape(&object::vessel(shape, 2.5e-4));
             let inside = |x: f64, y: f64, z: f64| {
                 solid.contains_point(&EnginePose::IDENTITY, to_engine(&Vector3::new(x, y, z)))
             };
