@@ -208,6 +208,11 @@ impl Belief {
         }
     }
 
+    /// Takes a better measurement of the mass in the hand, kg, from which nothing has left since the last.
+    pub fn bears(&mut self, mass: f64) {
+        self.mass = self.held.as_ref().map(|_| mass);
+    }
+
     /// Returns whether two things touch; touch between two things on the table is not measured.
     pub(super) fn contact(&self, a: &str, b: &str) -> Option<bool> {
         match (a, b) {

@@ -247,6 +247,10 @@ impl Body for RealBody {
         self.belief.weighed(mass);
     }
 
+    fn bears(&mut self, mass: f64) {
+        self.belief.bears(mass);
+    }
+
     fn photo(&mut self) -> Result<Option<RgbImage>, DeviceError> {
         Ok(Some(self.camera.photo()?))
     }

@@ -10,12 +10,13 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use rhai::{Array, Dynamic, Engine, EvalAltResult, INT, NativeCallContext, Position, Scope};
+use rhai::{Array, Dynamic, Engine, EvalAltResult, NativeCallContext, Position, Scope};
 
 use super::conduct::Word;
 use super::lines::{at_speed, straight};
 use super::plan::{Grasp, Placement, Pour};
 use super::stage::{ActionError, Stage};
+use super::trace::Event;
 
 /// A value handed to a script by the name of a parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -272,39 +273,17 @@ fn bind_values(engine: &mut Engine) {
         .register_get("turn", |pour: &mut Pour| Path(pour.turn.clone()))
         .register_get("back", |pour: &mut Pour| Path(pour.turn.iter().rev().cloned().collect()))
         .register_get("clearance", |pour: &mut Pour| pour.clearance)
+        .register_fn("share_holding", |pour: &mut Pour, volume: f64| pour.share_holding(volume))
         .register_type_with_name::<Placement>("Placement")
         .register_get("above", |place: &mut Placement| array(place.above.iter().copied()))
         .register_get("way_down", |place: &mut Placement| Path(place.way_down.clone()))
         .register_get("way_out", |place: &mut Placement| Path(place.way_out.clone()))
-        .register_type_with_name::<Path>("Path")
-        .register_get("length", |path: &mut Path| INT::try_from(path.0.len()).unwrap_or(INT::MAX))
-        .register_fn("finer", |path: &mut Path, times: INT| Path(finer(&path.0, times)))
-        .register_fn("part", |path: &mut Path, from: INT, to: INT| -> Fallible<Path> {
-            let range = usize::try_from(from).ok().zip(usize::try_from(to).ok());
-            let part = range
-                .and_then(|(from, to)| path.0.get(from..=to.min(path.0.len().saturating_sub(1))));
-            part.map(|part| Path(part.to_vec())).ok_or_else(|| {
-                format!("the path has no part from {from} to {to}; it has {} points", path.0.len())
-                    .into()
-            })
-        });
+        .register_type_with_name::<Path>("Path");
 }
 
 /// A joint path in a script's hands.
 #[derive(Clone)]
 struct Path(Vec<Vec<f64>>);
-
-/// Returns a path with `times` steps for each of its own, joints interpolated.
-fn finer(path: &[Vec<f64>], times: INT) -> Vec<Vec<f64>> {
-    let times = times.clamp(1, 100);
-    let between = |a: &[f64], b: &[f64], share: f64| -> Vec<f64> {
-        a.iter().zip(b).map(|(a, b)| a + share * (b - a)).collect()
-    };
-    let steps = path.windows(2).flat_map(|pair| {
-        (0..times).map(move |k| between(&pair[0], &pair[1], k as f64 / times as f64))
-    });
-    steps.chain(path.last().cloned()).collect()
-}
 
 fn bind_camera(engine: &mut Engine) {
     engine.register_type_with_name::<Camera>("Camera").register_fn(
@@ -395,6 +374,17 @@ fn bind_arm(engine: &mut Engine) {
             },
         )
         .register_fn(
+            "turn_to",
+            |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, share: f64, rate: f64| {
+                let does = format!(
+                    "turn the hand to {:.1} % of its path at {:.0} deg/s",
+                    100.0 * share,
+                    rate.to_degrees()
+                );
+                arm.acts(&at, does)?.turn_to(&path.0, share, rate).map_err(raise)
+            },
+        )
+        .register_fn(
             "move_by",
             |at: NativeCallContext<'_>, arm: &mut Arm, by: Array, speed: f64| {
                 let by = numbers(&by)?;
@@ -409,6 +399,12 @@ fn bind_arm(engine: &mut Engine) {
             let does = "hold still and weigh what is in the hand by the joints' torques";
             arm.acts(&at, does.into())?.weigh().map_err(raise)
         })
+        .register_fn("heft", |at: NativeCallContext<'_>, arm: &mut Arm, seconds: f64| {
+            let does = format!("hold still and feel for {seconds:.1} s how heavy what is in the hand is");
+            arm.acts(&at, does)?.heft(seconds).map_err(raise)
+        })
+        .register_fn("weighed", |arm: &mut Arm, mass: f64| arm.stage().weighed(mass))
+        .register_fn("bears", |arm: &mut Arm, mass: f64| arm.stage().bears(mass))
         .register_fn("opening", |arm: &mut Arm| arm.stage().opening().map_err(raise))
         .register_fn("wait", |at: NativeCallContext<'_>, arm: &mut Arm, seconds: f64| {
             arm.acts(&at, format!("hold still for {seconds:.1} s"))?.wait(seconds).map_err(raise)
@@ -422,6 +418,10 @@ fn bind_memory(engine: &mut Engine, stage: &Arc<Mutex<Stage>>) {
     });
     let keeper = stage.clone();
     engine.register_fn("recall", move |name: &str| lock(&keeper).recall(name).map_err(raise));
+    let teller = stage.clone();
+    engine.register_fn("note", move |text: &str| {
+        lock(&teller).tell(&Event::Note { text: text.to_owned() });
+    });
     let chooser = stage.clone();
     engine.register_fn("choose", move |ways: Array| -> Fallible<Dynamic> {
         let chosen = lock(&chooser).choose(ways.len()).map_err(raise)?;

@@ -27,6 +27,17 @@ pub enum Entry {
     Begin(String),
     /// What ends the step became true.
     Ended(Ended),
+    /// How far the step turned the hand along a path where measuring decides how far, as a share of it.
+    Turned(f64),
+}
+
+/// What the rehearsal says of a step as a whole, when it is played.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Rehearsed {
+    /// When what ends it became true, if it did.
+    pub ended: Option<Ended>,
+    /// How far it turned the hand by measuring, if it did.
+    pub turned: Option<f64>,
 }
 
 /// When what ends a step became true.
@@ -64,6 +75,11 @@ pub struct OffTape {
 }
 
 impl Entry {
+    /// Whether it says something of its step as a whole, and is no answer to a question.
+    fn is_remark(&self) -> bool {
+        matches!(self, Self::Ended(_) | Self::Turned(_))
+    }
+
     fn kind(&self) -> &'static str {
         match self {
             Self::Grasps(_) => "ways to grasp",
@@ -73,6 +89,7 @@ impl Entry {
             Self::Path(_) => "a path",
             Self::Begin(_) => "the next step",
             Self::Ended(_) => "the end of the step",
+            Self::Turned(_) => "a turn by measuring",
         }
     }
 }
@@ -107,6 +124,9 @@ impl Tape {
         if !self.playing {
             return Ok(None);
         }
+        while self.entries.get(self.at).is_some_and(|entry| matches!(entry, Entry::Turned(_))) {
+            self.at += 1;
+        }
         let Some(entry) = self.entries.get(self.at) else {
             return Err(OffTape { asked, had: "ended" });
         };
@@ -115,33 +135,39 @@ impl Tape {
         Ok(Some(value))
     }
 
-    /// Begins a step; when playing, returns when what ends it became true in the rehearsal, if it did.
+    /// Begins a step; when playing, returns what the rehearsal says of it.
     ///
     /// # Errors
     ///
     /// [`OffTape`] when the rehearsal had no such step from here on, or when decisions of the step before
     /// are left over although nothing `may_skip` them.
-    pub fn begin(&mut self, path: &str, may_skip: bool) -> Result<Option<Ended>, OffTape> {
+    pub fn begin(&mut self, path: &str, may_skip: bool) -> Result<Rehearsed, OffTape> {
         if !self.playing {
             self.entries.push(Entry::Begin(path.to_owned()));
-            return Ok(None);
+            return Ok(Rehearsed::default());
         }
         let asked = "the next step";
         let left = &self.entries[self.at.min(self.entries.len())..];
         let is_it = |entry: &Entry| matches!(entry, Entry::Begin(at) if at == path);
         let next = left.iter().position(is_it).ok_or(OffTape { asked, had: "ended" })?;
-        let unused = left[..next].iter().find(|entry| !matches!(entry, Entry::Ended(_)));
+        let unused = left[..next].iter().find(|entry| !entry.is_remark());
         if let (Some(unused), false) = (unused, may_skip) {
             return Err(OffTape { asked, had: unused.kind() });
         }
         self.at += next + 1;
+        let mut rehearsed = Rehearsed::default();
         let own = self.entries[self.at..].iter();
-        Ok(own.take_while(|entry| !matches!(entry, Entry::Begin(_))).find_map(
-            |entry| match entry {
-                Entry::Ended(ended) => Some(*ended),
-                _ => None,
-            },
-        ))
+        for entry in own.take_while(|entry| !matches!(entry, Entry::Begin(_))) {
+            match entry {
+                Entry::Ended(ended) => rehearsed.ended = rehearsed.ended.or(Some(*ended)),
+                Entry::Turned(share) => {
+                    rehearsed.turned =
+                        Some(rehearsed.turned.map_or(*share, |t: f64| t.max(*share)));
+                }
+                _ => {}
+            }
+        }
+        Ok(rehearsed)
     }
 
     /// Records a decision; does nothing when playing.

@@ -4,15 +4,17 @@
 //! checked. A script that only asks (`twin.…`) works with nothing.
 
 /// Words that move the arm or need it to hold still.
-const JOINTS: [&str; 10] = [
+const JOINTS: [&str; 12] = [
     "move_to",
     "carry_to",
     "follow",
     "draw_back",
     "turn",
     "turn_back",
+    "turn_to",
     "move_by",
     "weigh",
+    "heft",
     "wait",
     // Before the fingers close, the empty hand is weighed, for which the arm holds still.
     "close",

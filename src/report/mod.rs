@@ -306,6 +306,23 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
                 .at(target.clone())
                 .help(format!("pour less, such as `amount: {less:.0} mL`; nothing has moved"))
         }
+        Error::NotSoMuch { source_name, there, .. } => {
+            let there = (1e6 * there).floor();
+            let failure = Failure::no("run::not_so_much", words).at(source_name.clone());
+            failure.help(if there < 3.0 {
+                "fill it first, or say in the scene what is in it; nothing has moved".into()
+            } else {
+                format!(
+                    "pour less, such as `amount: {there:.0} mL`, or leave the amount out to pour \
+                     everything; nothing has moved"
+                )
+            })
+        }
+        Error::NotWeighable { least, .. } => {
+            let least = (1e6 * least).round();
+            Failure::no("run::not_weighable", words)
+                .help(format!("pour at least `amount: {least:.0} mL`; nothing has moved"))
+        }
         Error::Needs { .. } => {
             Failure::no("run::needs", words).help("make it true first; nothing has moved")
         }

@@ -64,6 +64,24 @@ pub enum Error {
         /// What was to be poured, m³.
         amount: f64,
     },
+    /// More is to be poured than there is; nothing has moved.
+    #[error("`{source_name}` holds {:.0} mL; {:.0} mL were to be poured", 1e6 * .there, 1e6 * .amount)]
+    NotSoMuch {
+        /// What it was to come from.
+        source_name: String,
+        /// What is there, m³.
+        there: f64,
+        /// What was to be poured, m³.
+        amount: f64,
+    },
+    /// Less is to be poured than can be weighed; nothing has moved.
+    #[error("{:.1} mL cannot be told from nothing by what the hand bears; at least {:.0} mL can", 1e6 * .amount, 1e6 * .least)]
+    NotWeighable {
+        /// What was to be poured, m³.
+        amount: f64,
+        /// The least that can be weighed, m³.
+        least: f64,
+    },
     /// What the call needs is false before it begins; nothing has moved.
     #[error("`{call}` needs `{what}`, which is false{by}")]
     Needs {

@@ -68,8 +68,19 @@ impl WorkCell {
                     let amount = amount.map_or(by, |amount| amount.value);
                     Error::NoRoom { target, room: (amount - by).max(0.0), amount }
                 }
+                Some(("has", source_name)) => {
+                    let amount = second(part).and_then(|amount| walker.quantity(amount, &state));
+                    let amount = amount.map_or(by, |amount| amount.value);
+                    Error::NotSoMuch { source_name, there: (amount - by).max(0.0), amount }
+                }
                 Some(("visible", object)) => {
                     Error::NotSeen(vec![(object, "nothing in the picture looks like it".into())])
+                }
+                None if is_call(part, "weighable") => {
+                    let amount =
+                        argument(part, 0).and_then(|amount| walker.quantity(amount, &state));
+                    let amount = amount.map_or(0.0, |amount| amount.value);
+                    Error::NotWeighable { amount, least: amount + by }
                 }
                 _ => Error::Needs {
                     call: graph.root().label.clone(),
@@ -93,10 +104,19 @@ fn parts(condition: &Expr) -> Vec<&Expr> {
     }
 }
 
+/// Returns an argument of a fluent by its place, from 0.
+fn argument(fluent: &Expr, place: usize) -> Option<&Expr> {
+    let ExprKind::Call(call) = &fluent.kind else { return None };
+    call.args.get(place)?.values.first()
+}
+
 /// Returns the second argument of a fluent.
 fn second(fluent: &Expr) -> Option<&Expr> {
-    let ExprKind::Call(call) = &fluent.kind else { return None };
-    call.args.get(1)?.values.first()
+    argument(fluent, 1)
+}
+
+fn is_call(fluent: &Expr, name: &str) -> bool {
+    matches!(&fluent.kind, ExprKind::Call(call) if call.name.text == name)
 }
 
 /// Returns the name and the first argument of a fluent: `reachable` and `cup` of `reachable(cup)`.

@@ -3,6 +3,7 @@
 //! Every list comes best first and holds only ways that the arm reaches and that touch nothing; whether
 //! the water stays in is for the twin to say. Kinematics, collision and search are [`crate::motion`]'s.
 
+mod brim;
 mod grasp;
 mod place;
 mod pour;

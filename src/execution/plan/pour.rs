@@ -7,11 +7,11 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 
-use crate::world::frame::{Object, Tool, World};
-use crate::world::{Pose, Shape};
+use crate::world::frame::{self, Tool, World};
+use crate::world::{Object, Pose, Shape};
 
 use super::grasp::distance;
-use super::{Dropped, NoWay, Planner, Why};
+use super::{Dropped, NoWay, Planner, Why, brim};
 
 /// How far the jar is turned: past level, so that the last film runs out, rad.
 const TURN: f64 = 115.0 * PI / 180.0;
@@ -35,8 +35,22 @@ pub struct Pour {
     pub lip: [f64; 3],
     /// Smallest distance to anything during the turn, m.
     pub clearance: f64,
+    /// How much the source still holds at each point of the turn, m³.
+    pub holds: Vec<f64>,
     /// What the ways are sorted by; less is better.
     cost: f64,
+}
+
+impl Pour {
+    /// Returns the share of the turn at which the source, filled to its lip, holds so much, m³.
+    pub fn share_holding(&self, volume: f64) -> f64 {
+        let last = self.holds.len().saturating_sub(1).max(1);
+        // The vessel holds less and less on its way.
+        let next = self.holds.partition_point(|holds| *holds > volume).clamp(1, last);
+        let (before, after) = (self.holds[next - 1], self.holds[next]);
+        let part = if before > after { (before - volume) / (before - after) } else { 0.0 };
+        (((next - 1) as f64 + part) / last as f64).clamp(0.0, 1.0)
+    }
 }
 
 impl Planner {
@@ -59,6 +73,7 @@ impl Planner {
         let source_shape = shape(source).ok_or_else(|| no(Why::NotSeen(source.to_owned())))?;
         let target_shape = shape(target).ok_or_else(|| no(Why::NotSeen(target.to_owned())))?;
         let cup = self.pose(target, &what)?;
+        let inside = scene.object(source).and_then(Object::inside).unwrap_or(source_shape);
 
         let world = self.obstacles(&[], self.state.opening);
         let mut dropped = Dropped::new();
@@ -81,6 +96,10 @@ impl Planner {
                         upright_under(&source_shape, &tool_from_object, heading, lip, lean);
                     let poses: Vec<_> = (0..=(TURN / STEP).round() as usize)
                         .map(|k| about(&upright, lip, axis, k as f64 * STEP) * object_from_tool)
+                        .collect();
+                    let toward = upright.inverse().rotation() * lean;
+                    let holds: Vec<f64> = (0..poses.len())
+                        .map(|k| brim::signed_volume(&inside, &toward, k as f64 * STEP))
                         .collect();
                     let solutions = match self.reach(&poses[0], &self.q) {
                         Ok(solutions) => solutions,
@@ -108,6 +127,7 @@ impl Planner {
                             start: start.clone(),
                             turn: path,
                             lip: lip.into(),
+                            holds: holds.clone(),
                             clearance,
                             cost,
                         });
@@ -133,15 +153,15 @@ impl Planner {
 /// the hand heading along `heading`.
 fn upright_under(
     shape: &Shape,
-    tool_from_object: &Pose<Tool, Object>,
+    tool_from_object: &Pose<Tool, frame::Object>,
     heading: f64,
     lip: Vector3<f64>,
     lean: Vector3<f64>,
-) -> Pose<World, Object> {
+) -> Pose<World, frame::Object> {
     // Seen from the object, the hand comes along this direction.
     let ahead = tool_from_object.inverse().axis(2);
     let yaw = heading - ahead.y.atan2(ahead.x);
-    let turned: Pose<World, Object> = Pose::upright(0.0, 0.0, 0.0, yaw);
+    let turned: Pose<World, frame::Object> = Pose::upright(0.0, 0.0, 0.0, yaw);
     let reach = rim_reach(shape, &(turned.inverse().rotation() * lean));
     let base = lip - lean * reach - Vector3::z() * shape.height();
     Pose::from_parts(base, turned.rotation())
@@ -161,11 +181,11 @@ fn rim_reach(shape: &Shape, direction: &Vector3<f64>) -> f64 {
 
 /// Turns a pose about the point `lip` by `angle` rad round the level unit vector `axis`.
 fn about(
-    pose: &Pose<World, Object>,
+    pose: &Pose<World, frame::Object>,
     lip: Vector3<f64>,
     axis: Vector3<f64>,
     angle: f64,
-) -> Pose<World, Object> {
+) -> Pose<World, frame::Object> {
     let turn = UnitQuaternion::from_axis_angle(&UnitVector3::new_normalize(axis), angle);
     Pose::from_parts(lip + turn * (pose.origin() - lip), turn * pose.rotation())
 }

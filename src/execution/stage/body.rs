@@ -110,6 +110,9 @@ pub trait Body: Send {
     /// Takes note of the mass in the hand, kg.
     fn weighed(&mut self, mass: f64);
 
+    /// Takes note of a better measurement of the mass in the hand, kg: nothing has left it since the last.
+    fn bears(&mut self, _mass: f64) {}
+
     /// Returns whether two things touch, `None` when nobody can tell.
     fn contact(&mut self, a: &str, b: &str) -> Option<bool>;
 

@@ -49,18 +49,35 @@ impl Stage {
         Ok(self.body.arm().feedback()?.opening)
     }
 
-    /// `arm.weigh()`: the mass in the hand, kg, from joint torques held still for half a second.
+    /// `arm.heft(seconds)`: the mass in the hand, kg, from joint torques at rest, averaged so long; nothing is
+    /// concluded from it.
     ///
     /// The tare taken before the fingers closed takes the sensors' bias out.
-    pub fn weigh(&mut self) -> Result<f64, ActionError> {
-        let (q, mut excess) = self.torque_excess(0.5)?;
+    pub fn heft(&mut self, seconds: f64) -> Result<f64, ActionError> {
+        let (q, mut excess) = self.torque_excess(seconds)?;
         if let Some(tare) = &self.tare {
             for (joint, bias) in excess.iter_mut().zip(tare) {
                 *joint -= bias;
             }
         }
-        let mass = mass_of(&self.cell.robot, &q, &excess);
+        Ok(mass_of(&self.cell.robot, &q, &excess))
+    }
+
+    /// `arm.weighed(mass)`: the hand bears so much, kg: what it bears less than it did went into what is below.
+    pub fn weighed(&mut self, mass: f64) {
         self.body.weighed(mass);
+    }
+
+    /// `arm.bears(mass)`: the hand bears so much, kg, and always did since it was weighed last: that is now known
+    /// better.
+    pub fn bears(&mut self, mass: f64) {
+        self.body.bears(mass);
+    }
+
+    /// `arm.weigh()`: the mass in the hand, kg, held still for half a second, and what follows from it.
+    pub fn weigh(&mut self) -> Result<f64, ActionError> {
+        let mass = self.heft(0.5)?;
+        self.weighed(mass);
         Ok(mass)
     }
 

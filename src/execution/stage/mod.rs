@@ -86,6 +86,8 @@ pub struct Stage {
     memory: Memory,
     /// What must hold, and what ends the step, while one runs.
     during: Option<During>,
+    /// How far the rehearsal of this step turned the hand by measuring, as a share of the path.
+    turned: Option<f64>,
     /// Whether the step before ended sooner than its script.
     was_cut: bool,
     past: Past,
@@ -127,6 +129,7 @@ impl Stage {
             doubt: 0.0,
             memory: Memory::new(),
             during: None,
+            turned: None,
             was_cut: false,
             past: Past::default(),
             orders: None,
@@ -262,7 +265,9 @@ impl Stage {
 
     /// Begins the step of that path on the tape; returns when the rehearsal saw what ends it come true.
     pub fn begin_step(&mut self, path: &str) -> Result<Option<Ended>, OffTape> {
-        self.tape.begin(path, std::mem::take(&mut self.was_cut))
+        let rehearsed = self.tape.begin(path, std::mem::take(&mut self.was_cut))?;
+        self.turned = rehearsed.turned;
+        Ok(rehearsed.ended)
     }
 
     /// Ends the step that just began, since what ends it is true already.

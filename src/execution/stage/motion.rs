@@ -5,6 +5,7 @@ use std::sync::PoisonError;
 use nalgebra::Vector3;
 use rand::RngExt;
 
+use crate::motion::robot::JointLimits;
 use crate::motion::trajectory::{self, Trajectory};
 use crate::world::Pose;
 use crate::world::frame::{Tool, World};
@@ -28,6 +29,55 @@ const ASIDE: f64 = 0.02;
 const ABOVE: f64 = 0.16;
 /// How fast, as a share of full speed.
 const DOWN_SPEED: f64 = 0.3;
+
+/// How much further than in the rehearsal measuring may turn the hand, rad; chosen: a vessel that is a tenth fuller or
+/// emptier than believed, and taken a few degrees askew.
+const FURTHER: f64 = 10.0 * std::f64::consts::PI / 180.0;
+/// A hand within this of a path is on it, rad.
+const ON_PATH: f64 = 0.05;
+
+/// Returns the way along a path from `q`, which is on it, to a share of it, both ends included; one point when it is
+/// there already, `None` when `q` is not on the path.
+fn between(path: &[Vec<f64>], q: &[f64], share: f64) -> Option<Vec<Vec<f64>>> {
+    // Points nearer to an end than this add nothing but a kink, in steps of the path.
+    const APART: f64 = 0.15;
+    let last = path.len().checked_sub(1).filter(|last| *last > 0)? as f64;
+    let at = |place: f64| -> Vec<f64> {
+        let from = (place.floor() as usize).min(path.len() - 2);
+        let part = place - from as f64;
+        path[from].iter().zip(&path[from + 1]).map(|(a, b)| a + part * (b - a)).collect()
+    };
+    // Where on each step of the path `q` is nearest.
+    let places = path.windows(2).enumerate().map(|(k, pair)| {
+        let step: Vec<f64> = pair[0].iter().zip(&pair[1]).map(|(a, b)| b - a).collect();
+        let along: f64 =
+            q.iter().zip(&pair[0]).zip(&step).map(|((q, a), step)| (q - a) * step).sum();
+        let length: f64 = step.iter().map(|step| step * step).sum();
+        k as f64 + if length > 0.0 { (along / length).clamp(0.0, 1.0) } else { 0.0 }
+    });
+    let off = |place: &f64| distance(&at(*place), q);
+    let here = places.min_by(|a, b| off(a).total_cmp(&off(b)))?;
+    if off(&here) > ON_PATH {
+        return None;
+    }
+    let there = share * last;
+    let (low, high) = (here.min(there) + APART, here.max(there) - APART);
+    let mut inner: Vec<f64> =
+        (0..path.len()).map(|k| k as f64).filter(|k| *k > low && *k < high).collect();
+    if there < here {
+        inner.reverse();
+    }
+    let mut way = vec![q.to_vec()];
+    way.extend(inner.into_iter().map(at));
+    if (there - here).abs() > 1e-4 {
+        way.push(at(there));
+    }
+    Some(way)
+}
+
+/// A corrected joint this little past its range is brought back, rad, to so far inside it.
+const HAIR: f64 = 0.02;
+const SHORT: f64 = 0.004;
 
 impl Stage {
     /// Goes to a tool pose round everything in the way; for calibration, without a tape.
@@ -120,6 +170,30 @@ impl Stage {
         if back.len() < 2 { Ok(()) } else { self.turn(&back, rate) }
     }
 
+    /// `arm.turn_to(path, share, rate)`: along a path that turns the hand, from wherever it is on it to this share
+    /// of it. Measuring may decide how far, so the arm may go further than the rehearsal did, but not much.
+    pub fn turn_to(&mut self, path: &[Vec<f64>], share: f64, rate: f64) -> Result<(), ActionError> {
+        let share = share.clamp(0.0, 1.0);
+        let way = between(path, &self.q, share).ok_or_else(|| {
+            ActionError::Refused("the hand is not on the path that it is to be turned along".into())
+        })?;
+        if self.tape.is_playing() {
+            let whole = turned_angle(&self.cell.robot, path);
+            let rehearsed = self.turned.unwrap_or(0.0);
+            if (share - rehearsed) * whole > FURTHER {
+                return Err(ActionError::Refused(format!(
+                    "the hand would have to turn {:.0} deg where the rehearsal turned it {:.0} deg, which is \
+                     too far to go unrehearsed",
+                    (share * whole).to_degrees(),
+                    (rehearsed * whole).to_degrees()
+                )));
+            }
+        } else {
+            self.tape.record(Entry::Turned(share));
+        }
+        if way.len() < 2 { Ok(()) } else { self.turn(&way, rate) }
+    }
+
     /// `arm.draw_back(path, speed)`: the way that `path` goes. A hand that is above where it begins, such as in a
     /// lift that was cut short, is first brought down there, as it went up.
     pub fn draw_back(&mut self, path: &[Vec<f64>], speed: f64) -> Result<(), ActionError> {
@@ -206,8 +280,18 @@ impl Stage {
         })?)
     }
 
+    /// Corrects a path. A joint that the correction takes a hair past its range, where planning left room, stays
+    /// inside.
     fn corrected(&self, path: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        path.iter().map(|q| self.body.correct(q)).collect()
+        let inside = |q: f64, joint: &JointLimits| {
+            let kept = q.clamp(joint.lower + SHORT, joint.upper - SHORT);
+            if (q - kept).abs() < HAIR { kept } else { q }
+        };
+        let correct = |q: &Vec<f64>| -> Vec<f64> {
+            let sent = self.body.correct(q);
+            sent.iter().zip(self.cell.robot.joints()).map(|(q, joint)| inside(*q, joint)).collect()
+        };
+        path.iter().map(correct).collect()
     }
 
     /// Clears a trajectory and follows it; the plan then has the arm at the end of `path`.

@@ -11,6 +11,9 @@ use super::{Fluid, Phase};
 const CALM_SPEED: f32 = 0.02;
 /// For how long it must be calm to freeze, s.
 const CALM_TIME: f32 = 0.2;
+/// Water in a vessel that leans more than this does not freeze, rad: it would stand at the lip as ice, and come in one
+/// gush once it is tilted enough to wake.
+const LEANS: f64 = 0.35;
 /// After how long on the table a drop stays where it is, s.
 const DROP_TIME: f32 = 0.4;
 
@@ -102,9 +105,11 @@ impl Fluid {
                     n += 1;
                 }
             }
+            let up = moving.now.rotation.inverse() * Vector3::z();
             let calm = (n == 0 || square / (n as f32) < CALM_SPEED * CALM_SPEED)
                 && f64::from(moving.acceleration.norm()) < 0.5 * self.settings.wake_acceleration
                 && moving.spin.norm() < 0.05
+                && (n == 0 || f64::from(up.angle(&Vector3::z())) < LEANS)
                 && !self.visited(k);
             let moving = &mut self.vessels[k];
             moving.calm = if calm { moving.calm + self.dt } else { 0.0 };

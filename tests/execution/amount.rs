@@ -1,0 +1,99 @@
+//! An amount is poured by weighing: a vessel that is fuller than was rehearsed gives as much as was asked for.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+
+use trueup::execution::arm::Cancel;
+use trueup::execution::limits::Limits;
+use trueup::execution::script::{ScriptError, ScriptValue, Scripts};
+use trueup::execution::stage::{Cell, Pads, Stage};
+use trueup::execution::tape::{Entry, Tape};
+use trueup::execution::trace::Nobody;
+use trueup::execution::twin_arm::TwinBody;
+use trueup::motion::robot::Robot;
+use trueup::twin::Settings;
+
+use super::twin;
+use crate::kitchen;
+
+/// The actions of a pour up to the jar hanging level again, as the standard library has them.
+const ACTIONS: [(&str, &str); 6] = [
+    ("approach.rhai", include_str!("../../stdlib/actions/approach.rhai")),
+    ("grasp.rhai", include_str!("../../stdlib/actions/grasp.rhai")),
+    ("lift.rhai", include_str!("../../stdlib/actions/lift.rhai")),
+    ("move_over.rhai", include_str!("../../stdlib/actions/move_over.rhai")),
+    ("tilt.rhai", include_str!("../../stdlib/actions/tilt.rhai")),
+    ("untilt.rhai", include_str!("../../stdlib/actions/untilt.rhai")),
+];
+
+/// Pours `amount` from a jar with `filled` in it (m³), and returns what was decided and what is in the cup, m³; or why
+/// not.
+fn pour(filled: f64, amount: f64, tape: Tape) -> Result<(Tape, f64), ScriptError> {
+    let robot = Arc::new(Robot::gen3());
+    let pads = Pads::of(&Settings::for_arm(&robot));
+    let scene = Arc::new(kitchen::scene());
+    let mut state = kitchen::state([0.557, 0.055, 0.7], [0.526, -0.21, 0.0]);
+    state.objects[0].water = Some(filled);
+    let twin = twin(&scene, &state);
+    let cell = Cell { robot, scene, limits: Limits::default(), pads };
+    let stage = Stage::new(
+        cell,
+        Box::new(TwinBody::new(twin.clone())),
+        kitchen::HOME.to_vec(),
+        tape,
+        (1, 0),
+        Cancel::default(),
+        Arc::new(Mutex::new(Nobody)),
+    );
+    let scripts = Scripts::new(stage);
+    let name = |text: &str| ScriptValue::Name(text.into());
+    let args: BTreeMap<String, ScriptValue> = [
+        ("o", name("jar")),
+        ("source", name("jar")),
+        ("target", name("cup")),
+        ("face", name("side")),
+        ("pitch", ScriptValue::Number(0.0)),
+        ("by", ScriptValue::Number(0.12)),
+        ("clearance", ScriptValue::Number(0.05)),
+        ("amount", ScriptValue::Number(amount)),
+    ]
+    .map(|(name, value)| (name.to_owned(), value))
+    .into();
+    for (file, text) in ACTIONS {
+        scripts.stage().begin_step(file).unwrap();
+        scripts.run(file, text, &args)?;
+    }
+    let tape = scripts.stage().tape().clone();
+    let state = twin.lock().unwrap().state();
+    assert!(state.spilt.unwrap() < 1e-6, "{:.1} mL spilt", 1e6 * state.spilt.unwrap());
+    Ok((tape, state.object("cup").unwrap().water.unwrap()))
+}
+
+#[test]
+fn a_fuller_jar_gives_what_was_asked_for_and_not_what_was_rehearsed() {
+    let amount = 40e-6;
+    let (tape, rehearsed) = pour(150e-6, amount, Tape::recording()).unwrap();
+    assert!((rehearsed - amount).abs() < 3e-6, "{:.1} mL rehearsed", 1e6 * rehearsed);
+    let (_, poured) = pour(160e-6, amount, tape.rewound()).unwrap();
+    assert!((poured - amount).abs() < 3e-6, "{:.1} mL from a fuller jar", 1e6 * poured);
+    // One that is nearly empty would have to be turned much further, which nobody has tried.
+    let refused = pour(45e-6, amount, tape.rewound()).unwrap_err().to_string();
+    assert!(refused.contains("too far to go unrehearsed"), "{refused}");
+}
+
+#[test]
+fn the_rehearsal_says_how_far_measuring_may_turn_the_hand() {
+    let mut tape = Tape::recording();
+    tape.begin("pour/tilt", false).unwrap();
+    tape.record(Entry::Turned(0.6));
+    tape.record(Entry::Choice(1));
+    tape.record(Entry::Turned(0.7));
+    tape.record(Entry::Turned(0.65));
+    tape.begin("pour/untilt", false).unwrap();
+    let mut played = tape.rewound();
+    assert_eq!(played.begin("pour/tilt", false).unwrap().turned, Some(0.7));
+    // Remarks on the step stand in no one's way.
+    let choice = |entry: &Entry| matches!(entry, Entry::Choice(1)).then_some(());
+    assert_eq!(played.next("a choice", choice), Ok(Some(())));
+    assert_eq!(played.begin("pour/untilt", false).unwrap().turned, None);
+}
