@@ -48,12 +48,14 @@ pub(super) struct Running {
     text: String,
     since: f64,
     lines: Vec<Line>,
+    /// How many acted, kept or not.
+    count: usize,
 }
 
 impl Running {
     /// Begins a script at arm time `since`, s.
     pub(super) fn new(file: &str, text: &str, since: f64) -> Self {
-        Self { file: file.to_owned(), text: text.to_owned(), since, lines: Vec::new() }
+        Self { file: file.to_owned(), text: text.to_owned(), since, ..Self::default() }
     }
 
     /// Takes note of a line that acts at arm time `now`, s.
@@ -66,10 +68,19 @@ impl Running {
             does,
             at_s: now - self.since,
         };
+        self.count += 1;
         if self.lines.len() < MOST {
             self.lines.push(line.clone());
         }
         line
+    }
+
+    /// Takes note of what the last line that acted found out.
+    pub(super) fn found(&mut self, what: &str) {
+        // Of more than are kept the last is none of these.
+        if let Some(line) = self.lines.last_mut().filter(|_| self.count <= MOST) {
+            let _ = write!(line.does, ": {what}");
+        }
     }
 
     /// Returns the lines that acted, at most [`MOST`].

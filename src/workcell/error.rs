@@ -75,7 +75,7 @@ pub enum Error {
         amount: f64,
     },
     /// Less is to be poured than can be weighed; nothing has moved.
-    #[error("{:.1} mL cannot be told from nothing by what the hand bears; at least {:.0} mL can", 1e6 * .amount, 1e6 * .least)]
+    #[error("{:.1} mL is too little to be weighed in the hand; the least is {:.0} mL", 1e6 * .amount, 1e6 * .least)]
     NotWeighable {
         /// What was to be poured, m³.
         amount: f64,

@@ -60,7 +60,9 @@ impl Stage {
                 *joint -= bias;
             }
         }
-        Ok(mass_of(&self.cell.robot, &q, &excess))
+        let mass = mass_of(&self.cell.robot, &q, &excess);
+        self.running.found(&format!("{:.1} g", 1e3 * mass));
+        Ok(mass)
     }
 
     /// `arm.weighed(mass)`: the hand bears so much, kg: what it bears less than it did went into what is below.
