@@ -5,7 +5,6 @@ use std::sync::PoisonError;
 use nalgebra::Vector3;
 use rand::RngExt;
 
-use crate::motion::robot::JointLimits;
 use crate::motion::trajectory::{self, Trajectory};
 use crate::world::Pose;
 use crate::world::frame::{Tool, World};
@@ -74,10 +73,6 @@ fn between(path: &[Vec<f64>], q: &[f64], share: f64) -> Option<Vec<Vec<f64>>> {
     }
     Some(way)
 }
-
-/// A corrected joint this little past its range is brought back, rad, to so far inside it.
-const HAIR: f64 = 0.02;
-const SHORT: f64 = 0.004;
 
 impl Stage {
     /// Goes to a tool pose round everything in the way; for calibration, without a tape.
@@ -280,18 +275,8 @@ impl Stage {
         })?)
     }
 
-    /// Corrects a path. A joint that the correction takes a hair past its range, where planning left room, stays
-    /// inside.
     fn corrected(&self, path: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let inside = |q: f64, joint: &JointLimits| {
-            let kept = q.clamp(joint.lower + SHORT, joint.upper - SHORT);
-            if (q - kept).abs() < HAIR { kept } else { q }
-        };
-        let correct = |q: &Vec<f64>| -> Vec<f64> {
-            let sent = self.body.correct(q);
-            sent.iter().zip(self.cell.robot.joints()).map(|(q, joint)| inside(*q, joint)).collect()
-        };
-        path.iter().map(correct).collect()
+        path.iter().map(|q| self.body.correct(q)).collect()
     }
 
     /// Clears a trajectory and follows it; the plan then has the arm at the end of `path`.
