@@ -15,9 +15,10 @@ use crate::discovery::finding::{
 use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Outcome, Rival, Set};
 use crate::units::significant;
 
-/// Words an outcome as a finding.
+/// Words an outcome as a finding; `fitted` is what was fitted where that is not all of the recordings.
 pub(super) fn answer(
     gap: ArmGap,
+    fitted: Option<ArmGap>,
     outcome: &Outcome<Term>,
     options: &Options,
     mut notes: Vec<String>,
@@ -38,7 +39,7 @@ pub(super) fn answer(
         Vec::new()
     };
     // The held-out numbers are settled; what is written into the model is fitted to all data.
-    let mut all = gap;
+    let mut all = fitted.unwrap_or(gap);
     let held = std::mem::take(&mut all.heldout);
     all.train.extend(held);
     let best = &outcome.best;

@@ -91,8 +91,8 @@ pub fn candidates(
                 add(Law::Saturation, j, limits, 0.0);
             }
         }
-        // What the last link weighs more is a payload; what the first weighs no joint about the vertical feels.
-        if torque && !closed && (1..n - 1).contains(&j) {
+        // What the first link weighs no joint about the vertical feels.
+        if torque && !closed && (1..n).contains(&j) {
             add(Law::LinkMass, j, Vec::new(), 0.0);
         }
         if torque {

@@ -1,5 +1,7 @@
 //! From recordings of an arm to a finding: lays the arm out along them, searches, answers.
 
+use rayon::prelude::*;
+
 use super::answer::{answer, synonym};
 use super::chain::Chain;
 use super::data::Data;
@@ -172,7 +174,7 @@ pub fn investigate(
         options.most = options.most.max(4 * robot.n_joints());
     }
     let options = &options;
-    let mut outcome = selection::search(&gap, options, progress).map_err(runs_away)?;
+    let (mut outcome, mut fitted) = searched(&gap, options, progress).map_err(runs_away)?;
     if outcome.best.terms.is_empty()
         && above_noise(outcome.nothing.train, gap.count(Set::Train)) < SIGNIFICANT
         && above_noise(outcome.nothing.heldout, gap.count(Set::Heldout)) > SIGNIFICANT
@@ -180,7 +182,7 @@ pub fn investigate(
         // The motion to fit does not show it, the other does: exchange the two.
         let ArmGap { train, heldout, known, things } = gap;
         gap = ArmGap { train: heldout, heldout: train, known, things };
-        outcome = selection::search(&gap, options, progress).map_err(runs_away)?;
+        (outcome, fitted) = searched(&gap, options, progress).map_err(runs_away)?;
         notes.push(
             "the data to fit show nothing beyond noise, the data held out do: their roles were \
              exchanged"
@@ -194,7 +196,7 @@ pub fn investigate(
     let names = train.iter().chain(heldout).map(|r| r.name.as_str());
     let traces = traces(&gap, [&outcome.nothing, &outcome.best], names);
     let experiment = experiment(&gap, &outcome, options, robot);
-    let mut finding = answer(gap, &outcome, options, notes);
+    let mut finding = answer(gap, fitted, &outcome, options, notes);
     if let Some(next) = &mut finding.next_experiment {
         let detail = match &experiment {
             Some(experiment) => format!(
@@ -208,6 +210,27 @@ pub fn investigate(
         next.why.push_str(&detail);
     }
     Ok(Investigation { finding, traces, experiment: experiment.map(|experiment| experiment.csv) })
+}
+
+/// Searches; returns what was found, and the gap it was fitted to where that is not all of the recordings.
+fn searched(
+    gap: &ArmGap,
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<(Outcome<Term>, Option<ArmGap>), String> {
+    if !gap.is_along() {
+        return Ok((selection::search(gap, options, progress)?, None));
+    }
+    let mut fitted = gap.for_search();
+    if let Some(floors) = selection::floors(&fitted) {
+        fitted.soften(&floors);
+    }
+    let mut outcome = selection::search_linear(&fitted, options, progress)?;
+    let ties = outcome.rivals.iter_mut().filter(|rival| rival.behind < options.tie);
+    let told = [&mut outcome.nothing, &mut outcome.best].into_iter().chain(&mut outcome.without);
+    let told: Vec<_> = told.chain(ties.map(|rival| &mut rival.hypothesis)).collect();
+    told.into_par_iter().for_each(|hypothesis| gap.judge(hypothesis));
+    Ok((outcome, Some(fitted)))
 }
 
 /// Returns what was carried in any of the recordings, each thing once.

@@ -7,7 +7,8 @@
 //! effect chosen is kept as a [`Rival`], so that the caller can say "cannot tell".
 //!
 //! [`search`] holds the order of things, `screen` the linear algebra that says which candidates are worth a
-//! fit, [`refit`] the fit.
+//! fit, [`refit`] the fit. Where residuals are linear in all but the shapes of the laws, [`search_linear`] writes them out once
+//! (`linear`) and searches there, from several beginnings.
 //!
 //! Residuals are in units of their noise, so that the sum of their squares is `-2 ln` of the likelihood.
 //! The search draws no random numbers; parallel parts are collected in order.
@@ -15,13 +16,16 @@
 //! Source: Schwarz, "Estimating the Dimension of a Model", 1978; Kass and Raftery, "Bayes Factors", 1995,
 //! for the scale of evidence.
 
+mod linear;
 mod refit;
+mod rounds;
 mod screen;
 mod search;
 
 use nalgebra::DMatrix;
 
 pub use refit::refit;
+pub use rounds::{floors, search_linear};
 pub use screen::{left_after, sum_of_squares};
 pub use search::search;
 
@@ -51,6 +55,15 @@ pub enum Set {
     Train,
     /// The data held out.
     Heldout,
+}
+
+/// A stretch of the residuals that one sensor read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Block {
+    /// Which sensor.
+    pub sensor: usize,
+    /// Where its residuals are.
+    pub rows: std::ops::Range<usize>,
 }
 
 /// An effect that might be missing.
@@ -151,6 +164,23 @@ pub trait Gap: Sync {
     fn is_sensible(&self, term: &Self::Term, parameters: &[f64]) -> bool {
         let _ = (term, parameters);
         true
+    }
+
+    /// Returns what every machine of this kind may have at once: where many effects act, one after the other stands for
+    /// others before it is its turn, so these are tried together as well.
+    fn usual(&self) -> Vec<Self::Term> {
+        Vec::new()
+    }
+
+    /// Returns whether parameters of a shape stay where they begin.
+    fn shapes_stay(&self) -> bool {
+        false
+    }
+
+    /// Returns which sensor read which residuals; needed where they are to be pressed.
+    fn blocks(&self, set: Set) -> Vec<Block> {
+        let _ = set;
+        Vec::new()
     }
 
     /// Returns whether `general` can do all that `special` can: then the simpler one is named when both
