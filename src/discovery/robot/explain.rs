@@ -158,7 +158,13 @@ impl Gap for ArmGap {
         use Law::{Asymmetric, CameraShift, Coulomb, SmoothCoulomb, Stribeck};
         let shifts = matches!((a.law, b.law), (CameraShift(_), CameraShift(_)));
         let dry = |law| matches!(law, Coulomb | SmoothCoulomb | Stribeck | Asymmetric);
-        a != b && !shifts && !(a.joint == b.joint && dry(a.law) && dry(b.law))
+        // Along a measured motion friction that differs with direction is plain friction beside an offset of the sensor.
+        let twice = match (a.law, b.law) {
+            (Asymmetric, Law::TorqueOffset) => a.joint == b.joint && self.is_along(),
+            (Law::TorqueOffset, Asymmetric) => self.is_along(),
+            _ => false,
+        };
+        a != b && !twice && !shifts && !(a.joint == b.joint && dry(a.law) && dry(b.law))
     }
 
     fn names_first(&self) -> bool {
@@ -198,8 +204,10 @@ impl Gap for ArmGap {
                 return self.train.iter().all(of_one);
             }
             Law::Payload => {
+                // What a last link weighs less than its file says is no load that lifts.
+                let lifts = parameters[0] < 0.0 && self.is_along();
                 let bears = |model: &Model| model.arm.chain.bears(parameters[0], &parameters[1..4]);
-                return self.train.iter().all(bears);
+                return !lifts && self.train.iter().all(bears);
             }
             _ => return true,
         };
@@ -229,6 +237,24 @@ impl Gap for ArmGap {
         };
         let links = (1..n).map(|joint| Term { law: Law::LinkMass, joint });
         links.chain((0..n).flat_map(joint)).collect()
+    }
+
+    fn plainer(&self, terms: &[Term], parameters: &[f64]) -> Option<(Vec<Term>, Vec<f64>)> {
+        // Along a measured motion friction that differs with direction is plain friction beside an offset of the sensor,
+        // which the other sensors have as well.
+        let offset = |joint| Term { law: Law::TorqueOffset, joint };
+        let any = terms.iter().any(|term| term.law == Law::TorqueOffset);
+        let found = terms.iter().position(|term| term.law == Law::Asymmetric);
+        let at = found.filter(|_| any && self.is_along())?;
+        let from: usize = terms[..at].iter().map(|term| term.law.slots().len()).sum();
+        let [forward, backward, creep] = parameters[from..from + 3] else { return None };
+        let (mut terms, mut parameters) = (terms.to_vec(), parameters.to_vec());
+        let joint = terms[at].joint;
+        terms[at].law = Law::Coulomb;
+        parameters.splice(from..from + 3, [(0.5 * (forward + backward)).max(0.0), creep]);
+        terms.push(offset(joint));
+        parameters.push(0.5 * (forward - backward));
+        Some(self.plainer(&terms, &parameters).unwrap_or((terms, parameters)))
     }
 
     fn blocks(&self, set: Set) -> Vec<Block> {

@@ -24,6 +24,13 @@ use crate::units::significant;
 /// criterion; chosen so that arms without a hidden effect raise no alarm.
 const MEASURED: f64 = 16.0;
 
+/// Which part of what a friction's law may be wrong by a mass must explain more: it is felt by many sensors, the friction
+/// by one.
+const BROAD: f64 = 0.1;
+
+/// How much more a formula must explain than the name in whose place it comes.
+const UNNAMED: f64 = 0.1;
+
 impl Arm {
     /// Returns the arm a recording was made with.
     ///
@@ -170,8 +177,11 @@ pub fn investigate(
         options.least_gain += MEASURED;
         // Nor is the effects' law: a real arm is never described to the noise of its sensors.
         options.forgiven = f64::INFINITY;
-        // Every joint of a real arm has friction of two kinds and a rotor; a payload comes on top.
-        options.most = options.most.max(4 * robot.n_joints());
+        // Every joint of a real arm has friction of two kinds and a rotor, every sensor an offset, and
+        // every link may weigh otherwise.
+        options.most = options.most.max(6 * robot.n_joints());
+        options.broad = BROAD;
+        options.unnamed = UNNAMED;
     }
     let options = &options;
     let (mut outcome, mut fitted) = searched(&gap, options, progress).map_err(runs_away)?;

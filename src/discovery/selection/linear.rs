@@ -49,10 +49,15 @@ const LONGEST: usize = 100;
 const RIDGE: f64 = 1e-8;
 
 impl<'a, G: Gap> Linear<'a, G> {
-    /// Writes the gap out about a hypothesis; `None` if the model runs away there.
-    pub(super) fn about(gap: &'a G, best: &Hypothesis<G::Term>) -> Option<Self> {
+    /// Writes the gap out about a hypothesis, with effects that are `wanted`; `None` if the model runs away there.
+    pub(super) fn about(
+        gap: &'a G,
+        best: &Hypothesis<G::Term>,
+        wanted: &dyn Fn(&G::Term) -> bool,
+    ) -> Option<Self> {
         let residuals = gap.residuals(Set::Train, &best.terms, &best.parameters)?;
         let mut list = gap.candidates(&[], &residuals, None);
+        list.retain(|candidate| candidate.joining().all(wanted));
         let mut entries: Vec<Entry<G::Term>> = Vec::new();
         let mut at = 0;
         for (term, surcharge) in best.terms.iter().zip(&best.surcharges) {
@@ -88,10 +93,10 @@ impl<'a, G: Gap> Linear<'a, G> {
         Some(Self { gap, entries, list, train: train?, heldout: heldout?, floors })
     }
 
-    /// Returns the first parameters from which an effect is tried.
-    pub(super) fn first_start(&self, term: &G::Term) -> Option<Vec<f64>> {
+    /// Returns the parameters from which an effect is tried.
+    pub(super) fn starts(&self, term: &G::Term) -> &[Vec<f64>] {
         let found = self.list.iter().find(|c| c.term == *term && c.with.is_empty());
-        found.and_then(|candidate| candidate.starts.first().cloned())
+        found.map_or(&[], |candidate| &candidate.starts)
     }
 
     /// Returns whether an effect of a hypothesis is one that could be.

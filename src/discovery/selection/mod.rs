@@ -121,9 +121,9 @@ pub trait Gap: Sync {
         instead_of: Option<&Self::Term>,
     ) -> Vec<Candidate<Self::Term>>;
 
-    /// Returns whether the two can act together. An effect of the same kind at the same place cannot.
-    fn compatible(&self, a: &Self::Term, b: &Self::Term) -> bool {
-        a != b
+    /// Returns whether `new` can join where `present` is. An effect of the same kind at the same place cannot.
+    fn compatible(&self, present: &Self::Term, new: &Self::Term) -> bool {
+        present != new
     }
 
     /// Returns whether effects without a name wait until no named one pays any more: where many effects
@@ -170,6 +170,17 @@ pub trait Gap: Sync {
     /// others before it is its turn, so these are tried together as well.
     fn usual(&self) -> Vec<Self::Term> {
         Vec::new()
+    }
+
+    /// Returns effects that do the same as those of a hypothesis and are more usual beside each other, if there are any; further
+    /// ones come last.
+    fn plainer(
+        &self,
+        terms: &[Self::Term],
+        parameters: &[f64],
+    ) -> Option<(Vec<Self::Term>, Vec<f64>)> {
+        let _ = (terms, parameters);
+        None
     }
 
     /// Returns whether parameters of a shape stay where they begin.
@@ -259,6 +270,11 @@ pub struct Options {
     pub imperfection: f64,
     /// The most that `imperfection` asks for.
     pub forgiven: f64,
+    /// Which part of that is asked of an effect that acts on many data at once: a law that is off somewhere does not look like
+    /// a mass that is felt everywhere.
+    pub broad: f64,
+    /// An effect without a name takes the place of one with a name only if it explains more by this part.
+    pub unnamed: f64,
     /// A law must explain more, by this part of what it explains, than a special case of it.
     pub generality: f64,
     /// Rivals whose evidence is behind by less than this cannot be told apart.
@@ -277,6 +293,8 @@ impl Default for Options {
             // A law that is right to three parts in a hundred leaves the square of it.
             imperfection: 1e-3,
             forgiven: 100.0,
+            broad: 1.0,
+            unnamed: 0.0,
             generality: 0.0,
             // "Strong" on the scale of Kass and Raftery begins at 6.
             tie: 6.0,

@@ -181,7 +181,8 @@ pub(super) fn pays<G: Gap>(
         .filter(|(other, _)| !gap.is_exact(other) && gap.related(other, &with.terms[at]))
         .map(|(_, gain)| gain.max(0.0))
         .sum();
-    let imperfection = (options.imperfection * explained).min(options.forgiven);
+    let part = if gap.is_broad(&with.terms[at]) { options.broad } else { 1.0 };
+    let imperfection = part * (options.imperfection * explained).min(options.forgiven);
     gain > options.least_gain + imperfection
         && (heldout > options.least_heldout
             || (gain > options.overwhelming && heldout > -options.least_heldout))
@@ -303,7 +304,11 @@ pub(super) fn exchanged<G: Gap>(
             .map(|first| simplest(gap, first, matter(), options))
             .filter(|better| {
                 let same = better.terms.last() == Some(&best.terms[at]);
-                !same || better.evidence() + 1e-6 < best.evidence()
+                let is_formula = |h: &Hypothesis<G::Term>, at: usize| h.surcharges[at] > 0.0;
+                let loses_name =
+                    is_formula(better, better.terms.len() - 1) && !is_formula(&best, at);
+                let gain = best.evidence() - better.evidence();
+                (!same || gain > 1e-6) && (!loses_name || gain >= options.unnamed * best.gains[at])
             });
         if let Some(better) = better {
             best = better.clone();
@@ -407,7 +412,11 @@ fn compared<G: Gap>(
 }
 
 /// Returns a hypothesis without one of its effects, the rest fitted again.
-pub(super) fn left_out<G: Gap>(gap: &G, best: &Hypothesis<G::Term>, at: usize) -> Option<Hypothesis<G::Term>> {
+pub(super) fn left_out<G: Gap>(
+    gap: &G,
+    best: &Hypothesis<G::Term>,
+    at: usize,
+) -> Option<Hypothesis<G::Term>> {
     let mut terms = best.terms.clone();
     let mut surcharges = best.surcharges.clone();
     let mut gains = best.gains.clone();
