@@ -28,6 +28,12 @@ const MEASURED: f64 = 16.0;
 /// by one.
 const BROAD: f64 = 0.1;
 
+/// Up to so many effects are searched for once more one after the other.
+const FEW: usize = 4;
+
+/// A sensor that leaves this many times its noise whatever is tried is not described by a few effects.
+const FAR: f64 = 2.0;
+
 /// How much more a formula must explain than the name in whose place it comes.
 const UNNAMED: f64 = 0.1;
 
@@ -232,10 +238,21 @@ fn searched(
         return Ok((selection::search(gap, options, progress)?, None));
     }
     let mut fitted = gap.for_search();
-    if let Some(floors) = selection::floors(&fitted) {
-        fitted.soften(&floors);
-    }
+    let floors = selection::floors(&fitted).unwrap_or_default();
+    fitted.soften(&floors);
     let mut outcome = selection::search_linear(&fitted, options, progress)?;
+    if outcome.best.terms.len() <= FEW {
+        // Of a few effects the shapes can be fitted from the beginning, and what no shape on a list explains may be one of them.
+        let options = Options { most: 2 * FEW, ..*options };
+        if floors.iter().all(|floor| *floor < FAR) {
+            fitted = gap.for_search();
+        }
+        let other = selection::search(&fitted, &options, progress)?;
+        fitted.judge(&mut outcome.best);
+        if other.best.evidence() < outcome.best.evidence() {
+            outcome = other;
+        }
+    }
     let ties = outcome.rivals.iter_mut().filter(|rival| rival.behind < options.tie);
     let told = [&mut outcome.nothing, &mut outcome.best].into_iter().chain(&mut outcome.without);
     let told: Vec<_> = told.chain(ties.map(|rival| &mut rival.hypothesis)).collect();

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::linear::Linear;
-use super::search::{Grown, left_out, pays};
+use super::search::{Grown, left_out, pays, same_terms};
 use super::{Gap, Hypothesis, Options, Outcome, refit};
 
 /// Times the gap is written out; what was found rarely changes after the second.
@@ -63,17 +63,13 @@ pub fn search_linear<G: Gap>(
             gains.resize(terms.len(), 0.0);
         }
         let fitted = refit(gap, terms, parameters, surcharges).ok_or(runs_away)?;
-        let settled = same(&fitted.terms, &best.terms);
+        let settled = same_terms(&fitted.terms, &best.terms);
         best = Hypothesis { gains, ..fitted };
         round += 1;
         if is_plain && (settled || last) {
             return Ok(with_shapes(gap, outcome, best, options));
         }
     }
-}
-
-fn same<T: PartialEq>(a: &[T], b: &[T]) -> bool {
-    a.len() == b.len() && a.iter().all(|term| b.contains(term))
 }
 
 /// Searches from nothing, from nothing with what is broad only after all else, and from everything usual at once; returns

@@ -30,6 +30,11 @@ pub fn search<G: Gap>(
     Ok(grown.outcome(gap, options, nothing, progress))
 }
 
+/// Returns whether two lists hold the same effects.
+pub(super) fn same_terms<T: PartialEq>(a: &[T], b: &[T]) -> bool {
+    a.len() == b.len() && a.iter().all(|term| b.contains(term))
+}
+
 /// So many effects are enough for one of them to stand for two others.
 const CROWD: usize = 3;
 
@@ -85,7 +90,13 @@ impl<T: Clone + PartialEq + Send + Sync> Grown<T> {
         barred: &dyn Fn(&T) -> bool,
         progress: &mut dyn FnMut(&str, f64),
     ) {
+        // What joins can lead to something else being left out that joins again.
+        let mut seen: Vec<Vec<T>> = Vec::new();
         while self.best.terms.len() < options.most {
+            let again = |terms: &Vec<T>| same_terms(terms, &self.best.terms);
+            if seen.iter().any(again) {
+                break;
+            }
             let best = &self.best;
             let done = best.terms.len() as f64 / (options.most as f64 + 1.0);
             progress("looking for what explains the gap", done);
@@ -102,6 +113,7 @@ impl<T: Clone + PartialEq + Send + Sync> Grown<T> {
                 continue;
             };
             let chosen = simplest(gap, chosen, fitted.iter().filter(worth), options).clone();
+            seen.push(self.best.terms.clone());
             let added = chosen.terms.len() - 1;
             self.rivals.retain(|rival| rival.instead_of != added);
             self.rivals.extend(
