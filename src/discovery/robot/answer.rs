@@ -21,6 +21,7 @@ pub(super) fn answer(
     fitted: Option<ArmGap>,
     outcome: &Outcome<Term>,
     options: &Options,
+    noise_is_estimated: bool,
     mut notes: Vec<String>,
 ) -> Finding {
     let counts = (gap.count(Set::Train), gap.count(Set::Heldout));
@@ -109,7 +110,10 @@ pub(super) fn answer(
         }
     }
     let ambiguous = effects.iter().any(|effect| effect.indistinguishable);
-    let (verdict, reason) = verdict(&effects, ambiguous, left, &shrink);
+    // Noise that had to be estimated is known to a tenth.
+    let is_noise = left < SIGNIFICANT
+        || (noise_is_estimated && shrink.after.train.max(shrink.after.heldout) < ESTIMATED);
+    let (verdict, reason) = verdict(&effects, ambiguous, left, is_noise, &shrink);
     // Names that leave most of the gap are a lead to follow, and no part of the model.
     let only_leads =
         verdict == Verdict::Unknown && effects.iter().any(|effect| effect.name != "unknown");
@@ -170,9 +174,18 @@ const EXPLAINED: f64 = 0.25;
 /// A gap that is smaller than this many times the noise is told as explained; it is at the noise or near it.
 const NEAR_NOISE: f64 = 2.0;
 
-fn verdict(effects: &[Effect], ambiguous: bool, left: f64, gap: &Gap) -> (Verdict, String) {
+/// Noise estimated from a channel is that near to what it is.
+const ESTIMATED: f64 = 1.1;
+
+fn verdict(
+    effects: &[Effect],
+    ambiguous: bool,
+    left: f64,
+    is_noise: bool,
+    gap: &Gap,
+) -> (Verdict, String) {
     if effects.is_empty() {
-        return if left < SIGNIFICANT {
+        return if is_noise {
             (
                 Verdict::NothingMissing,
                 "measured minus model is noise, and no effect explains any of it on data it was not \

@@ -43,8 +43,8 @@ impl ArmGap {
         models.all(|model| !model.scene.closed_loop && model.scene.data.has(Quantity::Position))
     }
 
-    /// The same for the search: of long recordings as many rows as it needs, and each sensor's noise as much larger as `floors`
-    /// says.
+    /// The same for the search: of long recordings as many rows as it needs.
+    #[must_use]
     pub fn for_search(&self) -> Self {
         let thinned = |models: &[Model]| models.iter().map(Model::thinned).collect();
         Self {
@@ -164,7 +164,8 @@ impl Gap for ArmGap {
             (Law::TorqueOffset, Asymmetric) => self.is_along(),
             _ => false,
         };
-        a != b && !twice && !shifts && !(a.joint == b.joint && dry(a.law) && dry(b.law))
+        let both_dry = a.joint == b.joint && dry(a.law) && dry(b.law);
+        a != b && !twice && !shifts && !both_dry
     }
 
     fn names_first(&self) -> bool {
@@ -232,7 +233,7 @@ impl Gap for ArmGap {
             return Vec::new();
         }
         let joint = |joint| {
-            let laws = [Law::TorqueOffset, Law::Viscous, Law::Coulomb];
+            let laws = [Law::TorqueOffset, Law::Viscous, Law::Coulomb, Law::Armature];
             laws.into_iter().map(move |law| Term { law, joint })
         };
         let links = (1..n).map(|joint| Term { law: Law::LinkMass, joint });

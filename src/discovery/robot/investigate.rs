@@ -212,7 +212,12 @@ pub fn investigate(
     let names = train.iter().chain(heldout).map(|r| r.name.as_str());
     let traces = traces(&gap, [&outcome.nothing, &outcome.best], names);
     let experiment = experiment(&gap, &outcome, options, robot);
-    let mut finding = answer(gap, fitted, &outcome, options, notes);
+    let is_estimated = |recording: &Recording| {
+        let noise = &recording.sidecar.noise;
+        noise.q_rad.is_none() && noise.tau_nm.is_none() && noise.tcp_m.is_none()
+    };
+    let is_estimated = train.iter().chain(heldout).any(is_estimated);
+    let mut finding = answer(gap, fitted, &outcome, options, is_estimated, notes);
     if let Some(next) = &mut finding.next_experiment {
         let detail = match &experiment {
             Some(experiment) => format!(

@@ -39,7 +39,7 @@ struct Pressed {
 /// The stretches in which a column is not zero.
 type Sparse = Vec<(usize, Vec<f64>)>;
 
-/// Where the columns of the sensors of one kind say less than this of each other, their residual is white.
+/// Residuals of two rows that are related less than this are independent.
 const WHITE: f64 = 0.1;
 
 /// Residuals are taken to be related over at most this many rows.
@@ -195,7 +195,7 @@ impl Pressed {
                 }
             }
         }
-        let pressed: Vec<(Vec<f64>, Vec<Vec<f64>>, Vec<(usize, usize)>, f64)> = blocks
+        let pressed: Vec<PressedBlock> = blocks
             .par_iter()
             .enumerate()
             .map(|(b, block)| press(&nothing[block.rows.clone()], b, &columns))
@@ -203,16 +203,16 @@ impl Pressed {
         if set == Set::Train {
             let most = blocks.iter().map(|block| block.sensor + 1).max().unwrap_or(0);
             *floors = vec![1.0; most];
-            for (block, (.., floor)) in blocks.iter().zip(&pressed) {
-                floors[block.sensor] = floors[block.sensor].max(*floor);
+            for (block, pressed) in blocks.iter().zip(&pressed) {
+                floors[block.sensor] = floors[block.sensor].max(pressed.floor);
             }
         }
         let mut found = Self { nothing: Vec::new(), columns: Vec::new() };
         found.columns = columns.iter().map(|entry| vec![Vec::new(); entry.len()]).collect();
-        for (nothing, values, places, _) in pressed {
+        for block in pressed {
             let from = found.nothing.len();
-            found.nothing.extend(nothing);
-            for ((entry, k), values) in places.into_iter().zip(values) {
+            found.nothing.extend(block.nothing);
+            for ((entry, k), values) in block.places.into_iter().zip(block.columns) {
                 found.columns[entry][k].push((from, values));
             }
         }
@@ -249,14 +249,18 @@ impl Pressed {
     }
 }
 
-/// Presses one block: returns its residuals and columns, in as many rows as there are columns and one, which column is which,
-/// and how much more than noise is left of it with all columns.
-#[expect(clippy::type_complexity, reason = "four things of one block, taken apart at once")]
-fn press(
-    nothing: &[f64],
-    block: usize,
-    columns: &[Vec<Blocked>],
-) -> (Vec<f64>, Vec<Vec<f64>>, Vec<(usize, usize)>, f64) {
+/// What one sensor read, pressed.
+struct PressedBlock {
+    nothing: Vec<f64>,
+    columns: Vec<Vec<f64>>,
+    /// Of which entry each column is, and which of its columns.
+    places: Vec<(usize, usize)>,
+    /// How much more than noise all columns together leave.
+    floor: f64,
+}
+
+/// Presses one block into as many rows as there are columns and one.
+fn press(nothing: &[f64], block: usize, columns: &[Vec<Blocked>]) -> PressedBlock {
     let mut places = Vec::new();
     let mut found: Vec<&[f64]> = Vec::new();
     for (i, entry) in columns.iter().enumerate() {
@@ -281,10 +285,10 @@ fn press(
     let column = |k: usize| -> Vec<f64> {
         (0..rows).map(|i| if i <= k { r[(i, k)] } else { 0.0 }).collect()
     };
-    let pressed: Vec<Vec<f64>> = (0..p).map(|k| column(k)[..rows.min(k + 1)].to_vec()).collect();
-    let nothing_pressed = column(p);
-    let floor = floor(&pressed, &nothing_pressed, &found, nothing, &judged);
-    (nothing_pressed, pressed, places, floor)
+    let columns: Vec<Vec<f64>> = (0..p).map(|k| column(k)[..rows.min(k + 1)].to_vec()).collect();
+    let pressed = column(p);
+    let floor = floor(&columns, &pressed, &found, nothing, &judged);
+    PressedBlock { nothing: pressed, columns, places, floor }
 }
 
 /// Returns how many times its noise a sensor leaves with everything that could act at once, counted in rows that are

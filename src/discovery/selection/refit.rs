@@ -28,6 +28,11 @@ pub(super) fn near_parameters<G: Gap>(gap: &G, terms: &[G::Term], near: &[G::Ter
     moves
 }
 
+/// Returns whether two lists hold the same effects.
+pub(super) fn same_terms<T: PartialEq>(a: &[T], b: &[T]) -> bool {
+    a.len() == b.len() && a.iter().all(|term| b.contains(term))
+}
+
 /// Returns for every parameter whether it may move.
 pub(super) fn movable<G: Gap>(gap: &G, slots: &[Slot]) -> Vec<bool> {
     let (stay, own) = (gap.shapes_stay(), gap.nuisance().len());
@@ -122,11 +127,7 @@ pub(super) fn refit_some<G: Gap>(
     let slots = all_slots(gap, &terms);
     let first = gap.residuals(Set::Train, &terms, &start)?;
     let count = gap.count(Set::Train);
-    let (parameters, covariance, train) = if !moves.contains(&true) {
-        let train = sum_of_squares(&first);
-        let n = start.len();
-        (start, DMatrix::zeros(n, n), train)
-    } else {
+    let (parameters, covariance, train) = if moves.contains(&true) {
         let problem = Problem { gap, terms: &terms, slots: &slots, moves, n: first.len() };
         let bounds = slots
             .iter()
@@ -156,6 +157,10 @@ pub(super) fn refit_some<G: Gap>(
         let fit = fit::solve(&problem, &start, &options).ok()?;
         let train = sum_of_squares(&fit.residuals);
         (fit.x, fit.covariance, train)
+    } else {
+        let train = sum_of_squares(&first);
+        let n = start.len();
+        (start, DMatrix::zeros(n, n), train)
     };
     let heldout = gap
         .residuals(Set::Heldout, &terms, &parameters)

@@ -4,7 +4,8 @@
 use rayon::prelude::*;
 
 use super::linear::Linear;
-use super::search::{Grown, left_out, pays, same_terms};
+use super::refit::same_terms;
+use super::search::{Grown, left_out, pays};
 use super::{Gap, Hypothesis, Options, Outcome, refit};
 
 /// Times the gap is written out; what was found rarely changes after the second.

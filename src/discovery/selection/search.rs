@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::refit::{near_parameters, refit_some};
+use super::refit::{near_parameters, refit_some, same_terms};
 use super::screen::Local;
 use super::{Candidate, Gap, Hypothesis, Options, Outcome, Rival, Slot, refit};
 
@@ -30,13 +30,11 @@ pub fn search<G: Gap>(
     Ok(grown.outcome(gap, options, nothing, progress))
 }
 
-/// Returns whether two lists hold the same effects.
-pub(super) fn same_terms<T: PartialEq>(a: &[T], b: &[T]) -> bool {
-    a.len() == b.len() && a.iter().all(|term| b.contains(term))
-}
-
 /// So many effects are enough for one of them to stand for two others.
 const CROWD: usize = 3;
+
+/// Beside more named effects than this none without a name is looked for.
+const MANY: usize = 4;
 
 /// How many effects may come in the place of a broad one.
 const DETOUR: usize = 3;
@@ -106,7 +104,9 @@ impl<T: Clone + PartialEq + Send + Sync> Grown<T> {
                 pays(gap, h, h.terms.len() - 1, best, options) && matters(gap, h)
             };
             let Some(chosen) = fitted.iter().find(worth) else {
-                if self.unnamed {
+                // A formula among many effects is what several of them leave, each a little off.
+                let is_crowd = gap.names_first() && best.terms.len() > MANY;
+                if self.unnamed || is_crowd {
                     break;
                 }
                 self.unnamed = true;

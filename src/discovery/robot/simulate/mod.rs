@@ -122,6 +122,7 @@ impl Model {
 
     /// Returns the same with as many rows as a search needs: no more than it takes to follow an arm, and of a long
     /// recording stretches all over it.
+    #[must_use]
     pub fn thinned(&self) -> Self {
         Self::new(self.arm.clone(), self.scene.thinned(), self.loads.clone())
     }
