@@ -141,7 +141,9 @@ pub(super) fn trials(args: &TrialsArgs, cli: &Cli, style: Style) -> Result<Exit,
             "stopped": stopped, "leak_ml": args.told.leak, "rows": rows, "trials": trials,
         }));
     } else {
-        tell(&trials, &args.told, style);
+        if !trials.is_empty() {
+            tell(&trials, &args.told, style);
+        }
         if stopped {
             style.note(&format!(
                 "stopped; {} of {of} trials are kept in {}, and the same command goes on",

@@ -145,9 +145,10 @@ impl Builtin {
 }
 
 impl Ty {
-    /// Reads a type as programs spell it; any other name is an object type.
+    /// Reads a type as programs spell it; any other name is an object type, and none is not known.
     pub fn named(name: &str) -> Self {
         match name {
+            "" => Self::Any,
             "Bool" => Self::Bool,
             "Place" => Self::Place,
             "Face" => Self::Face,

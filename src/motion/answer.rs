@@ -12,6 +12,7 @@ use super::collision::{CollisionWorld, Obstacle};
 use super::dynamics::{Bodies, Dynamics};
 use super::error::Error;
 use super::ik::{Options, Solver};
+use super::polyline::l2;
 use super::robot::Robot;
 use super::rrt::{self, Settings};
 use super::solid::Solid;
@@ -296,7 +297,7 @@ fn passing_times(corners: &[Vec<f64>], t: &[f64], q: &[Vec<f64>]) -> Vec<f64> {
                 return *t.last().expect("a trajectory has samples");
             }
             let nearest = (from..q.len())
-                .min_by(|&a, &b| rrt::l2(&q[a], corner).total_cmp(&rrt::l2(&q[b], corner)))
+                .min_by(|&a, &b| l2(&q[a], corner).total_cmp(&l2(&q[b], corner)))
                 .unwrap_or(from);
             from = nearest;
             t[nearest]

@@ -3,7 +3,7 @@
 //! A curve has a parameter `s` from 0 to its length and two continuous derivatives, so that a smooth
 //! `s(t)` gives continuous accelerations. Timing it is [`super::trajectory`].
 
-use super::rrt::l2;
+use super::polyline::{l2, mix};
 
 /// A point of a curve and its first two derivatives by `s`.
 #[derive(Debug, Clone, PartialEq)]
@@ -209,11 +209,6 @@ fn bezier(mut c: [f64; 6], u: f64) -> (f64, f64, f64) {
     let second = 20.0 * (c[2] - 2.0 * c[1] + c[0]);
     let (a, b) = (c[0] + u * (c[1] - c[0]), c[1] + u * (c[2] - c[1]));
     (a + u * (b - a), 5.0 * (b - a), second)
-}
-
-/// The point a share `t` of the way from `a` to `b`.
-pub(super) fn mix(a: &[f64], b: &[f64], t: f64) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| a + t * (b - a)).collect()
 }
 
 #[cfg(test)]

@@ -6,74 +6,23 @@
 //!
 //! Continuous joints turn the short way: a goal is reached up to whole turns of these.
 //!
-//! Source: Kuffner and LaValle, "RRT-Connect", ICRA 2000; projection onto a constraint: Berenson,
-//! Srinivasa, Ferguson and Kuffner, "Manipulation planning on constraint manifolds", ICRA 2009.
+//! Source: Kuffner and LaValle, "RRT-Connect", ICRA 2000.
 
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
 use super::collision::CollisionWorld;
+pub use super::cone::Cone;
 use super::error::Error;
 use super::ik::{Solver, wrap};
+use super::polyline::{l2, length, mix, point_at};
 use super::robot::{Motion, Robot};
-use crate::world::frame::Pose;
 
 /// Distance that is kept beyond the margin where the ends of a path allow it, m. Chosen.
 const ROOM: f64 = 0.003;
-
-/// A direction of the tip that must stay within a cone: a vessel carried upright.
-#[derive(Debug, Clone, Copy)]
-pub struct Cone {
-    /// The direction that is watched, in the flange frame.
-    pub axis_in_flange: Unit<Vector3<f64>>,
-    /// The cone's axis in base coordinates, usually up.
-    pub up_in_base: Unit<Vector3<f64>>,
-    /// Half the cone's opening, rad.
-    pub max_angle: f64,
-}
-
-impl Cone {
-    /// Returns the angle between the two directions at `q`, rad.
-    pub fn angle(&self, robot: &Robot, q: &[f64]) -> f64 {
-        let axis = robot.forward_unchecked(q).rotation * self.axis_in_flange.into_inner();
-        axis.dot(&self.up_in_base).clamp(-1.0, 1.0).acos()
-    }
-
-    /// Returns whether `q` keeps inside the cone.
-    pub fn holds(&self, robot: &Robot, q: &[f64]) -> bool {
-        let axis = robot.forward_unchecked(q).rotation * self.axis_in_flange.into_inner();
-        axis.dot(&self.up_in_base) >= self.max_angle.cos() - 1e-12
-    }
-
-    /// Turns the tip about its own origin until the axis is well inside the cone, joints staying as near
-    /// as they can; `None` if no joint positions do that.
-    fn project(&self, solver: &Solver<'_>, q: &[f64]) -> Option<Vec<f64>> {
-        let robot = solver.robot();
-        let tip = robot.forward_unchecked(q);
-        let axis = tip.rotation * self.axis_in_flange.into_inner();
-        let angle = axis.dot(&self.up_in_base).clamp(-1.0, 1.0).acos();
-        if angle <= self.max_angle {
-            return Some(q.to_vec());
-        }
-        let turn = axis.cross(&self.up_in_base);
-        let turn = Unit::try_new(turn, 1e-9).unwrap_or_else(|| {
-            // Upside down: any level axis will do.
-            Unit::new_normalize(self.up_in_base.cross(&Vector3::new(0.6, 0.64, 0.48)))
-        });
-        let turn = UnitQuaternion::from_axis_angle(&turn, angle - 0.5 * self.max_angle);
-        let target = Pose::new(Isometry3::from_parts(tip.translation, turn * tip.rotation));
-        let candidates = if solver.closed_form().is_some() {
-            solver.at_joint_3(&target, q[2], q)
-        } else {
-            solver.descend_from(&target, q).into_iter().collect()
-        };
-        candidates.into_iter().min_by(|a, b| l2(a, q).total_cmp(&l2(b, q)))
-    }
-}
 
 /// What may be chosen about a search.
 #[derive(Debug, Clone, Copy)]
@@ -340,7 +289,7 @@ impl Search<'_> {
             if self.cone.is_some() { self.settings.range.min(0.4) } else { self.settings.range };
         let reaches = gap <= range;
         let mut next =
-            if reaches { target.to_vec() } else { between(&tree.nodes[from], target, range / gap) };
+            if reaches { target.to_vec() } else { mix(&tree.nodes[from], target, range / gap) };
         let mut bent = false;
         if let Some(cone) = self.cone
             && !cone.holds(self.solver.robot(), &next)
@@ -375,7 +324,7 @@ impl Search<'_> {
         while stride > 0 {
             let mut k = stride;
             while k < steps {
-                if !self.free(&between(from, to, k as f64 / steps as f64)) {
+                if !self.free(&mix(from, to, k as f64 / steps as f64)) {
                     return false;
                 }
                 k += 2 * stride;
@@ -483,32 +432,4 @@ pub fn short_way(robot: &Robot, start: &[f64], goal: &[f64]) -> Vec<f64> {
         }
     }
     out
-}
-
-fn between(from: &[f64], to: &[f64], t: f64) -> Vec<f64> {
-    from.iter().zip(to).map(|(a, b)| a + t * (b - a)).collect()
-}
-
-/// Euclidean distance of two configurations, rad.
-pub(super) fn l2(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
-}
-
-/// Returns the length of a polyline, rad.
-pub fn length(corners: &[Vec<f64>]) -> f64 {
-    corners.windows(2).map(|edge| l2(&edge[0], &edge[1])).sum()
-}
-
-/// Returns the edge and the configuration `along` rad from the start of a polyline.
-fn point_at(corners: &[Vec<f64>], along: f64) -> (usize, Vec<f64>) {
-    let mut left = along;
-    for edge in 0..corners.len() - 1 {
-        let size = l2(&corners[edge], &corners[edge + 1]);
-        if left <= size || edge + 2 == corners.len() {
-            let t = if size > 0.0 { (left / size).min(1.0) } else { 0.0 };
-            return (edge, between(&corners[edge], &corners[edge + 1], t));
-        }
-        left -= size;
-    }
-    (0, corners[0].clone())
 }

@@ -4,6 +4,7 @@
 //! arm moves stops it and comes back to the prompt; pressed again, the prompt comes back at once. Names,
 //! history and runs survive errors, interrupts and panics. Piped input works, so transcripts are tests.
 
+mod asking;
 mod calc;
 mod commands;
 mod complete;
@@ -298,10 +299,14 @@ impl<'scope, 'env> Session<'scope, 'env> {
         Ok(())
     }
 
-    /// A call, a `let`, `it`, or a sentence.
+    /// A call, a `let`, `it`, a question, or a sentence.
     fn statement(&mut self, line: &str) -> Result<(), Failure> {
         if line == "it" {
             self.tell_it();
+            return Ok(());
+        }
+        let is_word = line.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-'));
+        if is_word && self.named(line)? {
             return Ok(());
         }
         let filled = match line.split_once('=') {
@@ -317,7 +322,15 @@ impl<'scope, 'env> Session<'scope, 'env> {
         match step {
             Some(Step::Let(name, ..)) if is_read => self.bind(meant, &name.text),
             _ if !is_read && sentences::looks_like_one(meant) => self.sentence(meant),
-            _ => {
+            step => {
+                let is_call = match &step {
+                    Some(Step::Act(act)) => self.library.callable(&act.call.name.text).is_some(),
+                    Some(_) => true,
+                    None => false,
+                };
+                if !is_call && self.asked(meant)? {
+                    return Ok(());
+                }
                 let Some(step) = self.read(meant) else { return Ok(()) };
                 if filled.is_some() {
                     self.style.say(format!("= {meant}"));
@@ -342,17 +355,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
             ExprKind::Name(_) | ExprKind::Text(_) | ExprKind::Bool(_) | ExprKind::Literal(_) => {
                 text::expr(&value)
             }
-            _ => {
-                let cell = self.bench.cell()?;
-                let worth = cell
-                    .quantity(&value)
-                    .map_err(|error| report::cell_failure(&error, self.style))?;
-                worth.map(text::quantity).ok_or_else(|| {
-                    let words = format!("nobody knows what `{}` is worth now", text::expr(&value));
-                    Failure::no("repl::unknown_value", words)
-                        .help("give a value such as `40 mL`, or `:look` first")
-                })?
-            }
+            _ => text::quantity(self.worth(&value)?),
         };
         self.style.say(format!("{name} = {told}"));
         self.values.set(name, told);

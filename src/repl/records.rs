@@ -179,19 +179,6 @@ impl Session<'_, '_> {
         Ok(())
     }
 
-    /// Reads a condition now.
-    fn now(&mut self, condition: &str) -> Result<(), Failure> {
-        let condition = self.values.fill(condition).unwrap_or_else(|| condition.to_owned());
-        let Some(Step::Check(expr, _)) = self.read(&format!("check {condition}")) else {
-            return Ok(());
-        };
-        let style = self.style;
-        let reading = self.bench.cell()?.read(&expr);
-        let reading = reading.map_err(|error| report::cell_failure(&error, style))?;
-        style.say(report::why::now(&condition, &reading));
-        Ok(())
-    }
-
     pub(super) fn gap(&self, last: &str) -> Result<(), Failure> {
         if self.runs.is_empty() {
             return Err(Failure::input("repl::gap", "nothing has run yet")

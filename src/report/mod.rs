@@ -310,7 +310,10 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
             Failure::no("run::needs", words).help("make it true first; nothing has moved")
         }
         Error::NoSurvivor { .. } => Failure::no("plan::no_survivor", words)
-            .help("move the objects closer together or nearer to the arm; none has been touched"),
+            .help(
+                "nothing has been touched; if it is a matter of room, move the objects nearer to the arm \
+                 or closer together",
+            ),
         Error::Record { path, .. } => Failure::input("io::run", words)
             .at(path.display().to_string())
             .help("a run folder has a `run.json`, written by `trueup run` or at the prompt"),

@@ -141,8 +141,8 @@ impl WorkCell {
         })?;
         run.timing_s.simulate += self.now() - begin;
         run.rehearsals.extend(tried.iter().map(summary));
-        for rehearsal in &tried {
-            self.note(&told(rehearsal));
+        for line in told(&tried) {
+            self.note(&line);
         }
         let Some(best) = tried.into_iter().next() else {
             return Err(Error::NothingToDo);
@@ -219,16 +219,28 @@ fn summary(rehearsal: &Rehearsal) -> Tried {
     }
 }
 
-fn told(rehearsal: &Rehearsal) -> String {
-    let tried = summary(rehearsal);
-    let free = rehearsal.candidate.pg.choices.iter().filter(|c| c.is_free);
-    let branches: Vec<_> = free.map(|c| c.branch.as_str()).collect();
-    let name = format!("{} #{}", branches.join(" "), tried.variant);
-    match tried.failed {
-        None => format!(
-            "twin: {name} survived, {:.1} mL spilt, {:.0} s on the arm",
-            tried.spilt_ml, tried.time_s
-        ),
-        Some(why) => format!("twin: {name} failed at {why}"),
+/// How each candidate went; those of one branch that went alike share a line.
+fn told(tried: &[Rehearsal]) -> Vec<String> {
+    let mut lines: Vec<(String, String, String)> = Vec::new();
+    for rehearsal in tried {
+        let tried = summary(rehearsal);
+        let free = rehearsal.candidate.pg.choices.iter().filter(|c| c.is_free);
+        let branches: Vec<_> = free.map(|c| c.branch.as_str()).collect();
+        let (branches, variant) = (branches.join(" "), format!(" #{}", tried.variant));
+        let went = match tried.failed {
+            None => format!(
+                "survived, {:.1} mL spilt, {:.0} s on the arm",
+                tried.spilt_ml, tried.time_s
+            ),
+            Some(why) => format!("failed at {why}"),
+        };
+        match lines.last_mut() {
+            Some((of, variants, before)) if *of == branches && *before == went => {
+                variants.push_str(&variant);
+            }
+            _ => lines.push((branches, variant, went)),
+        }
     }
+    let line = |(branches, variants, went)| format!("twin: {branches}{variants} {went}");
+    lines.into_iter().map(line).collect()
 }

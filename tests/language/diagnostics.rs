@@ -48,6 +48,20 @@ fn five_planted_errors_are_found_in_one_pass() {
 }
 
 #[test]
+fn a_parameter_without_a_type_is_one_mistake() {
+    let found = checked(
+        "/// Two.\ntask two(a, b: Graspable, far: Length) {\n    needs visible(a)\n    pick(a)\n    pick(b)\n    lift(b, by: far)\n}\n",
+    );
+    let told: Vec<(&str, &str)> = found.iter().map(|(_, m, h)| (m.as_str(), h.as_str())).collect();
+    let expected =
+        [("a parameter says of what type it is", "write `a: Graspable`, or another type")];
+    assert_eq!(told, expected);
+    // What the others are is known all the same.
+    let found = checked("/// Two.\ntask two(a, b: Length) {\n    pick(b)\n}\n");
+    assert_eq!(found.len(), 2, "{found:?}");
+}
+
+#[test]
 fn an_unclosed_parenthesis_shows_both_ends() {
     assert_eq!(
         told(BAD)[1],

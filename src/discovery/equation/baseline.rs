@@ -66,6 +66,9 @@ pub fn baseline(bench: &mut Bench, text: &str, name: &str, seed: u64) -> Result<
             if let Some([low, high]) = p.range {
                 *v = v.clamp(low, high);
             }
+            if bench.anchored.contains(&p.name) {
+                *v = p.guess.unwrap_or(*v);
+            }
         }
     }
     // Short windows make the way from a far start nearly straight.

@@ -26,6 +26,8 @@ pub struct Bench {
     pub scales: Vec<f64>,
     /// Usual step of the recordings as they were taken, s.
     pub row: f64,
+    /// Free parameters that stay where the model's text has them.
+    pub anchored: Vec<String>,
 }
 
 /// A model text fitted to the recordings.
@@ -63,7 +65,7 @@ impl Bench {
             scales: self.scales.clone(),
             all_starts_free: self.all_starts_free,
             params_fixed: false,
-            held: Vec::new(),
+            held: places(model, &self.anchored),
         }
     }
 
@@ -158,10 +160,9 @@ impl Bench {
             self.inherit(&compiled, &parent.compiled, &parent.train.point, &task)
         };
         self.set_ramps(&mut compiled, &point);
-        let held = (0..compiled.params.len())
-            .filter(|i| held.contains(&compiled.params[*i].name))
-            .collect();
-        let train = Task { held, ..self.task(&compiled) }.fit(&point, iterations).ok()?;
+        let mut task = self.task(&compiled);
+        task.held.extend(places(&compiled, held));
+        let train = task.fit(&point, iterations).ok()?;
         if train.residuals.iter().any(Vec::is_empty) {
             return None;
         }
@@ -176,7 +177,7 @@ impl Bench {
         near: Option<(&Compiled, &Estimate)>,
     ) -> Option<Estimate> {
         let model = &fitted.compiled;
-        let task = Task { params_fixed: true, ..self.task_on(model, &self.held) };
+        let task = Task { params_fixed: true, held: Vec::new(), ..self.task_on(model, &self.held) };
         let params = fitted.train.point.params.clone();
         let judge = |point: &Point| {
             let free = point.starts.iter().flatten().flatten().count();
@@ -292,6 +293,12 @@ impl Bench {
         self.scheme = best.1;
         fitted.train = best.2;
     }
+}
+
+/// Where the parameters of these names are.
+fn places(model: &Compiled, names: &[String]) -> Vec<usize> {
+    let is_named = |i: &usize| names.contains(&model.params[*i].name);
+    (0..model.params.len()).filter(is_named).collect()
 }
 
 /// Fewest windows of each recording where not all of it is run.

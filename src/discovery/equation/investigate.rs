@@ -1,17 +1,17 @@
 //! A model's text and recordings → what is missing: the order of things.
 
 use crate::language::{Diagnostic, parse};
-use crate::units::significant;
 
 use super::super::Trace;
 use super::super::finding::Finding;
 use super::super::recording::{self, Recording};
+use super::anchor::run_off;
 use super::answer::Report;
 use super::baseline::{NoFit, baseline};
 use super::compile::compile;
 use super::edit::model_in;
 use super::hypothesis::Question;
-use super::prepare::{about_inputs, free_starts, prepare};
+use super::prepare::{about_inputs, about_stretches, about_trade, free_starts, prepare};
 
 /// How to investigate.
 #[derive(Debug, Clone, PartialEq)]
@@ -119,24 +119,26 @@ pub fn investigate(
     };
     let mut nominal = baseline(&mut bench, text, &name, options.seed).map_err(blow)?;
     free_starts(&mut bench, &mut nominal, &name, options.seed, &mut notes);
-    if let Some(rows) = bench.rows {
-        let step = bench.train[0].step();
-        notes.push(format!(
-            "the model's memory does not fade, so it is run in stretches of {} s, each from first values that fit it",
-            significant(rows as f64 * step, 3)
-        ));
-    }
-    for names in &nominal.train.undetermined {
-        notes.push(format!(
-            "the data do not determine {names}: they trade against each other, or against the first values"
-        ));
-    }
     let floors = bench.train[0].noise.iter().map(|n| 0.01 * n * n + 1e-24).collect();
     let mut question =
         Question { bench, name: &name, floors, refused: Vec::new(), whole: [0.0; 2] };
-    let mut search = question
-        .search(nominal, progress)
-        .ok_or_else(|| Error::TooShort { rows: recordings.iter().map(Recording::n_rows).sum() })?;
+    let off = run_off(&nominal);
+    let anchored = if off.is_empty() {
+        None
+    } else {
+        question.anchored(&nominal, &off, options.seed, progress)
+    };
+    let mut search = match anchored {
+        Some((search, note)) => {
+            notes.push(note);
+            search
+        }
+        None => question.search(nominal, progress).ok_or_else(|| Error::TooShort {
+            rows: recordings.iter().map(Recording::n_rows).sum(),
+        })?,
+    };
+    notes.extend(about_stretches(&question.bench));
+    notes.extend(about_trade(&search.nominal.fitted));
     notes.extend(about_inputs(&question.bench, &compiled));
     progress("looking at what is left", 0.95);
     let formula = question.unnamed(&mut search);

@@ -205,6 +205,7 @@ mod tests {
             all_starts_free: false,
             scales: vec![1.0],
             row: 0.1,
+            anchored: Vec::new(),
         };
         let compiled = bench.prepare(&text, "m").unwrap();
         let point = Point { params: vec![0.5], starts: vec![vec![None]] };

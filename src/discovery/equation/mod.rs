@@ -21,6 +21,7 @@ pub mod hypothesis;
 mod meaning;
 mod ground;
 mod stretches;
+mod anchor;
 pub mod search;
 pub mod rivals;
 mod linear;

@@ -31,6 +31,24 @@ pub(super) fn about_inputs(bench: &Bench, model: &Compiled) -> Option<String> {
     ))
 }
 
+/// How long the stretches are in which a model is run, in words.
+pub(super) fn about_stretches(bench: &Bench) -> Option<String> {
+    let long = bench.rows? as f64 * bench.train.first()?.step();
+    Some(format!(
+        "the model's memory does not fade, so it is run in stretches of {} s, each from first values that fit it",
+        significant(long, 3)
+    ))
+}
+
+/// Which parameters the recordings do not tell, in words.
+pub(super) fn about_trade(fitted: &Fitted) -> impl Iterator<Item = String> {
+    fitted.train.undetermined.iter().map(|names| {
+        format!(
+            "the data do not determine {names}: they trade against each other, or against the first values"
+        )
+    })
+}
+
 /// The noise that a sidecar gives for a column such as `q_2` or `tcp_x`.
 fn told_noise(recording: &Recording, name: &str) -> Option<f64> {
     let levels = &recording.sidecar.noise;
@@ -108,6 +126,7 @@ pub(super) fn prepare(
         all_starts_free: false,
         scales,
         row,
+        anchored: Vec::new(),
     })
 }
 

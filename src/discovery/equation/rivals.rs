@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::candidates::Candidate;
+use super::candidates::{Candidate, candidates};
+use super::edit::model_in;
 use super::hypothesis::{
     Chosen, Gain, Hypothesis, IMPERFECTION, LEAST_EVIDENCE, Question, TIE, with_values,
 };
@@ -22,12 +23,19 @@ pub struct Rival {
     /// How many more parameters it needs than the one chosen, below 0 for fewer; a state's first value is
     /// none.
     pub more: isize,
+    /// Whether it differs from the one chosen only at standstill, where neither law says what really happens.
+    pub differs_at_rest: bool,
 }
 
 /// A root mean square on held-out data that is larger by this part is worse.
 const WORSE: f64 = 0.03;
 /// One that is larger by no more than this is the same.
 const SAME: f64 = 0.01;
+/// A constant force of an input, and one against the motion.
+const OFFSET: &str = "input_offset";
+const DRY: &str = "dry_friction";
+/// What differs at standstill alone must be worth this part of the evidence.
+const NEARLY: f64 = 0.5;
 /// Most rivals of one effect that are fitted beside the others.
 const MOST_RIVALS: usize = 6;
 
@@ -40,7 +48,8 @@ impl Rival {
                 || self.candidate.within.contains(&of.kind));
         // What needs more parameters to say no more is none either.
         let idle = self.more > 0 && self.delta_bic > 0.0;
-        !nested && !idle && self.delta_bic < TIE && self.held_worse < WORSE
+        let is_near = self.delta_bic < TIE && self.held_worse < WORSE;
+        !nested && !idle && (is_near || self.differs_at_rest)
     }
 
     /// Whether it belongs in the place of the one chosen: it explains more, or as much with fewer parameters.
@@ -77,14 +86,21 @@ impl Question<'_> {
         };
         let Some(without) = without else { return (Gain::NONE, Vec::new()) };
         let gain = self.gain(&without, best, 1);
+        let at_rest = self.at_rest(best, &own);
         let others = others(&own, &fewer, rounds);
-        let rivals: Vec<Option<Rival>> = others
+        let is_at_rest = |other: &Chosen| at_rest.iter().any(|rest| same(rest, &other.candidate));
+        let beside = others.iter().filter(|other| !is_at_rest(other));
+        let all: Vec<(bool, &Chosen)> =
+            at_rest.iter().map(|c| (true, c)).chain(beside.map(|c| (false, c))).collect();
+        let rivals: Vec<Option<Rival>> = all
             .into_par_iter()
-            .map(|other| {
+            .map(|(is_at_rest, other)| {
                 let mut effects = fewer.clone();
                 effects.push(other.clone());
-                let hypothesis = self.rebuilt(nominal, &effects, &without, 40)?;
-                if hypothesis.is_degenerate(&other) {
+                // What is nearly the same begins beside the others as they are.
+                let from = if is_at_rest { best } else { &without };
+                let hypothesis = self.rebuilt(nominal, &effects, from, 40)?;
+                if hypothesis.is_degenerate(other) {
                     return None;
                 }
                 let delta_bic = gain.bic - self.gain(&without, &hypothesis, 1).bic;
@@ -92,8 +108,9 @@ impl Question<'_> {
                 let held_worse = size(&hypothesis) / size(best).max(1e-300) - 1.0;
                 let n_params = |h: &Hypothesis| h.fitted.compiled.params.len();
                 let more = n_params(&hypothesis).cast_signed() - n_params(best).cast_signed();
-                let candidate = other.candidate;
-                Some(Rival { candidate, hypothesis, delta_bic, held_worse, more })
+                let candidate = other.candidate.clone();
+                let differs_at_rest = is_at_rest && delta_bic < NEARLY * gain.bic;
+                Some(Rival { candidate, hypothesis, delta_bic, held_worse, more, differs_at_rest })
             })
             .collect();
         let mut rivals: Vec<Rival> = rivals.into_iter().flatten().collect();
@@ -102,9 +119,37 @@ impl Question<'_> {
     }
 }
 
+impl Question<'_> {
+    /// What is the same as a chosen effect as long as everything moves one way: an offset of an input and dry
+    /// friction. At standstill they part, but there rubbing is no constant, and says nothing of which it is.
+    fn at_rest(&self, best: &Hypothesis, own: &Chosen) -> Vec<Chosen> {
+        let other = match own.candidate.kind {
+            OFFSET => DRY,
+            DRY => OFFSET,
+            _ => return Vec::new(),
+        };
+        let Some(model) = model_in(&best.fitted.text, self.name) else { return Vec::new() };
+        let ground = self.ground(&best.fitted, &model);
+        let one_way = |state: &str| {
+            let found = ground.compiled.states.iter().position(|s| s.name == state);
+            found.is_some_and(|s| ground.states[s].is_one_way())
+        };
+        let is_free = |c: &Candidate| best.effects.iter().all(|e| !e.candidate.excludes(c));
+        candidates(&ground)
+            .into_iter()
+            .filter(|c| c.kind == other && is_free(c))
+            .filter(|c| one_way(if other == DRY { &c.at } else { &own.candidate.at }))
+            .filter_map(|c| Some(Chosen { patch: c.patches.first()?.clone(), candidate: c }))
+            .collect()
+    }
+}
+
+fn same(chosen: &Chosen, candidate: &Candidate) -> bool {
+    chosen.candidate.kind == candidate.kind && chosen.candidate.at == candidate.at
+}
+
 /// What was tried and could stand in an effect's place beside the others, best first.
 fn others(own: &Chosen, beside: &[Chosen], rounds: &[Vec<Tried>]) -> Vec<Chosen> {
-    let same = |e: &Chosen, c: &Candidate| e.candidate.kind == c.kind && e.candidate.at == c.at;
     let mut tried: Vec<&Tried> = rounds.iter().flatten().collect();
     tried.sort_by(|a, b| b.1.evidence().total_cmp(&a.1.evidence()));
     let mut found: Vec<Chosen> = Vec::new();

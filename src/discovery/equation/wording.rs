@@ -4,6 +4,7 @@ use crate::units::significant;
 
 use super::super::finding::{Effect, Gap, Verdict};
 use super::experiment::Separating;
+use super::fitting::Fitted;
 use super::hypothesis::{Hypothesis, Question};
 use super::unknown::LEAST_PREDICTED;
 
@@ -98,7 +99,7 @@ pub(super) fn fitted(shown: &Hypothesis, nominal: &Hypothesis) -> Option<String>
         .filter(|(param, _)| own(&param.name))
         .map(|(param, (value, std))| {
             let unit = compiled.units.of(&param.name).map(crate::units::Dimension::si);
-            let sure = if std.is_finite() {
+            let sure = if std.is_finite() && *std > 0.0 {
                 format!(" +- {}", significant(*std, 2))
             } else {
                 String::new()
@@ -113,6 +114,21 @@ pub(super) fn fitted(shown: &Hypothesis, nominal: &Hypothesis) -> Option<String>
         })
         .collect();
     (!values.is_empty()).then(|| format!("fitted to the recordings: {}", values.join(", ")))
+}
+
+/// That parameters ran off in `off`, were kept where the text has them, and what came of them at the end.
+pub(super) fn anchored(off: &Fitted, names: &[String], end: &str) -> String {
+    let compiled = &off.compiled;
+    let one = |name: &String| {
+        let i = compiled.params.iter().position(|param| param.name == *name)?;
+        let unit = compiled.units.of(name).map(crate::units::Dimension::si).unwrap_or_default();
+        let value = |v: f64| format!("{} {unit}", significant(v, 3)).trim_end().to_owned();
+        let (ran, given) = (value(off.train.point.params[i]), value(compiled.params[i].guess?));
+        Some(format!(
+            "without what is missing {name} runs off to {ran}; it was kept at {given} until that was found, and {end}"
+        ))
+    };
+    names.iter().filter_map(one).collect::<Vec<_>>().join("; ")
 }
 
 /// That a doubt is kept out of the model's text.

@@ -142,6 +142,11 @@ impl<'a> Checker<'a> {
     fn params(&mut self, params: &[Param]) -> Names {
         let mut names = Names::new();
         for param in params {
+            if param.ty.text.is_empty() {
+                // That it says none has been told.
+                names.insert(param.name.text.clone(), Ty::Any);
+                continue;
+            }
             let known = builtins::TYPES.iter().any(|(name, _)| *name == param.ty.text)
                 || Dimension::named(&param.ty.text).is_some();
             if !known && !self.library.type_names().any(|ty| ty == param.ty.text) {

@@ -201,11 +201,41 @@ impl<'a> Builder<'a> {
                 Rule::bad_params => {
                     // The slice is read again with what stands before it, to be told in its place.
                     self.bad_list(pair, &part, Place::Params);
+                    out.extend(self.salvaged(&part));
                 }
                 _ => {}
             }
         }
         out
+    }
+
+    /// What can still be told of parameters that could not be read, so that their uses are no second mistake: a
+    /// type that is missing is empty, and fits everything.
+    fn salvaged(&self, bad: &Pair) -> Vec<Param> {
+        let (text, from) = (bad.as_str(), bad.as_span().start());
+        let name_at = |at: usize| {
+            let rest = &text[at..];
+            let start = at + rest.len() - rest.trim_start().len();
+            let is_part = |c: char| c.is_alphanumeric() || c == '_';
+            let end = text[start..].find(|c| !is_part(c)).map_or(text.len(), |n| start + n);
+            let span = self.balanced.original(from + start, from + end);
+            (Name { text: text[start..end].into(), span }, end)
+        };
+        let mut found = Vec::new();
+        let mut at = 0;
+        for piece in text.split(',') {
+            let (name, end) = name_at(at);
+            let colon = text[end..at + piece.len().max(end - at)].find(':');
+            let ty = match colon {
+                Some(n) => name_at(end + n + 1).0,
+                None => Name { text: String::new(), span: name.span },
+            };
+            if !name.text.is_empty() {
+                found.push(Param { name, ty, default: None });
+            }
+            at += piece.len() + 1;
+        }
+        found
     }
 
     /// Explains a list between parentheses whose end could not be read.

@@ -152,12 +152,18 @@ fn misspelt(
     )
 }
 
-/// Returns the candidate nearest to a word, if any is near enough to be meant.
+/// Returns the candidate nearest to a word, if any is near enough to be meant. A beginning is as near as a word
+/// with one slip: `dist` is `distance`, and not `tilt`.
 pub fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let lower = word.to_lowercase();
-    let allowed = if lower.chars().count() <= 3 { 1 } else { 2 };
+    let length = lower.chars().count();
+    let allowed = if length <= 3 { 1 } else { 2 };
+    let distance = |c: &str| {
+        let is_beginning = length >= 3 && c.starts_with(&lower);
+        if is_beginning { 1 } else { strsim::damerau_levenshtein(&lower, c) }
+    };
     candidates
-        .map(|c| (strsim::damerau_levenshtein(&lower, &c.to_lowercase()), c))
+        .map(|c| (distance(&c.to_lowercase()), c))
         .filter(|(distance, c)| *distance <= allowed && *distance < c.chars().count())
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, candidate)| candidate)

@@ -138,3 +138,31 @@ fn a_dead_zone_of_a_command_that_goes_one_way_is_named() {
     let number = only(ask(model, &[made(1), made(2)]).unwrap(), "input_deadzone", "u");
     assert!((number("width") / 0.7 - 1.0).abs() < 0.05, "{}", number("width"));
 }
+
+/// A drive that goes at one speed after the other, never back: without friction an infinite inertia is nearest to
+/// what it does, and what rubs could as well be an offset of the torque.
+#[test]
+fn of_a_drive_that_goes_one_way_the_inertia_stays_finite_and_dry_friction_is_a_doubt() {
+    let made = |seed: u32| {
+        let speed = 0.2 + 0.25 * f64::from(seed);
+        record(
+            300,
+            0.01,
+            seed,
+            2e-3,
+            &[speed],
+            |_, u, x| vec![(u - 1.4 * x[0].signum() - 0.7 * x[0]) / 0.14],
+            |_, x| x[0],
+            |t| 1.4 + 0.7 * speed + 0.05 * wiggle(t, f64::from(seed)),
+        )
+    };
+    let model = "model m {\n    input u\n    param inertia = free ~ 0.2\n    state q = 0, v = free\n    q' = v\n    v' = u/inertia\n    output y = v\n}\n";
+    let recordings: Vec<_> = (1..=5).map(made).collect();
+    let finding = ask(model, &recordings).unwrap().finding;
+    assert_eq!(finding.verdict, Verdict::Ambiguous, "{finding:#?}");
+    assert!(finding.notes.iter().any(|note| note.contains("inertia runs off")), "{finding:#?}");
+    let said: Vec<(&str, bool)> =
+        finding.effects.iter().map(|e| (e.name.as_str(), e.indistinguishable)).collect();
+    let expected = [("linear_damping", false), ("input_offset", true), ("dry_friction", true)];
+    assert!(expected.iter().all(|e| said.contains(e)) && said.len() == 3, "{finding:#?}");
+}

@@ -47,6 +47,12 @@ impl Range {
     pub(super) fn changes_sign(self) -> bool {
         self.low < -0.02 * self.span() && self.high > 0.02 * self.span()
     }
+
+    /// Whether it goes ten times as far to one side of 0 as to the other.
+    pub(super) fn is_one_way(self) -> bool {
+        let (below, above) = ((-self.low).max(0.0), self.high.max(0.0));
+        below.min(above) < 0.1 * below.max(above)
+    }
 }
 
 /// What the candidates are made from.

@@ -1,0 +1,30 @@
+//! Paths of corners in joint space: distances, lengths, points along them.
+
+/// Euclidean distance of two configurations, rad.
+pub(super) fn l2(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+}
+
+/// The point a share `t` of the way from `a` to `b`.
+pub(super) fn mix(a: &[f64], b: &[f64], t: f64) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a + t * (b - a)).collect()
+}
+
+/// The length of a path, rad.
+pub(super) fn length(corners: &[Vec<f64>]) -> f64 {
+    corners.windows(2).map(|edge| l2(&edge[0], &edge[1])).sum()
+}
+
+/// Returns the edge and the configuration `along` rad from the start of a polyline.
+pub(super) fn point_at(corners: &[Vec<f64>], along: f64) -> (usize, Vec<f64>) {
+    let mut left = along;
+    for edge in 0..corners.len() - 1 {
+        let size = l2(&corners[edge], &corners[edge + 1]);
+        if left <= size || edge + 2 == corners.len() {
+            let t = if size > 0.0 { (left / size).min(1.0) } else { 0.0 };
+            return (edge, mix(&corners[edge], &corners[edge + 1], t));
+        }
+        left -= size;
+    }
+    (0, corners[0].clone())
+}

@@ -1,0 +1,91 @@
+//! Lines that ask: a fluent, a comparison, a quantity, a name. Nothing moves, and no run begins.
+
+use crate::language::ast::{Expr, ExprKind, Step};
+use crate::language::{self, Source, builtins, text};
+use crate::report::{self, Failure};
+use crate::units::Quantity;
+use crate::workcell::check::check_step;
+
+use super::Session;
+use super::commands::COMMANDS;
+
+/// Words that leave other prompts.
+const LEAVING: [&str; 2] = ["exit", "bye"];
+
+impl Session<'_, '_> {
+    /// Answers a line that is one word and no call: a value that was named, an object, a command without its
+    /// colon. `false` when it is none of these.
+    pub(super) fn named(&self, word: &str) -> Result<bool, Failure> {
+        if let Some((name, value)) = self.values.all().find(|(name, _)| *name == word) {
+            self.style.say(format!("{name} = {value}"));
+            return Ok(true);
+        }
+        if self.scope.objects.contains_key(word) {
+            self.tell_about(word);
+            return Ok(true);
+        }
+        let meant = if LEAVING.contains(&word) { "quit" } else { word };
+        if COMMANDS.iter().any(|command| command.name == meant) {
+            return Err(Failure::input("repl::command", format!("nothing is called `{word}`"))
+                .help(format!("commands begin with a colon: `:{meant}`")));
+        }
+        Ok(false)
+    }
+
+    /// Answers a line that asks what is so or how much something is; `false` when it does neither.
+    pub(super) fn asked(&mut self, line: &str) -> Result<bool, Failure> {
+        let question = format!("check {line}");
+        let (Some(Step::Check(expr, span)), wrong) = language::parse_line(&question) else {
+            return Ok(false);
+        };
+        let is_name = matches!(expr.kind, ExprKind::Name(_) | ExprKind::Text(_) | ExprKind::Bad);
+        if is_name || !wrong.is_empty() || !self.is_known(&expr) {
+            return Ok(false);
+        }
+        let source = Source::new("prompt", question.as_str());
+        let check = Step::Check(expr.clone(), span);
+        let found = check_step(&check, &source, &self.library, &self.stdlib, &self.scope);
+        if found.is_empty() {
+            self.now(line)?;
+            return Ok(true);
+        }
+        // No condition, then: how much is it?
+        let Some(Step::Let(_, value, _)) = self.read(&format!("let value = {line}")) else {
+            return Ok(true);
+        };
+        let worth = self.worth(&value)?;
+        self.style.say(format!("{line} = {}", text::quantity(worth)));
+        Ok(true)
+    }
+
+    /// Whether what is called in an expression can be asked.
+    fn is_known(&self, expr: &Expr) -> bool {
+        let ExprKind::Call(call) = &expr.kind else { return true };
+        let name = &call.name.text;
+        builtins::function(name).is_some() || self.library.fluent(name).is_some()
+    }
+
+    /// Reads a condition now.
+    pub(super) fn now(&mut self, condition: &str) -> Result<(), Failure> {
+        let condition = self.values.fill(condition).unwrap_or_else(|| condition.to_owned());
+        let Some(Step::Check(expr, _)) = self.read(&format!("check {condition}")) else {
+            return Ok(());
+        };
+        let style = self.style;
+        let reading = self.bench.cell()?.read(&expr);
+        let reading = reading.map_err(|error| report::cell_failure(&error, style))?;
+        style.say(report::why::now(&condition, &reading));
+        Ok(())
+    }
+
+    /// What a quantity is now.
+    pub(super) fn worth(&mut self, value: &Expr) -> Result<Quantity, Failure> {
+        let worth = self.bench.cell()?.quantity(value);
+        let worth = worth.map_err(|error| report::cell_failure(&error, self.style))?;
+        worth.ok_or_else(|| {
+            let words = format!("nobody knows what `{}` is worth now", text::expr(value));
+            Failure::no("repl::unknown_value", words)
+                .help("give a value such as `40 mL`, or `:look` first")
+        })
+    }
+}

@@ -1,0 +1,63 @@
+//! What a comparison, a margin and a direction are in words.
+
+use std::fmt::Write as _;
+
+use crate::execution::trace::{FluentRow, Measure, TermRow};
+use crate::world::fluent::Direction;
+
+use super::super::run::people;
+
+pub(in crate::report) fn verdict(row: &FluentRow) -> String {
+    let by = row.margin.as_ref().map(|margin| format!(" by {}", size(margin)));
+    match row.measured {
+        Some(true) => format!("{} is true{}", row.name, by.unwrap_or_default()),
+        Some(false) => format!("{} is false{}", row.name, by.unwrap_or_default()),
+        None => {
+            let why = row.why.as_deref().unwrap_or("it was not measured");
+            format!("nobody can tell whether {}: {why}", row.name)
+        }
+    }
+}
+
+pub(super) fn comparison(term: &TermRow) -> String {
+    let mark = match term.truth {
+        Some(true) => "yes",
+        Some(false) => "NO ",
+        None => "?  ",
+    };
+    let mut text = format!("{mark}  {}", term.text);
+    if let (Some(value), Some(limit)) = (&term.value, &term.limit) {
+        let _ = write!(text, "\n         is {}, limit {}", unsigned(value), unsigned(limit));
+        if let Some(margin) = &term.margin {
+            let _ = write!(text, ", margin {}", people(margin));
+        }
+        if let Some(std) = &term.std {
+            let _ = write!(text, " ± {}", unsigned(std));
+        }
+    }
+    text
+}
+
+/// A quantity as people write it, without a sign of its own when it is positive.
+pub(in crate::report) fn unsigned(measure: &Measure) -> String {
+    let text = people(measure);
+    text.strip_prefix('+').map_or(text.clone(), str::to_owned)
+}
+
+/// How much a margin is, without its sign: `31 mm`.
+pub(in crate::report) fn size(margin: &Measure) -> String {
+    unsigned(&Measure { value: margin.value.abs(), unit: margin.unit.clone() })
+}
+
+pub(in crate::report) fn way(direction: &Direction, margin: Option<&Measure>) -> String {
+    let by = margin.map_or_else(String::new, |margin| format!(" {}", size(margin)));
+    let axes = ["x", "y", "z"];
+    let largest =
+        (0..3).max_by(|i, j| direction.world[*i].abs().total_cmp(&direction.world[*j].abs()));
+    let axis = largest.unwrap_or(0);
+    let sign = if direction.world[axis] < 0.0 { '-' } else { '+' };
+    format!(
+        "`{}` would have to move{by} {} as the camera sees it ({sign}{} in the table's frame)",
+        direction.object, direction.camera, axes[axis]
+    )
+}
