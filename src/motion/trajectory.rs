@@ -5,7 +5,7 @@
 //! acts on how far along the path the arm is, not on where it goes. Rest to rest.
 //!
 //! Source: smoothing by a moving average: Biagiotti and Melchiorri, "FIR filters for online trajectory planning
-//! with time- and frequency-domain specifications", Control Engineering Practice 2012; timing: [`super::profile`].
+//! with time- and frequency-domain specifications", Control Engineering Practice 2012; timing: `profile`.
 
 use super::curve::{At, Curve};
 use super::error::Error;

@@ -3,7 +3,6 @@
 use crate::language::ast::{Expr, ExprKind, Step};
 use crate::language::{self, Source, builtins, text};
 use crate::report::{self, Failure};
-use crate::units::Quantity;
 use crate::workcell::check::check_step;
 
 use super::Session;
@@ -54,7 +53,7 @@ impl Session<'_, '_> {
             return Ok(true);
         };
         let worth = self.worth(&value)?;
-        self.style.say(format!("{line} = {}", text::quantity(worth)));
+        self.style.say(format!("{line} = {worth}"));
         Ok(true)
     }
 
@@ -78,11 +77,11 @@ impl Session<'_, '_> {
         Ok(())
     }
 
-    /// What a quantity is now.
-    pub(super) fn worth(&mut self, value: &Expr) -> Result<Quantity, Failure> {
+    /// What a quantity is now, in words.
+    pub(super) fn worth(&mut self, value: &Expr) -> Result<String, Failure> {
         let worth = self.bench.cell()?.quantity(value);
         let worth = worth.map_err(|error| report::cell_failure(&error, self.style))?;
-        worth.ok_or_else(|| {
+        worth.map(text::quantity).ok_or_else(|| {
             let words = format!("nobody knows what `{}` is worth now", text::expr(value));
             Failure::no("repl::unknown_value", words)
                 .help("give a value such as `40 mL`, or `:look` first")

@@ -355,7 +355,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
             ExprKind::Name(_) | ExprKind::Text(_) | ExprKind::Bool(_) | ExprKind::Literal(_) => {
                 text::expr(&value)
             }
-            _ => text::quantity(self.worth(&value)?),
+            _ => self.worth(&value)?,
         };
         self.style.say(format!("{name} = {told}"));
         self.values.set(name, told);

@@ -140,3 +140,16 @@ fn times_that_go_back_are_told() {
     let error = Recording::read("a", csv, Some(("a.json", text)), &Map::default()).unwrap_err();
     assert!(error.what.contains("jar") && error.what.contains("go back"), "{error:?}");
 }
+
+#[test]
+fn a_vessel_a_sensor_and_an_encoder_at_once_are_told_apart() {
+    let finding = found(Hidden { heavier: 0.08, offset: 0.25, zero: 0.012 });
+    assert_eq!(finding.verdict, Verdict::Several, "{:#?}", finding.effects);
+    assert_eq!(finding.effects.len(), 3, "{:#?}", finding.effects);
+    let mass = number(&finding, ("object_mass", "jar"), "mass");
+    let offset = number(&finding, ("torque_offset", "joint_4"), "torque");
+    let zero = number(&finding, ("joint_zero_offset", "joint_2"), "angle");
+    assert!((mass - 0.24).abs() < 0.01, "{mass} kg");
+    assert!((offset - 0.25).abs() < 0.03, "{offset} N·m");
+    assert!((zero - 0.012).abs() < 0.002, "{zero} rad");
+}

@@ -19,13 +19,18 @@ const FRICTION: [[f64; 2]; 7] =
 /// Inertia of joint 2's rotor, kg·m².
 const ROTOR: f64 = 0.5;
 
+/// Offset of each joint's torque sensor, N·m.
+const OFFSET: [f64; 7] = [0.3, -0.5, 0.2, 0.45, -0.25, 0.15, -0.1];
+
 /// What a log is like.
+#[expect(clippy::struct_excessive_bools, reason = "each is one thing that a log may have")]
 #[derive(Clone, Copy, Default)]
 struct Logger {
     friction: bool,
     stutters: bool,
     /// Link 3 weighs 0.25 kg more than its file says.
     heavier: bool,
+    offsets: bool,
 }
 
 /// A number that looks like chance, nearly normal with standard deviation 1.
@@ -75,6 +80,9 @@ fn log(logger: Logger, motion: usize) -> Recording {
                 tau[j] += dry * (dq[j] / 2e-3).tanh() + fluid * dq[j];
             }
         }
+        if logger.offsets {
+            (0..7).for_each(|j| tau[j] += OFFSET[j]);
+        }
         let mut values = String::new();
         let groups: [(&[f64], f64); 3] = [(&q, 2e-5), (&dq, 2e-3), (tau.as_slice(), 0.05)];
         for (group, (measured, noise)) in groups.into_iter().enumerate() {
@@ -123,7 +131,7 @@ fn a_stuttering_log_of_a_known_arm_raises_no_alarm() {
 
 #[test]
 fn friction_of_both_kinds_in_every_joint_and_a_rotor_are_told_apart() {
-    let finding = found(Logger { friction: true, stutters: true, heavier: false });
+    let finding = found(Logger { friction: true, stutters: true, ..Logger::default() });
     assert_eq!(finding.verdict, Verdict::Several, "{:?}", finding.effects);
     let at = |name: &str, seat: &str| {
         let found = finding.effects.iter().find(|e| e.name == name && e.at == seat);
@@ -150,4 +158,29 @@ fn a_link_that_is_heavier_than_its_file_says_is_named() {
     assert_eq!((effect.name.as_str(), effect.at.as_str()), ("link_mass", "joint_3"));
     let mass = number(effect, "mass");
     assert!((mass - 0.25).abs() < 0.03, "{mass} kg");
+}
+
+#[test]
+fn friction_and_offsets_everywhere_beside_a_link_that_is_heavier_leave_nothing_to_stand_in() {
+    let everything = Logger { friction: true, stutters: true, heavier: true, offsets: true };
+    let finding = found(everything);
+    assert_eq!(finding.verdict, Verdict::Several, "{:?}", finding.effects);
+    let at = |name: &str, joint: usize, parameter: &str| {
+        let seat = format!("joint_{joint}");
+        let found = finding.effects.iter().find(|e| e.name == name && e.at == seat);
+        number(found.unwrap_or_else(|| panic!("no {name} at {seat}: {finding:#?}")), parameter)
+    };
+    for (j, [dry, fluid]) in FRICTION.iter().enumerate() {
+        let near = |name: &str, parameter: &str, truth: f64, off: f64| {
+            let value = at(name, j + 1, parameter);
+            assert!((value - truth).abs() < off, "{name} {}: {value} for {truth}", j + 1);
+        };
+        near("coulomb_friction", "torque", *dry, 0.05 * dry);
+        near("viscous_friction", "coefficient", *fluid, 0.1 * fluid);
+        near("torque_offset", "torque", OFFSET[j], 0.05);
+    }
+    assert!((at("armature", 2, "inertia") / ROTOR - 1.0).abs() < 0.1);
+    assert!((at("link_mass", 3, "mass") - 0.25).abs() < 0.05);
+    assert_eq!(finding.effects.len(), 7 * 3 + 2, "{:#?}", finding.effects);
+    assert!(finding.gap.after.heldout < 1.1, "{:?}", finding.gap);
 }

@@ -30,6 +30,18 @@ pub fn estimate(time: &[f64], values: &[f64]) -> f64 {
     *median / MEDIAN_OF_NORMAL
 }
 
+/// Returns how rough a motion is where it is fastest, in its unit: there the clock counts most, at rest not at all.
+pub fn roughness_in_motion(time: &[f64], values: &[f64]) -> f64 {
+    let samples: Vec<(f64, f64)> = time.iter().copied().zip(values.iter().copied()).collect();
+    let speed = |s: &[(f64, f64)]| (s[4].1 - s[0].1).abs() / (s[4].0 - s[0].0).max(1e-12);
+    let mut windows: Vec<(f64, f64)> =
+        samples.windows(5).map(|s| (speed(s), fourth_difference(s))).collect();
+    windows.sort_by(|a, b| b.0.total_cmp(&a.0));
+    windows.truncate(windows.len().div_ceil(4));
+    windows.sort_by(|a, b| a.1.total_cmp(&b.1));
+    windows.get(windows.len() / 2).map_or(0.0, |(_, size)| size / MEDIAN_OF_NORMAL)
+}
+
 /// Returns the size of the fourth divided difference of five samples, on a scale on which white noise of
 /// variance 1 has variance 1.
 fn fourth_difference(samples: &[(f64, f64)]) -> f64 {

@@ -15,11 +15,13 @@ use crate::discovery::finding::{
 use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Outcome, Rival, Set};
 use crate::units::significant;
 
-/// Words an outcome as a finding.
+/// Words an outcome as a finding; `fitted` is what was fitted where that is not all of the recordings.
 pub(super) fn answer(
     gap: ArmGap,
+    fitted: Option<ArmGap>,
     outcome: &Outcome<Term>,
     options: &Options,
+    noise_is_estimated: bool,
     mut notes: Vec<String>,
 ) -> Finding {
     let counts = (gap.count(Set::Train), gap.count(Set::Heldout));
@@ -38,7 +40,7 @@ pub(super) fn answer(
         Vec::new()
     };
     // The held-out numbers are settled; what is written into the model is fitted to all data.
-    let mut all = gap;
+    let mut all = fitted.unwrap_or(gap);
     let held = std::mem::take(&mut all.heldout);
     all.train.extend(held);
     let best = &outcome.best;
@@ -108,7 +110,10 @@ pub(super) fn answer(
         }
     }
     let ambiguous = effects.iter().any(|effect| effect.indistinguishable);
-    let (verdict, reason) = verdict(&effects, ambiguous, left, &shrink);
+    // Noise that had to be estimated is known to a tenth.
+    let is_noise = left < SIGNIFICANT
+        || (noise_is_estimated && shrink.after.train.max(shrink.after.heldout) < ESTIMATED);
+    let (verdict, reason) = verdict(&effects, ambiguous, left, is_noise, &shrink);
     // Names that leave most of the gap are a lead to follow, and no part of the model.
     let only_leads =
         verdict == Verdict::Unknown && effects.iter().any(|effect| effect.name != "unknown");
@@ -169,9 +174,18 @@ const EXPLAINED: f64 = 0.25;
 /// A gap that is smaller than this many times the noise is told as explained; it is at the noise or near it.
 const NEAR_NOISE: f64 = 2.0;
 
-fn verdict(effects: &[Effect], ambiguous: bool, left: f64, gap: &Gap) -> (Verdict, String) {
+/// Noise estimated from a channel is that near to what it is.
+const ESTIMATED: f64 = 1.1;
+
+fn verdict(
+    effects: &[Effect],
+    ambiguous: bool,
+    left: f64,
+    is_noise: bool,
+    gap: &Gap,
+) -> (Verdict, String) {
     if effects.is_empty() {
-        return if left < SIGNIFICANT {
+        return if is_noise {
             (
                 Verdict::NothingMissing,
                 "measured minus model is noise, and no effect explains any of it on data it was not \

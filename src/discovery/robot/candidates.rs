@@ -53,7 +53,10 @@ pub fn candidates(
                 creeps.iter().map(|creep| [before, &[*creep]].concat()).collect::<Vec<_>>()
             };
             add(Law::Coulomb, j, creeps(&[0.0]), 0.0);
-            add(Law::SmoothCoulomb, j, creeps(&[0.0]), 0.0);
+            if closed {
+                // Along a measured motion the two corners look the same.
+                add(Law::SmoothCoulomb, j, creeps(&[0.0]), 0.0);
+            }
             add(Law::Asymmetric, j, creeps(&[0.0, 0.0]), 0.0);
             let peaks = [0.02, 0.08, 0.3].map(|speed| vec![0.0, 0.0, speed, CREEP]);
             add(Law::Stribeck, j, peaks.to_vec(), 0.0);
@@ -81,7 +84,11 @@ pub fn candidates(
                 Feature::Decay(1.0),
                 Feature::Decay(5.0),
             ] {
-                add(Law::Feature(feature), j, Vec::new(), UNNAMED);
+                // Where torque is all that shows, a constant and a trend of it have names.
+                let has_name = !closed && matches!(feature, Feature::One | Feature::Time);
+                if !has_name {
+                    add(Law::Feature(feature), j, Vec::new(), UNNAMED);
+                }
             }
             add(Law::ActuatorGain, j, Vec::new(), 0.0);
             let most = scan.largest_torque;
@@ -91,8 +98,8 @@ pub fn candidates(
                 add(Law::Saturation, j, limits, 0.0);
             }
         }
-        // What the last link weighs more is a payload; what the first weighs no joint about the vertical feels.
-        if torque && !closed && (1..n - 1).contains(&j) {
+        // What the first link weighs no joint about the vertical feels.
+        if torque && !closed && (1..n).contains(&j) {
             add(Law::LinkMass, j, Vec::new(), 0.0);
         }
         if torque {

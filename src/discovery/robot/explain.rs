@@ -1,10 +1,11 @@
 //! An arm's recordings as something to be explained: [`Gap`] over laws and joints.
 
 use super::candidates::candidates;
+use super::data::Quantity;
 use super::load::Thing;
 use super::simulate::Model;
 use super::term::{Law, Term};
-use crate::discovery::selection::{Candidate, Gap, Hypothesis, Set, Slot};
+use crate::discovery::selection::{Block, Candidate, Gap, Hypothesis, Set, Slot, sum_of_squares};
 
 /// Recordings of one arm, some to fit and some to judge.
 #[derive(Debug)]
@@ -34,6 +35,43 @@ impl ArmGap {
             }
         }
         any
+    }
+
+    /// Returns whether torque and tip follow from a measured motion, so that they are linear in what is missing.
+    pub fn is_along(&self) -> bool {
+        let mut models = self.train.iter().chain(&self.heldout);
+        models.all(|model| !model.scene.closed_loop && model.scene.data.has(Quantity::Position))
+    }
+
+    /// The same for the search: of long recordings as many rows as it needs.
+    #[must_use]
+    pub fn for_search(&self) -> Self {
+        let thinned = |models: &[Model]| models.iter().map(Model::thinned).collect();
+        Self {
+            train: thinned(&self.train),
+            heldout: thinned(&self.heldout),
+            known: self.known.clone(),
+            things: self.things.clone(),
+        }
+    }
+
+    /// Takes the noise of each sensor to be so many times larger.
+    pub fn soften(&mut self, floors: &[f64]) {
+        for model in self.train.iter_mut().chain(&mut self.heldout) {
+            for (channel, floor) in model.scene.data.channels.iter_mut().zip(floors) {
+                channel.noise *= floor;
+            }
+        }
+    }
+
+    /// Works out what a hypothesis leaves of these recordings.
+    pub fn judge(&self, h: &mut Hypothesis<Term>) {
+        let left = |set| {
+            let residuals = self.residuals(set, &h.terms, &h.parameters);
+            residuals.map_or(f64::INFINITY, |residuals| sum_of_squares(&residuals))
+        };
+        (h.train, h.heldout) = (left(Set::Train), left(Set::Heldout));
+        h.count = self.count(Set::Train);
     }
 
     fn models(&self, set: Set) -> &[Model] {
@@ -120,7 +158,14 @@ impl Gap for ArmGap {
         use Law::{Asymmetric, CameraShift, Coulomb, SmoothCoulomb, Stribeck};
         let shifts = matches!((a.law, b.law), (CameraShift(_), CameraShift(_)));
         let dry = |law| matches!(law, Coulomb | SmoothCoulomb | Stribeck | Asymmetric);
-        a != b && !shifts && !(a.joint == b.joint && dry(a.law) && dry(b.law))
+        // Along a measured motion friction that differs with direction is plain friction beside an offset of the sensor.
+        let twice = match (a.law, b.law) {
+            (Asymmetric, Law::TorqueOffset) => a.joint == b.joint && self.is_along(),
+            (Law::TorqueOffset, Asymmetric) => self.is_along(),
+            _ => false,
+        };
+        let both_dry = a.joint == b.joint && dry(a.law) && dry(b.law);
+        a != b && !twice && !shifts && !both_dry
     }
 
     fn names_first(&self) -> bool {
@@ -135,7 +180,9 @@ impl Gap for ArmGap {
     }
 
     fn is_broad(&self, term: &Term) -> bool {
+        let along = || self.is_along();
         matches!(term.law, Law::Payload | Law::BaseTilt | Law::LinkLength)
+            || (term.law == Law::LinkMass && along())
     }
 
     fn is_exact(&self, term: &Term) -> bool {
@@ -146,9 +193,22 @@ impl Gap for ArmGap {
         // A spring that begins where hardly any row is, or a spring over all of them, is something else.
         let q0 = match term.law {
             Law::Above | Law::Below => parameters[1],
+            // Nobody overlooks a sensor or a drive that says twice or half of what it should.
+            Law::TorqueGain | Law::ActuatorGain if self.is_along() => {
+                return (0.5..2.0).contains(&parameters[0]);
+            }
+            Law::LinkMass => {
+                let of_one = |model: &Model| {
+                    let own = model.arm.chain.bodies[term.joint].mass;
+                    (-0.95 * own..3.0 * own).contains(&parameters[0])
+                };
+                return self.train.iter().all(of_one);
+            }
             Law::Payload => {
+                // What a last link weighs less than its file says is no load that lifts.
+                let lifts = parameters[0] < 0.0 && self.is_along();
                 let bears = |model: &Model| model.arm.chain.bears(parameters[0], &parameters[1..4]);
-                return self.train.iter().all(bears);
+                return !lifts && self.train.iter().all(bears);
             }
             _ => return true,
         };
@@ -166,6 +226,52 @@ impl Gap for ArmGap {
         (0.05..0.95).contains(&part)
     }
 
+    fn usual(&self) -> Vec<Term> {
+        let n = self.train[0].scene.data.n;
+        let has = |quantity| self.train.iter().all(|model| model.scene.data.has(quantity));
+        if !self.is_along() || !has(Quantity::Torque) {
+            return Vec::new();
+        }
+        let joint = |joint| {
+            let laws = [Law::TorqueOffset, Law::Viscous, Law::Coulomb, Law::Armature];
+            laws.into_iter().map(move |law| Term { law, joint })
+        };
+        let links = (1..n).map(|joint| Term { law: Law::LinkMass, joint });
+        links.chain((0..n).flat_map(joint)).collect()
+    }
+
+    fn plainer(&self, terms: &[Term], parameters: &[f64]) -> Option<(Vec<Term>, Vec<f64>)> {
+        // Along a measured motion friction that differs with direction is plain friction beside an offset of the sensor,
+        // which the other sensors have as well.
+        let offset = |joint| Term { law: Law::TorqueOffset, joint };
+        let any = terms.iter().any(|term| term.law == Law::TorqueOffset);
+        let found = terms.iter().position(|term| term.law == Law::Asymmetric);
+        let at = found.filter(|_| any && self.is_along())?;
+        let from: usize = terms[..at].iter().map(|term| term.law.slots().len()).sum();
+        let [forward, backward, creep] = parameters[from..from + 3] else { return None };
+        let (mut terms, mut parameters) = (terms.to_vec(), parameters.to_vec());
+        let joint = terms[at].joint;
+        terms[at].law = Law::Coulomb;
+        parameters.splice(from..from + 3, [(0.5 * (forward + backward)).max(0.0), creep]);
+        terms.push(offset(joint));
+        parameters.push(0.5 * (forward - backward));
+        Some(self.plainer(&terms, &parameters).unwrap_or((terms, parameters)))
+    }
+
+    fn blocks(&self, set: Set) -> Vec<Block> {
+        let mut found = Vec::new();
+        let mut from = 0;
+        for model in self.models(set) {
+            let channels = model.scene.data.channels.iter().enumerate();
+            for (sensor, _) in channels.filter(|(_, c)| model.is_predicted(c.quantity)) {
+                let to = from + model.scene.data.n_rows();
+                found.push(Block { sensor, rows: from..to });
+                from = to;
+            }
+        }
+        found
+    }
+
     fn is_rough(&self, term: &Term) -> bool {
         matches!(term.law, Law::Backlash)
     }
@@ -174,6 +280,7 @@ impl Gap for ArmGap {
         use Law::{Asymmetric, CameraShift, Coulomb, SmoothCoulomb, Stribeck};
         let here = general.joint == special.joint;
         match (general.law, special.law) {
+            (Law::Payload, Law::LinkMass) => special.joint + 1 == self.train[0].scene.data.n,
             (Asymmetric | Stribeck, Coulomb | SmoothCoulomb) => here,
             (CameraShift(a), CameraShift(b)) => a.iter().zip(b).all(|(a, b)| *a || !b),
             _ => false,

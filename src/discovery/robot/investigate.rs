@@ -1,5 +1,7 @@
 //! From recordings of an arm to a finding: lays the arm out along them, searches, answers.
 
+use rayon::prelude::*;
+
 use super::answer::{answer, synonym};
 use super::chain::Chain;
 use super::data::Data;
@@ -21,6 +23,19 @@ use crate::units::significant;
 /// What an effect must explain more when the motion is not simulated but measured, in units of the
 /// criterion; chosen so that arms without a hidden effect raise no alarm.
 const MEASURED: f64 = 16.0;
+
+/// Which part of what a friction's law may be wrong by a mass must explain more: it is felt by many sensors, the friction
+/// by one.
+const BROAD: f64 = 0.1;
+
+/// Up to so many effects are searched for once more one after the other.
+const FEW: usize = 4;
+
+/// A sensor that leaves this many times its noise whatever is tried is not described by a few effects.
+const FAR: f64 = 2.0;
+
+/// How much more a formula must explain than the name in whose place it comes.
+const UNNAMED: f64 = 0.1;
 
 impl Arm {
     /// Returns the arm a recording was made with.
@@ -168,11 +183,14 @@ pub fn investigate(
         options.least_gain += MEASURED;
         // Nor is the effects' law: a real arm is never described to the noise of its sensors.
         options.forgiven = f64::INFINITY;
-        // Every joint of a real arm has friction of two kinds and a rotor; a payload comes on top.
-        options.most = options.most.max(4 * robot.n_joints());
+        // Every joint of a real arm has friction of two kinds and a rotor, every sensor an offset, and
+        // every link may weigh otherwise.
+        options.most = options.most.max(6 * robot.n_joints());
+        options.broad = BROAD;
+        options.unnamed = UNNAMED;
     }
     let options = &options;
-    let mut outcome = selection::search(&gap, options, progress).map_err(runs_away)?;
+    let (mut outcome, mut fitted) = searched(&gap, options, progress).map_err(runs_away)?;
     if outcome.best.terms.is_empty()
         && above_noise(outcome.nothing.train, gap.count(Set::Train)) < SIGNIFICANT
         && above_noise(outcome.nothing.heldout, gap.count(Set::Heldout)) > SIGNIFICANT
@@ -180,7 +198,7 @@ pub fn investigate(
         // The motion to fit does not show it, the other does: exchange the two.
         let ArmGap { train, heldout, known, things } = gap;
         gap = ArmGap { train: heldout, heldout: train, known, things };
-        outcome = selection::search(&gap, options, progress).map_err(runs_away)?;
+        (outcome, fitted) = searched(&gap, options, progress).map_err(runs_away)?;
         notes.push(
             "the data to fit show nothing beyond noise, the data held out do: their roles were \
              exchanged"
@@ -194,7 +212,12 @@ pub fn investigate(
     let names = train.iter().chain(heldout).map(|r| r.name.as_str());
     let traces = traces(&gap, [&outcome.nothing, &outcome.best], names);
     let experiment = experiment(&gap, &outcome, options, robot);
-    let mut finding = answer(gap, &outcome, options, notes);
+    let is_estimated = |recording: &Recording| {
+        let noise = &recording.sidecar.noise;
+        noise.q_rad.is_none() && noise.tau_nm.is_none() && noise.tcp_m.is_none()
+    };
+    let is_estimated = train.iter().chain(heldout).any(is_estimated);
+    let mut finding = answer(gap, fitted, &outcome, options, is_estimated, notes);
     if let Some(next) = &mut finding.next_experiment {
         let detail = match &experiment {
             Some(experiment) => format!(
@@ -208,6 +231,38 @@ pub fn investigate(
         next.why.push_str(&detail);
     }
     Ok(Investigation { finding, traces, experiment: experiment.map(|experiment| experiment.csv) })
+}
+
+/// Searches; returns what was found, and the gap it was fitted to where that is not all of the recordings.
+fn searched(
+    gap: &ArmGap,
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<(Outcome<Term>, Option<ArmGap>), String> {
+    if !gap.is_along() {
+        return Ok((selection::search(gap, options, progress)?, None));
+    }
+    let mut fitted = gap.for_search();
+    let floors = selection::floors(&fitted).unwrap_or_default();
+    fitted.soften(&floors);
+    let mut outcome = selection::search_linear(&fitted, options, progress)?;
+    if outcome.best.terms.len() <= FEW {
+        // Of a few effects the shapes can be fitted from the beginning, and what no shape on a list explains may be one of them.
+        let options = Options { most: 2 * FEW, ..*options };
+        if floors.iter().all(|floor| *floor < FAR) {
+            fitted = gap.for_search();
+        }
+        let other = selection::search(&fitted, &options, progress)?;
+        fitted.judge(&mut outcome.best);
+        if other.best.evidence() < outcome.best.evidence() {
+            outcome = other;
+        }
+    }
+    let ties = outcome.rivals.iter_mut().filter(|rival| rival.behind < options.tie);
+    let told = [&mut outcome.nothing, &mut outcome.best].into_iter().chain(&mut outcome.without);
+    let told: Vec<_> = told.chain(ties.map(|rival| &mut rival.hypothesis)).collect();
+    told.into_par_iter().for_each(|hypothesis| gap.judge(hypothesis));
+    Ok((outcome, Some(fitted)))
 }
 
 /// Returns what was carried in any of the recordings, each thing once.

@@ -19,5 +19,6 @@ mod places;
 mod plausible;
 mod power;
 mod rows;
+mod thin;
 
 pub use investigate::investigate;

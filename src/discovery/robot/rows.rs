@@ -52,7 +52,7 @@ pub(super) fn even_clock(time: &[f64], channels: &[Channel]) -> Option<Vec<f64>>
     }
     let roughness = |time: &[f64]| -> f64 {
         let moving = channels.iter().filter(|c| c.quantity == Quantity::Position);
-        moving.map(|c| noise::estimate(time, &c.values).powi(2)).sum::<f64>()
+        moving.map(|c| noise::roughness_in_motion(time, &c.values).powi(2)).sum::<f64>()
     };
     (roughness(&even) * SMOOTHER.powi(2) < roughness(time)).then_some(even)
 }

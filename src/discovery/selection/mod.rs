@@ -7,7 +7,8 @@
 //! effect chosen is kept as a [`Rival`], so that the caller can say "cannot tell".
 //!
 //! [`search`] holds the order of things, `screen` the linear algebra that says which candidates are worth a
-//! fit, [`refit`] the fit.
+//! fit, [`refit`] the fit. Where residuals are linear in all but the shapes of the laws, [`search_linear`] writes them out once
+//! (`linear`) and searches there, from several beginnings.
 //!
 //! Residuals are in units of their noise, so that the sum of their squares is `-2 ln` of the likelihood.
 //! The search draws no random numbers; parallel parts are collected in order.
@@ -15,13 +16,16 @@
 //! Source: Schwarz, "Estimating the Dimension of a Model", 1978; Kass and Raftery, "Bayes Factors", 1995,
 //! for the scale of evidence.
 
+mod linear;
 mod refit;
+mod rounds;
 mod screen;
 mod search;
 
 use nalgebra::DMatrix;
 
 pub use refit::refit;
+pub use rounds::{floors, search_linear};
 pub use screen::{left_after, sum_of_squares};
 pub use search::search;
 
@@ -51,6 +55,15 @@ pub enum Set {
     Train,
     /// The data held out.
     Heldout,
+}
+
+/// A stretch of the residuals that one sensor read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Block {
+    /// Which sensor.
+    pub sensor: usize,
+    /// Where its residuals are.
+    pub rows: std::ops::Range<usize>,
 }
 
 /// An effect that might be missing.
@@ -108,9 +121,9 @@ pub trait Gap: Sync {
         instead_of: Option<&Self::Term>,
     ) -> Vec<Candidate<Self::Term>>;
 
-    /// Returns whether the two can act together. An effect of the same kind at the same place cannot.
-    fn compatible(&self, a: &Self::Term, b: &Self::Term) -> bool {
-        a != b
+    /// Returns whether `new` can join where `present` is. An effect of the same kind at the same place cannot.
+    fn compatible(&self, present: &Self::Term, new: &Self::Term) -> bool {
+        present != new
     }
 
     /// Returns whether effects without a name wait until no named one pays any more: where many effects
@@ -151,6 +164,34 @@ pub trait Gap: Sync {
     fn is_sensible(&self, term: &Self::Term, parameters: &[f64]) -> bool {
         let _ = (term, parameters);
         true
+    }
+
+    /// Returns what every machine of this kind may have at once: where many effects act, one after the other stands for
+    /// others before it is its turn, so these are tried together as well.
+    fn usual(&self) -> Vec<Self::Term> {
+        Vec::new()
+    }
+
+    /// Returns effects that do the same as those of a hypothesis and are more usual beside each other, if there are any; further
+    /// ones come last.
+    fn plainer(
+        &self,
+        terms: &[Self::Term],
+        parameters: &[f64],
+    ) -> Option<(Vec<Self::Term>, Vec<f64>)> {
+        let _ = (terms, parameters);
+        None
+    }
+
+    /// Returns whether parameters of a shape stay where they begin.
+    fn shapes_stay(&self) -> bool {
+        false
+    }
+
+    /// Returns which sensor read which residuals; needed where they are to be pressed.
+    fn blocks(&self, set: Set) -> Vec<Block> {
+        let _ = set;
+        Vec::new()
     }
 
     /// Returns whether `general` can do all that `special` can: then the simpler one is named when both
@@ -229,6 +270,11 @@ pub struct Options {
     pub imperfection: f64,
     /// The most that `imperfection` asks for.
     pub forgiven: f64,
+    /// Which part of that is asked of an effect that acts on many data at once: a law that is off somewhere does not look like
+    /// a mass that is felt everywhere.
+    pub broad: f64,
+    /// An effect without a name takes the place of one with a name only if it explains more by this part.
+    pub unnamed: f64,
     /// A law must explain more, by this part of what it explains, than a special case of it.
     pub generality: f64,
     /// Rivals whose evidence is behind by less than this cannot be told apart.
@@ -247,6 +293,8 @@ impl Default for Options {
             // A law that is right to three parts in a hundred leaves the square of it.
             imperfection: 1e-3,
             forgiven: 100.0,
+            broad: 1.0,
+            unnamed: 0.0,
             generality: 0.0,
             // "Strong" on the scale of Kass and Raftery begins at 6.
             tie: 6.0,

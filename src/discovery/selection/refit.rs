@@ -18,12 +18,25 @@ pub(super) fn all_slots<G: Gap>(gap: &G, terms: &[G::Term]) -> Vec<Slot> {
 /// Returns for every parameter whether it is the model's own or of an effect related to one of `near`: the
 /// others say nothing about the same data.
 pub(super) fn near_parameters<G: Gap>(gap: &G, terms: &[G::Term], near: &[G::Term]) -> Vec<bool> {
+    let stay = gap.shapes_stay();
     let mut moves = vec![true; gap.nuisance().len()];
     for term in terms {
         let is_near = near.iter().any(|other| other == term || gap.related(other, term));
-        moves.extend(gap.slots(term).iter().map(|_| is_near));
+        let slots = gap.slots(term);
+        moves.extend(slots.iter().map(|slot| is_near && !(stay && slot.neutral.is_none())));
     }
     moves
+}
+
+/// Returns whether two lists hold the same effects.
+pub(super) fn same_terms<T: PartialEq>(a: &[T], b: &[T]) -> bool {
+    a.len() == b.len() && a.iter().all(|term| b.contains(term))
+}
+
+/// Returns for every parameter whether it may move.
+pub(super) fn movable<G: Gap>(gap: &G, slots: &[Slot]) -> Vec<bool> {
+    let (stay, own) = (gap.shapes_stay(), gap.nuisance().len());
+    slots.iter().enumerate().map(|(i, slot)| i < own || !stay || slot.neutral.is_some()).collect()
 }
 
 /// Derivatives of the residuals, one column per parameter that moves; one-sided, towards the inside of its
@@ -99,7 +112,7 @@ pub fn refit<G: Gap>(
     start: Vec<f64>,
     surcharges: Vec<f64>,
 ) -> Option<Hypothesis<G::Term>> {
-    let moves = vec![true; start.len()];
+    let moves = movable(gap, &all_slots(gap, &terms));
     refit_some(gap, terms, start, surcharges, &moves)
 }
 
@@ -114,10 +127,7 @@ pub(super) fn refit_some<G: Gap>(
     let slots = all_slots(gap, &terms);
     let first = gap.residuals(Set::Train, &terms, &start)?;
     let count = gap.count(Set::Train);
-    let (parameters, covariance, train) = if slots.is_empty() {
-        let train = sum_of_squares(&first);
-        (start, DMatrix::zeros(0, 0), train)
-    } else {
+    let (parameters, covariance, train) = if moves.contains(&true) {
         let problem = Problem { gap, terms: &terms, slots: &slots, moves, n: first.len() };
         let bounds = slots
             .iter()
@@ -147,6 +157,10 @@ pub(super) fn refit_some<G: Gap>(
         let fit = fit::solve(&problem, &start, &options).ok()?;
         let train = sum_of_squares(&fit.residuals);
         (fit.x, fit.covariance, train)
+    } else {
+        let train = sum_of_squares(&first);
+        let n = start.len();
+        (start, DMatrix::zeros(n, n), train)
     };
     let heldout = gap
         .residuals(Set::Heldout, &terms, &parameters)

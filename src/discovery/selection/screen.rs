@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::refit::{all_slots, columns, near_parameters};
+use super::refit::{all_slots, columns, movable, near_parameters};
 use super::{Gap, Hypothesis, Set, Slot};
 
 /// The model linearised about a hypothesis.
@@ -26,7 +26,7 @@ impl Local {
         let residuals = gap.residuals(Set::Train, &best.terms, &best.parameters)?;
         let slots = all_slots(gap, &best.terms);
         let moves = near.map_or_else(
-            || vec![true; slots.len()],
+            || movable(gap, &slots),
             |near| near_parameters(gap, &best.terms, std::slice::from_ref(near)),
         );
         let columns = columns(gap, &best.terms, &best.parameters, &slots, &moves, &residuals)?;

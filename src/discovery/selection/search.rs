@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::refit::{near_parameters, refit_some};
+use super::refit::{near_parameters, refit_some, same_terms};
 use super::screen::Local;
 use super::{Candidate, Gap, Hypothesis, Options, Outcome, Rival, Slot, refit};
 
@@ -21,72 +21,99 @@ pub fn search<G: Gap>(
     let start: Vec<f64> = gap.nuisance().iter().map(|(_, value)| *value).collect();
     let nothing = refit(gap, Vec::new(), start, Vec::new())
         .ok_or("the model without effects runs away on the data; check its parameters and units")?;
-    let mut grown =
-        Grown { best: nothing.clone(), rivals: Vec::new(), unnamed: !gap.names_first() };
-    grown.grow(gap, options, None, progress);
+    let mut grown = Grown::from(gap, nothing.clone());
+    grown.grow(gap, options, &|_| false, progress);
     let mut others = grown.best.terms.iter().filter(|term| gap.is_broad(term));
     if let (Some(broad), true) = (others.next().cloned(), grown.best.terms.len() >= CROWD) {
         grown.without(gap, options, &broad, progress);
     }
-    let Grown { mut best, mut rivals, unnamed } = grown;
-    let all_related =
-        best.terms.iter().all(|a| best.terms.iter().all(|b| a == b || gap.related(a, b)));
-    if !all_related {
-        progress("trying to exchange and to leave out, all of them", 0.9);
-        best = exchanged(gap, best, options, &mut rivals, None, unnamed);
-        best = pruned(gap, best, options, None);
-    }
-    best = sensible(gap, best);
-    progress("comparing rivals", 0.95);
-    let without: Vec<Hypothesis<G::Term>> = (0..best.terms.len())
-        .map(|at| left_out(gap, &best, at).unwrap_or_else(|| nothing.clone()))
-        .collect();
-    let mut rivals = compared(gap, &best, &without, rivals, options);
-    rivals.sort_by(|a, b| a.behind.total_cmp(&b.behind));
-    Ok(Outcome { nothing, best, without, rivals })
+    Ok(grown.outcome(gap, options, nothing, progress))
 }
 
 /// So many effects are enough for one of them to stand for two others.
 const CROWD: usize = 3;
+
+/// Beside more named effects than this none without a name is looked for.
+const MANY: usize = 4;
 
 /// How many effects may come in the place of a broad one.
 const DETOUR: usize = 3;
 
 /// What has been found so far.
 #[derive(Clone)]
-struct Grown<T> {
-    best: Hypothesis<T>,
+pub(super) struct Grown<T> {
+    pub(super) best: Hypothesis<T>,
     rivals: Vec<Rival<T>>,
     /// Whether effects without a name are tried yet.
     unnamed: bool,
 }
 
 impl<T: Clone + PartialEq + Send + Sync> Grown<T> {
+    /// Begins with some effects.
+    pub(super) fn from<G: Gap<Term = T>>(gap: &G, best: Hypothesis<T>) -> Self {
+        Self { best, rivals: Vec::new(), unnamed: !gap.names_first() }
+    }
+
+    /// Tries all effects against others once more and compares the rivals.
+    pub(super) fn outcome<G: Gap<Term = T>>(
+        self,
+        gap: &G,
+        options: &Options,
+        nothing: Hypothesis<T>,
+        progress: &mut dyn FnMut(&str, f64),
+    ) -> Outcome<T> {
+        let Self { mut best, mut rivals, unnamed } = self;
+        let all_related =
+            best.terms.iter().all(|a| best.terms.iter().all(|b| a == b || gap.related(a, b)));
+        if !all_related {
+            progress("trying to exchange and to leave out, all of them", 0.9);
+            best = exchanged(gap, best, options, &mut rivals, None, unnamed);
+            best = pruned(gap, best, options, None);
+        }
+        best = sensible(gap, best);
+        progress("comparing rivals", 0.95);
+        let without: Vec<Hypothesis<T>> = (0..best.terms.len())
+            .map(|at| left_out(gap, &best, at).unwrap_or_else(|| nothing.clone()))
+            .collect();
+        let mut rivals = compared(gap, &best, &without, rivals, options);
+        rivals.sort_by(|a, b| a.behind.total_cmp(&b.behind));
+        Outcome { nothing, best, without, rivals }
+    }
+
     /// Adds effects while they pay, none of them `barred`; after each, those there are may be exchanged or left out.
-    fn grow<G: Gap<Term = T>>(
+    pub(super) fn grow<G: Gap<Term = T>>(
         &mut self,
         gap: &G,
         options: &Options,
-        barred: Option<&T>,
+        barred: &dyn Fn(&T) -> bool,
         progress: &mut dyn FnMut(&str, f64),
     ) {
+        // What joins can lead to something else being left out that joins again.
+        let mut seen: Vec<Vec<T>> = Vec::new();
         while self.best.terms.len() < options.most {
+            let again = |terms: &Vec<T>| same_terms(terms, &self.best.terms);
+            if seen.iter().any(again) {
+                break;
+            }
             let best = &self.best;
             let done = best.terms.len() as f64 / (options.most as f64 + 1.0);
             progress("looking for what explains the gap", done);
             let mut fitted = extended(gap, best, options, self.unnamed, None);
-            fitted.retain(|h| h.terms.last() != barred);
+            fitted.retain(|h| h.terms.last().is_none_or(|term| !barred(term)));
             let worth = |h: &&Hypothesis<T>| {
                 pays(gap, h, h.terms.len() - 1, best, options) && matters(gap, h)
             };
             let Some(chosen) = fitted.iter().find(worth) else {
-                if self.unnamed {
+                // A formula among many effects is what several of them leave, each a little off.
+                let is_crowd = gap.names_first() && best.terms.len() > MANY;
+                if self.unnamed || is_crowd {
                     break;
                 }
                 self.unnamed = true;
                 continue;
             };
             let chosen = simplest(gap, chosen, fitted.iter().filter(worth), options).clone();
+            seen.push(self.best.terms.clone());
             let added = chosen.terms.len() - 1;
             self.rivals.retain(|rival| rival.instead_of != added);
             self.rivals.extend(
@@ -125,7 +152,7 @@ impl<T: Clone + PartialEq + Send + Sync> Grown<T> {
         let Some(rest) = left_out(gap, &self.best, at) else { return };
         let most = options.most.min(rest.terms.len() + DETOUR);
         let mut other = Self { best: rest, rivals: Vec::new(), unnamed: self.unnamed };
-        other.grow(gap, &Options { most, ..*options }, Some(broad), progress);
+        other.grow(gap, &Options { most, ..*options }, &|term| term == broad, progress);
         other.best = pruned(gap, other.best, options, None);
         if other.best.evidence() < self.best.evidence() {
             *self = other;
@@ -152,7 +179,7 @@ fn simplest<'a, G: Gap>(
 }
 
 /// Returns whether the effect at `at`, which `with` has and `without` has not, pays.
-fn pays<G: Gap>(
+pub(super) fn pays<G: Gap>(
     gap: &G,
     with: &Hypothesis<G::Term>,
     at: usize,
@@ -166,7 +193,8 @@ fn pays<G: Gap>(
         .filter(|(other, _)| !gap.is_exact(other) && gap.related(other, &with.terms[at]))
         .map(|(_, gain)| gain.max(0.0))
         .sum();
-    let imperfection = (options.imperfection * explained).min(options.forgiven);
+    let part = if gap.is_broad(&with.terms[at]) { options.broad } else { 1.0 };
+    let imperfection = part * (options.imperfection * explained).min(options.forgiven);
     gain > options.least_gain + imperfection
         && (heldout > options.least_heldout
             || (gain > options.overwhelming && heldout > -options.least_heldout))
@@ -262,7 +290,7 @@ fn extended<G: Gap>(
 }
 
 /// Tries every effect (of those related to `new`, if one is given) against all others in its place.
-fn exchanged<G: Gap>(
+pub(super) fn exchanged<G: Gap>(
     gap: &G,
     mut best: Hypothesis<G::Term>,
     options: &Options,
@@ -288,7 +316,11 @@ fn exchanged<G: Gap>(
             .map(|first| simplest(gap, first, matter(), options))
             .filter(|better| {
                 let same = better.terms.last() == Some(&best.terms[at]);
-                !same || better.evidence() + 1e-6 < best.evidence()
+                let is_formula = |h: &Hypothesis<G::Term>, at: usize| h.surcharges[at] > 0.0;
+                let loses_name =
+                    is_formula(better, better.terms.len() - 1) && !is_formula(&best, at);
+                let gain = best.evidence() - better.evidence();
+                (!same || gain > 1e-6) && (!loses_name || gain >= options.unnamed * best.gains[at])
             });
         if let Some(better) = better {
             best = better.clone();
@@ -305,7 +337,7 @@ fn exchanged<G: Gap>(
 }
 
 /// Leaves out what no longer pays, of what is related to `new` if that is given.
-fn pruned<G: Gap>(
+pub(super) fn pruned<G: Gap>(
     gap: &G,
     mut best: Hypothesis<G::Term>,
     options: &Options,
@@ -392,7 +424,11 @@ fn compared<G: Gap>(
 }
 
 /// Returns a hypothesis without one of its effects, the rest fitted again.
-fn left_out<G: Gap>(gap: &G, best: &Hypothesis<G::Term>, at: usize) -> Option<Hypothesis<G::Term>> {
+pub(super) fn left_out<G: Gap>(
+    gap: &G,
+    best: &Hypothesis<G::Term>,
+    at: usize,
+) -> Option<Hypothesis<G::Term>> {
     let mut terms = best.terms.clone();
     let mut surcharges = best.surcharges.clone();
     let mut gains = best.gains.clone();

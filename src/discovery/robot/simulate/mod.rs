@@ -120,6 +120,13 @@ impl Model {
         Self { arm, scene, columns, motions, bare: OnceLock::new(), loads, carried }
     }
 
+    /// Returns the same with as many rows as a search needs: no more than it takes to follow an arm, and of a long
+    /// recording stretches all over it.
+    #[must_use]
+    pub fn thinned(&self) -> Self {
+        Self::new(self.arm.clone(), self.scene.thinned(), self.loads.clone())
+    }
+
     /// Returns whether the zero of an encoder shows in the torques: where nothing but the links is in them, and
     /// the motion is as measured.
     pub fn feels_zeros(&self) -> bool {

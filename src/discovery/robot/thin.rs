@@ -1,0 +1,51 @@
+//! As many rows of a recording as a search needs; what it finds is judged on all of them.
+
+use super::plant::Scene;
+
+/// Rows closer than this say little more of an arm than every other of them, s.
+const CLOSE: f64 = 0.008;
+
+/// Rows that a search needs of one recording.
+const ENOUGH: usize = 6000;
+
+/// Length of the stretches taken of a long recording, s.
+const STRETCH: f64 = 2.0;
+
+impl Scene {
+    /// Returns the scene with as many rows as a search needs.
+    #[must_use]
+    pub fn thinned(&self) -> Self {
+        let time = &self.data.time;
+        let rows = time.len();
+        let step = (time[rows - 1] - time[0]) / (rows - 1).max(1) as f64;
+        let every = ((CLOSE / step.max(1e-9)).ceil() as usize).max(1);
+        let share = (ENOUGH as f64 / (rows / every).max(1) as f64).min(1.0);
+        let is_kept = |row: usize| {
+            let stretch = (time[row] - time[0]) / STRETCH;
+            // Stretch k is taken where the share of those taken so far steps up.
+            let taken = |k: f64| (k * share).floor();
+            row.is_multiple_of(every) && taken(stretch.floor() + 1.0) > taken(stretch.floor())
+        };
+        let kept: Vec<usize> = (0..rows).filter(|row| is_kept(*row)).collect();
+        if kept.len() == rows {
+            return self.clone();
+        }
+        let mut thin = self.clone();
+        let of = |values: &[f64]| kept.iter().map(|row| values[*row]).collect::<Vec<f64>>();
+        thin.data.time = of(time);
+        for values in &mut thin.data.commands {
+            *values = of(values);
+        }
+        for channel in &mut thin.data.channels {
+            channel.values = of(&channel.values);
+        }
+        let n = self.plant.n;
+        if !self.in_doubt.is_empty() {
+            let doubt = |row: &usize| self.in_doubt[row * n..(row + 1) * n].iter().copied();
+            thin.in_doubt = kept.iter().flat_map(doubt).collect();
+        }
+        thin.first_row = kept.iter().filter(|row| **row < self.first_row).count();
+        thin.last_row = kept.iter().filter(|row| **row < self.last_row).count();
+        thin
+    }
+}

@@ -1,0 +1,192 @@
+//! The search where residuals are linear in all but the shapes of the laws: written out once, searched from several
+//! beginnings, fitted as they are, and written out again about what was found.
+
+use rayon::prelude::*;
+
+use super::linear::Linear;
+use super::refit::same_terms;
+use super::search::{Grown, left_out, pays};
+use super::{Gap, Hypothesis, Options, Outcome, refit};
+
+/// Times the gap is written out; what was found rarely changes after the second.
+const ROUNDS: usize = 3;
+
+/// Candidates fitted of those screened: the same law in several shapes counts as several.
+const SHORTLIST: usize = 12;
+
+/// Rivals this many ties behind are not worth a fit of their shapes.
+const FAR: f64 = 5.0;
+
+/// Returns how much more than its noise is left of every sensor by all candidates at once, at least 1: real machines are
+/// never described to the noise of their sensors, and what no law describes must not be taken for evidence of one.
+pub fn floors<G: Gap>(gap: &G) -> Option<Vec<f64>> {
+    let nothing = refit(gap, Vec::new(), Vec::new(), Vec::new())?;
+    let about = usual(gap, &nothing).unwrap_or(nothing);
+    Linear::about(gap, &about, &|_| true).map(|linear| linear.floors)
+}
+
+/// As [`super::search`], for gaps whose residuals are linear in all but the shapes of the laws, or nearly so.
+///
+/// # Errors
+///
+/// A sentence if the model cannot be evaluated or fitted.
+pub fn search_linear<G: Gap>(
+    gap: &G,
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Outcome<G::Term>, String> {
+    let runs_away = "the model runs away on the data; check its parameters and units";
+    let nothing = refit(gap, Vec::new(), Vec::new(), Vec::new()).ok_or(runs_away)?;
+    let options = &Options { shortlist: options.shortlist.max(SHORTLIST), ..*options };
+    let mut best = usual(gap, &nothing).unwrap_or_else(|| nothing.clone());
+    let mut round = 0;
+    loop {
+        progress("writing the gap out", round as f64 / ROUNDS as f64);
+        let linear = Linear::about(gap, &best, &|_| true).ok_or(runs_away)?;
+        let grown = if round == 0 {
+            begun(&linear, &best, options, progress).ok_or(runs_away)?
+        } else {
+            let Hypothesis { terms, parameters, surcharges, gains, .. } = best.clone();
+            let here = refit(&linear, terms, parameters, surcharges).ok_or(runs_away)?;
+            let mut grown = Grown::from(&linear, Hypothesis { gains, ..here });
+            grown.grow(&linear, options, &|_| false, progress);
+            grown
+        };
+        let outcome = grown.outcome(&linear, options, nothing.clone(), progress);
+        let Hypothesis { mut terms, mut parameters, mut surcharges, mut gains, .. } =
+            outcome.best.clone();
+        let last = round + 1 >= ROUNDS;
+        let plainer = gap.plainer(&terms, &parameters).filter(|_| !last);
+        let is_plain = plainer.is_none();
+        if let Some(plainer) = plainer {
+            (terms, parameters) = plainer;
+            surcharges.resize(terms.len(), 0.0);
+            gains.resize(terms.len(), 0.0);
+        }
+        let fitted = refit(gap, terms, parameters, surcharges).ok_or(runs_away)?;
+        let settled = same_terms(&fitted.terms, &best.terms);
+        best = Hypothesis { gains, ..fitted };
+        round += 1;
+        if is_plain && (settled || last) {
+            return Ok(with_shapes(gap, outcome, best, options));
+        }
+    }
+}
+
+/// Searches from nothing, from nothing with what is broad only after all else, and from everything usual at once; returns
+/// what explains most. The gap is written out about everything usual.
+fn begun<G: Gap>(
+    gap: &Linear<'_, G>,
+    about: &Hypothesis<G::Term>,
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Option<Grown<G::Term>> {
+    let nothing = refit(gap, Vec::new(), Vec::new(), Vec::new())?;
+    let mut found = Vec::new();
+    let mut first = Grown::from(gap, nothing.clone());
+    first.grow(gap, options, &|_| false, progress);
+    let has_broad = first.best.terms.iter().any(|term| gap.is_broad(term));
+    let is_crowd = first.best.terms.len() > 1;
+    found.push(first);
+    if has_broad && is_crowd {
+        let mut narrow = Grown::from(gap, nothing.clone());
+        narrow.grow(gap, options, &|term| gap.is_broad(term), progress);
+        narrow.grow(gap, options, &|_| false, progress);
+        found.push(narrow);
+    }
+    if is_crowd && !about.terms.is_empty() {
+        let Hypothesis { terms, parameters, surcharges, .. } = about.clone();
+        let usual = refit(gap, terms, parameters, surcharges)?;
+        let mut grown = Grown::from(gap, thinned(gap, usual, options));
+        grown.grow(gap, options, &|_| false, progress);
+        found.push(grown);
+    }
+    found.into_iter().min_by(|a, b| a.best.evidence().total_cmp(&b.best.evidence()))
+}
+
+/// Fits everything usual at once, each effect in the best of its shapes.
+fn usual<G: Gap>(gap: &G, nothing: &Hypothesis<G::Term>) -> Option<Hypothesis<G::Term>> {
+    let terms = gap.usual();
+    if terms.is_empty() {
+        return None;
+    }
+    let linear = Linear::about(gap, nothing, &|term| terms.contains(term))?;
+    let starts: Vec<&[Vec<f64>]> = terms.iter().map(|term| linear.starts(term)).collect();
+    let mut chosen: Vec<usize> = vec![0; terms.len()];
+    let surcharges = vec![0.0; terms.len()];
+    let with = |chosen: &[usize]| {
+        let parts = starts.iter().zip(chosen).map(|(starts, at)| starts.get(*at).cloned());
+        let parameters = parts.collect::<Option<Vec<_>>>()?.concat();
+        refit(&linear, terms.clone(), parameters, surcharges.clone())
+    };
+    let mut best = with(&chosen)?;
+    for at in 0..terms.len() {
+        for shape in 1..starts[at].len() {
+            let mut other = chosen.clone();
+            other[at] = shape;
+            if let Some(tried) = with(&other).filter(|tried| tried.train < best.train) {
+                (best, chosen) = (tried, other);
+            }
+        }
+    }
+    refit(gap, best.terms, best.parameters, best.surcharges)
+}
+
+/// Leaves out of a hypothesis what does not pay, the weakest first.
+fn thinned<G: Gap>(
+    gap: &Linear<'_, G>,
+    mut best: Hypothesis<G::Term>,
+    options: &Options,
+) -> Hypothesis<G::Term> {
+    loop {
+        let rests: Vec<Option<Hypothesis<G::Term>>> =
+            (0..best.terms.len()).into_par_iter().map(|at| left_out(gap, &best, at)).collect();
+        let here = best.criterion();
+        let gain =
+            |rest: &Option<Hypothesis<_>>| rest.as_ref().map_or(0.0, |r| r.criterion() - here);
+        best.gains = rests.iter().map(gain).collect();
+        let absurd = |at: &usize| !gap.sensible_at(&best, *at);
+        let weak = |(at, rest): &(usize, Hypothesis<G::Term>)| {
+            absurd(at) || !pays(gap, &best, *at, rest, options)
+        };
+        let weakest = rests
+            .into_iter()
+            .enumerate()
+            .filter_map(|(at, rest)| Some((at, rest?)))
+            .filter(weak)
+            .min_by(|a, b| {
+                let absurd = absurd(&b.0).cmp(&absurd(&a.0));
+                absurd.then(a.1.evidence().total_cmp(&b.1.evidence()))
+            });
+        match weakest {
+            Some((_, rest)) => best = rest,
+            None => return best,
+        }
+    }
+}
+
+/// Puts the explanation fitted with its shapes in the place of the one of the search, and fits the shapes of those rivals that
+/// come near it.
+fn with_shapes<G: Gap>(
+    gap: &G,
+    mut outcome: Outcome<G::Term>,
+    best: Hypothesis<G::Term>,
+    options: &Options,
+) -> Outcome<G::Term> {
+    outcome.rivals.par_iter_mut().filter(|rival| rival.behind < FAR * options.tie).for_each(
+        |rival| {
+            let Hypothesis { terms, parameters, surcharges, gains, .. } = rival.hypothesis.clone();
+            if let Some(fitted) = refit(gap, terms, parameters, surcharges) {
+                rival.behind = fitted.evidence() - best.evidence();
+                let (other, chosen) = (fitted.terms.last(), &best.terms[rival.instead_of]);
+                if other.is_some_and(|other| gap.contains(other, chosen)) {
+                    rival.behind = rival.behind.max(options.tie);
+                }
+                rival.hypothesis = Hypothesis { gains, ..fitted };
+            }
+        },
+    );
+    outcome.rivals.sort_by(|a, b| a.behind.total_cmp(&b.behind));
+    outcome.best = best;
+    outcome
+}
