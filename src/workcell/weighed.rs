@@ -5,6 +5,8 @@
 
 use std::sync::Arc;
 
+use nalgebra::Vector3;
+
 use crate::discovery::recording::Recording;
 use crate::execution::plan::{gravity_torque, mass_of};
 use crate::motion::Robot;
@@ -53,5 +55,6 @@ pub(super) fn borne(arm: &Recording, robot: &Robot, grasp: [f64; 2], at: f64) ->
     for (joint, tare) in excess.iter_mut().zip(&tare) {
         *joint -= tare;
     }
-    Some(mass_of(&robot, &angles, &excess))
+    // A recording does not say where in the hand it hangs.
+    Some(mass_of(&robot, &angles, &excess, &Vector3::zeros()))
 }

@@ -371,13 +371,14 @@ pub fn gravity_torque(robot: &Arc<Robot>, q: &[f64]) -> Vec<f64> {
     torques.map_or_else(|_| vec![0.0; q.len()], |torques: DVector<f64>| torques.as_slice().to_vec())
 }
 
-/// Returns the joint torques, N·m, that one more kilogram at the tool centre point takes at `q`.
-pub fn payload_torque(robot: &Arc<Robot>, q: &[f64]) -> Vec<f64> {
+/// Returns the joint torques, N·m, that one more kilogram takes at `q`, `at` in the frame of the tool, m.
+pub fn payload_torque(robot: &Arc<Robot>, q: &[f64], at: &Vector3<f64>) -> Vec<f64> {
     let (Ok(jacobian), Ok(flange)) = (robot.jacobian(q), robot.forward(q)) else {
         return vec![0.0; q.len()];
     };
     // The Jacobian is about the flange; the tool is ahead of it.
-    let ahead = flange.rotation() * robot.flange_from_tool().origin();
+    let tool = robot.flange_from_tool();
+    let ahead = flange.rotation() * (tool.origin() + tool.rotation() * at);
     (0..q.len())
         .map(|joint| {
             let turn = jacobian.fixed_view::<3, 1>(3, joint).into_owned();
@@ -386,10 +387,10 @@ pub fn payload_torque(robot: &Arc<Robot>, q: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Returns the mass at the tool centre point, kg, that takes so much more torque (N·m) at `q` than an empty hand: the
-/// least-squares one over all joints.
-pub fn mass_of(robot: &Arc<Robot>, q: &[f64], excess: &[f64]) -> f64 {
-    let column = payload_torque(robot, q);
+/// Returns the mass, kg, that takes so much more torque (N·m) at `q` than an empty hand when it hangs `at` this place in
+/// the frame of the tool, m: the least-squares one over all joints.
+pub fn mass_of(robot: &Arc<Robot>, q: &[f64], excess: &[f64], at: &Vector3<f64>) -> f64 {
+    let column = payload_torque(robot, q, at);
     let along: f64 = column.iter().zip(excess).map(|(c, e)| c * e).sum();
     let norm: f64 = column.iter().map(|c| c * c).sum();
     if norm > 1e-9 { along / norm } else { 0.0 }

@@ -1,5 +1,7 @@
 //! The fingers and what hangs in them.
 
+use nalgebra::Vector3;
+
 use super::super::arm::{Feedback, Grip};
 use super::super::beside::Order;
 use super::super::plan::{gravity_torque, mass_of};
@@ -60,9 +62,24 @@ impl Stage {
                 *joint -= bias;
             }
         }
-        let mass = mass_of(&self.cell.robot, &q, &excess);
+        let at = self.load_centre()?;
+        let mass = mass_of(&self.cell.robot, &q, &excess, &at);
         self.running.found(&format!("{:.1} g", 1e3 * mass));
         Ok(mass)
+    }
+
+    /// Where what is held hangs, in the frame of the tool, m: its middle, which is not where the fingers meet.
+    fn load_centre(&mut self) -> Result<Vector3<f64>, ActionError> {
+        let state = self.body.state()?;
+        let held = state.held.as_deref().and_then(|name| {
+            let height = self.cell.scene.object(name)?.shape.height();
+            Some((state.object(name)?.world_from_object?, height))
+        });
+        let centre = held.map(|(pose, height)| {
+            let tool_from_object = state.world_from_tool.inverse() * pose;
+            tool_from_object.origin() + tool_from_object.rotation() * (0.5 * height * Vector3::z())
+        });
+        Ok(centre.unwrap_or_default())
     }
 
     /// `arm.weighed(mass)`: the hand bears so much, kg: what it bears less than it did went into what is below.
