@@ -137,6 +137,17 @@ impl Diagnostic {
         self
     }
 
+    /// The same about a text without its first `bytes`: for what was read with words before it that nobody wrote.
+    #[must_use]
+    pub fn without_first(mut self, bytes: usize) -> Self {
+        let spans = self.labels.iter_mut().map(|label| &mut label.span);
+        for span in spans.chain([&mut self.span]) {
+            span.from = span.from.saturating_sub(bytes);
+            span.to = span.to.saturating_sub(bytes);
+        }
+        self
+    }
+
     /// Marks a further place.
     #[must_use]
     pub fn label(mut self, span: Span, text: impl Into<String>) -> Self {

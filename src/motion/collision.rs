@@ -14,6 +14,7 @@ use super::distance::{Body, distance_or_overlap, signed_distance};
 use super::error::Error;
 use super::ik::random_configuration;
 use super::kinematics::link_poses_into;
+use super::polyline::mix;
 use super::robot::{Drive, Motion, Robot};
 use super::solid::{Placed, Solid};
 use crate::world::Shape;
@@ -263,8 +264,6 @@ impl<'a> CollisionWorld<'a> {
         const LEFT: f64 = 1e-4;
         // A motion that hugs an obstacle for its whole length would take thousands of intervals.
         const PATIENCE: usize = 3000;
-        let at =
-            |t: f64| -> Vec<f64> { from.iter().zip(to).map(|(a, b)| a + t * (b - a)).collect() };
         let whole = self.displacement(from, to);
         let mut stack = vec![(0.0, 1.0)];
         if !self.free(from) || !self.free(to) {
@@ -274,7 +273,7 @@ impl<'a> CollisionWorld<'a> {
         while let Some((low, high)) = stack.pop() {
             looked += 1;
             let middle = 0.5 * (low + high);
-            let clear = self.distance(&at(middle)) - self.margin - LEFT;
+            let clear = self.distance(&mix(from, to, middle)) - self.margin - LEFT;
             if clear <= 0.0 {
                 return false;
             }

@@ -19,7 +19,7 @@ pub mod closed_form;
 pub mod ik;
 mod distance;
 pub mod collision;
-mod polyline;
+pub mod polyline;
 mod cone;
 pub mod rrt;
 mod curve;

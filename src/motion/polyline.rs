@@ -5,8 +5,8 @@ pub(super) fn l2(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
 
-/// The point a share `t` of the way from `a` to `b`.
-pub(super) fn mix(a: &[f64], b: &[f64], t: f64) -> Vec<f64> {
+/// Returns the point a share `t` of the way from `a` to `b`.
+pub fn mix(a: &[f64], b: &[f64], t: f64) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a + t * (b - a)).collect()
 }
 

@@ -8,8 +8,8 @@ use crate::workcell::check::check_step;
 use super::Session;
 use super::commands::COMMANDS;
 
-/// Words that leave other prompts.
-const LEAVING: [&str; 2] = ["exit", "bye"];
+/// Other names of `:quit`.
+const LEAVING: [&str; 2] = ["exit", "q"];
 
 impl Session<'_, '_> {
     /// Answers a line that is one word and no call: a value that was named, an object, a command without its
@@ -49,7 +49,7 @@ impl Session<'_, '_> {
             return Ok(true);
         }
         // No condition, then: how much is it?
-        let Some(Step::Let(_, value, _)) = self.read(&format!("let value = {line}")) else {
+        let Some(Step::Let(_, value, _)) = self.read_as("let value = ", line) else {
             return Ok(true);
         };
         let worth = self.worth(&value)?;
@@ -67,7 +67,7 @@ impl Session<'_, '_> {
     /// Reads a condition now.
     pub(super) fn now(&mut self, condition: &str) -> Result<(), Failure> {
         let condition = self.values.fill(condition).unwrap_or_else(|| condition.to_owned());
-        let Some(Step::Check(expr, _)) = self.read(&format!("check {condition}")) else {
+        let Some(Step::Check(expr, _)) = self.read_as("check ", &condition) else {
             return Ok(());
         };
         let style = self.style;

@@ -377,13 +377,21 @@ impl<'scope, 'env> Session<'scope, 'env> {
 
     /// Reads and checks a line; tells everything that is wrong with it.
     fn read(&self, line: &str) -> Option<Step> {
-        let source = Source::new("prompt", line);
-        let (step, mut wrong) = language::parse_line(line);
+        self.read_as("", line)
+    }
+
+    /// As [`Self::read`], with the words that make a step of the line before it.
+    fn read_as(&self, before: &str, line: &str) -> Option<Step> {
+        let whole = format!("{before}{line}");
+        let source = Source::new("prompt", whole.as_str());
+        let (step, mut wrong) = language::parse_line(&whole);
         if let Some(step) = step.as_ref().filter(|_| wrong.is_empty()) {
             wrong = check_step(step, &source, &self.library, &self.stdlib, &self.scope);
         }
+        let source = Source::new("prompt", line);
         for diagnostic in &wrong {
-            report::complain(report::diagnostic(diagnostic, &source, self.style).trim_end());
+            let typed = diagnostic.clone().without_first(before.len());
+            report::complain(report::diagnostic(&typed, &source, self.style).trim_end());
         }
         step.filter(|_| !wrong.iter().any(Diagnostic::is_error))
     }

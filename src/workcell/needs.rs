@@ -61,25 +61,25 @@ impl WorkCell {
                 continue;
             }
             let by = reading.margin.map_or(0.0, |margin| margin.value.abs());
+            let amount_at = |place| {
+                let amount = argument(part, place);
+                amount.and_then(|amount| walker.quantity(amount, &state)).map(|known| known.value)
+            };
             return Err(match about(part) {
                 Some(("reachable", object)) => Error::OutOfReach { object, by },
                 Some(("room", target)) => {
-                    let amount = second(part).and_then(|amount| walker.quantity(amount, &state));
-                    let amount = amount.map_or(by, |amount| amount.value);
+                    let amount = amount_at(1).unwrap_or(by);
                     Error::NoRoom { target, room: (amount - by).max(0.0), amount }
                 }
                 Some(("has", source_name)) => {
-                    let amount = second(part).and_then(|amount| walker.quantity(amount, &state));
-                    let amount = amount.map_or(by, |amount| amount.value);
+                    let amount = amount_at(1).unwrap_or(by);
                     Error::NotSoMuch { source_name, there: (amount - by).max(0.0), amount }
                 }
                 Some(("visible", object)) => {
                     Error::NotSeen(vec![(object, "nothing in the picture looks like it".into())])
                 }
                 None if is_call(part, "weighable") => {
-                    let amount =
-                        argument(part, 0).and_then(|amount| walker.quantity(amount, &state));
-                    let amount = amount.map_or(0.0, |amount| amount.value);
+                    let amount = amount_at(0).unwrap_or(0.0);
                     Error::NotWeighable { amount, least: amount + by }
                 }
                 _ => Error::Needs {
@@ -108,11 +108,6 @@ fn parts(condition: &Expr) -> Vec<&Expr> {
 fn argument(fluent: &Expr, place: usize) -> Option<&Expr> {
     let ExprKind::Call(call) = &fluent.kind else { return None };
     call.args.get(place)?.values.first()
-}
-
-/// Returns the second argument of a fluent.
-fn second(fluent: &Expr) -> Option<&Expr> {
-    argument(fluent, 1)
 }
 
 fn is_call(fluent: &Expr, name: &str) -> bool {

@@ -288,10 +288,13 @@ fn effect(at: &Hypothesis, chosen: &Chosen, gain: Gain) -> Effect {
 
 /// A rival of an effect, with why it was not chosen.
 fn alternative(rival: &Rival, chosen: &Chosen) -> Alternative {
-    let why_not = if rival.ties(&chosen.candidate) && rival.differs_at_rest {
-        "everything moves one way, where it is the same".into()
-    } else if rival.ties(&chosen.candidate) {
-        "the data cannot tell it from this one".into()
+    let why_not = if rival.ties(&chosen.candidate) {
+        let why = if rival.differs_at_rest {
+            "everything moves one way, where it is the same"
+        } else {
+            "the data cannot tell it from this one"
+        };
+        why.into()
     } else if rival.delta_bic >= 6.0 {
         format!("fits worse: its criterion is {} higher", significant(rival.delta_bic, 3))
     } else if rival.held_worse >= 0.03 {

@@ -180,9 +180,8 @@ impl Gap for ArmGap {
     }
 
     fn is_broad(&self, term: &Term) -> bool {
-        let along = || self.is_along();
         matches!(term.law, Law::Payload | Law::BaseTilt | Law::LinkLength)
-            || (term.law == Law::LinkMass && along())
+            || (term.law == Law::LinkMass && self.is_along())
     }
 
     fn is_exact(&self, term: &Term) -> bool {

@@ -372,7 +372,7 @@ pub fn gravity_torque(robot: &Arc<Robot>, q: &[f64]) -> Vec<f64> {
 }
 
 /// Returns the joint torques, N·m, that one more kilogram takes at `q`, `at` in the frame of the tool, m.
-pub fn payload_torque(robot: &Arc<Robot>, q: &[f64], at: &Vector3<f64>) -> Vec<f64> {
+fn payload_torque(robot: &Arc<Robot>, q: &[f64], at: &Vector3<f64>) -> Vec<f64> {
     let (Ok(jacobian), Ok(flange)) = (robot.jacobian(q), robot.forward(q)) else {
         return vec![0.0; q.len()];
     };

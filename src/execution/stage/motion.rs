@@ -5,6 +5,7 @@ use std::sync::PoisonError;
 use nalgebra::Vector3;
 use rand::RngExt;
 
+use crate::motion::polyline::mix;
 use crate::motion::trajectory::{self, Trajectory};
 use crate::world::Pose;
 use crate::world::frame::{Tool, World};
@@ -43,8 +44,7 @@ fn between(path: &[Vec<f64>], q: &[f64], share: f64) -> Option<Vec<Vec<f64>>> {
     let last = path.len().checked_sub(1).filter(|last| *last > 0)? as f64;
     let at = |place: f64| -> Vec<f64> {
         let from = (place.floor() as usize).min(path.len() - 2);
-        let part = place - from as f64;
-        path[from].iter().zip(&path[from + 1]).map(|(a, b)| a + part * (b - a)).collect()
+        mix(&path[from], &path[from + 1], place - from as f64)
     };
     // Where on each step of the path `q` is nearest.
     let places = path.windows(2).enumerate().map(|(k, pair)| {
