@@ -11,6 +11,7 @@
 //! answers an editor.
 
 pub mod units;
+pub mod files;
 pub mod lines;
 pub mod http;
 pub mod fit;

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 /// Each layer and what it may import, lowest first; `*` stands for every layer before it.
 const LAYERS: &[(&str, &[&str])] = &[
     ("units", &[]),
+    // Reading what somebody named, writing whole or not at all; every layer may.
+    ("files", &[]),
     // Files of JSON lines: answers and trials.
     ("lines", &[]),
     // A small server for the two that listen, and a client for cameras, scales and models.
@@ -96,10 +98,14 @@ fn the_table_has_no_cycle() {
     }
 }
 
+/// What every layer after it may import: how files are read and written is said once.
+const COMMON: &str = "files";
+
 fn allowed(at: usize) -> Vec<&'static str> {
+    let is_above_common = LAYERS[..at].iter().any(|(name, _)| *name == COMMON);
     match LAYERS[at].1 {
         ["*"] => LAYERS[..at].iter().map(|(name, _)| *name).collect(),
-        listed => listed.to_vec(),
+        listed => listed.iter().copied().chain(is_above_common.then_some(COMMON)).collect(),
     }
 }
 

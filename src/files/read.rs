@@ -1,0 +1,92 @@
+//! Reading what somebody named: regular files below a size, nothing that never ends.
+//!
+//! A named pipe would be waited for and `/dev/zero` read until the memory is full; both are refused before
+//! they are opened, and a file that grows while it is read stops at the limit.
+
+use std::fs::{self, File};
+use std::io::{self, Read as _};
+use std::path::Path;
+
+/// The largest text that a person writes: tasks, scenes, settings, descriptions of robots, bytes.
+pub const TEXT: u64 = 16 << 20;
+/// The largest thing that a program writes for this one: recordings, pictures, run folders, bytes.
+pub const DATA: u64 = 2 << 30;
+
+/// Opens a regular file of at most `limit` bytes.
+///
+/// # Errors
+///
+/// [`io::ErrorKind::InvalidInput`] for what is no regular file, [`io::ErrorKind::FileTooLarge`] for a larger
+/// one, and what the file system says.
+pub fn open(path: &Path, limit: u64) -> io::Result<File> {
+    let facts = fs::metadata(path)?;
+    if facts.is_dir() {
+        return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a directory"));
+    }
+    if !facts.is_file() {
+        let kind = io::ErrorKind::InvalidInput;
+        return Err(io::Error::new(kind, "it is not a regular file but a pipe or a device"));
+    }
+    if facts.len() > limit {
+        return Err(too_large(limit));
+    }
+    File::open(path)
+}
+
+/// Reads a regular file of at most `limit` bytes.
+///
+/// # Errors
+///
+/// As [`open`].
+pub fn bytes(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+    let mut found = Vec::new();
+    open(path, limit)?.take(limit + 1).read_to_end(&mut found)?;
+    if found.len() as u64 > limit { Err(too_large(limit)) } else { Ok(found) }
+}
+
+/// Reads a text of at most [`TEXT`] bytes.
+///
+/// # Errors
+///
+/// As [`open`]; [`io::ErrorKind::InvalidData`] for what is not UTF-8.
+pub fn text(path: &Path) -> io::Result<String> {
+    text_of(path, TEXT)
+}
+
+/// As [`text`], with a limit of its own, bytes.
+///
+/// # Errors
+///
+/// As [`text`].
+pub fn text_of(path: &Path, limit: u64) -> io::Result<String> {
+    let found = bytes(path, limit)?;
+    let not_text = |_| io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8 text");
+    String::from_utf8(found).map_err(not_text)
+}
+
+fn too_large(limit: u64) -> io::Error {
+    let limit = limit >> 20;
+    io::Error::new(io::ErrorKind::FileTooLarge, format!("it is larger than {limit} MiB"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_regular_files_below_the_limit_are_read() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("text");
+        fs::write(&path, "twelve bytes").unwrap();
+        assert_eq!(bytes(&path, 12).unwrap(), b"twelve bytes");
+        assert_eq!(bytes(&path, 11).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+        assert_eq!(text(dir.path()).unwrap_err().kind(), io::ErrorKind::IsADirectory);
+        assert_eq!(text(&dir.path().join("gone")).unwrap_err().kind(), io::ErrorKind::NotFound);
+        fs::write(&path, b"\xff").unwrap();
+        assert_eq!(text(&path).unwrap_err().kind(), io::ErrorKind::InvalidData);
+        if cfg!(unix) {
+            let device = text(Path::new("/dev/zero")).unwrap_err();
+            assert_eq!(device.kind(), io::ErrorKind::InvalidInput);
+        }
+    }
+}
