@@ -20,6 +20,8 @@ use lab_photos::{Bench, Kind, Photo, off};
 use nalgebra::Vector3;
 use trueup::alignment::vision::{Options, Sighting, annotate, see};
 
+#[path = "../tests/absent.rs"]
+mod absent;
 #[path = "../tests/kitchen.rs"]
 #[expect(dead_code, reason = "shared with the tests, which use more of it")]
 mod kitchen;
@@ -175,10 +177,7 @@ fn row(s: &Sighting, truth: Vector3<f64>) -> String {
 
 /// Sees the `ViSP` sequence.
 fn visp(out: Option<&Path>) {
-    let Some(folder) = visp::folder() else {
-        println!("skipped: shared/data/public/visp_cube_cylinder is not here");
-        return;
-    };
+    let Some(folder) = absent::public("visp_cube_cylinder") else { return };
     if let Some(out) = out {
         std::fs::create_dir_all(out).unwrap();
         std::fs::write(out.join("visp.task"), SCENE).unwrap();

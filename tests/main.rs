@@ -6,6 +6,7 @@ mod alignment_vision;
 mod layers;
 mod motion;
 mod kitchen;
+mod absent;
 mod twin;
 mod graph;
 mod world;
@@ -20,6 +21,8 @@ mod monitor;
 mod discovery;
 mod workcell;
 mod cli;
+#[cfg(target_os = "linux")]
+mod hostile;
 mod lsp;
 mod teach;
 mod repl;

@@ -7,7 +7,8 @@ use trueup::alignment::Error;
 use trueup::alignment::image_map::{Model, NoiseIn, Options, Pair, apply, fit_map, invert};
 use trueup::world::Pixel;
 
-use super::support::{normal, numbers, public};
+use super::support::{normal, numbers};
+use crate::absent::public;
 
 const TRUTH: [f64; 9] = [0.92, -0.08, 60.0, 0.11, 0.95, -35.0, 1.5e-4, -9e-5, 1.0];
 

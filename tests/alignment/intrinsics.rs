@@ -10,7 +10,8 @@ use trueup::alignment::intrinsics::{
 use trueup::world::frame::{Camera as CameraFrame, World};
 use trueup::world::{Camera, Intrinsics, Pixel, Point, Pose};
 
-use super::support::{normal, numbers, public};
+use super::support::{normal, numbers};
+use crate::absent::public;
 
 fn planted() -> Intrinsics {
     Intrinsics {

@@ -1,6 +1,4 @@
-//! Seeded noise and the public data sets, read in place.
-
-use std::path::PathBuf;
+//! Seeded noise, and numbers out of texts.
 
 use rand::RngExt;
 use rand::rngs::StdRng;
@@ -10,20 +8,6 @@ pub(crate) fn normal(random: &mut StdRng) -> f64 {
     let a: f64 = random.random_range(f64::MIN_POSITIVE..1.0);
     let b: f64 = random.random_range(0.0..std::f64::consts::TAU);
     (-2.0 * a.ln()).sqrt() * b.cos()
-}
-
-/// Returns a folder of public data, or `None`, having said so, where it is absent.
-pub(crate) fn public(set: &str) -> Option<PathBuf> {
-    let dir =
-        PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/public")).join(set);
-    if dir.is_dir() {
-        return Some(dir);
-    }
-    #[expect(clippy::print_stderr, reason = "a skipped test says so")]
-    {
-        eprintln!("skipped: {} is absent", dir.display());
-    }
-    None
 }
 
 /// Returns every number in a text, in order.

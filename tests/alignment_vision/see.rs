@@ -10,7 +10,8 @@ use trueup::world::frame::{Object as ObjectFrame, World};
 use trueup::world::{Camera, Pose, Scene, Shape};
 
 use super::paint::{Light, Painter, true_camera};
-use super::visp::{Visp, folder};
+use super::visp::Visp;
+use crate::absent::public;
 use crate::kitchen;
 
 type Place = (f64, f64, f64);
@@ -214,10 +215,7 @@ fn the_answer_is_the_interface() {
 /// the tube's was 5 mm, which frame 180 misses by 0.1 mm, so 6 mm is asserted.
 #[test]
 fn visp_cube_and_tube_are_placed_on_real_photographs() {
-    let Some(folder) = folder() else {
-        println!("skipped: shared/data/public/visp_cube_cylinder is not here");
-        return;
-    };
+    let Some(folder) = public("visp_cube_cylinder") else { return };
     let mut measured = [0, 0];
     for frame in (0..=200).step_by(20) {
         let visp = Visp::read(&folder, Some(frame));
@@ -259,10 +257,7 @@ fn visp_cube_and_tube_are_placed_on_real_photographs() {
 /// are known to, and beyond what one picture can tell.
 #[test]
 fn a_wrong_scene_is_objected_to() {
-    let Some(folder) = folder() else {
-        println!("skipped: shared/data/public/visp_cube_cylinder is not here");
-        return;
-    };
+    let Some(folder) = public("visp_cube_cylinder") else { return };
     let (mut found, mut all) = (0, 0);
     for frame in [0, 120] {
         let visp = Visp::read(&folder, Some(frame));

@@ -1,7 +1,7 @@
 //! The `ViSP` cube and cylinder sequence, read in place: its camera and scene from its own files.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use trueup::world::frame::{Camera as CameraFrame, Object as ObjectFrame, World};
@@ -9,13 +9,6 @@ use trueup::world::{Camera, Intrinsics, Material, Object, Pose, Scene, Shape, Ta
 
 /// Edge of the cube, m.
 const EDGE: f64 = 0.084;
-
-/// The folder, if it is there.
-pub(crate) fn folder() -> Option<PathBuf> {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/public/visp_cube_cylinder");
-    let path = Path::new(path).to_path_buf();
-    path.join("cube.xml").is_file().then_some(path)
-}
 
 fn number(text: &str, tag: &str) -> f64 {
     let after = text.split(&format!("<{tag}>")).nth(1).unwrap();

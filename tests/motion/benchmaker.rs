@@ -4,7 +4,6 @@
 //! problem counts only if our own collision model finds its start and some goal free.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
@@ -16,6 +15,8 @@ use trueup::motion::rrt::{Settings, plan};
 use trueup::motion::solid::Solid;
 use trueup::motion::trajectory::{Limits, Trajectory};
 use trueup::world::Pose;
+
+use crate::absent::public;
 
 #[derive(Deserialize)]
 struct Scenes {
@@ -64,19 +65,11 @@ fn obstacle(thing: &Thing) -> Obstacle {
 }
 
 #[test]
-#[expect(clippy::print_stdout, reason = "a skipped test says so")]
 fn public_problems_are_solved_and_the_motions_are_free_and_lawful() {
-    let folder =
-        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/public/motionbenchmaker"));
-    let (Ok(scenes), Ok(goals)) = (
-        std::fs::read_to_string(folder.join("panda.json")),
-        std::fs::read_to_string(folder.join("gen3_goals.json")),
-    ) else {
-        println!("skipped: {} is not there", folder.display());
-        return;
-    };
-    let scenes: Scenes = serde_json::from_str(&scenes).unwrap();
-    let goals: Goals = serde_json::from_str(&goals).unwrap();
+    let Some(folder) = public("motionbenchmaker") else { return };
+    let text = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    let scenes: Scenes = serde_json::from_str(&text("panda.json")).unwrap();
+    let goals: Goals = serde_json::from_str(&text("gen3_goals.json")).unwrap();
     let robot = Robot::gen3();
     let solver = Solver::new(&robot);
     let limits = Limits::of(&robot);

@@ -15,6 +15,7 @@ use trueup::page::Live;
 
 use super::live::walk;
 use super::{served, served_with};
+use crate::absent::skipped;
 use crate::program::Desk;
 
 const BROWSER: &str = "/usr/bin/chromium";
@@ -32,10 +33,9 @@ struct Browser {
 
 impl Browser {
     /// Opens an address; `None` where there is no browser.
-    #[expect(clippy::print_stdout, reason = "a skipped test says so")]
     fn open(desk: &Desk, url: &str) -> Option<Self> {
         if !Path::new(BROWSER).is_file() {
-            println!("skipped: there is no {BROWSER}");
+            skipped(&format!("there is no {BROWSER}"));
             return None;
         }
         let (to, from) = (desk.path("to"), desk.path("from"));

@@ -2,23 +2,13 @@
 #![expect(clippy::print_stderr, reason = "what was measured is for people to read")]
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
 use trueup::discovery::Options;
 use trueup::discovery::camera::investigate;
 use trueup::discovery::finding::Finding;
 
 use super::points;
-
-fn public(set: &str) -> Option<PathBuf> {
-    let root = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/public"));
-    let dir = root.join(set);
-    if dir.is_dir() {
-        return Some(dir);
-    }
-    eprintln!("skipped: {} is absent", dir.display());
-    None
-}
+use crate::absent::public;
 
 fn told(set: &str, finding: &Finding) {
     eprintln!(

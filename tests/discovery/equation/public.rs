@@ -1,21 +1,13 @@
 //! Real machines; read in place and skipped where the folder is absent.
 
-use std::path::PathBuf;
-
 use trueup::discovery::finding::{Finding, Value, Verdict};
 use trueup::discovery::recording::{Map, Recording};
 
 use super::ask;
+use crate::absent::public;
 
-#[expect(clippy::print_stderr, reason = "a skipped test says so")]
 fn text(file: &str) -> Option<String> {
-    let path =
-        PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/public")).join(file);
-    let text = std::fs::read_to_string(&path).ok();
-    if text.is_none() {
-        eprintln!("skipped: {} is absent", path.display());
-    }
-    text
+    Some(std::fs::read_to_string(public(file)?).unwrap())
 }
 
 fn read(file: &str, map: &str) -> Option<Recording> {
