@@ -85,7 +85,7 @@ fn texts_are_checked_laid_out_run_and_drawn() {
         let files: &[(&str, &[u8])] = &[("t.task", text)];
         bench.case(files, &["check", "t.task"], ENDS);
         let (command, exits): (&[&str], _) = match k % 4 {
-            0 => (&["run", "t.task"], REFUSED),
+            0 => (&["run", "t.task"], WRONG),
             1 => (&["fmt", "--check", "t.task"], ENDS),
             2 => (&["graph", "t.task"], WRONG),
             _ => (&["-c", "pick(jar)", "--scene", "t.task"], REFUSED),
