@@ -6,13 +6,15 @@ use clap::{Args, Subcommand};
 use serde_json::json;
 
 use crate::execution::arm::DeviceError;
-use crate::execution::kortex::desk::{Desk, Status};
+use crate::execution::kortex::desk::{COMING_TO_REST, Desk, Status, Stopped};
 use crate::execution::kortex::messages::base::ServoingMode;
 use crate::execution::kortex::messages::common::ArmState;
 use crate::report::{Failure, Style};
 
 use super::{Exit, kortex};
 
+/// What is said once the emergency stop was called.
+const IN_FAULT: &str = "stopped; the arm is in fault until `trueup kortex clear-faults`";
 /// How long an arm may take to answer.
 const PATIENCE: Duration = Duration::from_secs(5);
 
@@ -60,13 +62,16 @@ pub(super) fn kortex(command: &KortexCommand, style: Style) -> Result<Exit, Fail
     let done = match command {
         KortexCommand::Status(_) => "",
         KortexCommand::Stop(StopArgs { emergency: true, .. }) => {
-            desk.emergency_stop().map_err(failed)?;
-            "stopped; the arm is in fault until `trueup kortex clear-faults`"
+            desk.emergency_stop(COMING_TO_REST).map_err(failed)?;
+            IN_FAULT
         }
-        KortexCommand::Stop(_) => {
-            desk.stop().map_err(failed)?;
-            "stopped; the arm holds its position"
-        }
+        KortexCommand::Stop(_) => match desk.stop(COMING_TO_REST).map_err(failed)? {
+            Stopped::Held => "stopped; the arm rests and holds its position",
+            Stopped::Emergency => {
+                style.note("the arm went on after a stop; its emergency stop was called");
+                IN_FAULT
+            }
+        },
         KortexCommand::ClearFaults(_) => {
             desk.clear_faults().map_err(failed)?;
             "the arm has no faults"

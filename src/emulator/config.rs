@@ -237,7 +237,7 @@ impl Controller {
                 say(&PartNumberRevision { part_number_revision: "1".to_owned() })
             }
             device::CLEAR_ALL_SAFETY_STATUS => {
-                self.fault = None;
+                self.clear_fault();
                 done()
             }
             topic @ device::ON_SAFETY_TOPIC => say(&NotificationHandle {
@@ -250,7 +250,7 @@ impl Controller {
     fn actuator_config(&mut self, ask: &Ask<'_>) -> Answer {
         if ask.rpc == actuator::CLEAR_FAULTS {
             self.config.actuator(ask.device)?;
-            self.fault = None;
+            self.clear_fault();
             return done();
         }
         let one = self.config.actuator(ask.device)?;

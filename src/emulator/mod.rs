@@ -61,8 +61,11 @@ pub struct Options {
     pub password: String,
     /// Soft limits as a share of the hard ones.
     pub soft: f64,
-    /// Low-level servoing is left when no command comes for so long, s. The arm's own time is not published.
+    /// Low-level servoing is left when no command comes for so long, s; infinite where it is not left. The arm's
+    /// own time is not published, and the vendor's gripper example needs an arm that stays.
     pub patience: f64,
+    /// A connection that has not logged in by then is closed, s.
+    pub login: f64,
     /// What goes wrong.
     pub faults: Faults,
     /// How the arm's time runs.
@@ -80,7 +83,8 @@ impl Default for Options {
             user: "admin".to_owned(),
             password: "admin".to_owned(),
             soft: 1.0,
-            patience: 0.1,
+            patience: f64::INFINITY,
+            login: 5.0,
             faults: Faults::default(),
             pace: Pace::Real,
             seed: 1,
@@ -132,7 +136,7 @@ impl Emulator {
         controller.stream = cyclic::Stream::new(options.patience);
         let clock = ArmClock::default();
         let shared =
-            Arc::new(Shared::new(controller, socket, options.faults.clone(), clock.clone()));
+            Arc::new(Shared::new(controller, socket, options, clock.clone()));
         let pace = options.pace;
         let mine = [shared.clone(), shared.clone(), shared.clone()];
         let [living, accepting, answering] = mine;
