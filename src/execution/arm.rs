@@ -195,8 +195,8 @@ pub trait Arm: Send {
     /// Brings the arm to rest as fast as its limits allow, and holds it.
     fn stop(&mut self);
 
-    /// Returns how evenly all that was streamed so far was paced, from an arm that is streamed to.
-    fn pacing(&self) -> Option<Pacing> {
+    /// Returns how evenly was paced what was streamed since this was last asked, of an arm that is streamed to.
+    fn pacing(&mut self) -> Option<Pacing> {
         None
     }
 }

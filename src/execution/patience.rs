@@ -80,7 +80,7 @@ impl Arm for Patient {
         self.arm.stop();
     }
 
-    fn pacing(&self) -> Option<Pacing> {
+    fn pacing(&mut self) -> Option<Pacing> {
         self.arm.pacing()
     }
 }

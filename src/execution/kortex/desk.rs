@@ -5,11 +5,12 @@
 
 use std::time::Duration;
 
-use crate::execution::arm::DeviceError;
+use crate::execution::arm::{self, Cancel, DeviceError};
+use crate::motion::trajectory::Trajectory;
 
 use super::about::{About, refused};
 use super::arm::{RESTS, resolve};
-use super::beat::RESUME;
+use super::beat::{Beat, RESUME};
 use super::clock::{Clock, Wall};
 use super::degrees;
 use super::link::{Link, LinkError, Login};
@@ -18,6 +19,7 @@ use super::messages::common::ArmState;
 use super::messages::cyclic::{Feedback, ToolFeedback};
 use super::rpc::{base, base_cyclic};
 use super::safety;
+use super::stream::{self, Course, Stream, Went};
 
 /// After its faults are cleared an arm is left alone for so long, s, as `ros_kortex` does.
 const RECOVERY: f64 = 1.0;
@@ -175,6 +177,57 @@ impl Desk {
         }
     }
 
+    /// Holds the arm where it is for so long, s, by positions streamed at 1 kHz, and returns how evenly they left.
+    /// It takes control for as long, and the arm is at rest before and after.
+    ///
+    /// # Errors
+    ///
+    /// When it moves, is in fault, someone else commands it, or the stream fails.
+    pub fn hold(
+        &self,
+        host: &str,
+        udp: u16,
+        login: &Login,
+        seconds: f64,
+        cancel: &Cancel,
+    ) -> Result<Beat, DeviceError> {
+        if !self.comes_to_rest(0.0)? {
+            return Err(refused("the arm moves", "wait until it rests"));
+        }
+        let mut datagrams = stream::open(resolve(host, udp)?, login)?;
+        let told = stream::ask(&mut datagrams)?;
+        let q: Vec<f64> =
+            told.actuators.iter().map(|joint| degrees::from_wire(joint.position, 0.0)).collect();
+        let here = Trajectory::from_points(&[0.0, seconds], &[q.clone(), q.clone()])
+            .map_err(|error| refused(error.to_string(), "tell the project"))?;
+        let servoing = |mode: ServoingMode| {
+            let asked = ServoingModeInformation { servoing_mode: mode as i32 };
+            self.0.call::<()>(base::SET_SERVOING_MODE, &asked)
+        };
+        servoing(ServoingMode::LowLevel)?;
+        let mut beat = Beat::default();
+        // Nobody looks on: that the joints follow is looked at by the beat itself.
+        let mut read = |_: &Feedback| Ok(unread());
+        let held = Stream {
+            trajectory: &here,
+            course: Course::start(q.len()),
+            cancel,
+            silence: RESUME,
+            read: &mut read,
+        }
+        .run(&mut datagrams, &mut beat, &mut |_| {});
+        let back = servoing(ServoingMode::SingleLevel);
+        match held? {
+            Went::Over => {}
+            Went::Left(_) | Went::Ended => {
+                let what = "the arm left 1 kHz servoing while it was held";
+                return Err(refused(what, "see `trueup kortex status`; end what else this computer does"));
+            }
+        }
+        back?;
+        Ok(beat)
+    }
+
     /// Clears the arm's faults and looks whether they stay away.
     ///
     /// # Errors
@@ -190,6 +243,19 @@ impl Desk {
         let told: Feedback = self.0.call(base_cyclic::REFRESH_FEEDBACK, &())?;
         let what = format!("the arm is still in fault: {}", in_words(&safety::faults(&told)));
         Err(refused(what, "mend the cause; it may need a restart"))
+    }
+}
+
+/// Returns feedback that nobody reads.
+fn unread() -> arm::Feedback {
+    arm::Feedback {
+        time: 0.0,
+        q_cmd: Vec::new(),
+        q: Vec::new(),
+        dq: Vec::new(),
+        tau: Vec::new(),
+        opening: 0.0,
+        mass: None,
     }
 }
 

@@ -85,7 +85,7 @@ pub struct KortexArm {
     begun: f64,
     q: Vec<f64>,
     q_cmd: Vec<f64>,
-    /// How the last streamed motion was paced, and all of them.
+    /// How the last streamed motion was paced, and all of them since that was asked.
     beat: Option<Beat>,
     streamed: Option<Beat>,
     /// Whether the arm was given up for its silence and has not been heard since.
@@ -455,7 +455,7 @@ impl Arm for KortexArm {
         let _ = self.halt(&mut |_| {});
     }
 
-    fn pacing(&self) -> Option<Pacing> {
-        self.streamed.as_ref().map(Pacing::from)
+    fn pacing(&mut self) -> Option<Pacing> {
+        self.streamed.take().as_ref().map(Pacing::from)
     }
 }
