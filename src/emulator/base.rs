@@ -92,6 +92,7 @@ impl Controller {
     fn base_store(&mut self, ask: &Ask<'_>) -> Answer {
         let answer = self.action_calls(ask).or_else(|| self.sequence_calls(ask));
         let answer = answer.or_else(|| self.zone_calls(ask)).or_else(|| self.user_calls(ask));
+        let answer = answer.or_else(|| self.bridge_calls(ask));
         answer.unwrap_or_else(|| self.base_facts(ask))
     }
 

@@ -24,11 +24,13 @@ use crate::motion::robot::Robot;
 use super::actions::Actions;
 use super::config::Config;
 use super::cyclic::Stream;
+use super::expansion::Expansion;
 use super::faults::Chance;
 use super::sequences::Sequences;
 use super::servo::{Happened, Motion, Servo};
 use super::sessions::Sessions;
 use super::topics::Topics;
+use super::vision::Vision;
 use super::zones::Zones;
 
 /// A client as the network knows it.
@@ -134,6 +136,8 @@ pub(super) struct Controller {
     pub(super) fault: Option<Fault>,
     pub(super) sequences: Sequences,
     pub(super) zones: Zones,
+    pub(super) expansion: Expansion,
+    pub(super) vision: Vision,
     pub(super) operating: OperatingMode,
     pub(super) admittance: AdmittanceMode,
     /// The mode of the last wrench.
@@ -168,6 +172,8 @@ impl Controller {
             fault: None,
             sequences: Sequences::default(),
             zones: Zones::default(),
+            expansion: Expansion::default(),
+            vision: Vision::default(),
             operating: OperatingMode::Run,
             admittance: AdmittanceMode::Disabled,
             wrench: WrenchMode::Normal,
@@ -225,6 +231,8 @@ impl Controller {
             1 => self.session_service(&ask),
             2 => self.base_service(&ask),
             3 => self.cyclic_service(&ask),
+            5 => self.vision_service(&ask),
+            14 => self.interconnect_service(&ask),
             _ => self.config_service(&ask),
         }
     }

@@ -22,6 +22,8 @@ mod actions;
 mod paths;
 mod cyclic;
 mod config;
+mod expansion;
+mod vision;
 mod servo;
 mod faults;
 mod plant;
@@ -129,21 +131,24 @@ impl Emulator {
         let socket = UdpSocket::bind((options.address, options.udp))?;
         server::prepare(&listener, &socket)?;
         let (tcp, udp) = (listener.local_addr()?, socket.local_addr()?);
+        let serial = TcpListener::bind((options.address, 0))?;
+        serial.set_nonblocking(true)?;
         let chance = faults::Chance::new(options.faults.clone(), options.seed);
         let login = (options.user.as_str(), options.password.as_str());
         let mut controller = Controller::new(robot, plant, login, chance, Wall.now());
         controller.config.soften(options.soft as f32);
+        controller.expansion.port = serial.local_addr()?.port();
         controller.stream = cyclic::Stream::new(options.patience);
         let clock = ArmClock::default();
         let shared =
             Arc::new(Shared::new(controller, socket, options, clock.clone()));
         let pace = options.pace;
-        let mine = [shared.clone(), shared.clone(), shared.clone()];
-        let [living, accepting, answering] = mine;
+        let [living, accepting, answering, wired] = [(); 4].map(|()| shared.clone());
         let threads = vec![
             thread::spawn(move || server::live(&living, pace)),
             thread::spawn(move || server::accept(&accepting, &listener)),
             thread::spawn(move || server::datagrams(&answering)),
+            thread::spawn(move || expansion::serial(&wired, &serial)),
         ];
         Ok(Self { shared, threads, tcp, udp, clock })
     }

@@ -116,7 +116,8 @@ impl Shared {
         }
     }
 
-    fn is_over(&self) -> bool {
+    /// Returns whether everything is to end.
+    pub(super) fn is_over(&self) -> bool {
         self.is_over.load(Ordering::SeqCst)
     }
 
