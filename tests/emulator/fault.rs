@@ -7,7 +7,6 @@ use std::time::Duration;
 
 use trueup::emulator::{Emulator, Options};
 use trueup::execution::arm::{DeviceError, Feedback};
-use trueup::execution::kortex::clock::Clock as _;
 use trueup::execution::kortex::link::{Datagrams, Link};
 use trueup::execution::kortex::messages::base::{
     ArmStateInformation, ServoingMode, ServoingModeInformation,

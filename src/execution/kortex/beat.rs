@@ -55,10 +55,8 @@ const SERVO_ENABLE: u32 = 1;
 
 /// A stream that stood still for longer is over, s; it never goes on by itself.
 pub const RESUME: f64 = 0.5;
-/// A pause, in commands or in answers, that may be why an arm left low-level servoing, s: thirty cycles.
+/// A pause in commands or answers that may be why an arm left low-level servoing, s: thirty cycles.
 const LAPSE: f64 = 0.03;
-/// For so long, s, a pause may be why.
-const RECENT: f64 = 1.0;
 
 /// How well the beat was kept.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -136,8 +134,6 @@ pub(super) struct Beating<'a> {
     mine: (u64, u64),
     /// When a command was last answered, s.
     heard: f64,
-    /// The longest recent pause, s, and when it ended.
-    lapse: (f64, f64),
     /// How far along the path, s, and at which share of its pace.
     along: f64,
     rate: f64,
@@ -169,7 +165,6 @@ impl<'a> Beating<'a> {
             sent: VecDeque::new(),
             mine: (0, 0),
             heard: Wall.now(),
-            lapse: (0.0, f64::NEG_INFINITY),
             along: course.along,
             rate,
             off: course.off,
@@ -213,14 +208,6 @@ impl<'a> Beating<'a> {
             if rest >= SETTLE {
                 return End::Done;
             }
-        }
-    }
-
-    /// Notes a pause in commands or answers that ended now, s.
-    fn lapsed(&mut self, pause: f64, now: f64) {
-        let (longest, when) = self.lapse;
-        if pause >= longest || now - when > RECENT {
-            self.lapse = (pause, now);
         }
     }
 
@@ -281,7 +268,6 @@ impl<'a> Beating<'a> {
             return 1.0;
         }
         self.beat.intervals.add(interval);
-        self.lapsed(interval, Wall.now());
         let (short, long) = PAUSE;
         if interval <= short {
             return 1.0;
@@ -307,12 +293,10 @@ impl<'a> Beating<'a> {
         }
     }
 
-    /// Says why an arm is no longer in low-level servoing.
+    /// Says why an arm is no longer in low-level servoing. What it was sent just now it has answered, unless it
+    /// went without for a while.
     fn why_left(&self) -> End {
-        let now = Wall.now();
-        let (longest, when) = self.lapse;
-        let recent = if now - when < RECENT { longest } else { 0.0 };
-        if recent.max(now - self.heard) < LAPSE {
+        if Wall.now() - self.heard < LAPSE {
             return End::Ended;
         }
         End::Left(Left { along: self.along, heard: self.heard })
@@ -350,9 +334,7 @@ impl<'a> Beating<'a> {
             self.beat.stale += 1;
             return Ok(());
         };
-        let now = Wall.now();
-        self.lapsed(now - self.heard, now);
-        self.heard = now;
+        self.heard = Wall.now();
         for (joint, (actuator, &q)) in feedback.actuators.iter().zip(&self.sent[at].1).enumerate() {
             let by = (degrees::from_wire(actuator.position, q) - q).abs();
             if by > BEHIND {
