@@ -5,14 +5,16 @@ use std::time::Duration;
 use clap::{Args, Subcommand};
 use serde_json::json;
 
-use crate::execution::arm::DeviceError;
-use crate::execution::kortex::desk::{Desk, Status};
+use crate::execution::arm::{Cancel, DeviceError, Pacing};
+use crate::execution::kortex::desk::{COMING_TO_REST, Desk, Status, Stopped};
 use crate::execution::kortex::messages::base::ServoingMode;
 use crate::execution::kortex::messages::common::ArmState;
-use crate::report::{Failure, Style};
+use crate::report::{self, Failure, Style};
 
 use super::{Exit, kortex};
 
+/// What is said once the emergency stop was called.
+const IN_FAULT: &str = "stopped; the arm is in fault until `trueup kortex clear-faults`";
 /// How long an arm may take to answer.
 const PATIENCE: Duration = Duration::from_secs(5);
 
@@ -25,6 +27,8 @@ pub(super) enum KortexCommand {
     Stop(StopArgs),
     /// Clear the arm's faults, once their cause is gone.
     ClearFaults(Whom),
+    /// Measure how evenly this computer streams: hold the arm where it is by 1000 positions a second.
+    Beat(BeatArgs),
 }
 
 /// Which arm.
@@ -33,6 +37,19 @@ pub(super) struct Whom {
     /// Where it is: `kortex://USER@HOST[:PORT]`, or `HOST` for the user admin. The password is
     /// `KORTEX_PASSWORD`, or is asked for.
     address: String,
+}
+
+/// How to measure the beat.
+#[derive(Debug, Args)]
+pub(super) struct BeatArgs {
+    #[command(flatten)]
+    whom: Whom,
+    /// For how long, s, from 1 to 600.
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
+    seconds: f64,
+    /// The arm's UDP port, where it is not the one after its TCP port.
+    #[arg(long, value_name = "PORT")]
+    udp: Option<u16>,
 }
 
 /// How to stop it.
@@ -50,6 +67,7 @@ pub(super) fn kortex(command: &KortexCommand, style: Style) -> Result<Exit, Fail
     let (whom, is_status) = match command {
         KortexCommand::Status(whom) => (whom, true),
         KortexCommand::ClearFaults(whom) => (whom, false),
+        KortexCommand::Beat(args) => return beat(args, style),
         KortexCommand::Stop(args) => (&args.whom, false),
     };
     let (place, open) = kortex::desk(&whom.address, style)?;
@@ -58,15 +76,18 @@ pub(super) fn kortex(command: &KortexCommand, style: Style) -> Result<Exit, Fail
     };
     let desk = Desk::open(&open.0, open.1, &open.2, PATIENCE).map_err(failed)?;
     let done = match command {
-        KortexCommand::Status(_) => "",
+        KortexCommand::Status(_) | KortexCommand::Beat(_) => "",
         KortexCommand::Stop(StopArgs { emergency: true, .. }) => {
-            desk.emergency_stop().map_err(failed)?;
-            "stopped; the arm is in fault until `trueup kortex clear-faults`"
+            desk.emergency_stop(COMING_TO_REST).map_err(failed)?;
+            IN_FAULT
         }
-        KortexCommand::Stop(_) => {
-            desk.stop().map_err(failed)?;
-            "stopped; the arm holds its position"
-        }
+        KortexCommand::Stop(_) => match desk.stop(COMING_TO_REST).map_err(failed)? {
+            Stopped::Held => "stopped; the arm rests and holds its position",
+            Stopped::Emergency => {
+                style.note("the arm went on after a stop; its emergency stop was called");
+                IN_FAULT
+            }
+        },
         KortexCommand::ClearFaults(_) => {
             desk.clear_faults().map_err(failed)?;
             "the arm has no faults"
@@ -86,6 +107,33 @@ pub(super) fn kortex(command: &KortexCommand, style: Style) -> Result<Exit, Fail
         style.say(words(&status));
     }
     Ok(if status.faults.is_empty() { Exit::Yes } else { Exit::No })
+}
+
+/// Holds the arm where it is for a while and says how evenly the positions left.
+fn beat(args: &BeatArgs, style: Style) -> Result<Exit, Failure> {
+    if !(1.0..=600.0).contains(&args.seconds) {
+        let what = format!("{} s is not from 1 to 600 s", args.seconds);
+        return Err(Failure::input("usage::seconds", what)
+            .help("leave `--seconds` out for 10 s, or give a time in between"));
+    }
+    let (place, (host, port, login)) = kortex::desk(&args.whom.address, style)?;
+    let failed = |error: DeviceError| {
+        Failure::unavailable("device", error.to_string()).at(place.clone()).help(error.help())
+    };
+    let desk = Desk::open(&host, port, &login, PATIENCE).map_err(failed)?;
+    let udp = args.udp.unwrap_or(port.saturating_add(1));
+    let over = Cancel::default();
+    let flag = over.clone();
+    ctrlc::set_handler(move || flag.cancel())
+        .map_err(|error| Failure::unavailable("signal", format!("cannot watch Ctrl-C: {error}")))?;
+    let beat = desk.hold(&host, udp, &login, args.seconds, &over).map_err(failed)?;
+    let told = Pacing::from(&beat);
+    if style.json {
+        style.document(&told);
+    } else {
+        style.say(report::run::pacing(&told));
+    }
+    Ok(Exit::Yes)
 }
 
 /// Returns what an arm does, in words.

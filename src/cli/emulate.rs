@@ -46,9 +46,30 @@ pub(super) struct EmulateArgs {
     /// What goes wrong, such as `drop=0.01,stall=3s@10s`.
     #[arg(long, value_name = "NAME=VALUE,..")]
     fault: Option<String>,
+    /// What low-level servoing does without commands: `stay`, `leave` (after 100ms) or a time such as `250ms`.
+    #[arg(long, value_name = "HOW", default_value = "stay", value_parser = patience)]
+    silence: f64,
     /// An arm that goes exactly where it is sent, with nothing on the table and no camera.
     #[arg(long)]
     ideal: bool,
+}
+
+/// Reads how long an arm stays in low-level servoing without a command, s.
+fn patience(text: &str) -> Result<f64, String> {
+    match text {
+        "stay" => Ok(f64::INFINITY),
+        "leave" => Ok(0.1),
+        time => {
+            let (number, scale) = match (time.strip_suffix("ms"), time.strip_suffix('s')) {
+                (Some(number), _) => (number, 1e-3),
+                (None, Some(number)) => (number, 1.0),
+                (None, None) => ("", 1.0),
+            };
+            let value = number.parse().map(|value: f64| value * scale);
+            let known = value.ok().filter(|value| (0.001..=3600.0).contains(value));
+            known.ok_or_else(|| "it is `stay`, `leave`, or a time such as 250ms or 2s".to_owned())
+        }
+    }
 }
 
 /// What is spoken.
@@ -82,6 +103,7 @@ pub(super) fn emulate(args: &EmulateArgs, cli: &Cli, style: Style) -> Result<Exi
         user: args.user.clone(),
         password: args.password.clone(),
         soft: args.soft,
+        patience: args.silence,
         faults,
         seed: cli.common.seed,
         ..Options::default()

@@ -154,10 +154,11 @@ impl Ready {
             port: self.target.port,
             stream: self
                 .is_streamed
-                .then(|| Cyclic { port: self.target.port.saturating_add(1), silence: 2.0 }),
+                .then(|| Cyclic::at(self.target.port.saturating_add(1))),
             login: self.login,
             rate: 40.0,
             timeout: Duration::from_secs(5),
+            patience: Options::PATIENCE,
             near: robot.pose("home").map_or_else(|_| vec![0.0; joints], <[f64]>::to_vec),
             max_opening: robot.max_opening(),
             clock: Arc::new(Wall),

@@ -42,7 +42,9 @@ impl Controller {
             call::VALIDATE_WAYPOINT_LIST => self.validate(&ask.read()?),
             call::GET_TRAJECTORY_ERROR_REPORT => say(&self.config.last_report),
             call::STOP_ACTION | call::STOP => {
-                self.stop_all(refusal::CONTROL_MANUAL_STOP);
+                if !self.chance.is_deaf() {
+                    self.stop_all(refusal::CONTROL_MANUAL_STOP);
+                }
                 done()
             }
             call::PAUSE_ACTION => self.pause(true),
@@ -52,7 +54,7 @@ impl Controller {
                 done()
             }
             call::CLEAR_FAULTS => {
-                self.fault = None;
+                self.clear_fault();
                 done()
             }
             call::SEND_JOINT_SPEEDS_COMMAND | call::SEND_JOINT_SPEEDS_JOYSTICK_COMMAND => {
@@ -90,6 +92,7 @@ impl Controller {
     fn base_store(&mut self, ask: &Ask<'_>) -> Answer {
         let answer = self.action_calls(ask).or_else(|| self.sequence_calls(ask));
         let answer = answer.or_else(|| self.zone_calls(ask)).or_else(|| self.user_calls(ask));
+        let answer = answer.or_else(|| self.bridge_calls(ask));
         answer.unwrap_or_else(|| self.base_facts(ask))
     }
 

@@ -10,7 +10,7 @@ use crate::execution::kortex::messages::config::{
     DeviceHandles, DeviceTypeInformation, EndEffectorType, FirmwareVersion, GravityVector,
     Ipv4Settings, JointAccelerationSoftLimits, JointSpeedSoftLimits, KinematicLimits,
     KinematicLimitsList, LinearTwist, MacAddress, MassCenter, ModelId, ModelNumber, PartNumber,
-    PartNumberRevision, PayloadInformation, RunMode, SerialNumber, Servoing, ToolConfiguration,
+    PartNumberRevision, PayloadInformation, RebootRequest, RunMode, SerialNumber, Servoing, ToolConfiguration,
     TwistAngularSoftLimit, TwistLinearSoftLimit,
 };
 use crate::execution::kortex::messages::trajectory::TrajectoryErrorReport;
@@ -140,7 +140,15 @@ impl Config {
         found.ok_or_else(|| No::device(refusal::INVALID_PARAM, "no soft limits in this mode"))
     }
 
-    /// Returns what stands at a device identifier: the base, actuators from 1, interconnect, gripper.
+    /// Says whether a device identifier is that of one kind of device.
+    pub(super) fn must_be(&self, identifier: u8, kind: DeviceType) -> Result<(), No> {
+        if self.device(identifier)? == kind {
+            return Ok(());
+        }
+        Err(No::device(refusal::INVALID_DEVICE, "another kind of device"))
+    }
+
+    /// Returns what stands at a device identifier: the base, actuators from 1, interconnect, gripper, cameras.
     fn device(&self, identifier: u8) -> Result<DeviceType, No> {
         let n = self.actuators.len() as u8;
         match identifier {
@@ -149,12 +157,13 @@ impl Config {
             i if i <= n => Ok(DeviceType::SmallActuator),
             i if i == n + 1 => Ok(DeviceType::Interconnect),
             i if i == n + 2 => Ok(DeviceType::Gripper),
+            i if i == n + 3 => Ok(DeviceType::Vision),
             _ => Err(No::device(refusal::INVALID_DEVICE, "no such device")),
         }
     }
 
     fn devices(&self) -> DeviceHandles {
-        let handles = (0..=self.actuators.len() as u8 + 2).filter_map(|identifier| {
+        let handles = (0..=self.actuators.len() as u8 + 3).filter_map(|identifier| {
             let device_type = self.device(identifier).ok()? as i32;
             let identifier = u32::from(identifier);
             Some(DeviceHandle { device_type, device_identifier: identifier, order: identifier })
@@ -236,8 +245,16 @@ impl Controller {
             device::GET_PART_NUMBER_REVISION => {
                 say(&PartNumberRevision { part_number_revision: "1".to_owned() })
             }
+            // What the arm is made of forgets nothing that is kept here; the base has a call of its own.
+            device::REBOOT_REQUEST if kind != DeviceType::Base => {
+                let _: RebootRequest = ask.read()?;
+                done()
+            }
+            device::REBOOT_REQUEST => {
+                Err(No::device(refusal::UNSUPPORTED_OPTION, "restart the base by Base.Reboot"))
+            }
             device::CLEAR_ALL_SAFETY_STATUS => {
-                self.fault = None;
+                self.clear_fault();
                 done()
             }
             topic @ device::ON_SAFETY_TOPIC => say(&NotificationHandle {
@@ -250,7 +267,7 @@ impl Controller {
     fn actuator_config(&mut self, ask: &Ask<'_>) -> Answer {
         if ask.rpc == actuator::CLEAR_FAULTS {
             self.config.actuator(ask.device)?;
-            self.fault = None;
+            self.clear_fault();
             return done();
         }
         let one = self.config.actuator(ask.device)?;

@@ -24,11 +24,13 @@ use crate::motion::robot::Robot;
 use super::actions::Actions;
 use super::config::Config;
 use super::cyclic::Stream;
+use super::expansion::Expansion;
 use super::faults::Chance;
 use super::sequences::Sequences;
 use super::servo::{Happened, Motion, Servo};
 use super::sessions::Sessions;
 use super::topics::Topics;
+use super::vision::Vision;
 use super::zones::Zones;
 
 /// A client as the network knows it.
@@ -134,6 +136,8 @@ pub(super) struct Controller {
     pub(super) fault: Option<Fault>,
     pub(super) sequences: Sequences,
     pub(super) zones: Zones,
+    pub(super) expansion: Expansion,
+    pub(super) vision: Vision,
     pub(super) operating: OperatingMode,
     pub(super) admittance: AdmittanceMode,
     /// The mode of the last wrench.
@@ -162,12 +166,14 @@ impl Controller {
             topics: Topics::default(),
             actions: Actions::of(&robot),
             config: Config::of(&robot),
-            stream: Stream::new(0.1),
+            stream: Stream::new(f64::INFINITY),
             chance,
             mode: ServoingMode::SingleLevel,
             fault: None,
             sequences: Sequences::default(),
             zones: Zones::default(),
+            expansion: Expansion::default(),
+            vision: Vision::default(),
             operating: OperatingMode::Run,
             admittance: AdmittanceMode::Disabled,
             wrench: WrenchMode::Normal,
@@ -225,6 +231,8 @@ impl Controller {
             1 => self.session_service(&ask),
             2 => self.base_service(&ask),
             3 => self.cyclic_service(&ask),
+            5 => self.vision_service(&ask),
+            14 => self.interconnect_service(&ask),
             _ => self.config_service(&ask),
         }
     }
@@ -273,7 +281,7 @@ impl Controller {
         if self.is_moving() && self.sessions.is_holder_silent(now) {
             self.stop_all(refusal::CONTROL_MANUAL_STOP);
         }
-        self.leave_low_level_when_starved();
+        self.heed_silence();
         self.heed_zones();
         for happened in self.servo.tick() {
             match happened {
@@ -287,6 +295,7 @@ impl Controller {
                 Happened::LeftBehind(_) | Happened::Broken(_) => {}
             }
         }
+        self.chance.at(now - self.begun);
         if self.chance.forgets(now - self.begun) {
             self.all_sessions_over();
         }
@@ -338,21 +347,30 @@ impl Controller {
         }
     }
 
-    /// Brings everything to rest; a running action is aborted for this reason.
+    /// Brings everything to rest; a running action is aborted for this reason. A stream of positions is at an end:
+    /// its next command is refused until someone asks for low-level servoing again.
     pub(super) fn stop_all(&mut self, sub_code: u16) {
+        self.set_mode(ServoingMode::SingleLevel);
         self.servo.brake();
         self.abort_action(sub_code);
     }
 
-    /// Goes into fault.
+    /// Goes into fault: every joint holds where it was measured, wherever it was sent.
     pub(super) fn fail(&mut self, fault: Fault) {
         let reason = match fault {
             Fault::EmergencyStop => refusal::ROBOT_IN_EMERGENCY_STOP,
             Fault::Following(_) | Fault::Other => refusal::ROBOT_IN_FAULT,
         };
         self.fault = Some(fault);
-        self.set_mode(ServoingMode::SingleLevel);
         self.stop_all(reason);
+        self.servo.hold_here();
+    }
+
+    /// Forgets the fault. What leaned on something since is not sent back into it.
+    pub(super) fn clear_fault(&mut self) {
+        if self.fault.take().is_some() {
+            self.servo.hold_here();
+        }
     }
 
     /// Changes the servoing mode and says so.

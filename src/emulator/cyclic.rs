@@ -18,10 +18,12 @@ use crate::execution::kortex::rpc::base_cyclic as call;
 use super::controller::{Answer, Ask, Controller, Fault, No, done, say};
 use super::drive::Drive;
 use super::paths::wire_pose;
-use super::servo::{FINGER_SPEED, TICK};
+use super::servo::{FINGER_SPEED, TICK, WARNING};
 
 /// How long the first command may take after the mode was set, s.
 const FIRST: f64 = 2.0;
+/// After so long a silence joints that were told speeds or torques hold, s; chosen.
+const SILENT: f64 = 0.1;
 
 /// `ActuatorCyclic.StatusFlags`: position control is on, and calibrated.
 const SERVOING: u32 = 2048;
@@ -39,8 +41,10 @@ const POS_REACHED: u32 = 4;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stream {
     /// Low-level servoing is left when no command comes for so long, s of the arm's time: a machine that
-    /// lets nobody run for a while does not let the arm's time pass either.
+    /// lets nobody run for a while does not let the arm's time pass either. Infinite where it is not left.
     patience: f64,
+    /// When the last command came, s of the arm's time.
+    heard: f64,
     /// Until when the next command must come, s of the arm's time.
     until: f64,
     /// The last frame's number, and how many were taken.
@@ -56,18 +60,20 @@ pub(super) struct Stream {
 impl Stream {
     /// Waits so long for each command, s.
     pub(super) fn new(patience: f64) -> Self {
-        Self { patience, until: 0.0, last: None, taken: 0, late: 0, starved: 0 }
+        Self { patience, heard: 0.0, until: 0.0, last: None, taken: 0, late: 0, starved: 0 }
     }
 
     /// Expects the first command from now on, s.
     pub(super) fn expect(&mut self, now: f64) {
-        self.until = now + FIRST;
+        self.until = now + self.patience.max(FIRST);
+        self.heard = now;
         self.last = None;
     }
 
     /// Takes a frame's number; false if a newer one was taken already.
     fn is_new(&mut self, frame: u32, now: f64) -> bool {
         self.until = now + self.patience;
+        self.heard = now;
         self.taken += 1;
         // Numbers run to 65535 and begin again: half a turn back is old, half a turn ahead is new. The same
         // number again is a client that does not count, as in the vendor's gripper example.
@@ -174,17 +180,23 @@ impl Controller {
         self.servo.aim(opening, speed).map_err(failed)
     }
 
-    /// Leaves low-level servoing when commands stopped coming.
-    pub(super) fn leave_low_level_when_starved(&mut self) {
-        if self.mode == ServoingMode::LowLevel && self.servo.time > self.stream.until {
+    /// Leaves low-level servoing when commands stopped coming, or stays in it with every joint held.
+    pub(super) fn heed_silence(&mut self) {
+        if self.mode != ServoingMode::LowLevel {
+            return;
+        }
+        if self.servo.time > self.stream.until {
             self.stream.starved += 1;
             self.set_mode(ServoingMode::SingleLevel);
+        } else if self.servo.time > self.stream.heard + SILENT {
+            self.servo.hold_driven();
         }
     }
 
     /// Returns what the arm says of itself.
     pub(super) fn feedback(&self, frame_id: u32) -> Feedback {
         let report = &self.servo.report;
+        let behind: Vec<f64> = self.servo.behind().collect();
         let actuators = (0..report.q.len()).map(|i| ActuatorFeedback {
             command_id: frame_id,
             status_flags: SERVOING,
@@ -196,13 +208,14 @@ impl Controller {
             temperature_motor: 35.0,
             temperature_core: 40.0,
             fault_bank_a: if self.fault == Some(Fault::Following(i)) { FOLLOWING_ERROR } else { 0 },
+            warning_bank_a: if behind[i] > WARNING { FOLLOWING_ERROR } else { 0 },
             ..ActuatorFeedback::default()
         });
         Feedback {
             frame_id,
             base: Some(self.base_feedback()),
             actuators: actuators.collect(),
-            interconnect: Some(self.interconnect_feedback()),
+            interconnect: (!self.chance.is_gripper_gone()).then(|| self.interconnect_feedback()),
         }
     }
 

@@ -38,12 +38,17 @@ pub struct Faults {
     pub cut: Option<f64>,
     /// When every session there is then is forgotten, s after the start.
     pub forget: Option<f64>,
+    /// From when on the arm answers a stop and goes on, s after the start; its emergency stop works.
+    pub deaf: Option<f64>,
+    /// From when on nothing is told of the gripper, s after the start.
+    pub gripper: Option<f64>,
 }
 
 /// What `--fault` takes.
 pub const WORDS: &str = "drop=0.01 (share of datagrams lost), delay=20ms, stall=3s or stall=3s@10s, refuse=0.1, \
     abort=0.1, hush=0.1 (shares of paths refused, actions given up, notifications lost), unknown=0.01, \
-    fault=10s, estop=10s, cut=10s, forget=10s (when sessions are forgotten)";
+    fault=10s, estop=10s, cut=10s, forget=10s (when sessions are forgotten), deaf=10s (from when on a stop is \
+    answered and not heeded), gripper=10s (from when on nothing is told of the gripper)";
 
 impl std::str::FromStr for Faults {
     type Err = String;
@@ -66,6 +71,8 @@ impl std::str::FromStr for Faults {
                 "estop" => faults.estop = Some(seconds(name, value)?),
                 "cut" => faults.cut = Some(seconds(name, value)?),
                 "forget" => faults.forget = Some(seconds(name, value)?),
+                "deaf" => faults.deaf = Some(seconds(name, value)?),
+                "gripper" => faults.gripper = Some(seconds(name, value)?),
                 "stall" => {
                     let (long, at) = value.split_once('@').unwrap_or((value, "5s"));
                     (faults.stall, faults.stall_at) = (seconds(name, long)?, seconds(name, at)?);
@@ -106,11 +113,13 @@ pub(super) struct Chance {
     /// Whether the running action will be given up: decided once for each.
     is_doomed: bool,
     abort_in: u32,
+    /// How long it is since the start, s.
+    since: f64,
 }
 
 impl Chance {
     pub(super) fn new(faults: Faults, seed: u64) -> Self {
-        Self { faults, dice: StdRng::seed_from_u64(seed), is_doomed: false, abort_in: 0 }
+        Self { faults, dice: StdRng::seed_from_u64(seed), is_doomed: false, abort_in: 0, since: 0.0 }
     }
 
     fn happens(&mut self, share: f64) -> bool {
@@ -162,6 +171,21 @@ impl Chance {
             return true;
         }
         false
+    }
+
+    /// Returns whether a stop is not heeded now.
+    pub(super) fn is_deaf(&self) -> bool {
+        self.faults.deaf.is_some_and(|from| self.since >= from)
+    }
+
+    /// Returns whether nothing is told of the gripper now.
+    pub(super) fn is_gripper_gone(&self) -> bool {
+        self.faults.gripper.is_some_and(|from| self.since >= from)
+    }
+
+    /// Takes note of how long it is since the start, s.
+    pub(super) fn at(&mut self, since: f64) {
+        self.since = since;
     }
 
     /// Returns whether sessions are forgotten so long after the start, s; once.

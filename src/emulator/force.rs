@@ -131,7 +131,7 @@ impl Controller {
     /// Begins anew, as after the plug was pulled: what is stored stays, everything else is forgotten.
     pub(super) fn reboot(&mut self) {
         self.stop_all(refusal::CONTROL_MANUAL_STOP);
-        self.fault = None;
+        self.clear_fault();
         self.set_mode(ServoingMode::SingleLevel);
         self.operating = OperatingMode::Run;
         self.admittance = AdmittanceMode::Disabled;

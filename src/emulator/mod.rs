@@ -22,6 +22,8 @@ mod actions;
 mod paths;
 mod cyclic;
 mod config;
+mod expansion;
+mod vision;
 mod servo;
 mod faults;
 mod plant;
@@ -61,8 +63,11 @@ pub struct Options {
     pub password: String,
     /// Soft limits as a share of the hard ones.
     pub soft: f64,
-    /// Low-level servoing is left when no command comes for so long, s. The arm's own time is not published.
+    /// Low-level servoing is left when no command comes for so long, s; infinite where it is not left. The arm's
+    /// own time is not published, and the vendor's gripper example needs an arm that stays.
     pub patience: f64,
+    /// A connection that has not logged in by then is closed, s.
+    pub login: f64,
     /// What goes wrong.
     pub faults: Faults,
     /// How the arm's time runs.
@@ -80,7 +85,8 @@ impl Default for Options {
             user: "admin".to_owned(),
             password: "admin".to_owned(),
             soft: 1.0,
-            patience: 0.1,
+            patience: f64::INFINITY,
+            login: 5.0,
             faults: Faults::default(),
             pace: Pace::Real,
             seed: 1,
@@ -125,21 +131,24 @@ impl Emulator {
         let socket = UdpSocket::bind((options.address, options.udp))?;
         server::prepare(&listener, &socket)?;
         let (tcp, udp) = (listener.local_addr()?, socket.local_addr()?);
+        let serial = TcpListener::bind((options.address, 0))?;
+        serial.set_nonblocking(true)?;
         let chance = faults::Chance::new(options.faults.clone(), options.seed);
         let login = (options.user.as_str(), options.password.as_str());
         let mut controller = Controller::new(robot, plant, login, chance, Wall.now());
         controller.config.soften(options.soft as f32);
+        controller.expansion.port = serial.local_addr()?.port();
         controller.stream = cyclic::Stream::new(options.patience);
         let clock = ArmClock::default();
         let shared =
-            Arc::new(Shared::new(controller, socket, options.faults.clone(), clock.clone()));
+            Arc::new(Shared::new(controller, socket, options, clock.clone()));
         let pace = options.pace;
-        let mine = [shared.clone(), shared.clone(), shared.clone()];
-        let [living, accepting, answering] = mine;
+        let [living, accepting, answering, wired] = [(); 4].map(|()| shared.clone());
         let threads = vec![
             thread::spawn(move || server::live(&living, pace)),
             thread::spawn(move || server::accept(&accepting, &listener)),
             thread::spawn(move || server::datagrams(&answering)),
+            thread::spawn(move || expansion::serial(&wired, &serial)),
         ];
         Ok(Self { shared, threads, tcp, udp, clock })
     }

@@ -89,7 +89,7 @@ impl Controller {
                 done()
             }
             ActionParameters::ClearFaults(()) => {
-                self.fault = None;
+                self.clear_fault();
                 done()
             }
         }
@@ -411,10 +411,17 @@ impl Controller {
         ask: &Ask<'_>,
         asked: &ServoingModeInformation,
     ) -> Answer {
-        self.may_move(ask)?;
         match ServoingMode::try_from(asked.servoing_mode) {
-            Ok(ServoingMode::SingleLevel) => self.set_mode(ServoingMode::SingleLevel),
+            // Clients say this before they clear the faults; nothing moves by it.
+            Ok(ServoingMode::SingleLevel) if self.fault.is_some() => {
+                self.set_mode(ServoingMode::SingleLevel);
+            }
+            Ok(ServoingMode::SingleLevel) => {
+                self.may_move(ask)?;
+                self.set_mode(ServoingMode::SingleLevel);
+            }
             Ok(ServoingMode::LowLevel) => {
+                self.may_move(ask)?;
                 self.must_rest()?;
                 self.stream.expect(self.servo.time);
                 self.set_mode(ServoingMode::LowLevel);

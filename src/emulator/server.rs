@@ -18,6 +18,7 @@ use crate::execution::kortex::frame::{Decoder, Frame, FrameError};
 use crate::execution::kortex::messages::base::ServoingMode;
 
 use super::controller::{Controller, Peer};
+use super::Options;
 use super::faults::Faults;
 use super::servo::TICK;
 use super::time::ArmClock;
@@ -28,6 +29,8 @@ const LOOK: Duration = Duration::from_millis(50);
 const QUEUE: usize = 4096;
 /// How many connections there may be at once.
 const CONNECTIONS: usize = 64;
+/// How much a connection may send before it has logged in, bytes.
+const STRANGE: usize = 64 << 10;
 /// The arm's time may fall so far behind the wall's before the difference is forgotten, s.
 const LAG: f64 = 0.05;
 
@@ -61,6 +64,8 @@ pub(super) struct Shared {
     is_over: AtomicBool,
     connections: AtomicU64,
     faults: Faults,
+    /// A connection that has not logged in by then is closed, s.
+    login: f64,
     begun: f64,
     /// The arm starts anew and answers nobody until then, s.
     away: Mutex<f64>,
@@ -71,7 +76,7 @@ impl Shared {
     pub(super) fn new(
         controller: Controller,
         udp: UdpSocket,
-        faults: Faults,
+        options: &Options,
         clock: ArmClock,
     ) -> Self {
         Self {
@@ -81,7 +86,8 @@ impl Shared {
             udp,
             is_over: AtomicBool::new(false),
             connections: AtomicU64::new(0),
-            faults,
+            faults: options.faults.clone(),
+            login: options.login,
             begun: Wall.now(),
             away: Mutex::new(0.0),
             clock,
@@ -110,7 +116,8 @@ impl Shared {
         }
     }
 
-    fn is_over(&self) -> bool {
+    /// Returns whether everything is to end.
+    pub(super) fn is_over(&self) -> bool {
         self.is_over.load(Ordering::SeqCst)
     }
 
@@ -255,10 +262,15 @@ fn listen(shared: &Shared, mut stream: TcpStream, peer: Peer) {
     let opened = Wall.now();
     let mut decoder = Decoder::default();
     let mut buffer = vec![0; 65_536];
+    // Who has not said a password yet is neither waited for nor listened to for long.
+    let (mut is_known, mut strange) = (false, 0);
     while !shared.is_over() {
         match stream.read(&mut buffer) {
             Ok(0) => return,
-            Ok(n) => decoder.push(&buffer[..n]),
+            Ok(n) => {
+                strange += n;
+                decoder.push(&buffer[..n]);
+            }
             Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
             Err(error) if error.kind() == ErrorKind::Interrupted => {}
             Err(_) => return,
@@ -280,6 +292,13 @@ fn listen(shared: &Shared, mut stream: TcpStream, peer: Peer) {
                 // Whose question it was cannot be told, so it cannot be answered.
                 Err(_) => {}
             }
+            is_known |= shared.controller().sessions.has(peer);
+            if !is_known && strange > STRANGE {
+                return;
+            }
+        }
+        if !is_known && (strange > STRANGE || Wall.now() - opened > shared.login) {
+            return;
         }
     }
 }

@@ -23,6 +23,8 @@ const SETTLE: f64 = 0.2;
 const PAUSING: f64 = 3.0;
 /// A joint this far behind its command is a fault, rad: 5 deg, as the user guide's safety table says.
 const FOLLOWING: f64 = 5.0 * std::f64::consts::PI / 180.0;
+/// A joint this far behind is warned of, rad: 3 deg, by the same table.
+pub(super) const WARNING: f64 = 3.0 * std::f64::consts::PI / 180.0;
 /// Fingers that move less than this in [`FINGER_LOOK`] rest, m.
 const FINGERS_STILL: f64 = 3e-4;
 const FINGER_LOOK: f64 = 0.1;
@@ -223,6 +225,30 @@ impl Servo {
         }
     }
 
+    /// Holds where the joints are, wherever they were sent; fingers stop on their way.
+    pub(super) fn hold_here(&mut self) {
+        self.q_cmd.clone_from(&self.report.q);
+        self.dq_cmd.fill(0.0);
+        self.motion = Motion::Hold;
+        // A plant that takes no commands any more has nothing left to be told; the fault stands.
+        let _ = self.plant.command(&self.q_cmd, &self.dq_cmd);
+        let _ = self.stop_fingers();
+    }
+
+    /// Returns how far each joint is behind its command, rad.
+    pub(super) fn behind(&self) -> impl Iterator<Item = f64> + '_ {
+        self.q_cmd.iter().zip(&self.report.q).map(|(q_cmd, q)| (q_cmd - q).abs())
+    }
+
+    /// Lets joints that were told speeds and torques hold: nobody says any more how long.
+    pub(super) fn hold_driven(&mut self) {
+        if let Motion::Stream(drives) = &mut self.motion {
+            for drive in drives.iter_mut().filter(|drive| !matches!(drive, Drive::Position(_))) {
+                *drive = Drive::Speed(0.0);
+            }
+        }
+    }
+
     /// Pauses a path or lets it go on; returns whether there is one.
     pub(super) fn pause(&mut self, is_paused: bool) -> bool {
         if let Motion::Path(path) = &mut self.motion {
@@ -250,20 +276,24 @@ impl Servo {
     pub(super) fn tick(&mut self) -> Vec<Happened> {
         let mut happened = Vec::new();
         if let Some((q, dq)) = self.order(&mut happened) {
-            if let Err(error) = self.plant.command(&q, &dq) {
-                happened.push(Happened::Broken(error.to_string()));
+            // What no joint could follow is not sent to it.
+            let far = |(q, at): (&f64, &f64)| (q - at).abs() > FOLLOWING;
+            if let Some(joint) = q.iter().zip(&self.report.q).position(far) {
+                happened.push(Happened::LeftBehind(joint));
+            } else {
+                if let Err(error) = self.plant.command(&q, &dq) {
+                    happened.push(Happened::Broken(error.to_string()));
+                }
+                (self.q_cmd, self.dq_cmd) = (q, dq);
             }
-            (self.q_cmd, self.dq_cmd) = (q, dq);
         }
         if let Err(error) = self.plant.advance(TICK) {
             happened.push(Happened::Broken(error.to_string()));
         }
         self.time += TICK;
         self.report = self.plant.report();
-        let behind = |(q_cmd, q): (&f64, &f64)| (q_cmd - q).abs() > FOLLOWING;
-        if let Some(joint) = self.q_cmd.iter().zip(&self.report.q).position(behind) {
-            happened.push(Happened::LeftBehind(joint));
-        }
+        let behind = self.behind().position(|by| by > FOLLOWING);
+        happened.extend(behind.map(Happened::LeftBehind));
         if self.fingers.is_moving && self.time - self.fingers.look.1 >= FINGER_LOOK {
             if (self.report.opening - self.fingers.look.0).abs() < FINGERS_STILL {
                 self.fingers.is_moving = false;

@@ -179,6 +179,11 @@ impl Sessions {
         self.open.iter().map(|session| session.id).collect()
     }
 
+    /// Returns whether a peer has a session.
+    pub(super) fn has(&self, peer: Peer) -> bool {
+        self.open.iter().any(|session| session.peer == peer)
+    }
+
     /// Returns how many sessions are open.
     pub(super) fn count(&self) -> usize {
         self.open.len()

@@ -69,6 +69,29 @@ pub struct Feedback {
     pub mass: Option<f64>,
 }
 
+/// How evenly positions were streamed to an arm.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Pacing {
+    /// Commands sent, and answered.
+    pub sent: u64,
+    /// Of them answered.
+    pub answered: u64,
+    /// Commands a second, Hz.
+    pub rate_hz: f64,
+    /// Half of the times between two commands are no longer, s.
+    pub median_s: f64,
+    /// 99 of 100 are no longer, s.
+    pub p99_s: f64,
+    /// The longest, s.
+    pub worst_s: f64,
+    /// Periods that passed without a command.
+    pub missed: u64,
+    /// Commands sent while the motion was slowed down or held because nothing was heard.
+    pub held: u64,
+    /// How often the arm left the stream and was asked back.
+    pub left: u64,
+}
+
 /// How a grip ended.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Grip {
@@ -171,6 +194,11 @@ pub trait Arm: Send {
 
     /// Brings the arm to rest as fast as its limits allow, and holds it.
     fn stop(&mut self);
+
+    /// Returns how evenly was paced what was streamed since this was last asked, of an arm that is streamed to.
+    fn pacing(&mut self) -> Option<Pacing> {
+        None
+    }
 }
 
 /// A colour camera that stands still.

@@ -3,7 +3,7 @@
 //! While a person is asked the arm holds still, and its own clock may go on. Limits, intervals, relations
 //! between steps and the recording are about what the arm did, so its clock stands still here for as long.
 
-use super::arm::{Arm, Cancel, DeviceError, Feedback, Grip};
+use super::arm::{Arm, Cancel, DeviceError, Feedback, Grip, Pacing};
 use super::limits::{Cleared, ClearedGrip};
 
 /// An arm whose time stands still while a person is asked.
@@ -78,6 +78,10 @@ impl Arm for Patient {
 
     fn stop(&mut self) {
         self.arm.stop();
+    }
+
+    fn pacing(&mut self) -> Option<Pacing> {
+        self.arm.pacing()
     }
 }
 

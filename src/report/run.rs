@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::execution::arm::Pacing;
 use crate::execution::trace::{
     DuringRow, Event, FluentRow, Measure, Observer, Outcome, StepRecord,
 };
@@ -230,6 +231,25 @@ fn scales_of(robot: &str) -> String {
     }
 }
 
+/// Words how evenly positions were streamed to an arm.
+pub fn pacing(told: &Pacing) -> String {
+    let mut text = format!(
+        "streamed {} positions at {:.0} Hz: {:.2} ms apart at the median, {:.2} ms at p99, {:.1} ms at worst; \
+         {} periods missed, {} of the positions answered",
+        told.sent,
+        told.rate_hz,
+        told.median_s * 1e3,
+        told.p99_s * 1e3,
+        told.worst_s * 1e3,
+        told.missed,
+        told.answered
+    );
+    if told.left > 0 {
+        let _ = write!(text, "; the arm left the stream {} times and was asked back", told.left);
+    }
+    text
+}
+
 /// Words how a run ended.
 pub fn ending(run: &Run, style: Style) -> String {
     let mut text = match run.outcome {
@@ -261,6 +281,9 @@ pub fn ending(run: &Run, style: Style) -> String {
     );
     if t.waiting >= 0.05 {
         let _ = write!(text, ", {:.1} waiting for a word", t.waiting);
+    }
+    if let Some(stream) = &run.stream {
+        let _ = write!(text, "\n  {}", pacing(stream));
     }
     if let Some(dir) = &run.run_dir {
         let _ = write!(text, "\n  run folder: {dir}");

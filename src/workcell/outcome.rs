@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::execution::arm::Pacing;
 use crate::execution::trace::{Outcome, StepRecord};
 use crate::graph::ParseGraph;
 use crate::monitor::questionnaire::Answer;
@@ -107,6 +108,9 @@ pub struct Run {
     /// What the scales say at the end, where there are scales.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub water: Option<Water>,
+    /// How evenly positions were streamed to the arm, where they were.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stream: Option<Pacing>,
     /// How long it took.
     pub timing_s: Timing,
     /// The run folder.
@@ -133,6 +137,7 @@ impl Run {
             rehearsals: Vec::new(),
             parse_graphs: Vec::new(),
             water: None,
+            stream: None,
             timing_s: Timing::default(),
             run_dir: None,
         }

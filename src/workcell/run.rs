@@ -42,7 +42,10 @@ impl WorkCell {
         }
         self.moments.begin(run.run_dir.as_deref());
         self.lead_begins(&run.task, run.run_dir.as_deref());
+        // What was streamed before was another run's.
+        self.scripts.stage().body().arm().pacing();
         let carried = self.carry(call, &mut run, recorder.as_ref());
+        run.stream = self.scripts.stage().body().arm().pacing();
         run.timing_s.waiting = self.lead_ends();
         self.watched_by(Vec::new());
         // Decisions of a performance that was cut short are not for whatever comes next.

@@ -54,6 +54,7 @@ fn the_emulator_says_where_it_is_and_answers_there_with_the_labs_arm_and_camera(
         login: Login { user: "admin".into(), password: "admin".into() },
         rate: 40.0,
         timeout: Duration::from_secs(20),
+        patience: Duration::from_secs(20),
         near: HOME.to_vec(),
         max_opening: 0.085,
         clock: Arc::new(Wall),

@@ -36,6 +36,8 @@ pub(super) fn client(emulator: &Emulator) -> Client {
         login: admin(),
         rate: 40.0,
         timeout: Duration::from_secs(10),
+        // Patient: a busy machine lets nobody run for a while.
+        patience: Duration::from_secs(10),
         near: HOME.to_vec(),
         max_opening: 0.085,
         clock: emulator.clock(),

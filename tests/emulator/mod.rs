@@ -7,6 +7,9 @@ mod zones;
 mod drive;
 mod rules;
 mod arm;
+mod stopping;
+mod fault;
+mod wrist;
 mod pour;
 mod soak;
 

@@ -58,6 +58,7 @@ fn a_pour_over_the_wire_ends_as_in_the_lab() {
             login: admin(),
             rate: 40.0,
             timeout: Duration::from_mins(1),
+            patience: Duration::from_mins(1),
             near: robot.pose("home").unwrap().to_vec(),
             max_opening: robot.max_opening(),
             clock: emulator.clock(),

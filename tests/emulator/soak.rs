@@ -45,15 +45,21 @@ fn patient(faults: &str) -> Emulator {
     emulator(&Options { patience: 5.0, faults, ..Options::default() })
 }
 
-fn streaming(emulator: &Emulator) -> KortexArm {
+pub(super) fn streaming(emulator: &Emulator) -> KortexArm {
     let stream = Some(Cyclic { port: emulator.udp().port(), silence: 5.0 });
     KortexArm::connect(Client { stream, ..client(emulator) }).unwrap()
 }
 
 #[test]
 fn a_streamed_motion_ends_where_asked_and_leaves_low_level_servoing() {
-    let emulator = patient("");
-    let mut arm = streaming(&emulator);
+    // One arm that stays in low-level servoing without commands, and one that leaves it after a while.
+    for patience in [f64::INFINITY, 5.0] {
+        streams_to_the_end(&emulator(&Options { patience, ..Options::default() }));
+    }
+}
+
+fn streams_to_the_end(emulator: &Emulator) {
+    let mut arm = streaming(emulator);
     let (cleared, end) = turned(&HOME, 0.5, 0.5);
     let mut ticks = 0;
     let mut furthest = 0.0_f64;
@@ -64,12 +70,16 @@ fn a_streamed_motion_ends_where_asked_and_leaves_low_level_servoing() {
     .unwrap();
     assert!(largest(&arm.feedback().unwrap().q, &end) < 1e-4);
     assert!(furthest < end[0] + 1e-3);
-    let beat = arm.beat().unwrap();
+    let beat = arm.beat().unwrap().clone();
+    let told = arm.pacing().unwrap();
+    assert_eq!((told.sent, told.answered), (beat.sent, beat.answered));
+    assert!(told.median_s <= told.p99_s && told.p99_s <= told.worst_s + 1e-5, "{told:?}");
+    assert!(arm.pacing().is_none(), "it was told already");
     // A busy machine sends fewer, for as long.
-    let streamed = beat.sent as f64 * beat.mean;
+    let streamed = beat.sent as f64 * beat.intervals.mean();
     assert!(streamed > 0.95 * cleared.trajectory().duration(), "{streamed} s of {beat:?}");
     assert!(ticks > 0 && ticks <= beat.answered, "{ticks} of {beat:?}");
-    let link = link(&emulator);
+    let link = link(emulator);
     let told: ServoingModeInformation = link.call(base::GET_SERVOING_MODE, &()).unwrap();
     assert_eq!(told.servoing_mode(), ServoingMode::SingleLevel);
     // And the next motion begins there.
@@ -119,9 +129,9 @@ fn a_motion_is_held_while_nobody_answers_and_then_goes_on() {
 
 #[test]
 fn an_arm_that_leaves_low_level_servoing_is_asked_back_and_led_to_the_end() {
-    // The default patience is a tenth of a second: a silence of four is too long for it.
+    // A silence of four tenths of a second is too long for an arm that waits one.
     let faults = "stall=400ms@2s".parse().unwrap();
-    let emulator = emulator(&Options { faults, ..Options::default() });
+    let emulator = emulator(&Options { patience: 0.1, faults, ..Options::default() });
     let mut arm = streaming(&emulator);
     let (cleared, end) = turned(&HOME, 0.8, 0.15);
     let mut before = HOME[0];
@@ -141,7 +151,7 @@ fn an_arm_that_leaves_low_level_servoing_is_asked_back_and_led_to_the_end() {
 #[ignore = "measures how a busy machine streams: run it alone, beside as many busy programs as wanted"]
 #[expect(clippy::print_stdout, reason = "the numbers are what it is run for")]
 fn streaming_on_a_busy_machine() {
-    let emulator = emulator(&Options::default());
+    let emulator = emulator(&Options { patience: 0.1, ..Options::default() });
     let stream = Some(Cyclic { port: emulator.udp().port(), silence: 2.0 });
     let mut arm = KortexArm::connect(Client { stream, ..client(&emulator) }).unwrap();
     let (mut q, mut turn) = (HOME.to_vec(), 0.8);

@@ -51,6 +51,14 @@ pub(super) fn refused(what: impl Into<String>, help: impl Into<String>) -> Devic
     DeviceError::Refused { what: what.into(), help: help.into() }
 }
 
+/// Returns what to say of an arm that was not heard of for so long, s, while it moved.
+pub(super) fn stalled(seconds: f64) -> DeviceError {
+    refused(
+        format!("nothing was heard of the arm for {seconds:.1} s while it moved"),
+        "it stops by itself when it is cut off; check the cable and the arm's light, then call it again to go on",
+    )
+}
+
 impl From<LinkError> for DeviceError {
     fn from(error: LinkError) -> Self {
         refused(error.to_string(), error.help())

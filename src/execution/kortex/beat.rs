@@ -6,6 +6,10 @@
 //! on from where it was, the slower the longer the pause, and makes up for a small step at most. So a
 //! busy machine or network makes a motion longer, never faster or rougher. A joint that falls behind its
 //! command by more than 4 deg, or an arm that is silent for too long, ends the motion.
+//!
+//! A stream that stood still for longer than [`RESUME`], whoever was silent, is over: by then someone may have
+//! stopped the arm and walked up to it. An arm that leaves low-level servoing although commands and answers came
+//! in time was told to by someone else, and is not asked back at all.
 
 use std::collections::VecDeque;
 use std::sync::mpsc::Sender;
@@ -21,6 +25,7 @@ use super::degrees;
 use super::frame::{Frame, Kind};
 use super::link::{Datagrams, LinkError};
 use super::messages::cyclic::{self, ActuatorCommand, Command};
+use super::pacing::Intervals;
 use super::refusal::{self, Refusal};
 use super::rpc::base_cyclic;
 use super::stream::Course;
@@ -48,8 +53,13 @@ const BACK: f64 = 0.5;
 /// `ActuatorCyclic.CommandFlags.SERVO_ENABLE`.
 const SERVO_ENABLE: u32 = 1;
 
+/// A stream that stood still for longer is over, s; it never goes on by itself.
+pub const RESUME: f64 = 0.5;
+/// A pause in commands or answers that may be why an arm left low-level servoing, s: thirty cycles.
+const LAPSE: f64 = 0.03;
+
 /// How well the beat was kept.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Beat {
     /// Commands sent.
     pub sent: u64,
@@ -57,12 +67,8 @@ pub struct Beat {
     pub answered: u64,
     /// Answers that were of no more use, or came out of order.
     pub stale: u64,
-    /// Mean and longest time between two commands, s; [`PERIOD`] is what it should be.
-    pub mean: f64,
-    /// The longest.
-    pub longest: f64,
-    /// How many commands left more than half a period late.
-    pub late: u64,
+    /// Times between two commands; [`PERIOD`] is what they should be.
+    pub intervals: Intervals,
     /// Commands sent while the motion was slowed down or held because nothing was heard.
     pub held: u64,
     /// How often the thread was not let run for more than a fiftieth of a second.
@@ -71,12 +77,29 @@ pub struct Beat {
     pub left: u64,
 }
 
+impl Beat {
+    /// Adds what another motion came to.
+    pub fn add(&mut self, other: &Self) {
+        self.sent += other.sent;
+        self.answered += other.answered;
+        self.stale += other.stale;
+        self.intervals.add_all(&other.intervals);
+        self.held += other.held;
+        self.paused += other.paused;
+        self.left += other.left;
+    }
+}
+
 /// How a stream ended.
 pub(super) enum End {
     /// At the trajectory's end, or called off and at rest.
     Done,
-    /// The arm left low-level servoing with the path so far along, s.
-    Left(f64),
+    /// The arm left low-level servoing for want of commands in time.
+    Left(Left),
+    /// The arm left low-level servoing although commands came in time: someone else told it to.
+    Ended,
+    /// This machine sent nothing for so long, s.
+    Paused(f64),
     /// This joint (from 0) was this far behind, rad.
     Behind(usize, f64),
     /// The arm said no.
@@ -85,6 +108,15 @@ pub(super) enum End {
     Silent,
     /// The socket failed.
     Lost(LinkError),
+}
+
+/// Where an arm left low-level servoing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Left {
+    /// How far along the path, s.
+    pub(super) along: f64,
+    /// When a command was last answered, s of the wall's clock.
+    pub(super) heard: f64,
 }
 
 /// The thread's state.
@@ -100,6 +132,8 @@ pub(super) struct Beating<'a> {
     sent: VecDeque<(u32, Vec<f64>)>,
     /// How many commands this stream sent and how many were answered.
     mine: (u64, u64),
+    /// When a command was last answered, s.
+    heard: f64,
     /// How far along the path, s, and at which share of its pace.
     along: f64,
     rate: f64,
@@ -130,6 +164,7 @@ impl<'a> Beating<'a> {
             frame: 0,
             sent: VecDeque::new(),
             mine: (0, 0),
+            heard: Wall.now(),
             along: course.along,
             rate,
             off: course.off,
@@ -141,14 +176,19 @@ impl<'a> Beating<'a> {
     pub(super) fn run(mut self) -> End {
         let duration = self.trajectory.duration();
         let begun = Wall.now();
-        let (mut last_sent, mut heard, mut due) = (begun, begun, begun);
+        let (mut last_sent, mut due) = (begun, begun);
+        self.heard = begun;
         let mut rest = 0.0;
         loop {
             let now = Wall.now();
             let since = now - last_sent;
+            // What was not sent for so long is not gone on with, whatever the arm has done since.
+            if since > RESUME.max(self.silence) {
+                return End::Paused(since);
+            }
             self.rate *= self.count(since);
             let passed = since.min(PAUSE.0);
-            let is_off = self.step(passed, last_sent - heard < UNHEARD);
+            let is_off = self.step(passed, last_sent - self.heard < UNHEARD);
             if self.along >= duration || is_off {
                 rest += passed;
             }
@@ -159,12 +199,10 @@ impl<'a> Beating<'a> {
             last_sent = now;
             // What was late is not sent for again: the next command is a whole period away.
             due = (due + PERIOD).max(now + 0.5 * PERIOD);
-            match self.listen(due) {
-                Ok(true) => heard = Wall.now(),
-                Ok(false) => {}
-                Err(end) => return end,
+            if let Err(end) = self.listen(due) {
+                return end;
             }
-            if Wall.now() - heard > self.silence {
+            if Wall.now() - self.heard > self.silence {
                 return End::Silent;
             }
             if rest >= SETTLE {
@@ -229,47 +267,48 @@ impl<'a> Beating<'a> {
         if self.mine.0 == 0 {
             return 1.0;
         }
-        let beat = &mut *self.beat;
-        let n = beat.sent as f64;
-        beat.mean += (interval - beat.mean) / n;
-        beat.longest = beat.longest.max(interval);
-        if interval > 1.5 * PERIOD {
-            beat.late += 1;
-        }
+        self.beat.intervals.add(interval);
         let (short, long) = PAUSE;
         if interval <= short {
             return 1.0;
         }
-        beat.paused += 1;
+        self.beat.paused += 1;
         (1.0 - (interval - short) / (long - short)).max(0.0)
     }
 
-    /// Takes what comes until the next command is due; returns whether something came.
-    fn listen(&mut self, due: f64) -> Result<bool, End> {
-        let mut came = false;
+    /// Takes what comes until the next command is due.
+    fn listen(&mut self, due: f64) -> Result<(), End> {
         loop {
             let left = due - Wall.now();
             // Even when the next command is due, what has come already is taken.
             let wait = Duration::from_secs_f64(left.max(0.0));
             match self.datagrams.receive(wait) {
-                Ok(Some(frame)) => came |= self.take(&frame)?,
-                Ok(None) if left <= 0.0 => return Ok(came),
+                Ok(Some(frame)) => self.take(&frame)?,
                 Ok(None) => {}
                 Err(error) => return Err(End::Lost(error)),
             }
             if left <= 0.0 {
-                return Ok(came);
+                return Ok(());
             }
         }
     }
 
-    fn take(&mut self, frame: &Frame) -> Result<bool, End> {
+    /// Says why an arm is no longer in low-level servoing. What it was sent just now it has answered, unless it
+    /// went without for a while.
+    fn why_left(&self) -> End {
+        if Wall.now() - self.heard < LAPSE {
+            return End::Ended;
+        }
+        End::Left(Left { along: self.along, heard: self.heard })
+    }
+
+    fn take(&mut self, frame: &Frame) -> Result<(), End> {
         let header = &frame.header;
         let is_answer = header.kind == Kind::Response
             && (header.service, header.function)
                 == (base_cyclic::REFRESH.service, base_cyclic::REFRESH.function);
         if !is_answer {
-            return Ok(false);
+            return Ok(());
         }
         if header.error != 0 {
             let told = (header.error, header.sub_error);
@@ -279,19 +318,23 @@ impl<'a> Beating<'a> {
             }
             // Until the mode is in force everywhere the first answers may still be refusals.
             return match self.mine {
-                (sent, 0) if sent < 100 => Ok(true),
+                (sent, 0) if sent < 100 => {
+                    self.heard = Wall.now();
+                    Ok(())
+                }
                 (_, 0) => Err(End::Refused(refusal)),
-                _ => Err(End::Left(self.along)),
+                _ => Err(self.why_left()),
             };
         }
-        let Ok(feedback) = cyclic::Feedback::decode(&frame.payload[..]) else { return Ok(false) };
+        let Ok(feedback) = cyclic::Feedback::decode(&frame.payload[..]) else { return Ok(()) };
         self.beat.answered += 1;
         self.mine.1 += 1;
         // An answer to a command long forgotten says nothing about now.
         let Some(at) = self.sent.iter().position(|(number, _)| *number == feedback.frame_id) else {
             self.beat.stale += 1;
-            return Ok(false);
+            return Ok(());
         };
+        self.heard = Wall.now();
         for (joint, (actuator, &q)) in feedback.actuators.iter().zip(&self.sent[at].1).enumerate() {
             let by = (degrees::from_wire(actuator.position, q) - q).abs();
             if by > BEHIND {
@@ -302,6 +345,6 @@ impl<'a> Beating<'a> {
         self.sent.drain(..at);
         // Nobody listens any more: then nobody needs it.
         let _ = self.told.send(feedback);
-        Ok(true)
+        Ok(())
     }
 }

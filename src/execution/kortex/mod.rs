@@ -2,7 +2,7 @@
 //!
 //! From the wire upwards: [`frame`] and [`messages`] are bytes, [`rpc`] and [`refusal`] are names for
 //! numbers, [`degrees`] is where the wire's units end, [`link`] is a session, [`arm`] an arm like any other, [`stream`] and
-//! [`beat`] its thousand positions a second.
+//! [`beat`] its thousand positions a second, [`pacing`] how evenly they left.
 //! [`desk`] looks after an arm beside whoever commands it.
 //! What was tried on an arm and what only against the emulator is said in `docs/kortex.md`.
 
@@ -19,4 +19,5 @@ pub mod desk;
 pub mod arm;
 pub mod stream;
 pub mod beat;
+pub mod pacing;
 mod waypoints;

@@ -142,6 +142,10 @@ services! {
         ON_ARM_STATE_TOPIC = 176 "OnNotificationArmStateTopic",
         SEND_JOINT_SPEEDS_JOYSTICK_COMMAND = 187 "SendJointSpeedsJoystickCommand",
         SEND_SELECTED_JOINT_SPEED_JOYSTICK_COMMAND = 188 "SendSelectedJointSpeedJoystickCommand",
+        ENABLE_BRIDGE = 193 "EnableBridge",
+        DISABLE_BRIDGE = 194 "DisableBridge",
+        GET_BRIDGE_LIST = 195 "GetBridgeList",
+        GET_BRIDGE_CONFIG = 196 "GetBridgeConfig",
         PLAY_PRE_COMPUTED_JOINT_TRAJECTORY = 197 "PlayPreComputedJointTrajectory",
         GET_PRODUCT_CONFIGURATION = 198 "GetProductConfiguration",
         GET_TRAJECTORY_ERROR_REPORT = 207 "GetTrajectoryErrorReport",
@@ -158,6 +162,20 @@ services! {
         REFRESH_FEEDBACK = 3 "RefreshFeedback",
         REFRESH_CUSTOM_DATA = 4 "RefreshCustomData",
     }
+    5 vision_config "VisionConfig" {
+        SET_SENSOR_SETTINGS = 1 "SetSensorSettings",
+        GET_SENSOR_SETTINGS = 2 "GetSensorSettings",
+        GET_OPTION_VALUE = 3 "GetOptionValue",
+        SET_OPTION_VALUE = 4 "SetOptionValue",
+        GET_OPTION_INFORMATION = 5 "GetOptionInformation",
+        ON_VISION_TOPIC = 6 "OnNotificationVisionTopic",
+        DO_SENSOR_FOCUS_ACTION = 7 "DoSensorFocusAction",
+        GET_INTRINSIC_PARAMETERS = 8 "GetIntrinsicParameters",
+        GET_INTRINSIC_PARAMETERS_PROFILE = 9 "GetIntrinsicParametersProfile",
+        SET_INTRINSIC_PARAMETERS = 10 "SetIntrinsicParameters",
+        GET_EXTRINSIC_PARAMETERS = 11 "GetExtrinsicParameters",
+        SET_EXTRINSIC_PARAMETERS = 12 "SetExtrinsicParameters",
+    }
     9 device_config "DeviceConfig" {
         GET_RUN_MODE = 1 "GetRunMode",
         GET_DEVICE_TYPE = 3 "GetDeviceType",
@@ -169,6 +187,7 @@ services! {
         GET_MAC_ADDRESS = 9 "GetMACAddress",
         GET_IPV4_SETTINGS = 10 "GetIPv4Settings",
         GET_PART_NUMBER_REVISION = 12 "GetPartNumberRevision",
+        REBOOT_REQUEST = 14 "RebootRequest",
         CLEAR_ALL_SAFETY_STATUS = 23 "ClearAllSafetyStatus",
         ON_SAFETY_TOPIC = 28 "OnNotificationSafetyTopic",
     }
@@ -180,6 +199,22 @@ services! {
         SET_SERVOING = 26 "SetServoing",
         GET_COMMAND_MODE = 28 "GetCommandMode",
         GET_SERVOING = 29 "GetServoing",
+    }
+    14 interconnect_config "InterconnectConfig" {
+        GET_UART_CONFIGURATION = 1 "GetUARTConfiguration",
+        SET_UART_CONFIGURATION = 2 "SetUARTConfiguration",
+        GET_ETHERNET_CONFIGURATION = 3 "GetEthernetConfiguration",
+        SET_ETHERNET_CONFIGURATION = 4 "SetEthernetConfiguration",
+        GET_GPIO_CONFIGURATION = 5 "GetGPIOConfiguration",
+        SET_GPIO_CONFIGURATION = 6 "SetGPIOConfiguration",
+        GET_GPIO_STATE = 7 "GetGPIOState",
+        SET_GPIO_STATE = 8 "SetGPIOState",
+        GET_I2C_CONFIGURATION = 9 "GetI2CConfiguration",
+        SET_I2C_CONFIGURATION = 10 "SetI2CConfiguration",
+        I2C_READ = 11 "I2CRead",
+        I2C_READ_REGISTER = 12 "I2CReadRegister",
+        I2C_WRITE = 13 "I2CWrite",
+        I2C_WRITE_REGISTER = 14 "I2CWriteRegister",
     }
     16 control_config "ControlConfig" {
         SET_GRAVITY_VECTOR = 1 "SetGravityVector",

@@ -2,8 +2,8 @@
 //!
 //! The arm is asked for low-level servoing before and brought back to single-level servoing after, however
 //! the motion ends. The beat itself is kept by a thread of its own, in [`super::beat`]. An arm that leaves
-//! low-level servoing by itself, as one does when commands are late, holds where it is; once it rests it is
-//! asked again and led back to its path, a bounded number of times.
+//! low-level servoing by itself, as one does when commands are late, holds where it is; if it rests soon it is
+//! asked again and led back to its path, a bounded number of times. One that someone else told to leave is not.
 //!
 //! Source: the vendor's examples 107 and 108 (first command is what was measured, numbers of frames, flags).
 
@@ -15,8 +15,8 @@ use std::time::Duration;
 use crate::execution::arm::{Cancel, DeviceError, Feedback};
 use crate::motion::trajectory::Trajectory;
 
-use super::about::refused;
-use super::beat::{BEHIND, Beat, Beating, End};
+use super::about::{refused, stalled};
+use super::beat::{BEHIND, Beat, Beating, End, Left, RESUME};
 use super::link::{Datagrams, LinkError, Login};
 use super::messages::cyclic;
 use super::rpc::base_cyclic;
@@ -33,6 +33,13 @@ pub struct Cyclic {
     pub port: u16,
     /// The arm may be silent for so long, s, before the motion is given up. The motion is held long before.
     pub silence: f64,
+}
+
+impl Cyclic {
+    /// Streams to a port, and gives a motion up that stood still for longer than [`RESUME`].
+    pub fn at(port: u16) -> Self {
+        Self { port, silence: RESUME }
+    }
 }
 
 /// Where on its path a stream begins: at its start, or where an arm that left it came to rest.
@@ -81,8 +88,10 @@ impl Course {
 pub(super) enum Went {
     /// It came to its end, or was called off and rests.
     Over,
-    /// The arm left low-level servoing when the path was so far along, s.
-    Left(f64),
+    /// The arm left low-level servoing for want of commands in time.
+    Left(Left),
+    /// Someone else had it leave low-level servoing, or it went into fault.
+    Ended,
 }
 
 /// One motion over an open session.
@@ -122,32 +131,36 @@ impl Stream<'_> {
         beat: &mut Beat,
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<Went, DeviceError> {
-        let (trajectory, cancel, silence) = (self.trajectory, self.cancel, self.silence);
+        let (trajectory, silence) = (self.trajectory, self.silence);
         let (n, course) = (self.course.off.len(), self.course);
+        // What cannot be read calls the motion off, too.
+        let off = self.cancel.child();
+        let cancel = &off;
         thread::scope(|scope| {
             let (sender, told) = channel();
             let beating = scope.spawn(move || {
                 Beating::new(trajectory, course, cancel, silence, datagrams, sender, beat).run()
             });
-            let read = show(&told, n, self.read, watch);
+            let read = show(&told, n, self.read, cancel, watch);
             let end = beating.join().map_err(|_| {
                 refused("the thread that keeps the beat failed", "tell the project")
             })?;
             read?;
             match end {
                 End::Done => Ok(Went::Over),
-                End::Left(along) => Ok(Went::Left(along)),
+                End::Left(left) => Ok(Went::Left(left)),
+                End::Ended => Ok(Went::Ended),
+                End::Paused(pause) => Err(refused(
+                    format!("this computer sent nothing to the arm for {pause:.1} s"),
+                    "end what else it does, or leave `--stream` out; then call it again to go on",
+                )),
                 End::Behind(joint, by) => Err(DeviceError::FollowingError {
                     joint: joint + 1,
                     error_deg: by.to_degrees(),
                     limit_deg: BEHIND.to_degrees(),
                 }),
                 End::Refused(refusal) => Err(LinkError::Refused(refusal).into()),
-                End::Silent => Err(LinkError::Silent {
-                    rpc: base_cyclic::REFRESH,
-                    milliseconds: (silence * 1e3) as u64,
-                }
-                .into()),
+                End::Silent => Err(stalled(silence)),
                 End::Lost(error) => Err(error.into()),
             }
         })
@@ -159,6 +172,7 @@ fn show(
     told: &Receiver<cyclic::Feedback>,
     n: usize,
     read: &mut dyn FnMut(&cyclic::Feedback) -> Result<Feedback, LinkError>,
+    off: &Cancel,
     watch: &mut dyn FnMut(&Feedback),
 ) -> Result<(), DeviceError> {
     let mut first_wrong = None;
@@ -166,7 +180,10 @@ fn show(
         match told.recv_timeout(Duration::from_millis(100)) {
             Ok(feedback) if feedback.actuators.len() == n => match read(&feedback) {
                 Ok(feedback) => watch(&feedback),
-                Err(error) => first_wrong = first_wrong.or(Some(error)),
+                Err(error) => {
+                    off.cancel();
+                    first_wrong = first_wrong.or(Some(error));
+                }
             },
             Ok(_) | Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => break,

@@ -3,7 +3,6 @@
 use crate::execution::arm::{Cancel, DeviceError, Feedback, Grip};
 use crate::execution::limits::ClearedGrip;
 
-use super::super::about::refused;
 use super::super::link::LinkError;
 use super::super::messages::motion::{Finger, Gripper, GripperCommand, GripperMode};
 use super::super::rpc::base;
@@ -27,20 +26,16 @@ impl KortexArm {
         }
         self.fingers = None;
         self.command_fingers(grip.opening())?;
-        let (mut last, mut still) = (self.measure()?.opening, 0);
+        let (mut last, mut still) = (self.measure_in_motion()?.opening, 0);
         // At most five seconds: the slowest fingers need two.
         for _ in 0..50 {
             self.look_on(0.1, cancel, watch)?;
-            let now = self.measure()?.opening;
+            let now = self.measure_in_motion()?.opening;
             still = if (now - last).abs() < STILL { still + 1 } else { 0 };
             last = now;
             if still >= 3 {
                 break;
             }
-        }
-        if !last.is_finite() {
-            let help = "check the gripper's plug, then restart the arm";
-            return Err(refused("the gripper does not report its opening", help));
         }
         Ok(Grip { opening: last, stalled: (last - grip.opening()).abs() > STOPPED_SHORT })
     }
@@ -53,7 +48,7 @@ impl KortexArm {
             gripper: Some(Gripper { finger: vec![finger] }),
             duration: 0,
         };
-        self.link.call(base::SEND_GRIPPER_COMMAND, &command)
+        self.link.call_within(base::SEND_GRIPPER_COMMAND, &command, self.options.patience)
     }
 
     /// Sends the fingers that are to go beside a motion, once it is time.

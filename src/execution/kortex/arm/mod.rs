@@ -1,8 +1,9 @@
 //! [`Arm`] over Kortex: a real Gen3, or whoever answers like one.
 //!
 //! A motion is sent as waypoints the arm has validated, and is over when the arm says so *and* its joints
-//! are there. An arm that errs is stopped first and reported second. A connection that is lost is opened
-//! again by the next question, never in the middle of a motion, and nothing is repeated by itself.
+//! are there. An arm that errs is stopped first and reported second, and one that is silent while it moves is
+//! reported within a second. A connection that is lost is opened again by the next question, never in the middle
+//! of a motion, and nothing is repeated by itself.
 //!
 //! Not known to the wire, and therefore not here: the joints' commanded positions (they are worked out from
 //! what was sent), the force of the fingers (the controller has no command for it).
@@ -11,10 +12,10 @@ use std::net::{SocketAddr, ToSocketAddrs};
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::execution::arm::{Arm, Cancel, DeviceError, Feedback, Grip};
+use crate::execution::arm::{Arm, Cancel, DeviceError, Feedback, Grip, Pacing};
 use crate::execution::limits::{Cleared, ClearedGrip};
 
-use super::about::{About, refused};
+use super::about::{About, refused, stalled};
 use super::beat::Beat;
 use super::clock::Clock;
 use super::degrees;
@@ -35,11 +36,13 @@ mod servo;
 /// A joint this near to where it was sent is there, rad: under the arm's own warning of 3 deg.
 const THERE: f64 = 0.035;
 /// A joint slower than this rests, rad/s.
-const RESTS: f64 = 0.02;
+pub(super) const RESTS: f64 = 0.02;
 /// How long it may take to come to rest, s.
 const COMING_TO_REST: f64 = 3.0;
 /// How many answers in a row may fail to come before a motion is given up.
 const MISSES: u32 = 3;
+/// How long what is known of the fingers may be old, s.
+const FINGERS_OLD: f64 = 0.2;
 
 /// How to connect.
 #[derive(Clone)]
@@ -54,14 +57,21 @@ pub struct Options {
     pub login: Login,
     /// How many times a second feedback is asked for; the arm itself works at 40 Hz over TCP.
     pub rate: f64,
-    /// How long an answer may take.
+    /// How long an answer may take while the arm rests.
     pub timeout: Duration,
+    /// How long nothing may be heard of an arm that moves; [`Options::PATIENCE`] unless the machine is busy.
+    pub patience: Duration,
     /// Where its joints are likely to be, rad: joints that turn without end are counted from there.
     pub near: Vec<f64>,
     /// Widest opening between the finger pads, m.
     pub max_opening: f64,
     /// The arm's clock.
     pub clock: Arc<dyn Clock>,
+}
+
+impl Options {
+    /// Silence for which a moving arm is given up: with one last call to stop it, it is told within a second.
+    pub const PATIENCE: Duration = Duration::from_millis(600);
 }
 
 /// A Gen3 with a Robotiq 2F-85.
@@ -75,7 +85,13 @@ pub struct KortexArm {
     begun: f64,
     q: Vec<f64>,
     q_cmd: Vec<f64>,
+    /// How the last streamed motion was paced, and all of them since that was asked.
     beat: Option<Beat>,
+    streamed: Option<Beat>,
+    /// Whether the arm was given up for its silence and has not been heard since.
+    is_silent: bool,
+    /// How wide the fingers were last, m, and when that was told, by the clock in s.
+    opening: Option<(f64, f64)>,
     /// When the fingers are to be sent beside a motion, by the clock in s, and how far open, m.
     fingers: Option<(f64, f64)>,
 }
@@ -107,6 +123,9 @@ impl KortexArm {
             q: near.clone(),
             q_cmd: near,
             beat: None,
+            streamed: None,
+            is_silent: false,
+            opening: None,
             fingers: None,
         };
         let feedback = arm.measure()?;
@@ -120,8 +139,8 @@ impl KortexArm {
     }
 
     /// Returns how well the beat of the last streamed motion was kept.
-    pub fn beat(&self) -> Option<Beat> {
-        self.beat
+    pub fn beat(&self) -> Option<&Beat> {
+        self.beat.as_ref()
     }
 
     /// Opens the connection again after it was lost. What was under way is not taken up again.
@@ -177,9 +196,20 @@ impl KortexArm {
         Ok(told.active_state())
     }
 
-    /// Asks for feedback, once.
+    /// Returns how long one answer of an arm that moves may take.
+    fn soon(&self) -> Duration {
+        self.options.patience / MISSES
+    }
+
+    /// Asks for feedback, once; of an arm that was given up for its silence only briefly.
     fn measure(&mut self) -> Result<Feedback, LinkError> {
-        let told: cyclic::Feedback = self.link.call(base_cyclic::REFRESH_FEEDBACK, &())?;
+        self.measure_within(if self.is_silent { self.soon() } else { self.options.timeout })
+    }
+
+    fn measure_within(&mut self, timeout: Duration) -> Result<Feedback, LinkError> {
+        let told: cyclic::Feedback =
+            self.link.call_within(base_cyclic::REFRESH_FEEDBACK, &(), timeout)?;
+        self.is_silent = false;
         self.inside(&told)
     }
 
@@ -208,7 +238,14 @@ impl KortexArm {
             told.interconnect.as_ref().and_then(|all| match all.tool_feedback.as_ref()? {
                 ToolFeedback::GripperFeedback(gripper) => Some(gripper.motor.first()?.position),
             });
-        let open = closed.map_or(f64::NAN, |percent| 1.0 - f64::from(percent) / 100.0);
+        let now = self.options.clock.now();
+        if let Some(percent) = closed.filter(|percent| percent.is_finite()) {
+            let open = 1.0 - f64::from(percent) / 100.0;
+            self.opening = Some((open * self.options.max_opening, now));
+        }
+        // Without it nothing could be said of what the arm may touch.
+        let known = self.opening.filter(|(_, told)| now - told <= FINGERS_OLD);
+        let (opening, _) = known.ok_or(LinkError::NoGripper)?;
         Ok(Feedback {
             time: self.options.clock.now() - self.begun,
             q_cmd: self.q_cmd.clone(),
@@ -216,36 +253,58 @@ impl KortexArm {
             dq: each(|actuator| actuator.velocity).map(f64::to_radians).collect(),
             // The measured torque is opposite to the way the joint is driven (the vendor's example 108).
             tau: each(|actuator| -actuator.torque).collect(),
-            opening: open * self.options.max_opening,
+            opening,
             mass: None,
         })
     }
 
     /// Asks for feedback and forgives a few answers that do not come.
     fn measure_patiently(&mut self, misses: &mut u32) -> Result<Option<Feedback>, DeviceError> {
-        match self.measure() {
+        match self.measure_within(self.soon()) {
             Ok(feedback) => {
                 *misses = 0;
                 Ok(Some(feedback))
             }
-            Err(error @ LinkError::Silent { .. }) => {
+            Err(LinkError::Silent { .. }) => {
                 *misses += 1;
-                if *misses < MISSES { Ok(None) } else { Err(error.into()) }
+                if *misses < MISSES {
+                    return Ok(None);
+                }
+                self.is_silent = true;
+                Err(stalled(self.options.patience.as_secs_f64()))
             }
             Err(error) => Err(error.into()),
         }
     }
 
-    /// Stops the arm and waits until it rests; where it rests is where the next motion begins.
-    fn halt(&mut self, watch: &mut dyn FnMut(&Feedback)) -> Result<(), DeviceError> {
-        // Asked more than once: a stop that was not heard is no stop.
-        let mut stopped = self.link.call::<()>(base::STOP, &());
-        for _ in 0..2 {
-            if matches!(stopped, Err(LinkError::Silent { .. })) {
-                stopped = self.link.call::<()>(base::STOP, &());
+    /// Asks for feedback until it comes, as patiently.
+    fn measure_in_motion(&mut self) -> Result<Feedback, DeviceError> {
+        let mut misses = 0;
+        loop {
+            if let Some(feedback) = self.measure_patiently(&mut misses)? {
+                return Ok(feedback);
             }
         }
-        stopped?;
+    }
+
+    /// Tells the arm to stop, a few times: a stop that was not heard is no stop.
+    fn say_stop(&mut self) -> Result<(), LinkError> {
+        // One that hears nothing stops by itself.
+        let tries = if self.is_silent { 1 } else { MISSES };
+        let mut stopped = Ok(());
+        for _ in 0..tries {
+            stopped = self.link.call_within::<()>(base::STOP, &(), self.soon());
+            if !matches!(stopped, Err(LinkError::Silent { .. })) {
+                return stopped;
+            }
+        }
+        self.is_silent = true;
+        stopped
+    }
+
+    /// Stops the arm and waits until it rests; where it rests is where the next motion begins.
+    fn halt(&mut self, watch: &mut dyn FnMut(&Feedback)) -> Result<(), DeviceError> {
+        self.say_stop()?;
         let until = self.options.clock.now() + COMING_TO_REST;
         let mut misses = 0;
         while self.options.clock.now() < until {
@@ -353,7 +412,14 @@ impl Arm for KortexArm {
         self.validate(&list)?;
         // What was told of earlier actions is old.
         self.link.notes(self.actions);
-        let () = self.link.call(base::EXECUTE_WAYPOINT_TRAJECTORY, &list)?;
+        let begun = self.link.call::<()>(base::EXECUTE_WAYPOINT_TRAJECTORY, &list);
+        if let Err(error) = begun {
+            // It may have begun all the same: the call may have come through and its answer not.
+            if matches!(error, LinkError::Silent { .. }) {
+                let _ = self.halt(watch);
+            }
+            return Err(error.into());
+        }
         self.accompany(&trajectory, list.waypoints.len(), cancel, watch)
     }
 
@@ -387,5 +453,9 @@ impl Arm for KortexArm {
     fn stop(&mut self) {
         // An arm that cannot be told stops by itself when this connection falls silent.
         let _ = self.halt(&mut |_| {});
+    }
+
+    fn pacing(&mut self) -> Option<Pacing> {
+        self.streamed.take().as_ref().map(Pacing::from)
     }
 }

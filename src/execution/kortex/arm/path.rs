@@ -8,7 +8,9 @@ use prost::Message;
 use crate::execution::arm::{Cancel, DeviceError, Feedback};
 use crate::motion::trajectory::Trajectory;
 
-use super::super::about::refused;
+use super::super::about::{refused, stalled};
+use super::super::clock::{Clock, Wall};
+use super::super::link::MOVEMENT_SILENCE_MS;
 use super::super::messages::base::{ActionEvent, ActionNotification};
 use super::super::messages::trajectory::{
     TrajectoryErrorReport, WaypointList, WaypointValidationReport,
@@ -62,8 +64,11 @@ impl KortexArm {
     /// Words why the arm gave a motion up.
     fn why_aborted(&mut self, sub_code: u16, n: usize) -> DeviceError {
         let known = refusal::sub_code(sub_code);
-        let report =
-            self.link.call::<TrajectoryErrorReport>(base::GET_TRAJECTORY_ERROR_REPORT, &());
+        let report = self.link.call_within::<TrajectoryErrorReport>(
+            base::GET_TRAJECTORY_ERROR_REPORT,
+            &(),
+            self.options.patience,
+        );
         let path = report.ok().and_then(|report| waypoints::words(&report, n));
         let what = match (path, known) {
             (Some(path), _) => path,
@@ -87,12 +92,17 @@ impl KortexArm {
         let goal = trajectory.ends().1;
         let (mut told, mut misses) = (Told::Nothing, 0);
         let mut start = clock.now();
+        // The longest silence so far, s of the wall's clock, as the arm measures it.
+        let (mut heard, mut silence) = (Wall.now(), 0.0_f64);
         loop {
             if cancel.is_cancelled() {
                 self.halt(watch)?;
                 return Err(DeviceError::Stopped);
             }
-            self.send_fingers_when_due()?;
+            if let Err(error) = self.send_fingers_when_due() {
+                let _ = self.halt(watch);
+                return Err(error.into());
+            }
             let before = told;
             told = self.heard(told);
             if before == Told::Nothing && told == Told::Started {
@@ -108,10 +118,17 @@ impl KortexArm {
                 }
             };
             if let Some(feedback) = &feedback {
+                silence = silence.max(Wall.now() - heard);
+                heard = Wall.now();
                 watch(feedback);
             }
             if let Told::Aborted(sub_code) = told {
-                let error = self.why_aborted(sub_code, n);
+                let cut_off = silence > f64::from(MOVEMENT_SILENCE_MS) / 1e3;
+                let error = match sub_code {
+                    // It stopped by itself because it was cut off: nobody told it to.
+                    refusal::CONTROL_MANUAL_STOP if cut_off => stalled(silence),
+                    _ => self.why_aborted(sub_code, n),
+                };
                 let _ = self.halt(watch);
                 return Err(error);
             }

@@ -3,19 +3,23 @@
 //! However it ends, the arm holds where it is and takes high-level commands again.
 
 use std::net::SocketAddr;
+use std::time::Duration;
 
 use crate::execution::arm::{Cancel, DeviceError, Feedback};
 use crate::motion::trajectory::Trajectory;
 
 use super::super::about::refused;
-use super::super::beat::Beat;
+use super::super::beat::{Beat, Left, RESUME};
+use super::super::clock::{Clock, Wall};
+use super::super::desk::in_words;
 use super::super::link::{Datagrams, LinkError};
 use super::super::messages::base::{ServoingMode, ServoingModeInformation};
 use super::super::messages::common::ArmState;
 use super::super::messages::cyclic;
-use super::super::rpc::base;
+use super::super::rpc::{base, base_cyclic};
+use super::super::safety;
 use super::super::stream::{self, Course, Cyclic, Stream, Went};
-use super::{COMING_TO_REST, KortexArm, RESTS, THERE};
+use super::{KortexArm, RESTS, THERE};
 
 /// How often an arm may leave low-level servoing on one path and be asked back.
 const MOST_LEFT: u64 = 20;
@@ -45,7 +49,11 @@ impl KortexArm {
         let mut beat = Beat::default();
         let streamed =
             self.beat_to_the_end(how, trajectory, &mut datagrams, &mut beat, cancel, watch);
-        let back = self.set_servoing(ServoingMode::SingleLevel);
+        // One that was given up for its silence is not waited for again.
+        let patience = if streamed.is_ok() { self.options.patience } else { self.soon() };
+        let back = self.set_servoing(ServoingMode::SingleLevel, patience);
+        self.is_silent = matches!(back, Err(LinkError::Silent { .. }));
+        self.streamed.get_or_insert_default().add(&beat);
         self.beat = Some(beat);
         streamed?;
         back?;
@@ -70,13 +78,14 @@ impl KortexArm {
     ) -> Result<(), DeviceError> {
         let mut course = Course::start(self.q.len());
         loop {
-            self.set_servoing(ServoingMode::LowLevel)?;
+            self.set_servoing(ServoingMode::LowLevel, self.options.patience)?;
             let mut read = |told: &cyclic::Feedback| self.inside(told);
             let (silence, read) = (how.silence, &mut read);
             let stream = Stream { trajectory, course, cancel, silence, read };
-            let along = match stream.run(datagrams, beat, watch)? {
+            let left = match stream.run(datagrams, beat, watch)? {
                 Went::Over => return Ok(()),
-                Went::Left(along) => along,
+                Went::Left(left) => left,
+                Went::Ended => return Err(self.why_ended()?),
             };
             beat.left += 1;
             if beat.left > MOST_LEFT {
@@ -90,23 +99,52 @@ impl KortexArm {
             if cancel.is_cancelled() {
                 return self.halt(watch);
             }
-            course = Course::rejoin(trajectory, along, &self.at_rest(watch)?)?;
+            let rest = self.at_rest(how.silence.max(RESUME), left, watch)?;
+            course = Course::rejoin(trajectory, left.along, &rest)?;
         }
     }
 
-    /// Waits until the arm, which holds by itself, rests; returns where.
-    fn at_rest(&mut self, watch: &mut dyn FnMut(&Feedback)) -> Result<Vec<f64>, DeviceError> {
+    /// Says why a stream ended whose commands came in time.
+    fn why_ended(&mut self) -> Result<DeviceError, DeviceError> {
         if self.state()? == ArmState::InFault {
-            let what = "the arm went into fault while it was commanded at 1 kHz";
-            return Err(refused(what, "find out why, then clear its faults"));
+            let told: cyclic::Feedback = self.link.call(base_cyclic::REFRESH_FEEDBACK, &())?;
+            let what = format!(
+                "the arm went into fault while it was commanded at 1 kHz: {}",
+                in_words(&safety::faults(&told))
+            );
+            return Ok(refused(what, "mend the cause, then clear its faults"));
         }
-        let until = self.options.clock.now() + COMING_TO_REST;
+        let what = "someone else stopped the arm while it was commanded at 1 kHz";
+        Ok(refused(what, "ask who did; it is not moved again before you call for it"))
+    }
+
+    /// Waits until the arm, which left its stream and holds by itself, rests; returns where.
+    ///
+    /// # Errors
+    ///
+    /// When it is in fault, and when it is too late to go on without being asked.
+    fn at_rest(
+        &mut self,
+        resume: f64,
+        left: Left,
+        watch: &mut dyn FnMut(&Feedback),
+    ) -> Result<Vec<f64>, DeviceError> {
+        if self.state()? == ArmState::InFault {
+            return Err(self.why_ended()?);
+        }
         let mut misses = 0;
         loop {
             if let Some(feedback) = self.measure_patiently(&mut misses)? {
                 watch(&feedback);
-                let rests = feedback.dq.iter().all(|dq| dq.abs() < RESTS);
-                if rests || self.options.clock.now() > until {
+                let stood = Wall.now() - left.heard;
+                if stood > resume {
+                    let what = format!(
+                        "the arm left 1 kHz servoing for want of commands in time and stood for {stood:.1} s"
+                    );
+                    let help = "call it again to go on; end what else this computer does, or leave `--stream` out";
+                    return Err(refused(what, help));
+                }
+                if feedback.dq.iter().all(|dq| dq.abs() < RESTS) {
                     return Ok(feedback.q);
                 }
             }
@@ -114,8 +152,8 @@ impl KortexArm {
         }
     }
 
-    fn set_servoing(&mut self, mode: ServoingMode) -> Result<(), LinkError> {
+    fn set_servoing(&mut self, mode: ServoingMode, within: Duration) -> Result<(), LinkError> {
         let asked = ServoingModeInformation { servoing_mode: mode as i32 };
-        self.link.call(base::SET_SERVOING_MODE, &asked)
+        self.link.call_within(base::SET_SERVOING_MODE, &asked, within)
     }
 }

@@ -37,6 +37,9 @@ pub enum LinkError {
         /// Why.
         error: String,
     },
+    /// The arm answers, but says nothing of its fingers.
+    #[error("the gripper does not report its opening")]
+    NoGripper,
     /// What is to be sent does not fit a frame.
     #[error("{0}")]
     Frame(#[from] FrameError),
@@ -57,6 +60,7 @@ impl LinkError {
             Self::Unreadable { .. } => {
                 "its firmware may be newer than this program; tell the project its version"
             }
+            Self::NoGripper => "check the gripper's plug, then restart the arm",
             Self::Frame(_) => "shorten the path",
         }
     }

@@ -34,7 +34,7 @@ pub use error::LinkError;
 /// A session that sends nothing for so long is closed by the arm, ms; and its movements are stopped after
 /// so long, ms. The vendor's examples take the same.
 const SESSION_SILENCE_MS: u32 = 60_000;
-const MOVEMENT_SILENCE_MS: u32 = 2_000;
+pub(super) const MOVEMENT_SILENCE_MS: u32 = 2_000;
 /// A sign of life is sent when nothing else was for so long, s.
 const BEAT: f64 = 0.15;
 /// How often a thread that waits looks whether it should end.
@@ -160,6 +160,21 @@ impl Link {
         message: &impl Message,
     ) -> Result<M, LinkError> {
         self.call_device(rpc, 0, message)
+    }
+
+    /// As [`Self::call`], and waits at most so long.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::call`].
+    pub fn call_within<M: Message + Default>(
+        &self,
+        rpc: Rpc,
+        message: &impl Message,
+        timeout: Duration,
+    ) -> Result<M, LinkError> {
+        let timeout = timeout.min(self.shared.timeout);
+        answer(rpc, &self.shared.ask(rpc, 0, message.encode_to_vec(), timeout)?)
     }
 
     /// As [`Self::call`], to one device behind the base.

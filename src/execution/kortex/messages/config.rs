@@ -24,6 +24,14 @@ pub struct RunMode {
     pub run_mode: i32,
 }
 
+/// `DeviceConfig.RebootRqst`.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct RebootRequest {
+    /// ms.
+    #[prost(uint32, tag = "1")]
+    pub delay: u32,
+}
+
 /// `DeviceConfig.FirmwareVersion`.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct FirmwareVersion {

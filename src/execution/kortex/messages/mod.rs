@@ -22,3 +22,5 @@ pub mod sequence;
 pub mod trajectory;
 pub mod cyclic;
 pub mod config;
+pub mod interconnect;
+pub mod vision;
