@@ -5,34 +5,51 @@
 
 use std::fmt::Write as _;
 use std::fs::{self, OpenOptions};
-use std::io::{self, Read as _, Seek as _, SeekFrom, Write};
+use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
 use ring::digest::{Context, SHA256};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::files::write;
+
 /// Adds a value at the end of the file, which is made, with its folder, if it is not there.
 ///
 /// # Errors
 ///
-/// What the file system says.
+/// What the file system says; the file is then as it was.
 pub fn append(path: &Path, value: &impl Serialize) -> io::Result<()> {
+    extend(path, std::slice::from_ref(value))
+}
+
+/// Adds values at the end of the file, all of them or none.
+///
+/// # Errors
+///
+/// As [`append`].
+pub fn extend(path: &Path, values: &[impl Serialize]) -> io::Result<()> {
     if let Some(dir) = path.parent().filter(|dir| !dir.as_os_str().is_empty()) {
         fs::create_dir_all(dir)?;
     }
-    let mut line = serde_json::to_string(value)?;
-    line.push('\n');
+    let mut lines = String::new();
+    for value in values {
+        lines += &serde_json::to_string(value)?;
+        lines.push('\n');
+    }
     let mut file = OpenOptions::new().create(true).read(true).append(true).open(path)?;
-    if file.metadata()?.len() > 0 {
+    let mut length = file.metadata()?.len();
+    if length > 0 {
         let mut last = [0];
         file.seek(SeekFrom::End(-1))?;
         file.read_exact(&mut last)?;
         if last != *b"\n" {
-            line.insert(0, '\n');
+            lines.insert(0, '\n');
         }
     }
-    file.write_all(line.as_bytes())
+    write::append(&mut file, &mut length, lines.as_bytes())?;
+    // An answer or a trial took long to come by.
+    file.sync_data()
 }
 
 /// Reads all values, the oldest first, and counts the lines that are none. No file is no value.

@@ -60,6 +60,37 @@ impl Desk {
         Said::of(args, self.command(args).output().unwrap())
     }
 
+    /// Runs the program to its end where no file may grow beyond so many blocks of 512 bytes.
+    #[cfg(unix)]
+    pub(crate) fn without_room(&self, blocks: usize, args: &[&str]) -> Said {
+        Said::of(args, self.limited(blocks, args).output().unwrap())
+    }
+
+    /// As [`Self::without_room`], on typed input.
+    #[cfg(unix)]
+    pub(crate) fn without_room_typed(&self, blocks: usize, args: &[&str], input: &str) -> Said {
+        let mut child = self.limited(blocks, args).stdin(Stdio::piped()).spawn().unwrap();
+        child.stdin.take().unwrap().write_all(input.as_bytes()).unwrap();
+        Said::of(args, child.wait_with_output().unwrap())
+    }
+
+    #[cfg(unix)]
+    fn limited(&self, blocks: usize, args: &[&str]) -> Command {
+        let plain = self.command(args);
+        let mut command = Command::new("sh");
+        // The signal that comes with the error is left out: a full disk sends none.
+        command.arg("-c").arg(format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$@\"")).arg("sh");
+        command.arg(plain.get_program()).args(plain.get_args()).current_dir(&self.dir);
+        for (name, value) in plain.get_envs() {
+            match value {
+                Some(value) => command.env(name, value),
+                None => command.env_remove(name),
+            };
+        }
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
+    }
+
     /// Runs the program on typed input and returns what a terminal would show: stdout and stderr as one.
     pub(crate) fn typed(&self, args: &[&str], input: &str) -> Said {
         self.typed_with(args, input, ("NO_COLOR", ""))

@@ -1,12 +1,13 @@
 //! `trueup camera`: find objects in a picture.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use serde::Deserialize;
 
 use crate::alignment::vision::{self, Answer, Options};
 use crate::execution::calibrate::{self, Switches};
+use crate::files::write;
 use crate::language::{self, Source};
 use crate::report::{self, Failure, Style};
 use crate::workcell;
@@ -107,19 +108,15 @@ pub(super) fn camera(
     let sightings = vision::see(&image, &camera, &scene, &Options::default())
         .map_err(|error| Failure::input("camera::picture", error.to_string()).at(&place))?;
     if let Some(dir) = &args.out {
-        let written =
-            std::fs::create_dir_all(dir).map_err(image::ImageError::IoError).and_then(|()| {
-                for sighting in &sightings {
-                    if let Some(mask) = &sighting.mask {
-                        mask.save(dir.join(format!("{}-mask.png", sighting.name)))?;
-                    }
-                }
-                vision::annotate(&image, &sightings).save(dir.join("seen.png"))
-            });
-        written.map_err(|error| {
-            Failure::input("io::write", format!("cannot write pictures: {error}"))
-                .at(dir.display().to_string())
-        })?;
+        std::fs::create_dir_all(dir).map_err(unwritten(dir))?;
+        for sighting in &sightings {
+            if let Some(mask) = &sighting.mask {
+                let path = dir.join(format!("{}-mask.png", sighting.name));
+                write::picture(&path, mask).map_err(unwritten(&path))?;
+            }
+        }
+        let path = dir.join("seen.png");
+        write::picture(&path, &vision::annotate(&image, &sightings)).map_err(unwritten(&path))?;
     }
     if style.json {
         style.document(&Answer::new(&sightings, |sighting| {
@@ -134,4 +131,8 @@ pub(super) fn camera(
     }
     let all = sightings.iter().all(|sighting| sighting.found);
     Ok(if all { Exit::Yes } else { Exit::No })
+}
+
+fn unwritten(path: &Path) -> impl Fn(std::io::Error) -> Failure {
+    move |error| report::unwritten(path, &error)
 }

@@ -15,7 +15,7 @@ use crate::report::{self, Failure, Style};
 use crate::workcell::{self, Laboratory};
 
 use super::run::options;
-use super::{Cli, Exit};
+use super::{Cli, Exit, signals};
 
 /// Play a Gen3's controller.
 #[derive(Debug, Args)]
@@ -170,10 +170,8 @@ fn tell(args: &EmulateArgs, emulator: &Emulator, pictures: Option<&Pictures>, st
 
 /// Waits for Ctrl-C, then says how the arm's time went.
 fn until_interrupted(emulator: &Emulator, style: Style) -> Result<Exit, Failure> {
-    let over = Arc::new(Cancel::default());
-    let flag = over.clone();
-    ctrlc::set_handler(move || flag.cancel())
-        .map_err(|error| Failure::unavailable("signal", format!("cannot watch Ctrl-C: {error}")))?;
+    let over = Cancel::default();
+    signals::stop(over.clone())?;
     let (begun, begun_arm) = (Wall.now(), emulator.status().time);
     while !over.is_cancelled() {
         std::thread::sleep(Duration::from_millis(50));

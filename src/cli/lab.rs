@@ -6,8 +6,9 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 use serde::Serialize;
 
+use crate::files::write;
 use crate::lab::{self, HiddenEffect, LabSettings};
-use crate::report::{Failure, Style};
+use crate::report::{self, Failure, Style};
 use crate::units::significant;
 use crate::workcell;
 
@@ -54,8 +55,8 @@ struct Hidden {
 
 fn hide(args: &HideArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
     let library = workcell::library(&stdlib(cli)?);
-    let scene = workcell::scene_of(&library, None)
-        .map_err(|error| crate::report::cell_failure(&error, style))?;
+    let scene =
+        workcell::scene_of(&library, None).map_err(|error| report::cell_failure(&error, style))?;
     let settings = |error: lab::Error| Failure::input("lab::settings", error.to_string());
     let effect = lab::draw(&scene, cli.common.seed).map_err(settings)?;
     let mut with = match &cli.cell.lab {
@@ -75,11 +76,7 @@ fn hide(args: &HideArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
         Some(_) => toml::to_string(&with)
             .map_err(|error| Failure::input("lab::settings", error.to_string()))?,
     };
-    std::fs::write(&args.out, text).map_err(|error| {
-        Failure::input("io::write", format!("cannot write {path}: {error}"))
-            .at(&path)
-            .help("name a file that may be written with `--out FILE`")
-    })?;
+    write::replace(&args.out, text).map_err(|error| report::unwritten(&args.out, &error))?;
     if style.json {
         style.document(&Hidden { path, sealed: true });
     } else {

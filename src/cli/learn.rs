@@ -1,16 +1,16 @@
 //! `trueup learn RUNS…`: what runs say of the branches they took goes into the outcomes file of its domain.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde_json::json;
 
+use crate::files::write;
 use crate::graph::outcome::{Counts, Outcome};
 use crate::graph::{Outcomes, Priors};
-use crate::report::{Failure, Style};
+use crate::lines;
+use crate::report::{self, Failure, Style};
 use crate::workcell::learning::{self, Learnt};
 use crate::workcell::{Run, archive};
 
@@ -98,7 +98,7 @@ pub(super) fn learn(args: &LearnArgs, cli: &Cli, style: Style) -> Result<Exit, F
             }
         }
         if !args.dry && !outcomes.is_empty() {
-            append(&path, outcomes)?;
+            lines::extend(&path, outcomes).map_err(|error| report::unwritten(&path, &error))?;
         }
     }
     if style.json {
@@ -142,7 +142,7 @@ fn demonstrated(
     if !dry {
         let text = serde_json::to_string_pretty(&priors)
             .map_err(|error| Failure::input("io::write", error.to_string()))?;
-        fs::write(&path, text + "\n").map_err(|error| unwritten(&path, &error))?;
+        write::replace(&path, text + "\n").map_err(|error| report::unwritten(&path, &error))?;
     }
     if style.json {
         style.document(&json!({"demonstrations": runs.len(), "dry": dry, "counts": priors.counts}));
@@ -183,26 +183,4 @@ fn names(path: &Path) -> Result<BTreeSet<String>, Failure> {
     let text = read(path)?;
     let outcomes = text.lines().filter_map(|line| serde_json::from_str::<Outcome>(line).ok());
     Ok(outcomes.map(|outcome| outcome.run).collect())
-}
-
-/// Adds lines at the end of a file; nothing that stands there is touched.
-fn append(path: &Path, outcomes: &[Outcome]) -> Result<(), Failure> {
-    let mut lines = String::new();
-    // A line that a crash cut short is ended first.
-    if path.exists() && !read(path)?.ends_with('\n') {
-        lines.push('\n');
-    }
-    for outcome in outcomes {
-        lines += &serde_json::to_string(outcome)
-            .map_err(|error| Failure::input("io::write", error.to_string()))?;
-        lines.push('\n');
-    }
-    let file = fs::OpenOptions::new().create(true).append(true).open(path);
-    file.and_then(|mut file| file.write_all(lines.as_bytes()))
-        .map_err(|error| unwritten(path, &error))
-}
-
-fn unwritten(path: &Path, error: &std::io::Error) -> Failure {
-    Failure::input("io::write", format!("cannot write {}: {error}", path.display()))
-        .at(path.display().to_string())
 }

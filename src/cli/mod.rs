@@ -17,6 +17,7 @@ mod kortex;
 mod lab;
 mod learn;
 mod lsp;
+mod numbers;
 mod page;
 mod replay;
 mod report;
@@ -24,19 +25,21 @@ mod robot;
 mod run;
 mod runs;
 mod say;
+mod signals;
 mod teach;
 mod test;
 mod text;
 mod trials;
 mod vqa;
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
 use crate::http::Address;
-use crate::report::{Failure, Style};
+use crate::report::{Failure, Style, panics};
 
 /// Script a robot arm against a digital twin that tells the truth.
 #[derive(Debug, Parser)]
@@ -115,7 +118,7 @@ struct CellArgs {
     #[arg(long, global = true, value_name = "NAME", requires = "ask_endpoint")]
     ask_model: Option<String>,
     /// How long one of its replies may take, s.
-    #[arg(long, global = true, value_name = "S", default_value_t = 20.0)]
+    #[arg(long, global = true, value_name = "S", default_value_t = 20.0, value_parser = numbers::seconds)]
     ask_timeout: f64,
 }
 
@@ -196,6 +199,7 @@ pub enum Exit {
 
 /// Runs the program with the arguments of the process and returns its exit code.
 pub fn main() -> ExitCode {
+    panics::listen();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
@@ -210,14 +214,21 @@ pub fn main() -> ExitCode {
         }
     };
     let style = Style::detect(cli.common.json, cli.common.quiet);
-    let outcome = dispatch(&cli, style);
-    ExitCode::from(match outcome {
+    let outcome = catch_unwind(AssertUnwindSafe(|| dispatch(&cli, style)));
+    let outcome =
+        outcome.unwrap_or_else(|panic| Err(panics::caught(panic.as_ref(), signals::has_arm())));
+    let told = match outcome {
         Ok(exit) => exit as u8,
         Err(failure) => {
             style.failure(&failure);
             failure.exit()
         }
-    })
+    };
+    // A thread by itself may have failed beside all that. The answer has been given, so this is said beside it.
+    ExitCode::from(panics::uncaught(signals::has_arm()).map_or(told, |failure| {
+        Style { json: false, ..style }.failure(&failure);
+        failure.exit().max(told)
+    }))
 }
 
 /// Words bad usage for a program: the first paragraph says what, the rest what would help.

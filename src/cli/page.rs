@@ -15,7 +15,8 @@ use crate::report::{self, Failure, Style, kept, run::Console};
 use crate::workcell::record::Recorder;
 use crate::workcell::{self, Run, WorkCell, archive};
 
-use super::run::{ended, open, read, stamp, stdlib, stop_on_interrupt};
+use super::run::{ended, open, read, stamp, stdlib};
+use super::signals::{self, stop_on_interrupt};
 use super::{Cli, Exit};
 
 /// How often a wish to end is looked for, ms.
@@ -51,8 +52,7 @@ pub(super) fn teach(what: &str, at: Where, cli: &Cli, style: Style) -> Result<Ex
 fn stored(path: &str, at: Where, cli: &Cli, style: Style) -> Result<Exit, Failure> {
     let library = workcell::library(&stdlib(cli)?);
     let end = Cancel::default();
-    let pressed = end.clone();
-    ctrlc::set_handler(move || pressed.cancel()).map_err(no_signal)?;
+    signals::stop(end.clone())?;
     let _page = serve(at, library, None, path, cli, style)?;
     wait(&end);
     Ok(Exit::Yes)
@@ -99,6 +99,7 @@ fn live(what: &str, at: Where, cli: &Cli, style: Style) -> Result<Exit, Failure>
 fn wait_then(cancel: &Cancel, style: Style, exit: Result<Exit, Failure>) -> Result<Exit, Failure> {
     style.note("the page stays until Ctrl-C");
     cancel.clear();
+    signals::forget();
     wait(cancel);
     // It was told when it happened.
     exit.map_err(|mut failure| {
@@ -164,11 +165,8 @@ fn perform(
     let call = &cell.define(source, steps);
     cell.graph(call).map_err(|error| report::cell_failure(&error, style))?;
     let made = Recorder::create(&cli.cell.record, &stamp(), &call.name.text);
-    let recorder = made.map_err(|(path, error)| {
-        Failure::input("io::write", format!("cannot make a run folder: {error}"))
-            .at(path.display().to_string())
-            .help("name a folder that may be written with `--record DIR`")
-    })?;
+    let recorder =
+        made.map_err(|(path, error)| report::no_run_folder(&path, &error, "--record"))?;
     cell.led_by(Box::new(page::Lead::new(live.clone())));
     // What a step came to is told on the page, once its questions are answered.
     let watchers = Both(Console::new(style).without_steps(), page::Watch(live.clone()));
@@ -194,9 +192,4 @@ fn wait(end: &Cancel) {
 
 fn plain() -> Style {
     Style { json: false, quiet: false, colour: false, bars: false }
-}
-
-#[expect(clippy::needless_pass_by_value, reason = "what `map_err` hands over")]
-fn no_signal(error: ctrlc::Error) -> Failure {
-    Failure::unavailable("signal", format!("cannot watch Ctrl-C: {error}"))
 }

@@ -23,7 +23,7 @@ pub(super) struct ReplayArgs {
 pub(super) fn replay(args: &ReplayArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
     let dir = kept::folder(&cli.cell.record, &args.run)?;
     let run = archive::load(&dir).map_err(|error| report::cell_failure(&error, style))?;
-    let told = report::record::again(&dir.display().to_string(), &run, args.step, style)?;
+    let told = report::record::again((&dir.display().to_string(), &dir), &run, args.step, style)?;
     if style.json {
         match args.step.and_then(|wanted| run.steps.iter().find(|step| step.number == wanted)) {
             Some(step) => style.document(step),

@@ -8,6 +8,7 @@ use base64::engine::general_purpose::STANDARD;
 use clap::Args;
 use image::codecs::jpeg::JpegEncoder;
 
+use crate::files::write;
 use crate::report::run_page::{Material, page};
 use crate::report::{self, Failure, Style, kept};
 use crate::workcell::archive;
@@ -35,10 +36,8 @@ pub(super) fn report(args: &ReportArgs, cli: &Cli, style: Style) -> Result<Exit,
     let frames = dir.join("frames");
     let picture = |name: &str| address(&frames.join(format!("{name}.png")));
     let material = Material { graph: graph.as_deref(), picture: Some(&picture) };
-    std::fs::write(&args.output, page(&run, &material)).map_err(|error| {
-        Failure::input("io::write", format!("cannot write the page: {error}"))
-            .at(args.output.display().to_string())
-    })?;
+    write::replace(&args.output, page(&run, &material))
+        .map_err(|error| report::unwritten(&args.output, &error))?;
     if style.json {
         style.document(&serde_json::json!({"page": args.output.display().to_string()}));
     } else {

@@ -1,13 +1,10 @@
 //! `trueup run`, `trueup -c` and `trueup`: calls carried out in a work cell.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use clap::Args;
 
-use crate::execution::arm::Cancel;
 use crate::execution::calibrate::Switches;
 use crate::lab::LabSettings;
 use crate::language::ast::{Item, Step};
@@ -18,6 +15,7 @@ use crate::vqa::Endpoint;
 use crate::workcell::record::Recorder;
 use crate::workcell::{Ending, Options, Run, Stdlib, WorkCell};
 
+use super::signals::{self, is_interrupted, stop_on_interrupt};
 use super::teach::Lead;
 use super::{CellArgs, Cli, Exit, kortex, say, vqa};
 
@@ -285,16 +283,18 @@ pub(super) fn prompt(cli: &Cli, style: Style) -> Result<Exit, Failure> {
             let cell = CellArgs { robot: robot.to_owned(), ..cli.cell.clone() };
             let other = Cli { common: cli.common.clone(), cell, line: None, command: None };
             let cell = open(&other, None, style)?;
-            INTERRUPTS.lock().unwrap_or_else(PoisonError::into_inner).push(cell.cancel());
+            signals::obey(cell.cancel());
             Ok(cell)
         },
         real,
         record: &cli.cell.record,
         home: home.as_deref(),
-        presses: &PRESSES,
+        presses: &signals::PRESSES,
+        leave: &signals::LEAVE,
     };
+    signals::at_prompt();
     crate::repl::run(cell, style, hands)?;
-    Ok(Exit::Yes)
+    Ok(if signals::LEAVE.is_asked() { Exit::Stopped } else { Exit::Yes })
 }
 
 /// Returns the folder where the prompt keeps history and phrases, made if it is not there.
@@ -307,40 +307,6 @@ pub(super) fn home() -> Option<PathBuf> {
     Some(dir)
 }
 
-/// The wishes to stop of every cell that was opened.
-static INTERRUPTS: Mutex<Vec<Cancel>> = Mutex::new(Vec::new());
-/// How often Ctrl-C was pressed since the work began.
-static PRESSES: AtomicUsize = AtomicUsize::new(0);
-
-/// Whether Ctrl-C is watched already.
-static IS_WATCHED: AtomicBool = AtomicBool::new(false);
-
-/// Makes Ctrl-C a wish to stop that this cell obeys too.
-pub(super) fn stop_on_interrupt(cell: &WorkCell) -> Result<(), Failure> {
-    INTERRUPTS.lock().unwrap_or_else(PoisonError::into_inner).push(cell.cancel());
-    watch_interrupt()
-}
-
-/// Returns whether Ctrl-C was pressed.
-pub(super) fn is_interrupted() -> bool {
-    PRESSES.load(Ordering::SeqCst) > 0
-}
-
-/// Makes Ctrl-C a wish to stop; the process goes on.
-pub(super) fn watch_interrupt() -> Result<(), Failure> {
-    if IS_WATCHED.swap(true, Ordering::SeqCst) {
-        return Ok(());
-    }
-    let pressed = || {
-        PRESSES.fetch_add(1, Ordering::SeqCst);
-        for cancel in INTERRUPTS.lock().unwrap_or_else(PoisonError::into_inner).iter() {
-            cancel.cancel();
-        }
-    };
-    ctrlc::set_handler(pressed)
-        .map_err(|error| Failure::unavailable("signal", format!("cannot watch Ctrl-C: {error}")))
-}
-
 /// Carries out steps of a script or one line, recorded in a folder of their own under `root`.
 fn one(
     cell: &mut WorkCell,
@@ -351,11 +317,8 @@ fn one(
 ) -> Result<Run, Failure> {
     let call = &cell.define(source, steps);
     cell.graph(call).map_err(|error| report::cell_failure(&error, style))?;
-    let recorder = Recorder::create(root, &stamp(), &call.name.text).map_err(|(path, error)| {
-        Failure::input("io::write", format!("cannot make a run folder: {error}"))
-            .at(path.display().to_string())
-            .help("name a folder that may be written with `--record DIR`")
-    })?;
+    let recorder = Recorder::create(root, &stamp(), &call.name.text)
+        .map_err(|(path, error)| report::no_run_folder(&path, &error, "--record"))?;
     let console = Console::new(style);
     let console = if cell.is_told() { console.without_steps() } else { console };
     let run = cell.run(call, Some(recorder), Box::new(console));

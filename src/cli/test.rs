@@ -14,7 +14,8 @@ use crate::language::{self, Diagnostic, Source, builtins, text};
 use crate::report::{self, Failure, Style};
 use crate::workcell::{Ending, WorkCell, library};
 
-use super::run::{clock, options, read, stdlib, stop_on_interrupt};
+use super::run::{clock, options, read, stdlib};
+use super::signals::stop_on_interrupt;
 use super::text::task_files;
 use super::{Cli, Exit};
 

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
+use crate::files::write;
 use crate::language::{self, Diagnostic, Source};
 use crate::report::{self, Failure, Style};
 use crate::workcell::check;
@@ -104,10 +105,8 @@ pub(super) fn fmt(args: &FmtArgs, style: Style) -> Result<Exit, Failure> {
         changed.push((name, path, formatted));
     }
     // Nothing is written before everything has been read.
-    for (name, path, formatted) in changed.iter().filter(|_| !args.check) {
-        std::fs::write(path, formatted).map_err(|error| {
-            Failure::input("io::write", format!("cannot write {name}: {error}")).at(name)
-        })?;
+    for (_, path, formatted) in changed.iter().filter(|_| !args.check) {
+        write::replace(path, formatted).map_err(|error| report::unwritten(path, &error))?;
     }
     let changed: Vec<String> = changed.into_iter().map(|(name, ..)| name).collect();
     if style.json {

@@ -14,13 +14,13 @@ use crate::language::{self, Source};
 use crate::lines;
 use crate::report::grid::Form;
 use crate::report::{self, Failure, Style, trials::Progress};
+use crate::workcell::Error;
 use crate::workcell::record::Recorder;
 use crate::workcell::trials::{Trial, table};
 
-use super::run::{
-    clock, is_interrupted, open, options, read, stamp, stop_on_interrupt, switches, watch_interrupt,
-};
-use super::{CellArgs, Cli, Common, Exit, kortex, page};
+use super::run::{clock, open, options, read, stamp, switches};
+use super::signals::{is_interrupted, stop_on_interrupt, watch_interrupt};
+use super::{CellArgs, Cli, Common, Exit, kortex, numbers, page};
 
 /// Carry out a task in one laboratory after the other, and count.
 #[derive(Debug, Args)]
@@ -31,7 +31,7 @@ pub(super) struct TrialsArgs {
     #[arg(long, value_name = "FILE|CALL")]
     task: Option<String>,
     /// How many laboratories: those of the seeds from `--seed` on.
-    #[arg(long, short, value_name = "N", default_value_t = 20)]
+    #[arg(long, short, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     n: u64,
     /// Only part I of N of them, for several machines: `1/4`.
     #[arg(long, value_name = "I/N")]
@@ -65,7 +65,7 @@ struct MergeArgs {
 #[derive(Debug, Args)]
 struct Told {
     /// What a soft success may spill, mL.
-    #[arg(long, value_name = "ML", default_value_t = 10.0)]
+    #[arg(long, value_name = "ML", default_value_t = 10.0, value_parser = numbers::millilitres)]
     leak: f64,
     #[command(flatten)]
     form: FormArgs,
@@ -254,11 +254,8 @@ impl Work {
             let Some(trial) = self.trial(set, seed, &progress, cli, style)? else {
                 return Ok(true);
             };
-            lines::append(&self.file, &trial).map_err(|error| {
-                Failure::input("io::write", format!("cannot keep a trial: {error}"))
-                    .at(self.file.display().to_string())
-                    .help("name a folder that may be written with `--out DIR`")
-            })?;
+            lines::append(&self.file, &trial)
+                .map_err(|error| report::unwritten(&self.file, &error))?;
             progress.over(number + 1, of, &trial);
         }
         Ok(false)
@@ -297,13 +294,14 @@ impl Work {
         cell.graph(call).map_err(|error| report::cell_failure(&error, style))?;
         let made =
             Recorder::create(&self.out, &stamp(), &format!("{}-seed-{seed}", call.name.text));
-        let recorder = made.map_err(|(path, error)| {
-            Failure::input("io::write", format!("cannot make a run folder: {error}"))
-                .at(path.display().to_string())
-                .help("name a folder that may be written with `--out DIR`")
-        })?;
+        let recorder =
+            made.map_err(|(path, error)| report::no_run_folder(&path, &error, "--out"))?;
         let watch = progress.watch(&format!("seed {seed}"));
         let ran = cell.run(call, Some(recorder), Box::new(watch));
+        // A trial that could not be kept has not been made.
+        if let Err(error @ (Error::Unrecorded { .. } | Error::File { .. })) = &ran {
+            return Err(report::cell_failure(error, style));
+        }
         if is_interrupted() {
             return Ok(None);
         }

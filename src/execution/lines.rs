@@ -50,6 +50,9 @@ pub(super) struct Running {
     lines: Vec<Line>,
     /// How many acted, kept or not.
     count: usize,
+    /// How many plans it asked for, and how many notes it left.
+    plans: usize,
+    notes: usize,
 }
 
 impl Running {
@@ -73,6 +76,23 @@ impl Running {
             self.lines.push(line.clone());
         }
         line
+    }
+
+    /// Returns how many lines acted, kept or not.
+    pub(super) fn acted(&self) -> usize {
+        self.count
+    }
+
+    /// Counts a plan that is asked for; returns how many were.
+    pub(super) fn plans(&mut self) -> usize {
+        self.plans += 1;
+        self.plans
+    }
+
+    /// Counts a note; returns how many were left.
+    pub(super) fn notes(&mut self) -> usize {
+        self.notes += 1;
+        self.notes
     }
 
     /// Takes note of what the last line that acted found out.

@@ -20,6 +20,7 @@ pub mod conduct;
 pub mod lines;
 mod patience;
 pub mod stage;
+mod bounds;
 pub mod script;
 pub mod calibrate;
 pub mod belief;

@@ -3,6 +3,7 @@
 //! Nothing is known here that a laboratory would not know: photographs, joint feedback, the scene file,
 //! and the three regressions fitted from them. What follows from what was measured is [`Belief`]'s.
 
+use std::panic::resume_unwind;
 use std::sync::Arc;
 
 use image::{GrayImage, RgbImage};
@@ -202,7 +203,8 @@ impl Body for RealBody {
         let no_use = |error: &dyn std::fmt::Display| {
             DeviceError::Unavailable(format!("the photograph is no use: {error}"))
         };
-        let (photo, seen) = looking.join().map_err(|_| no_use(&"looking at it failed"))?;
+        // A mistake of the program's own is no fault of the photograph.
+        let (photo, seen) = looking.join().unwrap_or_else(|panic| resume_unwind(panic));
         let sightings = seen.map_err(|error| no_use(&error))?;
         self.photos += 1;
         if let Ok(mut watcher) = self.watcher.lock() {

@@ -4,19 +4,24 @@
 //! `m cm mm deg rad s ms mL L kg g N`, and three handles: `camera` (look), `twin` (ask and plan), `arm`
 //! (act). `choose` takes one of several ways, `remember` and `recall` carry a value to a later action.
 //! Scripts have limits on operations, depth and size, and every binding that moves polls the cancel token.
+//! What a script prints goes where its notes go.
 //!
-//! What the words do is in [`super::stage`]; this file only binds them and translates errors.
+//! What the words do is in [`super::stage`], what may be asked of them in [`super::bounds`]; this file only binds
+//! them and translates errors.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rhai::{Array, Dynamic, Engine, EvalAltResult, NativeCallContext, Position, Scope};
 
+use super::bounds::{
+    self, CALLS, CLEARANCE, HEFT, MASS, OPERATIONS, PITCH, RATE, Range, SHARE, SPEED, TILT, VOLUME,
+    WAIT,
+};
 use super::conduct::Word;
 use super::lines::{at_speed, straight};
 use super::plan::{Grasp, Placement, Pour};
 use super::stage::{ActionError, Stage};
-use super::trace::Event;
 
 /// A value handed to a script by the name of a parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -80,6 +85,19 @@ impl<const KIND: u8> Handle<KIND> {
         pass(&self.0, line, does).map_err(raise)?;
         Ok(self.stage())
     }
+
+    /// Lends the stage to plan on, as often as a script may ask for a plan.
+    fn plans(&self) -> Fallible<MutexGuard<'_, Stage>> {
+        let mut stage = self.stage();
+        stage.script_plans().map_err(raise)?;
+        Ok(stage)
+    }
+
+    /// Returns one joint position for each joint of the arm.
+    fn joints(&self, word: &str, q: &Array) -> Fallible<Vec<f64>> {
+        let n = self.stage().cell().robot.n_joints();
+        bounds::joints(word, q, n).map_err(raise)
+    }
 }
 
 /// Asks whoever may hold the arm. The stage is free meanwhile: a person may think for long.
@@ -113,7 +131,7 @@ pub fn readable(file: &str, text: &str) -> Result<(), ScriptError> {
         line: error.position().line().unwrap_or(0),
         message: error.err_type().to_string(),
     };
-    Engine::new().compile(text).map(|_| ()).map_err(wrong)
+    bounds::engine().compile(text).map(|_| ()).map_err(wrong)
 }
 
 /// Runs action scripts over one stage.
@@ -127,13 +145,7 @@ impl Scripts {
     pub fn new(stage: Stage) -> Self {
         let cancel = stage.cancel().clone();
         let stage = Arc::new(Mutex::new(stage));
-        let mut engine = Engine::new();
-        engine.set_max_operations(2_000_000);
-        engine.set_max_call_levels(32);
-        engine.set_max_expr_depths(64, 32);
-        engine.set_max_string_size(64 * 1024);
-        engine.set_max_array_size(10_000);
-        engine.set_max_map_size(1_000);
+        let mut engine = bounds::engine();
         engine.on_progress(move |_| cancel.is_cancelled().then(|| Dynamic::from("stopped")));
         bind_values(&mut engine);
         bind_camera(&mut engine);
@@ -218,7 +230,17 @@ fn translate(file: &str, error: &EvalAltResult) -> ScriptError {
         other => ScriptError::Wrong {
             file: file.to_owned(),
             line: other.position().line().unwrap_or(0),
-            message: other.to_string(),
+            message: match other {
+                EvalAltResult::ErrorTooManyOperations(_) => {
+                    format!(
+                        "it has no end after {OPERATIONS} operations; is there a loop without one?"
+                    )
+                }
+                EvalAltResult::ErrorStackOverflow(_) => {
+                    format!("its functions call each other more than {CALLS} deep (stack overflow)")
+                }
+                other => other.to_string(),
+            },
         },
     }
 }
@@ -239,16 +261,9 @@ fn raise(error: ActionError) -> Box<EvalAltResult> {
     })
 }
 
-fn numbers(array: &Array) -> Fallible<Vec<f64>> {
-    array
-        .iter()
-        .map(|value| {
-            value
-                .as_float()
-                .or_else(|_| value.as_int().map(|whole| whole as f64))
-                .map_err(|found| format!("expected a number, found {found}").into())
-        })
-        .collect()
+/// Returns an argument that is in its range, or raises what is wrong with it.
+fn within(word: &str, what: &str, value: f64, range: Range) -> Fallible<f64> {
+    range.check(word, what, value).map_err(raise)
 }
 
 fn array(values: impl IntoIterator<Item = f64>) -> Array {
@@ -273,7 +288,10 @@ fn bind_values(engine: &mut Engine) {
         .register_get("turn", |pour: &mut Pour| Path(pour.turn.clone()))
         .register_get("back", |pour: &mut Pour| Path(pour.turn.iter().rev().cloned().collect()))
         .register_get("clearance", |pour: &mut Pour| pour.clearance)
-        .register_fn("share_holding", |pour: &mut Pour, volume: f64| pour.share_holding(volume))
+        .register_fn("share_holding", |pour: &mut Pour, volume: f64| {
+            Ok(pour.share_holding(within("share_holding", "the volume", volume, VOLUME)?))
+                as Fallible<f64>
+        })
         .register_type_with_name::<Placement>("Placement")
         .register_get("above", |place: &mut Placement| array(place.above.iter().copied()))
         .register_get("way_down", |place: &mut Placement| Path(place.way_down.clone()))
@@ -283,7 +301,7 @@ fn bind_values(engine: &mut Engine) {
 
 /// A joint path in a script's hands.
 #[derive(Clone)]
-struct Path(Vec<Vec<f64>>);
+pub(super) struct Path(Vec<Vec<f64>>);
 
 fn bind_camera(engine: &mut Engine) {
     engine.register_type_with_name::<Camera>("Camera").register_fn(
@@ -299,13 +317,15 @@ fn bind_twin(engine: &mut Engine) {
     engine
         .register_type_with_name::<Twin>("Twin")
         .register_fn("grasps", |twin: &mut Twin, o: &str, face: &str, pitch: f64| {
-            twin.stage().grasps(o, face, pitch).map(list).map_err(raise)
+            let pitch = within("grasps", "the pitch", pitch, PITCH)?;
+            twin.plans()?.grasps(o, face, pitch).map(list).map_err(raise)
         })
         .register_fn("pours", |twin: &mut Twin, o: &str, at: &str, clearance: f64| {
-            twin.stage().pours(o, at, clearance).map(list).map_err(raise)
+            let clearance = within("pours", "the clearance", clearance, CLEARANCE)?;
+            twin.plans()?.pours(o, at, clearance).map(list).map_err(raise)
         })
         .register_fn("placements", |twin: &mut Twin, o: &str| {
-            twin.stage().placements(o).map(list).map_err(raise)
+            twin.plans()?.placements(o).map(list).map_err(raise)
         })
         .register_fn("pose_named", |twin: &mut Twin, name: &str| {
             twin.stage().named_pose(name).map(array).map_err(raise)
@@ -314,6 +334,7 @@ fn bind_twin(engine: &mut Engine) {
             twin.stage().position(o).map(array).map_err(raise)
         })
         .register_fn("enough", |twin: &mut Twin, o: &str, volume: f64| {
+            let volume = within("enough", "the volume", volume, VOLUME)?;
             twin.stage().enough(o, volume).map_err(raise)
         })
         .register_fn("squeeze", |twin: &mut Twin, o: &str| twin.stage().squeeze(o).map_err(raise))
@@ -322,8 +343,15 @@ fn bind_twin(engine: &mut Engine) {
 }
 
 fn bind_arm(engine: &mut Engine) {
+    engine.register_type_with_name::<Arm>("Arm");
+    bind_hand(engine);
+    bind_ways(engine);
+    bind_turns(engine);
+}
+
+/// The fingers, and holding still.
+fn bind_hand(engine: &mut Engine) {
     engine
-        .register_type_with_name::<Arm>("Arm")
         .register_fn("open", |at: NativeCallContext<'_>, arm: &mut Arm| {
             arm.acts(&at, "open the fingers as wide as they go".into())?.open().map_err(raise)
         })
@@ -331,15 +359,47 @@ fn bind_arm(engine: &mut Engine) {
             let does = format!("close the fingers on the {o} with at most {force:.0} N");
             arm.acts(&at, does)?.close(o, force).map_err(raise)
         })
+        .register_fn("weigh", |at: NativeCallContext<'_>, arm: &mut Arm| {
+            let does = "hold still and weigh what is in the hand by the joints' torques";
+            arm.acts(&at, does.into())?.weigh().map_err(raise)
+        })
+        .register_fn("heft", |at: NativeCallContext<'_>, arm: &mut Arm, seconds: f64| {
+            let seconds = within("heft", "the time", seconds, HEFT)?;
+            let does =
+                format!("hold still and feel for {seconds:.1} s how heavy what is in the hand is");
+            arm.acts(&at, does)?.heft(seconds).map_err(raise)
+        })
+        .register_fn("weighed", |arm: &mut Arm, mass: f64| {
+            let mass = within("weighed", "the mass", mass, MASS)?;
+            arm.stage().weighed(mass);
+            Ok(()) as Fallible<()>
+        })
+        .register_fn("bears", |arm: &mut Arm, mass: f64| {
+            let mass = within("bears", "the mass", mass, MASS)?;
+            arm.stage().bears(mass);
+            Ok(()) as Fallible<()>
+        })
+        .register_fn("opening", |arm: &mut Arm| arm.stage().opening().map_err(raise))
+        .register_fn("wait", |at: NativeCallContext<'_>, arm: &mut Arm, seconds: f64| {
+            let seconds = within("wait", "the time", seconds, WAIT)?;
+            arm.acts(&at, format!("hold still for {seconds:.1} s"))?.wait(seconds).map_err(raise)
+        });
+}
+
+/// Ways of the arm.
+fn bind_ways(engine: &mut Engine) {
+    engine
         .register_fn("move_to", |at: NativeCallContext<'_>, arm: &mut Arm, q: Array| {
-            let q = numbers(&q)?;
+            let q = arm.joints("move_to", &q)?;
             let does = format!("move round everything in the way{}", at_speed(1.0));
             arm.acts(&at, does)?.move_to(&q, None, 1.0).map_err(raise)
         })
         .register_fn(
             "carry_to",
             |at: NativeCallContext<'_>, arm: &mut Arm, q: Array, tilt: f64, speed: f64| {
-                let q = numbers(&q)?;
+                let q = arm.joints("carry_to", &q)?;
+                let tilt = within("carry_to", "the tilt", tilt, TILT)?;
+                let speed = within("carry_to", "the speed", speed, SPEED)?;
                 let lean = tilt.to_degrees();
                 let does = format!(
                     "carry what is held round everything in the way, leaning at most {lean:.0} deg,{}",
@@ -351,6 +411,7 @@ fn bind_arm(engine: &mut Engine) {
         .register_fn(
             "follow",
             |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, speed: f64| {
+                let speed = within("follow", "the speed", speed, SPEED)?;
                 let does = format!("follow the path that was found{}", at_speed(speed));
                 arm.acts(&at, does)?.follow(&path.0, speed).map_err(raise)
             },
@@ -358,17 +419,33 @@ fn bind_arm(engine: &mut Engine) {
         .register_fn(
             "draw_back",
             |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, speed: f64| {
+                let speed = within("draw_back", "the speed", speed, SPEED)?;
                 let does = format!("draw the hand back the way it came{}", at_speed(speed));
                 arm.acts(&at, does)?.draw_back(&path.0, speed).map_err(raise)
             },
         )
+        .register_fn(
+            "move_by",
+            |at: NativeCallContext<'_>, arm: &mut Arm, by: Array, speed: f64| {
+                let by = bounds::way("move_by", &by).map_err(raise)?;
+                let speed = within("move_by", "the speed", speed, SPEED)?;
+                arm.acts(&at, straight(by, speed))?.move_by(by, speed).map_err(raise)
+            },
+        );
+}
+
+/// Turns of the hand.
+fn bind_turns(engine: &mut Engine) {
+    engine
         .register_fn("turn", |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, rate: f64| {
+            let rate = within("turn", "the rate", rate, RATE)?;
             let does = format!("turn the hand along its path at {:.0} deg/s", rate.to_degrees());
             arm.acts(&at, does)?.turn(&path.0, rate).map_err(raise)
         })
         .register_fn(
             "turn_back",
             |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, rate: f64| {
+                let rate = within("turn_back", "the rate", rate, RATE)?;
                 let does = format!("turn the hand back upright at {:.0} deg/s", rate.to_degrees());
                 arm.acts(&at, does)?.turn_back(&path.0, rate).map_err(raise)
             },
@@ -376,6 +453,8 @@ fn bind_arm(engine: &mut Engine) {
         .register_fn(
             "turn_to",
             |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, share: f64, rate: f64| {
+                let share = within("turn_to", "the share", share, SHARE)?;
+                let rate = within("turn_to", "the rate", rate, RATE)?;
                 let does = format!(
                     "turn the hand to {:.1} % of its path at {:.0} deg/s",
                     100.0 * share,
@@ -383,45 +462,22 @@ fn bind_arm(engine: &mut Engine) {
                 );
                 arm.acts(&at, does)?.turn_to(&path.0, share, rate).map_err(raise)
             },
-        )
-        .register_fn(
-            "move_by",
-            |at: NativeCallContext<'_>, arm: &mut Arm, by: Array, speed: f64| {
-                let by = numbers(&by)?;
-                let [x, y, z] = by[..] else {
-                    return Err("move_by takes [x, y, z] in m".into());
-                };
-                let does = straight([x, y, z], speed);
-                arm.acts(&at, does)?.move_by([x, y, z], speed).map_err(raise)
-            },
-        )
-        .register_fn("weigh", |at: NativeCallContext<'_>, arm: &mut Arm| {
-            let does = "hold still and weigh what is in the hand by the joints' torques";
-            arm.acts(&at, does.into())?.weigh().map_err(raise)
-        })
-        .register_fn("heft", |at: NativeCallContext<'_>, arm: &mut Arm, seconds: f64| {
-            let does = format!("hold still and feel for {seconds:.1} s how heavy what is in the hand is");
-            arm.acts(&at, does)?.heft(seconds).map_err(raise)
-        })
-        .register_fn("weighed", |arm: &mut Arm, mass: f64| arm.stage().weighed(mass))
-        .register_fn("bears", |arm: &mut Arm, mass: f64| arm.stage().bears(mass))
-        .register_fn("opening", |arm: &mut Arm| arm.stage().opening().map_err(raise))
-        .register_fn("wait", |at: NativeCallContext<'_>, arm: &mut Arm, seconds: f64| {
-            arm.acts(&at, format!("hold still for {seconds:.1} s"))?.wait(seconds).map_err(raise)
-        });
+        );
 }
 
 fn bind_memory(engine: &mut Engine, stage: &Arc<Mutex<Stage>>) {
     let keeper = stage.clone();
     engine.register_fn("remember", move |name: &str, value: Dynamic| {
-        lock(&keeper).remember(name, value);
+        lock(&keeper).remember(name, value).map_err(raise)
     });
     let keeper = stage.clone();
     engine.register_fn("recall", move |name: &str| lock(&keeper).recall(name).map_err(raise));
     let teller = stage.clone();
-    engine.register_fn("note", move |text: &str| {
-        lock(&teller).tell(&Event::Note { text: text.to_owned() });
-    });
+    engine.register_fn("note", move |text: &str| lock(&teller).note(text));
+    let teller = stage.clone();
+    engine.on_print(move |text| lock(&teller).note(text));
+    let teller = stage.clone();
+    engine.on_debug(move |text, _, _| lock(&teller).note(text));
     let chooser = stage.clone();
     engine.register_fn("choose", move |ways: Array| -> Fallible<Dynamic> {
         let chosen = lock(&chooser).choose(ways.len()).map_err(raise)?;

@@ -11,6 +11,7 @@ use rand::{RngExt, SeedableRng};
 use serde::{Deserialize, Serialize};
 
 use super::Error;
+use super::settings::within;
 use crate::twin::Effect;
 use crate::world::{Object, Scene};
 
@@ -34,6 +35,9 @@ impl HiddenEffect {
     /// [`Error::Settings`] for an effect the laboratory has no law for, or a number that is missing.
     pub(super) fn law(&self) -> Result<Effect, Error> {
         let Self { name, at, numbers } = self;
+        for (number, value) in numbers {
+            within(&format!("effects: {number} of {name}({at})"), *value, [-1e6, 1e6])?;
+        }
         Effect::known(name, at, |number| numbers.get(number).copied()).ok_or_else(|| {
             Error::Settings(format!(
                 "`effects`: `{name}({at})` with {} is nothing the laboratory can do",

@@ -18,12 +18,14 @@
 //! ```
 
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
 use super::Error;
 use super::hidden::{self, HiddenEffect};
 use crate::twin::Effect;
+use crate::units::significant;
 
 /// Lowest and highest value of an even draw.
 pub type Range = [f64; 2];
@@ -349,77 +351,94 @@ impl LabSettings {
     ///
     /// [`Error::Settings`] names the first such key.
     pub fn check(&self) -> Result<(), Error> {
-        let range = |key: &str, [low, high]: Range, least: f64| {
-            if low.is_finite() && high.is_finite() && low <= high && low >= least {
-                return Ok(());
-            }
-            let least = if least.is_finite() { format!(", from {least}") } else { String::new() };
-            Err(Error::Settings(format!(
-                "`{key}` = [{low}, {high}] should be [lowest, highest]{least}"
-            )))
-        };
-        let size = |key: &str, value: f64| {
-            if value.is_finite() && value >= 0.0 {
-                return Ok(());
-            }
-            Err(Error::Settings(format!("`{key}` = {value} should be 0 or more")))
-        };
-        let any = f64::NEG_INFINITY;
-        size("camera.position_sigma_m", self.camera.position_sigma_m)?;
-        size("camera.turn_sigma_rad", self.camera.turn_sigma_rad)?;
-        range("lens.focal", self.lens.focal, -0.9)?;
-        range("lens.aspect", self.lens.aspect, -0.9)?;
-        range("lens.principal_px", self.lens.principal_px, any)?;
-        range("lens.k1", self.lens.k1, any)?;
-        range("lens.k2", self.lens.k2, any)?;
-        size("sensor.full_well", self.sensor.full_well)?;
-        size("sensor.read_noise", self.sensor.read_noise)?;
-        size("sensor.blur_px", self.sensor.blur_px)?;
-        range("sensor.vignetting", self.sensor.vignetting, 0.0)?;
-        range("sensor.white_balance", self.sensor.white_balance, -0.9)?;
-        range("sensor.exposure", self.sensor.exposure, -0.9)?;
-        size("light.turn_sigma_rad", self.light.turn_sigma_rad)?;
-        range("light.lamp", self.light.lamp, -1.0)?;
-        range("light.room", self.light.room, -1.0)?;
-        size("joints.zero_sigma_rad", self.joints.zero_sigma_rad)?;
-        range("joints.coulomb_nm", self.joints.coulomb_nm, 0.0)?;
-        range("joints.viscous_nm_s_per_rad", self.joints.viscous_nm_s_per_rad, 0.0)?;
-        range("joints.compliance_rad_per_nm", self.joints.compliance_rad_per_nm, 0.0)?;
-        range("joints.uncompensated", self.joints.uncompensated, 0.0)?;
-        size("mounting.tool_sigma_m", self.mounting.tool_sigma_m)?;
-        size("mounting.base_sigma_m", self.mounting.base_sigma_m)?;
-        size("mounting.base_turn_sigma_rad", self.mounting.base_turn_sigma_rad)?;
-        range("latency.command_s", self.latency.command_s, 0.0)?;
-        size("readings.q_sigma_rad", self.readings.q_sigma_rad)?;
-        size("readings.q_step_rad", self.readings.q_step_rad)?;
-        size("readings.dq_sigma_rad_s", self.readings.dq_sigma_rad_s)?;
-        size("readings.tau_sigma_nm", self.readings.tau_sigma_nm)?;
-        range("readings.tau_bias_nm", self.readings.tau_bias_nm, any)?;
-        size("readings.opening_sigma_m", self.readings.opening_sigma_m)?;
-        range("things.pad_friction", self.things.pad_friction, 0.0)?;
-        range("things.table_friction", self.things.table_friction, 0.0)?;
-        range("things.mass", self.things.mass, -0.9)?;
-        range("things.fill", self.things.fill, -1.0)?;
-        range("placement.radius_m", self.placement.radius_m, 0.0)?;
-        size("placement.side_rad", self.placement.side_rad)?;
-        range("placement.apart_m", self.placement.apart_m, 0.0)?;
-        size("placement.edge_m", self.placement.edge_m)?;
-        size("placement.mark_m", self.placement.mark_m)?;
-        size("start.opening_m", self.start.opening_m)?;
-        size("scale.sigma_kg", self.scale.sigma_kg)?;
-        size("scale.step_kg", self.scale.step_kg)?;
+        let (camera, lens, sensor, light) = (&self.camera, &self.lens, &self.sensor, &self.light);
+        size("camera.position_sigma_m", camera.position_sigma_m, 1.0)?;
+        size("camera.turn_sigma_rad", camera.turn_sigma_rad, PI)?;
+        // Beyond these no lens maps the picture's corners to one place each.
+        range("lens.focal", lens.focal, [-0.9, 9.0])?;
+        range("lens.aspect", lens.aspect, [-0.5, 1.0])?;
+        range("lens.principal_px", lens.principal_px, [-2000.0, 2000.0])?;
+        range("lens.k1", lens.k1, [-2.0, 2.0])?;
+        range("lens.k2", lens.k2, [-2.0, 2.0])?;
+        within("sensor.full_well", sensor.full_well, [1.0, 1e9])?;
+        size("sensor.read_noise", sensor.read_noise, 1.0)?;
+        // A wider blur than this takes longer to draw than to see that nothing is left to be seen.
+        size("sensor.blur_px", sensor.blur_px, 50.0)?;
+        range("sensor.vignetting", sensor.vignetting, [0.0, 1.0])?;
+        range("sensor.white_balance", sensor.white_balance, [-0.9, 9.0])?;
+        range("sensor.exposure", sensor.exposure, [-0.9, 9.0])?;
+        size("light.turn_sigma_rad", light.turn_sigma_rad, PI)?;
+        range("light.lamp", light.lamp, [-1.0, 9.0])?;
+        range("light.room", light.room, [-1.0, 9.0])?;
+        let (joints, mounting, readings) = (&self.joints, &self.mounting, &self.readings);
+        size("joints.zero_sigma_rad", joints.zero_sigma_rad, PI)?;
+        range("joints.coulomb_nm", joints.coulomb_nm, [0.0, 1e3])?;
+        range("joints.viscous_nm_s_per_rad", joints.viscous_nm_s_per_rad, [0.0, 1e4])?;
+        range("joints.compliance_rad_per_nm", joints.compliance_rad_per_nm, [0.0, 0.1])?;
+        range("joints.uncompensated", joints.uncompensated, [0.0, 1.0])?;
+        size("mounting.tool_sigma_m", mounting.tool_sigma_m, 0.5)?;
+        size("mounting.base_sigma_m", mounting.base_sigma_m, 1.0)?;
+        size("mounting.base_turn_sigma_rad", mounting.base_turn_sigma_rad, PI)?;
+        range("latency.command_s", self.latency.command_s, [0.0, 1.0])?;
+        size("readings.q_sigma_rad", readings.q_sigma_rad, 1.0)?;
+        size("readings.q_step_rad", readings.q_step_rad, 1.0)?;
+        size("readings.dq_sigma_rad_s", readings.dq_sigma_rad_s, 10.0)?;
+        size("readings.tau_sigma_nm", readings.tau_sigma_nm, 1e3)?;
+        range("readings.tau_bias_nm", readings.tau_bias_nm, [-1e3, 1e3])?;
+        size("readings.opening_sigma_m", readings.opening_sigma_m, 0.1)?;
+        let (things, placement) = (&self.things, &self.placement);
+        range("things.pad_friction", things.pad_friction, [0.0, 10.0])?;
+        range("things.table_friction", things.table_friction, [0.0, 10.0])?;
+        range("things.mass", things.mass, [-0.9, 100.0])?;
+        range("things.fill", things.fill, [-1.0, 10.0])?;
+        range("placement.radius_m", placement.radius_m, [0.0, 10.0])?;
+        size("placement.side_rad", placement.side_rad, PI)?;
+        range("placement.apart_m", placement.apart_m, [0.0, 10.0])?;
+        size("placement.edge_m", placement.edge_m, 1.0)?;
+        size("placement.mark_m", placement.mark_m, 1.0)?;
+        for (joint, q) in self.start.q_rad.iter().enumerate() {
+            within(&format!("start.q_rad[{joint}]"), *q, [-4.0 * PI, 4.0 * PI])?;
+        }
+        size("start.opening_m", self.start.opening_m, 1.0)?;
+        size("scale.sigma_kg", self.scale.sigma_kg, 10.0)?;
+        size("scale.step_kg", self.scale.step_kg, 10.0)?;
         self.laws()?;
-        for (name, spot) in &self.placement.fixed {
-            for (key, value) in [("x_m", spot.x_m), ("y_m", spot.y_m), ("yaw_rad", spot.yaw_rad)] {
-                if !value.is_finite() {
-                    return Err(Error::Settings(format!(
-                        "`placement.fixed.{name}.{key}` = {value} should be a finite number"
-                    )));
-                }
-            }
+        for (name, spot) in &placement.fixed {
+            let key = |what: &str| format!("placement.fixed.{name}.{what}");
+            within(&key("x_m"), spot.x_m, [-10.0, 10.0])?;
+            within(&key("y_m"), spot.y_m, [-10.0, 10.0])?;
+            within(&key("yaw_rad"), spot.yaw_rad, [-4.0 * PI, 4.0 * PI])?;
         }
         Ok(())
     }
+}
+
+/// Says that a number is not between the least and the most that makes sense; NaN is not.
+pub(super) fn within(key: &str, value: f64, [least, most]: Range) -> Result<(), Error> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    let said = significant(value, 6);
+    let (least, most) = (significant(least, 4), significant(most, 4));
+    Err(Error::Settings(format!("`{key}` = {said} should be from {least} to {most}")))
+}
+
+/// As [`within`], from 0 on.
+fn size(key: &str, value: f64, most: f64) -> Result<(), Error> {
+    within(key, value, [0.0, most])
+}
+
+/// Says that a draw is turned round, or reaches out of what makes sense.
+fn range(key: &str, [low, high]: Range, [least, most]: Range) -> Result<(), Error> {
+    let all = least..=most;
+    if all.contains(&low) && all.contains(&high) && low <= high {
+        return Ok(());
+    }
+    let (low, high) = (significant(low, 6), significant(high, 6));
+    let (least, most) = (significant(least, 4), significant(most, 4));
+    Err(Error::Settings(format!(
+        "`{key}` = [{low}, {high}] should be [lowest, highest], both from {least} to {most}"
+    )))
 }
 
 #[cfg(test)]
@@ -448,6 +467,13 @@ mod tests {
             ("[lens]\nk3 = 1.0\n", "k3"),
             ("[readings]\ntau_sigma_nm = -1.0\n", "readings.tau_sigma_nm"),
             ("[latency]\ncommand_s = [nan, 0.1]\n", "latency.command_s"),
+            ("[sensor]\nblur_px = 1e9\n", "`sensor.blur_px` = 1000000000 should be from 0 to 50"),
+            ("[sensor]\nblur_px = nan\n", "sensor.blur_px"),
+            ("[sensor]\nfull_well = 0.0\n", "sensor.full_well"),
+            ("[lens]\nprincipal_px = [-1e300, 0.0]\n", "both from -2000 to 2000"),
+            ("[latency]\ncommand_s = [0.0, 1e6]\n", "latency.command_s"),
+            ("[start]\nq_rad = [0.0, inf]\n", "start.q_rad[1]"),
+            ("[placement.fixed.cup]\nx_m = 1e9\ny_m = 0.0\n", "placement.fixed.cup.x_m"),
             ("nonsense", "nonsense"),
         ] {
             let Err(Error::Settings(said)) = LabSettings::from_toml(text) else { panic!("{text}") };

@@ -23,6 +23,7 @@ use lsp_types::{
 };
 use serde_json::Value;
 
+use crate::files::write;
 use crate::language::assist::{self, CompletionKind, Place};
 use crate::language::{self, Diagnostic, Library, Scope, Severity, Source};
 use crate::workcell::{Stdlib, check, library};
@@ -248,7 +249,7 @@ impl Server<'_> {
         if fs::read_to_string(&path).ok().as_deref() != Some(text) {
             fs::create_dir_all(path.parent()?).ok()?;
             // Not being able to go there is no answer, which is no error.
-            fs::write(&path, text).ok()?;
+            write::place(&path, text).ok()?;
         }
         path.canonicalize().ok()
     }

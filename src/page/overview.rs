@@ -63,7 +63,7 @@ pub(super) fn view(site: &Site) -> View {
             escaped(&run.task),
             escaped(&entry.name),
             escaped(&run.robot),
-            html::ending(run.outcome),
+            html::ending(&run),
             run.steps.len(),
             run.steps.len(),
             asked.len()

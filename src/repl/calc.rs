@@ -3,7 +3,8 @@
 //! Nothing here reaches the arm: what moves it is a call, which is rehearsed first. Names that are given
 //! with `let` stay, and `it` is the last answer.
 
-use rhai::{Dynamic, Engine, Scope};
+use rhai::module_resolvers::DummyModuleResolver;
+use rhai::{Dynamic, Engine, EvalAltResult, Scope};
 
 use crate::report::{self, Failure};
 
@@ -26,6 +27,10 @@ pub(super) struct Calculator {
     scope: Scope<'static>,
 }
 
+fn asleep() -> Result<(), Box<EvalAltResult>> {
+    Err("`sleep` would hold the prompt".into())
+}
+
 impl Calculator {
     /// A calculator that ends early when `is_stopped` says so.
     pub(super) fn new(is_stopped: impl Fn() -> bool + Send + Sync + 'static) -> Self {
@@ -36,6 +41,14 @@ impl Calculator {
         engine.set_max_string_size(64 * 1024);
         engine.set_max_array_size(10_000);
         engine.set_max_map_size(1_000);
+        // Nothing here reaches a file or holds the prompt.
+        engine.set_module_resolver(DummyModuleResolver::new());
+        for word in ["import", "export", "eval"] {
+            engine.disable_symbol(word);
+        }
+        engine.register_fn("sleep", |_: i64| asleep()).register_fn("sleep", |_: f64| asleep());
+        engine.set_max_variables(1_000);
+        engine.set_max_functions(200);
         engine.on_progress(move |_| is_stopped().then(|| Dynamic::from("stopped")));
         engine.on_print(report::out);
         engine.on_debug(|text, _, _| report::out(text));

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use crate::files::write;
 use crate::graph::outline;
 use crate::language;
 use crate::language::ast::Step;
@@ -272,7 +273,7 @@ impl Session<'_, '_> {
         }
         let text =
             format!("// Calls made at the prompt, in their order.\n\n{}\n", self.done.join("\n"));
-        std::fs::write(path, &text).map_err(|error| refused(format!("cannot write: {error}")))?;
+        write::replace(path, &text).map_err(|error| report::unwritten(path, &error))?;
         self.edits.made(":save", path, None, &text);
         let count = self.done.len();
         let calls = if count == 1 { "call" } else { "calls" };

@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::report::Failure;
+use crate::files::write;
+use crate::report::{self, Failure};
 
 /// How many changes are kept.
 const MOST: usize = 50;
@@ -73,12 +74,10 @@ impl Edits {
             return Err(Failure::input("repl::undo", words).help("undo it by hand"));
         }
         let done = match &last.before {
-            Some(before) => fs::write(&last.path, before),
+            Some(before) => write::replace(&last.path, before),
             None => fs::remove_file(&last.path),
         };
-        done.map_err(|error| {
-            Failure::input("io::write", format!("cannot write: {error}")).at(place.clone())
-        })?;
+        done.map_err(|error| report::unwritten(&last.path, &error))?;
         self.write(&all);
         let name = last.path.file_name().unwrap_or_default().display();
         Ok(match &last.before {
@@ -100,7 +99,7 @@ impl Edits {
         let newest = &all[all.len().saturating_sub(MOST)..];
         let lines: Result<String, _> =
             newest.iter().map(|edit| serde_json::to_string(edit).map(|line| line + "\n")).collect();
-        lines.is_ok_and(|lines| fs::write(path, lines).is_ok())
+        lines.is_ok_and(|lines| write::replace(path, lines).is_ok())
     }
 }
 

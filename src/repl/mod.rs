@@ -23,7 +23,7 @@ mod work;
 use std::io::{BufRead, IsTerminal};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::Scope;
 
 use crate::language::ast::{ExprKind, Step};
@@ -64,6 +64,37 @@ pub struct Hands<'a> {
     pub home: Option<&'a Path>,
     /// How often Ctrl-C was pressed since the work began.
     pub presses: &'a AtomicUsize,
+    /// Whether the prompt is to be left.
+    pub leave: &'a Leave,
+}
+
+/// A wish that the prompt is left, from outside of it.
+#[derive(Debug, Default)]
+pub struct Leave {
+    is_asked: AtomicBool,
+    is_idle: AtomicBool,
+}
+
+impl Leave {
+    /// Nobody has asked.
+    pub const fn new() -> Self {
+        Self { is_asked: AtomicBool::new(false), is_idle: AtomicBool::new(false) }
+    }
+
+    /// Asks; returns whether it was asked before.
+    pub fn ask(&self) -> bool {
+        self.is_asked.swap(true, Ordering::SeqCst)
+    }
+
+    /// Returns whether somebody asked.
+    pub fn is_asked(&self) -> bool {
+        self.is_asked.load(Ordering::SeqCst)
+    }
+
+    /// Returns whether the prompt waits for a line, and nothing is under way.
+    pub fn is_idle(&self) -> bool {
+        self.is_idle.load(Ordering::SeqCst)
+    }
 }
 
 /// What the prompt remembers between lines.
@@ -203,7 +234,16 @@ impl<'scope, 'env> Session<'scope, 'env> {
         loop {
             let typed = match self.held_back.take() {
                 Some(line) => Typed::Statement(line),
-                None => self.typist.next(&self.prompt())?,
+                None => {
+                    // Idle first: whoever asks now either sees that or is seen here.
+                    self.hands.leave.is_idle.store(true, Ordering::SeqCst);
+                    if self.hands.leave.is_asked() {
+                        return Ok(());
+                    }
+                    let typed = self.typist.next(&self.prompt());
+                    self.hands.leave.is_idle.store(false, Ordering::SeqCst);
+                    typed?
+                }
             };
             match typed {
                 Typed::Statement(statement) => {

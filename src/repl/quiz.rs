@@ -1,7 +1,7 @@
 //! `:quiz`: questions over the runs that are kept, by their pictures, the hardest last.
 
-use crate::report::Failure;
 use crate::report::teach::compared;
+use crate::report::{self, Failure};
 use crate::teach::answers::{self, Answer, Answered, TRAINEE};
 use crate::teach::quiz;
 
@@ -64,9 +64,7 @@ impl Session<'_, '_> {
             let both = Answered::new(TRAINEE, &entry.name, step, row, said);
             let Some(answered) = both else { continue };
             if let Err(error) = answers::append(&file, &answered) {
-                let words = format!("the answer could not be kept: {error}");
-                self.style
-                    .failure(&Failure::input("io::write", words).at(file.display().to_string()));
+                self.style.failure(&report::unwritten(&file, &error));
             }
             self.style.say(compared(&answered, "", self.style));
         }

@@ -46,7 +46,7 @@ impl Session<'_, '_> {
         let entry = self.entry(wanted)?;
         let run = self.load(&entry)?;
         let name = format!("run {} ({})", entry.number, entry.name);
-        self.style.say(report::record::again(&name, &run, step, self.style)?);
+        self.style.say(report::record::again((&name, &entry.dir), &run, step, self.style)?);
         Ok(())
     }
 

@@ -5,6 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::files::write;
 use crate::language::ast::Step;
 use crate::language::parse_line;
 use crate::language::sentence::{self, Knowledge, Meaning, Phrase, Understood};
@@ -100,12 +101,11 @@ impl Taught {
         let lines: Vec<&str> = self.phrases.iter().map(|(line, _)| line.as_str()).collect();
         let before = std::fs::read_to_string(path).ok();
         let after = lines.join("\n") + "\n";
-        std::fs::write(path, &after).map_err(|error| {
-            Failure::input(
-                "io::write",
-                format!("the phrase is known now, and cannot be kept: {error}"),
-            )
-            .at(path.display().to_string())
+        write::replace(path, &after).map_err(|error| {
+            let mut failure = report::unwritten(path, &error);
+            failure.message =
+                format!("the phrase is known now, and cannot be kept: {}", failure.message);
+            failure
         })?;
         Ok(Some(Kept { path: path.clone(), before, after }))
     }

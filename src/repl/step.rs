@@ -4,7 +4,7 @@
 //! says where it stands: `pour 3/8> `. Lines that are no words of stepping are done as always, as far as
 //! they need no arm. The stepping itself is [`crate::teach`].
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
@@ -227,7 +227,10 @@ impl Session<'_, '_> {
                 let _ = answer.send(self.word(&prompt, &|| cancel.is_cancelled()));
                 self.bench.pause(None);
             }
-            let _ = walk.join();
+            if let Err(panic) = walk.join() {
+                // Told by whoever survives the line.
+                std::panic::resume_unwind(panic);
+            }
         });
         Ok(())
     }
@@ -301,7 +304,8 @@ impl Session<'_, '_> {
         };
         let number = run.steps[at].number;
         let name = format!("looking at step {number}");
-        self.style.say(report::record::again(&name, &run, Some(number), self.style)?);
+        let dir = PathBuf::from(run.run_dir.as_deref().unwrap_or_default());
+        self.style.say(report::record::again((&name, &dir), &run, Some(number), self.style)?);
         self.looking = Some(at);
         Ok(())
     }

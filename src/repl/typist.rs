@@ -1,14 +1,15 @@
 //! Where lines come from: a terminal with an editor, or a pipe. Both give whole statements, one at a time.
 
 use std::collections::VecDeque;
-use std::io::BufRead;
+use std::fs;
+use std::io::{self, BufRead};
 use std::path::PathBuf;
 
 use rustyline::error::ReadlineError;
 use rustyline::history::DefaultHistory;
 use rustyline::{Config, Editor};
 
-use crate::report::Failure;
+use crate::report::{self, Failure};
 
 use super::complete::Helper;
 use super::paste;
@@ -68,6 +69,26 @@ impl Terminal {
         }
         Ok(Self { editor, history, pasted: VecDeque::new() })
     }
+
+    /// Keeps the history, whole or not at all: the editor would empty the file before it writes.
+    fn keep_history(&mut self) {
+        let Some(path) = &self.history else { return };
+        let half = path.with_extension(format!("{}.part", std::process::id()));
+        let saved = self.editor.save_history(&half).map_err(|error| error.to_string());
+        let kept = saved.and_then(|()| match fs::File::open(&half) {
+            // Nothing new was typed.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+            file => file
+                .and_then(|file| file.sync_all())
+                .and_then(|()| fs::rename(&half, fs::canonicalize(path).as_ref().unwrap_or(path)))
+                .map_err(|error| error.to_string()),
+        });
+        if let Err(why) = kept {
+            let _ = fs::remove_file(&half);
+            let path = path.display();
+            report::complain(&format!("the history could not be kept in {path}: {why}"));
+        }
+    }
 }
 
 impl Typist for Terminal {
@@ -87,6 +108,8 @@ impl Typist for Terminal {
         }
         match self.editor.readline(prompt) {
             Ok(typed) => {
+                // A program that is ended from outside has no later moment for it.
+                self.keep_history();
                 self.pasted.extend(paste::statements(&typed));
                 Ok(Typed::Statement(self.pasted.pop_front().unwrap_or_default()))
             }
@@ -102,9 +125,7 @@ impl Typist for Terminal {
 
 impl Drop for Terminal {
     fn drop(&mut self) {
-        if let Some(path) = &self.history {
-            let _ = self.editor.save_history(path);
-        }
+        self.keep_history();
     }
 }
 

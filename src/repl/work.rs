@@ -12,7 +12,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread::{Builder, Scope};
 use std::time::Duration;
 
-use crate::report::{self, Failure};
+use crate::report::{self, Failure, panics};
 use crate::workcell::WorkCell;
 
 /// How often the prompt looks whether Ctrl-C was pressed again.
@@ -122,6 +122,9 @@ impl<'scope, 'env> Bench<'scope, 'env> {
         let worker = Builder::new().name("work".into()).stack_size(STACK);
         let begun = worker.spawn_scoped(self.scope, move || {
             let done = catch_unwind(AssertUnwindSafe(|| job(&mut cell)));
+            if done.is_err() {
+                cell.halt();
+            }
             // Nobody waits any more when the prompt has been left.
             let _ = give_back.send(cell);
             let _ = tell.send(done);
@@ -169,9 +172,7 @@ pub(super) struct Begun<T>(Receiver<std::thread::Result<Result<T, Failure>>>);
 
 /// Words a panic: the line is lost, nothing else.
 pub(super) fn panicked(panic: &(dyn Any + Send)) -> Failure {
-    let said = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
-    let said = said.or_else(|| panic.downcast_ref::<String>().cloned());
-    let said = said.unwrap_or_else(|| "no reason was given".into());
-    Failure::no("repl::panic", format!("trueup itself has a mistake: {said}"))
-        .help("the line was given up; names and runs are kept, and the arm holds")
+    let failure = panics::caught(panic, true);
+    let help = failure.help.clone().unwrap_or_default();
+    failure.help(format!("the line was given up; names and runs are kept. {help}"))
 }

@@ -7,7 +7,7 @@
 use std::fmt::Write as _;
 
 use crate::execution::trace::{FluentRow, Measure, Outcome, StepRecord};
-use crate::workcell::Ending;
+use crate::workcell::{Ending, Run, State};
 
 use super::run::{is_news, people};
 use super::why;
@@ -49,8 +49,9 @@ pub fn outcome(outcome: Outcome) -> &'static str {
 }
 
 /// How a run ended, by sign and word.
-pub fn ending(ending: Ending) -> &'static str {
-    match ending {
+pub fn ending(run: &Run) -> &'static str {
+    match run.outcome {
+        _ if run.state == State::Running => "… not over",
         Ending::Success => "✓ done",
         Ending::Failure => "✗ failed",
         Ending::Stopped => "◦ stopped",

@@ -69,7 +69,7 @@ pub fn list(root: &Path, most: Option<usize>) -> List {
             "number": entry.number,
             "folder": entry.dir.display().to_string(),
             "task": run.map(|run| &run.task),
-            "ended": run.map(|run| ended(run.outcome)),
+            "ended": run.map(|run| ended(archive::standing(&entry.dir, run))),
             "steps": run.map(|run| run.steps.len()),
             "twin_agrees_after": run
                 .map(|run| run.steps.iter().filter(|step| step.hamming == 0).count()),

@@ -12,6 +12,7 @@ pub mod gap_page;
 pub mod grid;
 pub mod html;
 pub mod kept;
+pub mod panics;
 pub mod record;
 pub mod run;
 pub mod run_page;
@@ -22,12 +23,14 @@ pub mod vqa;
 pub mod why;
 
 use std::fmt::Write as _;
-use std::io::{IsTerminal, Write as _};
+use std::io::{self, IsTerminal, Write as _};
+use std::path::Path;
 
 use serde_json::{Value, json};
 
 use crate::alignment::vision::Sighting;
 use crate::execution::stage::ActionError;
+use crate::files::write;
 use crate::graph;
 use crate::language::ast::Param;
 use crate::language::{self, Diagnostic, Library, Source};
@@ -90,6 +93,11 @@ impl Failure {
         Self { exit: 3, ..Self::input("run::stopped", message) }
     }
 
+    /// A mistake of the program's own: exit code 3 when an arm was stopped for it and holds, else 2.
+    pub fn internal(message: impl Into<String>, is_held: bool) -> Self {
+        Self { exit: if is_held { 3 } else { 2 }, ..Self::input("internal::error", message) }
+    }
+
     /// A device is not there: exit code 4.
     pub fn unavailable(code: &str, message: impl Into<String>) -> Self {
         Self { exit: 4, ..Self::input(code, message) }
@@ -122,8 +130,8 @@ impl Style {
         Self {
             json,
             quiet,
-            colour: !plain && !json && std::io::stdout().is_terminal(),
-            bars: std::io::stderr().is_terminal(),
+            colour: !plain && !json && io::stdout().is_terminal(),
+            bars: io::stderr().is_terminal(),
         }
     }
 
@@ -210,12 +218,12 @@ impl Style {
 
 /// Writes a line to stdout; a closed pipe is not our error.
 pub fn out(line: &str) {
-    let _ = writeln!(std::io::stdout().lock(), "{line}");
+    let _ = writeln!(io::stdout().lock(), "{line}");
 }
 
 /// Writes a line to stderr; a closed pipe is not our error.
 pub fn complain(line: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "{line}");
+    let _ = writeln!(io::stderr().lock(), "{line}");
 }
 
 /// Returns a number as JSON, with `null` for what is not a number.
@@ -227,6 +235,33 @@ pub fn number(value: f64) -> Value {
 pub fn diagnostic(diagnostic: &Diagnostic, source: &Source, style: Style) -> String {
     let look = if style.colour { language::Style::Colour } else { language::Style::Plain };
     language::render(diagnostic, source, look)
+}
+
+/// Words why a file could not be written. A disk without room has a code of its own, for it is mended otherwise
+/// than a path that is wrong.
+pub fn unwritten(path: &Path, error: &io::Error) -> Failure {
+    let place = path.display().to_string();
+    if write::is_full(error) {
+        return Failure::input(
+            "io::full",
+            format!("no room left on the disk for {place}: {error}"),
+        )
+        .at(place)
+        .help("make room and try again; what was there before is as it was");
+    }
+    Failure::input("io::write", format!("cannot write {place}: {error}"))
+        .at(place)
+        .help("does its folder exist, and may it be written?")
+}
+
+/// Words why no folder could be made for a run; `option` names the folder they are made in.
+pub fn no_run_folder(path: &Path, error: &io::Error, option: &str) -> Failure {
+    if write::is_full(error) {
+        return unwritten(path, error);
+    }
+    Failure::input("io::write", format!("cannot make a run folder: {error}"))
+        .at(path.display().to_string())
+        .help(format!("name a folder that may be written with `{option} DIR`"))
 }
 
 /// Shows everything that is wrong with a text and sums it up as a failure.
@@ -280,8 +315,21 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
     let words = error.to_string();
     match error {
         Error::Text(wrong) => texts_failure(wrong, style),
-        Error::File { path, .. } => {
-            Failure::input("io::write", words).at(path.display().to_string())
+        Error::File { path, error } => unwritten(path, error),
+        Error::Unrecorded { dir, error } => {
+            let dir = dir.display().to_string();
+            let failure = if write::is_full(error) {
+                let message = format!(
+                    "no room left on the disk; the arm was stopped and holds, and what was written so far \
+                     is kept in {dir}"
+                );
+                Failure { code: "io::full".into(), ..Failure::stopped(message) }
+            } else {
+                let message = format!("{words}; the arm was stopped and holds");
+                Failure { code: "io::write".into(), ..Failure::stopped(message) }
+            };
+            let help = format!("make room and call it again; `trueup replay {dir}` tells what is kept");
+            failure.at(dir).help(help)
         }
         Error::Graph(problems) => {
             problems_failure(problems, &Library::new(), &Source::new("command line", ""))

@@ -1,9 +1,10 @@
 //! Runs that are kept, in words: a list, two side by side, one again.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use crate::execution::trace::{FluentRow, Outcome, StepRecord};
-use crate::workcell::archive::Entry;
+use crate::workcell::archive::{Entry, Standing, standing};
 use crate::workcell::{Ending, Run};
 
 use super::run::{people, step as words_of_step};
@@ -29,7 +30,7 @@ pub fn list(runs: &[(Entry, Option<Run>)]) -> String {
                     entry.number,
                     entry.name,
                     run.task,
-                    ended(run.outcome),
+                    ended(standing(&entry.dir, run)),
                     run.steps.len(),
                     run.steps.len()
                 )
@@ -39,20 +40,32 @@ pub fn list(runs: &[(Entry, Option<Run>)]) -> String {
     text
 }
 
-pub(super) fn ended(ending: Ending) -> &'static str {
-    match ending {
-        Ending::Success => "done",
-        Ending::Failure => "failed",
-        Ending::Stopped => "stopped",
+pub(super) fn ended(standing: Standing) -> &'static str {
+    match standing {
+        Standing::Running => "running",
+        Standing::CutOff => "cut off",
+        Standing::Ended(Ending::Success) => "done",
+        Standing::Ended(Ending::Failure) => "failed",
+        Standing::Ended(Ending::Stopped) => "stopped",
     }
 }
 
-/// Words a run again from its record: all of it, or one step with everything known after it.
+/// How a run stands that is looked at by itself.
+fn own_standing(run: &Run) -> Standing {
+    standing(Path::new(run.run_dir.as_deref().unwrap_or_default()), run)
+}
+
+/// Words the run in folder `dir` again from its record: all of it, or one step with everything known after it.
 ///
 /// # Errors
 ///
 /// When there is no such step.
-pub fn again(name: &str, run: &Run, step: Option<usize>, style: Style) -> Result<String, Failure> {
+pub fn again(
+    (name, dir): (&str, &Path),
+    run: &Run,
+    step: Option<usize>,
+    style: Style,
+) -> Result<String, Failure> {
     let mut text = format!(
         "{name}: {} with {}, seed {}; this is the record, the arm does not move\n",
         run.task, run.robot, run.seed
@@ -87,6 +100,11 @@ pub fn again(name: &str, run: &Run, step: Option<usize>, style: Style) -> Result
         }
         None => {
             text += &super::run::ending(run, style);
+            text += match standing(dir, run) {
+                Standing::Running => "\n  it goes on now",
+                Standing::CutOff => "\n  it was cut off: its program ended before it did",
+                Standing::Ended(_) => "",
+            };
             Ok(text.trim_end().to_owned())
         }
     }
@@ -117,7 +135,8 @@ fn truth(truth: Option<bool>) -> &'static str {
 /// and the other has not, then what was true in one and not in the other, then the margins that moved most.
 pub fn difference((a, first): (usize, &Run), (b, second): (usize, &Run)) -> Vec<String> {
     let head = |number: usize, run: &Run| {
-        format!("run {number}: {} {}, {} steps", run.task, ended(run.outcome), run.steps.len())
+        let ended = ended(own_standing(run));
+        format!("run {number}: {} {ended}, {} steps", run.task, run.steps.len())
     };
     let heads = [head(a, first), head(b, second)];
     let mut lines = branches(first, second);

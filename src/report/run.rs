@@ -11,7 +11,7 @@ use crate::execution::trace::{
     DuringRow, Event, FluentRow, Measure, Observer, Outcome, StepRecord,
 };
 use crate::units::Unit;
-use crate::workcell::{Ending, Run};
+use crate::workcell::{Ending, Run, State};
 
 use super::{Style, complain};
 
@@ -253,6 +253,9 @@ pub fn pacing(told: &Pacing) -> String {
 /// Words how a run ended.
 pub fn ending(run: &Run, style: Style) -> String {
     let mut text = match run.outcome {
+        _ if run.state == State::Running => {
+            style.red(&format!("not over: {}; {} steps are kept so far", run.task, run.steps.len()))
+        }
         Ending::Success => style.green(&format!("done: {}", run.task)),
         Ending::Failure => style.red(&format!("failed: {}", run.task)),
         Ending::Stopped => style.red(&format!("stopped: {}; the arm holds its position", run.task)),

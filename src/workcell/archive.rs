@@ -6,7 +6,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::{Error, Run};
+use crate::execution::trace::{Event, StepRecord};
+use crate::files::read;
+use crate::monitor::questionnaire;
+
+use super::record::{EVENTS, is_going_on};
+use super::{Ending, Error, Run, State};
 
 /// How many earlier runs are looked at.
 const MOST_EARLIER: usize = 20;
@@ -33,7 +38,8 @@ impl Entry {
     }
 }
 
-/// Reads the run in a folder.
+/// Reads the run in a folder. Of one that was cut off between a step and its document the step is taken from
+/// its events.
 ///
 /// # Errors
 ///
@@ -42,7 +48,46 @@ pub fn load(dir: &Path) -> Result<Run, Error> {
     let path = dir.join("run.json");
     let wrong = |why: String| Error::Record { path: path.clone(), why };
     let text = fs::read_to_string(&path).map_err(|error| wrong(error.to_string()))?;
-    serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))
+    let mut run: Run = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
+    if run.state == State::Running {
+        for step in steps_told(dir).into_iter().skip(run.steps.len()) {
+            run.questions.resize(run.steps.len(), Vec::new());
+            run.questions.push(questionnaire::by_geometry(&step.fluents));
+            run.steps.push(step);
+        }
+    }
+    Ok(run)
+}
+
+/// Returns the steps whose end the events of a run tell; a line that was cut short tells nothing.
+fn steps_told(dir: &Path) -> Vec<StepRecord> {
+    let text = read::text_of(&dir.join(EVENTS), read::DATA).unwrap_or_default();
+    let events = text.lines().filter_map(|line| serde_json::from_str(line).ok());
+    let ends = events.filter_map(|event| match event {
+        Event::StepEnd { record } => Some(*record),
+        _ => None,
+    });
+    ends.collect()
+}
+
+/// How a run that is kept stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Standing {
+    /// It goes on, in a program that runs now.
+    Running,
+    /// Its program ended before it did.
+    CutOff,
+    /// It is over.
+    Ended(Ending),
+}
+
+/// Returns how the run in a folder stands.
+pub fn standing(dir: &Path, run: &Run) -> Standing {
+    match run.state {
+        State::Ended => Standing::Ended(run.outcome),
+        State::Running if is_going_on(dir) => Standing::Running,
+        State::Running => Standing::CutOff,
+    }
 }
 
 /// Returns the runs in a folder, the oldest first; none when there is no such folder.

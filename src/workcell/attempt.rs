@@ -52,7 +52,8 @@ impl WorkCell {
             *used.entry(plan.path.clone()).or_default() += 1;
             self.note(&format!("recovering: {}", plan.path));
             if let Err(error) = self.carry_out(graph, &plan.steps, start, run, recorder) {
-                let stopped = matches!(error, Error::Action(ActionError::Stopped));
+                let stopped =
+                    matches!(error, Error::Action(ActionError::Stopped) | Error::Unrecorded { .. });
                 run.reason = Some(format!("{reason}; then the recovery failed: {error}"));
                 return if stopped { Err(error) } else { Ok(()) };
             }

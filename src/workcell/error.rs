@@ -21,6 +21,14 @@ pub enum Error {
         /// What the system says.
         error: std::io::Error,
     },
+    /// The run cannot be recorded any further; the arm was brought to rest.
+    #[error("the run cannot be recorded any further in {dir}: {error}")]
+    Unrecorded {
+        /// Its folder.
+        dir: PathBuf,
+        /// What the system says.
+        error: std::io::Error,
+    },
     /// The text has mistakes.
     #[error("{} mistakes in the text", .0.len())]
     Text(Vec<(Diagnostic, Source)>),

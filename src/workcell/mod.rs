@@ -31,6 +31,7 @@ mod outcome;
 mod perform;
 mod run;
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use image::RgbImage;
@@ -62,7 +63,7 @@ use lead::SharedLead;
 pub use devices::{Devices, Laboratory, laboratory, robot_of};
 pub use error::Error;
 pub use learning::Learnt;
-pub use outcome::{Ending, Run, Timing, Tried, Water};
+pub use outcome::{Ending, Run, State, Timing, Tried, Water};
 pub use stdlib::Stdlib;
 
 /// How to open a cell.
@@ -364,6 +365,13 @@ impl WorkCell {
     pub fn check_line(&self, step: &Step, source: &Source) -> Vec<Diagnostic> {
         let scope = self.library.scope(&self.cell.scene.name);
         check::check_step(step, source, &self.library, &self.stdlib, &scope)
+    }
+
+    /// Brings the arm to rest where it is, after a mistake of the program's own.
+    pub fn halt(&self) {
+        // What went wrong may go wrong again, and must not hide the first mistake.
+        let stop = AssertUnwindSafe(|| self.scripts.stage().body().arm().stop());
+        let _ = catch_unwind(stop);
     }
 
     fn now(&self) -> f64 {

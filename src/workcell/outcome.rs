@@ -21,6 +21,17 @@ pub enum Ending {
     Stopped,
 }
 
+/// Whether a run is over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum State {
+    /// It goes on, or was cut off: which of them is not for its document to say. The outcome means nothing yet.
+    Running,
+    /// It is over. Records of older programs say nothing, and are.
+    #[default]
+    Ended,
+}
+
 /// What became of the water.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Water {
@@ -75,6 +86,9 @@ pub struct Tried {
 pub struct Run {
     /// The call: `pour(jar, cup)`.
     pub task: String,
+    /// Whether it is over.
+    #[serde(default)]
+    pub state: State,
     /// How it ended.
     pub outcome: Ending,
     /// Whether everything the task gives is true as measured.
@@ -123,6 +137,7 @@ impl Run {
         let failed = steps.last().is_none_or(|step| step.outcome != Outcome::Success);
         Self {
             task: task.to_owned(),
+            state: State::Ended,
             outcome: if failed { Ending::Failure } else { Ending::Success },
             reached: false,
             reason: None,

@@ -2,28 +2,65 @@
 //!
 //! `events.jsonl` is appended and flushed event by event, `arm.csv` is a recording of
 //! commands, joints and torques, pictures are PNG files in `frames/`, and `run.json` is written anew
-//! after each step, so that an interrupted run is still a whole document.
+//! after each step, so that an interrupted run is still a whole document. Rows and lines are written whole or
+//! not at all. `events.jsonl` is locked while the run goes on, by which a run that was cut off is told from one
+//! that is not over: the system takes the lock away from a program that is killed.
 
 use std::fmt::Write as _;
-use std::fs::{self, File};
-use std::io::{BufWriter, Write as _};
+use std::fs::{self, File, TryLockError};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::execution::arm::Feedback;
+use crate::execution::arm::{Cancel, Feedback};
 use crate::execution::trace::{Event, Observer};
+use crate::files::write;
+
+/// The file of events in a run folder.
+pub const EVENTS: &str = "events.jsonl";
+/// Rows of the arm are gathered up to this before they are written, bytes.
+const GATHERED: usize = 64 << 10;
 
 /// A run folder being written.
 #[derive(Debug)]
 pub struct Recorder {
     dir: PathBuf,
-    events: File,
-    arm: BufWriter<File>,
+    events: Growing,
+    arm: Growing,
+    /// Rows of the arm that are not written yet.
+    rows: String,
     arm_has_header: bool,
     last_tick: f64,
-    /// The first thing that could not be written; later events are dropped and this is told at the end.
-    trouble: Option<std::io::Error>,
+    /// Whom to ask to stop when nothing can be recorded any more.
+    stop: Option<Cancel>,
+    /// The first thing that could not be written; later events are dropped.
+    trouble: Option<io::Error>,
+    /// Whether that was told.
+    is_told: bool,
+}
+
+/// A file that only grows, by whole lines.
+#[derive(Debug)]
+struct Growing {
+    file: File,
+    length: u64,
+}
+
+impl Growing {
+    fn new(path: &Path) -> io::Result<Self> {
+        Ok(Self { file: File::create(path)?, length: 0 })
+    }
+
+    fn add(&mut self, lines: &str) -> io::Result<()> {
+        write::append(&mut self.file, &mut self.length, lines.as_bytes())
+    }
+}
+
+/// Returns whether somebody writes to a run folder now.
+pub fn is_going_on(dir: &Path) -> bool {
+    let events = File::open(dir.join(EVENTS));
+    events.is_ok_and(|events| matches!(events.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }
 
 impl Recorder {
@@ -32,7 +69,7 @@ impl Recorder {
     /// # Errors
     ///
     /// What the file system says, with the path; nothing is left behind.
-    pub fn create(root: &Path, stamp: &str, task: &str) -> Result<Self, (PathBuf, std::io::Error)> {
+    pub fn create(root: &Path, stamp: &str, task: &str) -> Result<Self, (PathBuf, io::Error)> {
         let task: String =
             task.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
         let at = |dir: &Path| {
@@ -44,23 +81,47 @@ impl Recorder {
         for n in 2.. {
             match fs::create_dir(&dir) {
                 Ok(()) => break,
-                Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
                     dir = root.join(format!("{stamp}-{task}-{n}"));
                 }
                 Err(error) => return Err((dir, error)),
             }
         }
-        fs::create_dir(dir.join("frames")).map_err(at(&dir))?;
-        let events = File::create(dir.join("events.jsonl")).map_err(at(&dir))?;
-        let arm = BufWriter::new(File::create(dir.join("arm.csv")).map_err(at(&dir))?);
+        Self::fill(&dir).map_err(|error| {
+            // It was made just now, and nobody has put anything into it.
+            let _ = fs::remove_dir_all(&dir);
+            (dir, error)
+        })
+    }
+
+    /// Begins the files of a folder.
+    fn fill(dir: &Path) -> io::Result<Self> {
+        fs::create_dir(dir.join("frames"))?;
+        let events = Growing::new(&dir.join(EVENTS))?;
+        // A file system without locks: then nobody can tell, which is not worth a run.
+        let _ = events.file.try_lock();
+        let arm = Growing::new(&dir.join("arm.csv"))?;
         Ok(Self {
-            dir,
+            dir: dir.to_owned(),
             events,
             arm,
+            rows: String::new(),
             arm_has_header: false,
             last_tick: f64::NEG_INFINITY,
+            stop: None,
             trouble: None,
+            is_told: false,
         })
+    }
+
+    /// Asks for a stop when something cannot be recorded: what nobody can look up later is not done.
+    pub fn stops(&mut self, stop: Cancel) {
+        self.stop = Some(stop);
+    }
+
+    /// Says what could not be written, if anything could not and nobody was told yet.
+    pub fn trouble(&self) -> Option<String> {
+        self.trouble.as_ref().map(ToString::to_string)
     }
 
     /// Returns the folder.
@@ -72,16 +133,21 @@ impl Recorder {
     ///
     /// # Errors
     ///
-    /// What the file system says, also about anything earlier that could not be written.
-    pub fn save(&mut self, run: &impl Serialize) -> std::io::Result<()> {
-        if let Some(trouble) = self.trouble.take() {
-            return Err(trouble);
+    /// What the file system says, also, once, about anything earlier that could not be written; the document
+    /// is written all the same if that can be done.
+    pub fn save(&mut self, run: &impl Serialize) -> io::Result<()> {
+        if let Err(error) = self.write_rows() {
+            self.fail(error);
         }
-        self.arm.flush()?;
         let text = serde_json::to_string_pretty(run)?;
-        let half = self.dir.join("run.json.part");
-        fs::write(&half, text)?;
-        fs::rename(half, self.dir.join("run.json"))
+        let saved = write::replace(&self.dir.join("run.json"), text);
+        match self.trouble.take_if(|_| !self.is_told) {
+            Some(trouble) => {
+                self.is_told = true;
+                Err(trouble)
+            }
+            None => saved,
+        }
     }
 
     /// Writes another file of the folder.
@@ -89,11 +155,26 @@ impl Recorder {
     /// # Errors
     ///
     /// What the file system says.
-    pub fn write(&self, name: &str, text: &str) -> std::io::Result<()> {
-        fs::write(self.dir.join(name), text)
+    pub fn write(&self, name: &str, text: &str) -> io::Result<()> {
+        write::replace(&self.dir.join(name), text)
     }
 
-    fn tick(&mut self, feedback: &Feedback) -> std::io::Result<()> {
+    /// Takes note of the first thing that could not be written, and asks for a stop.
+    fn fail(&mut self, error: io::Error) {
+        if self.trouble.is_some() || self.is_told {
+            return;
+        }
+        self.trouble = Some(error);
+        if let Some(stop) = &self.stop {
+            stop.cancel();
+        }
+    }
+
+    fn write_rows(&mut self) -> io::Result<()> {
+        self.arm.add(&std::mem::take(&mut self.rows))
+    }
+
+    fn tick(&mut self, feedback: &Feedback) -> io::Result<()> {
         // 100 Hz are kept: what the arm reports faster adds nothing a gap could be found in.
         if feedback.time - self.last_tick < 0.0099 {
             return Ok(());
@@ -110,7 +191,7 @@ impl Recorder {
                 }
             }
             let scale = if feedback.mass.is_some() { ",mass[kg]" } else { "" };
-            writeln!(self.arm, "{header},gripper[m]{scale}")?;
+            let _ = writeln!(self.rows, "{header},gripper[m]{scale}");
         }
         let mut row = format!("{:.4}", feedback.time);
         for values in [&feedback.q_cmd, &feedback.q, &feedback.dq, &feedback.tau] {
@@ -122,21 +203,22 @@ impl Recorder {
         if let Some(mass) = feedback.mass {
             let _ = write!(row, ",{mass:.5}");
         }
-        writeln!(self.arm, "{row}")
+        let _ = writeln!(self.rows, "{row}");
+        if self.rows.len() < GATHERED { Ok(()) } else { self.write_rows() }
     }
 
-    fn keep(&mut self, event: &Event) -> std::io::Result<()> {
+    fn keep(&mut self, event: &Event) -> io::Result<()> {
         match event {
             Event::Tick(feedback) => self.tick(feedback),
             Event::Picture { name, image } => {
                 let path = self.dir.join("frames").join(format!("{name}.png"));
-                image.save(path).map_err(std::io::Error::other)
+                write::picture(&path, image)
             }
             Event::Progress { .. } => Ok(()),
             other => {
-                let line = serde_json::to_string(other)?;
-                writeln!(self.events, "{line}")?;
-                self.events.flush()
+                // Rows first: the arm's recording is as long as what is said of it.
+                self.write_rows()?;
+                self.events.add(&(serde_json::to_string(other)? + "\n"))
             }
         }
     }
@@ -144,8 +226,11 @@ impl Recorder {
 
 impl Observer for Recorder {
     fn event(&mut self, event: &Event) {
+        if self.trouble.is_some() || self.is_told {
+            return;
+        }
         if let Err(error) = self.keep(event) {
-            self.trouble.get_or_insert(error);
+            self.fail(error);
         }
     }
 }

@@ -1,8 +1,10 @@
 //! A call, from the line that was typed to the folder that is kept: perceive, attempt, weigh, judge.
 
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::execution::arm::Weighing;
+use crate::execution::arm::{Cancel, Weighing};
 use crate::execution::stage::ActionError;
 use crate::execution::tape::Tape;
 use crate::execution::trace::{Event, Observer};
@@ -13,7 +15,7 @@ use crate::language::text;
 use crate::world::WorldState;
 
 use super::record::Recorder;
-use super::{Ending, Error, Run, Water, WorkCell};
+use super::{Ending, Error, Run, State, Water, WorkCell};
 
 impl WorkCell {
     /// Carries out a call on the arm, rehearsed first, and keeps the run in a folder if one is given.
@@ -40,11 +42,18 @@ impl WorkCell {
             let recorder = recorder.lock().unwrap_or_else(PoisonError::into_inner);
             run.run_dir = Some(recorder.dir().display().to_string());
         }
+        // From here on the run can be found again, whatever happens to the program.
+        begin(&run, recorder.as_ref(), &self.cancel)?;
         self.moments.begin(run.run_dir.as_deref());
         self.lead_begins(&run.task, run.run_dir.as_deref());
         // What was streamed before was another run's.
         self.scripts.stage().body().arm().pacing();
-        let carried = self.carry(call, &mut run, recorder.as_ref());
+        let carried =
+            catch_unwind(AssertUnwindSafe(|| self.carry(call, &mut run, recorder.as_ref())));
+        let carried = match carried {
+            Ok(carried) => carried,
+            Err(panic) => self.give_up(run, recorder.as_ref(), panic),
+        };
         run.stream = self.scripts.stage().body().arm().pacing();
         run.timing_s.waiting = self.lead_ends();
         self.watched_by(Vec::new());
@@ -55,6 +64,11 @@ impl WorkCell {
             Err(Error::Action(ActionError::Stopped)) => {
                 run.outcome = Ending::Stopped;
                 Ok(())
+            }
+            Err(error @ Error::Unrecorded { .. }) => {
+                run.outcome = Ending::Stopped;
+                run.reason = Some(error.to_string());
+                Err(error)
             }
             Err(error) => {
                 run.reason = Some(error.to_string());
@@ -67,14 +81,37 @@ impl WorkCell {
             Ok(()) => Ok(()),
         };
         // Whatever happened, the folder holds a whole document.
+        run.state = State::Ended;
+        if let Some(trouble) = trouble(recorder.as_ref()) {
+            run.reason = Some(format!("the run could not be recorded any further: {trouble}"));
+        }
         let saved = keep(&run, recorder.as_ref());
         carried.and(saved).map(|()| run)
+    }
+
+    /// Brings the arm to rest after a mistake of the program's own and keeps what there is of the run; whoever
+    /// called is told by the panic going on.
+    fn give_up(
+        &mut self,
+        mut run: Run,
+        recorder: Option<&SharedRecorder>,
+        panic: Box<dyn Any + Send>,
+    ) -> ! {
+        self.halt();
+        self.watched_by(Vec::new());
+        run.state = State::Ended;
+        run.outcome = Ending::Stopped;
+        run.reason = Some("the program itself has a mistake; the arm was brought to rest".into());
+        // That it cannot be kept either is the lesser trouble.
+        let _ = keep(&run, recorder);
+        resume_unwind(panic)
     }
 
     /// Returns the run of a call of which nothing has been done yet.
     fn nothing_done(&self, call: &Call) -> Run {
         let (seed, robot) = (self.seed, self.robot_name.clone());
-        Run { seed, robot, ..Run::so_far(&text::call(call), &[]) }
+        let state = State::Running;
+        Run { state, seed, robot, ..Run::so_far(&text::call(call), &[]) }
     }
 
     fn carry(
@@ -193,10 +230,24 @@ impl Observer for Shared {
     }
 }
 
+/// Writes the run before anything is done in it; from then on what cannot be recorded asks for a stop.
+fn begin(run: &Run, recorder: Option<&SharedRecorder>, stop: &Cancel) -> Result<(), Error> {
+    let Some(recorder) = recorder else { return Ok(()) };
+    let mut recorder = recorder.lock().unwrap_or_else(PoisonError::into_inner);
+    let path = recorder.dir().join("run.json");
+    recorder.save(run).map_err(|error| Error::File { path, error })?;
+    recorder.stops(stop.clone());
+    Ok(())
+}
+
+fn trouble(recorder: Option<&SharedRecorder>) -> Option<String> {
+    recorder?.lock().unwrap_or_else(PoisonError::into_inner).trouble()
+}
+
 /// Writes the run as it stands, if it is kept.
 pub(super) fn keep(run: &Run, recorder: Option<&SharedRecorder>) -> Result<(), Error> {
     let Some(recorder) = recorder else { return Ok(()) };
     let mut recorder = recorder.lock().unwrap_or_else(PoisonError::into_inner);
-    let path = recorder.dir().join("run.json");
-    recorder.save(run).map_err(|error| Error::File { path, error })
+    let dir = recorder.dir().to_path_buf();
+    recorder.save(run).map_err(|error| Error::Unrecorded { dir, error })
 }

@@ -13,6 +13,7 @@ mod run;
 mod say;
 mod text;
 mod words;
+mod writes;
 
 use crate::program::Desk;
 

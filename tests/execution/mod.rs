@@ -18,7 +18,7 @@ use std::sync::{Arc, Mutex};
 use trueup::execution::arm::Cancel;
 use trueup::execution::limits::Limits;
 use trueup::execution::script::Scripts;
-use trueup::execution::stage::{Cell, Pads, Stage};
+use trueup::execution::stage::{Cell, Pads, Stage, Watcher};
 use trueup::execution::tape::Tape;
 use trueup::execution::trace::Nobody;
 use trueup::execution::twin_arm::{SharedTwin, TwinBody};
@@ -59,6 +59,10 @@ fn twin(scene: &Scene, state: &WorldState) -> SharedTwin {
 
 /// Scripts over a twin at home with the jar in front.
 fn scripts(cancel: &Cancel, tape: Tape) -> Scripts {
+    scripts_watched(cancel, tape, Arc::new(Mutex::new(Nobody)))
+}
+
+fn scripts_watched(cancel: &Cancel, tape: Tape, watcher: Watcher) -> Scripts {
     let cell = cell();
     let state = state(&kitchen::HOME, [0.60, -0.10, 0.0]);
     let twin = twin(&cell.scene, &state);
@@ -69,7 +73,7 @@ fn scripts(cancel: &Cancel, tape: Tape) -> Scripts {
         tape,
         (1, 0),
         cancel.clone(),
-        Arc::new(Mutex::new(Nobody)),
+        watcher,
     );
     Scripts::new(stage)
 }

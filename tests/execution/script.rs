@@ -1,6 +1,7 @@
 //! Scripts are kept in bounds: endless ones end, mistakes point at their line, a stop goes through.
 
 use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
@@ -9,6 +10,7 @@ use trueup::execution::plan::{NoWay, Why};
 use trueup::execution::script::{ScriptError, ScriptValue, Scripts};
 use trueup::execution::stage::ActionError;
 use trueup::execution::tape::Tape;
+use trueup::execution::trace::{Event, Observer};
 
 fn run(scripts: &Scripts, text: &str) -> Result<(), ScriptError> {
     scripts.run("test.rhai", text, &BTreeMap::new())
@@ -45,6 +47,154 @@ fn scripts_without_end_or_bounds_are_stopped() {
     }
     // And the engine is as good as new afterwards.
     run(&scripts, "let a = [1.0 * cm, 2.0 * deg]; if a.len() != 2 { throw \"odd\"; }").unwrap();
+}
+
+/// A stranger's script reaches no file, holds no thread and has no clock.
+#[test]
+fn scripts_have_no_files_no_clock_and_no_other_scripts() {
+    let scripts = open();
+    for text in ["import \"stolen\" as s;", "eval(\"1 + 1\");", "export let x = 1;"] {
+        let (line, message) = wrong(&scripts, text);
+        assert_eq!(line, 1, "{text}: {message}");
+        assert!(trueup::execution::script::readable("test.rhai", text).is_err(), "{text}");
+    }
+    for (text, word) in
+        [("\nsleep(1);", "arm.wait"), ("\nsleep(0.5);", "arm.wait"), ("\ntimestamp();", "clock")]
+    {
+        match run(&scripts, text).unwrap_err() {
+            ScriptError::Action { error, line } => {
+                assert_eq!(line, Some(2), "{text}");
+                assert!(error.to_string().contains(word), "{text}: {error}");
+            }
+            other @ ScriptError::Wrong { .. } => panic!("{text}: {other}"),
+        }
+    }
+}
+
+/// Things that hold themselves, over and over, would be too deep to let go of again.
+#[test]
+fn scripts_that_fill_the_memory_end_with_a_message() {
+    let scripts = open();
+    for text in [
+        "let s = \"x\"; loop { s += s; }",
+        "let s = \"x\"; loop { s.pad(1000000000, 'y'); }",
+        "let a = []; loop { a = [a]; }",
+        "let a = []; loop { a += [1, 2, 3]; }",
+        "let a = []; a.pad(1000000000, 0);",
+        "let b = blob(2000000000, 1);",
+        "let m = #{}; loop { m = #{a: m}; }",
+        "let m = #{}; let i = 0; loop { m[`k${i}`] = i; i += 1; }",
+        "let f = |x| x; loop { f = f.curry(f); }",
+        "let i = 0; loop { remember(`name ${i}`, i); i += 1; }",
+        "let a = []; for i in 0..1999 { a.push(i); } loop { let b = [a, a]; }",
+        "fn f(n) { let a = [n]; f(a) } f(0);",
+    ] {
+        assert!(run(&scripts, text).is_err(), "{text}");
+    }
+    let error = run(&scripts, "for i in 0..1000 { remember(`n${i}`, i); }").unwrap_err();
+    assert!(error.to_string().contains("things already"), "{error}");
+}
+
+/// What later actions recall is a value of its own, and never a handle of this arm.
+#[test]
+fn only_values_are_remembered() {
+    let scripts = open();
+    for (text, word) in [
+        ("remember(\"arm\", arm);", "Arm"),
+        ("remember(\"all\", [1, [twin]]);", "Twin"),
+        ("remember(\"f\", |x| x);", "Fn"),
+        ("remember(\"\", 1);", "name"),
+        ("let n = \"x\"; for i in 0..7 { n += n; } remember(n, 1);", "name"),
+        ("let a = 1; for i in 0..12 { a = [a]; } remember(\"deep\", a);", "deep"),
+    ] {
+        let error = run(&scripts, text).unwrap_err().to_string();
+        assert!(error.contains(word), "{text}: {error}");
+    }
+    let text = "let x = 1; let set = |to| { x = to; }; remember(\"x\", [x, #{y: x}]); set.call(2); \
+                if recall(\"x\")[0] != 1 || recall(\"x\")[1].y != 1 { throw \"changed\" }";
+    run(&scripts, text).unwrap();
+}
+
+/// Every argument of a word has its range, told with the line that left it; nothing moves.
+#[test]
+fn arguments_out_of_range_are_told_with_the_range() {
+    let scripts = open();
+    let q = scripts.stage().planned_q().to_vec();
+    for (text, word) in [
+        ("arm.move_to([]);", "7 joints"),
+        ("arm.move_to([0.0, 0.0]);", "was given 2"),
+        ("let q = twin.pose_named(\"home\"); q[3] = 0.0 / 0.0; arm.move_to(q);", "joint 4"),
+        ("let q = twin.pose_named(\"home\"); q[0] = 1e300; arm.move_to(q);", "-720 to 720 deg"),
+        ("arm.carry_to(twin.pose_named(\"home\"), -1.0, 0.5);", "0 to 180 deg"),
+        ("arm.carry_to(twin.pose_named(\"home\"), 0.1, 0.0 / 0.0);", "0.02 to 1 of full speed"),
+        ("arm.move_by([], 0.5);", "[x, y, z]"),
+        ("arm.move_by([0.0, 0.0, 0.0 / 0.0], 0.5);", "0 to 2 m"),
+        ("arm.move_by([1e300, 0.0, 0.0], 0.5);", "0 to 2 m"),
+        ("arm.move_by([1e9, 0.0, 0.0], 0.5);", "0 to 2 m"),
+        ("arm.move_by([0.0, 0.0, 0.1], -1.0);", "full speed"),
+        ("arm.wait(-1.0);", "0 to 600 s"),
+        ("arm.wait(0.0 / 0.0);", "is NaN s"),
+        ("arm.wait(1e18);", "0 to 600 s"),
+        ("arm.heft(-1.0);", "0.02 to 60 s"),
+        ("arm.heft(1.0 / 0.0);", "0.02 to 60 s"),
+        ("arm.close(\"jar\", 0.0 / 0.0);", "117.500 N"),
+        ("arm.close(\"jar\", 1e9);", "117.500 N"),
+        ("arm.weighed(0.0 / 0.0);", "-5 to 50 kg"),
+        ("arm.bears(1e9);", "-5 to 50 kg"),
+        ("twin.grasps(\"jar\", \"side\", 0.0 / 0.0);", "-90 to 90 deg"),
+        ("twin.pours(\"jar\", \"cup\", 1e9);", "-0.1 to 1 m"),
+        ("twin.enough(\"jar\", 0.0 / 0.0);", "mL"),
+    ] {
+        let text = format!("\n{text}");
+        match run(&scripts, &text).unwrap_err() {
+            ScriptError::Action { error, line } => {
+                assert_eq!(line, Some(2), "{text}");
+                assert!(error.to_string().contains(word), "{text}: {error}");
+            }
+            other @ ScriptError::Wrong { .. } => panic!("{text}: {other}"),
+        }
+        assert_eq!(scripts.stage().planned_q(), q, "{text}");
+    }
+    // A script may act and plan often, and not without end.
+    for (text, word) in [
+        ("loop { arm.wait(0.0); }", "may act 1000 times"),
+        (
+            "loop { try { twin.placements(\"kettle\"); } catch (e) { if `${e}` == \"\" { } } }",
+            "operations",
+        ),
+    ] {
+        let error = run(&scripts, text).unwrap_err().to_string();
+        assert!(error.contains(word), "{text}: {error}");
+    }
+}
+
+/// What a script notes and prints.
+#[derive(Default)]
+struct Told(Vec<String>);
+
+impl Observer for Told {
+    fn event(&mut self, event: &Event) {
+        if let Event::Note { text } = event {
+            self.0.push(text.clone());
+        }
+    }
+}
+
+/// Under `--json` stdout belongs to the answer, so what a script prints is told as its notes are.
+#[test]
+fn what_a_script_prints_goes_where_its_notes_go_and_has_an_end() {
+    let told = Arc::new(Mutex::new(Told::default()));
+    let scripts = super::scripts_watched(&Cancel::default(), Tape::recording(), told.clone());
+    run(&scripts, "print(\"one\"); debug(\"two\"); note(\"three\");").unwrap();
+    let take = || std::mem::take(&mut told.lock().unwrap().0);
+    let first = take();
+    assert_eq!((first.len(), first[0].as_str(), first[2].as_str()), (3, "one", "three"));
+    assert!(first[1].contains("two"));
+    run(&scripts, "let s = \"x\"; for i in 0..12 { s += s; } for i in 0..5000 { note(s); }")
+        .unwrap();
+    let many = take();
+    assert_eq!(many.len(), 101);
+    assert!(many[0].chars().count() <= 401 && many[100].contains("no more"), "{}", many[100]);
 }
 
 #[test]

@@ -7,7 +7,7 @@ use trueup::execution::lines::Line;
 use trueup::execution::trace::{FluentRow, Measure, Outcome, StepRecord, TermRow};
 use trueup::graph::ParseGraph;
 use trueup::graph::parse_graph::Choice;
-use trueup::workcell::{Ending, Run, Timing};
+use trueup::workcell::{Ending, Run, State, Timing};
 use trueup::world::fluent::Direction;
 use trueup::world::{ObjectState, Pose, WorldState};
 
@@ -153,6 +153,7 @@ pub(crate) fn pour(branch: &str, held: f64, off: f64, sigma: f64) -> Run {
         assumed: None,
     };
     Run {
+        state: State::Ended,
         task: "pour(jar, cup)".into(),
         outcome,
         reached: outcome == Ending::Success,

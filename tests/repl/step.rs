@@ -10,7 +10,7 @@ use trueup::execution::trace::Nobody;
 use trueup::lab::{LabSettings, Spot};
 use trueup::language::ast::Step;
 use trueup::language::{Source, text};
-use trueup::repl::{Hands, run_on};
+use trueup::repl::{Hands, Leave, run_on};
 use trueup::report::{Failure, Style};
 use trueup::workcell::{Ending, Options, Run, Stdlib, WorkCell};
 
@@ -62,6 +62,7 @@ pub(super) fn talk(cell: WorkCell, desk: &Desk, work: &Work<'_>, input: &mut dyn
         record: &record,
         home: None,
         presses: &presses,
+        leave: &Leave::default(),
     };
     let style = Style { json: true, quiet: true, colour: false, bars: false };
     run_on(cell, style, hands, input).unwrap();

@@ -10,7 +10,7 @@ use trueup::execution::calibrate::Switches;
 use trueup::lab::LabSettings;
 use trueup::language::ast::Step;
 use trueup::language::text;
-use trueup::repl::{Hands, run_on};
+use trueup::repl::{Hands, Leave, run_on};
 use trueup::report::{Failure, Style};
 use trueup::workcell::{Options, Run, Stdlib, WorkCell};
 
@@ -41,6 +41,7 @@ fn typed(work: &Work<'_>, presses: &AtomicUsize, lines: &str) {
         record: Path::new("no-such-folder"),
         home: None,
         presses,
+        leave: &Leave::default(),
     };
     let style = Style { json: true, quiet: true, colour: false, bars: false };
     run_on(cell(), style, hands, &mut Cursor::new(lines.to_owned())).unwrap();
@@ -168,6 +169,7 @@ fn two_interrupts_bring_the_prompt_back_at_once() {
         record: Path::new("no-such-folder"),
         home: None,
         presses: &presses,
+        leave: &Leave::default(),
     };
     let style = Style { json: true, quiet: true, colour: false, bars: false };
     run_on(cell(), style, hands, &mut typist).unwrap();

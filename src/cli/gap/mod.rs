@@ -15,6 +15,7 @@ use crate::discovery::model_file::{self, ModelFile};
 use crate::discovery::recording::{self, Map, Recording};
 use crate::discovery::{Investigation, Options, Subject, investigate};
 use crate::execution::trace::StepRecord;
+use crate::files;
 use crate::language::Source;
 use crate::monitor::changes::{self, Change};
 use crate::report::{self, Failure, Style};
@@ -241,11 +242,7 @@ fn model_of(args: &GapArgs, style: Style) -> Result<Option<(PathBuf, ModelFile)>
 
 /// Writes a file, with an error that says which and why.
 fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    std::fs::write(path, text).map_err(|error| {
-        Failure::input("io::write", format!("cannot write {}: {error}", path.display()))
-            .at(path.display().to_string())
-            .help("may it be written?")
-    })
+    files::write::replace(path, text).map_err(|error| report::unwritten(path, &error))
 }
 
 /// Writes the page, the finding and the motion that would settle a doubt into a folder.
@@ -255,11 +252,7 @@ fn keep(
     runs: usize,
     folder: &Path,
 ) -> Result<(), Failure> {
-    std::fs::create_dir_all(folder).map_err(|error| {
-        Failure::input("io::write", format!("cannot make {}: {error}", folder.display()))
-            .at(folder.display().to_string())
-            .help("name a folder that may be written with `--out DIR`")
-    })?;
+    std::fs::create_dir_all(folder).map_err(|error| report::unwritten(folder, &error))?;
     if let Some(csv) = &investigation.experiment {
         let path = folder.join("next.csv");
         write(&path, csv)?;

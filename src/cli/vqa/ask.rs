@@ -7,11 +7,11 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 use crate::lines;
-use crate::report::{Failure, Style};
+use crate::report::{self, Failure, Style};
 use crate::vqa::{self, Endpoint, FILE, Line, On, Picture, Probe, Reply, Said};
 use crate::workcell::picture;
 
-use super::super::{Cli, Exit, run};
+use super::super::{Cli, Exit, signals};
 use super::{EndpointArgs, Stored, endpoint, no_answer, stored, tell_where};
 
 /// Put the questions of stored runs to a model, and keep what it answers.
@@ -42,8 +42,8 @@ pub(super) fn ask(args: &AskArgs, _cli: &Cli, style: Style) -> Result<Exit, Fail
     for run in &runs {
         open.extend(questions(run, &model)?);
     }
-    run::watch_interrupt()?;
-    let stopped = &run::is_interrupted;
+    signals::watch_interrupt()?;
+    let stopped = &signals::is_interrupted;
     let mut probe: Option<Probe> = None;
     let bar = bar(open.len(), style);
     let mut probed: Option<&Path> = None;
@@ -141,10 +141,7 @@ fn distinct(open: &[Open<'_>]) -> Vec<String> {
 }
 
 fn keep(file: &Path, line: &Line) -> Result<(), Failure> {
-    lines::append(file, line).map_err(|error| {
-        Failure::input("io::write", format!("cannot keep an answer: {error}"))
-            .at(file.display().to_string())
-    })
+    lines::append(file, line).map_err(|error| report::unwritten(file, &error))
 }
 
 fn bar(n: usize, style: Style) -> ProgressBar {

@@ -126,9 +126,6 @@ fn keep(
     answer: Answer,
 ) -> Result<(), Failure> {
     let Some(answered) = Answered::new(by, run, step, row, answer) else { return Ok(()) };
-    answers::append(file, &Answered { on, ..answered }).map_err(|error| {
-        Failure::input("io::write", format!("cannot keep a label: {error}"))
-            .at(file.display().to_string())
-            .help("name a file that may be written with `--answers FILE`")
-    })
+    answers::append(file, &Answered { on, ..answered })
+        .map_err(|error| report::unwritten(file, &error))
 }

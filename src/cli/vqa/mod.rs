@@ -18,7 +18,7 @@ use crate::workcell::archive;
 use crate::workcell::{self, Run};
 
 use super::run::{clock, stdlib};
-use super::{Cli, Exit};
+use super::{Cli, Exit, numbers};
 
 #[derive(Debug, Subcommand)]
 pub(super) enum VqaCommand {
@@ -42,7 +42,7 @@ pub(super) struct EndpointArgs {
     #[arg(long, value_name = "NAME")]
     model: Option<String>,
     /// How long a reply may take, s.
-    #[arg(long, value_name = "S", default_value_t = 20.0)]
+    #[arg(long, value_name = "S", default_value_t = 20.0, value_parser = numbers::seconds)]
     reply_timeout: f64,
     /// Ask for the probabilities of tokens as well; not every server knows how.
     #[arg(long)]

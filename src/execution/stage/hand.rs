@@ -35,6 +35,8 @@ impl Stage {
 
     /// `arm.close(o, force)`: fingers closed on `o` with at most `force` N.
     pub fn close(&mut self, o: &str, force: f64) -> Result<(), ActionError> {
+        // What the fingers may not do is said before the arm holds still for it.
+        self.cell.limits.clear_grip(&self.cell, 0.0, FINGER_SPEED, force)?;
         self.tare()?;
         let grip = self.grip(0.0, force)?;
         self.body.gripped(grip, Some(o))?;

@@ -25,6 +25,7 @@ use crate::world::{Scene, WorldState};
 
 use super::arm::Cancel;
 use super::beside::{Openings, Order};
+use super::bounds::{self, ACTS, MEMORIES, NOTES, PLANS};
 use super::conduct::Dial;
 use super::during::During;
 use super::limits::Limits;
@@ -229,6 +230,10 @@ impl Stage {
         line: usize,
         does: String,
     ) -> Result<Option<(Gate, Line, WorldState)>, ActionError> {
+        if self.running.acted() >= ACTS {
+            let words = format!("a script may act {ACTS} times, and this one goes on");
+            return Err(ActionError::Refused(words));
+        }
         let now = self.body.arm().feedback()?.time;
         let line = self.running.acts(line, does, now);
         // What is only asked for, to be done beside a motion, does not happen yet.
@@ -288,9 +293,44 @@ impl Stage {
         during
     }
 
+    /// Counts a plan that the script asks for.
+    ///
+    /// # Errors
+    ///
+    /// When it asks for too many.
+    pub(super) fn script_plans(&mut self) -> Result<(), ActionError> {
+        if self.running.plans() > PLANS {
+            let words = format!("a script may ask for {PLANS} plans, and this one goes on");
+            return Err(ActionError::Refused(words));
+        }
+        Ok(())
+    }
+
+    /// `note(text)`, and what a script prints: told to whoever watches, of many the first.
+    pub fn note(&mut self, text: &str) {
+        let (most, _) = NOTES;
+        let text = match self.running.notes() {
+            n if n <= most => bounds::short(text),
+            n if n == most + 1 => format!("{most} notes of this script are told, and no more"),
+            _ => return,
+        };
+        self.tell(&Event::Note { text });
+    }
+
     /// `remember(name, value)`.
-    pub fn remember(&mut self, name: &str, value: Dynamic) {
+    ///
+    /// # Errors
+    ///
+    /// For too many things, too large ones, and what is not a value.
+    pub fn remember(&mut self, name: &str, value: Dynamic) -> Result<(), ActionError> {
+        let value = bounds::memory(name, value)?;
+        let (most, _) = MEMORIES;
+        if self.memory.len() >= most && !self.memory.contains_key(name) {
+            let words = format!("actions remember {most} things already, and no more");
+            return Err(ActionError::Refused(words));
+        }
         self.memory.insert(name.to_owned(), value);
+        Ok(())
     }
 
     /// `recall(name)`.

@@ -1,10 +1,10 @@
 //! Arguments against parameters: how many, of which name, type and unit.
 
-use super::super::ast::{Arg, Call, Expr, ExprKind, Param};
+use super::super::ast::{Arg, BinaryOp, Call, Expr, ExprKind, Param};
 use super::super::builtins::Ty;
 use super::super::diagnostic::Diagnostic;
 use super::{Checker, Names};
-use crate::units::Dimension;
+use crate::units::{Dimension, Quantity};
 
 /// A parameter as a call sees it.
 pub(super) struct Slot<'a> {
@@ -96,6 +96,52 @@ impl Checker<'_> {
         );
     }
 
+    /// Complains of amounts that nobody can mean, as far as they can be read off the text: less than nothing
+    /// to be poured, a year to be waited.
+    pub(super) fn amounts(&mut self, call: &Call, slots: &[Slot]) {
+        let mut bare = 0;
+        for arg in &call.args {
+            let at = match &arg.name {
+                Some(name) => slots.iter().position(|slot| slot.name == name.text),
+                None => Some(bare),
+            };
+            bare += 1;
+            let Some(slot) = at.and_then(|at| slots.get(at)) else { continue };
+            for value in &arg.values {
+                self.amount(slot, value);
+            }
+        }
+    }
+
+    fn amount(&mut self, slot: &Slot, value: &Expr) {
+        let Some(given) = constant(value) else { return };
+        if slot.ty != Ty::Quantity(given.dimension) {
+            return;
+        }
+        let (least, most) = meant(given.dimension);
+        let of = |value: f64| Quantity { value, ..given };
+        // Nothing to be poured is no amount; nothing to be waited is.
+        let is_volume = given.dimension == Dimension::VOLUME;
+        if (least..=most).contains(&given.value) && !(is_volume && given.value <= 0.0) {
+            return;
+        }
+        let from = if is_volume { "more than" } else { "from" };
+        let diagnostic = Diagnostic::error(
+            "task::amount",
+            value.span,
+            format!(
+                "`{}` is {given}; it should be {from} {} to {}",
+                slot.name,
+                of(least),
+                of(most)
+            ),
+            "out of range",
+        );
+        self.tell(
+            diagnostic.help(format!("write an amount such as `{}`", sample(given.dimension))),
+        );
+    }
+
     /// Complains when a value is not what a parameter takes.
     pub(super) fn fits(&mut self, name: &str, wanted: &Ty, given: &Ty, value: &Expr) {
         let fine = match (wanted, given) {
@@ -155,6 +201,45 @@ impl Checker<'_> {
             _ => found,
         };
         self.tell(found);
+    }
+}
+
+/// Returns what an expression is worth that holds nothing but numbers.
+fn constant(value: &Expr) -> Option<Quantity> {
+    match &value.kind {
+        ExprKind::Literal(quantity) => Some(*quantity),
+        ExprKind::Negate(inner) => {
+            constant(inner).map(|inner| Quantity { value: -inner.value, ..inner })
+        }
+        ExprKind::Binary(a, op, b) => {
+            let (a, b) = (constant(a)?, constant(b)?);
+            let alike = a.dimension == b.dimension;
+            match op {
+                BinaryOp::Add if alike => Some(Quantity { value: a.value + b.value, ..a }),
+                BinaryOp::Sub if alike => Some(Quantity { value: a.value - b.value, ..a }),
+                BinaryOp::Mul if a.dimension.is_none() => {
+                    Some(Quantity { value: a.value * b.value, ..b })
+                }
+                BinaryOp::Mul | BinaryOp::Div if b.dimension.is_none() => {
+                    let times = *op == BinaryOp::Mul;
+                    let value = if times { a.value * b.value } else { a.value / b.value };
+                    Some(Quantity { value, ..a })
+                }
+                _ => None,
+            }
+        }
+        _ => None,
+    }
+}
+
+/// Returns the least and the most that an argument of a step may be, SI: wide enough for anything on a table.
+fn meant(dimension: Dimension) -> (f64, f64) {
+    match dimension {
+        Dimension::VOLUME => (0.0, 10e-3),
+        Dimension::TIME => (0.0, 86_400.0),
+        Dimension::MASS => (0.0, 100.0),
+        Dimension::LENGTH => (-10.0, 10.0),
+        _ => (-1e9, 1e9),
     }
 }
 

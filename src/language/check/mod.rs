@@ -319,6 +319,16 @@ impl<'a> Checker<'a> {
 
     fn time(&mut self, what: &str, quantity: Quantity, span: Span) {
         if quantity.dimension == Dimension::TIME {
+            // A day is longer than anything that is done on a table.
+            if quantity.value > 0.0 && quantity.value <= 86_400.0 {
+                return;
+            }
+            let told =
+                format!("`{what}` is {quantity}; it should be more than 0 s and at most a day");
+            self.tell(
+                Diagnostic::error("task::amount", span, told, "out of range")
+                    .help("write a time, such as `20 s`"),
+            );
             return;
         }
         let text = self.source.slice(span).to_string();

@@ -281,6 +281,7 @@ impl Checker<'_> {
         };
         let slots: Vec<Slot> = callable.params().iter().map(slot).collect();
         self.args(call, &slots, names);
+        self.amounts(call, &slots);
     }
 
     pub(super) fn unknown_callable(&mut self, name: &Name) {

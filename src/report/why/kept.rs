@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::execution::trace::{FluentRow, Measure, Outcome, StepRecord};
-use crate::workcell::{Ending, Run};
+use crate::workcell::{Ending, Run, State};
 
 use super::super::run::{during, people};
 
@@ -12,6 +12,9 @@ pub(super) fn without_failure(run: &Run) -> String {
     let steps = run.steps.len();
     let mut text = match (&run.reason, run.outcome) {
         (Some(reason), _) => return format!("{}: {reason}", run.task),
+        _ if run.state == State::Running => {
+            return format!("{} is not over, or was cut off, after {steps} whole steps", run.task);
+        }
         (None, Ending::Stopped) => {
             return format!("{} was stopped after {steps} whole steps", run.task);
         }

@@ -1,0 +1,320 @@
+//! What is written is whole or not at all: on a full disk, and when the program is killed at any moment.
+//!
+//! A disk without room is played by a limit on the size of files, which fails writes with `EFBIG` where a full
+//! one fails them with `ENOSPC`; the program tells neither from the other.
+#![cfg(unix)]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use trueup::execution::trace::{Event, Observer};
+use trueup::workcell::archive::{self, Standing, standing};
+use trueup::workcell::record::Recorder;
+use trueup::workcell::{Run, State};
+
+use crate::program::{Desk, Said, project};
+use crate::repl::kept;
+
+/// Whether a folder holds anything that was begun and not finished.
+fn halves(desk: &Desk) -> Vec<String> {
+    let all = desk.everything().into_iter();
+    all.filter(|name| name.ends_with(".part") || name.contains(".trueup-")).collect()
+}
+
+fn is_full(said: &Said, code: i32) {
+    assert_eq!(said.code, code, "{said:?}");
+    assert!(said.err.contains("no room left on the disk"), "{said:?}");
+    assert!(said.err.contains("help: make room"), "{said:?}");
+}
+
+/// Every command that writes one file, on a disk without room: it says so, and what was there is as it was.
+#[test]
+fn a_full_disk_costs_no_file_that_was_there() {
+    let desk = Desk::new("writes-full");
+    kept::lay_out(&desk);
+    desk.file("messy.task", "pour(  jar,cup )\n");
+    desk.file("there", "as it was\n");
+    desk.file("runs/priors.json", "{\"counts\":{}}\n");
+    desk.file("runs/outcomes-real.jsonl", "");
+    fs::create_dir_all(desk.path("pages")).unwrap();
+    let before = desk.everything();
+    let texts = |desk: &Desk| {
+        ["messy.task", "there", "runs/priors.json", "runs/outcomes-real.jsonl"]
+            .map(|name| fs::read_to_string(desk.path(name)).unwrap())
+    };
+    let contents = texts(&desk);
+    for args in [
+        &["fmt", "messy.task"][..],
+        &["lab", "hide", "--out", "there"],
+        &["report", "1", "-o", "there"],
+        &["report", "1", "-o", "pages/new.html"],
+        &["learn", "runs"],
+        &["learn", "runs", "--demonstrations"],
+    ] {
+        let said = desk.without_room(0, args);
+        is_full(&said, 2);
+        assert_eq!(desk.without_room(0, &[args, &["--json"]].concat()).error("code"), "io::full");
+        assert_eq!(desk.everything(), before, "{args:?}");
+        assert_eq!(texts(&desk), contents, "{args:?}");
+    }
+}
+
+/// `gap --apply` changes the model file and keeps a copy, a page and the finding.
+#[test]
+fn a_full_disk_costs_no_model_file() {
+    let desk = Desk::new("writes-gap");
+    let model = "// Ours.\ntwin arm of kitchen {\n}\n";
+    desk.file("arm.task", model);
+    let of = |name: &str| project(&format!("tests/discovery/recordings/{name}"));
+    let (a, b) = (of("coulomb_a.csv"), of("coulomb_b.csv"));
+    for more in [&["--apply"][..], &["--out", "found"]] {
+        let args = [&["gap", &a, &b, "--model", "arm.task", "--quiet"][..], more].concat();
+        is_full(&desk.without_room(0, &args), 2);
+        assert_eq!(fs::read_to_string(desk.path("arm.task")).unwrap(), model);
+        assert_eq!(halves(&desk), [""; 0]);
+    }
+}
+
+/// What is typed at the prompt and kept: phrases, and the list of changes that can be undone.
+#[test]
+fn a_full_disk_is_told_at_the_prompt_which_goes_on() {
+    let desk = Desk::new("writes-prompt");
+    let said =
+        desk.without_room_typed(0, &[], ":phrase \"empty the {o}\" = pour(o, cup)\n!6 * 7\n");
+    assert_eq!(said.code, 0, "{said:?}");
+    assert!(said.err.contains("cannot be kept: no room left on the disk"), "{said:?}");
+    assert!(said.out.contains("42"), "{said:?}");
+    assert_eq!(halves(&desk), [""; 0]);
+}
+
+/// Files that only grow: what does not fit is not there by half.
+#[test]
+fn a_line_that_does_not_fit_leaves_the_file_as_it_was() {
+    let desk = Desk::new("writes-lines");
+    kept::lay_out(&desk);
+    // 512 bytes are one block: the second answer does not fit.
+    let file = desk.path("labels.jsonl");
+    let label = |blocks| {
+        let args = ["vqa", "label", "runs/20260101-090000-pour", "--answers", "labels.jsonl"];
+        desk.without_room_typed(blocks, &args, "y\ny\ny\n")
+    };
+    let said = label(0);
+    assert_eq!(said.code, 2, "{said:?}");
+    assert!(said.err.contains("no room left on the disk"), "{said:?}");
+    assert_eq!(fs::read_to_string(&file).unwrap_or_default(), "");
+    let said = label(1);
+    assert_eq!(said.code, 2, "{said:?}");
+    let text = fs::read_to_string(&file).unwrap();
+    assert!(text.lines().all(|line| serde_json::from_str::<serde_json::Value>(line).is_ok()));
+    assert!(text.is_empty() || text.ends_with('\n'), "{text}");
+}
+
+/// Where not even the run's first document fits, nothing moves; where a picture does not, the arm is stopped.
+#[test]
+fn a_disk_that_fills_up_during_a_run_stops_the_arm() {
+    let desk = Desk::new("writes-run");
+    let said = desk.without_room(0, &["-c", "home()", "--quiet"]);
+    is_full(&said, 2);
+    assert_eq!(halves(&desk), [""; 0]);
+
+    // 512 blocks are 256 kB: documents fit, the first photograph does not.
+    let said = desk.without_room(512, &["-c", "home()", "--record", "short", "--quiet"]);
+    assert_eq!(said.code, 3, "{said:?}");
+    assert!(said.err.contains("no room left on the disk; the arm was stopped"), "{said:?}");
+    let folder = desk.run_folder("short");
+    assert!(said.err.contains(folder.file_name().unwrap().to_str().unwrap()), "{said:?}");
+    let run = archive::load(&folder).unwrap();
+    assert_eq!(standing(&folder, &run), Standing::Ended(trueup::workcell::Ending::Stopped));
+    assert!(run.reason.unwrap().contains("could not be recorded"));
+    for (file, is_whole) in [("events.jsonl", "}"), ("arm.csv", "")] {
+        let text = fs::read_to_string(folder.join(file)).unwrap();
+        assert!(text.is_empty() || text.ends_with(&format!("{is_whole}\n")), "{file}");
+    }
+    assert_eq!(halves(&desk), [""; 0]);
+    assert_eq!(desk.trueup(&["replay", "1", "--record", "short"]).code, 0);
+}
+
+/// A trial that could not be kept is told as that, and is none.
+#[test]
+fn a_full_disk_ends_trials() {
+    let desk = Desk::new("writes-trials");
+    let said = desk.without_room(0, &["trials", "--task", "home()", "-n", "1", "--quiet"]);
+    is_full(&said, 2);
+    let kept = fs::read_to_string(desk.path("trials/home/trials.jsonl")).unwrap_or_default();
+    assert_eq!(kept, "");
+}
+
+fn copy(from: &Path, to: &Path, events: &str) {
+    fs::create_dir_all(to).unwrap();
+    fs::copy(from.join("run.json"), to.join("run.json")).unwrap();
+    fs::write(to.join("events.jsonl"), events).unwrap();
+}
+
+/// A run is killed at each of its events, also in the middle of a line: what is left is listed and told again
+/// with every step whose end was told.
+#[test]
+fn a_run_that_is_killed_at_any_step_is_listed_and_told_again() {
+    let desk = Desk::new("writes-killed");
+    let whole = kept::pour("level_side", 0.1, 0.064, 0.001);
+    let mut recorder = Recorder::create(&desk.path("made"), "20260101-000000", "pour").unwrap();
+    let dir = recorder.dir().to_path_buf();
+    let mut run =
+        Run { state: State::Running, steps: Vec::new(), questions: Vec::new(), ..whole.clone() };
+    // What is on the disk after each thing that is written, and how many steps it tells of.
+    let mut moments = Vec::new();
+    let mut moment = |run: &Run, told: usize| {
+        let events = fs::read_to_string(dir.join("events.jsonl")).unwrap();
+        let to =
+            desk.path(&format!("cut/2026010{}-00000{}-pour", run.steps.len() + 1, moments.len()));
+        copy(&dir, &to, &events);
+        moments.push((to, told, events));
+    };
+    recorder.save(&run).unwrap();
+    moment(&run, 0);
+    for step in &whole.steps {
+        let (number, action) = (step.number, step.action.clone());
+        recorder.event(&Event::StepStart { number, of: 2, action, path: step.path.clone() });
+        moment(&run, run.steps.len());
+        recorder.event(&Event::StepEnd { record: Box::new(step.clone()) });
+        moment(&run, run.steps.len() + 1);
+        run.steps.push(step.clone());
+        recorder.save(&run).unwrap();
+        moment(&run, run.steps.len());
+    }
+    // While it is written it goes on; once its recorder is gone it was cut off.
+    assert_eq!(standing(&dir, &run), Standing::Running);
+    drop(recorder);
+    assert_eq!(standing(&dir, &run), Standing::CutOff);
+    let listed = desk.trueup(&["runs", "--record", "cut", "--json"]).json();
+    assert_eq!(listed["runs"].as_array().unwrap().len(), moments.len());
+    for (at, (to, told, events)) in moments.iter().enumerate() {
+        let entry = listed["runs"].as_array().unwrap().iter();
+        let name = to.file_name().unwrap().to_str().unwrap();
+        let entry = entry.clone().find(|e| e["folder"].as_str().unwrap().ends_with(name)).unwrap();
+        assert_eq!(
+            (&entry["ended"], &entry["steps"]),
+            (&"cut off".into(), &(*told).into()),
+            "{at}"
+        );
+        // A line cut in its middle tells nothing, and spoils nothing.
+        for end in [events.len(), events.len().saturating_sub(20)] {
+            fs::write(to.join("events.jsonl"), &events[..end]).unwrap();
+            let run = archive::load(to).unwrap();
+            assert!(run.steps.len() + 1 >= *told && run.steps.len() <= *told);
+            assert_eq!(run.questions.len(), run.steps.len());
+        }
+    }
+    let (last, ..) = moments.last().unwrap();
+    let again = desk.trueup(&["replay", last.to_str().unwrap()]);
+    assert_eq!(again.code, 0, "{again:?}");
+    assert!(again.out.contains("it was cut off") && again.out.contains("move_over(jar, cup"));
+    let first = desk.trueup(&["replay", moments[0].0.to_str().unwrap()]);
+    assert!(first.code == 0 && first.out.contains("0 steps"), "{first:?}");
+}
+
+/// Waits until a run on the desk has told so many events of a kind.
+fn wait_for(desk: &Desk, root: &str, kind: &str, count: usize) {
+    for _ in 0..3000 {
+        let folders = fs::read_dir(desk.path(root)).into_iter().flatten().flatten();
+        let told = folders
+            .filter_map(|entry| fs::read_to_string(entry.path().join("events.jsonl")).ok())
+            .any(|text| text.matches(&format!("\"event\":\"{kind}\"")).count() >= count);
+        if told {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    panic!("no {count} {kind} in {root}");
+}
+
+/// The program itself, killed: from the first moment on, and while the arm moves.
+#[test]
+fn a_program_that_is_killed_leaves_a_run_that_can_be_told() {
+    let desk = Desk::new("writes-kill");
+    for (root, kind) in [("early", "phase"), ("late", "step_start")] {
+        let mut child = desk
+            .command(&["-c", "home()", "--quiet", "--record", root])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        wait_for(&desk, root, kind, 1);
+        let running = desk.trueup(&["runs", "--record", root, "--json"]).json();
+        assert_eq!(running["runs"][0]["ended"], "running", "{running}");
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let cut = desk.trueup(&["runs", "--record", root, "--json"]).json();
+        assert_eq!(cut["runs"][0]["ended"], "cut off", "{cut}");
+        let again = desk.trueup(&["replay", "1", "--record", root]);
+        assert_eq!(again.code, 0, "{again:?}");
+        assert!(again.out.contains("it was cut off"), "{again:?}");
+        let folder = desk.run_folder(root);
+        let rows = fs::read_to_string(folder.join("arm.csv")).unwrap();
+        assert!(rows.is_empty() || rows.ends_with('\n'), "a row is there by half");
+        for frame in fs::read_dir(folder.join("frames")).unwrap() {
+            let path = frame.unwrap().path();
+            if path.extension().is_some_and(|ending| ending == "png") {
+                assert!(image::open(&path).is_ok(), "{} is there by half", path.display());
+            }
+        }
+    }
+}
+
+/// A system that ends programs, and a terminal that is closed: the arm is stopped as by Ctrl-C.
+#[test]
+fn what_asks_the_program_to_end_stops_the_arm_first() {
+    let desk = Desk::new("writes-signals");
+    for signal in ["TERM", "HUP", "INT"] {
+        let mut child = desk
+            .command(&["-c", "home()", "--json", "--record", signal])
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        wait_for(&desk, signal, "phase", 1);
+        let pid = child.id().to_string();
+        assert!(Command::new("kill").args(["-s", signal, &pid]).status().unwrap().success());
+        let mut out = String::new();
+        std::io::Read::read_to_string(&mut child.stdout.take().unwrap(), &mut out).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(3), "{signal}: {out}");
+        let folder = desk.run_folder(signal);
+        let run = archive::load(&folder).unwrap();
+        let stopped = Standing::Ended(trueup::workcell::Ending::Stopped);
+        assert_eq!(standing(&folder, &run), stopped, "{signal}");
+        let answer: serde_json::Value = serde_json::from_str(&out).unwrap();
+        assert_eq!(answer["outcome"], "stopped", "{signal}");
+    }
+}
+
+/// A prompt at which nothing is under way ends when it is asked to; `nohup` keeps it from minding a terminal.
+#[test]
+fn an_idle_prompt_ends_when_it_is_asked_to() {
+    let desk = Desk::new("writes-idle");
+    for (shell, signal, ends) in
+        [("exec \"$@\"", "TERM", true), ("trap '' HUP; exec \"$@\"", "HUP", false)]
+    {
+        let mut child = Command::new("sh")
+            .args(["-c", shell, "sh", env!("CARGO_BIN_EXE_trueup")])
+            .current_dir(desk.path(""))
+            .env("XDG_STATE_HOME", desk.path(""))
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut keys = child.stdin.take().unwrap();
+        std::io::Write::write_all(&mut keys, b"!6 * 7\n").unwrap();
+        let mut said = [0; 2];
+        std::io::Read::read_exact(child.stdout.as_mut().unwrap(), &mut said).unwrap();
+        assert_eq!(&said, b"42");
+        let pid = child.id().to_string();
+        assert!(Command::new("kill").args(["-s", signal, &pid]).status().unwrap().success());
+        if !ends {
+            std::thread::sleep(Duration::from_millis(100));
+            drop(keys);
+        }
+        let code = child.wait().unwrap().code();
+        assert_eq!(code, Some(if ends { 3 } else { 0 }), "{signal}");
+    }
+}
