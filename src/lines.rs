@@ -12,6 +12,8 @@ use ring::digest::{Context, SHA256};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::files::read::{DATA, text_of};
+
 /// Adds a value at the end of the file, which is made, with its folder, if it is not there.
 ///
 /// # Errors
@@ -41,7 +43,7 @@ pub fn append(path: &Path, value: &impl Serialize) -> io::Result<()> {
 ///
 /// What the file system says.
 pub fn read<T: DeserializeOwned>(path: &Path) -> io::Result<(Vec<T>, usize)> {
-    let text = match fs::read_to_string(path) {
+    let text = match text_of(path, DATA) {
         Ok(text) => text,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok((Vec::new(), 0)),
         Err(error) => return Err(error),

@@ -7,6 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::{Error, Run};
+use crate::files::read::{DATA, text_of};
 
 /// How many earlier runs are looked at.
 const MOST_EARLIER: usize = 20;
@@ -41,7 +42,7 @@ impl Entry {
 pub fn load(dir: &Path) -> Result<Run, Error> {
     let path = dir.join("run.json");
     let wrong = |why: String| Error::Record { path: path.clone(), why };
-    let text = fs::read_to_string(&path).map_err(|error| wrong(error.to_string()))?;
+    let text = text_of(&path, DATA).map_err(|error| wrong(error.to_string()))?;
     serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))
 }
 
