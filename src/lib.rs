@@ -12,6 +12,7 @@
 
 pub mod units;
 pub mod files;
+pub mod plain;
 pub mod lines;
 pub mod http;
 pub mod fit;

@@ -12,6 +12,7 @@ use ring::digest::{Context, SHA256};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::files::read::{DATA, text_of};
 use crate::files::write;
 
 /// Adds a value at the end of the file, which is made, with its folder, if it is not there.
@@ -58,7 +59,7 @@ pub fn extend(path: &Path, values: &[impl Serialize]) -> io::Result<()> {
 ///
 /// What the file system says.
 pub fn read<T: DeserializeOwned>(path: &Path) -> io::Result<(Vec<T>, usize)> {
-    let text = match fs::read_to_string(path) {
+    let text = match text_of(path, DATA) {
         Ok(text) => text,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok((Vec::new(), 0)),
         Err(error) => return Err(error),

@@ -8,12 +8,14 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("units", &[]),
     // Reading what somebody named, writing whole or not at all; every layer may.
     ("files", &[]),
+    // Text of strangers as it may be shown.
+    ("plain", &[]),
     // Files of JSON lines: answers and trials.
     ("lines", &[]),
     // A small server for the two that listen, and a client for cameras, scales and models.
     ("http", &[]),
     ("fit", &["units"]),
-    ("language", &["units"]),
+    ("language", &["units", "plain"]),
     ("graph", &["units", "language"]),
     // A scene is read from a syntax tree, and a fluent is an expression of the language: the world gives
     // both their meaning, and needs no graph for it.
@@ -48,7 +50,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     // Sees recordings only: never `lab`, and of `execution` nothing yet.
     (
         "discovery",
-        &["units", "fit", "language", "world", "alignment", "motion", "twin", "execution"],
+        &["units", "plain", "fit", "language", "world", "alignment", "motion", "twin", "execution"],
     ),
     ("workcell", &["*"]),
     ("report", &["*"]),

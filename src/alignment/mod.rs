@@ -10,6 +10,7 @@
 //! Source: Zeng, Zhao and Wu, "Triple Regression for `Sim2Real` Adaptation", section 2.2.
 
 // Seeing: pixels → objects on the table.
+pub mod decode;
 pub mod picture;
 pub mod marks;
 pub mod ball;

@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
+use image::RgbImage;
 use serde::Deserialize;
 
+use crate::alignment::decode;
 use crate::alignment::vision::{self, Answer, Options};
 use crate::execution::calibrate::{self, Switches};
 use crate::files::write;
@@ -42,7 +44,7 @@ struct CalibrationFile {
 }
 
 /// Aligns the scene's camera by the table's dots where there are enough of them; says so where not.
-fn aligned(image: &image::RgbImage, scene: &Scene, style: Style) -> Camera {
+fn aligned(image: &RgbImage, scene: &Scene, style: Style) -> Camera {
     match calibrate::from_marks(image, scene, Switches::default()) {
         Ok((camera, notes)) => {
             for note in notes {
@@ -58,6 +60,16 @@ fn aligned(image: &image::RgbImage, scene: &Scene, style: Style) -> Camera {
             scene.camera
         }
     }
+}
+
+/// Reads a picture, with an error that says which and why.
+pub(super) fn picture(path: &Path) -> Result<RgbImage, Failure> {
+    decode::read(path).map_err(|error| {
+        let place = path.display().to_string();
+        Failure::input("io::image", format!("cannot read the picture {place}: {error}"))
+            .at(place)
+            .help("PNG and JPEG pictures can be read")
+    })
 }
 
 /// `trueup camera ...`.
@@ -83,12 +95,7 @@ pub(super) fn camera(
     };
     let scene = scene.map_err(|error| report::cell_failure(&error, style))?;
     let place = args.image.display().to_string();
-    let image = image::open(&args.image).map_err(|error| {
-        Failure::input("io::image", format!("cannot read the picture {place}: {error}"))
-            .at(&place)
-            .help("PNG and JPEG pictures can be read")
-    })?;
-    let image = image.to_rgb8();
+    let image = picture(&args.image)?;
     let sensor = (scene.camera.intrinsics.width, scene.camera.intrinsics.height);
     let camera = match &args.calibration {
         // A picture of another size is refused below, in one message.

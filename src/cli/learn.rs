@@ -156,9 +156,8 @@ fn demonstrated(
 
 /// Returns the runs of folders by name, in order of name.
 fn stored(paths: &[PathBuf]) -> Result<Vec<(String, Run)>, Failure> {
-    let folders = archive::folders(paths).map_err(|(path, error)| {
-        Failure::input("io::read", format!("cannot read {}: {error}", path.display()))
-    })?;
+    let folders =
+        archive::folders(paths).map_err(|(path, error)| Failure::unread(&path, &error))?;
     if folders.is_empty() {
         return Err(Failure::input("learn::none", "there is no run in these folders")
             .help("a run folder holds a `run.json`; `trueup run` makes one"));

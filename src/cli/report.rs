@@ -8,7 +8,8 @@ use base64::engine::general_purpose::STANDARD;
 use clap::Args;
 use image::codecs::jpeg::JpegEncoder;
 
-use crate::files::write;
+use crate::alignment::decode;
+use crate::files::{self, write};
 use crate::report::run_page::{Material, page};
 use crate::report::{self, Failure, Style, kept};
 use crate::workcell::archive;
@@ -32,7 +33,7 @@ pub(super) struct ReportArgs {
 pub(super) fn report(args: &ReportArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
     let dir = kept::folder(&cli.cell.record, &args.run)?;
     let run = archive::load(&dir).map_err(|error| report::cell_failure(&error, style))?;
-    let graph = std::fs::read_to_string(dir.join("graph.svg")).ok();
+    let graph = files::read::text(&dir.join("graph.svg")).ok();
     let frames = dir.join("frames");
     let picture = |name: &str| address(&frames.join(format!("{name}.png")));
     let material = Material { graph: graph.as_deref(), picture: Some(&picture) };
@@ -48,7 +49,7 @@ pub(super) fn report(args: &ReportArgs, cli: &Cli, style: Style) -> Result<Exit,
 
 /// Returns a picture as an address that holds all of it; `None` when there is none to read.
 fn address(path: &Path) -> Option<String> {
-    let picture = image::open(path).ok()?.to_rgb8();
+    let picture = decode::read(path).ok()?;
     let mut jpeg = Cursor::new(Vec::new());
     picture.write_with_encoder(JpegEncoder::new_with_quality(&mut jpeg, QUALITY)).ok()?;
     Some(format!("data:image/jpeg;base64,{}", STANDARD.encode(jpeg.get_ref())))

@@ -6,6 +6,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use clap::Args;
 
 use crate::execution::calibrate::Switches;
+use crate::files;
 use crate::lab::LabSettings;
 use crate::language::ast::{Item, Step};
 use crate::language::{self, Library, Source};
@@ -59,15 +60,7 @@ pub(super) fn stamp() -> String {
 
 /// Reads a text file, with an error that says which and why.
 pub(super) fn read(path: &Path) -> Result<String, Failure> {
-    std::fs::read_to_string(path).map_err(|error| {
-        let place = path.display().to_string();
-        let (code, help) = match error.kind() {
-            std::io::ErrorKind::NotFound => ("io::missing", "is the path right?"),
-            std::io::ErrorKind::InvalidData => ("io::text", "it is not a text file in UTF-8"),
-            _ => ("io::read", "may it be read?"),
-        };
-        Failure::input(code, format!("cannot read {place}: {error}")).at(place).help(help)
-    })
+    files::read::text(path).map_err(|error| Failure::unread(path, &error))
 }
 
 /// Returns which regressions are in force when these are left out.
@@ -92,13 +85,15 @@ pub(super) fn switches(left_out: &[u8]) -> Result<Switches, Failure> {
 
 /// Returns the embedded stdlib with the user's folder over it.
 pub(super) fn stdlib(cli: &Cli) -> Result<Stdlib, Failure> {
-    let embedded =
-        Stdlib::embedded().reading(|path| std::fs::read_to_string(path).map_err(|e| e.to_string()));
+    let embedded = Stdlib::embedded()
+        .reading(|path| files::read::text(Path::new(path)).map_err(|e| e.to_string()));
     match &cli.cell.stdlib {
         None => Ok(embedded),
         Some(folder) => embedded.with_folder(folder).map_err(|(path, error)| {
-            Failure::input("io::read", format!("cannot read {}: {error}", path.display()))
-                .help("`--stdlib` takes a folder laid out like the project's `stdlib/`")
+            let mut failure = Failure::unread(&path, &error)
+                .help("`--stdlib` takes a folder laid out like the project's `stdlib/`");
+            failure.code = "io::read".into();
+            failure
         }),
     }
 }

@@ -43,13 +43,14 @@ pub(super) fn task_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
         let before = found.len();
         let mut open = vec![path.clone()];
         while let Some(dir) = open.pop() {
-            let entries = std::fs::read_dir(&dir).map_err(|error| {
-                Failure::input("io::read", format!("cannot read {}: {error}", dir.display()))
-            })?;
+            let entries = std::fs::read_dir(&dir).map_err(|error| Failure::unread(&dir, &error))?;
             for entry in entries.flatten() {
                 let path = entry.path();
                 if path.is_dir() {
-                    open.push(path);
+                    // A link to a folder may lead back to where it lies.
+                    if !path.is_symlink() {
+                        open.push(path);
+                    }
                 } else if path.extension().is_some_and(|ending| ending == "task") {
                     found.push(path);
                 }
@@ -74,11 +75,10 @@ pub(super) fn check(args: &CheckArgs, cli: &Cli, style: Style) -> Result<Exit, F
     let all = check::check_all(&stdlib, sources.collect::<Result<_, Failure>>()?);
     let errors = all.iter().filter(|(diagnostic, _)| diagnostic.is_error()).count();
     if style.json {
-        let list: Vec<_> = all.iter().map(|(d, source)| d.to_json(source)).collect();
-        style.document(&json!({ "diagnostics": list }));
+        style.document(&json!({ "diagnostics": report::diagnostics_json(&all) }));
     } else {
-        for (diagnostic, source) in &all {
-            style.say(report::diagnostic(diagnostic, source, style));
+        for drawn in report::diagnostics(all.iter().map(|(d, source)| (d, source)), style) {
+            style.say(drawn);
         }
         if all.is_empty() {
             style.say(style.green("no mistakes found"));

@@ -236,7 +236,9 @@ impl Work {
     }
 
     fn kept(&self) -> Result<Vec<Trial>, Failure> {
-        lines::read(&self.file).map(|(kept, _)| kept).map_err(|error| unread(&self.file, &error))
+        lines::read(&self.file)
+            .map(|(kept, _)| kept)
+            .map_err(|error| Failure::unread(&self.file, &error))
     }
 
     /// Makes the trials that are missing; returns whether a person stopped it.
@@ -339,7 +341,7 @@ fn merged(args: &MergeArgs, style: Style) -> Result<Exit, Failure> {
             files.push(path.clone());
             continue;
         }
-        let entries = std::fs::read_dir(path).map_err(|error| unread(path, &error))?;
+        let entries = std::fs::read_dir(path).map_err(|error| Failure::unread(path, &error))?;
         let is_results = |path: &PathBuf| {
             let name = path.file_stem().and_then(|name| name.to_str()).unwrap_or_default();
             name.starts_with("trials") && path.extension().is_some_and(|ending| ending == "jsonl")
@@ -349,7 +351,8 @@ fn merged(args: &MergeArgs, style: Style) -> Result<Exit, Failure> {
     files.sort();
     let mut trials: Vec<Trial> = Vec::new();
     for file in &files {
-        let (kept, _) = lines::read::<Trial>(file).map_err(|error| unread(file, &error))?;
+        let (kept, _) =
+            lines::read::<Trial>(file).map_err(|error| Failure::unread(file, &error))?;
         let first = trials.first().map(|trial| trial.setup.clone());
         let differs = |trial: &&Trial| first.as_ref().is_some_and(|first| *first != trial.setup);
         if let Some(other) = kept.iter().find(differs) {
@@ -379,9 +382,4 @@ fn merged(args: &MergeArgs, style: Style) -> Result<Exit, Failure> {
         tell(&trials, &args.told, style);
     }
     Ok(Exit::Yes)
-}
-
-fn unread(path: &Path, error: &std::io::Error) -> Failure {
-    Failure::input("io::read", format!("cannot read {}: {error}", path.display()))
-        .at(path.display().to_string())
 }

@@ -24,6 +24,8 @@ pub mod camera;
 pub mod model_file;
 pub mod equation;
 
+use std::borrow::Cow;
+
 use crate::language::ast::EffectItem;
 use crate::motion::Robot;
 use crate::world::Scene;
@@ -39,6 +41,39 @@ pub enum Subject<'a> {
     Pours(&'a Scene, &'a [EffectItem]),
     /// A thing of a scene in an arm's hand, and the effects its twin knows already.
     Held(&'a Robot, &'a Scene, &'a [EffectItem]),
+}
+
+impl Subject<'_> {
+    /// How long all recordings together may be, s, and how many rows they may have: what is simulated on a grid of
+    /// time must fit in memory.
+    fn most(self) -> (f64, usize) {
+        match self {
+            // 1.5 kB a grid point of 5 ms and a few columns beside it.
+            Self::Arm(..) => (900.0, 200_000),
+            // Steps of 20 ms, integrated anew at every trial of an effect.
+            Self::Pours(..) => (3600.0, 200_000),
+            // Steps of 2 ms.
+            Self::Held(..) => (900.0, 200_000),
+        }
+    }
+}
+
+/// Returns of each recording what can be looked at; all of it unless together they are too long.
+fn within<'a>(
+    recordings: &'a [Recording],
+    (longest, most): (f64, usize),
+) -> Vec<Cow<'a, Recording>> {
+    let duration: f64 = recordings.iter().map(Recording::duration).sum();
+    let rows: usize = recordings.iter().map(Recording::n_rows).sum();
+    let n = recordings.len();
+    let each = (
+        if duration > longest { longest / n as f64 } else { f64::INFINITY },
+        if rows > most { most / n } else { usize::MAX },
+    );
+    let cut = |recording: &'a Recording| {
+        recording.within(each.0, each.1).map_or(Cow::Borrowed(recording), Cow::Owned)
+    };
+    recordings.iter().map(cut).collect()
 }
 
 /// An investigation: the finding and what a page shows beside it.
@@ -107,6 +142,14 @@ pub fn investigate(
             help: "name at least one CSV file".into(),
         });
     }
+    let cut: Vec<Recording>;
+    let kept = within(recordings, subject.most());
+    let recordings = if kept.iter().all(|kept| matches!(kept, Cow::Borrowed(_))) {
+        recordings
+    } else {
+        cut = kept.into_iter().map(Cow::into_owned).collect();
+        &cut
+    };
     let (robot, known) = match subject {
         Subject::Pours(scene, known) => {
             return pour::investigate(scene, known, recordings, &options.search, progress);

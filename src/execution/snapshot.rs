@@ -3,6 +3,7 @@
 
 use image::RgbImage;
 
+use crate::alignment::decode;
 use crate::http::{Address, Client, Limits};
 
 use super::arm::{Camera, DeviceError, Scales, Weighing};
@@ -29,8 +30,7 @@ impl Camera for WebCamera {
             help: "open the address in a browser: does it show the table?".to_owned(),
         };
         let bytes = get(&self.0).map_err(failed)?;
-        let picture = image::load_from_memory(&bytes).map_err(|error| failed(error.to_string()))?;
-        Ok(picture.to_rgb8())
+        decode::decoded(&bytes).map_err(|error| failed(error.to_string()))
     }
 }
 

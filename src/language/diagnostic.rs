@@ -1,19 +1,22 @@
 //! What is wrong with a text and what would help: one value, drawn, narrated or written as JSON.
 //!
 //! A [`Diagnostic`] names bytes of one [`Source`]. Lines and columns are counted here and only here:
-//! both start at 1, columns count characters. Nothing is printed; [`render`] returns the text.
+//! both start at 1, columns count characters. Nothing is printed; [`render`] returns the text. What came in may
+//! be hostile or a line of megabytes: what is drawn is an [`Excerpt`], and messages lose their middle.
 //!
 //! Source: the graphics and the narration are miette's.
 
 use std::fmt;
 
 use miette::{
-    GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, NarratableReportHandler,
-    Severity as MietteSeverity,
+    GraphicalReportHandler, GraphicalTheme, LabeledSpan, NarratableReportHandler,
+    Severity as MietteSeverity, ThemeCharacters, ThemeStyles,
 };
 use serde::{Deserialize, Serialize};
 
 use super::ast::Span;
+use super::excerpt::Excerpt;
+use crate::plain::{shortened, visible};
 
 /// A text with the name a person knows it by: a file name, `std.task`, `prompt`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -60,7 +63,15 @@ pub struct Diagnostic {
     pub labels: Vec<Label>,
     /// What to do about it.
     pub help: Option<String>,
+    /// How many mistakes it stands for: 1, or those that [`limited`] left out.
+    pub count: usize,
 }
+
+/// Characters of a message, a label and a help that are kept; a name of a megabyte may be in them.
+const LONGEST: (usize, usize, usize) = (500, 160, 600);
+
+/// Mistakes of one text that are told one by one.
+pub const MOST: usize = 1000;
 
 /// How [`render`] draws.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -109,15 +120,17 @@ impl Diagnostic {
         message: impl Into<String>,
         label: impl Into<String>,
     ) -> Self {
-        Self {
+        let diagnostic = Self {
             code,
             severity: Severity::Error,
-            message: message.into(),
+            message: shortened(&message.into(), LONGEST.0).into_owned(),
             file: String::new(),
             span,
-            labels: vec![Label { span, text: label.into() }],
+            labels: Vec::new(),
             help: None,
-        }
+            count: 1,
+        };
+        diagnostic.label(span, label)
     }
 
     /// As [`Self::error`], but the program can run.
@@ -133,7 +146,7 @@ impl Diagnostic {
     /// Adds what to do about it.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
-        self.help = Some(help.into());
+        self.help = Some(shortened(&help.into(), LONGEST.2).into_owned());
         self
     }
 
@@ -151,7 +164,8 @@ impl Diagnostic {
     /// Marks a further place.
     #[must_use]
     pub fn label(mut self, span: Span, text: impl Into<String>) -> Self {
-        self.labels.push(Label { span, text: text.into() });
+        let text = shortened(&text.into(), LONGEST.1).into_owned();
+        self.labels.push(Label { span, text });
         self
     }
 
@@ -188,9 +202,33 @@ impl Diagnostic {
     }
 }
 
+/// Returns the first [`MOST`] of what is wrong with a text, in the order of the text, and one more that counts
+/// the others: they are most likely one mistake many times.
+pub fn limited(mut all: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    if all.len() <= MOST {
+        return all;
+    }
+    // A mistake that keeps the program from running is never left out for a warning.
+    all.sort_by_key(|d| !d.is_error());
+    let others = all.split_off(MOST);
+    all.sort_by_key(|d| (d.span.from, d.span.to));
+    let count = others.iter().map(|d| d.count).sum();
+    let words = format!("{count} more mistakes are not listed");
+    let at = others.iter().map(|d| d.span).min_by_key(|span| span.from);
+    let at = at.unwrap_or(Span { from: 0, to: 0 });
+    let more = match others.iter().any(Diagnostic::is_error) {
+        true => Diagnostic::error("task::more", at, words, "the first of them"),
+        false => Diagnostic::warning("task::more", at, words, "the first of them"),
+    };
+    let file = others.into_iter().next().map(|d| d.file).unwrap_or_default();
+    all.push(Diagnostic { count, file, ..more.help("mend these first, and check again") });
+    all
+}
+
 /// Draws a diagnostic over its source, ending in a newline.
 pub fn render(diagnostic: &Diagnostic, source: &Source, style: Style) -> String {
-    let view = View { diagnostic, source: NamedSource::new(&source.name, source.text.clone()) };
+    let excerpt = Excerpt::of(diagnostic, source);
+    let view = View { diagnostic, excerpt };
     let mut out = String::new();
     let drawn = match style {
         Style::Narrated => {
@@ -198,7 +236,11 @@ pub fn render(diagnostic: &Diagnostic, source: &Source, style: Style) -> String 
         }
         Style::Colour | Style::Plain => {
             let theme = match style {
-                Style::Colour => GraphicalTheme::unicode(),
+                // The sixteen colours of the terminal, which a person has set to be read.
+                Style::Colour => GraphicalTheme {
+                    characters: ThemeCharacters::unicode(),
+                    styles: ThemeStyles::ansi(),
+                },
                 _ => GraphicalTheme::unicode_nocolor(),
             };
             GraphicalReportHandler::new_themed(theme)
@@ -210,7 +252,8 @@ pub fn render(diagnostic: &Diagnostic, source: &Source, style: Style) -> String 
     };
     if drawn.is_err() {
         // The spans do not fit the text, so the words have to do.
-        out = format!("{}: {}\n", source.place(diagnostic.span), diagnostic.message);
+        let words = format!("{}: {}\n", source.place(diagnostic.span), diagnostic.message);
+        out = visible(&words).into_owned();
     }
     out
 }
@@ -219,12 +262,12 @@ pub fn render(diagnostic: &Diagnostic, source: &Source, style: Style) -> String 
 #[derive(Debug)]
 struct View<'a> {
     diagnostic: &'a Diagnostic,
-    source: NamedSource<String>,
+    excerpt: Excerpt,
 }
 
 impl fmt::Display for View<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.diagnostic.message)
+        f.write_str(&visible(&self.diagnostic.message))
     }
 }
 
@@ -243,25 +286,24 @@ impl miette::Diagnostic for View<'_> {
     }
 
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        self.diagnostic.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
+        self.diagnostic.help.as_ref().map(|help| Box::new(visible(help)) as Box<dyn fmt::Display>)
     }
 
     fn source_code(&self) -> Option<&dyn miette::SourceCode> {
-        Some(&self.source)
+        Some(&self.excerpt)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let end = self.source.inner().len();
-        Some(Box::new(self.diagnostic.labels.iter().enumerate().map(move |(i, label)| {
-            // miette refuses a span past the end, and draws nothing for an empty one.
-            let from = label.span.from.min(end);
-            let len = label.span.to.min(end).saturating_sub(from);
-            let text = (!label.text.is_empty()).then(|| label.text.clone());
-            if i == 0 {
-                LabeledSpan::new_primary_with_span(text, (from, len))
-            } else {
-                LabeledSpan::new_with_span(text, (from, len))
-            }
-        })))
+        let spans = self.excerpt.spans.iter();
+        Some(Box::new(self.diagnostic.labels.iter().zip(spans).enumerate().map(
+            |(i, (label, &(from, len)))| {
+                let text = (!label.text.is_empty()).then(|| visible(&label.text).into_owned());
+                if i == 0 {
+                    LabeledSpan::new_primary_with_span(text, (from, len))
+                } else {
+                    LabeledSpan::new_with_span(text, (from, len))
+                }
+            },
+        )))
     }
 }

@@ -23,6 +23,7 @@ use lsp_types::{
 };
 use serde_json::Value;
 
+use crate::files::read::{TEXT, text_of};
 use crate::files::write;
 use crate::language::assist::{self, CompletionKind, Place};
 use crate::language::{self, Diagnostic, Library, Scope, Severity, Source};
@@ -246,7 +247,7 @@ impl Server<'_> {
     /// for reading: what is written into it is gone when it is gone to again.
     fn copy(&self, name: &str, text: &str) -> Option<PathBuf> {
         let path = self.places.cache.as_ref()?.join(name);
-        if fs::read_to_string(&path).ok().as_deref() != Some(text) {
+        if text_of(&path, TEXT).ok().as_deref() != Some(text) {
             fs::create_dir_all(path.parent()?).ok()?;
             // Not being able to go there is no answer, which is no error.
             write::place(&path, text).ok()?;

@@ -7,6 +7,7 @@
 
 mod error;
 mod side;
+mod bounds;
 mod tree;
 mod urdf;
 pub mod solid;

@@ -16,6 +16,7 @@ use super::error::Error;
 use super::inertial::Inertial;
 use super::solid::Placed;
 use super::tree;
+use crate::files::read::text;
 use crate::world::frame::{Flange, Point, Pose, Tool};
 
 /// The stdlib Gen3 with a 2F-85 gripper.
@@ -187,6 +188,7 @@ impl Robot {
     /// As [`Self::from_urdf`], and [`Error::SideFile`].
     pub fn from_urdf_with(text: &str, side: &str, tip: Option<&str>) -> Result<Self, Error> {
         let side = super::side::SideFile::parse(side)?;
+        super::bounds::check(text)?;
         let mut urdf = urdf_rs::read_from_string(text)
             .map_err(|error| Error::Urdf { what: error.to_string() })?;
         if urdf.links.is_empty() {
@@ -234,7 +236,7 @@ impl Robot {
     /// [`Error::File`] if a file cannot be read; otherwise as [`Self::from_urdf_with`].
     pub fn from_file(path: &Path, tip: Option<&str>) -> Result<Self, Error> {
         let read = |path: &Path| {
-            std::fs::read_to_string(path).map_err(|error| Error::File {
+            text(path).map_err(|error| Error::File {
                 path: path.display().to_string(),
                 what: error.to_string(),
             })

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::execution::trace::StepRecord;
+use crate::files::read;
 use crate::http::{Request, Response, encoded};
 use crate::report::why::Question;
 use crate::teach::answers::{self, Answer, Answered, TRAINEE};
@@ -185,7 +186,7 @@ impl Site {
         let (Some(name), Some(dir)) = (known, dir) else {
             return Response::text(404, "there is no such picture");
         };
-        match std::fs::read(picture_file(&dir, name)) {
+        match read::bytes(&picture_file(&dir, name), read::DATA) {
             // Pictures of a step are written once.
             Ok(bytes) => Response::new(200, "image/png", bytes)
                 .with("Cache-Control", "private, max-age=3600"),

@@ -1,10 +1,10 @@
 //! One moment of a run, before or after a step: pictures, questions, fluents, and the graph with the step lit.
 
 use std::fmt::Write as _;
-use std::fs;
 use std::path::Path;
 
 use crate::execution::trace::{Outcome, StepRecord};
+use crate::files::read;
 use crate::graph::Condition;
 use crate::http::encoded;
 use crate::report::Style;
@@ -324,7 +324,7 @@ pub(super) fn graph(
     lit: Option<(&str, &str)>,
     trail: &[(String, &'static str)],
 ) -> String {
-    let Ok(drawing) = fs::read_to_string(dir.join("graph.svg")) else { return String::new() };
+    let Ok(drawing) = read::text(&dir.join("graph.svg")) else { return String::new() };
     let mark = |path: &str| match lit {
         Some((lit, _)) if lit == path => Some("lit"),
         Some((lit, _))

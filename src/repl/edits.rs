@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::files::write;
+use crate::files::{read, write};
 use crate::report::{self, Failure};
 
 /// How many changes are kept.
@@ -66,7 +66,7 @@ impl Edits {
                 .help("`:phrase`, `:save` and `trueup gap --apply` change files"));
         };
         let place = last.path.display().to_string();
-        let now = fs::read_to_string(&last.path).ok();
+        let now = read::text(&last.path).ok();
         if now.as_deref() != Some(last.after.as_str()) {
             // It is not asked about again: what came before it may be undone still.
             self.write(&all);
@@ -88,7 +88,7 @@ impl Edits {
 
     /// Returns those that are kept; a line that is none is passed over.
     fn read(&self) -> Vec<Edit> {
-        let text = self.kept.as_ref().and_then(|path| fs::read_to_string(path).ok());
+        let text = self.kept.as_ref().and_then(|path| read::text(path).ok());
         let text = text.unwrap_or_default();
         text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
     }

@@ -429,9 +429,10 @@ impl<'scope, 'env> Session<'scope, 'env> {
             wrong = check_step(step, &source, &self.library, &self.stdlib, &self.scope);
         }
         let source = Source::new("prompt", line);
-        for diagnostic in &wrong {
-            let typed = diagnostic.clone().without_first(before.len());
-            report::complain(report::diagnostic(&typed, &source, self.style).trim_end());
+        let typed: Vec<Diagnostic> =
+            wrong.iter().map(|each| each.clone().without_first(before.len())).collect();
+        for drawn in report::diagnostics(typed.iter().map(|each| (each, &source)), self.style) {
+            report::complain(drawn.trim_end());
         }
         step.filter(|_| !wrong.iter().any(Diagnostic::is_error))
     }

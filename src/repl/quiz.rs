@@ -104,9 +104,7 @@ impl Session<'_, '_> {
 
     /// Says how often the answers so far were geometry's, fluent by fluent.
     fn progress(&self, file: &std::path::Path) -> Result<(), Failure> {
-        let (all, _) = answers::read(file).map_err(|error| {
-            Failure::input("io::read", error.to_string()).at(file.display().to_string())
-        })?;
+        let (all, _) = answers::read(file).map_err(|error| Failure::unread(file, &error))?;
         let told: Vec<String> = answers::progress(&all)
             .into_iter()
             .filter(|((by, _), tally)| by == TRAINEE && tally.of > 0)

@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::files::write;
+use crate::files::{self, write};
 use crate::language::ast::Step;
 use crate::language::parse_line;
 use crate::language::sentence::{self, Knowledge, Meaning, Phrase, Understood};
@@ -74,7 +74,7 @@ impl Taught {
     /// Reads the file anew; phrases of this session that are in no file are kept as they are.
     pub(super) fn read_again(&mut self, style: Style) {
         let Some(path) = &self.path else { return };
-        let text = std::fs::read_to_string(path).ok();
+        let text = files::read::text(path).ok();
         let mut phrases = Vec::new();
         for line in text.unwrap_or_default().lines().filter(|line| !line.trim().is_empty()) {
             match sentence::phrase(line) {
@@ -99,7 +99,7 @@ impl Taught {
         self.phrases.push((line.to_owned(), phrase));
         let Some(path) = &self.path else { return Ok(None) };
         let lines: Vec<&str> = self.phrases.iter().map(|(line, _)| line.as_str()).collect();
-        let before = std::fs::read_to_string(path).ok();
+        let before = files::read::text(path).ok();
         let after = lines.join("\n") + "\n";
         write::replace(path, &after).map_err(|error| {
             let mut failure = report::unwritten(path, &error);

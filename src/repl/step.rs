@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
+use crate::files;
 use crate::language::ast::{Item, Step};
 use crate::language::{self, Diagnostic, Source, text};
 use crate::report::teach::{Earlier, Place, Teller};
@@ -154,8 +155,8 @@ impl Session<'_, '_> {
 
     /// Steps through the calls of a script, until one is not done.
     fn step_script(&mut self, file: &str) -> Result<(), Failure> {
-        let text = std::fs::read_to_string(file)
-            .map_err(|error| Failure::input("io::read", format!("cannot read {file}: {error}")))?;
+        let path = Path::new(file);
+        let text = files::read::text(path).map_err(|error| Failure::unread(path, &error))?;
         let source = Source::new(file, text.as_str());
         let (program, mut wrong) = language::parse(&text);
         let mut steps = Vec::new();

@@ -20,10 +20,15 @@ pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
+/// What a page that is a file of its own may do: show its pictures and its look. Nothing runs in it, whatever a run
+/// folder of a stranger's held.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
+
 /// Returns a page that is a file of its own.
 pub fn document(title: &str, body: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>{}</title>\n<style>\n{LOOK}</style>\n</head>\n<body>\n{body}</body>\n</html>\n",
         escaped(title)
@@ -180,10 +185,43 @@ pub fn score(record: &StepRecord) -> String {
     )
 }
 
+/// The elements that a drawing of a graph is made of.
+const DRAWN: &[&str] = &[
+    "svg", "title", "defs", "marker", "g", "path", "rect", "circle", "ellipse", "text", "tspan",
+    "line", "polygon",
+];
+
+/// Whether a drawing, which is read from a file, is made of shapes and words alone: nothing that runs, leads
+/// elsewhere, or is HTML.
+fn is_drawing(text: &str) -> bool {
+    text.split('<').skip(1).all(|tag| {
+        let inside = tag.split('>').next().unwrap_or_default();
+        let name = inside.trim_start_matches('/').split([' ', '\n', '\t', '\r', '/']).next();
+        let is_known = name.is_some_and(|name| DRAWN.contains(&name));
+        // Every other piece between quotes is a value; a value that holds the tag's end would hide the rest.
+        let is_whole = inside.matches('"').count().is_multiple_of(2) && !inside.contains('\'');
+        let bare: Vec<String> = inside
+            .split('"')
+            .step_by(2)
+            .map(|piece| format!(" {}", piece.to_ascii_lowercase()))
+            .collect();
+        let is_calm = bare
+            .iter()
+            .flat_map(|piece| piece.split([' ', '\n', '\t', '\r', '\x0c', '/']))
+            .all(|word| {
+                !word.starts_with("on") && !word.contains("href") && !word.starts_with("style")
+            });
+        is_known && is_whole && is_calm
+    })
+}
+
 /// The drawing of the graph, as it may stand in a page; `mark` gives the class of a node by its path.
 pub fn graph(drawing: &str, mark: &dyn Fn(&str) -> Option<&'static str>) -> String {
     // The drawing is a document of its own; in a page it begins at its root.
     let root = drawing.find("<svg").map_or(drawing, |at| &drawing[at..]);
+    if !is_drawing(root) {
+        return "<p class=\"soft\">The run's drawing of its graph is not one of this program's; it is left out.</p>\n".into();
+    }
     let mut parts = root.split("data-path=\"");
     let mut text = parts.next().unwrap_or_default().to_owned();
     for part in parts {
@@ -197,4 +235,32 @@ pub fn graph(drawing: &str, mark: &dyn Fn(&str) -> Option<&'static str>) -> Stri
     format!(
         "<div class=\"graph\" tabindex=\"0\" role=\"group\" aria-label=\"the And-Or graph\">{text}</div>\n"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_drawing_that_runs_something_is_left_out_of_the_page() {
+        let good = "<?xml?><svg viewBox=\"0 0 1 1\"><title>pour(jar, cup)</title><g data-path=\"0/on failure\">\
+                    <path d=\"M0 0\" fill=\"#222\"/><text x=\"1\">a on b &lt;c&gt;</text></g></svg>";
+        assert!(graph(good, &|_| Some("lit")).contains("class=\"lit\" data-path=\"0/on failure\""));
+        for hostile in [
+            "<svg><script>alert(1)</script></svg>",
+            "<svg onload=\"alert(1)\"/>",
+            "<svg/onload=alert(1)>",
+            "<svg><g x=\"\"onclick=\"alert(1)\"/></svg>",
+            "<svg><g x=\">\" onclick=\"alert(1)\"/></svg>",
+            "<svg><g x='>' onclick=alert(1)></g></svg>",
+            "<svg><a href=\"javascript:alert(1)\">x</a></svg>",
+            "<svg><text style=\"background:url(x)\">x</text></svg>",
+            "<svg><foreignObject><img src=x></foreignObject></svg>",
+            "<svg></svg><img src=x onerror=alert(1)>",
+            "<svg><!-- --><style>*{}</style></svg>",
+        ] {
+            assert!(!graph(hostile, &|_| None).contains("<svg"), "{hostile}");
+        }
+        assert!(document("<t>", "").contains("default-src 'none'"));
+    }
 }

@@ -22,6 +22,7 @@ pub mod trials;
 pub mod vqa;
 pub mod why;
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal, Write as _};
 use std::path::Path;
@@ -34,6 +35,7 @@ use crate::files::write;
 use crate::graph;
 use crate::language::ast::Param;
 use crate::language::{self, Diagnostic, Library, Source};
+use crate::plain::{coloured, picture, shortened, visible};
 use crate::workcell;
 use crate::world::{Scene, WorldState};
 
@@ -70,12 +72,32 @@ pub struct Failure {
     exit: u8,
 }
 
+/// Characters of a message, its place and its help that are kept: what came in may be quoted in any of them.
+const LONGEST: (usize, usize, usize) = (900, 300, 600);
+
 impl Failure {
+    /// A file or folder that cannot be read: which, why, what would help.
+    pub fn unread(path: &Path, error: &io::Error) -> Self {
+        use io::ErrorKind as Kind;
+        let place = path.display().to_string();
+        let (code, help) = match error.kind() {
+            Kind::NotFound => ("io::missing", "is the path right?"),
+            Kind::InvalidData => ("io::text", "it is not a text file in UTF-8"),
+            Kind::PermissionDenied => ("io::read", "check its permissions"),
+            Kind::InvalidInput => ("io::read", "write what it gives into a file, and name that"),
+            Kind::IsADirectory => ("io::read", "name a file in it"),
+            Kind::NotADirectory => ("io::read", "is the path right?"),
+            Kind::FileTooLarge => ("io::read", "is it the right file? give a part of it"),
+            _ => ("io::read", "can it be read by another program?"),
+        };
+        Self::input(code, format!("cannot read {place}: {error}")).at(place).help(help)
+    }
+
     /// Bad usage or input: exit code 2.
     pub fn input(code: &str, message: impl Into<String>) -> Self {
         Self {
             code: code.into(),
-            message: message.into(),
+            message: shortened(&message.into(), LONGEST.0).into_owned(),
             place: None,
             help: None,
             is_shown: false,
@@ -106,14 +128,14 @@ impl Failure {
     /// Says where.
     #[must_use]
     pub fn at(mut self, place: impl Into<String>) -> Self {
-        self.place = Some(place.into());
+        self.place = Some(shortened(&place.into(), LONGEST.1).into_owned());
         self
     }
 
     /// Says what would help.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
-        self.help = Some(help.into());
+        self.help = Some(shortened(&help.into(), LONGEST.2).into_owned());
         self
     }
 
@@ -145,14 +167,14 @@ impl Style {
     /// Prints an event of a run for programs, on one line.
     pub fn event(self, value: &impl serde::Serialize) {
         if let Ok(text) = serde_json::to_string(value) {
-            out(&text);
+            out_json(&text);
         }
     }
 
     /// Prints the one JSON document.
     pub fn document(self, value: &impl serde::Serialize) {
         match serde_json::to_string_pretty(value) {
-            Ok(text) => out(&text),
+            Ok(text) => out_json(&text),
             Err(error) => self.failure(&Failure::input("json", error.to_string())),
         }
     }
@@ -179,12 +201,12 @@ impl Style {
         if failure.is_shown {
             return;
         }
-        let mut text = format!("{} {}", self.red("error:"), failure.message);
+        let mut text = format!("{} {}", self.red("error:"), visible(&failure.message));
         if let Some(place) = &failure.place {
-            let _ = write!(text, "\n  --> {place}");
+            let _ = write!(text, "\n  --> {}", visible(place));
         }
         if let Some(help) = &failure.help {
-            let _ = write!(text, "\nhelp: {help}");
+            let _ = write!(text, "\nhelp: {}", visible(help));
         }
         complain(&text);
     }
@@ -212,18 +234,32 @@ impl Style {
     }
 
     fn paint(self, text: &str, code: u8) -> String {
-        if self.colour { format!("\x1b[{code}m{text}\x1b[0m") } else { text.to_owned() }
+        if self.colour { format!("\x1b[{code}m{}\x1b[0m", visible(text)) } else { text.to_owned() }
     }
 }
 
-/// Writes a line to stdout; a closed pipe is not our error.
+/// Writes a line to stdout, without what a terminal would obey but for colours; a closed pipe is not our error.
 pub fn out(line: &str) {
-    let _ = writeln!(io::stdout().lock(), "{line}");
+    let _ = writeln!(io::stdout().lock(), "{}", coloured(line));
 }
 
-/// Writes a line to stderr; a closed pipe is not our error.
+/// Writes JSON to stdout. What it may hold as it is and a terminal obeys is written as `\u009b`, which means the
+/// same.
+fn out_json(text: &str) {
+    let mut plain = String::with_capacity(text.len());
+    for c in text.chars() {
+        if c == '\n' || picture(c) == c {
+            plain.push(c);
+        } else {
+            let _ = write!(plain, "\\u{:04x}", u32::from(c));
+        }
+    }
+    let _ = writeln!(io::stdout().lock(), "{plain}");
+}
+
+/// Writes a line to stderr, without what a terminal would obey but for colours; a closed pipe is not our error.
 pub fn complain(line: &str) {
-    let _ = writeln!(io::stderr().lock(), "{line}");
+    let _ = writeln!(io::stderr().lock(), "{}", coloured(line));
 }
 
 /// Returns a number as JSON, with `null` for what is not a number.
@@ -264,22 +300,57 @@ pub fn no_run_folder(path: &Path, error: &io::Error, option: &str) -> Failure {
         .help(format!("name a folder that may be written with `{option} DIR`"))
 }
 
-/// Shows everything that is wrong with a text and sums it up as a failure.
-pub fn text_failure(diagnostics: &[Diagnostic], source: &Source, style: Style) -> Failure {
-    let pairs: Vec<_> = diagnostics.iter().map(|d| (d.clone(), source.clone())).collect();
-    texts_failure(&pairs, style)
+/// Mistakes of one kind that are drawn; the others are counted.
+const DRAWN: usize = 20;
+
+/// Draws diagnostics as the terminal can show them: a few of each kind, and how many more there are.
+pub fn diagnostics<'a>(
+    wrong: impl IntoIterator<Item = (&'a Diagnostic, &'a Source)>,
+    style: Style,
+) -> Vec<String> {
+    let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut drawn = Vec::new();
+    for (each, source) in wrong {
+        let seen = seen.entry(each.code).or_default();
+        *seen += each.count;
+        if *seen <= DRAWN || each.count > 1 {
+            drawn.push(diagnostic(each, source, style));
+        }
+    }
+    let more = seen.into_iter().filter(|(code, seen)| *seen > DRAWN && *code != "task::more");
+    drawn.extend(more.map(|(code, seen)| format!("and {} more of {code}\n", seen - DRAWN)));
+    drawn
 }
 
-fn texts_failure(wrong: &[(Diagnostic, Source)], style: Style) -> Failure {
+/// Returns what is wrong as JSON, a thousand at most: a last one counts the others.
+pub fn diagnostics_json(wrong: &[(Diagnostic, Source)]) -> Vec<Value> {
+    if wrong.len() <= language::diagnostic::MOST {
+        return wrong.iter().map(|(each, source)| each.to_json(source)).collect();
+    }
+    let limited = language::limited(wrong.iter().map(|(each, _)| each.clone()).collect());
+    let nowhere = Source::default();
+    let source = |file: &str| {
+        let known = wrong.iter().find(|(each, source)| each.file == file || source.name == file);
+        known.map_or(&nowhere, |(_, source)| source)
+    };
+    limited.iter().map(|each| each.to_json(source(&each.file))).collect()
+}
+
+/// Shows everything that is wrong with a text and sums it up as a failure.
+pub fn text_failure(diagnostics: &[Diagnostic], source: &Source, style: Style) -> Failure {
+    texts_failure(diagnostics.iter().map(|each| (each, source)).collect(), style)
+}
+
+fn texts_failure(wrong: Vec<(&Diagnostic, &Source)>, style: Style) -> Failure {
     let Some((first, source)) = wrong.iter().find(|(d, _)| d.is_error()).or(wrong.first()) else {
         return Failure::input("task::empty", "there is nothing to run")
             .help("type a call such as `pour(jar, cup)`");
     };
     let (line, column) = source.line_column(first.span.from);
-    let count = wrong.iter().filter(|(d, _)| d.is_error()).count();
+    let count = wrong.iter().filter(|(d, _)| d.is_error()).map(|(d, _)| d.count).sum();
     if !style.json {
-        for (each, source) in wrong {
-            complain(diagnostic(each, source, style).trim_end());
+        for drawn in diagnostics(wrong.iter().copied(), style) {
+            complain(drawn.trim_end());
         }
         if count > 1 {
             complain(&format!("{} {count} mistakes; nothing was done", style.red("error:")));
@@ -314,7 +385,7 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
     use workcell::Error;
     let words = error.to_string();
     match error {
-        Error::Text(wrong) => texts_failure(wrong, style),
+        Error::Text(wrong) => texts_failure(wrong.iter().map(|(d, s)| (d, s)).collect(), style),
         Error::File { path, error } => unwritten(path, error),
         Error::Unrecorded { dir, error } => {
             let dir = dir.display().to_string();

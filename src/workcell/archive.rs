@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::execution::trace::{Event, StepRecord};
-use crate::files::read;
+use crate::files::read::{DATA, text_of};
 use crate::monitor::questionnaire;
 
 use super::record::{EVENTS, is_going_on};
@@ -47,7 +47,7 @@ impl Entry {
 pub fn load(dir: &Path) -> Result<Run, Error> {
     let path = dir.join("run.json");
     let wrong = |why: String| Error::Record { path: path.clone(), why };
-    let text = fs::read_to_string(&path).map_err(|error| wrong(error.to_string()))?;
+    let text = text_of(&path, DATA).map_err(|error| wrong(error.to_string()))?;
     let mut run: Run = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
     if run.state == State::Running {
         for step in steps_told(dir).into_iter().skip(run.steps.len()) {
@@ -61,7 +61,7 @@ pub fn load(dir: &Path) -> Result<Run, Error> {
 
 /// Returns the steps whose end the events of a run tell; a line that was cut short tells nothing.
 fn steps_told(dir: &Path) -> Vec<StepRecord> {
-    let text = read::text_of(&dir.join(EVENTS), read::DATA).unwrap_or_default();
+    let text = text_of(&dir.join(EVENTS), DATA).unwrap_or_default();
     let events = text.lines().filter_map(|line| serde_json::from_str(line).ok());
     let ends = events.filter_map(|event| match event {
         Event::StepEnd { record } => Some(*record),

@@ -88,6 +88,7 @@ pub fn pour(
         unit: Unit::parse(unit).ok(),
         values,
         bad: Vec::new(),
+        n_bad: 0,
     };
     let columns = vec![
         column("inside", "m", inside.collect()),

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use include_dir::{Dir, DirEntry, include_dir};
 
 use crate::execution::walk::Texts;
+use crate::files::read;
 use crate::motion;
 use crate::motion::robot::Robot;
 
@@ -85,9 +86,12 @@ impl Stdlib {
             for entry in entries.flatten() {
                 let path = entry.path();
                 if path.is_dir() {
-                    open.push(path);
+                    // A link to a folder may lead back to where it lies.
+                    if !path.is_symlink() {
+                        open.push(path);
+                    }
                 } else if path.extension().is_some_and(|e| TEXTS.iter().any(|text| e == *text)) {
-                    let text = fs::read_to_string(&path).map_err(|error| (path.clone(), error))?;
+                    let text = read::text(&path).map_err(|error| (path.clone(), error))?;
                     let name = path.strip_prefix(folder).unwrap_or(&path);
                     self.files.insert(name.to_string_lossy().replace('\\', "/"), text);
                 }

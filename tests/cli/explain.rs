@@ -16,6 +16,7 @@ use crate::program::Desk;
 /// Codes that no text can raise: something else is wrong first, or the program itself would have to be.
 const BEYOND_TEXTS: &[&str] = &[
     "task::formula",
+    "task::more",
     "graph::empty",
     "graph::file",
     "graph::no_branch",

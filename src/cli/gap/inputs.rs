@@ -6,6 +6,7 @@ use crate::discovery::held::Held;
 use crate::discovery::model_file::ModelFile;
 use crate::discovery::pour::Pour;
 use crate::discovery::recording::{Map, Recording};
+use crate::files;
 use crate::language::Source;
 use crate::motion::Robot;
 use crate::report::{self, Failure, Style};
@@ -192,16 +193,19 @@ fn recordings_at(path: &Path, map: &Map) -> Result<Vec<Recording>, Failure> {
     let sidecar = sidecar.as_deref().map(|text| (beside.as_str(), text));
     let name = path.display().to_string();
     let found = if path.extension().is_some_and(|extension| extension == "mcap") {
-        let bytes = std::fs::read(path).map_err(|error| {
-            Failure::input("io::read", format!("cannot read {name}: {error}"))
-                .at(&name)
-                .help("is the path right?")
-        })?;
+        let bytes = files::read::bytes(path, files::read::DATA);
+        let bytes = bytes.map_err(|error| Failure::unread(path, &error))?;
         Recording::read_bag(&name, &bytes, sidecar, map).map(|recording| vec![recording])
     } else {
-        Recording::read_runs(&name, &read(path)?, sidecar, map)
+        Recording::read_runs(&name, &table(path)?, sidecar, map)
     };
     found.map_err(|error| failure(&error))
+}
+
+/// Reads a table, which may be larger than what a person writes.
+pub(super) fn table(path: &Path) -> Result<String, Failure> {
+    let text = files::read::text_of(path, files::read::DATA);
+    text.map_err(|error| Failure::unread(path, &error))
 }
 
 /// Finds the robot: as told, as the first sidecar says, or the stdlib's.

@@ -1,23 +1,32 @@
 //! `trueup gap` on files of points and their pixels: what the model of the camera lacks.
 
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use crate::discovery::Options;
 use crate::discovery::camera::{self, points::Points, points::is_points};
 use crate::discovery::model_file::ModelFile;
 use crate::discovery::recording::Map;
+use crate::files;
 use crate::report::{Failure, Style};
 use crate::world::Camera;
 
 use super::super::run::read;
 use super::super::{Cli, Exit};
-use super::inputs::scene_of;
+use super::inputs::{scene_of, table};
 use super::{GapArgs, bar, change, failure, keep, model_of, tell};
+
+/// Bytes in which the header of a table of points ends, with the notes before it.
+const HEADER: u64 = 1 << 16;
 
 /// Returns whether a file is a table of points, going by its header.
 pub(super) fn is_table(path: &Path, map: &Map) -> bool {
     let table = path.extension().is_some_and(|extension| extension == "csv") && path.is_file();
-    table && std::fs::read_to_string(path).is_ok_and(|text| is_points(&text, map))
+    // The header is enough, and a table may be large.
+    let mut begin = Vec::new();
+    let read = files::read::open(path, files::read::DATA)
+        .and_then(|file| file.take(HEADER).read_to_end(&mut begin));
+    table && read.is_ok() && is_points(&String::from_utf8_lossy(&begin), map)
 }
 
 /// `trueup gap POINTS.csv...`.
@@ -60,7 +69,7 @@ fn points_at(path: &Path, map: &Map) -> Result<Points, Failure> {
         Ok(Some((path.display().to_string(), read(&path)?)))
     };
     let (sidecar, extrinsics) = (beside("json")?, beside("extrinsics.json")?);
-    let text = read(path)?;
+    let text = table(path)?;
     Points::read(
         &path.display().to_string(),
         &text,

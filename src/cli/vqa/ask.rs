@@ -68,10 +68,8 @@ pub(super) fn ask(args: &AskArgs, _cli: &Cli, style: Style) -> Result<Exit, Fail
         let path = frame(one.run, one.step, one.on);
         let name = path.display().to_string();
         if picture.as_ref().is_none_or(|(shown, _)| *shown != name) {
-            let image = image::open(&path).map_err(|error| {
-                Failure::input("io::image", format!("cannot read the picture: {error}")).at(&name)
-            })?;
-            picture = Some((name, Picture::photo(&image.to_rgb8())));
+            let image = super::super::camera::picture(&path)?;
+            picture = Some((name, Picture::photo(&image)));
         }
         let Some((_, shown)) = &picture else { continue };
         let reply = model.ask(one.question, one.on, shown, stopped);
@@ -95,10 +93,8 @@ pub(super) fn ask(args: &AskArgs, _cli: &Cli, style: Style) -> Result<Exit, Fail
 
 /// Returns what this model has not answered yet; what could not be read is asked again.
 fn questions<'a>(run: &'a Stored, model: &Endpoint) -> Result<Vec<Open<'a>>, Failure> {
-    let lines = vqa::read(&run.dir).map_err(|error| {
-        Failure::input("io::read", format!("cannot read {FILE}: {error}"))
-            .at(run.dir.display().to_string())
-    })?;
+    let lines =
+        vqa::read(&run.dir).map_err(|error| Failure::unread(&run.dir.join(FILE), &error))?;
     let by = model.by();
     let has = |step: usize, on: On, fluent: &str| {
         lines.iter().any(|line| {

@@ -48,10 +48,8 @@ pub(super) fn eval(args: &EvalArgs, cli: &Cli, style: Style) -> Result<Exit, Fai
     let mut found = Vec::new();
     let mut probes: Vec<Probe> = Vec::new();
     for stored in &runs {
-        let lines = vqa::read(&stored.dir).map_err(|error| {
-            Failure::input("io::read", format!("cannot read {}: {error}", vqa::FILE))
-                .at(stored.dir.display().to_string())
-        })?;
+        let lines = vqa::read(&stored.dir)
+            .map_err(|error| Failure::unread(&stored.dir.join(vqa::FILE), &error))?;
         let after = lines.iter().filter_map(|line| match line {
             Line::Probe(probe) => Some(probe),
             Line::Answer { .. } => None,
@@ -89,10 +87,8 @@ pub(super) fn eval(args: &EvalArgs, cli: &Cli, style: Style) -> Result<Exit, Fai
 /// Reads what people answered about a run.
 fn people(args: &EvalArgs, stored: &Stored) -> Result<Vec<answers::Answered>, Failure> {
     let file = args.answers.clone().unwrap_or_else(|| answers_beside(&stored.dir));
-    answers::read(&file).map(|(answers, _)| answers).map_err(|error| {
-        Failure::input("io::read", format!("cannot read {}: {error}", file.display()))
-            .at(file.display().to_string())
-    })
+    let read = answers::read(&file);
+    read.map(|(answers, _)| answers).map_err(|error| Failure::unread(&file, &error))
 }
 
 /// Returns the line that makes the table again.

@@ -42,10 +42,7 @@ pub(super) fn label(args: &LabelArgs, cli: &Cli, style: Style) -> Result<Exit, F
         Some(own) => format!("{EXPERT}:{}", own.trim()),
         None => EXPERT.to_owned(),
     };
-    let (before, _) = answers::read(&file).map_err(|error| {
-        Failure::input("io::read", format!("cannot read {}: {error}", file.display()))
-            .at(file.display().to_string())
-    })?;
+    let (before, _) = answers::read(&file).map_err(|error| Failure::unread(&file, &error))?;
     let is_done = |step: &StepRecord, row: &FluentRow, on: On| {
         before.iter().any(|one| {
             one.by == by

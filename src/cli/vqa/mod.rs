@@ -178,11 +178,8 @@ struct Stored {
 
 /// Reads run folders, or all runs in folders of them.
 fn stored(paths: &[PathBuf], style: Style) -> Result<Vec<Stored>, Failure> {
-    let folders = archive::folders(paths).map_err(|(path, error)| {
-        Failure::input("io::read", format!("cannot read {}: {error}", path.display()))
-            .at(path.display().to_string())
-            .help(near(&path))
-    })?;
+    let folders = archive::folders(paths)
+        .map_err(|(path, error)| Failure::unread(&path, &error).help(near(&path)))?;
     if folders.is_empty() {
         return Err(Failure::input("vqa::none", "there is no run in these folders")
             .help("a run folder holds a `run.json`; `trueup run` makes one"));

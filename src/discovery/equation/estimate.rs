@@ -27,6 +27,9 @@ pub struct Window {
     pub rows: Range<usize>,
 }
 
+/// Most windows; those of a longer list lie evenly over it.
+const MOST_WINDOWS: usize = 500;
+
 /// Cuts recordings into windows of about `rows` rows; `None` for one window a stretch. Of more than `most`
 /// rows only a part is run: of many windows those that lie evenly over a stretch, of a long one its
 /// beginning.
@@ -50,7 +53,9 @@ pub fn windows(data: &[Data], rows: Option<usize>, most: usize) -> Vec<Window> {
             }
         }
     }
-    out
+    // A recording that is full of gaps has first values by the thousand, each of them estimated.
+    let every = out.len().div_ceil(MOST_WINDOWS).max(1);
+    out.into_iter().step_by(every).collect()
 }
 
 /// A fitting task: a model, the recordings, how they are cut and weighed.

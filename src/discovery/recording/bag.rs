@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use byteorder::{BigEndian, LittleEndian};
 use serde::Deserialize;
 
-use super::{Column, Error, Map, Recording, Sidecar};
+use super::{Column, Error, MOST_VALUES, Map, Recording, Sidecar, records, too_much};
 use crate::units;
 
 /// The one message that is read.
@@ -78,6 +78,10 @@ pub(super) fn read(
             "record for longer, and all topics at once",
         ));
     }
+    // A topic that was heard once has a value at every time as well.
+    if time.len().saturating_mul(series.len()) > MOST_VALUES {
+        return Err(too_much(name, time.len() * series.len()));
+    }
     let outside = clock.len() - time.len();
     if outside > 0 {
         notes.push(format!("{name}: {outside} rows lie where not every topic speaks; left out"));
@@ -86,7 +90,7 @@ pub(super) fn read(
         let values = time.iter().map(|t| at(samples, *t, is_held(header))).collect();
         let plain = units::Column { name: header.clone(), unit: None };
         let (column, _) = map.apply(header, plain);
-        Column { name: column.name, unit: column.unit, values, bad: Vec::new() }
+        Column { name: column.name, unit: column.unit, values, bad: Vec::new(), n_bad: 0 }
     });
     let columns = columns.collect();
     let first = time[0];
@@ -96,7 +100,7 @@ pub(super) fn read(
 
 /// Collects every quantity of every joint over time, s since the epoch, increasing.
 fn series(name: &str, bytes: &[u8]) -> Result<(BTreeMap<String, Series>, Vec<String>), Error> {
-    let broken = |error: mcap::McapError| {
+    let broken = |error: String| {
         Error::new(
             format!("not an MCAP file that can be read: {error}"),
             name,
@@ -106,15 +110,17 @@ fn series(name: &str, bytes: &[u8]) -> Result<(BTreeMap<String, Series>, Vec<Str
     let mut series: BTreeMap<String, Series> = BTreeMap::new();
     let mut seen: BTreeMap<String, String> = BTreeMap::new();
     let mut unstamped = false;
-    for message in mcap::MessageStream::new(bytes).map_err(broken)? {
-        let message = message.map_err(broken)?;
+    let mut values = 0;
+    records::messages(bytes, broken, |message| {
         let channel = &message.channel;
         let schema = channel.schema.as_ref().map_or("", |schema| schema.name.as_str());
-        seen.insert(channel.topic.clone(), schema.to_owned());
-        if schema != JOINT_STATE || channel.message_encoding != "cdr" {
-            continue;
+        if !seen.contains_key(&channel.topic) {
+            seen.insert(channel.topic.clone(), schema.to_owned());
         }
-        let state = joint_state(&message.data).map_err(|what| {
+        if schema != JOINT_STATE || channel.message_encoding != "cdr" {
+            return Ok(());
+        }
+        let state = joint_state(message.data).map_err(|what| {
             Error::new(
                 format!("message {} is not a joint state: {what}", message.sequence),
                 format!("{name}, topic {}", channel.topic),
@@ -139,10 +145,12 @@ fn series(name: &str, bytes: &[u8]) -> Result<(BTreeMap<String, Series>, Vec<Str
             for (joint, value) in state.name.iter().zip(list) {
                 if value.is_finite() {
                     series.entry(format!("{stem}_{joint}")).or_default().push((time, *value));
+                    values += 1;
                 }
             }
         }
-    }
+        if values > MOST_VALUES { Err(too_much(name, values)) } else { Ok(()) }
+    })?;
     if series.is_empty() {
         let topics: Vec<String> =
             seen.iter().map(|(topic, schema)| format!("{topic} ({schema})")).collect();

@@ -7,13 +7,16 @@
 //! Files are opened by the caller.
 
 mod bag;
+mod records;
 pub mod map;
 pub mod noise;
 pub mod sidecar;
 mod sheet;
 mod table;
 
-use crate::units::{Dimension, Unit};
+use std::collections::BTreeSet;
+
+use crate::units::{Dimension, Unit, significant};
 
 pub use map::Map;
 pub(super) use sheet::Sheet;
@@ -41,6 +44,28 @@ impl Error {
     }
 }
 
+/// Most values of a recording, rows times columns. All of them are held, as numbers, more than once.
+const MOST_VALUES: usize = 25_000_000;
+
+/// The latest time, s before or after the origin of a clock: three thousand years. Beyond, nothing finer than a
+/// few microseconds can be told apart.
+const LATEST: f64 = 1e11;
+
+/// The finest usual step of a clock, s.
+const FINEST: f64 = 1e-9;
+
+/// Says that a recording holds more than is read.
+fn too_much(name: &str, values: usize) -> Error {
+    Error::new(
+        format!(
+            "it holds {values} values, and at most {} million are read",
+            MOST_VALUES / 1_000_000
+        ),
+        name,
+        "leave out columns that nobody needs, or give a part of it",
+    )
+}
+
 /// A cell that is not a finite number.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BadCell {
@@ -59,8 +84,10 @@ pub struct Column {
     pub unit: Option<Unit>,
     /// Its values in SI, one per row; NaN where a cell is bad.
     pub values: Vec<f64>,
-    /// The cells that are not finite numbers, in the file's order.
+    /// The first of the cells that are not finite numbers, in the file's order.
     pub bad: Vec<BadCell>,
+    /// How many such cells there are.
+    pub n_bad: usize,
 }
 
 /// A stretch of time with a name.
@@ -220,8 +247,8 @@ impl Recording {
                 format!("write `{name}[{}]`, or correct it with `--map`", dimension.si()),
             ));
         }
-        if let Some(first) = column.bad.first() {
-            return Err(bad_cells(&self.name, name, first, &column.bad[1..]));
+        if let Some((first, others)) = column.bad.split_first() {
+            return Err(bad_cells(&self.name, name, first, others, column.n_bad - 1));
         }
         Ok(&column.values)
     }
@@ -246,7 +273,49 @@ impl Recording {
 
     /// Returns how many columns `stem_1`, `stem_2`, … follow each other without a gap.
     pub fn group_len(&self, stem: &str) -> usize {
-        (1..=self.columns.len()).take_while(|i| self.has(&format!("{stem}_{i}"))).count()
+        let names: BTreeSet<&str> = self.columns.iter().map(|c| c.name.as_str()).collect();
+        (1..=names.len()).take_while(|i| names.contains(&*format!("{stem}_{i}"))).count()
+    }
+
+    /// Returns as much of its beginning as lasts `longest` s, and of that as many rows, evenly taken, as `most`
+    /// allows; says so in its notes. A model that is simulated on a grid of time is as large as the time is long,
+    /// and one stray stamp may be a year away. `None` where it is all of it.
+    pub fn within(&self, longest: f64, most: usize) -> Option<Self> {
+        let rows = self.n_rows();
+        let end = self.time.partition_point(|t| t - self.time[0] <= longest);
+        let every = end.div_ceil(most.max(1)).max(1);
+        if end == rows && every == 1 {
+            return None;
+        }
+        let mut told = Vec::new();
+        if end < rows {
+            told.push(format!(
+                "it goes on for {} s, of which the first {} s with {end} of {rows} rows are judged; the next row comes {} s later",
+                significant(self.duration(), 3),
+                significant(self.time[end - 1] - self.time[0], 3),
+                significant(self.time[end] - self.time[end - 1], 3),
+            ));
+        }
+        if every > 1 {
+            told.push(format!("of {end} rows every {every}th is judged"));
+        }
+        let cut = |values: &[f64]| values[..end].iter().step_by(every).copied().collect();
+        let columns = self.columns.iter().map(|column| Column {
+            values: cut(&column.values),
+            name: column.name.clone(),
+            unit: column.unit,
+            bad: column.bad.clone(),
+            n_bad: column.n_bad,
+        });
+        let mut notes = self.notes.clone();
+        notes.push(format!("{}: {}", self.name, told.join("; ")));
+        Some(Self {
+            name: self.name.clone(),
+            time: cut(&self.time),
+            columns: columns.collect(),
+            sidecar: self.sidecar.clone(),
+            notes,
+        })
     }
 
     /// Splits off the last part of the rows, `fraction` of them: (to fit, to hold out).
@@ -270,6 +339,7 @@ impl Recording {
                 name: column.name.clone(),
                 unit: column.unit,
                 bad: column.bad.clone(),
+                n_bad: column.n_bad,
             });
             Self {
                 name: format!("{} ({what})", self.name),
@@ -288,9 +358,15 @@ impl Recording {
 /// How many lines are written out where several are wrong.
 const TOLD: usize = 5;
 
-/// Says which cells of a column are not finite numbers.
-fn bad_cells(recording: &str, column: &str, first: &BadCell, others: &[BadCell]) -> Error {
-    let more = match others.len() {
+/// Says which cells of a column are not finite numbers; `n` are not beside the first.
+fn bad_cells(
+    recording: &str,
+    column: &str,
+    first: &BadCell,
+    others: &[BadCell],
+    n: usize,
+) -> Error {
+    let more = match n {
         0 => String::new(),
         n => {
             let lines: Vec<String> = others.iter().take(TOLD).map(|b| b.line.to_string()).collect();

@@ -3,7 +3,9 @@
 //! What the cells mean is the business of whoever reads them: measurements over time (`table`), or points
 //! and their pixels ([`crate::discovery::camera::points`]).
 
-use super::{Error, Map};
+use std::collections::BTreeSet;
+
+use super::{Error, MOST_VALUES, Map, too_much};
 use crate::units;
 
 /// A table of text.
@@ -28,44 +30,73 @@ impl Sheet {
         map: &Map,
         (is, header): (&str, &str),
     ) -> Result<Self, Error> {
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let mut reader = csv::ReaderBuilder::new()
-            .has_headers(false)
-            .flexible(true)
-            .trim(csv::Trim::All)
-            .comment(Some(b'#'))
-            .from_reader(text.as_bytes());
-        let mut records = reader.records();
-        let no_table = |error: csv::Error| {
-            Error::new(
-                format!("not a table: {error}"),
-                name,
-                format!("{is} a CSV file with one header line"),
-            )
-        };
-        let Some(first) = records.next() else {
-            let help = format!("{is} a CSV file that begins with a line such as `{header}`");
-            return Err(Error::new("the file is empty", name, help));
-        };
-        let columns = columns(name, &first.map_err(no_table)?, map)?;
         let mut rows = Vec::new();
-        for record in records {
-            let record = record.map_err(no_table)?;
-            let line = record.position().map_or(0, |at| at.line() as usize);
-            if record.len() == 1 && record.get(0).is_some_and(str::is_empty) {
-                continue;
-            }
-            if record.len() != columns.len() {
-                return Err(Error::new(
-                    format!("the row has {} cells, the header {}", record.len(), columns.len()),
-                    format!("{name}:{line}"),
-                    "every row must have a cell per column; was the file cut off while being written?",
-                ));
-            }
-            rows.push((line, record));
-        }
+        let columns = each_row(name, text, map, (is, header), |_, line, record| {
+            rows.push((line, record.clone()));
+        })?;
         Ok(Self { columns, rows })
     }
+}
+
+/// Most columns of a table; a robot with every channel has a hundred.
+const MOST_COLUMNS: usize = 200_000;
+
+/// Reads a text and calls `each` with the columns, the line of the file and the cells of every row, so that nobody
+/// need hold what he does not want; arguments and errors are those of [`Sheet::read`].
+pub(super) fn each_row(
+    name: &str,
+    text: &str,
+    map: &Map,
+    (is, header): (&str, &str),
+    mut each: impl FnMut(&[units::Column], usize, &csv::StringRecord),
+) -> Result<Vec<units::Column>, Error> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    // Counted before any is read: one line may hold them all.
+    let cells = text.bytes().filter(|byte| matches!(byte, b',' | b'\n')).count();
+    if cells > MOST_VALUES {
+        return Err(too_much(name, cells));
+    }
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .comment(Some(b'#'))
+        .from_reader(text.as_bytes());
+    let mut record = csv::StringRecord::new();
+    let no_table = |error: csv::Error| {
+        Error::new(
+            format!("not a table: {error}"),
+            name,
+            format!("{is} a CSV file with one header line"),
+        )
+    };
+    if !reader.read_record(&mut record).map_err(no_table)? {
+        let help = format!("{is} a CSV file that begins with a line such as `{header}`");
+        return Err(Error::new("the file is empty", name, help));
+    }
+    if record.len() > MOST_COLUMNS {
+        return Err(Error::new(
+            format!("it has {} columns, and at most {MOST_COLUMNS} are read", record.len()),
+            format!("{name}:1"),
+            "leave out the columns that nobody needs; are rows and columns exchanged?",
+        ));
+    }
+    let columns = columns(name, &record, map)?;
+    while reader.read_record(&mut record).map_err(no_table)? {
+        let line = record.position().map_or(0, |at| at.line() as usize);
+        if record.len() == 1 && record.get(0).is_some_and(str::is_empty) {
+            continue;
+        }
+        if record.len() != columns.len() {
+            return Err(Error::new(
+                format!("the row has {} cells, the header {}", record.len(), columns.len()),
+                format!("{name}:{line}"),
+                "every row must have a cell per column; was the file cut off while being written?",
+            ));
+        }
+        each(&columns, line, &record);
+    }
+    Ok(columns)
 }
 
 /// Reads the header.
@@ -79,6 +110,7 @@ fn columns(name: &str, header: &csv::StringRecord, map: &Map) -> Result<Vec<unit
         ));
     }
     let mut columns: Vec<units::Column> = Vec::with_capacity(headers.len());
+    let mut names: BTreeSet<String> = BTreeSet::new();
     for header in &headers {
         // A header that the map knows as a whole need not be one of ours.
         let read = match units::parse_column(header) {
@@ -93,7 +125,7 @@ fn columns(name: &str, header: &csv::StringRecord, map: &Map) -> Result<Vec<unit
             }
         };
         let (column, _) = map.apply(header, read);
-        if columns.iter().any(|other| other.name == column.name) {
+        if !names.insert(column.name.clone()) {
             return Err(Error::new(
                 format!("two columns are called `{}`", column.name),
                 format!("{name}:1"),

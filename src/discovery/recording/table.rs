@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
-use crate::units::{self, Dimension, Unit};
+use crate::units::{Dimension, Unit};
 
-use super::sheet::Sheet;
-use super::{BadCell, Column, Error, Map, Recording, Sidecar};
+use super::sheet::each_row;
+use super::{BadCell, Column, Error, FINEST, LATEST, Map, Recording, Sidecar};
+use crate::plain::shortened;
 
 /// Fewest rows that say anything about change over time.
 const LEAST_ROWS: usize = 3;
@@ -17,53 +18,32 @@ pub(super) fn read(
     sidecar: &Sidecar,
     map: &Map,
 ) -> Result<Vec<Recording>, Error> {
-    let sheet = Sheet::read(name, text, map, ("a recording is", "t[s],q_1[rad]"))?;
-    let clock = time_column(name, &sheet.columns)?;
-    let cells = |at: usize| sheet.rows.iter().map(move |(_, row)| row.get(at).unwrap_or_default());
-    let mut columns: Vec<Column> = sheet
-        .columns
-        .iter()
-        .enumerate()
-        .map(|(at, column)| {
-            let factor = column.unit.map_or(1.0, |unit| unit.factor);
-            let value = |cell: &str| cell.parse::<f64>().map_or(f64::NAN, |v| v * factor);
-            let values = cells(at).map(value).map(|v| if v.is_finite() { v } else { f64::NAN });
-            let (name, unit) = (column.name.clone(), column.unit);
-            Column { name, unit, values: values.collect(), bad: Vec::new() }
-        })
-        .collect();
-    for (at, column) in columns.iter_mut().enumerate() {
-        let read = sheet.rows.iter().zip(&column.values).filter(|(_, value)| value.is_nan());
-        let bad = read.map(|((line, row), _)| BadCell {
-            line: *line,
-            text: row.get(at).unwrap_or_default().to_owned(),
-        });
-        column.bad = bad.collect();
-    }
-    let lines: Vec<usize> = sheet.rows.iter().map(|(line, _)| *line).collect();
+    let (mut columns, lines) = columns(name, text, map)?;
+    let clock = time_column(name, &columns)?;
     let time = columns.remove(clock);
-    if let Some(bad) = time.bad.first() {
-        return Err(Error::new(
-            format!("`{}` is not a time", bad.text),
-            format!("{name}:{}, column `t`", bad.line),
-            "every row needs a finite time",
-        ));
-    }
+    check_time(name, &time, &lines)?;
     let runs = runs(&time.values);
     let n = runs.len();
+    if n > MOST_RUNS {
+        return Err(Error::new(
+            format!(
+                "its clock starts again {} times, and at most {MOST_RUNS} runs are read",
+                n - 1
+            ),
+            format!("{name}, column `t`"),
+            "is `t` the time? give the runs in several files",
+        ));
+    }
     let mut recordings = Vec::with_capacity(n);
     for (i, rows) in runs.into_iter().enumerate() {
         let name = if n == 1 { name.to_owned() } else { format!("{name}, run {} of {n}", i + 1) };
-        let within = lines.get(rows.start).copied().unwrap_or(0)
-            ..lines.get(rows.end).copied().unwrap_or(usize::MAX);
-        let cut = columns.iter().map(|column| Column {
-            values: column.values[rows.clone()].to_vec(),
-            bad: column.bad.iter().filter(|bad| within.contains(&bad.line)).cloned().collect(),
-            name: column.name.clone(),
-            unit: column.unit,
-        });
         let (time, lines) = (&time.values[rows.clone()], &lines[rows.clone()]);
-        recordings.push(one(&name, time, cut.collect(), lines, sidecar)?);
+        let cut = if n == 1 {
+            std::mem::take(&mut columns)
+        } else {
+            columns.iter().map(|column| part(column, rows.clone(), lines)).collect()
+        };
+        recordings.push(one(&name, time, cut, lines, sidecar)?);
     }
     let mut notes = Vec::new();
     if time.unit.is_none() {
@@ -78,6 +58,84 @@ pub(super) fn read(
     }
     recordings[0].notes.splice(0..0, notes);
     Ok(recordings)
+}
+
+/// Most runs in one file.
+const MOST_RUNS: usize = 100;
+
+/// Cells of a column that are kept as they are written, where they are no numbers: of each run the first few are
+/// told.
+const KEPT: usize = 10_000;
+
+/// Reads every column into SI, and the line of each row.
+fn columns(name: &str, text: &str, map: &Map) -> Result<(Vec<Column>, Vec<usize>), Error> {
+    let mut lines = Vec::new();
+    let mut values: Vec<Vec<f64>> = Vec::new();
+    let mut bad: Vec<Vec<BadCell>> = Vec::new();
+    let mut n_kept = 0;
+    let is = ("a recording is", "t[s],q_1[rad]");
+    let columns = each_row(name, text, map, is, |columns, line, row| {
+        values.resize(columns.len(), Vec::new());
+        bad.resize(columns.len(), Vec::new());
+        for (at, (cell, column)) in row.iter().zip(columns).enumerate() {
+            let factor = column.unit.map_or(1.0, |unit| unit.factor);
+            let value = cell.parse::<f64>().map_or(f64::NAN, |v| v * factor);
+            let is_finite = value.is_finite();
+            values[at].push(if is_finite { value } else { f64::NAN });
+            if !is_finite && (n_kept < KEPT || bad[at].is_empty()) {
+                n_kept += 1;
+                bad[at].push(BadCell { line, text: shortened(cell, LONGEST_CELL).into_owned() });
+            }
+        }
+        lines.push(line);
+    })?;
+    values.resize(columns.len(), Vec::new());
+    bad.resize(columns.len(), Vec::new());
+    let columns = columns.into_iter().zip(values).zip(bad).map(|((column, values), bad)| {
+        let n_bad = values.iter().filter(|value| value.is_nan()).count();
+        Column { name: column.name, unit: column.unit, values, bad, n_bad }
+    });
+    Ok((columns.collect(), lines))
+}
+
+/// Characters of a cell that are told.
+const LONGEST_CELL: usize = 60;
+
+/// Returns the rows of a column that are one run's, `lines` their lines in the file.
+fn part(column: &Column, rows: Range<usize>, lines: &[usize]) -> Column {
+    let values = column.values[rows].to_vec();
+    let n_bad = values.iter().filter(|value| value.is_nan()).count();
+    let is_inside =
+        |bad: &&BadCell| lines.first() <= Some(&bad.line) && Some(&bad.line) <= lines.last();
+    let mut bad: Vec<BadCell> = column.bad.iter().filter(is_inside).cloned().collect();
+    if bad.is_empty() && n_bad > 0 {
+        // One of very many, and not kept as it was written.
+        let row = values.iter().position(|value| value.is_nan()).unwrap_or(0);
+        bad.push(BadCell { line: lines[row], text: "…".into() });
+    }
+    Column { name: column.name.clone(), unit: column.unit, values, bad, n_bad }
+}
+
+/// Refuses a clock that shows what no clock shows.
+fn check_time(name: &str, time: &Column, lines: &[usize]) -> Result<(), Error> {
+    if let Some(bad) = time.bad.first() {
+        return Err(Error::new(
+            format!("`{}` is not a time", bad.text),
+            format!("{name}:{}, column `t`", bad.line),
+            "every row needs a finite time",
+        ));
+    }
+    match time.values.iter().position(|t| t.abs() > LATEST) {
+        Some(row) => Err(Error::new(
+            format!(
+                "{:e} s is no time that a clock shows; at most {LATEST:e} s are read",
+                time.values[row]
+            ),
+            format!("{name}:{}, column `t`", lines[row]),
+            "leave the row out, or say in the header what unit `t` is in: `t[ms]`, `t[us]`",
+        )),
+        None => Ok(()),
+    }
 }
 
 /// Makes a recording of the rows of one run.
@@ -153,7 +211,7 @@ fn runs(time: &[f64]) -> Vec<Range<usize>> {
 }
 
 /// Finds the time among the columns.
-fn time_column(name: &str, columns: &[units::Column]) -> Result<usize, Error> {
+fn time_column(name: &str, columns: &[Column]) -> Result<usize, Error> {
     let Some(clock) = columns.iter().position(|column| column.name == "t") else {
         let first = columns.first().map_or("", |column| column.name.as_str());
         return Err(Error::new(
@@ -232,6 +290,13 @@ fn told(mut recording: Recording) -> Result<Recording, Error> {
         }
     }
     let step = recording.step();
+    if step < FINEST {
+        return Err(Error::new(
+            format!("its rows are {step:e} s apart, which no clock tells"),
+            format!("{}, column `t`", recording.name),
+            "say in the header what unit `t` is in: `t[ms]`, `t[s]`",
+        ));
+    }
     let gaps = recording.time.windows(2).filter(|pair| pair[1] - pair[0] > 5.0 * step).count();
     if gaps > 0 {
         let note = format!("{}: time jumps in {gaps} places", recording.name);

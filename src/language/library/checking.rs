@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::super::ast::{Item, Program, Span, Step};
 use super::super::builtins;
 use super::super::check::Checker;
-use super::super::diagnostic::{Diagnostic, Source};
+use super::super::diagnostic::{Diagnostic, Source, limited};
 use super::{Kind, Library, Scope, key};
 
 impl Library {
@@ -71,7 +71,8 @@ impl Library {
             d.code == "task::missing"
                 && item.is_some_and(|item| file.diagnostics.iter().any(|s| inside(item, s.span)))
         };
-        out.extend(checker.finish().into_iter().filter(|d| !because(d) && !damaged(d)));
+        let found = checker.finish().into_iter().filter(|d| !because(d) && !damaged(d));
+        out.extend(limited(found.collect()));
         out.sort_by_key(|d| (d.span.from, d.span.to));
         out
     }
@@ -80,7 +81,7 @@ impl Library {
     pub fn check_step(&self, step: &Step, source: &Source, scope: &Scope) -> Vec<Diagnostic> {
         let mut checker = Checker::new(self, scope, source);
         checker.top_step(step);
-        checker.finish()
+        limited(checker.finish())
     }
 }
 

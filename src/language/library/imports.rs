@@ -7,6 +7,9 @@ use super::super::diagnostic::{Diagnostic, Source};
 use super::super::parse;
 use super::Library;
 
+/// Files that one text may import, those that its imports import among them; each leads to the next by recursion.
+const MOST_IMPORTS: usize = 100;
+
 impl Library {
     /// As [`Self::add`], with everything it imports, read first by `read`: a `.task` file gives its
     /// definitions, any other file is a script that actions run by its name.
@@ -34,6 +37,10 @@ impl Library {
             // Two files that import each other are read once each.
             if open.contains(&path) {
                 continue;
+            }
+            if open.len() > MOST_IMPORTS {
+                wrong.push(one_import_more(&import));
+                break;
             }
             open.push(path.clone());
             match read(&path) {
@@ -105,6 +112,16 @@ fn missing_import(import: &Import, path: &str, why: &str) -> Diagnostic {
         "imported here",
     )
     .help("a path is looked for beside the file that imports it")
+}
+
+fn one_import_more(import: &Import) -> Diagnostic {
+    Diagnostic::error(
+        "task::import",
+        import.path.span,
+        format!("more than {MOST_IMPORTS} files are imported"),
+        "one too many",
+    )
+    .help("put what belongs together into one file")
 }
 
 fn broken_import(import: &Import, path: &str) -> Diagnostic {

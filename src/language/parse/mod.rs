@@ -22,7 +22,7 @@ use std::num::NonZeroUsize;
 use pest::Parser;
 
 use super::ast::{Item, Program, Span, Step};
-use super::diagnostic::Diagnostic;
+use super::diagnostic::{Diagnostic, limited};
 use brackets::{Balanced, balance};
 use build::Builder;
 pub use explain::nearest;
@@ -50,7 +50,7 @@ pub(crate) fn is_reserved(word: &str) -> bool {
 }
 
 /// Reads a whole file. Never fails: what cannot be read is [`Item::Bad`] or [`Step::Bad`] and has a
-/// diagnostic; all diagnostics come at once, in the order of the text.
+/// diagnostic; all diagnostics come at once, in the order of the text, and from the thousandth on as one that counts.
 pub fn parse(source: &str) -> (Program, Vec<Diagnostic>) {
     // Text may come from a model or a network: nothing keeps the parser busy for long.
     pest::set_call_limit(NonZeroUsize::new(MOST_CALLS));
@@ -81,7 +81,7 @@ pub fn parse(source: &str) -> (Program, Vec<Diagnostic>) {
         diagnostics.extend(found);
     }
     diagnostics.sort_by_key(|d| (d.span.from, d.span.to));
-    (program, diagnostics)
+    (program, limited(diagnostics))
 }
 
 /// Reads one line of the prompt: a call or another step. `None` when there is nothing to do or it

@@ -1,0 +1,99 @@
+//! How deep and how large the text of a robot may be, found before anything reads it.
+//!
+//! A reader of XML goes down by recursion, so a text nested 30,000 deep would end the program and not the reading.
+//! One pass over the brackets, which recurses nowhere, tells.
+//!
+//! Source: the XML 1.0 recommendation, fifth edition, §2.3 to 2.8 and §3.1.
+
+use super::error::Error;
+
+/// Elements inside elements; a URDF needs six, with the extensions of simulators a dozen.
+const DEEPEST: usize = 64;
+/// Links of a robot; ten times what a humanoid with hands has. Every later pass is at most quadratic in it.
+const MOST_LINKS: usize = 1000;
+
+/// Refuses a text that no robot needs.
+///
+/// # Errors
+///
+/// [`Error::Urdf`] with the numbers.
+pub(super) fn check(text: &str) -> Result<(), Error> {
+    let fail = |what: String| Err(Error::Urdf { what });
+    let (mut depth, mut links) = (0_usize, 0_usize);
+    let mut rest = text;
+    while let Some(at) = rest.find('<') {
+        rest = &rest[at + 1..];
+        if let Some(end) = ["!--", "![CDATA[", "?"]
+            .into_iter()
+            .zip(["-->", "]]>", "?>"])
+            .find_map(|(begin, end)| rest.strip_prefix(begin).map(|_| end))
+        {
+            rest = rest.find(end).map_or("", |at| &rest[at..]);
+            continue;
+        }
+        let tag = &rest[..tag_end(rest)];
+        rest = &rest[tag.len()..];
+        if tag.starts_with('!') {
+            continue;
+        }
+        if tag.starts_with('/') {
+            depth = depth.saturating_sub(1);
+            continue;
+        }
+        let name = tag.split(|c: char| c.is_whitespace() || c == '/').next();
+        links += usize::from(name == Some("link"));
+        depth += usize::from(!tag.ends_with('/'));
+        if depth > DEEPEST {
+            return fail(format!("its elements are nested more than {DEEPEST} deep"));
+        }
+        if links > MOST_LINKS {
+            return fail(format!("it has more than {MOST_LINKS} links"));
+        }
+    }
+    Ok(())
+}
+
+/// Returns where a tag ends, which a `>` in quotes does not do.
+fn tag_end(text: &str) -> usize {
+    let mut quote = None;
+    for (at, byte) in text.bytes().enumerate() {
+        match (quote, byte) {
+            (None, b'>') => return at,
+            (None, b'"' | b'\'') => quote = Some(byte),
+            (Some(open), byte) if open == byte => quote = None,
+            _ => {}
+        }
+    }
+    text.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_urdf_nested_thirty_thousand_deep_is_refused() {
+        let text =
+            format!("<robot name=\"r\">{}{}</robot>", "<a>".repeat(30_000), "</a>".repeat(30_000));
+        assert!(check(&text).unwrap_err().to_string().contains("64 deep"));
+        let mut open = "<a b='>'>".repeat(65);
+        assert!(check(&open).is_err());
+        open = "<a b='/>'/><!-- <a><a> --><![CDATA[<a>]]><?x <a>?>".repeat(1000);
+        assert_eq!(check(&open), Ok(()));
+    }
+
+    #[test]
+    fn a_robot_of_a_hundred_thousand_links_is_refused() {
+        let text = format!("<robot>{}</robot>", "<link name='a'/>".repeat(100_000));
+        assert!(check(&text).unwrap_err().to_string().contains("1000 links"));
+        let few = format!("<robot>{}</robot>", "<linkage/>".repeat(100_000));
+        assert_eq!(check(&few), Ok(()));
+    }
+
+    #[test]
+    fn what_is_no_xml_ends() {
+        for text in ["", "<", "<!--", "<a b=\"", "<<<<", "</a></a>", "é<é é='é'>"] {
+            assert_eq!(check(text), Ok(()), "{text}");
+        }
+    }
+}
