@@ -5,16 +5,15 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
-use trueup::motion::Robot;
 use trueup::motion::collision::{CollisionWorld, Obstacle};
 use trueup::motion::ik::{Options, Solver};
 use trueup::motion::rrt::{Settings, plan};
 use trueup::motion::solid::Solid;
 use trueup::motion::trajectory::{Limits, Trajectory};
+use trueup::motion::{Budget, Robot};
 use trueup::world::Pose;
 
 #[derive(Deserialize)]
@@ -81,7 +80,7 @@ fn public_problems_are_solved_and_the_motions_are_free_and_lawful() {
     let solver = Solver::new(&robot);
     let limits = Limits::of(&robot);
     let home = robot.pose("home").unwrap();
-    let run = AtomicBool::new(false);
+    let run = Budget::new(|| false);
     let (mut posed, mut solved) = (0, 0);
     for (set, scenes) in &scenes.sets {
         for scene in scenes.iter().take(PER_SET) {
