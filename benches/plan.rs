@@ -3,15 +3,14 @@
 #![expect(clippy::unwrap_used, reason = "a failed unwrap in a bench is a failed bench")]
 
 use std::hint::black_box;
-use std::sync::atomic::AtomicBool;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
-use trueup::motion::Robot;
 use trueup::motion::collision::{CollisionWorld, Obstacle};
 use trueup::motion::ik::{Options, Solver};
 use trueup::motion::rrt::{Settings, plan};
 use trueup::motion::solid::Solid;
+use trueup::motion::{Budget, Robot};
 use trueup::world::Pose;
 
 fn planning(criterion: &mut Criterion) {
@@ -43,7 +42,7 @@ fn planning(criterion: &mut Criterion) {
     group.bench_function("is a configuration free", |bencher| {
         bencher.iter(|| world.free(black_box(&start)));
     });
-    let run = AtomicBool::new(false);
+    let run = Budget::new(|| false);
     let mut seed = 0;
     group.bench_function("path around a wall", |bencher| {
         bencher.iter(|| {

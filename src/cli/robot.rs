@@ -4,14 +4,13 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use crate::execution::arm::Cancel;
 use crate::motion::dynamics::Bodies;
 use crate::motion::robot::Robot;
-use crate::motion::{self, answer, rrt};
+use crate::motion::{self, Budget, answer, rrt};
 use crate::report::{Failure, Style};
 
 use super::Exit;
-use super::run::{clock, read};
+use super::run::{clock, is_interrupted, read, watch_interrupt};
 
 #[derive(Debug, Subcommand)]
 pub(super) enum RobotCommand {
@@ -137,6 +136,9 @@ pub(super) fn robot(command: &RobotCommand, seed: u64, style: Style) -> Result<E
                 None => Vec::new(),
                 Some(_) => rows_of(&robot, args.near.as_ref(), None)?.swap_remove(0),
             };
+            if args.near.is_some() {
+                robot.check(&near).map_err(|error| failure(&error).at("--near"))?;
+            }
             let found = answer::ik(&robot, &poses, &near, seed, &mut now_us);
             style.answer(&found);
             Ok(if found.solutions.iter().all(|s| matches!(s, answer::IkSolution::Found { .. })) {
@@ -155,9 +157,12 @@ pub(super) fn robot(command: &RobotCommand, seed: u64, style: Style) -> Result<E
                         .help("it holds {\"start\": [..], \"goals\": [[..]], \"obstacles\": [..]}")
                 })?;
             let settings = rrt::Settings::seeded(seed);
-            let cancel = Cancel::default();
-            let found = answer::plan(&robot, &problem, &settings, cancel.flag(), &mut now_us)
-                .map_err(|error| failure(&error).at(place))?;
+            watch_interrupt()?;
+            let budget = Budget::new(is_interrupted);
+            let found = match answer::plan(&robot, &problem, &settings, &budget, &mut now_us) {
+                Err(motion::Error::Cancelled) => return Ok(Exit::Stopped),
+                found => found.map_err(|error| failure(&error).at(place))?,
+            };
             style.answer(&found);
             Ok(if matches!(found, answer::PlanAnswer::Found { .. }) { Exit::Yes } else { Exit::No })
         }

@@ -105,9 +105,12 @@ impl Facts for BodyFacts<'_> {
             }
             _ => None,
         };
-        // What nobody has seen is neither in reach nor out of it.
-        let unseen = matches!(&reach, Err(NoWay { why: Why::NotSeen(_), .. }));
-        Some(Fact { truth: (!unseen).then_some(reach.is_ok()), margin })
+        // What nobody has seen is neither in reach nor out of it, nor what was not looked into to the end.
+        let unknown = matches!(
+            &reach,
+            Err(NoWay { why: Why::NotSeen(_) | Why::NotWithin(_) | Why::Stopped, .. })
+        );
+        Some(Fact { truth: (!unknown).then_some(reach.is_ok()), margin })
     }
 
     fn stroke(&self) -> f64 {

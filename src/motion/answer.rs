@@ -3,11 +3,10 @@
 //! Text in, data out: the command line reads files and prints. Clocks are the caller's as well: where an
 //! answer holds a time, a function that tells it is an argument.
 
-use std::sync::atomic::AtomicBool;
-
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::budget::Budget;
 use super::collision::{CollisionWorld, Obstacle};
 use super::dynamics::{Bodies, Dynamics};
 use super::error::Error;
@@ -21,6 +20,16 @@ use crate::world::frame::{Base, Flange, Object, Pose};
 
 /// How far apart the instants of a planned trajectory are reported, s.
 const REPORT_STEP: f64 = 0.01;
+/// So many instants are reported at most: a very slow robot's are farther apart.
+const REPORTED: f64 = 20_000.0;
+/// Places and sizes are taken up to this, m: no arm is moved in a space larger than that, and no number of this
+/// size is lost in another's rounding.
+const FARTHEST: f64 = 1e3;
+/// A side is no shorter than this, m.
+const SMALLEST: f64 = 1e-6;
+/// So many goals and so many obstacles are taken.
+const GOALS: usize = 10_000;
+const OBSTACLES: usize = 10_000;
 /// Longest cut along an edge when a corner is rounded, rad.
 const MAX_CUT: f64 = 0.2;
 
@@ -245,23 +254,26 @@ pub fn dynamics(robot: &Robot, bodies: Bodies, rows: &[Vec<f64>]) -> Result<Dyna
 ///
 /// # Errors
 ///
-/// [`Error::Input`] for an obstacle that makes no sense; [`Error::WrongLength`] and [`Error::NotFinite`]
-/// for configurations that do not fit; [`Error::Cancelled`]. That no path exists is an answer.
+/// [`Error::Input`] for an obstacle that makes no sense; [`Error::WrongLength`], [`Error::NotFinite`] and
+/// [`Error::TooFar`] for configurations that do not fit; [`Error::Cancelled`]. That no path exists, or none was
+/// found within the budget, is an answer.
 pub fn plan(
     robot: &Robot,
     problem: &Problem,
     settings: &Settings,
-    cancel: &AtomicBool,
+    budget: &Budget<'_>,
     now_us: &mut dyn FnMut() -> f64,
 ) -> Result<PlanAnswer, Error> {
     let solver = Solver::new(robot);
+    problem.check(robot)?;
     let world = problem.world(robot)?;
     let begin = now_us();
-    let path = rrt::plan(&solver, &world, &problem.start, &problem.goals, None, settings, cancel);
+    let path = rrt::plan(&solver, &world, &problem.start, &problem.goals, None, settings, budget);
     let path = match path {
         Ok(path) => path,
         Err(
             error @ (Error::NoPath { .. }
+            | Error::Spent { .. }
             | Error::Collision { .. }
             | Error::Limit { .. }
             | Error::Tilted { .. }),
@@ -269,10 +281,11 @@ pub fn plan(
         Err(error) => return Err(error),
     };
     let limits = Limits::of(robot);
-    let timed =
-        Trajectory::through_corners(&path.corners, &limits, MAX_CUT, &|a, b| world.certify(a, b))?;
+    // A corner that there is no time left to look at is stopped at.
+    let is_free = |a: &[f64], b: &[f64]| world.certify_within(a, b, budget).unwrap_or(false);
+    let timed = Trajectory::through_corners(&path.corners, &limits, MAX_CUT, &is_free)?;
     let planning_time_us = now_us() - begin;
-    let (t_s, q_rad) = timed.sampled(REPORT_STEP);
+    let (t_s, q_rad) = timed.sampled(REPORT_STEP.max(timed.duration() / REPORTED));
     let least = q_rad.iter().map(|q| world.distance(q)).fold(f64::INFINITY, f64::min);
     Ok(PlanAnswer::Found {
         found: true,
@@ -317,13 +330,35 @@ impl Problem {
         })
     }
 
+    /// Checks that start and goals are joint positions, and not too many.
+    fn check(&self, robot: &Robot) -> Result<(), Error> {
+        let said = |which: &str, error: &Error| Error::Input { what: format!("{which}: {error}") };
+        robot.check(&self.start).map_err(|error| said("start", &error))?;
+        if self.goals.is_empty() {
+            return Err(Error::Input { what: "goals: there is none".into() });
+        }
+        if self.goals.len() > GOALS {
+            let what = format!("goals: {} are given; {GOALS} can be", self.goals.len());
+            return Err(Error::Input { what });
+        }
+        for (index, goal) in self.goals.iter().enumerate() {
+            let which = format!("goal {}", index + 1);
+            robot.check(goal).map_err(|error| said(&which, &error))?;
+        }
+        Ok(())
+    }
+
     /// Returns the robot among the problem's obstacles.
     ///
     /// # Errors
     ///
     /// [`Error::Input`] for a shape that is not known or a size that does not fit it.
     pub fn world<'a>(&self, robot: &'a Robot) -> Result<CollisionWorld<'a>, Error> {
-        let mut world = CollisionWorld::new(robot);
+        if self.obstacles.len() > OBSTACLES {
+            let what = format!("obstacles: {} are given; {OBSTACLES} can be", self.obstacles.len());
+            return Err(Error::Input { what });
+        }
+        let mut obstacles = Vec::with_capacity(self.obstacles.len());
         for (index, obstacle) in self.obstacles.iter().enumerate() {
             let name = obstacle
                 .name
@@ -331,8 +366,15 @@ impl Problem {
                 .unwrap_or_else(|| format!("{} {}", obstacle.shape, index + 1));
             let fail =
                 |what: String| Err(Error::Input { what: format!("obstacle {name}: {what}") });
-            if let Some(bad) = obstacle.size_m.iter().find(|x| !(x.is_finite() && **x > 0.0)) {
-                return fail(format!("a size of {bad} m"));
+            let sizes = SMALLEST..=FARTHEST;
+            if let Some(bad) = obstacle.size_m.iter().find(|size| !sizes.contains(*size)) {
+                return fail(format!("a size of {bad:?} m; {SMALLEST:?} m to {FARTHEST} m can be"));
+            }
+            let at = obstacle.pose.origin();
+            if let Some(far) = at.iter().find(|x| !x.is_finite() || x.abs() > FARTHEST) {
+                return fail(format!(
+                    "it is at {far:?} m; up to {FARTHEST} m from the base can be"
+                ));
             }
             let solid = match (obstacle.shape.as_str(), &obstacle.size_m[..]) {
                 ("box", &[x, y, z]) => Solid::Cuboid { half: Vector3::new(x, y, z) / 2.0 },
@@ -348,9 +390,9 @@ impl Problem {
                     return fail(format!("the shape {other} is not box, sphere or cylinder"));
                 }
             };
-            world.add(&Obstacle::new(&name, solid, *obstacle.pose.isometry()));
+            obstacles.push(Obstacle::new(&name, solid, *obstacle.pose.isometry()));
         }
-        Ok(world)
+        Ok(CollisionWorld::new(robot).with(&obstacles))
     }
 }
 
@@ -443,6 +485,13 @@ pub fn pose_rows(text: &str) -> Result<Vec<Pose<Base, Flange>>, Error> {
         .iter()
         .enumerate()
         .map(|(index, row)| {
+            if let Some(far) = row[..3].iter().find(|x| x.abs() > FARTHEST) {
+                let what = format!(
+                    "pose {}: it is at {far:?} m; up to {FARTHEST} m from the base can be",
+                    index + 1
+                );
+                return Err(Error::Input { what });
+            }
             let q = Quaternion::new(row[3], row[4], row[5], row[6]);
             if (q.norm() - 1.0).abs() > 1e-2 {
                 let what = format!(

@@ -10,6 +10,7 @@ use nalgebra::Isometry3;
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 
+use super::budget::Budget;
 use super::distance::{Body, distance_or_overlap, signed_distance};
 use super::error::Error;
 use super::ik::random_configuration;
@@ -123,9 +124,9 @@ impl<'a> CollisionWorld<'a> {
     /// As [`Self::add`], for building one in an expression.
     #[must_use]
     pub fn with(mut self, obstacles: &[Obstacle]) -> Self {
-        for obstacle in obstacles {
-            self.add(obstacle);
-        }
+        let bodies = obstacles.iter().map(|o| (o.name.clone(), Body::new(&o.solid)));
+        self.obstacles.extend(bodies);
+        self.refresh();
         self
     }
 
@@ -209,6 +210,14 @@ impl<'a> CollisionWorld<'a> {
         self.margin
     }
 
+    /// Returns what looking at one configuration costs, in units of [`super::Budget`].
+    pub fn cost(&self) -> u64 {
+        let solids = |part: &usize| self.parts[*part].solids.len();
+        let watched = self.watched.iter().map(|(part, _)| solids(part)).sum::<usize>();
+        let pairs = self.pairs.iter().map(|(a, b)| solids(a) * solids(b)).sum::<usize>();
+        (self.robot.links.len() + watched + pairs) as u64
+    }
+
     /// Returns the world with the margin larger by `extra` m.
     pub(super) fn padded(&self, extra: f64) -> Self {
         let mut padded = self.clone();
@@ -219,7 +228,8 @@ impl<'a> CollisionWorld<'a> {
     /// Returns whether `q` keeps its margin everywhere. `q` must have one entry per joint.
     pub fn free(&self, q: &[f64]) -> bool {
         let bodies = self.place(q);
-        self.nearest(&bodies, self.margin, true).is_none_or(|(distance, ..)| distance > self.margin)
+        self.nearest(&bodies, self.margin, Look::TillNear)
+            .is_none_or(|(distance, ..)| distance > self.margin)
     }
 
     /// Returns the smallest distance at `q` and between what.
@@ -232,19 +242,38 @@ impl<'a> CollisionWorld<'a> {
         let bodies = self.place(q);
         let nothing =
             || Clearance { distance: f64::INFINITY, first: String::new(), second: String::new() };
-        Ok(self.nearest(&bodies, f64::INFINITY, false).map_or_else(nothing, |(distance, a, b)| {
-            let second = match b {
-                Other::Part(part) => self.parts[part].name.clone(),
-                Other::Obstacle(obstacle) => self.obstacles[obstacle].0.clone(),
-            };
-            Clearance { distance, first: self.parts[a].name.clone(), second }
-        }))
+        let nearest = self.nearest(&bodies, f64::INFINITY, Look::All);
+        Ok(nearest.map_or_else(nothing, |nearest| self.named(nearest)))
+    }
+
+    /// Returns the smallest distance at `q`, or the first overlap that is met: its distance is minus
+    /// infinity, since nobody has to know how deep it is.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::clearance`].
+    pub fn clearance_or_overlap(&self, q: &[f64]) -> Result<Clearance, Error> {
+        self.robot.check(q)?;
+        let bodies = self.place(q);
+        let nothing =
+            || Clearance { distance: f64::INFINITY, first: String::new(), second: String::new() };
+        let nearest = self.nearest(&bodies, f64::INFINITY, Look::TillOverlap);
+        Ok(nearest.map_or_else(nothing, |nearest| self.named(nearest)))
+    }
+
+    fn named(&self, (distance, first, second): (f64, usize, Other)) -> Clearance {
+        let second = match second {
+            Other::Part(part) => self.parts[part].name.clone(),
+            Other::Obstacle(obstacle) => self.obstacles[obstacle].0.clone(),
+        };
+        Clearance { distance, first: self.parts[first].name.clone(), second }
     }
 
     /// As [`Self::clearance`] without the names: for loops.
     pub fn distance(&self, q: &[f64]) -> f64 {
         let bodies = self.place(q);
-        self.nearest(&bodies, f64::INFINITY, false).map_or(f64::INFINITY, |(distance, ..)| distance)
+        self.nearest(&bodies, f64::INFINITY, Look::All)
+            .map_or(f64::INFINITY, |(distance, ..)| distance)
     }
 
     /// Returns how far, m, any point of the robot may move between two configurations at most.
@@ -261,32 +290,54 @@ impl<'a> CollisionWorld<'a> {
     /// Source: conservative advancement; Schwarzer, Saha and Latombe, "Adaptive dynamic collision
     /// checking", T-RO 2005.
     pub fn certify(&self, from: &[f64], to: &[f64]) -> bool {
+        // Patience alone bounds it.
+        self.certify_within(from, to, &Budget::of(u64::MAX, || false)).unwrap_or(false)
+    }
+
+    /// As [`Self::certify`], on a budget.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Spent`] and [`Error::Cancelled`] when the budget ends it.
+    pub fn certify_within(
+        &self,
+        from: &[f64],
+        to: &[f64],
+        budget: &Budget<'_>,
+    ) -> Result<bool, Error> {
         const LEFT: f64 = 1e-4;
         // A motion that hugs an obstacle for its whole length would take thousands of intervals.
         const PATIENCE: usize = 3000;
+        let cost = self.cost();
         let whole = self.displacement(from, to);
         let mut stack = vec![(0.0, 1.0)];
+        budget.spend(2 * cost)?;
         if !self.free(from) || !self.free(to) {
-            return false;
+            return Ok(false);
         }
         let mut looked = 0;
         while let Some((low, high)) = stack.pop() {
             looked += 1;
+            budget.spend(cost)?;
             let middle = 0.5 * (low + high);
-            let clear = self.distance(&mix(from, to, middle)) - self.margin - LEFT;
+            let bodies = self.place(&mix(from, to, middle));
+            // How deep it is in does not matter.
+            let nearest = self.nearest(&bodies, f64::INFINITY, Look::TillOverlap);
+            let clear =
+                nearest.map_or(f64::INFINITY, |(distance, ..)| distance) - self.margin - LEFT;
             if clear <= 0.0 {
-                return false;
+                return Ok(false);
             }
             let moved = whole * 0.5 * (high - low);
             if moved > clear {
                 if moved < LEFT || looked > PATIENCE {
-                    return false;
+                    return Ok(false);
                 }
                 stack.push((middle, high));
                 stack.push((low, middle));
             }
         }
-        true
+        Ok(true)
     }
 
     fn place(&self, q: &[f64]) -> Vec<Vec<Body>> {
@@ -298,8 +349,13 @@ impl<'a> CollisionWorld<'a> {
             .collect()
     }
 
-    /// Returns the smallest distance below `limit`; with `any`, the first found that is not above it.
-    fn nearest(&self, bodies: &[Vec<Body>], limit: f64, any: bool) -> Option<(f64, usize, Other)> {
+    /// Returns the smallest distance below `limit`.
+    fn nearest(
+        &self,
+        bodies: &[Vec<Body>],
+        limit: f64,
+        until: Look,
+    ) -> Option<(f64, usize, Other)> {
         let mut best: Option<(f64, usize, Other)> = None;
         let mut bound = limit;
         let mut look = |first: usize, a: &Body, b: &Body, other: Other| {
@@ -307,16 +363,19 @@ impl<'a> CollisionWorld<'a> {
             if b.distance_to_ball(&centre, radius) > bound {
                 return false;
             }
-            let distance = if any {
-                distance_or_overlap(a, b).unwrap_or(f64::NEG_INFINITY)
-            } else {
-                signed_distance(a, b)
+            let distance = match until {
+                Look::All => signed_distance(a, b),
+                _ => distance_or_overlap(a, b).unwrap_or(f64::NEG_INFINITY),
             };
             if best.is_none_or(|(least, ..)| distance < least) {
                 best = Some((distance, first, other));
                 bound = bound.min(distance);
             }
-            any && distance <= limit
+            match until {
+                Look::All => false,
+                Look::TillOverlap => distance <= 0.0,
+                Look::TillNear => distance <= limit,
+            }
         };
         // From the hand backwards: what is far out collides first.
         for &(part, obstacle) in self.watched.iter().rev() {
@@ -389,7 +448,8 @@ impl<'a> CollisionWorld<'a> {
                 self.parts[second]
                     .solids
                     .iter()
-                    .any(|b| signed_distance(&a, &b.moved(&poses[self.parts[second].link])) <= 0.0)
+                    .map(|b| b.moved(&poses[self.parts[second].link]))
+                    .any(|b| distance_or_overlap(&a, &b).is_none_or(|distance| distance <= 0.0))
             });
             touching += usize::from(near);
         }
@@ -451,6 +511,17 @@ impl<'a> CollisionWorld<'a> {
         }
         reach
     }
+}
+
+/// How far pairs are looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Look {
+    /// All of them: the nearest, or the deepest.
+    All,
+    /// Until two overlap; how deep is not asked.
+    TillOverlap,
+    /// Until two are nearer than the limit; how near is not asked.
+    TillNear,
 }
 
 /// The other side of a nearest pair.

@@ -67,6 +67,16 @@ pub enum Error {
         /// Which joint.
         joint: String,
     },
+    /// A joint value is so large that nothing can be computed with it.
+    #[error("{joint} is at {value:e}; joint positions go up to {most} rad or m")]
+    TooFar {
+        /// Which joint.
+        joint: String,
+        /// Where it would be.
+        value: f64,
+        /// The largest that is taken.
+        most: f64,
+    },
     /// A joint is outside its range.
     #[error("{joint} is at {value:.4}, outside its range {lower:.4} to {upper:.4}")]
     Limit {
@@ -108,6 +118,12 @@ pub enum Error {
         samples: usize,
         /// What is known about it.
         why: String,
+    },
+    /// The search used up its budget.
+    #[error("nothing was found within a budget of about {seconds} s of computing")]
+    Spent {
+        /// What the budget is on the machine this was written on, s.
+        seconds: u64,
     },
     /// A Cartesian path cannot be followed to its end.
     #[error("the path can be followed only {:.0} % of the way: {why}", fraction * 100.0)]

@@ -6,6 +6,7 @@
 //! nothing moves an arm.
 
 mod error;
+pub mod budget;
 mod side;
 mod bounds;
 mod tree;
@@ -18,6 +19,7 @@ pub mod gripper;
 pub mod dynamics;
 pub mod closed_form;
 pub mod ik;
+mod depth;
 mod distance;
 pub mod collision;
 pub mod polyline;
@@ -29,6 +31,7 @@ pub mod trajectory;
 pub mod cartesian;
 pub mod answer;
 
+pub use budget::Budget;
 pub use error::Error;
 pub use inertial::Inertial;
 pub use robot::Robot;

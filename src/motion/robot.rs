@@ -386,19 +386,26 @@ impl Robot {
         &self.notes
     }
 
-    /// Checks that `q` has one finite entry per joint.
+    /// Checks that `q` has one entry per joint, finite and not so large that a turn is lost in its rounding.
     ///
     /// # Errors
     ///
-    /// [`Error::WrongLength`] or [`Error::NotFinite`].
+    /// [`Error::WrongLength`], [`Error::NotFinite`] or [`Error::TooFar`].
     pub fn check(&self, q: &[f64]) -> Result<(), Error> {
+        // Sixteen thousand turns, known to 1e-11 rad.
+        const MOST: f64 = 1e5;
         if q.len() != self.n_joints() {
             return Err(Error::WrongLength { expected: self.n_joints(), found: q.len() });
         }
-        match q.iter().position(|x| !x.is_finite()) {
-            Some(index) => Err(Error::NotFinite { joint: self.joints[index].name.clone() }),
-            None => Ok(()),
-        }
+        let Some(index) = q.iter().position(|x| !x.is_finite() || x.abs() > MOST) else {
+            return Ok(());
+        };
+        let joint = self.joints[index].name.clone();
+        Err(if q[index].is_finite() {
+            Error::TooFar { joint, value: q[index], most: MOST }
+        } else {
+            Error::NotFinite { joint }
+        })
     }
 
     /// Returns the first joint that is more than `slack` outside its range, if any.

@@ -9,11 +9,11 @@
 //! Source: Kuffner and LaValle, "RRT-Connect", ICRA 2000.
 
 use std::f64::consts::PI;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
+use super::budget::Budget;
 use super::collision::CollisionWorld;
 pub use super::cone::Cone;
 use super::error::Error;
@@ -23,6 +23,11 @@ use super::robot::{Motion, Robot};
 
 /// Distance that is kept beyond the margin where the ends of a path allow it, m. Chosen.
 const ROOM: f64 = 0.003;
+/// A straight motion that takes more looks than this is not tried: it is no motion of an arm. Chosen: the
+/// farthest motion of the Gen3 takes some 1500, and the finest search looks 16 times as often.
+const LONGEST_EDGE: f64 = 200_000.0;
+/// What bringing a sample into the cone costs, in units of [`Budget`].
+const PROJECTING: u64 = 200;
 
 /// What may be chosen about a search.
 #[derive(Debug, Clone, Copy)]
@@ -80,8 +85,8 @@ impl Path {
 /// # Errors
 ///
 /// [`Error::WrongLength`], [`Error::NotFinite`]; [`Error::Limit`] and [`Error::Collision`] for a start, or
-/// for goals of which none is possible; [`Error::NoPath`] when the samples are used up;
-/// [`Error::Cancelled`] once `cancel` is set.
+/// for goals of which none is possible; [`Error::NoPath`] when the samples are used up; [`Error::Spent`] and
+/// [`Error::Cancelled`] when the budget ends it.
 pub fn plan(
     solver: &Solver<'_>,
     world: &CollisionWorld<'_>,
@@ -89,13 +94,15 @@ pub fn plan(
     goals: &[Vec<f64>],
     cone: Option<&Cone>,
     settings: &Settings,
-    cancel: &AtomicBool,
+    budget: &Budget<'_>,
 ) -> Result<Path, Error> {
     let robot = solver.robot();
+    let cost = world.cost();
     check_end(robot, world, cone, start, "start")?;
     let mut usable = Vec::new();
     let mut refused = None;
     for (index, goal) in goals.iter().enumerate() {
+        budget.spend(cost)?;
         robot.check(goal)?;
         let goal = short_way(robot, start, goal);
         match check_end(robot, world, cone, &goal, "goal") {
@@ -111,9 +118,15 @@ pub fn plan(
     // While searching, more room is asked for where both ends have it: a path that grazes an obstacle is
     // slow to certify and leaves no room to round its corners.
     let room = |q: &[f64]| world.distance(q) - world.margin();
-    let goal_room = usable.iter().map(|(_, q)| room(q)).fold(0.0, f64::max);
+    let mut rooms = Vec::with_capacity(usable.len());
+    for (_, goal) in &usable {
+        budget.spend(cost)?;
+        rooms.push(room(goal));
+    }
+    let goal_room = rooms.iter().copied().fold(0.0, f64::max);
     let pad = (0.5 * room(start).min(goal_room)).clamp(0.0, ROOM);
-    usable.retain(|(_, q)| room(q) > pad);
+    let mut rooms = rooms.into_iter();
+    usable.retain(|_| rooms.next().is_some_and(|room| room > pad));
     let padded = world.padded(pad);
 
     // A path that passes the sampled checks but not the certificate is searched again more finely.
@@ -121,12 +134,12 @@ pub fn plan(
     let mut checks = 0;
     let mut samples = 0;
     for _ in 0..4 {
-        let mut search = Search { solver, world: &padded, cone, settings, checks, cancel };
+        let mut search = Search { solver, world: &padded, cone, settings, checks, cost, budget };
         let (corners, goal) = search.run(start, &usable, &mut samples)?;
         let raw_length = length(&corners);
-        let corners = search.shorten(corners);
+        let corners = search.shorten(corners)?;
         checks = search.checks;
-        if corners.windows(2).all(|edge| world.certify(&edge[0], &edge[1])) {
+        if certified(world, &corners, budget)? {
             return Ok(Path { corners, goal, samples, checks, raw_length });
         }
         settings.resolution *= 0.4;
@@ -138,13 +151,29 @@ pub fn plan(
     })
 }
 
+/// Returns whether every edge of a path is certified.
+fn certified(
+    world: &CollisionWorld<'_>,
+    corners: &[Vec<f64>],
+    budget: &Budget<'_>,
+) -> Result<bool, Error> {
+    for edge in corners.windows(2) {
+        if !world.certify_within(&edge[0], &edge[1], budget)? {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
 struct Search<'s> {
     solver: &'s Solver<'s>,
     world: &'s CollisionWorld<'s>,
     cone: Option<&'s Cone>,
     settings: Settings,
     checks: usize,
-    cancel: &'s AtomicBool,
+    /// What one check costs.
+    cost: u64,
+    budget: &'s Budget<'s>,
 }
 
 /// Configurations grown from some roots, each knowing the one it grew from.
@@ -202,7 +231,7 @@ impl Search<'_> {
         samples: &mut usize,
     ) -> Result<(Vec<Vec<f64>>, usize), Error> {
         for (index, goal) in goals {
-            if self.edge_free(start, goal) {
+            if self.edge_free(start, goal)? {
                 return Ok((vec![start.to_vec(), goal.clone()], *index));
             }
         }
@@ -212,12 +241,9 @@ impl Search<'_> {
             [Tree::rooted([start.to_vec()]), Tree::rooted(goals.iter().map(|(_, q)| q.clone()))];
         let mut active = 0;
         for _ in 0..self.settings.max_samples {
-            if self.cancel.load(Ordering::Relaxed) {
-                return Err(Error::Cancelled);
-            }
             *samples += 1;
-            let sample = self.sample(robot, start, &mut random);
-            let grown = match self.extend(&mut trees[active], &sample) {
+            let sample = self.sample(robot, start, &mut random)?;
+            let grown = match self.extend(&mut trees[active], &sample)? {
                 Extended::Trapped => {
                     active = 1 - active;
                     continue;
@@ -225,14 +251,7 @@ impl Search<'_> {
                 Extended::Reached(node) | Extended::Advanced(node) => node,
             };
             let target = trees[active].nodes[grown].clone();
-            let met = loop {
-                match self.extend(&mut trees[1 - active], &target) {
-                    Extended::Reached(node) => break Some(node),
-                    Extended::Advanced(_) if self.cancel.load(Ordering::Relaxed) => break None,
-                    Extended::Advanced(_) => {}
-                    Extended::Trapped => break None,
-                }
-            };
+            let met = self.connect(&mut trees[1 - active], &target)?;
             if let Some(met) = met {
                 let (near, far) = if active == 0 { (grown, met) } else { (met, grown) };
                 let mut way = trees[0].trace(near);
@@ -261,8 +280,23 @@ impl Search<'_> {
         })
     }
 
+    /// Grows a tree towards a configuration until it is reached or nothing leads nearer.
+    ///
+    /// Every step but a bent one leads a whole `range` nearer, and a bent one a tenth of it.
+    fn connect(&mut self, tree: &mut Tree, target: &[f64]) -> Result<Option<usize>, Error> {
+        const STEPS: usize = 1000;
+        for _ in 0..STEPS {
+            match self.extend(tree, target)? {
+                Extended::Reached(node) => return Ok(Some(node)),
+                Extended::Advanced(_) => {}
+                Extended::Trapped => return Ok(None),
+            }
+        }
+        Ok(None)
+    }
+
     /// Draws a configuration: in the limits, and half a turn about the start where there are none.
-    fn sample(&self, robot: &Robot, start: &[f64], random: &mut StdRng) -> Vec<f64> {
+    fn sample(&self, robot: &Robot, start: &[f64], random: &mut StdRng) -> Result<Vec<f64>, Error> {
         let q: Vec<f64> = robot
             .joints()
             .iter()
@@ -272,17 +306,18 @@ impl Search<'_> {
                 if low < high { random.random_range(low..high) } else { low }
             })
             .collect();
-        match self.cone {
-            Some(cone) => cone.project(self.solver, &q).unwrap_or(q),
-            None => q,
-        }
+        let Some(cone) = self.cone else { return Ok(q) };
+        self.budget.spend(PROJECTING)?;
+        Ok(cone.project(self.solver, &q).unwrap_or(q))
     }
 
-    fn extend(&mut self, tree: &mut Tree, target: &[f64]) -> Extended {
+    fn extend(&mut self, tree: &mut Tree, target: &[f64]) -> Result<Extended, Error> {
+        // A node is passed in about the time a tenth of a pair of solids is looked at.
+        self.budget.spend(1 + tree.nodes.len() as u64 / 10)?;
         let from = tree.nearest(target);
         let gap = l2(&tree.nodes[from], target);
         if gap < 1e-9 {
-            return Extended::Reached(from);
+            return Ok(Extended::Reached(from));
         }
         // A joint motion of that length leaves a narrow cone less often when it is short.
         let range =
@@ -294,67 +329,71 @@ impl Search<'_> {
         if let Some(cone) = self.cone
             && !cone.holds(self.solver.robot(), &next)
         {
+            self.budget.spend(PROJECTING)?;
             let Some(projected) = cone.project(self.solver, &next) else {
-                return Extended::Trapped;
+                return Ok(Extended::Trapped);
             };
             // Another branch of the arm is no continuation, and a step back is no progress.
             if l2(&projected, &next) > range || l2(&projected, target) > gap - 0.1 * range {
-                return Extended::Trapped;
+                return Ok(Extended::Trapped);
             }
             next = projected;
             bent = true;
         }
-        if !self.edge_free(&tree.nodes[from], &next) {
-            return Extended::Trapped;
+        if !self.edge_free(&tree.nodes[from], &next)? {
+            return Ok(Extended::Trapped);
         }
         let node = tree.push(next, from);
-        if reaches && !bent { Extended::Reached(node) } else { Extended::Advanced(node) }
+        Ok(if reaches && !bent { Extended::Reached(node) } else { Extended::Advanced(node) })
     }
 
     /// Checks the straight motion, its end first and then ever more finely, so that a collision anywhere
     /// is met early.
-    fn edge_free(&mut self, from: &[f64], to: &[f64]) -> bool {
+    fn edge_free(&mut self, from: &[f64], to: &[f64]) -> Result<bool, Error> {
         let moved = self.world.displacement(from, to);
-        let steps = (moved / self.settings.resolution).ceil().max(1.0) as usize;
-        if !self.free(to) {
-            return false;
+        let steps = (moved / self.settings.resolution).ceil().max(1.0);
+        if steps.is_nan() || steps > LONGEST_EDGE || !self.free(to)? {
+            return Ok(false);
         }
+        let steps = steps as usize;
         // Strides halve: with stride s the odd multiples of s are new.
         let mut stride = steps.next_power_of_two() / 2;
         while stride > 0 {
             let mut k = stride;
             while k < steps {
-                if !self.free(&mix(from, to, k as f64 / steps as f64)) {
-                    return false;
+                if !self.free(&mix(from, to, k as f64 / steps as f64))? {
+                    return Ok(false);
                 }
                 k += 2 * stride;
             }
             stride /= 2;
         }
-        true
+        Ok(true)
     }
 
-    fn free(&mut self, q: &[f64]) -> bool {
+    fn free(&mut self, q: &[f64]) -> Result<bool, Error> {
+        self.budget.spend(self.cost)?;
         self.checks += 1;
-        self.cone.is_none_or(|cone| cone.holds(self.solver.robot(), q)) && self.world.free(q)
+        let holds = self.cone.is_none_or(|cone| cone.holds(self.solver.robot(), q));
+        Ok(holds && self.world.free(q))
     }
 
     /// Replaces stretches of the path by straight motions where these are free.
-    fn shorten(&mut self, mut corners: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    fn shorten(&mut self, mut corners: Vec<Vec<f64>>) -> Result<Vec<Vec<f64>>, Error> {
         let mut random = StdRng::seed_from_u64(self.settings.seed ^ 0x51de);
         // From the start, as far as one can see: this alone removes most corners.
         let mut at = 0;
         while at + 2 < corners.len() {
-            let seen = (at + 2..corners.len())
-                .rev()
-                .find(|&far| self.edge_free(&corners[at].clone(), &corners[far].clone()));
-            if let Some(far) = seen {
-                corners.drain(at + 1..far);
+            for far in (at + 2..corners.len()).rev() {
+                if self.edge_free(&corners[at], &corners[far])? {
+                    corners.drain(at + 1..far);
+                    break;
+                }
             }
             at += 1;
         }
         for _ in 0..self.settings.shortcuts {
-            if corners.len() < 3 || self.cancel.load(Ordering::Relaxed) {
+            if corners.len() < 3 {
                 break;
             }
             let total = length(&corners);
@@ -367,20 +406,20 @@ impl Search<'_> {
             let old = l2(&from, &corners[from_edge + 1])
                 + length(&corners[from_edge + 1..=to_edge])
                 + l2(&corners[to_edge], &to);
-            if l2(&from, &to) < old - 1e-6 && self.edge_free(&from, &to) {
+            if l2(&from, &to) < old - 1e-6 && self.edge_free(&from, &to)? {
                 corners.splice(from_edge + 1..=to_edge, [from, to]);
             }
         }
         // Shortcuts leave short edges behind, which cost time at their corners.
         let mut at = 1;
         while at + 1 < corners.len() {
-            if self.edge_free(&corners[at - 1].clone(), &corners[at + 1].clone()) {
+            if self.edge_free(&corners[at - 1], &corners[at + 1])? {
                 corners.remove(at);
             } else {
                 at += 1;
             }
         }
-        corners
+        Ok(corners)
     }
 }
 

@@ -1,12 +1,10 @@
 //! The JSON answers of `robot fk | ik | dynamics | plan`.
 
-use std::sync::atomic::AtomicBool;
-
 use serde_json::{Value, json, to_value};
 use trueup::motion::answer::{Problem, dynamics, fk, ik, joint_rows, plan, pose_rows};
 use trueup::motion::dynamics::Bodies;
 use trueup::motion::rrt::Settings;
-use trueup::motion::{Error, Robot};
+use trueup::motion::{Budget, Error, Robot};
 
 /// A clock that goes on by 5 µs whenever it is read.
 fn clock() -> impl FnMut() -> f64 {
@@ -88,7 +86,7 @@ fn problem() -> Value {
 fn a_plan_is_timed_inside_the_limits_and_free_all_the_way() {
     let robot = Robot::gen3();
     let problem = Problem::parse(&problem().to_string()).unwrap();
-    let run = AtomicBool::new(false);
+    let run = Budget::new(|| false);
     let answer = plan(&robot, &problem, &Settings::default(), &run, &mut clock()).unwrap();
     let answer = to_value(answer).unwrap();
     assert_eq!(answer["found"], true);
@@ -117,7 +115,7 @@ fn a_plan_is_timed_inside_the_limits_and_free_all_the_way() {
 #[test]
 fn a_problem_that_cannot_be_solved_or_read_says_why() {
     let robot = Robot::gen3();
-    let run = AtomicBool::new(false);
+    let run = Budget::new(|| false);
     let mut blocked = problem();
     blocked["obstacles"][0]["pose"]["xyz_m"] = json!([0.45, -0.3, 0.4]);
     let blocked = Problem::parse(&blocked.to_string()).unwrap();

@@ -4,16 +4,15 @@
 //! problem counts only if our own collision model finds its start and some goal free.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::AtomicBool;
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
-use trueup::motion::Robot;
 use trueup::motion::collision::{CollisionWorld, Obstacle};
 use trueup::motion::ik::{Options, Solver};
 use trueup::motion::rrt::{Settings, plan};
 use trueup::motion::solid::Solid;
 use trueup::motion::trajectory::{Limits, Trajectory};
+use trueup::motion::{Budget, Robot};
 use trueup::world::Pose;
 
 use crate::absent::public;
@@ -74,7 +73,7 @@ fn public_problems_are_solved_and_the_motions_are_free_and_lawful() {
     let solver = Solver::new(&robot);
     let limits = Limits::of(&robot);
     let home = robot.pose("home").unwrap();
-    let run = AtomicBool::new(false);
+    let run = Budget::new(|| false);
     let (mut posed, mut solved) = (0, 0);
     for (set, scenes) in &scenes.sets {
         for scene in scenes.iter().take(PER_SET) {

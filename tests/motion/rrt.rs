@@ -1,13 +1,11 @@
 //! Paths are free, upright where asked, and the same for the same seed.
 
-use std::sync::atomic::AtomicBool;
-
 use nalgebra::{Isometry3, Vector3};
 use trueup::motion::collision::{CollisionWorld, Obstacle};
 use trueup::motion::ik::{Options, Solver};
 use trueup::motion::rrt::{Cone, Settings, plan};
 use trueup::motion::solid::Solid;
-use trueup::motion::{Error, Robot};
+use trueup::motion::{Budget, Error, Robot};
 use trueup::world::Pose;
 
 fn table_and_wall() -> Vec<Obstacle> {
@@ -47,7 +45,7 @@ fn a_path_leads_round_a_wall_and_repeats_with_its_seed() {
     let world = CollisionWorld::new(&robot).with(&table_and_wall());
     let start = level_grasp(&solver, &world, -0.25).swap_remove(0);
     let goals = level_grasp(&solver, &world, 0.25);
-    let run = AtomicBool::new(false);
+    let run = Budget::new(|| false);
     for seed in 0..5 {
         let path = plan(&solver, &world, &start, &goals[..4], None, &Settings::seeded(seed), &run)
             .unwrap();
@@ -74,7 +72,7 @@ fn a_jar_is_carried_over_the_wall_upright() {
     };
     let start = level_grasp(&solver, &world, -0.25).swap_remove(0);
     let goals = level_grasp(&solver, &world, 0.25);
-    let run = AtomicBool::new(false);
+    let run = Budget::new(|| false);
     for seed in 0..5 {
         let path =
             plan(&solver, &world, &start, &goals, Some(&cone), &Settings::seeded(seed), &run)
@@ -97,8 +95,8 @@ fn what_cannot_be_planned_is_said() {
     let solver = Solver::new(&robot);
     let world = CollisionWorld::new(&robot).with(&table_and_wall());
     let start = level_grasp(&solver, &world, -0.25).swap_remove(0);
-    let run = AtomicBool::new(false);
-    let plan = |goal: Vec<f64>, stop: &AtomicBool| {
+    let run = Budget::new(|| false);
+    let plan = |goal: Vec<f64>, stop: &Budget<'_>| {
         plan(&solver, &world, &start, &[goal], None, &Settings::default(), stop)
     };
     let low = vec![0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0];
@@ -107,6 +105,6 @@ fn what_cannot_be_planned_is_said() {
     assert!(matches!(plan(far, &run), Err(Error::Limit { .. })));
     assert!(matches!(plan(vec![0.0; 3], &run), Err(Error::WrongLength { .. })));
     let across = level_grasp(&solver, &world, 0.25).swap_remove(0);
-    let stopped = AtomicBool::new(true);
+    let stopped = Budget::new(|| true);
     assert_eq!(plan(across, &stopped), Err(Error::Cancelled));
 }

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use crate::world::frame::{Object, Tool, World};
 use crate::world::{Point, Pose, Shape};
 
-use super::{Dropped, NoWay, Planner, Why, straight};
+use super::{Dropped, NoWay, Planner, REACHING, TRACKING, Why, straight};
 
 /// How far before the object the hand stops first, m.
 const STANDOFF: f64 = 0.11;
@@ -41,17 +41,12 @@ impl Planner {
     /// [`NoWay`] with the distance out of reach, the width that does not fit, or what is in the way.
     pub fn grasps(&self, o: &str, pitch: f64) -> Result<Vec<Grasp>, NoWay> {
         let what = format!("to grasp `{o}`");
-        let object = self
-            .cell
-            .scene
-            .object(o)
-            .ok_or_else(|| NoWay { what: what.clone(), why: Why::NotSeen(o.to_owned()) })?;
+        let no = |why| NoWay { what: what.clone(), why };
+        let object = self.cell.scene.object(o).ok_or_else(|| no(Why::NotSeen(o.to_owned())))?;
         let pose = self.pose(o, &what)?;
         let stroke = self.robot().max_opening();
-        let headings = headings(&object.shape, pose.yaw(), stroke).map_err(|width| NoWay {
-            what: what.clone(),
-            why: Why::TooWide { width, opening: stroke },
-        })?;
+        let headings = headings(&object.shape, pose.yaw(), stroke)
+            .map_err(|width| no(Why::TooWide { width, opening: stroke }))?;
 
         // The jaws are meant to come close to the object, the palm is not.
         let mut world = self.obstacles(&[], stroke);
@@ -61,12 +56,15 @@ impl Planner {
         let mut dropped = Dropped::new();
         let mut ways = Vec::new();
         // Above the middle, where there is room for the wrist below and the lip stays free.
-        for share in [0.60, 0.52, 0.68] {
+        'looking: for share in [0.60, 0.52, 0.68] {
             let height = (share * object.shape.height()).max(0.055);
             for &heading in &headings {
                 let middle = side_pose(pose.origin() + Vector3::z() * height, heading, pitch);
                 let Some(at) = self.clear_of_palm(&middle, o) else { continue };
                 let back = -at.axis(2) * STANDOFF;
+                if !self.goes_on(REACHING, ways.len()).map_err(no)? {
+                    break 'looking;
+                }
                 let solutions = match self.reach(&at, &self.q) {
                     Ok(solutions) => solutions,
                     Err(nearest) => {
@@ -75,6 +73,10 @@ impl Planner {
                     }
                 };
                 for q_at in solutions.iter().take(24) {
+                    let line = TRACKING * 42 + world.cost() * 22;
+                    if !self.goes_on(line, ways.len()).map_err(no)? {
+                        break 'looking;
+                    }
                     dropped.tried += 1;
                     let Ok(mut way) = self.track(q_at, &straight(&at, back)) else {
                         dropped.out_of_reach(0.0);
@@ -104,7 +106,7 @@ impl Planner {
             }
         }
         if ways.is_empty() {
-            return Err(NoWay { what, why: dropped.why() });
+            return Err(no(dropped.why()));
         }
         ways.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         Ok(spread(ways))

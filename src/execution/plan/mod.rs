@@ -12,6 +12,8 @@ use std::sync::Arc;
 
 use nalgebra::{DVector, Unit, Vector3};
 
+use crate::motion::Error;
+use crate::motion::budget::Budget;
 use crate::motion::collision::{CollisionWorld, Obstacle};
 use crate::motion::dynamics::{Bodies, Dynamics, GRAVITY};
 use crate::motion::ik::{self, Solver};
@@ -21,7 +23,6 @@ use crate::motion::solid::Solid;
 use crate::world::frame::{Base, Flange, Object, Tool, World};
 use crate::world::{Pose, WorldState};
 
-use super::arm::Cancel;
 use super::stage::Cell;
 
 pub use grasp::{Grasp, distance, side_pose};
@@ -65,6 +66,10 @@ pub enum Why {
     NoPath(String),
     /// There is nothing in the hand.
     EmptyHand,
+    /// The search used up its budget, which stands for about so many seconds of computing.
+    NotWithin(u64),
+    /// A person asked to stop.
+    Stopped,
 }
 
 impl std::fmt::Display for NoWay {
@@ -86,6 +91,10 @@ impl std::fmt::Display for NoWay {
             }
             Why::NoPath(why) => write!(f, "no path was found ({why})"),
             Why::EmptyHand => write!(f, "there is nothing in the hand"),
+            Why::NotWithin(seconds) => {
+                write!(f, "none was found within a budget of about {seconds} s of computing")
+            }
+            Why::Stopped => write!(f, "stopped"),
         }
     }
 }
@@ -96,6 +105,11 @@ impl std::error::Error for NoWay {}
 /// swings a little past them, and the correction of regression 3 needs some room too.
 const RESERVE: f64 = 0.03;
 
+/// What finding the joint positions of one pose costs, in units of [`Budget`].
+const REACHING: u64 = 10_000;
+/// What following a path costs, a pose of it.
+const TRACKING: u64 = 1_000;
+
 /// Plans from one state of the world.
 pub struct Planner {
     cell: Cell,
@@ -104,7 +118,8 @@ pub struct Planner {
     q: Vec<f64>,
     /// How far the arm may be from where it says, m: so much room is left around objects.
     doubt: f64,
-    cancel: Cancel,
+    /// What all that is asked of this planner may cost, and who may end it.
+    budget: Arc<Budget<'static>>,
 }
 
 /// Collects why ways were dropped, to say the commonest reason when none is left.
@@ -117,8 +132,28 @@ struct Dropped {
 
 impl Planner {
     /// Starts from a state of the world and the arm at `q` rad, which may be `doubt` m from where it says.
-    pub fn new(cell: Cell, state: WorldState, q: Vec<f64>, doubt: f64, cancel: Cancel) -> Self {
-        Self { cell, state, q, doubt, cancel }
+    pub fn new(
+        cell: Cell,
+        state: WorldState,
+        q: Vec<f64>,
+        doubt: f64,
+        budget: Arc<Budget<'static>>,
+    ) -> Self {
+        Self { cell, state, q, doubt, budget }
+    }
+
+    /// Takes note of work about to be done; returns whether to go on looking for ways, or be content with those
+    /// there are.
+    ///
+    /// # Errors
+    ///
+    /// When somebody wants it to end, or there are none and the budget is used up.
+    fn goes_on(&self, work: u64, found: usize) -> Result<bool, Why> {
+        match self.budget.spend(work) {
+            Ok(()) => Ok(true),
+            Err(Error::Spent { .. }) if found > 0 => Ok(false),
+            Err(error) => Err(error.into()),
+        }
     }
 
     fn robot(&self) -> &Robot {
@@ -230,19 +265,10 @@ impl Planner {
         let solver = Solver::new(self.robot());
         let goals = [rrt::short_way(self.robot(), &self.q, q)];
         let settings = rrt::Settings::seeded(seed);
-        let found = rrt::plan(
-            &solver,
-            &world,
-            &self.q,
-            &goals,
-            cone.as_ref(),
-            &settings,
-            self.cancel.flag(),
-        );
+        let found =
+            rrt::plan(&solver, &world, &self.q, &goals, cone.as_ref(), &settings, &self.budget);
         let what = || "to get there".to_owned();
-        found
-            .map(|path| path.corners)
-            .map_err(|error| NoWay { what: what(), why: Why::NoPath(error.to_string()) })
+        found.map(|path| path.corners).map_err(|error| NoWay { what: what(), why: error.into() })
     }
 
     /// Returns the joint path of a straight line of the tool by `by` m in the world, orientation kept.
@@ -257,6 +283,7 @@ impl Planner {
     /// Returns a path to where the tool is at `at`, round everything in the way.
     pub fn visit(&self, at: &Pose<World, Tool>, seed: u64) -> Result<Vec<Vec<f64>>, NoWay> {
         let no = |why| NoWay { what: "to get there".to_owned(), why };
+        self.goes_on(REACHING, 0).map_err(no)?;
         let goals = self.reach(at, &self.q).map_err(|nearest| no(Why::OutOfReach { nearest }))?;
         let world = self.obstacles(&[], self.state.opening);
         let free = goals.iter().find(|q| world.free(q));
@@ -281,6 +308,7 @@ impl Planner {
                 let heading =
                     origin.y.atan2(origin.x) + f64::from(turn) * std::f64::consts::FRAC_PI_4;
                 let pose = side_pose(origin + Vector3::z() * up, heading, 0.0);
+                self.goes_on(REACHING, 0).map_err(|why| NoWay { what: what.clone(), why })?;
                 match self.reach(&pose, &self.q) {
                     Ok(_) => return Ok(()),
                     Err(shortfall) => nearest = nearest.min(shortfall),
@@ -294,7 +322,7 @@ impl Planner {
     fn clear(world: &CollisionWorld<'_>, path: &[Vec<f64>], dropped: &mut Dropped) -> Option<f64> {
         let mut least = f64::INFINITY;
         for q in path {
-            let nearest = world.clearance(q).expect("the path has one angle per joint");
+            let nearest = world.clearance_or_overlap(q).expect("the path has one angle per joint");
             if nearest.distance <= 0.0 {
                 let pair = format!("{} with {}", nearest.first, nearest.second);
                 *dropped.blocked.entry(pair).or_default() += 1;
@@ -303,6 +331,16 @@ impl Planner {
             least = least.min(nearest.distance);
         }
         Some(least)
+    }
+}
+
+impl From<Error> for Why {
+    fn from(error: Error) -> Self {
+        match error {
+            Error::Cancelled => Self::Stopped,
+            Error::Spent { seconds } => Self::NotWithin(seconds),
+            other => Self::NoPath(other.to_string()),
+        }
     }
 }
 

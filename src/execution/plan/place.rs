@@ -6,7 +6,7 @@ use crate::world::frame::Object;
 use crate::world::{Pose, frame};
 
 use super::grasp::distance;
-use super::{Dropped, NoWay, Planner, Why, straight};
+use super::{Dropped, NoWay, Planner, REACHING, TRACKING, Why, straight};
 
 /// The object is let go this far above the table, m.
 const DROP: f64 = 0.002;
@@ -51,13 +51,17 @@ impl Planner {
         let ahead = object_from_tool.axis(2);
         let mut dropped = Dropped::new();
         let mut ways = Vec::new();
-        for (x, y) in self.free_places(o, object.shape.outer_radius()) {
+        'looking: for (x, y) in self.free_places(o, object.shape.outer_radius()) {
             let heading = y.atan2(x);
             for turn in [0.0, 0.35, -0.35, 0.7, -0.7] {
                 let yaw = heading + turn - ahead.y.atan2(ahead.x);
                 let stands: Pose<frame::World, Object> = Pose::upright(x, y, DROP, yaw);
                 let down = stands * object_from_tool;
                 let up = Vector3::z() * ABOVE;
+                let work = REACHING + TRACKING * 36 + world.cost() * 36;
+                if !self.goes_on(work, ways.len()).map_err(no)? {
+                    break 'looking;
+                }
                 let q_down = match self.reach(&down, &self.q) {
                     Ok(mut found) => found.swap_remove(0),
                     Err(nearest) => {

@@ -11,7 +11,7 @@ use crate::world::frame::{self, Tool, World};
 use crate::world::{Object, Pose, Shape};
 
 use super::grasp::distance;
-use super::{Dropped, NoWay, Planner, Why, brim};
+use super::{Dropped, NoWay, Planner, REACHING, TRACKING, Why, brim};
 
 /// How far the jar is turned: past level, so that the last film runs out, rad.
 const TURN: f64 = 115.0 * PI / 180.0;
@@ -81,7 +81,7 @@ impl Planner {
         let away = cup.origin().y.atan2(cup.origin().x);
         let object_from_tool = tool_from_object.inverse();
         // The hand's heading relative to the direction from the base to the cup, small turns first.
-        for i in 0..13_i32 {
+        'looking: for i in 0..13_i32 {
             let turn = f64::from((i + 1) / 2) * (if i % 2 == 0 { 1.0 } else { -1.0 }) * TAU / 36.0;
             let heading = away + turn;
             for side in [1.0, -1.0] {
@@ -101,6 +101,9 @@ impl Planner {
                     let holds: Vec<f64> = (0..poses.len())
                         .map(|k| brim::signed_volume(&inside, &toward, k as f64 * STEP))
                         .collect();
+                    if !self.goes_on(REACHING, ways.len()).map_err(no)? {
+                        break 'looking;
+                    }
                     let solutions = match self.reach(&poses[0], &self.q) {
                         Ok(solutions) => solutions,
                         Err(nearest) => {
@@ -109,6 +112,10 @@ impl Planner {
                         }
                     };
                     for start in solutions.iter().take(12) {
+                        let work = (TRACKING + world.cost()) * poses.len() as u64;
+                        if !self.goes_on(work, ways.len()).map_err(no)? {
+                            break 'looking;
+                        }
                         dropped.tried += 1;
                         let path = match self.track(start, &poses[1..]) {
                             Ok(path) => path,

@@ -10,7 +10,7 @@ use super::super::arm::{Arm, DeviceError, Grip};
 use super::super::calibrate::Calibration;
 use super::super::during::Sight;
 use super::super::limits::LimitError;
-use super::super::plan::NoWay;
+use super::super::plan::{NoWay, Why};
 use super::super::tape::OffTape;
 use super::super::trace::Observer;
 
@@ -28,7 +28,7 @@ pub enum ActionError {
     Limit(#[from] LimitError),
     /// There is no way to do it.
     #[error("{0}")]
-    NoWay(#[from] NoWay),
+    NoWay(NoWay),
     /// It is not what was rehearsed.
     #[error("{0}")]
     OffTape(#[from] OffTape),
@@ -60,6 +60,15 @@ impl From<DeviceError> for ActionError {
         match error {
             DeviceError::Stopped => Self::Stopped,
             other => Self::Device(other),
+        }
+    }
+}
+
+impl From<NoWay> for ActionError {
+    fn from(no: NoWay) -> Self {
+        match no.why {
+            Why::Stopped => Self::Stopped,
+            _ => Self::NoWay(no),
         }
     }
 }

@@ -19,6 +19,7 @@ use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rhai::Dynamic;
 
+use crate::motion::budget::Budget;
 use crate::motion::robot::Robot;
 use crate::twin::Settings;
 use crate::world::{Scene, WorldState};
@@ -101,8 +102,19 @@ pub struct Stage {
     /// Who may hold the arm before a line of it.
     gate: Option<Gate>,
     cancel: Cancel,
+    /// What all planning may still cost, and the arm time by which it is over; for rehearsals.
+    allowance: Option<Allowance>,
     dial: Dial,
     watcher: Watcher,
+}
+
+/// What a stage may still do.
+struct Allowance {
+    planning: Arc<Budget<'static>>,
+    /// Arm time at which it ends, s.
+    until: f64,
+    /// What it was given, s.
+    seconds: f64,
 }
 
 impl Stage {
@@ -138,6 +150,7 @@ impl Stage {
             running: Running::default(),
             gate: None,
             cancel,
+            allowance: None,
             dial: Dial::default(),
             watcher,
         }
@@ -146,6 +159,41 @@ impl Stage {
     /// Lets a dial slow the arm down from now on.
     pub fn obey(&mut self, dial: Dial) {
         self.dial = dial;
+    }
+
+    /// Allows so much arm time from now on, s, and so much planning altogether, in units of [`Budget`]; without
+    /// this there is no end to the time, and each plan has a budget of its own.
+    ///
+    /// # Errors
+    ///
+    /// When the arm does not answer.
+    pub fn allow(&mut self, seconds: f64, planning: u64) -> Result<(), ActionError> {
+        let until = self.body.arm().feedback()?.time + seconds;
+        let cancel = self.cancel.clone();
+        let planning = Arc::new(Budget::of(planning, move || cancel.is_cancelled()));
+        self.allowance = Some(Allowance { planning, until, seconds });
+        Ok(())
+    }
+
+    /// Returns what the next plan may cost.
+    pub(super) fn budget(&self) -> Arc<Budget<'static>> {
+        if let Some(allowance) = &self.allowance {
+            return allowance.planning.clone();
+        }
+        let cancel = self.cancel.clone();
+        Arc::new(Budget::new(move || cancel.is_cancelled()))
+    }
+
+    /// Says no to what would take `seconds` and end after the time that is allowed.
+    pub(super) fn in_time(&mut self, seconds: f64) -> Result<(), ActionError> {
+        let Some(Allowance { until, seconds: allowed, .. }) = self.allowance else { return Ok(()) };
+        let left = until - self.body.arm().feedback()?.time;
+        if seconds.is_nan() || seconds > left {
+            return Err(ActionError::Broken(format!(
+                "it is not over within {allowed:.0} s of arm time"
+            )));
+        }
+        Ok(())
     }
 
     /// Returns the wish to stop that this stage obeys.

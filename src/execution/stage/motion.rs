@@ -234,6 +234,7 @@ impl Stage {
             let words = "this holds the arm, so it cannot be done beside a motion";
             return Err(ActionError::Refused(words.into()));
         }
+        self.in_time(seconds)?;
         let (mut ticks, openings) = (ticks(&self.watcher), self.openings.clone());
         let mut tell = |feedback: &Feedback| {
             ticks(feedback);
@@ -334,8 +335,8 @@ impl Stage {
 
     pub(super) fn planner(&mut self) -> Result<Planner, ActionError> {
         let state = self.body.state()?;
-        let (q, cancel) = (self.q.clone(), self.cancel.clone());
-        Ok(Planner::new(self.cell.clone(), state, q, self.doubt, cancel))
+        let (q, budget) = (self.q.clone(), self.budget());
+        Ok(Planner::new(self.cell.clone(), state, q, self.doubt, budget))
     }
 }
 
