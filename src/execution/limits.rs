@@ -112,6 +112,7 @@ impl Limits {
                 return Err(LimitError::Jump { joint: i + 1, jump_deg });
             }
         }
+        let mut lowest = self.floor;
         let ticks = (trajectory.duration() / 0.01).ceil() as usize;
         for tick in 0..=ticks {
             let time_s = tick as f64 * 0.01;
@@ -151,7 +152,11 @@ impl Limits {
                 }
             }
             let height = super::plan::tool_pose(cell, &at.q).origin().z;
-            if height < self.floor {
+            if tick == 0 && height < lowest {
+                // A tool that is below the floor already may leave it, and goes no lower than it is.
+                lowest = height - 1e-6;
+            }
+            if height < lowest {
                 let (height_mm, floor_mm) = (height * 1e3, self.floor * 1e3);
                 return Err(LimitError::Floor { height_mm, floor_mm, time_s });
             }

@@ -7,15 +7,12 @@ use std::panic::resume_unwind;
 use std::sync::Arc;
 
 use image::{GrayImage, RgbImage};
-use nalgebra::Matrix6;
 
 use crate::alignment::overlay::annotate;
 use crate::alignment::vision::{self, Sighting};
-use crate::motion::kinematics::pose_error;
-use crate::motion::robot::Robot;
 use crate::twin::render::{ArmLook, NOTHING, Options, TABLE, View, render};
-use crate::world::frame::{Base, Tool, World};
-use crate::world::{Pose, Scene, WorldState};
+use crate::world::frame::{Tool, World};
+use crate::world::{Pose, WorldState};
 
 use super::arm::{Arm, Camera, DeviceError, Feedback, Grip};
 use super::belief::Belief;
@@ -27,12 +24,11 @@ use super::trace::Event;
 
 /// An arm and a camera as a body on stage.
 pub struct RealBody {
+    /// The cell as the regressions in force found it.
     cell: Cell,
     arm: Patient,
     camera: Box<dyn Camera>,
     calibration: Calibration,
-    /// The arm as regression 3 says it is.
-    real: Arc<Robot>,
     belief: Belief,
     look: ArmLook,
     watcher: Watcher,
@@ -55,14 +51,12 @@ impl RealBody {
         look: ArmLook,
         watcher: Watcher,
     ) -> Self {
-        let real = Arc::new(calibration.arm(&cell.robot));
         let pads = cell.pads;
         Self {
             cell,
             arm: Patient::new(arm),
             camera,
             calibration,
-            real,
             belief: belief.with_pads(pads),
             look,
             watcher,
@@ -92,34 +86,22 @@ impl RealBody {
         imageproc::morphology::dilate(&mask, imageproc::distance_transform::Norm::LInf, 12)
     }
 
-    /// Returns where the tool really is at these reported joint positions (regression 3).
+    /// Returns where the tool really is at these reported joint positions.
     fn tool(&self, q: &[f64]) -> Pose<World, Tool> {
-        real_tool(&self.real, &self.cell.scene, &self.calibration.reported_from_real, q)
+        super::plan::tool_pose(&self.cell, q)
     }
-}
-
-fn real_tool(
-    real: &Robot,
-    scene: &Scene,
-    reported_from_real: &Pose<World, World>,
-    q: &[f64],
-) -> Pose<World, Tool> {
-    let base_from_tool = real.forward_tool(q).expect("an arm reports one angle per joint");
-    reported_from_real.inverse() * (scene.world_from_base * base_from_tool)
 }
 
 /// What is known while the arm moves: where it reports to be, what is in its fingers, and where things were
 /// seen last. Water that may be on its way is not known to be anywhere before it is weighed.
 struct RealSight {
     belief: Belief,
-    real: Arc<Robot>,
-    reported_from_real: Pose<World, World>,
+    cell: Cell,
 }
 
 impl Sight for RealSight {
     fn state(&mut self, feedback: &Feedback) -> WorldState {
-        let scene = self.belief.scene.clone();
-        let tool = real_tool(&self.real, &scene, &self.reported_from_real, &feedback.q);
+        let tool = super::plan::tool_pose(&self.cell, &feedback.q);
         let mut state = self.belief.state(feedback, tool);
         for object in &mut state.objects {
             object.water = None;
@@ -132,28 +114,6 @@ impl Sight for RealSight {
     }
 }
 
-/// Returns the joint positions near `q` that bring the tool of `robot` to a pose a little off, by Newton's
-/// method with the smallest joint motion: smooth in `q` and indifferent to joint ranges, which the limits
-/// look at later.
-fn at_tool(robot: &Robot, base_from_tool: &Pose<Base, Tool>, q: &[f64]) -> Vec<f64> {
-    let tip = *base_from_tool * robot.flange_from_tool().inverse();
-    let mut near = q.to_vec();
-    for _ in 0..6 {
-        let (Ok(now), Ok(jacobian)) = (robot.forward(&near), robot.jacobian(&near)) else {
-            return q.to_vec();
-        };
-        let error = pose_error(now.isometry(), tip.isometry());
-        // Damped a little, so that a wrist near its singularity moves no further than it must.
-        let normal = &jacobian * jacobian.transpose() + Matrix6::identity() * 1e-6;
-        let Some(weights) = normal.lu().solve(&error) else { return q.to_vec() };
-        let step = jacobian.transpose() * weights;
-        for (joint, change) in near.iter_mut().zip(step.iter()) {
-            *joint += change;
-        }
-    }
-    near
-}
-
 impl Body for RealBody {
     fn arm(&mut self) -> &mut dyn Arm {
         &mut self.arm
@@ -162,8 +122,7 @@ impl Body for RealBody {
     fn sight(&self) -> Box<dyn Sight> {
         Box::new(RealSight {
             belief: self.belief.clone(),
-            real: self.real.clone(),
-            reported_from_real: self.calibration.reported_from_real,
+            cell: self.cell.clone(),
         })
     }
 
@@ -218,26 +177,6 @@ impl Body for RealBody {
         Ok(())
     }
 
-    fn correct(&self, q: &[f64]) -> Vec<f64> {
-        let planned = super::plan::tool_pose(&self.cell, q);
-        let base_from_world = self.cell.scene.world_from_base.inverse();
-        let there = base_from_world * (self.calibration.reported_from_real * planned);
-        at_tool(&self.real, &there, q)
-    }
-
-    fn uncorrect(&self, q: &[f64]) -> Vec<f64> {
-        // The correction is nearly the identity, so this closes in on its inverse; a pose alone would leave
-        // the elbow free to be elsewhere than the arm is.
-        let mut planned = q.to_vec();
-        for _ in 0..8 {
-            let sent = self.correct(&planned);
-            for (planned, (q, sent)) in planned.iter_mut().zip(q.iter().zip(&sent)) {
-                *planned += q - sent;
-            }
-        }
-        planned
-    }
-
     fn gripped(&mut self, grip: Grip, aim: Option<&str>) -> Result<(), DeviceError> {
         let feedback = self.arm.feedback()?;
         let tool = self.tool(&feedback.q);
@@ -257,8 +196,9 @@ impl Body for RealBody {
         Ok(Some(self.camera.photo()?))
     }
 
-    fn calibrate(&mut self, calibration: Calibration) {
-        self.real = Arc::new(calibration.arm(&self.cell.robot));
+    fn calibrate(&mut self, calibration: Calibration, cell: &Cell) {
+        self.cell = cell.clone();
+        self.look = ArmLook::new(&cell.robot);
         self.calibration = calibration;
     }
 

@@ -62,6 +62,11 @@ impl ScriptError {
     pub fn ends_the_walk(&self) -> bool {
         matches!(self, Self::Action { error, .. } if error.ends_the_walk())
     }
+
+    /// Whether planning and rehearsing again from where the arm is may help.
+    pub fn can_be_planned_again(&self) -> bool {
+        matches!(self, Self::Action { error, .. } if error.can_be_planned_again())
+    }
 }
 
 /// The handle a script calls `arm`, `twin` or `camera`.

@@ -52,6 +52,8 @@ pub struct Done {
     pub outcome: Outcome,
     /// Why, when it did not succeed.
     pub reason: Option<String>,
+    /// Whether it failed because it does not fit what was rehearsed, so that planning it again may help.
+    pub plan_again: bool,
     /// Start and end in arm time, s.
     pub interval: [f64; 2],
     /// Every fluent of the parse graph, in its order.
@@ -81,6 +83,8 @@ pub(super) struct End {
     pub(super) stopped: bool,
     /// What is wrong.
     pub(super) broken: Option<String>,
+    /// Whether that is no more than that it does not fit what was rehearsed.
+    pub(super) plan_again: bool,
     /// When it was done, if not from its beginning until now.
     pub(super) interval: Option<[f64; 2]>,
     /// The path of what an `until` ended: the step itself or something around it.
@@ -194,6 +198,7 @@ impl<'a> Walker<'a> {
             Ok(rehearsed) => rehearsed,
             Err(off) => {
                 end.broken = Some(off.to_string());
+                end.plan_again = true;
                 return self.done(pg, index, begin, watched, end);
             }
         };
@@ -207,6 +212,7 @@ impl<'a> Walker<'a> {
             }
             Err(reason) => {
                 end.broken = Some(reason);
+                end.plan_again = true;
                 return self.done(pg, index, begin, watched, end);
             }
         }
@@ -227,6 +233,7 @@ impl<'a> Walker<'a> {
         }
         let during = self.scripts.stage().watched_over();
         if let Err(error) = acted {
+            end.plan_again = error.can_be_planned_again();
             match self.gave_up(step, error) {
                 Ok(reason) => end.broken = reason,
                 Err(error) => return Err(error),
@@ -416,7 +423,7 @@ impl<'a> Walker<'a> {
     ) -> Result<Done, ActionError> {
         let step = &pg.steps[index];
         let state = self.scripts.stage().state()?;
-        let End { stopped, broken: mut reason, over, held, lines, interval } = end;
+        let End { stopped, broken: mut reason, plan_again, over, held, lines, interval } = end;
         let interval = interval.unwrap_or([begin, state.time]);
         if reason.is_none() {
             let mut stage = self.scripts.stage();
@@ -440,7 +447,8 @@ impl<'a> Walker<'a> {
                 FluentReading { expected, ask, reading: self.read(expr, &state), text }
             })
             .collect();
-        Ok(Done { index, outcome, reason, interval, fluents, held, lines, state })
+        let plan_again = plan_again && outcome == Outcome::Failure;
+        Ok(Done { index, outcome, reason, plan_again, interval, fluents, held, lines, state })
     }
 
     /// Returns the question that a fluent puts to people and models, with the looks of its objects.

@@ -130,6 +130,18 @@ impl std::fmt::Debug for Lab {
     }
 }
 
+/// Sets reality's chance apart: the twin is given the same seed, and must not know the laboratory's water drop by
+/// drop.
+///
+/// Source: the finaliser of splitmix64, Steele, Lea and Flood, 2014.
+fn own(seed: u64) -> u64 {
+    const LABORATORY: u64 = 0x6C61_626F_7261_746F;
+    let mut z = seed ^ LABORATORY;
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
+}
+
 /// What kitchen scales resolve, m³ of water: a tenth of a gram.
 const SCALE: f64 = 1e-7;
 
@@ -201,7 +213,7 @@ impl Lab {
         physics.friction.pad_object = truth.pad_friction.unwrap_or(physics.friction.pad_object);
         physics.friction.table_object =
             truth.table_friction.unwrap_or(physics.friction.table_object);
-        physics.seed = seed;
+        physics.seed = own(seed);
         for law in &laws {
             law.change_settings(&mut physics);
         }
@@ -415,5 +427,69 @@ impl Lab {
         (self.seed ^ channel.wrapping_mul(0xD1B5_4A32_D192_ED03))
             .wrapping_add(instant.wrapping_mul(0x8CB9_2BA7_2F3D_8DD7))
             .rotate_left(17)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::{Camera, Cavity, Intrinsics, Material, Object, Shape, Table};
+
+    fn scene() -> Scene {
+        Scene {
+            name: "bench".into(),
+            table: Table { size: Vector3::new(1.2, 0.8, 0.02), centre: [0.5, 0.0], colour: [200; 3] },
+            marks: Vec::new(),
+            objects: vec![Object {
+                name: "jar".into(),
+                kind: "Container".into(),
+                shape: Shape::Cuboid { size: Vector3::new(0.065, 0.065, 0.14) },
+                cavity: Some(Cavity { wall: 0.003, capacity: 250e-6, filled: 150e-6 }),
+                looks: "transparent jar".into(),
+                material: Material::Transparent,
+                colour: [220; 3],
+                mass: 0.16,
+            }],
+            camera_name: "overhead".into(),
+            camera: Camera::looking(
+                Intrinsics::centred(900.0, 1280, 720),
+                Vector3::new(1.25, 0.0, 0.85),
+                Vector3::new(0.6, 0.0, 0.05),
+            ),
+            robot: "gen3_2f85".into(),
+            world_from_base: Pose::identity(),
+        }
+    }
+
+    /// With one stream for both, a rehearsal would know where each drop of the laboratory lies.
+    #[test]
+    fn the_twin_given_the_same_seed_does_not_know_the_laboratorys_water() {
+        let (robot, scene) = (Robot::gen3(), scene());
+        let mut settings = LabSettings::perfect();
+        let spot = Spot { x_m: 0.6, y_m: 0.1, yaw_rad: 0.0 };
+        settings.placement.fixed.insert("jar".into(), spot);
+        for seed in [0, 1, 7, u64::MAX] {
+            let lab = Lab::new(&robot, &scene, settings.clone(), seed).unwrap();
+            let mut state = lab.world.state();
+            state.objects[0].water = Some(150e-6);
+            let twin_of = |seed: u64| {
+                let physics = twin::Settings { seed, ..twin::Settings::for_arm(&robot) };
+                Twin::new(&robot, &scene, &state, physics).unwrap()
+            };
+            let twin = twin_of(seed);
+            let apart = lab.world.water().iter().zip(twin.water()).filter(|(a, b)| a != b).count();
+            assert!(apart * 10 > 9 * twin.water().len(), "{apart} of {}", twin.water().len());
+            // It is the seed that makes the difference.
+            let same = twin_of(own(seed));
+            assert_eq!(lab.world.water(), same.water());
+        }
+    }
+
+    #[test]
+    fn no_two_of_ten_thousand_seeds_share_a_stream_with_each_other_or_with_a_twin() {
+        let mut streams: Vec<u64> = (0..10_000).flat_map(|seed| [seed, own(seed)]).collect();
+        streams.sort_unstable();
+        streams.dedup();
+        assert_eq!(streams.len(), 20_000);
     }
 }

@@ -4,9 +4,9 @@
 //! object are fixed. Links that no joint moves (the base) are not checked against obstacles, since no
 //! plan could change that. Distances are signed, m, negative by the depth of overlap.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 
@@ -159,6 +159,20 @@ impl<'a> CollisionWorld<'a> {
         self.refresh();
     }
 
+    /// Keeps every obstacle `radius` m away from a point that moves with the flange: where the tool is told to
+    /// be may lie beyond its solids. The rest of the robot does not mind it; [`Self::ignore`] takes obstacles out.
+    pub fn guard(&mut self, name: &str, radius: f64, point: &Vector3<f64>) {
+        let ball = Solid::Sphere { radius };
+        let placed = Placed { solid: ball, pose: Isometry3::translation(point.x, point.y, point.z) };
+        self.parts.push(Part {
+            name: name.into(),
+            link: self.robot.tip,
+            solids: vec![Body::new(&placed)],
+            moves: true,
+        });
+        self.refresh();
+    }
+
     /// Lets go of whatever was attached.
     pub fn detach(&mut self) {
         let kept = self
@@ -274,6 +288,37 @@ impl<'a> CollisionWorld<'a> {
         let bodies = self.place(q);
         self.nearest(&bodies, f64::INFINITY, Look::All)
             .map_or(f64::INFINITY, |(distance, ..)| distance)
+    }
+
+    /// Returns every pair that is nearer than the margin and `room` m more, with its signed distance, m.
+    pub(super) fn touching(&self, q: &[f64], room: f64) -> BTreeMap<Pair, f64> {
+        let bodies = self.place(q);
+        let limit = self.margin + room;
+        let mut found = BTreeMap::new();
+        let mut look = |pair: Pair, a: &Body, b: &Body| {
+            let (centre, radius) = a.bounds();
+            if b.distance_to_ball(&centre, radius) > limit {
+                return;
+            }
+            let distance = signed_distance(a, b);
+            if distance <= limit {
+                let least = found.entry(pair).or_insert(distance);
+                *least = distance.min(*least);
+            }
+        };
+        for &(part, obstacle) in &self.watched {
+            for a in &bodies[part] {
+                look(Pair::Obstacle(part, obstacle), a, &self.obstacles[obstacle].1);
+            }
+        }
+        for &(first, second) in &self.pairs {
+            for a in &bodies[first] {
+                for b in &bodies[second] {
+                    look(Pair::Parts(first, second), a, b);
+                }
+            }
+        }
+        found
     }
 
     /// Returns how far, m, any point of the robot may move between two configurations at most.
@@ -522,6 +567,15 @@ enum Look {
     TillOverlap,
     /// Until two are nearer than the limit; how near is not asked.
     TillNear,
+}
+
+/// Two things that may touch, by their places in a [`CollisionWorld`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Pair {
+    /// Two parts of the robot, or one and what it holds.
+    Parts(usize, usize),
+    /// A part and an obstacle.
+    Obstacle(usize, usize),
 }
 
 /// The other side of a nearest pair.

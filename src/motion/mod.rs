@@ -24,6 +24,7 @@ mod distance;
 pub mod collision;
 pub mod polyline;
 mod cone;
+pub mod escape;
 pub mod rrt;
 mod curve;
 mod profile;

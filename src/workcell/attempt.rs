@@ -10,12 +10,15 @@ use crate::graph::{self, Graph, ParseGraph};
 use crate::language::ast::Remedy;
 use crate::world::WorldState;
 
+use super::perform::Failed;
 use super::rehearse::{Candidate, Rehearsal, Rehearsals};
 use super::run::SharedRecorder;
 use super::{Ending, Error, Run, Tried, WorkCell, tell};
 
 /// How many candidates are rehearsed for one attempt.
 pub(super) const CANDIDATES: usize = 4;
+/// How often in one attempt the rest is planned again because the arm found things otherwise than rehearsed.
+const AGAIN: usize = 3;
 
 impl WorkCell {
     /// Rehearses and performs until the task is done or given up.
@@ -28,21 +31,35 @@ impl WorkCell {
     ) -> Result<(), Error> {
         let begin = self.now();
         self.phase("plan", "choosing parse graphs");
-        let mut candidates = self.candidates_from(graph, start)?;
+        let candidates = self.candidates_from(graph, start)?;
         run.timing_s.plan += self.now() - begin;
         self.scripts.stage().set_past(Past::default());
         let mut tried_branches = BTreeMap::new();
         let mut used: BTreeMap<String, u32> = BTreeMap::new();
+        let mut best = self.rehearse(candidates, start, run)?;
+        let mut again = 0;
         loop {
-            let best = self.rehearse(candidates, start, run)?;
             self.phase("execute", "the arm moves");
             let failed = self.perform(graph, &best, start, run, recorder);
-            let Some((index, reason)) = failed? else {
+            let Some(Failed { index, reason, plan_again }) = failed? else {
                 run.outcome = Ending::Success;
                 return Ok(());
             };
             self.note(&format!("step failed: {reason}"));
             let pg = &best.candidate.pg;
+            if plan_again && again < AGAIN {
+                again += 1;
+                self.note("planning the rest again from where the arm is");
+                match self.rehearse(of_variants(pg, index), start, run) {
+                    Ok(rest) => {
+                        best = rest;
+                        continue;
+                    }
+                    // What survives no rehearsal is not tried; what was to be done about a failure is.
+                    Err(Error::NoSurvivor { .. }) => {}
+                    Err(error) => return Err(error),
+                }
+            }
             let recovery = recovery(pg, index, &used);
             let Some(recovery) = recovery else {
                 run.reason = Some(reason);
@@ -65,9 +82,7 @@ impl WorkCell {
                         None
                     };
                     let (pg, from) = from.unwrap_or_else(|| (pg.clone(), first_of(pg, index)));
-                    candidates = (0..CANDIDATES)
-                        .map(|variant| Candidate { pg: pg.clone(), from, variant })
-                        .collect();
+                    best = self.rehearse(of_variants(&pg, from), start, run)?;
                 }
                 Some(Remedy::Abort(why)) => {
                     run.reason = Some(match why {
@@ -184,6 +199,11 @@ impl WorkCell {
         self.perform(graph, &best, start, run, recorder)?;
         Ok(())
     }
+}
+
+/// The rest of a parse graph from a step on, with every set of choices.
+fn of_variants(pg: &ParseGraph, from: usize) -> Vec<Candidate> {
+    (0..CANDIDATES).map(|variant| Candidate { pg: pg.clone(), from, variant }).collect()
 }
 
 /// Returns the innermost recovery in force for a step that still has tries left.

@@ -143,8 +143,13 @@ impl WorkCell {
             }
         };
         let tried = candidates.len();
+        // The arm as it was found when it was sent there, which may have been another day.
+        let cell = run
+            .calibration
+            .as_ref()
+            .map_or_else(|| self.cell.clone(), |found| found.cell(self.scripts.stage().declared()));
         let best = Rehearsals {
-            cell: &self.cell,
+            cell: &cell,
             look: &self.look,
             settings: &self.settings,
             stdlib: &self.stdlib,

@@ -125,6 +125,7 @@ struct Parts {
 pub struct WorkCell {
     library: Library,
     stdlib: Stdlib,
+    /// As the regressions in force found it.
     cell: Cell,
     look: ArmLook,
     settings: Settings,
@@ -323,7 +324,9 @@ impl WorkCell {
     /// When the table's marks cannot be found, or a device fails.
     pub fn perceive(&mut self) -> Result<(), Error> {
         if !self.is_camera_aligned {
-            calibrate::camera(&mut self.scripts.stage(), self.switches)?;
+            let aligned = calibrate::camera(&mut self.scripts.stage(), self.switches);
+            self.adapt();
+            aligned?;
             self.is_camera_aligned = true;
         }
         Ok(self.scripts.stage().look()?)
@@ -344,11 +347,19 @@ impl WorkCell {
     /// Has the arm visit points before the camera, unless that has been done; then looks again.
     fn align_robot(&mut self) -> Result<(), Error> {
         if !self.is_robot_aligned {
-            calibrate::robot(&mut self.scripts.stage(), self.switches)?;
+            let aligned = calibrate::robot(&mut self.scripts.stage(), self.switches);
+            self.adapt();
+            aligned?;
             self.is_robot_aligned = true;
             self.scripts.stage().look()?;
         }
         Ok(())
+    }
+
+    /// Takes the cell as the regressions found it: the twin is built of the same arm that is sent.
+    fn adapt(&mut self) {
+        self.cell = self.scripts.stage().cell().clone();
+        self.look = ArmLook::new(&self.cell.robot);
     }
 
     /// Returns the number that the twin's chance comes from.

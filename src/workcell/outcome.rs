@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::execution::arm::Pacing;
+use crate::execution::calibrate::Calibration;
 use crate::execution::trace::{Outcome, StepRecord};
 use crate::graph::ParseGraph;
 use crate::monitor::questionnaire::Answer;
@@ -108,6 +109,9 @@ pub struct Run {
     /// The world when it began, once it was looked at.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<WorldState>,
+    /// What the regressions found: with it the joint positions of the steps mean the poses they meant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub calibration: Option<Calibration>,
     /// The steps, as carried out.
     pub steps: Vec<StepRecord>,
     /// The questionnaire, answered by geometry after each step, and by a model where one is asked.
@@ -146,6 +150,7 @@ impl Run {
             robot: String::new(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             start: None,
+            calibration: None,
             steps: steps.to_vec(),
             questions: Vec::new(),
             probe: None,

@@ -13,6 +13,16 @@ use super::rehearse::Rehearsal;
 use super::run::{SharedRecorder, keep};
 use super::{Error, Run, WorkCell, picture};
 
+/// A step that failed.
+pub(super) struct Failed {
+    /// Which step of the parse graph.
+    pub(super) index: usize,
+    /// What, and why.
+    pub(super) reason: String,
+    /// Whether planning the rest again from where the arm is may help.
+    pub(super) plan_again: bool,
+}
+
 impl WorkCell {
     /// Performs a rehearsal on the arm; returns the step that failed and why, if one did. The time a person
     /// thought is not the arm's.
@@ -23,7 +33,7 @@ impl WorkCell {
         start: &WorldState,
         run: &mut Run,
         recorder: Option<&SharedRecorder>,
-    ) -> Result<Option<(usize, String)>, Error> {
+    ) -> Result<Option<Failed>, Error> {
         let (begin, waited) = (self.now(), self.waited());
         let failed = self.steps_of(graph, rehearsal, start, run, recorder);
         let waited = self.waited() - waited;
@@ -39,7 +49,7 @@ impl WorkCell {
         start: &WorldState,
         run: &mut Run,
         recorder: Option<&SharedRecorder>,
-    ) -> Result<Option<(usize, String)>, Error> {
+    ) -> Result<Option<Failed>, Error> {
         let pg = &rehearsal.candidate.pg;
         run.parse_graphs.push(pg.clone());
         self.scripts.stage().set_tape(rehearsal.tape.rewound());
@@ -78,7 +88,13 @@ impl WorkCell {
             let comparison = monitor::compare(twin.map_or(&[], |t| &t.fluents), &done.fluents);
             if done.outcome != Outcome::Success {
                 let reason = done.reason.clone().unwrap_or_default();
-                failed = Some((index, format!("{}: {reason}", pg.steps[index].text)));
+                let step = &pg.steps[index];
+                failed = Some(Failed {
+                    index,
+                    reason: format!("{}: {reason}", step.text),
+                    // What goes on beside other things cannot be taken up in its middle.
+                    plan_again: done.plan_again && step.together.is_none(),
+                });
             }
             run.questions.push(questionnaire::by_geometry(&comparison.rows));
             let planned_q = self.scripts.stage().planned_q().to_vec();

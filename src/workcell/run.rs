@@ -146,6 +146,7 @@ impl WorkCell {
         perceived?;
         let start = self.state()?;
         run.start = Some(start.clone());
+        run.calibration = self.scripts.stage().body().calibration().cloned();
         let attempted = self.attempt(&graph, &start, run, recorder);
         let weighing = self.scales.as_mut().and_then(|scales| scales.weigh());
         if let Some(weighing) = &weighing {

@@ -112,14 +112,6 @@ impl Body for Seen {
         Ok(())
     }
 
-    fn correct(&self, q: &[f64]) -> Vec<f64> {
-        q.to_vec()
-    }
-
-    fn uncorrect(&self, q: &[f64]) -> Vec<f64> {
-        q.to_vec()
-    }
-
     fn gripped(&mut self, _grip: Grip, _aim: Option<&str>) -> Result<(), DeviceError> {
         Ok(())
     }

@@ -145,6 +145,25 @@ fn a_tool_in_the_table_is_refused_with_its_height() {
     }
 }
 
+/// An arm pressed on the table by hand can be brought up again, and goes no lower than it is.
+#[test]
+fn a_tool_below_the_floor_may_rise_and_not_sink() {
+    let cell = cell();
+    let height = |q: &[f64]| trueup::execution::plan::tool_pose(&cell, q).origin().z;
+    let lean = |turn: f64| with(2, turn);
+    // Leaning forward until the tool is between the table and the floor of the limits.
+    let low = (0..4000).map(|k| lean(0.3 + 2.5e-4 * f64::from(k)));
+    let low = low.into_iter().find(|q| height(q) < 0.8 * cell.limits.floor).unwrap();
+    let to = |by: f64| {
+        let mut end = low.clone();
+        end[1] += by;
+        Trajectory::from_points(&[0.0, 4.0], &[low.clone(), end]).unwrap()
+    };
+    assert!(cell.limits.clear(&cell, to(-0.3), &low).is_ok());
+    let sinks = cell.limits.clear(&cell, to(0.01), &low).unwrap_err();
+    assert!(matches!(sinks, LimitError::Floor { .. }), "{sinks}");
+}
+
 #[test]
 fn what_is_not_a_number_is_refused() {
     let cell = cell();

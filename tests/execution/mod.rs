@@ -1,6 +1,7 @@
 //! Execution: the gate before the arm, decisions kept on tape, scripts kept in bounds, and one contract for
 //! every arm.
 
+mod adapted;
 mod amount;
 mod arm_fit;
 mod called;

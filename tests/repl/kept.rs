@@ -163,6 +163,7 @@ pub(crate) fn pour(branch: &str, held: f64, off: f64, sigma: f64) -> Run {
         robot: "lab".into(),
         version: "0".into(),
         start: None,
+        calibration: None,
         questions: vec![Vec::new(); steps.len()],
         steps,
         probe: None,

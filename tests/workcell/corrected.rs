@@ -71,3 +71,26 @@ fn a_cup_that_is_known_to_run_over_is_not_poured_into_beyond_its_brim() {
     assert_eq!(target, "cup");
     assert!((room - 90e-6).abs() < 1e-9 && (amount - 150e-6).abs() < 1e-9, "{room} {amount}");
 }
+
+/// All was poured, and then a retreat was refused: rehearsed with one arm's joints, performed with another's.
+#[test]
+fn the_arm_of_the_rehearsal_is_the_one_that_regression_3_found() {
+    let mut lab = plain().lab;
+    lab.switches.zero_offsets = true;
+    lab.switches.tool_offset = true;
+    let mut cell =
+        WorkCell::open(Options { scene: Some(dry()), ..options(lab, 3) }).unwrap();
+    let run = cell.run(&call("approach(jar)"), None, Box::new(Nobody)).unwrap();
+    assert_eq!(run.outcome, Ending::Success, "{:?}", run.reason);
+    let found = run.calibration.as_ref().unwrap();
+    let farthest = found.zeros.iter().fold(0.0_f64, |most, zero| most.max(zero.abs()));
+    assert!(farthest > 0.005, "the zeros are hardly off: {:?}", found.zeros);
+    let step = run.steps.last().unwrap();
+    let twin = step.twin.as_ref().unwrap();
+    // Joint by joint, as the encoders count.
+    for (there, here) in twin.q.iter().zip(&step.measured.q) {
+        assert!((there - here).abs() < 2e-3, "{:?} in the twin, {:?}", twin.q, step.measured.q);
+    }
+    let off = (twin.world_from_tool.origin() - step.measured.world_from_tool.origin()).norm();
+    assert!(off < 1e-3, "{off} m");
+}

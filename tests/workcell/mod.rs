@@ -1,5 +1,6 @@
 //! The work cell end to end: stopped runs, missed grasps, and the folder that a run leaves.
 
+mod again;
 mod during;
 mod fork;
 mod lines;

@@ -4,6 +4,8 @@
 //! points, regression 3 has the arm visit points and asks the camera where the marker ball on the gripper
 //! is ([`arm`]). Each can be left out, to see what it is worth. The other fits are [`crate::alignment`]'s.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +17,7 @@ use crate::motion::robot::Robot;
 use crate::world::frame::{Tool, World};
 use crate::world::{Camera, Point, Pose, Scene};
 
-use super::stage::{ActionError, Stage};
+use super::stage::{ActionError, Cell, Stage};
 use super::trace::Event;
 
 pub mod arm;
@@ -100,10 +102,19 @@ impl Calibration {
         }
     }
 
-    /// Returns the arm as it really is: of its reported joint positions this makes real poses, but for the
-    /// base's [`Self::reported_from_real`].
-    pub fn arm(&self, robot: &Robot) -> Robot {
-        robot.clone().with_zero_offsets(&self.zeros).with_tool_shift(self.tool_shift.into())
+    /// Returns a cell as it really is: of the joint positions that the arm reports and takes, its robot,
+    /// standing where its scene has it, makes real poses.
+    ///
+    /// Whoever plans and rehearses with this cell does so with the very joint positions that the arm is sent
+    /// to, so the ends of its ranges, its speeds and its height over the table are the arm's own, and nothing
+    /// is left to correct when the arm moves.
+    pub fn cell(&self, declared: &Cell) -> Cell {
+        let robot = Robot::clone(&declared.robot)
+            .with_zero_offsets(&self.zeros)
+            .with_tool_shift(self.tool_shift.into());
+        let mut scene = Scene::clone(&declared.scene);
+        scene.world_from_base = self.reported_from_real.inverse() * scene.world_from_base;
+        Cell { robot: Arc::new(robot), scene: Arc::new(scene), ..declared.clone() }
     }
 }
 
@@ -114,7 +125,7 @@ impl Calibration {
 ///
 /// When too few reference points are found, a fit is degenerate, or the camera fails.
 pub fn camera(stage: &mut Stage, switches: Switches) -> Result<(), Error> {
-    let scene = stage.cell().scene.clone();
+    let scene = stage.declared().scene.clone();
     let mut calibration = Calibration::nominal(&scene);
     if let Some(photo) = stage.body().photo().map_err(ActionError::from)? {
         (calibration.camera, calibration.notes) = from_marks(&photo, &scene, switches)?;
@@ -147,8 +158,7 @@ fn in_force(stage: &mut Stage, calibration: Calibration, told: usize) -> Result<
     for text in &calibration.notes[told..] {
         stage.tell(&Event::Note { text: text.clone() });
     }
-    stage.body().calibrate(calibration);
-    Ok(stage.find_arm()?)
+    Ok(stage.calibrate(calibration)?)
 }
 
 /// Regressions 1 and 2 from one photograph of the table's dots: the camera, and what was fitted in words.
@@ -223,8 +233,7 @@ const DOUBT: f64 = 0.04;
 
 /// Regression 3: the arm visits points, the camera says where the marker ball is.
 fn align_robot(stage: &mut Stage, calibration: &mut Calibration) -> Result<(), Error> {
-    let scene = stage.cell().scene.clone();
-    let robot = stage.cell().robot.clone();
+    let Cell { scene, robot, .. } = stage.declared().clone();
     let (Some(ball), Some(marker)) = (robot.marker(), robot.marker_in_flange()) else {
         return Err(Error::Alignment("the robot's side file describes no marker ball".into()));
     };
@@ -240,10 +249,10 @@ fn align_robot(stage: &mut Stage, calibration: &mut Calibration) -> Result<(), E
             what: "touch-off".into(),
             fraction: (stops.len() as f64 / WANTED as f64).max(n as f64 / visited as f64),
         });
-        // A point that cannot be reached among the objects is passed over.
+        // A point that cannot be reached among the objects, or that the limits refuse, is passed over.
         match stage.visit(&at) {
             Ok(()) => {}
-            Err(ActionError::NoWay(_)) => continue,
+            Err(ActionError::NoWay(_) | ActionError::Limit(_)) => continue,
             Err(error) => return Err(error.into()),
         }
         stage.wait(0.3)?;

@@ -16,6 +16,7 @@ use crate::motion::Error;
 use crate::motion::budget::Budget;
 use crate::motion::collision::{CollisionWorld, Obstacle};
 use crate::motion::dynamics::{Bodies, Dynamics, GRAVITY};
+use crate::motion::escape;
 use crate::motion::ik::{self, Solver};
 use crate::motion::robot::Robot;
 use crate::motion::rrt::{self, Cone};
@@ -102,8 +103,22 @@ impl std::fmt::Display for NoWay {
 impl std::error::Error for NoWay {}
 
 /// How far plans keep from the ends of a joint's range, rad: a smooth curve through planned points
-/// swings a little past them, and the correction of regression 3 needs some room too.
+/// swings a little past them, and what is measured may ask for a little more than was planned.
 const RESERVE: f64 = 0.03;
+/// The same for free motions, whose corners are cut on the inside: half a degree, rad.
+const END_RESERVE: f64 = 0.5 * std::f64::consts::PI / 180.0;
+/// How much higher than the limits ask plans keep the tool above the table, m: corners are cut, and the arm
+/// is a little beside where it is sent.
+const ABOVE_FLOOR: f64 = 0.01;
+
+/// A free motion in two stretches, with a rest between.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Way {
+    /// Out of where something is touched, rad; one point where nothing is.
+    pub out: Vec<Vec<f64>>,
+    /// On from there, rad.
+    pub on: Vec<Vec<f64>>,
+}
 
 /// What finding the joint positions of one pose costs, in units of [`Budget`].
 const REACHING: u64 = 10_000;
@@ -215,7 +230,9 @@ impl Planner {
         let table = &scene.table;
         let centre: Pose<World, Object> =
             Pose::upright(table.centre[0], table.centre[1], -table.size.z / 2.0, 0.0);
-        let slab = Solid::Cuboid { half: table.size / 2.0 };
+        // An arm that is elsewhere than it says is lower than it says as well.
+        let grown = Vector3::repeat(self.doubt);
+        let slab = Solid::Cuboid { half: table.size / 2.0 + grown };
         world.add(&Obstacle::new("table", slab, *(base_from_world * centre).isometry()));
         // The arm is bolted to the table.
         world.ignore(&self.robot().links()[0].name, "table");
@@ -230,6 +247,13 @@ impl Planner {
             }
         }
         world.set_opening(opening);
+        // The limits look at the point between the fingers, which no solid of theirs need hold.
+        const TOOL: &str = "the tool";
+        let middle = self.robot().flange_from_tool().origin();
+        world.guard(TOOL, self.cell.limits.floor + ABOVE_FLOOR, &middle);
+        for object in &scene.objects {
+            world.ignore(TOOL, &object.name);
+        }
         if let Some((name, tool_from_object)) = held
             && let Some(object) = scene.object(&name).filter(|_| !except.contains(&&*name))
         {
@@ -246,9 +270,10 @@ impl Planner {
         Some((name, self.state.world_from_tool.inverse() * pose))
     }
 
-    /// Returns a path from where the arm is to `q`, round everything in the way; `tilt` bounds the angle,
-    /// rad, of what is in the hand from upright.
-    pub fn free(&self, q: &[f64], tilt: Option<f64>, seed: u64) -> Result<Vec<Vec<f64>>, NoWay> {
+    /// Returns the way from where the arm is to `q`, round everything in the way; `tilt` bounds the angle,
+    /// rad, of what is in the hand from upright. Where something is touched already, the arm is led away from
+    /// it first.
+    pub fn free(&self, q: &[f64], tilt: Option<f64>, seed: u64) -> Result<Way, NoWay> {
         let world = self.obstacles(&[], self.state.opening);
         let cone = match (self.in_hand(), tilt) {
             (Some((_, tool_from_object)), Some(max_angle)) => Some(Cone {
@@ -262,13 +287,20 @@ impl Planner {
             }),
             _ => None,
         };
-        let solver = Solver::new(self.robot());
         let goals = [rrt::short_way(self.robot(), &self.q, q)];
+        let robot = self.robot().clone().with_reserve(END_RESERVE, &[&self.q, &goals[0]]);
+        let solver = Solver::new(&robot);
         let settings = rrt::Settings::seeded(seed);
+        // An arm that is caught is told by the search what it touches.
+        let out = escape::leave(&solver, &world, &self.q, cone.as_ref());
+        let out = out.unwrap_or_else(|| vec![self.q.clone()]);
+        let start = out.last().unwrap_or(&self.q);
         let found =
-            rrt::plan(&solver, &world, &self.q, &goals, cone.as_ref(), &settings, &self.budget);
-        let what = || "to get there".to_owned();
-        found.map(|path| path.corners).map_err(|error| NoWay { what: what(), why: error.into() })
+            rrt::plan(&solver, &world, start, &goals, cone.as_ref(), &settings, &self.budget);
+        match found {
+            Ok(path) => Ok(Way { out, on: path.corners }),
+            Err(error) => Err(NoWay { what: "to get there".to_owned(), why: error.into() }),
+        }
     }
 
     /// Returns the joint path of a straight line of the tool by `by` m in the world, orientation kept.
@@ -280,8 +312,8 @@ impl Planner {
         })
     }
 
-    /// Returns a path to where the tool is at `at`, round everything in the way.
-    pub fn visit(&self, at: &Pose<World, Tool>, seed: u64) -> Result<Vec<Vec<f64>>, NoWay> {
+    /// Returns a way to where the tool is at `at`, round everything in the way.
+    pub fn visit(&self, at: &Pose<World, Tool>, seed: u64) -> Result<Way, NoWay> {
         let no = |why| NoWay { what: "to get there".to_owned(), why };
         self.goes_on(REACHING, 0).map_err(no)?;
         let goals = self.reach(at, &self.q).map_err(|nearest| no(Why::OutOfReach { nearest }))?;

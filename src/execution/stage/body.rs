@@ -13,6 +13,7 @@ use super::super::limits::LimitError;
 use super::super::plan::{NoWay, Why};
 use super::super::tape::OffTape;
 use super::super::trace::Observer;
+use super::Cell;
 
 /// Why an action could not be done.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -32,6 +33,9 @@ pub enum ActionError {
     /// It is not what was rehearsed.
     #[error("{0}")]
     OffTape(#[from] OffTape),
+    /// The arm would have to go where the rehearsal did not lead it.
+    #[error("{0}")]
+    Unrehearsed(String),
     /// The script itself gave up.
     #[error("{0}")]
     Refused(String),
@@ -47,6 +51,12 @@ impl ActionError {
     /// Whether a script may catch it and go on.
     pub fn can_be_caught(&self) -> bool {
         !matches!(self, Self::Stopped | Self::Ended | Self::Broken(_))
+    }
+
+    /// Whether planning and rehearsing again from where the arm is may help: what was rehearsed does not fit what
+    /// was found, and was not begun.
+    pub fn can_be_planned_again(&self) -> bool {
+        matches!(self, Self::Limit(_) | Self::NoWay(_) | Self::OffTape(_) | Self::Unrehearsed(_))
     }
 
     /// Whether nothing more is done after it: a person said stop, or a device failed.
@@ -106,13 +116,6 @@ pub trait Body: Send {
         Ok(())
     }
 
-    /// Returns the joint positions to command so that the arm really goes to `q` (regression 3).
-    fn correct(&self, q: &[f64]) -> Vec<f64>;
-
-    /// Returns where the arm really is, as joint positions of the plan, when it was sent to `q`: what
-    /// [`Self::correct`] undoes.
-    fn uncorrect(&self, q: &[f64]) -> Vec<f64>;
-
     /// Takes note of how a grip on `aim` ended.
     fn gripped(&mut self, grip: Grip, aim: Option<&str>) -> Result<(), DeviceError>;
 
@@ -135,8 +138,9 @@ pub trait Body: Send {
         Ok(None)
     }
 
-    /// Puts the three regressions in force, where there is something to correct.
-    fn calibrate(&mut self, _calibration: Calibration) {}
+    /// Puts the three regressions in force, where there is something to correct: `cell` is the cell as they
+    /// found it.
+    fn calibrate(&mut self, _calibration: Calibration, _cell: &Cell) {}
 
     /// Returns the regressions in force.
     fn calibration(&self) -> Option<&Calibration> {

@@ -1,7 +1,7 @@
 //! What an action script acts upon: one arm, what is known of the world, and the tape of decisions.
 //!
 //! The same words serve the twin and the arm. In the twin they plan and record; on the arm they play what
-//! the twin survived, corrected by regression 3, through [`super::limits`]. The words are bound to rhai in
+//! the twin survived, through [`super::limits`]. Both work with the cell as the regressions found it. The words are bound to rhai in
 //! [`super::script`]; planning itself is in [`super::plan`].
 //!
 //! `body` is what a stage needs of an arm; `ask` looks, plans and chooses, `motion` moves the arm, `hand`
@@ -27,6 +27,7 @@ use crate::world::{Scene, WorldState};
 use super::arm::Cancel;
 use super::beside::{Openings, Order};
 use super::bounds::{self, ACTS, MEMORIES, NOTES, PLANS};
+use super::calibrate::Calibration;
 use super::conduct::Dial;
 use super::during::During;
 use super::limits::Limits;
@@ -38,7 +39,7 @@ use super::trace::Event;
 
 pub use body::{ActionError, Body, Watcher};
 
-/// What never changes while actions run.
+/// What never changes while actions run: the cell as it is declared, or as the regressions found it.
 #[derive(Debug, Clone)]
 pub struct Cell {
     /// The arm model.
@@ -73,13 +74,16 @@ pub type Memory = BTreeMap<String, Dynamic>;
 
 /// One arm, one belief, one tape.
 pub struct Stage {
+    /// As the regressions in force found it.
     cell: Cell,
+    /// As its files say.
+    declared: Cell,
     body: Box<dyn Body>,
     tape: Tape,
     chance: StdRng,
     /// Which of several equally planned candidates this is; 0 always takes the best way.
     variant: usize,
-    /// Where the plan has the arm, rad, before correction.
+    /// Where the plan has the arm, as the arm itself says it, rad.
     q: Vec<f64>,
     /// Joint torques with an empty hand, beyond the model, N·m.
     tare: Option<Vec<f64>>,
@@ -129,9 +133,14 @@ impl Stage {
         watcher: Watcher,
     ) -> Self {
         let (seed, variant) = chance;
-        let mixed = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(variant as u64);
+        // A number of its own for planning: reality, which may be given the same seed, must not draw from the
+        // same stream. The constants are the square roots of 2 and 3.
+        let mixed = (seed ^ 0x6A09_E667_F3BC_C908)
+            .wrapping_mul(0xBB67_AE85_84CA_A73B)
+            .wrapping_add(variant as u64);
         let chance = StdRng::seed_from_u64(mixed);
         Self {
+            declared: cell.clone(),
             cell,
             body,
             tape,
@@ -201,9 +210,25 @@ impl Stage {
         &self.cancel
     }
 
-    /// Returns the constants.
+    /// Returns the constants, as the regressions in force found them.
     pub fn cell(&self) -> &Cell {
         &self.cell
+    }
+
+    /// Returns the constants as their files declare them.
+    pub fn declared(&self) -> &Cell {
+        &self.declared
+    }
+
+    /// Puts regressions in force: from now on everything is planned for the arm as they found it.
+    ///
+    /// # Errors
+    ///
+    /// When the arm does not answer.
+    pub fn calibrate(&mut self, calibration: Calibration) -> Result<(), ActionError> {
+        self.cell = calibration.cell(&self.declared);
+        self.body.calibrate(calibration, &self.cell);
+        self.find_arm()
     }
 
     /// Returns where the plan has the arm, rad.
@@ -211,10 +236,9 @@ impl Stage {
         &self.q
     }
 
-    /// Lets the plan begin where the arm was last sent, as the regressions in force understand it.
+    /// Lets the plan begin where the arm was last sent.
     pub fn find_arm(&mut self) -> Result<(), ActionError> {
-        let sent = self.body.arm().feedback()?.q_cmd;
-        let mut q = self.body.uncorrect(&sent);
+        let mut q = self.body.arm().feedback()?.q_cmd;
         // A stop may leave a joint, or what is read of it, a hair past its range: plans begin inside.
         for (q, limit) in q.iter_mut().zip(self.cell.robot.joints()) {
             if (*q - q.clamp(limit.lower, limit.upper)).abs() < self.cell.limits.jump {

@@ -11,7 +11,7 @@ use crate::world::Pose;
 use crate::world::frame::{Tool, World};
 
 use super::super::arm::{Arm, Cancel, DeviceError, Feedback};
-use super::super::plan::{Planner, distance, tool_pose, turned_angle};
+use super::super::plan::{NoWay, Planner, Way, distance, tool_pose, turned_angle};
 use super::super::tape::Entry;
 use super::super::trace::Event;
 use super::{ActionError, Stage, Watcher};
@@ -29,6 +29,13 @@ const ASIDE: f64 = 0.02;
 const ABOVE: f64 = 0.16;
 /// How fast, as a share of full speed.
 const DOWN_SPEED: f64 = 0.3;
+
+/// How fast, as a share of full speed, a hand leaves what it touches.
+const OUT_SPEED: f64 = 0.3;
+/// So many ways are tried before the limits' word is final.
+const TRIES: usize = 4;
+/// How much higher a point is visited when the limits refuse it, m.
+const RAISED: [f64; 3] = [0.0, 0.05, 0.1];
 
 /// How much further than in the rehearsal measuring may turn the hand, rad; chosen: a vessel that is a tenth fuller or
 /// emptier than believed, and taken a few degrees askew.
@@ -75,26 +82,65 @@ fn between(path: &[Vec<f64>], q: &[f64], share: f64) -> Option<Vec<Vec<f64>>> {
 }
 
 impl Stage {
-    /// Goes to a tool pose round everything in the way; for calibration, without a tape.
+    /// Goes to a tool pose, or above it when the limits refuse every way there, round everything in the way;
+    /// for calibration, without a tape.
     pub fn visit(&mut self, at: &Pose<World, Tool>) -> Result<(), ActionError> {
-        let planner = self.planner()?;
-        let seed = self.chance.random();
-        let path = planner.visit(at, seed)?;
-        self.drive_corners(&path, 0.8)
+        let mut refused = None;
+        for up in RAISED {
+            let above = Pose::from_parts(at.origin() + Vector3::z() * up, at.rotation());
+            match self.way(0.8, &|planner, seed| planner.visit(&above, seed)) {
+                Ok(way) => return self.drive_way(&way, 0.8),
+                Err(ActionError::Limit(limit)) => refused = refused.or(Some(limit)),
+                Err(error) => return Err(error),
+            }
+        }
+        refused.map_or(Ok(()), |limit| Err(limit.into()))
     }
 
     /// `arm.move_to(q)`, `arm.carry_to(q, tilt, speed)`: a free motion round everything in the way, with the
     /// hand within `tilt` rad of upright when that is asked for.
     pub fn move_to(&mut self, q: &[f64], tilt: Option<f64>, speed: f64) -> Result<(), ActionError> {
-        let path = if let Some(path) = self.taped_path()? {
-            path
+        let way = if let Some(out) = self.taped_path()? {
+            Way { out, on: self.taped_path()?.unwrap_or_default() }
         } else {
-            let seed = self.chance.random();
-            let path = self.planner()?.free(q, tilt, seed)?;
-            self.tape.record(Entry::Path(path.clone()));
-            path
+            let way = self.way(speed, &|planner, seed| planner.free(q, tilt, seed))?;
+            self.tape.record(Entry::Path(way.out.clone()));
+            self.tape.record(Entry::Path(way.on.clone()));
+            way
         };
-        self.drive_corners(&path, speed)
+        self.drive_way(&way, speed)
+    }
+
+    /// Plans a way that the limits let pass, by another chance when they do not.
+    fn way(
+        &mut self,
+        speed: f64,
+        plan: &dyn Fn(&Planner, u64) -> Result<Way, NoWay>,
+    ) -> Result<Way, ActionError> {
+        let planner = self.planner()?;
+        let mut refused = None;
+        for _ in 0..TRIES {
+            let way = plan(&planner, self.chance.random())?;
+            let passes = [&way.out, &way.on].into_iter().try_for_each(|corners| {
+                let from = corners.first().unwrap_or(&self.q);
+                let trajectory = self.rounded(corners, speed)?;
+                self.cell.limits.clear(&self.cell, trajectory, from)?;
+                Ok(())
+            });
+            match passes {
+                Ok(()) => return Ok(way),
+                Err(ActionError::Limit(limit)) => refused = Some(limit),
+                Err(error) => return Err(error),
+            }
+        }
+        Err(refused.map_or(ActionError::Stopped, ActionError::Limit))
+    }
+
+    fn drive_way(&mut self, way: &Way, speed: f64) -> Result<(), ActionError> {
+        if way.out.len() > 1 {
+            self.drive_corners(&way.out, speed.min(OUT_SPEED))?;
+        }
+        self.drive_corners(&way.on, speed)
     }
 
     /// `arm.move_by([x, y, z], speed)`: a straight line of the tool in the world, orientation kept.
@@ -111,20 +157,23 @@ impl Stage {
 
     /// `arm.follow(path, speed)`: a joint path at a fraction of the speed limits.
     pub fn follow(&mut self, path: &[Vec<f64>], speed: f64) -> Result<(), ActionError> {
-        let trajectory = Trajectory::through_points(&self.corrected(path), &self.paced(speed))
+        let trajectory = Trajectory::through_points(path, &self.paced(speed))
             .map_err(|error| ActionError::Refused(error.to_string()))?;
         self.drive(self.dialled(trajectory), path)
     }
 
     /// Follows straight joint motions from corner to corner, the corners a little rounded.
     fn drive_corners(&mut self, corners: &[Vec<f64>], speed: f64) -> Result<(), ActionError> {
+        let trajectory = self.rounded(corners, speed)?;
+        self.drive(self.dialled(trajectory), corners)
+    }
+
+    /// Times straight joint motions from corner to corner, the corners a little rounded.
+    fn rounded(&self, corners: &[Vec<f64>], speed: f64) -> Result<Trajectory, ActionError> {
         // Planning keeps a margin wider than a corner cut this short moves any point of the arm, rad.
         const CUT: f64 = 0.05;
-        let corrected = self.corrected(corners);
-        let trajectory =
-            Trajectory::through_corners(&corrected, &self.paced(speed), CUT, &|_, _| true)
-                .map_err(|error| ActionError::Refused(error.to_string()))?;
-        self.drive(self.dialled(trajectory), corners)
+        Trajectory::through_corners(corners, &self.paced(speed), CUT, &|_, _| true)
+            .map_err(|error| ActionError::Refused(error.to_string()))
     }
 
     /// Returns the same motion as slow as the dial says. Turns that pour are left as they are: see [`Dial`].
@@ -144,7 +193,7 @@ impl Stage {
     /// `arm.turn(path, rate)`: a joint path that turns the hand, at `rate` rad/s.
     pub fn turn(&mut self, path: &[Vec<f64>], rate: f64) -> Result<(), ActionError> {
         let angle = turned_angle(&self.cell.robot, path);
-        let trajectory = Trajectory::through_points(&self.corrected(path), &self.paced(1.0))
+        let trajectory = Trajectory::through_points(path, &self.paced(1.0))
             .map_err(|error| ActionError::Refused(error.to_string()))?;
         let slower = angle / rate.max(1e-3) / trajectory.duration().max(1e-3);
         let trajectory = if slower > 1.0 { trajectory.slowed(slower) } else { trajectory };
@@ -176,7 +225,7 @@ impl Stage {
             let whole = turned_angle(&self.cell.robot, path);
             let rehearsed = self.turned.unwrap_or(0.0);
             if (share - rehearsed) * whole > FURTHER {
-                return Err(ActionError::Refused(format!(
+                return Err(ActionError::Unrehearsed(format!(
                     "the hand would have to turn {:.0} deg where the rehearsal turned it {:.0} deg, which is \
                      too far to go unrehearsed",
                     (share * whole).to_degrees(),
@@ -276,10 +325,6 @@ impl Stage {
         })?)
     }
 
-    fn corrected(&self, path: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        path.iter().map(|q| self.body.correct(q)).collect()
-    }
-
     /// Clears a trajectory and follows it; the plan then has the arm at the end of `path`.
     fn drive(&mut self, trajectory: Trajectory, path: &[Vec<f64>]) -> Result<(), ActionError> {
         self.bridge(path)?;
@@ -310,14 +355,14 @@ impl Stage {
         }
         if off > BRIDGE {
             let off = off.to_degrees();
-            return Err(ActionError::Refused(format!(
+            return Err(ActionError::Unrehearsed(format!(
                 "a joint is {off:.1} deg from where the rehearsal went on, which is too far to go \
                  unrehearsed"
             )));
         }
         let way = [self.q.clone(), first.clone()];
         let trajectory =
-            Trajectory::through_points(&self.corrected(&way), &self.paced(BRIDGE_SPEED))
+            Trajectory::through_points(&way, &self.paced(BRIDGE_SPEED))
                 .map_err(|error| ActionError::Refused(error.to_string()))?;
         let from = self.body.arm().feedback()?.q_cmd;
         let cleared = self.cell.limits.clear(&self.cell, trajectory, &from)?;

@@ -1,0 +1,125 @@
+//! The cell as the regressions found it: what is planned and rehearsed with it is what the arm does.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use trueup::execution::arm::Cancel;
+use trueup::execution::calibrate::Calibration;
+use trueup::execution::plan::{NoWay, Planner, Why};
+use trueup::execution::stage::Cell;
+use trueup::motion::trajectory::{Limits, Trajectory};
+use trueup::twin::{Settings, Twin};
+use trueup::world::Pose;
+
+use crate::kitchen::HOME;
+
+use super::{cell, scripts, state};
+
+/// An arm that was set up badly: centimetres beside its place, zeros up to 4 deg off, the gripper askew.
+fn found(declared: &Cell) -> Calibration {
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.004, -0.003, 0.02));
+    Calibration {
+        reported_from_real: Pose::from_parts(Vector3::new(0.012, -0.008, 0.003), turn),
+        zeros: vec![0.02, -0.03, 0.01, 0.05, -0.02, 0.07, 0.01],
+        tool_shift: [0.002, -0.003, 0.001],
+        ..Calibration::nominal(&declared.scene)
+    }
+}
+
+/// The regressions' word on where the tool is, by the formula they are fitted with, and the adapted twin's.
+#[test]
+fn the_adapted_twin_has_its_tool_where_the_regressions_say_the_arms_is() {
+    let declared = cell();
+    let found = found(&declared);
+    let adapted = found.cell(&declared);
+    let q: Vec<f64> = HOME.iter().enumerate().map(|(i, q)| q + 0.1 * (i as f64 - 3.0)).collect();
+    let turned: Vec<f64> = q.iter().zip(&found.zeros).map(|(q, zero)| q + zero).collect();
+    let flange = declared.robot.forward(&turned).unwrap();
+    let tool = declared.robot.flange_from_tool();
+    let tool = Pose::from_parts(tool.origin() + Vector3::from(found.tool_shift), tool.rotation());
+    let expected =
+        found.reported_from_real.inverse() * (declared.scene.world_from_base * (flange * tool));
+    let twin = Twin::new(
+        &adapted.robot,
+        &adapted.scene,
+        &state(&q, [0.6, 0.1, 0.0]),
+        Settings::for_arm(&adapted.robot),
+    )
+    .unwrap();
+    let state = twin.state();
+    let off = (state.world_from_tool.origin() - expected.origin()).norm();
+    let turn = state.world_from_tool.rotation().angle_to(&expected.rotation());
+    assert!(off < 1e-6 && turn < 1e-6, "{off} m, {turn} rad");
+    // What it is told and what it reports are the arm's own angles.
+    assert!(state.q.iter().zip(&q).all(|(a, b)| (a - b).abs() < 1e-9));
+}
+
+/// Rehearsed with joint 6 well inside its range, refused on the arm a tenth of a degree past it.
+#[test]
+fn what_is_planned_keeps_inside_the_ranges_that_the_arm_itself_counts() {
+    let declared = cell();
+    let mut found = found(&declared);
+    found.reported_from_real = Pose::identity();
+    let limits = Limits::of(&declared.robot);
+    let mut narrowest = f64::INFINITY;
+    for zero in [0.0, 0.06, -0.06] {
+        found.zeros[5] = zero;
+        let cell = found.cell(&declared);
+        let world = state(&HOME, [0.58, 0.15, 0.3]);
+        let planner = Planner::new(cell.clone(), world, HOME.to_vec(), 0.0, Cancel::default());
+        let ways = planner.grasps("jar", 0.35).unwrap();
+        assert!(!ways.is_empty());
+        for way in &ways {
+            assert_eq!(cell.robot.outside_limits(way.way_in.last().unwrap(), -0.01), None);
+            let motion = Trajectory::through_points(&way.way_in, &limits).unwrap();
+            cell.limits.clear(&cell, motion, &way.before).unwrap();
+            for (joint, q) in cell.robot.joints().iter().zip(way.way_in.last().unwrap()) {
+                narrowest = narrowest.min(joint.upper - q).min(q - joint.lower);
+            }
+        }
+        let retract = cell.robot.pose("retract").unwrap().to_vec();
+        let way = planner.free(&retract, None, 3).unwrap();
+        assert_eq!(way.out, [HOME.to_vec()], "nothing is touched at home");
+        for q in &way.on {
+            assert_eq!(cell.robot.outside_limits(q, 0.0), None);
+        }
+    }
+    assert!(narrowest.is_finite());
+}
+
+/// After a pour the hand was left against the cup, and `home()` was refused for where it began.
+#[test]
+fn a_hand_that_touches_something_is_led_away_before_it_goes_on() {
+    let cell = cell();
+    let tool = trueup::execution::plan::tool_pose(&cell, &HOME).origin();
+    // The jar's side 4 mm inside a finger.
+    let mut world = state(&HOME, [tool.x + 0.03, tool.y + 0.07, 0.0]);
+    let jar = &mut world.objects[0];
+    jar.world_from_object = Some(Pose::upright(tool.x + 0.02, tool.y + 0.075, tool.z - 0.07, 0.0));
+    let planner = Planner::new(cell.clone(), world, HOME.to_vec(), 0.0, Cancel::default());
+    let retract = cell.robot.pose("retract").unwrap().to_vec();
+    let way = planner.free(&retract, None, 1).unwrap();
+    assert!(way.out.len() > 1, "it stands where it touches nothing: {:?}", way.out);
+    assert_eq!((&way.out[0][..], way.out.last()), (&HOME[..], way.on.first()));
+    assert_eq!(way.on.last(), Some(&retract));
+    // Where the goal itself touches something there is still no way.
+    let error = planner.free(&HOME, None, 1).unwrap_err();
+    assert!(matches!(&error, NoWay { why: Why::NoPath(why), .. } if why.contains("jar")), "{error}");
+}
+
+/// The whole run was stopped because one point of the touch-off led the tool too near to the table.
+#[test]
+fn a_visit_that_the_limits_refuse_leaves_the_arm_where_it_is_or_goes_above() {
+    let scripts = scripts(&Cancel::default(), trueup::execution::tape::Tape::recording());
+    let mut stage = scripts.stage();
+    let floor = stage.cell().limits.floor;
+    let at = |z: f64| trueup::execution::plan::side_pose(Vector3::new(0.5, 0.1, z), 0.2, 0.35);
+    let height = |stage: &trueup::execution::stage::Stage| {
+        let q = stage.planned_q().to_vec();
+        trueup::execution::plan::tool_pose(stage.cell(), &q).origin().z
+    };
+    let before = stage.planned_q().to_vec();
+    // In the table there is no way at all, and nothing moves.
+    assert!(stage.visit(&at(-0.02)).is_err());
+    assert_eq!(stage.planned_q(), before);
+    stage.visit(&at(0.2)).unwrap();
+    assert!(height(&stage) > 0.19 && height(&stage) > floor);
+}
