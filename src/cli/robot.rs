@@ -10,7 +10,8 @@ use crate::motion::{self, Budget, answer, rrt};
 use crate::report::{Failure, Style};
 
 use super::Exit;
-use super::run::{clock, is_interrupted, read, watch_interrupt};
+use super::run::{clock, read};
+use super::signals::{is_interrupted, watch_interrupt};
 
 #[derive(Debug, Subcommand)]
 pub(super) enum RobotCommand {

@@ -4,7 +4,6 @@
 //! and the three regressions fitted from them. What follows from what was measured is [`Belief`]'s.
 
 use std::panic::resume_unwind;
-use std::sync::Arc;
 
 use image::{GrayImage, RgbImage};
 
@@ -120,10 +119,7 @@ impl Body for RealBody {
     }
 
     fn sight(&self) -> Box<dyn Sight> {
-        Box::new(RealSight {
-            belief: self.belief.clone(),
-            cell: self.cell.clone(),
-        })
+        Box::new(RealSight { belief: self.belief.clone(), cell: self.cell.clone() })
     }
 
     fn state(&mut self) -> Result<WorldState, DeviceError> {

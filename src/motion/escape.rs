@@ -121,7 +121,9 @@ impl Leaving<'_> {
         let gain: f64 = from
             .touches
             .iter()
-            .map(|(pair, before)| next.touches.get(pair).map_or(enough, |now| now.min(enough)) - before)
+            .map(|(pair, before)| {
+                next.touches.get(pair).map_or(enough, |now| now.min(enough)) - before
+            })
             .sum();
         (gain > GAIN * STEP).then_some((next, gain))
     }
@@ -219,10 +221,9 @@ impl Leaving<'_> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::atomic::AtomicBool;
-
     use nalgebra::Isometry3;
 
+    use super::super::budget::Budget;
     use super::super::collision::Obstacle;
     use super::super::error::Error;
     use super::super::robot::Robot;
@@ -267,9 +268,9 @@ mod tests {
         for (x, y, z) in [(0.075, 0.0, 0.01), (0.0, 0.05, 0.03), (0.0, -0.06, 0.0)] {
             let world = beside_the_hand(&robot, &home, cup, Vector3::new(x, y, z));
             let settings = rrt::Settings::default();
-            let stop = AtomicBool::new(false);
+            let budget = Budget::new(|| false);
             let from = |q: &[f64]| {
-                rrt::plan(&solver, &world, q, &[goal.clone()], None, &settings, &stop)
+                rrt::plan(&solver, &world, q, &[goal.clone()], None, &settings, &budget)
             };
             assert!(matches!(from(&home), Err(Error::Collision { .. })), "it touches there");
             let way = leave(&solver, &world, &home, None).expect("there is a way out");

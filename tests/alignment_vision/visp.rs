@@ -1,7 +1,7 @@
 //! The `ViSP` cube and cylinder sequence, read in place: its camera and scene from its own files.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use trueup::world::frame::{Camera as CameraFrame, Object as ObjectFrame, World};

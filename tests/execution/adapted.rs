@@ -5,9 +5,11 @@ use trueup::execution::arm::Cancel;
 use trueup::execution::calibrate::Calibration;
 use trueup::execution::plan::{NoWay, Planner, Why};
 use trueup::execution::stage::Cell;
+use trueup::motion::Budget;
 use trueup::motion::trajectory::{Limits, Trajectory};
 use trueup::twin::{Settings, Twin};
 use trueup::world::Pose;
+use trueup::world::frame::{Flange, Tool};
 
 use crate::kitchen::HOME;
 
@@ -34,7 +36,8 @@ fn the_adapted_twin_has_its_tool_where_the_regressions_say_the_arms_is() {
     let turned: Vec<f64> = q.iter().zip(&found.zeros).map(|(q, zero)| q + zero).collect();
     let flange = declared.robot.forward(&turned).unwrap();
     let tool = declared.robot.flange_from_tool();
-    let tool = Pose::from_parts(tool.origin() + Vector3::from(found.tool_shift), tool.rotation());
+    let tool: Pose<Flange, Tool> =
+        Pose::from_parts(tool.origin() + Vector3::from(found.tool_shift), tool.rotation());
     let expected =
         found.reported_from_real.inverse() * (declared.scene.world_from_base * (flange * tool));
     let twin = Twin::new(
@@ -64,7 +67,8 @@ fn what_is_planned_keeps_inside_the_ranges_that_the_arm_itself_counts() {
         found.zeros[5] = zero;
         let cell = found.cell(&declared);
         let world = state(&HOME, [0.58, 0.15, 0.3]);
-        let planner = Planner::new(cell.clone(), world, HOME.to_vec(), 0.0, Cancel::default());
+        let planner =
+            Planner::new(cell.clone(), world, HOME.to_vec(), 0.0, Arc::new(Budget::new(|| false)));
         let ways = planner.grasps("jar", 0.35).unwrap();
         assert!(!ways.is_empty());
         for way in &ways {
@@ -94,7 +98,8 @@ fn a_hand_that_touches_something_is_led_away_before_it_goes_on() {
     let mut world = state(&HOME, [tool.x + 0.03, tool.y + 0.07, 0.0]);
     let jar = &mut world.objects[0];
     jar.world_from_object = Some(Pose::upright(tool.x + 0.02, tool.y + 0.075, tool.z - 0.07, 0.0));
-    let planner = Planner::new(cell.clone(), world, HOME.to_vec(), 0.0, Cancel::default());
+    let planner =
+        Planner::new(cell.clone(), world, HOME.to_vec(), 0.0, Arc::new(Budget::new(|| false)));
     let retract = cell.robot.pose("retract").unwrap().to_vec();
     let way = planner.free(&retract, None, 1).unwrap();
     assert!(way.out.len() > 1, "it stands where it touches nothing: {:?}", way.out);
@@ -102,7 +107,10 @@ fn a_hand_that_touches_something_is_led_away_before_it_goes_on() {
     assert_eq!(way.on.last(), Some(&retract));
     // Where the goal itself touches something there is still no way.
     let error = planner.free(&HOME, None, 1).unwrap_err();
-    assert!(matches!(&error, NoWay { why: Why::NoPath(why), .. } if why.contains("jar")), "{error}");
+    assert!(
+        matches!(&error, NoWay { why: Why::NoPath(why), .. } if why.contains("jar")),
+        "{error}"
+    );
 }
 
 /// The whole run was stopped because one point of the touch-off led the tool too near to the table.

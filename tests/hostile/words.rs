@@ -76,7 +76,6 @@ fn lines_and_sentences_are_understood_or_refused() {
         "pour(jar, cup, amount: 0 mL)",
         "pour(jar, cup, amount: 1e300 mL)",
         "pour(jar, cup, amount: nan mL)",
-        
         "pour(jar; cup)",
         "pour(jar, cup, amount: 1e9 km)",
         &deep,
