@@ -161,7 +161,11 @@ fn rim_points(
         let level = 0.5 * (plateau + beyond);
         let mut before = sample(centre + direction * inner);
         let mut r = inner;
-        while r < radius + 4.0 {
+        // No picture is so large that a ray is longer than this.
+        for _ in 0..100_000 {
+            if r >= radius + 4.0 {
+                break;
+            }
             let here = sample(centre + direction * (r + step));
             if before >= level && here < level {
                 let share = (before - level) / (before - here);

@@ -5,16 +5,22 @@
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread;
+use std::time::Duration;
 
 use clap::{Args, Subcommand};
 use serde_json::json;
 
+use crate::execution::arm::Cancel;
 use crate::language::ast::Step;
 use crate::language::{self, Source};
 use crate::lines;
 use crate::report::grid::Form;
 use crate::report::{self, Failure, Style, trials::Progress};
-use crate::workcell::Error;
+use crate::workcell::{Ending, Error};
 use crate::workcell::record::Recorder;
 use crate::workcell::trials::{Trial, table};
 
@@ -39,6 +45,9 @@ pub(super) struct TrialsArgs {
     /// Beside the whole, leave each of these regressions out in turn, in the same laboratories.
     #[arg(long, value_name = "1,2,3", value_delimiter = ',')]
     ablate: Vec<u8>,
+    /// What a trial may take, s of wall time; then it counts as failed, and the next begins.
+    #[arg(long, value_name = "S", default_value_t = 300.0, value_parser = budget)]
+    budget: f64,
     /// Where run folders and results go; `trials/TASK` when left out.
     #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -112,6 +121,43 @@ impl FromStr for Shard {
     }
 }
 
+/// Reads how long a trial may take, s.
+fn budget(text: &str) -> Result<f64, String> {
+    const LONGEST: f64 = 86_400.0;
+    match text.parse() {
+        Ok(seconds) if seconds > 0.0 && seconds <= LONGEST => Ok(seconds),
+        _ => Err(format!("`{text}` is no time from 0 to {LONGEST} s")),
+    }
+}
+
+/// Ends what takes too long, as Ctrl-C would.
+struct Watchdog {
+    /// Dropped when there is nothing left to watch.
+    _over: Sender<()>,
+    barked: Arc<AtomicBool>,
+}
+
+impl Watchdog {
+    /// Asks everyone who obeys `cancel` to stop after `seconds`, unless it is dropped before.
+    fn over(cancel: Cancel, seconds: f64) -> Self {
+        let (over, is_over) = channel();
+        let barked = Arc::new(AtomicBool::new(false));
+        let bark = barked.clone();
+        thread::spawn(move || {
+            let waited = is_over.recv_timeout(Duration::from_secs_f64(seconds));
+            if waited == Err(RecvTimeoutError::Timeout) {
+                bark.store(true, Ordering::SeqCst);
+                cancel.cancel();
+            }
+        });
+        Self { _over: over, barked }
+    }
+
+    fn barked(&self) -> bool {
+        self.barked.load(Ordering::SeqCst)
+    }
+}
+
 /// `trueup trials`.
 pub(super) fn trials(args: &TrialsArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
     if let Some(TrialsCommand::Merge(merge)) = &args.command {
@@ -167,6 +213,8 @@ struct Work {
     /// The regressions left out, one list a row of the table.
     sets: Vec<Vec<u8>>,
     seeds: Vec<u64>,
+    /// What a trial may take, s.
+    budget: f64,
     setup: String,
     out: PathBuf,
     file: PathBuf,
@@ -210,7 +258,8 @@ impl Work {
             switches(set)?;
         }
         let setup = setup(&source, cli)?;
-        Ok(Self { source, steps, is_file, sets, seeds, setup, out, file })
+        let budget = args.budget;
+        Ok(Self { source, steps, is_file, sets, seeds, budget, setup, out, file })
     }
 
     /// Returns how many of the wanted trials are done, and how many are wanted.
@@ -299,6 +348,7 @@ impl Work {
         let recorder =
             made.map_err(|(path, error)| report::no_run_folder(&path, &error, "--out"))?;
         let watch = progress.watch(&format!("seed {seed}"));
+        let watchdog = Watchdog::over(cell.cancel(), self.budget);
         let ran = cell.run(call, Some(recorder), Box::new(watch));
         // A trial that could not be kept has not been made.
         if let Err(error @ (Error::Unrecorded { .. } | Error::File { .. })) = &ran {
@@ -308,6 +358,9 @@ impl Work {
             return Ok(None);
         }
         let trial = match &ran {
+            Ok(run) if run.outcome == Ending::Stopped && watchdog.barked() => {
+                Trial::of(run, switches).not_within(self.budget)
+            }
             Ok(run) => Trial::of(run, switches),
             Err(error) => {
                 let task = language::text::call(call);

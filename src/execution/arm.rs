@@ -42,11 +42,6 @@ impl Cancel {
     pub fn child(&self) -> Self {
         Self { own: Arc::default(), above: Some(Arc::new(self.clone())) }
     }
-
-    /// Returns the flag itself, for planners that poll it; it knows nothing of a wish above it.
-    pub fn flag(&self) -> &AtomicBool {
-        &self.own
-    }
 }
 
 /// What the arm reports of itself at one instant.

@@ -18,11 +18,17 @@ use crate::execution::twin_arm::TwinBody;
 use crate::execution::walk::{Done, Walker};
 use crate::graph::ParseGraph;
 use crate::language::Library;
+use crate::motion::budget;
 use crate::twin::render::{ArmLook, View};
 use crate::twin::{Settings, Twin};
 use crate::world::WorldState;
 
 use super::stdlib::Stdlib;
+
+/// Arm time after which a rehearsal is given up, s: a pour takes 30 s.
+const LONGEST: f64 = 1200.0;
+/// What a rehearsal may plan, in units of [`budget::Budget`]: a few times what one search may cost.
+const PLANNED: u64 = 3 * budget::USUAL;
 
 /// One parse graph with one set of choices.
 #[derive(Debug, Clone)]
@@ -157,6 +163,7 @@ impl Rehearsals<'_> {
             Arc::new(Mutex::new(Nobody)),
         );
         let scripts = Scripts::new(stage);
+        scripts.stage().allow(LONGEST, PLANNED)?;
         scripts.stage().set_memory(self.memory.clone());
         scripts.stage().set_past(self.past.clone());
         let scene = self.cell.scene.clone();

@@ -101,6 +101,13 @@ impl Trial {
         }
     }
 
+    /// Returns the trial as one that was ended because it took longer than `seconds`.
+    #[must_use]
+    pub fn not_within(self, seconds: f64) -> Self {
+        let reason = Some(format!("not within {seconds} s"));
+        Self { outcome: Some(Ending::Failure), reason, ..self }
+    }
+
     /// Whether the task was done with no more than `leak` mL on the table.
     fn succeeded(&self, leak: f64) -> bool {
         self.outcome == Some(Ending::Success)

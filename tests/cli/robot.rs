@@ -146,3 +146,26 @@ fn a_plan_goes_round_an_obstacle_and_a_walled_in_goal_has_none() {
     assert_eq!(said.json()["found"], false);
     assert!(!said.json()["reason"].as_str().unwrap().is_empty());
 }
+
+#[test]
+fn bad_numbers_are_one_message_and_exit_code_2() {
+    let desk = Desk::new("cli-robot-numbers");
+    desk.file(
+        "far.json",
+        r#"{"start": [1e300, 0, 0, 0, 0, 0, 0], "goals": [[0, 0, 0, 0, 0, 0, 0]]}"#,
+    );
+    desk.file("none.json", r#"{"start": [0, 0, 0, 0, 0, 0, 0], "goals": []}"#);
+    for args in [
+        &["fk", "--q", "1e308,0,0,0,0,0,0"][..],
+        &["fk", "--q", "nan,0,0,0,0,0,0"],
+        &["dynamics", "--q", "inf,0,0,0,0,0,0"],
+        &["ik", "--pose", "1e308,0,0,1,0,0,0"],
+        &["ik", "--pose", "0.5,0,0.3,1,0,0,0", "--near", "1e300,0,0,0,0,0,0"],
+        &["plan", "--problem", "far.json"],
+        &["plan", "--problem", "none.json"],
+    ] {
+        let said = desk.trueup(&[&["robot"], args, &["--json"]].concat());
+        assert_eq!((said.code, said.err.as_str()), (2, ""), "{args:?}: {}", said.out);
+        assert!(!said.error("message").is_empty(), "{args:?}");
+    }
+}

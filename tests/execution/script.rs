@@ -312,3 +312,26 @@ fn a_stop_ends_a_loop_and_cannot_be_caught() {
     cancel.clear();
     run(&scripts, "arm.wait(0.02);").unwrap();
 }
+
+/// A rehearsal that would go on for ever is over once its time or its planning is used up.
+#[test]
+fn a_stage_with_an_allowance_ends_what_goes_beyond_it() {
+    let scripts = super::scripts(&Cancel::default(), Tape::recording());
+    scripts.stage().allow(0.5, 1_000_000_000).unwrap();
+    run(&scripts, "arm.wait(0.2);").unwrap();
+    let error = run(&scripts, "try { arm.wait(0.4); } catch { arm.wait(0.1); }").unwrap_err();
+    assert!(error.to_string().contains("not over within 0.5 s of arm time"), "{error}");
+    let scripts = super::scripts(&Cancel::default(), Tape::recording());
+    scripts.stage().allow(60.0, 1_000).unwrap();
+    let error = run(&scripts, r#"twin.grasps("jar", "side", 0.0);"#).unwrap_err();
+    assert!(error.to_string().contains("within a budget"), "{error}");
+}
+
+/// What is too wide for the fingers is known before anything is searched.
+#[test]
+fn the_cup_is_too_wide_to_be_taken_and_that_is_said_without_a_search() {
+    let scripts = super::scripts(&Cancel::default(), Tape::recording());
+    scripts.stage().allow(60.0, 0).unwrap();
+    let error = run(&scripts, r#"twin.grasps("cup", "side", 0.0);"#).unwrap_err();
+    assert!(error.to_string().contains("160 mm wide"), "{error}");
+}

@@ -129,3 +129,92 @@ fn a_problem_that_cannot_be_solved_or_read_says_why() {
     assert!(matches!(wrong.world(&robot), Err(Error::Input { .. })));
     assert!(Problem::parse("{\"start\": 3}").unwrap_err().to_string().contains("line 1"));
 }
+
+/// Whatever numbers a problem holds, it is answered or refused in one sentence.
+#[test]
+fn a_problem_with_bad_numbers_is_refused_and_never_panics() {
+    let robot = Robot::gen3();
+    let ask = |problem: &Value| -> Result<Value, Error> {
+        let problem = Problem::parse(&problem.to_string())?;
+        let budget = Budget::of(20_000_000, || false);
+        plan(&robot, &problem, &Settings::default(), &budget, &mut clock())
+            .map(|answer| to_value(answer).unwrap())
+    };
+    let home = problem()["start"].clone();
+    let with = |key: &str, value: Value| {
+        let mut changed = problem();
+        changed[key] = value;
+        changed
+    };
+    let joint = |value: f64| {
+        let mut q = home.clone();
+        q[0] = json!(value);
+        q
+    };
+    let boxed = |size: Value, at: Value, turn: Value| {
+        with(
+            "obstacles",
+            json!([{"shape": "box", "size_m": size, "pose": {"xyz_m": at, "quat_wxyz": turn}}]),
+        )
+    };
+    let (side, here, plain) = (json!([0.1, 0.1, 0.1]), json!([0.5, 0.0, 0.3]), json!([1, 0, 0, 0]));
+    let refused = [
+        with("start", json!([])),
+        with("start", json!([0.0, 0.0])),
+        with("start", joint(1e300)),
+        with("start", joint(-1e8)),
+        with("goals", json!([])),
+        with("goals", json!([[]])),
+        with("goals", json!([joint(1e300)])),
+        with("goals", json!([home, joint(f64::MAX)])),
+        with("goals", json!(vec![home.clone(); 10_001])),
+        with("obstacles", json!(vec![problem()["obstacles"][2].clone(); 10_001])),
+        boxed(json!([1e300, 1e300, 1e300]), here.clone(), plain.clone()),
+        boxed(json!([0.1, -0.1, 0.1]), here.clone(), plain.clone()),
+        boxed(json!([0.1, 0.0, 0.1]), here.clone(), plain.clone()),
+        boxed(json!([]), here.clone(), plain.clone()),
+        boxed(json!([0.1]), here.clone(), plain.clone()),
+        boxed(side.clone(), json!([1e300, 0.0, 0.0]), plain.clone()),
+        boxed(side.clone(), here.clone(), json!([0, 0, 0, 0])),
+        boxed(side.clone(), here.clone(), json!([1e300, 1e300, 0, 0])),
+    ];
+    for (number, problem) in refused.iter().enumerate() {
+        let error = ask(problem).expect_err(&format!("problem {number}"));
+        assert!(error.to_string().len() < 200, "{error}");
+    }
+    // No number of JSON is that large.
+    assert!(Problem::parse(&problem().to_string().replace("0.26", "1e999")).is_err());
+    let answered = [
+        // Turned often, but the same place.
+        with("start", joint(-0.6 + 100.0 * std::f64::consts::TAU)),
+        // Out of range.
+        with("goals", json!([[0.6, 3.0, 3.1, -2.27, 0.0, 0.96, 1.57]])),
+        // Around everything.
+        boxed(json!([1000.0, 1000.0, 1000.0]), here, plain.clone()),
+        // The shortest sides, inside the arm.
+        boxed(json!([1e-6, 1e-6, 1e-6]), json!([0.0, 0.0, 0.3]), plain),
+        with("goals", json!(vec![home.clone(); 1000])),
+    ];
+    for problem in &answered {
+        let answer = ask(problem).unwrap();
+        assert!(answer["found"].is_boolean(), "{answer}");
+    }
+}
+
+#[test]
+fn joint_positions_and_poses_with_bad_numbers_are_refused() {
+    let robot = Robot::gen3();
+    for bad in ["nan", "inf", "-inf", "1e308", "1e6", "x", ""] {
+        let row = format!("{bad},0.26,3.14,-2.27,0,0.96,1.57");
+        let found = joint_rows(&robot, &row).and_then(|rows| {
+            dynamics(&robot, Bodies::All, &rows)?;
+            fk(&robot, &rows)
+        });
+        assert!(found.is_err(), "{row}");
+        let pose = format!("{bad},0,0.3,1,0,0,0");
+        assert!(pose_rows(&pose).is_err(), "{pose}");
+        let turn = format!("0.5,0,0.3,{bad},0,0,0");
+        assert!(pose_rows(&turn).is_err(), "{turn}");
+    }
+    assert!(pose_rows("0.5,0,0.3,0,0,0,0").is_err());
+}

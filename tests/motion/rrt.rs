@@ -1,5 +1,7 @@
 //! Paths are free, upright where asked, and the same for the same seed.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use nalgebra::{Isometry3, Vector3};
 use trueup::motion::collision::{CollisionWorld, Obstacle};
 use trueup::motion::ik::{Options, Solver};
@@ -106,5 +108,12 @@ fn what_cannot_be_planned_is_said() {
     assert!(matches!(plan(vec![0.0; 3], &run), Err(Error::WrongLength { .. })));
     let across = level_grasp(&solver, &world, 0.25).swap_remove(0);
     let stopped = Budget::new(|| true);
-    assert_eq!(plan(across, &stopped), Err(Error::Cancelled));
+    assert_eq!(plan(across.clone(), &stopped), Err(Error::Cancelled));
+    // In the middle of an edge, too: whoever stops it does not wait for the next sample.
+    let looks = AtomicUsize::new(0);
+    let later = Budget::new(|| looks.fetch_add(1, Ordering::Relaxed) > 20);
+    assert_eq!(plan(across.clone(), &later), Err(Error::Cancelled));
+    assert_eq!(looks.load(Ordering::Relaxed), 22);
+    let little = Budget::of(2_000, || false);
+    assert!(matches!(plan(across, &little), Err(Error::Spent { .. })));
 }

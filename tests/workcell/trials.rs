@@ -1,5 +1,6 @@
 //! Trials: what a run counts for, the table, and the command that goes on where it ended.
 
+use serde_json::json;
 use trueup::execution::calibrate::Switches;
 use trueup::workcell::trials::{Trial, table};
 use trueup::workcell::{Ending, Water};
@@ -141,6 +142,39 @@ fn trials_go_on_where_they_ended_and_shards_make_one_table() {
     // Another task is another table.
     let said = desk.trueup(&["trials", "--task", "home()", "--n", "1", "--out", "t", "--json"]);
     assert_eq!((said.code, said.error("code")), (2, "trials::setup".to_owned()));
+}
+
+/// A seed that takes too long is a trial that failed, and the next has its turn.
+#[test]
+fn a_trial_beyond_its_budget_has_failed_and_trials_go_on() {
+    let desk = Desk::new("trials-budget");
+    desk.file("plain.toml", PLAIN);
+    let args = [
+        "trials",
+        "--task",
+        "pour(jar, cup)",
+        "--n",
+        "2",
+        "--budget",
+        "0.3",
+        "--lab",
+        "plain.toml",
+    ];
+    let said = desk.trueup(&[&args[..], &["--out", "t", "--json"]].concat());
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    let document = said.json();
+    assert_eq!(document["done"], 2);
+    for trial in document["trials"].as_array().unwrap() {
+        assert_eq!(
+            (&trial["outcome"], &trial["reason"]),
+            (&json!("failure"), &json!("not within 0.3 s"))
+        );
+    }
+    assert_eq!(document["rows"][0]["failures"][1]["reason"], "not within 0.3 s");
+    for bad in ["0", "-1", "nan", "1e300", "soon"] {
+        let said = desk.trueup(&["trials", "--task", "look()", "--budget", bad, "--json"]);
+        assert_eq!((said.code, said.error("code")), (2, "usage".to_owned()), "{bad}");
+    }
 }
 
 #[test]

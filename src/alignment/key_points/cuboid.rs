@@ -151,7 +151,11 @@ fn group(sides: &mut Vec<Side>) -> Option<f64> {
     let votes = sides.iter().map(|side| (-side.normal.x).atan2(side.normal.y));
     let mut best = votes.max_by(|a, b| support(*a).total_cmp(&support(*b)))?;
     let mut step: f64 = 0.04;
-    while step > 1e-4 {
+    // Nine halvings, and once round the circle at most between them: equal support must not lead on for ever.
+    for _ in 0..250 {
+        if step <= 1e-4 {
+            break;
+        }
         let next = [best - step, best, best + step];
         let better = next.into_iter().max_by(|a, b| support(*a).total_cmp(&support(*b)))?;
         if (better - best).abs() < 0.5 * step {

@@ -96,8 +96,8 @@ pub enum Stuck {
         /// When, s.
         t: f64,
     },
-    /// The step became too small to move time.
-    #[error("the step shrank to nothing at t = {t} s; the equations are too stiff or jump")]
+    /// The steps became too small to move time, or too many.
+    #[error("the steps shrank to nothing at t = {t} s; the equations are too stiff or jump")]
     TooStiff {
         /// When, s.
         t: f64,
@@ -116,10 +116,17 @@ pub fn dopri5(
     tolerance: Tolerance,
     work: &mut Work<f64>,
 ) -> Result<usize, Stuck> {
+    // Equations of a few effects take some tens of steps from row to row.
+    const MOST: usize = 1_000_000;
     let span = t1 - t0;
     let (mut t, mut h) = (t0, span);
     let mut steps = 0;
+    let mut tried = 0;
     while t < t1 {
+        tried += 1;
+        if tried > MOST {
+            return Err(Stuck::TooStiff { t });
+        }
         h = h.min(t1 - t);
         let Work { k, y } = work;
         let mut error: f64 = 0.0;

@@ -33,6 +33,8 @@ pub(super) type Tried = (Hypothesis, Gain);
 
 /// Most effects in one model.
 const MOST_EFFECTS: usize = 5;
+/// Turns of adding and leaving out: what is refused may be found again, but not for ever.
+const MOST_TURNS: usize = 50;
 /// From how many shapes of a grid the fit goes on with the shape free.
 const BOTTOMS: usize = 2;
 /// How many of the candidates are fitted in full.
@@ -50,7 +52,7 @@ impl Question<'_> {
         let mut best = nominal.clone();
         let mut rounds: Vec<Vec<Tried>> = Vec::new();
         let mut n_tried = 0;
-        while best.effects.len() < MOST_EFFECTS {
+        while best.effects.len() < MOST_EFFECTS && rounds.len() < MOST_TURNS {
             if !self.is_sound(&best) {
                 best = self.refuse(&nominal, best);
             }

@@ -19,6 +19,8 @@ pub(super) enum Creep {
 
 /// Longest step of the integration, s.
 const STEP: f64 = 0.002;
+/// Steps between two rows at most: over a gap of more than 20 s the steps are longer.
+const MOST_STEPS: f64 = 1e4;
 
 /// Returns how far the thing has crept in the hand's frame since it was taken, m, at every row that is judged,
 /// stretch after stretch; `None` for friction under a squeeze that nobody told.
@@ -34,7 +36,7 @@ pub(super) fn crept(held: &Held, law: Creep) -> Option<Vec<Vec<Vector3<f64>>>> {
         for &wanted in rows {
             while row < wanted {
                 let span = held.time[row + 1] - held.time[row];
-                let steps = (span / STEP).ceil().max(1.0);
+                let steps = (span / STEP).ceil().clamp(1.0, MOST_STEPS);
                 let h = span / steps;
                 for k in 0..steps as usize {
                     let part = (k as f64 + 0.5) / steps;

@@ -32,6 +32,8 @@ pub(super) struct Flow {
 
 /// Longest step of the integration, s.
 const STEP: f64 = 0.02;
+/// Steps between two rows at most: over a gap of more than 20 s the steps are longer.
+const MOST_STEPS: f64 = 1e3;
 
 /// Returns the volume in the other vessel at each row of the pour, and what is beside both at its end, m³.
 pub(super) fn arrived(pour: &Pour, flow: &Flow) -> (Vec<f64>, f64) {
@@ -41,7 +43,7 @@ pub(super) fn arrived(pour: &Pour, flow: &Flow) -> (Vec<f64>, f64) {
     let mut curve: Vec<(f64, f64)> = vec![(pour.time[0], 0.0)];
     for row in 1..pour.time.len() {
         let span = pour.time[row] - pour.time[row - 1];
-        let steps = (span / STEP).ceil().max(1.0);
+        let steps = (span / STEP).ceil().clamp(1.0, MOST_STEPS);
         let h = span / steps;
         for k in 0..steps as usize {
             let part = (k as f64 + 0.5) / steps;

@@ -38,6 +38,8 @@ const MANY: usize = 4;
 
 /// How many effects may come in the place of a broad one.
 const DETOUR: usize = 3;
+/// Turns of adding and leaving out, for each effect that may join. Chosen: what goes round so often gets nowhere.
+const MOST_TURNS: usize = 10;
 
 /// What has been found so far.
 #[derive(Clone)]
@@ -90,7 +92,7 @@ impl<T: Clone + PartialEq + Send + Sync> Grown<T> {
     ) {
         // What joins can lead to something else being left out that joins again.
         let mut seen: Vec<Vec<T>> = Vec::new();
-        while self.best.terms.len() < options.most {
+        while self.best.terms.len() < options.most && seen.len() < MOST_TURNS * options.most {
             let again = |terms: &Vec<T>| same_terms(terms, &self.best.terms);
             if seen.iter().any(again) {
                 break;

@@ -120,6 +120,8 @@ pub struct Way {
     pub on: Vec<Vec<f64>>,
 }
 
+/// A straight line of the tool is no longer than any arm reaches across, m.
+const LONGEST_LINE: f64 = 10.0;
 /// What finding the joint positions of one pose costs, in units of [`Budget`].
 const REACHING: u64 = 10_000;
 /// What following a path costs, a pose of it.
@@ -198,6 +200,12 @@ impl Planner {
     ///
     /// How far out of reach the pose is, m.
     fn reach(&self, tool: &Pose<World, Tool>, near: &[f64]) -> Result<Vec<Vec<f64>>, f64> {
+        let pose = tool.isometry();
+        if !pose.translation.vector.iter().all(|x| x.is_finite())
+            || !pose.rotation.coords.iter().all(|x| x.is_finite())
+        {
+            return Err(f64::INFINITY);
+        }
         let options = ik::Options { sweep: 24, ..ik::Options::near(near) };
         let robot = self.robot();
         let inside = |q: &[f64]| robot.outside_limits(q, -RESERVE).is_none();
@@ -305,11 +313,15 @@ impl Planner {
 
     /// Returns the joint path of a straight line of the tool by `by` m in the world, orientation kept.
     pub fn line(&self, by: Vector3<f64>) -> Result<Vec<Vec<f64>>, NoWay> {
+        let no =
+            |why| NoWay { what: format!("to move the tool by {:.0} mm", by.norm() * 1e3), why };
+        let length = by.norm();
+        if length.is_nan() || length > LONGEST_LINE {
+            return Err(no(Why::OutOfReach { nearest: length }));
+        }
         let poses = straight(&self.tool_at(&self.q), by);
-        self.track(&self.q, &poses).map_err(|nearest| NoWay {
-            what: format!("to move the tool by {:.0} mm", by.norm() * 1e3),
-            why: Why::OutOfReach { nearest },
-        })
+        self.goes_on(TRACKING * poses.len() as u64, 0).map_err(no)?;
+        self.track(&self.q, &poses).map_err(|nearest| no(Why::OutOfReach { nearest }))
     }
 
     /// Returns a way to where the tool is at `at`, round everything in the way.

@@ -199,7 +199,7 @@ impl Stage {
         let left = until - self.body.arm().feedback()?.time;
         if seconds.is_nan() || seconds > left {
             return Err(ActionError::Broken(format!(
-                "it is not over within {allowed:.0} s of arm time"
+                "it is not over within {allowed} s of arm time"
             )));
         }
         Ok(())
