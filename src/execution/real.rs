@@ -117,10 +117,7 @@ impl Body for RealBody {
     }
 
     fn sight(&self) -> Box<dyn Sight> {
-        Box::new(RealSight {
-            belief: self.belief.clone(),
-            cell: self.cell.clone(),
-        })
+        Box::new(RealSight { belief: self.belief.clone(), cell: self.cell.clone() })
     }
 
     fn state(&mut self) -> Result<WorldState, DeviceError> {

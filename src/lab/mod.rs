@@ -438,7 +438,11 @@ mod tests {
     fn scene() -> Scene {
         Scene {
             name: "bench".into(),
-            table: Table { size: Vector3::new(1.2, 0.8, 0.02), centre: [0.5, 0.0], colour: [200; 3] },
+            table: Table {
+                size: Vector3::new(1.2, 0.8, 0.02),
+                centre: [0.5, 0.0],
+                colour: [200; 3],
+            },
             marks: Vec::new(),
             objects: vec![Object {
                 name: "jar".into(),

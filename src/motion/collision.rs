@@ -162,7 +162,8 @@ impl<'a> CollisionWorld<'a> {
     /// be may lie beyond its solids. The rest of the robot does not mind it; [`Self::ignore`] takes obstacles out.
     pub fn guard(&mut self, name: &str, radius: f64, point: &Vector3<f64>) {
         let ball = Solid::Sphere { radius };
-        let placed = Placed { solid: ball, pose: Isometry3::translation(point.x, point.y, point.z) };
+        let placed =
+            Placed { solid: ball, pose: Isometry3::translation(point.x, point.y, point.z) };
         self.parts.push(Part {
             name: name.into(),
             link: self.robot.tip,

@@ -121,7 +121,9 @@ impl Leaving<'_> {
         let gain: f64 = from
             .touches
             .iter()
-            .map(|(pair, before)| next.touches.get(pair).map_or(enough, |now| now.min(enough)) - before)
+            .map(|(pair, before)| {
+                next.touches.get(pair).map_or(enough, |now| now.min(enough)) - before
+            })
             .sum();
         (gain > GAIN * STEP).then_some((next, gain))
     }
@@ -268,9 +270,8 @@ mod tests {
             let world = beside_the_hand(&robot, &home, cup, Vector3::new(x, y, z));
             let settings = rrt::Settings::default();
             let stop = AtomicBool::new(false);
-            let from = |q: &[f64]| {
-                rrt::plan(&solver, &world, q, &[goal.clone()], None, &settings, &stop)
-            };
+            let from =
+                |q: &[f64]| rrt::plan(&solver, &world, q, &[goal.clone()], None, &settings, &stop);
             assert!(matches!(from(&home), Err(Error::Collision { .. })), "it touches there");
             let way = leave(&solver, &world, &home, None).expect("there is a way out");
             assert_eq!(way[0], home);

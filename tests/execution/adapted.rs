@@ -8,6 +8,7 @@ use trueup::execution::stage::Cell;
 use trueup::motion::trajectory::{Limits, Trajectory};
 use trueup::twin::{Settings, Twin};
 use trueup::world::Pose;
+use trueup::world::frame::{Flange, Tool};
 
 use crate::kitchen::HOME;
 
@@ -34,7 +35,8 @@ fn the_adapted_twin_has_its_tool_where_the_regressions_say_the_arms_is() {
     let turned: Vec<f64> = q.iter().zip(&found.zeros).map(|(q, zero)| q + zero).collect();
     let flange = declared.robot.forward(&turned).unwrap();
     let tool = declared.robot.flange_from_tool();
-    let tool = Pose::from_parts(tool.origin() + Vector3::from(found.tool_shift), tool.rotation());
+    let tool: Pose<Flange, Tool> =
+        Pose::from_parts(tool.origin() + Vector3::from(found.tool_shift), tool.rotation());
     let expected =
         found.reported_from_real.inverse() * (declared.scene.world_from_base * (flange * tool));
     let twin = Twin::new(
@@ -102,7 +104,10 @@ fn a_hand_that_touches_something_is_led_away_before_it_goes_on() {
     assert_eq!(way.on.last(), Some(&retract));
     // Where the goal itself touches something there is still no way.
     let error = planner.free(&HOME, None, 1).unwrap_err();
-    assert!(matches!(&error, NoWay { why: Why::NoPath(why), .. } if why.contains("jar")), "{error}");
+    assert!(
+        matches!(&error, NoWay { why: Why::NoPath(why), .. } if why.contains("jar")),
+        "{error}"
+    );
 }
 
 /// The whole run was stopped because one point of the touch-off led the tool too near to the table.

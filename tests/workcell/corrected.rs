@@ -78,8 +78,7 @@ fn the_arm_of_the_rehearsal_is_the_one_that_regression_3_found() {
     let mut lab = plain().lab;
     lab.switches.zero_offsets = true;
     lab.switches.tool_offset = true;
-    let mut cell =
-        WorkCell::open(Options { scene: Some(dry()), ..options(lab, 3) }).unwrap();
+    let mut cell = WorkCell::open(Options { scene: Some(dry()), ..options(lab, 3) }).unwrap();
     let run = cell.run(&call("approach(jar)"), None, Box::new(Nobody)).unwrap();
     assert_eq!(run.outcome, Ending::Success, "{:?}", run.reason);
     let found = run.calibration.as_ref().unwrap();

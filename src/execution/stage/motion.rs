@@ -360,9 +360,8 @@ impl Stage {
             )));
         }
         let way = [self.q.clone(), first.clone()];
-        let trajectory =
-            Trajectory::through_points(&way, &self.paced(BRIDGE_SPEED))
-                .map_err(|error| ActionError::Refused(error.to_string()))?;
+        let trajectory = Trajectory::through_points(&way, &self.paced(BRIDGE_SPEED))
+            .map_err(|error| ActionError::Refused(error.to_string()))?;
         let from = self.body.arm().feedback()?.q_cmd;
         let cleared = self.cell.limits.clear(&self.cell, trajectory, &from)?;
         let seconds = cleared.trajectory().duration();
