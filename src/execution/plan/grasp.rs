@@ -54,7 +54,7 @@ impl Planner {
             world.ignore(jaw, o);
         }
         let mut dropped = Dropped::new();
-        let mut ways = Vec::new();
+        let mut ways: Vec<Lifted> = Vec::new();
         // Above the middle, where there is room for the wrist below and the lip stays free.
         'looking: for share in [0.60, 0.52, 0.68] {
             let height = (share * object.shape.height()).max(0.055);
@@ -85,31 +85,38 @@ impl Planner {
                     way.reverse();
                     let Some(clearance) = Self::clear(&world, &way, &mut dropped) else { continue };
                     let lift = Vector3::z() * 0.10;
-                    if self.track(q_at, &straight(&at, lift)).is_err() {
+                    let Ok(lift) = self.track(q_at, &straight(&at, lift)) else {
                         dropped.out_of_reach(0.0);
                         continue;
-                    }
+                    };
                     let travel = distance(&way[0], &self.q);
                     let cost = travel + 0.3 / (clearance + 0.01) * 0.01 + self.strain(q_at);
-                    ways.push(Grasp {
+                    let grasp = Grasp {
                         object: o.to_owned(),
                         before: way[0].clone(),
                         way_in: way,
                         heading,
                         clearance,
                         cost,
-                    });
+                    };
+                    ways.push((grasp, lift));
                 }
             }
             if ways.len() >= KEPT {
                 break;
             }
         }
-        if ways.is_empty() {
-            return Err(no(dropped.why()));
+        ways.sort_by(|(a, _), (b, _)| a.cost.total_cmp(&b.cost));
+        // Timing a way costs more than finding it, so only those that are kept are timed.
+        let passes = |(grasp, lift): &Lifted| self.passes(&grasp.way_in) && self.passes(lift);
+        if !ways.is_empty() {
+            dropped.out_of_reach(0.0);
         }
-        ways.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        Ok(spread(ways))
+        let kept = spread(ways, &passes);
+        if kept.is_empty() {
+            return Err(NoWay { what, why: dropped.why() });
+        }
+        Ok(kept)
     }
 
     /// Draws a grasp back until the palm stays clear of the object; `None` when the fingers are too short.
@@ -149,13 +156,16 @@ impl Planner {
     }
 }
 
-/// Keeps the best ways, at most three of the same heading so that there is something to choose from.
-fn spread(ways: Vec<Grasp>) -> Vec<Grasp> {
+/// A grasp and the way up from it, rad.
+type Lifted = (Grasp, Vec<Vec<f64>>);
+
+/// Keeps the best ways that pass, at most three of the same heading so that there is something to choose from.
+fn spread(ways: Vec<Lifted>, passes: &dyn Fn(&Lifted) -> bool) -> Vec<Grasp> {
     let mut kept: Vec<Grasp> = Vec::new();
     for way in ways {
-        let alike = kept.iter().filter(|k| (k.heading - way.heading).abs() < 0.1).count();
-        if alike < 3 && kept.len() < KEPT {
-            kept.push(way);
+        let alike = kept.iter().filter(|k| (k.heading - way.0.heading).abs() < 0.1).count();
+        if alike < 3 && kept.len() < KEPT && passes(&way) {
+            kept.push(way.0);
         }
     }
     kept

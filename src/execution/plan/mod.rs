@@ -21,6 +21,7 @@ use crate::motion::ik::{self, Solver};
 use crate::motion::robot::Robot;
 use crate::motion::rrt::{self, Cone};
 use crate::motion::solid::Solid;
+use crate::motion::trajectory::{self, Trajectory};
 use crate::world::frame::{Base, Flange, Object, Tool, World};
 use crate::world::{Pose, WorldState};
 
@@ -360,6 +361,15 @@ impl Planner {
             }
         }
         Err(NoWay { what, why: Why::OutOfReach { nearest } })
+    }
+
+    /// Returns whether the limits let a dense path pass: a smooth curve through points that keep inside a joint's
+    /// range may swing past its end where the arm's elbow is shifted.
+    fn passes(&self, path: &[Vec<f64>]) -> bool {
+        let limits = trajectory::Limits::of(self.robot());
+        let Some(first) = path.first() else { return true };
+        Trajectory::through_points(path, &limits)
+            .is_ok_and(|timed| self.cell.limits.clear(&self.cell, timed, first).is_ok())
     }
 
     /// Drops a path that touches something; returns its smallest clearance otherwise.

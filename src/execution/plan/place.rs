@@ -81,6 +81,10 @@ impl Planner {
                 {
                     continue;
                 }
+                if !self.passes(&way_down) || !self.passes(&way_out) {
+                    dropped.out_of_reach(0.0);
+                    continue;
+                }
                 let cost = distance(&way_down[0], &self.q) + 0.5 * turn.abs();
                 ways.push(Placement {
                     object: o.to_owned(),

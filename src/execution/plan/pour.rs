@@ -147,12 +147,17 @@ impl Planner {
                 break;
             }
         }
-        if ways.is_empty() {
+        ways.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        if !ways.is_empty() {
+            dropped.out_of_reach(0.0);
+        }
+        // Timing a way costs more than finding it, so only those that are kept are timed.
+        let passing = ways.into_iter().filter(|way| self.passes(&way.turn));
+        let kept: Vec<Pour> = passing.take(KEPT).collect();
+        if kept.is_empty() {
             return Err(no(dropped.why()));
         }
-        ways.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        ways.truncate(KEPT);
-        Ok(ways)
+        Ok(kept)
     }
 }
 
