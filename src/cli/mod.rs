@@ -32,6 +32,7 @@ mod text;
 mod trials;
 mod vqa;
 
+use std::io::IsTerminal as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -207,6 +208,14 @@ pub fn main() -> ExitCode {
             let code = if error.use_stderr() { Exit::BadInput } else { Exit::Yes };
             if error.use_stderr() && std::env::args_os().any(|argument| argument == "--json") {
                 Style::detect(true, true).failure(&usage(&error));
+            } else if error.use_stderr() {
+                // It quotes the arguments, which may be names of files that somebody else chose.
+                let terminal = std::io::stderr().is_terminal();
+                let styled = error.render();
+                crate::report::complain(
+                    if terminal { styled.ansi().to_string() } else { styled.to_string() }
+                        .trim_end(),
+                );
             } else {
                 let _ = error.print();
             }

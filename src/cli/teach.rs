@@ -1,7 +1,7 @@
 //! `trueup teach` and `trueup run --step`: a run one step at a time, words from a terminal, a pipe or a file.
 
 use std::collections::VecDeque;
-use std::io::{BufRead, IsTerminal};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -11,6 +11,7 @@ use clap::Args;
 use rustyline::DefaultEditor;
 
 use crate::execution::arm::Cancel;
+use crate::files;
 use crate::language::Library;
 use crate::report::teach::{Earlier, Place, Teller};
 use crate::report::{self, Failure, Style, kept};
@@ -177,8 +178,10 @@ impl Input {
         let (send, lines) = channel();
         // A pipe cannot be waited for and looked away from at once; a thread of its own waits.
         std::thread::spawn(move || {
-            for line in std::io::stdin().lock().lines().map_while(Result::ok) {
-                if send.send(line).is_err() {
+            let mut input = std::io::stdin().lock();
+            while let Ok(line) = files::read::line(&mut input) {
+                let typed = line.trim_end_matches(['\n', '\r']).to_owned();
+                if line.is_empty() || send.send(typed).is_err() {
                     break;
                 }
             }

@@ -4,7 +4,7 @@
 //! they are opened, and a file that grows while it is read stops at the limit.
 
 use std::fs::{self, File};
-use std::io::{self, Read as _};
+use std::io::{self, BufRead, Read as _};
 use std::path::Path;
 
 /// The largest text that a person writes: tasks, scenes, settings, descriptions of robots, bytes.
@@ -64,6 +64,19 @@ pub fn text_of(path: &Path, limit: u64) -> io::Result<String> {
     String::from_utf8(found).map_err(not_text)
 }
 
+/// Reads one line of what is typed or piped in, with its end; empty when there is no more.
+///
+/// # Errors
+///
+/// What the system says; [`io::ErrorKind::FileTooLarge`] for a line longer than a megabyte, which nobody types,
+/// and [`io::ErrorKind::InvalidData`] for what is not UTF-8.
+pub fn line(input: &mut dyn BufRead) -> io::Result<String> {
+    const LONGEST: u64 = 1 << 20;
+    let mut line = String::new();
+    let read = input.take(LONGEST).read_line(&mut line)?;
+    if read as u64 == LONGEST && !line.ends_with('\n') { Err(too_large(LONGEST)) } else { Ok(line) }
+}
+
 fn too_large(limit: u64) -> io::Error {
     let limit = limit >> 20;
     io::Error::new(io::ErrorKind::FileTooLarge, format!("it is larger than {limit} MiB"))
@@ -72,6 +85,16 @@ fn too_large(limit: u64) -> io::Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_line_without_end_is_refused() {
+        let mut input = io::Cursor::new("one\ntwo");
+        assert_eq!(line(&mut input).unwrap(), "one\n");
+        assert_eq!(line(&mut input).unwrap(), "two");
+        assert_eq!(line(&mut input).unwrap(), "");
+        let mut zeros = io::BufReader::new(io::repeat(0));
+        assert_eq!(line(&mut zeros).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+    }
 
     #[test]
     fn only_regular_files_below_the_limit_are_read() {

@@ -9,6 +9,7 @@ use rustyline::error::ReadlineError;
 use rustyline::history::DefaultHistory;
 use rustyline::{Config, Editor};
 
+use crate::files;
 use crate::report::{self, Failure};
 
 use super::complete::Helper;
@@ -149,11 +150,10 @@ impl Typist for Pipe<'_> {
 
     fn next(&mut self, _: &str) -> Result<Typed, Failure> {
         loop {
-            let mut line = String::new();
-            let read = self.input.read_line(&mut line).map_err(|error| {
+            let line = files::read::line(self.input).map_err(|error| {
                 Failure::input("io::read", format!("cannot read input: {error}"))
             })?;
-            if read == 0 {
+            if line.is_empty() {
                 let rest = std::mem::take(&mut self.lines).rest();
                 return Ok(rest.map_or(Typed::End, Typed::Statement));
             }

@@ -243,6 +243,11 @@ pub fn out(line: &str) {
     let _ = writeln!(io::stdout().lock(), "{}", coloured(line));
 }
 
+/// Returns a text as a bar may show it, which writes to the terminal by itself: without what a terminal obeys.
+pub fn shown(text: &str) -> String {
+    shortened(&visible(text), LONGEST.0).into_owned()
+}
+
 /// Writes JSON to stdout. What it may hold as it is and a terminal obeys is written as `\u009b`, which means the
 /// same.
 fn out_json(text: &str) {

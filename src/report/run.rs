@@ -13,7 +13,7 @@ use crate::execution::trace::{
 use crate::units::Unit;
 use crate::workcell::{Ending, Run, State};
 
-use super::{Style, complain};
+use super::{Style, complain, shown as plainly};
 
 /// The bar on the terminal, if there is one, and whether more may come: the prompt takes it away when it
 /// comes back before the work has wound down.
@@ -81,7 +81,7 @@ impl Console {
         let look = ProgressStyle::with_template("{spinner} {msg} {elapsed}");
         let bar = ProgressBar::new_spinner()
             .with_style(look.unwrap_or_else(|_| ProgressStyle::default_spinner()));
-        bar.set_message(message);
+        bar.set_message(plainly(&message));
         bar.enable_steady_tick(Duration::from_millis(120));
         shown.0 = Some(bar.clone());
         self.bar = Some(bar);
@@ -95,14 +95,14 @@ impl Observer for Console {
             Event::Note { text } => {
                 if !self.style.quiet && !self.style.json {
                     match &self.bar {
-                        Some(bar) => bar.println(format!("  {text}")),
+                        Some(bar) => bar.println(format!("  {}", plainly(text))),
                         None => complain(&format!("  {text}")),
                     }
                 }
             }
             Event::Progress { what, fraction } => {
                 if let Some(bar) = &self.bar {
-                    bar.set_message(format!("{what} {:.0} %", fraction * 100.0));
+                    bar.set_message(format!("{} {:.0} %", plainly(what), fraction * 100.0));
                 }
             }
             Event::StepStart { number, of, action, .. } => {

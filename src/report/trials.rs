@@ -6,7 +6,7 @@ use crate::execution::trace::{Event, Observer};
 use crate::workcell::trials::{Row, Share, Spread, Trial};
 
 use super::grid::{Form, Grid};
-use super::{Style, complain};
+use super::{Style, complain, shown};
 
 /// Tells on stderr how far trials have come: a bar on a terminal, a line a trial elsewhere.
 pub struct Progress {
@@ -28,7 +28,7 @@ impl Progress {
     /// Returns someone who tells what goes on inside a trial.
     pub fn watch(&self, what: &str) -> Watch {
         if let Some(bar) = &self.bar {
-            bar.set_message(what.to_owned());
+            bar.set_message(shown(what));
         }
         Watch { bar: self.bar.clone(), what: what.to_owned() }
     }
@@ -39,7 +39,7 @@ impl Progress {
         match &self.bar {
             Some(bar) => {
                 bar.inc(1);
-                bar.println(line);
+                bar.println(shown(&line));
             }
             None if !self.style.quiet => complain(&line),
             None => {}
@@ -65,8 +65,10 @@ impl Observer for Watch {
     fn event(&mut self, event: &Event) {
         let Some(bar) = &self.bar else { return };
         match event {
-            Event::Phase { name, .. } => bar.set_message(format!("{}: {name}", self.what)),
-            Event::StepStart { action, .. } => bar.set_message(format!("{}: {action}", self.what)),
+            Event::Phase { name, .. } => bar.set_message(shown(&format!("{}: {name}", self.what))),
+            Event::StepStart { action, .. } => {
+                bar.set_message(shown(&format!("{}: {action}", self.what)))
+            }
             _ => {}
         }
     }

@@ -11,6 +11,7 @@ mod records;
 mod robot;
 mod run;
 mod say;
+mod strangers;
 mod text;
 mod words;
 mod writes;

@@ -117,7 +117,7 @@ pub(super) fn gap(args: &GapArgs, cli: &Cli, style: Style) -> Result<Exit, Failu
     let bar = bar(style);
     let mut progress = |what: &str, part: f64| {
         if let Some(bar) = &bar {
-            bar.set_message(what.to_owned());
+            bar.set_message(report::shown(what));
             bar.set_position((part * 100.0) as u64);
         }
     };
@@ -173,7 +173,7 @@ fn equations(
     let bar = bar(style);
     let mut progress = |what: &str, part: f64| {
         if let Some(bar) = &bar {
-            bar.set_message(what.to_owned());
+            bar.set_message(report::shown(what));
             bar.set_position((part * 100.0) as u64);
         }
     };

@@ -8,7 +8,7 @@ use crate::discovery::camera::{self, points::Points, points::is_points};
 use crate::discovery::model_file::ModelFile;
 use crate::discovery::recording::Map;
 use crate::files;
-use crate::report::{Failure, Style};
+use crate::report::{self, Failure, Style};
 use crate::world::Camera;
 
 use super::super::run::read;
@@ -40,7 +40,7 @@ pub(super) fn gap(args: &GapArgs, map: &Map, cli: &Cli, style: Style) -> Result<
     let bar = bar(style);
     let mut progress = |what: &str, part: f64| {
         if let Some(bar) = &bar {
-            bar.set_message(what.to_owned());
+            bar.set_message(report::shown(what));
             bar.set_position((part * 100.0) as u64);
         }
     };

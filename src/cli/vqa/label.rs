@@ -1,13 +1,13 @@
 //! `trueup vqa label RUN`: an expert answers the questions of a run, looking at its pictures, without being
 //! shown what anybody else said.
 
-use std::io::BufRead;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde_json::json;
 
 use crate::execution::trace::{FluentRow, StepRecord};
+use crate::files;
 use crate::report::{self, Failure, Style, kept};
 use crate::teach::answers::{self, Answer, Answered, EXPERT};
 use crate::vqa::On;
@@ -65,7 +65,7 @@ pub(super) fn label(args: &LabelArgs, cli: &Cli, style: Style) -> Result<Exit, F
     }
     let mut labelled = 0;
     let mut shown = None;
-    let mut lines = std::io::stdin().lock().lines();
+    let mut input = std::io::stdin().lock();
     let say = |line: &str| if style.json { report::complain(line) } else { report::out(line) };
     say(&format!(
         "{} questions of {}; look at the picture and answer y, n or u (cannot be told); Enter passes, q ends",
@@ -81,8 +81,12 @@ pub(super) fn label(args: &LabelArgs, cli: &Cli, style: Style) -> Result<Exit, F
         let question = row.ask.as_deref().unwrap_or(&row.name);
         loop {
             say(&format!("  {question}"));
-            let Some(Ok(word)) = lines.next() else { break 'all };
-            match (word.trim(), Answer::parse(&word)) {
+            let word = files::read::line(&mut input).unwrap_or_default();
+            if word.is_empty() {
+                break 'all;
+            }
+            let word = word.trim();
+            match (word, Answer::parse(word)) {
                 ("", _) => break,
                 ("q", _) => break 'all,
                 (_, Some(answer)) => {

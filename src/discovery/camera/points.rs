@@ -64,6 +64,11 @@ pub struct Points {
     pub notes: Vec<String>,
 }
 
+/// Most rows that are judged; of more, those that lie evenly over the file.
+const MOST_ROWS: usize = 50_000;
+/// Most pictures of one file: each has a pose of its own, and all are fitted at once.
+const MOST_VIEWS: usize = 1000;
+
 /// Returns whether a CSV text is a table of points and their pixels, going by its header.
 pub fn is_points(text: &str, map: &Map) -> bool {
     let text = text.trim_start_matches('\u{feff}');
@@ -198,7 +203,13 @@ fn table(name: &str, text: &str, map: &Map) -> Result<Points, Error> {
         known: Known::default(),
         notes,
     };
-    for (line, record) in sheet.rows {
+    let rows = sheet.rows.len();
+    let every = rows.div_ceil(MOST_ROWS).max(1);
+    if every > 1 {
+        points.notes.push(format!("{name}: of {rows} rows every {every}th is judged"));
+    }
+    let mut views: BTreeMap<String, usize> = BTreeMap::new();
+    for (line, record) in sheet.rows.into_iter().step_by(every) {
         let number = |column: &str| -> Result<f64, Error> {
             let place = places[column];
             let cell = record.get(place.at).unwrap_or_default();
@@ -218,10 +229,17 @@ fn table(name: &str, text: &str, map: &Map) -> Result<Points, Error> {
             places.get(column).map(|place| record.get(place.at).unwrap_or_default().to_owned())
         };
         let view = word("view").unwrap_or_else(|| "1".into());
-        let view = points.views.iter().position(|known| *known == view).unwrap_or_else(|| {
-            points.views.push(view);
+        let view = *views.entry(view).or_insert_with_key(|view| {
+            points.views.push(view.clone());
             points.views.len() - 1
         });
+        if points.views.len() > MOST_VIEWS {
+            return Err(Error::new(
+                format!("it has more than {MOST_VIEWS} views, each with a pose of its own"),
+                format!("{name}:{line}, column `view`"),
+                "is `view` the picture, and not the point? give fewer pictures",
+            ));
+        }
         points.rows.push(Row {
             line,
             view,

@@ -131,3 +131,81 @@ impl<'a> Iterator for Records<'a> {
         Some((opcode, found.map(|(body, _)| body)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(opcode: u8, body: &[u8]) -> Vec<u8> {
+        [&[opcode][..], &(body.len() as u64).to_le_bytes(), body].concat()
+    }
+
+    fn chunk_of(unpacked: u64, compression: &str, packed: &[u8]) -> Vec<u8> {
+        let mut body = vec![0; 16];
+        body.extend(unpacked.to_le_bytes());
+        body.extend([0; 4]);
+        body.extend((compression.len() as u32).to_le_bytes());
+        body.extend(compression.as_bytes());
+        body.extend((packed.len() as u64).to_le_bytes());
+        body.extend(packed);
+        record(op::CHUNK, &body)
+    }
+
+    fn read(records: &[Vec<u8>]) -> Result<(), String> {
+        let mut file = MAGIC.to_vec();
+        file.extend(record(op::HEADER, &[0; 8]));
+        file.extend(records.concat());
+        file.extend(record(op::DATA_END, &[0; 4]));
+        file.extend(record(op::FOOTER, &[0; 20]));
+        file.extend(MAGIC);
+        messages(&file, |what| what, |_| Ok(()))
+    }
+
+    /// A frame of zeros, 128 KiB from every four bytes, after `head`.
+    fn zeros(head: &[u8], blocks: usize) -> Vec<u8> {
+        let mut frame = vec![0x28, 0xb5, 0x2f, 0xfd, 0, 0x58];
+        let block = |size: usize, kind: usize, last: bool| {
+            ((size << 3) | (kind << 1) | usize::from(last)).to_le_bytes()[..3].to_vec()
+        };
+        frame.extend(block(head.len(), 0, false));
+        frame.extend(head);
+        for i in 0..blocks {
+            frame.extend(block(1 << 17, 1, i + 1 == blocks));
+            frame.push(0);
+        }
+        frame
+    }
+
+    #[test]
+    fn a_chunk_that_says_it_holds_gigabytes_is_refused_before_it_is_unpacked() {
+        let error = read(&[chunk_of(64 << 30, "zstd", b"no frame")]).unwrap_err();
+        assert!(error.contains("at most 2 GiB"), "{error}");
+        let half = chunk_of(3 << 29, "zstd", b"");
+        assert!(read(&[half.clone(), half]).unwrap_err().contains("at most 2 GiB"));
+    }
+
+    #[test]
+    fn a_chunk_that_says_less_than_it_holds_is_not_followed() {
+        // One record of a terabyte, of which the frame holds the first gigabyte.
+        let head = [&[0x80][..], &(1_u64 << 40).to_le_bytes()].concat();
+        for said in [1000, 1 << 30] {
+            let error = read(&[chunk_of(said, "zstd", &zeros(&head, 8192))]).unwrap_err();
+            assert!(!error.is_empty());
+        }
+    }
+
+    #[test]
+    fn records_that_end_nowhere_are_told() {
+        let long = [&[5][..], &1000_u64.to_le_bytes(), b"short"].concat();
+        let error = read(&[chunk_of(14, "", &long)]).unwrap_err();
+        assert!(error.contains("beyond the end of its chunk"), "{error}");
+        assert!(
+            read(&[record(op::CHUNK, b"short")]).unwrap_err().contains("shorter than its header")
+        );
+        let endless = [&MAGIC[..], &[5], &(1_u64 << 60).to_le_bytes()].concat();
+        assert!(messages(&endless, |what| what, |_| Ok(())).is_err());
+        // What is no message is not looked into, however broken.
+        assert_eq!(read(&[record(op::ATTACHMENT, b""), record(op::STATISTICS, b"")]), Ok(()));
+        assert_eq!(read(&[]), Ok(()));
+    }
+}

@@ -124,6 +124,18 @@ fn match_brackets(
     diagnostics: &mut Vec<Diagnostic>,
 ) -> bool {
     let count = |bracket| code.iter().filter(|t| t.text(source) == bracket).count();
+    if let Some(token) = tower(source, code) {
+        diagnostics.push(
+            Diagnostic::error(
+                "task::depth",
+                span(token),
+                format!("powers of powers are more than {MAX_DEPTH} high"),
+                "this one is too high",
+            )
+            .help("give a part of the formula a name with `let`"),
+        );
+        return true;
+    }
     let braces_missing = count("{") > count("}");
     let mut open: Vec<Open> = Vec::new();
     let mut line_indent = 0;
@@ -191,6 +203,32 @@ fn match_brackets(
         }
     }
     false
+}
+
+/// Finds the sign with which powers of powers, `a^b^c`, are too high. The grammar goes down one rule for each, and
+/// no bracket says so.
+fn tower(source: &str, code: &[Token]) -> Option<Token> {
+    let mut height = 0;
+    for (i, token) in code.iter().enumerate() {
+        let next = code.get(i + 1);
+        let is_double = next.is_some_and(|n| n.from == token.to && n.text(source) == "*");
+        let before = i.checked_sub(1).map_or("", |i| code[i].text(source));
+        match token.text(source) {
+            "^" => height += 1,
+            "*" if is_double => height += 1,
+            // The second half of `**`, and the sign of an exponent.
+            "*" if before == "*" => {}
+            "-" if matches!(before, "^" | "*") => {}
+            _ if matches!(token.kind, Kind::Sign) && !matches!(token.text(source), "." | "'") => {
+                height = 0;
+            }
+            _ => {}
+        }
+        if height > MAX_DEPTH {
+            return Some(*token);
+        }
+    }
+    None
 }
 
 /// Whether the token at `i` cannot stand inside parentheses.
@@ -378,6 +416,18 @@ mod tests {
         let at = out.text.find('x').unwrap();
         assert_eq!(out.original(at, at + 1), Span { from: 8, to: 9 });
         assert_eq!(out.original(at, at + 2), Span { from: 8, to: 9 });
+    }
+
+    #[test]
+    fn powers_too_high_are_refused_and_products_of_powers_are_not() {
+        for hostile in ["x^".repeat(1000) + "2", "x**".repeat(1000) + "2", "x^-".repeat(1000) + "2"]
+        {
+            assert!(balance(&hostile, 0, hostile.len()).hopeless, "{hostile}");
+        }
+        for good in ["x^2*".repeat(1000) + "2", "x^2 + ".repeat(1000) + "2", "x**2 * ".repeat(1000)]
+        {
+            assert!(!balance(&good, 0, good.len()).hopeless, "{good}");
+        }
     }
 
     #[test]

@@ -18,6 +18,8 @@ use super::{Pair, Place, Rule};
 pub(super) struct Builder<'a> {
     pub(super) balanced: &'a Balanced,
     pub(super) diagnostics: Vec<Diagnostic>,
+    /// Operands of the operators that the expression being read stands inside of.
+    pub(super) above: usize,
 }
 
 /// What the clauses and steps between braces add up to.
@@ -35,7 +37,7 @@ pub(super) struct Body {
 
 impl<'a> Builder<'a> {
     pub(super) fn new(balanced: &'a Balanced) -> Self {
-        Self { balanced, diagnostics: Vec::new() }
+        Self { balanced, diagnostics: Vec::new(), above: 0 }
     }
 
     /// Returns the bytes of a pair in the original, from its first token to its last.

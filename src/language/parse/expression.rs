@@ -9,6 +9,10 @@ use crate::units::{Quantity, Unit};
 /// Operands of one operator in a row; the tree leans to one side and is walked by recursion.
 const MAX_CHAIN: usize = 128;
 
+/// Operands of all the operators that one stands inside of: as deep the tree can be. Brackets inside brackets with a
+/// long chain in each would be deeper than a thread's stack.
+const MAX_ABOVE: usize = 1024;
+
 impl Builder<'_> {
     /// Reads an `expr` and everything under it.
     pub(super) fn expr(&mut self, pair: &Pair) -> Expr {
@@ -32,10 +36,11 @@ impl Builder<'_> {
         let mut out: Option<Expr> = None;
         let mut op = None;
         let parts: Vec<Pair> = pair.clone().into_inner().collect();
-        if parts.len() > MAX_CHAIN {
+        if !self.goes_deeper(parts.len()) {
             self.too_long(span);
             return nothing(span);
         }
+        let deeper = parts.len();
         for part in parts {
             match part.as_rule() {
                 Rule::K_or => op = Some(BinaryOp::Or),
@@ -57,6 +62,7 @@ impl Builder<'_> {
                 }
             }
         }
+        self.above -= deeper;
         out.unwrap_or_else(|| nothing(span))
     }
 
@@ -69,7 +75,7 @@ impl Builder<'_> {
         wrap: fn(Box<Expr>) -> ExprKind,
     ) -> Expr {
         let parts: Vec<Pair> = pair.clone().into_inner().collect();
-        if parts.len() > MAX_CHAIN {
+        if !self.goes_deeper(parts.len()) {
             self.too_long(span);
             return nothing(span);
         }
@@ -87,6 +93,7 @@ impl Builder<'_> {
                 Some(inner) => inner,
             });
         }
+        self.above -= parts.len();
         out.unwrap_or_else(|| nothing(span))
     }
 
@@ -205,6 +212,14 @@ impl Builder<'_> {
             return Literal { quantity: Quantity { value: 0.0, ..quantity }, span };
         }
         Literal { quantity, span }
+    }
+
+    /// Goes down into an operator with so many operands, which is gone up from by taking them off `above`; `false`
+    /// where the tree would be too deep.
+    fn goes_deeper(&mut self, operands: usize) -> bool {
+        let fits = operands <= MAX_CHAIN && self.above + operands <= MAX_ABOVE;
+        self.above += if fits { operands } else { 0 };
+        fits
     }
 
     fn too_long(&mut self, span: Span) {
