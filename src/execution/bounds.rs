@@ -142,13 +142,13 @@ pub(super) fn numbers(word: &str, array: &Array) -> Fallible<Vec<f64>> {
 ///
 /// Says how many there should be, or which is none.
 pub(super) fn joints(word: &str, array: &Array, n: usize) -> Fallible<Vec<f64>> {
-    if array.len() != n {
+    let q = numbers(word, array)?;
+    if q.len() != n {
         return Err(ActionError::Refused(format!(
             "`{word}` takes one position for each of the {n} joints, in rad, and was given {}",
-            array.len()
+            q.len()
         )));
     }
-    let q = numbers(word, array)?;
     for (joint, q) in q.iter().enumerate() {
         ANGLE.check(word, &format!("joint {}", joint + 1), *q)?;
     }
