@@ -152,7 +152,9 @@ impl Said {
             out: String::from_utf8(output.stdout).unwrap(),
             err: String::from_utf8(output.stderr).unwrap(),
         };
-        assert!(!said.err.contains("panicked"), "trueup {args:?}: {}", said.err);
+        let is_mistake = ["panicked", "internal error"].iter().any(|word| said.err.contains(word))
+            || said.out.contains("\"code\": \"internal::error\"");
+        assert!(!is_mistake, "trueup {args:?}: {}{}", said.out, said.err);
         let coloured = said.out.contains('\x1b') || said.err.contains('\x1b');
         assert!(!coloured, "trueup {args:?}: colour in a pipe: {said:?}");
         said

@@ -41,7 +41,9 @@ pub(super) fn engine() -> Engine {
     engine.set_max_array_size(2_000);
     engine.set_max_map_size(200);
     engine.set_module_resolver(DummyModuleResolver::new());
-    for word in ["import", "export", "eval"] {
+    // `curry` would let a function hold itself, twice as large each time. Functions that capture what is around
+    // them are left out of the engine for the same reason (its feature `no_closure`).
+    for word in ["import", "export", "eval", "curry"] {
         engine.disable_symbol(word);
     }
     let asleep = "`sleep` would hold the program, not the arm; `arm.wait(seconds)` holds the arm";
@@ -140,13 +142,13 @@ pub(super) fn numbers(word: &str, array: &Array) -> Fallible<Vec<f64>> {
 ///
 /// Says how many there should be, or which is none.
 pub(super) fn joints(word: &str, array: &Array, n: usize) -> Fallible<Vec<f64>> {
-    if array.len() != n {
+    let q = numbers(word, array)?;
+    if q.len() != n {
         return Err(ActionError::Refused(format!(
             "`{word}` takes one position for each of the {n} joints, in rad, and was given {}",
-            array.len()
+            q.len()
         )));
     }
-    let q = numbers(word, array)?;
     for (joint, q) in q.iter().enumerate() {
         ANGLE.check(word, &format!("joint {}", joint + 1), *q)?;
     }

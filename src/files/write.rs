@@ -48,7 +48,8 @@ fn put(path: &Path, content: &[u8], is_synced: bool) -> io::Result<()> {
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     let mut half = builder.tempfile_in(&dir)?;
-    half.write_all(content)?;
+    // The file itself: what is around it would tell of the name that nobody gave.
+    half.as_file_mut().write_all(content)?;
     if let Some(facts) = known {
         half.as_file().set_permissions(facts.permissions())?;
     }

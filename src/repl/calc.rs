@@ -43,7 +43,7 @@ impl Calculator {
         engine.set_max_map_size(1_000);
         // Nothing here reaches a file or holds the prompt.
         engine.set_module_resolver(DummyModuleResolver::new());
-        for word in ["import", "export", "eval"] {
+        for word in ["import", "export", "eval", "curry"] {
             engine.disable_symbol(word);
         }
         engine.register_fn("sleep", |_: i64| asleep()).register_fn("sleep", |_: f64| asleep());

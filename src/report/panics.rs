@@ -82,50 +82,11 @@ fn inside(file: &str) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::process::Command;
-    use std::thread;
 
     #[test]
     fn a_place_does_not_name_the_machine() {
         let file = "/home/me/.cargo/registry/src/index.example-1/rapier3d-1.0/src/a.rs";
         assert_eq!(inside(file), "rapier3d-1.0/src/a.rs");
         assert_eq!(inside("src/motion/rrt.rs"), "src/motion/rrt.rs");
-    }
-
-    /// The hook is the whole process's, so it is tried in one of its own.
-    #[test]
-    fn panics_are_told_once_with_their_place_by_whoever_catches_them_or_at_the_end() {
-        let own = std::env::current_exe().unwrap();
-        let args = ["--exact", "report::panics::tests::in_a_process_of_its_own", "--ignored"];
-        let done = Command::new(own).args(args).arg("--nocapture").output().unwrap();
-        let (out, err) =
-            (String::from_utf8_lossy(&done.stdout), String::from_utf8_lossy(&done.stderr));
-        assert!(done.status.success(), "{out}{err}");
-        assert!(out.contains("1 passed"), "{out}{err}");
-        assert!(!err.contains("panicked"), "{err}");
-    }
-
-    #[test]
-    #[ignore = "sets the hook of its process; run by the test above"]
-    fn in_a_process_of_its_own() {
-        listen();
-        let caught_one = panic::catch_unwind(|| {
-            let list: Vec<u8> = Vec::new();
-            list[std::hint::black_box(3)]
-        });
-        let failure = caught(caught_one.unwrap_err().as_ref(), true);
-        assert!(failure.message.contains("index is 3"), "{}", failure.message);
-        assert!(failure.message.contains("src/report/panics.rs:"), "{}", failure.message);
-        assert!(failure.message.contains("the arm was stopped"), "{}", failure.message);
-        assert_eq!((failure.code.as_str(), failure.exit()), ("internal::error", 3));
-        assert!(uncaught(false).is_none(), "it was told");
-        // A pool of threads hands the panic on; a thread by itself does not.
-        let pool = panic::catch_unwind(|| rayon::join(|| (), || panic!("in the pool")));
-        let failure = caught(pool.unwrap_err().as_ref(), false);
-        assert!(failure.message.contains("in the pool"), "{}", failure.message);
-        assert!(thread::spawn(|| panic!("by itself")).join().is_err());
-        let failure = uncaught(false).unwrap();
-        assert!(failure.message.contains("by itself"), "{}", failure.message);
-        assert_eq!(failure.exit(), 2);
     }
 }

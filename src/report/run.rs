@@ -277,13 +277,15 @@ pub fn ending(run: &Run, style: Style) -> String {
         );
     }
     let t = &run.timing_s;
-    let _ = write!(
-        text,
-        "\n  {:.1} s: {:.1} perceiving, {:.1} planning, {:.1} simulating, {:.1} on the arm",
-        t.total, t.perceive, t.plan, t.simulate, t.execute
-    );
-    if t.waiting >= 0.05 {
-        let _ = write!(text, ", {:.1} waiting for a word", t.waiting);
+    if run.state == State::Ended {
+        let _ = write!(
+            text,
+            "\n  {:.1} s: {:.1} perceiving, {:.1} planning, {:.1} simulating, {:.1} on the arm",
+            t.total, t.perceive, t.plan, t.simulate, t.execute
+        );
+        if t.waiting >= 0.05 {
+            let _ = write!(text, ", {:.1} waiting for a word", t.waiting);
+        }
     }
     if let Some(stream) = &run.stream {
         let _ = write!(text, "\n  {}", pacing(stream));

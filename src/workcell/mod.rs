@@ -381,7 +381,12 @@ impl WorkCell {
     /// Brings the arm to rest where it is, after a mistake of the program's own.
     pub fn halt(&self) {
         // What went wrong may go wrong again, and must not hide the first mistake.
-        let stop = AssertUnwindSafe(|| self.scripts.stage().body().arm().stop());
+        let stop = AssertUnwindSafe(|| {
+            let mut stage = self.scripts.stage();
+            stage.body().arm().stop();
+            // Where the arm is, and not where it was going, is where the next plan begins.
+            stage.find_arm()
+        });
         let _ = catch_unwind(stop);
     }
 

@@ -43,7 +43,10 @@ impl WorkCell {
             run.run_dir = Some(recorder.dir().display().to_string());
         }
         // From here on the run can be found again, whatever happens to the program.
-        begin(&run, recorder.as_ref(), &self.cancel)?;
+        if let Err(error) = begin(&run, recorder.as_ref(), &self.cancel) {
+            self.watched_by(Vec::new());
+            return Err(error);
+        }
         self.moments.begin(run.run_dir.as_deref());
         self.lead_begins(&run.task, run.run_dir.as_deref());
         // What was streamed before was another run's.

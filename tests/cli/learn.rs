@@ -51,7 +51,7 @@ fn run(branch: &str, worked: bool, robot: &str) -> Value {
     })
 }
 
-fn folders(desk: &Desk) {
+pub(super) fn folders(desk: &Desk) {
     for (name, branch, worked, robot) in [
         ("a", "level_side", true, "lab"),
         ("b", "level_side", false, "lab"),

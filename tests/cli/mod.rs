@@ -7,6 +7,7 @@ mod hidden;
 mod kortex;
 mod kortex_faults;
 mod learn;
+mod panics;
 mod records;
 mod robot;
 mod run;

@@ -11,6 +11,7 @@ mod recorder;
 mod trials;
 
 use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 
 use trueup::execution::arm::Cancel;
@@ -20,7 +21,7 @@ use trueup::lab::{LabSettings, Spot};
 use trueup::language::ast::{Call, Step};
 use trueup::language::{Source, parse_line};
 use trueup::workcell::record::Recorder;
-use trueup::workcell::{Ending, Options, Run, Stdlib, WorkCell};
+use trueup::workcell::{Ending, Options, Run, State, Stdlib, WorkCell};
 
 use crate::program::Desk;
 
@@ -133,6 +134,36 @@ fn a_stop_in_a_step_is_recorded_and_the_cell_goes_on() {
     assert_eq!(kept(&folder), run);
     assert_eq!(fs::read_to_string(folder.join("arm.csv")).unwrap(), "");
     cell.cancel().clear();
+    let (run, _) = recorded(&mut cell, &desk, "home()", Box::new(Nobody));
+    assert_eq!(run.outcome, Ending::Success, "{:?}", run.reason);
+}
+
+/// Has a mistake in it when it has seen so many ticks.
+struct Mistaken(usize);
+
+impl Observer for Mistaken {
+    fn event(&mut self, event: &Event) {
+        if matches!(event, Event::Tick(_)) {
+            self.0 = self.0.checked_sub(1).expect("no mistake");
+        }
+    }
+}
+
+/// A mistake of the program's own while the arm moves: the arm is brought to rest, the record is whole, and
+/// the next call begins where the arm is.
+#[test]
+fn a_panic_in_a_run_stops_the_arm_and_keeps_the_record() {
+    let desk = Desk::new("workcell-panic");
+    let mut cell = WorkCell::open(plain()).unwrap();
+    let recorder = Recorder::create(&desk.path("runs"), "now", "test").unwrap();
+    let folder = recorder.dir().to_path_buf();
+    let ran = catch_unwind(AssertUnwindSafe(|| {
+        cell.run(&call("home()"), Some(recorder), Box::new(Mistaken(150)))
+    }));
+    assert!(ran.is_err(), "whoever called is told");
+    let run = kept(&folder);
+    assert_eq!((run.state, run.outcome), (State::Ended, Ending::Stopped));
+    assert!(run.reason.unwrap().contains("the arm was brought to rest"));
     let (run, _) = recorded(&mut cell, &desk, "home()", Box::new(Nobody));
     assert_eq!(run.outcome, Ending::Success, "{:?}", run.reason);
 }

@@ -99,16 +99,16 @@ impl Checker<'_> {
     /// Complains of amounts that nobody can mean, as far as they can be read off the text: less than nothing
     /// to be poured, a year to be waited.
     pub(super) fn amounts(&mut self, call: &Call, slots: &[Slot]) {
-        let mut bare = 0;
+        let mut taken = vec![false; slots.len()];
         for arg in &call.args {
             let at = match &arg.name {
                 Some(name) => slots.iter().position(|slot| slot.name == name.text),
-                None => Some(bare),
+                None => taken.iter().position(|taken| !taken),
             };
-            bare += 1;
-            let Some(slot) = at.and_then(|at| slots.get(at)) else { continue };
+            let Some(at) = at else { continue };
+            taken[at] = true;
             for value in &arg.values {
-                self.amount(slot, value);
+                self.amount(&slots[at], value);
             }
         }
     }
