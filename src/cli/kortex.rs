@@ -152,9 +152,7 @@ impl Ready {
         let options = Options {
             host: self.target.host,
             port: self.target.port,
-            stream: self
-                .is_streamed
-                .then(|| Cyclic::at(self.target.port.saturating_add(1))),
+            stream: self.is_streamed.then(|| Cyclic::at(self.target.port.saturating_add(1))),
             login: self.login,
             rate: 40.0,
             timeout: Duration::from_secs(5),

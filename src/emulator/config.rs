@@ -10,8 +10,8 @@ use crate::execution::kortex::messages::config::{
     DeviceHandles, DeviceTypeInformation, EndEffectorType, FirmwareVersion, GravityVector,
     Ipv4Settings, JointAccelerationSoftLimits, JointSpeedSoftLimits, KinematicLimits,
     KinematicLimitsList, LinearTwist, MacAddress, MassCenter, ModelId, ModelNumber, PartNumber,
-    PartNumberRevision, PayloadInformation, RebootRequest, RunMode, SerialNumber, Servoing, ToolConfiguration,
-    TwistAngularSoftLimit, TwistLinearSoftLimit,
+    PartNumberRevision, PayloadInformation, RebootRequest, RunMode, SerialNumber, Servoing,
+    ToolConfiguration, TwistAngularSoftLimit, TwistLinearSoftLimit,
 };
 use crate::execution::kortex::messages::trajectory::TrajectoryErrorReport;
 use crate::execution::kortex::refusal;

@@ -119,7 +119,13 @@ pub(super) struct Chance {
 
 impl Chance {
     pub(super) fn new(faults: Faults, seed: u64) -> Self {
-        Self { faults, dice: StdRng::seed_from_u64(seed), is_doomed: false, abort_in: 0, since: 0.0 }
+        Self {
+            faults,
+            dice: StdRng::seed_from_u64(seed),
+            is_doomed: false,
+            abort_in: 0,
+            since: 0.0,
+        }
     }
 
     fn happens(&mut self, share: f64) -> bool {

@@ -140,8 +140,7 @@ impl Emulator {
         controller.expansion.port = serial.local_addr()?.port();
         controller.stream = cyclic::Stream::new(options.patience);
         let clock = ArmClock::default();
-        let shared =
-            Arc::new(Shared::new(controller, socket, options, clock.clone()));
+        let shared = Arc::new(Shared::new(controller, socket, options, clock.clone()));
         let pace = options.pace;
         let [living, accepting, answering, wired] = [(); 4].map(|()| shared.clone());
         let threads = vec![

@@ -17,8 +17,8 @@ use crate::execution::kortex::clock::{Clock, Wall};
 use crate::execution::kortex::frame::{Decoder, Frame, FrameError};
 use crate::execution::kortex::messages::base::ServoingMode;
 
-use super::controller::{Controller, Peer};
 use super::Options;
+use super::controller::{Controller, Peer};
 use super::faults::Faults;
 use super::servo::TICK;
 use super::time::ArmClock;

@@ -194,8 +194,9 @@ impl Controller {
                 let known = option(&asked).ok();
                 let OptionIdentifier { sensor, option } = asked;
                 let none = OptionInformation { sensor, option, ..OptionInformation::default() };
-                say(&known.map_or(none, |&(_, _, minimum, maximum, step, default_value, read_only)| {
-                    OptionInformation {
+                say(&known.map_or(
+                    none,
+                    |&(_, _, minimum, maximum, step, default_value, read_only)| OptionInformation {
                         sensor,
                         option,
                         supported: true,
@@ -204,8 +205,8 @@ impl Controller {
                         maximum,
                         step,
                         default_value,
-                    }
-                }))
+                    },
+                ))
             }
             call::DO_SENSOR_FOCUS_ACTION => {
                 focus(&ask.read()?)?;

@@ -450,7 +450,9 @@ mod tests {
         );
         assert!(matches!(status(&ask(&server, &chunked)), 413 | 0));
         // What is cut short is answered by nothing that looks like success.
-        for text in ["GET / HTTP/1.1\r\nHost: a\r\n", "POST / HTTP/1.1\r\nContent-Length: 5\r\n\r\nabc"] {
+        for text in
+            ["GET / HTTP/1.1\r\nHost: a\r\n", "POST / HTTP/1.1\r\nContent-Length: 5\r\n\r\nabc"]
+        {
             assert_ne!(status(&ask(&server, text)), 200, "{text:?}");
         }
     }
@@ -490,7 +492,8 @@ mod tests {
 
     #[test]
     fn a_server_answers_and_ends() {
-        let server = server(|request| Response::text(200, &request.path).with("X-Line", "a\r\nb: c"));
+        let server =
+            server(|request| Response::text(200, &request.path).with("X-Line", "a\r\nb: c"));
         let answer = ask(&server, "GET /here HTTP/1.1\r\n\r\n");
         assert!(answer.starts_with("HTTP/1.1 200 OK\r\n"), "{answer}");
         assert!(answer.ends_with("\r\n\r\n/here\n"), "{answer}");

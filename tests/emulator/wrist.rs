@@ -200,8 +200,7 @@ fn the_cameras_lenses_and_places_are_read_changed_and_put_back() {
         let old = read();
         let new = IntrinsicParameters { focal_length_x: 650.567_9, ..old.clone() };
         for lens in [new, old] {
-            let () =
-                link.call_device(vision_config::SET_INTRINSIC_PARAMETERS, at, &lens).unwrap();
+            let () = link.call_device(vision_config::SET_INTRINSIC_PARAMETERS, at, &lens).unwrap();
             assert_eq!(read(), lens);
         }
     }

@@ -134,7 +134,8 @@ impl Desk {
         if self.comes_to_rest(patience)? {
             return Ok(());
         }
-        let what = "the arm still moves, although it was told to stop and its emergency stop was called";
+        let what =
+            "the arm still moves, although it was told to stop and its emergency stop was called";
         Err(refused(what, "press the emergency stop button, or take its power away"))
     }
 
@@ -143,10 +144,8 @@ impl Desk {
         let until = Wall.now() + patience + CALM;
         let (mut since, mut last) = (Wall.now(), Vec::new());
         loop {
-            let told: Feedback = self
-                .0
-                .call(base_cyclic::REFRESH_FEEDBACK, &())
-                .map_err(|error| unheard(&error))?;
+            let told: Feedback =
+                self.0.call(base_cyclic::REFRESH_FEEDBACK, &()).map_err(|error| unheard(&error))?;
             let q: Vec<f64> = told
                 .actuators
                 .iter()
@@ -164,10 +163,8 @@ impl Desk {
             }
             let now = Wall.now();
             if now - since >= CALM {
-                let mode: ServoingModeInformation = self
-                    .0
-                    .call(base::GET_SERVOING_MODE, &())
-                    .map_err(|error| unheard(&error))?;
+                let mode: ServoingModeInformation =
+                    self.0.call(base::GET_SERVOING_MODE, &()).map_err(|error| unheard(&error))?;
                 return Ok(mode.servoing_mode() != ServoingMode::LowLevel);
             }
             if now > until {
@@ -221,7 +218,10 @@ impl Desk {
             Went::Over => {}
             Went::Left(_) | Went::Ended => {
                 let what = "the arm left 1 kHz servoing while it was held";
-                return Err(refused(what, "see `trueup kortex status`; end what else this computer does"));
+                return Err(refused(
+                    what,
+                    "see `trueup kortex status`; end what else this computer does",
+                ));
             }
         }
         back?;
