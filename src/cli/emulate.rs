@@ -185,3 +185,19 @@ fn until_interrupted(emulator: &Emulator, style: Style) -> Result<Exit, Failure>
     ));
     Ok(Exit::Yes)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_an_arm_does_without_commands_is_stay_leave_or_a_time() {
+        assert_eq!(patience("stay"), Ok(f64::INFINITY));
+        for (text, seconds) in [("leave", 0.1), ("250ms", 0.25), ("2s", 2.0)] {
+            assert!((patience(text).unwrap() - seconds).abs() < 1e-12, "{text}");
+        }
+        for text in ["", "2", "0s", "-1s", "NaNs", "1e9s", "go"] {
+            assert!(patience(text).unwrap_err().contains("`stay`, `leave`"), "{text}");
+        }
+    }
+}
