@@ -20,9 +20,9 @@ use crate::language::{self, Source};
 use crate::lines;
 use crate::report::grid::Form;
 use crate::report::{self, Failure, Style, trials::Progress};
-use crate::workcell::{Ending, Error};
 use crate::workcell::record::Recorder;
 use crate::workcell::trials::{Trial, table};
+use crate::workcell::{Ending, Error};
 
 use super::run::{clock, open, options, read, stamp, switches};
 use super::signals::{is_interrupted, stop_on_interrupt, watch_interrupt};

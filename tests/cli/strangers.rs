@@ -37,7 +37,7 @@ fn a_name_of_a_megabyte_is_told_by_its_ends() {
     desk.file("name.task", format!("pick({name})\n"));
     for args in [["check", "name.task"], ["run", "name.task"]] {
         let said = desk.trueup(&args);
-        let words = said.out + &said.err;
+        let words = said.out + said.err.as_str();
         assert!(words.contains('…') && words.len() < 4000, "{args:?}: {} bytes", words.len());
     }
     desk.file("head.csv", format!("{name}[m]\n1\n2\n3\n"));

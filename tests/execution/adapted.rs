@@ -1,7 +1,8 @@
 //! The cell as the regressions found it: what is planned and rehearsed with it is what the arm does.
 
+use std::sync::Arc;
+
 use nalgebra::{UnitQuaternion, Vector3};
-use trueup::execution::arm::Cancel;
 use trueup::execution::calibrate::Calibration;
 use trueup::execution::plan::{NoWay, Planner, Why};
 use trueup::execution::stage::Cell;
