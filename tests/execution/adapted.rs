@@ -117,7 +117,10 @@ fn a_hand_that_touches_something_is_led_away_before_it_goes_on() {
 /// The whole run was stopped because one point of the touch-off led the tool too near to the table.
 #[test]
 fn a_visit_that_the_limits_refuse_leaves_the_arm_where_it_is_or_goes_above() {
-    let scripts = scripts(&Cancel::default(), trueup::execution::tape::Tape::recording());
+    let scripts = scripts(
+        &trueup::execution::arm::Cancel::default(),
+        trueup::execution::tape::Tape::recording(),
+    );
     let mut stage = scripts.stage();
     let floor = stage.cell().limits.floor;
     let at = |z: f64| trueup::execution::plan::side_pose(Vector3::new(0.5, 0.1, z), 0.2, 0.35);
