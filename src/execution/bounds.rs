@@ -223,5 +223,9 @@ fn plain(value: Dynamic, depth: usize, left: &mut usize) -> Result<Dynamic, Stri
         || value.is::<Pour>()
         || value.is::<Placement>()
         || value.is::<Path>();
-    if is_value { Ok(value) } else { Err(format!("it is or holds a {}", value.type_name())) }
+    if is_value {
+        Ok(value)
+    } else {
+        Err("it is or holds a handle, such as `arm`, or a function".into())
+    }
 }

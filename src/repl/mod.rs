@@ -293,7 +293,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
         let done = catch_unwind(AssertUnwindSafe(|| self.line(statement)));
         self.last_word = (self.clock)();
         done.unwrap_or_else(|panic| {
-            self.style.failure(&work::panicked(panic.as_ref()));
+            self.style.failure(&work::panicked(panic.as_ref(), false));
             Next::Prompt
         })
     }

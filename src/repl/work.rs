@@ -143,7 +143,7 @@ impl<'scope, 'env> Bench<'scope, 'env> {
             Ok(done) => {
                 self.paused = None;
                 let back = self.cell().map(|_| ());
-                let done = done.unwrap_or_else(|panic| Err(panicked(panic.as_ref())));
+                let done = done.unwrap_or_else(|panic| Err(panicked(panic.as_ref(), true)));
                 return Some(back.and(done));
             }
             Err(RecvTimeoutError::Timeout) => {}
@@ -170,9 +170,9 @@ impl<'scope, 'env> Bench<'scope, 'env> {
 /// What a job that was begun came to, once it is done.
 pub(super) struct Begun<T>(Receiver<std::thread::Result<Result<T, Failure>>>);
 
-/// Words a panic: the line is lost, nothing else.
-pub(super) fn panicked(panic: &(dyn Any + Send)) -> Failure {
-    let failure = panics::caught(panic, true);
+/// Words a panic: the line is lost, nothing else; `is_held` says that the arm was stopped for it.
+pub(super) fn panicked(panic: &(dyn Any + Send), is_held: bool) -> Failure {
+    let failure = panics::caught(panic, is_held);
     let help = failure.help.clone().unwrap_or_default();
     failure.help(format!("the line was given up; names and runs are kept. {help}"))
 }

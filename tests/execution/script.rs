@@ -101,9 +101,9 @@ fn scripts_that_fill_the_memory_end_with_a_message() {
 fn only_values_are_remembered() {
     let scripts = open();
     for (text, word) in [
-        ("remember(\"arm\", arm);", "Arm"),
-        ("remember(\"all\", [1, [twin]]);", "Twin"),
-        ("remember(\"f\", |x| x);", "Fn"),
+        ("remember(\"arm\", arm);", "a handle"),
+        ("remember(\"all\", [1, [twin]]);", "a handle"),
+        ("remember(\"f\", |x| x);", "a function"),
         ("remember(\"\", 1);", "name"),
         ("let n = \"x\"; for i in 0..7 { n += n; } remember(n, 1);", "name"),
         ("let a = 1; for i in 0..12 { a = [a]; } remember(\"deep\", a);", "deep"),
