@@ -1,6 +1,6 @@
 //! Steps and recoveries: what is called, what must hold, what the branches are named.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::ast::{
     Act, Allen, Block, Call, Hold, Name, Recovery, Span, Step, TaskItem, Text,
@@ -342,29 +342,79 @@ pub(crate) fn branches(library: &Library, name: &str) -> Vec<String> {
 }
 
 /// Returns a call in a task's steps that leads back to the task itself.
-pub(super) fn leads_back<'t>(library: &Library, task: &'t TaskItem) -> Option<&'t Call> {
+///
+/// `ends` holds tasks that are known to lead nowhere but to an end, and learns more of them. What is looked at
+/// besides, where tasks go round in circles, is taken off `budget`; when it is used up, no more is found.
+pub(super) fn leads_back<'t>(
+    library: &Library,
+    task: &'t TaskItem,
+    ends: &mut BTreeSet<String>,
+    budget: &mut usize,
+) -> Option<&'t Call> {
+    if leads_to_ends(library, &task.name.text, ends) {
+        return None;
+    }
     let mut own = Vec::new();
     task.steps.iter().for_each(|step| calls(step, &mut own));
     task.recoveries.iter().flat_map(|r| &r.steps).for_each(|step| calls(step, &mut own));
     own.into_iter().find(|call| {
         let mut open = vec![call.name.text.clone()];
-        let mut seen: Vec<String> = Vec::new();
+        let mut seen: BTreeSet<String> = BTreeSet::new();
         while let Some(name) = open.pop() {
             if name == task.name.text {
                 return true;
             }
-            if seen.contains(&name) {
+            if ends.contains(&name) || *budget == 0 || !seen.insert(name.clone()) {
                 continue;
             }
+            *budget -= 1;
             if let Some((task, _)) = library.task(&name) {
                 let mut next = Vec::new();
                 task.steps.iter().for_each(|step| calls(step, &mut next));
                 open.extend(next.iter().map(|call| call.name.text.clone()));
             }
-            seen.push(name);
         }
         false
     })
+}
+
+/// Returns whether nothing that a task leads to goes round in a circle; each task is gone into once, however many
+/// lead to it, and without recursion.
+fn leads_to_ends(library: &Library, task: &str, ends: &mut BTreeSet<String>) -> bool {
+    let next = |name: &str| -> Vec<String> {
+        let Some((task, _)) = library.task(name) else { return Vec::new() };
+        let mut found = Vec::new();
+        task.steps.iter().for_each(|step| calls(step, &mut found));
+        task.recoveries.iter().flat_map(|r| &r.steps).for_each(|step| calls(step, &mut found));
+        found.into_iter().map(|call| call.name.text.clone()).collect()
+    };
+    let mut seen = BTreeSet::from([task.to_owned()]);
+    let mut way = vec![(task.to_owned(), next(task), true)];
+    let mut is_calm = true;
+    while let Some((name, open, calm)) = way.last_mut() {
+        if let Some(call) = open.pop() {
+            if ends.contains(&call) {
+                continue;
+            }
+            if seen.insert(call.clone()) {
+                let after = next(&call);
+                way.push((call, after, true));
+            } else {
+                // Being gone into, or known not to end.
+                *calm = false;
+            }
+            continue;
+        }
+        let (name, was_calm) = (std::mem::take(name), *calm);
+        way.pop();
+        if was_calm {
+            ends.insert(name);
+        } else if let Some(above) = way.last_mut() {
+            above.2 = false;
+        }
+        is_calm = was_calm;
+    }
+    is_calm
 }
 
 /// Collects everything a step calls.
