@@ -8,7 +8,7 @@ mod expression;
 mod model;
 mod steps;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use super::ast::{
     ActionItem, Conditions, Expr, FluentItem, Item, Name, Param, Program, Span, Step, TaskItem,
@@ -37,8 +37,8 @@ pub(super) struct Checker<'a> {
     pending: Vec<String>,
     /// The types of the fluents worked out so far.
     fluents: BTreeMap<String, Ty>,
-    /// Tasks that lead to no circle.
-    ends: BTreeSet<String>,
+    /// Whether a task leads to ends alone, and not to a circle of tasks.
+    ends: BTreeMap<String, bool>,
     /// Tasks that may still be looked at for circles.
     budget: usize,
 }
@@ -55,7 +55,7 @@ impl<'a> Checker<'a> {
             diagnostics: Vec::new(),
             pending: Vec::new(),
             fluents: BTreeMap::new(),
-            ends: BTreeSet::new(),
+            ends: BTreeMap::new(),
             budget: MOST_LOOKS,
         }
     }

@@ -343,12 +343,12 @@ pub(crate) fn branches(library: &Library, name: &str) -> Vec<String> {
 
 /// Returns a call in a task's steps that leads back to the task itself.
 ///
-/// `ends` holds tasks that are known to lead nowhere but to an end, and learns more of them. What is looked at
+/// `ends` holds of tasks whether they lead to ends alone and not to a circle, and learns more. What is looked at
 /// besides, where tasks go round in circles, is taken off `budget`; when it is used up, no more is found.
 pub(super) fn leads_back<'t>(
     library: &Library,
     task: &'t TaskItem,
-    ends: &mut BTreeSet<String>,
+    ends: &mut BTreeMap<String, bool>,
     budget: &mut usize,
 ) -> Option<&'t Call> {
     if leads_to_ends(library, &task.name.text, ends) {
@@ -364,7 +364,7 @@ pub(super) fn leads_back<'t>(
             if name == task.name.text {
                 return true;
             }
-            if ends.contains(&name) || *budget == 0 || !seen.insert(name.clone()) {
+            if ends.get(&name) == Some(&true) || *budget == 0 || !seen.insert(name.clone()) {
                 continue;
             }
             *budget -= 1;
@@ -380,7 +380,10 @@ pub(super) fn leads_back<'t>(
 
 /// Returns whether nothing that a task leads to goes round in a circle; each task is gone into once, however many
 /// lead to it, and without recursion.
-fn leads_to_ends(library: &Library, task: &str, ends: &mut BTreeSet<String>) -> bool {
+fn leads_to_ends(library: &Library, task: &str, ends: &mut BTreeMap<String, bool>) -> bool {
+    if let Some(known) = ends.get(task) {
+        return *known;
+    }
     let next = |name: &str| -> Vec<String> {
         let Some((task, _)) = library.task(name) else { return Vec::new() };
         let mut found = Vec::new();
@@ -390,31 +393,29 @@ fn leads_to_ends(library: &Library, task: &str, ends: &mut BTreeSet<String>) -> 
     };
     let mut seen = BTreeSet::from([task.to_owned()]);
     let mut way = vec![(task.to_owned(), next(task), true)];
-    let mut is_calm = true;
-    while let Some((name, open, calm)) = way.last_mut() {
+    let mut ended = true;
+    while let Some((name, open, ends_here)) = way.last_mut() {
         if let Some(call) = open.pop() {
-            if ends.contains(&call) {
-                continue;
-            }
-            if seen.insert(call.clone()) {
+            if let Some(known) = ends.get(&call) {
+                *ends_here &= known;
+            } else if seen.insert(call.clone()) {
                 let after = next(&call);
                 way.push((call, after, true));
             } else {
-                // Being gone into, or known not to end.
-                *calm = false;
+                // It is being gone into: a circle.
+                *ends_here = false;
             }
             continue;
         }
-        let (name, was_calm) = (std::mem::take(name), *calm);
+        let name = std::mem::take(name);
+        ended = *ends_here;
         way.pop();
-        if was_calm {
-            ends.insert(name);
-        } else if let Some(above) = way.last_mut() {
-            above.2 = false;
+        if let Some((.., above)) = way.last_mut() {
+            *above &= ended;
         }
-        is_calm = was_calm;
+        ends.insert(name, ended);
     }
-    is_calm
+    ended
 }
 
 /// Collects everything a step calls.
