@@ -183,3 +183,20 @@ fn texts_nested_without_end_are_refused() {
     let said = desk.trueup(&["-c", "pick(jar)", "--lab", "deep.toml", "--json"]);
     refused(&said, "lab::settings", "");
 }
+
+#[test]
+fn thousands_of_tasks_that_call_the_next_are_checked_at_once() {
+    let desk = Desk::new("cli-strangers-tasks");
+    let chain = |last: &str| {
+        let tasks: String = (0..2000).map(|i| format!("task t{i}() {{ t{}() }}\n", i + 1)).collect();
+        format!("{tasks}task t2000() {{ {last} }}\nt0()\n")
+    };
+    desk.file("chain.task", chain("pick(jar)"));
+    assert_eq!(desk.trueup(&["check", "chain.task"]).code, 0);
+    let said = desk.trueup(&["graph", "chain.task", "--json"]);
+    refused(&said, "graph::too_large", "200 deep");
+    desk.file("ring.task", chain("t0()"));
+    let said = desk.trueup(&["check", "ring.task"]);
+    assert!(said.code == 1 && said.out.contains("leads back to"), "{}", said.out);
+    assert!(said.out.len() < SCREENS, "{} bytes", said.out.len());
+}

@@ -272,3 +272,33 @@ fn torques_that_are_zero_throughout_are_taken_as_not_measured() {
     assert!(found.effects.is_empty(), "{:?}", found.effects);
     assert!(found.notes.iter().any(|note| note.contains("not measured")), "{:?}", found.notes);
 }
+
+/// A stray stamp at the end: the grid of a simulation would be as long as the time until then.
+#[test]
+fn a_recording_is_judged_as_far_as_a_grid_of_time_holds_it() {
+    let mut text = "t[s],q_1[rad]\n".to_owned();
+    for k in 0..1000 {
+        text += &format!("{},{k}\n", f64::from(k) * 0.01);
+    }
+    let whole = read(&text).unwrap();
+    assert_eq!(whole.within(10.0, 1000), None);
+    let stray = read(&format!("{text}1e9,0\n")).unwrap();
+    let cut = stray.within(900.0, 200_000).unwrap();
+    assert_eq!((cut.n_rows(), cut.columns[0].values.len()), (1000, 1000));
+    let note = cut.notes.last().unwrap();
+    assert!(note.contains("1000 of 1001 rows") && note.contains("later"), "{note}");
+    let thin = whole.within(900.0, 300).unwrap();
+    assert_eq!(thin.n_rows(), 250);
+    assert!(thin.notes.last().unwrap().contains("every 4th"), "{:?}", thin.notes);
+}
+
+/// The cells of ten thousand rows of text are counted, and the first few are told.
+#[test]
+fn a_column_of_words_is_told_by_its_first_cells() {
+    let rows: Vec<String> = (0..20_000).map(|k| format!("{k},word")).collect();
+    let read = read(&format!("t[s],q_1[rad]\n{}\n", rows.join("\n"))).unwrap();
+    let column = &read.columns[0];
+    assert_eq!((column.n_bad, column.bad.len()), (20_000, 10_000));
+    let error = read.column("q_1", Dimension::ANGLE).unwrap_err();
+    assert!(error.what.contains("nor are 19999 other cells"), "{}", error.what);
+}

@@ -18,6 +18,8 @@ use mcap::{Channel, MAGIC, McapError};
 const LONGEST: usize = 128 << 20;
 /// Bytes that all chunks together may unpack to.
 const MOST_UNPACKED: u64 = 2 << 30;
+/// Records of a file: an hour of a hundred topics at 50 Hz.
+const MOST_RECORDS: usize = 20_000_000;
 /// What a record begins with: its kind and its length.
 const PREFIX: usize = 9;
 
@@ -46,6 +48,7 @@ pub(super) fn messages<E>(
     let mut reader = LinearReader::new_with_options(options);
     let mut known = ChannelAccumulator::default();
     let mut rest = bytes;
+    let mut n_records = 0;
     while let Some(event) = reader.next_event() {
         let (opcode, data) = match event.map_err(wrong)? {
             LinearReadEvent::ReadRequest(need) => {
@@ -57,6 +60,10 @@ pub(super) fn messages<E>(
             }
             LinearReadEvent::Record { opcode, data } => (opcode, data),
         };
+        n_records += 1;
+        if n_records > MOST_RECORDS {
+            return Err(broken(format!("it holds more than {MOST_RECORDS} records")));
+        }
         if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
             continue;
         }

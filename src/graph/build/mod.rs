@@ -21,6 +21,9 @@ use crate::language::text;
 /// More nodes than a person could follow, and far fewer than memory holds: loops inside loops.
 const MOST_NODES: usize = 20_000;
 
+/// Tasks inside tasks; each is gone into by recursion, and its path names all of them.
+const DEEPEST: usize = 200;
+
 /// Builds the And-Or graph of a call: `pour(jar, cup)`.
 ///
 /// Objects are given by name; nothing here asks whether they exist. Every argument and default is filled
@@ -162,6 +165,16 @@ impl Builder<'_> {
     }
 
     fn is_full(&mut self, span: Span, within: &str) -> bool {
+        if self.stack.len() >= DEEPEST {
+            self.problem(
+                "graph::too_large",
+                format!("tasks call each other more than {DEEPEST} deep"),
+                span,
+                within,
+                Some("let a task call what it does, and not the next one".into()),
+            );
+            return true;
+        }
         if self.nodes.len() < MOST_NODES {
             return false;
         }

@@ -37,7 +37,14 @@ pub(super) struct Checker<'a> {
     pending: Vec<String>,
     /// The types of the fluents worked out so far.
     fluents: BTreeMap<String, Ty>,
+    /// Whether a task leads to ends alone, and not to a circle of tasks.
+    ends: BTreeMap<String, bool>,
+    /// Tasks that may still be looked at for circles.
+    budget: usize,
 }
+
+/// Tasks that are looked at for circles in one file: enough for a thousand, each leading to each.
+const MOST_LOOKS: usize = 1_000_000;
 
 impl<'a> Checker<'a> {
     pub(super) fn new(library: &'a Library, scope: &'a Scope, source: &'a Source) -> Self {
@@ -48,6 +55,8 @@ impl<'a> Checker<'a> {
             diagnostics: Vec::new(),
             pending: Vec::new(),
             fluents: BTreeMap::new(),
+            ends: BTreeMap::new(),
+            budget: MOST_LOOKS,
         }
     }
 
@@ -253,7 +262,8 @@ impl<'a> Checker<'a> {
             let taken = self.library.callable(&was.text).is_some();
             self.was(was, taken, "task or action");
         }
-        if let Some(call) = steps::leads_back(self.library, item) {
+        let (ends, budget) = (&mut self.ends, &mut self.budget);
+        if let Some(call) = steps::leads_back(self.library, item, ends, budget) {
             let message = if call.name.text == item.name.text {
                 format!("`{}` calls itself", item.name.text)
             } else {

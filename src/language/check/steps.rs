@@ -1,6 +1,6 @@
 //! Steps and recoveries: what is called, what must hold, what the branches are named.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::ast::{
     Act, Allen, Block, Call, Hold, Name, Recovery, Span, Step, TaskItem, Text,
@@ -343,29 +343,80 @@ pub(crate) fn branches(library: &Library, name: &str) -> Vec<String> {
 }
 
 /// Returns a call in a task's steps that leads back to the task itself.
-pub(super) fn leads_back<'t>(library: &Library, task: &'t TaskItem) -> Option<&'t Call> {
+///
+/// `ends` holds of tasks whether they lead to ends alone and not to a circle, and learns more. What is looked at
+/// besides, where tasks go round in circles, is taken off `budget`; when it is used up, no more is found.
+pub(super) fn leads_back<'t>(
+    library: &Library,
+    task: &'t TaskItem,
+    ends: &mut BTreeMap<String, bool>,
+    budget: &mut usize,
+) -> Option<&'t Call> {
+    if leads_to_ends(library, &task.name.text, ends) {
+        return None;
+    }
     let mut own = Vec::new();
     task.steps.iter().for_each(|step| calls(step, &mut own));
     task.recoveries.iter().flat_map(|r| &r.steps).for_each(|step| calls(step, &mut own));
     own.into_iter().find(|call| {
         let mut open = vec![call.name.text.clone()];
-        let mut seen: Vec<String> = Vec::new();
+        let mut seen: BTreeSet<String> = BTreeSet::new();
         while let Some(name) = open.pop() {
             if name == task.name.text {
                 return true;
             }
-            if seen.contains(&name) {
+            if ends.get(&name) == Some(&true) || *budget == 0 || !seen.insert(name.clone()) {
                 continue;
             }
+            *budget -= 1;
             if let Some((task, _)) = library.task(&name) {
                 let mut next = Vec::new();
                 task.steps.iter().for_each(|step| calls(step, &mut next));
                 open.extend(next.iter().map(|call| call.name.text.clone()));
             }
-            seen.push(name);
         }
         false
     })
+}
+
+/// Returns whether nothing that a task leads to goes round in a circle; each task is gone into once, however many
+/// lead to it, and without recursion.
+fn leads_to_ends(library: &Library, task: &str, ends: &mut BTreeMap<String, bool>) -> bool {
+    if let Some(known) = ends.get(task) {
+        return *known;
+    }
+    let next = |name: &str| -> Vec<String> {
+        let Some((task, _)) = library.task(name) else { return Vec::new() };
+        let mut found = Vec::new();
+        task.steps.iter().for_each(|step| calls(step, &mut found));
+        task.recoveries.iter().flat_map(|r| &r.steps).for_each(|step| calls(step, &mut found));
+        found.into_iter().map(|call| call.name.text.clone()).collect()
+    };
+    let mut seen = BTreeSet::from([task.to_owned()]);
+    let mut way = vec![(task.to_owned(), next(task), true)];
+    let mut ended = true;
+    while let Some((name, open, ends_here)) = way.last_mut() {
+        if let Some(call) = open.pop() {
+            if let Some(known) = ends.get(&call) {
+                *ends_here &= known;
+            } else if seen.insert(call.clone()) {
+                let after = next(&call);
+                way.push((call, after, true));
+            } else {
+                // It is being gone into: a circle.
+                *ends_here = false;
+            }
+            continue;
+        }
+        let name = std::mem::take(name);
+        ended = *ends_here;
+        way.pop();
+        if let Some((.., above)) = way.last_mut() {
+            *above &= ended;
+        }
+        ends.insert(name, ended);
+    }
+    ended
 }
 
 /// Collects everything a step calls.
