@@ -188,7 +188,8 @@ fn texts_nested_without_end_are_refused() {
 fn thousands_of_tasks_that_call_the_next_are_checked_at_once() {
     let desk = Desk::new("cli-strangers-tasks");
     let chain = |last: &str| {
-        let tasks: String = (0..2000).map(|i| format!("task t{i}() {{ t{}() }}\n", i + 1)).collect();
+        let tasks: String =
+            (0..2000).map(|i| format!("task t{i}() {{ t{}() }}\n", i + 1)).collect();
         format!("{tasks}task t2000() {{ {last} }}\nt0()\n")
     };
     desk.file("chain.task", chain("pick(jar)"));
