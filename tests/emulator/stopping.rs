@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use trueup::emulator::{Emulator, Options};
 use trueup::execution::arm::{Arm, Cancel, DeviceError, Feedback};
+use trueup::execution::kortex::arm::{KortexArm, Options as Client};
 use trueup::execution::kortex::clock::{Clock as _, Wall};
 use trueup::execution::kortex::desk::{Desk, Stopped};
 use trueup::execution::kortex::link::{Datagrams, LinkError};
@@ -13,10 +14,11 @@ use trueup::execution::kortex::messages::cyclic::{ActuatorCommand, Command, Feed
 use trueup::execution::kortex::messages::motion::{JointSpeed, JointSpeeds};
 use trueup::execution::kortex::refusal;
 use trueup::execution::kortex::rpc::{base, base_cyclic};
+use trueup::execution::kortex::stream::Cyclic;
 use trueup::execution::ticked::Plant;
 use trueup::motion::robot::Robot;
 
-use super::arm::{largest, turned};
+use super::arm::{client, largest, turned};
 use super::soak::streaming;
 use super::{admin, emulator, link};
 use crate::kitchen::HOME;
@@ -137,14 +139,12 @@ fn what_streams_is_measured_by_holding_the_arm_where_it_is() {
     let emulator = emulator(&Options::default());
     let udp = emulator.udp().port();
     let held = desk(&emulator).hold("127.0.0.1", udp, &admin(), 1.0, &Cancel::default());
-    let beat = match held {
-        Ok(beat) => beat,
-        // A machine that lets nobody run for half a second says so.
-        Err(error) => return assert!(error.help().contains("computer"), "{error}"),
-    };
+    let beat = held.unwrap();
     assert!(beat.sent > 10 && beat.answered > 0, "{beat:?}");
-    assert!((beat.sent as f64 * beat.intervals.mean() - 1.2).abs() < 0.3, "{beat:?}");
-    assert_eq!(emulator.status().streamed.2, 0);
+    // A second and the rest at its end, or longer where the machine is busy.
+    assert!(beat.sent as f64 * beat.intervals.mean() > 1.0, "{beat:?}");
+    let (taken, _, starved) = emulator.status().streamed;
+    assert!(taken > 10 && taken <= beat.sent && starved == 0, "{taken} taken of {beat:?}");
 }
 
 #[test]
@@ -152,10 +152,8 @@ fn a_stream_that_was_left_alone_too_long_is_not_taken_up_again() {
     // The arm leaves low-level servoing at once, and the client may not ask it back after so long.
     let faults = "stall=700ms@1500ms".parse().unwrap();
     let emulator = emulator(&Options { patience: 0.1, faults, ..Options::default() });
-    let stream = Some(trueup::execution::kortex::stream::Cyclic::at(emulator.udp().port()));
-    let client = super::arm::client(&emulator);
-    let options = trueup::execution::kortex::arm::Options { stream, ..client };
-    let mut arm = trueup::execution::kortex::arm::KortexArm::connect(options).unwrap();
+    let stream = Some(Cyclic::at(emulator.udp().port()));
+    let mut arm = KortexArm::connect(Client { stream, ..client(&emulator) }).unwrap();
     let (cleared, end) = turned(&HOME, 1.6, 0.1);
     let error = arm.follow(&cleared, &Cancel::default(), &mut |_| {}).unwrap_err();
     let what = error.to_string();
@@ -172,17 +170,16 @@ fn a_stream_that_was_left_alone_too_long_is_not_taken_up_again() {
 #[test]
 fn requests_lost_in_mid_motion_are_told_after_a_few_and_not_after_every_time_out() {
     // Nothing is answered any more, from the middle of a motion on.
-    let faults = "stall=3600s@1500ms".parse().unwrap();
+    let faults = "stall=3600s@3s".parse().unwrap();
     let emulator = emulator(&Options { faults, ..Options::default() });
-    let client = super::arm::client(&emulator);
-    let options = trueup::execution::kortex::arm::Options {
+    let options = Client {
         patience: Duration::from_millis(600),
-        // What is waited for one answer at rest is much longer than the test may take.
-        timeout: Duration::from_secs(600),
+        // Every answer at rest may take so long; if every call did, it would be told after minutes.
+        timeout: Duration::from_secs(30),
         clock: Arc::new(Wall),
-        ..client
+        ..client(&emulator)
     };
-    let mut arm = trueup::execution::kortex::arm::KortexArm::connect(options).unwrap();
+    let mut arm = KortexArm::connect(options).unwrap();
     let (cleared, _) = turned(&HOME, 1.6, 0.1);
     let error = arm.follow(&cleared, &Cancel::default(), &mut |_| {}).unwrap_err();
     let DeviceError::Refused { what, help } = &error else { panic!("{error:?}") };
@@ -197,9 +194,8 @@ fn a_stall_is_told_as_a_stall_and_not_as_a_stop_by_someone() {
     // The arm stops by itself after 2 s without its commander; the client was told to wait longer than that.
     let faults = "stall=3s@1500ms".parse().unwrap();
     let emulator = emulator(&Options { faults, ..Options::default() });
-    let mut options = super::arm::client(&emulator);
-    options.clock = Arc::new(Wall);
-    let mut arm = trueup::execution::kortex::arm::KortexArm::connect(options).unwrap();
+    let clock = Arc::new(Wall);
+    let mut arm = KortexArm::connect(Client { clock, ..client(&emulator) }).unwrap();
     let (cleared, _) = turned(&HOME, 1.6, 0.1);
     let error = arm.follow(&cleared, &Cancel::default(), &mut |_| {}).unwrap_err();
     assert!(error.to_string().contains("nothing was heard of the arm for"), "{error}");
@@ -209,15 +205,14 @@ fn a_stall_is_told_as_a_stall_and_not_as_a_stop_by_someone() {
 fn a_gripper_that_reports_nothing_is_told_and_has_no_opening_of_inf_mm() {
     let faults = "gripper=0s".parse().unwrap();
     let gone = emulator(&Options { faults, ..Options::default() });
-    let connected = trueup::execution::kortex::arm::KortexArm::connect(super::arm::client(&gone));
+    let connected = KortexArm::connect(client(&gone));
     let DeviceError::Refused { what, help } = connected.unwrap_err() else { panic!("no reason") };
     assert_eq!(what, "the gripper does not report its opening");
     assert!(help.contains("plug"), "{help}");
     // On the way it ends the motion, and the arm is stopped.
-    let faults = "gripper=1500ms".parse().unwrap();
+    let faults = "gripper=3s".parse().unwrap();
     let leaving = emulator(&Options { faults, ..Options::default() });
-    let client = super::arm::client(&leaving);
-    let mut arm = trueup::execution::kortex::arm::KortexArm::connect(client).unwrap();
+    let mut arm = KortexArm::connect(client(&leaving)).unwrap();
     let (cleared, end) = turned(&HOME, 1.6, 0.1);
     let error = arm.follow(&cleared, &Cancel::default(), &mut |tick| {
         assert!(tick.opening.is_finite());

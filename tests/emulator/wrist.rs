@@ -6,7 +6,6 @@ use std::net::TcpStream;
 use std::time::Duration;
 
 use trueup::emulator::{Emulator, Options};
-use trueup::execution::kortex::clock::{Clock as _, Wall};
 use trueup::execution::kortex::link::{Datagrams, Link};
 use trueup::execution::kortex::messages::base::{ServoingMode, ServoingModeInformation};
 use trueup::execution::kortex::messages::common::DeviceType;
@@ -312,7 +311,6 @@ fn closes_after_a_pause(emulator: &Emulator, pause: f64) -> Result<f32, u16> {
     let mut motor =
         MotorCommand { motor_id: 0, position: closed(&told), velocity: 0.0, force: 100.0 };
     // Somebody thinks which key to press.
-    Wall.sleep(pause);
     emulator.clock().sleep(pause);
     let target = 60.0_f32;
     let mut now = closed(&told);
