@@ -69,7 +69,7 @@ struct Span {
 impl Difference {
     /// Returns the least shift that parts the two, m, and in how many directions it was looked for.
     ///
-    /// It is meant for solids that overlap; for others it is no distance.
+    /// A number below zero says that they are apart, by at least so much.
     pub(super) fn depth(&self) -> (f64, usize) {
         let mut least = Least { shift: f64::INFINITY, along: Vector3::z(), looks: 0 };
         if let Some(along) = self.between.try_normalize(1e-12) {
@@ -90,7 +90,7 @@ impl Difference {
         if self.rounds.len() > 1 {
             self.rims(&mut least);
         }
-        (least.shift.max(0.0), least.looks)
+        (least.shift, least.looks)
     }
 
     /// Looks along a unit vector, turned so that it does not lead back over the centres: that way is longer.

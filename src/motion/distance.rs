@@ -80,14 +80,22 @@ impl Body {
 
 /// Returns the signed distance between two bodies given in the same frame, m.
 pub(super) fn signed_distance(first: &Body, second: &Body) -> f64 {
-    match distance_or_overlap(first, second) {
-        Some(distance) => distance,
-        None => -depth(first, second),
-    }
+    apart_or_closed_form(first, second).unwrap_or_else(|| -depth(first, second))
 }
 
-/// As [`signed_distance`], but `None` for an overlap whose depth takes a search.
+/// As [`signed_distance`], but `None` for an overlap that has no closed form.
 pub(super) fn distance_or_overlap(first: &Body, second: &Body) -> Option<f64> {
+    /// What touches overlaps, m.
+    const TOUCHING: f64 = 1e-9;
+    apart_or_closed_form(first, second).or_else(|| {
+        // GJK says 0 also where it did not converge. A direction in which the two are apart is proof.
+        let depth = depth(first, second);
+        (depth < -TOUCHING).then_some(-depth)
+    })
+}
+
+/// Returns the signed distance, or `None` where GJK finds no gap.
+fn apart_or_closed_form(first: &Body, second: &Body) -> Option<f64> {
     match (first, second) {
         (Body::Round { a, b, radius }, Body::Round { a: c, b: d, radius: other }) => {
             Some(segments(a, b, c, d) - radius - other)
@@ -206,7 +214,8 @@ fn apart(first: &Body, second: &Body) -> f64 {
     query::distance(&first_pose, first, &second_pose, second).map_or(0.0, |found| found.distance)
 }
 
-/// Returns how deep two overlapping bodies lie in each other, m: the least shift that parts them.
+/// Returns how deep two overlapping bodies lie in each other, m: the least shift that parts them. Of bodies that
+/// turn out to be apart, a number below zero: they are at least so far apart.
 ///
 /// Parry's EPA would serve, but in double precision it gives up on a good part of deep overlaps (0.31.1).
 fn depth(first: &Body, second: &Body) -> f64 {
@@ -215,7 +224,7 @@ fn depth(first: &Body, second: &Body) -> f64 {
     // What touches by its rounding alone is as deep in as the rounding reaches over the gap.
     let gap = apart(&first, &second);
     if gap > 0.0 {
-        return (radius - gap).max(0.0);
+        return radius - gap;
     }
     radius + difference(&first, &second).depth().0
 }

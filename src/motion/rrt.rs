@@ -125,8 +125,9 @@ pub fn plan(
     }
     let goal_room = rooms.iter().copied().fold(0.0, f64::max);
     let pad = (0.5 * room(start).min(goal_room)).clamp(0.0, ROOM);
+    // The roomiest goal has twice the room, so one is left; were none, the search would have nowhere to go.
     let mut rooms = rooms.into_iter();
-    usable.retain(|_| rooms.next().is_some_and(|room| room > pad));
+    usable.retain(|_| rooms.next().is_some_and(|room| room > pad || goal_room <= 0.0));
     let padded = world.padded(pad);
 
     // A path that passes the sampled checks but not the certificate is searched again more finely.
