@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DVector, Matrix6, Vector3, Vector6};
 
+use super::budget::Budget;
 use super::collision::{CollisionWorld, Pair};
 use super::cone::Cone;
 use super::ik::Solver;
@@ -30,19 +31,21 @@ const NOISE: f64 = 2e-5;
 const GAIN: f64 = 0.02;
 
 /// Returns the corners of a way from `start` to where everything keeps its margin, `start` first: `start` alone
-/// when it does so there. `None` when the arm is caught. With a `cone` the hand stays in it.
+/// when it does so there. `None` when the arm is caught, or the budget ends the search. With a `cone` the hand stays
+/// in it.
 pub fn leave(
     solver: &Solver<'_>,
     world: &CollisionWorld<'_>,
     start: &[f64],
     cone: Option<&Cone>,
+    budget: &Budget<'_>,
 ) -> Option<Vec<Vec<f64>>> {
     solver.robot().check(start).ok()?;
     if world.free(start) {
         return Some(vec![start.to_vec()]);
     }
-    let out = Leaving { solver, world, cone };
-    let mut at = Place { q: start.to_vec(), touches: world.touching(start, ROOM) };
+    let out = Leaving { solver, world, cone, budget };
+    let mut at = Place { q: start.to_vec(), touches: out.near(start)? };
     let mut way = vec![start.to_vec()];
     let mut along: Option<Vec<f64>> = None;
     for _ in 0..STEPS {
@@ -66,13 +69,14 @@ pub fn leave(
         way.push(place.q.clone());
         (at, along) = (place, Some(direction));
     }
-    world.free(&at.q).then(|| out.shortened(&way))
+    world.free(&at.q).then(|| out.shortened(&way)).flatten()
 }
 
 struct Leaving<'s> {
     solver: &'s Solver<'s>,
     world: &'s CollisionWorld<'s>,
     cone: Option<&'s Cone>,
+    budget: &'s Budget<'s>,
 }
 
 /// Where the arm is, and what is near it there: the farthest each pair has come so far.
@@ -83,6 +87,12 @@ struct Place {
 }
 
 impl Leaving<'_> {
+    /// Returns what is near at `q`, unless the budget ends the search.
+    fn near(&self, q: &[f64]) -> Option<BTreeMap<Pair, f64>> {
+        self.budget.spend(self.world.cost()).ok()?;
+        Some(self.world.touching(q, ROOM))
+    }
+
     /// Goes to `q` if that brings nothing closer that touches and lets nothing else touch.
     fn go(&self, from: &Place, q: Vec<f64>) -> Option<Place> {
         let robot = self.solver.robot();
@@ -94,7 +104,7 @@ impl Leaving<'_> {
             return None;
         }
         let margin = self.world.margin();
-        let mut touches = self.world.touching(&q, ROOM);
+        let mut touches = self.near(&q)?;
         for (pair, distance) in &mut touches {
             let before = from.touches.get(pair).copied().unwrap_or(f64::INFINITY);
             // What keeps its margin need only go on doing so.
@@ -168,25 +178,20 @@ impl Leaving<'_> {
     fn slope(&self, q: &[f64]) -> Option<Vec<f64>> {
         const TURN: f64 = 0.004;
         let limit = self.world.margin() + ROOM;
-        let short = |q: &[f64]| -> f64 {
-            self.world.touching(q, ROOM).values().map(|distance| limit - distance).sum()
+        let short = |joint: usize, by: f64| -> Option<f64> {
+            let mut q = q.to_vec();
+            q[joint] += by;
+            Some(self.near(&q)?.values().map(|distance| limit - distance).sum())
         };
-        let slope: Vec<f64> = (0..q.len())
-            .map(|joint| {
-                let at = |by: f64| {
-                    let mut q = q.to_vec();
-                    q[joint] += by;
-                    short(&q)
-                };
-                at(-TURN) - at(TURN)
-            })
-            .collect();
+        let slope: Option<Vec<f64>> =
+            (0..q.len()).map(|joint| Some(short(joint, -TURN)? - short(joint, TURN)?)).collect();
+        let slope = slope?;
         slope.iter().any(|x| x.abs() > 1e-9).then_some(slope)
     }
 
     /// Leaves out corners where the straight motion between their neighbours leaves as well.
-    fn shortened(&self, way: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let mut place = Place { q: way[0].clone(), touches: self.world.touching(&way[0], ROOM) };
+    fn shortened(&self, way: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+        let mut place = Place { q: way[0].clone(), touches: self.near(&way[0])? };
         let mut corners = vec![way[0].clone()];
         let mut at = 0;
         while at + 1 < way.len() {
@@ -197,7 +202,7 @@ impl Leaving<'_> {
                 }
                 if far == at + 1 {
                     // The step itself was taken, if only to within the noise.
-                    let touches = self.world.touching(&way[far], ROOM);
+                    let touches = self.near(&way[far])?;
                     break Place { q: way[far].clone(), touches };
                 }
                 far = at + (far - at) / 2;
@@ -205,7 +210,7 @@ impl Leaving<'_> {
             corners.push(way[far].clone());
             (place, at) = (reached, far);
         }
-        corners
+        Some(corners)
     }
 
     /// Goes straight to `to`, if all of the way leaves.
@@ -223,7 +228,6 @@ impl Leaving<'_> {
 mod tests {
     use nalgebra::Isometry3;
 
-    use super::super::budget::Budget;
     use super::super::collision::Obstacle;
     use super::super::error::Error;
     use super::super::robot::Robot;
@@ -273,7 +277,7 @@ mod tests {
                 rrt::plan(&solver, &world, q, &[goal.clone()], None, &settings, &budget)
             };
             assert!(matches!(from(&home), Err(Error::Collision { .. })), "it touches there");
-            let way = leave(&solver, &world, &home, None).expect("there is a way out");
+            let way = leave(&solver, &world, &home, None, &budget).expect("there is a way out");
             assert_eq!(way[0], home);
             distances_only_grow(&world, &way);
             let end = way.last().unwrap();
@@ -287,8 +291,9 @@ mod tests {
         let robot = Robot::gen3();
         let solver = Solver::new(&robot);
         let home = robot.pose("home").unwrap().to_vec();
+        let budget = Budget::new(|| false);
         let alone = CollisionWorld::new(&robot);
-        assert_eq!(leave(&solver, &alone, &home, None).unwrap(), [home.clone()]);
+        assert_eq!(leave(&solver, &alone, &home, None, &budget).unwrap(), [home.clone()]);
         // The whole arm in a block larger than itself.
         let block = Solid::Cuboid { half: Vector3::repeat(1.5) };
         let inside = CollisionWorld::new(&robot).with(&[Obstacle::new(
@@ -296,7 +301,9 @@ mod tests {
             block,
             Isometry3::identity(),
         )]);
-        assert!(leave(&solver, &inside, &home, None).is_none());
-        assert!(leave(&solver, &alone, &[0.0; 3], None).is_none(), "a list of another length");
+        assert!(leave(&solver, &inside, &home, None, &budget).is_none());
+        assert!(leave(&solver, &alone, &[0.0; 3], None, &budget).is_none(), "another length");
+        let stopped = Budget::new(|| true);
+        assert!(leave(&solver, &inside, &home, None, &stopped).is_none());
     }
 }

@@ -301,7 +301,7 @@ impl Planner {
         let solver = Solver::new(&robot);
         let settings = rrt::Settings::seeded(seed);
         // An arm that is caught is told by the search what it touches.
-        let out = escape::leave(&solver, &world, &self.q, cone.as_ref());
+        let out = escape::leave(&solver, &world, &self.q, cone.as_ref(), &self.budget);
         let out = out.unwrap_or_else(|| vec![self.q.clone()]);
         let start = out.last().unwrap_or(&self.q);
         let found =
