@@ -46,7 +46,7 @@ fn a_page_holds_all_of_a_run_and_needs_nothing_else() {
     for part in ["above(jar, cup)", "-31 mm ± 1 mm", "&lt;= rim(cup) - 5 mm", "id=\"drawn\""] {
         assert!(page.contains(part), "{part} is missing");
     }
-    for outside in ["http", "src=\"/", "href", "<?xml", "hidden>"] {
+    for outside in ["://", "src=\"/", "href", "<?xml", "hidden>"] {
         assert!(!page.contains(outside), "the page mentions {outside}");
     }
     let nothing = desk.trueup(&["report", "runs/not-a-run"]);
