@@ -33,7 +33,7 @@ const LIMITS: (u64, u64) = (1 << 20, 10);
 /// many times what ten seconds of processor time take on a busy machine.
 const PATIENCE: u32 = 1800;
 /// What one refusal may print, bytes, and how wide its widest line may be, characters.
-const SCREEN: (usize, usize) = (32 << 10, 500);
+const SCREEN: (usize, usize) = (32 << 10, 1000);
 
 /// Where cases are tried, and what was wrong with them.
 pub(super) struct Bench {
