@@ -48,12 +48,10 @@ impl Subject<'_> {
     /// time must fit in memory.
     fn most(self) -> (f64, usize) {
         match self {
-            // 1.5 kB a grid point of 5 ms and a few columns beside it.
-            Self::Arm(..) => (900.0, 200_000),
+            // 1.5 kB a grid point of 5 ms and a few columns beside it; steps of 2 ms.
+            Self::Arm(..) | Self::Held(..) => (900.0, 200_000),
             // Steps of 20 ms, integrated anew at every trial of an effect.
             Self::Pours(..) => (3600.0, 200_000),
-            // Steps of 2 ms.
-            Self::Held(..) => (900.0, 200_000),
         }
     }
 }

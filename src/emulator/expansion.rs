@@ -137,7 +137,7 @@ impl Expansion {
         Ok(())
     }
 
-    fn enable(&mut self, asked: BridgeConfig) -> BridgeStatus {
+    fn enable(&mut self, asked: &BridgeConfig) -> BridgeStatus {
         let out = asked.port_config.as_ref().map_or(0, |ports| ports.out_port);
         if asked.bridgetype != UART {
             return BridgeStatus::UnknownBridgeType;
@@ -150,7 +150,7 @@ impl Expansion {
         self.bridges.push(BridgeConfig {
             port_config: Some(ports),
             bridge_id: Some(BridgeIdentifier { bridge_id: self.next }),
-            ..asked
+            ..asked.clone()
         });
         BridgeStatus::Ok
     }
@@ -233,7 +233,7 @@ impl Controller {
                 if self.config.must_be(device, DeviceType::Interconnect).is_err() {
                     return result(None, BridgeStatus::UnknownDevice);
                 }
-                let status = self.expansion.enable(asked);
+                let status = self.expansion.enable(&asked);
                 let made = self.expansion.bridges.last().filter(|_| status == BridgeStatus::Ok);
                 result(made.and_then(|made| made.bridge_id.clone()), status)
             }),

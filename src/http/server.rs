@@ -52,7 +52,7 @@ struct Patience {
 const PATIENCE: Patience = Patience {
     head: Duration::from_secs(3),
     body: Duration::from_secs(3),
-    whole: Duration::from_secs(60),
+    whole: Duration::from_mins(1),
 };
 
 /// What a client asks for.
@@ -373,14 +373,14 @@ mod tests {
     /// A server that has no patience.
     fn hasty() -> Server {
         let short = Duration::from_millis(100);
-        let patience = Patience { head: short, body: short, whole: Duration::from_secs(60) };
+        let patience = Patience { head: short, body: short, whole: Duration::from_mins(1) };
         let handler: Handler = Arc::new(|request| Response::text(200, &request.path));
         Server::serve_patiently((Ipv4Addr::LOCALHOST, 0).into(), handler, patience).unwrap()
     }
 
     fn connect(server: &Server) -> TcpStream {
         let stream = TcpStream::connect(server.address()).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        stream.set_read_timeout(Some(Duration::from_mins(1))).unwrap();
         stream
     }
 
@@ -550,7 +550,7 @@ mod tests {
             stream.write_all(b"GET / HTTP/1.1\r\n\r\n").unwrap();
         }
         for _ in 0..MOST_ANSWERS {
-            begins.recv_timeout(Duration::from_secs(60)).unwrap();
+            begins.recv_timeout(Duration::from_mins(1)).unwrap();
         }
         assert_eq!(status(&ask(&server, "GET / HTTP/1.1\r\n\r\n")), 503);
         drop(go);

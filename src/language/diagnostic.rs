@@ -216,12 +216,11 @@ pub fn limited(mut all: Vec<Diagnostic>) -> Vec<Diagnostic> {
     let words = format!("{count} more mistakes are not listed");
     let at = others.iter().map(|d| d.span).min_by_key(|span| span.from);
     let at = at.unwrap_or(Span { from: 0, to: 0 });
-    let more = match others.iter().any(Diagnostic::is_error) {
-        true => Diagnostic::error("task::more", at, words, "the first of them"),
-        false => Diagnostic::warning("task::more", at, words, "the first of them"),
-    };
+    let has_errors = others.iter().any(Diagnostic::is_error);
+    let kind = if has_errors { Diagnostic::error } else { Diagnostic::warning };
+    let more = kind("task::more", at, words, "the first of them");
     let file = others.into_iter().next().map(|d| d.file).unwrap_or_default();
-    all.push(Diagnostic { count, file, ..more.help("mend these first, and check again") });
+    all.push(Diagnostic { file, count, ..more.help("mend these first, and check again") });
     all
 }
 

@@ -14,7 +14,7 @@
 //! as well: some 200 directions are the most that random pairs took. What is found always parts the two; with two
 //! rounds nothing proves that it is the least, and a scan of 20,000 directions found none that is less.
 //!
-//! Source: Gottschalk, Lin and Manocha, "OBBTree", 1996 (separating axes); van den Bergen, "Proximity queries
+//! Source: Gottschalk, Lin and Manocha, "`OBBTree`", 1996 (separating axes); van den Bergen, "Proximity queries
 //! and penetration depth computation on 3D game objects", 2001 (expanding polytope).
 
 use nalgebra::{Matrix2, Vector2, Vector3};

@@ -375,13 +375,13 @@ mod tests {
 
     /// The least shift over directions spread over the half sphere, the best of them refined: slow.
     fn scanned(first: &Body, second: &Body) -> f64 {
+        const N: u32 = 20_000;
         let difference = difference(first, second);
         let shift = |n: &Vector3<f64>| {
             let segments: f64 = difference.segments.iter().map(|s| s.dot(n).abs()).sum();
             let rounds: f64 = difference.rounds.iter().map(|(a, r)| r * n.cross(a).norm()).sum();
             segments + rounds - difference.between.dot(n).abs()
         };
-        const N: u32 = 20_000;
         let mut all: Vec<(f64, Vector3<f64>)> = (0..N)
             .map(|k| {
                 let z = (f64::from(k) + 0.5) / f64::from(N);

@@ -274,7 +274,7 @@ mod tests {
             let settings = rrt::Settings::default();
             let budget = Budget::new(|| false);
             let from = |q: &[f64]| {
-                rrt::plan(&solver, &world, q, &[goal.clone()], None, &settings, &budget)
+                rrt::plan(&solver, &world, q, std::slice::from_ref(&goal), None, &settings, &budget)
             };
             assert!(matches!(from(&home), Err(Error::Collision { .. })), "it touches there");
             let way = leave(&solver, &world, &home, None, &budget).expect("there is a way out");
@@ -293,7 +293,10 @@ mod tests {
         let home = robot.pose("home").unwrap().to_vec();
         let budget = Budget::new(|| false);
         let alone = CollisionWorld::new(&robot);
-        assert_eq!(leave(&solver, &alone, &home, None, &budget).unwrap(), [home.clone()]);
+        assert_eq!(
+            leave(&solver, &alone, &home, None, &budget).unwrap(),
+            std::slice::from_ref(&home)
+        );
         // The whole arm in a block larger than itself.
         let block = Solid::Cuboid { half: Vector3::repeat(1.5) };
         let inside = CollisionWorld::new(&robot).with(&[Obstacle::new(

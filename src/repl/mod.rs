@@ -232,18 +232,17 @@ impl<'scope, 'env> Session<'scope, 'env> {
             self.style.say(self.greeting());
         }
         loop {
-            let typed = match self.held_back.take() {
-                Some(line) => Typed::Statement(line),
-                None => {
-                    // Idle first: whoever asks now either sees that or is seen here.
-                    self.hands.leave.is_idle.store(true, Ordering::SeqCst);
-                    if self.hands.leave.is_asked() {
-                        return Ok(());
-                    }
-                    let typed = self.typist.next(&self.prompt());
-                    self.hands.leave.is_idle.store(false, Ordering::SeqCst);
-                    typed?
+            let typed = if let Some(line) = self.held_back.take() {
+                Typed::Statement(line)
+            } else {
+                // Idle first: whoever asks now either sees that or is seen here.
+                self.hands.leave.is_idle.store(true, Ordering::SeqCst);
+                if self.hands.leave.is_asked() {
+                    return Ok(());
                 }
+                let typed = self.typist.next(&self.prompt());
+                self.hands.leave.is_idle.store(false, Ordering::SeqCst);
+                typed?
             };
             match typed {
                 Typed::Statement(statement) => {

@@ -343,10 +343,10 @@ pub fn diagnostics_json(wrong: &[(Diagnostic, Source)]) -> Vec<Value> {
 
 /// Shows everything that is wrong with a text and sums it up as a failure.
 pub fn text_failure(diagnostics: &[Diagnostic], source: &Source, style: Style) -> Failure {
-    texts_failure(diagnostics.iter().map(|each| (each, source)).collect(), style)
+    texts_failure(&diagnostics.iter().map(|each| (each, source)).collect::<Vec<_>>(), style)
 }
 
-fn texts_failure(wrong: Vec<(&Diagnostic, &Source)>, style: Style) -> Failure {
+fn texts_failure(wrong: &[(&Diagnostic, &Source)], style: Style) -> Failure {
     let Some((first, source)) = wrong.iter().find(|(d, _)| d.is_error()).or(wrong.first()) else {
         return Failure::input("task::empty", "there is nothing to run")
             .help("type a call such as `pour(jar, cup)`");
@@ -390,7 +390,7 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
     use workcell::Error;
     let words = error.to_string();
     match error {
-        Error::Text(wrong) => texts_failure(wrong.iter().map(|(d, s)| (d, s)).collect(), style),
+        Error::Text(wrong) => texts_failure(&wrong.iter().map(|(d, s)| (d, s)).collect::<Vec<_>>(), style),
         Error::File { path, error } => unwritten(path, error),
         Error::Unrecorded { dir, error } => {
             let dir = dir.display().to_string();

@@ -65,13 +65,13 @@ impl Console {
         }
     }
 
-    fn spin(&mut self, message: String) {
+    fn spin(&mut self, message: &str) {
         self.clear();
         if self.style.quiet {
             return;
         }
         if !self.style.bars {
-            complain(&message);
+            complain(message);
             return;
         }
         let mut shown = BAR.lock().unwrap_or_else(PoisonError::into_inner);
@@ -81,7 +81,7 @@ impl Console {
         let look = ProgressStyle::with_template("{spinner} {msg} {elapsed}");
         let bar = ProgressBar::new_spinner()
             .with_style(look.unwrap_or_else(|_| ProgressStyle::default_spinner()));
-        bar.set_message(plainly(&message));
+        bar.set_message(plainly(message));
         bar.enable_steady_tick(Duration::from_millis(120));
         shown.0 = Some(bar.clone());
         self.bar = Some(bar);
@@ -91,7 +91,7 @@ impl Console {
 impl Observer for Console {
     fn event(&mut self, event: &Event) {
         match event {
-            Event::Phase { name, detail } => self.spin(format!("{name}: {detail}")),
+            Event::Phase { name, detail } => self.spin(&format!("{name}: {detail}")),
             Event::Note { text } => {
                 if !self.style.quiet && !self.style.json {
                     match &self.bar {
@@ -108,7 +108,7 @@ impl Observer for Console {
             Event::StepStart { number, of, action, .. } => {
                 // In lines, a step that someone else tells of is told of there.
                 if self.tells_steps || self.style.bars {
-                    self.spin(format!("step {number} of {of}: {action}"));
+                    self.spin(&format!("step {number} of {of}: {action}"));
                 }
             }
             Event::StepEnd { record } => {

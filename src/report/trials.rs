@@ -67,7 +67,7 @@ impl Observer for Watch {
         match event {
             Event::Phase { name, .. } => bar.set_message(shown(&format!("{}: {name}", self.what))),
             Event::StepStart { action, .. } => {
-                bar.set_message(shown(&format!("{}: {action}", self.what)))
+                bar.set_message(shown(&format!("{}: {action}", self.what)));
             }
             _ => {}
         }

@@ -1,6 +1,8 @@
 //! Files from strangers: lines of kilobytes with thousands of mistakes, pipes, escape sequences, recordings whose
 //! clock makes no sense. Each gets an answer or one message, soon, and never longer than a screen or two.
 
+use std::fmt::Write as _;
+
 use crate::program::{Desk, Said};
 
 /// A screen, in bytes, and one for each kind of mistake that is drawn.
@@ -107,7 +109,7 @@ fn swing(times: &[f64]) -> String {
     let mut text = "t[s],q_1[rad],tau_1[N*m]\n".to_owned();
     for (k, t) in times.iter().enumerate() {
         let k = k as f64;
-        text += &format!("{t},{:.5},{:.4}\n", (0.02 * k).sin(), (0.02 * k + 1.0).cos());
+        let _ = writeln!(text, "{t},{:.5},{:.4}", (0.02 * k).sin(), (0.02 * k + 1.0).cos());
     }
     text
 }
@@ -189,9 +191,9 @@ fn texts_nested_without_end_are_refused() {
 fn thousands_of_tasks_that_call_the_next_are_checked_at_once() {
     let desk = Desk::new("cli-strangers-tasks");
     let chain = |last: &str| {
-        let tasks: String =
-            (0..2000).map(|i| format!("task t{i}() {{ t{}() }}\n", i + 1)).collect();
-        format!("{tasks}task t2000() {{ {last} }}\nt0()\n")
+        let mut text = String::new();
+        (0..2000).for_each(|i| _ = writeln!(text, "task t{i}() {{ t{}() }}", i + 1));
+        format!("{text}task t2000() {{ {last} }}\nt0()\n")
     };
     desk.file("chain.task", chain("pick(jar)"));
     assert_eq!(desk.trueup(&["check", "chain.task"]).code, 0);

@@ -20,7 +20,7 @@ use crate::repl::kept;
 /// Whether a folder holds anything that was begun and not finished.
 fn halves(desk: &Desk) -> Vec<String> {
     let all = desk.everything().into_iter();
-    all.filter(|name| name.ends_with(".part") || name.contains(".trueup-")).collect()
+    all.filter(|name| name.contains(".part") || name.contains(".trueup-")).collect()
 }
 
 fn is_full(said: &Said, code: i32) {

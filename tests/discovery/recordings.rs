@@ -1,5 +1,7 @@
 //! Reading recordings: what is right is read in SI, what is wrong is told with its place and a help.
 
+use std::fmt::Write as _;
+
 use trueup::discovery::recording::{Map, Recording};
 use trueup::discovery::{Options, Subject, investigate};
 use trueup::units::Dimension;
@@ -278,7 +280,7 @@ fn torques_that_are_zero_throughout_are_taken_as_not_measured() {
 fn a_recording_is_judged_as_far_as_a_grid_of_time_holds_it() {
     let mut text = "t[s],q_1[rad]\n".to_owned();
     for k in 0..1000 {
-        text += &format!("{},{k}\n", f64::from(k) * 0.01);
+        let _ = writeln!(text, "{},{k}", f64::from(k) * 0.01);
     }
     let whole = read(&text).unwrap();
     assert_eq!(whole.within(10.0, 1000), None);

@@ -148,7 +148,7 @@ fn a_connection_that_never_logs_in_is_closed_and_may_not_send_for_long() {
     let emulator = emulator(&Options { login: 0.2, ..eager() });
     let known = link(&emulator);
     let mut silent = TcpStream::connect(emulator.tcp()).unwrap();
-    silent.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+    silent.set_read_timeout(Some(Duration::from_mins(1))).unwrap();
     assert_eq!(silent.read(&mut [0; 16]).unwrap_or(0), 0);
     // One that has logged in may be silent: its keep-alive goes on.
     assert_eq!(state(&known), ArmState::ServoingReady);
@@ -158,7 +158,7 @@ fn a_connection_that_never_logs_in_is_closed_and_may_not_send_for_long() {
 fn a_stranger_may_send_64_kb_and_no_more() {
     let emulator = emulator(&Options { login: 3600.0, ..eager() });
     let mut stream = TcpStream::connect(emulator.tcp()).unwrap();
-    stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+    stream.set_read_timeout(Some(Duration::from_mins(1))).unwrap();
     // A frame of 1 MB is announced, and begun.
     let mut begin = trueup::execution::kortex::frame::MAGIC.to_vec();
     begin.extend_from_slice(&(1_u32 << 20).to_be_bytes());

@@ -62,7 +62,7 @@ fn what_is_written_to_the_serial_port_comes_back_over_its_bridge() {
     let config: BridgeConfig = link.call(base::GET_BRIDGE_CONFIG, &id).unwrap();
     let port = config.port_config.unwrap().out_port as u16;
     let mut client = TcpStream::connect((emulator.tcp().ip(), port)).unwrap();
-    client.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+    client.set_read_timeout(Some(Duration::from_mins(1))).unwrap();
     let text = b"This data is being written on Interconnect's expansion port UART\n";
     client.write_all(text).unwrap();
     let mut back = vec![0; text.len()];

@@ -25,9 +25,10 @@ fn descriptions() -> Vec<Vec<u8>> {
     let text = |text: &str| text.as_bytes().to_vec();
     let inside = |inside: &str| chain(2, TURNING).replace("</robot>", &format!("{inside}</robot>"));
     let turning = |from: &str, to: &str| chain(2, &TURNING.replace(from, to)).into_bytes();
-    let laughs: String = (1..12)
-        .map(|k| format!("<!ENTITY l{k} \"{}\">", format!("&l{};", k - 1).repeat(10)))
-        .collect();
+    let mut laughs = String::new();
+    for k in 1..12 {
+        let _ = write!(laughs, "<!ENTITY l{k} \"{}\">", format!("&l{};", k - 1).repeat(10));
+    }
     vec![
         text(""),
         text("<robot>"),

@@ -209,7 +209,7 @@ mod tests {
         assert!(
             read(&[record(op::CHUNK, b"short")]).unwrap_err().contains("shorter than its header")
         );
-        let endless = [&MAGIC[..], &[5], &(1_u64 << 60).to_le_bytes()].concat();
+        let endless = [MAGIC, &[5], &(1_u64 << 60).to_le_bytes()].concat();
         assert!(messages(&endless, |what| what, |_| Ok(())).is_err());
         // What is no message is not looked into, however broken.
         assert_eq!(read(&[record(op::ATTACHMENT, b""), record(op::STATISTICS, b"")]), Ok(()));

@@ -123,6 +123,8 @@ pub struct Way {
 
 /// A straight line of the tool is no longer than any arm reaches across, m.
 const LONGEST_LINE: f64 = 10.0;
+/// What the point between the fingers is called where it may not go.
+const TOOL: &str = "the tool";
 /// What finding the joint positions of one pose costs, in units of [`Budget`].
 const REACHING: u64 = 10_000;
 /// What following a path costs, a pose of it.
@@ -257,7 +259,6 @@ impl Planner {
         }
         world.set_opening(opening);
         // The limits look at the point between the fingers, which no solid of theirs need hold.
-        const TOOL: &str = "the tool";
         let middle = self.robot().flange_from_tool().origin();
         world.guard(TOOL, self.cell.limits.floor + ABOVE_FLOOR, &middle);
         for object in &scene.objects {
