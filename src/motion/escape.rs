@@ -269,14 +269,19 @@ mod tests {
         let home = robot.pose("home").unwrap().to_vec();
         let goal = robot.pose("retract").unwrap().to_vec();
         let cup = Solid::Cylinder { radius: 0.04, half: 0.05 };
-        for (x, y, z) in [(0.075, 0.0, 0.01), (0.0, 0.05, 0.03), (0.0, -0.06, 0.0)] {
+        for (x, y, z) in [(0.075, 0.0, 0.01), (0.06, 0.03, 0.02), (-0.07, -0.02, 0.0)] {
             let world = beside_the_hand(&robot, &home, cup, Vector3::new(x, y, z));
             let settings = rrt::Settings::default();
             let budget = Budget::new(|| false);
             let from = |q: &[f64]| {
                 rrt::plan(&solver, &world, q, std::slice::from_ref(&goal), None, &settings, &budget)
             };
-            assert!(matches!(from(&home), Err(Error::Collision { .. })), "it touches there");
+            let touching = from(&home);
+            assert!(
+                matches!(touching, Err(Error::Collision { .. })),
+                "the cup at {x} {y} {z} m touches: {touching:?}, {} m",
+                world.distance(&home)
+            );
             let way = leave(&solver, &world, &home, None, &budget).expect("there is a way out");
             assert_eq!(way[0], home);
             distances_only_grow(&world, &way);

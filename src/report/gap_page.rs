@@ -114,6 +114,6 @@ mod tests {
             notes: Vec::new(),
         };
         let page = page(&Investigation { finding, traces: Vec::new(), experiment: None }, "");
-        assert!(page.contains("a &lt; b") && !page.contains("http"));
+        assert!(page.contains("a &lt; b") && !page.contains("://"));
     }
 }
