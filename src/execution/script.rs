@@ -6,7 +6,7 @@
 //! Scripts have limits on operations, depth and size, and every binding that moves polls the cancel token.
 //! What a script prints goes where its notes go.
 //!
-//! What the words do is in [`super::stage`], what may be asked of them in [`super::bounds`]; this file only binds
+//! What the words do is in [`super::stage`], what may be asked of them in `super::bounds`; this file only binds
 //! them and translates errors.
 
 use std::collections::BTreeMap;

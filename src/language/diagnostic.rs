@@ -2,7 +2,7 @@
 //!
 //! A [`Diagnostic`] names bytes of one [`Source`]. Lines and columns are counted here and only here:
 //! both start at 1, columns count characters. Nothing is printed; [`render`] returns the text. What came in may
-//! be hostile or a line of megabytes: what is drawn is an [`Excerpt`], and messages lose their middle.
+//! be hostile or a line of megabytes: what is drawn is an `Excerpt`, and messages lose their middle.
 //!
 //! Source: the graphics and the narration are miette's.
 
