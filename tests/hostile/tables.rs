@@ -4,12 +4,23 @@ use std::fmt::Write as _;
 
 use super::{Bench, ENDS, REFUSED, WRONG};
 
-/// A recording of one joint that swings, `n` rows, each as `row` makes it of its number, time and angle.
+/// A recording of seven joints that swing alike, `n` rows. `row` makes each of its number, time and angle: a time,
+/// an angle and a torque; what is not these three stands as it is.
 fn swinging(n: usize, row: impl Fn(usize, f64, f64) -> String) -> Vec<u8> {
-    let mut text = String::from("t[s],q_1[rad],tau_1[N*m]\n");
+    let mut text = String::from("t[s]");
+    (1..=7).for_each(|joint| _ = write!(text, ",q_{joint}[rad]"));
+    (1..=7).for_each(|joint| _ = write!(text, ",tau_{joint}[N*m]"));
     for k in 0..n {
         let t = k as f64 * 0.01;
-        let _ = writeln!(text, "{}", row(k, t, (3.0 * t).sin()));
+        let row = row(k, t, (3.0 * t).sin());
+        text.push('\n');
+        match row.split(',').collect::<Vec<_>>()[..] {
+            [t, q, tau] => {
+                text += t;
+                [q, tau].into_iter().for_each(|value| text += &format!(",{value}").repeat(7));
+            }
+            _ => text += &row,
+        }
     }
     text.into_bytes()
 }
