@@ -17,7 +17,9 @@ fn swinging(n: usize, row: impl Fn(usize, f64, f64) -> String) -> Vec<u8> {
         match row.split(',').collect::<Vec<_>>()[..] {
             [t, q, tau] => {
                 text += t;
-                [q, tau].into_iter().for_each(|value| text += &format!(",{value}").repeat(7));
+                for value in [q, tau] {
+                    text += &format!(",{value}").repeat(7);
+                }
             }
             _ => text += &row,
         }
