@@ -141,5 +141,5 @@ pub(super) fn camera(
 }
 
 fn unwritten(path: &Path) -> impl Fn(std::io::Error) -> Failure {
-    move |error| report::unwritten(path, &error)
+    move |error| Failure::unwritten(path, &error)
 }

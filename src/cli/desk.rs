@@ -11,14 +11,14 @@ use crate::execution::kortex::messages::base::ServoingMode;
 use crate::execution::kortex::messages::common::ArmState;
 use crate::report::{self, Failure, Style};
 
-use super::{Exit, kortex};
+use super::{Exit, kortex, numbers, signals};
 
 /// What is said once the emergency stop was called.
 const IN_FAULT: &str = "stopped; the arm is in fault until `trueup kortex clear-faults`";
 /// How long an arm may take to answer.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Look after a Gen3 without moving it.
+/// Look after a Gen3 without moving it anywhere.
 #[derive(Debug, Subcommand)]
 pub(super) enum KortexCommand {
     /// Say how the arm is: what it is, what it does, where it stands, what is wrong with it.
@@ -45,7 +45,7 @@ pub(super) struct BeatArgs {
     #[command(flatten)]
     whom: Whom,
     /// For how long, s, from 1 to 600.
-    #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = numbers::beat)]
     seconds: f64,
     /// The arm's UDP port, where it is not the one after its TCP port.
     #[arg(long, value_name = "PORT")]
@@ -111,11 +111,6 @@ pub(super) fn kortex(command: &KortexCommand, style: Style) -> Result<Exit, Fail
 
 /// Holds the arm where it is for a while and says how evenly the positions left.
 fn beat(args: &BeatArgs, style: Style) -> Result<Exit, Failure> {
-    if !(1.0..=600.0).contains(&args.seconds) {
-        let what = format!("{} s is not from 1 to 600 s", args.seconds);
-        return Err(Failure::input("usage::seconds", what)
-            .help("leave `--seconds` out for 10 s, or give a time in between"));
-    }
     let (place, (host, port, login)) = kortex::desk(&args.whom.address, style)?;
     let failed = |error: DeviceError| {
         Failure::unavailable("device", error.to_string()).at(place.clone()).help(error.help())
@@ -123,9 +118,7 @@ fn beat(args: &BeatArgs, style: Style) -> Result<Exit, Failure> {
     let desk = Desk::open(&host, port, &login, PATIENCE).map_err(failed)?;
     let udp = args.udp.unwrap_or(port.saturating_add(1));
     let over = Cancel::default();
-    let flag = over.clone();
-    ctrlc::set_handler(move || flag.cancel())
-        .map_err(|error| Failure::unavailable("signal", format!("cannot watch Ctrl-C: {error}")))?;
+    signals::stop(over.clone())?;
     let beat = desk.hold(&host, udp, &login, args.seconds, &over).map_err(failed)?;
     let told = Pacing::from(&beat);
     if style.json {
@@ -133,7 +126,7 @@ fn beat(args: &BeatArgs, style: Style) -> Result<Exit, Failure> {
     } else {
         style.say(report::run::pacing(&told));
     }
-    Ok(Exit::Yes)
+    Ok(if signals::is_interrupted() { Exit::Stopped } else { Exit::Yes })
 }
 
 /// Returns what an arm does, in words.

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 
-use crate::emulator::{Emulator, FAULT_WORDS, Faults, Ideal, Options, Pictures};
+use crate::emulator::{self, Emulator, FAULT_WORDS, Faults, Ideal, Options, Pictures};
 use crate::execution::arm::{Camera, Cancel, Scales};
 use crate::execution::kortex::clock::{Clock, Wall};
 use crate::execution::ticked::Plant;
@@ -59,16 +59,9 @@ fn patience(text: &str) -> Result<f64, String> {
     match text {
         "stay" => Ok(f64::INFINITY),
         "leave" => Ok(0.1),
-        time => {
-            let (number, scale) = match (time.strip_suffix("ms"), time.strip_suffix('s')) {
-                (Some(number), _) => (number, 1e-3),
-                (None, Some(number)) => (number, 1.0),
-                (None, None) => ("", 1.0),
-            };
-            let value = number.parse().map(|value: f64| value * scale);
-            let known = value.ok().filter(|value| (0.001..=3600.0).contains(value));
-            known.ok_or_else(|| "it is `stay`, `leave`, or a time such as 250ms or 2s".to_owned())
-        }
+        time => emulator::duration(time)
+            .filter(|value| (0.001..=3600.0).contains(value))
+            .ok_or_else(|| "it is `stay`, `leave`, or a time such as 250ms or 2s".to_owned()),
     }
 }
 

@@ -76,7 +76,7 @@ fn hide(args: &HideArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
         Some(_) => toml::to_string(&with)
             .map_err(|error| Failure::input("lab::settings", error.to_string()))?,
     };
-    write::replace(&args.out, text).map_err(|error| report::unwritten(&args.out, &error))?;
+    write::replace(&args.out, text).map_err(|error| Failure::unwritten(&args.out, &error))?;
     if style.json {
         style.document(&Hidden { path, sealed: true });
     } else {

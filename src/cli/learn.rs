@@ -10,11 +10,12 @@ use crate::files::write;
 use crate::graph::outcome::{Counts, Outcome};
 use crate::graph::{Outcomes, Priors};
 use crate::lines;
-use crate::report::{self, Failure, Style};
+use crate::report::{Failure, Style};
+use crate::workcell::Run;
+use crate::workcell::archive::{self, Standing};
 use crate::workcell::learning::{self, Learnt};
-use crate::workcell::{Run, archive};
 
-use super::run::read;
+use super::run::{data, read};
 use super::{Cli, Exit};
 
 /// Learn from stored runs which branches work.
@@ -39,7 +40,7 @@ pub(super) fn learnt(cli: &Cli) -> Result<Learnt, Failure> {
     let domain = learning::domain(&cli.cell.robot);
     let known = |name: &str| {
         let path = cli.cell.record.join(name);
-        path.exists().then(|| read(&path)).transpose()
+        path.exists().then(|| data(&path)).transpose()
     };
     let outcomes = known(&learning::file_name(domain))?.unwrap_or_default();
     let outcomes = Outcomes::read(&outcomes).map_err(|error| spoilt(&error.to_string(), cli))?;
@@ -78,7 +79,7 @@ pub(super) fn learn(args: &LearnArgs, cli: &Cli, style: Style) -> Result<Exit, F
     let mut changes = Vec::new();
     for (domain, outcomes) in &fresh {
         let path = cli.cell.record.join(learning::file_name(domain));
-        let before = if path.exists() { read(&path)? } else { String::new() };
+        let before = if path.exists() { data(&path)? } else { String::new() };
         let before = Outcomes::read(&before).map_err(|error| spoilt(&error.to_string(), cli))?;
         let mut after = before.clone();
         for outcome in outcomes {
@@ -98,7 +99,7 @@ pub(super) fn learn(args: &LearnArgs, cli: &Cli, style: Style) -> Result<Exit, F
             }
         }
         if !args.dry && !outcomes.is_empty() {
-            lines::extend(&path, outcomes).map_err(|error| report::unwritten(&path, &error))?;
+            lines::extend(&path, outcomes).map_err(|error| Failure::unwritten(&path, &error))?;
         }
     }
     if style.json {
@@ -142,7 +143,7 @@ fn demonstrated(
     if !dry {
         let text = serde_json::to_string_pretty(&priors)
             .map_err(|error| Failure::input("io::write", error.to_string()))?;
-        write::replace(&path, text + "\n").map_err(|error| report::unwritten(&path, &error))?;
+        write::replace(&path, text + "\n").map_err(|error| Failure::unwritten(&path, &error))?;
     }
     if style.json {
         style.document(&json!({"demonstrations": runs.len(), "dry": dry, "counts": priors.counts}));
@@ -163,15 +164,16 @@ fn stored(paths: &[PathBuf]) -> Result<Vec<(String, Run)>, Failure> {
             .help("a run folder holds a `run.json`; `trueup run` makes one"));
     }
     let read = folders.into_iter().map(|folder| {
-        let file = folder.join("run.json");
-        let run = serde_json::from_str(&read(&file)?).map_err(|error| {
+        let run = archive::load(&folder).map_err(|error| {
             Failure::input("learn::run", format!("this is no run: {error}"))
-                .at(file.display().to_string())
+                .at(folder.display().to_string())
         })?;
         let name = folder.file_name().map(|name| name.to_string_lossy().into_owned());
-        Ok((name.unwrap_or_default(), run))
+        // What goes on is counted when it is over.
+        let is_over = archive::standing(&folder, &run) != Standing::Running;
+        Ok(is_over.then(|| (name.unwrap_or_default(), run)))
     });
-    read.collect()
+    read.filter_map(Result::transpose).collect()
 }
 
 /// Returns the names of the runs that a file already counts.
@@ -179,7 +181,7 @@ fn names(path: &Path) -> Result<BTreeSet<String>, Failure> {
     if !path.exists() {
         return Ok(BTreeSet::new());
     }
-    let text = read(path)?;
+    let text = data(path)?;
     let outcomes = text.lines().filter_map(|line| serde_json::from_str::<Outcome>(line).ok());
     Ok(outcomes.map(|outcome| outcome.run).collect())
 }

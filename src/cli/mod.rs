@@ -210,10 +210,10 @@ pub fn main() -> ExitCode {
                 Style::detect(true, true).failure(&usage(&error));
             } else if error.use_stderr() {
                 // It quotes the arguments, which may be names of files that somebody else chose.
-                let terminal = std::io::stderr().is_terminal();
+                let is_coloured = std::io::stderr().is_terminal() && !Style::is_plain();
                 let styled = error.render();
                 crate::report::complain(
-                    if terminal { styled.ansi().to_string() } else { styled.to_string() }
+                    if is_coloured { styled.ansi().to_string() } else { styled.to_string() }
                         .trim_end(),
                 );
             } else {
@@ -234,7 +234,7 @@ pub fn main() -> ExitCode {
         }
     };
     // A thread by itself may have failed beside all that. The answer has been given, so this is said beside it.
-    ExitCode::from(panics::uncaught(signals::has_arm()).map_or(told, |failure| {
+    ExitCode::from(panics::uncaught().map_or(told, |failure| {
         Style { json: false, ..style }.failure(&failure);
         failure.exit().max(told)
     }))

@@ -12,6 +12,16 @@ pub(super) fn millilitres(text: &str) -> Result<f64, String> {
     within(text, 0.0, 10_000.0, "mL")
 }
 
+/// Reads how long a trial may take, s.
+pub(super) fn budget(text: &str) -> Result<f64, String> {
+    within(text, 0.001, 86_400.0, "s")
+}
+
+/// Reads for how long the beat of a stream is measured, s.
+pub(super) fn beat(text: &str) -> Result<f64, String> {
+    within(text, 1.0, 600.0, "s")
+}
+
 fn within(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "it is not a number".to_owned())?;
     if (least..=most).contains(&value) {

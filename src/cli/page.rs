@@ -97,10 +97,12 @@ fn live(what: &str, at: Where, cli: &Cli, style: Style) -> Result<Exit, Failure>
 }
 
 fn wait_then(cancel: &Cancel, style: Style, exit: Result<Exit, Failure>) -> Result<Exit, Failure> {
-    style.note("the page stays until Ctrl-C");
-    cancel.clear();
-    signals::forget();
-    wait(cancel);
+    if !signals::LEAVE.is_asked() {
+        style.note("the page stays until Ctrl-C");
+        cancel.clear();
+        signals::forget();
+        wait(cancel);
+    }
     // It was told when it happened.
     exit.map_err(|mut failure| {
         failure.is_shown = true;
@@ -166,7 +168,7 @@ fn perform(
     cell.graph(call).map_err(|error| report::cell_failure(&error, style))?;
     let made = Recorder::create(&cli.cell.record, &stamp(), &call.name.text);
     let recorder =
-        made.map_err(|(path, error)| report::no_run_folder(&path, &error, "--record"))?;
+        made.map_err(|(path, error)| Failure::no_run_folder(&path, &error, "--record"))?;
     cell.led_by(Box::new(page::Lead::new(live.clone())));
     // What a step came to is told on the page, once its questions are answered.
     let watchers = Both(Console::new(style).without_steps(), page::Watch(live.clone()));

@@ -38,7 +38,7 @@ pub(super) fn report(args: &ReportArgs, cli: &Cli, style: Style) -> Result<Exit,
     let picture = |name: &str| address(&frames.join(format!("{name}.png")));
     let material = Material { graph: graph.as_deref(), picture: Some(&picture) };
     write::replace(&args.output, page(&run, &material))
-        .map_err(|error| report::unwritten(&args.output, &error))?;
+        .map_err(|error| Failure::unwritten(&args.output, &error))?;
     if style.json {
         style.document(&serde_json::json!({"page": args.output.display().to_string()}));
     } else {

@@ -10,7 +10,7 @@ use crate::motion::{self, Budget, answer, rrt};
 use crate::report::{Failure, Style};
 
 use super::Exit;
-use super::run::{clock, read};
+use super::run::{clock, data, read};
 use super::signals::{is_interrupted, watch_interrupt};
 
 #[derive(Debug, Subcommand)]
@@ -98,7 +98,7 @@ fn failure(error: &motion::Error) -> Failure {
 fn rows_of(robot: &Robot, line: Option<&String>, file: Option<&PathBuf>) -> Result<Rows, Failure> {
     let (text, place) = match (line, file) {
         (Some(line), _) => (line.clone(), "--q".to_owned()),
-        (None, Some(path)) => (read(path)?, path.display().to_string()),
+        (None, Some(path)) => (data(path)?, path.display().to_string()),
         (None, None) => (String::new(), "--q".to_owned()),
     };
     answer::joint_rows(robot, &text).map_err(|error| failure(&error).at(place))
@@ -129,7 +129,7 @@ pub(super) fn robot(command: &RobotCommand, seed: u64, style: Style) -> Result<E
             let robot = robot_of(&args.which)?;
             let (text, place) = match (&args.pose, &args.pose_file) {
                 (Some(line), _) => (line.clone(), "--pose".to_owned()),
-                (None, Some(path)) => (read(path)?, path.display().to_string()),
+                (None, Some(path)) => (data(path)?, path.display().to_string()),
                 (None, None) => (String::new(), "--pose".to_owned()),
             };
             let poses = answer::pose_rows(&text).map_err(|error| failure(&error).at(place))?;

@@ -63,6 +63,12 @@ pub(super) fn read(path: &Path) -> Result<String, Failure> {
     files::read::text(path).map_err(|error| Failure::unread(path, &error))
 }
 
+/// Reads what a program writes, which may be larger than what a person does.
+pub(super) fn data(path: &Path) -> Result<String, Failure> {
+    let text = files::read::text_of(path, files::read::DATA);
+    text.map_err(|error| Failure::unread(path, &error))
+}
+
 /// Returns which regressions are in force when these are left out.
 pub(super) fn switches(left_out: &[u8]) -> Result<Switches, Failure> {
     let mut switches = Switches::default();
@@ -313,7 +319,7 @@ fn one(
     let call = &cell.define(source, steps);
     cell.graph(call).map_err(|error| report::cell_failure(&error, style))?;
     let recorder = Recorder::create(root, &stamp(), &call.name.text)
-        .map_err(|(path, error)| report::no_run_folder(&path, &error, "--record"))?;
+        .map_err(|(path, error)| Failure::no_run_folder(&path, &error, "--record"))?;
     let console = Console::new(style);
     let console = if cell.is_told() { console.without_steps() } else { console };
     let run = cell.run(call, Some(recorder), Box::new(console));

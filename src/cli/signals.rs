@@ -5,6 +5,8 @@
 //! also end the prompt, which Ctrl-C does not. Whoever was told not to mind a closed terminal (`nohup`) does
 //! not.
 
+#[cfg(unix)]
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
@@ -25,6 +27,9 @@ static IS_WATCHED: AtomicBool = AtomicBool::new(false);
 static AT_PROMPT: AtomicBool = AtomicBool::new(false);
 /// Whether a cell was opened.
 static HAS_ARM: AtomicBool = AtomicBool::new(false);
+/// How the terminal was set before the prompt took it.
+#[cfg(unix)]
+static TERMINAL: OnceLock<rustix::termios::Termios> = OnceLock::new();
 /// What the prompt knows of a wish that it ends.
 pub(super) static LEAVE: Leave = Leave::new();
 
@@ -45,8 +50,12 @@ pub(super) fn obey(cancel: Cancel) {
     STOPS.lock().unwrap_or_else(PoisonError::into_inner).push(cancel);
 }
 
-/// Leaves Ctrl-C to the prompt.
+/// Leaves Ctrl-C to the prompt, and keeps how the terminal is set, which the prompt changes.
 pub(super) fn at_prompt() {
+    #[cfg(unix)]
+    if let Ok(found) = rustix::termios::tcgetattr(std::io::stdin()) {
+        let _ = TERMINAL.set(found);
+    }
     AT_PROMPT.store(true, Ordering::SeqCst);
 }
 
@@ -107,12 +116,26 @@ fn asked(to_end: bool) {
         cancel.cancel();
     }
     let at_prompt = AT_PROMPT.load(Ordering::SeqCst);
-    let is_again = if to_end { LEAVE.ask() } else { before > 0 && !at_prompt };
+    let is_again = (to_end && LEAVE.ask()) || (before > 0 && !at_prompt);
     // A prompt that waits for a line has nothing under way that would have to end first.
     if is_again || (to_end && at_prompt && LEAVE.is_idle()) {
         if is_again {
             complain("asked again: trueup ends at once");
         }
+        #[cfg(unix)]
+        give_back();
         std::process::exit(Exit::Stopped as i32);
     }
+}
+
+/// Sets the terminal as it was before the prompt took it: nobody else does when the program ends at once.
+#[cfg(unix)]
+fn give_back() {
+    use std::io::Write as _;
+    let Some(found) = TERMINAL.get() else { return };
+    let _ =
+        rustix::termios::tcsetattr(std::io::stdin(), rustix::termios::OptionalActions::Now, found);
+    // What is pasted is no longer marked.
+    let mut out = std::io::stdout();
+    let _ = out.write_all(b"\x1b[?2004l\r\n").and_then(|()| out.flush());
 }

@@ -106,7 +106,7 @@ pub(super) fn fmt(args: &FmtArgs, style: Style) -> Result<Exit, Failure> {
     }
     // Nothing is written before everything has been read.
     for (_, path, formatted) in changed.iter().filter(|_| !args.check) {
-        write::replace(path, formatted).map_err(|error| report::unwritten(path, &error))?;
+        write::replace(path, formatted).map_err(|error| Failure::unwritten(path, &error))?;
     }
     let changed: Vec<String> = changed.into_iter().map(|(name, ..)| name).collect();
     if style.json {

@@ -46,7 +46,7 @@ pub(super) struct TrialsArgs {
     #[arg(long, value_name = "1,2,3", value_delimiter = ',')]
     ablate: Vec<u8>,
     /// What a trial may take, s of wall time; then it counts as failed, and the next begins.
-    #[arg(long, value_name = "S", default_value_t = 300.0, value_parser = budget)]
+    #[arg(long, value_name = "S", default_value_t = 300.0, value_parser = numbers::budget)]
     budget: f64,
     /// Where run folders and results go; `trials/TASK` when left out.
     #[arg(long, short, value_name = "DIR")]
@@ -118,15 +118,6 @@ impl FromStr for Shard {
             Some((i, n)) if (1..=n).contains(&i) => Ok(Self { i, n }),
             _ => Err(format!("`{text}` is not I/N with I from 1 to N, such as 1/4")),
         }
-    }
-}
-
-/// Reads how long a trial may take, s.
-fn budget(text: &str) -> Result<f64, String> {
-    const LONGEST: f64 = 86_400.0;
-    match text.parse() {
-        Ok(seconds) if seconds > 0.0 && seconds <= LONGEST => Ok(seconds),
-        _ => Err(format!("`{text}` is no time from 0 to {LONGEST} s")),
     }
 }
 
@@ -306,7 +297,7 @@ impl Work {
                 return Ok(true);
             };
             lines::append(&self.file, &trial)
-                .map_err(|error| report::unwritten(&self.file, &error))?;
+                .map_err(|error| Failure::unwritten(&self.file, &error))?;
             progress.over(number + 1, of, &trial);
         }
         Ok(false)
@@ -346,7 +337,7 @@ impl Work {
         let made =
             Recorder::create(&self.out, &stamp(), &format!("{}-seed-{seed}", call.name.text));
         let recorder =
-            made.map_err(|(path, error)| report::no_run_folder(&path, &error, "--out"))?;
+            made.map_err(|(path, error)| Failure::no_run_folder(&path, &error, "--out"))?;
         let watch = progress.watch(&format!("seed {seed}"));
         let watchdog = Watchdog::over(cell.cancel(), self.budget);
         let ran = cell.run(call, Some(recorder), Box::new(watch));

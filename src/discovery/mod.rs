@@ -48,19 +48,16 @@ impl Subject<'_> {
     /// time must fit in memory.
     fn most(self) -> (f64, usize) {
         match self {
-            // 1.5 kB a grid point of 5 ms and a few columns beside it; steps of 2 ms.
-            Self::Arm(..) | Self::Held(..) => (900.0, 200_000),
+            // A grid of 5 ms, or steps of 2 ms, and some 10 kB a row where a motion was measured.
+            Self::Arm(..) | Self::Held(..) => (900.0, 250_000),
             // Steps of 20 ms, integrated anew at every trial of an effect.
-            Self::Pours(..) => (3600.0, 200_000),
+            Self::Pours(..) => (3600.0, 250_000),
         }
     }
 }
 
 /// Returns of each recording what can be looked at; all of it unless together they are too long.
-fn within<'a>(
-    recordings: &'a [Recording],
-    (longest, most): (f64, usize),
-) -> Vec<Cow<'a, Recording>> {
+fn within(recordings: &[Recording], (longest, most): (f64, usize)) -> Cow<'_, [Recording]> {
     let duration: f64 = recordings.iter().map(Recording::duration).sum();
     let rows: usize = recordings.iter().map(Recording::n_rows).sum();
     let n = recordings.len();
@@ -68,10 +65,12 @@ fn within<'a>(
         if duration > longest { longest / n as f64 } else { f64::INFINITY },
         if rows > most { most / n } else { usize::MAX },
     );
-    let cut = |recording: &'a Recording| {
-        recording.within(each.0, each.1).map_or(Cow::Borrowed(recording), Cow::Owned)
-    };
-    recordings.iter().map(cut).collect()
+    let cut: Vec<Option<Recording>> = recordings.iter().map(|r| r.within(each.0, each.1)).collect();
+    if cut.iter().all(Option::is_none) {
+        return Cow::Borrowed(recordings);
+    }
+    let kept = cut.into_iter().zip(recordings);
+    kept.map(|(cut, whole)| cut.unwrap_or_else(|| whole.clone())).collect()
 }
 
 /// An investigation: the finding and what a page shows beside it.
@@ -140,14 +139,7 @@ pub fn investigate(
             help: "name at least one CSV file".into(),
         });
     }
-    let cut: Vec<Recording>;
-    let kept = within(recordings, subject.most());
-    let recordings = if kept.iter().all(|kept| matches!(kept, Cow::Borrowed(_))) {
-        recordings
-    } else {
-        cut = kept.into_iter().map(Cow::into_owned).collect();
-        &cut
-    };
+    let recordings = &*within(recordings, subject.most());
     let (robot, known) = match subject {
         Subject::Pours(scene, known) => {
             return pour::investigate(scene, known, recordings, &options.search, progress);

@@ -281,8 +281,8 @@ impl Controller {
         if self.is_moving() && self.sessions.is_holder_silent(now) {
             self.stop_all(refusal::CONTROL_MANUAL_STOP);
         }
-        self.heed_silence();
-        self.heed_zones();
+        self.mind_silence();
+        self.keep_zones();
         for happened in self.servo.tick() {
             match happened {
                 Happened::Arrived => self.action_arrived(),
@@ -296,10 +296,10 @@ impl Controller {
             }
         }
         self.chance.at(now - self.begun);
-        if self.chance.forgets(now - self.begun) {
+        if self.chance.forgets() {
             self.all_sessions_over();
         }
-        for planted in self.chance.due(now - self.begun) {
+        for planted in self.chance.due() {
             self.fail(planted);
         }
         if self.actions.is_running() && self.chance.aborts() {

@@ -181,7 +181,7 @@ impl Controller {
     }
 
     /// Leaves low-level servoing when commands stopped coming, or stays in it with every joint held.
-    pub(super) fn heed_silence(&mut self) {
+    pub(super) fn mind_silence(&mut self) {
         if self.mode != ServoingMode::LowLevel {
             return;
         }

@@ -5,10 +5,6 @@
 //! of the I2C bus. The serial port is reached over TCP through a bridge, as in the arm.
 
 use std::collections::BTreeMap;
-use std::io::{ErrorKind, Read, Write};
-use std::net::{TcpListener, TcpStream};
-use std::thread;
-use std::time::Duration;
 
 use crate::execution::kortex::messages::common::DeviceType;
 use crate::execution::kortex::messages::interconnect::{
@@ -21,7 +17,6 @@ use crate::execution::kortex::refusal;
 use crate::execution::kortex::rpc::{base, interconnect_config as call};
 
 use super::controller::{Answer, Ask, Controller, No, done, say};
-use super::server::Shared;
 
 /// `GPIOMode`: an input; the others drive their pin. `GPIOPull` up. `GPIOValue` low and high.
 const INPUT: i32 = 1;
@@ -39,8 +34,6 @@ const POLARITY: u8 = 0x10;
 const LONGEST: usize = 256;
 /// How many bridges there may be.
 const BRIDGES: usize = 16;
-/// How often the serial port's thread looks whether it should end.
-const LOOK: Duration = Duration::from_millis(50);
 
 /// What is plugged in at the wrist and how it is set up.
 #[derive(Debug, Clone, Default)]
@@ -60,16 +53,14 @@ pub(super) struct Expansion {
 
 impl Expansion {
     /// Returns whether the serial port is on and led through the base.
-    fn is_bridged(&self) -> bool {
+    pub(super) fn is_bridged(&self) -> bool {
         self.uart.enabled && !self.bridges.is_empty()
     }
 
     /// Returns what a pin (1 to 4) reads.
     fn pin(&self, identifier: i32) -> Result<i32, No> {
+        is_pin(identifier)?;
         let (config, value) = self.pins.get(&identifier).cloned().unwrap_or_default();
-        if !(1..=4).contains(&identifier) {
-            return Err(No::device(refusal::INVALID_PARAM, "pins are 1 to 4"));
-        }
         if config.mode > INPUT {
             return Ok(value);
         }
@@ -90,9 +81,7 @@ impl Expansion {
     }
 
     fn configure_pin(&mut self, asked: GpioConfiguration) -> Result<(), No> {
-        if !(1..=4).contains(&asked.identifier) {
-            return Err(No::device(refusal::INVALID_PARAM, "pins are 1 to 4"));
-        }
+        is_pin(asked.identifier)?;
         let value = asked.default_value;
         self.pins.insert(asked.identifier, (asked, value));
         Ok(())
@@ -117,7 +106,7 @@ impl Expansion {
         let mut data = vec![self.polarity; asked.size as usize];
         if register {
             data.fill(0);
-            let kept = self.registers.get(&asked.register_address);
+            let kept = self.registers.get(&(asked.register_address & 0xFF));
             for (to, from) in data.iter_mut().zip(kept.into_iter().flatten()) {
                 *to = *from;
             }
@@ -159,6 +148,13 @@ impl Expansion {
         let before = self.bridges.len();
         self.bridges.retain(|bridge| bridge.bridge_id.as_ref() != Some(asked));
         if self.bridges.len() < before { BridgeStatus::Ok } else { BridgeStatus::NotFound }
+    }
+}
+
+fn is_pin(identifier: i32) -> Result<(), No> {
+    match identifier {
+        1..=4 => Ok(()),
+        _ => Err(No::device(refusal::INVALID_PARAM, "pins are 1 to 4")),
     }
 }
 
@@ -252,37 +248,5 @@ impl Controller {
             }),
             _ => return None,
         })
-    }
-}
-
-/// Sends back what comes to the serial port, one client at a time, while a bridge leads to it.
-pub(super) fn serial(shared: &Shared, listener: &TcpListener) {
-    while !shared.is_over() {
-        match listener.accept() {
-            Ok((stream, _)) if shared.controller().expansion.is_bridged() => echo(shared, stream),
-            Ok(_) => {}
-            Err(_) => thread::sleep(LOOK),
-        }
-    }
-}
-
-fn echo(shared: &Shared, mut stream: TcpStream) {
-    let ready = stream
-        .set_nonblocking(false)
-        .and_then(|()| stream.set_read_timeout(Some(LOOK)))
-        .and_then(|()| stream.set_write_timeout(Some(Duration::from_secs(2))));
-    let mut buffer = [0; 1024];
-    while ready.is_ok() && !shared.is_over() && shared.controller().expansion.is_bridged() {
-        match stream.read(&mut buffer) {
-            Ok(0) => return,
-            Ok(n) if stream.write_all(&buffer[..n]).is_err() => return,
-            Ok(_) => {}
-            Err(error)
-                if matches!(
-                    error.kind(),
-                    ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted
-                ) => {}
-            Err(_) => return,
-        }
     }
 }

@@ -48,7 +48,7 @@ pub struct Faults {
 pub const WORDS: &str = "drop=0.01 (share of datagrams lost), delay=20ms, stall=3s or stall=3s@10s, refuse=0.1, \
     abort=0.1, hush=0.1 (shares of paths refused, actions given up, notifications lost), unknown=0.01, \
     fault=10s, estop=10s, cut=10s, forget=10s (when sessions are forgotten), deaf=10s (from when on a stop is \
-    answered and not heeded), gripper=10s (from when on nothing is told of the gripper)";
+    answered and not obeyed), gripper=10s (from when on nothing is told of the gripper)";
 
 impl std::str::FromStr for Faults {
     type Err = String;
@@ -92,17 +92,20 @@ fn share(name: &str, text: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("`{name}` takes a share from 0 to 1, not `{text}`"))
 }
 
-/// Reads `3s` or `20ms`, at most a day.
-fn seconds(name: &str, text: &str) -> Result<f64, String> {
+/// Reads `3s` or `20ms`, at most a day; s.
+pub fn duration(text: &str) -> Option<f64> {
     let (number, scale) = match (text.strip_suffix("ms"), text.strip_suffix('s')) {
         (Some(number), _) => (number, 1e-3),
         (None, Some(number)) => (number, 1.0),
         (None, None) => ("", 1.0),
     };
-    let value: Option<f64> = number.parse().ok().map(|value: f64| value * scale);
-    value
-        .filter(|value| (0.0..=86_400.0).contains(value))
-        .ok_or_else(|| format!("`{name}` takes a time such as 3s or 20ms, not `{text}`"))
+    let value = number.parse().ok().map(|value: f64| value * scale);
+    value.filter(|value| (0.0..=86_400.0).contains(value))
+}
+
+fn seconds(name: &str, text: &str) -> Result<f64, String> {
+    let wrong = || format!("`{name}` takes a time such as 3s or 20ms, not `{text}`");
+    duration(text).ok_or_else(wrong)
 }
 
 /// Faults with the dice that decide them.
@@ -179,7 +182,7 @@ impl Chance {
         false
     }
 
-    /// Returns whether a stop is not heeded now.
+    /// Returns whether a stop is answered and not obeyed now.
     pub(super) fn is_deaf(&self) -> bool {
         self.faults.deaf.is_some_and(|from| self.since >= from)
     }
@@ -195,18 +198,18 @@ impl Chance {
     }
 
     /// Returns whether sessions are forgotten so long after the start, s; once.
-    pub(super) fn forgets(&mut self, since: f64) -> bool {
-        self.faults.forget.take_if(|at| since >= *at).is_some()
+    pub(super) fn forgets(&mut self) -> bool {
+        self.faults.forget.take_if(|at| self.since >= *at).is_some()
     }
 
     /// Returns the faults that are due so long after the start, s, each once.
-    pub(super) fn due(&mut self, since: f64) -> Vec<Fault> {
+    pub(super) fn due(&mut self) -> Vec<Fault> {
         let mut due = Vec::new();
-        if self.faults.fault.is_some_and(|at| since >= at) {
+        if self.faults.fault.is_some_and(|at| self.since >= at) {
             self.faults.fault = None;
             due.push(Fault::Other);
         }
-        if self.faults.estop.is_some_and(|at| since >= at) {
+        if self.faults.estop.is_some_and(|at| self.since >= at) {
             self.faults.estop = None;
             due.push(Fault::EmergencyStop);
         }

@@ -41,7 +41,7 @@ use crate::execution::ticked::Plant;
 use crate::motion::robot::Robot;
 
 use controller::Controller;
-pub use faults::{Faults, WORDS as FAULT_WORDS};
+pub use faults::{Faults, WORDS as FAULT_WORDS, duration};
 pub use pictures::Pictures;
 pub use plant::Ideal;
 pub use server::Pace;
@@ -147,7 +147,7 @@ impl Emulator {
             thread::spawn(move || server::live(&living, pace)),
             thread::spawn(move || server::accept(&accepting, &listener)),
             thread::spawn(move || server::datagrams(&answering)),
-            thread::spawn(move || expansion::serial(&wired, &serial)),
+            thread::spawn(move || server::serial(&wired, &serial)),
         ];
         Ok(Self { shared, threads, tcp, udp, clock })
     }

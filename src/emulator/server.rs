@@ -292,7 +292,7 @@ fn listen(shared: &Shared, mut stream: TcpStream, peer: Peer) {
                 // Whose question it was cannot be told, so it cannot be answered.
                 Err(_) => {}
             }
-            is_known |= shared.controller().sessions.has(peer);
+            is_known = is_known || shared.controller().sessions.has(peer);
             if !is_known && strange > STRANGE {
                 return;
             }
@@ -330,4 +330,36 @@ pub(super) fn datagrams(shared: &Shared) {
 pub(super) fn prepare(listener: &TcpListener, udp: &UdpSocket) -> std::io::Result<()> {
     listener.set_nonblocking(true)?;
     udp.set_read_timeout(Some(LOOK))
+}
+
+/// Sends back what comes to the serial port, one client at a time, while a bridge leads to it.
+pub(super) fn serial(shared: &Shared, listener: &TcpListener) {
+    while !shared.is_over() {
+        match listener.accept() {
+            Ok((stream, _)) if shared.controller().expansion.is_bridged() => echo(shared, stream),
+            Ok(_) => {}
+            Err(_) => thread::sleep(LOOK),
+        }
+    }
+}
+
+fn echo(shared: &Shared, mut stream: TcpStream) {
+    let ready = stream
+        .set_nonblocking(false)
+        .and_then(|()| stream.set_read_timeout(Some(LOOK)))
+        .and_then(|()| stream.set_write_timeout(Some(Duration::from_secs(2))));
+    let mut buffer = [0; 1024];
+    while ready.is_ok() && !shared.is_over() && shared.controller().expansion.is_bridged() {
+        match stream.read(&mut buffer) {
+            Ok(0) => return,
+            Ok(n) if stream.write_all(&buffer[..n]).is_err() => return,
+            Ok(_) => {}
+            Err(error)
+                if matches!(
+                    error.kind(),
+                    ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted
+                ) => {}
+            Err(_) => return,
+        }
+    }
 }

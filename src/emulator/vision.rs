@@ -7,10 +7,11 @@
 use std::collections::BTreeMap;
 
 use crate::execution::kortex::messages::common::{DeviceType, NotificationHandle};
+use crate::execution::kortex::messages::common::{RotationMatrix, RotationMatrixRow};
 use crate::execution::kortex::messages::vision::{
     DistortionCoefficients, ExtrinsicParameters, IntrinsicParameters, IntrinsicProfileIdentifier,
-    OptionIdentifier, OptionInformation, OptionValue, RotationMatrix, RotationMatrixRow,
-    SensorFocusAction, SensorIdentifier, SensorSettings, TranslationVector, VisionNotification,
+    OptionIdentifier, OptionInformation, OptionValue, SensorFocusAction, SensorIdentifier,
+    SensorSettings, TranslationVector, VisionNotification,
 };
 use crate::execution::kortex::refusal;
 use crate::execution::kortex::rpc::vision_config as call;

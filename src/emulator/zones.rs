@@ -1,7 +1,7 @@
-//! Protection zones: kept, told when the tool reaches, enters or leaves them, and heeded.
+//! Protection zones: kept, told when the tool reaches, enters or leaves them, and kept out of.
 //!
 //! The tool may not enter a zone that sets no speed for its inside; in the envelope around a zone it keeps to
-//! the envelope's speed. The base heeds zones in what it commands itself, not in low-level servoing. How an
+//! the envelope's speed. The base keeps to zones in what it commands itself, not in low-level servoing. How an
 //! arm brakes before one is not published: here it comes to rest in time, and a running action is given up as
 //! outside the workspace. Only the tool's own point counts, no elbow; a zone's origin is its centre, and a
 //! cylinder stands along its z axis.
@@ -14,9 +14,10 @@ use crate::execution::kortex::messages::base::ServoingMode;
 use crate::execution::kortex::messages::base::{
     ConfigurationChange, ConfigurationNotificationEvent,
 };
+use crate::execution::kortex::messages::common::RotationMatrixRow;
 use crate::execution::kortex::messages::sequence::{
     CartesianLimitation, ProtectionZone, ProtectionZoneEvent, ProtectionZoneHandle,
-    ProtectionZoneList, ProtectionZoneNotification, RotationMatrixRow, ZoneShape,
+    ProtectionZoneList, ProtectionZoneNotification, ZoneShape,
 };
 use crate::execution::kortex::refusal;
 use crate::execution::kortex::rpc::base as call;
@@ -197,7 +198,7 @@ fn check(zone: &ProtectionZone) -> Result<(), No> {
 
 impl Controller {
     /// Tells where the tool is beside the zones, and slows or stops what the base commands.
-    pub(super) fn heed_zones(&mut self) {
+    pub(super) fn keep_zones(&mut self) {
         if self.zones.stored.is_empty() {
             return;
         }

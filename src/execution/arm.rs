@@ -67,7 +67,7 @@ pub struct Feedback {
 /// How evenly positions were streamed to an arm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pacing {
-    /// Commands sent, and answered.
+    /// Commands sent.
     pub sent: u64,
     /// Of them answered.
     pub answered: u64,

@@ -10,7 +10,7 @@ use tempfile::Builder;
 
 /// Puts `content` where a file is or shall be: written beside it, flushed, synced, and renamed over it.
 ///
-/// The file keeps its permissions; a link stays a link, and what it points at is replaced. What is no
+/// The file keeps its permissions and, where the system allows, its owner; what may not be written is refused. A link stays a link, and what it points at is replaced. What is no
 /// regular file (`/dev/stdout`) is written to as it is.
 ///
 /// # Errors
@@ -36,6 +36,14 @@ fn put(path: &Path, content: &[u8], is_synced: bool) -> io::Result<()> {
     if known.as_ref().is_some_and(|facts| !facts.is_file()) {
         return fs::write(path, content);
     }
+    if known.is_none() && path.is_symlink() {
+        // What it points at is not there yet, so nothing can be lost.
+        return fs::write(path, content);
+    }
+    if known.is_some() {
+        // What may not be written is not replaced either.
+        fs::OpenOptions::new().write(true).open(path)?;
+    }
     let target = if known.is_some() { fs::canonicalize(path)? } else { path.to_owned() };
     let dir = target.parent().filter(|dir| !dir.as_os_str().is_empty());
     let dir = dir.map_or_else(|| PathBuf::from("."), Path::to_owned);
@@ -52,6 +60,12 @@ fn put(path: &Path, content: &[u8], is_synced: bool) -> io::Result<()> {
     half.as_file_mut().write_all(content)?;
     if let Some(facts) = known {
         half.as_file().set_permissions(facts.permissions())?;
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::{MetadataExt as _, fchown};
+            // Nobody but root may give a file away; then it is the writer's.
+            let _ = fchown(half.as_file(), Some(facts.uid()), Some(facts.gid()));
+        }
     }
     if is_synced {
         half.as_file().sync_all()?;

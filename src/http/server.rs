@@ -16,8 +16,6 @@ use std::time::Duration;
 
 use http_body_util::{BodyExt, Full, LengthLimitError, Limited};
 use hyper::body::{Body, Bytes, Incoming};
-use hyper::header::{HeaderName, HeaderValue};
-use hyper::http::request::Parts;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
@@ -26,14 +24,15 @@ use tokio::runtime::{Builder, Runtime};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
 use tokio::time::{sleep, timeout};
 
+use super::message::{Refusal, Request, Response};
+
 /// The longest head of a request that is read, bytes.
 const LONGEST_HEAD: usize = 16 << 10;
 /// The longest body of a request that is read, bytes: a form, never a file.
 const LONGEST_BODY: usize = 16 << 10;
 /// How many requests are answered at once, each on a thread.
 const MOST_ANSWERS: usize = 64;
-/// How many connections there are at once: those beyond the answers are told to come again. More wait their turn in
-/// the system's queue.
+/// How many connections there are at once; more wait their turn in the system's queue.
 const MOST_CONNECTIONS: usize = 256;
 /// How long it is waited before a connection is taken again that could not be: while too many files are open.
 const BREATH: Duration = Duration::from_millis(50);
@@ -54,128 +53,6 @@ const PATIENCE: Patience = Patience {
     body: Duration::from_secs(3),
     whole: Duration::from_mins(1),
 };
-
-/// What a client asks for.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Request {
-    /// `GET`, `HEAD` or `POST`.
-    pub method: String,
-    /// The path with its percent signs resolved, without the query.
-    pub path: String,
-    /// The port it came in at.
-    pub port: u16,
-    query: String,
-    headers: Vec<(String, String)>,
-    body: Vec<u8>,
-}
-
-impl Request {
-    /// Returns a header by its name in lower case.
-    pub fn header(&self, name: &str) -> Option<&str> {
-        self.headers.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
-    }
-
-    /// Returns a value of the query.
-    pub fn asked(&self, name: &str) -> Option<String> {
-        field(&self.query, name)
-    }
-
-    /// Returns a value of a form that was sent.
-    pub fn sent(&self, name: &str) -> Option<String> {
-        field(std::str::from_utf8(&self.body).ok()?, name)
-    }
-
-    /// Whether it comes from this machine's own page: its `Host` is a loopback name with its port, and an
-    /// `Origin`, where there is one, is that same page. A page from elsewhere that has its name point at
-    /// this machine fails the first, a form on another page the second.
-    pub fn is_local(&self) -> bool {
-        let names = ["127.0.0.1", "localhost", "[::1]"];
-        let hosts = names.map(|name| format!("{name}:{}", self.port));
-        let host = self.header("host").unwrap_or_default();
-        let is_here = hosts.iter().any(|known| known.eq_ignore_ascii_case(host));
-        let same = |origin: &str| origin.strip_prefix("http://") == Some(host);
-        is_here && self.header("origin").is_none_or(same)
-    }
-
-    /// Reads a request whose body has been read.
-    fn read(head: &Parts, body: &Bytes, port: u16) -> Result<Self, Refusal> {
-        let method = head.method.as_str();
-        if !matches!(method, "GET" | "HEAD" | "POST") {
-            return Err((405, "only GET, HEAD and POST are answered"));
-        }
-        let path = decoded(head.uri.path(), false).filter(|path| path.starts_with('/'));
-        let path = path.filter(|_| head.uri.authority().is_none());
-        let path = path.ok_or((400, "the path cannot be read"))?;
-        let twice = |name: &str| head.headers.get_all(name).iter().count() > 1;
-        if ["host", "origin", "content-length"].into_iter().any(twice) {
-            return Err((400, "a header that may stand once stands twice"));
-        }
-        let text = |value: &HeaderValue| String::from_utf8_lossy(value.as_bytes()).into_owned();
-        let headers = head.headers.iter().map(|(name, value)| (name.to_string(), text(value)));
-        Ok(Self {
-            method: method.to_owned(),
-            path,
-            port,
-            query: head.uri.query().unwrap_or_default().to_owned(),
-            headers: headers.collect(),
-            body: body.to_vec(),
-        })
-    }
-}
-
-/// What it is answered.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Response {
-    status: u16,
-    headers: Vec<(&'static str, String)>,
-    body: Vec<u8>,
-}
-
-impl Response {
-    /// An answer of a media type: `text/html; charset=utf-8`.
-    pub fn new(status: u16, kind: &str, body: impl Into<Vec<u8>>) -> Self {
-        Self { status, headers: vec![("Content-Type", kind.to_owned())], body: body.into() }
-    }
-
-    /// A line of text, for what went wrong.
-    pub fn text(status: u16, line: &str) -> Self {
-        Self::new(status, "text/plain; charset=utf-8", format!("{line}\n"))
-    }
-
-    /// A JSON document.
-    pub fn json(value: &serde_json::Value) -> Self {
-        Self::new(200, "application/json", value.to_string())
-    }
-
-    /// Sends the client on to a path, to be read anew.
-    pub fn see_other(path: &str) -> Self {
-        Self { status: 303, headers: vec![("Location", path.to_owned())], body: Vec::new() }
-    }
-
-    /// Adds a header; what would end its line is left out.
-    #[must_use]
-    pub fn with(mut self, name: &'static str, value: &str) -> Self {
-        self.headers.push((name, value.to_owned()));
-        self
-    }
-
-    /// Returns it as `hyper` sends it.
-    fn whole(self) -> hyper::Response<Full<Bytes>> {
-        let mut whole = hyper::Response::new(Full::new(Bytes::from(self.body)));
-        *whole.status_mut() = hyper::StatusCode::from_u16(self.status).unwrap_or_default();
-        for (name, value) in &self.headers {
-            let value: String = value.chars().filter(|c| !c.is_control()).collect();
-            let named = HeaderName::from_bytes(name.as_bytes());
-            if let (Ok(name), Ok(value)) = (named, HeaderValue::from_bytes(value.as_bytes())) {
-                whole.headers_mut().append(name, value);
-            }
-        }
-        whole
-    }
-}
-
-/// A status and its reason in words.
-type Refusal = (u16, &'static str);
 
 /// Answers requests.
 pub type Handler = Arc<dyn Fn(&Request) -> Response + Send + Sync>;
@@ -212,7 +89,8 @@ impl Server {
             .build()?;
         let listener = runtime.block_on(async { Listener::from_std(listener) })?;
         let (end, ending) = oneshot::channel();
-        let site = Site { handler, patience, port: address.port() };
+        let answers = Arc::new(Semaphore::new(MOST_ANSWERS));
+        let site = Site { handler, patience, port: address.port(), answers };
         let thread = thread::spawn(move || run(runtime, listener, site, ending));
         Ok(Self { end: Some(end), thread: Some(thread), address })
     }
@@ -246,17 +124,17 @@ struct Site {
     handler: Handler,
     patience: Patience,
     port: u16,
+    /// The places of requests that are answered now.
+    answers: Arc<Semaphore>,
 }
 
 /// Takes connections for ever.
 async fn accept(listener: Listener, site: Site) {
     let connections = Arc::new(Semaphore::new(MOST_CONNECTIONS));
-    let answers = Arc::new(Semaphore::new(MOST_ANSWERS));
     while let Ok(connection) = connections.clone().acquire_owned().await {
         match listener.accept().await {
             Ok((stream, _)) => {
-                let answering = answers.clone().try_acquire_owned().ok();
-                tokio::spawn(answer(stream, site.clone(), answering, connection));
+                tokio::spawn(answer(stream, site.clone(), connection));
             }
             // Too many files are open, or the client has hung up already: the next one may be taken again.
             Err(_) => sleep(BREATH).await,
@@ -264,16 +142,10 @@ async fn accept(listener: Listener, site: Site) {
     }
 }
 
-/// Answers one connection; `answering` is its place among those that are, if there was one left.
-async fn answer(
-    stream: Stream,
-    site: Site,
-    answering: Option<OwnedSemaphorePermit>,
-    _connection: OwnedSemaphorePermit,
-) {
+/// Answers one connection.
+async fn answer(stream: Stream, site: Site, _connection: OwnedSemaphorePermit) {
     let patience = site.patience;
-    let has_place = answering.is_some();
-    let service = service_fn(|asked| respond(asked, site.clone(), has_place));
+    let service = service_fn(|asked| respond(asked, site.clone()));
     let served = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(patience.head)
@@ -290,7 +162,6 @@ async fn answer(
 async fn respond(
     asked: hyper::Request<Incoming>,
     site: Site,
-    has_place: bool,
 ) -> Result<hyper::Response<Full<Bytes>>, Infallible> {
     let (head, body) = asked.into_parts();
     let request = match whole(body, site.patience.body).await {
@@ -299,14 +170,21 @@ async fn respond(
     };
     let response = match request {
         Err((status, why)) => Response::text(status, why),
-        Ok(_) if !has_place => Response::text(503, "too many connections at once; try again"),
-        Ok(request) => {
-            let handler = site.handler;
-            let answered = tokio::task::spawn_blocking(move || handler(&request)).await;
-            answered.unwrap_or_else(|_| Response::text(500, "this could not be answered"))
-        }
+        Ok(request) => match site.answers.clone().try_acquire_owned() {
+            Err(_) => Response::text(503, "too many requests at once; try again"),
+            Ok(place) => answered(request, site.handler, place).await,
+        },
     };
     Ok(response.whole())
+}
+
+/// Has a handler answer on a thread of its own, which keeps its place until it is done, whoever hangs up.
+async fn answered(request: Request, handler: Handler, place: OwnedSemaphorePermit) -> Response {
+    let work = tokio::task::spawn_blocking(move || {
+        let _place = place;
+        handler(&request)
+    });
+    work.await.unwrap_or_else(|_| Response::text(500, "this could not be answered"))
 }
 
 /// Reads a body to its end.
@@ -321,40 +199,6 @@ async fn whole(body: Incoming, patience: Duration) -> Result<Bytes, Refusal> {
         Ok(Err(_)) => Err((400, "the request is cut short")),
         Err(_) => Err((408, "the body of the request came too slowly")),
     }
-}
-
-/// Returns a value of `a=1&b=2`.
-fn field(form: &str, name: &str) -> Option<String> {
-    let pairs = form.split('&').map(|pair| pair.split_once('=').unwrap_or((pair, "")));
-    let mut named = pairs.filter(|(key, _)| decoded(key, true).as_deref() == Some(name));
-    decoded(named.next()?.1, true)
-}
-
-/// Resolves percent signs, and in forms a `+` for a space; `None` where that gives no text.
-fn decoded(text: &str, is_form: bool) -> Option<String> {
-    let mut bytes = Vec::with_capacity(text.len());
-    let mut rest = text.bytes();
-    while let Some(byte) = rest.next() {
-        bytes.push(match byte {
-            b'%' => {
-                let mut digit = || char::from(rest.next()?).to_digit(16);
-                (digit()? << 4 | digit()?) as u8
-            }
-            b'+' if is_form => b' ',
-            other => other,
-        });
-    }
-    String::from_utf8(bytes).ok()
-}
-
-/// Writes a text as it may stand in a path or a query.
-pub fn encoded(text: &str) -> String {
-    let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~".contains(&byte);
-    let each = text.bytes().map(|byte| match byte {
-        byte if plain(byte) => char::from(byte).to_string(),
-        byte => format!("%{byte:02X}"),
-    });
-    each.collect()
 }
 
 #[cfg(test)]
@@ -458,39 +302,6 @@ mod tests {
     }
 
     #[test]
-    fn only_a_page_of_this_machine_is_local() {
-        let of = |lines: &[(&str, &str)]| Request {
-            port: 8000,
-            headers: lines.iter().map(|&(name, value)| (name.into(), value.into())).collect(),
-            ..Request::default()
-        };
-        for here in [
-            &[("host", "127.0.0.1:8000")][..],
-            &[("host", "LOCALHOST:8000")],
-            &[("host", "[::1]:8000")],
-            &[("host", "localhost:8000"), ("origin", "http://localhost:8000")],
-        ] {
-            assert!(of(here).is_local(), "{here:?}");
-        }
-        for elsewhere in [
-            &[][..],
-            &[("host", "127.0.0.1")],
-            &[("host", "evil.example:8000")],
-            &[("host", "127.0.0.1.evil.example:8000")],
-            &[("host", "127.0.0.1:8000"), ("origin", "http://evil.example")],
-            &[("host", "127.0.0.1:8000"), ("origin", "null")],
-        ] {
-            assert!(!of(elsewhere).is_local(), "{elsewhere:?}");
-        }
-    }
-
-    #[test]
-    fn what_is_encoded_is_decoded_to_the_same() {
-        let text = "above(jar, cup) & ü/..%";
-        assert_eq!(decoded(&encoded(text), false).as_deref(), Some(text));
-    }
-
-    #[test]
     fn a_server_answers_and_ends() {
         let server =
             server(|request| Response::text(200, &request.path).with("X-Line", "a\r\nb: c"));
@@ -512,7 +323,7 @@ mod tests {
         let server = hasty();
         let mut silent = connect(&server);
         let mut rest = Vec::new();
-        let _ = silent.read_to_end(&mut rest);
+        assert!(silent.read_to_end(&mut rest).is_ok(), "it still waits");
         assert_ne!(status(&String::from_utf8_lossy(&rest)), 200);
         // Every byte comes in good time, and the whole never.
         for begin in ["GET / HTTP/1.1\r\nX: ", "POST / HTTP/1.1\r\nContent-Length: 9999\r\n\r\n"] {
@@ -535,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn more_connections_than_are_answered_at_once_are_told_to_come_again() {
+    fn more_requests_than_are_answered_at_once_are_told_to_come_again() {
         let (go, wait) = channel::<()>();
         let wait = Mutex::new(wait);
         let (begun, begins) = channel();
@@ -549,6 +360,8 @@ mod tests {
         for stream in &mut held {
             stream.write_all(b"GET / HTTP/1.1\r\n\r\n").unwrap();
         }
+        // Who says nothing takes nobody's place.
+        let _idle: Vec<TcpStream> = (0..2 * MOST_ANSWERS).map(|_| connect(&server)).collect();
         for _ in 0..MOST_ANSWERS {
             begins.recv_timeout(Duration::from_mins(1)).unwrap();
         }

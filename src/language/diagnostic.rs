@@ -209,17 +209,26 @@ pub fn limited(mut all: Vec<Diagnostic>) -> Vec<Diagnostic> {
         return all;
     }
     // A mistake that keeps the program from running is never left out for a warning.
+    let in_order = |a: &Diagnostic, b: &Diagnostic| {
+        (&a.file, a.span.from, a.span.to).cmp(&(&b.file, b.span.from, b.span.to))
+    };
+    all.sort_by(in_order);
     all.sort_by_key(|d| !d.is_error());
     let others = all.split_off(MOST);
-    all.sort_by_key(|d| (d.span.from, d.span.to));
+    all.sort_by(in_order);
     let count = others.iter().map(|d| d.count).sum();
-    let words = format!("{count} more mistakes are not listed");
-    let at = others.iter().map(|d| d.span).min_by_key(|span| span.from);
-    let at = at.unwrap_or(Span { from: 0, to: 0 });
+    let words = match count {
+        1 => "1 more mistake is not listed".to_owned(),
+        _ => format!("{count} more mistakes are not listed"),
+    };
+    let first = others.iter().min_by(|a, b| in_order(a, b));
+    let (file, at) = first.map_or_else(
+        || (String::new(), Span { from: 0, to: 0 }),
+        |first| (first.file.clone(), first.span),
+    );
     let has_errors = others.iter().any(Diagnostic::is_error);
     let kind = if has_errors { Diagnostic::error } else { Diagnostic::warning };
     let more = kind("task::more", at, words, "the first of them");
-    let file = others.into_iter().next().map(|d| d.file).unwrap_or_default();
     all.push(Diagnostic { file, count, ..more.help("mend these first, and check again") });
     all
 }

@@ -253,12 +253,7 @@ impl<'a> CollisionWorld<'a> {
     ///
     /// [`Error::WrongLength`] or [`Error::NotFinite`].
     pub fn clearance(&self, q: &[f64]) -> Result<Clearance, Error> {
-        self.robot.check(q)?;
-        let bodies = self.place(q);
-        let nothing =
-            || Clearance { distance: f64::INFINITY, first: String::new(), second: String::new() };
-        let nearest = self.nearest(&bodies, f64::INFINITY, Look::All);
-        Ok(nearest.map_or_else(nothing, |nearest| self.named(nearest)))
+        self.looked(q, Look::All)
     }
 
     /// Returns the smallest distance at `q`, or the first overlap that is met: its distance is minus
@@ -268,20 +263,22 @@ impl<'a> CollisionWorld<'a> {
     ///
     /// As [`Self::clearance`].
     pub fn clearance_or_overlap(&self, q: &[f64]) -> Result<Clearance, Error> {
-        self.robot.check(q)?;
-        let bodies = self.place(q);
-        let nothing =
-            || Clearance { distance: f64::INFINITY, first: String::new(), second: String::new() };
-        let nearest = self.nearest(&bodies, f64::INFINITY, Look::TillOverlap);
-        Ok(nearest.map_or_else(nothing, |nearest| self.named(nearest)))
+        self.looked(q, Look::TillOverlap)
     }
 
-    fn named(&self, (distance, first, second): (f64, usize, Other)) -> Clearance {
+    /// Returns the smallest distance at `q`, as far as is looked, and between what.
+    fn looked(&self, q: &[f64], until: Look) -> Result<Clearance, Error> {
+        self.robot.check(q)?;
+        let Some((distance, first, second)) = self.nearest(&self.place(q), f64::INFINITY, until)
+        else {
+            let (first, second) = (String::new(), String::new());
+            return Ok(Clearance { distance: f64::INFINITY, first, second });
+        };
         let second = match second {
             Other::Part(part) => self.parts[part].name.clone(),
             Other::Obstacle(obstacle) => self.obstacles[obstacle].0.clone(),
         };
-        Clearance { distance, first: self.parts[first].name.clone(), second }
+        Ok(Clearance { distance, first: self.parts[first].name.clone(), second })
     }
 
     /// As [`Self::clearance`] without the names: for loops.

@@ -16,7 +16,7 @@ use super::error::Error;
 use super::inertial::Inertial;
 use super::solid::Placed;
 use super::tree;
-use crate::files::read::text;
+use crate::files;
 use crate::world::frame::{Flange, Point, Pose, Tool};
 
 /// The stdlib Gen3 with a 2F-85 gripper.
@@ -236,7 +236,7 @@ impl Robot {
     /// [`Error::File`] if a file cannot be read; otherwise as [`Self::from_urdf_with`].
     pub fn from_file(path: &Path, tip: Option<&str>) -> Result<Self, Error> {
         let read = |path: &Path| {
-            text(path).map_err(|error| Error::File {
+            files::read::text(path).map_err(|error| Error::File {
                 path: path.display().to_string(),
                 what: error.to_string(),
             })

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use crate::http::encoded;
 use crate::report::html::{self, escaped};
 use crate::teach::answers::{self, TRAINEE};
+use crate::workcell::archive;
 
 use super::frame::View;
 use super::site::Site;
@@ -63,7 +64,7 @@ pub(super) fn view(site: &Site) -> View {
             escaped(&run.task),
             escaped(&entry.name),
             escaped(&run.robot),
-            html::ending(&run),
+            html::ending(archive::standing(&entry.dir, &run)),
             run.steps.len(),
             run.steps.len(),
             asked.len()

@@ -273,7 +273,7 @@ impl Session<'_, '_> {
         }
         let text =
             format!("// Calls made at the prompt, in their order.\n\n{}\n", self.done.join("\n"));
-        write::replace(path, &text).map_err(|error| report::unwritten(path, &error))?;
+        write::replace(path, &text).map_err(|error| Failure::unwritten(path, &error))?;
         self.edits.made(":save", path, None, &text);
         let count = self.done.len();
         let calls = if count == 1 { "call" } else { "calls" };

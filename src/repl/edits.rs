@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::files::{read, write};
-use crate::report::{self, Failure};
+use crate::report::Failure;
 
 /// How many changes are kept.
 const MOST: usize = 50;
@@ -77,7 +77,7 @@ impl Edits {
             Some(before) => write::replace(&last.path, before),
             None => fs::remove_file(&last.path),
         };
-        done.map_err(|error| report::unwritten(&last.path, &error))?;
+        done.map_err(|error| Failure::unwritten(&last.path, &error))?;
         self.write(&all);
         let name = last.path.file_name().unwrap_or_default().display();
         Ok(match &last.before {
@@ -88,7 +88,7 @@ impl Edits {
 
     /// Returns those that are kept; a line that is none is passed over.
     fn read(&self) -> Vec<Edit> {
-        let text = self.kept.as_ref().and_then(|path| read::text(path).ok());
+        let text = self.kept.as_ref().and_then(|path| read::text_of(path, read::DATA).ok());
         let text = text.unwrap_or_default();
         text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
     }

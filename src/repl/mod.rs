@@ -226,6 +226,17 @@ impl<'scope, 'env> Session<'scope, 'env> {
         }
     }
 
+    /// Waits for what is typed; it is over as well once somebody asked the program to end.
+    fn typed(&mut self, prompt: &str) -> Result<Typed, Failure> {
+        // While a run waits for a word it has to end first; otherwise whoever asks now sees that nothing is under way,
+        // or is seen here.
+        self.hands.leave.is_idle.store(self.bench.is_here(), Ordering::SeqCst);
+        let typed =
+            if self.hands.leave.is_asked() { Ok(Typed::End) } else { self.typist.next(prompt) };
+        self.hands.leave.is_idle.store(false, Ordering::SeqCst);
+        typed
+    }
+
     /// Takes statements until there are none, or one that leaves.
     fn talk(&mut self) -> Result<(), Failure> {
         if self.typist.is_person() {
@@ -235,14 +246,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
             let typed = if let Some(line) = self.held_back.take() {
                 Typed::Statement(line)
             } else {
-                // Idle first: whoever asks now either sees that or is seen here.
-                self.hands.leave.is_idle.store(true, Ordering::SeqCst);
-                if self.hands.leave.is_asked() {
-                    return Ok(());
-                }
-                let typed = self.typist.next(&self.prompt());
-                self.hands.leave.is_idle.store(false, Ordering::SeqCst);
-                typed?
+                self.typed(&self.prompt())?
             };
             match typed {
                 Typed::Statement(statement) => {

@@ -1,7 +1,7 @@
 //! `:quiz`: questions over the runs that are kept, by their pictures, the hardest last.
 
+use crate::report::Failure;
 use crate::report::teach::compared;
-use crate::report::{self, Failure};
 use crate::teach::answers::{self, Answer, Answered, TRAINEE};
 use crate::teach::quiz;
 
@@ -64,7 +64,7 @@ impl Session<'_, '_> {
             let both = Answered::new(TRAINEE, &entry.name, step, row, said);
             let Some(answered) = both else { continue };
             if let Err(error) = answers::append(&file, &answered) {
-                self.style.failure(&report::unwritten(&file, &error));
+                self.style.failure(&Failure::unwritten(&file, &error));
             }
             self.style.say(compared(&answered, "", self.style));
         }
@@ -74,7 +74,7 @@ impl Session<'_, '_> {
     /// Reads lines until one answers the question, leaves it out or ends the quiz.
     fn quiz_answer(&mut self, prompt: &str) -> Said {
         loop {
-            let line = match self.typist.next(prompt) {
+            let line = match self.typed(prompt) {
                 Ok(Typed::Statement(line)) => line,
                 Ok(Typed::Interrupted | Typed::End) => return Said::Enough,
                 Err(failure) => {

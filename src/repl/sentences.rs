@@ -102,7 +102,7 @@ impl Taught {
         let before = files::read::text(path).ok();
         let after = lines.join("\n") + "\n";
         write::replace(path, &after).map_err(|error| {
-            let mut failure = report::unwritten(path, &error);
+            let mut failure = Failure::unwritten(path, &error);
             failure.message =
                 format!("the phrase is known now, and cannot be kept: {}", failure.message);
             failure

@@ -87,7 +87,7 @@ impl Session<'_, '_> {
     fn word(&mut self, prompt: &str, is_stopped: &dyn Fn() -> bool) -> Option<String> {
         loop {
             self.typist.stepping(true);
-            let typed = self.typist.next(prompt);
+            let typed = self.typed(prompt);
             self.typist.stepping(false);
             let line = match typed {
                 Ok(Typed::Statement(statement)) => statement,

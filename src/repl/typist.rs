@@ -41,7 +41,7 @@ pub(super) trait Typist {
     fn next(&mut self, prompt: &str) -> Result<Typed, Failure>;
 }
 
-/// A person at a terminal; the history is kept when the prompt is left.
+/// A person at a terminal; the history is kept after every line.
 pub(super) struct Terminal {
     editor: Editor<Helper, DefaultHistory>,
     history: Option<PathBuf>,
@@ -73,7 +73,7 @@ impl Terminal {
 
     /// Keeps the history, whole or not at all: the editor would empty the file before it writes.
     fn keep_history(&mut self) {
-        let Some(path) = &self.history else { return };
+        let Some(path) = self.history.clone() else { return };
         let half = path.with_extension(format!("{}.part", std::process::id()));
         let saved = self.editor.save_history(&half).map_err(|error| error.to_string());
         let kept = saved.and_then(|()| match fs::File::open(&half) {
@@ -81,13 +81,15 @@ impl Terminal {
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
             file => file
                 .and_then(|file| file.sync_all())
-                .and_then(|()| fs::rename(&half, fs::canonicalize(path).as_ref().unwrap_or(path)))
+                .and_then(|()| fs::rename(&half, fs::canonicalize(&path).as_ref().unwrap_or(&path)))
                 .map_err(|error| error.to_string()),
         });
         if let Err(why) = kept {
             let _ = fs::remove_file(&half);
             let path = path.display();
             report::complain(&format!("the history could not be kept in {path}: {why}"));
+            // Said once, not after every line.
+            self.history = None;
         }
     }
 }

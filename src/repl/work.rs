@@ -48,6 +48,11 @@ impl<'scope, 'env> Bench<'scope, 'env> {
         Self { cell: Whereabouts::Here(Box::new(cell)), scope, presses, paused: None }
     }
 
+    /// Whether nothing is done with the cell now.
+    pub(super) fn is_here(&self) -> bool {
+        self.paused.is_none() && matches!(self.cell, Whereabouts::Here(_))
+    }
+
     /// Lends the cell.
     ///
     /// # Errors

@@ -6,8 +6,13 @@
 
 use std::fmt::Write as _;
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use ring::digest::{SHA256, digest};
+
 use crate::execution::trace::{FluentRow, Measure, Outcome, StepRecord};
-use crate::workcell::{Ending, Run, State};
+use crate::workcell::Ending;
+use crate::workcell::archive::Standing;
 
 use super::run::{is_news, people};
 use super::why;
@@ -20,15 +25,26 @@ pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// What a page that is a file of its own may do: show its pictures and its look. Nothing runs in it, whatever a run
-/// folder of a stranger's held.
+/// What a page that is a file of its own may do: show its pictures and its look. Beside a script of ours, known by
+/// its sum, nothing runs in it, whatever a run folder of a stranger's held.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
 
 /// Returns a page that is a file of its own.
 pub fn document(title: &str, body: &str) -> String {
+    whole(title, body, POLICY)
+}
+
+/// As [`document`], with the one script that may run in it.
+pub fn with_script(title: &str, body: &str, script: &str) -> String {
+    let sum = STANDARD.encode(digest(&SHA256, script.as_bytes()));
+    let policy = format!("{POLICY}; script-src 'sha256-{sum}'");
+    whole(title, &format!("{body}<script>{script}</script>\n"), &policy)
+}
+
+fn whole(title: &str, body: &str, policy: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>{}</title>\n<style>\n{LOOK}</style>\n</head>\n<body>\n{body}</body>\n</html>\n",
         escaped(title)
@@ -54,12 +70,13 @@ pub fn outcome(outcome: Outcome) -> &'static str {
 }
 
 /// How a run ended, by sign and word.
-pub fn ending(run: &Run) -> &'static str {
-    match run.outcome {
-        _ if run.state == State::Running => "… not over",
-        Ending::Success => "✓ done",
-        Ending::Failure => "✗ failed",
-        Ending::Stopped => "◦ stopped",
+pub fn ending(standing: Standing) -> &'static str {
+    match standing {
+        Standing::Running => "… running",
+        Standing::CutOff => "… cut off",
+        Standing::Ended(Ending::Success) => "✓ done",
+        Standing::Ended(Ending::Failure) => "✗ failed",
+        Standing::Ended(Ending::Stopped) => "◦ stopped",
     }
 }
 

@@ -6,6 +6,7 @@
 mod numbers;
 pub mod changes;
 pub mod energy;
+mod failure;
 pub mod fork;
 pub mod gap;
 pub mod gap_page;
@@ -25,18 +26,15 @@ pub mod why;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal, Write as _};
-use std::path::Path;
 
 use serde_json::{Value, json};
 
+pub use failure::{Failure, cell_failure, problems_failure, text_failure};
+
 use crate::alignment::vision::Sighting;
-use crate::execution::stage::ActionError;
-use crate::files::write;
-use crate::graph;
 use crate::language::ast::Param;
-use crate::language::{self, Diagnostic, Library, Source};
+use crate::language::{self, Diagnostic, Source};
 use crate::plain::{coloured, picture, shortened, visible};
-use crate::workcell;
 use crate::world::{Scene, WorldState};
 
 /// How to speak: to a person or a program, in colour or plain, at length or not at all.
@@ -56,105 +54,20 @@ pub struct Style {
     pub bars: bool,
 }
 
-/// What went wrong, worded for people, with the exit code it deserves.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Failure {
-    /// `io::missing`, `task::unit`, `plan::out_of_reach`, …
-    pub code: String,
-    /// What.
-    pub message: String,
-    /// Where: a file, a line, an object.
-    pub place: Option<String>,
-    /// What would help.
-    pub help: Option<String>,
-    /// Whether a person has been shown it already, as a mistake drawn into its text.
-    pub is_shown: bool,
-    exit: u8,
-}
-
-/// Characters of a message, its place and its help that are kept: what came in may be quoted in any of them.
-const LONGEST: (usize, usize, usize) = (900, 300, 600);
-
-impl Failure {
-    /// A file or folder that cannot be read: which, why, what would help.
-    pub fn unread(path: &Path, error: &io::Error) -> Self {
-        use io::ErrorKind as Kind;
-        let place = path.display().to_string();
-        let (code, help) = match error.kind() {
-            Kind::NotFound => ("io::missing", "is the path right?"),
-            Kind::InvalidData => ("io::text", "it is not a text file in UTF-8"),
-            Kind::PermissionDenied => ("io::read", "check its permissions"),
-            Kind::InvalidInput => ("io::read", "write what it gives into a file, and name that"),
-            Kind::IsADirectory => ("io::read", "name a file in it"),
-            Kind::NotADirectory => ("io::read", "is the path right?"),
-            Kind::FileTooLarge => ("io::read", "is it the right file? give a part of it"),
-            _ => ("io::read", "can it be read by another program?"),
-        };
-        Self::input(code, format!("cannot read {place}: {error}")).at(place).help(help)
-    }
-
-    /// Bad usage or input: exit code 2.
-    pub fn input(code: &str, message: impl Into<String>) -> Self {
-        Self {
-            code: code.into(),
-            message: shortened(&message.into(), LONGEST.0).into_owned(),
-            place: None,
-            help: None,
-            is_shown: false,
-            exit: 2,
-        }
-    }
-
-    /// Done, and the answer is no: exit code 1.
-    pub fn no(code: &str, message: impl Into<String>) -> Self {
-        Self { exit: 1, ..Self::input(code, message) }
-    }
-
-    /// Stopped by a person or a safety limit: exit code 3.
-    pub fn stopped(message: impl Into<String>) -> Self {
-        Self { exit: 3, ..Self::input("run::stopped", message) }
-    }
-
-    /// A mistake of the program's own: exit code 3 when an arm was stopped for it and holds, else 2.
-    pub fn internal(message: impl Into<String>, is_held: bool) -> Self {
-        Self { exit: if is_held { 3 } else { 2 }, ..Self::input("internal::error", message) }
-    }
-
-    /// A device is not there: exit code 4.
-    pub fn unavailable(code: &str, message: impl Into<String>) -> Self {
-        Self { exit: 4, ..Self::input(code, message) }
-    }
-
-    /// Says where.
-    #[must_use]
-    pub fn at(mut self, place: impl Into<String>) -> Self {
-        self.place = Some(shortened(&place.into(), LONGEST.1).into_owned());
-        self
-    }
-
-    /// Says what would help.
-    #[must_use]
-    pub fn help(mut self, help: impl Into<String>) -> Self {
-        self.help = Some(shortened(&help.into(), LONGEST.2).into_owned());
-        self
-    }
-
-    /// Returns the exit code.
-    pub fn exit(&self) -> u8 {
-        self.exit
-    }
-}
-
 impl Style {
     /// Looks at the terminal and the environment once.
     pub fn detect(json: bool, quiet: bool) -> Self {
-        let plain = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
         Self {
             json,
             quiet,
-            colour: !plain && !json && io::stdout().is_terminal(),
+            colour: !Self::is_plain() && !json && io::stdout().is_terminal(),
             bars: io::stderr().is_terminal(),
         }
+    }
+
+    /// Whether the environment asks for no colour: `NO_COLOR` is set.
+    pub fn is_plain() -> bool {
+        std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty())
     }
 
     /// Prints a line on stdout for people; nothing in JSON mode.
@@ -243,9 +156,12 @@ pub fn out(line: &str) {
     let _ = writeln!(io::stdout().lock(), "{}", coloured(line));
 }
 
+/// Characters of a text that a bar shows.
+const LONGEST: usize = 900;
+
 /// Returns a text as a bar may show it, which writes to the terminal by itself: without what a terminal obeys.
 pub fn shown(text: &str) -> String {
-    shortened(&visible(text), LONGEST.0).into_owned()
+    shortened(&visible(text), LONGEST).into_owned()
 }
 
 /// Writes JSON to stdout. What it may hold as it is and a terminal obeys is written as `\u009b`, which means the
@@ -278,34 +194,7 @@ pub fn diagnostic(diagnostic: &Diagnostic, source: &Source, style: Style) -> Str
     language::render(diagnostic, source, look)
 }
 
-/// Words why a file could not be written. A disk without room has a code of its own, for it is mended otherwise
-/// than a path that is wrong.
-pub fn unwritten(path: &Path, error: &io::Error) -> Failure {
-    let place = path.display().to_string();
-    if write::is_full(error) {
-        return Failure::input(
-            "io::full",
-            format!("no room left on the disk for {place}: {error}"),
-        )
-        .at(place)
-        .help("make room and try again; what was there before is as it was");
-    }
-    Failure::input("io::write", format!("cannot write {place}: {error}"))
-        .at(place)
-        .help("does its folder exist, and may it be written?")
-}
-
-/// Words why no folder could be made for a run; `option` names the folder they are made in.
-pub fn no_run_folder(path: &Path, error: &io::Error, option: &str) -> Failure {
-    if write::is_full(error) {
-        return unwritten(path, error);
-    }
-    Failure::input("io::write", format!("cannot make a run folder: {error}"))
-        .at(path.display().to_string())
-        .help(format!("name a folder that may be written with `{option} DIR`"))
-}
-
-/// Mistakes of one kind that are drawn; the others are counted.
+/// Mistakes of one kind that are drawn of a text; the others are counted.
 const DRAWN: usize = 20;
 
 /// Draws diagnostics as the terminal can show them: a few of each kind, and how many more there are.
@@ -313,17 +202,19 @@ pub fn diagnostics<'a>(
     wrong: impl IntoIterator<Item = (&'a Diagnostic, &'a Source)>,
     style: Style,
 ) -> Vec<String> {
-    let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut seen: BTreeMap<(&str, &str), usize> = BTreeMap::new();
     let mut drawn = Vec::new();
     for (each, source) in wrong {
-        let seen = seen.entry(each.code).or_default();
+        let seen = seen.entry((&source.name, each.code)).or_default();
         *seen += each.count;
         if *seen <= DRAWN || each.count > 1 {
             drawn.push(diagnostic(each, source, style));
         }
     }
-    let more = seen.into_iter().filter(|(code, seen)| *seen > DRAWN && *code != "task::more");
-    drawn.extend(more.map(|(code, seen)| format!("and {} more of {code}\n", seen - DRAWN)));
+    let more = seen.into_iter().filter(|((_, code), seen)| *seen > DRAWN && *code != "task::more");
+    drawn.extend(
+        more.map(|((name, code), seen)| format!("and {} more of {code} in {name}\n", seen - DRAWN)),
+    );
     drawn
 }
 
@@ -339,139 +230,6 @@ pub fn diagnostics_json(wrong: &[(Diagnostic, Source)]) -> Vec<Value> {
         known.map_or(&nowhere, |(_, source)| source)
     };
     limited.iter().map(|each| each.to_json(source(&each.file))).collect()
-}
-
-/// Shows everything that is wrong with a text and sums it up as a failure.
-pub fn text_failure(diagnostics: &[Diagnostic], source: &Source, style: Style) -> Failure {
-    texts_failure(&diagnostics.iter().map(|each| (each, source)).collect::<Vec<_>>(), style)
-}
-
-fn texts_failure(wrong: &[(&Diagnostic, &Source)], style: Style) -> Failure {
-    let Some((first, source)) = wrong.iter().find(|(d, _)| d.is_error()).or(wrong.first()) else {
-        return Failure::input("task::empty", "there is nothing to run")
-            .help("type a call such as `pour(jar, cup)`");
-    };
-    let (line, column) = source.line_column(first.span.from);
-    let count = wrong.iter().filter(|(d, _)| d.is_error()).map(|(d, _)| d.count).sum();
-    if !style.json {
-        for drawn in diagnostics(wrong.iter().copied(), style) {
-            complain(drawn.trim_end());
-        }
-        if count > 1 {
-            complain(&format!("{} {count} mistakes; nothing was done", style.red("error:")));
-        }
-    }
-    let message = match count {
-        0 | 1 => first.message.clone(),
-        n => format!("{n} mistakes in the text; the first: {}", first.message),
-    };
-    let mut failure =
-        Failure::input(first.code, message).at(format!("{}:{line}:{column}", source.name));
-    failure.help.clone_from(&first.help);
-    failure.is_shown = !style.json;
-    failure
-}
-
-/// Words why a call has no graph.
-pub fn problems_failure(problems: &[graph::Problem], library: &Library, asked: &Source) -> Failure {
-    let Some(first) = problems.first() else {
-        return Failure::input("graph::empty", "the call has no graph");
-    };
-    let written = library.callable(&first.within).map(|(_, source)| source);
-    let source = if first.within.is_empty() { asked } else { written.unwrap_or(asked) };
-    let mut failure =
-        Failure::input(first.code, first.message.clone()).at(source.place(first.span));
-    failure.help.clone_from(&first.help);
-    failure
-}
-
-/// Words why a verb of the cell could not be done.
-pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
-    use workcell::Error;
-    let words = error.to_string();
-    match error {
-        Error::Text(wrong) => texts_failure(&wrong.iter().map(|(d, s)| (d, s)).collect::<Vec<_>>(), style),
-        Error::File { path, error } => unwritten(path, error),
-        Error::Unrecorded { dir, error } => {
-            let dir = dir.display().to_string();
-            let failure = if write::is_full(error) {
-                let message = format!(
-                    "no room left on the disk; the arm was stopped and holds, and what was written so far \
-                     is kept in {dir}"
-                );
-                Failure { code: "io::full".into(), ..Failure::stopped(message) }
-            } else {
-                let message = format!("{words}; the arm was stopped and holds");
-                Failure { code: "io::write".into(), ..Failure::stopped(message) }
-            };
-            let help = format!("make room and call it again; `trueup replay {dir}` tells what is kept");
-            failure.at(dir).help(help)
-        }
-        Error::Graph(problems) => {
-            problems_failure(problems, &Library::new(), &Source::new("command line", ""))
-        }
-        Error::Branch(_) => Failure::no("graph::no_branch", words),
-        Error::NoScene(_) => Failure::input("scene::missing", words)
-            .help("add a `scene` item, or leave `--scene` out to use the kitchen"),
-        Error::Robot(_) => Failure::input("scene::robot", words)
-            .help("`--stdlib DIR` adds `DIR/robots/NAME/NAME.urdf` and its `robot.toml`"),
-        Error::Lab(_) => Failure::input("lab::settings", words),
-        Error::Calibrate(_) => Failure::no("align::failed", words)
-            .help("is the table in the picture, and do its dots match the scene's `marks`?"),
-        Error::NotSeen(unseen) => Failure::no("camera::not_seen", words)
-            .at(unseen.iter().map(|(object, _)| object.as_str()).collect::<Vec<_>>().join(", "))
-            .help("clear the view and try again; nothing has moved towards it"),
-        Error::OutOfReach { object, .. } => Failure::no("plan::out_of_reach", words)
-            .at(object.clone())
-            .help("move it nearer to the arm; nothing has moved"),
-        Error::NoRoom { target, room, .. } => {
-            let less = (0.9e6 * room).floor();
-            Failure::no("run::no_room", words)
-                .at(target.clone())
-                .help(format!("pour less, such as `amount: {less:.0} mL`; nothing has moved"))
-        }
-        Error::NotSoMuch { source_name, there, .. } => {
-            let there = (1e6 * there).floor();
-            let failure = Failure::no("run::not_so_much", words).at(source_name.clone());
-            failure.help(if there < 3.0 {
-                "fill it first, or say in the scene what is in it; nothing has moved".into()
-            } else {
-                format!(
-                    "pour less, such as `amount: {there:.0} mL`, or leave the amount out to pour \
-                     everything; nothing has moved"
-                )
-            })
-        }
-        Error::NotWeighable { least, .. } => {
-            let least = (1e6 * least).round();
-            Failure::no("run::not_weighable", words)
-                .help(format!("pour at least `amount: {least:.0} mL`; nothing has moved"))
-        }
-        Error::Needs { .. } => {
-            Failure::no("run::needs", words).help("make it true first; nothing has moved")
-        }
-        Error::NoSurvivor { .. } => Failure::no("plan::no_survivor", words)
-            .help(
-                "nothing has been touched; if it is a matter of room, move the objects nearer to the arm \
-                 or closer together",
-            ),
-        Error::Record { path, .. } => Failure::input("io::run", words)
-            .at(path.display().to_string())
-            .help("a run folder has a `run.json`, written by `trueup run` or at the prompt"),
-        Error::Model { endpoint, .. } => Failure::unavailable("vqa::unavailable", words)
-            .at(endpoint.clone())
-            .help("is the server running, and does the address end in `/v1`? nothing has moved"),
-        Error::WhatIf(_) => Failure::input("run::what_if", words)
-            .help("`:runs` lists the runs, `:replay RUN` shows the steps of one"),
-        Error::NothingToDo => Failure::input("run::empty", words),
-        Error::Action(action) => match action {
-            ActionError::Stopped | ActionError::Limit(_) => Failure::stopped(words),
-            ActionError::Device(device) => {
-                Failure::unavailable("device", words).help(device.help())
-            }
-            _ => Failure::no("run::action", words),
-        },
-    }
 }
 
 /// Words what a picture shows of one object.

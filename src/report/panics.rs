@@ -47,17 +47,16 @@ pub fn caught(panic: &(dyn Any + Send), is_held: bool) -> Failure {
     words(&first.unwrap_or(Panic { said, place: String::new() }), is_held)
 }
 
-/// Words what panicked in a thread of its own, if anything did.
-pub fn uncaught(is_held: bool) -> Option<Failure> {
+/// Words what panicked in a thread of its own, if anything did; no arm was stopped for it.
+pub fn uncaught() -> Option<Failure> {
     let first = std::mem::take(&mut *seen()).into_iter().next()?;
-    Some(words(&first, is_held))
+    Some(words(&first, false))
 }
 
 fn words(panic: &Panic, is_held: bool) -> Failure {
     let Panic { said, place } = panic;
     let held = if is_held { "; the arm was stopped and holds" } else { "" };
-    let at = if place.is_empty() { String::new() } else { format!(" at {place}") };
-    let failure = Failure::internal(format!("internal error: {said}{at}{held}"), is_held);
+    let failure = Failure::internal(format!("internal error: {said}{held}"), is_held);
     let failure = if place.is_empty() { failure } else { failure.at(place.clone()) };
     failure.help(
         "this is a mistake in trueup, not in what you gave it; please report it with the command, its \

@@ -66,8 +66,7 @@ pub fn page(run: &Run, material: &Material<'_>) -> String {
             html::graph(graph, &|_| None)
         );
     }
-    let _ = writeln!(text, "<script>{SLIDE}</script>");
-    html::document(&run.task, &text)
+    html::with_script(&run.task, &text, SLIDE)
 }
 
 fn step(

@@ -123,7 +123,7 @@ impl WorkCell {
         let n = candidates.len();
         self.phase("simulate", &format!("{n} candidates in the twin{}", self.known.words()));
         for (name, why) in &self.known.aside {
-            self.note(&format!("effect {name} is not heeded: {why}"));
+            self.note(&format!("effect {name} is left out: {why}"));
         }
         let state = self.state()?;
         let q = self.scripts.stage().planned_q().to_vec();

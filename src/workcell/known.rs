@@ -71,8 +71,8 @@ pub(super) fn unheeded(twin: &TwinItem, scene: Option<&Scene>) -> Vec<Diagnostic
     let warn = |item: &EffectItem| {
         let why = heeded(item, scene, usize::MAX).err()?;
         let message =
-            format!("rehearsals do not heed `{}({})`: {why}", item.name.text, item.at.text);
-        let found = Diagnostic::warning("task::unheeded", item.name.span, message, "not heeded");
+            format!("rehearsals do not simulate `{}({})`: {why}", item.name.text, item.at.text);
+        let found = Diagnostic::warning("task::unheeded", item.name.span, message, "not simulated");
         Some(found.help("`gap` judges with it all the same; a run goes without it"))
     };
     twin.effects.iter().filter_map(warn).collect()

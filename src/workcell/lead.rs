@@ -41,7 +41,7 @@ impl Lead {
         word
     }
 
-    /// Asks about what has ended; the first wish to stop is heeded, and the rest told all the same.
+    /// Asks about what has ended; the first wish to stop counts, and the rest told all the same.
     fn catch_up(&mut self) -> Word {
         let mut word = Word::Go;
         for (ahead, record) in std::mem::take(&mut self.pending) {

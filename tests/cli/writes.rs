@@ -90,6 +90,35 @@ fn a_full_disk_is_told_at_the_prompt_which_goes_on() {
     assert_eq!(halves(&desk), [""; 0]);
 }
 
+/// `:undo-edit` of a file that had another text before.
+#[test]
+fn a_full_disk_is_told_where_a_change_is_taken_back() {
+    let desk = Desk::new("writes-undo");
+    let phrases =
+        ":phrase \"empty the {o}\" = pour(o, cup)\n:phrase \"tip the {o}\" = pour(o, cup)\n";
+    let said = desk.typed(&[], phrases);
+    assert_eq!(said.code, 0, "{said:?}");
+    let said = desk.without_room_typed(0, &[], ":undo-edit\n:phrase\n!6 * 7\n");
+    assert!(said.err.contains("no room left on the disk"), "{said:?}");
+    assert!(said.out.contains("tip the {o}") && said.out.contains("42"), "{said:?}");
+    let said = desk.typed(&[], ":undo-edit\n:phrase\n");
+    assert!(said.out.contains("empty the {o}") && !said.out.contains("tip the {o}"), "{said:?}");
+    assert_eq!(halves(&desk), [""; 0]);
+}
+
+/// The picture of what was seen.
+#[test]
+fn a_full_disk_leaves_no_half_of_a_picture() {
+    let desk = Desk::new("writes-picture");
+    let blank = image::RgbImage::from_pixel(1280, 720, image::Rgb([120, 120, 120]));
+    blank.save(desk.path("blank.png")).unwrap();
+    let see = ["camera", "see", "blank.png", "--out", "seen"];
+    is_full(&desk.without_room(0, &see), 2);
+    assert_eq!(fs::read_dir(desk.path("seen")).unwrap().count(), 0);
+    assert_eq!(desk.trueup(&see).code, 1);
+    assert!(image::open(desk.path("seen/seen.png")).is_ok());
+}
+
 /// Files that only grow: what does not fit is not there by half.
 #[test]
 fn a_line_that_does_not_fit_leaves_the_file_as_it_was() {
@@ -238,29 +267,44 @@ fn wait_for(desk: &Desk, root: &str, kind: &str, count: usize) {
     panic!("no {count} {kind} in {root}");
 }
 
-/// The program itself, killed: from the first moment on, and while the arm moves.
+/// The program itself, killed: from the first moment on, and at the beginning and the end of every step.
 #[test]
 fn a_program_that_is_killed_leaves_a_run_that_can_be_told() {
     let desk = Desk::new("writes-kill");
-    for (root, kind) in [("early", "phase"), ("late", "step_start")] {
+    desk.file("tour.task", "task tour() { home() open_gripper() home() }\ntour()\n");
+    for (at, (kind, count)) in [
+        ("phase", 1),
+        ("step_start", 1),
+        ("step_end", 1),
+        ("step_start", 2),
+        ("step_end", 2),
+        ("step_start", 3),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let root = &format!("{at}-{kind}");
         let mut child = desk
-            .command(&["-c", "home()", "--quiet", "--robot", "twin", "--record", root])
+            .command(&["run", "tour.task", "--quiet", "--robot", "twin", "--record", root])
             .args(["--without-regression", "3"])
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
-        wait_for(&desk, root, kind, 1);
-        let running = desk.trueup(&["runs", "--record", root, "--json"]).json();
-        assert_eq!(running["runs"][0]["ended"], "running", "{running}");
+        wait_for(&desk, root, kind, count);
         child.kill().unwrap();
         child.wait().unwrap();
+        let folder = desk.run_folder(root);
+        let events = fs::read_to_string(folder.join("events.jsonl")).unwrap();
+        let told = events.matches("\"event\":\"step_end\"").count();
         let cut = desk.trueup(&["runs", "--record", root, "--json"]).json();
-        assert_eq!(cut["runs"][0]["ended"], "cut off", "{cut}");
+        assert_eq!(cut["runs"][0]["ended"], "cut off", "{root}: {cut}");
+        assert_eq!(cut["runs"][0]["steps"], told, "{root}: {cut}");
         let again = desk.trueup(&["replay", "1", "--record", root]);
         assert_eq!(again.code, 0, "{again:?}");
         assert!(again.out.contains("it was cut off"), "{again:?}");
-        let folder = desk.run_folder(root);
+        assert_eq!(again.out.contains("home()"), told > 0, "{again:?}");
+        assert_eq!(again.out.contains("open_gripper()"), told > 1, "{again:?}");
         let rows = fs::read_to_string(folder.join("arm.csv")).unwrap();
         assert!(rows.is_empty() || rows.ends_with('\n'), "a row is there by half");
         for frame in fs::read_dir(folder.join("frames")).unwrap() {
@@ -270,6 +314,23 @@ fn a_program_that_is_killed_leaves_a_run_that_can_be_told() {
             }
         }
     }
+}
+
+/// A run that goes on is listed as that.
+#[test]
+fn a_run_that_goes_on_is_listed_as_running() {
+    let desk = Desk::new("writes-running");
+    let mut child = desk
+        .command(&["-c", "home()", "--quiet", "--robot", "twin"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    wait_for(&desk, "runs", "phase", 1);
+    let running = desk.trueup(&["runs", "--json"]).json();
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert_eq!(running["runs"][0]["ended"], "running", "{running}");
 }
 
 /// A system that ends programs, and a terminal that is closed: the arm is stopped as by Ctrl-C.

@@ -86,7 +86,7 @@ fn a_vendors_stream_is_refused_after_a_stop() {
 }
 
 #[test]
-fn an_arm_that_does_not_heed_a_stop_is_stopped_by_its_emergency_stop() {
+fn an_arm_that_does_not_obey_a_stop_is_stopped_by_its_emergency_stop() {
     let faults = "deaf=0s".parse().unwrap();
     let emulator = emulator(&Options { faults, ..Options::default() });
     let other = link(&emulator);

@@ -9,6 +9,7 @@ use trueup::emulator::{Emulator, Options};
 use trueup::execution::kortex::link::{Datagrams, Link};
 use trueup::execution::kortex::messages::base::{ServoingMode, ServoingModeInformation};
 use trueup::execution::kortex::messages::common::DeviceType;
+use trueup::execution::kortex::messages::common::{RotationMatrix, RotationMatrixRow};
 use trueup::execution::kortex::messages::config::{DeviceHandles, RebootRequest};
 use trueup::execution::kortex::messages::cyclic::{
     ActuatorCommand, Command, Feedback, GripperCyclicCommand, InterconnectCommand, MotorCommand,
@@ -21,8 +22,8 @@ use trueup::execution::kortex::messages::interconnect::{
 };
 use trueup::execution::kortex::messages::vision::{
     ExtrinsicParameters, FocusPoint, IntrinsicParameters, IntrinsicProfileIdentifier, ManualFocus,
-    OptionIdentifier, OptionInformation, OptionValue, RotationMatrix, RotationMatrixRow,
-    SensorFocusAction, SensorIdentifier, TranslationVector,
+    OptionIdentifier, OptionInformation, OptionValue, SensorFocusAction, SensorIdentifier,
+    TranslationVector,
 };
 use trueup::execution::kortex::refusal;
 use trueup::execution::kortex::rpc::{

@@ -5,10 +5,11 @@ use prost::Message;
 use trueup::emulator::Emulator;
 use trueup::execution::kortex::link::Link;
 use trueup::execution::kortex::messages::base::{Action, ActionEvent, ActionParameters};
+use trueup::execution::kortex::messages::common::{RotationMatrix, RotationMatrixRow};
 use trueup::execution::kortex::messages::motion::{ConstrainedPose, Pose, Twist, TwistCommand};
 use trueup::execution::kortex::messages::sequence::{
     CartesianLimitation, Point, ProtectionZone, ProtectionZoneEvent, ProtectionZoneHandle,
-    ProtectionZoneList, ProtectionZoneNotification, RotationMatrix, RotationMatrixRow, ZoneShape,
+    ProtectionZoneList, ProtectionZoneNotification, ZoneShape,
 };
 use trueup::execution::kortex::refusal;
 use trueup::execution::kortex::rpc::base as call;

@@ -30,6 +30,24 @@ fn desk(name: &str) -> Desk {
     desk
 }
 
+/// An answer that does not fit on the disk is not there by half, and those that do are kept.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_keeps_the_answers_that_fitted() {
+    let (desk, server) = (desk("vqa-full"), Server::start());
+    let ask = ["vqa", "ask", "runs", "--endpoint", &server.base(), "--model", "sees"];
+    for blocks in [0, 1] {
+        let said = desk.without_room(blocks, &ask);
+        assert_eq!(said.code, 2, "{said:?}");
+        assert!(said.err.contains("no room left on the disk"), "{said:?}");
+        for name in desk.everything().into_iter().filter(|name| name.ends_with("vqa.jsonl")) {
+            let text = std::fs::read_to_string(desk.path(&name)).unwrap();
+            assert!(text.is_empty() || text.ends_with('\n'), "{name}: {text}");
+        }
+    }
+    assert_eq!(desk.trueup(&ask).code, 0);
+}
+
 #[test]
 fn a_model_is_asked_once_and_judged_by_geometry() {
     let (desk, server) = (desk("vqa-ask"), Server::start());

@@ -14,7 +14,7 @@ use crate::workcell::{self, Run, carried, poured};
 use crate::world::Scene;
 
 use super::super::Cli;
-use super::super::run::{read, stdlib};
+use super::super::run::{data, read, stdlib};
 use super::{GapArgs, failure};
 
 /// What all the recordings are of.
@@ -197,15 +197,9 @@ fn recordings_at(path: &Path, map: &Map) -> Result<Vec<Recording>, Failure> {
         let bytes = bytes.map_err(|error| Failure::unread(path, &error))?;
         Recording::read_bag(&name, &bytes, sidecar, map).map(|recording| vec![recording])
     } else {
-        Recording::read_runs(&name, &table(path)?, sidecar, map)
+        Recording::read_runs(&name, &data(path)?, sidecar, map)
     };
     found.map_err(|error| failure(&error))
-}
-
-/// Reads a table, which may be larger than what a person writes.
-pub(super) fn table(path: &Path) -> Result<String, Failure> {
-    let text = files::read::text_of(path, files::read::DATA);
-    text.map_err(|error| Failure::unread(path, &error))
 }
 
 /// Finds the robot: as told, as the first sidecar says, or the stdlib's.

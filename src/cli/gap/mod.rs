@@ -242,7 +242,7 @@ fn model_of(args: &GapArgs, style: Style) -> Result<Option<(PathBuf, ModelFile)>
 
 /// Writes a file, with an error that says which and why.
 fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    files::write::replace(path, text).map_err(|error| report::unwritten(path, &error))
+    files::write::replace(path, text).map_err(|error| Failure::unwritten(path, &error))
 }
 
 /// Writes the page, the finding and the motion that would settle a doubt into a folder.
@@ -252,7 +252,7 @@ fn keep(
     runs: usize,
     folder: &Path,
 ) -> Result<(), Failure> {
-    std::fs::create_dir_all(folder).map_err(|error| report::unwritten(folder, &error))?;
+    std::fs::create_dir_all(folder).map_err(|error| Failure::unwritten(folder, &error))?;
     if let Some(csv) = &investigation.experiment {
         let path = folder.join("next.csv");
         write(&path, csv)?;

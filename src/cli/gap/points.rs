@@ -11,9 +11,9 @@ use crate::files;
 use crate::report::{self, Failure, Style};
 use crate::world::Camera;
 
-use super::super::run::read;
+use super::super::run::{data, read};
 use super::super::{Cli, Exit};
-use super::inputs::{scene_of, table};
+use super::inputs::scene_of;
 use super::{GapArgs, bar, change, failure, keep, model_of, tell};
 
 /// Bytes in which the header of a table of points ends, with the notes before it.
@@ -69,7 +69,7 @@ fn points_at(path: &Path, map: &Map) -> Result<Points, Failure> {
         Ok(Some((path.display().to_string(), read(&path)?)))
     };
     let (sidecar, extrinsics) = (beside("json")?, beside("extrinsics.json")?);
-    let text = table(path)?;
+    let text = data(path)?;
     Points::read(
         &path.display().to_string(),
         &text,

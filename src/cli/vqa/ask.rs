@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 use crate::lines;
-use crate::report::{self, Failure, Style};
+use crate::report::{Failure, Style};
 use crate::vqa::{self, Endpoint, FILE, Line, On, Picture, Probe, Reply, Said};
 use crate::workcell::picture;
 
@@ -137,7 +137,7 @@ fn distinct(open: &[Open<'_>]) -> Vec<String> {
 }
 
 fn keep(file: &Path, line: &Line) -> Result<(), Failure> {
-    lines::append(file, line).map_err(|error| report::unwritten(file, &error))
+    lines::append(file, line).map_err(|error| Failure::unwritten(file, &error))
 }
 
 fn bar(n: usize, style: Style) -> ProgressBar {

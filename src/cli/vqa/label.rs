@@ -128,5 +128,5 @@ fn keep(
 ) -> Result<(), Failure> {
     let Some(answered) = Answered::new(by, run, step, row, answer) else { return Ok(()) };
     answers::append(file, &Answered { on, ..answered })
-        .map_err(|error| report::unwritten(file, &error))
+        .map_err(|error| Failure::unwritten(file, &error))
 }

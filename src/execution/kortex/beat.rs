@@ -65,8 +65,6 @@ pub struct Beat {
     pub sent: u64,
     /// Answers that came.
     pub answered: u64,
-    /// Answers that were of no more use, or came out of order.
-    pub stale: u64,
     /// Times between two commands; [`PERIOD`] is what they should be.
     pub intervals: Intervals,
     /// Commands sent while the motion was slowed down or held because nothing was heard.
@@ -82,7 +80,6 @@ impl Beat {
     pub fn add(&mut self, other: &Self) {
         self.sent += other.sent;
         self.answered += other.answered;
-        self.stale += other.stale;
         self.intervals.add_all(&other.intervals);
         self.held += other.held;
         self.paused += other.paused;
@@ -115,7 +112,7 @@ pub(super) enum End {
 pub(super) struct Left {
     /// How far along the path, s.
     pub(super) along: f64,
-    /// When a command was last answered, s of the wall's clock.
+    /// When the last command that was answered was sent, s of the wall's clock.
     pub(super) heard: f64,
 }
 
@@ -128,11 +125,11 @@ pub(super) struct Beating<'a> {
     told: Sender<cyclic::Feedback>,
     beat: &'a mut Beat,
     frame: u32,
-    /// The last commands, by the number of their frame.
-    sent: VecDeque<(u32, Vec<f64>)>,
+    /// The last commands: the number of their frame, when they were sent, s, and the positions, rad.
+    sent: VecDeque<(u32, f64, Vec<f64>)>,
     /// How many commands this stream sent and how many were answered.
     mine: (u64, u64),
-    /// When a command was last answered, s.
+    /// When the last command that was answered was sent, s: a pause of this machine does not make it younger.
     heard: f64,
     /// How far along the path, s, and at which share of its pace.
     along: f64,
@@ -202,7 +199,7 @@ impl<'a> Beating<'a> {
             if let Err(end) = self.listen(due) {
                 return end;
             }
-            if Wall.now() - self.heard > self.silence {
+            if last_sent - self.heard > self.silence {
                 return End::Silent;
             }
             if rest >= SETTLE {
@@ -255,7 +252,7 @@ impl<'a> Beating<'a> {
         self.datagrams.send(base_cyclic::REFRESH, &command)?;
         self.beat.sent += 1;
         self.mine.0 += 1;
-        self.sent.push_back((self.frame, q.to_vec()));
+        self.sent.push_back((self.frame, Wall.now(), q.to_vec()));
         if self.sent.len() > REMEMBERED {
             self.sent.pop_front();
         }
@@ -330,12 +327,13 @@ impl<'a> Beating<'a> {
         self.beat.answered += 1;
         self.mine.1 += 1;
         // An answer to a command long forgotten says nothing about now.
-        let Some(at) = self.sent.iter().position(|(number, _)| *number == feedback.frame_id) else {
-            self.beat.stale += 1;
+        let Some(at) = self.sent.iter().position(|(number, ..)| *number == feedback.frame_id)
+        else {
             return Ok(());
         };
-        self.heard = Wall.now();
-        for (joint, (actuator, &q)) in feedback.actuators.iter().zip(&self.sent[at].1).enumerate() {
+        let (_, sent, q) = &self.sent[at];
+        self.heard = self.heard.max(*sent);
+        for (joint, (actuator, &q)) in feedback.actuators.iter().zip(q).enumerate() {
             let by = (degrees::from_wire(actuator.position, q) - q).abs();
             if by > BEHIND {
                 return Err(End::Behind(joint, by));

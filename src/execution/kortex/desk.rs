@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 
-use crate::execution::arm::{self, Cancel, DeviceError};
+use crate::execution::arm::{Cancel, DeviceError};
 use crate::motion::trajectory::Trajectory;
 
 use super::about::{About, refused};
@@ -13,10 +13,10 @@ use super::arm::{RESTS, resolve};
 use super::beat::{Beat, RESUME};
 use super::clock::{Clock, Wall};
 use super::degrees;
-use super::link::{Link, LinkError, Login};
+use super::link::{Datagrams, Link, LinkError, Login};
 use super::messages::base::{ArmStateInformation, ServoingMode, ServoingModeInformation};
 use super::messages::common::ArmState;
-use super::messages::cyclic::{Feedback, ToolFeedback};
+use super::messages::cyclic::Feedback;
 use super::rpc::{base, base_cyclic};
 use super::safety;
 use super::stream::{self, Course, Stream, Went};
@@ -85,15 +85,11 @@ impl Desk {
         let about = About::ask(&self.0)?;
         let state: ArmStateInformation = self.0.call(base::GET_ARM_STATE, &())?;
         let told: Feedback = self.0.call(base_cyclic::REFRESH_FEEDBACK, &())?;
-        let closed =
-            told.interconnect.as_ref().and_then(|all| match all.tool_feedback.as_ref()? {
-                ToolFeedback::GripperFeedback(gripper) => Some(gripper.motor.first()?.position),
-            });
         Ok(Status {
             about,
             commanded_by: state.connection.map_or_else(String::new, |by| by.connection_information),
             joints: told.actuators.iter().map(|joint| f64::from(joint.position)).collect(),
-            closed: closed.map(|percent| f64::from(percent) / 100.0),
+            closed: told.closed(),
             faults: safety::faults(&told),
         })
     }
@@ -113,8 +109,7 @@ impl Desk {
         if self.comes_to_rest(patience)? {
             return Ok(Stopped::Held);
         }
-        let single = ServoingModeInformation { servoing_mode: ServoingMode::SingleLevel as i32 };
-        let _ = self.0.call::<()>(base::SET_SERVOING_MODE, &single);
+        let _ = self.0.set_servoing(ServoingMode::SingleLevel);
         let _ = self.0.call::<()>(base::STOP, &());
         if self.comes_to_rest(patience)? {
             return Ok(Stopped::Held);
@@ -188,32 +183,22 @@ impl Desk {
         seconds: f64,
         cancel: &Cancel,
     ) -> Result<Beat, DeviceError> {
-        if !self.comes_to_rest(0.0)? {
+        if !self.comes_to_rest(COMING_TO_REST)? {
             return Err(refused("the arm moves", "wait until it rests"));
         }
-        let mut datagrams = stream::open(resolve(host, udp)?, login)?;
+        let mut datagrams = Datagrams::open(resolve(host, udp)?, login)?;
         let told = stream::ask(&mut datagrams)?;
         let q: Vec<f64> =
             told.actuators.iter().map(|joint| degrees::from_wire(joint.position, 0.0)).collect();
         let here = Trajectory::from_points(&[0.0, seconds], &[q.clone(), q.clone()])
             .map_err(|error| refused(error.to_string(), "tell the project"))?;
-        let servoing = |mode: ServoingMode| {
-            let asked = ServoingModeInformation { servoing_mode: mode as i32 };
-            self.0.call::<()>(base::SET_SERVOING_MODE, &asked)
-        };
-        servoing(ServoingMode::LowLevel)?;
+        self.0.set_servoing(ServoingMode::LowLevel)?;
         let mut beat = Beat::default();
+        let course = Course::start(q.len());
+        let stream = Stream { trajectory: &here, course, cancel, silence: RESUME };
         // Nobody looks on: that the joints follow is looked at by the beat itself.
-        let mut read = |_: &Feedback| Ok(unread());
-        let held = Stream {
-            trajectory: &here,
-            course: Course::start(q.len()),
-            cancel,
-            silence: RESUME,
-            read: &mut read,
-        }
-        .run(&mut datagrams, &mut beat, &mut |_| {});
-        let back = servoing(ServoingMode::SingleLevel);
+        let held = stream.run(&mut datagrams, &mut beat, &mut |_| Ok(()));
+        let back = self.0.set_servoing(ServoingMode::SingleLevel);
         match held? {
             Went::Over => {}
             Went::Left(_) | Went::Ended => {
@@ -243,19 +228,6 @@ impl Desk {
         let told: Feedback = self.0.call(base_cyclic::REFRESH_FEEDBACK, &())?;
         let what = format!("the arm is still in fault: {}", in_words(&safety::faults(&told)));
         Err(refused(what, "mend the cause; it may need a restart"))
-    }
-}
-
-/// Returns feedback that nobody reads.
-fn unread() -> arm::Feedback {
-    arm::Feedback {
-        time: 0.0,
-        q_cmd: Vec::new(),
-        q: Vec::new(),
-        dq: Vec::new(),
-        tau: Vec::new(),
-        opening: 0.0,
-        mass: None,
     }
 }
 

@@ -7,17 +7,16 @@
 //!
 //! Source: the vendor's examples 107 and 108 (first command is what was measured, numbers of frames, flags).
 
-use std::net::SocketAddr;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 use std::time::Duration;
 
-use crate::execution::arm::{Cancel, DeviceError, Feedback};
+use crate::execution::arm::{Cancel, DeviceError};
 use crate::motion::trajectory::Trajectory;
 
 use super::about::{refused, stalled};
 use super::beat::{BEHIND, Beat, Beating, End, Left, RESUME};
-use super::link::{Datagrams, LinkError, Login};
+use super::link::{Datagrams, LinkError};
 use super::messages::cyclic;
 use super::rpc::base_cyclic;
 
@@ -101,14 +100,10 @@ pub(super) struct Stream<'a> {
     pub(super) cancel: &'a Cancel,
     /// The arm may be silent for so long, s.
     pub(super) silence: f64,
-    /// Reads feedback in the program's units.
-    pub(super) read: &'a mut dyn FnMut(&cyclic::Feedback) -> Result<Feedback, LinkError>,
 }
 
-/// Opens a session for the stream.
-pub(super) fn open(address: SocketAddr, login: &Login) -> Result<Datagrams, LinkError> {
-    Datagrams::open(address, login)
-}
+/// Sees what the arm answers; an error of it calls the motion off.
+pub(super) type Watch<'a> = dyn FnMut(&cyclic::Feedback) -> Result<(), LinkError> + 'a;
 
 /// Asks where the arm is; datagrams get lost, so a few times.
 pub(super) fn ask(datagrams: &mut Datagrams) -> Result<cyclic::Feedback, LinkError> {
@@ -129,7 +124,7 @@ impl Stream<'_> {
         self,
         datagrams: &mut Datagrams,
         beat: &mut Beat,
-        watch: &mut dyn FnMut(&Feedback),
+        watch: &mut Watch<'_>,
     ) -> Result<Went, DeviceError> {
         let (trajectory, silence) = (self.trajectory, self.silence);
         let (n, course) = (self.course.off.len(), self.course);
@@ -141,11 +136,11 @@ impl Stream<'_> {
             let beating = scope.spawn(move || {
                 Beating::new(trajectory, course, cancel, silence, datagrams, sender, beat).run()
             });
-            let read = show(&told, n, self.read, cancel, watch);
+            let shown = show(&told, n, cancel, watch);
             let end = beating.join().map_err(|_| {
                 refused("the thread that keeps the beat failed", "tell the project")
             })?;
-            read?;
+            shown?;
             match end {
                 End::Done => Ok(Went::Over),
                 End::Left(left) => Ok(Went::Left(left)),
@@ -171,20 +166,18 @@ impl Stream<'_> {
 fn show(
     told: &Receiver<cyclic::Feedback>,
     n: usize,
-    read: &mut dyn FnMut(&cyclic::Feedback) -> Result<Feedback, LinkError>,
     off: &Cancel,
-    watch: &mut dyn FnMut(&Feedback),
+    watch: &mut Watch<'_>,
 ) -> Result<(), DeviceError> {
     let mut first_wrong = None;
     loop {
         match told.recv_timeout(Duration::from_millis(100)) {
-            Ok(feedback) if feedback.actuators.len() == n => match read(&feedback) {
-                Ok(feedback) => watch(&feedback),
-                Err(error) => {
+            Ok(feedback) if feedback.actuators.len() == n => {
+                if let Err(error) = watch(&feedback) {
                     off.cancel();
                     first_wrong = first_wrong.or(Some(error));
                 }
-            },
+            }
             Ok(_) | Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => break,
         }

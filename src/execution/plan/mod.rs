@@ -121,8 +121,6 @@ pub struct Way {
     pub on: Vec<Vec<f64>>,
 }
 
-/// A straight line of the tool is no longer than any arm reaches across, m.
-const LONGEST_LINE: f64 = 10.0;
 /// What the point between the fingers is called where it may not go.
 const TOOL: &str = "the tool";
 /// What finding the joint positions of one pose costs, in units of [`Budget`].
@@ -317,10 +315,6 @@ impl Planner {
     pub fn line(&self, by: Vector3<f64>) -> Result<Vec<Vec<f64>>, NoWay> {
         let no =
             |why| NoWay { what: format!("to move the tool by {:.0} mm", by.norm() * 1e3), why };
-        let length = by.norm();
-        if length.is_nan() || length > LONGEST_LINE {
-            return Err(no(Why::OutOfReach { nearest: length }));
-        }
         let poses = straight(&self.tool_at(&self.q), by);
         self.goes_on(TRACKING * poses.len() as u64, 0).map_err(no)?;
         self.track(&self.q, &poses).map_err(|nearest| no(Why::OutOfReach { nearest }))

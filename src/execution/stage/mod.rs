@@ -1,8 +1,8 @@
 //! What an action script acts upon: one arm, what is known of the world, and the tape of decisions.
 //!
 //! The same words serve the twin and the arm. In the twin they plan and record; on the arm they play what
-//! the twin survived, through [`super::limits`]. Both work with the cell as the regressions found it. The words are bound to rhai in
-//! [`super::script`]; planning itself is in [`super::plan`].
+//! the twin survived, through [`super::limits`]. Both work with the cell as the regressions found it. The
+//! words are bound to rhai in [`super::script`]; planning itself is in [`super::plan`].
 //!
 //! `body` is what a stage needs of an arm; `ask` looks, plans and chooses, `motion` moves the arm, `hand`
 //! the fingers.

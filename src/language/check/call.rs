@@ -14,8 +14,8 @@ pub(super) struct Slot<'a> {
 }
 
 impl Checker<'_> {
-    /// Checks the arguments of a call against its parameters.
-    pub(super) fn args(&mut self, call: &Call, slots: &[Slot], names: &Names) {
+    /// Checks the arguments of a call against its parameters, and where it does something (`does`) also its amounts.
+    pub(super) fn args(&mut self, call: &Call, slots: &[Slot], names: &Names, does: bool) {
         let mut taken: Vec<bool> = vec![false; slots.len()];
         let mut incomplete = false;
         for arg in &call.args {
@@ -48,6 +48,9 @@ impl Checker<'_> {
             taken[at] = true;
             for (value, given) in arg.values.iter().zip(&types) {
                 self.fits(slots[at].name, &slots[at].ty, given, value);
+                if does {
+                    self.amount(&slots[at], value);
+                }
             }
         }
         if incomplete {
@@ -96,23 +99,8 @@ impl Checker<'_> {
         );
     }
 
-    /// Complains of amounts that nobody can mean, as far as they can be read off the text: less than nothing
-    /// to be poured, a year to be waited.
-    pub(super) fn amounts(&mut self, call: &Call, slots: &[Slot]) {
-        let mut taken = vec![false; slots.len()];
-        for arg in &call.args {
-            let at = match &arg.name {
-                Some(name) => slots.iter().position(|slot| slot.name == name.text),
-                None => taken.iter().position(|taken| !taken),
-            };
-            let Some(at) = at else { continue };
-            taken[at] = true;
-            for value in &arg.values {
-                self.amount(&slots[at], value);
-            }
-        }
-    }
-
+    /// Complains of an amount that nobody can mean, as far as it can be read off the text: less than nothing to
+    /// be poured, a year to be waited.
     fn amount(&mut self, slot: &Slot, value: &Expr) {
         let Some(given) = constant(value) else { return };
         if slot.ty != Ty::Quantity(given.dimension) {
@@ -125,12 +113,12 @@ impl Checker<'_> {
         if (least..=most).contains(&given.value) && !(is_volume && given.value <= 0.0) {
             return;
         }
-        let from = if is_volume { "more than" } else { "from" };
+        let (from, to) = if is_volume { ("more than", "and at most") } else { ("from", "to") };
         let diagnostic = Diagnostic::error(
             "task::amount",
             value.span,
             format!(
-                "`{}` is {given}; it should be {from} {} to {}",
+                "`{}` is {given}; it should be {from} {} {to} {}",
                 slot.name,
                 of(least),
                 of(most)

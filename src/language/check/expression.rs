@@ -118,12 +118,12 @@ impl Checker<'_> {
                 .enumerate()
                 .map(|(i, (name, ty))| Slot { name, ty: Ty::named(ty), optional: i >= required })
                 .collect();
-            self.args(call, &slots, names);
+            self.args(call, &slots, names, false);
             return Ty::named(function.result);
         }
         if let Some((fluent, _)) = self.library.fluent(name) {
             let slots: Vec<Slot> = fluent.params.iter().map(slot).collect();
-            self.args(call, &slots, names);
+            self.args(call, &slots, names, false);
             return self.fluent_type(fluent, call.name.span);
         }
         for value in call.args.iter().flat_map(|arg| &arg.values) {

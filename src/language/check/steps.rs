@@ -280,8 +280,7 @@ impl Checker<'_> {
             return;
         };
         let slots: Vec<Slot> = callable.params().iter().map(slot).collect();
-        self.args(call, &slots, names);
-        self.amounts(call, &slots);
+        self.args(call, &slots, names, true);
     }
 
     pub(super) fn unknown_callable(&mut self, name: &Name) {

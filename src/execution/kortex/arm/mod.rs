@@ -21,9 +21,9 @@ use super::clock::Clock;
 use super::degrees;
 use super::desk::in_words;
 use super::link::{Link, LinkError, Login};
-use super::messages::base::{ServoingMode, ServoingModeInformation};
+use super::messages::base::ServoingMode;
 use super::messages::common::ArmState;
-use super::messages::cyclic::{self, ToolFeedback};
+use super::messages::cyclic;
 use super::rpc::{base, base_cyclic};
 use super::safety;
 use super::stream::Cyclic;
@@ -156,16 +156,6 @@ impl KortexArm {
         Ok(())
     }
 
-    /// Stops the arm at once and leaves it in fault until [`Self::clear_faults`].
-    ///
-    /// # Errors
-    ///
-    /// When the arm cannot be told: then use the button.
-    pub fn emergency_stop(&mut self) -> Result<(), DeviceError> {
-        let told = self.link.call::<()>(base::APPLY_EMERGENCY_STOP, &());
-        told.map_err(|error| refused(error.to_string(), "press the emergency stop button"))
-    }
-
     /// Clears the faults and waits as long as the arm needs to be ready again.
     ///
     /// # Errors
@@ -234,14 +224,9 @@ impl KortexArm {
         let each = |pick: fn(&cyclic::ActuatorFeedback) -> f32| {
             told.actuators.iter().map(move |actuator| f64::from(pick(actuator)))
         };
-        let closed =
-            told.interconnect.as_ref().and_then(|all| match all.tool_feedback.as_ref()? {
-                ToolFeedback::GripperFeedback(gripper) => Some(gripper.motor.first()?.position),
-            });
         let now = self.options.clock.now();
-        if let Some(percent) = closed.filter(|percent| percent.is_finite()) {
-            let open = 1.0 - f64::from(percent) / 100.0;
-            self.opening = Some((open * self.options.max_opening, now));
+        if let Some(closed) = told.closed() {
+            self.opening = Some(((1.0 - closed) * self.options.max_opening, now));
         }
         // Without it nothing could be said of what the arm may touch.
         let known = self.opening.filter(|(_, told)| now - told <= FINGERS_OLD);
@@ -374,8 +359,7 @@ fn open(address: SocketAddr, options: &Options) -> Result<(Link, About, u16), De
         ));
     }
     if about.servoing != ServoingMode::SingleLevel {
-        let single = ServoingModeInformation { servoing_mode: ServoingMode::SingleLevel as i32 };
-        let () = link.call(base::SET_SERVOING_MODE, &single)?;
+        link.set_servoing(ServoingMode::SingleLevel)?;
     }
     let actions = link.subscribe(base::ON_ACTION_TOPIC)?;
     Ok((link, about, actions))
@@ -412,7 +396,11 @@ impl Arm for KortexArm {
         self.validate(&list)?;
         // What was told of earlier actions is old.
         self.link.notes(self.actions);
-        let begun = self.link.call::<()>(base::EXECUTE_WAYPOINT_TRAJECTORY, &list);
+        let begun = self.link.call_within::<()>(
+            base::EXECUTE_WAYPOINT_TRAJECTORY,
+            &list,
+            self.options.patience,
+        );
         if let Err(error) = begun {
             // It may have begun all the same: the call may have come through and its answer not.
             if matches!(error, LinkError::Silent { .. }) {
@@ -429,7 +417,11 @@ impl Arm for KortexArm {
         cancel: &Cancel,
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<Grip, DeviceError> {
-        self.close_to(grip, cancel, watch)
+        let gripped = self.close_to(grip, cancel, watch);
+        if !matches!(gripped, Ok(_) | Err(DeviceError::Stopped)) {
+            let _ = self.say_stop();
+        }
+        gripped
     }
 
     fn send_fingers(&mut self, grip: &ClearedGrip, after: f64) -> Result<(), DeviceError> {

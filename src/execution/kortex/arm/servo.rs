@@ -3,7 +3,6 @@
 //! However it ends, the arm holds where it is and takes high-level commands again.
 
 use std::net::SocketAddr;
-use std::time::Duration;
 
 use crate::execution::arm::{Cancel, DeviceError, Feedback};
 use crate::motion::trajectory::Trajectory;
@@ -13,10 +12,10 @@ use super::super::beat::{Beat, Left, RESUME};
 use super::super::clock::{Clock, Wall};
 use super::super::desk::in_words;
 use super::super::link::{Datagrams, LinkError};
-use super::super::messages::base::{ServoingMode, ServoingModeInformation};
+use super::super::messages::base::ServoingMode;
 use super::super::messages::common::ArmState;
 use super::super::messages::cyclic;
-use super::super::rpc::{base, base_cyclic};
+use super::super::rpc::base_cyclic;
 use super::super::safety;
 use super::super::stream::{self, Course, Cyclic, Stream, Went};
 use super::{KortexArm, RESTS, THERE};
@@ -36,7 +35,7 @@ impl KortexArm {
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<(), DeviceError> {
         let address = SocketAddr::new(self.address.ip(), how.port);
-        let mut datagrams = stream::open(address, &self.options.login)?;
+        let mut datagrams = Datagrams::open(address, &self.options.login)?;
         let told = stream::ask(&mut datagrams)?;
         let measured = self.inside(&told)?.q;
         let off = |(a, b): (&f64, &f64)| (a - b).abs();
@@ -51,7 +50,7 @@ impl KortexArm {
             self.beat_to_the_end(how, trajectory, &mut datagrams, &mut beat, cancel, watch);
         // One that was given up for its silence is not waited for again.
         let patience = if streamed.is_ok() { self.options.patience } else { self.soon() };
-        let back = self.set_servoing(ServoingMode::SingleLevel, patience);
+        let back = self.link.set_servoing_within(ServoingMode::SingleLevel, patience);
         self.is_silent = matches!(back, Err(LinkError::Silent { .. }));
         self.streamed.get_or_insert_default().add(&beat);
         self.beat = Some(beat);
@@ -76,17 +75,23 @@ impl KortexArm {
         cancel: &Cancel,
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<(), DeviceError> {
-        let mut course = Course::start(self.q.len());
+        let (mut course, mut before) = (Course::start(self.q.len()), None);
+        let resume = how.silence.max(RESUME);
         loop {
-            self.set_servoing(ServoingMode::LowLevel, self.options.patience)?;
-            let mut read = |told: &cyclic::Feedback| self.inside(told);
-            let (silence, read) = (how.silence, &mut read);
-            let stream = Stream { trajectory, course, cancel, silence, read };
-            let left = match stream.run(datagrams, beat, watch)? {
+            let patience = self.options.patience;
+            self.link.set_servoing_within(ServoingMode::LowLevel, patience)?;
+            before.map_or(Ok(()), |left| in_time(left, resume))?;
+            let stream = Stream { trajectory, course, cancel, silence: how.silence };
+            let mut show = |told: &cyclic::Feedback| self.inside(told).map(|told| watch(&told));
+            let left = match stream.run(datagrams, beat, &mut show)? {
                 Went::Over => return Ok(()),
                 Went::Left(left) => left,
-                Went::Ended => return Err(self.why_ended()?),
+                Went::Ended => {
+                    let state = self.state()?;
+                    return Err(self.why_ended(state)?);
+                }
             };
+            before = Some(left);
             beat.left += 1;
             if beat.left > MOST_LEFT {
                 let what = format!(
@@ -99,14 +104,14 @@ impl KortexArm {
             if cancel.is_cancelled() {
                 return self.halt(watch);
             }
-            let rest = self.at_rest(how.silence.max(RESUME), left, watch)?;
+            let rest = self.at_rest(resume, left, watch)?;
             course = Course::rejoin(trajectory, left.along, &rest)?;
         }
     }
 
     /// Says why a stream ended whose commands came in time.
-    fn why_ended(&mut self) -> Result<DeviceError, DeviceError> {
-        if self.state()? == ArmState::InFault {
+    fn why_ended(&self, state: ArmState) -> Result<DeviceError, DeviceError> {
+        if state == ArmState::InFault {
             let told: cyclic::Feedback = self.link.call(base_cyclic::REFRESH_FEEDBACK, &())?;
             let what = format!(
                 "the arm went into fault while it was commanded at 1 kHz: {}",
@@ -129,21 +134,15 @@ impl KortexArm {
         left: Left,
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<Vec<f64>, DeviceError> {
-        if self.state()? == ArmState::InFault {
-            return Err(self.why_ended()?);
+        let state = self.state()?;
+        if state == ArmState::InFault {
+            return Err(self.why_ended(state)?);
         }
         let mut misses = 0;
         loop {
             if let Some(feedback) = self.measure_patiently(&mut misses)? {
                 watch(&feedback);
-                let stood = Wall.now() - left.heard;
-                if stood > resume {
-                    let what = format!(
-                        "the arm left 1 kHz servoing for want of commands in time and stood for {stood:.1} s"
-                    );
-                    let help = "call it again to go on; end what else this computer does, or leave `--stream` out";
-                    return Err(refused(what, help));
-                }
+                in_time(left, resume)?;
                 if feedback.dq.iter().all(|dq| dq.abs() < RESTS) {
                     return Ok(feedback.q);
                 }
@@ -151,9 +150,17 @@ impl KortexArm {
             self.options.clock.sleep(1.0 / self.options.rate);
         }
     }
+}
 
-    fn set_servoing(&mut self, mode: ServoingMode, within: Duration) -> Result<(), LinkError> {
-        let asked = ServoingModeInformation { servoing_mode: mode as i32 };
-        self.link.call_within(base::SET_SERVOING_MODE, &asked, within)
+/// Refuses to go on with a stream that stood still for longer than `resume`, s.
+fn in_time(left: Left, resume: f64) -> Result<(), DeviceError> {
+    let stood = Wall.now() - left.heard;
+    if stood <= resume {
+        return Ok(());
     }
+    let what = format!(
+        "the arm left 1 kHz servoing for want of commands in time and stood for {stood:.1} s"
+    );
+    let help = "call it again to go on; end what else this computer does, or leave `--stream` out";
+    Err(refused(what, help))
 }

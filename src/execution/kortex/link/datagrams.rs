@@ -71,13 +71,12 @@ impl Datagrams {
         let until = Wall.now() + timeout.as_secs_f64();
         loop {
             let left = until - Wall.now();
-            let silent = || LinkError::Silent { rpc, milliseconds: timeout.as_millis() as u64 };
             if left <= 0.0 {
-                return Err(silent());
+                let milliseconds = timeout.as_millis() as u64;
+                return Err(LinkError::Silent { rpc, milliseconds });
             }
-            let Some(frame) = self.receive(Duration::from_secs_f64(left))? else {
-                return Err(silent());
-            };
+            // What is no frame, and a word that nobody listens, is no answer either.
+            let Some(frame) = self.receive(Duration::from_secs_f64(left))? else { continue };
             if frame.header.kind == Kind::Response && frame.header.message == number {
                 if frame.header.error == 0 {
                     self.session = frame.header.session;

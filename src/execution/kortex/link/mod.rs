@@ -20,6 +20,7 @@ use prost::Message;
 
 use super::clock::{Clock, Wall};
 use super::frame::{Decoder, Frame, FrameError, Kind};
+use super::messages::base::{ServoingMode, ServoingModeInformation};
 use super::messages::common::{NotificationHandle, NotificationOptions};
 use super::messages::session::CreateSessionInfo;
 use super::refusal::{self, Refusal};
@@ -97,9 +98,8 @@ struct Shared {
     notes: Mutex<BTreeMap<u16, VecDeque<Frame>>>,
     session: AtomicU16,
     next: AtomicU16,
-    /// When something was last sent, and last received, s.
+    /// When something was last sent, s.
     sent: Mutex<f64>,
-    heard: Mutex<f64>,
     lost: Mutex<Option<String>>,
     is_over: AtomicBool,
     timeout: Duration,
@@ -136,7 +136,6 @@ impl Link {
             session: AtomicU16::new(0),
             next: AtomicU16::new(1),
             sent: Mutex::new(now),
-            heard: Mutex::new(now),
             lost: Mutex::new(None),
             is_over: AtomicBool::new(false),
             timeout,
@@ -177,6 +176,29 @@ impl Link {
         answer(rpc, &self.shared.ask(rpc, 0, message.encode_to_vec(), timeout)?)
     }
 
+    /// Asks for a servoing mode.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::call`].
+    pub fn set_servoing(&self, mode: ServoingMode) -> Result<(), LinkError> {
+        self.set_servoing_within(mode, self.shared.timeout)
+    }
+
+    /// As [`Self::set_servoing`], waiting at most `timeout`.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::call`].
+    pub fn set_servoing_within(
+        &self,
+        mode: ServoingMode,
+        timeout: Duration,
+    ) -> Result<(), LinkError> {
+        let asked = ServoingModeInformation { servoing_mode: mode as i32 };
+        self.call_within(rpc::base::SET_SERVOING_MODE, &asked, timeout)
+    }
+
     /// As [`Self::call`], to one device behind the base.
     ///
     /// # Errors
@@ -213,11 +235,6 @@ impl Link {
     /// Returns why the connection is gone, if it is.
     pub fn lost(&self) -> Option<LinkError> {
         lock(&self.shared.lost).clone().map(LinkError::Lost)
-    }
-
-    /// Returns for how long nothing has been heard of the arm, s.
-    pub fn silence(&self) -> f64 {
-        Wall.now() - *lock(&self.shared.heard)
     }
 }
 
@@ -318,7 +335,6 @@ impl Shared {
                     return;
                 }
             }
-            *lock(&self.heard) = Wall.now();
             loop {
                 match decoder.next_frame() {
                     Ok(Some(frame)) => self.take(frame),

@@ -129,3 +129,25 @@ pub enum NotificationType {
     FixRate = 2,
     Event = 3,
 }
+
+/// The same of `Base` and of `VisionConfig`: `RotationMatrix`.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct RotationMatrix {
+    #[prost(message, optional, tag = "1")]
+    pub row1: Option<RotationMatrixRow>,
+    #[prost(message, optional, tag = "2")]
+    pub row2: Option<RotationMatrixRow>,
+    #[prost(message, optional, tag = "3")]
+    pub row3: Option<RotationMatrixRow>,
+}
+
+/// The same of `Base` and of `VisionConfig`: `RotationMatrixRow`.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct RotationMatrixRow {
+    #[prost(float, tag = "1")]
+    pub column1: f32,
+    #[prost(float, tag = "2")]
+    pub column2: f32,
+    #[prost(float, tag = "3")]
+    pub column3: f32,
+}

@@ -43,6 +43,19 @@ pub struct Feedback {
     pub interconnect: Option<InterconnectFeedback>,
 }
 
+impl Feedback {
+    /// Returns how far the gripper is closed, from 0 to 1, if it says so.
+    pub fn closed(&self) -> Option<f64> {
+        let Some(ToolFeedback::GripperFeedback(gripper)) =
+            self.interconnect.as_ref().and_then(|all| all.tool_feedback.as_ref())
+        else {
+            return None;
+        };
+        let percent = gripper.motor.first()?.position;
+        percent.is_finite().then(|| f64::from(percent) / 100.0)
+    }
+}
+
 /// `BaseCyclic.BaseFeedback`.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct BaseFeedback {

@@ -1,7 +1,7 @@
 //! Service 2, Base: sequences of actions, protection zones, snapshots.
 
 use super::base::Action;
-use super::common::{Connection, Timestamp, UserProfileHandle};
+use super::common::{Connection, RotationMatrix, Timestamp, UserProfileHandle};
 
 /// `Base.Sequence`.
 #[derive(Clone, PartialEq, prost::Message)]
@@ -150,28 +150,6 @@ pub struct Point {
     pub y: f32,
     #[prost(float, tag = "3")]
     pub z: f32,
-}
-
-/// `Base.RotationMatrix`.
-#[derive(Clone, PartialEq, prost::Message)]
-pub struct RotationMatrix {
-    #[prost(message, optional, tag = "1")]
-    pub row1: Option<RotationMatrixRow>,
-    #[prost(message, optional, tag = "2")]
-    pub row2: Option<RotationMatrixRow>,
-    #[prost(message, optional, tag = "3")]
-    pub row3: Option<RotationMatrixRow>,
-}
-
-/// `Base.RotationMatrixRow`.
-#[derive(Clone, PartialEq, prost::Message)]
-pub struct RotationMatrixRow {
-    #[prost(float, tag = "1")]
-    pub column1: f32,
-    #[prost(float, tag = "2")]
-    pub column2: f32,
-    #[prost(float, tag = "3")]
-    pub column3: f32,
 }
 
 /// `Base.CartesianLimitation`.

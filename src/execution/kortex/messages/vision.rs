@@ -2,6 +2,8 @@
 //!
 //! Numbers of enumerations are kept as they come; what they mean stands beside where they are used.
 
+use super::common::RotationMatrix;
+
 /// `SensorIdentifier`.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct SensorIdentifier {
@@ -72,28 +74,6 @@ pub struct ExtrinsicParameters {
     pub rotation: Option<RotationMatrix>,
     #[prost(message, optional, tag = "2")]
     pub translation: Option<TranslationVector>,
-}
-
-/// `RotationMatrix`.
-#[derive(Clone, PartialEq, prost::Message)]
-pub struct RotationMatrix {
-    #[prost(message, optional, tag = "1")]
-    pub row1: Option<RotationMatrixRow>,
-    #[prost(message, optional, tag = "2")]
-    pub row2: Option<RotationMatrixRow>,
-    #[prost(message, optional, tag = "3")]
-    pub row3: Option<RotationMatrixRow>,
-}
-
-/// `RotationMatrixRow`.
-#[derive(Clone, PartialEq, prost::Message)]
-pub struct RotationMatrixRow {
-    #[prost(float, tag = "1")]
-    pub column1: f32,
-    #[prost(float, tag = "2")]
-    pub column2: f32,
-    #[prost(float, tag = "3")]
-    pub column3: f32,
 }
 
 /// `TranslationVector`.

@@ -1,0 +1,265 @@
+//! What went wrong, worded for people, with the exit code it deserves.
+//!
+//! The errors of the layers below come in as data, and leave as a [`Failure`]: what, where, what would help.
+//! How it is drawn on a terminal or as JSON is [`super::Style`]'s.
+
+use std::io;
+use std::path::Path;
+
+use super::{Style, complain, diagnostics};
+use crate::execution::stage::ActionError;
+use crate::files::write;
+use crate::graph;
+use crate::language::{Diagnostic, Library, Source};
+use crate::plain::shortened;
+use crate::workcell;
+
+/// What went wrong, worded for people, with the exit code it deserves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Failure {
+    /// `io::missing`, `task::unit`, `plan::out_of_reach`, …
+    pub code: String,
+    /// What.
+    pub message: String,
+    /// Where: a file, a line, an object.
+    pub place: Option<String>,
+    /// What would help.
+    pub help: Option<String>,
+    /// Whether a person has been shown it already, as a mistake drawn into its text.
+    pub is_shown: bool,
+    exit: u8,
+}
+
+/// Characters of a message, its place and its help that are kept: what came in may be quoted in any of them.
+const LONGEST: (usize, usize, usize) = (900, 300, 600);
+
+impl Failure {
+    /// A file or folder that cannot be read: which, why, what would help.
+    pub fn unread(path: &Path, error: &io::Error) -> Self {
+        use io::ErrorKind as Kind;
+        let place = path.display().to_string();
+        let (code, help) = match error.kind() {
+            Kind::NotFound => ("io::missing", "is the path right?"),
+            Kind::InvalidData => ("io::text", "it is not a text file in UTF-8"),
+            Kind::PermissionDenied => ("io::read", "check its permissions"),
+            Kind::InvalidInput => ("io::read", "write what it gives into a file, and name that"),
+            Kind::IsADirectory => ("io::read", "name a file in it"),
+            Kind::NotADirectory => ("io::read", "is the path right?"),
+            Kind::FileTooLarge => ("io::read", "is it the right file? give a part of it"),
+            _ => ("io::read", "can it be read by another program?"),
+        };
+        Self::input(code, format!("cannot read {place}: {error}")).at(place).help(help)
+    }
+
+    /// A file that cannot be written. A disk without room has a code of its own, for it is mended otherwise
+    /// than a path that is wrong.
+    pub fn unwritten(path: &Path, error: &io::Error) -> Self {
+        let place = path.display().to_string();
+        if write::is_full(error) {
+            return Self::input(
+                "io::full",
+                format!("no room left on the disk for {place}: {error}"),
+            )
+            .at(place)
+            .help("make room and try again; what was there before is as it was");
+        }
+        Self::input("io::write", format!("cannot write {place}: {error}"))
+            .at(place)
+            .help("does its folder exist? check its permissions")
+    }
+
+    /// No folder could be made for a run; `option` names the folder they are made in.
+    pub fn no_run_folder(path: &Path, error: &io::Error, option: &str) -> Self {
+        if write::is_full(error) {
+            return Self::unwritten(path, error);
+        }
+        Self::input("io::write", format!("cannot make a run folder: {error}"))
+            .at(path.display().to_string())
+            .help(format!("name a folder that may be written with `{option} DIR`"))
+    }
+
+    /// Bad usage or input: exit code 2.
+    pub fn input(code: &str, message: impl Into<String>) -> Self {
+        Self {
+            code: code.into(),
+            message: shortened(&message.into(), LONGEST.0).into_owned(),
+            place: None,
+            help: None,
+            is_shown: false,
+            exit: 2,
+        }
+    }
+
+    /// Done, and the answer is no: exit code 1.
+    pub fn no(code: &str, message: impl Into<String>) -> Self {
+        Self { exit: 1, ..Self::input(code, message) }
+    }
+
+    /// Stopped by a person or a safety limit: exit code 3.
+    pub fn stopped(message: impl Into<String>) -> Self {
+        Self { exit: 3, ..Self::input("run::stopped", message) }
+    }
+
+    /// A mistake of the program's own: exit code 3 when an arm was stopped for it and holds, else 2.
+    pub fn internal(message: impl Into<String>, is_held: bool) -> Self {
+        Self { exit: if is_held { 3 } else { 2 }, ..Self::input("internal::error", message) }
+    }
+
+    /// A device is not there: exit code 4.
+    pub fn unavailable(code: &str, message: impl Into<String>) -> Self {
+        Self { exit: 4, ..Self::input(code, message) }
+    }
+
+    /// Says where.
+    #[must_use]
+    pub fn at(mut self, place: impl Into<String>) -> Self {
+        self.place = Some(shortened(&place.into(), LONGEST.1).into_owned());
+        self
+    }
+
+    /// Says what would help.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(shortened(&help.into(), LONGEST.2).into_owned());
+        self
+    }
+
+    /// Returns the exit code.
+    pub fn exit(&self) -> u8 {
+        self.exit
+    }
+}
+
+/// Shows everything that is wrong with a text and sums it up as a failure.
+pub fn text_failure(diagnostics: &[Diagnostic], source: &Source, style: Style) -> Failure {
+    texts_failure(&diagnostics.iter().map(|each| (each, source)).collect::<Vec<_>>(), style)
+}
+
+fn texts_failure(wrong: &[(&Diagnostic, &Source)], style: Style) -> Failure {
+    let Some((first, source)) = wrong.iter().find(|(d, _)| d.is_error()).or(wrong.first()) else {
+        return Failure::input("task::empty", "there is nothing to run")
+            .help("type a call such as `pour(jar, cup)`");
+    };
+    let (line, column) = source.line_column(first.span.from);
+    let count = wrong.iter().filter(|(d, _)| d.is_error()).map(|(d, _)| d.count).sum();
+    if !style.json {
+        for drawn in diagnostics(wrong.iter().copied(), style) {
+            complain(drawn.trim_end());
+        }
+        if count > 1 {
+            complain(&format!("{} {count} mistakes; nothing was done", style.red("error:")));
+        }
+    }
+    let message = match count {
+        0 | 1 => first.message.clone(),
+        n => format!("{n} mistakes in the text; the first: {}", first.message),
+    };
+    let mut failure =
+        Failure::input(first.code, message).at(format!("{}:{line}:{column}", source.name));
+    failure.help.clone_from(&first.help);
+    failure.is_shown = !style.json;
+    failure
+}
+
+/// Words why a call has no graph.
+pub fn problems_failure(problems: &[graph::Problem], library: &Library, asked: &Source) -> Failure {
+    let Some(first) = problems.first() else {
+        return Failure::input("graph::empty", "the call has no graph");
+    };
+    let written = library.callable(&first.within).map(|(_, source)| source);
+    let source = if first.within.is_empty() { asked } else { written.unwrap_or(asked) };
+    let mut failure =
+        Failure::input(first.code, first.message.clone()).at(source.place(first.span));
+    failure.help.clone_from(&first.help);
+    failure
+}
+
+/// Words why a verb of the cell could not be done.
+pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
+    use workcell::Error;
+    let words = error.to_string();
+    match error {
+        Error::Text(wrong) => texts_failure(&wrong.iter().map(|(d, s)| (d, s)).collect::<Vec<_>>(), style),
+        Error::File { path, error } => Failure::unwritten(path, error),
+        Error::Unrecorded { dir, error } => {
+            let dir = dir.display().to_string();
+            let (help, failure) = if write::is_full(error) {
+                let message = format!(
+                    "no room left on the disk; the arm was stopped and holds, and what was written so far \
+                     is kept in {dir}"
+                );
+                ("make room", Failure { code: "io::full".into(), ..Failure::stopped(message) })
+            } else {
+                let message = format!("{words}; the arm was stopped and holds");
+                let failure = Failure { code: "io::write".into(), ..Failure::stopped(message) };
+                ("check the folder", failure)
+            };
+            let help = format!("{help} and call it again; `trueup replay {dir}` tells what is kept");
+            failure.at(dir).help(help)
+        }
+        Error::Graph(problems) => {
+            problems_failure(problems, &Library::new(), &Source::new("command line", ""))
+        }
+        Error::Branch(_) => Failure::no("graph::no_branch", words),
+        Error::NoScene(_) => Failure::input("scene::missing", words)
+            .help("add a `scene` item, or leave `--scene` out to use the kitchen"),
+        Error::Robot(_) => Failure::input("scene::robot", words)
+            .help("`--stdlib DIR` adds `DIR/robots/NAME/NAME.urdf` and its `robot.toml`"),
+        Error::Lab(_) => Failure::input("lab::settings", words),
+        Error::Calibrate(_) => Failure::no("align::failed", words)
+            .help("is the table in the picture, and do its dots match the scene's `marks`?"),
+        Error::NotSeen(unseen) => Failure::no("camera::not_seen", words)
+            .at(unseen.iter().map(|(object, _)| object.as_str()).collect::<Vec<_>>().join(", "))
+            .help("clear the view and try again; nothing has moved towards it"),
+        Error::OutOfReach { object, .. } => Failure::no("plan::out_of_reach", words)
+            .at(object.clone())
+            .help("move it nearer to the arm; nothing has moved"),
+        Error::NoRoom { target, room, .. } => {
+            let less = (0.9e6 * room).floor();
+            Failure::no("run::no_room", words)
+                .at(target.clone())
+                .help(format!("pour less, such as `amount: {less:.0} mL`; nothing has moved"))
+        }
+        Error::NotSoMuch { source_name, there, .. } => {
+            let there = (1e6 * there).floor();
+            let failure = Failure::no("run::not_so_much", words).at(source_name.clone());
+            failure.help(if there < 3.0 {
+                "fill it first, or say in the scene what is in it; nothing has moved".into()
+            } else {
+                format!(
+                    "pour less, such as `amount: {there:.0} mL`, or leave the amount out to pour \
+                     everything; nothing has moved"
+                )
+            })
+        }
+        Error::NotWeighable { least, .. } => {
+            let least = (1e6 * least).round();
+            Failure::no("run::not_weighable", words)
+                .help(format!("pour at least `amount: {least:.0} mL`; nothing has moved"))
+        }
+        Error::Needs { .. } => {
+            Failure::no("run::needs", words).help("make it true first; nothing has moved")
+        }
+        Error::NoSurvivor { .. } => Failure::no("plan::no_survivor", words)
+            .help(
+                "nothing has been touched; if it is a matter of room, move the objects nearer to the arm \
+                 or closer together",
+            ),
+        Error::Record { path, .. } => Failure::input("io::run", words)
+            .at(path.display().to_string())
+            .help("a run folder has a `run.json`, written by `trueup run` or at the prompt"),
+        Error::Model { endpoint, .. } => Failure::unavailable("vqa::unavailable", words)
+            .at(endpoint.clone())
+            .help("is the server running, and does the address end in `/v1`? nothing has moved"),
+        Error::WhatIf(_) => Failure::input("run::what_if", words)
+            .help("`:runs` lists the runs, `:replay RUN` shows the steps of one"),
+        Error::NothingToDo => Failure::input("run::empty", words),
+        Error::Action(action) => match action {
+            ActionError::Stopped | ActionError::Limit(_) => Failure::stopped(words),
+            ActionError::Device(device) => {
+                Failure::unavailable("device", words).help(device.help())
+            }
+            _ => Failure::no("run::action", words),
+        },
+    }
+}
