@@ -9,6 +9,25 @@ use serde::{Deserialize, Serialize};
 
 use super::vocabulary;
 
+/// A number of the model's own that the recordings have otherwise.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Identified {
+    /// What kind of number it is: `inertial`.
+    pub name: String,
+    /// Whose it is: a link.
+    pub at: String,
+    /// `mass`, `moment_x`, `ixx`: about the link's own origin.
+    pub parameter: String,
+    /// What the file says, SI.
+    pub file: f64,
+    /// What the recordings say, SI.
+    pub value: f64,
+    /// One standard deviation.
+    pub std: f64,
+    /// SI unit.
+    pub unit: String,
+}
+
 /// The answer in one word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -23,6 +42,10 @@ pub enum Verdict {
     Unknown,
     /// What is left is noise.
     NothingMissing,
+    /// Most of the gap stays whatever is tried: the model is not of this machine, or not of its units.
+    ModelInadequate,
+    /// The recordings are not of one machine.
+    DifferentMachines,
 }
 
 /// How much of the gap one channel carries.
@@ -191,6 +214,9 @@ pub struct Finding {
     /// What would have been seen if it were there: the power of the test.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub smallest_visible: Vec<Visible>,
+    /// Numbers of the model's own that are off, beside what is missing from it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub identified: Vec<Identified>,
     /// What was assumed or left out, one sentence each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,

@@ -99,6 +99,7 @@ pub(super) fn answer<G: Worded>(
         next_experiment: None,
         reason,
         smallest_visible: visible,
+        identified: Vec::new(),
         notes,
     }
 }

@@ -19,6 +19,10 @@ pub fn people(finding: &Finding, style: Style) -> String {
         Verdict::Ambiguous => "cannot tell: several effects explain this equally well",
         Verdict::Unknown => "something without a name is missing",
         Verdict::NothingMissing => "nothing is missing",
+        Verdict::DifferentMachines => "the recordings are not of one machine",
+        Verdict::ModelInadequate => {
+            "the model does not fit: most of the gap stays, whatever is added to it"
+        }
     };
     let _ = writeln!(text, "{}  {}", style.green(head), style.dim(&finding.reason));
     let shown: Vec<_> = finding.places.iter().filter(|place| place.share > 0.005).take(6).collect();
@@ -36,6 +40,7 @@ pub fn people(finding: &Finding, style: Style) -> String {
             );
         }
     }
+    text.push_str(&identified(finding));
     for effect in &finding.effects {
         let _ = writeln!(text, "\n{}", effect_text(effect, style));
     }
@@ -81,6 +86,28 @@ pub fn people(finding: &Finding, style: Style) -> String {
     }
     for note in &finding.notes {
         let _ = writeln!(text, "{}", style.dim(&format!("note: {note}")));
+    }
+    text
+}
+
+/// The numbers of the model's own that are off, as a table.
+fn identified(finding: &Finding) -> String {
+    let mut text = String::new();
+    if finding.identified.is_empty() {
+        return text;
+    }
+    let _ = writeln!(text, "\nnumbers that are off             file         identified");
+    for off in &finding.identified {
+        let _ = writeln!(
+            text,
+            "{:<22} {:<9} {:<12} {} ± {} {}",
+            off.at,
+            off.parameter,
+            significant(off.file, 3),
+            significant(off.value, 3),
+            significant(off.std, 1),
+            off.unit
+        );
     }
     text
 }

@@ -5,6 +5,7 @@ mod camera;
 mod carried;
 mod equation;
 mod held;
+mod industrial;
 mod logs;
 mod planted;
 mod pour;

@@ -59,6 +59,7 @@ pub(super) fn answer(
         commands: None,
     });
     Finding {
+        identified: Vec::new(),
         verdict,
         places,
         effects,

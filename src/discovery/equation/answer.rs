@@ -67,6 +67,7 @@ impl Report<'_> {
             Vec::new()
         };
         let finding = Finding {
+            identified: Vec::new(),
             verdict,
             places: self.places(),
             effects,

@@ -45,7 +45,8 @@ pub(super) fn answer(
     all.train.extend(held);
     let best = &outcome.best;
     let things = all.things.clone();
-    let last = fit_all(&all, best).unwrap_or_else(|| best.clone());
+    // What leaves its range once all data are fitted keeps the numbers by which it was judged.
+    let last = fit_all(&all, best).filter(|h| is_sensible(&all, h)).unwrap_or_else(|| best.clone());
     let mut effects: Vec<Effect> = Vec::new();
     let mut lines: Vec<String> = Vec::new();
     let explained = (outcome.nothing.heldout - best.heldout).max(1e-9);
@@ -115,9 +116,14 @@ pub(super) fn answer(
         || (noise_is_estimated && shrink.after.train.max(shrink.after.heldout) < ESTIMATED);
     let (verdict, reason) = verdict(&effects, ambiguous, left, is_noise, &shrink);
     // Names that leave most of the gap are a lead to follow, and no part of the model.
-    let only_leads =
-        verdict == Verdict::Unknown && effects.iter().any(|effect| effect.name != "unknown");
-    let added = if only_leads { Vec::new() } else { lines };
+    let is_lead = matches!(verdict, Verdict::Unknown | Verdict::ModelInadequate)
+        && effects.iter().any(|effect| effect.name != "unknown");
+    let added = if is_lead { Vec::new() } else { lines };
+    if verdict == Verdict::ModelInadequate {
+        effects.clear();
+    } else if is_lead {
+        effects = vec![nearest(&effects, shrink.shrink_heldout)];
+    }
     if left > SIGNIFICANT && !effects.is_empty() {
         notes.push(format!(
             "what is left is still above noise ({left:.0} standard deviations of its sum of squares)"
@@ -147,6 +153,7 @@ pub(super) fn answer(
         commands: None,
     });
     Finding {
+        identified: Vec::new(),
         verdict,
         places,
         effects,
@@ -156,6 +163,51 @@ pub(super) fn answer(
         reason,
         smallest_visible: visible,
         notes,
+    }
+}
+
+/// Words recordings that are not of one machine.
+pub(super) fn different(gap: &ArmGap, words: &str, notes: Vec<String>) -> Finding {
+    let left = |set| {
+        let count = gap.count(set).max(1) as f64;
+        let residuals = gap.residuals(set, &[], &[]);
+        residuals.map_or(f64::NAN, |r| (selection::sum_of_squares(&r) / count).sqrt())
+    };
+    let split = Split { train: left(Set::Train), heldout: left(Set::Heldout) };
+    Finding {
+        identified: Vec::new(),
+        verdict: Verdict::DifferentMachines,
+        places: places(gap, &[]),
+        effects: Vec::new(),
+        gap: Gap::of(split, split, 1.0),
+        model: ModelChange::default(),
+        next_experiment: None,
+        reason: format!(
+            "{words}; no model of one machine holds for both, so nothing is looked for: compare recordings of the \
+             same arm, with the same load in the same place"
+        ),
+        smallest_visible: Vec::new(),
+        notes,
+    }
+}
+
+/// Returns what has no name, with those that come nearest to it.
+fn nearest(leads: &[Effect], explained: f64) -> Effect {
+    let part = significant(100.0 * explained.max(0.0), 2);
+    let lead = |effect: &Effect| Alternative {
+        name: effect.name.clone(),
+        at: effect.at.clone(),
+        delta_bic: effect.evidence.delta_bic,
+        why_not: format!("the nearest that has a name, and explains only {part} % of the gap"),
+    };
+    Effect {
+        name: "unknown".into(),
+        at: leads.first().map_or_else(|| "robot".into(), |effect| effect.at.clone()),
+        parameters: BTreeMap::new(),
+        evidence: Evidence::default(),
+        equation: "no effect that has a name, and no formula, explains it".into(),
+        alternatives: leads.iter().map(lead).collect(),
+        indistinguishable: false,
     }
 }
 
@@ -169,7 +221,10 @@ pub(super) fn synonym(rival: &Rival<Term>, chosen: &Term) -> bool {
 }
 
 /// Effects that explain less than this part of the gap are not what is missing.
-const EXPLAINED: f64 = 0.25;
+const EXPLAINED: f64 = 0.5;
+
+/// More effects than this that together do not explain it are no lead either.
+const LEADS: usize = 2;
 
 /// A gap that is smaller than this many times the noise is told as explained; it is at the noise or near it.
 const NEAR_NOISE: f64 = 2.0;
@@ -212,12 +267,14 @@ fn verdict(
     let is_small = gap.after.heldout < NEAR_NOISE;
     let rest = significant(gap.after.heldout, 2);
     if gap.shrink_heldout < EXPLAINED && !is_small {
-        let part = significant(100.0 * gap.shrink_heldout, 2);
+        let part = significant(100.0 * gap.shrink_heldout.max(0.0), 2);
+        let is_lead = effects.len() <= LEADS;
         return (
-            Verdict::Unknown,
+            if is_lead { Verdict::Unknown } else { Verdict::ModelInadequate },
             format!(
                 "what was found explains only {part} % of the gap on data held out and leaves {rest} times \
-                 the noise; are the robot's file and the units those of the recordings?"
+                 the noise; check first the units and the signs of the columns, the robot's file, its mounting and \
+                 the gains of the drives"
             ),
         );
     }
@@ -270,6 +327,16 @@ fn parameters(name: &str, told: &[Told]) -> BTreeMap<String, Parameter> {
 
 fn fit_all(all: &ArmGap, h: &Hypothesis<Term>) -> Option<Hypothesis<Term>> {
     selection::refit(all, h.terms.clone(), h.parameters.clone(), h.surcharges.clone())
+}
+
+/// Returns whether every effect of a hypothesis is one that could be.
+fn is_sensible(gap: &ArmGap, h: &Hypothesis<Term>) -> bool {
+    let mut from = gap.nuisance().len();
+    h.terms.iter().all(|term| {
+        let own = from..from + gap.slots(term).len();
+        from = own.end;
+        gap.is_sensible(term, &h.parameters[own])
+    })
 }
 
 /// Returns the runners-up, one per name and place.

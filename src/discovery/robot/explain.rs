@@ -1,7 +1,8 @@
 //! An arm's recordings as something to be explained: [`Gap`] over laws and joints.
 
 use super::candidates::candidates;
-use super::data::Quantity;
+use super::data::{Channel, Quantity};
+use super::links::Links;
 use super::load::Thing;
 use super::simulate::Model;
 use super::term::{Law, Term};
@@ -18,7 +19,18 @@ pub struct ArmGap {
     pub known: (Vec<Term>, Vec<f64>),
     /// What was carried in some of them.
     pub things: Vec<Thing>,
+    /// How many rows of each sensor hold what nothing explains, in the recordings fitted and held out; empty where that is
+    /// not known.
+    pub unexplained: [Vec<f64>; 2],
+    /// Whether its links are as the recordings have them, so that none is said to be heavier.
+    pub has_own_links: bool,
 }
+
+/// A loop is wider than the narrowest that could be told by this factor.
+const NARROW: f64 = 1.05;
+
+/// A sensor that leaves no more than this many times its noise is described: noise is known to a tenth.
+const DESCRIBED: f64 = 1.1;
 
 impl ArmGap {
     /// Lays the arm out about the motions that a hypothesis gives it, where they are far from the commands;
@@ -37,6 +49,14 @@ impl ArmGap {
         any
     }
 
+    /// Returns the same with other numbers of the arm's bodies.
+    #[must_use]
+    pub(super) fn with_links(self, links: &Links) -> Self {
+        let with =
+            |models: &[Model]| models.iter().map(|m| m.with_bodies(&links.changes)).collect();
+        Self { train: with(&self.train), heldout: with(&self.heldout), has_own_links: true, ..self }
+    }
+
     /// Returns whether torque and tip follow from a measured motion, so that they are linear in what is missing.
     pub fn is_along(&self) -> bool {
         let mut models = self.train.iter().chain(&self.heldout);
@@ -52,11 +72,22 @@ impl ArmGap {
             heldout: thinned(&self.heldout),
             known: self.known.clone(),
             things: self.things.clone(),
+            unexplained: self.unexplained.clone(),
+            has_own_links: self.has_own_links,
         }
     }
 
     /// Takes the noise of each sensor to be so many times larger.
     pub fn soften(&mut self, floors: &[f64]) {
+        let rows = |models: &[Model]| {
+            let of = |(sensor, floor): (usize, &f64)| {
+                let rest = 1.0 - (DESCRIBED / floor.max(DESCRIBED)).powi(2);
+                let judged = |model: &Model| model.judged(&model.scene.data.channels[sensor]);
+                rest * models.iter().map(judged).sum::<usize>() as f64
+            };
+            floors.iter().enumerate().map(of).collect()
+        };
+        self.unexplained = [rows(&self.train), rows(&self.heldout)];
         for model in self.train.iter_mut().chain(&mut self.heldout) {
             for (channel, floor) in model.scene.data.channels.iter_mut().zip(floors) {
                 channel.noise *= floor;
@@ -93,6 +124,16 @@ impl Gap for ArmGap {
             // is the smoother's.
             let step = model.scene.data.time.windows(2).map(|t| t[1] - t[0]).fold(0.0, f64::max);
             slots[0].least = slots[0].least.max(0.5 * step);
+        }
+        if let (Law::Hysteresis, Some(model)) = (term.law, measured) {
+            // A joint that passes a loop from one row to the next shows dry friction.
+            let step = model.scene.typical_step(term.joint);
+            slots[1].range.0 = slots[1].range.0.max(step.min(0.5 * slots[1].range.1));
+        }
+        if term.law == Law::Armature {
+            // What the model knows of a rotor may be too much, but no rotor has less than nothing.
+            let known = self.train.iter().map(|model| model.arm.armature[term.joint]);
+            slots[0].range.0 = -known.fold(f64::INFINITY, f64::min);
         }
         // Smoothing takes torque away that is not missing; twice as much is beyond doubt.
         for model in self.train.iter().filter(|model| !model.scene.smoothing.is_empty()) {
@@ -145,6 +186,9 @@ impl Gap for ArmGap {
         // Where to begin is taken from the first recording; the fit uses them all.
         let mut found = candidates(&self.train[0], terms, left, joints);
         let things = (0..self.things.len()).map(|joint| Term { law: Law::ObjectMass, joint });
+        if self.has_own_links {
+            found.retain(|candidate| candidate.term.law != Law::LinkMass);
+        }
         found.extend(things.filter(|term| !terms.contains(term)).map(|term| Candidate {
             term,
             with: Vec::new(),
@@ -196,6 +240,10 @@ impl Gap for ArmGap {
             Law::TorqueGain | Law::ActuatorGain if self.is_along() => {
                 return (0.5..2.0).contains(&parameters[0]);
             }
+            // One as narrow as may be is none.
+            Law::Hysteresis if self.is_along() => {
+                return parameters[1] > NARROW * self.slots(term)[1].range.0;
+            }
             Law::LinkMass => {
                 let of_one = |model: &Model| {
                     let own = model.arm.chain.bodies[term.joint].mass;
@@ -225,6 +273,34 @@ impl Gap for ArmGap {
         (0.05..0.95).contains(&part)
     }
 
+    fn unexplained(&self, set: Set, term: &Term) -> f64 {
+        let rows = &self.unexplained[usize::from(set == Set::Heldout)];
+        if !term.law.is_local() {
+            return rows.iter().sum::<f64>() / rows.len().max(1) as f64;
+        }
+        let channels = &self.train[0].scene.data.channels;
+        let own = |c: &Channel| c.quantity == Quantity::Torque && c.index == term.joint;
+        let at = channels.iter().position(own);
+        at.and_then(|at| rows.get(at)).copied().unwrap_or(0.0)
+    }
+
+    fn is_usual(&self, term: &Term) -> bool {
+        use Law::{
+            Armature, Coulomb, LinkMass, ObjectMass, Payload, SmoothCoulomb, TorqueOffset, Viscous,
+        };
+        matches!(
+            term.law,
+            Viscous
+                | Coulomb
+                | SmoothCoulomb
+                | TorqueOffset
+                | Armature
+                | LinkMass
+                | Payload
+                | ObjectMass
+        )
+    }
+
     fn usual(&self) -> Vec<Term> {
         let n = self.train[0].scene.data.n;
         let has = |quantity| self.train.iter().all(|model| model.scene.data.has(quantity));
@@ -236,6 +312,7 @@ impl Gap for ArmGap {
             laws.into_iter().map(move |law| Term { law, joint })
         };
         let links = (1..n).map(|joint| Term { law: Law::LinkMass, joint });
+        let links = links.filter(|_| !self.has_own_links);
         links.chain((0..n).flat_map(joint)).collect()
     }
 

@@ -2,11 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::answer::{answer, synonym};
+use super::answer::{answer, different, synonym};
 use super::chain::Chain;
 use super::data::Data;
 use super::experiment::Experiment;
 use super::explain::ArmGap;
+use super::links::{self, Numbers};
 use super::load::{Load, Thing};
 use super::plant::{Arm, Scene};
 use super::plausible;
@@ -159,7 +160,14 @@ pub fn investigate(
             )),
         }
     }
-    let mut gap = ArmGap { train: models, heldout: held, known: present, things };
+    let mut gap = ArmGap {
+        train: models,
+        heldout: held,
+        known: present,
+        things,
+        unexplained: Default::default(),
+        has_own_links: false,
+    };
     let runs_away = |what: String| Error {
         what,
         place: train.first().map_or(String::new(), |recording| recording.name.clone()),
@@ -190,14 +198,33 @@ pub fn investigate(
         options.unnamed = UNNAMED;
     }
     let options = &options;
+    progress("identifying the links", 0.0);
+    let mut identified = Vec::new();
+    match links::identified(&gap) {
+        Some(Numbers::Own(links)) => {
+            gap = gap.with_links(&links);
+            notes.push(
+                "the numbers of the links are identified first; what is missing is looked for beside them"
+                    .into(),
+            );
+            identified = links.told;
+        }
+        Some(Numbers::Different(words)) => {
+            return Ok(Investigation {
+                finding: different(&gap, &words, notes),
+                traces: Vec::new(),
+                experiment: None,
+            });
+        }
+        Some(Numbers::File) | None => {}
+    }
     let (mut outcome, mut fitted) = searched(&gap, options, progress).map_err(runs_away)?;
     if outcome.best.terms.is_empty()
         && above_noise(outcome.nothing.train, gap.count(Set::Train)) < SIGNIFICANT
         && above_noise(outcome.nothing.heldout, gap.count(Set::Heldout)) > SIGNIFICANT
     {
         // The motion to fit does not show it, the other does: exchange the two.
-        let ArmGap { train, heldout, known, things } = gap;
-        gap = ArmGap { train: heldout, heldout: train, known, things };
+        std::mem::swap(&mut gap.train, &mut gap.heldout);
         (outcome, fitted) = searched(&gap, options, progress).map_err(runs_away)?;
         notes.push(
             "the data to fit show nothing beyond noise, the data held out do: their roles were \
@@ -218,6 +245,7 @@ pub fn investigate(
     };
     let is_estimated = train.iter().chain(heldout).any(is_estimated);
     let mut finding = answer(gap, fitted, &outcome, options, is_estimated, notes);
+    finding.identified = identified;
     if let Some(next) = &mut finding.next_experiment {
         let detail = match &experiment {
             Some(experiment) => format!(
@@ -243,9 +271,10 @@ fn searched(
         return Ok((selection::search(gap, options, progress)?, None));
     }
     let mut fitted = gap.for_search();
-    let floors = selection::floors(&fitted).unwrap_or_default();
+    let runs_away = "the model runs away on the data; check its parameters and units";
+    let (usual, floors) = selection::floors(&fitted).ok_or(runs_away)?;
     fitted.soften(&floors);
-    let mut outcome = selection::search_linear(&fitted, options, progress)?;
+    let mut outcome = selection::search_linear(&fitted, usual, options, progress)?;
     if outcome.best.terms.len() <= FEW {
         // Of a few effects the shapes can be fitted from the beginning, and what no shape on a list explains may be one of them.
         let options = Options { most: 2 * FEW, ..*options };

@@ -267,6 +267,15 @@ const SETTLE: f64 = 0.4;
 const EDGE: f64 = 0.1;
 
 impl Scene {
+    /// Returns how far a joint typically turns from one row to the next while it turns, rad.
+    pub fn typical_step(&self, joint: usize) -> f64 {
+        let measured = self.data.measured(Quantity::Position, joint).unwrap_or(&[]);
+        let mut steps: Vec<f64> = measured.windows(2).map(|q| (q[1] - q[0]).abs()).collect();
+        steps.retain(|step| *step > 0.0);
+        steps.sort_by(f64::total_cmp);
+        steps.get(steps.len() / 2).copied().unwrap_or(0.0)
+    }
+
     /// Lays the arm out along a recording.
     pub fn new(arm: &Arm, data: Data) -> Self {
         Self::about(arm, data, None)

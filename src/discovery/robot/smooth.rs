@@ -2,11 +2,14 @@
 //!
 //! Whittaker's smoother: the curve that is near the samples and whose third differences are small. It has
 //! no phase, keeps a quadratic exactly, and its strength is chosen so that what it takes away is as
-//! large as the noise and no larger.
+//! large as the noise and no larger. Where speeds are measured as well, the curve is near those, too, as near as the
+//! two agree: a speed says more of an acceleration than a position does. Sizes are medians, for a stamp that is wrong
+//! now and then makes a few errors much larger than the others.
 //!
 //! Source: Eilers, "A Perfect Smoother", Anal. Chem. 75, 2003.
 
 use super::data::{Data, Quantity};
+use crate::discovery::recording::noise::MEDIAN_OF_NORMAL;
 
 /// A joint's motion without its noise.
 pub struct Smooth {
@@ -25,7 +28,47 @@ pub fn smoothed(data: &Data, joint: usize, values: &[f64]) -> Smooth {
         .iter()
         .find(|c| c.quantity == Quantity::Position && c.index == joint)
         .map_or(0.0, |channel| channel.noise);
-    whittaker(&data.time, values, noise)
+    let speeds = data.measured(Quantity::Speed, joint).map(|speeds| {
+        let found = data.channels.iter();
+        let mut found = found.filter(|c| c.quantity == Quantity::Speed && c.index == joint);
+        Speeds::of(&data.time, (values, noise), (speeds, found.next().map_or(0.0, |c| c.noise)))
+    });
+    joined(&data.time, values, noise, speeds.as_ref())
+}
+
+/// What measured speeds say of the way from row to row.
+struct Speeds {
+    /// Mean speed between a row and the next, rad/s.
+    between: Vec<f64>,
+    /// How long that is, s.
+    spans: Vec<f64>,
+    /// Standard deviation of their errors, rad/s: their noise, or by how much more they and the positions disagree.
+    error: f64,
+}
+
+impl Speeds {
+    /// Sets speeds beside positions, each with its noise.
+    fn of(time: &[f64], (q, q_noise): (&[f64], f64), (dq, dq_noise): (&[f64], f64)) -> Self {
+        let spans: Vec<f64> = time.windows(2).map(|t| (t[1] - t[0]).max(1e-9)).collect();
+        let between: Vec<f64> = dq.windows(2).map(|v| 0.5 * (v[0] + v[1])).collect();
+        let apart = |((q, span), v): ((&[f64], &f64), &f64)| (q[1] - q[0]) / span - v;
+        let off = typical(q.windows(2).zip(&spans).zip(&between).map(apart));
+        // Of that, this much is the noise of two positions.
+        let step = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+        let own = off.powi(2) - 2.0 * (q_noise / step).powi(2);
+        let error = own.max(0.5 * dq_noise.powi(2)).max(0.01 * off.powi(2)).sqrt();
+        Self { between, spans, error }
+    }
+}
+
+/// Returns the standard deviation of which these would be if they were normal, whatever a few of them are.
+fn typical(values: impl Iterator<Item = f64>) -> f64 {
+    let mut sizes: Vec<f64> = values.map(f64::abs).collect();
+    if sizes.is_empty() {
+        return 0.0;
+    }
+    let middle = sizes.len() / 2;
+    *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN_OF_NORMAL
 }
 
 /// Fewest and most decimals to which a column may have been rounded; fewer, and the steps may be meant.
@@ -46,33 +89,64 @@ pub fn unrounded(time: &[f64], values: &[f64]) -> Vec<f64> {
     )
 }
 
-/// Smooths `values`, taken at `time`, until their root mean square change is about `noise`.
+/// Smooths `values`, taken at `time`, until their typical change is about `noise`.
 pub fn whittaker(time: &[f64], values: &[f64], noise: f64) -> Smooth {
+    joined(time, values, noise, None)
+}
+
+fn joined(time: &[f64], values: &[f64], noise: f64, speeds: Option<&Speeds>) -> Smooth {
     if values.len() < 8 || noise <= 0.0 {
         return Smooth { q: values.to_vec(), speed_error: 0.0, again: values.to_vec() };
     }
     let step = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
     // What the smoother lets through of white noise, `∫ ω² / (1 + λ (ω h)⁶)² dω`, in closed form.
     let speed_error = |strength: f64| noise / (step * 12_f64.sqrt() * strength.powf(0.25));
-    let taken = |smooth: &[f64]| {
-        let sum: f64 = smooth.iter().zip(values).map(|(s, v)| (s - v).powi(2)).sum();
-        (sum / values.len() as f64).sqrt()
+    // How far a curve is from the positions and from the speeds.
+    let off = |smooth: &[f64]| {
+        let positions = typical(smooth.iter().zip(values).map(|(s, v)| s - v));
+        let speeds = speeds.map_or(0.0, |speeds| {
+            let steps = smooth.windows(2).zip(&speeds.spans).zip(&speeds.between);
+            typical(steps.map(|((q, span), v)| (q[1] - q[0]) / span - v))
+        });
+        [positions, speeds]
     };
+    // How much a speed weighs beside a position.
+    let speeds = speeds.filter(|speeds| speeds.error > 0.0);
+    let pull = speeds.map(|speeds| (speeds, (noise / speeds.error).powi(2)));
     // The change grows with the strength; half-decades are fine enough, since the result hardly moves
     // within one. Beyond 10^6.5 the equations lose more digits than the smoothing wins.
     let third = third_differences(time);
-    let (mut best, mut strongest) = (values.to_vec(), None);
-    for half_decade in 0..16 {
-        let strength = 10_f64.powf(f64::from(half_decade) * 0.5 - 1.0);
-        let smooth = penalised(&third, values, strength);
-        if taken(&smooth) > noise {
+    let mut best = penalised(&third, values, WEAKEST, pull);
+    let weakest = off(&best);
+    let most = [
+        noise.max(FURTHER[0] * weakest[0]),
+        speeds.map_or(0.0, |speeds| speeds.error).max(FURTHER[1] * weakest[1]),
+    ];
+    let mut strongest = (weakest[0] <= noise || pull.is_some()).then_some(WEAKEST);
+    if strongest.is_none() {
+        // What is rougher than its noise between neighbours is meant.
+        best = values.to_vec();
+    }
+    for half_decade in 1..16 {
+        let strength = WEAKEST * 10_f64.powf(f64::from(half_decade) * 0.5);
+        let smooth = penalised(&third, values, strength, pull);
+        if strongest.is_none() || off(&smooth).iter().zip(&most).any(|(off, most)| off > most) {
             break;
         }
         (best, strongest) = (smooth, Some(strength));
     }
-    let again = strongest.map_or_else(|| best.clone(), |by| penalised(&third, &best, by));
-    Smooth { q: best, speed_error: speed_error(strongest.unwrap_or(0.1)), again }
+    let again = strongest.map_or_else(|| best.clone(), |by| penalised(&third, &best, by, None));
+    let alone = speed_error(strongest.unwrap_or(WEAKEST));
+    let speed_error = speeds.map_or(alone, |speeds| alone.min(speeds.error));
+    Smooth { q: best, speed_error, again }
 }
+
+/// The weakest smoothing that is one.
+const WEAKEST: f64 = 0.1;
+
+/// A curve may be further from positions and from speeds by these factors than the weakest smoothing's, where that is not
+/// within their noise: noise that is coarse, or comes in steps, is not known better.
+const FURTHER: [f64; 2] = [1.1, 1.5];
 
 /// Neighbours that a difference reaches.
 const BAND: usize = 3;
@@ -96,8 +170,14 @@ fn third_differences(time: &[f64]) -> Vec<[f64; BAND + 1]> {
         .collect()
 }
 
-/// Solves `(I + λ D₃ᵀ D₃) z = y`, a system of seven diagonals, by Cholesky's method.
-fn penalised(third: &[[f64; BAND + 1]], y: &[f64], strength: f64) -> Vec<f64> {
+/// Solves `(I + λ D₃ᵀ D₃) z = y`, a system of seven diagonals, by Cholesky's method; with speeds `v` of weight `w` it is
+/// `(I + w D₁ᵀ D₁ + λ D₃ᵀ D₃) z = y + w D₁ᵀ v`.
+fn penalised(
+    third: &[[f64; BAND + 1]],
+    y: &[f64],
+    strength: f64,
+    speeds: Option<(&Speeds, f64)>,
+) -> Vec<f64> {
     let n = y.len();
     // Lower band: a[i][k] is entry (i, i - k).
     let mut a = vec![[0.0; BAND + 1]; n];
@@ -109,6 +189,14 @@ fn penalised(third: &[[f64; BAND + 1]], y: &[f64], strength: f64) -> Vec<f64> {
             for j in 0..=i {
                 a[start + i][i - j] += strength * third[i] * third[j];
             }
+        }
+    }
+    if let Some((speeds, weight)) = speeds {
+        for (i, span) in speeds.spans.iter().enumerate() {
+            let by = weight / span.powi(2);
+            a[i][0] += by;
+            a[i + 1][0] += by;
+            a[i + 1][1] -= by;
         }
     }
     for i in 0..n {
@@ -124,6 +212,12 @@ fn penalised(third: &[[f64; BAND + 1]], y: &[f64], strength: f64) -> Vec<f64> {
         }
     }
     let mut z = y.to_vec();
+    if let Some((speeds, weight)) = speeds {
+        for (i, (v, span)) in speeds.between.iter().zip(&speeds.spans).enumerate() {
+            z[i] -= weight * v / span;
+            z[i + 1] += weight * v / span;
+        }
+    }
     for i in 0..n {
         for k in 1..=BAND.min(i) {
             z[i] -= a[i][k] * z[i - k];
@@ -149,7 +243,7 @@ mod tests {
     fn a_parabola_is_kept_and_a_zigzag_is_taken_away() {
         let parabola: Vec<f64> = (0..200).map(|i| (f64::from(i) * 0.01).powi(2)).collect();
         let time: Vec<f64> = (0..200).map(|i| f64::from(i) * 0.01).collect();
-        let smooth = penalised(&third_differences(&time), &parabola, 1e4);
+        let smooth = penalised(&third_differences(&time), &parabola, 1e4, None);
         assert!(smooth.iter().zip(&parabola).all(|(s, p)| (s - p).abs() < 1e-7));
         let rough: Vec<f64> = parabola
             .iter()
@@ -179,11 +273,36 @@ mod tests {
     }
 
     #[test]
+    fn measured_speeds_tell_more_of_accelerations() {
+        let time: Vec<f64> = (0..2000).map(|i| f64::from(i) * 0.01).collect();
+        let wobble = |i: usize| ((i as f64 * 12.9898).sin() * 43758.547).rem_euclid(1.0) - 0.5;
+        let coarse = |value: f64| (value * 1e4).round() * 1e-4;
+        let q: Vec<f64> = time.iter().map(|t| coarse((1.3 * t).sin())).collect();
+        let dq: Vec<f64> = time
+            .iter()
+            .enumerate()
+            .map(|(i, t)| 1.3 * (1.3 * t).cos() + 1e-3 * wobble(i))
+            .collect();
+        let off = |q: &[f64]| {
+            let errors = (50..1950).map(|i| {
+                let found = (q[i + 1] - 2.0 * q[i] + q[i - 1]) / 1e-4;
+                (found + 1.69 * (1.3 * time[i]).sin()).powi(2)
+            });
+            (errors.sum::<f64>() / 1900.0).sqrt()
+        };
+        let speeds = Speeds::of(&time, (&q, 3e-5), (&dq, 3e-4));
+        let (alone, both) =
+            (whittaker(&time, &q, 3e-5).q, joined(&time, &q, 3e-5, Some(&speeds)).q);
+        assert!(off(&both) < 0.05, "{}", off(&both));
+        assert!(off(&both) < off(&alone), "{} {}", off(&both), off(&alone));
+    }
+
+    #[test]
     fn a_parabola_at_uneven_times_is_kept() {
         let time: Vec<f64> =
             (0..200).map(|i| f64::from(i) * 0.01 + 0.004 * f64::from(i * i % 5) / 5.0).collect();
         let parabola: Vec<f64> = time.iter().map(|t| t * t).collect();
-        let smooth = penalised(&third_differences(&time), &parabola, 1e4);
+        let smooth = penalised(&third_differences(&time), &parabola, 1e4, None);
         assert!(smooth.iter().zip(&parabola).all(|(s, p)| (s - p).abs() < 1e-7));
     }
 

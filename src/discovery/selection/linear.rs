@@ -317,17 +317,23 @@ fn floor(
         let step = step / scale;
         left.iter_mut().zip(judged).for_each(|(left, row)| *left += step * column[*row]);
     }
-    let square = sum_of_squares(&left);
-    let level = square / (judged.len() - p) as f64;
+    let level = sum_of_squares(&left) / (judged.len() - p) as f64;
+    (level * related(&left)).sqrt().max(1.0)
+}
+
+/// Returns how many rows say as much as one that is independent of all others, by how long what is left of them lasts.
+pub fn related(left: &[f64]) -> f64 {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let square = sum_of_squares(left).max(1e-300);
     let mut related = 1.0;
     for lag in 1..LONGEST.min(left.len() / 4) {
-        let with_later = dot(&left[lag..], &left[..left.len() - lag]) / square.max(1e-300);
+        let with_later = dot(&left[lag..], &left[..left.len() - lag]) / square;
         if with_later < WHITE {
             break;
         }
         related += 2.0 * with_later;
     }
-    (level * related).sqrt().max(1.0)
+    related
 }
 
 impl<G: Gap> Gap for Linear<'_, G> {
@@ -385,6 +391,14 @@ impl<G: Gap> Gap for Linear<'_, G> {
 
     fn is_exact(&self, term: &G::Term) -> bool {
         self.gap.is_exact(term)
+    }
+
+    fn is_usual(&self, term: &G::Term) -> bool {
+        self.gap.is_usual(term)
+    }
+
+    fn unexplained(&self, set: Set, term: &G::Term) -> f64 {
+        self.gap.unexplained(set, term)
     }
 
     fn is_sensible(&self, term: &G::Term, parameters: &[f64]) -> bool {

@@ -24,6 +24,7 @@ mod search;
 
 use nalgebra::DMatrix;
 
+pub use linear::related;
 pub use refit::refit;
 pub use rounds::{floors, search_linear};
 pub use screen::{left_after, sum_of_squares};
@@ -166,6 +167,19 @@ pub trait Gap: Sync {
         true
     }
 
+    /// Returns how much of what the sensors of an effect leave on a set, in squares of their noise, no explanation takes away:
+    /// what is smaller than a part of that ([`Options::matter`]) is not named, however sure it is.
+    fn unexplained(&self, set: Set, term: &Self::Term) -> f64 {
+        let _ = (set, term);
+        0.0
+    }
+
+    /// Returns whether an effect is one that machines of this kind commonly have.
+    fn is_usual(&self, term: &Self::Term) -> bool {
+        let _ = term;
+        true
+    }
+
     /// Returns what every machine of this kind may have at once: where many effects act, one after the other stands for
     /// others before it is its turn, so these are tried together as well.
     fn usual(&self) -> Vec<Self::Term> {
@@ -277,6 +291,8 @@ pub struct Options {
     pub unnamed: f64,
     /// A law must explain more, by this part of what it explains, than a special case of it.
     pub generality: f64,
+    /// An effect must take away more than this part of what its sensors leave in any case.
+    pub matter: f64,
     /// Rivals whose evidence is behind by less than this cannot be told apart.
     pub tie: f64,
 }
@@ -296,6 +312,7 @@ impl Default for Options {
             broad: 1.0,
             unnamed: 0.0,
             generality: 0.0,
+            matter: 0.1,
             // "Strong" on the scale of Kass and Raftery begins at 6.
             tie: 6.0,
         }
@@ -313,4 +330,19 @@ pub struct Outcome<T> {
     pub without: Vec<Hypothesis<T>>,
     /// Other explanations, best first.
     pub rivals: Vec<Rival<T>>,
+}
+
+impl<T: PartialEq> Outcome<T> {
+    /// Forgets what is said of effects that are not among those kept, which are in the same order.
+    fn keep(&mut self, kept: &[T]) {
+        for at in
+            (0..self.best.terms.len()).rev().filter(|at| !kept.contains(&self.best.terms[*at]))
+        {
+            self.without.remove(at);
+            self.rivals.retain(|rival| rival.instead_of != at);
+            for rival in self.rivals.iter_mut().filter(|rival| rival.instead_of > at) {
+                rival.instead_of -= 1;
+            }
+        }
+    }
 }

@@ -5,11 +5,13 @@ use rayon::prelude::*;
 
 use super::linear::Linear;
 use super::refit::same_terms;
-use super::search::{Grown, left_out, pays};
+use super::search::{Grown, left_out, pays, sensible, weighed};
 use super::{Gap, Hypothesis, Options, Outcome, refit};
 
 /// Times the gap is written out; what was found rarely changes after the second.
 const ROUNDS: usize = 3;
+/// And at most, where effects have to be left out again.
+const MOST_ROUNDS: usize = 5;
 
 /// Candidates fitted of those screened: the same law in several shapes counts as several.
 const SHORTLIST: usize = 12;
@@ -17,28 +19,32 @@ const SHORTLIST: usize = 12;
 /// Rivals this many ties behind are not worth a fit of their shapes.
 const FAR: f64 = 5.0;
 
-/// Returns how much more than its noise is left of every sensor by all candidates at once, at least 1: real machines are
-/// never described to the noise of their sensors, and what no law describes must not be taken for evidence of one.
-pub fn floors<G: Gap>(gap: &G) -> Option<Vec<f64>> {
+/// Returns everything usual at once, fitted, or nothing where nothing is usual; and how much more than its noise is left of
+/// every sensor by all candidates at once about it, at least 1: real machines are never described to the noise of their
+/// sensors, and what no law describes must not be taken for evidence of one.
+pub fn floors<G: Gap>(gap: &G) -> Option<(Hypothesis<G::Term>, Vec<f64>)> {
     let nothing = refit(gap, Vec::new(), Vec::new(), Vec::new())?;
     let about = usual(gap, &nothing).unwrap_or(nothing);
-    Linear::about(gap, &about, &|_| true).map(|linear| linear.floors)
+    let floors = Linear::about(gap, &about, &|_| true)?.floors;
+    Some((about, floors))
 }
 
-/// As [`super::search`], for gaps whose residuals are linear in all but the shapes of the laws, or nearly so.
+/// As [`super::search`], for gaps whose residuals are linear in all but the shapes of the laws, or nearly so; begins from
+/// `about`, which is everything usual.
 ///
 /// # Errors
 ///
 /// A sentence if the model cannot be evaluated or fitted.
 pub fn search_linear<G: Gap>(
     gap: &G,
+    about: Hypothesis<G::Term>,
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Outcome<G::Term>, String> {
     let runs_away = "the model runs away on the data; check its parameters and units";
     let nothing = refit(gap, Vec::new(), Vec::new(), Vec::new()).ok_or(runs_away)?;
     let options = &Options { shortlist: options.shortlist.max(SHORTLIST), ..*options };
-    let mut best = usual(gap, &nothing).unwrap_or_else(|| nothing.clone());
+    let mut best = about;
     let mut round = 0;
     loop {
         progress("writing the gap out", round as f64 / ROUNDS as f64);
@@ -52,7 +58,7 @@ pub fn search_linear<G: Gap>(
             grown.grow(&linear, options, &|_| false, progress);
             grown
         };
-        let outcome = grown.outcome(&linear, options, nothing.clone(), progress);
+        let mut outcome = grown.outcome(&linear, options, nothing.clone(), progress);
         let Hypothesis { mut terms, mut parameters, mut surcharges, mut gains, .. } =
             outcome.best.clone();
         let last = round + 1 >= ROUNDS;
@@ -65,9 +71,14 @@ pub fn search_linear<G: Gap>(
         }
         let fitted = refit(gap, terms, parameters, surcharges).ok_or(runs_away)?;
         let settled = same_terms(&fitted.terms, &best.terms);
-        best = Hypothesis { gains, ..fitted };
+        let fitted = Hypothesis { gains, ..fitted };
+        let all = fitted.terms.len();
+        // What stood for something that is left out by now may make no sense once it is fitted as it is.
+        best = sensible(gap, fitted);
+        let is_whole = best.terms.len() == all;
         round += 1;
-        if is_plain && (settled || last) {
+        if is_plain && is_whole && (settled || last) || round >= MOST_ROUNDS {
+            outcome.keep(&best.terms);
             return Ok(with_shapes(gap, outcome, best, options));
         }
     }
@@ -101,7 +112,8 @@ fn begun<G: Gap>(
         grown.grow(gap, options, &|_| false, progress);
         found.push(grown);
     }
-    found.into_iter().min_by(|a, b| a.best.evidence().total_cmp(&b.best.evidence()))
+    let left = |grown: &Grown<G::Term>| weighed(gap, &grown.best, options);
+    found.into_iter().min_by(|a, b| left(a).total_cmp(&left(b)))
 }
 
 /// Fits everything usual at once, each effect in the best of its shapes.
@@ -177,7 +189,7 @@ fn with_shapes<G: Gap>(
         |rival| {
             let Hypothesis { terms, parameters, surcharges, gains, .. } = rival.hypothesis.clone();
             if let Some(fitted) = refit(gap, terms, parameters, surcharges) {
-                rival.behind = fitted.evidence() - best.evidence();
+                rival.behind = weighed(gap, &fitted, options) - weighed(gap, &best, options);
                 let (other, chosen) = (fitted.terms.last(), &best.terms[rival.instead_of]);
                 if other.is_some_and(|other| gap.contains(other, chosen)) {
                     rival.behind = rival.behind.max(options.tie);

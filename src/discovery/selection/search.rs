@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::refit::{near_parameters, refit_some, same_terms};
 use super::screen::Local;
-use super::{Candidate, Gap, Hypothesis, Options, Outcome, Rival, Slot, refit};
+use super::{Candidate, Gap, Hypothesis, Options, Outcome, Rival, Set, Slot, refit};
 
 /// Searches for the effects that are missing.
 ///
@@ -180,6 +180,15 @@ fn simplest<'a, G: Gap>(
     others.find(stands_for).unwrap_or(chosen)
 }
 
+/// Returns the evidence against a hypothesis, with what is asked of effects that are not usual: to be more than a part of what
+/// is left in any case, wherever they stand in the place of others.
+pub(super) fn weighed<G: Gap>(gap: &G, h: &Hypothesis<G::Term>, options: &Options) -> f64 {
+    let rare = h.terms.iter().filter(|term| !gap.is_usual(term));
+    let left =
+        rare.map(|term| gap.unexplained(Set::Train, term) + gap.unexplained(Set::Heldout, term));
+    h.evidence() + options.matter * left.sum::<f64>()
+}
+
 /// Returns whether the effect at `at`, which `with` has and `without` has not, pays.
 pub(super) fn pays<G: Gap>(
     gap: &G,
@@ -197,7 +206,10 @@ pub(super) fn pays<G: Gap>(
         .sum();
     let part = if gap.is_broad(&with.terms[at]) { options.broad } else { 1.0 };
     let imperfection = part * (options.imperfection * explained).min(options.forgiven);
+    let more = |set, taken: f64| taken > options.matter * gap.unexplained(set, &with.terms[at]);
     gain > options.least_gain + imperfection
+        && more(Set::Train, without.train - with.train)
+        && more(Set::Heldout, heldout)
         && (heldout > options.least_heldout
             || (gain > options.overwhelming && heldout > -options.least_heldout))
 }
@@ -287,7 +299,7 @@ fn extended<G: Gap>(
             Some(fitted)
         })
         .collect();
-    fitted.sort_by(|a, b| a.evidence().total_cmp(&b.evidence()));
+    fitted.sort_by(|a, b| weighed(gap, a, options).total_cmp(&weighed(gap, b, options)));
     fitted
 }
 
@@ -313,7 +325,7 @@ pub(super) fn exchanged<G: Gap>(
             .next()
             .filter(|first| {
                 let same = first.terms.last() == Some(&best.terms[at]);
-                same || first.evidence() + 1e-6 < best.evidence()
+                same || weighed(gap, first, options) + 1e-6 < weighed(gap, &best, options)
             })
             .map(|first| simplest(gap, first, matter(), options))
             .filter(|better| {
@@ -321,7 +333,7 @@ pub(super) fn exchanged<G: Gap>(
                 let is_formula = |h: &Hypothesis<G::Term>, at: usize| h.surcharges[at] > 0.0;
                 let loses_name =
                     is_formula(better, better.terms.len() - 1) && !is_formula(&best, at);
-                let gain = best.evidence() - better.evidence();
+                let gain = weighed(gap, &best, options) - weighed(gap, better, options);
                 (!same || gain > 1e-6) && (!loses_name || gain >= options.unnamed * best.gains[at])
             });
         if let Some(better) = better {
@@ -363,7 +375,7 @@ pub(super) fn pruned<G: Gap>(
 }
 
 /// Leaves out what was sensible when it joined and is not any more, beside all that joined after it.
-fn sensible<G: Gap>(gap: &G, mut best: Hypothesis<G::Term>) -> Hypothesis<G::Term> {
+pub(super) fn sensible<G: Gap>(gap: &G, mut best: Hypothesis<G::Term>) -> Hypothesis<G::Term> {
     let absurd = |best: &Hypothesis<G::Term>| {
         (0..best.terms.len()).find(|&at| {
             let from = begins(gap, best, at);
@@ -410,7 +422,7 @@ fn compared<G: Gap>(
         if !fits || term == chosen {
             continue;
         }
-        rival.behind = rival.hypothesis.evidence() - best.evidence();
+        rival.behind = weighed(gap, &rival.hypothesis, options) - weighed(gap, best, options);
         // A more general law that explains the same is no rival, it is the same with more parameters;
         // and what does not explain anything is none either.
         let explains = without[rival.instead_of].evidence() - rival.hypothesis.evidence();

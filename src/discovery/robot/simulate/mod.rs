@@ -19,6 +19,7 @@ use acting::Acting;
 
 use super::chain::Chain;
 use super::data::{Channel, Quantity};
+use super::links;
 use super::load::Load;
 use super::plant::{Arm, Plant, Scene};
 use super::term::Term;
@@ -246,8 +247,43 @@ impl Model {
     pub fn count(&self) -> usize {
         let channels = self.scene.data.channels.iter();
         let predicted = channels.filter(|channel| self.is_predicted(channel.quantity));
+        predicted.map(|channel| self.judged(channel)).sum()
+    }
+
+    /// Returns by how much each residual falls for one unit more of a number of a body, in the order of
+    /// [`Self::residuals`].
+    pub(super) fn body_column(&self, body: usize, number: usize) -> Vec<f64> {
+        let change = |chain: &mut Chain| links::change(&mut chain.bodies[body], number, 1.0);
+        let column = self.scene.plant.column(&self.arm, change, 1.0);
+        let mut found = Vec::new();
+        for channel in &self.scene.data.channels {
+            if !self.is_predicted(channel.quantity) {
+                continue;
+            }
+            found.extend(self.scene.data.time.iter().enumerate().map(|(row, time)| {
+                if channel.quantity != Quantity::Torque || !self.is_judged(channel, row) {
+                    return 0.0;
+                }
+                GridPoint::at(&self.scene.plant, *time).of(&column, channel.index) / channel.noise
+            }));
+        }
+        found
+    }
+
+    /// Returns the same with other numbers of its bodies.
+    #[must_use]
+    pub(super) fn with_bodies(&self, changes: &[[f64; links::NUMBERS]]) -> Self {
+        let mut arm = self.arm.clone();
+        for (body, changes) in arm.chain.bodies.iter_mut().zip(changes) {
+            changes.iter().enumerate().for_each(|(k, by)| links::change(body, k, *by));
+        }
+        Self::new(arm, self.scene.clone(), self.loads.clone())
+    }
+
+    /// Returns how many rows of a channel are judged.
+    pub fn judged(&self, channel: &Channel) -> usize {
         let rows = self.scene.first_row..self.scene.last_row;
-        predicted.map(|c| rows.clone().filter(|&row| self.is_judged(c, row)).count()).sum()
+        rows.filter(|&row| self.is_judged(channel, row)).count()
     }
 
     /// Returns whether a channel's row counts.

@@ -1,0 +1,59 @@
+//! A real arm's logs: a UR10e without its controller, its torques worked out from motor currents; read in place and
+//! skipped where the folder is absent.
+//!
+//! What a textbook identification finds (rows low-passed at 6 Hz, least squares over all numbers of the links near the
+//! maker's, friction of both kinds, an offset and a rotor at every joint): viscous 18.3, 18.0, 8.7, 3.0, 2.1 and
+//! 2.9 N·m·s/rad, dry 13.7, 15.0, 5.7, 2.3, 2.9 and 2.4 N·m.
+
+use trueup::discovery::finding::{Effect, Finding, Value};
+use trueup::discovery::recording::{Map, Recording};
+use trueup::discovery::{Options, Subject, investigate};
+use trueup::motion::Robot;
+
+use crate::absent::public;
+
+const VISCOUS: [f64; 6] = [18.3, 18.0, 8.7, 3.0, 2.1, 2.9];
+const DRY: [f64; 6] = [13.7, 15.0, 5.7, 2.3, 2.9, 2.4];
+
+/// Effects that are numbers of links and rotors, which a maker's file has wrong or not at all.
+const NUMBERS: [&str; 3] = ["armature", "link_mass", "payload"];
+
+fn found(files: [&str; 3]) -> Option<Finding> {
+    let read = |name: &str| {
+        let path = public(&format!("ur10e_excitation/{name}"))?;
+        let text = std::fs::read_to_string(path).unwrap();
+        Some(Recording::read(name, &text, None, &Map::default()).unwrap())
+    };
+    let recordings: Option<Vec<Recording>> = files.into_iter().map(read).collect();
+    let robot = Robot::from_file(&public("ur10e_excitation/ur10e.urdf")?, None).unwrap();
+    let arm = Subject::Arm(&robot, &[]);
+    let found = investigate(&recordings?, arm, &Options::default(), &mut |_, _| {});
+    Some(found.unwrap().finding)
+}
+
+fn number(effect: &Effect, name: &str) -> f64 {
+    match effect.parameters.get(name).map(|parameter| &parameter.value) {
+        Some(Value::Number(value)) => *value,
+        other => panic!("{other:?} in {effect:?}"),
+    }
+}
+
+#[test]
+fn an_industrial_arm_rubs_in_two_ways_in_every_joint_and_nothing_else_is_invented() {
+    let Some(finding) = found(["u14.csv", "u15.csv", "ptp.csv"]) else { return };
+    for joint in 0..6 {
+        let seat = format!("joint_{}", joint + 1);
+        let at = |name: &str| finding.effects.iter().find(|e| e.name == name && e.at == seat);
+        let fluid = at("viscous_friction").unwrap_or_else(|| panic!("{seat}: {finding:#?}"));
+        let dry = at("coulomb_friction").unwrap_or_else(|| panic!("{seat}: {finding:#?}"));
+        let near = |found: f64, expected: f64| (found / expected - 1.0).abs() < 0.15;
+        assert!(near(number(fluid, "coefficient"), VISCOUS[joint]), "{fluid:?}");
+        assert!(near(number(dry, "torque"), DRY[joint]), "{dry:?}");
+    }
+    let other = |effect: &&Effect| {
+        !matches!(effect.name.as_str(), "viscous_friction" | "coulomb_friction" | "torque_offset")
+            && !NUMBERS.contains(&effect.name.as_str())
+    };
+    let others: Vec<&Effect> = finding.effects.iter().filter(other).collect();
+    assert!(others.is_empty(), "{others:#?}");
+}
