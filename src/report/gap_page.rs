@@ -103,6 +103,7 @@ mod tests {
     fn the_page_needs_nothing_from_outside_and_escapes_what_it_shows() {
         let split = Split { train: 2.0, heldout: 2.0 };
         let finding = Finding {
+            identified: Vec::new(),
             verdict: Verdict::Unknown,
             places: Vec::new(),
             effects: Vec::new(),
