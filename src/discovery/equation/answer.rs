@@ -27,6 +27,8 @@ pub(super) struct Report<'a> {
     pub(super) text: &'a str,
     pub(super) question: &'a Question<'a>,
     pub(super) search: &'a Search,
+    /// Whether what the best hypothesis leaves is noise.
+    pub(super) is_noise: bool,
     /// What explains the gap without a name, or fails to.
     pub(super) formula: Option<Formula>,
     pub(super) notes: Vec<String>,
@@ -86,7 +88,7 @@ impl Report<'_> {
             return Verdict::Unknown;
         }
         match shown.effects.len() {
-            0 if self.question.is_noise(shown) => Verdict::NothingMissing,
+            0 if self.is_noise => Verdict::NothingMissing,
             0 => Verdict::Unknown,
             _ if !self.doubtful().is_empty() => Verdict::Ambiguous,
             1 => Verdict::Named,

@@ -9,6 +9,7 @@
 //! Identification Techniques for ODE", 1983 (multiple shooting).
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
@@ -77,6 +78,8 @@ pub struct Task<'a> {
     pub params_fixed: bool,
     /// Of the parameters that are estimated those that stay as they are.
     pub held: Vec<usize>,
+    /// Counts the steps that are run, each as often as it has derivatives.
+    pub work: &'a AtomicU64,
 }
 
 /// Parameters and first values.
@@ -189,6 +192,7 @@ impl Task<'_> {
     ///
     /// [`BlowUp`] from the first window whose states are no longer finite.
     pub fn run(&self, point: &Point) -> Result<Vec<f64>, BlowUp> {
+        self.count(1);
         let n_out = self.model.outputs.len();
         let parts: Vec<Result<Vec<f64>, BlowUp>> = self
             .windows
@@ -213,6 +217,11 @@ impl Task<'_> {
             all.extend(part?);
         }
         Ok(all)
+    }
+
+    fn count(&self, columns: usize) {
+        let steps = self.n_rows() * self.scheme.substeps * columns;
+        self.work.fetch_add(steps as u64, Ordering::Relaxed);
     }
 
     /// Measured minus model by output.
@@ -386,6 +395,7 @@ impl Problem for Shooting<'_> {
         let task = self.task;
         let point = task.point(x, self.like);
         let n_params = task.n_params();
+        task.count(1 + task.model.params.len() + task.model.states.len());
         let n_out = task.model.outputs.len();
         let parts: Vec<Option<Vec<f64>>> = task
             .windows

@@ -1,5 +1,8 @@
 //! Fits of whole model texts: how recordings are cut and run, and how well it went.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use super::compile::{Compiled, compile};
 use super::data::{Data, rms, std};
 use super::edit::model_in;
@@ -28,6 +31,8 @@ pub struct Bench {
     pub row: f64,
     /// Free parameters that stay where the model's text has them.
     pub anchored: Vec<String>,
+    /// Counts the steps that are run, of all that was cloned from this.
+    pub work: Arc<AtomicU64>,
 }
 
 /// A model text fitted to the recordings.
@@ -48,6 +53,8 @@ const RAMP: f64 = 0.003;
 const ROUGH_RAMP: f64 = 1e-3;
 /// Windows, evenly over all of them, from which usual sizes are taken.
 const SIZED: usize = 16;
+/// Most steps of all fits together, each counted as often as it has derivatives: a few minutes on two cores.
+const MOST_WORK: u64 = 600_000_000;
 
 impl Bench {
     /// The task of fitting a model to the training data.
@@ -66,7 +73,13 @@ impl Bench {
             all_starts_free: self.all_starts_free,
             params_fixed: false,
             held: places(model, &self.anchored),
+            work: &self.work,
         }
+    }
+
+    /// Whether so much has been run that nothing more is searched for.
+    pub fn is_spent(&self) -> bool {
+        self.work.load(Ordering::Relaxed) > MOST_WORK
     }
 
     /// Reads a text's model and sets its ramps by what stands in them at `point`.
@@ -232,12 +245,21 @@ impl Bench {
         let Some(found) = found.filter(|e| e.residuals.iter().all(|r| !r.is_empty())) else {
             return false;
         };
-        if found.rms().iter().zip(&self.scales).any(|(r, s)| *r > CLOSE * s) {
+        let limit = self.followed();
+        if found.rms().iter().zip(&self.scales).any(|(r, s)| *r > limit * s) {
             return false;
         }
         self.rows = rows;
         fitted.train = found;
         true
+    }
+
+    /// The part of the signal's spread within which a model must follow for its stretches to grow. With nothing
+    /// from outside all that it carries on is its own, and what it lacks is seen the better the longer it runs:
+    /// it must only not lose its way.
+    pub fn followed(&self) -> f64 {
+        let is_free = self.train.iter().all(|d| d.inputs.is_empty());
+        if is_free { ASTRAY } else { CLOSE }
     }
 
     /// A point for these windows from one for the windows of `before`: each begins where the nearest began.
@@ -306,6 +328,8 @@ pub(super) const FEWEST: usize = 5;
 
 /// A model that misses less than this part of the signal's spread follows it closely.
 pub const CLOSE: f64 = 0.01;
+/// One that misses more than this part has lost its way: in a swing it is a quarter of a turn off.
+const ASTRAY: f64 = 0.5;
 
 /// Least evidence for a shift of the inputs within a row.
 const SHIFT_EVIDENCE: f64 = 12.0;

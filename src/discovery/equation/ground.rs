@@ -1,6 +1,7 @@
 //! What the candidates are made from: how far states, rates and signals go along the recordings.
 
 use super::candidates::{Ground, Range};
+use super::compile::Compiled;
 use super::data::Data;
 use super::fitting::Fitted;
 use super::hypothesis::Question;
@@ -15,6 +16,7 @@ impl Question<'_> {
         let bench = &self.bench;
         let n = compiled.states.len();
         let columns = self.along(fitted);
+        let paths: Vec<Vec<f64>> = (0..n).map(|s| self.path(compiled, s, &columns)).collect();
         let of = |column: &Vec<f64>| Range::of(column.iter().copied());
         let over = |pick: &dyn Fn(&Data) -> &Vec<f64>| {
             let all: Vec<f64> = bench.train.iter().flat_map(|d| pick(d).iter().copied()).collect();
@@ -28,6 +30,8 @@ impl Question<'_> {
             compiled,
             states: columns[..n].iter().map(of).collect(),
             rates: columns[n..].iter().map(of).collect(),
+            turns: paths.iter().map(|path| turns(path)).collect(),
+            still: paths.iter().map(|path| still(path)).collect(),
             inputs: (0..compiled.inputs.len()).map(|i| over(&|d| &d.inputs[i])).collect(),
             outputs: (0..compiled.outputs.len()).map(|o| over(&|d| &d.outputs[o])).collect(),
             step,
@@ -35,6 +39,18 @@ impl Question<'_> {
             duration,
             stretch: bench.rows.map_or(duration, |rows| duration.min(rows as f64 * step)),
             lines: self.hums(fitted),
+        }
+    }
+
+    /// How a state goes, or the one that it is the rate of: as measured where that is, since a model that lacks
+    /// something may go elsewhere, else as simulated.
+    fn path(&self, compiled: &Compiled, state: usize, columns: &[Vec<f64>]) -> Vec<f64> {
+        let n = compiled.states.len();
+        let own = compiled.state_regs[state];
+        let place = (0..n).find(|q| *q != state && compiled.rates[*q] == own).unwrap_or(state);
+        match compiled.outputs.iter().position(|output| output.state == Some(place)) {
+            Some(o) => self.bench.train.iter().flat_map(|d| d.outputs[o].iter().copied()).collect(),
+            None => columns[place].clone(),
         }
     }
 
@@ -97,5 +113,54 @@ impl Question<'_> {
         found.retain(|f| of_motion.iter().all(|g| (f - g).abs() > apart));
         found.truncate(2);
         found
+    }
+}
+
+/// The part of the time that a signal stands still: goes less than a fiftieth as far in a fiftieth of the time as it
+/// does where it is fastest.
+fn still(values: &[f64]) -> f64 {
+    let apart = (values.len() / 50).max(1);
+    let gone: Vec<f64> =
+        values.iter().zip(values.iter().skip(apart)).map(|(a, b)| (b - a).abs()).collect();
+    let farthest = gone.iter().copied().fold(0.0, f64::max);
+    let near = gone.iter().filter(|way| **way <= 0.02 * farthest).count();
+    near as f64 / gone.len().max(1) as f64
+}
+
+/// How often a signal turns round: goes back by a twentieth of all the way there is.
+fn turns(values: &[f64]) -> usize {
+    let range = Range::of(values.iter().copied());
+    let back = 0.05 * (range.high - range.low);
+    let Some(first) = values.first() else { return 0 };
+    let (mut farthest, mut way, mut count) = (*first, 0.0, 0);
+    for value in values {
+        let gone = value - farthest;
+        if way * gone > 0.0 {
+            farthest = *value;
+        } else if gone.abs() > back {
+            count += usize::from(way != 0.0);
+            (farthest, way) = (*value, gone.signum());
+        }
+    }
+    count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{still, turns};
+
+    #[test]
+    fn a_wave_turns_twice_a_period_and_a_fall_never() {
+        let wave: Vec<f64> = (0..1000).map(|i| (f64::from(i) * 0.0314159).sin()).collect();
+        assert_eq!(turns(&wave), 10);
+        let thrown: Vec<f64> = (0..50).map(|i| 0.1 - 0.01 * f64::from(i * i)).collect();
+        assert_eq!(turns(&thrown), 0);
+        assert!(still(&thrown) < 0.1, "{}", still(&thrown));
+    }
+
+    #[test]
+    fn what_slides_to_a_stop_comes_to_rest() {
+        let slid: Vec<f64> = (0..100).map(|i| -f64::from(100 - i.min(80)).powi(2)).collect();
+        assert!(still(&slid) > 0.1, "{}", still(&slid));
     }
 }

@@ -1,12 +1,11 @@
 //! A set of effects fitted together, and how two such sets compare.
 //!
-//! An effect must pay three times: by the Bayesian information criterion on the data fitted, with residuals
-//! counted by how independent they are and a charge for every candidate tried; by a smaller gap on data
-//! held out; and by explaining more than the part of what is explained already that the laws named so
-//! far may get wrong.
+//! An effect must pay four times: by the Bayesian information criterion on the data fitted, with residuals
+//! counted by how independent they are, a charge for every candidate tried and one for how rare it is; by a
+//! smaller gap on data held out; by explaining more than the part of what is explained already that the laws
+//! named so far may get wrong; and by taking a good part of what is left.
 
-use super::candidates::Candidate;
-use super::data::mean;
+use super::candidates::{Candidate, price};
 use super::edit::{NewParam, Patch};
 use super::estimate::Estimate;
 use super::fitting::{Bench, Fitted};
@@ -42,6 +41,11 @@ impl Hypothesis {
         Self { effects, fitted, held, whites }
     }
 
+    /// What its effects cost for how rare they are.
+    fn price(&self) -> f64 {
+        self.effects.iter().map(|e| price(e.candidate.kind)).sum()
+    }
+
     /// How many values were estimated on the data fitted.
     pub fn n_free(&self) -> usize {
         let starts = self.fitted.train.point.starts.iter().flatten().flatten().count();
@@ -52,25 +56,34 @@ impl Hypothesis {
 /// How one hypothesis compares with another that it extends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gain {
-    /// Fall of the information criterion on the data fitted.
+    /// Fall of the information criterion on the data fitted, prices included.
     pub bic: f64,
+    /// What of it was charged for the choice among many.
+    pub charge: f64,
     /// Twice the log likelihood ratio on the data held out.
     pub held: f64,
     /// Part by which the root mean square on held-out data falls.
     pub held_rms: f64,
-    /// The same on the data fitted.
-    pub train_rms: f64,
-    /// How white the residuals of the richer one are on held-out data.
-    pub white: f64,
     /// What the richer one explains more, as a part of what the poorer one explains: root mean squares,
     /// the smaller of both sets of data.
     pub part: f64,
+    /// Part by which what is left beyond the noise falls: root mean squares, the smaller of both sets of data.
+    pub taken: f64,
+    /// The part that must be taken for an effect to be named.
+    pub needed: f64,
 }
 
 impl Gain {
     /// Nothing gained.
-    pub const NONE: Self =
-        Self { bic: 0.0, held: 0.0, held_rms: 0.0, train_rms: 0.0, white: 1.0, part: 0.0 };
+    pub const NONE: Self = Self {
+        bic: 0.0,
+        charge: 0.0,
+        held: 0.0,
+        held_rms: 0.0,
+        part: 0.0,
+        taken: 0.0,
+        needed: MATTERS,
+    };
 
     /// All that speaks for the richer model: nothing is fitted to the held-out data but first values, so
     /// what it gains there counts in full.
@@ -78,26 +91,30 @@ impl Gain {
         self.bic + self.held
     }
 
-    /// Whether it is enough for an effect to be named.
+    /// Whether it is enough for an effect to be named: the data fitted and those held out both speak for it, and
+    /// together for the choice among many as well.
     pub fn pays(&self) -> bool {
-        let needed = LEAST_SHRINK * (1.0 - self.white).clamp(0.0, 1.0);
-        self.evidence() >= LEAST_EVIDENCE
-            && self.held > 1.0
-            && self.part > IMPERFECTION
-            && self.held_rms > needed
-            && self.train_rms > needed.min(0.5 * LEAST_SHRINK)
+        let fitted = self.bic + self.charge;
+        let is_agreed = self.evidence() >= LEAST_EVIDENCE && fitted > 0.0 && self.held > 1.0;
+        is_agreed && self.part > IMPERFECTION && self.taken > self.needed
     }
 }
 
 /// Least evidence for an effect to be named: "very strong" on the scale of Kass and Raftery, 1995.
 pub const LEAST_EVIDENCE: f64 = 10.0;
-/// Least part by which the held-out gap must fall where what is left is not noise.
-pub const LEAST_SHRINK: f64 = 0.04;
+/// Least part of what is left beyond the noise that an effect takes to be named; and of the signal's spread that
+/// makes coloured residuals more than an error of measurement.
+pub const MATTERS: f64 = 0.1;
+/// Most of something.
+pub const MOST: f64 = 0.5;
 /// A law is right to this part and no better: a smooth `sign`, an input between two rows, a coefficient
 /// that is no constant. What explains less than this part of what is explained already is not named.
 pub const IMPERFECTION: f64 = 0.02;
 /// Two explanations this near each other in criterion are not told apart.
 pub const TIE: f64 = 6.0;
+/// Held-out data that are described worse than the fitted ones by more than this factor, beyond what a law may
+/// get wrong, are of another machine, or show what the fitted ones do not.
+const FAR_WORSE: f64 = 2.0;
 
 /// What a search needs to know.
 #[derive(Debug, Clone)]
@@ -117,36 +134,52 @@ pub struct Question<'a> {
 impl Question<'_> {
     /// Compares `rich` with `poor`.
     pub fn gain(&self, poor: &Hypothesis, rich: &Hypothesis, n_tried: usize) -> Gain {
-        let effective = |h: &Hypothesis, set: usize| -> Vec<f64> {
-            let sums = if set == 0 { &h.fitted.train.sums } else { &h.held.sums };
-            h.whites[set].iter().zip(sums).map(|(w, (_, n))| w * *n as f64).collect()
+        self.gain_among(poor, rich, n_tried, &rich.whites)
+    }
+
+    /// As [`Self::gain`], with residuals as independent as `whites` says: those that are compared with each other
+    /// count the same rows.
+    pub fn gain_among(
+        &self,
+        poor: &Hypothesis,
+        rich: &Hypothesis,
+        n_tried: usize,
+        whites: &[Vec<f64>; 2],
+    ) -> Gain {
+        let effective = |sums: &[(f64, usize)], set: usize| -> Vec<f64> {
+            whites[set].iter().zip(sums).map(|(w, (_, n))| w * *n as f64).collect()
         };
-        let on_train = effective(rich, 0);
+        let on_train = effective(&rich.fitted.train.sums, 0);
         let total: f64 = on_train.iter().sum();
         let (before, after) = (&poor.fitted.train, &rich.fitted.train);
         let ratio = twice_log_ratio(&before.sums, &after.sums, &on_train, &self.floors);
         let extra = rich.n_free() as f64 - poor.n_free() as f64;
-        let bic = ratio - extra * total.max(2.0).ln() - 2.0 * (n_tried.max(1) as f64).ln();
-        let held =
-            twice_log_ratio(&poor.held.sums, &rich.held.sums, &effective(rich, 1), &self.floors);
+        let charge = 2.0 * (n_tried.max(1) as f64).ln();
+        let bic = ratio - extra * total.max(2.0).ln() - charge - (rich.price() - poor.price());
+        let on_held = effective(&rich.held.sums, 1);
+        let held = twice_log_ratio(&poor.held.sums, &rich.held.sums, &on_held, &self.floors);
         let sizes = |h: &Hypothesis| [self.size(&h.fitted.train), self.size(&h.held)];
         let (was, is) = (sizes(poor), sizes(rich));
-        let part = (0..2)
-            .map(|set| {
-                let (was, is) = (was[set].powi(2), is[set].powi(2));
-                // What is left when all that could be explained is explained may be the poorer one's size.
-                let explained = (self.whole[set] - was).max(0.0);
-                ((was - is).max(0.0) / explained.max(1e-300)).sqrt()
-            })
-            .fold(f64::INFINITY, f64::min);
-        Gain {
-            bic,
-            held,
-            held_rms: 1.0 - is[1] / was[1].max(1e-300),
-            train_rms: 1.0 - is[0] / was[0].max(1e-300),
-            white: mean(&rich.whites[1]),
-            part,
-        }
+        let least = |of: &dyn Fn(usize) -> f64| f64::min(of(0), of(1));
+        let part = least(&|set| {
+            let (was, is) = (was[set].powi(2), is[set].powi(2));
+            // What is left when all that could be explained is explained may be the poorer one's size.
+            // Of what runs away without the first effect no more than the signal can be explained.
+            let explained = (self.whole[set] - was).clamp(0.0, 1.0);
+            ((was - is).max(0.0) / explained.max(1e-300)).sqrt()
+        });
+        let beyond = [[&poor.fitted.train, &rich.fitted.train], [&poor.held, &rich.held]]
+            .map(|pair| pair.map(|e| self.beyond(e)));
+        let taken = least(&|set| 1.0 - beyond[set][1] / beyond[set][0].max(1e-300));
+        // Below what a law may get wrong lies a bit of everything: a name must be most of that, or all but noise.
+        let is_below = was[0].max(was[1]) < IMPERFECTION && !self.is_white(rich);
+        let needed = if is_below { MOST } else { MATTERS };
+        Gain { bic, charge, held, held_rms: 1.0 - is[1] / was[1].max(1e-300), part, taken, needed }
+    }
+
+    /// What is left of an estimate beyond the noise, in units of the scales.
+    pub fn beyond(&self, estimate: &Estimate) -> f64 {
+        (self.size(estimate).powi(2) - self.noise_floor().powi(2)).max(0.0).sqrt()
     }
 
     /// Root mean square of an estimate's residuals over outputs, in units of the scales.
@@ -163,8 +196,20 @@ impl Question<'_> {
         (sum / self.bench.scales.len().max(1) as f64).sqrt()
     }
 
-    /// Whether what is left looks like noise: white, or as small as the noise is known to be.
+    /// Whether the data held out are described far worse than the fitted ones.
+    pub fn is_far_worse(&self, h: &Hypothesis) -> bool {
+        self.size(&h.held) > FAR_WORSE * self.size(&h.fitted.train) + IMPERFECTION
+    }
+
+    /// Whether what is left looks like noise: as small as the noise is known to be, or white; or of another colour,
+    /// if it is small beside the signal and follows nothing that the model has.
     pub fn is_noise(&self, h: &Hypothesis) -> bool {
+        let is_small = || self.size(&h.fitted.train).max(self.size(&h.held)) < MATTERS;
+        !self.is_far_worse(h) && (self.is_white(h) || is_small() && !self.follows_something(h))
+    }
+
+    /// Whether what is left is as small as the noise is known to be, or white.
+    fn is_white(&self, h: &Hypothesis) -> bool {
         let noise = &self.bench.train[0].noise;
         let rms = h.fitted.train.rms();
         (0..rms.len()).all(|o| {

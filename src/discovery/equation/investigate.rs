@@ -11,7 +11,9 @@ use super::baseline::{NoFit, baseline};
 use super::compile::compile;
 use super::edit::model_in;
 use super::hypothesis::Question;
-use super::prepare::{about_inputs, about_stretches, about_trade, free_starts, prepare};
+use super::prepare::{
+    about_inputs, about_stretches, about_trade, about_work, free_starts, prepare,
+};
 
 /// How to investigate.
 #[derive(Debug, Clone, PartialEq)]
@@ -137,10 +139,17 @@ pub fn investigate(
             rows: recordings.iter().map(Recording::n_rows).sum(),
         })?,
     };
+    notes.extend(about_work(&question.bench));
     notes.extend(about_stretches(&question.bench));
     notes.extend(about_trade(&search.nominal.fitted));
     notes.extend(about_inputs(&question.bench, &compiled));
     progress("looking at what is left", 0.95);
-    let formula = question.unnamed(&mut search);
-    Ok(Report { path, text, question: &question, search: &search, formula, notes }.outcome())
+    if !question.explains_most(&search) {
+        search.forget();
+    }
+    let is_noise = question.is_noise(&search.best);
+    let formula = if is_noise { None } else { question.unnamed(&mut search) };
+    let report =
+        Report { path, text, question: &question, search: &search, is_noise, formula, notes };
+    Ok(report.outcome())
 }

@@ -11,6 +11,8 @@ use super::hypothesis::{Chosen, Hypothesis, LEAST_EVIDENCE, Question, with_value
 
 /// A gain beyond this either way says that what it scales does not act, or that nothing else does.
 const LARGEST_GAIN: f64 = 1e4;
+/// A gain this near to 1 is one: no bench calibrates a scale better, or knows its input better between rows.
+const NEAR_ONE: f64 = 1e-3;
 /// A gain within so many standard deviations of 0 says that what it scales does not act.
 const NO_GAIN: f64 = 5.0;
 /// The part of a shape's range that counts as its end.
@@ -101,6 +103,7 @@ pub(super) fn says_nothing(kind: &str, patch: &Patch) -> bool {
         let gain = (p.neutral == Some(1.0)).then_some(p.value.abs());
         !p.value.is_finite()
             || gain.is_some_and(|g| !(1.0 / LARGEST_GAIN..LARGEST_GAIN).contains(&g))
+            || p.neutral == Some(1.0) && (p.value - 1.0).abs() < NEAR_ONE
             || gain.zip(p.std).is_some_and(|(g, std)| std.is_finite() && g < NO_GAIN * std)
     });
     // A shape at the end of its range is that of no effect, or of another one.
@@ -162,6 +165,7 @@ mod tests {
         assert!(refused("input_gain", &[gain(1e-9, 1e-12)]), "nothing acts any more");
         assert!(refused("input_gain", &[gain(-0.0018, 6e-4)]), "it may as well be 0");
         assert!(refused("input_gain", &[gain(1.01, 0.02)]));
+        assert!(refused("input_gain", &[gain(0.9999, 1e-5)]), "nobody knows a scale so well");
         let shape = |value, std| number(None, value, std);
         assert!(!refused("input_delay", &[shape(5.0, 0.1)]));
         assert!(
@@ -206,6 +210,7 @@ mod tests {
             scales: vec![1.0],
             row: 0.1,
             anchored: Vec::new(),
+            work: std::sync::Arc::default(),
         };
         let compiled = bench.prepare(&text, "m").unwrap();
         let point = Point { params: vec![0.5], starts: vec![vec![None]] };

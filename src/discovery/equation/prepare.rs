@@ -1,5 +1,7 @@
 //! Recordings → what is fitted and what is held out, thinned and scaled.
 
+use std::sync::Arc;
+
 use crate::units::significant;
 
 use super::super::recording::Recording;
@@ -29,6 +31,13 @@ pub(super) fn about_inputs(bench: &Bench, model: &Compiled) -> Option<String> {
         "{joined}, and act {} s {way} than written; less than a row is a matter of how the recording was taken, and no effect",
         significant(shift.abs(), 2)
     ))
+}
+
+/// That the search was ended before it was over, in words.
+pub(super) fn about_work(bench: &Bench) -> Option<String> {
+    bench.is_spent().then(|| {
+        "the search was ended when its work was spent: fewer rows, or a model nearer to the machine, take less".into()
+    })
 }
 
 /// How long the stretches are in which a model is run, in words.
@@ -127,6 +136,7 @@ pub(super) fn prepare(
         scales,
         row,
         anchored: Vec::new(),
+        work: Arc::default(),
     })
 }
 

@@ -20,6 +20,8 @@ pub struct Rival {
     pub delta_bic: f64,
     /// How much larger its held-out root mean square is, as a part.
     pub held_worse: f64,
+    /// How much less the held-out data speak for it: twice the log likelihood ratio.
+    pub delta_held: f64,
     /// How many more parameters it needs than the one chosen, below 0 for fewer; a state's first value is
     /// none.
     pub more: isize,
@@ -48,7 +50,9 @@ impl Rival {
                 || self.candidate.within.contains(&of.kind));
         // What needs more parameters to say no more is none either.
         let idle = self.more > 0 && self.delta_bic > 0.0;
-        let is_near = self.delta_bic < TIE && self.held_worse < WORSE;
+        // Of few independent rows a larger gap says little.
+        let held_is_near = self.held_worse < WORSE || self.delta_held < TIE;
+        let is_near = self.delta_bic < TIE && held_is_near;
         !nested && !idle && (is_near || self.differs_at_rest)
     }
 
@@ -103,14 +107,23 @@ impl Question<'_> {
                 if hypothesis.is_degenerate(other) {
                     return None;
                 }
-                let delta_bic = gain.bic - self.gain(&without, &hypothesis, 1).bic;
+                let its = self.gain_among(&without, &hypothesis, 1, &best.whites);
+                let (delta_bic, delta_held) = (gain.bic - its.bic, gain.held - its.held);
                 let size = |h: &Hypothesis| self.size(&h.held);
                 let held_worse = size(&hypothesis) / size(best).max(1e-300) - 1.0;
                 let n_params = |h: &Hypothesis| h.fitted.compiled.params.len();
                 let more = n_params(&hypothesis).cast_signed() - n_params(best).cast_signed();
                 let candidate = other.candidate.clone();
                 let differs_at_rest = is_at_rest && delta_bic < NEARLY * gain.bic;
-                Some(Rival { candidate, hypothesis, delta_bic, held_worse, more, differs_at_rest })
+                Some(Rival {
+                    candidate,
+                    hypothesis,
+                    delta_bic,
+                    held_worse,
+                    delta_held,
+                    more,
+                    differs_at_rest,
+                })
             })
             .collect();
         let mut rivals: Vec<Rival> = rivals.into_iter().flatten().collect();
@@ -130,17 +143,32 @@ impl Question<'_> {
         };
         let Some(model) = model_in(&best.fitted.text, self.name) else { return Vec::new() };
         let ground = self.ground(&best.fitted, &model);
-        let one_way = |state: &str| {
-            let found = ground.compiled.states.iter().position(|s| s.name == state);
-            found.is_some_and(|s| ground.states[s].is_one_way())
-        };
         let is_free = |c: &Candidate| best.effects.iter().all(|e| !e.candidate.excludes(c));
         candidates(&ground)
             .into_iter()
             .filter(|c| c.kind == other && is_free(c))
-            .filter(|c| one_way(if other == DRY { &c.at } else { &own.candidate.at }))
+            .filter(|c| ground.is_one_way(if other == DRY { &c.at } else { &own.candidate.at }))
             .filter_map(|c| Some(Chosen { patch: c.patches.first()?.clone(), candidate: c }))
             .collect()
+    }
+}
+
+impl Question<'_> {
+    /// Of what is tried, the friction that is the same as a chosen offset as long as everything moves one way. It is the
+    /// nearer reading: what moves rubs, and at standstill, where alone they part, neither law says what happens.
+    pub(super) fn rubs<'t>(&self, chosen: &'t Tried, round: &'t [Tried]) -> Option<&'t Tried> {
+        let offset = chosen.0.effects.last()?.candidate.kind;
+        let model = model_in(&chosen.0.fitted.text, self.name)?;
+        let ground = self.ground(&chosen.0.fitted, &model);
+        let is_offset = offset == OFFSET || offset == "output_offset";
+        round.iter().find(|(other, gain)| {
+            let is_dry = other.effects.last().is_some_and(|e| {
+                let kind = e.candidate.kind;
+                (kind == DRY || kind == "coulomb_friction") && ground.is_one_way(&e.candidate.at)
+            });
+            let is_same = gain.evidence() > NEARLY * chosen.1.evidence();
+            is_offset && is_dry && is_same && gain.pays()
+        })
     }
 }
 

@@ -8,9 +8,9 @@ use rayon::prelude::*;
 
 use super::candidates::{Candidate, candidates};
 use super::edit::{Patch, apply, model_in};
-use super::fitting::{CLOSE, Fitted};
+use super::fitting::Fitted;
 use super::hypothesis::{
-    Chosen, Gain, Hypothesis, IMPERFECTION, LEAST_EVIDENCE, Question, TIE, with_values,
+    Chosen, Gain, Hypothesis, IMPERFECTION, MATTERS, MOST, Question, TIE, with_values,
 };
 use super::meaning::says_nothing;
 use super::rivals::Rival;
@@ -26,6 +26,14 @@ pub struct Search {
     pub judged: Vec<(Gain, Vec<Rival>)>,
     /// How many candidates were tried at once.
     pub n_tried: usize,
+}
+
+impl Search {
+    /// Takes back every effect.
+    pub(super) fn forget(&mut self) {
+        self.best = self.nominal.clone();
+        self.judged.clear();
+    }
 }
 
 /// A candidate that was fitted in full, with what it gains.
@@ -52,16 +60,20 @@ impl Question<'_> {
         let mut best = nominal.clone();
         let mut rounds: Vec<Vec<Tried>> = Vec::new();
         let mut n_tried = 0;
-        while best.effects.len() < MOST_EFFECTS && rounds.len() < MOST_TURNS {
+        while best.effects.len() < MOST_EFFECTS
+            && rounds.len() < MOST_TURNS
+            && !self.bench.is_spent()
+        {
             if !self.is_sound(&best) {
                 best = self.refuse(&nominal, best);
             }
             let done = best.effects.len() as f64 / (MOST_EFFECTS as f64 + 1.0);
             progress("fitting the model with every effect at every place", done);
-            let (mut round, tried) = self.round(&best, SHORTLIST);
+            let (round, tried) = self.round(&best, SHORTLIST);
             n_tried = n_tried.max(tried);
-            round.extend(self.widened(&nominal, &best, tried));
-            round.sort_by(|a, b| b.1.evidence().total_cmp(&a.1.evidence()));
+            let mut all: Vec<Hypothesis> = round.into_iter().map(|(rich, _)| rich).collect();
+            all.extend(self.widened(&nominal, &best));
+            let round = self.weighed(&best, all, tried);
             let accepted = self.simplest(&round).cloned().or_else(|| self.pair(&best, &round));
             let Some((mut next, _)) = accepted else {
                 if self.lengthen(&mut nominal, &mut best) {
@@ -95,6 +107,13 @@ impl Question<'_> {
         Some(Search { nominal, best, judged, n_tried })
     }
 
+    /// Whether the effects take most of the gap beyond the noise, or leave nothing but noise: what explains less is
+    /// no list of what is missing.
+    pub(super) fn explains_most(&self, search: &Search) -> bool {
+        let [was, is] = [&search.nominal, &search.best].map(|h| self.beyond(&h.held));
+        search.best.effects.is_empty() || is < MOST * was || self.is_noise(&search.best)
+    }
+
     /// Keeps the size of the gap that is to be explained.
     fn measure(&mut self, nominal: &Hypothesis) {
         self.whole = [&nominal.fitted.train, &nominal.held].map(|e| self.size(e).powi(2));
@@ -124,7 +143,7 @@ impl Question<'_> {
         let before = self.bench.clone();
         let mut fitted = best.fitted.clone();
         // What goes astray on held-out data already would judge nothing over longer ones.
-        if self.size(&best.held) > CLOSE || !self.bench.lengthen(&mut fitted) {
+        if self.size(&best.held) > self.bench.followed() || !self.bench.lengthen(&mut fitted) {
             return false;
         }
         let longer = |this: &Self| -> Option<(Hypothesis, Hypothesis)> {
@@ -152,12 +171,12 @@ impl Question<'_> {
             let (amounts, shapes) = patch.amounts_and_shapes();
             let remembered = self.begun(&text, patch, &base.fitted);
             let parent = remembered.as_ref().unwrap_or(&base.fitted);
-            // From no effect at all one step of Gauss and Newton is nearly the whole way; a shape alone is found
-            // on the way. Beside an amount a shape stays where it is, or it runs off before there is
-            // anything to have a shape.
+            // From no effect at all one step of Gauss and Newton is nearly the whole way, a few are where something
+            // runs on by itself for long; a shape alone is found on the way. Beside an amount a shape stays where it
+            // is, or it runs off before there is anything to have a shape.
             let is_grid = amounts > 0 && shapes > 0 && remembered.is_none();
             let (steps, held) = match (shapes, is_grid) {
-                (0, _) => (2, Vec::new()),
+                (0, _) => (6, Vec::new()),
                 (_, true) => (3, patch.shapes().map(|p| p.name.clone()).collect()),
                 _ => (4, Vec::new()),
             };
@@ -213,10 +232,15 @@ impl Question<'_> {
         // A richer form of the same name waits until the plain one is there; along whole recordings, where its
         // beginning is a good one, it need not.
         let plain = all.clone();
+        // What an effect brought along has no effects of its own.
+        let brought = |at: &String| {
+            base.effects.iter().flat_map(|e| &e.patch.states).any(|(state, _)| state == at)
+        };
         all.retain(|c| {
             let is_richer = self.bench.rows.is_some()
                 && plain.iter().any(|p| p.kind == c.kind && p.is_special(c));
             !is_richer
+                && !brought(&c.at)
                 && !self.is_refused(c)
                 && base.effects.iter().all(|e| !e.candidate.excludes(c))
         });
@@ -229,21 +253,38 @@ impl Question<'_> {
             screened.into_iter().flatten().collect();
         screened.sort_by(|a, b| self.cost(&a.0).total_cmp(&self.cost(&b.0)));
         screened.truncate(shortlist);
-        let full: Vec<Option<Tried>> = screened
+        let full: Vec<Option<Hypothesis>> = screened
             .into_par_iter()
             .map(|(fitted, patch, candidate)| {
-                let (rich, _) = self.in_full(base, fitted, Chosen { candidate, patch })?;
-                let gain = self.gain(base, &rich, n_tried);
-                Some((rich, gain))
+                self.in_full(base, fitted, Chosen { candidate, patch })
             })
             .collect();
-        let mut full: Vec<Tried> = full.into_iter().flatten().collect();
-        full.sort_by(|a, b| b.1.evidence().total_cmp(&a.1.evidence()));
-        (full, n_tried)
+        (self.weighed(base, full.into_iter().flatten().collect(), n_tried), n_tried)
+    }
+
+    /// What hypotheses gain over a base, best first: their residuals are as independent as those of the one that
+    /// fits best, so that none counts more rows than another.
+    fn weighed(&self, base: &Hypothesis, all: Vec<Hypothesis>, n_tried: usize) -> Vec<Tried> {
+        let nearest = |a: &&Hypothesis, b: &&Hypothesis| {
+            self.cost(&a.fitted).total_cmp(&self.cost(&b.fitted))
+        };
+        let Some(whites) = all.iter().min_by(nearest).map(|h| h.whites.clone()) else {
+            return Vec::new();
+        };
+        let gain = |rich: &Hypothesis| self.gain_among(base, rich, n_tried, &whites);
+        let mut tried: Vec<Tried> = all
+            .into_iter()
+            .map(|rich| {
+                let gain = gain(&rich);
+                (rich, gain)
+            })
+            .collect();
+        tried.sort_by(|a, b| b.1.evidence().total_cmp(&a.1.evidence()));
+        tried
     }
 
     /// A general effect in the place of one already chosen that is its special case.
-    fn widened(&self, nominal: &Hypothesis, base: &Hypothesis, n_tried: usize) -> Vec<Tried> {
+    fn widened(&self, nominal: &Hypothesis, base: &Hypothesis) -> Vec<Hypothesis> {
         let mut found = Vec::new();
         for (i, effect) in base.effects.iter().enumerate() {
             let own = &effect.candidate;
@@ -267,13 +308,11 @@ impl Question<'_> {
             let task = self.bench.task(child);
             let at = self.bench.inherit(child, &parent.compiled, &parent.train.point, &task);
             poor.fitted.train.point = at;
-            let tried: Vec<Option<Tried>> = general
+            let tried: Vec<Option<Hypothesis>> = general
                 .into_par_iter()
                 .map(|candidate| {
                     let (fitted, patch) = self.screen(&poor, &candidate)?;
-                    let (rich, _) = self.in_full(&poor, fitted, Chosen { candidate, patch })?;
-                    let gain = self.gain(base, &rich, n_tried);
-                    Some((rich, gain))
+                    self.in_full(&poor, fitted, Chosen { candidate, patch })
                 })
                 .collect();
             found.extend(tried.into_iter().flatten());
@@ -282,7 +321,7 @@ impl Question<'_> {
     }
 
     /// Fits what was screened in full and judges it; `None` when it is no effect after all.
-    fn in_full(&self, base: &Hypothesis, screened: Fitted, chosen: Chosen) -> Option<Tried> {
+    fn in_full(&self, base: &Hypothesis, screened: Fitted, chosen: Chosen) -> Option<Hypothesis> {
         let text = screened.text.clone();
         let fitted = self.bench.fit(&text, self.name, &screened, 40).unwrap_or(screened);
         let mut effects = base.effects.clone();
@@ -292,8 +331,7 @@ impl Question<'_> {
         if rich.is_degenerate(last) || self.is_idle(&rich, last) {
             return None;
         }
-        let gain = self.gain(base, &rich, 1);
-        Some((rich, gain))
+        Some(rich)
     }
 
     /// Of the candidates that pay, the best, or one with fewer values that is nearly as good.
@@ -304,36 +342,37 @@ impl Question<'_> {
                 chosen = other;
             }
         }
-        Some(chosen)
+        Some(self.rubs(chosen, round).unwrap_or(chosen))
     }
 
     /// Whether a hypothesis with more values says more than one with fewer.
     pub(super) fn is_richer(&self, poor: &Hypothesis, rich: &Hypothesis) -> bool {
-        let gain = self.gain(poor, rich, 1);
-        gain.evidence() >= LEAST_EVIDENCE && gain.held > 1.0 && gain.part > IMPERFECTION
+        self.gain(poor, rich, 1).pays()
     }
 
     /// Two effects that pay only together, each hiding the other: the nearest misses, each with a round
     /// of its own.
     fn pair(&self, base: &Hypothesis, round: &[Tried]) -> Option<Tried> {
         let coloured = base.whites[0].iter().any(|white| *white < 0.3);
-        if !coloured || base.effects.len() + 2 > MOST_EFFECTS {
+        if !coloured || base.effects.len() + 2 > MOST_EFFECTS || self.bench.is_spent() {
             return None;
         }
-        let mut best: Option<Tried> = None;
-        for (first, gain) in round.iter().filter(|(_, g)| g.held > 0.0 && g.held_rms > 0.0).take(3)
-        {
+        let firsts = round.iter().filter(|(_, g)| g.held > 0.0 && g.held_rms > 0.0).take(3);
+        let (mut taken, mut all) = (Vec::new(), Vec::new());
+        for (first, gain) in firsts {
             for (second, _) in self.round(first, SHORTLIST / 2).0 {
-                let together = self.gain(base, &second, round.len() * round.len());
-                let better = best.as_ref().is_none_or(|(_, b)| together.evidence() > b.evidence());
-                // The second must be worth more than the first alone, or it is the first with company.
-                let more = together.held_rms > gain.held_rms + super::hypothesis::LEAST_SHRINK;
-                if better && more && together.pays() {
-                    best = Some((second, together));
-                }
+                taken.push((effects_of(&second), gain.taken));
+                all.push(second);
             }
         }
-        best
+        let tried = self.weighed(base, all, round.len() * round.len());
+        // The second must be worth more than the first alone, or it is the first with company.
+        let is_more = |(both, together): &Tried| {
+            let names = effects_of(both);
+            let first = taken.iter().find(|(of, _)| *of == names);
+            together.pays() && first.is_some_and(|(_, taken)| together.taken > taken + MATTERS)
+        };
+        tried.into_iter().find(is_more)
     }
 
     /// Drops effects that others have made needless.
@@ -344,8 +383,8 @@ impl Question<'_> {
             fewer.remove(i);
             if let Some(poor) = self.rebuilt(nominal, &fewer, &hypothesis, 30) {
                 let gain = self.gain(&poor, &hypothesis, 1);
-                let least = 0.25 * super::hypothesis::LEAST_SHRINK * (1.0 - gain.white);
-                if gain.evidence() < TIE || gain.part < IMPERFECTION || gain.held_rms < least {
+                let is_little = gain.part < IMPERFECTION || gain.taken < 0.5 * MATTERS;
+                if gain.evidence() < TIE || gain.bic < 0.0 || is_little {
                     hypothesis = poor;
                     continue;
                 }
@@ -428,7 +467,13 @@ impl Question<'_> {
 /// Whether two hypotheses name the same effects.
 fn same(a: &Hypothesis, b: &Hypothesis) -> bool {
     let names = |h: &Hypothesis| -> Vec<(String, &'static str)> {
-        h.effects.iter().map(|e| (e.candidate.at.clone(), e.candidate.kind)).collect()
+        effects_of(h).into_iter().map(|(at, kind, _)| (at, kind)).collect()
     };
     names(a) == names(b)
+}
+
+/// Places and names of a hypothesis' effects, in their order, with their numbers of parameters.
+fn effects_of(h: &Hypothesis) -> Vec<(String, &'static str, usize)> {
+    let of = |e: &Chosen| (e.candidate.at.clone(), e.candidate.kind, e.patch.params.len());
+    h.effects.iter().map(of).collect()
 }

@@ -59,11 +59,10 @@ struct Place {
 }
 
 impl Question<'_> {
-    /// The formula for what has no name; `None` when nothing is left to explain, or when names explain it
-    /// about as well as a formula would. A formula that is given may change how the recordings are run, and
+    /// The formula for what has no name; `None` when names explain it about as well as a formula would. A formula that is given may change how the recordings are run, and
     /// the nominal model is then fitted on those terms.
     pub(super) fn unnamed(&mut self, search: &mut Search) -> Option<Formula> {
-        if self.is_noise(&search.best) {
+        if self.bench.is_spent() && !search.best.effects.is_empty() {
             return None;
         }
         let before = (self.bench.clone(), search.nominal.clone());
@@ -71,8 +70,7 @@ impl Question<'_> {
             let nothing = Formula::Refused { train: 0.0, heldout: 0.0 };
             return search.best.effects.is_empty().then_some(nothing);
         };
-        let noise = self.noise_floor();
-        let beyond = |e: &Estimate| (self.size(e).powi(2) - noise.powi(2)).max(0.0).sqrt();
+        let beyond = |e: &Estimate| self.beyond(e);
         let explained = |set: fn(&Hypothesis) -> &Estimate| {
             1.0 - beyond(set(&formula)) / beyond(set(&search.nominal)).max(1e-300)
         };
@@ -131,6 +129,30 @@ impl Question<'_> {
             }
         }
         best
+    }
+
+    /// Whether what a hypothesis leaves on the data fitted follows a word of a formula at any place.
+    pub(super) fn follows_something(&self, h: &Hypothesis) -> bool {
+        let Some(model) = model_in(&h.fitted.text, self.name) else { return false };
+        let ground = self.ground(&h.fitted, &model);
+        let places = places(&ground);
+        let n_tried = (places.len() * features(&ground).len()).max(1) as f64;
+        let before: f64 = h
+            .fitted
+            .train
+            .sums
+            .iter()
+            .zip(&self.bench.scales)
+            .map(|((sum, _), scale)| sum / (scale * scale))
+            .sum();
+        let sums = h.fitted.train.sums.iter();
+        let effective: f64 = h.whites[0].iter().zip(sums).map(|(w, (_, n))| w * *n as f64).sum();
+        let least = places
+            .iter()
+            .filter_map(|place| self.words(h, &ground, place).first().map(|(left, _)| *left))
+            .fold(before, f64::min);
+        let ratio = effective * (before / least.max(1e-300)).ln();
+        ratio - effective.max(2.0).ln() - 2.0 * n_tried.ln() > LEAST_EVIDENCE
     }
 
     /// Adds words at a place while they pay.

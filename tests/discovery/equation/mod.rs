@@ -8,6 +8,7 @@ mod field;
 mod textbook;
 mod unnamed;
 mod numerics;
+mod controls;
 mod public;
 
 use std::fmt::Write as _;

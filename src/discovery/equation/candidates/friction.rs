@@ -104,7 +104,7 @@ pub(super) fn friction(draft: &mut Draft) {
                 "asymmetric_friction",
                 "stribeck_friction",
             ];
-            let both = ground.states[s].changes_sign();
+            let both = ground.states[s].changes_sign() && ground.turns[s] > 0;
             let about = (ground.states[s], rate, rate_dim, dimension);
             rubbing(draft, names, (&name, &name), about, both, &write, "-");
         } else if !found.iter().any(|(_, q)| *q == Some(s)) {

@@ -1,11 +1,10 @@
 //! Vessels that run over.
 
-use crate::language::ast::ModelItem;
 use crate::language::names_in;
 use crate::units::Dimension;
 
 use super::super::edit::{Patch, fresh};
-use super::{Draft, p, velocities};
+use super::{Draft, depends, p, velocities};
 
 /// Vessels that run over: the state spills what is above a level, and what is spilt may go on.
 pub(super) fn levels(draft: &mut Draft) {
@@ -59,13 +58,4 @@ pub(super) fn levels(draft: &mut Draft) {
             draft.add(("overflow", &name), &[level(), share], &[], |n| write(n, Some(to)));
         }
     }
-}
-
-/// Whether a name is `state` or is defined by it.
-fn depends(model: &ModelItem, name: &str, state: &str) -> bool {
-    name == state
-        || model.lets.iter().any(|l| {
-            l.name.text == name
-                && names_in(&l.formula).iter().any(|n| n != name && depends(model, n, state))
-        })
 }

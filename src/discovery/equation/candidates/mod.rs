@@ -3,16 +3,21 @@
 //! The names are those of [`super::super::vocabulary`]. Which states are velocities is read off the
 //! equations (`q' = v`) or the units; only velocities rub, only levels that stay above 0 overflow.
 
+mod laws;
 mod friction;
 mod forces;
 mod levels;
 mod signals;
 
 use crate::language::ast::ModelItem;
+use crate::language::names_in;
 use crate::units::Dimension;
 
 use super::compile::Compiled;
 use super::edit::{NewParam, Patch, fresh};
+use laws::{Law, Seen, Sign, law_of};
+
+pub(super) use laws::price;
 
 /// What is known of a signal along the recordings.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,6 +75,10 @@ pub struct Ground<'a> {
     pub outputs: Vec<Range>,
     /// Rates of the states, one per state.
     pub rates: Vec<Range>,
+    /// How often each state turns round, as measured where it is; a velocity turns round with its position.
+    pub turns: Vec<usize>,
+    /// The part of the time that each state stands still.
+    pub still: Vec<f64>,
     /// Usual step of the recordings as they are fitted, s.
     pub step: f64,
     /// Usual step of the recordings as they were taken, s: shifts below it are a matter of how rows were
@@ -81,6 +90,36 @@ pub struct Ground<'a> {
     pub stretch: f64,
     /// Lines in the spectrum of the residual, Hz, strongest first.
     pub lines: Vec<f64>,
+}
+
+/// A path turns round so often where it goes back and forth.
+const BACK_AND_FORTH: usize = 6;
+/// What stands still for this part of the time has come to rest.
+const AT_REST: f64 = 0.1;
+
+impl Ground<'_> {
+    /// Whether a state or an input goes one way only.
+    pub(super) fn is_one_way(&self, name: &str) -> bool {
+        let state = self.compiled.states.iter().position(|s| s.name == name);
+        let input = self.compiled.inputs.iter().position(|(input, _)| input == name);
+        let range = state.map(|s| self.states[s]).or_else(|| input.map(|i| self.inputs[i]));
+        range.is_some_and(Range::is_one_way)
+    }
+
+    /// Whether what has to be seen of a motion for a law is seen at a place.
+    fn shows(&self, seen: Seen, at: &str) -> bool {
+        let state = self.compiled.states.iter().position(|s| s.name == at);
+        let output = || self.compiled.outputs.iter().find(|o| o.name == at)?.state;
+        let Some(s) = state.or_else(output) else { return true };
+        match seen {
+            Seen::Anything => true,
+            Seen::Reversals => self.turns[s] >= BACK_AND_FORTH,
+            Seen::Turning => {
+                let is_driven = !self.compiled.inputs.is_empty();
+                is_driven || self.turns[s] > 0 || self.still[s] >= AT_REST
+            }
+        }
+    }
 }
 
 /// An effect at a place.
@@ -181,9 +220,14 @@ impl Draft<'_> {
         write: impl Fn(&[String]) -> (Patch, String),
     ) {
         let model = self.ground.model;
+        let law = law_of(kind);
+        if !self.ground.shows(law.seen, at) {
+            return;
+        }
         let names: Vec<String> =
             params.iter().map(|p| fresh(model, &format!("{at}_{}", p.suffix))).collect();
         let (patch, equation) = write(&names);
+        let is_not_negative = is_not_negative(model, law, at, &patch);
         let n_starts = params.iter().map(|p| p.starts.len()).max().unwrap_or(1);
         // What has no shape is nearly linear in how much of it there is, so it begins from none.
         let none: Option<Vec<f64>> = params.iter().map(|p| p.neutral).collect();
@@ -199,7 +243,9 @@ impl Draft<'_> {
                         role: p.role,
                         name: name.clone(),
                         dimension: p.dimension,
-                        range: p.range,
+                        range: p
+                            .range
+                            .or((is_not_negative && p.neutral == Some(0.0)).then_some([0.0, OPEN])),
                         neutral: p.neutral,
                         value: none
                             .as_ref()
@@ -212,6 +258,34 @@ impl Draft<'_> {
             .collect();
         self.out.push(Candidate { kind, at: at.into(), patches, equation, within });
     }
+}
+
+/// The end of a range that has none.
+const OPEN: f64 = 1e15;
+
+/// Whether the amounts of a law cannot be negative at a place: where the model has a force of its own there, what
+/// is added may take some of it away.
+fn is_not_negative(model: &ModelItem, law: Law, at: &str, patch: &Patch) -> bool {
+    match law.sign {
+        Sign::Any => false,
+        Sign::Own => true,
+        Sign::Total => {
+            let has_own = |state: &String| {
+                let rate = model.equations.iter().find(|e| e.name.text == *state);
+                rate.is_some_and(|e| names_in(&e.formula).iter().any(|n| depends(model, n, at)))
+            };
+            !patch.rates.is_empty() && !patch.rates.iter().any(|(state, _)| has_own(state))
+        }
+    }
+}
+
+/// Whether a name is `state` or is defined by it.
+fn depends(model: &ModelItem, name: &str, state: &str) -> bool {
+    name == state
+        || model.lets.iter().any(|l| {
+            l.name.text == name
+                && names_in(&l.formula).iter().any(|n| n != name && depends(model, n, state))
+        })
 }
 
 /// Which states are velocities, with the state they are the rate of.
