@@ -107,6 +107,8 @@ pub const LEAST_EVIDENCE: f64 = 10.0;
 pub const MATTERS: f64 = 0.1;
 /// Most of something.
 pub const MOST: f64 = 0.5;
+/// Residuals of which less than this part is independent follow themselves.
+const COLOURED: f64 = 0.3;
 /// A law is right to this part and no better: a smooth `sign`, an input between two rows, a coefficient
 /// that is no constant. What explains less than this part of what is explained already is not named.
 pub const IMPERFECTION: f64 = 0.02;
@@ -172,7 +174,8 @@ impl Question<'_> {
             .map(|pair| pair.map(|e| self.beyond(e)));
         let taken = least(&|set| 1.0 - beyond[set][1] / beyond[set][0].max(1e-300));
         // Below what a law may get wrong lies a bit of everything: a name must be most of that, or all but noise.
-        let is_below = was[0].max(was[1]) < IMPERFECTION && !self.is_white(rich);
+        let is_coloured = rich.whites.iter().flatten().any(|white| *white < COLOURED);
+        let is_below = was[0].max(was[1]) < IMPERFECTION && is_coloured && !self.is_white(rich);
         let needed = if is_below { MOST } else { MATTERS };
         Gain { bic, charge, held, held_rms: 1.0 - is[1] / was[1].max(1e-300), part, taken, needed }
     }
@@ -217,7 +220,7 @@ impl Question<'_> {
             let small = rms[o] <= 1.2 * noise[o];
             // What is mostly noise may still follow itself a little.
             small
-                || (white > 0.3 && held > 0.3 && rms[o] <= 3.0 * noise[o])
+                || (white > COLOURED && held > COLOURED && rms[o] <= 3.0 * noise[o])
                 || (white > 0.6 && held > 0.6)
         })
     }

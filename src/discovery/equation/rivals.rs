@@ -36,6 +36,9 @@ const SAME: f64 = 0.01;
 /// A constant force of an input, and one against the motion.
 const OFFSET: &str = "input_offset";
 const DRY: &str = "dry_friction";
+/// The same where what rubs is a measured velocity and the force an output.
+const OUTPUT_OFFSET: &str = "output_offset";
+const COULOMB: &str = "coulomb_friction";
 /// What differs at standstill alone must be worth this part of the evidence.
 const NEARLY: f64 = 0.5;
 /// Most rivals of one effect that are fitted beside the others.
@@ -136,18 +139,21 @@ impl Question<'_> {
     /// What is the same as a chosen effect as long as everything moves one way: an offset of an input and dry
     /// friction. At standstill they part, but there rubbing is no constant, and says nothing of which it is.
     fn at_rest(&self, best: &Hypothesis, own: &Chosen) -> Vec<Chosen> {
-        let other = match own.candidate.kind {
-            OFFSET => DRY,
-            DRY => OFFSET,
+        let others: &[&str] = match own.candidate.kind {
+            OFFSET => &[DRY, COULOMB],
+            OUTPUT_OFFSET => &[COULOMB],
+            DRY => &[OFFSET],
+            COULOMB => &[OFFSET, OUTPUT_OFFSET],
             _ => return Vec::new(),
         };
+        let is_dry = |kind: &str| kind == DRY || kind == COULOMB;
         let Some(model) = model_in(&best.fitted.text, self.name) else { return Vec::new() };
         let ground = self.ground(&best.fitted, &model);
         let is_free = |c: &Candidate| best.effects.iter().all(|e| !e.candidate.excludes(c));
         candidates(&ground)
             .into_iter()
-            .filter(|c| c.kind == other && is_free(c))
-            .filter(|c| ground.is_one_way(if other == DRY { &c.at } else { &own.candidate.at }))
+            .filter(|c| others.contains(&c.kind) && is_free(c))
+            .filter(|c| ground.is_one_way(if is_dry(c.kind) { &c.at } else { &own.candidate.at }))
             .filter_map(|c| Some(Chosen { patch: c.patches.first()?.clone(), candidate: c }))
             .collect()
     }
@@ -160,11 +166,11 @@ impl Question<'_> {
         let offset = chosen.0.effects.last()?.candidate.kind;
         let model = model_in(&chosen.0.fitted.text, self.name)?;
         let ground = self.ground(&chosen.0.fitted, &model);
-        let is_offset = offset == OFFSET || offset == "output_offset";
+        let is_offset = offset == OFFSET || offset == OUTPUT_OFFSET;
         round.iter().find(|(other, gain)| {
             let is_dry = other.effects.last().is_some_and(|e| {
                 let kind = e.candidate.kind;
-                (kind == DRY || kind == "coulomb_friction") && ground.is_one_way(&e.candidate.at)
+                (kind == DRY || kind == COULOMB) && ground.is_one_way(&e.candidate.at)
             });
             let is_same = gain.evidence() > NEARLY * chosen.1.evidence();
             is_offset && is_dry && is_same && gain.pays()
