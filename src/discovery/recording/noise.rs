@@ -4,7 +4,7 @@
 //! leaves noise of known gain. The median of its size is not moved by a few steps or outliers.
 
 /// `median(|x|)` of a normal distribution of standard deviation 1.
-pub const MEDIAN_OF_NORMAL: f64 = 0.674_489_75;
+const MEDIAN_OF_NORMAL: f64 = 0.674_489_75;
 
 /// Returns the standard deviation of the white noise in `values`, in their unit, taken at `time`, s.
 ///

@@ -3,13 +3,12 @@
 //! Whittaker's smoother: the curve that is near the samples and whose third differences are small. It has
 //! no phase, keeps a quadratic exactly, and its strength is chosen so that what it takes away is as
 //! large as the noise and no larger. Where speeds are measured as well, the curve is near those, too, as near as the
-//! two agree: a speed says more of an acceleration than a position does. Sizes are medians, for a stamp that is wrong
-//! now and then makes a few errors much larger than the others.
+//! two agree: a speed says more of an acceleration than a position does. Sizes leave out the largest errors, for a stamp that
+//! is wrong now and then makes a few much larger than the others.
 //!
 //! Source: Eilers, "A Perfect Smoother", Anal. Chem. 75, 2003.
 
 use super::data::{Data, Quantity};
-use crate::discovery::recording::noise::MEDIAN_OF_NORMAL;
 
 /// A joint's motion without its noise.
 pub struct Smooth {
@@ -61,14 +60,18 @@ impl Speeds {
     }
 }
 
-/// Returns the standard deviation of which these would be if they were normal, whatever a few of them are.
+/// The part of errors that may be wild: what is left of a normal error without it has this standard deviation.
+const WILD: (f64, f64) = (0.1, 0.789);
+
+/// Returns the standard deviation of which these would be if they were normal, whatever the largest of them are.
 fn typical(values: impl Iterator<Item = f64>) -> f64 {
-    let mut sizes: Vec<f64> = values.map(f64::abs).collect();
-    if sizes.is_empty() {
+    let mut squares: Vec<f64> = values.map(|value| value * value).collect();
+    let kept = squares.len() - (WILD.0 * squares.len() as f64) as usize;
+    if kept == 0 {
         return 0.0;
     }
-    let middle = sizes.len() / 2;
-    *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN_OF_NORMAL
+    squares.select_nth_unstable_by(kept - 1, f64::total_cmp);
+    (squares[..kept].iter().sum::<f64>() / kept as f64).sqrt() / WILD.1
 }
 
 /// Fewest and most decimals to which a column may have been rounded; fewer, and the steps may be meant.
