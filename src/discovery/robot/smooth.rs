@@ -71,7 +71,9 @@ fn typical(values: impl Iterator<Item = f64>) -> f64 {
         return 0.0;
     }
     squares.select_nth_unstable_by(kept - 1, f64::total_cmp);
-    (squares[..kept].iter().sum::<f64>() / kept as f64).sqrt() / WILD.1
+    let rms = |squares: &[f64]| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    // Errors that come in steps have no tails, and are no larger than all of them together.
+    (rms(&squares[..kept]) / WILD.1).min(rms(&squares))
 }
 
 /// Fewest and most decimals to which a column may have been rounded; fewer, and the steps may be meant.
