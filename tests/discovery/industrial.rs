@@ -1,4 +1,4 @@
-//! A real arm's logs: a UR10e without its controller, its torques worked out from motor currents; read in place and
+//! A real arm's logs: a `UR10e` without its controller, its torques worked out from motor currents; read in place and
 //! skipped where the folder is absent.
 //!
 //! What a textbook identification finds (rows low-passed at 6 Hz, least squares over all numbers of the links near the

@@ -151,7 +151,7 @@ mod tests {
 
     #[test]
     fn a_wave_turns_twice_a_period_and_a_fall_never() {
-        let wave: Vec<f64> = (0..1000).map(|i| (f64::from(i) * 0.0314159).sin()).collect();
+        let wave: Vec<f64> = (0..1000).map(|i| (f64::from(i) * 0.031_415_9).sin()).collect();
         assert_eq!(turns(&wave), 10);
         let thrown: Vec<f64> = (0..50).map(|i| 0.1 - 0.01 * f64::from(i * i)).collect();
         assert_eq!(turns(&thrown), 0);

@@ -63,7 +63,9 @@ fn noise_that_follows_itself_is_no_effect() {
 fn a_coarse_sensor_is_no_effect() {
     for step in [0.01, 0.1] {
         lacks_nothing(&spoilt(|rows, _| {
-            rows.iter_mut().for_each(|row| row[2] = (row[2] / step).round() * step);
+            for row in rows.iter_mut() {
+                row[2] = (row[2] / step).round() * step;
+            }
         }));
     }
 }
@@ -71,7 +73,9 @@ fn a_coarse_sensor_is_no_effect() {
 #[test]
 fn stamps_that_jitter_are_no_effect() {
     lacks_nothing(&spoilt(|rows, rng| {
-        rows.iter_mut().for_each(|row| row[0] += 0.003 * normal(rng).clamp(-3.0, 3.0));
+        for row in rows.iter_mut() {
+            row[0] += 0.003 * normal(rng).clamp(-3.0, 3.0);
+        }
     }));
 }
 
@@ -81,7 +85,7 @@ fn rows_that_are_lost_are_no_effect() {
         let mut row = 0_u32;
         rows.retain(|_| {
             row += 1;
-            row % 12 != 0 && rng.random_range(0.0..1.0) < 0.9
+            !row.is_multiple_of(12) && rng.random_range(0.0..1.0) < 0.9
         });
     }));
 }
