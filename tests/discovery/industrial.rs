@@ -5,7 +5,7 @@
 //! maker's, friction of both kinds, an offset and a rotor at every joint): viscous 18.3, 18.0, 8.7, 3.0, 2.1 and
 //! 2.9 N·m·s/rad, dry 13.7, 15.0, 5.7, 2.3, 2.9 and 2.4 N·m.
 
-use trueup::discovery::finding::{Effect, Finding, Value};
+use trueup::discovery::finding::{Effect, Finding, Value, Verdict};
 use trueup::discovery::recording::{Map, Recording};
 use trueup::discovery::{Options, Subject, investigate};
 use trueup::motion::Robot;
@@ -18,13 +18,13 @@ const DRY: [f64; 6] = [13.7, 15.0, 5.7, 2.3, 2.9, 2.4];
 /// Effects that are numbers of links and rotors, which a maker's file has wrong or not at all.
 const NUMBERS: [&str; 3] = ["armature", "link_mass", "payload"];
 
-fn found(files: [&str; 3]) -> Option<Finding> {
-    let read = |name: &str| {
+fn found(files: &[&str]) -> Option<Finding> {
+    let read = |name: &&str| {
         let path = public(&format!("ur10e_excitation/{name}"))?;
         let text = std::fs::read_to_string(path).unwrap();
         Some(Recording::read(name, &text, None, &Map::default()).unwrap())
     };
-    let recordings: Option<Vec<Recording>> = files.into_iter().map(read).collect();
+    let recordings: Option<Vec<Recording>> = files.iter().map(read).collect();
     let robot = Robot::from_file(&public("ur10e_excitation/ur10e.urdf")?, None).unwrap();
     let arm = Subject::Arm(&robot, &[]);
     let found = investigate(&recordings?, arm, &Options::default(), &mut |_, _| {});
@@ -38,9 +38,18 @@ fn number(effect: &Effect, name: &str) -> f64 {
     }
 }
 
+/// In the second loaded excitation the load sits turned by half a turn.
+#[test]
+fn a_load_that_hangs_otherwise_is_another_machine() {
+    let Some(finding) = found(&["l14.csv", "l15.csv"]) else { return };
+    assert_eq!(finding.verdict, Verdict::DifferentMachines, "{finding:#?}");
+    assert!(finding.reason.contains("the moment of the load along z"), "{}", finding.reason);
+    assert!(finding.effects.is_empty() && finding.model.added.is_empty(), "{finding:#?}");
+}
+
 #[test]
 fn an_industrial_arm_rubs_in_two_ways_in_every_joint_and_nothing_else_is_invented() {
-    let Some(finding) = found(["u14.csv", "u15.csv", "ptp.csv"]) else { return };
+    let Some(finding) = found(&["u14.csv", "u15.csv", "ptp.csv"]) else { return };
     for joint in 0..6 {
         let seat = format!("joint_{}", joint + 1);
         let at = |name: &str| finding.effects.iter().find(|e| e.name == name && e.at == seat);

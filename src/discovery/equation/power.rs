@@ -5,9 +5,14 @@ use rayon::prelude::*;
 use super::super::finding::Visible;
 use super::candidates::{Candidate, candidates};
 use super::edit::{apply, model_in};
+use super::estimate::{Point, Task};
 use super::hypothesis::{Hypothesis, LEAST_EVIDENCE, Question};
 use super::linear::{Regression, dot};
+use super::simulate::{Hold, Scheme};
 use crate::units::Dimension;
+
+/// By which part of a row inputs are tried later.
+const LATER: f64 = 0.1;
 
 impl Question<'_> {
     /// For every effect that grows from nothing with one number: the least of it that would have been
@@ -30,9 +35,7 @@ impl Question<'_> {
         let all: Vec<Candidate> =
             candidates(&self.ground(&at.fitted, &model)).into_iter().filter(grows).collect();
         let n: f64 = at.fitted.train.sums.iter().map(|(_, n)| *n as f64).sum();
-        let asked = LEAST_EVIDENCE + n.ln() + 2.0 * (n_tried.max(1) as f64).ln();
-        // How the recording was taken is chosen before any effect, and may take as much of it away again.
-        let needed = 2.0 * asked;
+        let needed = LEAST_EVIDENCE + n.ln() + 2.0 * (n_tried.max(1) as f64).ln();
         let sizes: Vec<Option<f64>> =
             all.par_iter().map(|candidate| self.deviation(at, candidate)).collect();
         let (mut visible, mut blind) = (Vec::new(), Vec::new());
@@ -61,6 +64,26 @@ impl Question<'_> {
         (visible, note)
     }
 
+    /// What would change in the outputs, in units of their scales, if inputs acted later or went otherwise from row to row.
+    fn taken_otherwise(&self, task: &Task, point: &Point) -> Option<Vec<Vec<f64>>> {
+        if task.model.inputs.is_empty() {
+            return Some(Vec::new());
+        }
+        let run = |scheme| Task { scheme, ..task.clone() }.run(point).ok();
+        let here = run(task.scheme)?;
+        let later = Scheme { shift: task.scheme.shift + LATER * self.bench.row, ..task.scheme };
+        let holds = [Hold::Zero, Hold::Line, Hold::Curve].into_iter();
+        let holds = holds.filter(|hold| *hold != task.scheme.hold);
+        let schemes = holds.map(|hold| Scheme { hold, ..task.scheme }).chain([later]);
+        let scales = &self.bench.scales;
+        let column = |scheme| {
+            let there = run(scheme)?;
+            let change = there.iter().zip(&here).enumerate();
+            Some(change.map(|(i, (a, b))| (a - b) / scales[i % scales.len()]).collect())
+        };
+        schemes.map(column).collect()
+    }
+
     /// Standard deviation of an effect's one number about none, everything free beside it; `None` when
     /// the rest can make up for it.
     fn deviation(&self, at: &Hypothesis, candidate: &Candidate) -> Option<f64> {
@@ -72,7 +95,10 @@ impl Question<'_> {
         let parent = &at.fitted;
         let point = self.bench.inherit(&compiled, &parent.compiled, &parent.train.point, &task);
         self.bench.set_ramps(&mut compiled, &point);
-        let (_, mut columns) = self.bench.task(&compiled).linearised(&point)?;
+        let task = self.bench.task(&compiled);
+        let (_, mut columns) = task.linearised(&point)?;
+        // How the recording was taken is chosen as well.
+        columns.extend(self.taken_otherwise(&task, &point)?);
         let own = compiled.params.iter().position(|p| p.name == *name)?;
         // From units of the outputs' scales to units of what is left, its colour included.
         let n_out = self.bench.scales.len();

@@ -36,7 +36,7 @@ pub(super) fn about_inputs(bench: &Bench, model: &Compiled) -> Option<String> {
 /// That the search was ended before it was over, in words.
 pub(super) fn about_work(bench: &Bench) -> Option<String> {
     bench.is_spent().then(|| {
-        "the search was ended when its work was spent: fewer rows, or a model nearer to the machine, take less".into()
+        "the search stopped at its work limit; fewer rows, or a model nearer to the machine, take less".into()
     })
 }
 

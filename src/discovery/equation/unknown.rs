@@ -59,8 +59,8 @@ struct Place {
 }
 
 impl Question<'_> {
-    /// The formula for what has no name; `None` when names explain it about as well as a formula would. A formula that is given may change how the recordings are run, and
-    /// the nominal model is then fitted on those terms.
+    /// The formula for what has no name; `None` when names explain it about as well as a formula would. A formula that
+    /// is given may change how the recordings are run, and the nominal model is then fitted on those terms.
     pub(super) fn unnamed(&mut self, search: &mut Search) -> Option<Formula> {
         if self.bench.is_spent() && !search.best.effects.is_empty() {
             return None;

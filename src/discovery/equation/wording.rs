@@ -30,9 +30,7 @@ pub(super) fn reason(verdict: Verdict, gap: &Gap, effects: &[Effect]) -> String 
             "what is left on held-out data, {} of the signal, is noise, and no effect pays for itself",
             percent(gap.before.heldout)
         ),
-        Verdict::ModelInadequate | Verdict::DifferentMachines => {
-            format!("no model of one system holds for all recordings; {from_to}")
-        }
+        Verdict::ModelInadequate | Verdict::DifferentMachines => from_to,
         Verdict::Unknown if effects.is_empty() => format!(
             "the model misses {} of the signal on held-out data, and nothing that has a name explains it",
             percent(gap.before.heldout)

@@ -216,7 +216,7 @@ pub fn investigate(
                 experiment: None,
             });
         }
-        Some(Numbers::File) | None => {}
+        None => {}
     }
     let (mut outcome, mut fitted) = searched(&gap, options, progress).map_err(runs_away)?;
     if outcome.best.terms.is_empty()

@@ -77,7 +77,7 @@ pub fn search_linear<G: Gap>(
         best = sensible(gap, fitted);
         let is_whole = best.terms.len() == all;
         round += 1;
-        if is_plain && is_whole && (settled || last) || round >= MOST_ROUNDS {
+        if (is_plain && is_whole && (settled || last)) || round >= MOST_ROUNDS {
             outcome.keep(&best.terms);
             return Ok(with_shapes(gap, outcome, best, options));
         }

@@ -19,7 +19,7 @@ use acting::Acting;
 
 use super::chain::Chain;
 use super::data::{Channel, Quantity};
-use super::links;
+use super::links::body;
 use super::load::Load;
 use super::plant::{Arm, Plant, Scene};
 use super::term::Term;
@@ -253,7 +253,7 @@ impl Model {
     /// Returns by how much each residual falls for one unit more of a number of a body, in the order of
     /// [`Self::residuals`].
     pub(super) fn body_column(&self, body: usize, number: usize) -> Vec<f64> {
-        let change = |chain: &mut Chain| links::change(&mut chain.bodies[body], number, 1.0);
+        let change = |chain: &mut Chain| body::change(&mut chain.bodies[body], number, 1.0);
         let column = self.scene.plant.column(&self.arm, change, 1.0);
         let mut found = Vec::new();
         for channel in &self.scene.data.channels {
@@ -272,10 +272,10 @@ impl Model {
 
     /// Returns the same with other numbers of its bodies.
     #[must_use]
-    pub(super) fn with_bodies(&self, changes: &[[f64; links::NUMBERS]]) -> Self {
+    pub(super) fn with_bodies(&self, changes: &[[f64; body::NUMBERS]]) -> Self {
         let mut arm = self.arm.clone();
         for (body, changes) in arm.chain.bodies.iter_mut().zip(changes) {
-            changes.iter().enumerate().for_each(|(k, by)| links::change(body, k, *by));
+            changes.iter().enumerate().for_each(|(k, by)| body::change(body, k, *by));
         }
         Self::new(arm, self.scene.clone(), self.loads.clone())
     }

@@ -1,0 +1,279 @@
+//! Least squares over what recordings say of an arm's numbers, summed up once per sensor, so that a fit of any of them costs
+//! milliseconds.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::super::chain::Body;
+use super::body::{NUMBERS, nearest};
+
+/// How often sensors are weighed anew by what is left of them.
+const WEIGHINGS: usize = 4;
+
+/// What one sensor says, summed up: normal equations of its residuals over all recordings.
+#[derive(Debug, Clone)]
+pub(super) struct Sums {
+    pub(super) gram: DMatrix<f64>,
+    pub(super) along: DVector<f64>,
+    pub(super) square: f64,
+    pub(super) rows: f64,
+    /// How many rows say as much as one that is independent.
+    pub(super) related: f64,
+}
+
+impl Sums {
+    /// Returns what `x` leaves, per row.
+    pub(super) fn left(&self, x: &DVector<f64>) -> f64 {
+        let left = self.square - 2.0 * self.along.dot(x) + x.dot(&(&self.gram * x));
+        (left / self.rows.max(1.0)).max(1e-12)
+    }
+}
+
+/// What is fitted: numbers of bodies with how far they may go, then numbers of joints.
+pub(super) struct Problem {
+    pub(super) train: Vec<Sums>,
+    pub(super) heldout: Vec<Sums>,
+    /// One standard deviation before any data; infinite where nothing is known.
+    pub(super) prior: Vec<f64>,
+    /// Which may not be negative.
+    pub(super) is_up: Vec<bool>,
+}
+
+/// Returns what numbers leave, sensor by sensor against `weights`, in the mean.
+pub(super) fn left_of(sums: &[Sums], x: &DVector<f64>, weights: &[f64]) -> f64 {
+    let sum: f64 = sums.iter().zip(weights).map(|(s, w)| s.left(x) / w).sum();
+    sum / weights.len().max(1) as f64
+}
+
+/// A fit of some of the numbers.
+pub(super) struct Fit {
+    pub(super) x: DVector<f64>,
+    pub(super) covariance: DMatrix<f64>,
+    /// What is left of each sensor, per row.
+    pub(super) weights: Vec<f64>,
+}
+
+impl Fit {
+    /// Returns how much is left of all sensors, each by its own measure.
+    pub(super) fn total(&self) -> f64 {
+        self.weights.iter().map(|weight| weight.ln()).sum()
+    }
+}
+
+impl Problem {
+    /// Fits the numbers along `directions`, which are lists of multiples; sensors weigh as they are left. A direction of one
+    /// number knows what is known of that number.
+    pub(super) fn fit(&self, directions: &DMatrix<f64>) -> Option<Fit> {
+        let k = directions.ncols();
+        let single = |j: usize| {
+            let mut found = (0..directions.nrows()).filter(|i| directions[(*i, j)].abs() > 0.0);
+            found.next().filter(|_| found.next().is_none())
+        };
+        let of =
+            |j: usize| single(j).map_or((f64::INFINITY, false), |i| (self.prior[i], self.is_up[i]));
+        let (prior, is_up): (Vec<f64>, Vec<bool>) = (0..k).map(of).unzip();
+        let projected: Vec<(DMatrix<f64>, DVector<f64>)> = self
+            .train
+            .iter()
+            .map(|sums| {
+                let half = &sums.gram * directions;
+                (directions.transpose() * half, directions.transpose() * &sums.along)
+            })
+            .collect();
+        let mut weights: Vec<f64> = self.train.iter().map(|sums| sums.square / sums.rows).collect();
+        // What is known for sure stays as it is.
+        let mut is_free: Vec<bool> = prior.iter().map(|prior| *prior > 0.0).collect();
+        let mut y: DVector<f64> = DVector::zeros(k);
+        let mut covariance: DMatrix<f64> = DMatrix::zeros(k, k);
+        for _ in 0..WEIGHINGS {
+            loop {
+                let free: Vec<usize> = (0..k).filter(|i| is_free[*i]).collect();
+                let mut gram = DMatrix::zeros(free.len(), free.len());
+                let mut along = DVector::zeros(free.len());
+                for ((g, b), (weight, sums)) in
+                    projected.iter().zip(weights.iter().zip(&self.train))
+                {
+                    let scale = 1.0 / (weight * sums.related);
+                    for (a, &i) in free.iter().enumerate() {
+                        along[a] += scale * b[i];
+                        for (c, &j) in free.iter().enumerate() {
+                            gram[(a, c)] += scale * g[(i, j)];
+                        }
+                    }
+                }
+                for (a, &i) in free.iter().enumerate() {
+                    gram[(a, a)] += prior[i].powi(-2) + 1e-12 * gram[(a, a)] + 1e-300;
+                }
+                let inverse = gram.cholesky()?.inverse();
+                let solved: DVector<f64> = &inverse * along;
+                y.fill(0.0);
+                covariance.fill(0.0);
+                for (a, &i) in free.iter().enumerate() {
+                    y[i] = solved[a];
+                    for (c, &j) in free.iter().enumerate() {
+                        covariance[(i, j)] = inverse[(a, c)];
+                    }
+                }
+                // No friction drives, and no rotor has less than no inertia.
+                let Some(worst) = (0..k)
+                    .filter(|i| is_up[*i] && y[*i] < 0.0)
+                    .min_by(|a, b| y[*a].total_cmp(&y[*b]))
+                else {
+                    break;
+                };
+                is_free[worst] = false;
+            }
+            let x = directions * &y;
+            weights = self.train.iter().map(|sums| sums.left(&x)).collect();
+        }
+        let x = directions * &y;
+        let covariance = directions * covariance * directions.transpose();
+        Some(Fit { x, covariance, weights })
+    }
+
+    /// Returns the quadratic form of all numbers and its gradient, with sensors of these variances.
+    fn form(&self, weights: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
+        let k = self.prior.len();
+        let (mut form, mut along) = (DMatrix::zeros(k, k), DVector::zeros(k));
+        for (sums, weight) in self.train.iter().zip(weights) {
+            let scale = 1.0 / (weight * sums.related);
+            form += scale * &sums.gram;
+            along += scale * &sums.along;
+        }
+        (form, along)
+    }
+
+    /// Returns what numbers leave of the recordings held out, sensor by sensor against `weights`.
+    pub(super) fn judged(&self, x: &DVector<f64>, weights: &[f64]) -> f64 {
+        left_of(&self.heldout, x, weights)
+    }
+
+    /// Returns the same, fitted to the recordings held out.
+    pub(super) fn turned(&self) -> Self {
+        self.with(self.heldout.clone(), self.train.clone())
+    }
+
+    /// Returns what is left to be fitted once the bodies have changed.
+    pub(super) fn beside(&self, changes: &[[f64; NUMBERS]]) -> Self {
+        let flat = changes.concat();
+        let fixed = DVector::from_fn(self.prior.len(), |i, _| flat.get(i).copied().unwrap_or(0.0));
+        let shifted = |sums: &Sums| Sums {
+            along: &sums.along - &sums.gram * &fixed,
+            square: sums.left(&fixed) * sums.rows,
+            ..sums.clone()
+        };
+        let of = |all: &[Sums]| all.iter().map(shifted).collect();
+        self.with(of(&self.train), of(&self.heldout))
+    }
+
+    fn with(&self, train: Vec<Sums>, heldout: Vec<Sums>) -> Self {
+        Self { train, heldout, prior: self.prior.clone(), is_up: self.is_up.clone() }
+    }
+}
+
+/// Where the numbers of bodies, of joints and of a load stand among all that are fitted.
+pub(super) struct Parts {
+    pub(super) bodies: Range<usize>,
+    pub(super) joints: Range<usize>,
+    pub(super) load: Range<usize>,
+}
+
+/// What every joint of a real arm has, in this order.
+pub(super) const OF_JOINT: [(&str, &str); 4] = [
+    ("viscous friction", "N*m*s/rad"),
+    ("dry friction", "N*m"),
+    ("torque offset", "N*m"),
+    ("rotor's inertia", "kg*m^2"),
+];
+
+/// Mass and moment of a load on the last body.
+pub(super) const LOAD: [(&str, &str); 4] = [
+    ("the mass of the load", "kg"),
+    ("the moment of the load along x", "kg*m"),
+    ("the moment of the load along y", "kg*m"),
+    ("the moment of the load along z", "kg*m"),
+];
+
+impl Parts {
+    pub(super) fn of(n: usize) -> Self {
+        let bodies = 0..n * NUMBERS;
+        let joints = bodies.end..bodies.end + n * OF_JOINT.len();
+        let load = joints.end..joints.end + LOAD.len();
+        Self { bodies, joints, load }
+    }
+
+    /// Returns the directions in which only these numbers change.
+    pub(super) fn only(&self, parts: &[&Range<usize>]) -> DMatrix<f64> {
+        let free: Vec<usize> = parts.iter().flat_map(|part| (*part).clone()).collect();
+        DMatrix::from_fn(self.load.end, free.len(), |i, j| f64::from(u8::from(i == free[j])))
+    }
+
+    /// Returns what a number of a joint or of the load is, with its unit.
+    pub(super) fn name(&self, at: usize) -> (String, &'static str) {
+        if self.load.contains(&at) {
+            let (name, unit) = LOAD[at - self.load.start];
+            return (name.into(), unit);
+        }
+        let at = at - self.joints.start;
+        let (name, unit) = OF_JOINT[at % OF_JOINT.len()];
+        (format!("the {name} of joint {}", at / OF_JOINT.len() + 1), unit)
+    }
+}
+
+/// Returns the bodies' changes that fit best while every body stays one that could be, by alternating directions: a step
+/// towards the data, a step to the nearest bodies that could be, until both agree.
+///
+/// Source: Boyd et al., "Distributed Optimization and Statistical Learning via the Alternating Direction Method of
+/// Multipliers", 2011, §5.
+pub(super) fn consistent(
+    problem: &Problem,
+    bodies: &[Body],
+    parts: &Parts,
+    free: &Fit,
+) -> Option<Vec<[f64; NUMBERS]>> {
+    let k = problem.prior.len();
+    let of_bodies = parts.bodies.end;
+    // Without a load it stays none.
+    let is_loaded = parts.load.clone().any(|at| free.covariance[(at, at)] > 0.0);
+    let (mut form, along) = problem.form(&free.weights);
+    let pull: Vec<f64> =
+        (0..k)
+            .map(|i| {
+                if i < of_bodies && problem.prior[i] > 0.0 {
+                    problem.prior[i].powi(-2)
+                } else {
+                    0.0
+                }
+            })
+            .collect();
+    for i in 0..k {
+        // Twice: what is usual, and what pulls the two steps together.
+        form[(i, i)] += 2.0 * pull[i] + 1e-12 * form[(i, i)] + 1e-300;
+        let is_load = parts.load.contains(&i) && !is_loaded;
+        if is_load || (i < of_bodies && problem.prior[i] <= 0.0) {
+            form[(i, i)] = f64::MAX.sqrt();
+        }
+    }
+    let inverse = form.cholesky()?.inverse();
+    let mut near = DVector::zeros(k);
+    let mut apart: DVector<f64> = DVector::zeros(k);
+    for _ in 0..AGREEING {
+        let wanted: DVector<f64> = &near - &apart;
+        let towards = DVector::from_fn(k, |i, _| along[i] + pull[i] * wanted[i]);
+        let x: DVector<f64> = &inverse * towards;
+        let between = &x + &apart;
+        near.copy_from(&between);
+        for (b, body) in bodies.iter().enumerate() {
+            let changes: [f64; NUMBERS] = std::array::from_fn(|n| between[b * NUMBERS + n]);
+            for (n, by) in nearest(body, &changes).into_iter().enumerate() {
+                near[b * NUMBERS + n] = by;
+            }
+        }
+        apart = between - &near;
+    }
+    Some((0..bodies.len()).map(|b| std::array::from_fn(|n| near[b * NUMBERS + n])).collect())
+}
+
+/// How often the two steps are taken: far more often than they take to agree.
+const AGREEING: usize = 200;
