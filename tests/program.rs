@@ -63,23 +63,29 @@ impl Desk {
     /// Runs the program to its end where no file may grow beyond so many blocks of 512 bytes.
     #[cfg(unix)]
     pub(crate) fn without_room(&self, blocks: usize, args: &[&str]) -> Said {
-        Said::of(args, self.limited(blocks, args).output().unwrap())
+        Said::of(args, self.without_more(blocks, args).output().unwrap())
     }
 
     /// As [`Self::without_room`], on typed input.
     #[cfg(unix)]
     pub(crate) fn without_room_typed(&self, blocks: usize, args: &[&str], input: &str) -> Said {
-        let mut child = self.limited(blocks, args).stdin(Stdio::piped()).spawn().unwrap();
+        let mut child = self.without_more(blocks, args).stdin(Stdio::piped()).spawn().unwrap();
         child.stdin.take().unwrap().write_all(input.as_bytes()).unwrap();
         Said::of(args, child.wait_with_output().unwrap())
     }
 
     #[cfg(unix)]
-    fn limited(&self, blocks: usize, args: &[&str]) -> Command {
+    fn without_more(&self, blocks: usize, args: &[&str]) -> Command {
+        // The signal that comes with the error is left out: a full disk sends none.
+        self.limited(&format!("trap '' XFSZ; ulimit -f {blocks}"), args)
+    }
+
+    /// Returns the program, ready to run after what a shell is told first.
+    #[cfg(unix)]
+    pub(crate) fn limited(&self, first: &str, args: &[&str]) -> Command {
         let plain = self.command(args);
         let mut command = Command::new("sh");
-        // The signal that comes with the error is left out: a full disk sends none.
-        command.arg("-c").arg(format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$@\"")).arg("sh");
+        command.arg("-c").arg(format!("{first}; exec \"$@\"")).arg("sh");
         command.arg(plain.get_program()).args(plain.get_args()).current_dir(&self.dir);
         for (name, value) in plain.get_envs() {
             match value {

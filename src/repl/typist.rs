@@ -75,19 +75,21 @@ impl Terminal {
     fn keep_history(&mut self) {
         let Some(path) = self.history.clone() else { return };
         let half = path.with_extension(format!("{}.part", std::process::id()));
-        let saved = self.editor.save_history(&half).map_err(|error| error.to_string());
+        let saved = self.editor.save_history(&half).map_err(|error| match error {
+            ReadlineError::Io(error) => error,
+            error => io::Error::other(error),
+        });
         let kept = saved.and_then(|()| match fs::File::open(&half) {
             // Nothing new was typed.
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
-            file => file
-                .and_then(|file| file.sync_all())
-                .and_then(|()| fs::rename(&half, fs::canonicalize(&path).as_ref().unwrap_or(&path)))
-                .map_err(|error| error.to_string()),
+            file => file.and_then(|file| file.sync_all()).and_then(|()| {
+                fs::rename(&half, fs::canonicalize(&path).as_ref().unwrap_or(&path))
+            }),
         });
-        if let Err(why) = kept {
+        if let Err(error) = kept {
             let _ = fs::remove_file(&half);
-            let path = path.display();
-            report::complain(&format!("the history could not be kept in {path}: {why}"));
+            let why = Failure::unwritten(&path, &error).message;
+            report::complain(&format!("what is typed is not kept any more: {why}"));
             // Said once, not after every line.
             self.history = None;
         }

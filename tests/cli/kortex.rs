@@ -1,7 +1,8 @@
 //! `trueup emulate kortex`, and `--robot kortex://…` where nobody answers.
 
 use std::io::{BufRead, BufReader};
-use std::process::{Child, ChildStdout};
+use std::net::TcpStream;
+use std::process::{Child, ChildStdout, Command};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -26,7 +27,11 @@ impl Drop for Running {
 }
 
 fn start(desk: &Desk, args: &[&str]) -> (Running, BufReader<ChildStdout>) {
-    let mut child = desk.command(args).spawn().unwrap();
+    running(desk.command(args))
+}
+
+fn running(mut command: Command) -> (Running, BufReader<ChildStdout>) {
+    let mut child = command.spawn().unwrap();
     let out = BufReader::new(child.stdout.take().unwrap());
     (Running(child), out)
 }
@@ -87,6 +92,37 @@ fn an_ideal_arm_has_no_camera_and_ports_that_are_taken_are_told() {
     let second = desk.trueup(&[&ideal[..], &["--tcp", &port]].concat());
     assert_eq!(second.code, 4);
     assert_eq!(second.error("code"), "emulate::port");
+}
+
+/// A crowd takes every file the emulator may open, so that taking one more connection fails; once the crowd is
+/// gone, its controller and its scales answer as before.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_server_that_ran_out_of_files_takes_connections_again() {
+    const FILES: usize = 48;
+    let desk = Desk::new("cli-emulate-files");
+    let free = ["emulate", "kortex", "--tcp", "0", "--udp", "0", "--pictures", "0", "--json"];
+    let (running, mut out) = running(desk.limited(&format!("ulimit -n {FILES}"), &free));
+    let said = places(&mut out);
+    let tcp = said["tcp"].as_str().unwrap();
+    let scales = said["scales"].as_str().unwrap();
+    let web = scales.trim_start_matches("http://").split('/').next().unwrap();
+    let open = || std::fs::read_dir(format!("/proc/{}/fd", running.0.id())).unwrap().count();
+    for place in [web, tcp] {
+        let crowd: Vec<_> = (0..FILES + 8).map(|_| TcpStream::connect(place).unwrap()).collect();
+        let is_full = (0..200).any(|_| {
+            std::thread::sleep(Duration::from_millis(10));
+            open() >= FILES
+        });
+        // The controller has fewer places than there are files; it turns the rest of a crowd away.
+        assert!(is_full || place == tcp, "{place}: {} files are open", open());
+        drop(crowd);
+        assert!(WebScales(scales.parse().unwrap()).weigh().is_some(), "after {place}");
+        let robot = format!("kortex://admin@{tcp}");
+        let mut status = desk.command(&["kortex", "status", &robot, "--json"]);
+        let status = status.env("KORTEX_PASSWORD", "admin").output().unwrap();
+        assert!(status.status.success(), "after {place}: {status:?}");
+    }
 }
 
 #[test]

@@ -5,6 +5,7 @@
 #![cfg(unix)]
 
 use std::fs;
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -14,6 +15,7 @@ use trueup::workcell::archive::{self, Standing, standing};
 use trueup::workcell::record::Recorder;
 use trueup::workcell::{Run, State};
 
+use crate::absent::skipped;
 use crate::program::{Desk, Said, project};
 use crate::repl::kept;
 
@@ -87,6 +89,84 @@ fn a_full_disk_is_told_at_the_prompt_which_goes_on() {
     assert_eq!(said.code, 0, "{said:?}");
     assert!(said.err.contains("cannot be kept: no room left on the disk"), "{said:?}");
     assert!(said.out.contains("42"), "{said:?}");
+    assert_eq!(halves(&desk), [""; 0]);
+}
+
+/// `:save` of calls that were made while there was room.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_costs_no_file_of_calls() {
+    if Command::new("prlimit").arg("--version").output().is_err() {
+        return skipped("prlimit is not here");
+    }
+    let desk = Desk::new("writes-save");
+    desk.file("there.task", "home()\n");
+    let args = ["--robot", "twin", "--quiet", "--without-regression", "3"];
+    let mut child = desk.limited("trap '' XFSZ", &args).stdin(Stdio::piped()).spawn().unwrap();
+    let mut keys = child.stdin.take().unwrap();
+    keys.write_all(b"home()\n").unwrap();
+    let mut out = BufReader::new(child.stdout.take().unwrap());
+    let mut said = String::new();
+    while !said.contains("run folder") {
+        assert!(out.read_line(&mut said).unwrap() > 0, "it ended with {said}");
+    }
+    let pid = child.id().to_string();
+    assert!(Command::new("prlimit").args(["--pid", &pid, "--fsize=0"]).status().unwrap().success());
+    keys.write_all(b":save calls.task\n:save there.task\n!6 * 7\n").unwrap();
+    drop(keys);
+    out.read_to_string(&mut said).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let err = String::from_utf8(output.stderr).unwrap();
+    assert!(err.contains("calls.task") && err.contains("no room left on the disk"), "{err}");
+    assert!(said.contains("42"), "{said}");
+    assert!(!desk.path("calls.task").exists() && halves(&desk).is_empty());
+    assert_eq!(fs::read_to_string(desk.path("there.task")).unwrap(), "home()\n");
+}
+
+/// Lines typed at a terminal, which are kept one by one.
+#[test]
+fn a_full_disk_is_told_once_where_typed_lines_are_kept() {
+    if Command::new("script").arg("--version").output().is_err() {
+        return skipped("script, which plays a terminal, is not here");
+    }
+    let desk = Desk::new("writes-history");
+    let mut child = Command::new("script")
+        .args([
+            "-qec",
+            &format!("trap '' XFSZ; ulimit -f 0; exec {}", env!("CARGO_BIN_EXE_trueup")),
+        ])
+        .arg("/dev/null")
+        .current_dir(desk.path(""))
+        .env("XDG_STATE_HOME", desk.path(""))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Kept open to the end: at the end of its input `script` would ask for it over and over.
+    let (mut keys, mut out) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
+    let mut screen = Vec::new();
+    let mut until = |words: &str| {
+        let from = screen.len();
+        while !String::from_utf8_lossy(&screen[from..]).contains(words) {
+            let mut more = [0; 1024];
+            let count = out.read(&mut more).unwrap();
+            assert!(count > 0, "it ended with {}", String::from_utf8_lossy(&screen));
+            screen.extend(&more[..count]);
+        }
+    };
+    // What is typed before the prompt is there is lost, as at any terminal.
+    until("lab> ");
+    for (line, answer) in [(b"!6 * 7\r", "42\r\n"), (b"!7 * 7\r", "49\r\n")] {
+        keys.write_all(line).unwrap();
+        until(answer);
+        until("lab> ");
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let screen = String::from_utf8_lossy(&screen);
+    assert_eq!(screen.matches("what is typed is not kept").count(), 1, "{screen}");
+    assert!(screen.contains("no room left on the disk"), "{screen}");
+    assert!(screen.contains("42") && screen.contains("49"), "{screen}");
     assert_eq!(halves(&desk), [""; 0]);
 }
 
