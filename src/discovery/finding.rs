@@ -120,6 +120,12 @@ pub struct Effect {
     pub parameters: BTreeMap<String, Parameter>,
     /// How sure.
     pub evidence: Evidence,
+    /// The share of draws of stretches of the data in which it is named, 0 to 1 ([`super::resample`]).
+    #[serde(default)]
+    pub stability: f64,
+    /// The part of the gap on data held out that it takes away beside all others, 0 to 1.
+    #[serde(default)]
+    pub heldout_share: f64,
     /// What it adds to the model, as an equation.
     pub equation: String,
     /// What else was considered.
@@ -129,6 +135,36 @@ pub struct Effect {
     pub indistinguishable: bool,
 }
 
+/// How strongly the data speak for an effect, and the share of draws of them that name it.
+pub type Worth = (Evidence, f64);
+
+impl Effect {
+    /// Returns an effect in no doubt.
+    pub fn new(
+        (name, at): (&str, String),
+        parameters: BTreeMap<String, Parameter>,
+        (evidence, stability): Worth,
+        equation: String,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            at,
+            parameters,
+            evidence,
+            stability,
+            heldout_share: evidence.heldout_gain.max(0.0),
+            equation,
+            alternatives: Vec::new(),
+            indistinguishable: false,
+        }
+    }
+
+    /// Returns what has no name, and nothing to say how it goes.
+    pub fn unknown(at: String, why: &str) -> Self {
+        Self::new(("unknown", at), BTreeMap::new(), (Evidence::default(), 0.0), why.into())
+    }
+}
+
 /// A number on the data fitted and on the data held out.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Split {
@@ -136,6 +172,17 @@ pub struct Split {
     pub train: f64,
     /// On the data held out.
     pub heldout: f64,
+}
+
+/// The gap once a name is in the model, beside those before it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Step {
+    /// The name.
+    pub name: String,
+    /// Where.
+    pub at: String,
+    /// What is left, as [`Gap`] measures it.
+    pub gap: Split,
 }
 
 /// The size of the gap before and after.
@@ -204,6 +251,9 @@ pub struct Finding {
     pub effects: Vec<Effect>,
     /// How much smaller the gap becomes.
     pub gap: Gap,
+    /// What is left of it after each name, the largest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub path: Vec<Step>,
     /// The change to the model.
     pub model: ModelChange,
     /// What to measure next.

@@ -16,6 +16,7 @@ pub mod vocabulary;
 pub mod finding;
 pub mod recording;
 pub mod selection;
+pub mod resample;
 mod worded;
 pub mod pour;
 pub mod held;
@@ -97,7 +98,9 @@ pub struct Trace {
     pub noise: f64,
     /// Whether it was held out.
     pub held_out: bool,
-    /// Time, s.
+    /// What `time` is in: `s`, or what it counts, such as `poses`.
+    pub along: &'static str,
+    /// When each value was read.
     pub time: Vec<f64>,
     /// Without the effects, in its unit.
     pub before: Vec<f64>,
@@ -138,6 +141,12 @@ pub fn investigate(
             place: "command line".into(),
             help: "name at least one CSV file".into(),
         });
+    }
+    if let Subject::Arm(robot, known) = subject
+        && recordings.iter().all(|recording| robot::are_poses(recording, robot.n_joints()))
+    {
+        let (holdout, search) = (options.holdout, &options.search);
+        return robot::at_poses(robot, known, recordings, holdout, search, progress);
     }
     let recordings = &*within(recordings, subject.most());
     let (robot, known) = match subject {

@@ -4,8 +4,8 @@
 //! and how large an effect would have been seen is the same for all.
 
 use super::finding::{
-    self, Alternative, Channel, Effect, Evidence, Finding, Gap, ModelChange, SIGNIFICANT, Split,
-    Told, Verdict, Visible, above_noise,
+    self, Alternative, Channel, Effect, Finding, Gap, ModelChange, SIGNIFICANT, Split, Told,
+    Verdict, Visible, Worth, above_noise,
 };
 use super::model_file;
 use super::selection::{self, Hypothesis, Options, Outcome, Set, Slot, sum_of_squares};
@@ -18,8 +18,23 @@ pub(super) trait Worded: selection::Gap {
     fn seat(&self, term: &Self::Term) -> String;
     /// Returns its equation; `told` are its numbers in everyday units.
     fn equation(&self, term: &Self::Term, told: &[Told]) -> String;
+    /// Returns the numbers of one effect of a hypothesis.
+    fn told(&self, h: &Hypothesis<Self::Term>, at: usize) -> Vec<Told> {
+        let before: usize = h.terms[..at].iter().map(|term| self.slots(term).len()).sum();
+        let from = self.nuisance().len() + before;
+        let of = |(i, slot): (usize, &Slot)| {
+            let variance = h.covariance.get((from + i, from + i)).copied().unwrap_or(f64::NAN);
+            let (value, std) = (h.parameters[from + i], variance.max(0.0).sqrt());
+            (slot.name.to_owned(), value, std, slot.unit.to_owned())
+        };
+        self.slots(&h.terms[at]).iter().enumerate().map(of).collect()
+    }
     /// Returns how large the gap of each channel is, and when, largest share first.
     fn places(&self, nothing: &Hypothesis<Self::Term>) -> Vec<Channel>;
+    /// Returns how many standard deviations a sum of squares lies above what noise alone would leave.
+    fn above(&self, sum: f64, count: usize) -> f64 {
+        above_noise(sum, count)
+    }
     /// Returns the reason given when nothing is missing.
     fn nothing(&self) -> &'static str;
     /// Returns what to do when several effects explain the same.
@@ -51,8 +66,8 @@ pub(super) fn answer<G: Worded>(
     for (at, term) in best.terms.iter().enumerate() {
         let rivals = || outcome.rivals.iter().filter(|rival| rival.instead_of == at);
         let ties: Vec<_> = rivals().filter(|rival| rival.behind < options.tie).collect();
-        let mut effect = effect(gap, outcome, best, at, &outcome.without[at]);
-        effect.alternatives = rivals()
+        let mut own = effect(gap, best, at, outcome.worth(at));
+        own.alternatives = rivals()
             .filter_map(|rival| {
                 let other = rival.hypothesis.terms.last()?;
                 let why_not = if rival.behind < options.tie {
@@ -69,20 +84,20 @@ pub(super) fn answer<G: Worded>(
             })
             .take(3)
             .collect();
-        effect.indistinguishable = !ties.is_empty();
+        own.indistinguishable = !ties.is_empty();
         if ties.is_empty() {
-            let told = everyday(&told(gap, best, at));
+            let told = everyday(&gap.told(best, at));
             lines.push(model_file::line(gap.name(term), &gap.seat(term), &told));
         }
-        effects.push(effect);
+        effects.push(own);
         for rival in ties {
             let h = &rival.hypothesis;
-            let mut other = self::effect(gap, outcome, h, h.terms.len() - 1, &outcome.without[at]);
+            let mut other = effect(gap, h, h.terms.len() - 1, outcome.worth_of(rival));
             other.indistinguishable = true;
             effects.push(other);
         }
     }
-    let left = above_noise(best.heldout, counts.1).max(above_noise(best.train, counts.0));
+    let left = gap.above(best.heldout, counts.1).max(gap.above(best.train, counts.0));
     if left > SIGNIFICANT && !effects.is_empty() {
         notes.push(format!(
             "what is left is still above noise ({left:.0} standard deviations of its sum of squares)"
@@ -95,6 +110,7 @@ pub(super) fn answer<G: Worded>(
         places: gap.places(&outcome.nothing),
         effects,
         gap: Gap::of(split(&outcome.nothing), split(best), 1.0),
+        path: selection::path(gap, outcome, |term| (gap.name(term).into(), gap.seat(term))),
         model: ModelChange { added: lines, ..ModelChange::default() },
         next_experiment: None,
         reason,
@@ -104,41 +120,13 @@ pub(super) fn answer<G: Worded>(
     }
 }
 
-/// Tells one effect of a hypothesis; `without` is the hypothesis without it.
-fn effect<G: Worded>(
-    gap: &G,
-    outcome: &Outcome<G::Term>,
-    h: &Hypothesis<G::Term>,
-    at: usize,
-    without: &Hypothesis<G::Term>,
-) -> Effect {
-    let explained = (outcome.nothing.heldout - outcome.best.heldout).max(1e-9);
+/// Tells one effect of a hypothesis.
+fn effect<G: Worded>(gap: &G, h: &Hypothesis<G::Term>, at: usize, worth: Worth) -> Effect {
     let term = &h.terms[at];
-    let told = told(gap, h, at);
-    Effect {
-        name: gap.name(term).into(),
-        at: gap.seat(term),
-        parameters: finding::grouped(gap.name(term), &told),
-        evidence: Evidence {
-            delta_bic: without.criterion() - h.criterion(),
-            heldout_gain: ((without.heldout - h.heldout) / explained).clamp(-1.0, 1.0),
-        },
-        equation: gap.equation(term, &everyday(&told)),
-        alternatives: Vec::new(),
-        indistinguishable: false,
-    }
-}
-
-/// Returns the numbers of one effect of a hypothesis.
-fn told<G: selection::Gap>(gap: &G, h: &Hypothesis<G::Term>, at: usize) -> Vec<Told> {
-    let before: usize = h.terms[..at].iter().map(|term| gap.slots(term).len()).sum();
-    let from = gap.nuisance().len() + before;
-    let of = |(i, slot): (usize, &Slot)| {
-        let variance = h.covariance.get((from + i, from + i)).copied().unwrap_or(f64::NAN);
-        let (value, std) = (h.parameters[from + i], variance.max(0.0).sqrt());
-        (slot.name.to_owned(), value, std, slot.unit.to_owned())
-    };
-    gap.slots(&h.terms[at]).iter().enumerate().map(of).collect()
+    let told = gap.told(h, at);
+    let equation = gap.equation(term, &everyday(&told));
+    let parameters = finding::grouped(gap.name(term), &told);
+    Effect::new((gap.name(term), gap.seat(term)), parameters, worth, equation)
 }
 
 /// Returns the numbers as people write them: what is poured is in millilitres.
@@ -175,6 +163,9 @@ fn verdict<G: Worded>(gap: &G, effects: &[Effect], left: f64) -> (Verdict, Strin
     }
 }
 
+/// A change that is small yet visible must do more than this, in units of noise, or no change of that kind is seen.
+const BLIND: f64 = 1e-2;
+
 /// Returns how small a change of each number would have been seen.
 fn visible<G: Worded>(gap: &G, outcome: &Outcome<G::Term>, options: &Options) -> Vec<Visible> {
     let own = &outcome.nothing.parameters;
@@ -198,7 +189,7 @@ fn visible<G: Worded>(gap: &G, outcome: &Outcome<G::Term>, options: &Options) ->
         };
         let change: Vec<f64> = with.iter().zip(&base).map(|(a, b)| a - b).collect();
         let strength = sum_of_squares(&change).sqrt() / slots[0].scale;
-        if strength > 0.0 {
+        if strength * slots[0].scale > BLIND {
             let needed = options.least_gain + slots.len() as f64 * count.ln();
             found.push(Visible {
                 name: gap.name(&candidate.term).into(),

@@ -18,6 +18,9 @@ pub fn people(finding: &Finding, style: Style) -> String {
         Verdict::Several => "several effects are missing",
         Verdict::Ambiguous => "cannot tell: several effects explain this equally well",
         Verdict::Unknown => "something without a name is missing",
+        Verdict::NothingMissing if !finding.identified.is_empty() => {
+            "numbers of the model are off, nothing else is missing"
+        }
         Verdict::NothingMissing => "nothing is missing",
         Verdict::DifferentMachines => "the recordings are not of one machine",
         Verdict::ModelInadequate => {
@@ -96,17 +99,17 @@ fn identified(finding: &Finding) -> String {
     if finding.identified.is_empty() {
         return text;
     }
-    let _ = writeln!(text, "\nnumbers that are off             file         identified");
+    let _ = writeln!(text, "\n{:<27} {:<9} {:<13} off by", "numbers that are off", "", "file");
     for off in &finding.identified {
+        let kind = off.name.as_str();
+        let at = if kind == "inertial" { off.at.clone() } else { format!("{kind}({})", off.at) };
         let _ = writeln!(
             text,
-            "{:<22} {:<9} {:<12} {} ± {} {}",
-            off.at,
+            "{at:<27} {:<9} {:<13} {} ± {}",
             off.parameter,
-            significant(off.file, 3),
-            significant(off.value, 3),
-            significant(off.std, 1),
-            off.unit
+            quantity(off.file, &off.unit),
+            quantity(off.value - off.file, &off.unit),
+            quantity(off.std, &off.unit)
         );
     }
     text
@@ -125,9 +128,11 @@ fn effect_text(effect: &Effect, style: Style) -> String {
         text,
         "\n  {}",
         style.dim(&format!(
-            "evidence: BIC falls by {}; {:.0} % of what is explainable on held-out data rests on it",
+            "evidence: BIC falls by {}; {:.0} % of what is explainable on held-out data rests on it; \
+             {:.0} of 100 draws of the data name it",
             significant(effect.evidence.delta_bic, 3),
-            effect.evidence.heldout_gain * 100.0
+            effect.evidence.heldout_gain * 100.0,
+            effect.stability * 100.0
         ))
     );
     for other in &effect.alternatives {
@@ -180,13 +185,25 @@ fn shrink(finding: &Finding, style: Style) -> String {
         if in_noise { "units of noise (1 is noise alone)" } else { "parts of the signal's spread" };
     let _ = writeln!(text, "\ngap in {unit}");
     let most = gap.before.heldout.max(gap.after.heldout).max(1e-9);
-    for (name, split) in [("before", gap.before), ("after", gap.after)] {
+    // Of one name the path is before and after.
+    let path = if finding.path.len() > 1 { &finding.path[..] } else { &[] };
+    let steps = path.iter().map(|step| (format!("+ {}({})", step.name, step.at), step.gap));
+    let mut lines = vec![("before".to_owned(), gap.before)];
+    lines.extend(steps);
+    lines.push(("after".to_owned(), gap.after));
+    let wide = lines.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
+    let last = lines.len() - 1;
+    for (at, (name, split)) in lines.iter().enumerate() {
         let filled = ((split.heldout / most) * BAR as f64).round() as usize;
         let bar = format!("{}{}", "█".repeat(filled.min(BAR)), "·".repeat(BAR - filled.min(BAR)));
-        let bar = if name == "after" { style.green(&bar) } else { style.red(&bar) };
+        let bar = match at {
+            0 => style.red(&bar),
+            _ if at == last => style.green(&bar),
+            _ => style.dim(&bar),
+        };
         let _ = writeln!(
             text,
-            "  {name:<7} fitted {:<8} held out {:<8} {bar}",
+            "  {name:<wide$} fitted {:<8} held out {:<8} {bar}",
             significant(split.train, 3),
             significant(split.heldout, 3)
         );

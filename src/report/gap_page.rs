@@ -77,8 +77,8 @@ fn plot(trace: &Trace, finding: &Finding) -> String {
         .find(|place| place.channel == trace.channel)
         .map_or("", |place| place.concentrated_in.as_str());
     format!(
-        "<section class=\"card plot\"><h2>{}{} ({})</h2><p class=\"soft\">full scale ± {}, {:.1} s{}{}</p>\n\
-         <svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"measured minus model over time\">\
+        "<section class=\"card plot\"><h2>{}{} ({})</h2><p class=\"soft\">full scale ± {}, {:.1} {}{}{}</p>\n\
+         <svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"measured minus model\">\
          <rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"{shade}\"/>\
          <rect y=\"{:.1}\" width=\"{WIDTH}\" height=\"{band:.1}\" fill=\"#8884\"/>{}{}</svg></section>\n",
         escaped(&trace.channel),
@@ -86,6 +86,7 @@ fn plot(trace: &Trace, finding: &Finding) -> String {
         escaped(&trace.recording),
         why::size(&Measure { value: most, unit: trace.unit.clone() }),
         to - from,
+        trace.along,
         if follows.is_empty() { "" } else { ", follows " },
         escaped(follows),
         y(2.0 * trace.noise),
@@ -107,6 +108,7 @@ mod tests {
             verdict: Verdict::Unknown,
             places: Vec::new(),
             effects: Vec::new(),
+            path: Vec::new(),
             gap: Gap::of(split, split, 1.0),
             model: ModelChange::default(),
             next_experiment: None,

@@ -8,6 +8,7 @@ mod held;
 mod industrial;
 mod logs;
 mod planted;
+mod poses;
 mod pour;
 mod recordings;
 mod secrecy;

@@ -9,8 +9,8 @@ use super::power::smallest_visible;
 use super::term::Law;
 use super::wording::{self, Number};
 use crate::discovery::finding::{
-    self, Alternative, Effect, Evidence, Finding, Gap, ModelChange, NextExperiment, Parameter,
-    SIGNIFICANT, Split, Verdict, above_noise,
+    self, Alternative, Effect, Finding, Gap, ModelChange, NextExperiment, Parameter, SIGNIFICANT,
+    Split, Verdict, Worth, above_noise,
 };
 use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Outcome, Rival, Set};
 
@@ -44,15 +44,8 @@ pub(super) fn answer(
     }
     let places = places(gap);
     if verdict == Verdict::Unknown && effects.is_empty() {
-        effects.push(Effect {
-            name: "unknown".into(),
-            at: "camera".into(),
-            parameters: BTreeMap::new(),
-            evidence: Evidence::default(),
-            equation: "no formula predicts points it was not fitted to".into(),
-            alternatives: Vec::new(),
-            indistinguishable: false,
-        });
+        let why = "no formula predicts points it was not fitted to";
+        effects.push(Effect::unknown("camera".into(), why));
     }
     let next_experiment = ambiguous.then(|| NextExperiment {
         why: format!("{} explain these points equally well", doubted(&effects)),
@@ -64,6 +57,7 @@ pub(super) fn answer(
         places,
         effects,
         gap: Gap::of(split(&outcome.nothing), split(best), 1.0),
+        path: selection::path(gap, outcome, |law| (law.name().into(), law.seat().into())),
         model: ModelChange { added, ..ModelChange::default() },
         next_experiment,
         reason,
@@ -95,21 +89,14 @@ fn effects(
     };
     let best = &outcome.best;
     let fitted = last(best);
-    let explained = (outcome.nothing.heldout - best.heldout).max(1e-9);
-    let part = |less: f64| (less / explained).clamp(-1.0, 1.0);
     let (mut effects, mut lines): (Vec<Effect>, Vec<String>) = (Vec::new(), Vec::new());
     let mut unnamed: Option<usize> = None;
     for (at, law) in best.terms.iter().enumerate() {
-        let without = &outcome.without[at];
         let rivals: Vec<&Rival<Law>> =
             outcome.rivals.iter().filter(|rival| rival.instead_of == at).collect();
         let ties = ties(&rivals, *law, options);
         let told = told(&all.data, &fitted, at);
-        let evidence = Evidence {
-            delta_bic: without.criterion() - best.criterion(),
-            heldout_gain: part(without.heldout - best.heldout),
-        };
-        let mut effect = effect(&all.data, *law, &told, evidence);
+        let mut effect = effect(&all.data, *law, &told, outcome.worth(at));
         effect.alternatives = alternatives(&all, &rivals, *law, options);
         effect.indistinguishable = !ties.is_empty();
         if let Law::Feature(_) = law {
@@ -129,12 +116,9 @@ fn effects(
         for rival in ties {
             let h = last(&rival.hypothesis);
             let at = h.terms.len() - 1;
-            let evidence = Evidence {
-                delta_bic: without.criterion() - rival.hypothesis.criterion(),
-                heldout_gain: part(without.heldout - rival.hypothesis.heldout),
-            };
             let told = self::told(&all.data, &h, at);
-            let mut other = self::effect(&all.data, h.terms[at], &told, evidence);
+            let worth = outcome.worth_of(rival);
+            let mut other = self::effect(&all.data, h.terms[at], &told, worth);
             other.indistinguishable = true;
             effects.push(other);
         }
@@ -157,16 +141,9 @@ fn ties<'a>(rivals: &[&'a Rival<Law>], chosen: Law, options: &Options) -> Vec<&'
     found
 }
 
-fn effect(data: &Data, law: Law, told: &[Number], evidence: Evidence) -> Effect {
-    Effect {
-        name: law.name().into(),
-        at: law.seat().into(),
-        parameters: parameters(law, told),
-        evidence,
-        equation: wording::equation(law, told, &data.lens),
-        alternatives: Vec::new(),
-        indistinguishable: false,
-    }
+fn effect(data: &Data, law: Law, told: &[Number], worth: Worth) -> Effect {
+    let equation = wording::equation(law, told, &data.lens);
+    Effect::new((law.name(), law.seat().into()), parameters(law, told), worth, equation)
 }
 
 /// Adds a second formula to the first.
@@ -181,6 +158,8 @@ fn join(first: &mut Effect, more: &Effect) {
     first.evidence.delta_bic += more.evidence.delta_bic;
     first.evidence.heldout_gain =
         (first.evidence.heldout_gain + more.evidence.heldout_gain).min(1.0);
+    first.heldout_share = first.evidence.heldout_gain.max(0.0);
+    first.stability = first.stability.min(more.stability);
 }
 
 fn parameters(law: Law, told: &[Number]) -> BTreeMap<String, Parameter> {

@@ -241,6 +241,7 @@ fn traces(gap: &CameraGap, best: &Hypothesis<Law>, files: &[Points]) -> Vec<Trac
                     unit: "px".into(),
                     noise: data.sigma,
                     held_out: set == Set::Heldout,
+                    along: if data.timed { "s" } else { "points" },
                     time: time.collect(),
                     before: was.iter().map(|(_, left)| *left).collect(),
                     after: is.iter().map(|(_, left)| *left).collect(),

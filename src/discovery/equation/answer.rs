@@ -13,7 +13,7 @@ use super::edit::{apply, diff};
 use super::hypothesis::{Chosen, Gain, Hypothesis, Question, with_values};
 use super::investigate::Outcome;
 use super::place::concentrated;
-use super::rivals::Rival;
+use super::rivals::{Judged, Rival};
 use super::search::Search;
 use super::unknown::{Formula, UNKNOWN};
 use super::wording;
@@ -74,6 +74,11 @@ impl Report<'_> {
             places: self.places(),
             effects,
             gap,
+            path: if verdict == Verdict::Unknown {
+                Vec::new()
+            } else {
+                self.question.gap_after_each(self.search)
+            },
             model,
             next_experiment,
             reason,
@@ -104,7 +109,7 @@ impl Report<'_> {
     /// Rivals that the data cannot tell from an effect of the best hypothesis.
     fn ties(&self, i: usize) -> Vec<&Rival> {
         let chosen = &self.search.best.effects[i].candidate;
-        let ties = self.search.judged[i].1.iter().filter(|rival| rival.ties(chosen));
+        let ties = self.search.judged[i].rivals.iter().filter(|rival| rival.ties(chosen));
         ties.take(MOST_TIES).collect()
     }
 
@@ -113,16 +118,16 @@ impl Report<'_> {
         let search = self.search;
         let mut effects = Vec::new();
         for (i, chosen) in search.best.effects.iter().enumerate() {
-            let (gain, rivals) = &search.judged[i];
+            let Judged { gain, rivals, stability } = &search.judged[i];
             let ties = self.ties(i);
-            let mut own = effect(&search.best, chosen, *gain);
+            let mut own = effect(&search.best, chosen, *gain, *stability);
             own.alternatives = rivals.iter().map(|rival| alternative(rival, chosen)).collect();
             own.indistinguishable = !ties.is_empty();
             effects.push(own);
             for rival in ties {
                 let Some(last) = rival.hypothesis.effects.last() else { continue };
                 let gain = Gain { bic: gain.bic - rival.delta_bic, ..*gain };
-                let mut other = effect(&rival.hypothesis, last, gain);
+                let mut other = effect(&rival.hypothesis, last, gain, rival.stability);
                 other.indistinguishable = true;
                 effects.push(other);
             }
@@ -133,7 +138,8 @@ impl Report<'_> {
     /// The words of a formula as one effect.
     fn unnamed(&self, shown: &Hypothesis) -> Vec<Effect> {
         let gain = self.question.gain(&self.search.nominal, shown, 1);
-        let mut words = shown.effects.iter().map(|chosen| effect(shown, chosen, gain));
+        let stability = self.question.steadied(&self.search.nominal, shown, &mut []);
+        let mut words = shown.effects.iter().map(|chosen| effect(shown, chosen, gain, stability));
         let Some(mut whole) = words.next() else { return Vec::new() };
         for (i, word) in words.enumerate() {
             if let Some((_, term)) = word.equation.split_once(" += ") {
@@ -253,6 +259,7 @@ impl Report<'_> {
                 unit: unit(output.dimension),
                 noise: bench.held[0].noise[o],
                 held_out: true,
+                along: "s",
                 time: time.clone(),
                 before: nominal.held.residuals[o].clone(),
                 after: shown.held.residuals[o].clone(),
@@ -265,7 +272,7 @@ fn unit(dimension: Option<Dimension>) -> String {
     dimension.map(Dimension::si).unwrap_or_default()
 }
 
-fn effect(at: &Hypothesis, chosen: &Chosen, gain: Gain) -> Effect {
+fn effect(at: &Hypothesis, chosen: &Chosen, gain: Gain, stability: f64) -> Effect {
     let patch = with_values(&chosen.patch, &at.fitted, true);
     let mut parameters = BTreeMap::new();
     let mut equation = chosen.candidate.equation.clone();
@@ -278,15 +285,9 @@ fn effect(at: &Hypothesis, chosen: &Chosen, gain: Gain) -> Effect {
         let parameter = Parameter { value: Value::Number(param.value), std, unit };
         parameters.insert(param.role.to_string(), parameter);
     }
-    Effect {
-        name: chosen.candidate.kind.into(),
-        at: chosen.candidate.at.clone(),
-        parameters,
-        evidence: Evidence { delta_bic: gain.bic, heldout_gain: gain.held_rms.clamp(0.0, 1.0) },
-        equation,
-        alternatives: Vec::new(),
-        indistinguishable: false,
-    }
+    let evidence = Evidence { delta_bic: gain.bic, heldout_gain: gain.held_rms.clamp(0.0, 1.0) };
+    let seat = (chosen.candidate.kind, chosen.candidate.at.clone());
+    Effect::new(seat, parameters, (evidence, stability), equation)
 }
 
 /// A rival of an effect, with why it was not chosen.

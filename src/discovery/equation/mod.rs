@@ -24,6 +24,7 @@ mod stretches;
 mod anchor;
 pub mod search;
 pub mod rivals;
+mod steady;
 mod linear;
 mod features;
 pub mod unknown;

@@ -27,6 +27,19 @@ pub struct Rival {
     pub more: isize,
     /// Whether it differs from the one chosen only at standstill, where neither law says what really happens.
     pub differs_at_rest: bool,
+    /// The share of draws of the data in which it explains most in that place.
+    pub stability: f64,
+}
+
+/// What an effect is worth beside the others.
+#[derive(Debug, Clone)]
+pub struct Judged {
+    /// What leaving it out costs.
+    pub gain: Gain,
+    /// What could stand in its place, nearest first.
+    pub rivals: Vec<Rival>,
+    /// The share of draws of the data in which it is named ([`crate::discovery::resample`]).
+    pub stability: f64,
 }
 
 /// A root mean square on held-out data that is larger by this part is worse.
@@ -73,7 +86,7 @@ impl Question<'_> {
         nominal: &Hypothesis,
         best: &Hypothesis,
         rounds: &[Vec<Tried>],
-    ) -> Vec<(Gain, Vec<Rival>)> {
+    ) -> Vec<Judged> {
         (0..best.effects.len()).map(|i| self.judge_effect(nominal, best, i, rounds)).collect()
     }
 
@@ -83,7 +96,7 @@ impl Question<'_> {
         best: &Hypothesis,
         i: usize,
         rounds: &[Vec<Tried>],
-    ) -> (Gain, Vec<Rival>) {
+    ) -> Judged {
         let mut fewer = best.effects.clone();
         let own = fewer.remove(i);
         let without = if fewer.is_empty() {
@@ -91,7 +104,9 @@ impl Question<'_> {
         } else {
             self.rebuilt(nominal, &fewer, best, 30)
         };
-        let Some(without) = without else { return (Gain::NONE, Vec::new()) };
+        let Some(without) = without else {
+            return Judged { gain: Gain::NONE, rivals: Vec::new(), stability: 0.0 };
+        };
         let gain = self.gain(&without, best, 1);
         let at_rest = self.at_rest(best, &own);
         let others = others(&own, &fewer, rounds);
@@ -126,12 +141,14 @@ impl Question<'_> {
                     delta_held,
                     more,
                     differs_at_rest,
+                    stability: 0.0,
                 })
             })
             .collect();
         let mut rivals: Vec<Rival> = rivals.into_iter().flatten().collect();
         rivals.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
-        (gain, rivals)
+        let stability = self.steadied(&without, best, &mut rivals);
+        Judged { gain, rivals, stability }
     }
 }
 

@@ -13,7 +13,7 @@ use super::hypothesis::{
     Chosen, Gain, Hypothesis, IMPERFECTION, MATTERS, MOST, Question, TIE, with_values,
 };
 use super::meaning::says_nothing;
-use super::rivals::Rival;
+use super::rivals::Judged;
 
 /// The result of a search.
 #[derive(Debug, Clone)]
@@ -22,8 +22,8 @@ pub struct Search {
     pub nominal: Hypothesis,
     /// With the effects that pay.
     pub best: Hypothesis,
-    /// For each effect of `best`: what leaving it out costs, and its rivals, nearest first.
-    pub judged: Vec<(Gain, Vec<Rival>)>,
+    /// What each effect of `best` is worth.
+    pub judged: Vec<Judged>,
     /// How many candidates were tried at once.
     pub n_tried: usize,
 }
@@ -98,7 +98,7 @@ impl Question<'_> {
         // What was added early, alone, may have a better rival now that the others are there.
         let better = judged
             .iter()
-            .flat_map(|(_, rivals)| rivals.iter().filter(|rival| rival.is_better()))
+            .flat_map(|judged| judged.rivals.iter().filter(|rival| rival.is_better()))
             .min_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
         if let Some(rival) = better {
             best = self.concluded(&nominal, rival.hypothesis.clone());

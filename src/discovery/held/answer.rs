@@ -107,6 +107,7 @@ fn traces(gap: &HeldGap, nothing: &Hypothesis<Term>, best: &Hypothesis<Term>) ->
                 unit: "m".into(),
                 noise: held.noise,
                 held_out: gap.sets[at] == Some(Set::Heldout),
+                along: "s",
                 time: before.iter().map(|(row, _)| held.time[*row]).collect(),
                 before: before.iter().map(|(_, value)| value[axis]).collect(),
                 after: after.iter().map(|(_, value)| value[axis]).collect(),

@@ -91,6 +91,7 @@ fn traces(gap: &PourGap, outcome: &Outcome<Term>) -> Vec<Trace> {
             unit: "kg".into(),
             noise: pour.scale_noise,
             held_out: gap.sets[at] == Some(Set::Heldout),
+            along: "s",
             time: pour.time.clone(),
             before: left(&outcome.nothing),
             after: left(&outcome.best),

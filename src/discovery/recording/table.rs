@@ -19,6 +19,14 @@ pub(super) fn read(
     map: &Map,
 ) -> Result<Vec<Recording>, Error> {
     let (mut columns, lines) = columns(name, text, map)?;
+    let has = |stem: &str| columns.iter().any(|column| column.name == stem);
+    let is_poses = !has("t") && has("q_1") && (has("tcp_x") || has("tau_1"));
+    if is_poses {
+        // Poses have no order: which row it is does for a time.
+        let values = (0..lines.len()).map(|row| row as f64).collect();
+        let (unit, bad) = (None, Vec::new());
+        columns.push(Column { name: "t".into(), unit, values, bad, n_bad: 0 });
+    }
     let clock = time_column(name, &columns)?;
     let time = columns.remove(clock);
     check_time(name, &time, &lines)?;
@@ -46,7 +54,9 @@ pub(super) fn read(
         recordings.push(one(&name, time, cut, lines, sidecar)?);
     }
     let mut notes = Vec::new();
-    if time.unit.is_none() {
+    if is_poses {
+        notes.push(format!("{name}: there is no time `t`; each row is taken for a pose at rest"));
+    } else if time.unit.is_none() {
         notes.push(format!("{name}: `t` has no unit; seconds are assumed"));
     }
     if n > 1 {

@@ -9,8 +9,8 @@ use super::power::smallest_visible;
 use super::term::{Law, Term};
 use super::wording;
 use crate::discovery::finding::{
-    self, Alternative, Effect, Evidence, Finding, Gap, ModelChange, NextExperiment, Parameter,
-    SIGNIFICANT, Split, Told, Value, Verdict, above_noise,
+    self, Alternative, Effect, Finding, Gap, ModelChange, NextExperiment, Parameter, SIGNIFICANT,
+    Split, Told, Value, Verdict, Worth, above_noise,
 };
 use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Outcome, Rival, Set};
 use crate::units::significant;
@@ -39,6 +39,7 @@ pub(super) fn answer(
     } else {
         Vec::new()
     };
+    let path = selection::path(&gap, outcome, |t| (t.law.name().into(), t.seat(&gap.things)));
     // The held-out numbers are settled; what is written into the model is fitted to all data.
     let mut all = fitted.unwrap_or(gap);
     let held = std::mem::take(&mut all.heldout);
@@ -49,65 +50,44 @@ pub(super) fn answer(
     let last = fit_all(&all, best).filter(|h| is_sensible(&all, h)).unwrap_or_else(|| best.clone());
     let mut effects: Vec<Effect> = Vec::new();
     let mut lines: Vec<String> = Vec::new();
-    let explained = (outcome.nothing.heldout - best.heldout).max(1e-9);
     let mut unnamed: BTreeMap<usize, usize> = BTreeMap::new();
     for (at, term) in best.terms.iter().enumerate() {
         let told = told_of(&all, &last, at);
-        let without = &outcome.without[at];
         let mine = || outcome.rivals.iter().filter(|rival| rival.instead_of == at);
         let ties: Vec<&Rival<Term>> =
             mine().filter(|rival| rival.behind < options.tie && !synonym(rival, term)).collect();
-        let effect = Effect {
-            name: term.law.name().into(),
-            at: term.seat(&things),
-            parameters: parameters(term.law.name(), &told),
-            evidence: Evidence {
-                delta_bic: without.criterion() - best.criterion(),
-                heldout_gain: ((without.heldout - best.heldout) / explained).clamp(-1.0, 1.0),
-            },
-            equation: wording::equation(term, &told),
-            alternatives: alternatives(mine(), term, options, &things),
-            indistinguishable: !ties.is_empty(),
-        };
+        let mut own = effect(term, &told, &things, outcome.worth(at));
+        own.alternatives = alternatives(mine(), term, options, &things);
+        own.indistinguishable = !ties.is_empty();
         if matches!(term.law, Law::Feature(_) | Law::Above | Law::Below) {
             // The twin has no law for it; a reader of the file should know all the same.
-            lines.push(format!("// unknown at {}: {}", effect.at, effect.equation));
+            lines.push(format!("// unknown at {}: {}", own.at, own.equation));
         } else if ties.is_empty() {
             lines.push(wording::line(term, &told, &things));
         }
         // Several formulas at one joint are one unknown effect.
-        let is_unnamed = effect.name == "unknown";
+        let is_unnamed = own.name == "unknown";
         if let (true, Some(&first)) = (is_unnamed, unnamed.get(&term.joint)) {
-            let more = effect.equation.split_once("+= ").map_or("", |(_, more)| more).to_owned();
+            let more = own.equation.split_once("+= ").map_or("", |(_, more)| more).to_owned();
             effects[first].equation.push_str(" + ");
             effects[first].equation.push_str(&more);
             effects[first].parameters.extend(
-                effect.parameters.into_iter().map(|(name, p)| (format!("{name}_{}", at + 1), p)),
+                own.parameters.into_iter().map(|(name, p)| (format!("{name}_{}", at + 1), p)),
             );
             continue;
         }
         if is_unnamed {
             unnamed.insert(term.joint, effects.len());
         }
-        effects.push(effect);
+        effects.push(own);
         for rival in ties {
             let h = fit_all(&all, &rival.hypothesis).unwrap_or_else(|| rival.hypothesis.clone());
             let last_at = h.terms.len() - 1;
             let other = h.terms[last_at];
             let told = told_of(&all, &h, last_at);
-            effects.push(Effect {
-                name: other.law.name().into(),
-                at: other.seat(&things),
-                parameters: parameters(other.law.name(), &told),
-                evidence: Evidence {
-                    delta_bic: without.criterion() - rival.hypothesis.criterion(),
-                    heldout_gain: ((without.heldout - rival.hypothesis.heldout) / explained)
-                        .clamp(-1.0, 1.0),
-                },
-                equation: wording::equation(&other, &told),
-                alternatives: Vec::new(),
-                indistinguishable: true,
-            });
+            let mut other = effect(&other, &told, &things, outcome.worth_of(rival));
+            other.indistinguishable = true;
+            effects.push(other);
         }
     }
     let ambiguous = effects.iter().any(|effect| effect.indistinguishable);
@@ -130,15 +110,8 @@ pub(super) fn answer(
         ));
     }
     if verdict == Verdict::Unknown && effects.is_empty() {
-        effects.push(Effect {
-            name: "unknown".into(),
-            at: places.first().map_or_else(|| "robot".into(), |place| place.channel.clone()),
-            parameters: BTreeMap::new(),
-            evidence: Evidence::default(),
-            equation: "no formula predicts data it was not fitted to".into(),
-            alternatives: Vec::new(),
-            indistinguishable: false,
-        });
+        let at = places.first().map_or_else(|| "robot".into(), |place| place.channel.clone());
+        effects.push(Effect::unknown(at, "no formula predicts data it was not fitted to"));
     }
     let next_experiment = ambiguous.then(|| NextExperiment {
         why: format!(
@@ -158,6 +131,7 @@ pub(super) fn answer(
         places,
         effects,
         gap: shrink,
+        path,
         model: ModelChange { added, ..ModelChange::default() },
         next_experiment,
         reason,
@@ -180,6 +154,7 @@ pub(super) fn different(gap: &ArmGap, words: &str, notes: Vec<String>) -> Findin
         places: places(gap, &[]),
         effects: Vec::new(),
         gap: Gap::of(split, split, 1.0),
+        path: Vec::new(),
         model: ModelChange::default(),
         next_experiment: None,
         reason: format!(
@@ -200,15 +175,16 @@ fn nearest(leads: &[Effect], explained: f64) -> Effect {
         delta_bic: effect.evidence.delta_bic,
         why_not: format!("the nearest that has a name, and explains only {part} % of the gap"),
     };
-    Effect {
-        name: "unknown".into(),
-        at: leads.first().map_or_else(|| "robot".into(), |effect| effect.at.clone()),
-        parameters: BTreeMap::new(),
-        evidence: Evidence::default(),
-        equation: "no effect that has a name, and no formula, explains it".into(),
-        alternatives: leads.iter().map(lead).collect(),
-        indistinguishable: false,
-    }
+    let at = leads.first().map_or_else(|| "robot".into(), |effect| effect.at.clone());
+    let nothing = "no effect that has a name, and no formula, explains it";
+    Effect { alternatives: leads.iter().map(lead).collect(), ..Effect::unknown(at, nothing) }
+}
+
+/// Tells an effect.
+fn effect(term: &Term, told: &[Told], things: &[Thing], worth: Worth) -> Effect {
+    let name = term.law.name();
+    let equation = wording::equation(term, told);
+    Effect::new((name, term.seat(things)), parameters(name, told), worth, equation)
 }
 
 /// Returns whether the rival is the same thing under another name, so that no doubt about the machine

@@ -132,12 +132,16 @@ impl Chain {
         self.bodies.len()
     }
 
+    /// Returns how far the tip is from the base at most, m.
+    pub fn reach(&self) -> f64 {
+        let joints = self.bodies.iter().map(|body| body.parent_from_body.translation.vector.norm());
+        joints.sum::<f64>() + self.body_from_tip.translation.vector.norm()
+    }
+
     /// Returns whether a mass (kg) with this moment (mass times position in the last body's frame, kg·m) can be borne
     /// there: its middle is no further off than the arm is long. A moment without a mass to it is something else.
     pub fn bears(&self, mass: f64, moment: &[f64]) -> bool {
-        let joints = self.bodies.iter().map(|body| body.parent_from_body.translation.vector.norm());
-        let length = joints.sum::<f64>() + self.body_from_tip.translation.vector.norm();
-        moment.iter().map(|part| part * part).sum::<f64>().sqrt() <= mass.abs() * length
+        moment.iter().map(|part| part * part).sum::<f64>().sqrt() <= mass.abs() * self.reach()
     }
 
     /// Adds a mass at a point.
@@ -250,6 +254,12 @@ impl Chain {
 }
 
 impl Body {
+    /// Sets the body elsewhere in its parent.
+    pub fn sit(&mut self, parent_from_body: Isometry3<f64>) {
+        self.parent_from_body = parent_from_body;
+        self.turn = parent_from_body.rotation.to_rotation_matrix().into_inner();
+    }
+
     /// Returns the turn and place of the body in its parent.
     fn pose(&self, value: f64) -> (Matrix3<f64>, Vector3<f64>) {
         let origin = self.parent_from_body.translation.vector;

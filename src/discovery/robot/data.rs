@@ -78,7 +78,34 @@ impl Data {
     /// [`Error`] for a group of columns that is not complete, a cell that is not a number, a wrong
     /// unit, or a recording that holds nothing of an arm.
     pub fn new(recording: &Recording, n: usize) -> Result<Self, Error> {
-        let notes = Vec::new();
+        let mut data = Self::columns(recording, n, true)?;
+        data.drop_unmeasured(&recording.name);
+        data.drop_repeats(&recording.name);
+        data.set_clock(&recording.name);
+        data.estimate_noise();
+        let levels = &recording.sidecar.noise;
+        if levels.q_rad.is_none() && levels.tau_nm.is_none() && levels.tcp_m.is_none() {
+            data.notes.push(format!(
+                "{}: no noise is given; it is estimated from the channels themselves",
+                recording.name
+            ));
+        }
+        Ok(data)
+    }
+
+    /// Takes an arm's channels out of a recording in which each row is a pose at rest: no row says anything of the next,
+    /// and a noise that is not given stays 0.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`].
+    pub fn at_rest(recording: &Recording, n: usize) -> Result<Self, Error> {
+        Self::columns(recording, n, false)
+    }
+
+    /// Takes an arm's channels out of a recording as they are; angles of a motion without jumps of whole turns.
+    fn columns(recording: &Recording, n: usize, moves: bool) -> Result<Self, Error> {
+        let unwrapped = |values: &[f64]| if moves { unwrapped(values) } else { values.to_vec() };
         let group = |stem: &str, dimension| recording.group(stem, n, dimension);
         for stem in ["q_cmd", "q", "dq", "tau"] {
             if recording.group_len(stem) > n {
@@ -124,9 +151,9 @@ impl Data {
                 channels.push(channel(Quantity::Tip, index, name.into(), values, level));
             }
         }
-        let moves =
+        let any_motion =
             !commands.is_empty() || channels.iter().any(|c| c.quantity == Quantity::Position);
-        if channels.is_empty() || !moves {
+        if channels.is_empty() || !any_motion {
             let missing = if channels.is_empty() {
                 "nothing measured: none of `q_n`, `dq_n`, `tau_n`, `tcp_x`"
             } else {
@@ -144,18 +171,8 @@ impl Data {
                 ),
             });
         }
-        let mut data = Self { n, time: recording.time.clone(), commands, channels, notes };
-        data.drop_unmeasured(&recording.name);
-        data.drop_repeats(&recording.name);
-        data.set_clock(&recording.name);
-        data.estimate_noise();
-        if levels.q_rad.is_none() && levels.tau_nm.is_none() && levels.tcp_m.is_none() {
-            data.notes.push(format!(
-                "{}: no noise is given; it is estimated from the channels themselves",
-                recording.name
-            ));
-        }
-        Ok(data)
+        let time = recording.time.clone();
+        Ok(Self { n, time, commands, channels, notes: Vec::new() })
     }
 
     /// Leaves out torques, speeds or a tip that never change while the arm moves: some loggers write zeros for

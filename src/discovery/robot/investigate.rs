@@ -356,6 +356,7 @@ fn traces<'a>(
                 unit: channel.quantity.unit().to_owned(),
                 noise: channel.noise,
                 held_out,
+                along: "s",
                 time: data.time.clone(),
                 before: in_units(&before),
                 after: in_units(&after),

@@ -18,8 +18,10 @@ mod answer;
 mod links;
 mod places;
 mod plausible;
+mod poses;
 mod power;
 mod rows;
 mod thin;
 
 pub use investigate::investigate;
+pub(super) use poses::{are_poses, investigate as at_poses};

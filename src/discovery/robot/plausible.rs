@@ -21,7 +21,7 @@ const ALIKE: f64 = 0.95;
 const ANOTHERS: [f64; 2] = [0.9, 0.99];
 
 /// Rows further apart than this show no motion of an arm, s.
-const COARSE: f64 = 0.5;
+pub(super) const COARSE: f64 = 0.5;
 
 /// An arm moves if a joint turns by this, rad.
 const MOVES: f64 = 0.05;
@@ -61,6 +61,21 @@ pub(super) fn check(
     if data.commands.iter().map(Vec::as_slice).chain(measured).any(moves) {
         fine_enough(data, name)?;
     }
+    within_limits(limits, data, name)?;
+    within_reach(arm, data, name)
+}
+
+/// Checks poses at rest against the arm.
+///
+/// # Errors
+///
+/// An [`Error`] for columns that cannot be what they are called.
+pub(super) fn check_at_rest(
+    arm: &Arm,
+    limits: &[JointLimits],
+    data: &Data,
+    name: &str,
+) -> Result<(), Error> {
     within_limits(limits, data, name)?;
     within_reach(arm, data, name)
 }
@@ -167,8 +182,7 @@ fn within_limits(limits: &[JointLimits], data: &Data, name: &str) -> Result<(), 
 
 /// The tip cannot travel further than across all that the arm reaches.
 fn within_reach(arm: &Arm, data: &Data, name: &str) -> Result<(), Error> {
-    let links = arm.chain.bodies.iter().map(|body| body.parent_from_body.translation.vector.norm());
-    let reach = links.sum::<f64>() + arm.chain.body_from_tip.translation.vector.norm();
+    let reach = arm.chain.reach();
     let slides = arm.chain.bodies.iter().any(|body| body.slides);
     for channel in data.channels.iter().filter(|c| c.quantity == Quantity::Tip && !slides) {
         let (low, high) =

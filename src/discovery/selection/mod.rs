@@ -21,14 +21,18 @@ mod refit;
 mod rounds;
 mod screen;
 mod search;
+mod steady;
 
 use nalgebra::DMatrix;
+
+use super::finding::{Evidence, Worth};
 
 pub use linear::related;
 pub use refit::refit;
 pub use rounds::{floors, search_linear};
 pub use screen::{left_after, sum_of_squares};
 pub use search::search;
+pub use steady::path;
 
 /// How a parameter enters, and on what scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -263,6 +267,8 @@ pub struct Rival<T> {
     pub hypothesis: Hypothesis<T>,
     /// How much worse its evidence is.
     pub behind: f64,
+    /// The share of draws in which it explains most in that place; 0 where it is far behind.
+    pub stability: f64,
 }
 
 /// How to search.
@@ -330,6 +336,29 @@ pub struct Outcome<T> {
     pub without: Vec<Hypothesis<T>>,
     /// Other explanations, best first.
     pub rivals: Vec<Rival<T>>,
+    /// The share of draws of the data in which each effect is named ([`super::resample`]).
+    pub stability: Vec<f64>,
+}
+
+impl<T> Outcome<T> {
+    /// Returns how strongly the data speak for the effect chosen at `at`.
+    pub fn worth(&self, at: usize) -> Worth {
+        (self.evidence(at, &self.best), self.stability[at])
+    }
+
+    /// Returns how strongly the data speak for a rival in the place of the one chosen.
+    pub fn worth_of(&self, rival: &Rival<T>) -> Worth {
+        (self.evidence(rival.instead_of, &rival.hypothesis), rival.stability)
+    }
+
+    fn evidence(&self, at: usize, h: &Hypothesis<T>) -> Evidence {
+        let explained = (self.nothing.heldout - self.best.heldout).max(1e-9);
+        let without = &self.without[at];
+        Evidence {
+            delta_bic: without.criterion() - h.criterion(),
+            heldout_gain: ((without.heldout - h.heldout) / explained).clamp(-1.0, 1.0),
+        }
+    }
 }
 
 impl<T: PartialEq> Outcome<T> {
@@ -339,6 +368,7 @@ impl<T: PartialEq> Outcome<T> {
             (0..self.best.terms.len()).rev().filter(|at| !kept.contains(&self.best.terms[*at]))
         {
             self.without.remove(at);
+            self.stability.remove(at);
             self.rivals.retain(|rival| rival.instead_of != at);
             for rival in self.rivals.iter_mut().filter(|rival| rival.instead_of > at) {
                 rival.instead_of -= 1;

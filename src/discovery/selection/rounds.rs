@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::linear::Linear;
 use super::refit::same_terms;
 use super::search::{Grown, left_out, pays, sensible, weighed};
+use super::steady::steadied;
 use super::{Gap, Hypothesis, Options, Outcome, refit};
 
 /// Times the gap is written out; what was found rarely changes after the second.
@@ -79,7 +80,9 @@ pub fn search_linear<G: Gap>(
         round += 1;
         if (is_plain && is_whole && (settled || last)) || round >= MOST_ROUNDS {
             outcome.keep(&best.terms);
-            return Ok(with_shapes(gap, outcome, best, options));
+            let mut outcome = with_shapes(gap, outcome, best, options);
+            steadied(gap, &mut outcome, options);
+            return Ok(outcome);
         }
     }
 }

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::refit::{near_parameters, refit_some, same_terms};
 use super::screen::Local;
+use super::steady::steadied;
 use super::{Candidate, Gap, Hypothesis, Options, Outcome, Rival, Set, Slot, refit};
 
 /// Searches for the effects that are missing.
@@ -27,7 +28,9 @@ pub fn search<G: Gap>(
     if let (Some(broad), true) = (others.next().cloned(), grown.best.terms.len() >= CROWD) {
         grown.without(gap, options, &broad, progress);
     }
-    Ok(grown.outcome(gap, options, nothing, progress))
+    let mut outcome = grown.outcome(gap, options, nothing, progress);
+    steadied(gap, &mut outcome, options);
+    Ok(outcome)
 }
 
 /// So many effects are enough for one of them to stand for two others.
@@ -79,7 +82,8 @@ impl<T: Clone + PartialEq + Send + Sync> Grown<T> {
             .collect();
         let mut rivals = compared(gap, &best, &without, rivals, options);
         rivals.sort_by(|a, b| a.behind.total_cmp(&b.behind));
-        Outcome { nothing, best, without, rivals }
+        let stability = vec![0.0; best.terms.len()];
+        Outcome { nothing, best, without, rivals, stability }
     }
 
     /// Adds effects while they pay, none of them `barred`; after each, those there are may be exchanged or left out.
@@ -118,13 +122,9 @@ impl<T: Clone + PartialEq + Send + Sync> Grown<T> {
             seen.push(self.best.terms.clone());
             let added = chosen.terms.len() - 1;
             self.rivals.retain(|rival| rival.instead_of != added);
-            self.rivals.extend(
-                fitted.into_iter().filter(|h| h.terms != chosen.terms).map(|hypothesis| Rival {
-                    instead_of: added,
-                    behind: 0.0,
-                    hypothesis,
-                }),
-            );
+            self.rivals.extend(fitted.into_iter().filter(|h| h.terms != chosen.terms).map(
+                |hypothesis| Rival { instead_of: added, behind: 0.0, stability: 0.0, hypothesis },
+            ));
             self.best = chosen;
             if self.best.terms.len() > 1 {
                 progress("trying to exchange and to leave out", done + 0.1);
@@ -343,7 +343,7 @@ pub(super) fn exchanged<G: Gap>(
             rivals.retain(|rival| rival.instead_of != at);
             rivals.extend(tried.into_iter().filter_map(|hypothesis| {
                 let same = hypothesis.terms.last() == Some(&best.terms[at]);
-                (!same).then_some(Rival { instead_of: at, hypothesis, behind: 0.0 })
+                (!same).then_some(Rival { instead_of: at, hypothesis, behind: 0.0, stability: 0.0 })
             }));
         }
     }

@@ -1,0 +1,481 @@
+//! Poses at rest as something to be explained: [`Gap`] over laws that show at rest.
+
+use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Rotation3, Translation3, Vector3};
+
+use super::super::chain::MOST_JOINTS;
+use super::super::plant::Arm;
+use super::super::term::{Law, Term};
+use super::super::{known, wording};
+use super::data::Pose;
+use super::geometry::Geometry;
+use super::model::AtRest;
+use crate::discovery::Trace;
+use crate::discovery::finding::{Channel, Told};
+use crate::discovery::recording::Error;
+use crate::discovery::selection::{Candidate, Gap, Hypothesis, Set, Slot};
+use crate::discovery::worded::Worded;
+use crate::language::ast::EffectItem;
+
+/// The noise of what was read.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Noise {
+    /// Of each axis of the tip, m.
+    pub(super) tip: f64,
+    /// Of each joint's torque, N·m.
+    pub(super) tau: Vec<f64>,
+    /// By how many readings beyond those that explain them it is known.
+    pub(super) beyond: f64,
+}
+
+/// Readings beyond what explains them, so that what is left says something of the noise.
+const LEAST_BEYOND: f64 = 6.0;
+
+/// How many readings the noise common to all joints counts for beside a joint's own: a few poses say little of one joint.
+const COMMON: f64 = 4.0;
+
+/// The largest error of a length that is an error of a file, as a part of the arm's reach.
+const LONGEST: f64 = 0.2;
+
+/// Poses of one arm, some to fit and some to judge.
+#[derive(Debug, Clone)]
+pub(super) struct AtPoses {
+    pub(super) arm: Arm,
+    train: Vec<Pose>,
+    heldout: Vec<Pose>,
+    known: (Vec<Term>, Vec<f64>),
+    pub(super) noise: Noise,
+}
+
+impl AtPoses {
+    pub(super) fn new(arm: Arm, train: Vec<Pose>, heldout: Vec<Pose>) -> Self {
+        let noise = Noise { tip: 1.0, tau: vec![1.0; arm.chain.n()], beyond: f64::INFINITY };
+        Self { arm, train, heldout, known: (Vec::new(), Vec::new()), noise }
+    }
+
+    pub(super) fn poses(&self, set: Set) -> &[Pose] {
+        match set {
+            Set::Train => &self.train,
+            Set::Heldout => &self.heldout,
+        }
+    }
+
+    /// Takes the effects that the model has already; returns a sentence for each that does not show at rest.
+    ///
+    /// # Errors
+    ///
+    /// An [`Error`] for an effect of the arm that is not written as it must be.
+    pub(super) fn take_known(
+        &mut self,
+        known: &[EffectItem],
+        place: &str,
+    ) -> Result<Vec<String>, Error> {
+        let mut aside = Vec::new();
+        for effect in known {
+            let named = format!("effect {}({})", effect.name.text, effect.at.text);
+            let read = known::known(effect, self.arm.chain.n()).map_err(|what| Error {
+                what,
+                place: format!("{place}, {named}"),
+                help: "see the vocabulary of effects for names, places and parameters".into(),
+            })?;
+            match read {
+                Some((term, values)) => {
+                    self.known.0.push(term);
+                    self.known.1.extend(values);
+                }
+                None => aside.push(format!("{named} is not of the arm and is left aside")),
+            }
+        }
+        Ok(aside)
+    }
+
+    /// Tells the tips in the base's frame where the tracker's is clearly another one (`far`: rad and m), and says so.
+    pub(super) fn find_tracker(&mut self, far: f64) -> Option<String> {
+        let arm = AtRest::of(&self.arm.chain, &self.known.0, &self.known.1);
+        let pairs: Vec<_> =
+            self.train.iter().filter_map(|pose| Some((arm.read(pose).0?, pose.tip?))).collect();
+        let seen = between(&pairs)?;
+        let (x, turn) = (seen.translation.vector, seen.rotation.angle());
+        if turn < far && x.norm() < far {
+            return None;
+        }
+        for pose in self.train.iter_mut().chain(&mut self.heldout) {
+            pose.tip = pose.tip.map(|tip| (seen.inverse() * nalgebra::Point3::from(tip)).coords);
+        }
+        let (roll, pitch, yaw) = seen.rotation.euler_angles();
+        Some(format!(
+            "the tracker's frame is not the base's: the base stands at ({:.3}, {:.3}, {:.3}) m in it, turned by roll {roll:.3}, \
+             pitch {pitch:.3}, yaw {yaw:.3} rad; the tips are told from the base",
+            x.x, x.y, x.z
+        ))
+    }
+
+    /// Returns the same with another geometry of the arm.
+    #[must_use]
+    pub(super) fn with_geometry(&self, geometry: &Geometry) -> Self {
+        let (chain, zero, seen) = geometry.applied(&self.arm.chain);
+        let mut other = self.clone();
+        other.arm.chain = chain;
+        for pose in other.train.iter_mut().chain(&mut other.heldout) {
+            pose.q.iter_mut().zip(zero).for_each(|(q, zero)| *q += zero);
+            pose.tip = pose.tip.map(|tip| (seen.inverse() * nalgebra::Point3::from(tip)).coords);
+        }
+        other
+    }
+
+    /// Returns measured minus predicted at every pose, one channel after the other, SI; channels that were not read are
+    /// left out.
+    fn left(&self, set: Set, terms: &[Term], parameters: &[f64]) -> Vec<(usize, Vec<f64>)> {
+        let terms = [&self.known.0[..], terms].concat();
+        let parameters = [&self.known.1[..], parameters].concat();
+        let arm = AtRest::of(&self.arm.chain, &terms, &parameters);
+        let n = self.arm.chain.n();
+        let mut channels = vec![Vec::new(); 3 + n];
+        for pose in self.poses(set) {
+            let (tip, tau) = arm.read(pose);
+            if let (Some(read), Some(tip)) = (pose.tip, tip) {
+                (0..3).for_each(|axis| channels[axis].push(read[axis] - tip[axis]));
+            }
+            for (j, (read, tau)) in pose.tau.iter().zip(&tau).enumerate() {
+                channels[3 + j].push(read - tau);
+            }
+        }
+        channels.into_iter().enumerate().filter(|(_, left)| !left.is_empty()).collect()
+    }
+
+    fn noise_of(&self, channel: usize) -> f64 {
+        if channel < 3 { self.noise.tip } else { self.noise.tau[channel - 3] }
+    }
+
+    /// Returns measured minus predicted before and after for every channel.
+    pub(super) fn traces(&self, [nothing, best]: [&Hypothesis<Term>; 2], name: &str) -> Vec<Trace> {
+        let mut found = Vec::new();
+        for set in [Set::Train, Set::Heldout] {
+            let left = |h: &Hypothesis<Term>| self.left(set, &h.terms, &h.parameters);
+            for ((channel, before), (_, after)) in left(nothing).into_iter().zip(left(best)) {
+                found.push(Trace {
+                    recording: name.to_owned(),
+                    channel: channel_name(channel),
+                    unit: unit(channel).to_owned(),
+                    noise: self.noise_of(channel),
+                    held_out: set == Set::Heldout,
+                    along: "poses",
+                    time: (0..before.len()).map(|row| row as f64).collect(),
+                    before,
+                    after,
+                });
+            }
+        }
+        found
+    }
+}
+
+fn channel_name(channel: usize) -> String {
+    match channel {
+        0..3 => format!("tcp_{}", ["x", "y", "z"][channel]),
+        _ => format!("tau_{}", channel - 2),
+    }
+}
+
+fn unit(channel: usize) -> &'static str {
+    if channel < 3 { "m" } else { "N*m" }
+}
+
+/// Returns the rigid motion that carries the first points nearest to the second (Kabsch, 1976); `None` for fewer than three.
+fn between(pairs: &[(Vector3<f64>, Vector3<f64>)]) -> Option<Isometry3<f64>> {
+    if pairs.len() < 3 {
+        return None;
+    }
+    let count = pairs.len() as f64;
+    let middle = |of: fn(&(Vector3<f64>, Vector3<f64>)) -> Vector3<f64>| {
+        pairs.iter().map(of).sum::<Vector3<f64>>() / count
+    };
+    let (from, to) = (middle(|pair| pair.0), middle(|pair| pair.1));
+    let spread = |sum: Matrix3<f64>, (a, b): &(Vector3<f64>, Vector3<f64>)| {
+        sum + (a - from) * (b - to).transpose()
+    };
+    let svd = pairs.iter().fold(Matrix3::zeros(), spread).svd(true, true);
+    let (u, v_t) = (svd.u?, svd.v_t?);
+    let mut sign = Matrix3::identity();
+    sign[(2, 2)] = (v_t.transpose() * u.transpose()).determinant().signum();
+    let turn = Rotation3::from_matrix_unchecked(v_t.transpose() * sign * u.transpose());
+    let shift = to - turn * from;
+    Some(Isometry3::from_parts(Translation3::from(shift), turn.into()))
+}
+
+impl Noise {
+    /// Judges the noise by what is left once everything that could act at once has been fitted: of the tips the whole
+    /// geometry, of the torques every weight, offset and gain. `None` where too little is left to say.
+    pub(super) fn of(gap: &AtPoses, geometry: Option<&Geometry>) -> Option<Self> {
+        let read = gap.left(Set::Train, &[], &[]);
+        let has_tip = read.iter().any(|(channel, _)| *channel < 3);
+        let has_torque = read.iter().any(|(channel, _)| *channel >= 3);
+        let (mut tip, mut tau) = (1.0, vec![1.0; gap.arm.chain.n()]);
+        let mut beyond = f64::INFINITY;
+        if has_tip {
+            let geometry = geometry?;
+            (tip, beyond) = (geometry.noise, geometry.beyond);
+        }
+        if has_torque {
+            let (own, its) = torques(gap)?;
+            (tau, beyond) = (own, beyond.min(its));
+        }
+        Some(Self { tip, tau, beyond })
+    }
+}
+
+/// Returns the noise of each joint's torques, and by how many readings beyond those that explain them it is known.
+fn torques(gap: &AtPoses) -> Option<(Vec<f64>, f64)> {
+    let n = gap.arm.chain.n();
+    let taus = |terms: &[Term], parameters: &[f64]| -> Vec<f64> {
+        let read = gap.left(Set::Train, terms, parameters);
+        read.into_iter().filter(|(channel, _)| *channel >= 3).flat_map(|(_, left)| left).collect()
+    };
+    let here = taus(&[], &[]);
+    let rows = here.len() / n;
+    let mut columns: Vec<Vec<f64>> = Vec::new();
+    let mut add = |law: Law, joint: usize| {
+        let term = Term { law, joint };
+        let slots = law.slots();
+        let neutral: Vec<f64> = slots.iter().map(|slot| slot.neutral.unwrap_or(0.0)).collect();
+        for (k, slot) in slots.iter().enumerate() {
+            let mut moved = neutral.clone();
+            moved[k] += slot.scale;
+            let there = taus(&[term], &moved);
+            columns.push(here.iter().zip(&there).map(|(a, b)| (a - b) / slot.scale).collect());
+        }
+    };
+    for joint in 0..n {
+        for law in [Law::TorqueOffset, Law::TorqueGain, Law::LinkMass] {
+            add(law, joint);
+        }
+    }
+    for law in [Law::Payload, Law::BaseTilt] {
+        add(law, 0);
+    }
+    let matrix = DMatrix::from_fn(here.len(), columns.len(), |i, k| columns[k][i]);
+    let svd = matrix.svd(true, false);
+    let u = svd.u?;
+    let most = svd.singular_values.amax();
+    let told: Vec<usize> =
+        (0..svd.singular_values.len()).filter(|k| svd.singular_values[*k] > 1e-9 * most).collect();
+    let beyond = here.len() as f64 - told.len() as f64;
+    if beyond < LEAST_BEYOND {
+        return None;
+    }
+    let mut left = DVector::from_vec(here.clone());
+    for k in &told {
+        let along = u.column(*k).dot(&left);
+        left -= u.column(*k) * along;
+    }
+    let common = (left.norm_squared() / beyond).max(1e-18);
+    // A reading that some number could explain by itself says nothing of the noise.
+    let free = |row: usize| 1.0 - told.iter().map(|k| u[(row, *k)].powi(2)).sum::<f64>();
+    let own = |joint: usize| {
+        let rows = joint * rows..(joint + 1) * rows;
+        let square: f64 = left.as_slice()[rows.clone()].iter().map(|value| value * value).sum();
+        let count: f64 = rows.map(free).sum();
+        ((square + COMMON * common) / (count + COMMON)).sqrt()
+    };
+    Some(((0..n).map(own).collect(), beyond))
+}
+
+impl Gap for AtPoses {
+    type Term = Term;
+
+    fn slots(&self, term: &Term) -> Vec<Slot> {
+        term.law.slots()
+    }
+
+    fn residuals(&self, set: Set, terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
+        let mut all = Vec::new();
+        for (channel, left) in self.left(set, terms, parameters) {
+            let noise = self.noise_of(channel);
+            all.extend(left.into_iter().map(|value| value / noise));
+        }
+        all.iter().all(|value| value.is_finite()).then_some(all)
+    }
+
+    fn count(&self, set: Set) -> usize {
+        let of = |pose: &Pose| 3 * usize::from(pose.tip.is_some()) + pose.tau.len();
+        self.poses(set).iter().map(of).sum()
+    }
+
+    fn candidates(
+        &self,
+        terms: &[Term],
+        _left: &[f64],
+        _instead_of: Option<&Term>,
+    ) -> Vec<Candidate<Term>> {
+        let n = self.arm.chain.n();
+        let has_tip = self.train.iter().any(|pose| pose.tip.is_some());
+        let has_torque = self.train.iter().any(|pose| !pose.tau.is_empty());
+        let mut found = Vec::new();
+        for joint in 0..n {
+            let mut add = |law| found.push(Term { law, joint });
+            if has_tip {
+                add(Law::Compliance);
+                add(Law::ZeroOffset);
+            } else if joint > 0 {
+                // About the first joint's axis, which gravity is along, a zero weighs nothing.
+                add(Law::ZeroOffset);
+            }
+            if has_tip && joint > 0 {
+                // Where the first joint sits in the base is where the tracker sees the base.
+                add(Law::LinkLength);
+            }
+            if has_torque {
+                add(Law::TorqueOffset);
+                add(Law::TorqueGain);
+            }
+            if has_torque && joint > 0 {
+                add(Law::LinkMass);
+            }
+        }
+        let mut add = |law| found.push(Term { law, joint: 0 });
+        if has_torque {
+            add(Law::Payload);
+            add(Law::BaseTilt);
+        }
+        if has_tip {
+            add(Law::ToolOffset);
+            for free in [
+                [true, true, true, true, true, true],
+                [true, true, true, false, false, true],
+                [true, true, true, false, false, false],
+                [false, false, false, false, false, true],
+                [false, false, false, true, true, true],
+            ] {
+                add(Law::CameraShift(free));
+            }
+        }
+        found.retain(|term| !terms.contains(term));
+        let candidate = |term: Term| {
+            let start = term.law.slots().iter().map(|slot| slot.neutral.unwrap_or(0.0)).collect();
+            Candidate { term, with: Vec::new(), starts: vec![start], surcharge: 0.0 }
+        };
+        found.into_iter().map(candidate).collect()
+    }
+
+    fn compatible(&self, a: &Term, b: &Term) -> bool {
+        let shifts = matches!((a.law, b.law), (Law::CameraShift(_), Law::CameraShift(_)));
+        a != b && !shifts
+    }
+
+    fn is_broad(&self, term: &Term) -> bool {
+        matches!(term.law, Law::Payload | Law::BaseTilt | Law::LinkLength)
+    }
+
+    fn is_exact(&self, term: &Term) -> bool {
+        term.law.is_exact()
+    }
+
+    fn is_sensible(&self, term: &Term, p: &[f64]) -> bool {
+        let chain = &self.arm.chain;
+        match term.law {
+            // Nobody overlooks a sensor that says twice or half of what it should.
+            Law::TorqueGain => (0.5..2.0).contains(&p[0]),
+            Law::LinkMass => {
+                (-0.95..3.0).contains(&(p[0] / chain.bodies[term.joint].mass.max(1e-9)))
+            }
+            Law::Payload => p[0] > 0.0 && chain.bears(p[0], &p[1..4]),
+            Law::LinkLength => Vector3::from_column_slice(p).norm() < LONGEST * chain.reach(),
+            Law::ZeroOffset => p[0].abs() < std::f64::consts::PI,
+            _ => true,
+        }
+    }
+
+    fn contains(&self, general: &Term, special: &Term) -> bool {
+        match (general.law, special.law) {
+            (Law::Payload, Law::LinkMass) => special.joint + 1 == self.arm.chain.n(),
+            (Law::CameraShift(a), Law::CameraShift(b)) => a.iter().zip(b).all(|(a, b)| *a || !b),
+            _ => false,
+        }
+    }
+}
+
+impl Worded for AtPoses {
+    fn name(&self, term: &Term) -> &'static str {
+        term.law.name()
+    }
+
+    fn seat(&self, term: &Term) -> String {
+        term.seat(&[])
+    }
+
+    fn told(&self, h: &Hypothesis<Term>, at: usize) -> Vec<Told> {
+        let from: usize = h.terms[..at].iter().map(|term| term.law.slots().len()).sum();
+        let count = h.terms[at].law.slots().len();
+        let covariance = h.covariance.view((from, from), (count, count)).into_owned();
+        wording::told(&h.terms[at], &h.parameters[from..from + count], &covariance, &[])
+    }
+
+    fn equation(&self, term: &Term, told: &[Told]) -> String {
+        wording::equation(term, told)
+    }
+
+    fn places(&self, nothing: &Hypothesis<Term>) -> Vec<Channel> {
+        let left = self.left(Set::Heldout, &nothing.terms, &nothing.parameters);
+        let beyond = |channel: usize, left: &[f64]| {
+            let noise = self.noise_of(channel);
+            left.iter().map(|value| (value / noise).powi(2) - 1.0).sum::<f64>().max(0.0)
+        };
+        let total: f64 = left.iter().map(|(channel, left)| beyond(*channel, left)).sum();
+        let mut places: Vec<Channel> = left
+            .iter()
+            .map(|(channel, left)| Channel {
+                channel: channel_name(*channel),
+                rms: (left.iter().map(|v| v * v).sum::<f64>() / left.len() as f64).sqrt(),
+                noise: self.noise_of(*channel),
+                unit: unit(*channel).to_owned(),
+                share: if total > 0.0 { beyond(*channel, left) / total } else { 0.0 },
+                concentrated_in: self.followed(*channel, left),
+            })
+            .collect();
+        places.sort_by(|a, b| b.share.total_cmp(&a.share));
+        places
+    }
+
+    fn above(&self, sum: f64, count: usize) -> f64 {
+        // The noise is known no better than from what is left of a few readings: Fisher's ratio of two variances.
+        let count = count.max(1) as f64;
+        (sum / count - 1.0) / (2.0 / count + 2.0 / self.noise.beyond).sqrt()
+    }
+
+    fn nothing(&self) -> &'static str {
+        "measured minus model is noise at every pose"
+    }
+
+    fn doubt(&self) -> &'static str {
+        "these poses do not tell them apart: add poses in which the joints stand otherwise"
+    }
+}
+
+/// A residual follows a joint if the joint's sine and cosine explain more than this part of it.
+const FOLLOWS: f64 = 0.3;
+
+impl AtPoses {
+    /// Says which joint the residuals of a channel follow most, among the poses held out.
+    fn followed(&self, channel: usize, left: &[f64]) -> String {
+        let poses = self.poses(Set::Heldout).iter();
+        let poses: Vec<&Pose> = poses
+            .filter(|pose| if channel < 3 { pose.tip.is_some() } else { !pose.tau.is_empty() })
+            .collect();
+        let all = left.iter().map(|value| value * value).sum::<f64>().max(1e-300);
+        let explained = |j: usize| -> f64 {
+            let columns = DMatrix::from_fn(left.len(), 3, |i, k| match k {
+                0 => 1.0,
+                1 => poses[i].q[j].sin(),
+                _ => poses[i].q[j].cos(),
+            });
+            let target = DVector::from_column_slice(left);
+            let svd = columns.svd(true, false);
+            svd.u.map_or(0.0, |u| u.tr_mul(&target).norm_squared() / all)
+        };
+        let n = self.arm.chain.n().min(MOST_JOINTS);
+        let best = (0..n).map(|j| (explained(j), j)).max_by(|a, b| a.0.total_cmp(&b.0));
+        match best {
+            Some((part, j)) if part > FOLLOWS && left.len() > 6 => format!("q_{}", j + 1),
+            _ => "the pose".into(),
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! Poses at rest: a calibration against a tracker, a weighing. Rows are seconds or minutes apart and in any order; nothing is
+//! derived from one to the next, and what is held out is drawn among them.
+//!
+//! [`investigate`] looks for one effect or a few that have names (`gap`). Where all numbers of the geometry together
+//! (`geometry`) predict the poses held out clearly better than those, the numbers are told instead, and what is missing is
+//! looked for beside them.
+
+mod data;
+mod gap;
+mod geometry;
+mod model;
+
+use rand::SeedableRng;
+use rand::rngs::StdRng;
+use rand::seq::SliceRandom;
+
+pub(in super::super) use data::are_poses;
+
+use super::data::Data;
+use super::plant::Arm;
+use super::plausible;
+use crate::discovery::Investigation;
+use crate::discovery::finding::{self, Split, Step, Verdict};
+use crate::discovery::recording::{Error, Recording};
+use crate::discovery::selection::{self, Gap as _, Options, Set, sum_of_squares};
+use crate::discovery::worded;
+use crate::language::ast::EffectItem;
+use crate::motion::Robot;
+use crate::units::significant;
+use data::{Pose, poses};
+use gap::{AtPoses, Noise};
+use geometry::Geometry;
+
+/// By how much the whole geometry must predict better to be told: by a tenth of what is left.
+const BETTER: f64 = 0.9;
+
+/// More effects than this that have names are no list that a person could check against a table of the geometry.
+const FEW: usize = 4;
+
+/// A tracker's frame that is turned (rad) or shifted (m) by more than this is not the base's, and nobody said it was.
+const ELSEWHERE: f64 = 0.2;
+
+/// Finds what an arm's model lacks at rest: of several recordings the last is held out, of one a third of its poses, drawn.
+///
+/// # Errors
+///
+/// An [`Error`] for recordings that hold nothing of this arm, or too few poses to say anything.
+pub(in super::super) fn investigate(
+    robot: &Robot,
+    known: &[EffectItem],
+    recordings: &[Recording],
+    holdout: f64,
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Investigation, Error> {
+    let mut notes: Vec<String> = recordings.iter().flat_map(|r| r.notes.clone()).collect();
+    let arm = Arm::of(robot, &recordings[0])?;
+    let mut sets: Vec<Vec<Pose>> = Vec::new();
+    for recording in recordings {
+        let data = Data::at_rest(recording, arm.chain.n())?;
+        plausible::check_at_rest(&arm, robot.joints(), &data, &recording.name)?;
+        sets.push(poses(&data));
+    }
+    let (train, heldout) = split(sets, holdout);
+    let place = recordings[0].name.clone();
+    notes.push(format!(
+        "each row is a pose at rest: {} are fitted, {} held out",
+        train.len(),
+        heldout.len()
+    ));
+    let mut gap = AtPoses::new(arm, train, heldout);
+    notes.extend(gap.take_known(known, &place)?);
+    notes.extend(gap.find_tracker(ELSEWHERE));
+    let too_few = || Error {
+        what: format!(
+            "{} poses are too few: their readings are no more than what they would have to tell",
+            gap.poses(Set::Train).len()
+        ),
+        place: place.clone(),
+        help: "take 20 poses or more, all over the workspace, with every joint turned both ways"
+            .into(),
+    };
+    progress("judging the noise", 0.1);
+    let geometry =
+        Geometry::fitted(&gap.arm.chain, &gap.poses(Set::Train).iter().collect::<Vec<_>>());
+    let noise = Noise::of(&gap, geometry.as_ref()).ok_or_else(too_few)?;
+    gap.noise = noise;
+    let runs_away = |what: String| Error {
+        what,
+        place: place.clone(),
+        help: "check the units of the columns and the robot's file".into(),
+    };
+    let filed = [Set::Train, Set::Heldout].map(|set| {
+        let left = gap.residuals(set, &[], &[]).map_or(f64::NAN, |r| sum_of_squares(&r));
+        (left / gap.count(set).max(1) as f64).sqrt()
+    });
+    let options = Options { most: FEW, ..*options };
+    let mut outcome = selection::search(&gap, &options, progress).map_err(runs_away)?;
+    let mut identified = Vec::new();
+    if let Some(geometry) = &geometry {
+        let with = gap.with_geometry(geometry);
+        let left =
+            with.residuals(Set::Heldout, &[], &[]).map_or(f64::INFINITY, |r| sum_of_squares(&r));
+        if left < BETTER * outcome.best.heldout {
+            identified = geometry.off(&gap.arm.chain);
+            notes.push(format!(
+                "of the {} numbers of the geometry {} show by themselves; the poses tell {:.0}, the rest is the file's; \
+                 what is left is {} mm an axis",
+                geometry.count(),
+                geometry.rank(),
+                geometry.told,
+                significant(1e3 * geometry.noise, 2)
+            ));
+            gap = with;
+            outcome = selection::search(&gap, &options, progress).map_err(runs_away)?;
+        }
+    }
+    progress("writing the answer", 0.98);
+    let traces = gap.traces([&outcome.nothing, &outcome.best], &place);
+    let mut finding = worded::answer(&gap, &outcome, &options, notes);
+    if !identified.is_empty() {
+        let begin = Split { train: filed[0], heldout: filed[1] };
+        let numbers =
+            Step { name: "identified".into(), at: "robot".into(), gap: finding.gap.before };
+        finding.path.insert(0, numbers);
+        finding.gap = finding::Gap::of(begin, finding.gap.after, 1.0);
+        finding.identified = identified;
+        if finding.verdict == Verdict::NothingMissing {
+            finding.reason = "once the geometry is identified, measured minus model is noise at every pose, also at those \
+                              held out"
+                .into();
+        }
+    }
+    Ok(Investigation { finding, traces, experiment: None })
+}
+
+/// Splits poses into those fitted and those held out.
+fn split(mut sets: Vec<Vec<Pose>>, holdout: f64) -> (Vec<Pose>, Vec<Pose>) {
+    if sets.len() > 1 {
+        let heldout = sets.pop().unwrap_or_default();
+        return (sets.concat(), heldout);
+    }
+    let mut all = sets.pop().unwrap_or_default();
+    // Always the same draw, so that the same poses get the same answer.
+    all.shuffle(&mut StdRng::seed_from_u64(1));
+    let held = ((all.len() as f64 * holdout).round() as usize).clamp(1, all.len().max(2) - 1);
+    let train = all.split_off(held.min(all.len()));
+    (train, all)
+}

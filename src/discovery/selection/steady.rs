@@ -1,0 +1,106 @@
+//! How sure what was chosen is: whether other stretches of the data choose it as well, and what each name takes away.
+
+use super::search::{pays, weighed};
+use super::{Gap, Hypothesis, Options, Outcome, Rival, Set};
+use crate::discovery::finding::{Split, Step};
+use crate::discovery::resample::{self, Draw, STRETCHES};
+
+/// Rivals this many ties behind win in no draw.
+const FAR: f64 = 5.0;
+
+/// Sums of squares of a hypothesis by stretch, on the data fitted and held out.
+type Sums = [Draw; 2];
+
+/// Returns the sums of squares of a hypothesis by stretch; a stretch takes the same part of every sensor's rows.
+fn sums<G: Gap>(gap: &G, h: &Hypothesis<G::Term>) -> Sums {
+    [Set::Train, Set::Heldout].map(|set| {
+        let Some(residuals) = gap.residuals(set, &h.terms, &h.parameters) else {
+            return [f64::INFINITY; STRETCHES];
+        };
+        let blocks = gap.blocks(set);
+        let mut all = [0.0; STRETCHES];
+        let whole = std::iter::once(0..residuals.len()).filter(|_| blocks.is_empty());
+        for rows in blocks.iter().map(|block| block.rows.clone()).chain(whole) {
+            let own = resample::sums(&residuals[rows]);
+            all.iter_mut().zip(own).for_each(|(to, own)| *to += own);
+        }
+        all
+    })
+}
+
+/// Returns a hypothesis as if only what was drawn had been measured.
+fn drawn<T: Clone>(h: &Hypothesis<T>, sums: &Sums, draw: &Sums) -> Hypothesis<T> {
+    let of = |set: usize| resample::drawn(&sums[set], &draw[set]);
+    Hypothesis { train: of(0), heldout: of(1), ..h.clone() }
+}
+
+/// Works out for each effect chosen, and for each rival that comes near, the share of draws in which it pays and nothing
+/// else explains more in its place.
+pub(super) fn steadied<G: Gap>(gap: &G, outcome: &mut Outcome<G::Term>, options: &Options) {
+    let Outcome { best, without, rivals, stability, .. } = outcome;
+    let of_best = sums(gap, best);
+    *stability = vec![0.0; best.terms.len()];
+    for at in 0..best.terms.len() {
+        let rest = &without[at];
+        let of_rest = sums(gap, rest);
+        let is_near = |r: &&mut Rival<_>| r.instead_of == at && r.behind < FAR * options.tie;
+        let mut near: Vec<_> = rivals.iter_mut().filter(is_near).collect();
+        let of_near: Vec<Sums> = near.iter().map(|rival| sums(gap, &rival.hypothesis)).collect();
+        let mut wins = vec![0.0; near.len() + 1];
+        for draw in resample::draws() {
+            let rest = drawn(rest, &of_rest, &draw);
+            let others = near.iter().zip(&of_near);
+            let others = others
+                .map(|(r, sums)| (drawn(&r.hypothesis, sums, &draw), r.hypothesis.terms.len() - 1));
+            let all: Vec<_> =
+                std::iter::once((drawn(best, &of_best, &draw), at)).chain(others).collect();
+            let winner = all.iter().enumerate().min_by(|(_, (a, _)), (_, (b, _))| {
+                weighed(gap, a, options).total_cmp(&weighed(gap, b, options))
+            });
+            if let Some((winner, (h, seat))) = winner
+                && pays(gap, h, *seat, &rest, options)
+            {
+                wins[winner] += 1.0 / resample::DRAWS as f64;
+            }
+        }
+        stability[at] = wins[0];
+        near.iter_mut().zip(&wins[1..]).for_each(|(rival, wins)| rival.stability = *wins);
+    }
+}
+
+/// Returns what is left after each name is written into the model as it was fitted, the largest first; `told` says the name of
+/// an effect and its place.
+pub fn path<G: Gap>(
+    gap: &G,
+    outcome: &Outcome<G::Term>,
+    told: impl Fn(&G::Term) -> (String, String),
+) -> Vec<Step> {
+    let Outcome { best, without, .. } = outcome;
+    let own = gap.nuisance().len();
+    let mut from = own;
+    let parts: Vec<&[f64]> = best
+        .terms
+        .iter()
+        .map(|term| {
+            let to = from + gap.slots(term).len();
+            let part = &best.parameters[from..to];
+            from = to;
+            part
+        })
+        .collect();
+    let mut order: Vec<usize> = (0..best.terms.len()).collect();
+    order.sort_by(|a, b| without[*b].criterion().total_cmp(&without[*a].criterion()));
+    let (mut terms, mut parameters) = (Vec::new(), best.parameters[..own].to_vec());
+    let add = |at: usize| {
+        terms.push(best.terms[at].clone());
+        parameters.extend_from_slice(parts[at]);
+        let [train, heldout] = [Set::Train, Set::Heldout].map(|set| {
+            let residuals = gap.residuals(set, &terms, &parameters);
+            let sum = residuals.map_or(f64::INFINITY, |r| super::sum_of_squares(&r));
+            (sum / gap.count(set).max(1) as f64).sqrt()
+        });
+        let (name, at) = told(&best.terms[at]);
+        Step { name, at, gap: Split { train, heldout } }
+    };
+    order.into_iter().map(add).collect()
+}

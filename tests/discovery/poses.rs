@@ -1,0 +1,168 @@
+//! Poses at rest, made by the general kinematics and dynamics of a robot whose file was changed: what was changed is found,
+//! or the geometry told; nothing where nothing was.
+
+use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
+use rand::rngs::StdRng;
+use rand::{RngExt, SeedableRng};
+use std::fmt::Write as _;
+use trueup::discovery::finding::{Finding, Verdict};
+use trueup::discovery::recording::{Error, Map, Recording};
+use trueup::discovery::{Options, Subject, investigate};
+use trueup::motion::dynamics::{Bodies, Dynamics};
+use trueup::motion::{Inertial, Robot};
+
+use super::{bare_arm, folder, number};
+
+/// What chance gives: a normal number of standard deviation 1, from twelve even ones.
+fn normal(chance: &mut StdRng) -> f64 {
+    (0..12).map(|_| chance.random_range(-0.5..0.5)).sum()
+}
+
+/// A table of poses, far apart in time or without a time; `read` says what is read at each, in columns of these names.
+fn table(
+    count: usize,
+    seed: u64,
+    timed: bool,
+    names: &[String],
+    read: impl Fn(&[f64], &mut StdRng) -> Vec<f64>,
+) -> String {
+    let mut chance = StdRng::seed_from_u64(seed);
+    let mut head: Vec<String> = (1..=7).map(|j| format!("q_{j}[rad]")).collect();
+    head.extend(names.iter().cloned());
+    if timed {
+        head.insert(0, "t[s]".into());
+    }
+    let mut text = head.join(",") + "\n";
+    for row in 0..count {
+        let q: Vec<f64> = (0..7).map(|_| chance.random_range(-1.8..1.8)).collect();
+        let mut values = q.clone();
+        values.extend(read(&q, &mut chance));
+        if timed {
+            values.insert(0, 40.0 * row as f64);
+        }
+        let cells: Vec<String> = values.iter().map(|value| format!("{value:.7}")).collect();
+        writeln!(text, "{}", cells.join(",")).unwrap();
+    }
+    text
+}
+
+fn tips() -> Vec<String> {
+    ["x", "y", "z"].map(|axis| format!("tcp_{axis}[m]")).to_vec()
+}
+
+fn torques() -> Vec<String> {
+    (1..=7).map(|joint| format!("tau_{joint}[N*m]")).collect()
+}
+
+/// Where a tracker sees the tip, with errors of 0.05 mm.
+fn seen(robot: &Robot, tracker: Isometry3<f64>) -> impl Fn(&[f64], &mut StdRng) -> Vec<f64> {
+    move |q, chance| {
+        let tip = robot.link_poses(q, 0.0).unwrap()[robot.tip()].translation.vector;
+        let tip = tracker * Point3::from(tip);
+        tip.iter().map(|value| value + 5e-5 * normal(chance)).collect()
+    }
+}
+
+/// What torque sensors read of an arm that carries something, with errors of 0.2 N·m.
+fn weighed(robot: &Robot, payload: Inertial) -> impl Fn(&[f64], &mut StdRng) -> Vec<f64> {
+    move |q, chance| {
+        let dynamics = Dynamics::new(robot, Bodies::All).with_payload(payload.clone());
+        let still = [0.0; 7];
+        let tau = dynamics.inverse(q, &still, &still).unwrap();
+        tau.iter().map(|value| value + 0.2 * normal(chance)).collect()
+    }
+}
+
+fn answer(text: &str) -> Result<Finding, Error> {
+    let recording = Recording::read("poses", text, None, &Map::default()).unwrap();
+    let robot = bare_arm();
+    let arm = Subject::Arm(&robot, &[]);
+    investigate(&[recording], arm, &Options::default(), &mut |_, _| {}).map(|i| i.finding)
+}
+
+#[test]
+fn a_joints_zero_is_named_from_poses() {
+    let robot = bare_arm().with_zero_offsets(&[0.0, 0.0, 0.0, 0.004, 0.0, 0.0, 0.0]);
+    let text = table(36, 1, true, &tips(), seen(&robot, Isometry3::identity()));
+    let found = answer(&text).unwrap();
+    assert_eq!(found.verdict, Verdict::Named, "{:?}", found.effects);
+    assert_eq!(found.effects[0].at, "joint_4");
+    assert!((number(&found, "joint_zero_offset", "angle") - 0.004).abs() < 2e-4);
+    assert!(found.effects[0].stability > 0.9 && found.effects[0].heldout_share > 0.9);
+    assert!(found.identified.is_empty());
+}
+
+/// Every joint sits up to a millimetre elsewhere and is turned by up to two milliradians, as no file is exact; the tracker
+/// stands in a frame of its own, and nobody wrote a time down.
+#[test]
+fn a_geometry_that_is_off_everywhere_is_told_in_numbers() {
+    let text = std::fs::read_to_string(folder().join("gen3_bare.urdf")).unwrap();
+    let mut chance = StdRng::seed_from_u64(5);
+    let mut other = String::new();
+    let mut in_joint = false;
+    for line in text.split_inclusive('>') {
+        in_joint = (in_joint || line.contains("<joint")) && !line.contains("</joint");
+        let mut line = line.to_owned();
+        if in_joint && line.contains("<origin") {
+            for (key, size) in [("xyz", 5e-4), ("rpy", 1e-3)] {
+                let Some((before, rest)) = line.split_once(&format!("{key}=\"")) else { continue };
+                let (values, after) = rest.split_once('"').unwrap();
+                let values: Vec<String> = values
+                    .split_whitespace()
+                    .map(|v| (v.parse::<f64>().unwrap() + size * normal(&mut chance)).to_string())
+                    .collect();
+                line = format!("{before}{key}=\"{}\"{after}", values.join(" "));
+            }
+        }
+        other.push_str(&line);
+    }
+    let robot = Robot::from_urdf(&other, Some("end_effector_link")).unwrap();
+    let turn = UnitQuaternion::from_euler_angles(0.2, -0.4, 2.0);
+    let tracker = Isometry3::from_parts(Translation3::new(2.0, -1.0, 0.5), turn);
+    let found = answer(&table(60, 2, false, &tips(), seen(&robot, tracker))).unwrap();
+    assert_eq!(found.verdict, Verdict::NothingMissing, "{:?}", found.effects);
+    for name in ["link_length", "axis_tilt", "joint_zero_offset"] {
+        assert!(found.identified.iter().any(|off| off.name == name), "no {name}");
+    }
+    assert!(found.identified.iter().all(|off| (off.value - off.file).abs() < 0.02));
+    assert!(found.gap.before.heldout > 10.0 && found.gap.after.heldout < 1.8, "{:?}", found.gap);
+    assert_eq!(found.path[0].name, "identified");
+    assert!(found.notes.iter().any(|note| note.contains("tracker's frame is not the base's")));
+    assert!(found.notes.iter().any(|note| note.contains("there is no time")));
+}
+
+#[test]
+fn a_load_is_weighed_in_fixed_poses() {
+    let com = Vector3::new(0.01, -0.02, 0.05);
+    let robot = bare_arm();
+    // About the tip's frame, which is where the flange's link is.
+    let payload = Inertial { mass: 1.2, com, inertia: Matrix3::zeros() };
+    let text = table(20, 3, true, &torques(), weighed(&robot, payload));
+    let found = answer(&text).unwrap();
+    assert_eq!(found.verdict, Verdict::Named, "{:?}", found.effects);
+    assert!((number(&found, "payload", "mass") - 1.2).abs() < 0.05);
+    assert!(found.gap.shrink_heldout > 0.9, "{:?}", found.gap);
+}
+
+#[test]
+fn nothing_is_found_in_poses_of_the_arm_as_it_is() {
+    let robot = bare_arm();
+    for seed in 0..12 {
+        let text = table(30, seed, true, &tips(), seen(&robot, Isometry3::identity()));
+        let found = answer(&text).unwrap();
+        assert_eq!(found.verdict, Verdict::NothingMissing, "tips {seed}: {:?}", found.effects);
+        assert!(found.identified.is_empty(), "tips {seed}: {:?}", found.identified);
+        let nothing = Inertial { mass: 0.0, com: Vector3::zeros(), inertia: Matrix3::zeros() };
+        let text = table(20, seed, true, &torques(), weighed(&robot, nothing));
+        let found = answer(&text).unwrap();
+        assert_eq!(found.verdict, Verdict::NothingMissing, "torques {seed}: {:?}", found.effects);
+    }
+}
+
+#[test]
+fn poses_that_say_too_little_are_refused() {
+    let text = table(8, 1, true, &tips(), seen(&bare_arm(), Isometry3::identity()));
+    let refused = answer(&text).unwrap_err();
+    assert!(refused.what.contains("5 poses are too few"), "{refused:?}");
+    assert!(refused.help.contains("20 poses or more"), "{refused:?}");
+}
