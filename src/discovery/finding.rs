@@ -272,6 +272,19 @@ pub struct Finding {
     pub notes: Vec<String>,
 }
 
+impl Finding {
+    /// Returns the finding with numbers of the model's own that were identified before anything was looked for: `filed` is
+    /// the gap with those of the file.
+    #[must_use]
+    pub fn identified_first(mut self, identified: Vec<Identified>, filed: Split) -> Self {
+        let step = Step { name: "identified".into(), at: "model".into(), gap: self.gap.before };
+        self.path.insert(0, step);
+        self.gap = Gap::of(filed, self.gap.after, self.gap.noise_floor);
+        self.identified = identified;
+        self
+    }
+}
+
 impl Gap {
     /// Returns the gap from the four root mean squares, in units of noise.
     pub fn of(before: Split, after: Split, noise_floor: f64) -> Self {

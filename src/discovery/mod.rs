@@ -29,6 +29,7 @@ use std::borrow::Cow;
 
 use crate::language::ast::EffectItem;
 use crate::motion::Robot;
+use crate::motion::revise::Revision;
 use crate::world::Scene;
 use finding::Finding;
 use recording::{Error, Recording};
@@ -83,6 +84,8 @@ pub struct Investigation {
     pub traces: Vec<Trace>,
     /// The commands that would settle a doubt, as the text of a recording.
     pub experiment: Option<String>,
+    /// The numbers of the robot's file as they were identified, where they were.
+    pub revision: Option<Revision>,
 }
 
 /// Measured minus model of one channel of one recording, before and after.

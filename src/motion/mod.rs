@@ -14,6 +14,7 @@ mod urdf;
 pub mod solid;
 pub mod inertial;
 pub mod robot;
+pub mod revise;
 pub mod kinematics;
 pub mod gripper;
 pub mod dynamics;

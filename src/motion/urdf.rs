@@ -177,7 +177,7 @@ impl Robot {
     }
 }
 
-fn pose_of(pose: &urdf_rs::Pose) -> Isometry3<f64> {
+pub(super) fn pose_of(pose: &urdf_rs::Pose) -> Isometry3<f64> {
     let [roll, pitch, yaw] = pose.rpy.0;
     Isometry3::from_parts(
         Translation3::from(Vector3::from(pose.xyz.0)),

@@ -116,7 +116,10 @@ mod tests {
             smallest_visible: Vec::new(),
             notes: Vec::new(),
         };
-        let page = page(&Investigation { finding, traces: Vec::new(), experiment: None }, "");
+        let page = page(
+            &Investigation { finding, traces: Vec::new(), experiment: None, revision: None },
+            "",
+        );
         assert!(page.contains("a &lt; b") && !page.contains("://"));
     }
 }

@@ -14,6 +14,37 @@ fn recording(name: &str) -> String {
 }
 
 #[test]
+fn an_identified_geometry_becomes_a_copy_of_the_robots_file() {
+    let desk = Desk::new("cli-gap-poses");
+    let (table, urdf) = crate::discovery::poses::off_everywhere();
+    desk.file("poses.csv", table);
+    desk.file("arm.urdf", &urdf);
+    let args = ["gap", "poses.csv", "--robot-file", "arm.urdf", "--json"];
+    let said = desk.trueup(&args);
+    let finding: Value = serde_json::from_str(&said.out).unwrap();
+    assert_eq!((said.code, &finding["verdict"]), (0, &"nothing_missing".into()), "{finding}");
+    assert_eq!(finding["identified"][0]["unit"], "m");
+    assert!(!desk.path("arm.identified.urdf").exists(), "only --apply writes it");
+
+    let said = desk.trueup(&[&args[..4], &["--apply", "--out", "found", "--quiet"]].concat());
+    assert_eq!((said.code, said.err.as_str()), (0, ""), "{said:?}");
+    assert!(said.out.contains("numbers of the model are off, nothing else is missing"), "{said:?}");
+    assert_eq!(fs::read_to_string(desk.path("arm.urdf")).unwrap(), urdf, "the file stays");
+    let copy = fs::read_to_string(desk.path("arm.identified.urdf")).unwrap();
+    assert!(copy.contains("<!-- numbers identified by trueup gap from poses.csv; arm.urdf is"));
+    assert_eq!(fs::read_to_string(desk.path("found/arm.identified.urdf")).unwrap(), copy);
+    assert!(fs::read_to_string(desk.path("found/gap.html")).unwrap().contains("<svg"));
+
+    let again = ["gap", "poses.csv", "--robot-file", "arm.identified.urdf", "--json"];
+    let finding = desk.trueup(&again).json();
+    assert_eq!(finding["verdict"], "nothing_missing");
+    assert_eq!(finding["identified"], Value::Null);
+    let said = desk.typed(&[], ":undo-edit\n:undo-edit\n");
+    assert_eq!(said.code, 0, "{said:?}");
+    assert!(!desk.path("arm.identified.urdf").exists(), "{said:?}");
+}
+
+#[test]
 fn a_finding_is_written_into_the_twin_and_then_nothing_is_missing() {
     let desk = Desk::new("cli-gap");
     let model = "// Ours.\ntwin arm of kitchen {\n}\n";

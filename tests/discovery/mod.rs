@@ -8,7 +8,7 @@ mod held;
 mod industrial;
 mod logs;
 mod planted;
-mod poses;
+pub(crate) mod poses;
 mod pour;
 mod recordings;
 mod secrecy;

@@ -19,3 +19,14 @@ pub(super) fn apply(path: &Path, before: &str, after: &str) -> Result<String, Fa
     Edits::new(home().as_deref()).made("gap --apply", path, Some(before.to_owned()), after);
     Ok(format!("{} holds the model as it was; so does `:undo-edit`", old.display()))
 }
+
+/// Writes a copy of a robot's file; returns where it is, in words. `:undo-edit` takes it back.
+pub(super) fn copy(path: &Path, text: &str) -> Result<String, Failure> {
+    let before = std::fs::read_to_string(path).ok();
+    write(path, text)?;
+    Edits::new(home().as_deref()).made("gap --apply", path, before, text);
+    Ok(format!(
+        "{} is the robot's file with the numbers identified: `--robot-file` takes it",
+        path.display()
+    ))
+}

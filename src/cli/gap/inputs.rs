@@ -202,23 +202,27 @@ fn recordings_at(path: &Path, map: &Map) -> Result<Vec<Recording>, Failure> {
     found.map_err(|error| failure(&error))
 }
 
-/// Finds the robot: as told, as the first sidecar says, or the stdlib's.
-pub(super) fn robot_of(args: &GapArgs, recordings: &[Recording]) -> Result<Robot, Failure> {
+/// Finds the robot, as told, as the first sidecar says, or the stdlib's; and its file, unless it is the stdlib's.
+pub(super) fn robot_of(
+    args: &GapArgs,
+    recordings: &[Recording],
+) -> Result<(Robot, Option<PathBuf>), Failure> {
     let sidecar = &recordings[0].sidecar;
     let tip = sidecar.tip.as_deref();
     let from_file = |path: &Path| {
-        Robot::from_file(path, tip).map_err(|error| {
+        let robot = Robot::from_file(path, tip).map_err(|error| {
             Failure::input("gap::robot", error.to_string()).at(path.display().to_string())
-        })
+        })?;
+        Ok((robot, Some(path.to_path_buf())))
     };
     if let Some(path) = &args.robot_file {
         return from_file(path);
     }
     let stdlib = |tip: Option<&str>| match tip {
-        None => Ok(Robot::gen3()),
-        Some(tip) => {
-            Robot::gen3_to(tip).map_err(|error| Failure::input("gap::robot", error.to_string()))
-        }
+        None => Ok((Robot::gen3(), None)),
+        Some(tip) => Robot::gen3_to(tip)
+            .map(|robot| (robot, None))
+            .map_err(|error| Failure::input("gap::robot", error.to_string())),
     };
     let Some(name) = &sidecar.robot else { return stdlib(tip) };
     if matches!(name.as_str(), "gen3_2f85" | "gen3") {

@@ -98,10 +98,12 @@ pub(super) fn gap(args: &GapArgs, cli: &Cli, style: Style) -> Result<Exit, Failu
         inputs(args, &map, model.as_ref(), cli, style)?;
     let known = model.as_ref().map_or(&[][..], |(_, file)| file.effects());
     let robot;
+    let mut robot_at = None;
     let subject = match (&scene, kind) {
         (Some(scene), Kind::Pours) => Subject::Pours(scene, known),
         (scene, _) => {
-            robot = robot_of(args, &recordings)?;
+            let found = robot_of(args, &recordings)?;
+            (robot, robot_at) = found;
             let joints: Vec<String> =
                 robot.joints().iter().map(|joint| joint.name.clone()).collect();
             for recording in &mut recordings {
@@ -133,6 +135,7 @@ pub(super) fn gap(args: &GapArgs, cli: &Cli, style: Style) -> Result<Exit, Failu
     if let Some((path, file)) = &model {
         change(&mut investigation.finding, path, file, args)?;
     }
+    revise(&mut investigation, robot_at.as_deref(), args)?;
     let steps: Vec<(&str, &[StepRecord])> =
         runs.iter().map(|(name, run)| (name.as_str(), &run.steps[..])).collect();
     let fluents = changes::unexplained(&steps);
@@ -200,6 +203,7 @@ fn equations(
         finding: outcome.finding,
         traces: outcome.traces,
         experiment: outcome.experiment,
+        revision: None,
     };
     if args.apply && outcome.text != text {
         let note = apply::apply(path, text, &outcome.text)?;
@@ -219,9 +223,9 @@ fn equations(
 /// Reads the model file, if one is given.
 fn model_of(args: &GapArgs, style: Style) -> Result<Option<(PathBuf, ModelFile)>, Failure> {
     let Some(path) = &args.model else {
-        if args.apply {
+        if args.apply && args.robot_file.is_none() {
             return Err(Failure::input("gap::apply", "--apply needs a model file to write to")
-                .help("name it with `--model FILE`"));
+                .help("name it with `--model FILE`, or the robot's with `--robot-file URDF`"));
         }
         return Ok(None);
     };
@@ -298,6 +302,54 @@ fn change(
     }
     finding.notes.push(apply::apply(path, before, &after)?);
     finding.model.applied = true;
+    Ok(())
+}
+
+/// Writes the robot's file with the numbers that were identified: beside what else is kept, or, where it is to be applied,
+/// beside the file itself, which stays as it is.
+fn revise(
+    investigation: &mut Investigation,
+    robot: Option<&Path>,
+    args: &GapArgs,
+) -> Result<(), Failure> {
+    let Some(revision) = &investigation.revision else { return Ok(()) };
+    let notes = &mut investigation.finding.notes;
+    let Some(robot) = robot else {
+        notes.push("the robot is the stdlib's; give its URDF with `--robot-file` to have these numbers written".into());
+        return Ok(());
+    };
+    let name =
+        format!("{}.identified.urdf", robot.file_stem().unwrap_or_default().to_string_lossy());
+    let mut places = Vec::new();
+    if args.apply {
+        places.push(robot.with_file_name(&name));
+    }
+    places.extend(args.out.as_ref().map(|folder| folder.join(&name)));
+    if places.is_empty() {
+        notes.push(format!("`--apply` writes {name}, the robot's file with these numbers"));
+        return Ok(());
+    }
+    let recorded: Vec<String> =
+        args.recordings.iter().map(|path| path.display().to_string()).collect();
+    let why = format!(
+        "numbers identified by trueup gap from {}; {} is the file as it was",
+        recorded.join(", "),
+        robot.display()
+    );
+    let text = match revision.written(&read(robot)?, &why) {
+        Ok(text) => text,
+        Err(error) => {
+            notes
+                .push(format!("these numbers cannot be written into {}: {error}", robot.display()));
+            return Ok(());
+        }
+    };
+    for place in places {
+        if let Some(folder) = place.parent() {
+            std::fs::create_dir_all(folder).map_err(|error| Failure::unwritten(folder, &error))?;
+        }
+        notes.push(apply::copy(&place, &text)?);
+    }
     Ok(())
 }
 

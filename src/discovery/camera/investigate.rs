@@ -73,7 +73,7 @@ pub fn investigate(
         next.why.push_str(&words);
         experiment = table;
     }
-    Ok(Investigation { finding, traces, experiment })
+    Ok(Investigation { finding, traces, experiment, revision: None })
 }
 
 fn known_laws(

@@ -49,7 +49,7 @@ pub fn investigate(
     progress("writing the answer", 0.98);
     let traces = traces(&gap, &outcome.nothing, &outcome.best);
     let finding: Finding = worded::answer(&gap, &outcome, options, notes);
-    Ok(Investigation { finding, traces, experiment: None })
+    Ok(Investigation { finding, traces, experiment: None, revision: None })
 }
 
 /// Gives the gap the effects that the model has already; returns a sentence for each that is not of a thing held.

@@ -46,7 +46,7 @@ pub fn investigate(
     progress("writing the answer", 0.98);
     let traces = traces(&gap, &outcome);
     let finding = worded::answer(&gap, &outcome, options, notes);
-    Ok(Investigation { finding, traces, experiment: None })
+    Ok(Investigation { finding, traces, experiment: None, revision: None })
 }
 
 /// Gives the gap the effects that the model has already; returns a sentence for each that is not of a pour.

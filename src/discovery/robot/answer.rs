@@ -142,12 +142,7 @@ pub(super) fn answer(
 
 /// Words recordings that are not of one machine.
 pub(super) fn different(gap: &ArmGap, words: &str, notes: Vec<String>) -> Finding {
-    let left = |set| {
-        let count = gap.count(set).max(1) as f64;
-        let residuals = gap.residuals(set, &[], &[]);
-        residuals.map_or(f64::NAN, |r| (selection::sum_of_squares(&r) / count).sqrt())
-    };
-    let split = Split { train: left(Set::Train), heldout: left(Set::Heldout) };
+    let split = selection::left(gap);
     Finding {
         identified: Vec::new(),
         verdict: Verdict::DifferentMachines,

@@ -199,21 +199,24 @@ pub fn investigate(
     }
     let options = &options;
     progress("identifying the links", 0.0);
-    let mut identified = Vec::new();
+    let (mut identified, mut revision) = (None, None);
     match links::identified(&gap) {
         Some(Numbers::Own(links)) => {
+            let filed = selection::left(&gap);
             gap = gap.with_links(&links);
             notes.push(
                 "the numbers of the links are identified first; what is missing is looked for beside them"
                     .into(),
             );
-            identified = links.told;
+            revision = Some(links.revision(&gap.train[0].arm.chain));
+            identified = Some((links.told, filed));
         }
         Some(Numbers::Different(words)) => {
             return Ok(Investigation {
                 finding: different(&gap, &words, notes),
                 traces: Vec::new(),
                 experiment: None,
+                revision: None,
             });
         }
         None => {}
@@ -245,7 +248,9 @@ pub fn investigate(
     };
     let is_estimated = train.iter().chain(heldout).any(is_estimated);
     let mut finding = answer(gap, fitted, &outcome, options, is_estimated, notes);
-    finding.identified = identified;
+    if let Some((identified, filed)) = identified {
+        finding = finding.identified_first(identified, filed);
+    }
     if let Some(next) = &mut finding.next_experiment {
         let detail = match &experiment {
             Some(experiment) => format!(
@@ -258,7 +263,8 @@ pub fn investigate(
         };
         next.why.push_str(&detail);
     }
-    Ok(Investigation { finding, traces, experiment: experiment.map(|experiment| experiment.csv) })
+    let experiment = experiment.map(|experiment| experiment.csv);
+    Ok(Investigation { finding, traces, experiment, revision })
 }
 
 /// Searches; returns what was found, and the gap it was fitted to where that is not all of the recordings.

@@ -32,7 +32,7 @@ pub use refit::refit;
 pub use rounds::{floors, search_linear};
 pub use screen::{left_after, sum_of_squares};
 pub use search::search;
-pub use steady::path;
+pub use steady::{left, path};
 
 /// How a parameter enters, and on what scale.
 #[derive(Debug, Clone, Copy, PartialEq)]

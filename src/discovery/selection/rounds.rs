@@ -6,13 +6,15 @@ use rayon::prelude::*;
 use super::linear::Linear;
 use super::refit::same_terms;
 use super::search::{Grown, left_out, pays, sensible, weighed};
-use super::steady::steadied;
+use super::steady::{least_steady, steadied};
 use super::{Gap, Hypothesis, Options, Outcome, refit};
 
 /// Times the gap is written out; what was found rarely changes after the second.
 const ROUNDS: usize = 3;
 /// And at most, where effects have to be left out again.
 const MOST_ROUNDS: usize = 5;
+/// Names that few draws of the data name are left out one by one, at most so many.
+const MOST_UNSTEADY: usize = 4;
 
 /// Candidates fitted of those screened: the same law in several shapes counts as several.
 const SHORTLIST: usize = 12;
@@ -46,10 +48,13 @@ pub fn search_linear<G: Gap>(
     let nothing = refit(gap, Vec::new(), Vec::new(), Vec::new()).ok_or(runs_away)?;
     let options = &Options { shortlist: options.shortlist.max(SHORTLIST), ..*options };
     let mut best = about;
-    let mut round = 0;
+    let (mut round, mut unsteady) = (0, 0);
+    // What made no sense once it was fitted as it is: it would be found again, and stand behind all that is said of the others.
+    let mut refused: Vec<G::Term> = Vec::new();
     loop {
         progress("writing the gap out", round as f64 / ROUNDS as f64);
-        let linear = Linear::about(gap, &best, &|_| true).ok_or(runs_away)?;
+        let wanted = |term: &G::Term| !refused.contains(term);
+        let linear = Linear::about(gap, &best, &wanted).ok_or(runs_away)?;
         let grown = if round == 0 {
             begun(&linear, &best, options, progress).ok_or(runs_away)?
         } else {
@@ -73,16 +78,21 @@ pub fn search_linear<G: Gap>(
         let fitted = refit(gap, terms, parameters, surcharges).ok_or(runs_away)?;
         let settled = same_terms(&fitted.terms, &best.terms);
         let fitted = Hypothesis { gains, ..fitted };
-        let all = fitted.terms.len();
+        let all = fitted.terms.clone();
         // What stood for something that is left out by now may make no sense once it is fitted as it is.
         best = sensible(gap, fitted);
-        let is_whole = best.terms.len() == all;
+        let is_whole = best.terms.len() == all.len();
+        refused.extend(all.into_iter().filter(|term| !best.terms.contains(term)));
         round += 1;
-        if (is_plain && is_whole && (settled || last)) || round >= MOST_ROUNDS {
+        if (is_plain && is_whole && (settled || last)) || round >= MOST_ROUNDS + unsteady {
             outcome.keep(&best.terms);
             let mut outcome = with_shapes(gap, outcome, best, options);
             steadied(gap, &mut outcome, options);
-            return Ok(outcome);
+            let weakest = least_steady(&outcome).filter(|_| unsteady < MOST_UNSTEADY);
+            let Some(at) = weakest else { return Ok(outcome) };
+            let Some(rest) = left_out(gap, &outcome.best, at) else { return Ok(outcome) };
+            refused.push(outcome.best.terms[at].clone());
+            (best, unsteady) = (rest, unsteady + 1);
         }
     }
 }

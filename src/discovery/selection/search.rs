@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::refit::{near_parameters, refit_some, same_terms};
 use super::screen::Local;
-use super::steady::steadied;
+use super::steady::{least_steady, steadied};
 use super::{Candidate, Gap, Hypothesis, Options, Outcome, Rival, Set, Slot, refit};
 
 /// Searches for the effects that are missing.
@@ -28,9 +28,15 @@ pub fn search<G: Gap>(
     if let (Some(broad), true) = (others.next().cloned(), grown.best.terms.len() >= CROWD) {
         grown.without(gap, options, &broad, progress);
     }
-    let mut outcome = grown.outcome(gap, options, nothing, progress);
-    steadied(gap, &mut outcome, options);
-    Ok(outcome)
+    loop {
+        let unnamed = grown.unnamed;
+        let mut outcome = grown.outcome(gap, options, nothing.clone(), progress);
+        steadied(gap, &mut outcome, options);
+        // One less each time.
+        let rest = least_steady(&outcome).and_then(|at| left_out(gap, &outcome.best, at));
+        let Some(best) = rest else { return Ok(outcome) };
+        grown = Grown { best, rivals: outcome.rivals, unnamed };
+    }
 }
 
 /// So many effects are enough for one of them to stand for two others.

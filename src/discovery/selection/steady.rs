@@ -68,6 +68,30 @@ pub(super) fn steadied<G: Gap>(gap: &G, outcome: &mut Outcome<G::Term>, options:
     }
 }
 
+/// A name is one if at least this share of draws name it, or what it cannot be told from: what more than half of them leave
+/// out predicts worse (Barbieri and Berger, "Optimal Predictive Model Selection", 2004).
+const MEDIAN: f64 = 0.5;
+
+/// Returns the effect that fewest draws name, if more than half of them do not.
+pub(super) fn least_steady<T>(outcome: &Outcome<T>) -> Option<usize> {
+    let named = |at: usize| {
+        let rivals = outcome.rivals.iter().filter(|rival| rival.instead_of == at);
+        outcome.stability[at] + rivals.map(|rival| rival.stability).sum::<f64>()
+    };
+    let least = (0..outcome.stability.len()).min_by(|a, b| named(*a).total_cmp(&named(*b)))?;
+    (named(least) < MEDIAN).then_some(least)
+}
+
+/// Returns the root mean square of what is left of both sets without any effect, in units of noise.
+pub fn left<G: Gap>(gap: &G) -> Split {
+    let own: Vec<f64> = gap.nuisance().iter().map(|(_, value)| *value).collect();
+    let of = |set| {
+        let sum = gap.residuals(set, &[], &own).map_or(f64::NAN, |r| super::sum_of_squares(&r));
+        (sum / gap.count(set).max(1) as f64).sqrt()
+    };
+    Split { train: of(Set::Train), heldout: of(Set::Heldout) }
+}
+
 /// Returns what is left after each name is written into the model as it was fitted, the largest first; `told` says the name of
 /// an effect and its place.
 pub fn path<G: Gap>(

@@ -13,16 +13,17 @@
 pub(super) mod body;
 mod fit;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rayon::prelude::*;
 
-use super::chain::Body;
+use super::chain::{Body, Chain};
 use super::data::Quantity;
 use super::explain::ArmGap;
 use super::simulate::Model;
 use super::term::{Law, Term};
 use crate::discovery::finding::Identified;
 use crate::discovery::selection::{Gap as _, Set, related};
+use crate::motion::revise::{LinkChange, Revision};
 use crate::units::significant;
 use body::{NAMES, NUMBERS, numbers, spread};
 use fit::{Fit, LOAD, OF_JOINT, Parts, Problem, Sums, consistent, left_of};
@@ -41,6 +42,20 @@ pub(super) struct Links {
     pub(super) changes: Vec<[f64; NUMBERS]>,
     /// Those that the data tell.
     pub(super) told: Vec<Identified>,
+}
+
+impl Links {
+    /// Returns what these numbers change in the arm's file, in which its links have the names of its bodies.
+    pub(super) fn revision(&self, chain: &Chain) -> Revision {
+        let of = |(body, by): (&Body, &[f64; NUMBERS])| LinkChange {
+            link: body.name.clone(),
+            mass: by[0],
+            moment: Vector3::new(by[1], by[2], by[3]),
+            inertia: Matrix3::new(by[4], by[5], by[6], by[5], by[7], by[8], by[6], by[8], by[9]),
+        };
+        let links = chain.bodies.iter().zip(&self.changes).map(of).collect();
+        Revision { links, joints: Vec::new() }
+    }
 }
 
 /// What the numbers of an arm come to, before any effect is looked for.

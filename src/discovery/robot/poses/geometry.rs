@@ -11,9 +11,10 @@
 
 use nalgebra::{DMatrix, DVector, Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-use super::super::chain::{Chain, MOST_JOINTS};
+use super::super::chain::{Body, Chain, MOST_JOINTS};
 use super::data::Pose;
 use crate::discovery::finding::Identified;
+use crate::motion::revise::{JointChange, Revision};
 
 /// Numbers of each joint: where it sits in the link before it, the two turns of its axis, its zero.
 const OF_JOINT: usize = 6;
@@ -173,6 +174,30 @@ impl Geometry {
     /// Returns the arm with this geometry, tool included, and how the tracker sees its base.
     pub(super) fn applied(&self, chain: &Chain) -> (Chain, [f64; MOST_JOINTS], Isometry3<f64>) {
         changed(chain, &self.x)
+    }
+
+    /// Returns what this geometry changes in the arm's file; `tip` is the link whose place was seen.
+    pub(super) fn revision(&self, chain: &Chain, tip: &str) -> Revision {
+        let own = |j: usize| &self.x.as_slice()[j * OF_JOINT..(j + 1) * OF_JOINT];
+        let of_joint = |(j, body): (usize, &Body)| {
+            let (own, [first, second]) = (own(j), across(&body.axis));
+            let tilt = UnitQuaternion::from_scaled_axis(first * own[3] + second * own[4]);
+            let zero = if body.slides {
+                Isometry3::from(Translation3::from(body.axis.into_inner() * own[5]))
+            } else {
+                Isometry3::rotation(body.axis.into_inner() * own[5])
+            };
+            let before = Vector3::new(own[0], own[1], own[2]);
+            JointChange { link: body.name.clone(), before, after: tilt * zero }
+        };
+        let mut joints: Vec<JointChange> = chain.bodies.iter().enumerate().map(of_joint).collect();
+        let tool = &self.x.as_slice()[chain.n() * OF_JOINT..];
+        let after = Isometry3::translation(tool[0], tool[1], tool[2]);
+        // A tip that moves by itself has no joint that only carries it.
+        if chain.bodies.iter().all(|body| body.name != tip) {
+            joints.push(JointChange { link: tip.into(), before: Vector3::zeros(), after });
+        }
+        Revision { links: Vec::new(), joints }
     }
 
     /// Returns the numbers of which the poses say more than the file does, and something else.

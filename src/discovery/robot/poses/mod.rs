@@ -20,7 +20,7 @@ use super::data::Data;
 use super::plant::Arm;
 use super::plausible;
 use crate::discovery::Investigation;
-use crate::discovery::finding::{self, Split, Step, Verdict};
+use crate::discovery::finding::Verdict;
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Gap as _, Options, Set, sum_of_squares};
 use crate::discovery::worded;
@@ -55,6 +55,8 @@ pub(in super::super) fn investigate(
 ) -> Result<Investigation, Error> {
     let mut notes: Vec<String> = recordings.iter().flat_map(|r| r.notes.clone()).collect();
     let arm = Arm::of(robot, &recordings[0])?;
+    let tip = recordings[0].sidecar.tip.clone();
+    let tip = tip.unwrap_or_else(|| robot.links()[robot.tip()].name.clone());
     let mut sets: Vec<Vec<Pose>> = Vec::new();
     for recording in recordings {
         let data = Data::at_rest(recording, arm.chain.n())?;
@@ -90,19 +92,17 @@ pub(in super::super) fn investigate(
         place: place.clone(),
         help: "check the units of the columns and the robot's file".into(),
     };
-    let filed = [Set::Train, Set::Heldout].map(|set| {
-        let left = gap.residuals(set, &[], &[]).map_or(f64::NAN, |r| sum_of_squares(&r));
-        (left / gap.count(set).max(1) as f64).sqrt()
-    });
+    let filed = selection::left(&gap);
     let options = Options { most: FEW, ..*options };
     let mut outcome = selection::search(&gap, &options, progress).map_err(runs_away)?;
-    let mut identified = Vec::new();
+    let (mut identified, mut revision) = (Vec::new(), None);
     if let Some(geometry) = &geometry {
         let with = gap.with_geometry(geometry);
         let left =
             with.residuals(Set::Heldout, &[], &[]).map_or(f64::INFINITY, |r| sum_of_squares(&r));
         if left < BETTER * outcome.best.heldout {
             identified = geometry.off(&gap.arm.chain);
+            revision = Some(geometry.revision(&gap.arm.chain, &tip));
             notes.push(format!(
                 "of the {} numbers of the geometry {} show by themselves; the poses tell {:.0}, the rest is the file's; \
                  what is left is {} mm an axis",
@@ -119,19 +119,14 @@ pub(in super::super) fn investigate(
     let traces = gap.traces([&outcome.nothing, &outcome.best], &place);
     let mut finding = worded::answer(&gap, &outcome, &options, notes);
     if !identified.is_empty() {
-        let begin = Split { train: filed[0], heldout: filed[1] };
-        let numbers =
-            Step { name: "identified".into(), at: "robot".into(), gap: finding.gap.before };
-        finding.path.insert(0, numbers);
-        finding.gap = finding::Gap::of(begin, finding.gap.after, 1.0);
-        finding.identified = identified;
+        finding = finding.identified_first(identified, filed);
         if finding.verdict == Verdict::NothingMissing {
             finding.reason = "once the geometry is identified, measured minus model is noise at every pose, also at those \
                               held out"
                 .into();
         }
     }
-    Ok(Investigation { finding, traces, experiment: None })
+    Ok(Investigation { finding, traces, experiment: None, revision })
 }
 
 /// Splits poses into those fitted and those held out.
