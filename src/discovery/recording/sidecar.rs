@@ -56,7 +56,8 @@ impl PerChannel {
         }
     }
 
-    fn values(&self) -> &[f64] {
+    /// Returns the values that are written down: one, or one per channel.
+    pub fn values(&self) -> &[f64] {
         match self {
             Self::One(value) => std::slice::from_ref(value),
             Self::Each(values) => values,
@@ -91,6 +92,8 @@ pub struct Sidecar {
     pub gravity: Option<f64>,
     /// Rotor inertia of each joint as seen at the joint, kg·m².
     pub armature: Vec<f64>,
+    /// What each drive turns an ampere into, N·m at the joint.
+    pub torque_constant: Option<PerChannel>,
     /// The controller, if known.
     pub controller: Option<Controller>,
     /// Noise of the sensors.
@@ -194,6 +197,7 @@ struct Raw {
     torque_sensor: TorqueSensor,
     gravity_m_s2: Option<f64>,
     armature_kg_m2: Option<PerChannel>,
+    torque_constant_nm_per_a: Option<PerChannel>,
     controller: Option<Controller>,
     noise: NoiseLevels,
     encoder_step_rad: Option<f64>,
@@ -238,6 +242,7 @@ impl Sidecar {
             ("noise.tau_nm", &raw.noise.tau_nm),
             ("noise.tcp_m", &raw.noise.tcp_m),
             ("armature_kg_m2", &raw.armature_kg_m2),
+            ("torque_constant_nm_per_a", &raw.torque_constant_nm_per_a),
         ];
         for (key, level) in levels {
             let values = level.as_ref().map_or(&[][..], PerChannel::values);
@@ -300,6 +305,7 @@ impl Sidecar {
             torque_sensor: raw.torque_sensor,
             gravity: raw.gravity_m_s2,
             armature,
+            torque_constant: raw.torque_constant_nm_per_a,
             controller: raw.controller,
             noise: raw.noise,
             encoder_step: raw.encoder_step_rad,

@@ -68,6 +68,8 @@ pub struct Data {
     pub channels: Vec<Channel>,
     /// What was assumed, one sentence each.
     pub notes: Vec<String>,
+    /// Whether the torques are currents still, A: what an ampere is worth nobody said.
+    pub are_currents: bool,
 }
 
 impl Data {
@@ -123,6 +125,20 @@ impl Data {
             .map(|columns| columns.iter().map(|values| unwrapped(values)).collect())
             .unwrap_or_default();
         let levels = &recording.sidecar.noise;
+        let currents = currents(recording);
+        let constants = &recording.sidecar.torque_constant;
+        if let Some(constants) =
+            constants.as_ref().filter(|constants| constants.of(n - 1).is_none())
+        {
+            return Err(Error {
+                what: format!(
+                    "`torque_constant_nm_per_a` has {} values, the robot {n} joints",
+                    constants.values().len()
+                ),
+                place: recording.name.clone(),
+                help: "give one value per joint".into(),
+            });
+        }
         let kinds = [
             (Quantity::Position, Dimension::ANGLE, &levels.q_rad),
             (Quantity::Speed, Dimension::ANGULAR_SPEED, &levels.dq_rad_s),
@@ -130,7 +146,12 @@ impl Data {
         ];
         let mut channels = Vec::new();
         for (quantity, dimension, level) in kinds {
-            let Some(columns) = group(quantity.stem(), dimension)? else { continue };
+            let of_current = currents.filter(|_| quantity == Quantity::Torque);
+            let columns = match of_current {
+                Some(stem) => group(stem, Dimension::CURRENT)?,
+                None => group(quantity.stem(), dimension)?,
+            };
+            let Some(columns) = columns else { continue };
             for (index, values) in columns.into_iter().enumerate() {
                 let mut values = values.to_vec();
                 if quantity == Quantity::Position {
@@ -138,6 +159,10 @@ impl Data {
                     if let Some(command) = commands.get(index) {
                         near(&mut values, command);
                     }
+                }
+                if let (Some(_), Some(by)) = (of_current, constants) {
+                    let by = by.of(index).unwrap_or(1.0);
+                    values.iter_mut().for_each(|value| *value *= by);
                 }
                 let name = format!("{}_{}", quantity.stem(), index + 1);
                 channels.push(channel(quantity, index, name, values, level.as_ref()));
@@ -172,7 +197,8 @@ impl Data {
             });
         }
         let time = recording.time.clone();
-        Ok(Self { n, time, commands, channels, notes: Vec::new() })
+        let are_currents = currents.is_some() && constants.is_none();
+        Ok(Self { n, time, commands, channels, notes: Vec::new(), are_currents })
     }
 
     /// Leaves out torques, speeds or a tip that never change while the arm moves: some loggers write zeros for
@@ -251,6 +277,19 @@ impl Data {
     pub fn measured(&self, quantity: Quantity, index: usize) -> Option<&[f64]> {
         let found = self.channels.iter().find(|c| c.quantity == quantity && c.index == index);
         found.map(|channel| &channel.values[..])
+    }
+}
+
+/// Returns the stem of the columns that hold motor currents in the place of torques, if there are any.
+fn currents(recording: &Recording) -> Option<&'static str> {
+    let unit_of = |name: &str| {
+        let column = recording.columns.iter().find(|column| column.name == name)?;
+        Some(column.unit.map(|unit| unit.dimension))
+    };
+    match (unit_of("tau_1"), unit_of("current_1")) {
+        (Some(Some(Dimension::CURRENT)), _) => Some("tau"),
+        (None, Some(_)) => Some("current"),
+        _ => None,
     }
 }
 

@@ -135,6 +135,7 @@ fn difference(like: &Model, commands: &[Vec<f64>], rivals: [&Hypothesis<Term>; 2
         commands: commands.to_vec(),
         channels,
         notes: Vec::new(),
+        are_currents: false,
     };
     let model = Model::new(like.arm.clone(), Scene::new(&like.arm, data), Vec::new());
     let [first, second] = rivals;

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::answer::{answer, different, synonym};
 use super::chain::Chain;
+use super::currents;
 use super::data::Data;
 use super::experiment::Experiment;
 use super::explain::ArmGap;
@@ -127,11 +128,18 @@ pub fn investigate(
             Load::new(&arm, &scene.plant, carried, at, things[at].mass)
         });
         let loads = carried.collect();
-        let model = Model::new(arm, scene, loads);
-        plausible::check_torques(&model, &recording.name)?;
-        models.push(model);
+        models.push(Model::new(arm, scene, loads));
     }
     notes.dedup();
+    if models.iter().any(|model| model.scene.data.are_currents) {
+        let place = &train.first().map_or("", |recording| &recording.name);
+        let constants = currents::constants(&models[..train.len()], place)?;
+        models = models.iter().map(|model| currents::in_torques(model, &constants)).collect();
+        notes.push(currents::words(&constants));
+    }
+    for (model, recording) in models.iter().zip(train.iter().chain(heldout)) {
+        plausible::check_torques(model, &recording.name)?;
+    }
     let held = models.split_off(train.len());
     let mut present = (Vec::new(), Vec::new());
     for effect in known {

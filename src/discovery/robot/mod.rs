@@ -15,6 +15,7 @@ pub mod experiment;
 pub mod investigate;
 pub mod load;
 mod answer;
+mod currents;
 mod links;
 mod places;
 mod plausible;

@@ -61,6 +61,13 @@ pub(in super::super) fn investigate(
     for recording in recordings {
         let data = Data::at_rest(recording, arm.chain.n())?;
         plausible::check_at_rest(&arm, robot.joints(), &data, &recording.name)?;
+        if data.are_currents {
+            return Err(Error {
+                what: "at rest currents say nothing of what an ampere is worth".into(),
+                place: recording.name.clone(),
+                help: "say it in the sidecar: `\"torque_constant_nm_per_a\": [11.6, …]`, N·m at the joint".into(),
+            });
+        }
         sets.push(poses(&data));
     }
     let (train, heldout) = split(sets, holdout);

@@ -1,0 +1,120 @@
+//! Motor currents in the place of torques: what the drives turn an ampere into, told by the sidecar or fitted.
+//!
+//! A constant that is not told is the one with which the current says what the arm as filed needed, beside friction of both
+//! kinds, a rotor and an offset. What the file's masses are off by is in it: whoever has a data sheet should write it into
+//! the sidecar (`torque_constant_nm_per_a`).
+//!
+//! Source: Gautier and Briot, "Global identification of joint drive gains and dynamic parameters of robots", 2014, where a load
+//! of known mass tells the constants by themselves.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::data::Quantity;
+use super::simulate::Model;
+use super::term::{Law, Term};
+use crate::discovery::recording::Error;
+use crate::units::significant;
+
+/// Speed below which dry friction gives way, rad/s.
+const CREEP: f64 = 1e-2;
+
+/// A constant is known if its standard deviation is less than this part of it.
+const KNOWN: f64 = 0.1;
+
+/// The noise of a joint whose constant nobody knows is this many times larger: nothing is said of it.
+const SILENT: f64 = 1e9;
+
+/// Fits the constants of the drives to recordings of currents, N·m/A; `None` where a joint's motion does not tell it.
+///
+/// # Errors
+///
+/// An [`Error`] where a current runs against what the arm needs, or none tells anything.
+pub(super) fn constants(models: &[Model], place: &str) -> Result<Vec<Option<f64>>, Error> {
+    let n = models.first().map_or(0, |model| model.arm.chain.n());
+    let fitted: Vec<(f64, f64)> = (0..n).map(|joint| fit(models, joint)).collect();
+    let sure = |(value, std): &(f64, f64)| *std < KNOWN * value.abs();
+    if let Some(joint) = fitted.iter().position(|k| sure(k) && k.0 < 0.0) {
+        return Err(Error::new(
+            format!("the current of joint {} runs against what the arm needs", joint + 1),
+            place,
+            "turn its sign: a current is positive when the motor drives its joint to larger angles",
+        ));
+    }
+    if !fitted.iter().any(sure) {
+        return Err(Error::new(
+            "the currents do not follow what the arm needs, so that what an ampere is worth is not known",
+            place,
+            "say it in the sidecar: `\"torque_constant_nm_per_a\": [11.6, …]`, N·m at the joint",
+        ));
+    }
+    Ok(fitted.into_iter().map(|k| sure(&k).then_some(k.0)).collect())
+}
+
+/// Returns what one joint's drive turns an ampere into, and its standard deviation: the current is regressed on what the arm
+/// needed.
+fn fit(models: &[Model], joint: usize) -> (f64, f64) {
+    let mut rows: Vec<[f64; 6]> = Vec::new();
+    for model in models {
+        let data = &model.scene.data;
+        let Some(read) = data.measured(Quantity::Torque, joint) else { continue };
+        let channels = data.channels.iter().filter(|c| model.is_predicted(c.quantity));
+        let Some(at) =
+            channels.clone().position(|c| c.quantity == Quantity::Torque && c.index == joint)
+        else {
+            continue;
+        };
+        let own = at * data.n_rows()..(at + 1) * data.n_rows();
+        let predicted = |terms: &[Term], parameters: &[f64]| {
+            model.predict(&[], terms, parameters).map(|all| all[own.clone()].to_vec())
+        };
+        let Some(bare) = predicted(&[], &[]) else { continue };
+        let with = |law, parameters: &[f64]| predicted(&[Term { law, joint }], parameters);
+        let (Some(fluid), Some(dry), Some(rotor)) = (
+            with(Law::Viscous, &[1.0]),
+            with(Law::Coulomb, &[1.0, CREEP]),
+            with(Law::Armature, &[1.0]),
+        ) else {
+            continue;
+        };
+        let judged = model.scene.first_row..model.scene.last_row;
+        rows.extend(judged.map(|i| {
+            let by = |with: &[f64]| with[i] - bare[i];
+            [read[i], bare[i], by(&fluid), by(&dry), by(&rotor), 1.0]
+        }));
+    }
+    let columns = DMatrix::from_fn(rows.len(), 5, |i, k| rows[i][k + 1]);
+    let target = DVector::from_fn(rows.len(), |i, _| rows[i][0]);
+    let gram = columns.tr_mul(&columns);
+    let ridge = DMatrix::from_diagonal(&gram.diagonal().map(|d| 1e-9 * d + 1e-300));
+    let Some(inverse) = (&gram + ridge).try_inverse() else { return (0.0, f64::INFINITY) };
+    let x = &inverse * columns.tr_mul(&target);
+    let left = (&target - &columns * &x).norm_squared();
+    let count = rows.len().max(6) as f64 - 5.0;
+    // What is left is related from row to row: a tenth of the rows are independent, at best.
+    let std = (10.0 * left / count * inverse[(0, 0)]).max(0.0).sqrt();
+    // Of 1/k to k, to first order.
+    (1.0 / x[0], std / (x[0] * x[0]))
+}
+
+/// Returns a recording's model with its currents turned into torques.
+pub(super) fn in_torques(model: &Model, constants: &[Option<f64>]) -> Model {
+    let mut scene = model.scene.clone();
+    let torques = scene.data.channels.iter_mut().filter(|c| c.quantity == Quantity::Torque);
+    for channel in torques {
+        let (by, more) = constants[channel.index].map_or((1.0, SILENT), |by| (by, 1.0));
+        channel.values.iter_mut().for_each(|value| *value *= by);
+        channel.noise *= by * more;
+    }
+    Model::new(model.arm.clone(), scene, model.loads.clone())
+}
+
+/// Says what the constants are.
+pub(super) fn words(constants: &[Option<f64>]) -> String {
+    let told = |k: &Option<f64>| k.map_or_else(|| "not told".to_owned(), |k| significant(k, 3));
+    let told: Vec<String> = constants.iter().map(told).collect();
+    format!(
+        "torques are currents: what the drives turn an ampere into is fitted to the arm's file, joint by joint {} N·m/A; what it is \
+         off by, every torque here is (`torque_constant_nm_per_a` in the sidecar says it)",
+        told.join(", ")
+    )
+}
