@@ -59,9 +59,9 @@ impl Revision {
             let known = urdf.links.iter().find(|link| link.name == change.link);
             let known = known.ok_or_else(|| missing("link", &change.link))?;
             let inertial = inertial(&known.inertial, change)?;
-            let link = elements(&bare, "link").into_iter();
-            let link = link.filter(|at| attribute(&bare[at.clone()], "name") == Some(&change.link));
-            let link = link.last().ok_or_else(|| missing("link", &change.link))?;
+            let mut links = elements(&bare, "link").into_iter();
+            let link = links.find(|at| attribute(&bare[at.clone()], "name") == Some(&change.link));
+            let link = link.ok_or_else(|| missing("link", &change.link))?;
             edits.push(put(&bare, link, "inertial", inertial)?);
         }
         for change in &self.joints {
@@ -70,12 +70,12 @@ impl Revision {
             let turn = still_between(&urdf, &known.parent.link);
             let shift = Translation3::from(turn.inverse() * change.before);
             let origin = shift * super::urdf::pose_of(&known.origin) * change.after;
-            let joint = elements(&bare, "joint").into_iter();
-            let joint =
-                joint.filter(|at| attribute(&bare[at.clone()], "name") == Some(&known.name));
             // A joint is named in transmissions, too, where it carries nothing.
-            let joint = joint.filter(|at| !elements(&bare[at.clone()], "child").is_empty());
-            let joint = joint.last().ok_or_else(|| missing("joint", &known.name))?;
+            let joint = elements(&bare, "joint").into_iter().find(|at| {
+                attribute(&bare[at.clone()], "name") == Some(&known.name)
+                    && !elements(&bare[at.clone()], "child").is_empty()
+            });
+            let joint = joint.ok_or_else(|| missing("joint", &known.name))?;
             edits.push(put(&bare, joint, "origin", origin_text(&origin))?);
         }
         edits.sort_by_key(|(at, _)| std::cmp::Reverse(at.start));
@@ -273,7 +273,7 @@ mod tests {
             text.contains("<!-- <link name=\"a\"/> -->") && text.contains("<link name=\"b\"/>")
         );
         let [old, new] = [ARM, &text].map(|text| Robot::from_urdf(text, Some("b")).unwrap());
-        let inertial = new.links()[1].inertial.clone().unwrap();
+        let inertial = new.links()[1].inertial.unwrap();
         assert!((inertial.mass - 3.0).abs() < 1e-12);
         assert!((inertial.com - Vector3::new(0.1, 0.0, 0.1)).norm() < 1e-12);
         // About the origin: 0.01 and 2 kg at 0.1 m, and 0.05 more; about the centre 3 kg less.

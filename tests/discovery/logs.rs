@@ -130,7 +130,7 @@ fn number(effect: &Effect, name: &str) -> f64 {
 #[test]
 fn friction_is_found_in_motor_currents() {
     let finding = found(Logger { friction: true, currents: true, ..Logger::default() });
-    assert_eq!(finding.verdict, Verdict::Several, "{:?}", finding.reason);
+    assert_eq!(finding.verdict, Verdict::Several, "{:?}", finding.effects);
     let note = finding.notes.iter().find(|note| note.starts_with("torques are currents")).unwrap();
     let told = note.split_once("joint by joint ").unwrap().1.split_once(" N·m/A").unwrap().0;
     let mut known = 0;

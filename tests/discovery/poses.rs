@@ -66,7 +66,7 @@ fn seen(robot: &Robot, tracker: Isometry3<f64>) -> impl Fn(&[f64], &mut StdRng) 
 /// What torque sensors read of an arm that carries something, with errors of 0.2 N·m.
 fn weighed(robot: &Robot, payload: Inertial) -> impl Fn(&[f64], &mut StdRng) -> Vec<f64> {
     move |q, chance| {
-        let dynamics = Dynamics::new(robot, Bodies::All).with_payload(payload.clone());
+        let dynamics = Dynamics::new(robot, Bodies::All).with_payload(payload);
         let still = [0.0; 7];
         let tau = dynamics.inverse(q, &still, &still).unwrap();
         tau.iter().map(|value| value + 0.2 * normal(chance)).collect()

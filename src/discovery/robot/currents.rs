@@ -10,16 +10,15 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::data::Quantity;
+use super::links::CREEPS;
 use super::simulate::Model;
 use super::term::{Law, Term};
 use crate::discovery::recording::Error;
+use crate::discovery::selection::related;
 use crate::units::significant;
 
-/// Speed below which dry friction gives way, rad/s.
-const CREEP: f64 = 1e-2;
-
 /// A constant is known if its standard deviation is less than this part of it.
-const KNOWN: f64 = 0.1;
+const KNOWN: f64 = 0.05;
 
 /// The noise of a joint whose constant nobody knows is this many times larger: nothing is said of it.
 const SILENT: f64 = 1e9;
@@ -51,31 +50,30 @@ pub(super) fn constants(models: &[Model], place: &str) -> Result<Vec<Option<f64>
 }
 
 /// Returns what one joint's drive turns an ampere into, and its standard deviation: the current is regressed on what the arm
-/// needed.
+/// needed, with the dry friction that fits best.
 fn fit(models: &[Model], joint: usize) -> (f64, f64) {
+    let fits = CREEPS.into_iter().filter_map(|creep| regressed(models, joint, creep));
+    let best = fits.min_by(|a, b| a.0.total_cmp(&b.0));
+    best.map_or((0.0, f64::INFINITY), |(_, value, std)| (value, std))
+}
+
+/// Returns the sum of squares that is left beside dry friction with this creep, the constant and its standard deviation.
+fn regressed(models: &[Model], joint: usize, creep: f64) -> Option<(f64, f64, f64)> {
     let mut rows: Vec<[f64; 6]> = Vec::new();
     for model in models {
         let data = &model.scene.data;
-        let Some(read) = data.measured(Quantity::Torque, joint) else { continue };
-        let channels = data.channels.iter().filter(|c| model.is_predicted(c.quantity));
-        let Some(at) =
-            channels.clone().position(|c| c.quantity == Quantity::Torque && c.index == joint)
-        else {
-            continue;
-        };
+        let read = data.measured(Quantity::Torque, joint)?;
+        let mut channels = data.channels.iter().filter(|c| model.is_predicted(c.quantity));
+        let at = channels.position(|c| c.quantity == Quantity::Torque && c.index == joint)?;
         let own = at * data.n_rows()..(at + 1) * data.n_rows();
         let predicted = |terms: &[Term], parameters: &[f64]| {
             model.predict(&[], terms, parameters).map(|all| all[own.clone()].to_vec())
         };
-        let Some(bare) = predicted(&[], &[]) else { continue };
+        let bare = predicted(&[], &[])?;
         let with = |law, parameters: &[f64]| predicted(&[Term { law, joint }], parameters);
-        let (Some(fluid), Some(dry), Some(rotor)) = (
-            with(Law::Viscous, &[1.0]),
-            with(Law::Coulomb, &[1.0, CREEP]),
-            with(Law::Armature, &[1.0]),
-        ) else {
-            continue;
-        };
+        let fluid = with(Law::Viscous, &[1.0])?;
+        let dry = with(Law::Coulomb, &[1.0, creep])?;
+        let rotor = with(Law::Armature, &[1.0])?;
         let judged = model.scene.first_row..model.scene.last_row;
         rows.extend(judged.map(|i| {
             let by = |with: &[f64]| with[i] - bare[i];
@@ -86,14 +84,14 @@ fn fit(models: &[Model], joint: usize) -> (f64, f64) {
     let target = DVector::from_fn(rows.len(), |i, _| rows[i][0]);
     let gram = columns.tr_mul(&columns);
     let ridge = DMatrix::from_diagonal(&gram.diagonal().map(|d| 1e-9 * d + 1e-300));
-    let Some(inverse) = (&gram + ridge).try_inverse() else { return (0.0, f64::INFINITY) };
+    let inverse = (&gram + ridge).try_inverse()?;
     let x = &inverse * columns.tr_mul(&target);
-    let left = (&target - &columns * &x).norm_squared();
-    let count = rows.len().max(6) as f64 - 5.0;
-    // What is left is related from row to row: a tenth of the rows are independent, at best.
-    let std = (10.0 * left / count * inverse[(0, 0)]).max(0.0).sqrt();
+    let left = &target - &columns * &x;
+    let square = left.norm_squared();
+    let each = related(left.as_slice()) * square / (rows.len().max(6) as f64 - 5.0);
+    let std = (each * inverse[(0, 0)]).max(0.0).sqrt();
     // Of 1/k to k, to first order.
-    (1.0 / x[0], std / (x[0] * x[0]))
+    Some((square, 1.0 / x[0], std / (x[0] * x[0])))
 }
 
 /// Returns a recording's model with its currents turned into torques.

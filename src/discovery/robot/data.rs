@@ -162,7 +162,9 @@ impl Data {
                 }
                 if let (Some(_), Some(by)) = (of_current, constants) {
                     let by = by.of(index).unwrap_or(1.0);
-                    values.iter_mut().for_each(|value| *value *= by);
+                    for value in &mut values {
+                        *value *= by;
+                    }
                 }
                 let name = format!("{}_{}", quantity.stem(), index + 1);
                 channels.push(channel(quantity, index, name, values, level.as_ref()));

@@ -51,10 +51,17 @@ impl ArmGap {
 
     /// Returns the same with other numbers of the arm's bodies.
     #[must_use]
-    pub(super) fn with_links(self, links: &Links) -> Self {
+    pub(super) fn with_links(&self, links: &Links) -> Self {
         let with =
             |models: &[Model]| models.iter().map(|m| m.with_bodies(&links.changes)).collect();
-        Self { train: with(&self.train), heldout: with(&self.heldout), has_own_links: true, ..self }
+        Self {
+            train: with(&self.train),
+            heldout: with(&self.heldout),
+            known: self.known.clone(),
+            things: self.things.clone(),
+            unexplained: self.unexplained.clone(),
+            has_own_links: true,
+        }
     }
 
     /// Returns whether torque and tip follow from a measured motion, so that they are linear in what is missing.
@@ -188,6 +195,11 @@ impl Gap for ArmGap {
         let things = (0..self.things.len()).map(|joint| Term { law: Law::ObjectMass, joint });
         if self.has_own_links {
             found.retain(|candidate| candidate.term.law != Law::LinkMass);
+        }
+        if self.train[0].scene.data.are_currents {
+            // What an ampere is worth was fitted: a gain is in it.
+            let is_gain = |law| matches!(law, Law::TorqueGain | Law::ActuatorGain);
+            found.retain(|candidate| !is_gain(candidate.term.law));
         }
         found.extend(things.filter(|term| !terms.contains(term)).map(|term| Candidate {
             term,

@@ -207,18 +207,10 @@ pub fn investigate(
     }
     let options = &options;
     progress("identifying the links", 0.0);
-    let (mut identified, mut revision) = (None, None);
+    let (mut own, mut aside) = (None, None);
     match links::identified(&gap) {
-        Some(Numbers::Own(links)) => {
-            let filed = selection::left(&gap);
-            gap = gap.with_links(&links);
-            notes.push(
-                "the numbers of the links are identified first; what is missing is looked for beside them"
-                    .into(),
-            );
-            revision = Some(links.revision(&gap.train[0].arm.chain));
-            identified = Some((links.told, filed));
-        }
+        Some(Numbers::Own(links)) if links.is_better => own = Some(links),
+        Some(Numbers::Own(links)) => aside = Some(links),
         Some(Numbers::Different(words)) => {
             return Ok(Investigation {
                 finding: different(&gap, &words, notes),
@@ -229,7 +221,21 @@ pub fn investigate(
         }
         None => {}
     }
+    let filed = selection::left(&gap);
+    if let Some(links) = &own {
+        gap = gap.with_links(links);
+    }
     let (mut outcome, mut fitted) = searched(&gap, options, progress).map_err(runs_away)?;
+    // One link or a load has a name; several weights that are off at once are numbers of the file.
+    if let Some(links) = aside.filter(|_| n_weights(&outcome) > 1) {
+        let with = gap.with_links(&links);
+        let (other, its) = searched(&with, options, progress).map_err(runs_away)?;
+        if n_weights(&other) < n_weights(&outcome)
+            && links::BETTER * other.best.heldout <= outcome.best.heldout
+        {
+            (gap, outcome, fitted, own) = (with, other, its, Some(links));
+        }
+    }
     if outcome.best.terms.is_empty()
         && above_noise(outcome.nothing.train, gap.count(Set::Train)) < SIGNIFICANT
         && above_noise(outcome.nothing.heldout, gap.count(Set::Heldout)) > SIGNIFICANT
@@ -255,9 +261,13 @@ pub fn investigate(
         noise.q_rad.is_none() && noise.tau_nm.is_none() && noise.tcp_m.is_none()
     };
     let is_estimated = train.iter().chain(heldout).any(is_estimated);
+    let chain = gap.train[0].arm.chain.clone();
     let mut finding = answer(gap, fitted, &outcome, options, is_estimated, notes);
-    if let Some((identified, filed)) = identified {
-        finding = finding.identified_first(identified, filed);
+    let revision = own.as_ref().map(|links| links.revision(&chain));
+    if let Some(links) = own {
+        let first = "the numbers of the links are identified first; what is missing is looked for beside them";
+        finding.notes.push(first.into());
+        finding = finding.identified_first(links.told, filed);
     }
     if let Some(next) = &mut finding.next_experiment {
         let detail = match &experiment {
@@ -273,6 +283,12 @@ pub fn investigate(
     }
     let experiment = experiment.map(|experiment| experiment.csv);
     Ok(Investigation { finding, traces, experiment, revision })
+}
+
+/// Returns how many weights were found to be off.
+fn n_weights(outcome: &Outcome<Term>) -> usize {
+    let terms = outcome.best.terms.iter();
+    terms.filter(|term| matches!(term.law, Law::LinkMass | Law::Payload)).count()
 }
 
 /// Searches; returns what was found, and the gap it was fitted to where that is not all of the recordings.

@@ -29,11 +29,11 @@ use body::{NAMES, NUMBERS, numbers, spread};
 use fit::{Fit, LOAD, OF_JOINT, Parts, Problem, Sums, consistent, left_of};
 
 /// By how much the links' numbers must predict better to be taken: by a tenth of what is left.
-const BETTER: f64 = 0.9;
+pub(super) const BETTER: f64 = 0.9;
 /// A number is told if the data say more of it than the file does: its uncertainty fell to this part.
 const TOLD: f64 = 0.5;
 /// Speeds below which dry friction may give way, rad/s; the one that fits best is taken.
-const CREEPS: [f64; 4] = [1e-3, 4e-3, 1.6e-2, 5e-2];
+pub(super) const CREEPS: [f64; 4] = [1e-3, 4e-3, 1.6e-2, 5e-2];
 
 /// The bodies of an arm as its recordings have them.
 #[derive(Debug)]
@@ -42,6 +42,8 @@ pub(super) struct Links {
     pub(super) changes: Vec<[f64; NUMBERS]>,
     /// Those that the data tell.
     pub(super) told: Vec<Identified>,
+    /// Whether they predict clearly better than the file's with any single link heavier, or with a load.
+    pub(super) is_better: bool,
 }
 
 impl Links {
@@ -67,8 +69,8 @@ pub(super) enum Numbers {
     Different(String),
 }
 
-/// Identifies the numbers of the links; `None` where the file's are as good. Others are taken if they predict the recordings held out clearly better than the
-/// file's with any single link heavier, or with a load in the hand: those have names.
+/// Identifies the numbers of the links; `None` where the file's, with one link heavier or with a load in the hand, predict the
+/// recordings held out better: those have names.
 pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     let model = gap.train.first()?;
     let has_torque = |model: &Model| model.scene.data.has(Quantity::Torque);
@@ -118,9 +120,9 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     if let Some(words) = different(&problem, &parts, left.min(plainest), &weights) {
         return Some(Numbers::Different(words));
     }
-    (left <= BETTER * plainest).then(|| {
+    (left <= plainest).then(|| {
         let told = told(bodies, &changes, &free, &problem.prior);
-        Numbers::Own(Links { changes, told })
+        Numbers::Own(Links { changes, told, is_better: left <= BETTER * plainest })
     })
 }
 

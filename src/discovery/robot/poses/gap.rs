@@ -180,19 +180,18 @@ fn unit(channel: usize) -> &'static str {
     if channel < 3 { "m" } else { "N*m" }
 }
 
+/// A point and where it is carried, m.
+type Pair = (Vector3<f64>, Vector3<f64>);
+
 /// Returns the rigid motion that carries the first points nearest to the second (Kabsch, 1976); `None` for fewer than three.
-fn between(pairs: &[(Vector3<f64>, Vector3<f64>)]) -> Option<Isometry3<f64>> {
+fn between(pairs: &[Pair]) -> Option<Isometry3<f64>> {
     if pairs.len() < 3 {
         return None;
     }
     let count = pairs.len() as f64;
-    let middle = |of: fn(&(Vector3<f64>, Vector3<f64>)) -> Vector3<f64>| {
-        pairs.iter().map(of).sum::<Vector3<f64>>() / count
-    };
+    let middle = |of: fn(&Pair) -> Vector3<f64>| pairs.iter().map(of).sum::<Vector3<f64>>() / count;
     let (from, to) = (middle(|pair| pair.0), middle(|pair| pair.1));
-    let spread = |sum: Matrix3<f64>, (a, b): &(Vector3<f64>, Vector3<f64>)| {
-        sum + (a - from) * (b - to).transpose()
-    };
+    let spread = |sum: Matrix3<f64>, (a, b): &Pair| sum + (a - from) * (b - to).transpose();
     let svd = pairs.iter().fold(Matrix3::zeros(), spread).svd(true, true);
     let (u, v_t) = (svd.u?, svd.v_t?);
     let mut sign = Matrix3::identity();

@@ -87,14 +87,14 @@ impl AtRest {
         let n = pose.q.len();
         let (mut q, still) = ([0.0; MOST_JOINTS], [0.0; MOST_JOINTS]);
         let mut load = [0.0; MOST_JOINTS];
-        for j in 0..n {
-            q[j] = pose.q[j] + self.zero[j];
+        for ((q, read), zero) in q.iter_mut().zip(&pose.q).zip(&self.zero) {
+            *q = read + zero;
         }
         self.chain.inverse(&q[..n], &still[..n], &still[..n], &mut load[..n]);
         let tau = pose.tau.iter().enumerate().map(|(j, _)| self.gain[j] * load[j] + self.offset[j]);
         let tau = tau.collect();
-        for j in 0..n {
-            q[j] -= self.compliance[j] * load[j];
+        for ((q, soft), load) in q.iter_mut().zip(&self.compliance).zip(&load) {
+            *q -= soft * load;
         }
         let tip = pose.tip.map(|_| self.turn * self.chain.tip(&q[..n]) + self.shift);
         (tip, tau)
