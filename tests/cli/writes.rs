@@ -144,15 +144,17 @@ fn a_full_disk_is_told_once_where_typed_lines_are_kept() {
         .unwrap();
     // Kept open to the end: at the end of its input `script` would ask for it over and over.
     let (mut keys, mut out) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
-    let mut screen = Vec::new();
+    let (mut screen, mut seen) = (Vec::new(), 0);
     let mut until = |words: &str| {
-        let from = screen.len();
-        while !String::from_utf8_lossy(&screen[from..]).contains(words) {
+        // What comes in one piece may hold the answer and the next prompt.
+        while !String::from_utf8_lossy(&screen[seen..]).contains(words) {
             let mut more = [0; 1024];
             let count = out.read(&mut more).unwrap();
             assert!(count > 0, "it ended with {}", String::from_utf8_lossy(&screen));
             screen.extend(&more[..count]);
         }
+        let at = screen[seen..].windows(words.len()).position(|part| part == words.as_bytes());
+        seen += at.unwrap_or(0) + words.len();
     };
     // What is typed before the prompt is there is lost, as at any terminal.
     until("lab> ");
