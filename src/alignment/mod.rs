@@ -28,6 +28,7 @@ pub mod overlay;
 mod error;
 mod reprojection;
 pub mod consensus;
+pub mod rigid;
 pub mod image_map;
 pub mod intrinsics;
 pub mod camera_fit;

@@ -274,9 +274,15 @@ pub struct Finding {
 
 impl Finding {
     /// Returns the finding with numbers of the model's own that were identified before anything was looked for: `filed` is
-    /// the gap with those of the file.
+    /// the gap with those of the file, and `places` where it is.
     #[must_use]
-    pub fn identified_first(mut self, identified: Vec<Identified>, filed: Split) -> Self {
+    pub fn identified_first(
+        mut self,
+        identified: Vec<Identified>,
+        filed: Split,
+        places: Vec<Channel>,
+    ) -> Self {
+        self.places = places;
         let step = Step { name: "identified".into(), at: "model".into(), gap: self.gap.before };
         self.path.insert(0, step);
         self.gap = Gap::of(filed, self.gap.after, self.gap.noise_floor);

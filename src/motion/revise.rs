@@ -1,13 +1,13 @@
 //! A robot's file with some of its numbers changed: links' inertial numbers, joints' origins. All else stays as it is written,
 //! comments and order included; what comes out is read again and held against what was meant.
 //!
-//! Not a writer of URDFs: only text that [`Robot::from_urdf`] reads is changed.
+//! Not a writer of URDFs: what is not changed is not touched.
 
 use std::ops::Range;
 
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 
-use super::{Error, Robot};
+use super::{Error, Inertial};
 
 /// What is added to the inertial numbers of a link, about the link's own origin.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,57 +54,72 @@ impl Revision {
             .map_err(|error| Error::Urdf { what: error.to_string() })?;
         // What a comment holds is no element.
         let bare = masked(text);
+        let mut meant = urdf.clone();
         let mut edits: Vec<(Range<usize>, String)> = Vec::new();
         for change in &self.links {
-            let known = urdf.links.iter().find(|link| link.name == change.link);
+            let known = meant.links.iter_mut().find(|link| link.name == change.link);
             let known = known.ok_or_else(|| missing("link", &change.link))?;
-            let inertial = inertial(&known.inertial, change)?;
+            known.inertial = inertial(&known.inertial, change)?;
             let mut links = elements(&bare, "link").into_iter();
             let link = links.find(|at| attribute(&bare[at.clone()], "name") == Some(&change.link));
             let link = link.ok_or_else(|| missing("link", &change.link))?;
-            edits.push(put(&bare, link, "inertial", inertial)?);
+            edits.push(put(&bare, link, "inertial", inertial_text(&known.inertial))?);
         }
         for change in &self.joints {
-            let known = urdf.joints.iter().find(|joint| joint.child.link == change.link);
+            let known = meant.joints.iter_mut().find(|joint| joint.child.link == change.link);
             let known = known.ok_or_else(|| missing("joint of link", &change.link))?;
             let turn = still_between(&urdf, &known.parent.link);
             let shift = Translation3::from(turn.inverse() * change.before);
-            let origin = shift * super::urdf::pose_of(&known.origin) * change.after;
+            known.origin = pose(&(shift * super::urdf::pose_of(&known.origin) * change.after));
             // A joint is named in transmissions, too, where it carries nothing.
             let joint = elements(&bare, "joint").into_iter().find(|at| {
                 attribute(&bare[at.clone()], "name") == Some(&known.name)
                     && !elements(&bare[at.clone()], "child").is_empty()
             });
             let joint = joint.ok_or_else(|| missing("joint", &known.name))?;
-            edits.push(put(&bare, joint, "origin", origin_text(&origin))?);
+            edits.push(put(&bare, joint, "origin", origin_text(&known.origin))?);
         }
         edits.sort_by_key(|(at, _)| std::cmp::Reverse(at.start));
         let mut written = text.to_owned();
         for (at, new) in edits {
             written.replace_range(at, &new);
         }
-        let head = written.find("<robot").unwrap_or(0);
-        // Two hyphens would end a comment.
-        written.insert_str(head, &format!("<!-- {} -->\n", why.replace("--", "- -")));
-        self.check(text, &written)?;
-        Ok(written)
-    }
-
-    /// Holds a text that was written against what was meant.
-    fn check(&self, before: &str, after: &str) -> Result<(), Error> {
-        let read = |text| Robot::from_urdf(text, None);
-        let (Ok(before), after) = (read(before), read(after)?) else { return Ok(()) };
-        let same = before.links().len() == after.links().len()
-            && before.links().iter().zip(after.links()).all(|(old, new)| {
-                let is_changed = self.links.iter().any(|change| change.link == old.name)
-                    || self.joints.iter().any(|change| change.link == old.name);
-                old.name == new.name && (is_changed || old == new)
-            });
-        if same {
-            return Ok(());
+        // All edits are behind it. Two hyphens would end a comment.
+        let head = bare.find("<robot").unwrap_or(0);
+        written.insert_str(head, &format!("<!-- {} -->\n", why.replace("--", "- ")));
+        let read = urdf_rs::read_from_string(&written);
+        if read.is_ok_and(|read| same(&read, &meant)) {
+            return Ok(written);
         }
         Err(Error::Urdf { what: "its numbers cannot be changed without changing others".into() })
     }
+}
+
+/// Returns whether two robots have the same masses and origins, link by link and joint by joint.
+fn same(a: &urdf_rs::Robot, b: &urdf_rs::Robot) -> bool {
+    let links = a.links.iter().zip(&b.links).all(|(a, b)| {
+        let (i, j) = (&a.inertial, &b.inertial);
+        let numbers = |i: &urdf_rs::Inertial| {
+            let m = &i.inertia;
+            [i.mass.value, m.ixx, m.ixy, m.ixz, m.iyy, m.iyz, m.izz]
+        };
+        let equal = numbers(i).iter().zip(numbers(j)).all(|(a, b)| near(*a, b));
+        a.name == b.name && equal && same_pose(&i.origin, &j.origin)
+    });
+    let joints = a.joints.iter().zip(&b.joints);
+    let joints =
+        joints.into_iter().all(|(a, b)| a.name == b.name && same_pose(&a.origin, &b.origin));
+    a.links.len() == b.links.len() && a.joints.len() == b.joints.len() && links && joints
+}
+
+fn same_pose(a: &urdf_rs::Pose, b: &urdf_rs::Pose) -> bool {
+    let pairs = a.xyz.0.iter().zip(&b.xyz.0).chain(a.rpy.0.iter().zip(&b.rpy.0));
+    pairs.into_iter().all(|(a, b)| near(*a, *b))
+}
+
+/// Whether a number is what it was written as.
+fn near(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 1e-12 * b.abs().max(1.0)
 }
 
 fn missing(what: &str, name: &str) -> Error {
@@ -127,43 +142,59 @@ fn still_between(urdf: &urdf_rs::Robot, link: &str) -> UnitQuaternion<f64> {
     turn
 }
 
-/// Returns a link's inertial element with a change.
-fn inertial(old: &urdf_rs::Inertial, change: &LinkChange) -> Result<String, Error> {
-    let place = super::urdf::pose_of(&old.origin);
-    let (turn, com) = (place.rotation.to_rotation_matrix(), place.translation.vector);
+/// Returns a link's inertial numbers with a change, in the link's own axes.
+fn inertial(old: &urdf_rs::Inertial, change: &LinkChange) -> Result<urdf_rs::Inertial, Error> {
     let i = &old.inertia;
-    let own = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
-    let own = turn * own * turn.transpose();
-    let steiner = |mass: f64, com: &Vector3<f64>| {
-        mass * (Matrix3::identity() * com.norm_squared() - com * com.transpose())
+    let own = Inertial {
+        mass: old.mass.value,
+        com: Vector3::zeros(),
+        inertia: Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz),
     };
-    let mass = old.mass.value + change.mass;
+    let own = own.seen_from(&super::urdf::pose_of(&old.origin));
+    let mass = own.mass + change.mass;
     if mass <= 0.0 {
         let what = format!("its link {} would weigh {mass:.3} kg", change.link);
         return Err(Error::Urdf { what });
     }
-    let new = (old.mass.value * com + change.moment) / mass;
-    let m = own + steiner(old.mass.value, &com) + change.inertia - steiner(mass, &new);
-    Ok(format!(
-        "<inertial><origin xyz=\"{} {} {}\" rpy=\"0 0 0\"/><mass value=\"{mass}\"/><inertia ixx=\"{}\" ixy=\"{}\" \
-         ixz=\"{}\" iyy=\"{}\" iyz=\"{}\" izz=\"{}\"/></inertial>",
-        new.x,
-        new.y,
-        new.z,
-        m[(0, 0)],
-        m[(0, 1)],
-        m[(0, 2)],
-        m[(1, 1)],
-        m[(1, 2)],
-        m[(2, 2)]
-    ))
+    // About the origin, where changes add up, and back to the centre.
+    let steiner = |mass: f64, com: &Vector3<f64>| {
+        mass * (Matrix3::identity() * com.norm_squared() - com * com.transpose())
+    };
+    let com = (own.mass * own.com + change.moment) / mass;
+    let m = own.inertia + steiner(own.mass, &own.com) + change.inertia - steiner(mass, &com);
+    Ok(urdf_rs::Inertial {
+        origin: pose(&Isometry3::translation(com.x, com.y, com.z)),
+        mass: urdf_rs::Mass { value: mass },
+        inertia: urdf_rs::Inertia {
+            ixx: m.m11,
+            ixy: m.m12,
+            ixz: m.m13,
+            iyy: m.m22,
+            iyz: m.m23,
+            izz: m.m33,
+        },
+    })
 }
 
-fn origin_text(origin: &Isometry3<f64>) -> String {
-    let place = origin.translation.vector;
+fn pose(origin: &Isometry3<f64>) -> urdf_rs::Pose {
     let (roll, pitch, yaw) = origin.rotation.euler_angles();
-    let [x, y, z] = [place.x, place.y, place.z];
+    // No minus before a zero.
+    let plain = |values: [f64; 3]| urdf_rs::Vec3(values.map(|value| value + 0.0));
+    urdf_rs::Pose { xyz: plain(origin.translation.vector.into()), rpy: plain([roll, pitch, yaw]) }
+}
+
+fn origin_text(origin: &urdf_rs::Pose) -> String {
+    let ([x, y, z], [roll, pitch, yaw]) = (origin.xyz.0, origin.rpy.0);
     format!("<origin xyz=\"{x} {y} {z}\" rpy=\"{roll} {pitch} {yaw}\"/>")
+}
+
+fn inertial_text(of: &urdf_rs::Inertial) -> String {
+    let (origin, mass, i) = (origin_text(&of.origin), of.mass.value, &of.inertia);
+    format!(
+        "<inertial>{origin}<mass value=\"{mass}\"/><inertia ixx=\"{}\" ixy=\"{}\" ixz=\"{}\" iyy=\"{}\" iyz=\"{}\" \
+         izz=\"{}\"/></inertial>",
+        i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz
+    )
 }
 
 /// Returns the text with every comment blank, byte by byte.
@@ -244,6 +275,7 @@ fn put(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::motion::Robot;
 
     const ARM: &str = "<?xml version=\"1.0\"?>\n<!-- <link name=\"a\"/> -->\n<robot name=\"r\">\n  <link name=\"base\"/>\n  \
         <link name='a'>\n    <inertial>\n      <origin xyz=\"0 0 0.1\"/><mass value=\"2\"/>\n      <inertia ixx=\"0.01\" ixy=\"0\" \
@@ -268,7 +300,7 @@ mod tests {
         };
         let revision = Revision { links: vec![change], joints: vec![joint] };
         let text = revision.written(ARM, "found -- by hand").unwrap();
-        assert!(text.contains("<!-- found - - by hand -->\n<robot"), "{text}");
+        assert!(text.contains("<!-- found -  by hand -->\n<robot"), "{text}");
         assert!(
             text.contains("<!-- <link name=\"a\"/> -->") && text.contains("<link name=\"b\"/>")
         );

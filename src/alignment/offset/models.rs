@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, Matrix3, Matrix4, UnitQuaternion, Vector3};
 
 use super::{Error, FLOOR_M, Model, Pair};
 use crate::alignment::consensus::{Regression, mix};
+use crate::alignment::rigid::turn_between;
 use crate::fit::{self, Noise, Prior, Residuals};
 
 pub(super) struct Pairs<'a> {
@@ -260,19 +261,10 @@ impl<'a> Pairs<'a> {
         let said = rows.iter().map(|&i| self.rows[i].said).sum::<Vector3<f64>>() / n;
         let mut turn = UnitQuaternion::identity();
         if matches!(self.model, Model::Rigid | Model::Similarity) {
-            let cross = rows
-                .iter()
-                .map(|&i| (self.rows[i].said - said) * (self.rows[i].real - real).transpose())
-                .sum::<Matrix3<f64>>();
-            let svd = cross.svd(true, true);
-            if let (Some(u), Some(v_t)) = (svd.u, svd.v_t)
-                // With points on a line the turn about it is any; the identity's is 0.
-                && svd.singular_values[1] > 1e-9 * svd.singular_values[0]
-            {
-                let sign = (u * v_t).determinant().signum();
-                let r = u * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, sign)) * v_t;
-                turn = nalgebra::Rotation3::from_matrix_unchecked(r).into();
-            }
+            let pairs: Vec<_> =
+                rows.iter().map(|&i| (self.rows[i].real, self.rows[i].said)).collect();
+            // With points on a line the turn about it is any; the identity's is 0.
+            turn = turn_between(&pairs).unwrap_or(turn);
             x[3..6].copy_from_slice(turn.scaled_axis().as_slice());
         }
         let shift = (said - self.centre - turn * (real - self.centre)) / self.size;

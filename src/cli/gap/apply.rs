@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::files;
 use crate::repl::Edits;
 use crate::report::Failure;
 
@@ -22,7 +23,7 @@ pub(super) fn apply(path: &Path, before: &str, after: &str) -> Result<String, Fa
 
 /// Writes a copy of a robot's file; returns where it is, in words. `:undo-edit` takes it back.
 pub(super) fn copy(path: &Path, text: &str) -> Result<String, Failure> {
-    let before = std::fs::read_to_string(path).ok();
+    let before = files::read::text(path).ok();
     write(path, text)?;
     Edits::new(home().as_deref()).made("gap --apply", path, before, text);
     Ok(format!(

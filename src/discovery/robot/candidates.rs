@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 
 use super::data::Quantity;
 use super::simulate::Model;
-use super::term::{Feature, Law, Term};
+use super::term::{Feature, Law, SHIFTS, Term};
 use crate::discovery::selection::Candidate;
 
 /// What an effect without a name must explain more, in the units of the criterion: there are many more
@@ -143,13 +143,7 @@ pub fn candidates(
     }
     if tip {
         add(Law::ToolOffset, 0, Vec::new(), 0.0);
-        for free in [
-            [true, true, true, true, true, true],
-            [true, true, true, false, false, true],
-            [true, true, true, false, false, false],
-            [false, false, false, false, false, true],
-            [false, false, false, true, true, true],
-        ] {
+        for free in SHIFTS {
             add(Law::CameraShift(free), 0, Vec::new(), 0.0);
         }
     }

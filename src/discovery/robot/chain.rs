@@ -254,6 +254,12 @@ impl Chain {
 }
 
 impl Body {
+    /// Returns whether a file can be off by so much of its mass, kg: nothing weighs less than nothing, or four times what
+    /// its maker says.
+    pub fn may_gain(&self, mass: f64) -> bool {
+        (-0.95 * self.mass..3.0 * self.mass).contains(&mass)
+    }
+
     /// Sets the body elsewhere in its parent.
     pub fn sit(&mut self, parent_from_body: Isometry3<f64>) {
         self.parent_from_body = parent_from_body;

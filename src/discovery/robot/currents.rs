@@ -20,7 +20,7 @@ use crate::units::significant;
 /// A constant is known if its standard deviation is less than this part of it.
 const KNOWN: f64 = 0.05;
 
-/// The noise of a joint whose constant nobody knows is this many times larger: nothing is said of it.
+/// The noise of a joint whose constant is unknown is this many times larger, so that nothing is said of the joint.
 const SILENT: f64 = 1e9;
 
 /// Fits the constants of the drives to recordings of currents, N·m/A; `None` where a joint's motion does not tell it.
@@ -28,7 +28,7 @@ const SILENT: f64 = 1e9;
 /// # Errors
 ///
 /// An [`Error`] where a current runs against what the arm needs, or none tells anything.
-pub(super) fn constants(models: &[Model], place: &str) -> Result<Vec<Option<f64>>, Error> {
+fn constants(models: &[&Model], place: &str) -> Result<Vec<Option<f64>>, Error> {
     let n = models.first().map_or(0, |model| model.arm.chain.n());
     let fitted: Vec<(f64, f64)> = (0..n).map(|joint| fit(models, joint)).collect();
     let sure = |(value, std): &(f64, f64)| *std < KNOWN * value.abs();
@@ -51,14 +51,14 @@ pub(super) fn constants(models: &[Model], place: &str) -> Result<Vec<Option<f64>
 
 /// Returns what one joint's drive turns an ampere into, and its standard deviation: the current is regressed on what the arm
 /// needed, with the dry friction that fits best.
-fn fit(models: &[Model], joint: usize) -> (f64, f64) {
+fn fit(models: &[&Model], joint: usize) -> (f64, f64) {
     let fits = CREEPS.into_iter().filter_map(|creep| regressed(models, joint, creep));
     let best = fits.min_by(|a, b| a.0.total_cmp(&b.0));
     best.map_or((0.0, f64::INFINITY), |(_, value, std)| (value, std))
 }
 
 /// Returns the sum of squares that is left beside dry friction with this creep, the constant and its standard deviation.
-fn regressed(models: &[Model], joint: usize, creep: f64) -> Option<(f64, f64, f64)> {
+fn regressed(models: &[&Model], joint: usize, creep: f64) -> Option<(f64, f64, f64)> {
     let mut rows: Vec<[f64; 6]> = Vec::new();
     for model in models {
         let data = &model.scene.data;
@@ -94,8 +94,34 @@ fn regressed(models: &[Model], joint: usize, creep: f64) -> Option<(f64, f64, f6
     Some((square, 1.0 / x[0], std / (x[0] * x[0])))
 }
 
+/// Turns the currents of recordings into torques, those with torques left as they are; says with which constants, if there
+/// were any currents.
+///
+/// # Errors
+///
+/// As [`constants`].
+pub(super) fn turned(
+    models: &mut [Model],
+    n_train: usize,
+    place: &str,
+) -> Result<Option<String>, Error> {
+    let are_currents = |model: &&Model| model.scene.data.are_currents;
+    let mut read: Vec<&Model> = models[..n_train].iter().filter(are_currents).collect();
+    if read.is_empty() {
+        read = models.iter().filter(are_currents).collect();
+    }
+    if read.is_empty() {
+        return Ok(None);
+    }
+    let constants = constants(&read, place)?;
+    for model in models.iter_mut().filter(|model| model.scene.data.are_currents) {
+        *model = in_torques(model, &constants);
+    }
+    Ok(Some(words(&constants)))
+}
+
 /// Returns a recording's model with its currents turned into torques.
-pub(super) fn in_torques(model: &Model, constants: &[Option<f64>]) -> Model {
+fn in_torques(model: &Model, constants: &[Option<f64>]) -> Model {
     let mut scene = model.scene.clone();
     let torques = scene.data.channels.iter_mut().filter(|c| c.quantity == Quantity::Torque);
     for channel in torques {
@@ -107,7 +133,7 @@ pub(super) fn in_torques(model: &Model, constants: &[Option<f64>]) -> Model {
 }
 
 /// Says what the constants are.
-pub(super) fn words(constants: &[Option<f64>]) -> String {
+fn words(constants: &[Option<f64>]) -> String {
     let told = |k: &Option<f64>| k.map_or_else(|| "not told".to_owned(), |k| significant(k, 3));
     let told: Vec<String> = constants.iter().map(told).collect();
     format!(

@@ -68,7 +68,7 @@ pub struct Data {
     pub channels: Vec<Channel>,
     /// What was assumed, one sentence each.
     pub notes: Vec<String>,
-    /// Whether the torques are currents still, A: what an ampere is worth nobody said.
+    /// Whether the torques were measured as currents, without the constants of the drives.
     pub are_currents: bool,
 }
 
@@ -250,7 +250,7 @@ impl Data {
         let off = (off / even.len() as f64).sqrt();
         self.time = even;
         self.notes.push(format!(
-            "{name}: the samples are evenly spaced, their stamps tremble by {} ms; an even clock is used",
+            "{name}: the samples are evenly spaced, their time stamps jitter by {} ms; an even clock is used",
             significant(off * 1e3, 2)
         ));
     }

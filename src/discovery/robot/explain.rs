@@ -5,7 +5,7 @@ use super::data::{Channel, Quantity};
 use super::links::Links;
 use super::load::Thing;
 use super::simulate::Model;
-use super::term::{Law, Term};
+use super::term::{Law, SENSIBLE_GAIN, Term};
 use crate::discovery::selection::{Block, Candidate, Gap, Hypothesis, Set, Slot, sum_of_squares};
 
 /// Recordings of one arm, some to fit and some to judge.
@@ -248,19 +248,16 @@ impl Gap for ArmGap {
         // A spring that begins where hardly any row is, or a spring over all of them, is something else.
         let q0 = match term.law {
             Law::Above | Law::Below => parameters[1],
-            // Nobody overlooks a sensor or a drive that says twice or half of what it should.
             Law::TorqueGain | Law::ActuatorGain if self.is_along() => {
-                return (0.5..2.0).contains(&parameters[0]);
+                return SENSIBLE_GAIN.contains(&parameters[0]);
             }
             // One as narrow as may be is none.
             Law::Hysteresis if self.is_along() => {
                 return parameters[1] > NARROW * self.slots(term)[1].range.0;
             }
             Law::LinkMass => {
-                let of_one = |model: &Model| {
-                    let own = model.arm.chain.bodies[term.joint].mass;
-                    (-0.95 * own..3.0 * own).contains(&parameters[0])
-                };
+                let of_one =
+                    |model: &Model| model.arm.chain.bodies[term.joint].may_gain(parameters[0]);
                 return self.train.iter().all(of_one);
             }
             Law::Payload => {
@@ -365,13 +362,6 @@ impl Gap for ArmGap {
     }
 
     fn contains(&self, general: &Term, special: &Term) -> bool {
-        use Law::{Asymmetric, CameraShift, Coulomb, SmoothCoulomb, Stribeck};
-        let here = general.joint == special.joint;
-        match (general.law, special.law) {
-            (Law::Payload, Law::LinkMass) => special.joint + 1 == self.train[0].scene.data.n,
-            (Asymmetric | Stribeck, Coulomb | SmoothCoulomb) => here,
-            (CameraShift(a), CameraShift(b)) => a.iter().zip(b).all(|(a, b)| *a || !b),
-            _ => false,
-        }
+        general.contains(special, self.train[0].scene.data.n)
     }
 }

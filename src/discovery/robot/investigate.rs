@@ -10,6 +10,7 @@ use super::experiment::Experiment;
 use super::explain::ArmGap;
 use super::links::{self, Numbers};
 use super::load::{Load, Thing};
+use super::places::places;
 use super::plant::{Arm, Scene};
 use super::plausible;
 use super::simulate::Model;
@@ -131,12 +132,8 @@ pub fn investigate(
         models.push(Model::new(arm, scene, loads));
     }
     notes.dedup();
-    if models.iter().any(|model| model.scene.data.are_currents) {
-        let place = &train.first().map_or("", |recording| &recording.name);
-        let constants = currents::constants(&models[..train.len()], place)?;
-        models = models.iter().map(|model| currents::in_torques(model, &constants)).collect();
-        notes.push(currents::words(&constants));
-    }
+    let place = train.first().map_or("", |recording| &recording.name);
+    notes.extend(currents::turned(&mut models, train.len(), place)?);
     for (model, recording) in models.iter().zip(train.iter().chain(heldout)) {
         plausible::check_torques(model, &recording.name)?;
     }
@@ -207,6 +204,7 @@ pub fn investigate(
     }
     let options = &options;
     progress("identifying the links", 0.0);
+    let mut names: Vec<&str> = train.iter().chain(heldout).map(|r| r.name.as_str()).collect();
     let (mut own, mut aside) = (None, None);
     match links::identified(&gap) {
         Some(Numbers::Own(links)) if links.is_better => own = Some(links),
@@ -221,9 +219,11 @@ pub fn investigate(
         }
         None => {}
     }
-    let filed = selection::left(&gap);
+    // With the numbers of the file, where others are taken.
+    let mut filed = None;
     if let Some(links) = &own {
-        gap = gap.with_links(links);
+        let with = gap.with_links(links);
+        filed = Some(std::mem::replace(&mut gap, with));
     }
     let (mut outcome, mut fitted) = searched(&gap, options, progress).map_err(runs_away)?;
     // One link or a load has a name; several weights that are off at once are numbers of the file.
@@ -233,7 +233,8 @@ pub fn investigate(
         if n_weights(&other) < n_weights(&outcome)
             && links::BETTER * other.best.heldout <= outcome.best.heldout
         {
-            (gap, outcome, fitted, own) = (with, other, its, Some(links));
+            filed = Some(std::mem::replace(&mut gap, with));
+            (outcome, fitted, own) = (other, its, Some(links));
         }
     }
     if outcome.best.terms.is_empty()
@@ -241,7 +242,10 @@ pub fn investigate(
         && above_noise(outcome.nothing.heldout, gap.count(Set::Heldout)) > SIGNIFICANT
     {
         // The motion to fit does not show it, the other does: exchange the two.
-        std::mem::swap(&mut gap.train, &mut gap.heldout);
+        for gap in std::iter::once(&mut gap).chain(&mut filed) {
+            std::mem::swap(&mut gap.train, &mut gap.heldout);
+        }
+        names.rotate_left(train.len());
         (outcome, fitted) = searched(&gap, options, progress).map_err(runs_away)?;
         notes.push(
             "the data to fit show nothing beyond noise, the data held out do: their roles were \
@@ -253,8 +257,7 @@ pub fn investigate(
         outcome = selection::search(&gap, options, progress).map_err(runs_away)?;
     }
     progress("writing the answer", 0.98);
-    let names = train.iter().chain(heldout).map(|r| r.name.as_str());
-    let traces = traces(&gap, [&outcome.nothing, &outcome.best], names);
+    let traces = traces(filed.as_ref().unwrap_or(&gap), &gap, &outcome, &names);
     let experiment = experiment(&gap, &outcome, options, robot);
     let is_estimated = |recording: &Recording| {
         let noise = &recording.sidecar.noise;
@@ -264,10 +267,11 @@ pub fn investigate(
     let chain = gap.train[0].arm.chain.clone();
     let mut finding = answer(gap, fitted, &outcome, options, is_estimated, notes);
     let revision = own.as_ref().map(|links| links.revision(&chain));
-    if let Some(links) = own {
+    if let (Some(links), Some(filed)) = (own, filed) {
         let first = "the numbers of the links are identified first; what is missing is looked for beside them";
         finding.notes.push(first.into());
-        finding = finding.identified_first(links.told, filed);
+        let (left, places) = (selection::left(&filed), places(&filed, &[]));
+        finding = finding.identified_first(links.told, left, places);
     }
     if let Some(next) = &mut finding.next_experiment {
         let detail = match &experiment {
@@ -354,22 +358,19 @@ fn experiment(
     )
 }
 
-/// Returns measured minus model before and after for every channel of every recording.
-fn traces<'a>(
-    gap: &ArmGap,
-    [nothing, best]: [&Hypothesis<Term>; 2],
-    names: impl Iterator<Item = &'a str>,
-) -> Vec<Trace> {
+/// Returns measured minus model for every channel of every recording: before, with the numbers of the file, and after.
+fn traces(filed: &ArmGap, gap: &ArmGap, outcome: &Outcome<Term>, names: &[&str]) -> Vec<Trace> {
     let mut found = Vec::new();
+    let left = |gap: &ArmGap, model: &Model, h: &Hypothesis<Term>| {
+        let (own, parameters) = h.parameters.split_at(gap.nuisance().len());
+        let terms = [&gap.known.0[..], &h.terms].concat();
+        model.residuals(own, &terms, &[&gap.known.1[..], parameters].concat())
+    };
+    let befores = filed.train.iter().chain(&filed.heldout);
     let models = gap.train.iter().map(|m| (m, false)).chain(gap.heldout.iter().map(|m| (m, true)));
-    for ((model, held_out), name) in models.zip(names) {
-        let all = |terms: &[Term], parameters: &[f64]| {
-            let (own, parameters) = parameters.split_at(gap.nuisance().len());
-            let terms = [&gap.known.0[..], terms].concat();
-            model.residuals(own, &terms, &[&gap.known.1[..], parameters].concat())
-        };
+    for ((before, (model, held_out)), name) in befores.zip(models).zip(names) {
         let (Some(before), Some(after)) =
-            (all(&[], &nothing.parameters), all(&best.terms, &best.parameters))
+            (left(filed, before, &outcome.nothing), left(gap, model, &outcome.best))
         else {
             continue;
         };
@@ -381,7 +382,7 @@ fn traces<'a>(
                 residuals[at * rows..(at + 1) * rows].iter().map(|r| r * channel.noise).collect()
             };
             found.push(Trace {
-                recording: name.to_owned(),
+                recording: (*name).to_owned(),
                 channel: channel.name.clone(),
                 unit: channel.quantity.unit().to_owned(),
                 noise: channel.noise,

@@ -137,6 +137,19 @@ const SHIFT: [Slot; 6] = [
     slot("yaw", "rad", 1e-3, ANY, Some(0.0)),
 ];
 
+/// Which numbers of a tracker's shift are tried free together: all, as it stands on a level floor, shifts, its turn about the
+/// vertical, turns.
+pub const SHIFTS: [[bool; 6]; 5] = [
+    [true, true, true, true, true, true],
+    [true, true, true, false, false, true],
+    [true, true, true, false, false, false],
+    [false, false, false, false, false, true],
+    [false, false, false, true, true, true],
+];
+
+/// A sensor or a drive that says twice or half of what it should is not overlooked.
+pub const SENSIBLE_GAIN: std::ops::Range<f64> = 0.5..2.0;
+
 impl Law {
     /// Returns whether the law acts on one joint's torque or its reading, and on nothing else while the
     /// motion is given.
@@ -333,6 +346,17 @@ impl Law {
 }
 
 impl Term {
+    /// Returns whether it can do all that `special` can, on an arm of `n` joints.
+    pub fn contains(&self, special: &Self, n: usize) -> bool {
+        use Law::{Asymmetric, CameraShift, Coulomb, SmoothCoulomb, Stribeck};
+        match (self.law, special.law) {
+            (Law::Payload, Law::LinkMass) => special.joint + 1 == n,
+            (Asymmetric | Stribeck, Coulomb | SmoothCoulomb) => self.joint == special.joint,
+            (CameraShift(a), CameraShift(b)) => a.iter().zip(b).all(|(a, b)| *a || !b),
+            _ => false,
+        }
+    }
+
     /// Returns the name of its seat; `things` are what was carried.
     pub fn seat(&self, things: &[Thing]) -> String {
         match self.law {

@@ -19,8 +19,8 @@ const MOST_UNSTEADY: usize = 4;
 /// Candidates fitted of those screened: the same law in several shapes counts as several.
 const SHORTLIST: usize = 12;
 
-/// Rivals this many ties behind are not worth a fit of their shapes.
-const FAR: f64 = 5.0;
+/// Rivals this many ties behind are not worth a fit of their shapes, and win in no draw of the data.
+pub(super) const FAR: f64 = 5.0;
 
 /// Returns everything usual at once, fitted, or nothing where nothing is usual; and how much more than its noise is left of
 /// every sensor by all candidates at once about it, at least 1: real machines are never described to the noise of their

@@ -1,64 +1,64 @@
 //! How sure what was chosen is: whether other stretches of the data choose it as well, and what each name takes away.
 
+use super::rounds::FAR;
 use super::search::{pays, weighed};
 use super::{Gap, Hypothesis, Options, Outcome, Rival, Set};
 use crate::discovery::finding::{Split, Step};
 use crate::discovery::resample::{self, Draw, STRETCHES};
 
-/// Rivals this many ties behind win in no draw.
-const FAR: f64 = 5.0;
-
-/// Sums of squares of a hypothesis by stretch, on the data fitted and held out.
-type Sums = [Draw; 2];
-
-/// Returns the sums of squares of a hypothesis by stretch; a stretch takes the same part of every sensor's rows.
-fn sums<G: Gap>(gap: &G, h: &Hypothesis<G::Term>) -> Sums {
-    [Set::Train, Set::Heldout].map(|set| {
-        let Some(residuals) = gap.residuals(set, &h.terms, &h.parameters) else {
-            return [f64::INFINITY; STRETCHES];
-        };
-        let blocks = gap.blocks(set);
-        let mut all = [0.0; STRETCHES];
-        let whole = std::iter::once(0..residuals.len()).filter(|_| blocks.is_empty());
-        for rows in blocks.iter().map(|block| block.rows.clone()).chain(whole) {
-            let own = resample::sums(&residuals[rows]);
-            all.iter_mut().zip(own).for_each(|(to, own)| *to += own);
-        }
-        all
-    })
+/// A hypothesis as if only some stretches had been measured.
+struct Drawn<T> {
+    hypothesis: Hypothesis<T>,
+    /// Sums of squares by stretch, on the data fitted and held out; a stretch takes the same part of every sensor's rows.
+    sums: [Draw; 2],
 }
 
-/// Returns a hypothesis as if only what was drawn had been measured.
-fn drawn<T: Clone>(h: &Hypothesis<T>, sums: &Sums, draw: &Sums) -> Hypothesis<T> {
-    let of = |set: usize| resample::drawn(&sums[set], &draw[set]);
-    Hypothesis { train: of(0), heldout: of(1), ..h.clone() }
+impl<T: Clone + PartialEq + Send + Sync> Drawn<T> {
+    fn of<G: Gap<Term = T>>(gap: &G, h: &Hypothesis<T>) -> Self {
+        let sums = [Set::Train, Set::Heldout].map(|set| {
+            let Some(residuals) = gap.residuals(set, &h.terms, &h.parameters) else {
+                return [f64::INFINITY; STRETCHES];
+            };
+            let blocks = gap.blocks(set);
+            let mut all = [0.0; STRETCHES];
+            let whole = std::iter::once(0..residuals.len()).filter(|_| blocks.is_empty());
+            for rows in blocks.iter().map(|block| block.rows.clone()).chain(whole) {
+                let own = resample::sums(&residuals[rows]);
+                all.iter_mut().zip(own).for_each(|(to, own)| *to += own);
+            }
+            all
+        });
+        Self { hypothesis: h.clone(), sums }
+    }
+
+    fn draw(&mut self, draw: &[Draw; 2]) -> &Hypothesis<T> {
+        let of = |set: usize| resample::drawn(&self.sums[set], &draw[set]);
+        (self.hypothesis.train, self.hypothesis.heldout) = (of(0), of(1));
+        &self.hypothesis
+    }
 }
 
 /// Works out for each effect chosen, and for each rival that comes near, the share of draws in which it pays and nothing
 /// else explains more in its place.
 pub(super) fn steadied<G: Gap>(gap: &G, outcome: &mut Outcome<G::Term>, options: &Options) {
     let Outcome { best, without, rivals, stability, .. } = outcome;
-    let of_best = sums(gap, best);
+    let mut chosen = Drawn::of(gap, best);
     *stability = vec![0.0; best.terms.len()];
     for at in 0..best.terms.len() {
-        let rest = &without[at];
-        let of_rest = sums(gap, rest);
+        let mut rest = Drawn::of(gap, &without[at]);
         let is_near = |r: &&mut Rival<_>| r.instead_of == at && r.behind < FAR * options.tie;
         let mut near: Vec<_> = rivals.iter_mut().filter(is_near).collect();
-        let of_near: Vec<Sums> = near.iter().map(|rival| sums(gap, &rival.hypothesis)).collect();
+        let mut others: Vec<_> = near.iter().map(|r| Drawn::of(gap, &r.hypothesis)).collect();
         let mut wins = vec![0.0; near.len() + 1];
         for draw in resample::draws() {
-            let rest = drawn(rest, &of_rest, &draw);
-            let others = near.iter().zip(&of_near);
-            let others = others
-                .map(|(r, sums)| (drawn(&r.hypothesis, sums, &draw), r.hypothesis.terms.len() - 1));
-            let all: Vec<_> =
-                std::iter::once((drawn(best, &of_best, &draw), at)).chain(others).collect();
-            let winner = all.iter().enumerate().min_by(|(_, (a, _)), (_, (b, _))| {
-                weighed(gap, a, options).total_cmp(&weighed(gap, b, options))
-            });
-            if let Some((winner, (h, seat))) = winner
-                && pays(gap, h, *seat, &rest, options)
+            let rest = rest.draw(&draw);
+            let others = others.iter_mut().map(|other| other.draw(&draw));
+            let others = others.map(|h| (h, h.terms.len() - 1));
+            let all = std::iter::once((chosen.draw(&draw), at)).chain(others);
+            let weighed = all.map(|(h, seat)| (weighed(gap, h, options), h, seat));
+            let winner = weighed.enumerate().min_by(|(_, a), (_, b)| a.0.total_cmp(&b.0));
+            if let Some((winner, (_, h, seat))) = winner
+                && pays(gap, h, seat, rest, options)
             {
                 wins[winner] += 1.0 / resample::DRAWS as f64;
             }

@@ -18,7 +18,8 @@ pub(super) struct Pose {
     pub(super) tau: Vec<f64>,
 }
 
-/// Positions change this part of their step, or more, from one step to the next where rows are poses: a motion goes on.
+/// Steps of the joints change by this part of themselves, or more, from one row to the next where rows are poses: a motion
+/// goes on as it went.
 const JUMPS: f64 = 0.5;
 
 /// Returns whether each row is a pose at rest rather than an instant of a motion: rows are far apart and do not follow

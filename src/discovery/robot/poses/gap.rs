@@ -1,14 +1,15 @@
 //! Poses at rest as something to be explained: [`Gap`] over laws that show at rest.
 
-use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Rotation3, Translation3, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::super::chain::MOST_JOINTS;
 use super::super::plant::Arm;
-use super::super::term::{Law, Term};
+use super::super::term::{Law, SENSIBLE_GAIN, SHIFTS, Term};
 use super::super::{known, wording};
 use super::data::Pose;
-use super::geometry::Geometry;
+use super::geometry::{Geometry, LEAST_BEYOND};
 use super::model::AtRest;
+use crate::alignment::rigid::motion_between;
 use crate::discovery::Trace;
 use crate::discovery::finding::{Channel, Told};
 use crate::discovery::recording::Error;
@@ -17,7 +18,7 @@ use crate::discovery::worded::Worded;
 use crate::language::ast::EffectItem;
 
 /// The noise of what was read.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Noise {
     /// Of each axis of the tip, m.
     pub(super) tip: f64,
@@ -26,9 +27,6 @@ pub(super) struct Noise {
     /// By how many readings beyond those that explain them it is known.
     pub(super) beyond: f64,
 }
-
-/// Readings beyond what explains them, so that what is left says something of the noise.
-const LEAST_BEYOND: f64 = 6.0;
 
 /// How many readings the noise common to all joints counts for beside a joint's own: a few poses say little of one joint.
 const COMMON: f64 = 4.0;
@@ -42,7 +40,7 @@ pub(super) struct AtPoses {
     pub(super) arm: Arm,
     train: Vec<Pose>,
     heldout: Vec<Pose>,
-    known: (Vec<Term>, Vec<f64>),
+    pub(super) known: (Vec<Term>, Vec<f64>),
     pub(super) noise: Noise,
 }
 
@@ -93,7 +91,7 @@ impl AtPoses {
         let arm = AtRest::of(&self.arm.chain, &self.known.0, &self.known.1);
         let pairs: Vec<_> =
             self.train.iter().filter_map(|pose| Some((arm.read(pose).0?, pose.tip?))).collect();
-        let seen = between(&pairs)?;
+        let seen = motion_between(&pairs)?;
         let (x, turn) = (seen.translation.vector, seen.rotation.angle());
         if turn < far && x.norm() < far {
             return None;
@@ -146,12 +144,13 @@ impl AtPoses {
         if channel < 3 { self.noise.tip } else { self.noise.tau[channel - 3] }
     }
 
-    /// Returns measured minus predicted before and after for every channel.
-    pub(super) fn traces(&self, [nothing, best]: [&Hypothesis<Term>; 2], name: &str) -> Vec<Trace> {
+    /// Returns measured minus predicted, `filed` without any effect and this with those of `best`, for every channel.
+    pub(super) fn traces(&self, filed: &Self, best: &Hypothesis<Term>, name: &str) -> Vec<Trace> {
         let mut found = Vec::new();
         for set in [Set::Train, Set::Heldout] {
-            let left = |h: &Hypothesis<Term>| self.left(set, &h.terms, &h.parameters);
-            for ((channel, before), (_, after)) in left(nothing).into_iter().zip(left(best)) {
+            let before = filed.left(set, &[], &[]);
+            let after = self.left(set, &best.terms, &best.parameters);
+            for ((channel, before), (_, after)) in before.into_iter().zip(after) {
                 found.push(Trace {
                     recording: name.to_owned(),
                     channel: channel_name(channel),
@@ -178,27 +177,6 @@ fn channel_name(channel: usize) -> String {
 
 fn unit(channel: usize) -> &'static str {
     if channel < 3 { "m" } else { "N*m" }
-}
-
-/// A point and where it is carried, m.
-type Pair = (Vector3<f64>, Vector3<f64>);
-
-/// Returns the rigid motion that carries the first points nearest to the second (Kabsch, 1976); `None` for fewer than three.
-fn between(pairs: &[Pair]) -> Option<Isometry3<f64>> {
-    if pairs.len() < 3 {
-        return None;
-    }
-    let count = pairs.len() as f64;
-    let middle = |of: fn(&Pair) -> Vector3<f64>| pairs.iter().map(of).sum::<Vector3<f64>>() / count;
-    let (from, to) = (middle(|pair| pair.0), middle(|pair| pair.1));
-    let spread = |sum: Matrix3<f64>, (a, b): &Pair| sum + (a - from) * (b - to).transpose();
-    let svd = pairs.iter().fold(Matrix3::zeros(), spread).svd(true, true);
-    let (u, v_t) = (svd.u?, svd.v_t?);
-    let mut sign = Matrix3::identity();
-    sign[(2, 2)] = (v_t.transpose() * u.transpose()).determinant().signum();
-    let turn = Rotation3::from_matrix_unchecked(v_t.transpose() * sign * u.transpose());
-    let shift = to - turn * from;
-    Some(Isometry3::from_parts(Translation3::from(shift), turn.into()))
 }
 
 impl Noise {
@@ -337,13 +315,7 @@ impl Gap for AtPoses {
         }
         if has_tip {
             add(Law::ToolOffset);
-            for free in [
-                [true, true, true, true, true, true],
-                [true, true, true, false, false, true],
-                [true, true, true, false, false, false],
-                [false, false, false, false, false, true],
-                [false, false, false, true, true, true],
-            ] {
+            for free in SHIFTS {
                 add(Law::CameraShift(free));
             }
         }
@@ -371,11 +343,8 @@ impl Gap for AtPoses {
     fn is_sensible(&self, term: &Term, p: &[f64]) -> bool {
         let chain = &self.arm.chain;
         match term.law {
-            // Nobody overlooks a sensor that says twice or half of what it should.
-            Law::TorqueGain => (0.5..2.0).contains(&p[0]),
-            Law::LinkMass => {
-                (-0.95..3.0).contains(&(p[0] / chain.bodies[term.joint].mass.max(1e-9)))
-            }
+            Law::TorqueGain => SENSIBLE_GAIN.contains(&p[0]),
+            Law::LinkMass => chain.bodies[term.joint].may_gain(p[0]),
             Law::Payload => p[0] > 0.0 && chain.bears(p[0], &p[1..4]),
             Law::LinkLength => Vector3::from_column_slice(p).norm() < LONGEST * chain.reach(),
             Law::ZeroOffset => p[0].abs() < std::f64::consts::PI,
@@ -384,11 +353,7 @@ impl Gap for AtPoses {
     }
 
     fn contains(&self, general: &Term, special: &Term) -> bool {
-        match (general.law, special.law) {
-            (Law::Payload, Law::LinkMass) => special.joint + 1 == self.arm.chain.n(),
-            (Law::CameraShift(a), Law::CameraShift(b)) => a.iter().zip(b).all(|(a, b)| *a || !b),
-            _ => false,
-        }
+        general.contains(special, self.arm.chain.n())
     }
 }
 

@@ -12,7 +12,9 @@
 use nalgebra::{DMatrix, DVector, Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::super::chain::{Body, Chain, MOST_JOINTS};
+use super::super::term::Term;
 use super::data::Pose;
+use super::model::AtRest;
 use crate::discovery::finding::Identified;
 use crate::motion::revise::{JointChange, Revision};
 
@@ -21,8 +23,11 @@ const OF_JOINT: usize = 6;
 /// Numbers of the tool and of the tracker.
 const BESIDE: usize = 9;
 
-/// Turns of the fit: a few millimetres are linear after the second.
-const TURNS: usize = 6;
+/// Turns of the fit: a few millimetres are linear after the second, and the noise settles with them.
+const TURNS: usize = 20;
+
+/// A number that moves by less than this, m or rad, has arrived.
+const SETTLED: f64 = 1e-9;
 
 /// Strengths of the hold that are tried: standard deviations of a file's numbers, m and rad, in halves of a decade.
 const SPREADS: std::ops::Range<i32> = -11..-1;
@@ -90,85 +95,58 @@ impl Geometry {
     }
 
     /// Fits all numbers to the tips of some poses; `None` where there are not clearly more readings than they tell.
-    pub(super) fn fitted(chain: &Chain, poses: &[&Pose]) -> Option<Self> {
-        let poses: Vec<&Pose> = poses.iter().copied().filter(|pose| pose.tip.is_some()).collect();
-        let p = chain.n() * OF_JOINT + BESIDE;
-        let rows = 3 * poses.len();
-        if (rows as f64) < BESIDE as f64 + LEAST_BEYOND {
+    pub(super) fn fitted(arm: &Seen<'_>) -> Option<Self> {
+        let p = arm.chain.n() * OF_JOINT + BESIDE;
+        if ((3 * arm.poses.len()) as f64) < BESIDE as f64 + LEAST_BEYOND {
             return None;
         }
-        let free = p - BESIDE;
-        let is_free = independent(&linear(chain, &poses, &DVector::zeros(p)).0, chain.n());
-        let scales = |spread: f64| {
-            DVector::from_fn(p, |k, _| match k {
-                _ if !is_free[k] => 0.0,
-                _ if k < free => spread,
-                _ => ANYWHERE,
-            })
-        };
-        let mut best: Option<(f64, Self)> = None;
-        for half in SPREADS {
-            let spread = 10_f64.powf(f64::from(half) / 2.0);
-            let scale = scales(spread);
-            let mut x = DVector::zeros(p);
-            let mut end = None;
-            for _ in 0..TURNS {
-                let (columns, left) = linear(chain, &poses, &x);
-                // In units of the spreads; what nothing holds is solved for, what shows nowhere stays.
-                let scaled = DMatrix::from_fn(rows, p, |i, k| columns[(i, k)] * scale[k]);
-                let svd = scaled.svd(true, true);
-                let (u, v_t) = (svd.u?, svd.v_t?);
-                // The noise beside which a spread is judged: what the fit leaves, found turn by turn.
-                let noise = end.as_ref().map_or(1e-3, |(_, _, noise): &(_, _, f64)| *noise);
-                let here =
-                    DVector::from_fn(p, |k, _| if is_free[k] { x[k] / scale[k] } else { 0.0 });
-                let target = u.tr_mul(&(&left + &columns * &x));
-                let shrink = |s: f64| s * s / (s * s + noise * noise);
-                let told: f64 = svd.singular_values.iter().map(|s| shrink(*s)).sum();
-                let inner = DVector::from_fn(svd.singular_values.len(), |k, _| {
-                    let s = svd.singular_values[k];
-                    if s > 0.0 { shrink(s) * target[k] / s } else { 0.0 }
-                });
-                let next = v_t.tr_mul(&inner);
-                let moved = (&next - here).amax();
-                x = DVector::from_fn(p, |k, _| next[k] * scale[k]);
-                let rest = linear(chain, &poses, &x).1.norm_squared();
-                let beyond = rows as f64 - told;
-                if beyond < LEAST_BEYOND {
-                    return best.map(|(_, found)| found);
-                }
-                let noise = (rest / beyond).sqrt().max(1e-12);
-                let variances = DVector::from_fn(svd.singular_values.len(), |k, _| {
-                    noise * noise / (svd.singular_values[k].powi(2) + noise * noise)
-                });
-                let inner = DMatrix::identity(p, p) - v_t.tr_mul(&v_t)
-                    + v_t.transpose() * DMatrix::from_diagonal(&variances) * &v_t;
-                let covariance = DMatrix::from_fn(p, p, |i, k| inner[(i, k)] * scale[i] * scale[k]);
-                end = Some((told, covariance, noise));
-                if moved < 1e-9 {
-                    break;
-                }
+        let is_free = independent(&arm.linear(&DVector::zeros(p)).0, arm.chain.n());
+        let spreads = SPREADS.map(|half| 10_f64.powf(f64::from(half) / 2.0));
+        let fits = spreads.filter_map(|spread| Self::held(arm, spread, &is_free));
+        // Generalised cross-validation.
+        let score = |fit: &Self| fit.noise.powi(2) * (1.0 + fit.told / fit.beyond);
+        fits.min_by(|a, b| score(a).total_cmp(&score(b)))
+    }
+
+    /// Fits with the numbers held near the file's by a spread, m and rad; `None` where too few readings are left over.
+    fn held(arm: &Seen<'_>, spread: f64, is_free: &[bool]) -> Option<Self> {
+        let (p, rows) = (is_free.len(), 3 * arm.poses.len());
+        let scale = DVector::from_fn(p, |k, _| match k {
+            _ if !is_free[k] => 0.0,
+            _ if k < p - BESIDE => spread,
+            _ => ANYWHERE,
+        });
+        // What the fit leaves, found turn by turn; at first a millimetre.
+        let (mut x, mut noise) = (DVector::zeros(p), 1e-3);
+        for _ in 0..TURNS {
+            let (columns, left) = arm.linear(&x);
+            // In units of the spreads; what nothing holds is solved for, what shows nowhere stays.
+            let scaled = DMatrix::from_fn(rows, p, |i, k| columns[(i, k)] * scale[k]);
+            let svd = scaled.svd(true, true);
+            let (u, v_t, sizes) = (svd.u?, svd.v_t?, svd.singular_values);
+            let target = u.tr_mul(&(&left + &columns * &x));
+            let parts = sizes.map(|s| s * s / (s * s + noise * noise));
+            let inner = DVector::from_fn(sizes.len(), |k, _| {
+                if sizes[k] > 0.0 { parts[k] * target[k] / sizes[k] } else { 0.0 }
+            });
+            let next = v_t.tr_mul(&inner).component_mul(&scale);
+            let moved = (&next - &x).amax();
+            x = next;
+            let told = parts.sum();
+            let beyond = rows as f64 - told;
+            if beyond < LEAST_BEYOND {
+                return None;
             }
-            let (told, covariance, noise) = end?;
-            // Generalised cross-validation.
-            let score = noise * noise / (1.0 - told / rows as f64);
-            if best.as_ref().is_none_or(|(least, _)| score < *least) {
-                let is_free = is_free.clone();
-                best = Some((
-                    score,
-                    Self {
-                        x,
-                        covariance,
-                        spread,
-                        noise,
-                        told,
-                        beyond: rows as f64 - told,
-                        is_free,
-                    },
-                ));
+            noise = (arm.linear(&x).1.norm_squared() / beyond).sqrt().max(1e-12);
+            if moved < SETTLED {
+                let kept = DMatrix::from_diagonal(&sizes.map(|s| s * s / (s * s + noise * noise)));
+                let inner = DMatrix::identity(p, p) - v_t.transpose() * kept * &v_t;
+                let covariance = DMatrix::from_fn(p, p, |i, k| inner[(i, k)] * scale[i] * scale[k]);
+                let is_free = is_free.to_vec();
+                return Some(Self { x, covariance, spread, noise, told, beyond, is_free });
             }
         }
-        best.map(|(_, found)| found)
+        None
     }
 
     /// Returns the arm with this geometry, tool included, and how the tracker sees its base.
@@ -178,16 +156,14 @@ impl Geometry {
 
     /// Returns what this geometry changes in the arm's file; `tip` is the link whose place was seen.
     pub(super) fn revision(&self, chain: &Chain, tip: &str) -> Revision {
-        let own = |j: usize| &self.x.as_slice()[j * OF_JOINT..(j + 1) * OF_JOINT];
         let of_joint = |(j, body): (usize, &Body)| {
-            let (own, [first, second]) = (own(j), across(&body.axis));
-            let tilt = UnitQuaternion::from_scaled_axis(first * own[3] + second * own[4]);
+            let (before, tilt, zero) = joint(&self.x, j, body);
+            let along = body.axis.into_inner() * zero;
             let zero = if body.slides {
-                Isometry3::from(Translation3::from(body.axis.into_inner() * own[5]))
+                Isometry3::translation(along.x, along.y, along.z)
             } else {
-                Isometry3::rotation(body.axis.into_inner() * own[5])
+                Isometry3::rotation(along)
             };
-            let before = Vector3::new(own[0], own[1], own[2]);
             JointChange { link: body.name.clone(), before, after: tilt * zero }
         };
         let mut joints: Vec<JointChange> = chain.bodies.iter().enumerate().map(of_joint).collect();
@@ -197,6 +173,7 @@ impl Geometry {
         if chain.bodies.iter().all(|body| body.name != tip) {
             joints.push(JointChange { link: tip.into(), before: Vector3::zeros(), after });
         }
+        joints.retain(|joint| joint.before.norm() > 0.0 || joint.after != Isometry3::identity());
         Revision { links: Vec::new(), joints }
     }
 
@@ -264,8 +241,8 @@ impl Geometry {
     }
 }
 
-/// Readings beyond those that tell the geometry, so that what is left says something of the noise.
-const LEAST_BEYOND: f64 = 6.0;
+/// Readings beyond those that explain them, so that what is left says something of the noise.
+pub(super) const LEAST_BEYOND: f64 = 6.0;
 
 /// Two directions across a joint's axis, nearest to the frame's own.
 fn across(axis: &Vector3<f64>) -> [Vector3<f64>; 2] {
@@ -274,46 +251,70 @@ fn across(axis: &Vector3<f64>) -> [Vector3<f64>; 2] {
     [of(1), of(2)]
 }
 
+/// Returns the numbers of one joint: where it sits further, m, the turn of its axis, its zero, rad or m.
+fn joint(x: &DVector<f64>, j: usize, body: &Body) -> (Vector3<f64>, UnitQuaternion<f64>, f64) {
+    let own = &x.as_slice()[j * OF_JOINT..(j + 1) * OF_JOINT];
+    let [first, second] = across(&body.axis);
+    let tilt = UnitQuaternion::from_scaled_axis(first * own[3] + second * own[4]);
+    (Vector3::from_column_slice(&own[..3]), tilt, own[5])
+}
+
 /// Returns an arm with other numbers of its geometry, its zeros, and how the tracker sees its base.
 fn changed(chain: &Chain, x: &DVector<f64>) -> (Chain, [f64; MOST_JOINTS], Isometry3<f64>) {
     let mut chain = chain.clone();
-    let mut zero = [0.0; MOST_JOINTS];
+    let mut zeros = [0.0; MOST_JOINTS];
     for (j, body) in chain.bodies.iter_mut().enumerate() {
-        let own = &x.as_slice()[j * OF_JOINT..(j + 1) * OF_JOINT];
-        let [first, second] = across(&body.axis);
-        let tilt = UnitQuaternion::from_scaled_axis(first * own[3] + second * own[4]);
-        let shift = Translation3::new(own[0], own[1], own[2]);
-        body.sit(shift * body.parent_from_body * tilt);
-        zero[j] = own[5];
+        let (shift, tilt, zero) = joint(x, j, body);
+        body.sit(Translation3::from(shift) * body.parent_from_body * tilt);
+        zeros[j] = zero;
     }
     let rest = &x.as_slice()[chain.n() * OF_JOINT..];
     chain.body_from_tip *= Translation3::new(rest[0], rest[1], rest[2]);
     let turn = Rotation3::from_euler_angles(rest[6], rest[7], rest[8]);
     let seen = Isometry3::from_parts(Translation3::new(rest[3], rest[4], rest[5]), turn.into());
-    (chain, zero, seen)
+    (chain, zeros, seen)
 }
 
-/// Returns where the tips are with these numbers, one axis after the other.
-fn tips(chain: &Chain, poses: &[&Pose], x: &DVector<f64>) -> DVector<f64> {
-    let (chain, zero, seen) = changed(chain, x);
-    let tips = poses.iter().flat_map(|pose| {
-        let mut q = zero;
-        q.iter_mut().zip(&pose.q).for_each(|(to, q)| *to += q);
-        let tip = seen * nalgebra::Point3::from(chain.tip(&q[..pose.q.len()]));
-        [tip.x, tip.y, tip.z]
-    });
-    DVector::from_iterator(3 * poses.len(), tips)
+/// An arm with what its model knows already, and the poses in which its tip was seen.
+pub(super) struct Seen<'a> {
+    chain: &'a Chain,
+    known: &'a (Vec<Term>, Vec<f64>),
+    poses: Vec<&'a Pose>,
 }
 
-/// Returns how the tips change with each number, and measured minus predicted, m.
-fn linear(chain: &Chain, poses: &[&Pose], x: &DVector<f64>) -> (DMatrix<f64>, DVector<f64>) {
-    let here = tips(chain, poses, x);
-    let mut columns = DMatrix::zeros(here.len(), x.len());
-    for k in 0..x.len() {
-        let mut moved = x.clone();
-        moved[k] += STEP;
-        columns.set_column(k, &((tips(chain, poses, &moved) - &here) / STEP));
+impl<'a> Seen<'a> {
+    /// Takes the poses in which the tip was seen.
+    pub(super) fn of(
+        chain: &'a Chain,
+        known: &'a (Vec<Term>, Vec<f64>),
+        poses: &'a [Pose],
+    ) -> Self {
+        Self { chain, known, poses: poses.iter().filter(|pose| pose.tip.is_some()).collect() }
     }
-    let measured = poses.iter().filter_map(|pose| pose.tip).flat_map(|tip| [tip.x, tip.y, tip.z]);
-    (columns, DVector::from_iterator(here.len(), measured) - here)
+
+    /// Returns where the tips are with these numbers, one axis after the other.
+    fn tips(&self, x: &DVector<f64>) -> DVector<f64> {
+        let (chain, zeros, seen) = changed(self.chain, x);
+        let arm = AtRest::of(&chain, &self.known.0, &self.known.1);
+        let tips = self.poses.iter().flat_map(|pose| {
+            let q: Vec<f64> = pose.q.iter().zip(zeros).map(|(q, zero)| q + zero).collect();
+            let tip = seen * nalgebra::Point3::from(arm.tip(&q));
+            [tip.x, tip.y, tip.z]
+        });
+        DVector::from_iterator(3 * self.poses.len(), tips)
+    }
+
+    /// Returns how the tips change with each number, and measured minus predicted, m.
+    fn linear(&self, x: &DVector<f64>) -> (DMatrix<f64>, DVector<f64>) {
+        let here = self.tips(x);
+        let mut columns = DMatrix::zeros(here.len(), x.len());
+        for k in 0..x.len() {
+            let mut moved = x.clone();
+            moved[k] += STEP;
+            columns.set_column(k, &((self.tips(&moved) - &here) / STEP));
+        }
+        let measured = self.poses.iter().filter_map(|pose| pose.tip);
+        let measured = measured.flat_map(|tip| [tip.x, tip.y, tip.z]);
+        (columns, DVector::from_iterator(here.len(), measured) - here)
+    }
 }

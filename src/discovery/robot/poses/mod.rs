@@ -17,27 +17,25 @@ use rand::seq::SliceRandom;
 pub(in super::super) use data::are_poses;
 
 use super::data::Data;
+use super::links::BETTER;
 use super::plant::Arm;
 use super::plausible;
 use crate::discovery::Investigation;
 use crate::discovery::finding::Verdict;
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Gap as _, Options, Set, sum_of_squares};
-use crate::discovery::worded;
+use crate::discovery::worded::{self, Worded as _};
 use crate::language::ast::EffectItem;
 use crate::motion::Robot;
 use crate::units::significant;
 use data::{Pose, poses};
 use gap::{AtPoses, Noise};
-use geometry::Geometry;
-
-/// By how much the whole geometry must predict better to be told: by a tenth of what is left.
-const BETTER: f64 = 0.9;
+use geometry::{Geometry, Seen};
 
 /// More effects than this that have names are no list that a person could check against a table of the geometry.
 const FEW: usize = 4;
 
-/// A tracker's frame that is turned (rad) or shifted (m) by more than this is not the base's, and nobody said it was.
+/// A tracker's frame that is turned (rad) or shifted (m) by more than this is not the base's.
 const ELSEWHERE: f64 = 0.2;
 
 /// Finds what an arm's model lacks at rest: of several recordings the last is held out, of one a third of its poses, drawn.
@@ -90,8 +88,7 @@ pub(in super::super) fn investigate(
             .into(),
     };
     progress("judging the noise", 0.1);
-    let geometry =
-        Geometry::fitted(&gap.arm.chain, &gap.poses(Set::Train).iter().collect::<Vec<_>>());
+    let geometry = Geometry::fitted(&Seen::of(&gap.arm.chain, &gap.known, gap.poses(Set::Train)));
     let noise = Noise::of(&gap, geometry.as_ref()).ok_or_else(too_few)?;
     gap.noise = noise;
     let runs_away = |what: String| Error {
@@ -99,17 +96,19 @@ pub(in super::super) fn investigate(
         place: place.clone(),
         help: "check the units of the columns and the robot's file".into(),
     };
-    let filed = selection::left(&gap);
     let options = Options { most: FEW, ..*options };
     let mut outcome = selection::search(&gap, &options, progress).map_err(runs_away)?;
+    let filed = gap.clone();
     let (mut identified, mut revision) = (Vec::new(), None);
     if let Some(geometry) = &geometry {
-        let with = gap.with_geometry(geometry);
-        let left =
-            with.residuals(Set::Heldout, &[], &[]).map_or(f64::INFINITY, |r| sum_of_squares(&r));
-        if left < BETTER * outcome.best.heldout {
-            identified = geometry.off(&gap.arm.chain);
-            revision = Some(geometry.revision(&gap.arm.chain, &tip));
+        let with = filed.with_geometry(geometry);
+        let off = geometry.off(&filed.arm.chain);
+        let left = with.residuals(Set::Heldout, &[], &[]);
+        let left = left.map_or(f64::INFINITY, |residuals| sum_of_squares(&residuals));
+        if !off.is_empty() && left < BETTER * outcome.best.heldout {
+            outcome = selection::search(&with, &options, progress).map_err(runs_away)?;
+            revision = Some(geometry.revision(&filed.arm.chain, &tip));
+            (gap, identified) = (with, off);
             notes.push(format!(
                 "of the {} numbers of the geometry {} show by themselves; the poses tell {:.0}, the rest is the file's; \
                  what is left is {} mm an axis",
@@ -118,15 +117,15 @@ pub(in super::super) fn investigate(
                 geometry.told,
                 significant(1e3 * geometry.noise, 2)
             ));
-            gap = with;
-            outcome = selection::search(&gap, &options, progress).map_err(runs_away)?;
         }
     }
     progress("writing the answer", 0.98);
-    let traces = gap.traces([&outcome.nothing, &outcome.best], &place);
+    let traces = gap.traces(&filed, &outcome.best, &place);
     let mut finding = worded::answer(&gap, &outcome, &options, notes);
     if !identified.is_empty() {
-        finding = finding.identified_first(identified, filed);
+        let none = selection::refit(&filed, Vec::new(), Vec::new(), Vec::new());
+        let places = none.map_or(Vec::new(), |none| filed.places(&none));
+        finding = finding.identified_first(identified, selection::left(&filed), places);
         if finding.verdict == Verdict::NothingMissing {
             finding.reason = "once the geometry is identified, measured minus model is noise at every pose, also at those \
                               held out"

@@ -2,7 +2,7 @@
 
 use nalgebra::{Rotation3, Translation3, Vector3};
 
-use super::super::chain::{Chain, MOST_JOINTS};
+use super::super::chain::{Chain, MOST_JOINTS, PointMass};
 use super::super::term::{Law, Term};
 use super::data::Pose;
 
@@ -70,9 +70,7 @@ impl AtRest {
                 let (body, tip) = (self.chain.n() - 1, filed.body_from_tip);
                 let own = tip.rotation * Vector3::new(p[1], p[2], p[3]);
                 let moment = own + p[0] * tip.translation.vector;
-                let body = &mut self.chain.bodies[body];
-                body.mass += p[0];
-                body.moment += moment;
+                self.chain.add_point(&PointMass { body, mass: p[0], moment });
             }
             Law::BaseTilt => {
                 let tilt = Rotation3::from_euler_angles(p[0], p[1], 0.0);
@@ -84,19 +82,37 @@ impl AtRest {
 
     /// Returns what is read at a pose: the tip if it was, then the torques.
     pub(super) fn read(&self, pose: &Pose) -> (Option<Vector3<f64>>, Vec<f64>) {
-        let n = pose.q.len();
-        let (mut q, still) = ([0.0; MOST_JOINTS], [0.0; MOST_JOINTS]);
-        let mut load = [0.0; MOST_JOINTS];
-        for ((q, read), zero) in q.iter_mut().zip(&pose.q).zip(&self.zero) {
-            *q = read + zero;
+        let tip = pose.tip.map(|_| self.tip(&pose.q));
+        if pose.tau.is_empty() {
+            return (tip, Vec::new());
         }
-        self.chain.inverse(&q[..n], &still[..n], &still[..n], &mut load[..n]);
-        let tau = pose.tau.iter().enumerate().map(|(j, _)| self.gain[j] * load[j] + self.offset[j]);
-        let tau = tau.collect();
+        let (_, load) = self.borne(&pose.q);
+        let tau = self
+            .gain
+            .iter()
+            .zip(&load)
+            .zip(&self.offset)
+            .map(|((gain, load), offset)| gain * load + offset);
+        (tip, tau.take(pose.q.len()).collect())
+    }
+
+    /// Returns where a tracker sees the tip, m, at these readings of the encoders.
+    pub(super) fn tip(&self, read: &[f64]) -> Vector3<f64> {
+        let (mut q, load) = self.borne(read);
         for ((q, soft), load) in q.iter_mut().zip(&self.compliance).zip(&load) {
             *q -= soft * load;
         }
-        let tip = pose.tip.map(|_| self.turn * self.chain.tip(&q[..n]) + self.shift);
-        (tip, tau)
+        self.turn * self.chain.tip(&q[..read.len()]) + self.shift
+    }
+
+    /// Returns where the joints stand and what they bear, rad and N·m, at these readings of the encoders.
+    fn borne(&self, read: &[f64]) -> ([f64; MOST_JOINTS], [f64; MOST_JOINTS]) {
+        let n = read.len();
+        let [mut q, still, mut load] = [[0.0; MOST_JOINTS]; 3];
+        for ((q, read), zero) in q.iter_mut().zip(read).zip(&self.zero) {
+            *q = read + zero;
+        }
+        self.chain.inverse(&q[..n], &still[..n], &still[..n], &mut load[..n]);
+        (q, load)
     }
 }
