@@ -33,6 +33,12 @@ struct Logger {
     offsets: bool,
     /// Motor currents in the place of torques.
     currents: bool,
+    /// How large the noise of the torques is that follows itself over ten rows, N·m.
+    coloured: f64,
+    /// The steps in which angles, rad, and torques, N·m, are read; 0 for fine ones.
+    steps: [f64; 2],
+    /// A row in twelve is lost.
+    loses: bool,
 }
 
 /// What the drives turn an ampere into, N·m/A.
@@ -64,6 +70,7 @@ fn log(logger: Logger, motion: usize) -> Recording {
     }
     text.push('\n');
     let mut last = String::new();
+    let mut coloured = [0.0; 7];
     for row in 0..1200 {
         let t = row as f64 * 0.01;
         let (mut q, mut dq, mut ddq) = ([0.0; 7], [0.0; 7], [0.0; 7]);
@@ -89,13 +96,24 @@ fn log(logger: Logger, motion: usize) -> Recording {
         if logger.offsets {
             (0..7).for_each(|j| tau[j] += OFFSET[j]);
         }
+        for (j, noise) in coloured.iter_mut().enumerate() {
+            let kick = logger.coloured * chance(900_000 + (motion * 1200 + row) * 7 + j);
+            *noise = 0.9 * *noise + (1.0_f64 - 0.81).sqrt() * kick;
+            tau[j] += *noise;
+        }
+        if logger.loses && chance(700_000 + motion * 1200 + row) > 1.4 {
+            continue;
+        }
         let mut values = String::new();
         let groups: [(&[f64], f64); 3] = [(&q, 2e-5), (&dq, 2e-3), (tau.as_slice(), 0.05)];
         for (group, (measured, noise)) in groups.into_iter().enumerate() {
             for (j, value) in measured.iter().enumerate() {
                 let noise = noise * chance(((motion * 1200 + row) * 3 + group) * 7 + j);
                 let by = if group == 2 && logger.currents { DRIVES[j] } else { 1.0 };
-                let _ = write!(values, ",{:.7}", (value + noise) / by);
+                let step = [logger.steps[0], 0.0, logger.steps[1]][group];
+                let read = (value + noise) / by;
+                let read = if step > 0.0 { (read / step).round() * step } else { read };
+                let _ = write!(values, ",{read:.7}");
             }
         }
         let mut stamp = t;
@@ -164,6 +182,24 @@ fn a_stuttering_log_of_a_known_arm_raises_no_alarm() {
     assert!(told("an even clock is used"), "{:?}", finding.notes);
 }
 
+/// Errors of measurement, alone and mixed.
+#[test]
+fn how_an_arm_is_measured_is_no_effect() {
+    let plain = Logger::default();
+    let controls = [
+        ("coloured", Logger { coloured: 0.15, ..plain }),
+        ("coarse angles", Logger { steps: [1e-3, 0.0], ..plain }),
+        ("coarse torques", Logger { steps: [0.0, 0.5], ..plain }),
+        ("coloured, lost rows", Logger { coloured: 0.1, loses: true, ..plain }),
+        ("coarse, stutters", Logger { steps: [3e-4, 0.2], stutters: true, ..plain }),
+        ("all", Logger { coloured: 0.1, steps: [3e-4, 0.2], loses: true, stutters: true, ..plain }),
+    ];
+    for (name, logger) in controls {
+        let finding = found(logger);
+        assert_eq!(finding.verdict, Verdict::NothingMissing, "{name}: {finding:#?}");
+    }
+}
+
 #[test]
 fn friction_of_both_kinds_in_every_joint_and_a_rotor_are_told_apart() {
     let finding = found(Logger { friction: true, stutters: true, ..Logger::default() });
@@ -197,8 +233,13 @@ fn a_link_that_is_heavier_than_its_file_says_is_named() {
 
 #[test]
 fn friction_and_offsets_everywhere_beside_a_link_that_is_heavier_leave_nothing_to_stand_in() {
-    let everything =
-        Logger { friction: true, stutters: true, heavier: true, offsets: true, currents: false };
+    let everything = Logger {
+        friction: true,
+        stutters: true,
+        heavier: true,
+        offsets: true,
+        ..Logger::default()
+    };
     let finding = found(everything);
     assert_eq!(finding.verdict, Verdict::Several, "{:?}", finding.effects);
     let at = |name: &str, joint: usize, parameter: &str| {

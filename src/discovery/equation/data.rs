@@ -73,7 +73,7 @@ impl Data {
             .iter()
             .map(|output| read(&output.name, output.dimension))
             .collect::<Result<Vec<_>, _>>()?;
-        let noise = outputs.iter().map(|values| noise_of(&recording.time, values)).collect();
+        let noise = outputs.iter().map(|values| noise::estimate(&recording.time, values)).collect();
         // Seconds since 1970 leave no digits for a step; the first row is as good a beginning.
         let first = recording.time[0];
         let origin = if first.abs() > 1e6 { first } else { 0.0 };
@@ -167,7 +167,7 @@ impl Data {
             let thin = self.thinned(k);
             let fits = |full: &[f64], thin_values: &[f64]| {
                 let size = std(full);
-                let floor = 1.5 * noise_of(&self.time, full);
+                let floor = 1.5 * noise::estimate(&self.time, full);
                 let rest: Vec<f64> = full
                     .iter()
                     .zip(&self.time)
@@ -267,18 +267,6 @@ fn unroll(values: &mut [f64]) -> usize {
         *value += turns;
     }
     count
-}
-
-/// Noise of a column taken at `time`: white noise, or the rounding of a coarse reading.
-fn noise_of(time: &[f64], values: &[f64]) -> f64 {
-    let mut steps: Vec<f64> =
-        values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).collect();
-    steps.sort_by(f64::total_cmp);
-    let resolution = steps.first().copied().unwrap_or(0.0);
-    // Only where the least step is often taken is it the step of a converter.
-    let often = steps.iter().filter(|s| **s < 1.5 * resolution).count() * 20 > steps.len();
-    let rounding = if often { resolution / 12.0_f64.sqrt() } else { 0.0 };
-    noise::estimate(time, values).max(rounding)
 }
 
 /// Mean.

@@ -1,16 +1,42 @@
 //! The noise of a measured column, from the column itself.
 //!
 //! A motion is smooth from sample to sample, noise is not: a high difference takes the motion away and
-//! leaves noise of known gain. The median of its size is not moved by a few steps or outliers.
+//! leaves noise of known gain. The median of its size is not moved by a few steps or outliers. A converter whose steps are
+//! coarser than the noise hides it; then the rounding is the noise.
 
 /// `median(|x|)` of a normal distribution of standard deviation 1.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_75;
 
-/// Returns the standard deviation of the white noise in `values`, in their unit, taken at `time`, s.
+/// Returns the standard deviation of the white noise in `values` or of their rounding, in their unit, taken at `time`, s.
 ///
-/// 0 for fewer than six values or values without noise. A repeated sample (a logger faster than the
+/// 0 for values without either. A repeated sample (a logger faster than the
 /// sensor) would look like less noise than there is; such samples are skipped.
 pub fn estimate(time: &[f64], values: &[f64]) -> f64 {
+    white(time, values).max(rounding(values))
+}
+
+/// The same for residuals that are to be weighed as if each row were independent: the error of a coarse reading stays about
+/// the same until the reading changes, so that so many rows say as much as one.
+pub fn estimate_per_row(time: &[f64], values: &[f64]) -> f64 {
+    let (white, rounding) = (white(time, values), rounding(values));
+    if rounding <= white {
+        return white;
+    }
+    let changes = values.windows(2).filter(|w| (w[1] - w[0]).abs() > 0.0).count();
+    rounding * (values.len() as f64 / changes.max(1) as f64).sqrt()
+}
+
+/// Returns the standard deviation of the rounding of a coarse reading, 0 for a fine one.
+fn rounding(values: &[f64]) -> f64 {
+    let steps = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|step| *step > 0.0);
+    let least = steps.clone().fold(f64::INFINITY, f64::min);
+    // Only where the least step is often taken is it the step of a converter.
+    let often = steps.clone().filter(|step| *step < 1.5 * least).count() * 20 > steps.count();
+    if often { least / 12.0_f64.sqrt() } else { 0.0 }
+}
+
+/// The white noise alone, 0 for fewer than six values.
+fn white(time: &[f64], values: &[f64]) -> f64 {
     let mut distinct: Vec<(f64, f64)> = Vec::with_capacity(values.len());
     for (&time, &value) in time.iter().zip(values) {
         if distinct.last().is_none_or(|(_, last)| last.to_bits() != value.to_bits()) {

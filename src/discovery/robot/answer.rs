@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::colour::noise_of_a_colour;
 use super::explain::ArmGap;
 use super::load::Thing;
 use super::places::places;
@@ -35,9 +36,14 @@ pub(super) fn answer(
     let left =
         above_noise(outcome.best.heldout, counts.1).max(above_noise(outcome.best.train, counts.0));
     let visible = if outcome.best.terms.is_empty() {
-        smallest_visible(&gap, &outcome.nothing.parameters, options)
+        smallest_visible(fitted.as_ref().unwrap_or(&gap), &outcome.nothing.parameters, options)
     } else {
         Vec::new()
+    };
+    let coloured = if noise_is_estimated && outcome.best.terms.is_empty() {
+        noise_of_a_colour(&gap, &outcome.best)
+    } else {
+        None
     };
     let path = selection::path(&gap, outcome, |t| (t.law.name().into(), t.seat(&gap.things)));
     // The held-out numbers are settled; what is written into the model is fitted to all data.
@@ -47,7 +53,9 @@ pub(super) fn answer(
     let best = &outcome.best;
     let things = all.things.clone();
     // What leaves its range once all data are fitted keeps the numbers by which it was judged.
-    let last = fit_all(&all, best).filter(|h| is_sensible(&all, h)).unwrap_or_else(|| best.clone());
+    let last = fit_all(&all, best)
+        .filter(|h| selection::is_sensible(&all, h))
+        .unwrap_or_else(|| best.clone());
     let mut effects: Vec<Effect> = Vec::new();
     let mut lines: Vec<String> = Vec::new();
     let mut unnamed: BTreeMap<usize, usize> = BTreeMap::new();
@@ -58,6 +66,16 @@ pub(super) fn answer(
             mine().filter(|rival| rival.behind < options.tie && !synonym(rival, term)).collect();
         let mut own = effect(term, &told, &things, outcome.worth(at));
         own.alternatives = alternatives(mine(), term, options, &things);
+        if term.law == Law::TorqueGain && all.is_along() {
+            own.alternatives.push(Alternative {
+                name: Law::ActuatorGain.name().into(),
+                at: own.at.clone(),
+                delta_bic: 0.0,
+                why_not: "the same where nobody recorded what the drive was told: only its commands tell whether \
+                          the drive gives less or the sensor shows more"
+                    .into(),
+            });
+        }
         own.indistinguishable = !ties.is_empty();
         if matches!(term.law, Law::Feature(_) | Law::Above | Law::Below) {
             // The twin has no law for it; a reader of the file should know all the same.
@@ -81,8 +99,12 @@ pub(super) fn answer(
         }
         effects.push(own);
         for rival in ties {
-            let h = fit_all(&all, &rival.hypothesis).unwrap_or_else(|| rival.hypothesis.clone());
-            let last_at = h.terms.len() - 1;
+            let last_at = rival.hypothesis.terms.len() - 1;
+            // Another gain goes with other links.
+            let has_others =
+                all.has_own_links && rival.hypothesis.terms[last_at].law == Law::TorqueGain;
+            let again = if has_others { None } else { fit_all(&all, &rival.hypothesis) };
+            let h = again.unwrap_or_else(|| rival.hypothesis.clone());
             let other = h.terms[last_at];
             let told = told_of(&all, &h, last_at);
             let mut other = effect(&other, &told, &things, outcome.worth_of(rival));
@@ -92,9 +114,10 @@ pub(super) fn answer(
     }
     let ambiguous = effects.iter().any(|effect| effect.indistinguishable);
     // Noise that had to be estimated is known to a tenth.
-    let is_noise = left < SIGNIFICANT
+    let is_white = left < SIGNIFICANT
         || (noise_is_estimated && shrink.after.train.max(shrink.after.heldout) < ESTIMATED);
-    let (verdict, reason) = verdict(&effects, ambiguous, left, is_noise, &shrink);
+    let rest = if is_white { Rest::Noise } else { coloured.map_or(Rest::More, Rest::Coloured) };
+    let (verdict, reason) = verdict(&effects, ambiguous, left, rest, &shrink);
     // Names that leave most of the gap are a lead to follow, and no part of the model.
     let is_lead = matches!(verdict, Verdict::Unknown | Verdict::ModelInadequate)
         && effects.iter().any(|effect| effect.name != "unknown");
@@ -203,29 +226,44 @@ const NEAR_NOISE: f64 = 2.0;
 /// Noise estimated from a channel is that near to what it is.
 const ESTIMATED: f64 = 1.1;
 
+/// What is left.
+enum Rest {
+    Noise,
+    /// Noise that follows itself from row to row, this part of the signal.
+    Coloured(f64),
+    More,
+}
+
 fn verdict(
     effects: &[Effect],
     ambiguous: bool,
     left: f64,
-    is_noise: bool,
+    of: Rest,
     gap: &Gap,
 ) -> (Verdict, String) {
     if effects.is_empty() {
-        return if is_noise {
-            (
+        return match of {
+            Rest::Noise => (
                 Verdict::NothingMissing,
                 "measured minus model is noise, and no effect explains any of it on data it was not \
                  fitted to"
                     .into(),
-            )
-        } else {
-            (
+            ),
+            Rest::Coloured(part) => (
+                Verdict::NothingMissing,
+                format!(
+                    "measured minus model is noise that follows itself from row to row: it is {} % of the signal, \
+                     there throughout, and no effect explains any of it on data it was not fitted to",
+                    significant(100.0 * part, 2)
+                ),
+            ),
+            Rest::More => (
                 Verdict::Unknown,
                 format!(
                     "the gap is {left:.0} standard deviations above noise, but no effect and no formula \
                      predicts data it was not fitted to"
                 ),
-            )
+            ),
         };
     }
     if ambiguous {
@@ -298,16 +336,6 @@ fn parameters(name: &str, told: &[Told]) -> BTreeMap<String, Parameter> {
 
 fn fit_all(all: &ArmGap, h: &Hypothesis<Term>) -> Option<Hypothesis<Term>> {
     selection::refit(all, h.terms.clone(), h.parameters.clone(), h.surcharges.clone())
-}
-
-/// Returns whether every effect of a hypothesis is one that could be.
-fn is_sensible(gap: &ArmGap, h: &Hypothesis<Term>) -> bool {
-    let mut from = gap.nuisance().len();
-    h.terms.iter().all(|term| {
-        let own = from..from + gap.slots(term).len();
-        from = own.end;
-        gap.is_sensible(term, &h.parameters[own])
-    })
 }
 
 /// Returns the runners-up, one per name and place.

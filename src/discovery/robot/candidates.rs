@@ -90,7 +90,10 @@ pub fn candidates(
                     add(Law::Feature(feature), j, Vec::new(), UNNAMED);
                 }
             }
-            add(Law::ActuatorGain, j, Vec::new(), 0.0);
+            // Along a measured motion it is a gain of the sensor.
+            if closed || !data.has(Quantity::Position) {
+                add(Law::ActuatorGain, j, Vec::new(), 0.0);
+            }
             let most = scan.largest_torque;
             let limits: Vec<Vec<f64>> =
                 [0.97, 0.9, 0.8, 0.65, 0.5, 0.35].iter().map(|part| vec![part * most]).collect();

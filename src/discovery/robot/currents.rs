@@ -9,7 +9,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::data::Quantity;
+use super::data::{Quantity, SILENT};
 use super::links::CREEPS;
 use super::simulate::Model;
 use super::term::{Law, Term};
@@ -19,9 +19,6 @@ use crate::units::significant;
 
 /// A constant is known if its standard deviation is less than this part of it.
 const KNOWN: f64 = 0.05;
-
-/// The noise of a joint whose constant is unknown is this many times larger, so that nothing is said of the joint.
-const SILENT: f64 = 1e9;
 
 /// Fits the constants of the drives to recordings of currents, N·m/A; `None` where a joint's motion does not tell it.
 ///

@@ -51,8 +51,16 @@ pub struct Channel {
     pub name: String,
     /// Measured values in SI.
     pub values: Vec<f64>,
-    /// Standard deviation of the noise, SI.
+    /// Standard deviation of the noise, SI; 0 of a torque sensor that never changes, until [`settle_noise`].
     pub noise: f64,
+}
+
+impl Channel {
+    /// Returns whether it is a torque sensor that never changes.
+    fn is_still(&self) -> bool {
+        let is_same = |pair: &[f64]| (pair[1] - pair[0]).abs() <= 0.0;
+        self.quantity == Quantity::Torque && self.values.windows(2).all(is_same)
+    }
 }
 
 /// A recording of an arm.
@@ -257,10 +265,14 @@ impl Data {
 
     /// Judges the noise of channels for which none is given.
     fn estimate_noise(&mut self) {
-        for channel in self.channels.iter_mut().filter(|channel| channel.noise <= 0.0) {
+        let is_told = |channel: &Channel| channel.noise > 0.0 || channel.is_still();
+        for channel in self.channels.iter_mut().filter(|channel| !is_told(channel)) {
             // Never less than the step in which the values are written.
             let scale = channel.values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-            let noise = noise::estimate(&self.time, &channel.values);
+            // What is compared with a motion that is measured itself, row by row.
+            let is_compared = matches!(channel.quantity, Quantity::Torque | Quantity::Tip);
+            let estimate = if is_compared { noise::estimate_per_row } else { noise::estimate };
+            let noise = estimate(&self.time, &channel.values);
             channel.noise = noise.max(scale * 1e-6).max(1e-9);
         }
     }
@@ -279,6 +291,30 @@ impl Data {
     pub fn measured(&self, quantity: Quantity, index: usize) -> Option<&[f64]> {
         let found = self.channels.iter().find(|c| c.quantity == quantity && c.index == index);
         found.map(|channel| &channel.values[..])
+    }
+}
+
+/// The noise of a channel of which nothing is said is this many times larger.
+pub(super) const SILENT: f64 = 1e9;
+
+/// Gives torque sensors that never change in a recording, which tells nothing of their noise, the noise that they have in the
+/// others. Of one that never changes at all nothing is said.
+pub(super) fn settle_noise<'a>(recordings: impl Iterator<Item = &'a mut Data>) {
+    let mut recordings: Vec<&mut Data> = recordings.collect();
+    let n_channels = recordings.iter().map(|data| data.channels.len()).min().unwrap_or(0);
+    for at in 0..n_channels {
+        let noise = recordings.iter().map(|data| data.channels[at].noise).fold(0.0, f64::max);
+        for data in &mut recordings {
+            let channel = &mut data.channels[at];
+            if channel.noise <= 0.0 {
+                channel.noise = if noise > 0.0 { noise } else { SILENT };
+                data.notes.push(format!(
+                    "{} never changes{}",
+                    channel.name,
+                    if noise > 0.0 { "" } else { ": nothing is said of it" }
+                ));
+            }
+        }
     }
 }
 

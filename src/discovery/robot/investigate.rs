@@ -5,10 +5,10 @@ use rayon::prelude::*;
 use super::answer::{answer, different, synonym};
 use super::chain::Chain;
 use super::currents;
-use super::data::Data;
+use super::data::{self, Data};
 use super::experiment::Experiment;
 use super::explain::ArmGap;
-use super::links::{self, Numbers};
+use super::links::{self, Gain, Links, Numbers};
 use super::load::{Load, Thing};
 use super::places::places;
 use super::plant::{Arm, Scene};
@@ -110,13 +110,18 @@ pub fn investigate(
 ) -> Result<Investigation, Error> {
     let mut notes: Vec<String> = Vec::new();
     let things = things(train.iter().chain(heldout));
-    let mut models = Vec::new();
+    let mut read = Vec::new();
     for recording in train.iter().chain(heldout) {
-        notes.extend(recording.notes.iter().cloned());
         let arm = Arm::of(robot, recording)?;
         let data = Data::new(recording, arm.chain.n())?;
-        notes.extend(data.notes.iter().cloned());
         plausible::check(&arm, robot.joints(), &data, &recording.name)?;
+        read.push((arm, data));
+    }
+    data::settle_noise(read.iter_mut().map(|(_, data)| data));
+    let mut models = Vec::new();
+    for (recording, (arm, data)) in train.iter().chain(heldout).zip(read) {
+        notes.extend(recording.notes.iter().cloned());
+        notes.extend(data.notes.iter().cloned());
         let scene = Scene::new(&arm, data);
         if !scene.closed_loop {
             notes.push(format!(
@@ -205,10 +210,7 @@ pub fn investigate(
     let options = &options;
     progress("identifying the links", 0.0);
     let mut names: Vec<&str> = train.iter().chain(heldout).map(|r| r.name.as_str()).collect();
-    let (mut own, mut aside) = (None, None);
-    match links::identified(&gap) {
-        Some(Numbers::Own(links)) if links.is_better => own = Some(links),
-        Some(Numbers::Own(links)) => aside = Some(links),
+    let numbers = match links::identified(&gap) {
         Some(Numbers::Different(words)) => {
             return Ok(Investigation {
                 finding: different(&gap, &words, notes),
@@ -217,26 +219,11 @@ pub fn investigate(
                 revision: None,
             });
         }
-        None => {}
-    }
-    // With the numbers of the file, where others are taken.
-    let mut filed = None;
-    if let Some(links) = &own {
-        let with = gap.with_links(links);
-        filed = Some(std::mem::replace(&mut gap, with));
-    }
-    let (mut outcome, mut fitted) = searched(&gap, options, progress).map_err(runs_away)?;
-    // One link or a load has a name; several weights that are off at once are numbers of the file.
-    if let Some(links) = aside.filter(|_| n_weights(&outcome) > 1) {
-        let with = gap.with_links(&links);
-        let (other, its) = searched(&with, options, progress).map_err(runs_away)?;
-        if n_weights(&other) < n_weights(&outcome)
-            && links::BETTER * other.best.heldout <= outcome.best.heldout
-        {
-            filed = Some(std::mem::replace(&mut gap, with));
-            (outcome, fitted, own) = (other, its, Some(links));
-        }
-    }
+        Some(Numbers::Own(links, gains)) => Some((links, gains)),
+        None => None,
+    };
+    let found = found(&mut gap, numbers, options, progress).map_err(runs_away)?;
+    let Found { mut outcome, mut fitted, own, mut filed } = found;
     if outcome.best.terms.is_empty()
         && above_noise(outcome.nothing.train, gap.count(Set::Train)) < SIGNIFICANT
         && above_noise(outcome.nothing.heldout, gap.count(Set::Heldout)) > SIGNIFICANT
@@ -287,6 +274,60 @@ pub fn investigate(
     }
     let experiment = experiment.map(|experiment| experiment.csv);
     Ok(Investigation { finding, traces, experiment, revision })
+}
+
+/// What the search found, beside which numbers.
+struct Found {
+    outcome: Outcome<Term>,
+    fitted: Option<ArmGap>,
+    /// The links' numbers, where the file's are left.
+    own: Option<Links>,
+    /// The gap with the file's, then.
+    filed: Option<ArmGap>,
+}
+
+/// Searches with the numbers that fit the recordings, which `gap` has from then on.
+fn found(
+    gap: &mut ArmGap,
+    numbers: Option<(Links, Vec<Gain>)>,
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Found, String> {
+    let Some((links, mut gains)) = numbers else {
+        let (outcome, fitted) = searched(gap, options, progress)?;
+        return Ok(Found { outcome, fitted, own: None, filed: None });
+    };
+    if gains.first().is_some_and(|gain| gain.links.is_better) {
+        let gain = gains.remove(0);
+        let with = gap.with_links(&gain.links);
+        let (mut outcome, fitted) = searched(&with, options, progress)?;
+        let own = Term { law: Law::TorqueGain, joint: gain.joint };
+        if let Some(at) = outcome.best.terms.iter().position(|term| *term == own) {
+            outcome.rivals.extend(gains.iter().map(|other| other.instead_of(at, &outcome.best)));
+            outcome.rivals.sort_by(|a, b| a.behind.total_cmp(&b.behind));
+            let filed = Some(std::mem::replace(gap, with));
+            return Ok(Found { outcome, fitted, own: Some(gain.links), filed });
+        }
+    }
+    if links.is_better {
+        let with = gap.with_links(&links);
+        let filed = Some(std::mem::replace(gap, with));
+        let (outcome, fitted) = searched(gap, options, progress)?;
+        return Ok(Found { outcome, fitted, own: Some(links), filed });
+    }
+    let (outcome, fitted) = searched(gap, options, progress)?;
+    // One link or a load has a name; several weights that are off at once are numbers of the file.
+    if n_weights(&outcome) > 1 {
+        let with = gap.with_links(&links);
+        let (other, its) = searched(&with, options, progress)?;
+        if n_weights(&other) < n_weights(&outcome)
+            && links::BETTER * other.best.heldout <= outcome.best.heldout
+        {
+            let filed = Some(std::mem::replace(gap, with));
+            return Ok(Found { outcome: other, fitted: its, own: Some(links), filed });
+        }
+    }
+    Ok(Found { outcome, fitted, own: None, filed: None })
 }
 
 /// Returns how many weights were found to be off.

@@ -1,6 +1,7 @@
 //! An arm against its recordings: the closed loop simulated again with effects.
 
 pub mod chain;
+mod colour;
 pub mod data;
 pub mod spline;
 pub mod smooth;

@@ -99,13 +99,6 @@ impl<'a, G: Gap> Linear<'a, G> {
         found.map_or(&[], |candidate| &candidate.starts)
     }
 
-    /// Returns whether an effect of a hypothesis is one that could be.
-    pub(super) fn sensible_at(&self, best: &Hypothesis<G::Term>, at: usize) -> bool {
-        let from: usize = best.terms[..at].iter().map(|term| self.slots(term).len()).sum();
-        let count = self.slots(&best.terms[at]).len();
-        self.is_sensible(&best.terms[at], &best.parameters[from..from + count])
-    }
-
     fn entry(&self, term: &G::Term, parameters: &[f64]) -> Option<usize> {
         self.entries.iter().position(|entry| entry.is(term, parameters))
     }

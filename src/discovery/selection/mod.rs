@@ -31,7 +31,7 @@ pub use linear::related;
 pub use refit::refit;
 pub use rounds::{floors, search_linear};
 pub use screen::{left_after, sum_of_squares};
-pub use search::search;
+pub use search::{is_sensible, search};
 pub use steady::{left, path};
 
 /// How a parameter enters, and on what scale.

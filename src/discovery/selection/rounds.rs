@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::linear::Linear;
 use super::refit::same_terms;
-use super::search::{Grown, left_out, pays, sensible, weighed};
+use super::search::{Grown, is_sensible, left_out, pays, sensible, sensible_at, weighed};
 use super::steady::{least_steady, steadied};
 use super::{Gap, Hypothesis, Options, Outcome, refit};
 
@@ -170,7 +170,7 @@ fn thinned<G: Gap>(
         let gain =
             |rest: &Option<Hypothesis<_>>| rest.as_ref().map_or(0.0, |r| r.criterion() - here);
         best.gains = rests.iter().map(gain).collect();
-        let absurd = |at: &usize| !gap.sensible_at(&best, *at);
+        let absurd = |at: &usize| !sensible_at(gap, &best, *at);
         let weak = |(at, rest): &(usize, Hypothesis<G::Term>)| {
             absurd(at) || !pays(gap, &best, *at, rest, options)
         };
@@ -211,6 +211,7 @@ fn with_shapes<G: Gap>(
             }
         },
     );
+    outcome.rivals.retain(|rival| is_sensible(gap, &rival.hypothesis));
     outcome.rivals.sort_by(|a, b| a.behind.total_cmp(&b.behind));
     outcome.best = best;
     outcome

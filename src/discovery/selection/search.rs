@@ -382,17 +382,24 @@ pub(super) fn pruned<G: Gap>(
 
 /// Leaves out what was sensible when it joined and is not any more, beside all that joined after it.
 pub(super) fn sensible<G: Gap>(gap: &G, mut best: Hypothesis<G::Term>) -> Hypothesis<G::Term> {
-    let absurd = |best: &Hypothesis<G::Term>| {
-        (0..best.terms.len()).find(|&at| {
-            let from = begins(gap, best, at);
-            let count = gap.slots(&best.terms[at]).len();
-            !gap.is_sensible(&best.terms[at], &best.parameters[from..from + count])
-        })
-    };
+    let absurd =
+        |best: &Hypothesis<G::Term>| (0..best.terms.len()).find(|at| !sensible_at(gap, best, *at));
     while let Some(rest) = absurd(&best).and_then(|at| left_out(gap, &best, at)) {
         best = rest;
     }
     best
+}
+
+/// Returns whether an effect of a hypothesis is one that could be.
+pub(super) fn sensible_at<G: Gap>(gap: &G, h: &Hypothesis<G::Term>, at: usize) -> bool {
+    let from = begins(gap, h, at);
+    let count = gap.slots(&h.terms[at]).len();
+    gap.is_sensible(&h.terms[at], &h.parameters[from..from + count])
+}
+
+/// Returns whether every effect of a hypothesis is one that could be.
+pub fn is_sensible<G: Gap>(gap: &G, h: &Hypothesis<G::Term>) -> bool {
+    (0..h.terms.len()).all(|at| sensible_at(gap, h, at))
 }
 
 /// Returns where the parameters of an effect begin.

@@ -14,6 +14,8 @@ const WEIGHINGS: usize = 4;
 /// What one sensor says, summed up: normal equations of its residuals over all recordings.
 #[derive(Debug, Clone)]
 pub(super) struct Sums {
+    /// The joint it sits in.
+    pub(super) joint: usize,
     pub(super) gram: DMatrix<f64>,
     pub(super) along: DVector<f64>,
     pub(super) square: f64,
@@ -27,6 +29,19 @@ impl Sums {
     pub(super) fn left(&self, x: &DVector<f64>) -> f64 {
         let left = self.square - 2.0 * self.along.dot(x) + x.dot(&(&self.gram * x));
         (left / self.rows.max(1.0)).max(1e-12)
+    }
+
+    /// Returns what is left to be explained by a sensor that shows `gain` times what there is; `modelled` is the column of
+    /// what the model says.
+    fn behind(&self, gain: f64, modelled: usize) -> Self {
+        let (more, column) = (1.0 - gain, self.gram.column(modelled));
+        let of_model = 2.0 * self.along[modelled] + more * column[modelled];
+        Self {
+            along: gain * (&self.along + more * column),
+            gram: gain * gain * &self.gram,
+            square: self.square + more * of_model,
+            ..self.clone()
+        }
     }
 }
 
@@ -47,6 +62,7 @@ pub(super) fn left_of(sums: &[Sums], x: &DVector<f64>, weights: &[f64]) -> f64 {
 }
 
 /// A fit of some of the numbers.
+#[derive(Clone)]
 pub(super) struct Fit {
     pub(super) x: DVector<f64>,
     pub(super) covariance: DMatrix<f64>,
@@ -154,6 +170,23 @@ impl Problem {
         self.with(self.heldout.clone(), self.train.clone())
     }
 
+    /// Returns how little the numbers of a fit say for themselves, in -2 ln of the odds: what is left, by as many rows as are
+    /// independent, and how far they are from the file's.
+    pub(super) fn evidence(&self, fit: &Fit) -> f64 {
+        let left = self.train.iter().zip(&fit.weights).map(|(s, w)| s.rows / s.related * w.ln());
+        let away = fit.x.iter().zip(&self.prior).filter(|(_, prior)| **prior > 0.0);
+        left.sum::<f64>() + away.map(|(x, prior)| (x / prior).powi(2)).sum::<f64>()
+    }
+
+    /// Returns the same for a torque sensor that shows `gain` times what there is.
+    pub(super) fn behind(&self, joint: usize, gain: f64, parts: &Parts) -> Self {
+        let of = |sums: &Sums| match sums.joint == joint {
+            true => sums.behind(gain, parts.modelled),
+            false => sums.clone(),
+        };
+        self.with(self.train.iter().map(of).collect(), self.heldout.iter().map(of).collect())
+    }
+
     /// Returns what is left to be fitted once the bodies have changed.
     pub(super) fn beside(&self, changes: &[[f64; NUMBERS]]) -> Self {
         let flat = changes.concat();
@@ -172,11 +205,13 @@ impl Problem {
     }
 }
 
-/// Where the numbers of bodies, of joints and of a load stand among all that are fitted.
+/// Where the numbers of bodies, of joints and of a load stand among all that are summed up, and last what the model says of
+/// the sensors.
 pub(super) struct Parts {
     pub(super) bodies: Range<usize>,
     pub(super) joints: Range<usize>,
     pub(super) load: Range<usize>,
+    pub(super) modelled: usize,
 }
 
 /// What every joint of a real arm has, in this order.
@@ -200,13 +235,14 @@ impl Parts {
         let bodies = 0..n * NUMBERS;
         let joints = bodies.end..bodies.end + n * OF_JOINT.len();
         let load = joints.end..joints.end + LOAD.len();
-        Self { bodies, joints, load }
+        let modelled = load.end;
+        Self { bodies, joints, load, modelled }
     }
 
     /// Returns the directions in which only these numbers change.
     pub(super) fn only(&self, parts: &[&Range<usize>]) -> DMatrix<f64> {
         let free: Vec<usize> = parts.iter().flat_map(|part| (*part).clone()).collect();
-        DMatrix::from_fn(self.load.end, free.len(), |i, j| f64::from(u8::from(i == free[j])))
+        DMatrix::from_fn(self.modelled + 1, free.len(), |i, j| f64::from(u8::from(i == free[j])))
     }
 
     /// Returns what a number of a joint or of the load is, with its unit.
@@ -251,7 +287,7 @@ pub(super) fn consistent(
         // Twice: what is usual, and what pulls the two steps together.
         form[(i, i)] += 2.0 * pull[i] + 1e-12 * form[(i, i)] + 1e-300;
         let is_load = parts.load.contains(&i) && !is_loaded;
-        if is_load || (i < of_bodies && problem.prior[i] <= 0.0) {
+        if is_load || i == parts.modelled || (i < of_bodies && problem.prior[i] <= 0.0) {
             form[(i, i)] = f64::MAX.sqrt();
         }
     }

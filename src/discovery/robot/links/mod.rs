@@ -12,17 +12,20 @@
 
 pub(super) mod body;
 mod fit;
+mod gains;
+
+use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::chain::{Body, Chain};
-use super::data::Quantity;
+use super::data::{Channel, Quantity};
 use super::explain::ArmGap;
 use super::simulate::Model;
 use super::term::{Law, Term};
 use crate::discovery::finding::Identified;
-use crate::discovery::selection::{Gap as _, Set, related};
+use crate::discovery::selection::{Gap as _, Hypothesis, Rival, Set, related};
 use crate::motion::revise::{LinkChange, Revision};
 use crate::units::significant;
 use body::{NAMES, NUMBERS, numbers, spread};
@@ -60,11 +63,45 @@ impl Links {
     }
 }
 
+/// A torque sensor that shows more or less than there is, by a factor.
+#[derive(Debug)]
+pub(super) struct Gain {
+    pub(super) joint: usize,
+    pub(super) gain: f64,
+    /// One standard deviation of it.
+    pub(super) std: f64,
+    /// The bodies that go with it.
+    pub(super) links: Links,
+    /// How much less it explains than the best of them, in -2 ln of the odds.
+    pub(super) behind: f64,
+}
+
+impl Gain {
+    /// Returns the gain in the place of another of a hypothesis, with the links that go with it.
+    pub(super) fn instead_of(&self, at: usize, h: &Hypothesis<Term>) -> Rival<Term> {
+        let own = h.parameters.len() - h.terms.iter().map(|t| t.law.slots().len()).sum::<usize>();
+        let before: usize = h.terms[..at].iter().map(|term| term.law.slots().len()).sum();
+        let mut other = h.clone();
+        let last = h.parameters.len() - 1;
+        other.terms.remove(at);
+        other.parameters.remove(own + before);
+        other.terms.push(Term { law: Law::TorqueGain, joint: self.joint });
+        other.parameters.push(self.gain);
+        let covariance = std::mem::take(&mut other.covariance)
+            .remove_row(own + before)
+            .remove_column(own + before);
+        other.covariance = covariance.insert_row(last, 0.0).insert_column(last, 0.0);
+        other.covariance[(last, last)] = self.std.powi(2);
+        other.train += self.behind;
+        Rival { instead_of: at, hypothesis: other, behind: self.behind, stability: 0.0 }
+    }
+}
+
 /// What the numbers of an arm come to, before any effect is looked for.
 #[derive(Debug)]
 pub(super) enum Numbers {
-    /// Others than the file's.
-    Own(Links),
+    /// Others than the file's; then, the best first, gains of torque sensors beside which still others fit much better.
+    Own(Links, Vec<Gain>),
     /// Those of the recordings fitted are not those of the recordings held out, by these words.
     Different(String),
 }
@@ -95,35 +132,84 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
         (0..NUMBERS).for_each(|k| directions[(at * NUMBERS + k, 0)] = own[k]);
         if own[0] > 0.0 { problem.fit(&directions) } else { None }
     });
-    let plain: Vec<Fit> = [bare, loaded].into_iter().chain(heavier).collect();
-    let lists = [&[&parts.bodies, &parts.joints][..], &[&parts.bodies, &parts.joints, &parts.load]];
-    let freed = lists.into_par_iter().filter_map(|list| {
-        let free = problem.fit(&parts.only(list))?;
-        let changes = consistent(&problem, bodies, &parts, &free)?;
-        // The others once more beside bodies that could be.
-        let with = problem.beside(&changes).fit(&parts.only(&list[1..]))?;
-        Some((changes, free, with))
-    });
-    let freed: Vec<_> = freed.collect();
-    let weights =
-        freed.iter().map(|(.., with)| with).min_by(|a, b| a.total().total_cmp(&b.total()))?;
-    let weights = weights.weights.clone();
-    let judged =
-        |fit: &Fit, changes: &[[f64; NUMBERS]]| problem.beside(changes).judged(&fit.x, &weights);
-    let as_filed = vec![[0.0; NUMBERS]; bodies.len()];
-    let plainest = plain.iter().map(|fit| judged(fit, &as_filed)).fold(f64::INFINITY, f64::min);
+    let plain: Vec<Fit> = [bare.clone(), loaded].into_iter().chain(heavier).collect();
+    let beside = [&[&parts.joints][..], &[&parts.joints, &parts.load]];
+    let freed = beside.into_par_iter().filter_map(|list| Freed::of(&problem, bodies, &parts, list));
+    let freed: Vec<Freed> = freed.collect();
+    let least = freed.iter().map(|f| &f.with).min_by(|a, b| a.total().total_cmp(&b.total()))?;
+    let weights = least.weights.clone();
+    let plain = plain.iter().map(|fit| problem.judged(&fit.x, &weights));
+    // A gain beside the file's own numbers has a name as well.
+    let has_gain = !model.scene.data.are_currents;
+    let shown = |list: &[&Range<usize>], without: &Fit| {
+        if has_gain { gains::shown(&problem, &parts, list, without) } else { Vec::new() }
+    };
+    let alone = shown(&[&parts.joints], &bare);
+    let alone = alone.iter().map(|shown| shown.problem.judged(&shown.fit.x, &weights));
+    let plainest = plain.chain(alone).fold(f64::INFINITY, f64::min);
     let best = freed
         .into_iter()
-        .map(|(changes, free, with)| (judged(&with, &changes), changes, free))
+        .map(|freed| (freed.judged(&problem, &weights), freed))
         .min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let (left, changes, free) = best;
+    let (left, best) = best;
     if let Some(words) = different(&problem, &parts, left.min(plainest), &weights) {
         return Some(Numbers::Different(words));
     }
-    (left <= plainest).then(|| {
-        let told = told(bodies, &changes, &free, &problem.prior);
-        Numbers::Own(Links { changes, told, is_better: left <= BETTER * plainest })
-    })
+    if left > plainest {
+        return None;
+    }
+    let shown = shown(&best.list(&parts), &best.free);
+    let most = shown.first().map_or(0.0, |shown| shown.explained);
+    let gains = shown.into_iter().filter_map(|shown| {
+        let freed = Freed::of(&shown.problem, bodies, &parts, best.beside)?;
+        let left_with = freed.judged(&shown.problem, &weights);
+        let links = freed.links(bodies, &problem.prior, left_with <= BETTER * plainest);
+        let behind = most - shown.explained;
+        let (joint, gain, std) = (shown.joint, shown.gain, shown.std);
+        (left_with < left).then_some(Gain { joint, gain, std, links, behind })
+    });
+    let links = best.links(bodies, &problem.prior, left <= BETTER * plainest);
+    Some(Numbers::Own(links, gains.collect()))
+}
+
+/// Numbers of bodies that fit, and could be.
+struct Freed<'a> {
+    /// What was fitted beside them.
+    beside: &'a [&'a Range<usize>],
+    changes: Vec<[f64; NUMBERS]>,
+    /// The fit of all of them, whether they could be or not.
+    free: Fit,
+    /// The fit of the others, beside bodies that could be.
+    with: Fit,
+}
+
+impl<'a> Freed<'a> {
+    fn of(
+        problem: &Problem,
+        bodies: &[Body],
+        parts: &'a Parts,
+        beside: &'a [&'a Range<usize>],
+    ) -> Option<Self> {
+        let free = problem.fit(&parts.only(&[&[&parts.bodies], beside].concat()))?;
+        let changes = consistent(problem, bodies, parts, &free)?;
+        let with = problem.beside(&changes).fit(&parts.only(beside))?;
+        Some(Self { beside, changes, free, with })
+    }
+
+    /// Returns all that was fitted.
+    fn list(&self, parts: &'a Parts) -> Vec<&'a Range<usize>> {
+        [&[&parts.bodies], self.beside].concat()
+    }
+
+    /// Returns what it leaves of the recordings held out.
+    fn judged(&self, problem: &Problem, weights: &[f64]) -> f64 {
+        problem.beside(&self.changes).judged(&self.with.x, weights)
+    }
+
+    fn links(self, bodies: &[Body], prior: &[f64], is_better: bool) -> Links {
+        let told = told(bodies, &self.changes, &self.free, prior);
+        Links { changes: self.changes, told, is_better }
+    }
 }
 
 /// How many times more a fit may leave of recordings it was not fitted to than theirs of themselves, in squares, and still
@@ -167,6 +253,9 @@ fn problems(gap: &ArmGap) -> Option<Vec<Problem>> {
     }
     prior.extend(LOAD.map(|_| f64::INFINITY));
     is_up.extend([true, false, false, false]);
+    // What the model says is no number to be fitted.
+    prior.push(0.0);
+    is_up.push(false);
     let [train, heldout] = [Set::Train, Set::Heldout].map(|set| sums(gap, set));
     let pairs = train?.into_iter().zip(heldout?);
     let problem =
@@ -193,12 +282,17 @@ fn sums(gap: &ArmGap, set: Set) -> Option<Vec<Vec<Sums>>> {
     let [viscous, offset, rotor] =
         [Law::Viscous, Law::TorqueOffset, Law::Armature].map(|law| all(law, &[1.0]));
     let (viscous, offset, rotor) = (viscous?, offset?, rotor?);
+    // What a sensor would show twice is what the model says of it.
+    let mut modelled = vec![0.0; here.len()];
+    for column in all(Law::TorqueGain, &[2.0])? {
+        modelled.iter_mut().zip(column).for_each(|(sum, one)| *sum += one);
+    }
     let with = |creep: f64| -> Option<Vec<Sums>> {
         let dry = all(Law::Coulomb, &[1.0, creep])?;
         let of_joint = |j: usize| [&viscous[j], &dry[j], &offset[j], &rotor[j]];
         let load = bodies[(n - 1) * NUMBERS..].iter().take(LOAD.len());
         let columns: Vec<&Vec<f64>> =
-            bodies.iter().chain((0..n).flat_map(of_joint)).chain(load).collect();
+            bodies.iter().chain((0..n).flat_map(of_joint)).chain(load).chain([&modelled]).collect();
         summed(gap, set, &here, &columns)
     };
     CREEPS.into_iter().map(with).collect()
@@ -209,7 +303,7 @@ fn summed(gap: &ArmGap, set: Set, here: &[f64], columns: &[&Vec<f64>]) -> Option
     let blocks = gap.blocks(set);
     let channels = gap.train[0].scene.data.channels.iter().enumerate();
     let torques = channels.filter(|(_, channel)| channel.quantity == Quantity::Torque);
-    let of = |(sensor, _)| {
+    let of = |(sensor, channel): (usize, &Channel)| {
         let rows: Vec<usize> = blocks
             .iter()
             .filter(|block| block.sensor == sensor)
@@ -225,7 +319,8 @@ fn summed(gap: &ArmGap, set: Set, here: &[f64], columns: &[&Vec<f64>]) -> Option
         let solved = (&gram + ridge).cholesky()?.solve(&along);
         let left = &b - &a * solved;
         let (square, count) = (b.norm_squared(), rows.len() as f64);
-        Some(Sums { gram, along, square, rows: count, related: related(left.as_slice()) })
+        let related = related(left.as_slice());
+        Some(Sums { joint: channel.index, gram, along, square, rows: count, related })
     };
     torques.map(of).collect()
 }

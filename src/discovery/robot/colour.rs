@@ -1,0 +1,91 @@
+//! Noise that follows itself from row to row, which is larger than differences of rows say, told from what is missing.
+//!
+//! Not a test of what it follows: that is the search's, and this is asked only where the search found nothing.
+
+use super::explain::ArmGap;
+use super::simulate::Model;
+use super::term::Term;
+use crate::discovery::selection::{Hypothesis, sum_of_squares};
+
+/// Most of the signal, in root mean squares, that an error of measurement is.
+const SMALL: f64 = 0.1;
+/// The parts of a recording that are compared, and how much more than the middle one the largest holds, in squares, of what
+/// is there throughout.
+const PARTS: usize = 10;
+const THROUGHOUT: f64 = 5.0;
+/// How much more one set of recordings may hold than the other, in squares.
+const ALIKE: f64 = 2.0;
+
+/// Returns which part of the signal what is left is, in root mean squares, if it looks like noise: there throughout, in the
+/// recordings held out as in those fitted, and small beside the signal.
+pub(super) fn noise_of_a_colour(gap: &ArmGap, h: &Hypothesis<Term>) -> Option<f64> {
+    let sizes = |models: &[Model]| {
+        let all: Option<Vec<Sizes>> = models.iter().map(|model| Sizes::of(model, gap, h)).collect();
+        Some(all?.into_iter().fold(Sizes::default(), Sizes::and))
+    };
+    let (train, heldout) = (sizes(&gap.train)?, sizes(&gap.heldout)?);
+    let alike = train.mean() / heldout.mean().max(1e-300);
+    let both = train.and(heldout);
+    let part = (both.left / both.signal.max(1e-300)).sqrt();
+    let is_noise = both.is_throughout && part < SMALL && (1.0 / ALIKE..ALIKE).contains(&alike);
+    is_noise.then_some(part)
+}
+
+/// Sums of squares over the channels of recordings, in units of their noise.
+struct Sizes {
+    left: f64,
+    signal: f64,
+    rows: usize,
+    /// Whether every part of every recording holds about as much.
+    is_throughout: bool,
+}
+
+impl Default for Sizes {
+    fn default() -> Self {
+        Self { left: 0.0, signal: 0.0, rows: 0, is_throughout: true }
+    }
+}
+
+impl Sizes {
+    fn of(model: &Model, gap: &ArmGap, h: &Hypothesis<Term>) -> Option<Self> {
+        let n_own = model.own().len();
+        let (own, parameters) = h.parameters.split_at(n_own);
+        let terms = [&gap.known.0[..], &h.terms].concat();
+        let left = model.residuals(own, &terms, &[&gap.known.1[..], parameters].concat())?;
+        let data = &model.scene.data;
+        let rows = data.n_rows();
+        let predicted = data.channels.iter().filter(|c| model.is_predicted(c.quantity));
+        let mut found = Self::default();
+        let mut parts = [0.0; PARTS];
+        for (at, channel) in predicted.enumerate() {
+            let judged = model.scene.first_row..model.scene.last_row;
+            let left = &left[at * rows..(at + 1) * rows][judged.clone()];
+            let values = &channel.values[judged];
+            let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+            found.left += sum_of_squares(left);
+            found.signal +=
+                values.iter().map(|v| ((v - mean) / channel.noise).powi(2)).sum::<f64>();
+            found.rows += left.len();
+            let length = left.len().div_ceil(PARTS).max(1);
+            for (sum, part) in parts.iter_mut().zip(left.chunks(length)) {
+                *sum += sum_of_squares(part);
+            }
+        }
+        parts.sort_by(f64::total_cmp);
+        found.is_throughout = parts[PARTS - 1] <= THROUGHOUT * parts[PARTS / 2];
+        Some(found)
+    }
+
+    fn mean(&self) -> f64 {
+        self.left / self.rows.max(1) as f64
+    }
+
+    fn and(self, other: Self) -> Self {
+        Self {
+            left: self.left + other.left,
+            signal: self.signal + other.signal,
+            rows: self.rows + other.rows,
+            is_throughout: self.is_throughout && other.is_throughout,
+        }
+    }
+}
