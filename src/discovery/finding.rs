@@ -63,6 +63,18 @@ pub struct Channel {
     pub share: f64,
     /// The state, time or segment the residual follows most.
     pub concentrated_in: String,
+    /// What is left of it on the data held out alone, where that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heldout: Option<Left>,
+}
+
+/// Root mean square of measured minus model of one channel, in its unit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Left {
+    /// With the model as it was.
+    pub before: f64,
+    /// With what was found.
+    pub after: f64,
 }
 
 /// A number or a vector.

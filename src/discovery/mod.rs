@@ -31,7 +31,7 @@ use crate::language::ast::EffectItem;
 use crate::motion::Robot;
 use crate::motion::revise::Revision;
 use crate::world::Scene;
-use finding::Finding;
+use finding::{Finding, Left};
 use recording::{Error, Recording};
 
 /// What the recordings are of.
@@ -111,6 +111,23 @@ pub struct Trace {
     pub after: Vec<f64>,
 }
 
+/// Says of every channel what is left of it on the data held out, by what is shown of it; rows that are not judged are 0.
+fn by_channel(finding: &mut Finding, traces: &[Trace]) {
+    let rms = |values: &mut dyn Iterator<Item = f64>| {
+        let (sum, rows) = values
+            .filter(|value| value.abs() > 0.0)
+            .fold((0.0, 0_usize), |(sum, rows), value| (sum + value * value, rows + 1));
+        (sum / rows.max(1) as f64).sqrt()
+    };
+    for place in &mut finding.places {
+        let own = || traces.iter().filter(|t| t.held_out && t.channel == place.channel);
+        place.heldout = own().next().is_some().then(|| Left {
+            before: rms(&mut own().flat_map(|trace| trace.before.iter().copied())),
+            after: rms(&mut own().flat_map(|trace| trace.after.iter().copied())),
+        });
+    }
+}
+
 /// How to investigate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
@@ -133,6 +150,17 @@ impl Default for Options {
 ///
 /// An [`Error`] for recordings that are not of the subject, too short ones, or a model that runs away.
 pub fn investigate(
+    recordings: &[Recording],
+    subject: Subject<'_>,
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Investigation, Error> {
+    let mut found = investigated(recordings, subject, options, progress)?;
+    by_channel(&mut found.finding, &found.traces);
+    Ok(found)
+}
+
+fn investigated(
     recordings: &[Recording],
     subject: Subject<'_>,
     options: &Options,

@@ -30,15 +30,27 @@ pub fn people(finding: &Finding, style: Style) -> String {
     let _ = writeln!(text, "{}  {}", style.green(head), style.dim(&finding.reason));
     let shown: Vec<_> = finding.places.iter().filter(|place| place.share > 0.005).take(6).collect();
     if finding.verdict != Verdict::NothingMissing && !shown.is_empty() {
-        let _ = writeln!(text, "\nwhere      measured - model     noise        share  follows");
+        let are_judged = shown.iter().any(|place| place.heldout.is_some());
+        let column =
+            |title: String| if are_judged { format!("{title:<25}") } else { String::new() };
+        let _ = writeln!(
+            text,
+            "\nwhere      measured - model     noise        share  {}follows",
+            column("held out".into())
+        );
         for place in shown {
+            let left = place.heldout.map_or_else(String::new, |left| {
+                let of = |value| quantity(value, &place.unit);
+                format!("{} → {}", of(left.before), of(left.after))
+            });
             let _ = writeln!(
                 text,
-                "{:<10} {:<20} {:<12} {:>4.0} %  {}",
+                "{:<10} {:<20} {:<12} {:>4.0} %  {}{}",
                 place.channel,
                 quantity(place.rms, &place.unit),
                 quantity(place.noise, &place.unit),
                 place.share * 100.0,
+                column(left),
                 place.concentrated_in
             );
         }

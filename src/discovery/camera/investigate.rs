@@ -12,7 +12,7 @@ use super::term::Law;
 use crate::discovery::finding::{SIGNIFICANT, above_noise};
 use crate::discovery::recording::Error;
 use crate::discovery::selection::{self, Gap as _, Hypothesis, Outcome, Set};
-use crate::discovery::{Investigation, Options, Trace};
+use crate::discovery::{Investigation, Options, Trace, by_channel};
 use crate::language::ast::EffectItem;
 use crate::units::significant;
 use crate::world::Camera;
@@ -73,6 +73,7 @@ pub fn investigate(
         next.why.push_str(&words);
         experiment = table;
     }
+    by_channel(&mut finding, &traces);
     Ok(Investigation { finding, traces, experiment, revision: None })
 }
 

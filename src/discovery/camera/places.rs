@@ -74,6 +74,7 @@ pub(super) fn places(gap: &CameraGap) -> Vec<finding::Channel> {
                 } else {
                     "nothing beyond noise".into()
                 },
+                heldout: None,
             }
         })
         .collect();

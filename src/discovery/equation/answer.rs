@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use crate::units::{Dimension, significant};
 
-use super::super::Trace;
 use super::super::finding::{
     Alternative, Channel, Effect, Evidence, Finding, Gap, ModelChange, NextExperiment, Parameter,
     Split, Value, Verdict,
 };
+use super::super::{Trace, by_channel};
 use super::edit::{apply, diff};
 use super::hypothesis::{Chosen, Gain, Hypothesis, Question, with_values};
 use super::investigate::Outcome;
@@ -68,7 +68,7 @@ impl Report<'_> {
         } else {
             Vec::new()
         };
-        let finding = Finding {
+        let mut finding = Finding {
             identified: Vec::new(),
             verdict,
             places: self.places(),
@@ -85,7 +85,9 @@ impl Report<'_> {
             smallest_visible,
             notes: std::mem::take(&mut self.notes),
         };
-        Outcome { finding, text, traces: self.traces(shown), experiment }
+        let traces = self.traces(shown);
+        by_channel(&mut finding, &traces);
+        Outcome { finding, text, traces, experiment }
     }
 
     fn verdict(&self, shown: &Hypothesis) -> Verdict {
@@ -234,6 +236,7 @@ impl Report<'_> {
                 unit: unit(output.dimension),
                 share: if total > 0.0 { beyond[o] / total } else { 0.0 },
                 concentrated_in: concentrated(question, nominal, o),
+                heldout: None,
             })
             .collect();
         places.sort_by(|a, b| b.share.total_cmp(&a.share));

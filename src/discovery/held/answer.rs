@@ -194,6 +194,7 @@ impl Worded for HeldGap {
             unit: "m".into(),
             share: sum / total,
             concentrated_in: format!("{when}, along {} of the hand", ["x", "y", "z"][axis]),
+            heldout: None,
         };
         let mut found: Vec<Channel> = sums.into_iter().enumerate().map(channel).collect();
         let widths: Vec<f64> = self
@@ -212,6 +213,7 @@ impl Worded for HeldGap {
                 unit: "m".into(),
                 share: if beyond > 0.0 { 1.0 } else { 0.0 },
                 concentrated_in: "the opening at which the fingers stop".into(),
+                heldout: None,
             });
         }
         let shares: f64 = found.iter().map(|channel| channel.share).sum();

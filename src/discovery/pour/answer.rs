@@ -187,6 +187,7 @@ fn place(gap: &PourGap, nothing: &Hypothesis<Term>) -> Channel {
         unit: "kg".into(),
         share: beyond((square / rows.max(1) as f64).sqrt(), gap.pours[0].scale_noise),
         concentrated_in: when.into(),
+        heldout: None,
     }
 }
 
@@ -203,6 +204,7 @@ fn felt(gap: &PourGap, nothing: &Hypothesis<Term>) -> Option<Channel> {
         unit: "kg".into(),
         share: beyond(rms, BORNE),
         concentrated_in: "what it bears before it pours".into(),
+        heldout: None,
     })
 }
 

@@ -63,6 +63,7 @@ pub(super) fn places(gap: &ArmGap, own: &[f64]) -> Vec<finding::Channel> {
                 unit: sum.unit.into(),
                 share: if total > 0.0 { sum.excess.max(0.0) / total } else { 0.0 },
                 concentrated_in: if excess { sum.follows.1 } else { "nothing beyond noise".into() },
+                heldout: None,
             }
         })
         .collect();

@@ -78,11 +78,12 @@ pub fn search_linear<G: Gap>(
         let fitted = refit(gap, terms, parameters, surcharges).ok_or(runs_away)?;
         let settled = same_terms(&fitted.terms, &best.terms);
         let fitted = Hypothesis { gains, ..fitted };
-        let all = fitted.terms.clone();
-        // What stood for something that is left out by now may make no sense once it is fitted as it is.
-        best = sensible(gap, fitted);
-        let is_whole = best.terms.len() == all.len();
-        refused.extend(all.into_iter().filter(|term| !best.terms.contains(term)));
+        // What stood for something that is left out by now may make no sense once it is fitted as it is; what makes none
+        // only beside it, or without it, may come again.
+        let (kept, out) = sensible(gap, fitted);
+        let is_whole = out.is_empty();
+        best = kept;
+        refused.extend(out.into_iter().next());
         round += 1;
         if (is_plain && is_whole && (settled || last)) || round >= MOST_ROUNDS + unsteady {
             outcome.keep(&best.terms);

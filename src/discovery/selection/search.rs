@@ -81,7 +81,7 @@ impl<T: Clone + PartialEq + Send + Sync> Grown<T> {
             best = exchanged(gap, best, options, &mut rivals, None, unnamed);
             best = pruned(gap, best, options, None);
         }
-        best = sensible(gap, best);
+        best = sensible(gap, best).0;
         progress("comparing rivals", 0.95);
         let without: Vec<Hypothesis<T>> = (0..best.terms.len())
             .map(|at| left_out(gap, &best, at).unwrap_or_else(|| nothing.clone()))
@@ -380,14 +380,21 @@ pub(super) fn pruned<G: Gap>(
     best
 }
 
-/// Leaves out what was sensible when it joined and is not any more, beside all that joined after it.
-pub(super) fn sensible<G: Gap>(gap: &G, mut best: Hypothesis<G::Term>) -> Hypothesis<G::Term> {
-    let absurd =
-        |best: &Hypothesis<G::Term>| (0..best.terms.len()).find(|at| !sensible_at(gap, best, *at));
-    while let Some(rest) = absurd(&best).and_then(|at| left_out(gap, &best, at)) {
+/// Leaves out what was sensible when it joined and is not any more, beside all that joined after it: of several first the one
+/// whose place the others take best. Returns what is left out as well, in that order.
+pub(super) fn sensible<G: Gap>(
+    gap: &G,
+    mut best: Hypothesis<G::Term>,
+) -> (Hypothesis<G::Term>, Vec<G::Term>) {
+    let mut out = Vec::new();
+    loop {
+        let absurd = (0..best.terms.len()).filter(|at| !sensible_at(gap, &best, *at));
+        let rests = absurd.filter_map(|at| Some((at, left_out(gap, &best, at)?)));
+        let next = rests.min_by(|a, b| a.1.evidence().total_cmp(&b.1.evidence()));
+        let Some((at, rest)) = next else { return (best, out) };
+        out.push(best.terms[at].clone());
         best = rest;
     }
-    best
 }
 
 /// Returns whether an effect of a hypothesis is one that could be.

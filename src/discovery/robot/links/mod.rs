@@ -147,11 +147,12 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     let alone = shown(&[&parts.joints], &bare);
     let alone = alone.iter().map(|shown| shown.problem.judged(&shown.fit.x, &weights));
     let plainest = plain.chain(alone).fold(f64::INFINITY, f64::min);
-    let best = freed
-        .into_iter()
-        .map(|freed| (freed.judged(&problem, &weights), freed))
-        .min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let (left, best) = best;
+    // A load has a name, and is one only if it does clearly more than the links' own numbers.
+    let cost = |freed: &Freed| {
+        freed.judged(&problem, &weights) / if freed.beside.len() > 1 { BETTER } else { 1.0 }
+    };
+    let best = freed.into_iter().min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
+    let left = best.judged(&problem, &weights);
     if let Some(words) = different(&problem, &parts, left.min(plainest), &weights) {
         return Some(Numbers::Different(words));
     }

@@ -393,6 +393,7 @@ impl Worded for AtPoses {
                 unit: unit(*channel).to_owned(),
                 share: if total > 0.0 { beyond(*channel, left) / total } else { 0.0 },
                 concentrated_in: self.followed(*channel, left),
+                heldout: None,
             })
             .collect();
         places.sort_by(|a, b| b.share.total_cmp(&a.share));
