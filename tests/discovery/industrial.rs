@@ -19,9 +19,24 @@ const DRY: [f64; 6] = [13.7, 15.0, 5.7, 2.3, 2.9, 2.4];
 const NUMBERS: [&str; 3] = ["armature", "link_mass", "payload"];
 
 fn found(files: &[&str]) -> Option<Finding> {
+    changed(files, |_| {})
+}
+
+/// What is found once every row has been changed: time, then angles, speeds and torques of six joints.
+fn changed(files: &[&str], change: impl Fn(&mut [f64])) -> Option<Finding> {
     let read = |name: &&str| {
         let path = public(&format!("ur10e_excitation/{name}"))?;
         let text = std::fs::read_to_string(path).unwrap();
+        let (head, rows) = text.split_once('\n').unwrap();
+        let row = |line: &str| {
+            let mut row: Vec<f64> =
+                line.split(',').map(|cell| cell.trim().parse().unwrap()).collect();
+            change(&mut row);
+            let cells: Vec<String> = row.iter().map(f64::to_string).collect();
+            cells.join(",")
+        };
+        let rows: Vec<String> = rows.lines().map(row).collect();
+        let text = format!("{head}\n{}\n", rows.join("\n"));
         Some(Recording::read(name, &text, None, &Map::default()).unwrap())
     };
     let recordings: Option<Vec<Recording>> = files.iter().map(read).collect();
@@ -65,4 +80,31 @@ fn an_industrial_arm_rubs_in_two_ways_in_every_joint_and_nothing_else_is_invente
     };
     let others: Vec<&Effect> = finding.effects.iter().filter(other).collect();
     assert!(others.is_empty(), "{others:#?}");
+}
+
+/// A sensor that shows a sixth more, on top of a real arm whose links weigh otherwise than their file says.
+#[test]
+fn a_gain_of_one_sensor_is_told_from_links_that_are_heavier() {
+    let files = ["u14.csv", "u15.csv", "ptp.csv"];
+    let Some(finding) = changed(&files, |row| row[15] *= 1.16) else { return };
+    let common = ["viscous_friction", "coulomb_friction", "torque_offset", "armature"];
+    let others = finding.effects.iter().filter(|e| !common.contains(&e.name.as_str()));
+    let others: Vec<&Effect> = others.collect();
+    let [one] = others[..] else { panic!("{others:#?}") };
+    assert_eq!((one.name.as_str(), one.at.as_str()), ("torque_gain", "joint_3"));
+    assert!((number(one, "gain") / 1.16 - 1.0).abs() < 0.05, "{one:?}");
+    assert!(one.alternatives.iter().any(|other| other.name == "actuator_gain"), "{one:?}");
+}
+
+/// The angles of two joints in each other's columns.
+#[test]
+fn a_model_that_does_not_fit_is_told_with_where_and_no_list() {
+    let swapped = |row: &mut [f64]| {
+        row.swap(2, 3);
+        row.swap(8, 9);
+    };
+    let Some(finding) = changed(&["u14.csv", "ptp.csv"], swapped) else { return };
+    assert_eq!(finding.verdict, Verdict::ModelInadequate, "{finding:#?}");
+    assert!(finding.effects.is_empty() && finding.model.added.is_empty(), "{finding:#?}");
+    assert!(finding.reason.contains("most of it at tau_2"), "{}", finding.reason);
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::colour::noise_of_a_colour;
 use super::explain::ArmGap;
 use super::load::Thing;
-use super::places::places;
+use super::places::{most_of, places, staying};
 use super::power::smallest_visible;
 use super::term::{Law, Term};
 use super::wording;
@@ -32,7 +32,8 @@ pub(super) fn answer(
         heldout: rms(h.heldout, counts.1),
     };
     let shrink = Gap::of(split(&outcome.nothing), split(&outcome.best), 1.0);
-    let places = places(&gap, &outcome.nothing.parameters);
+    let left_at = places(&gap, &outcome.best.terms, &outcome.best.parameters);
+    let places = places(&gap, &[], &outcome.nothing.parameters);
     let left =
         above_noise(outcome.best.heldout, counts.1).max(above_noise(outcome.best.train, counts.0));
     let visible = if outcome.best.terms.is_empty() {
@@ -117,7 +118,7 @@ pub(super) fn answer(
     let is_white = left < SIGNIFICANT
         || (noise_is_estimated && shrink.after.train.max(shrink.after.heldout) < ESTIMATED);
     let rest = if is_white { Rest::Noise } else { coloured.map_or(Rest::More, Rest::Coloured) };
-    let (verdict, reason) = verdict(&effects, ambiguous, left, rest, &shrink);
+    let (verdict, reason) = verdict(&effects, ambiguous, (left, &left_at), rest, &shrink);
     // Names that leave most of the gap are a lead to follow, and no part of the model.
     let is_lead = matches!(verdict, Verdict::Unknown | Verdict::ModelInadequate)
         && effects.iter().any(|effect| effect.name != "unknown");
@@ -126,6 +127,13 @@ pub(super) fn answer(
         effects.clear();
     } else if is_lead {
         effects = vec![nearest(&effects, shrink.shrink_heldout)];
+    }
+    let staying = staying(&places, &left_at);
+    if !staying.is_empty() && !effects.is_empty() {
+        notes.push(format!(
+            "most of the gap stays at {}: check these columns first (order, sign, unit), then the gains of their drives",
+            staying.join(", ")
+        ));
     }
     if left > SIGNIFICANT && !effects.is_empty() {
         notes.push(format!(
@@ -169,7 +177,7 @@ pub(super) fn different(gap: &ArmGap, words: &str, notes: Vec<String>) -> Findin
     Finding {
         identified: Vec::new(),
         verdict: Verdict::DifferentMachines,
-        places: places(gap, &[]),
+        places: places(gap, &[], &[]),
         effects: Vec::new(),
         gap: Gap::of(split, split, 1.0),
         path: Vec::new(),
@@ -237,7 +245,7 @@ enum Rest {
 fn verdict(
     effects: &[Effect],
     ambiguous: bool,
-    left: f64,
+    (left, at): (f64, &[finding::Channel]),
     of: Rest,
     gap: &Gap,
 ) -> (Verdict, String) {
@@ -282,8 +290,9 @@ fn verdict(
             if is_lead { Verdict::Unknown } else { Verdict::ModelInadequate },
             format!(
                 "what was found explains only {part} % of the gap on data held out and leaves {rest} times \
-                 the noise; check first the units and the signs of the columns, the robot's file, its mounting and \
-                 the gains of the drives"
+                 the noise, most of it at {}; check first the units and the signs of the columns, the robot's file, \
+                 its mounting and the gains of the drives",
+                most_of(at)
             ),
         );
     }

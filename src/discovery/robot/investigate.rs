@@ -257,7 +257,8 @@ pub fn investigate(
     if let (Some(links), Some(filed)) = (own, filed) {
         let first = "the numbers of the links are identified first; what is missing is looked for beside them";
         finding.notes.push(first.into());
-        let (left, places) = (selection::left(&filed), places(&filed, &[]));
+        finding.notes.extend(links.far);
+        let (left, places) = (selection::left(&filed), places(&filed, &[], &[]));
         finding = finding.identified_first(links.told, left, places);
     }
     if let Some(next) = &mut finding.next_experiment {

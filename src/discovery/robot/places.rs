@@ -5,12 +5,14 @@ use std::collections::BTreeMap;
 use super::data::{Channel, Quantity};
 use super::explain::ArmGap;
 use super::simulate::Model;
+use super::term::Term;
 use crate::discovery::finding;
-use crate::discovery::selection::sum_of_squares;
+use crate::discovery::selection::{Gap as _, sum_of_squares};
+use crate::units::significant;
 
-/// Says how much of the gap each channel carries and what its residual follows; `own` are the simulation's own
-/// parameters.
-pub(super) fn places(gap: &ArmGap, own: &[f64]) -> Vec<finding::Channel> {
+/// Says how much of the gap each channel carries and what its residual follows; `parameters` are the simulation's own, then
+/// those of effects.
+pub(super) fn places(gap: &ArmGap, terms: &[Term], parameters: &[f64]) -> Vec<finding::Channel> {
     struct Sum {
         unit: &'static str,
         square: f64,
@@ -20,8 +22,11 @@ pub(super) fn places(gap: &ArmGap, own: &[f64]) -> Vec<finding::Channel> {
         follows: (f64, String),
     }
     let mut sums: BTreeMap<(Quantity, usize), (String, Sum)> = BTreeMap::new();
+    let (own, parameters) = parameters.split_at(gap.nuisance().len().min(parameters.len()));
+    let terms = [&gap.known.0[..], terms].concat();
+    let parameters = [&gap.known.1[..], parameters].concat();
     for model in gap.train.iter().chain(&gap.heldout) {
-        let Some(residuals) = model.residuals(own, &gap.known.0, &gap.known.1) else { continue };
+        let Some(residuals) = model.residuals(own, &terms, &parameters) else { continue };
         let data = &model.scene.data;
         let rows = data.n_rows();
         let first = model.scene.first_row;
@@ -69,6 +74,37 @@ pub(super) fn places(gap: &ArmGap, own: &[f64]) -> Vec<finding::Channel> {
         .collect();
     places.sort_by(|a, b| b.share.total_cmp(&a.share));
     places
+}
+
+/// Channels that are told at most, and the least part of the rest that one holds.
+const TOLD: usize = 3;
+const PART: f64 = 0.1;
+
+/// Says where most of what is left is, and what it follows there.
+pub(super) fn most_of(left: &[finding::Channel]) -> String {
+    let told = left.iter().filter(|place| place.share > PART).take(TOLD);
+    let told: Vec<String> = told
+        .map(|place| {
+            let part = significant(100.0 * place.share, 2);
+            format!("{} ({part} %, follows {})", place.channel, place.concentrated_in)
+        })
+        .collect();
+    told.join(", ")
+}
+
+/// A channel of which more than this part stays, and which is left with this many times its noise, is not described.
+const STAYS: (f64, f64) = (0.5, 5.0);
+
+/// Returns the channels of which most stays.
+pub(super) fn staying<'a>(
+    before: &[finding::Channel],
+    left: &'a [finding::Channel],
+) -> Vec<&'a str> {
+    let stays = |place: &&finding::Channel| {
+        let was = before.iter().find(|other| other.channel == place.channel);
+        place.rms > STAYS.1 * place.noise && was.is_some_and(|was| place.rms > STAYS.0 * was.rms)
+    };
+    left.iter().filter(stays).map(|place| place.channel.as_str()).collect()
 }
 
 /// Returns what the residual of a channel follows most, with the part it explains.

@@ -45,6 +45,8 @@ pub(super) struct Links {
     pub(super) changes: Vec<[f64; NUMBERS]>,
     /// Those that the data tell.
     pub(super) told: Vec<Identified>,
+    /// Says which of them is further from the file's than files are off, if one is.
+    pub(super) far: Option<String>,
     /// Whether they predict clearly better than the file's with any single link heavier, or with a load.
     pub(super) is_better: bool,
 }
@@ -209,7 +211,7 @@ impl<'a> Freed<'a> {
 
     fn links(self, bodies: &[Body], prior: &[f64], is_better: bool) -> Links {
         let told = told(bodies, &self.changes, &self.free, prior);
-        Links { changes: self.changes, told, is_better }
+        Links { far: far(bodies, &told), changes: self.changes, told, is_better }
     }
 }
 
@@ -324,6 +326,29 @@ fn summed(gap: &ArmGap, set: Set, here: &[f64], columns: &[&Vec<f64>]) -> Option
         Some(Sums { joint: channel.index, gram, along, square, rows: count, related })
     };
     torques.map(of).collect()
+}
+
+/// What a file's numbers are rarely off by, in units of what they usually are.
+const RARELY: f64 = 3.0;
+
+/// Says which number is furthest from the file's, if it is further than numbers of files are.
+fn far(bodies: &[Body], told: &[Identified]) -> Option<String> {
+    let by = |number: &Identified| {
+        let body = bodies.iter().find(|body| body.name == number.at)?;
+        let at = NAMES.iter().position(|(name, _)| *name == number.parameter)?;
+        Some((number.value - number.file).abs() / spread(body)[at])
+    };
+    let all = told.iter().filter_map(|number| Some((by(number)?, number)));
+    let (by, number) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (by > RARELY).then(|| {
+        format!(
+            "the {} of {} is {} times as far from the file's as a file's numbers usually are: check the robot's file, the \
+             units of the torques and the gains of the drives first",
+            number.parameter,
+            number.at,
+            significant(by, 2)
+        )
+    })
 }
 
 /// Returns the numbers of which the data say more than the file does, and something else.
