@@ -109,6 +109,21 @@ pub struct Trace {
     pub before: Vec<f64>,
     /// With them.
     pub after: Vec<f64>,
+    /// What is left then hangs most on this state, if on any.
+    pub against: Option<Against>,
+}
+
+/// A state that what is left of a channel hangs on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Against {
+    /// Its name.
+    pub state: String,
+    /// Its SI unit.
+    pub unit: String,
+    /// The part of what is left, in squares, that some curve over it takes away.
+    pub part: f64,
+    /// Its values, row by row.
+    pub values: Vec<f64>,
 }
 
 /// Says of every channel what is left of it on the data held out, by what is shown of it; rows that are not judged are 0.
@@ -157,7 +172,30 @@ pub fn investigate(
 ) -> Result<Investigation, Error> {
     let mut found = investigated(recordings, subject, options, progress)?;
     by_channel(&mut found.finding, &found.traces);
+    found.finding.notes = merged(&found.finding.notes, recordings);
     Ok(found)
+}
+
+/// Says once what was noted of several recordings alike.
+fn merged(notes: &[String], recordings: &[Recording]) -> Vec<String> {
+    let mut told: Vec<(Vec<&str>, &str)> = Vec::new();
+    for note in notes {
+        let mut split = recordings.iter().filter_map(|recording| {
+            let rest = note.strip_prefix(&recording.name)?.strip_prefix(": ")?;
+            Some((recording.name.as_str(), rest))
+        });
+        let (name, rest) = split.next().map_or((None, note.as_str()), |(n, rest)| (Some(n), rest));
+        let same = told.iter_mut().find(|(of, other)| *other == rest && !of.is_empty());
+        match (same, name) {
+            (Some((of, _)), Some(name)) if of.contains(&name) => {}
+            (Some((of, _)), Some(name)) => of.push(name),
+            (_, name) => told.push((name.into_iter().collect(), rest)),
+        }
+    }
+    let line = |(of, rest): (Vec<&str>, &str)| {
+        if of.is_empty() { rest.to_owned() } else { format!("{}: {rest}", of.join(", ")) }
+    };
+    told.into_iter().map(line).collect()
 }
 
 fn investigated(

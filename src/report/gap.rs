@@ -231,7 +231,7 @@ fn shrink(finding: &Finding, style: Style) -> String {
 }
 
 /// Writes a number in its everyday unit.
-fn quantity(value: f64, unit: &str) -> String {
+pub(super) fn quantity(value: f64, unit: &str) -> String {
     // Nobody thinks of a viscosity in kg/m/s, nor of a soft gear in rad*s^2/kg/m^2.
     if unit == "Pa*s" || unit.contains('(') {
         return format!("{} {unit}", significant(value, 3));

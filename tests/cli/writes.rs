@@ -133,7 +133,10 @@ fn a_full_disk_is_told_once_where_typed_lines_are_kept() {
     let mut child = Command::new("script")
         .args([
             "-qec",
-            &format!("trap '' XFSZ; ulimit -f 0; exec {}", env!("CARGO_BIN_EXE_trueup")),
+            &format!(
+                "trap '' XFSZ; ulimit -f 0; exec timeout --foreground 120 {}",
+                env!("CARGO_BIN_EXE_trueup")
+            ),
         ])
         .arg("/dev/null")
         .current_dir(desk.path(""))

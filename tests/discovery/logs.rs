@@ -1,5 +1,5 @@
 //! Logs as real arms leave them: no controller known, friction of two kinds in every joint, rotors that the
-//! model has not, a logger that writes samples twice and whose clock trembles. What was planted is
+//! model has not, a logger that writes samples twice and whose clock jitters. What was planted is
 //! written here; the torques come from the general algorithms of `motion`, not from those under test.
 
 use std::fmt::Write as _;

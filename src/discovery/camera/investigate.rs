@@ -246,6 +246,7 @@ fn traces(gap: &CameraGap, best: &Hypothesis<Law>, files: &[Points]) -> Vec<Trac
                     time: time.collect(),
                     before: was.iter().map(|(_, left)| *left).collect(),
                     after: is.iter().map(|(_, left)| *left).collect(),
+                    against: None,
                 });
             }
         }

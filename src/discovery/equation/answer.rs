@@ -266,6 +266,7 @@ impl Report<'_> {
                 time: time.clone(),
                 before: nominal.held.residuals[o].clone(),
                 after: shown.held.residuals[o].clone(),
+                against: None,
             })
             .collect()
     }

@@ -111,6 +111,7 @@ fn traces(gap: &HeldGap, nothing: &Hypothesis<Term>, best: &Hypothesis<Term>) ->
                 time: before.iter().map(|(row, _)| held.time[*row]).collect(),
                 before: before.iter().map(|(_, value)| value[axis]).collect(),
                 after: after.iter().map(|(_, value)| value[axis]).collect(),
+                against: None,
             });
         }
     }

@@ -95,6 +95,7 @@ fn traces(gap: &PourGap, outcome: &Outcome<Term>) -> Vec<Trace> {
             time: pour.time.clone(),
             before: left(&outcome.nothing),
             after: left(&outcome.best),
+            against: None,
         }
     };
     gap.pours.iter().enumerate().map(|(at, pour)| of(at, pour)).collect()

@@ -46,7 +46,7 @@ pub(super) fn answer(
     } else {
         None
     };
-    let path = selection::path(&gap, outcome, |t| (t.law.name().into(), t.seat(&gap.things)));
+    let mut path = selection::path(&gap, outcome, |t| (t.law.name().into(), t.seat(&gap.things)));
     // The held-out numbers are settled; what is written into the model is fitted to all data.
     let mut all = fitted.unwrap_or(gap);
     let held = std::mem::take(&mut all.heldout);
@@ -125,6 +125,7 @@ pub(super) fn answer(
     let added = if is_lead { Vec::new() } else { lines };
     if verdict == Verdict::ModelInadequate {
         effects.clear();
+        path.clear();
     } else if is_lead {
         effects = vec![nearest(&effects, shrink.shrink_heldout)];
     }
@@ -235,6 +236,7 @@ const NEAR_NOISE: f64 = 2.0;
 const ESTIMATED: f64 = 1.1;
 
 /// What is left.
+#[derive(Clone, Copy)]
 enum Rest {
     Noise,
     /// Noise that follows itself from row to row, this part of the signal.

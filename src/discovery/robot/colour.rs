@@ -32,6 +32,7 @@ pub(super) fn noise_of_a_colour(gap: &ArmGap, h: &Hypothesis<Term>) -> Option<f6
 }
 
 /// Sums of squares over the channels of recordings, in units of their noise.
+#[derive(Clone, Copy)]
 struct Sizes {
     left: f64,
     signal: f64,

@@ -51,7 +51,7 @@ pub struct Channel {
     pub name: String,
     /// Measured values in SI.
     pub values: Vec<f64>,
-    /// Standard deviation of the noise, SI; 0 of a torque sensor that never changes, until [`settle_noise`].
+    /// Standard deviation of the noise, SI; 0 of a torque sensor that never changes, until all recordings are read.
     pub noise: f64,
 }
 

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::against::hints;
 use super::answer::{answer, different, synonym};
 use super::chain::Chain;
 use super::currents;
@@ -15,10 +16,11 @@ use super::plant::{Arm, Scene};
 use super::plausible;
 use super::simulate::Model;
 use super::term::{Law, Term};
+use super::traces::traces;
+use crate::discovery::Investigation;
 use crate::discovery::finding::{SIGNIFICANT, above_noise};
 use crate::discovery::recording::{Error, Recording};
-use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Outcome, Set};
-use crate::discovery::{Investigation, Trace};
+use crate::discovery::selection::{self, Gap as _, Options, Outcome, Set};
 use crate::language::ast::EffectItem;
 use crate::motion::Robot;
 use crate::units::significant;
@@ -273,6 +275,7 @@ pub fn investigate(
         };
         next.why.push_str(&detail);
     }
+    finding.notes.extend(hints(&finding, &traces));
     let experiment = experiment.map(|experiment| experiment.csv);
     Ok(Investigation { finding, traces, experiment, revision })
 }
@@ -398,43 +401,4 @@ fn experiment(
         [&outcome.best, &rival.hypothesis],
         1,
     )
-}
-
-/// Returns measured minus model for every channel of every recording: before, with the numbers of the file, and after.
-fn traces(filed: &ArmGap, gap: &ArmGap, outcome: &Outcome<Term>, names: &[&str]) -> Vec<Trace> {
-    let mut found = Vec::new();
-    let left = |gap: &ArmGap, model: &Model, h: &Hypothesis<Term>| {
-        let (own, parameters) = h.parameters.split_at(gap.nuisance().len());
-        let terms = [&gap.known.0[..], &h.terms].concat();
-        model.residuals(own, &terms, &[&gap.known.1[..], parameters].concat())
-    };
-    let befores = filed.train.iter().chain(&filed.heldout);
-    let models = gap.train.iter().map(|m| (m, false)).chain(gap.heldout.iter().map(|m| (m, true)));
-    for ((before, (model, held_out)), name) in befores.zip(models).zip(names) {
-        let (Some(before), Some(after)) =
-            (left(filed, before, &outcome.nothing), left(gap, model, &outcome.best))
-        else {
-            continue;
-        };
-        let data = &model.scene.data;
-        let rows = data.n_rows();
-        let predicted = data.channels.iter().filter(|c| model.is_predicted(c.quantity));
-        for (at, channel) in predicted.enumerate() {
-            let in_units = |residuals: &[f64]| {
-                residuals[at * rows..(at + 1) * rows].iter().map(|r| r * channel.noise).collect()
-            };
-            found.push(Trace {
-                recording: (*name).to_owned(),
-                channel: channel.name.clone(),
-                unit: channel.quantity.unit().to_owned(),
-                noise: channel.noise,
-                held_out,
-                along: "s",
-                time: data.time.clone(),
-                before: in_units(&before),
-                after: in_units(&after),
-            });
-        }
-    }
-    found
 }

@@ -114,13 +114,7 @@ fn follows(model: &Model, channel: &Channel, part: &[f64]) -> (f64, String) {
     let n = plant.n;
     let first = scene.first_row;
     let at = |values: &[f64], joint: usize| -> Vec<f64> {
-        data.time[first..scene.last_row]
-            .iter()
-            .map(|time| {
-                let k = ((time - plant.start) / plant.step).round() as usize;
-                values[k.min(plant.len - 1) * n + joint]
-            })
-            .collect()
+        scene.at_rows(values, joint)[first..scene.last_row].to_vec()
     };
     let own = channel.quantity != Quantity::Tip;
     let joints: Vec<usize> = if own { vec![channel.index] } else { (0..n).collect() };

@@ -267,6 +267,16 @@ const SETTLE: f64 = 0.4;
 const EDGE: f64 = 0.1;
 
 impl Scene {
+    /// Returns a joint's values of the plant, `points × n`, at every row.
+    pub fn at_rows(&self, values: &[f64], joint: usize) -> Vec<f64> {
+        let plant = &self.plant;
+        let at = |time: &f64| {
+            let k = ((time - plant.start) / plant.step).round() as usize;
+            values[k.min(plant.len - 1) * plant.n + joint]
+        };
+        self.data.time.iter().map(at).collect()
+    }
+
     /// Returns how far a joint typically turns from one row to the next while it turns, rad.
     pub fn typical_step(&self, joint: usize) -> f64 {
         let measured = self.data.measured(Quantity::Position, joint).unwrap_or(&[]);

@@ -1,4 +1,4 @@
-//! What a logger does to the rows of an arm: samples written twice, and a clock that trembles.
+//! What a logger does to the rows of an arm: samples written twice, and a clock that jitters.
 //!
 //! Neither is an effect of the arm. A repeated sample is a jump of the motion that never happened, and a
 //! row stamped half a millisecond late at 1 rad/s is an angle wrong by half a milliradian; both would be
@@ -46,7 +46,7 @@ pub(super) fn even_clock(time: &[f64], channels: &[Channel]) -> Option<Vec<f64>>
     let (first, last) = (time[0], time[time.len() - 1]);
     let step = (last - first) / count;
     let even: Vec<f64> = counts.iter().map(|count| first + count * step).collect();
-    // A clock that trembles stays near; one that wanders is another matter.
+    // A clock that jitters stays near; one that wanders is another matter.
     if even.iter().zip(time).any(|(even, stamp)| (even - stamp).abs() > 2.0 * step) {
         return None;
     }
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn the_motion_tells_a_trembling_clock_from_trembling_samples() {
+    fn the_motion_tells_a_jittering_clock_from_jittering_samples() {
         let even: Vec<f64> = (0..400).map(|i| f64::from(i) * 0.01).collect();
         let stamps: Vec<f64> =
             even.iter().enumerate().map(|(i, t)| t + 5e-4 * scatter(i)).collect();

@@ -180,9 +180,8 @@ impl Problem {
 
     /// Returns the same for a torque sensor that shows `gain` times what there is.
     pub(super) fn behind(&self, joint: usize, gain: f64, parts: &Parts) -> Self {
-        let of = |sums: &Sums| match sums.joint == joint {
-            true => sums.behind(gain, parts.modelled),
-            false => sums.clone(),
+        let of = |sums: &Sums| {
+            if sums.joint == joint { sums.behind(gain, parts.modelled) } else { sums.clone() }
         };
         self.with(self.train.iter().map(of).collect(), self.heldout.iter().map(of).collect())
     }

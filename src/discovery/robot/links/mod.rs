@@ -69,7 +69,7 @@ impl Links {
 #[derive(Debug)]
 pub(super) struct Gain {
     pub(super) joint: usize,
-    pub(super) gain: f64,
+    pub(super) factor: f64,
     /// One standard deviation of it.
     pub(super) std: f64,
     /// The bodies that go with it.
@@ -88,7 +88,7 @@ impl Gain {
         other.terms.remove(at);
         other.parameters.remove(own + before);
         other.terms.push(Term { law: Law::TorqueGain, joint: self.joint });
-        other.parameters.push(self.gain);
+        other.parameters.push(self.factor);
         let covariance = std::mem::take(&mut other.covariance)
             .remove_row(own + before)
             .remove_column(own + before);
@@ -168,8 +168,8 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
         let left_with = freed.judged(&shown.problem, &weights);
         let links = freed.links(bodies, &problem.prior, left_with <= BETTER * plainest);
         let behind = most - shown.explained;
-        let (joint, gain, std) = (shown.joint, shown.gain, shown.std);
-        (left_with < left).then_some(Gain { joint, gain, std, links, behind })
+        let (joint, factor, std) = (shown.joint, shown.gain, shown.std);
+        (left_with < left).then_some(Gain { joint, factor, std, links, behind })
     });
     let links = best.links(bodies, &problem.prior, left <= BETTER * plainest);
     Some(Numbers::Own(links, gains.collect()))

@@ -161,6 +161,7 @@ impl AtPoses {
                     time: (0..before.len()).map(|row| row as f64).collect(),
                     before,
                     after,
+                    against: None,
                 });
             }
         }

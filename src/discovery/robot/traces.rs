@@ -1,0 +1,54 @@
+//! What is left of every channel over time, with the numbers of the file and with what was found: for pictures.
+
+use super::against::against;
+use super::explain::ArmGap;
+use super::simulate::Model;
+use super::term::Term;
+use crate::discovery::Trace;
+use crate::discovery::selection::{Gap as _, Hypothesis, Outcome};
+
+/// Returns measured minus model for every channel of every recording: before, with the numbers of the file, and after.
+pub(super) fn traces(
+    filed: &ArmGap,
+    gap: &ArmGap,
+    outcome: &Outcome<Term>,
+    names: &[&str],
+) -> Vec<Trace> {
+    let mut found = Vec::new();
+    let left = |gap: &ArmGap, model: &Model, h: &Hypothesis<Term>| {
+        let (own, parameters) = h.parameters.split_at(gap.nuisance().len());
+        let terms = [&gap.known.0[..], &h.terms].concat();
+        model.residuals(own, &terms, &[&gap.known.1[..], parameters].concat())
+    };
+    let befores = filed.train.iter().chain(&filed.heldout);
+    let models = gap.train.iter().map(|m| (m, false)).chain(gap.heldout.iter().map(|m| (m, true)));
+    for ((before, (model, held_out)), name) in befores.zip(models).zip(names) {
+        let (Some(before), Some(after)) =
+            (left(filed, before, &outcome.nothing), left(gap, model, &outcome.best))
+        else {
+            continue;
+        };
+        let data = &model.scene.data;
+        let rows = data.n_rows();
+        let predicted = data.channels.iter().filter(|c| model.is_predicted(c.quantity));
+        for (at, channel) in predicted.enumerate() {
+            let in_units = |residuals: &[f64]| -> Vec<f64> {
+                residuals[at * rows..(at + 1) * rows].iter().map(|r| r * channel.noise).collect()
+            };
+            let after = in_units(&after);
+            found.push(Trace {
+                against: against(model, channel, &after),
+                recording: (*name).to_owned(),
+                channel: channel.name.clone(),
+                unit: channel.quantity.unit().to_owned(),
+                noise: channel.noise,
+                held_out,
+                along: "s",
+                time: data.time.clone(),
+                before: in_units(&before),
+                after,
+            });
+        }
+    }
+    found
+}
