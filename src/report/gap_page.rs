@@ -188,6 +188,6 @@ mod tests {
         let traces = vec![trace];
         let page = page(&Investigation { finding, traces, experiment: None, revision: None }, "");
         assert!(page.contains("a &lt; b") && !page.contains("://"));
-        assert!(page.contains("What is left against q_1, from -1 rad to 1 rad"), "{page}");
+        assert!(page.contains("What is left against q_1, from -57.3 deg to 57.3 deg"), "{page}");
     }
 }

@@ -28,11 +28,14 @@ pub fn estimate_per_row(time: &[f64], values: &[f64]) -> f64 {
 
 /// Returns the standard deviation of the rounding of a coarse reading, 0 for a fine one.
 fn rounding(values: &[f64]) -> f64 {
-    let steps = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|step| *step > 0.0);
-    let least = steps.clone().fold(f64::INFINITY, f64::min);
-    // Only where the least step is often taken is it the step of a converter.
-    let often = steps.clone().filter(|step| *step < 1.5 * least).count() * 20 > steps.count();
-    if often { least / 12.0_f64.sqrt() } else { 0.0 }
+    let all = || values.windows(2).map(|w| (w[1] - w[0]).abs());
+    let steps = || all().filter(|step| *step > 0.0);
+    let (least, most) = steps().fold((f64::INFINITY, 0.0_f64), |(l, m), s| (l.min(s), m.max(s)));
+    let near = |step: &f64| *step < 1.5 * least;
+    // Only where the least step is often taken is it the step of a converter; what always goes one step is a ramp.
+    let is_often = steps().filter(near).count() * 20 > steps().count();
+    let is_ramp = steps().count() == all().count() && near(&most);
+    if is_often && !is_ramp && values.len() >= 6 { least / 12.0_f64.sqrt() } else { 0.0 }
 }
 
 /// The white noise alone, 0 for fewer than six values.
@@ -110,6 +113,8 @@ mod tests {
         let values: Vec<f64> = time.iter().map(|t| t.sin()).collect();
         assert!(estimate(&time, &values) < 1e-8);
         assert!(estimate(&[0.0, 1.0], &[1.0, 2.0]) < 1e-12);
+        let ramp: Vec<f64> = (0..50).map(|k| 0.01 * f64::from(k)).collect();
+        assert!(estimate(&ramp, &ramp) < 1e-12);
     }
 
     #[test]
@@ -118,5 +123,16 @@ mod tests {
             (0..500).map(|i| f64::from(i) * 0.01 + 0.002 * f64::from(i * i % 7)).collect();
         let values: Vec<f64> = time.iter().map(|t| t.sin()).collect();
         assert!(estimate(&time, &values) < 1e-7);
+    }
+
+    #[test]
+    fn the_rounding_of_a_coarse_reading_is_its_noise() {
+        let time: Vec<f64> = (0..400).map(|k| 0.01 * f64::from(k)).collect();
+        let coarse: Vec<f64> = time.iter().map(|t| ((3.0 * t).sin() / 0.1).round() * 0.1).collect();
+        let rounding = 0.1 / 12.0_f64.sqrt();
+        assert!((estimate(&time, &coarse) / rounding - 1.0).abs() < 1e-6);
+        // Five rows or so say as much as one.
+        let per_row = estimate_per_row(&time, &coarse);
+        assert!((1.5..4.0).contains(&(per_row / rounding)), "{per_row}");
     }
 }
