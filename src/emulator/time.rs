@@ -1,7 +1,7 @@
 //! The emulated arm's own time, which others can wait on.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use crate::execution::kortex::clock::Clock;
@@ -12,22 +12,29 @@ pub struct ArmClock(Arc<Ticks>);
 
 #[derive(Debug, Default)]
 struct Ticks {
-    time: Mutex<f64>,
+    time: Mutex<Time>,
     changed: Condvar,
-    waiting: AtomicUsize,
     is_over: AtomicBool,
+}
+
+/// How late it is, and until when somebody waits, s.
+#[derive(Debug, Default)]
+struct Time {
+    now: f64,
+    awaited: f64,
 }
 
 impl ArmClock {
     /// Lets it be this late, s.
     pub(super) fn set(&self, time: f64) {
-        *self.0.time.lock().unwrap_or_else(PoisonError::into_inner) = time;
+        self.time().now = time;
         self.0.changed.notify_all();
     }
 
-    /// Returns whether someone waits for time to pass.
+    /// Returns whether someone waits for a time that has not come.
     pub(super) fn is_awaited(&self) -> bool {
-        self.0.waiting.load(Ordering::SeqCst) > 0
+        let time = self.time();
+        time.awaited > time.now
     }
 
     /// Lets everyone go who waits; from now on nobody can wait.
@@ -35,24 +42,26 @@ impl ArmClock {
         self.0.is_over.store(true, Ordering::SeqCst);
         self.0.changed.notify_all();
     }
+
+    fn time(&self) -> MutexGuard<'_, Time> {
+        self.0.time.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 impl Clock for ArmClock {
     fn now(&self) -> f64 {
-        *self.0.time.lock().unwrap_or_else(PoisonError::into_inner)
+        self.time().now
     }
 
     fn sleep(&self, seconds: f64) {
         let ticks = &self.0;
-        ticks.waiting.fetch_add(1, Ordering::SeqCst);
-        let mut time = ticks.time.lock().unwrap_or_else(PoisonError::into_inner);
-        let until = *time + seconds;
-        while *time < until && !ticks.is_over.load(Ordering::SeqCst) {
+        let mut time = self.time();
+        let until = time.now + seconds;
+        time.awaited = time.awaited.max(until);
+        while time.now < until && !ticks.is_over.load(Ordering::SeqCst) {
             // An arm that stopped for good must not hold anyone for ever.
             let waited = ticks.changed.wait_timeout(time, Duration::from_millis(100));
             time = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
-        drop(time);
-        ticks.waiting.fetch_sub(1, Ordering::SeqCst);
     }
 }

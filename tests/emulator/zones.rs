@@ -40,21 +40,25 @@ fn slow(translation: f32) -> Vec<CartesianLimitation> {
     vec![CartesianLimitation { r#type: 3, translation, orientation: 0.0 }]
 }
 
-/// Sends a twist along x, m/s, for so many seconds; returns the fastest the tool was beyond `from`, m/s.
+/// Sends a twist along x, m/s, for so many seconds; returns the fastest the tool was for certain beyond `from`, m/s.
+///
+/// The arm's time goes on while the tool's place is asked for, so that a place has a time before it and one after.
 fn forward(emulator: &Emulator, link: &Link, speed: f32, seconds: f64, from: f32) -> f32 {
     let twist = Twist { linear_x: speed, ..Twist::default() };
     let command = TwistCommand { reference_frame: 3, twist: Some(twist), duration: 0 };
     let () = link.call(call::SEND_TWIST_COMMAND, &command).unwrap();
     let clock = emulator.clock();
     let until = clock.now() + seconds;
-    let (mut fastest, mut before) = (0.0_f32, (clock.now(), tool(link).x));
+    let (mut asked, mut before) = (clock.now(), tool(link).x);
+    let mut fastest = 0.0_f32;
     while clock.now() < until {
         clock.sleep(0.25);
-        let now = (clock.now(), tool(link).x);
-        if before.1 > from {
-            fastest = fastest.max((now.1 - before.1).abs() / (now.0 - before.0) as f32);
+        let asking = clock.now();
+        let now = tool(link).x;
+        if before > from {
+            fastest = fastest.max((now - before).abs() / (clock.now() - asked) as f32);
         }
-        before = now;
+        (asked, before) = (asking, now);
     }
     fastest
 }
