@@ -109,11 +109,11 @@ pub struct Trace {
     pub before: Vec<f64>,
     /// With them.
     pub after: Vec<f64>,
-    /// What is left then hangs most on this state, if on any.
+    /// The state that what is left then depends on most, if on any.
     pub against: Option<Against>,
 }
 
-/// A state that what is left of a channel hangs on.
+/// A state that what is left of a channel depends on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Against {
     /// Its name.
@@ -126,19 +126,20 @@ pub struct Against {
     pub values: Vec<f64>,
 }
 
-/// Says of every channel what is left of it on the data held out, by what is shown of it; rows that are not judged are 0.
+/// Returns the root mean square over the rows that are judged; the others are 0.
+fn rms_judged<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {
+    let judged = values.filter(|value| value.abs() > 0.0);
+    let (sum, rows) = judged.fold((0.0, 0_usize), |(sum, rows), v| (sum + v * v, rows + 1));
+    (sum / rows.max(1) as f64).sqrt()
+}
+
+/// Says of every channel what is left of it on the data held out, by what is shown of it.
 fn by_channel(finding: &mut Finding, traces: &[Trace]) {
-    let rms = |values: &mut dyn Iterator<Item = f64>| {
-        let (sum, rows) = values
-            .filter(|value| value.abs() > 0.0)
-            .fold((0.0, 0_usize), |(sum, rows), value| (sum + value * value, rows + 1));
-        (sum / rows.max(1) as f64).sqrt()
-    };
     for place in &mut finding.places {
         let own = || traces.iter().filter(|t| t.held_out && t.channel == place.channel);
         place.heldout = own().next().is_some().then(|| Left {
-            before: rms(&mut own().flat_map(|trace| trace.before.iter().copied())),
-            after: rms(&mut own().flat_map(|trace| trace.after.iter().copied())),
+            before: rms_judged(own().flat_map(|trace| &trace.before)),
+            after: rms_judged(own().flat_map(|trace| &trace.after)),
         });
     }
 }
@@ -180,16 +181,15 @@ pub fn investigate(
 fn merged(notes: &[String], recordings: &[Recording]) -> Vec<String> {
     let mut told: Vec<(Vec<&str>, &str)> = Vec::new();
     for note in notes {
-        let mut split = recordings.iter().filter_map(|recording| {
+        let split = recordings.iter().find_map(|recording| {
             let rest = note.strip_prefix(&recording.name)?.strip_prefix(": ")?;
-            Some((recording.name.as_str(), rest))
+            Some((Some(recording.name.as_str()), rest))
         });
-        let (name, rest) = split.next().map_or((None, note.as_str()), |(n, rest)| (Some(n), rest));
-        let same = told.iter_mut().find(|(of, other)| *other == rest && !of.is_empty());
-        match (same, name) {
-            (Some((of, _)), Some(name)) if of.contains(&name) => {}
-            (Some((of, _)), Some(name)) => of.push(name),
-            (_, name) => told.push((name.into_iter().collect(), rest)),
+        let (name, rest) = split.unwrap_or((None, note));
+        match told.iter_mut().find(|(of, other)| *other == rest && of.is_empty() == name.is_none())
+        {
+            Some((of, _)) => of.extend(name.filter(|name| !of.contains(name))),
+            None => told.push((name.into_iter().collect(), rest)),
         }
     }
     let line = |(of, rest): (Vec<&str>, &str)| {

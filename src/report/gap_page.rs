@@ -99,7 +99,7 @@ fn plot(trace: &Trace, finding: &Finding) -> String {
     )
 }
 
-/// Draws what is left of a channel over the state it hangs on most, and the mean over stretches of that state.
+/// Draws what is left of a channel over the state it depends on most, and the mean over stretches of that state.
 fn scatter(trace: &Trace, against: &Against) -> String {
     let judged = || trace.after.iter().zip(&against.values).filter(|(left, _)| left.abs() > 0.0);
     let most = judged().fold(3.0 * trace.noise, |most, (left, _)| most.max(left.abs()));

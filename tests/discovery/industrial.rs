@@ -107,6 +107,6 @@ fn a_model_that_does_not_fit_is_told_with_where_and_no_list() {
     assert_eq!(finding.verdict, Verdict::ModelInadequate, "{finding:#?}");
     assert!(finding.effects.is_empty() && finding.model.added.is_empty(), "{finding:#?}");
     assert!(finding.reason.contains("most of it at tau_2"), "{}", finding.reason);
-    let hint = "what is left at tau_2 hangs most on ";
+    let hint = "what is left at tau_2 depends most on ";
     assert!(finding.notes.iter().any(|note| note.starts_with(hint)), "{:?}", finding.notes);
 }

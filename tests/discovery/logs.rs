@@ -33,7 +33,7 @@ struct Logger {
     offsets: bool,
     /// Motor currents in the place of torques.
     currents: bool,
-    /// How large the noise of the torques is that follows itself over ten rows, N·m.
+    /// How large the coloured noise of the torques is, correlated over ten rows, N·m.
     coloured: f64,
     /// The steps in which angles, rad, and torques, N·m, are read; 0 for fine ones.
     steps: [f64; 2],

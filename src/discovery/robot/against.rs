@@ -1,4 +1,4 @@
-//! Which state what is left of a sensor hangs on, whatever the curve: for what has no name, a place to look at.
+//! Which state what is left of a sensor depends on, whatever the curve: for what has no name, a place to look at.
 //!
 //! The correlation ratio of what is left over each state: the part of its variance that means over bins take away. Source: Pearson,
 //! "On the General Theory of Skew Correlation and Non-linear Regression", 1905.
@@ -6,10 +6,10 @@
 use super::data::{Channel, Quantity};
 use super::simulate::Model;
 use crate::discovery::finding::{self, Finding, Verdict};
-use crate::discovery::{Against, Trace};
+use crate::discovery::{Against, Trace, rms_judged};
 use crate::units::significant;
 
-/// Bins of equally many rows; fewer of time, in which any slow motion looks the same as what hangs on it.
+/// Bins of equally many rows; fewer of time, in which any slow motion looks the same as what depends on it.
 const BINS: usize = 24;
 const BINS_OF_TIME: usize = 6;
 const TIME: &str = "time";
@@ -19,13 +19,13 @@ const PART: f64 = 0.1;
 /// Times its noise that a sensor leaves at least.
 const BEYOND: f64 = 1.5;
 
-/// Returns the state on which what is left of a channel, one number a row and 0 where it is not judged, hangs most; `None`
-/// where little is left or it hangs on none.
+/// Returns the state on which what is left of a channel, one number a row and 0 where it is not judged, depends most; `None`
+/// where little is left or it depends on none.
 pub(super) fn against(model: &Model, channel: &Channel, left: &[f64]) -> Option<Against> {
     let judged: Vec<usize> = (0..left.len()).filter(|row| left[*row].abs() > 0.0).collect();
     let rows = judged.len().max(1) as f64;
     let mean = judged.iter().map(|row| left[*row]).sum::<f64>() / rows;
-    // A constant hangs on nothing.
+    // A constant depends on nothing.
     let square: f64 = judged.iter().map(|row| (left[*row] - mean).powi(2)).sum();
     if judged.len() < BINS * BINS || (square / rows).sqrt() < BEYOND * channel.noise {
         return None;
@@ -47,7 +47,7 @@ pub(super) fn against(model: &Model, channel: &Channel, left: &[f64]) -> Option<
     (part > PART).then_some(Against { state, unit: unit.into(), part, values })
 }
 
-/// The states a channel may hang on, row by row, with their units: of its own joint, or of all for the tip.
+/// The states a channel may depend on, row by row, with their units: of its own joint, or of all for the tip.
 fn states(model: &Model, channel: &Channel) -> Vec<(String, &'static str, Vec<f64>)> {
     let plant = &model.scene.plant;
     let time = &model.scene.data.time;
@@ -74,21 +74,16 @@ fn states(model: &Model, channel: &Channel) -> Vec<(String, &'static str, Vec<f6
 const HINTS: usize = 3;
 const MUCH: f64 = 3.0;
 
-/// Says of the channels with the largest gaps on what that which is left of them hangs most: where to look when nothing has
-/// a name, or names have left much.
+/// Says of the channels with the largest gaps on what the rest of them depends most: where to look when nothing has a name,
+/// or names have left much.
 pub(super) fn hints(finding: &Finding, traces: &[Trace]) -> Vec<String> {
     let is_open = matches!(finding.verdict, Verdict::Unknown | Verdict::ModelInadequate);
-    let is_much = |trace: &&Trace| {
-        let judged = trace.after.iter().filter(|left| left.abs() > 0.0);
-        let (sum, rows) =
-            judged.fold((0.0, 0_usize), |(sum, rows), left| (sum + left * left, rows + 1));
-        is_open || (sum / rows.max(1) as f64).sqrt() > MUCH * trace.noise
-    };
+    let is_much = |trace: &&Trace| is_open || rms_judged(trace.after.iter()) > MUCH * trace.noise;
     let of = |place: &finding::Channel| {
         let mut own = traces.iter().filter(|trace| trace.channel == place.channel).filter(is_much);
         let against = own.find_map(|trace| trace.against.as_ref())?;
         Some(format!(
-            "what is left at {} hangs most on {}: a curve over it would take {} % of it away; `--out DIR` draws it",
+            "what is left at {} depends most on {}: a curve over it would take {} % of it away; `--out DIR` draws it",
             place.channel,
             against.state,
             significant(100.0 * against.part, 2)

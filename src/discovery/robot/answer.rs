@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::colour::noise_of_a_colour;
+use super::colour::coloured_noise;
 use super::explain::ArmGap;
 use super::load::Thing;
 use super::places::{most_of, places, staying};
@@ -42,7 +42,7 @@ pub(super) fn answer(
         Vec::new()
     };
     let coloured = if noise_is_estimated && outcome.best.terms.is_empty() {
-        noise_of_a_colour(&gap, &outcome.best)
+        coloured_noise(&gap, &outcome.best)
     } else {
         None
     };
@@ -102,8 +102,9 @@ pub(super) fn answer(
         for rival in ties {
             let last_at = rival.hypothesis.terms.len() - 1;
             // Another gain goes with other links.
+            let is_gain = |term: &Term| term.law == Law::TorqueGain;
             let has_others =
-                all.has_own_links && rival.hypothesis.terms[last_at].law == Law::TorqueGain;
+                all.has_own_links && is_gain(term) && is_gain(&rival.hypothesis.terms[last_at]);
             let again = if has_others { None } else { fit_all(&all, &rival.hypothesis) };
             let h = again.unwrap_or_else(|| rival.hypothesis.clone());
             let other = h.terms[last_at];
@@ -239,7 +240,7 @@ const ESTIMATED: f64 = 1.1;
 #[derive(Clone, Copy)]
 enum Rest {
     Noise,
-    /// Noise that follows itself from row to row, this part of the signal.
+    /// Coloured noise, this part of the signal.
     Coloured(f64),
     More,
 }
@@ -262,8 +263,8 @@ fn verdict(
             Rest::Coloured(part) => (
                 Verdict::NothingMissing,
                 format!(
-                    "measured minus model is noise that follows itself from row to row: it is {} % of the signal, \
-                     there throughout, and no effect explains any of it on data it was not fitted to",
+                    "measured minus model is coloured noise, correlated from row to row: it is {} % of the signal, as \
+                     large throughout, and no effect explains any of it on data it was not fitted to",
                     significant(100.0 * part, 2)
                 ),
             ),

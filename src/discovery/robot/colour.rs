@@ -1,8 +1,8 @@
-//! Noise that follows itself from row to row, which is larger than differences of rows say, told from what is missing.
+//! Coloured noise, which is larger than differences of rows say, told from what is missing.
 //!
 //! Not a test of what it follows: that is the search's, and this is asked only where the search found nothing.
 
-use super::explain::ArmGap;
+use super::explain::{ArmGap, WithKnown};
 use super::simulate::Model;
 use super::term::Term;
 use crate::discovery::selection::{Hypothesis, sum_of_squares};
@@ -18,9 +18,10 @@ const ALIKE: f64 = 2.0;
 
 /// Returns which part of the signal what is left is, in root mean squares, if it looks like noise: there throughout, in the
 /// recordings held out as in those fitted, and small beside the signal.
-pub(super) fn noise_of_a_colour(gap: &ArmGap, h: &Hypothesis<Term>) -> Option<f64> {
+pub(super) fn coloured_noise(gap: &ArmGap, h: &Hypothesis<Term>) -> Option<f64> {
+    let with = gap.with_known(&h.terms, &h.parameters);
     let sizes = |models: &[Model]| {
-        let all: Option<Vec<Sizes>> = models.iter().map(|model| Sizes::of(model, gap, h)).collect();
+        let all: Option<Vec<Sizes>> = models.iter().map(|model| Sizes::of(model, &with)).collect();
         Some(all?.into_iter().fold(Sizes::default(), Sizes::and))
     };
     let (train, heldout) = (sizes(&gap.train)?, sizes(&gap.heldout)?);
@@ -48,11 +49,8 @@ impl Default for Sizes {
 }
 
 impl Sizes {
-    fn of(model: &Model, gap: &ArmGap, h: &Hypothesis<Term>) -> Option<Self> {
-        let n_own = model.own().len();
-        let (own, parameters) = h.parameters.split_at(n_own);
-        let terms = [&gap.known.0[..], &h.terms].concat();
-        let left = model.residuals(own, &terms, &[&gap.known.1[..], parameters].concat())?;
+    fn of(model: &Model, with: &WithKnown) -> Option<Self> {
+        let left = with.residuals(model)?;
         let data = &model.scene.data;
         let rows = data.n_rows();
         let predicted = data.channels.iter().filter(|c| model.is_predicted(c.quantity));

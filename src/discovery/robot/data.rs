@@ -1,5 +1,7 @@
 //! What a recording says of an arm, channel by channel, each with its noise.
 
+use std::collections::BTreeMap;
+
 use crate::units::{Dimension, significant};
 
 use super::super::recording::{Error, Recording, noise, sidecar::PerChannel};
@@ -301,19 +303,18 @@ pub(super) const SILENT: f64 = 1e9;
 /// others. Of one that never changes at all nothing is said.
 pub(super) fn settle_noise<'a>(recordings: impl Iterator<Item = &'a mut Data>) {
     let mut recordings: Vec<&mut Data> = recordings.collect();
-    let n_channels = recordings.iter().map(|data| data.channels.len()).min().unwrap_or(0);
-    for at in 0..n_channels {
-        let noise = recordings.iter().map(|data| data.channels[at].noise).fold(0.0, f64::max);
-        for data in &mut recordings {
-            let channel = &mut data.channels[at];
-            if channel.noise <= 0.0 {
-                channel.noise = if noise > 0.0 { noise } else { SILENT };
-                data.notes.push(format!(
-                    "{} never changes{}",
-                    channel.name,
-                    if noise > 0.0 { "" } else { ": nothing is said of it" }
-                ));
+    let mut known: BTreeMap<String, f64> = BTreeMap::new();
+    for channel in recordings.iter().flat_map(|data| &data.channels) {
+        let noise = known.entry(channel.name.clone()).or_default();
+        *noise = noise.max(channel.noise);
+    }
+    for data in &mut recordings {
+        for channel in data.channels.iter_mut().filter(|channel| channel.noise <= 0.0) {
+            let noise = known.get(&channel.name).copied().filter(|noise| *noise > 0.0);
+            if noise.is_none() {
+                data.notes.push(format!("{} never changes: nothing is said of it", channel.name));
             }
+            channel.noise = noise.unwrap_or(SILENT);
         }
     }
 }

@@ -26,6 +26,20 @@ pub struct ArmGap {
     pub has_own_links: bool,
 }
 
+/// Effects with their parameters, and the simulation's own, as they act on a model.
+pub(super) struct WithKnown {
+    own: Vec<f64>,
+    terms: Vec<Term>,
+    parameters: Vec<f64>,
+}
+
+impl WithKnown {
+    /// Returns what they leave of a recording, in the order of [`Model::residuals`]; `None` when the model runs away.
+    pub(super) fn residuals(&self, model: &Model) -> Option<Vec<f64>> {
+        model.residuals(&self.own, &self.terms, &self.parameters)
+    }
+}
+
 /// A loop is wider than the narrowest that could be told by this factor.
 const NARROW: f64 = 1.05;
 
@@ -36,12 +50,10 @@ impl ArmGap {
     /// Lays the arm out about the motions that a hypothesis gives it, where they are far from the commands;
     /// returns whether any was.
     pub fn laid_out_again(&mut self, h: &Hypothesis<Term>) -> bool {
-        let (own, parameters) = h.parameters.split_at(self.nuisance().len());
-        let terms = [&self.known.0[..], &h.terms].concat();
-        let parameters = [&self.known.1[..], parameters].concat();
+        let with = self.with_known(&h.terms, &h.parameters);
         let mut any = false;
         for model in self.train.iter_mut().chain(&mut self.heldout) {
-            if let Some(again) = model.about(own, &terms, &parameters) {
+            if let Some(again) = model.about(&with.own, &with.terms, &with.parameters) {
                 *model = again;
                 any = true;
             }
@@ -52,15 +64,28 @@ impl ArmGap {
     /// Returns the same with other numbers of the arm's bodies.
     #[must_use]
     pub(super) fn with_links(&self, links: &Links) -> Self {
-        let with =
-            |models: &[Model]| models.iter().map(|m| m.with_bodies(&links.changes)).collect();
+        Self { has_own_links: true, ..self.with_models(|model| model.with_bodies(&links.changes)) }
+    }
+
+    fn with_models(&self, change: impl Fn(&Model) -> Model) -> Self {
         Self {
-            train: with(&self.train),
-            heldout: with(&self.heldout),
+            train: self.train.iter().map(&change).collect(),
+            heldout: self.heldout.iter().map(&change).collect(),
             known: self.known.clone(),
             things: self.things.clone(),
             unexplained: self.unexplained.clone(),
-            has_own_links: true,
+            has_own_links: self.has_own_links,
+        }
+    }
+
+    /// Returns effects and parameters, the simulation's own first, with those that the model has already.
+    pub(super) fn with_known(&self, terms: &[Term], parameters: &[f64]) -> WithKnown {
+        let n_own = self.train.first().map_or(0, |model| model.own().len());
+        let (own, parameters) = parameters.split_at(n_own.min(parameters.len()));
+        WithKnown {
+            own: own.to_vec(),
+            terms: [&self.known.0[..], terms].concat(),
+            parameters: [&self.known.1[..], parameters].concat(),
         }
     }
 
@@ -73,15 +98,7 @@ impl ArmGap {
     /// The same for the search: of long recordings as many rows as it needs.
     #[must_use]
     pub fn for_search(&self) -> Self {
-        let thinned = |models: &[Model]| models.iter().map(Model::thinned).collect();
-        Self {
-            train: thinned(&self.train),
-            heldout: thinned(&self.heldout),
-            known: self.known.clone(),
-            things: self.things.clone(),
-            unexplained: self.unexplained.clone(),
-            has_own_links: self.has_own_links,
-        }
+        self.with_models(Model::thinned)
     }
 
     /// Takes the noise of each sensor to be so many times larger.
@@ -159,19 +176,10 @@ impl Gap for ArmGap {
     }
 
     fn residuals(&self, set: Set, terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
-        let own = self.train.first().map_or(0, |model| model.own().len());
-        let (own, parameters) = parameters.split_at(own.min(parameters.len()));
-        let with_known;
-        let (terms, parameters) = if self.known.0.is_empty() {
-            (terms, parameters)
-        } else {
-            with_known =
-                ([&self.known.0[..], terms].concat(), [&self.known.1[..], parameters].concat());
-            (&with_known.0[..], &with_known.1[..])
-        };
+        let with = self.with_known(terms, parameters);
         let mut all = Vec::new();
         for model in self.models(set) {
-            all.extend(model.residuals(own, terms, parameters)?);
+            all.extend(with.residuals(model)?);
         }
         Some(all)
     }

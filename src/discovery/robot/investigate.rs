@@ -307,7 +307,8 @@ fn found(
         let (mut outcome, fitted) = searched(&with, options, progress)?;
         let own = Term { law: Law::TorqueGain, joint: gain.joint };
         if let Some(at) = outcome.best.terms.iter().position(|term| *term == own) {
-            outcome.rivals.extend(gains.iter().map(|other| other.instead_of(at, &outcome.best)));
+            let others = gains.iter().map(|other| other.instead_of(&gain, at, &outcome.best));
+            outcome.rivals.extend(others);
             outcome.rivals.sort_by(|a, b| a.behind.total_cmp(&b.behind));
             let filed = Some(std::mem::replace(gap, with));
             return Ok(Found { outcome, fitted, own: Some(gain.links), filed });

@@ -7,7 +7,7 @@ use super::explain::ArmGap;
 use super::simulate::Model;
 use super::term::Term;
 use crate::discovery::finding;
-use crate::discovery::selection::{Gap as _, sum_of_squares};
+use crate::discovery::selection::sum_of_squares;
 use crate::units::significant;
 
 /// Says how much of the gap each channel carries and what its residual follows; `parameters` are the simulation's own, then
@@ -22,11 +22,9 @@ pub(super) fn places(gap: &ArmGap, terms: &[Term], parameters: &[f64]) -> Vec<fi
         follows: (f64, String),
     }
     let mut sums: BTreeMap<(Quantity, usize), (String, Sum)> = BTreeMap::new();
-    let (own, parameters) = parameters.split_at(gap.nuisance().len().min(parameters.len()));
-    let terms = [&gap.known.0[..], terms].concat();
-    let parameters = [&gap.known.1[..], parameters].concat();
+    let with = gap.with_known(terms, parameters);
     for model in gap.train.iter().chain(&gap.heldout) {
-        let Some(residuals) = model.residuals(own, &terms, &parameters) else { continue };
+        let Some(residuals) = with.residuals(model) else { continue };
         let data = &model.scene.data;
         let rows = data.n_rows();
         let first = model.scene.first_row;

@@ -2,10 +2,9 @@
 
 use super::against::against;
 use super::explain::ArmGap;
-use super::simulate::Model;
 use super::term::Term;
 use crate::discovery::Trace;
-use crate::discovery::selection::{Gap as _, Hypothesis, Outcome};
+use crate::discovery::selection::{Hypothesis, Outcome};
 
 /// Returns measured minus model for every channel of every recording: before, with the numbers of the file, and after.
 pub(super) fn traces(
@@ -15,17 +14,12 @@ pub(super) fn traces(
     names: &[&str],
 ) -> Vec<Trace> {
     let mut found = Vec::new();
-    let left = |gap: &ArmGap, model: &Model, h: &Hypothesis<Term>| {
-        let (own, parameters) = h.parameters.split_at(gap.nuisance().len());
-        let terms = [&gap.known.0[..], &h.terms].concat();
-        model.residuals(own, &terms, &[&gap.known.1[..], parameters].concat())
-    };
+    let with = |gap: &ArmGap, h: &Hypothesis<Term>| gap.with_known(&h.terms, &h.parameters);
+    let (nothing, best) = (with(filed, &outcome.nothing), with(gap, &outcome.best));
     let befores = filed.train.iter().chain(&filed.heldout);
     let models = gap.train.iter().map(|m| (m, false)).chain(gap.heldout.iter().map(|m| (m, true)));
     for ((before, (model, held_out)), name) in befores.zip(models).zip(names) {
-        let (Some(before), Some(after)) =
-            (left(filed, before, &outcome.nothing), left(gap, model, &outcome.best))
-        else {
+        let (Some(before), Some(after)) = (nothing.residuals(before), best.residuals(model)) else {
             continue;
         };
         let data = &model.scene.data;

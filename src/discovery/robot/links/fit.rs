@@ -33,7 +33,7 @@ impl Sums {
 
     /// Returns what is left to be explained by a sensor that shows `gain` times what there is; `modelled` is the column of
     /// what the model says.
-    fn behind(&self, gain: f64, modelled: usize) -> Self {
+    fn with_gain(&self, gain: f64, modelled: usize) -> Self {
         let (more, column) = (1.0 - gain, self.gram.column(modelled));
         let of_model = 2.0 * self.along[modelled] + more * column[modelled];
         Self {
@@ -62,7 +62,6 @@ pub(super) fn left_of(sums: &[Sums], x: &DVector<f64>, weights: &[f64]) -> f64 {
 }
 
 /// A fit of some of the numbers.
-#[derive(Clone)]
 pub(super) struct Fit {
     pub(super) x: DVector<f64>,
     pub(super) covariance: DMatrix<f64>,
@@ -179,9 +178,9 @@ impl Problem {
     }
 
     /// Returns the same for a torque sensor that shows `gain` times what there is.
-    pub(super) fn behind(&self, joint: usize, gain: f64, parts: &Parts) -> Self {
+    pub(super) fn with_gain(&self, joint: usize, gain: f64, parts: &Parts) -> Self {
         let of = |sums: &Sums| {
-            if sums.joint == joint { sums.behind(gain, parts.modelled) } else { sums.clone() }
+            if sums.joint == joint { sums.with_gain(gain, parts.modelled) } else { sums.clone() }
         };
         self.with(self.train.iter().map(of).collect(), self.heldout.iter().map(of).collect())
     }

@@ -46,7 +46,7 @@ pub(super) fn shown(
     let directions = parts.only(list);
     let without = problem.evidence(plain);
     let with = |joint: usize, gain: f64| -> Option<Shown> {
-        let problem = problem.behind(joint, gain, parts);
+        let problem = problem.with_gain(joint, gain, parts);
         let fit = problem.fit(&directions)?;
         let explained = without - problem.evidence(&fit);
         Some(Shown { joint, gain, std: 0.0, problem, fit, explained })

@@ -30,6 +30,7 @@ use crate::motion::revise::{LinkChange, Revision};
 use crate::units::significant;
 use body::{NAMES, NUMBERS, numbers, spread};
 use fit::{Fit, LOAD, OF_JOINT, Parts, Problem, Sums, consistent, left_of};
+use gains::Shown;
 
 /// By how much the links' numbers must predict better to be taken: by a tenth of what is left.
 pub(super) const BETTER: f64 = 0.9;
@@ -74,13 +75,14 @@ pub(super) struct Gain {
     pub(super) std: f64,
     /// The bodies that go with it.
     pub(super) links: Links,
-    /// How much less it explains than the best of them, in -2 ln of the odds.
-    pub(super) behind: f64,
+    /// How much it explains beside them, in -2 ln of the odds.
+    explained: f64,
 }
 
 impl Gain {
-    /// Returns the gain in the place of another of a hypothesis, with the links that go with it.
-    pub(super) fn instead_of(&self, at: usize, h: &Hypothesis<Term>) -> Rival<Term> {
+    /// Returns it in the place of the gain chosen, which is the effect of a hypothesis at `at`.
+    pub(super) fn instead_of(&self, chosen: &Self, at: usize, h: &Hypothesis<Term>) -> Rival<Term> {
+        let behind = chosen.explained - self.explained;
         let own = h.parameters.len() - h.terms.iter().map(|t| t.law.slots().len()).sum::<usize>();
         let before: usize = h.terms[..at].iter().map(|term| term.law.slots().len()).sum();
         let mut other = h.clone();
@@ -94,8 +96,8 @@ impl Gain {
             .remove_column(own + before);
         other.covariance = covariance.insert_row(last, 0.0).insert_column(last, 0.0);
         other.covariance[(last, last)] = self.std.powi(2);
-        other.train += self.behind;
-        Rival { instead_of: at, hypothesis: other, behind: self.behind, stability: 0.0 }
+        other.train += behind;
+        Rival { instead_of: at, hypothesis: other, behind, stability: 0.0 }
     }
 }
 
@@ -126,29 +128,26 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
         Some((sums.sum::<f64>(), p, fit))
     });
     let (_, problem, bare) = scored.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let loaded = problem.fit(&parts.only(&[&parts.joints, &parts.load]))?;
-    let heavier = bodies.iter().enumerate().filter_map(|(at, body)| {
-        let mut directions = parts.only(&[&parts.joints]);
-        directions = directions.insert_column(0, 0.0);
-        let own = numbers(body);
-        (0..NUMBERS).for_each(|k| directions[(at * NUMBERS + k, 0)] = own[k]);
-        if own[0] > 0.0 { problem.fit(&directions) } else { None }
-    });
-    let plain: Vec<Fit> = [bare.clone(), loaded].into_iter().chain(heavier).collect();
     let beside = [&[&parts.joints][..], &[&parts.joints, &parts.load]];
     let freed = beside.into_par_iter().filter_map(|list| Freed::of(&problem, bodies, &parts, list));
     let freed: Vec<Freed> = freed.collect();
     let least = freed.iter().map(|f| &f.with).min_by(|a, b| a.total().total_cmp(&b.total()))?;
     let weights = least.weights.clone();
-    let plain = plain.iter().map(|fit| problem.judged(&fit.x, &weights));
-    // A gain beside the file's own numbers has a name as well.
-    let has_gain = !model.scene.data.are_currents;
-    let shown = |list: &[&Range<usize>], without: &Fit| {
-        if has_gain { gains::shown(&problem, &parts, list, without) } else { Vec::new() }
+    let with_gains = |list: &[&Range<usize>], without: &Fit| {
+        // What an ampere is worth was fitted: a gain is in it.
+        if model.scene.data.are_currents {
+            return Vec::new();
+        }
+        gains::shown(&problem, &parts, list, without)
     };
-    let alone = shown(&[&parts.joints], &bare);
-    let alone = alone.iter().map(|shown| shown.problem.judged(&shown.fit.x, &weights));
-    let plainest = plain.chain(alone).fold(f64::INFINITY, f64::min);
+    let named =
+        named(&problem, &parts, bodies).into_iter().map(|fit| problem.judged(&fit.x, &weights));
+    let plainest = with_gains(&[&parts.joints], &bare)
+        .iter()
+        .map(|shown| shown.problem.judged(&shown.fit.x, &weights))
+        .chain([problem.judged(&bare.x, &weights)])
+        .chain(named)
+        .fold(f64::INFINITY, f64::min);
     // A load has a name, and is one only if it does clearly more than the links' own numbers.
     let cost = |freed: &Freed| {
         freed.judged(&problem, &weights) / if freed.beside.len() > 1 { BETTER } else { 1.0 }
@@ -161,18 +160,27 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     if left > plainest {
         return None;
     }
-    let shown = shown(&best.list(&parts), &best.free);
-    let most = shown.first().map_or(0.0, |shown| shown.explained);
-    let gains = shown.into_iter().filter_map(|shown| {
+    let gains = with_gains(&best.list(&parts), &best.free).into_iter().filter_map(|shown| {
         let freed = Freed::of(&shown.problem, bodies, &parts, best.beside)?;
         let left_with = freed.judged(&shown.problem, &weights);
         let links = freed.links(bodies, &problem.prior, left_with <= BETTER * plainest);
-        let behind = most - shown.explained;
-        let (joint, factor, std) = (shown.joint, shown.gain, shown.std);
-        (left_with < left).then_some(Gain { joint, factor, std, links, behind })
+        let Shown { joint, gain: factor, std, explained, .. } = shown;
+        (left_with < left).then_some(Gain { joint, factor, std, links, explained })
     });
-    let links = best.links(bodies, &problem.prior, left <= BETTER * plainest);
-    Some(Numbers::Own(links, gains.collect()))
+    let gains = gains.collect();
+    Some(Numbers::Own(best.links(bodies, &problem.prior, left <= BETTER * plainest), gains))
+}
+
+/// Fits what has a name beside the numbers of the file: a load, and every link heavier by itself.
+fn named(problem: &Problem, parts: &Parts, bodies: &[Body]) -> Vec<Fit> {
+    let loaded = problem.fit(&parts.only(&[&parts.joints, &parts.load]));
+    let heavier = bodies.iter().enumerate().filter_map(|(at, body)| {
+        let mut directions = parts.only(&[&parts.joints]).insert_column(0, 0.0);
+        let own = numbers(body);
+        (0..NUMBERS).for_each(|k| directions[(at * NUMBERS + k, 0)] = own[k]);
+        if own[0] > 0.0 { problem.fit(&directions) } else { None }
+    });
+    heavier.chain(loaded).collect()
 }
 
 /// Numbers of bodies that fit, and could be.
