@@ -109,6 +109,8 @@ pub struct Trace {
     pub before: Vec<f64>,
     /// With them.
     pub after: Vec<f64>,
+    /// Which values of data held out decided nothing; nowhere where they are too few to set some aside.
+    pub unseen: Vec<bool>,
     /// The state that what is left then depends on most, if on any.
     pub against: Option<Against>,
 }
@@ -136,11 +138,17 @@ fn rms_judged<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {
 /// Says of every channel what is left of it on the data held out, by what is shown of it.
 fn by_channel(finding: &mut Finding, traces: &[Trace]) {
     for place in &mut finding.places {
-        let own = || traces.iter().filter(|t| t.held_out && t.channel == place.channel);
-        place.heldout = own().next().is_some().then(|| Left {
-            before: rms_judged(own().flat_map(|trace| &trace.before)),
-            after: rms_judged(own().flat_map(|trace| &trace.after)),
-        });
+        let own = || traces.iter().filter(|trace| trace.channel == place.channel);
+        let is_any = own().any(|trace| trace.unseen.contains(&true));
+        let told =
+            |trace: &Trace, row: usize| if is_any { trace.unseen[row] } else { trace.held_out };
+        let rms = |values: fn(&Trace) -> &[f64]| {
+            let of =
+                |trace| values(trace).iter().enumerate().filter(move |(row, _)| told(trace, *row));
+            rms_judged(own().flat_map(of).map(|(_, value)| value))
+        };
+        place.heldout = (is_any || own().any(|trace| trace.held_out))
+            .then(|| Left { before: rms(|trace| &trace.before), after: rms(|trace| &trace.after) });
     }
 }
 

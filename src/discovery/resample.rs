@@ -22,6 +22,21 @@ pub const DRAWS: usize = 100;
 /// The weight of each stretch.
 pub type Draw = [f64; STRETCHES];
 
+/// A piece of a recording that decides nothing has at least so many rows, where there are as many.
+const LEAST_PIECE: usize = 10;
+
+/// Returns whether a row held out decides nothing and is only told of: the last third of every stretch, or of fewer ones of short
+/// recordings.
+pub fn is_unseen(row: usize, rows: usize) -> bool {
+    let stretches = (rows / (3 * LEAST_PIECE)).clamp(1, STRETCHES);
+    (row * 3 * stretches / rows.max(1)) % 3 == 2
+}
+
+/// The same for readings that say nothing of each other: every third.
+pub fn is_unseen_alone(reading: usize) -> bool {
+    reading % 3 == 2
+}
+
 /// Returns the sum of squares of each stretch, of equally many values but for rounding.
 pub fn sums(values: &[f64]) -> Draw {
     let n = values.len();
@@ -51,6 +66,19 @@ pub fn draws() -> Vec<[Draw; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_third_of_the_rows_decides_nothing_in_every_stretch() {
+        for rows in [20, 61, 600, 12_345] {
+            let unseen: Vec<bool> = (0..rows).map(|row| is_unseen(row, rows)).collect();
+            let part = unseen.iter().filter(|unseen| **unseen).count() as f64 / unseen.len() as f64;
+            assert!((0.28..0.36).contains(&part), "{part} of {rows}");
+            let stretches = unseen.chunks(rows.div_ceil(rows.div_ceil(40).min(STRETCHES)));
+            let has_both = |one: &[bool]| one.contains(&true) && one.contains(&false);
+            assert!(stretches.into_iter().all(has_both), "{rows}");
+        }
+        assert!(!is_unseen(0, 1));
+    }
 
     #[test]
     fn all_stretches_together_are_everything() {

@@ -4,10 +4,11 @@
 //! and how large an effect would have been seen is the same for all.
 
 use super::finding::{
-    self, Alternative, Channel, Effect, Finding, Gap, ModelChange, SIGNIFICANT, Split, Told,
-    Verdict, Visible, Worth, above_noise,
+    self, Alternative, Channel, Effect, Finding, Gap, ModelChange, SIGNIFICANT, Told, Verdict,
+    Visible, Worth, above_noise,
 };
 use super::model_file;
+use super::resample;
 use super::selection::{self, Hypothesis, Options, Outcome, Set, Slot, sum_of_squares};
 
 /// A gap whose effects have names, places and equations.
@@ -47,6 +48,24 @@ pub(super) fn sets(n: usize) -> Vec<Option<Set>> {
     (0..n).map(|at| (n > 1).then(|| one(at))).collect()
 }
 
+/// Returns what a row of a recording is for, `seconds` after its first one.
+pub(super) fn set_of(recording: Option<Set>, seconds: f64, row: usize, rows: usize) -> Set {
+    let Some(set) = recording else {
+        let second = seconds as usize;
+        return match (second.is_multiple_of(2), resample::is_unseen_alone(second / 2)) {
+            (true, _) => Set::Train,
+            (false, is_unseen) => {
+                if is_unseen {
+                    Set::Unseen
+                } else {
+                    Set::Heldout
+                }
+            }
+        };
+    };
+    if set == Set::Heldout && resample::is_unseen(row, rows) { Set::Unseen } else { set }
+}
+
 /// Words an outcome.
 pub(super) fn answer<G: Worded>(
     gap: &G,
@@ -56,11 +75,7 @@ pub(super) fn answer<G: Worded>(
 ) -> Finding {
     let best = &outcome.best;
     let counts = (gap.count(Set::Train), gap.count(Set::Heldout));
-    let rms = |sum: f64, count: usize| (sum / count.max(1) as f64).sqrt();
-    let split = |h: &Hypothesis<G::Term>| Split {
-        train: rms(h.train, counts.0),
-        heldout: rms(h.heldout, counts.1),
-    };
+    let split = |h| selection::split(gap, h);
     let mut effects = Vec::new();
     let mut lines = Vec::new();
     for (at, term) in best.terms.iter().enumerate() {

@@ -183,6 +183,7 @@ mod tests {
             time: (0..100).map(f64::from).collect(),
             before: left.clone(),
             after: left,
+            unseen: Vec::new(),
             against: Some(against),
         };
         let traces = vec![trace];

@@ -10,7 +10,7 @@ use super::term::Law;
 use super::wording::{self, Number};
 use crate::discovery::finding::{
     self, Alternative, Effect, Finding, Gap, ModelChange, NextExperiment, Parameter, SIGNIFICANT,
-    Split, Verdict, Worth, above_noise,
+    Verdict, Worth, above_noise,
 };
 use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Outcome, Rival, Set};
 
@@ -23,8 +23,7 @@ pub(super) fn answer(
 ) -> Finding {
     let best = &outcome.best;
     let counts = [Set::Train, Set::Heldout].map(|set| gap.count(set).max(1));
-    let rms = |sum: f64, at: usize| (sum / counts[at] as f64).sqrt();
-    let split = |h: &Hypothesis<Law>| Split { train: rms(h.train, 0), heldout: rms(h.heldout, 1) };
+    let split = |h| selection::split(gap, h);
     let left = above_noise(best.heldout, counts[1]).max(above_noise(best.train, counts[0]));
     let (visible, blind) = if best.terms.is_empty() {
         smallest_visible(gap, options)

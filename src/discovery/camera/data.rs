@@ -9,6 +9,7 @@ use nalgebra::{
 
 use super::bent::Bent;
 use super::lens::Lens;
+use crate::discovery::resample::is_unseen_alone;
 use crate::discovery::robot::spline::Spline;
 use crate::discovery::selection::Set;
 
@@ -233,6 +234,22 @@ impl Data {
             }
         }
         Some(pose)
+    }
+
+    /// Sets a part of the sights held out aside, which decide nothing: where each picture's pose is fitted, only as many as
+    /// leave it known by the others and by themselves.
+    pub fn set_aside(&mut self, least_in_view: usize) {
+        let all = || self.groups(Set::Heldout).into_iter().map(|(_, sights)| sights);
+        let lists: Vec<Vec<usize>> = if self.posed {
+            vec![all().flatten().collect()]
+        } else {
+            all().filter(|sights| sights.len() >= 3 * least_in_view).collect()
+        };
+        for sights in lists {
+            for (_, at) in sights.into_iter().enumerate().filter(|(k, _)| is_unseen_alone(*k)) {
+                self.sights[at].set = Set::Unseen;
+            }
+        }
     }
 
     /// Returns the data with everything in the set that is fitted.

@@ -57,6 +57,7 @@ pub fn investigate(
         for sight in &mut gap.data.sights {
             sight.set = if sight.set == Set::Train { Set::Heldout } else { Set::Train };
         }
+        gap.data.set_aside(LEAST_IN_VIEW);
         outcome = selection::search(&gap, &search, progress).map_err(runs_away)?;
         notes.push(
             "the points to fit show nothing beyond noise, those held out do: their roles were exchanged"
@@ -151,7 +152,7 @@ fn clean(
         ));
     }
     if !data.posed {
-        let groups: Vec<usize> = [Set::Train, Set::Heldout]
+        let groups: Vec<usize> = Set::ALL
             .iter()
             .flat_map(|set| data.groups(*set))
             .filter(|(_, sights)| sights.len() < LEAST_IN_VIEW)
@@ -216,7 +217,7 @@ fn traces(gap: &CameraGap, best: &Hypothesis<Law>, files: &[Points]) -> Vec<Trac
     let data = &gap.data;
     let bents: [Bent; 2] = [gap.bent(&[], &[]), gap.bent(&best.terms, &best.parameters)];
     let mut found = Vec::new();
-    for set in [Set::Train, Set::Heldout] {
+    for set in Set::ALL {
         let Some(mut before) = data.residuals(&bents[0], set) else { continue };
         let Some(mut after) = data.residuals(&bents[1], set) else { continue };
         before.sort_by_key(|(at, _)| *at);
@@ -241,7 +242,8 @@ fn traces(gap: &CameraGap, best: &Hypothesis<Law>, files: &[Points]) -> Vec<Trac
                     channel: channel.into(),
                     unit: "px".into(),
                     noise: data.sigma,
-                    held_out: set == Set::Heldout,
+                    held_out: set != Set::Train,
+                    unseen: vec![set == Set::Unseen; was.len()],
                     along: if data.timed { "s" } else { "points" },
                     time: time.collect(),
                     before: was.iter().map(|(_, left)| *left).collect(),

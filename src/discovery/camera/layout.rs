@@ -123,6 +123,7 @@ pub(super) fn laid_out(
         );
     }
     data.extent = extent(&data, files)?;
+    data.set_aside(LEAST_IN_VIEW);
     Ok(data)
 }
 

@@ -35,7 +35,7 @@ pub(super) fn places(gap: &CameraGap) -> Vec<finding::Channel> {
     let mut channels: [(Channel, Vec<Left>); 2] =
         [(Channel::U, Vec::new()), (Channel::V, Vec::new())];
     let bent = gap.bent(&[], &[]);
-    for set in [Set::Train, Set::Heldout] {
+    for set in Set::ALL {
         for (at, left) in data.residuals(&bent, set).unwrap_or_default() {
             let sight = &data.sights[at];
             let point = data.place(&bent, sight);

@@ -8,6 +8,7 @@ use super::super::finding::{
     Alternative, Channel, Effect, Evidence, Finding, Gap, ModelChange, NextExperiment, Parameter,
     Split, Value, Verdict,
 };
+use super::super::resample::is_unseen;
 use super::super::{Trace, by_channel};
 use super::edit::{apply, diff};
 use super::hypothesis::{Chosen, Gain, Hypothesis, Question, with_values};
@@ -205,11 +206,7 @@ impl Report<'_> {
     /// Noise floor, before and after, as parts of each output's spread.
     fn numbers(&self, shown: &Hypothesis) -> (f64, Split, Split) {
         let question = self.question;
-        let part = |h: &Hypothesis| Split {
-            train: question.size(&h.fitted.train),
-            heldout: question.size(&h.held),
-        };
-        let (before, after) = (part(&self.search.nominal), part(shown));
+        let (before, after) = (question.told(&self.search.nominal), question.told(shown));
         // Noise cannot be larger than what is left when everything is explained.
         (question.noise_floor().min(after.heldout), before, after)
     }
@@ -252,6 +249,7 @@ impl Report<'_> {
             .iter()
             .flat_map(|w| w.rows.clone().map(|row| bench.held[w.data].time[row]))
             .collect();
+        let unseen: Vec<bool> = (0..time.len()).map(|row| is_unseen(row, time.len())).collect();
         let outputs = &nominal.fitted.compiled.outputs;
         outputs
             .iter()
@@ -266,6 +264,7 @@ impl Report<'_> {
                 time: time.clone(),
                 before: nominal.held.residuals[o].clone(),
                 after: shown.held.residuals[o].clone(),
+                unseen: unseen.clone(),
                 against: None,
             })
             .collect()
@@ -289,7 +288,7 @@ fn effect(at: &Hypothesis, chosen: &Chosen, gain: Gain, stability: f64) -> Effec
         let parameter = Parameter { value: Value::Number(param.value), std, unit };
         parameters.insert(param.role.to_string(), parameter);
     }
-    let evidence = Evidence { delta_bic: gain.bic, heldout_gain: gain.held_rms.clamp(0.0, 1.0) };
+    let evidence = Evidence { delta_bic: gain.bic, heldout_gain: gain.told.clamp(0.0, 1.0) };
     let seat = (chosen.candidate.kind, chosen.candidate.at.clone());
     Effect::new(seat, parameters, (evidence, stability), equation)
 }

@@ -13,6 +13,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
+use crate::discovery::resample::is_unseen;
 use crate::fit::{self, Bound, Fit, Jacobian, Loss, Noise, Options, Problem};
 
 use super::compile::Compiled;
@@ -100,6 +101,8 @@ pub struct Estimate {
     pub std: Vec<f64>,
     /// Sum of squares and number of the residuals of each output, in its own unit.
     pub sums: Vec<(f64, usize)>,
+    /// The same of rows held out that decide nothing; none of data that are fitted.
+    pub unseen: Vec<(f64, usize)>,
     /// Measured minus model by output, rows of all windows in a row.
     pub residuals: Vec<Vec<f64>>,
     /// Parameters that the data do not determine, with what they trade against.
@@ -109,7 +112,22 @@ pub struct Estimate {
 impl Estimate {
     /// Root mean square of each output's residuals.
     pub fn rms(&self) -> Vec<f64> {
-        self.sums.iter().map(|(ss, n)| (ss / (*n).max(1) as f64).sqrt()).collect()
+        rms(&self.sums)
+    }
+
+    /// The same of the rows that decide nothing.
+    pub fn rms_unseen(&self) -> Vec<f64> {
+        rms(&self.unseen)
+    }
+
+    /// Returns the estimate of data that are held out, of which a part decides nothing.
+    #[must_use]
+    pub fn set_aside(mut self) -> Self {
+        let of = |unseen: bool| -> Vec<Vec<f64>> {
+            self.residuals.iter().map(|all| rows_that(all, unseen)).collect()
+        };
+        (self.sums, self.unseen) = (sums(&of(false)), sums(&of(true)));
+        self
     }
 }
 
@@ -312,6 +330,7 @@ impl Task<'_> {
         let residuals = self.residuals(point)?;
         Ok(Estimate {
             sums: sums(&residuals),
+            unseen: Vec::new(),
             std: vec![0.0; point.params.len()],
             point: point.clone(),
             residuals,
@@ -339,11 +358,23 @@ impl Task<'_> {
         Estimate {
             std: (0..point.params.len()).map(|i| if i < n { fit.std(i) } else { 0.0 }).collect(),
             sums: sums(&residuals),
+            unseen: Vec::new(),
             point,
             residuals,
             undetermined,
         }
     }
+}
+
+fn rms(sums: &[(f64, usize)]) -> Vec<f64> {
+    sums.iter().map(|(ss, n)| (ss / (*n).max(1) as f64).sqrt()).collect()
+}
+
+/// Returns the residuals of data held out that decide nothing, or the others.
+pub fn rows_that(residuals: &[f64], unseen: bool) -> Vec<f64> {
+    let n = residuals.len();
+    let rows = residuals.iter().enumerate();
+    rows.filter(|(row, _)| is_unseen(*row, n) == unseen).map(|(_, value)| *value).collect()
 }
 
 fn sums(residuals: &[Vec<f64>]) -> Vec<(f64, usize)> {

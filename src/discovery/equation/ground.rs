@@ -11,7 +11,7 @@ use crate::language::ast::ModelItem;
 
 impl Question<'_> {
     /// What the candidates are made from, at a fitted model.
-    pub(super) fn ground<'m>(&self, fitted: &'m Fitted, model: &'m ModelItem) -> Ground<'m> {
+    pub(super) fn ground<'m>(&'m self, fitted: &'m Fitted, model: &'m ModelItem) -> Ground<'m> {
         let compiled = &fitted.compiled;
         let bench = &self.bench;
         let n = compiled.states.len();
@@ -27,6 +27,7 @@ impl Question<'_> {
         let step = bench.train.first().map_or(1.0, Data::step);
         Ground {
             model,
+            given: &self.given,
             compiled,
             states: columns[..n].iter().map(of).collect(),
             rates: columns[n..].iter().map(of).collect(),

@@ -7,9 +7,11 @@
 
 use super::candidates::{Candidate, price};
 use super::edit::{NewParam, Patch};
-use super::estimate::Estimate;
+use super::estimate::{Estimate, rows_that};
 use super::fitting::{Bench, Fitted};
 use super::score::{twice_log_ratio, whiteness};
+use crate::discovery::finding::Split;
+use crate::language::ast::ModelItem;
 
 /// An effect with the patch that was fitted.
 #[derive(Debug, Clone)]
@@ -36,8 +38,11 @@ pub struct Hypothesis {
 impl Hypothesis {
     /// Sets of effects on the data held out.
     pub fn of(effects: Vec<Chosen>, fitted: Fitted, held: Estimate) -> Self {
-        let whites =
-            [&fitted.train, &held].map(|e| e.residuals.iter().map(|r| whiteness(r)).collect());
+        let held = held.set_aside();
+        let whites = [
+            fitted.train.residuals.iter().map(|r| whiteness(r)).collect(),
+            held.residuals.iter().map(|r| whiteness(&rows_that(r, false))).collect(),
+        ];
         Self { effects, fitted, held, whites }
     }
 
@@ -64,6 +69,8 @@ pub struct Gain {
     pub held: f64,
     /// Part by which the root mean square on held-out data falls.
     pub held_rms: f64,
+    /// The same on those of them that decide nothing.
+    pub told: f64,
     /// What the richer one explains more, as a part of what the poorer one explains: root mean squares,
     /// the smaller of both sets of data.
     pub part: f64,
@@ -80,6 +87,7 @@ impl Gain {
         charge: 0.0,
         held: 0.0,
         held_rms: 0.0,
+        told: 0.0,
         part: 0.0,
         taken: 0.0,
         needed: MATTERS,
@@ -125,6 +133,8 @@ pub struct Question<'a> {
     pub bench: Bench,
     /// The model's name.
     pub name: &'a str,
+    /// The model as it was given.
+    pub given: ModelItem,
     /// Mean squares below which nothing is gained, by output.
     pub floors: Vec<f64>,
     /// Effects, with their places, that came out as nothing.
@@ -177,7 +187,9 @@ impl Question<'_> {
         let is_coloured = rich.whites.iter().flatten().any(|white| *white < COLOURED);
         let is_below = was[0].max(was[1]) < IMPERFECTION && is_coloured && !self.is_white(rich);
         let needed = if is_below { MOST } else { MATTERS };
-        Gain { bic, charge, held, held_rms: 1.0 - is[1] / was[1].max(1e-300), part, taken, needed }
+        let told = 1.0 - self.told(rich).heldout / self.told(poor).heldout.max(1e-300);
+        let held_rms = 1.0 - is[1] / was[1].max(1e-300);
+        Gain { bic, charge, held, held_rms, told, part, taken, needed }
     }
 
     /// What is left of an estimate beyond the noise, in units of the scales.
@@ -187,8 +199,19 @@ impl Question<'_> {
 
     /// Root mean square of an estimate's residuals over outputs, in units of the scales.
     pub fn size(&self, estimate: &Estimate) -> f64 {
-        let sum: f64 =
-            estimate.rms().iter().zip(&self.bench.scales).map(|(r, s)| (r / s).powi(2)).sum();
+        self.over_outputs(&estimate.rms())
+    }
+
+    /// The sizes of what a hypothesis leaves that are told: of the data fitted, and of those that decided nothing.
+    pub fn told(&self, h: &Hypothesis) -> Split {
+        Split {
+            train: self.size(&h.fitted.train),
+            heldout: self.over_outputs(&h.held.rms_unseen()),
+        }
+    }
+
+    fn over_outputs(&self, of: &[f64]) -> f64 {
+        let sum: f64 = of.iter().zip(&self.bench.scales).map(|(r, s)| (r / s).powi(2)).sum();
         (sum / self.bench.scales.len().max(1) as f64).sqrt()
     }
 

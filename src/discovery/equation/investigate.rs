@@ -123,7 +123,7 @@ pub fn investigate(
     free_starts(&mut bench, &mut nominal, &name, options.seed, &mut notes);
     let floors = bench.train[0].noise.iter().map(|n| 0.01 * n * n + 1e-24).collect();
     let mut question =
-        Question { bench, name: &name, floors, refused: Vec::new(), whole: [0.0; 2] };
+        Question { bench, name: &name, given: model, floors, refused: Vec::new(), whole: [0.0; 2] };
     let off = run_off(&nominal);
     let anchored = if off.is_empty() {
         None

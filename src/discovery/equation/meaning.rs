@@ -228,7 +228,8 @@ mod tests {
         let fitted = Fitted { text, compiled, train };
         let hypothesis = Hypothesis::of(vec![effect.clone()], fitted, held);
         let (floors, refused, whole) = (vec![0.0], Vec::new(), [0.0; 2]);
-        let question = Question { bench, name: "m", floors, refused, whole };
+        let given = super::super::edit::model_in(&hypothesis.fitted.text, "m").unwrap();
+        let question = Question { bench, name: "m", given, floors, refused, whole };
         question.is_idle(&hypothesis, &effect)
     }
 

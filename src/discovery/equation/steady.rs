@@ -1,9 +1,10 @@
 //! How sure what was chosen is: whether other stretches of the recordings choose it as well, and what each name takes away.
 
+use super::estimate::rows_that;
 use super::hypothesis::{Hypothesis, Question};
 use super::rivals::Rival;
 use super::search::Search;
-use crate::discovery::finding::{Split, Step};
+use crate::discovery::finding::Step;
 use crate::discovery::resample::{self, Draw};
 
 /// A hypothesis as if only some stretches had been measured.
@@ -15,8 +16,10 @@ struct Drawn {
 
 impl Drawn {
     fn of(hypothesis: &Hypothesis) -> Self {
-        let estimates = [&hypothesis.fitted.train, &hypothesis.held];
-        let sums = estimates.map(|e| e.residuals.iter().map(|r| resample::sums(r)).collect());
+        let fitted = hypothesis.fitted.train.residuals.iter().map(|r| resample::sums(r));
+        let held = hypothesis.held.residuals.iter();
+        let held = held.map(|r| resample::sums(&rows_that(r, false)));
+        let sums = [fitted.collect(), held.collect()];
         Self { hypothesis: hypothesis.clone(), sums }
     }
 
@@ -69,9 +72,7 @@ impl Question<'_> {
         };
         let step = |count: usize| {
             let (here, last) = (after(count)?, &best.effects[count - 1].candidate);
-            let gap =
-                Split { train: self.size(&here.fitted.train), heldout: self.size(&here.held) };
-            Some(Step { name: last.kind.into(), at: last.at.clone(), gap })
+            Some(Step { name: last.kind.into(), at: last.at.clone(), gap: self.told(&here) })
         };
         (1..=best.effects.len()).filter_map(step).collect()
     }

@@ -111,6 +111,7 @@ fn traces(gap: &HeldGap, nothing: &Hypothesis<Term>, best: &Hypothesis<Term>) ->
                 time: before.iter().map(|(row, _)| held.time[*row]).collect(),
                 before: before.iter().map(|(_, value)| value[axis]).collect(),
                 after: after.iter().map(|(_, value)| value[axis]).collect(),
+                unseen: before.iter().map(|(row, _)| gap.is_in(at, *row, Set::Unseen)).collect(),
                 against: None,
             });
         }

@@ -5,6 +5,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use super::data::Held;
 use super::slip::{Creep, crept};
 use crate::discovery::selection::{Candidate, Gap, Set, Slot};
+use crate::discovery::worded::set_of;
 
 /// What can be missing from what is known of a thing in the hand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,12 +50,14 @@ struct Acting {
 
 impl HeldGap {
     /// Returns whether a row of a recording belongs to a set.
-    fn is_in(&self, at: usize, row: usize, set: Set) -> bool {
-        self.sets[at].unwrap_or_else(|| {
-            let held = &self.held[at];
-            let second = (held.time[row] - held.time[0]) as usize;
-            if second.is_multiple_of(2) { Set::Train } else { Set::Heldout }
-        }) == set
+    pub(super) fn is_in(&self, at: usize, row: usize, set: Set) -> bool {
+        let time = &self.held[at].time;
+        set_of(self.sets[at], time[row] - time[0], row, time.len()) == set
+    }
+
+    /// Returns whether what was read once belongs to a set: to what decides, since it cannot be cut.
+    fn has_single(&self, at: usize, set: Set) -> bool {
+        set != Set::Unseen && self.sets[at].is_none_or(|own| own == set)
     }
 
     fn acting(&self, terms: &[Term], parameters: &[f64]) -> Acting {
@@ -170,11 +173,11 @@ impl Gap for HeldGap {
         let size = self.acting(terms, parameters).size;
         let mut all = Vec::new();
         for (at, held) in self.held.iter().enumerate() {
-            if self.sets[at].is_some_and(|own| own != set) {
-                continue;
-            }
             for (_, value) in self.left(at, Some(set), terms, parameters)? {
                 all.extend(value.iter().map(|value| value / held.noise));
+            }
+            if !self.has_single(at, set) {
+                continue;
             }
             let widths = held.opening.iter();
             all.extend(widths.map(|(wider, axis)| (wider - size[*axis]) / Held::PADS));
@@ -186,15 +189,13 @@ impl Gap for HeldGap {
     fn count(&self, set: Set) -> usize {
         let of = |at: usize| {
             let held = &self.held[at];
-            if self.sets[at].is_some_and(|own| own != set) {
-                return 0;
-            }
             let rows =
                 |rows: &Vec<usize>| rows.iter().filter(|row| self.is_in(at, **row, set)).count();
             // Three numbers a stretch go into how it was grasped.
             let places: usize =
                 held.stretches.iter().map(|stretch| 3 * rows(stretch).saturating_sub(1)).sum();
-            places + held.opening.len() + usize::from(held.height.is_some())
+            let single = held.opening.len() + usize::from(held.height.is_some());
+            places + if self.has_single(at, set) { single } else { 0 }
         };
         (0..self.held.len()).map(of).sum()
     }

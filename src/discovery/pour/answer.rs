@@ -95,6 +95,7 @@ fn traces(gap: &PourGap, outcome: &Outcome<Term>) -> Vec<Trace> {
             time: pour.time.clone(),
             before: left(&outcome.nothing),
             after: left(&outcome.best),
+            unseen: (0..pour.time.len()).map(|row| gap.is_in(at, row, Set::Unseen)).collect(),
             against: None,
         }
     };

@@ -3,6 +3,7 @@
 use super::data::Pour;
 use super::flow::{Flow, arrived};
 use crate::discovery::selection::{Candidate, Gap, Set, Slot};
+use crate::discovery::worded::set_of;
 use crate::twin::hold::WATER;
 use crate::world::WATER_DENSITY;
 
@@ -83,12 +84,14 @@ const fn slot(name: &'static str, unit: &'static str, scale: f64, range: (f64, f
 
 impl PourGap {
     /// Returns whether a row of a pour belongs to a set.
-    fn is_in(&self, at: usize, row: usize, set: Set) -> bool {
-        self.sets[at].unwrap_or_else(|| {
-            let pour = &self.pours[at];
-            let second = (pour.time[row] - pour.time[0]) as usize;
-            if second.is_multiple_of(2) { Set::Train } else { Set::Heldout }
-        }) == set
+    pub(super) fn is_in(&self, at: usize, row: usize, set: Set) -> bool {
+        let time = &self.pours[at].time;
+        set_of(self.sets[at], time[row] - time[0], row, time.len()) == set
+    }
+
+    /// Returns whether what was read once belongs to a set: to what decides, since it cannot be cut.
+    fn has_single(&self, at: usize, set: Set) -> bool {
+        set != Set::Unseen && self.sets[at].is_none_or(|own| own == set)
     }
 
     /// Returns the readings that effects predict for one pour, kg, and the water beside both vessels at its
@@ -223,7 +226,7 @@ impl Gap for PourGap {
     fn residuals(&self, set: Set, terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
         let mut all = Vec::new();
         for (at, pour) in self.pours.iter().enumerate() {
-            if self.sets[at].is_some_and(|own| own != set) {
+            if !(0..pour.time.len()).any(|row| self.is_in(at, row, set)) {
                 continue;
             }
             let (predicted, beside) = self.predicted(at, terms, parameters);
@@ -232,8 +235,10 @@ impl Gap for PourGap {
                     all.push((pour.mass[row] - value) / pour.noise[row]);
                 }
             }
-            all.extend(self.weighed(at, terms, parameters));
-            all.extend(pour.beside.map(|seen| (seen - beside) / BESIDE));
+            if self.has_single(at, set) {
+                all.extend(self.weighed(at, terms, parameters));
+                all.extend(pour.beside.map(|seen| (seen - beside) / BESIDE));
+            }
         }
         all.iter().all(|value| value.is_finite()).then_some(all)
     }
@@ -242,10 +247,9 @@ impl Gap for PourGap {
         let rows =
             |at: usize| (0..self.pours[at].time.len()).filter(move |row| self.is_in(at, *row, set));
         let filling = |at: usize| {
-            let here = self.sets[at].is_none_or(|own| own == set);
             let pour = &self.pours[at];
             let weighed = [pour.held, pour.beside, pour.borne].iter().flatten().count();
-            if here { weighed } else { 0 }
+            if self.has_single(at, set) { weighed } else { 0 }
         };
         (0..self.pours.len()).map(|at| rows(at).count() + filling(at)).sum()
     }

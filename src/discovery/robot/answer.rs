@@ -11,7 +11,7 @@ use super::term::{Law, Term};
 use super::wording;
 use crate::discovery::finding::{
     self, Alternative, Effect, Finding, Gap, ModelChange, NextExperiment, Parameter, SIGNIFICANT,
-    Split, Told, Value, Verdict, Worth, above_noise,
+    Told, Value, Verdict, Worth, above_noise,
 };
 use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Outcome, Rival, Set};
 use crate::units::significant;
@@ -26,11 +26,7 @@ pub(super) fn answer(
     mut notes: Vec<String>,
 ) -> Finding {
     let counts = (gap.count(Set::Train), gap.count(Set::Heldout));
-    let rms = |sum: f64, count: usize| (sum / count.max(1) as f64).sqrt();
-    let split = |h: &Hypothesis<Term>| Split {
-        train: rms(h.train, counts.0),
-        heldout: rms(h.heldout, counts.1),
-    };
+    let split = |h| selection::split(&gap, h);
     let shrink = Gap::of(split(&outcome.nothing), split(&outcome.best), 1.0);
     let left_at = places(&gap, &outcome.best.terms, &outcome.best.parameters);
     let places = places(&gap, &[], &outcome.nothing.parameters);

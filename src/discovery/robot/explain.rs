@@ -4,9 +4,9 @@ use super::candidates::candidates;
 use super::data::{Channel, Quantity};
 use super::links::Links;
 use super::load::Thing;
-use super::simulate::Model;
+use super::simulate::{Model, is_in};
 use super::term::{Law, SENSIBLE_GAIN, Term};
-use crate::discovery::selection::{Block, Candidate, Gap, Hypothesis, Set, Slot, sum_of_squares};
+use crate::discovery::selection::{Block, Candidate, Gap, Hypothesis, Set, Slot};
 
 /// Recordings of one arm, some to fit and some to judge.
 #[derive(Debug)]
@@ -103,15 +103,15 @@ impl ArmGap {
 
     /// Takes the noise of each sensor to be so many times larger.
     pub fn soften(&mut self, floors: &[f64]) {
-        let rows = |models: &[Model]| {
+        let rows = |models: &[Model], set| {
             let of = |(sensor, floor): (usize, &f64)| {
                 let rest = 1.0 - (DESCRIBED / floor.max(DESCRIBED)).powi(2);
-                let judged = |model: &Model| model.judged(&model.scene.data.channels[sensor]);
+                let judged = |model: &Model| model.judged(&model.scene.data.channels[sensor], set);
                 rest * models.iter().map(judged).sum::<usize>() as f64
             };
             floors.iter().enumerate().map(of).collect()
         };
-        self.unexplained = [rows(&self.train), rows(&self.heldout)];
+        self.unexplained = [rows(&self.train, Set::Train), rows(&self.heldout, Set::Heldout)];
         for model in self.train.iter_mut().chain(&mut self.heldout) {
             for (channel, floor) in model.scene.data.channels.iter_mut().zip(floors) {
                 channel.noise *= floor;
@@ -119,20 +119,10 @@ impl ArmGap {
         }
     }
 
-    /// Works out what a hypothesis leaves of these recordings.
-    pub fn judge(&self, h: &mut Hypothesis<Term>) {
-        let left = |set| {
-            let residuals = self.residuals(set, &h.terms, &h.parameters);
-            residuals.map_or(f64::INFINITY, |residuals| sum_of_squares(&residuals))
-        };
-        (h.train, h.heldout) = (left(Set::Train), left(Set::Heldout));
-        h.count = self.count(Set::Train);
-    }
-
-    fn models(&self, set: Set) -> &[Model] {
+    pub(super) fn models(&self, set: Set) -> &[Model] {
         match set {
             Set::Train => &self.train,
-            Set::Heldout => &self.heldout,
+            Set::Heldout | Set::Unseen => &self.heldout,
         }
     }
 }
@@ -179,13 +169,15 @@ impl Gap for ArmGap {
         let with = self.with_known(terms, parameters);
         let mut all = Vec::new();
         for model in self.models(set) {
-            all.extend(with.residuals(model)?);
+            let unseen = model.scene.unseen.iter().cycle();
+            let own = with.residuals(model)?.into_iter().zip(unseen);
+            all.extend(own.map(|(left, unseen)| if is_in(set, *unseen) { left } else { 0.0 }));
         }
         Some(all)
     }
 
     fn count(&self, set: Set) -> usize {
-        self.models(set).iter().map(Model::count).sum()
+        self.models(set).iter().map(|model| model.count(set)).sum()
     }
 
     fn candidates(

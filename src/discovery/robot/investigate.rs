@@ -362,7 +362,7 @@ fn searched(
             fitted = gap.for_search();
         }
         let other = selection::search(&fitted, &options, progress)?;
-        fitted.judge(&mut outcome.best);
+        selection::judge(&fitted, &mut outcome.best);
         if other.best.evidence() < outcome.best.evidence() {
             outcome = other;
         }
@@ -370,7 +370,7 @@ fn searched(
     let ties = outcome.rivals.iter_mut().filter(|rival| rival.behind < options.tie);
     let told = [&mut outcome.nothing, &mut outcome.best].into_iter().chain(&mut outcome.without);
     let told: Vec<_> = told.chain(ties.map(|rival| &mut rival.hypothesis)).collect();
-    told.into_par_iter().for_each(|hypothesis| gap.judge(hypothesis));
+    told.into_par_iter().for_each(|hypothesis| selection::judge(gap, hypothesis));
     Ok((outcome, Some(fitted)))
 }
 

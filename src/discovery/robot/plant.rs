@@ -10,6 +10,7 @@ use super::chain::{Chain, MOST_JOINTS};
 use super::data::{Data, Quantity};
 use super::spline::Spline;
 use crate::discovery::recording::sidecar::{Controller, TorqueSensor};
+use crate::discovery::resample;
 
 /// The arm as it is modelled, the same for all recordings.
 #[derive(Debug, Clone, PartialEq)]
@@ -249,6 +250,8 @@ pub struct Scene {
     /// Along a measured motion, whether the sign of a joint's speed is in doubt, `rows × n`: what dry
     /// friction does there nobody can say. Empty otherwise.
     pub in_doubt: Vec<bool>,
+    /// Whether a row decides nothing where the recording is held out.
+    pub unseen: Vec<bool>,
 }
 
 /// A speed below this many standard deviations may have the other sign.
@@ -368,6 +371,8 @@ impl Scene {
             (first_row, last_row) = (0, data.n_rows());
         }
         let in_doubt = in_doubt(&data, &path, &speed_error);
+        let rows = data.n_rows();
+        let unseen = (0..rows).map(|row| resample::is_unseen(row, rows)).collect();
         let smoothing = smoothing(arm, &data.time[first_row..last_row], &path, &again);
         Self {
             data,
@@ -385,6 +390,7 @@ impl Scene {
             speed_error,
             smoothing,
             in_doubt,
+            unseen,
         }
     }
 }

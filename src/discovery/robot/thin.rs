@@ -44,6 +44,7 @@ impl Scene {
             let doubt = |row: &usize| self.in_doubt[row * n..(row + 1) * n].iter().copied();
             thin.in_doubt = kept.iter().flat_map(doubt).collect();
         }
+        thin.unseen = kept.iter().map(|row| self.unseen[*row]).collect();
         thin.first_row = kept.iter().filter(|row| **row < self.first_row).count();
         thin.last_row = kept.iter().filter(|row| **row < self.last_row).count();
         thin

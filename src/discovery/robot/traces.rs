@@ -37,6 +37,7 @@ pub(super) fn traces(
                 unit: channel.quantity.unit().to_owned(),
                 noise: channel.noise,
                 held_out,
+                unseen: model.scene.unseen.iter().map(|unseen| held_out && *unseen).collect(),
                 along: "s",
                 time: data.time.clone(),
                 before: in_units(&before),

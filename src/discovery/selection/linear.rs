@@ -342,6 +342,8 @@ impl<G: Gap> Gap for Linear<'_, G> {
         match set {
             Set::Train => self.train.residuals(self, terms, parameters),
             Set::Heldout => self.heldout.residuals(self, terms, parameters),
+            // Nothing is told of what is written out.
+            Set::Unseen => None,
         }
     }
 

@@ -3,7 +3,8 @@
 //! A [`Gap`] says what the residuals are for any list of effects; [`search`] adds the effect that explains
 //! most, fits all of them together again, tries to exchange and to leave out each one, and stops when
 //! nothing more pays. Paying means two things at once: the Bayesian information criterion falls on the
-//! data fitted, and the misfit falls on data that were not. What explains the data as well as the
+//! data fitted, and the misfit falls on data that were not. A third of those has no say in that either, and what is
+//! told of an explanation is what it leaves there. What explains the data as well as the
 //! effect chosen is kept as a [`Rival`], so that the caller can say "cannot tell".
 //!
 //! [`search`] holds the order of things, `screen` the linear algebra that says which candidates are worth a
@@ -32,7 +33,7 @@ pub use refit::refit;
 pub use rounds::{floors, search_linear};
 pub use screen::{left_after, sum_of_squares};
 pub use search::{is_sensible, search};
-pub use steady::{left, path};
+pub use steady::{judge, left, path, reported, split};
 
 /// How a parameter enters, and on what scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,8 +59,15 @@ pub struct Slot {
 pub enum Set {
     /// The data fitted.
     Train,
-    /// The data held out.
+    /// The data held out: no number is fitted to them, but what they do not bear out is not named.
     Heldout,
+    /// The part of the data held out that decides nothing: what is told of them is read off it.
+    Unseen,
+}
+
+impl Set {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Train, Self::Heldout, Self::Unseen];
 }
 
 /// A stretch of the residuals that one sensor read.
@@ -233,6 +241,8 @@ pub struct Hypothesis<T> {
     pub train: f64,
     /// Sum of squares on the data held out, same parameters; infinite if the model runs away on them.
     pub heldout: f64,
+    /// Sum of squares on the data that decide nothing ([`reported`]); not a number until all is decided.
+    pub unseen: f64,
     /// Surcharges of the effects, one each.
     pub surcharges: Vec<f64>,
     /// By how much the criterion fell when each effect joined, the others of that moment fitted again.
@@ -352,11 +362,11 @@ impl<T> Outcome<T> {
     }
 
     fn evidence(&self, at: usize, h: &Hypothesis<T>) -> Evidence {
-        let explained = (self.nothing.heldout - self.best.heldout).max(1e-9);
+        let explained = (self.nothing.unseen - self.best.unseen).max(1e-9);
         let without = &self.without[at];
         Evidence {
             delta_bic: without.criterion() - h.criterion(),
-            heldout_gain: ((without.heldout - h.heldout) / explained).clamp(-1.0, 1.0),
+            heldout_gain: ((without.unseen - h.unseen) / explained).clamp(-1.0, 1.0),
         }
     }
 }

@@ -166,5 +166,16 @@ pub(super) fn refit_some<G: Gap>(
         .residuals(Set::Heldout, &terms, &parameters)
         .map_or(f64::INFINITY, |residuals| sum_of_squares(&residuals));
     let gains = vec![0.0; terms.len()];
-    Some(Hypothesis { terms, parameters, covariance, train, heldout, surcharges, gains, count })
+    let unseen = f64::NAN;
+    Some(Hypothesis {
+        terms,
+        parameters,
+        covariance,
+        train,
+        heldout,
+        unseen,
+        surcharges,
+        gains,
+        count,
+    })
 }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::refit::{near_parameters, refit_some, same_terms};
 use super::screen::Local;
-use super::steady::{least_steady, steadied};
+use super::steady::{judge_all, least_steady, steadied};
 use super::{Candidate, Gap, Hypothesis, Options, Outcome, Rival, Set, Slot, refit};
 
 /// Searches for the effects that are missing.
@@ -34,7 +34,10 @@ pub fn search<G: Gap>(
         steadied(gap, &mut outcome, options);
         // One less each time.
         let rest = least_steady(&outcome).and_then(|at| left_out(gap, &outcome.best, at));
-        let Some(best) = rest else { return Ok(outcome) };
+        let Some(best) = rest else {
+            judge_all(gap, &mut outcome, options);
+            return Ok(outcome);
+        };
         grown = Grown { best, rivals: outcome.rivals, unnamed };
     }
 }

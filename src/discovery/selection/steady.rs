@@ -1,8 +1,10 @@
 //! How sure what was chosen is: whether other stretches of the data choose it as well, and what each name takes away.
 
+use rayon::prelude::*;
+
 use super::rounds::FAR;
 use super::search::{pays, weighed};
-use super::{Gap, Hypothesis, Options, Outcome, Rival, Set};
+use super::{Gap, Hypothesis, Options, Outcome, Rival, Set, sum_of_squares};
 use crate::discovery::finding::{Split, Step};
 use crate::discovery::resample::{self, Draw, STRETCHES};
 
@@ -82,14 +84,46 @@ pub(super) fn least_steady<T>(outcome: &Outcome<T>) -> Option<usize> {
     (named(least) < MEDIAN).then_some(least)
 }
 
-/// Returns the root mean square of what is left of both sets without any effect, in units of noise.
+/// Returns the data that what is told of those held out is read off: what decides nothing, or all of them where they are too
+/// few to set some aside.
+pub fn reported<G: Gap>(gap: &G) -> Set {
+    if gap.count(Set::Unseen) > 0 { Set::Unseen } else { Set::Heldout }
+}
+
+/// Works out what a hypothesis leaves of all data.
+pub fn judge<G: Gap>(gap: &G, h: &mut Hypothesis<G::Term>) {
+    let left = |set| square(gap, set, &h.terms, &h.parameters);
+    (h.train, h.heldout, h.unseen) = (left(Set::Train), left(Set::Heldout), left(reported(gap)));
+    h.count = gap.count(Set::Train);
+}
+
+/// The same for all that is told of an outcome: rivals that are far behind are told by their names.
+pub(super) fn judge_all<G: Gap>(gap: &G, outcome: &mut Outcome<G::Term>, options: &Options) {
+    let ties = outcome.rivals.iter_mut().filter(|rival| rival.behind < options.tie);
+    let chosen = [&mut outcome.nothing, &mut outcome.best].into_iter().chain(&mut outcome.without);
+    let told: Vec<_> = chosen.chain(ties.map(|rival| &mut rival.hypothesis)).collect();
+    told.into_par_iter()
+        .for_each(|h| h.unseen = square(gap, reported(gap), &h.terms, &h.parameters));
+}
+
+fn square<G: Gap>(gap: &G, set: Set, terms: &[G::Term], parameters: &[f64]) -> f64 {
+    gap.residuals(set, terms, parameters).map_or(f64::INFINITY, |left| sum_of_squares(&left))
+}
+
+fn rms<G: Gap>(gap: &G, set: Set, sum: f64) -> f64 {
+    (sum / gap.count(set).max(1) as f64).sqrt()
+}
+
+/// Returns the root mean square of what a hypothesis leaves of the data fitted and of those held out, in units of noise.
+pub fn split<G: Gap>(gap: &G, h: &Hypothesis<G::Term>) -> Split {
+    Split { train: rms(gap, Set::Train, h.train), heldout: rms(gap, reported(gap), h.unseen) }
+}
+
+/// The same without any effect.
 pub fn left<G: Gap>(gap: &G) -> Split {
     let own: Vec<f64> = gap.nuisance().iter().map(|(_, value)| *value).collect();
-    let of = |set| {
-        let sum = gap.residuals(set, &[], &own).map_or(f64::NAN, |r| super::sum_of_squares(&r));
-        (sum / gap.count(set).max(1) as f64).sqrt()
-    };
-    Split { train: of(Set::Train), heldout: of(Set::Heldout) }
+    let of = |set| rms(gap, set, square(gap, set, &[], &own));
+    Split { train: of(Set::Train), heldout: of(reported(gap)) }
 }
 
 /// Returns what is left after each name is written into the model as it was fitted, the largest first; `told` says the name of
@@ -118,11 +152,8 @@ pub fn path<G: Gap>(
     let add = |at: usize| {
         terms.push(best.terms[at].clone());
         parameters.extend_from_slice(parts[at]);
-        let [train, heldout] = [Set::Train, Set::Heldout].map(|set| {
-            let residuals = gap.residuals(set, &terms, &parameters);
-            let sum = residuals.map_or(f64::INFINITY, |r| super::sum_of_squares(&r));
-            (sum / gap.count(set).max(1) as f64).sqrt()
-        });
+        let [train, heldout] = [Set::Train, reported(gap)]
+            .map(|set| rms(gap, set, square(gap, set, &terms, &parameters)));
         let (name, at) = told(&best.terms[at]);
         Step { name, at, gap: Split { train, heldout } }
     };

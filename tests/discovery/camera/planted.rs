@@ -14,7 +14,8 @@ fn one(finding: &Finding, name: &str) {
     assert_eq!(finding.verdict, Verdict::Named, "{finding:#?}");
     assert_eq!(names(finding), [name], "{finding:#?}");
     assert!(finding.gap.shrink_heldout > 0.9, "{:?}", finding.gap);
-    assert!((finding.gap.after.heldout - 1.0).abs() < 0.15, "{:?}", finding.gap);
+    // It is read off some 70 numbers, which know it to a twelfth.
+    assert!((finding.gap.after.heldout - 1.0).abs() < 0.25, "{:?}", finding.gap);
 }
 
 #[test]

@@ -20,9 +20,11 @@ enum Odds {
 pub(super) enum Sign {
     /// Either.
     Any,
-    /// Not negative together with what the model has of it: the effect itself is not negative where the model
-    /// has nothing of its kind.
+    /// Not negative together with what the model has of it, other effects that were found included: the effect itself is not
+    /// negative where the model has nothing of its kind.
     Total,
+    /// The same with what the model had before anything was looked for: what resists is not the difference of two laws.
+    Given,
     /// Not negative.
     Own,
 }
@@ -55,14 +57,14 @@ const fn law(kind: &'static str, odds: Odds, sign: Sign, seen: Seen) -> Law {
 }
 
 const LAWS: [Law; 25] = [
-    law("linear_damping", Odds::Common, Sign::Total, Seen::Anything),
-    law("viscous_friction", Odds::Common, Sign::Total, Seen::Anything),
-    law("quadratic_drag", Odds::Common, Sign::Total, Seen::Anything),
-    law("quadratic_friction", Odds::Common, Sign::Total, Seen::Anything),
-    law("dry_friction", Odds::Common, Sign::Total, Seen::Turning),
-    law("coulomb_friction", Odds::Common, Sign::Total, Seen::Anything),
-    law("asymmetric_damping", Odds::Uncommon, Sign::Total, Seen::Anything),
-    law("asymmetric_friction", Odds::Uncommon, Sign::Total, Seen::Turning),
+    law("linear_damping", Odds::Common, Sign::Given, Seen::Anything),
+    law("viscous_friction", Odds::Common, Sign::Given, Seen::Anything),
+    law("quadratic_drag", Odds::Common, Sign::Given, Seen::Anything),
+    law("quadratic_friction", Odds::Common, Sign::Given, Seen::Anything),
+    law("dry_friction", Odds::Common, Sign::Given, Seen::Turning),
+    law("coulomb_friction", Odds::Common, Sign::Given, Seen::Anything),
+    law("asymmetric_damping", Odds::Uncommon, Sign::Given, Seen::Anything),
+    law("asymmetric_friction", Odds::Uncommon, Sign::Given, Seen::Turning),
     law("stribeck_friction", Odds::Uncommon, Sign::Own, Seen::Turning),
     law("linear_stiffness", Odds::Uncommon, Sign::Total, Seen::Anything),
     // Springs soften as well as they harden.

@@ -65,6 +65,8 @@ impl Range {
 pub struct Ground<'a> {
     /// The model as text tree.
     pub model: &'a ModelItem,
+    /// The same before anything was found.
+    pub given: &'a ModelItem,
     /// The model as program.
     pub compiled: &'a Compiled,
     /// Along the simulation, one per state.
@@ -227,7 +229,7 @@ impl Draft<'_> {
         let names: Vec<String> =
             params.iter().map(|p| fresh(model, &format!("{at}_{}", p.suffix))).collect();
         let (patch, equation) = write(&names);
-        let is_not_negative = is_not_negative(model, law, at, &patch);
+        let is_not_negative = is_not_negative(self.ground, law, at, &patch);
         let n_starts = params.iter().map(|p| p.starts.len()).max().unwrap_or(1);
         // What has no shape is nearly linear in how much of it there is, so it begins from none.
         let none: Option<Vec<f64>> = params.iter().map(|p| p.neutral).collect();
@@ -265,11 +267,12 @@ const OPEN: f64 = 1e15;
 
 /// Whether the amounts of a law cannot be negative at a place: where the model has a force of its own there, what
 /// is added may take some of it away.
-fn is_not_negative(model: &ModelItem, law: Law, at: &str, patch: &Patch) -> bool {
+fn is_not_negative(ground: &Ground, law: Law, at: &str, patch: &Patch) -> bool {
     match law.sign {
         Sign::Any => false,
         Sign::Own => true,
-        Sign::Total => {
+        Sign::Total | Sign::Given => {
+            let model = if law.sign == Sign::Given { ground.given } else { ground.model };
             let has_own = |state: &String| {
                 let rate = model.equations.iter().find(|e| e.name.text == *state);
                 rate.is_some_and(|e| names_in(&e.formula).iter().any(|n| depends(model, n, at)))

@@ -276,7 +276,7 @@ fn problems(gap: &ArmGap) -> Option<Vec<Problem>> {
 
 /// Returns what every torque sensor says, once for each creep.
 fn sums(gap: &ArmGap, set: Set) -> Option<Vec<Vec<Sums>>> {
-    let models = if set == Set::Train { &gap.train } else { &gap.heldout };
+    let models = gap.models(set);
     let n = models.first()?.arm.chain.n();
     let here = gap.residuals(set, &[], &[])?;
     let of_body = |at: usize| -> Vec<f64> {

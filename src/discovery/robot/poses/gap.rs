@@ -13,6 +13,7 @@ use crate::alignment::rigid::motion_between;
 use crate::discovery::Trace;
 use crate::discovery::finding::{Channel, Told};
 use crate::discovery::recording::Error;
+use crate::discovery::resample;
 use crate::discovery::selection::{Candidate, Gap, Hypothesis, Set, Slot};
 use crate::discovery::worded::Worded;
 use crate::language::ast::EffectItem;
@@ -40,6 +41,7 @@ pub(super) struct AtPoses {
     pub(super) arm: Arm,
     train: Vec<Pose>,
     heldout: Vec<Pose>,
+    unseen: Vec<Pose>,
     pub(super) known: (Vec<Term>, Vec<f64>),
     pub(super) noise: Noise,
 }
@@ -47,13 +49,18 @@ pub(super) struct AtPoses {
 impl AtPoses {
     pub(super) fn new(arm: Arm, train: Vec<Pose>, heldout: Vec<Pose>) -> Self {
         let noise = Noise { tip: 1.0, tau: vec![1.0; arm.chain.n()], beyond: f64::INFINITY };
-        Self { arm, train, heldout, known: (Vec::new(), Vec::new()), noise }
+        let apart = |(row, _): &(usize, Pose)| resample::is_unseen_alone(*row);
+        let (unseen, heldout): (Vec<_>, Vec<_>) = heldout.into_iter().enumerate().partition(apart);
+        let [unseen, heldout] =
+            [unseen, heldout].map(|all| all.into_iter().map(|(_, p)| p).collect());
+        Self { arm, train, heldout, unseen, known: (Vec::new(), Vec::new()), noise }
     }
 
     pub(super) fn poses(&self, set: Set) -> &[Pose] {
         match set {
             Set::Train => &self.train,
             Set::Heldout => &self.heldout,
+            Set::Unseen => &self.unseen,
         }
     }
 
@@ -96,7 +103,7 @@ impl AtPoses {
         if turn < far && x.norm() < far {
             return None;
         }
-        for pose in self.train.iter_mut().chain(&mut self.heldout) {
+        for pose in self.train.iter_mut().chain(&mut self.heldout).chain(&mut self.unseen) {
             pose.tip = pose.tip.map(|tip| (seen.inverse() * nalgebra::Point3::from(tip)).coords);
         }
         let (roll, pitch, yaw) = seen.rotation.euler_angles();
@@ -113,7 +120,7 @@ impl AtPoses {
         let (chain, zero, seen) = geometry.applied(&self.arm.chain);
         let mut other = self.clone();
         other.arm.chain = chain;
-        for pose in other.train.iter_mut().chain(&mut other.heldout) {
+        for pose in other.train.iter_mut().chain(&mut other.heldout).chain(&mut other.unseen) {
             pose.q.iter_mut().zip(zero).for_each(|(q, zero)| *q += zero);
             pose.tip = pose.tip.map(|tip| (seen.inverse() * nalgebra::Point3::from(tip)).coords);
         }
@@ -147,7 +154,7 @@ impl AtPoses {
     /// Returns measured minus predicted, `filed` without any effect and this with those of `best`, for every channel.
     pub(super) fn traces(&self, filed: &Self, best: &Hypothesis<Term>, name: &str) -> Vec<Trace> {
         let mut found = Vec::new();
-        for set in [Set::Train, Set::Heldout] {
+        for set in Set::ALL {
             let before = filed.left(set, &[], &[]);
             let after = self.left(set, &best.terms, &best.parameters);
             for ((channel, before), (_, after)) in before.into_iter().zip(after) {
@@ -156,7 +163,8 @@ impl AtPoses {
                     channel: channel_name(channel),
                     unit: unit(channel).to_owned(),
                     noise: self.noise_of(channel),
-                    held_out: set == Set::Heldout,
+                    held_out: set != Set::Train,
+                    unseen: vec![set == Set::Unseen; before.len()],
                     along: "poses",
                     time: (0..before.len()).map(|row| row as f64).collect(),
                     before,

@@ -24,7 +24,7 @@ use super::load::Load;
 use super::plant::{Arm, Plant, Scene};
 use super::term::Term;
 use crate::discovery::recording::sidecar::TorqueSensor;
-use crate::discovery::selection::Slot;
+use crate::discovery::selection::{Set, Slot};
 
 /// An arm laid out along one recording, ready to be simulated with any effects.
 #[derive(Debug)]
@@ -80,6 +80,15 @@ impl Motion {
     fn still(values: usize) -> Self {
         let [q, dq, tau, load, gap] = std::array::from_fn(|_| vec![0.0; values]);
         Self { q, dq, tau, load, gap }
+    }
+}
+
+/// Returns whether a row of a recording belongs to a set of which the recording is.
+pub fn is_in(set: Set, unseen: bool) -> bool {
+    match set {
+        Set::Train => true,
+        Set::Heldout => !unseen,
+        Set::Unseen => unseen,
     }
 }
 
@@ -244,10 +253,10 @@ impl Model {
     }
 
     /// Returns how many independent values are judged.
-    pub fn count(&self) -> usize {
+    pub fn count(&self, set: Set) -> usize {
         let channels = self.scene.data.channels.iter();
         let predicted = channels.filter(|channel| self.is_predicted(channel.quantity));
-        predicted.map(|channel| self.judged(channel)).sum()
+        predicted.map(|channel| self.judged(channel, set)).sum()
     }
 
     /// Returns by how much each residual falls for one unit more of a number of a body, in the order of
@@ -281,9 +290,10 @@ impl Model {
     }
 
     /// Returns how many rows of a channel are judged.
-    pub fn judged(&self, channel: &Channel) -> usize {
+    pub fn judged(&self, channel: &Channel, set: Set) -> usize {
         let rows = self.scene.first_row..self.scene.last_row;
-        rows.filter(|&row| self.is_judged(channel, row)).count()
+        let own = rows.filter(|&row| is_in(set, self.scene.unseen[row]));
+        own.filter(|&row| self.is_judged(channel, row)).count()
     }
 
     /// Returns whether a channel's row counts.
