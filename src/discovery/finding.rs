@@ -350,6 +350,14 @@ pub fn grouped(kind: &str, numbers: &[Told]) -> BTreeMap<String, Parameter> {
     grouped
 }
 
+/// Two explanations this near each other in the criterion are not told apart: "strong" on the scale of Kass and Raftery, 1995,
+/// begins here.
+pub const TIE: f64 = 6.0;
+
+/// The part of what is left that an effect takes at least to be named; and the part of a signal below which what is left of it may
+/// be an error of measurement.
+pub const MATTERS: f64 = 0.1;
+
 /// A misfit this many standard deviations of χ² above its expectation is no noise.
 pub const SIGNIFICANT: f64 = 5.0;
 

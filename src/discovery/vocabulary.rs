@@ -1,4 +1,4 @@
-//! The names of what a twin can lack: kind, where it may sit, its parameters with units.
+//! The names of what a twin can lack: kind, how common it is, where it may sit, its parameters with units.
 //!
 //! One table, [`KINDS`]. A model file holds an effect as `name(at) { parameter = value unit }`, `gap`
 //! names it, JSON prints it: all three take their words from here. How an effect acts on a motion is
@@ -56,11 +56,37 @@ pub struct ParameterKind {
     pub components: &'static [&'static str],
 }
 
+/// How common an effect is beside others that fit equally well, before anything is measured: judged by what commissioning and
+/// laboratory benches meet. Chosen, not measured: three steps are all that such odds are good for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Odds {
+    /// What moves rubs and weighs, what measures has a zero and a scale.
+    Common,
+    /// One in ten of those.
+    Uncommon,
+    /// One in a hundred.
+    Rare,
+}
+
+impl Odds {
+    /// Returns what naming such an effect costs in the criterion: -2 ln of the odds.
+    pub fn price(self) -> f64 {
+        let odds: f64 = match self {
+            Self::Common => 1.0,
+            Self::Uncommon => 0.1,
+            Self::Rare => 0.01,
+        };
+        -2.0 * odds.ln()
+    }
+}
+
 /// A kind of effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Kind {
     /// Its name, for ever.
     pub name: &'static str,
+    /// How common it is beside the others.
+    pub odds: Odds,
     /// Where it may sit.
     pub seats: &'static [Seat],
     /// Its parameters.
@@ -83,12 +109,13 @@ const RPY: ParameterKind =
 
 const fn kind(
     name: &'static str,
+    odds: Odds,
     seats: &'static [Seat],
     parameters: &'static [ParameterKind],
     does: &'static str,
     shows: &'static str,
 ) -> Kind {
-    Kind { name, seats, parameters, does, shows }
+    Kind { name, odds, seats, parameters, does, shows }
 }
 
 /// Every effect that has a name.
@@ -96,6 +123,7 @@ pub const KINDS: &[Kind] = &[
     // Robot: effort.
     kind(
         "coulomb_friction",
+        Odds::Common,
         &[Seat::Joint, Seat::State],
         &[number("torque", "N*m"), number("creep", "rad/s")],
         "friction of constant size against the motion",
@@ -103,6 +131,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "viscous_friction",
+        Odds::Common,
         &[Seat::Joint, Seat::State],
         &[number("coefficient", "N*m*s/rad")],
         "friction that grows with speed",
@@ -110,6 +139,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "quadratic_friction",
+        Odds::Uncommon,
         &[Seat::Joint, Seat::State],
         &[number("coefficient", "N*m*s^2/rad^2")],
         "friction that grows with the square of speed",
@@ -117,6 +147,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "stribeck_friction",
+        Odds::Uncommon,
         &[Seat::Joint, Seat::State],
         &[
             number("torque", "N*m"),
@@ -129,6 +160,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "asymmetric_friction",
+        Odds::Uncommon,
         &[Seat::Joint, Seat::State],
         &[number("forward", "N*m"), number("backward", "N*m"), number("creep", "rad/s")],
         "friction that differs with direction",
@@ -136,6 +168,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "payload",
+        Odds::Common,
         &[Seat::Link, Seat::Tool],
         &[number("mass", "kg"), COM],
         "a mass nobody modelled",
@@ -143,6 +176,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "link_mass",
+        Odds::Common,
         &[Seat::Joint],
         &[number("mass", "kg")],
         "the link after the joint is heavier than modelled, its mass spread as before",
@@ -150,6 +184,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "armature",
+        Odds::Common,
         &[Seat::Joint],
         &[number("inertia", "kg*m^2")],
         "rotor inertia",
@@ -157,6 +192,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "base_tilt",
+        Odds::Uncommon,
         &[Seat::Base],
         &[number("roll", "rad"), number("pitch", "rad")],
         "the base is tilted, so gravity is not along its -z",
@@ -164,6 +200,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "torque_offset",
+        Odds::Common,
         &[Seat::Joint],
         &[number("torque", "N*m")],
         "bias of the torque sensor",
@@ -171,6 +208,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "torque_gain",
+        Odds::Uncommon,
         &[Seat::Joint],
         &[number("gain", "")],
         "scale error of the torque sensor or the motor constant",
@@ -178,6 +216,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "torque_drift",
+        Odds::Uncommon,
         &[Seat::Joint],
         &[number("rate", "N*m/s")],
         "bias of the torque sensor that grows",
@@ -185,6 +224,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "torque_ripple",
+        Odds::Uncommon,
         &[Seat::Joint],
         &[number("amplitude", "N*m"), number("order", ""), number("phase", "rad")],
         "torque periodic in the joint angle",
@@ -193,6 +233,7 @@ pub const KINDS: &[Kind] = &[
     // Robot: motion.
     kind(
         "joint_compliance",
+        Odds::Uncommon,
         &[Seat::Joint],
         &[number("compliance", "rad/(N*m)")],
         "a gear that gives between encoder and link",
@@ -200,6 +241,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "servo_sag",
+        Odds::Uncommon,
         &[Seat::Joint],
         &[number("compliance", "rad/(N*m)")],
         "a position loop of finite gain",
@@ -207,6 +249,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "backlash",
+        Odds::Uncommon,
         &[Seat::Joint],
         &[number("width", "rad")],
         "play between encoder and link",
@@ -214,6 +257,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "command_delay",
+        Odds::Uncommon,
         &[Seat::Robot],
         &[number("delay", "s")],
         "commands act late",
@@ -221,6 +265,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "actuator_gain",
+        Odds::Uncommon,
         &[Seat::Joint],
         &[number("gain", "")],
         "the drive delivers gain times the torque asked for",
@@ -228,6 +273,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "saturation",
+        Odds::Uncommon,
         &[Seat::Joint],
         &[number("limit", "N*m")],
         "the drive's torque is clipped",
@@ -235,6 +281,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "sensor_delay",
+        Odds::Uncommon,
         &[Seat::Channel],
         &[number("delay", "s")],
         "a channel is late",
@@ -242,6 +289,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "encoder_quantization",
+        Odds::Uncommon,
         &[Seat::Joint],
         &[number("step", "rad")],
         "an encoder with coarse steps",
@@ -250,6 +298,7 @@ pub const KINDS: &[Kind] = &[
     // Robot: geometry.
     kind(
         "joint_zero_offset",
+        Odds::Uncommon,
         &[Seat::Joint],
         &[number("angle", "rad")],
         "the joint stands at encoder + angle",
@@ -257,6 +306,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "link_length",
+        Odds::Uncommon,
         &[Seat::Joint, Seat::Link],
         &[number("dx", "m"), number("dy", "m"), number("dz", "m")],
         "a dimension of the link is off",
@@ -264,6 +314,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "tool_offset",
+        Odds::Uncommon,
         &[Seat::Tool],
         &[number("dx", "m"), number("dy", "m"), number("dz", "m")],
         "the tip is elsewhere in the flange frame",
@@ -271,6 +322,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "base_shift",
+        Odds::Uncommon,
         &[Seat::Base],
         &[XYZ, RPY],
         "the arm stands elsewhere",
@@ -279,6 +331,7 @@ pub const KINDS: &[Kind] = &[
     // Camera.
     kind(
         "radial_distortion",
+        Odds::Uncommon,
         &[Seat::Camera],
         &[number("k1", ""), number("k2", "")],
         "barrel or pincushion",
@@ -286,6 +339,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "tangential_distortion",
+        Odds::Uncommon,
         &[Seat::Camera],
         &[number("p1", ""), number("p2", "")],
         "a decentred lens",
@@ -293,6 +347,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "focal_error",
+        Odds::Uncommon,
         &[Seat::Camera],
         &[number("fx_scale", ""), number("fy_scale", "")],
         "the focal length is off",
@@ -300,6 +355,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "principal_point_shift",
+        Odds::Uncommon,
         &[Seat::Camera],
         &[number("du", "px"), number("dv", "px")],
         "the centre of the picture is off",
@@ -307,6 +363,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "camera_shift",
+        Odds::Uncommon,
         &[Seat::Camera],
         &[XYZ, RPY],
         "the camera or tracker stands elsewhere than assumed",
@@ -314,6 +371,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "table_tilt",
+        Odds::Uncommon,
         &[Seat::Table],
         &[number("roll", "rad"), number("pitch", "rad"), number("height", "m")],
         "the plane is not where it was assumed",
@@ -321,6 +379,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "image_delay",
+        Odds::Uncommon,
         &[Seat::Camera],
         &[number("delay", "s")],
         "old pictures",
@@ -328,6 +387,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "rolling_shutter",
+        Odds::Uncommon,
         &[Seat::Camera],
         &[number("row_time", "s")],
         "rows are read in turn",
@@ -336,6 +396,7 @@ pub const KINDS: &[Kind] = &[
     // Objects and liquid.
     kind(
         "object_mass",
+        Odds::Common,
         &[Seat::Object],
         &[number("mass", "kg")],
         "heavier or lighter than modelled",
@@ -343,6 +404,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "object_size",
+        Odds::Uncommon,
         &[Seat::Object],
         &[number("dx", "m"), number("dy", "m"), number("dz", "m")],
         "a wrong dimension",
@@ -350,6 +412,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "grip_slip",
+        Odds::Uncommon,
         &[Seat::Gripper],
         &[number("rate", "m/s"), number("friction", "")],
         "the object creeps in the fingers, always or only under load",
@@ -357,6 +420,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "liquid_volume",
+        Odds::Uncommon,
         &[Seat::Object],
         &[number("volume", "m^3")],
         "another fill",
@@ -364,6 +428,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "liquid_viscosity",
+        Odds::Uncommon,
         &[Seat::Object],
         &[number("viscosity", "Pa*s")],
         "slow flow",
@@ -371,6 +436,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "lip_dribble",
+        Odds::Uncommon,
         &[Seat::Object],
         &[number("volume", "m^3"), number("delay", "s")],
         "liquid runs on after the vessel is upright",
@@ -378,15 +444,24 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "overflow",
+        Odds::Common,
         &[Seat::State, Seat::Object],
         &[number("level", "?"), number("share", "")],
         "a vessel is full",
         "the state clips at a level; the excess may go on",
     ),
     // Any model or signal.
-    kind("output_offset", &[Seat::Output], &[number("value", "?")], "bias of a sensor", "constant"),
+    kind(
+        "output_offset",
+        Odds::Common,
+        &[Seat::Output],
+        &[number("value", "?")],
+        "bias of a sensor",
+        "constant",
+    ),
     kind(
         "output_gain",
+        Odds::Common,
         &[Seat::Output],
         &[number("gain", "")],
         "scale error of a sensor",
@@ -394,6 +469,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "output_drift",
+        Odds::Rare,
         &[Seat::Output],
         &[number("rate", "?")],
         "bias of a sensor that grows",
@@ -401,6 +477,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "input_offset",
+        Odds::Common,
         &[Seat::Input],
         &[number("value", "?")],
         "the actuator adds a constant to the command",
@@ -408,6 +485,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "input_gain",
+        Odds::Common,
         &[Seat::Input],
         &[number("gain", "")],
         "the actuator delivers gain times the command",
@@ -415,6 +493,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "input_delay",
+        Odds::Uncommon,
         &[Seat::Input],
         &[number("delay", "s")],
         "the command acts late",
@@ -422,6 +501,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "input_saturation",
+        Odds::Rare,
         &[Seat::Input],
         &[number("limit", "?")],
         "the command is clipped",
@@ -429,6 +509,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "input_deadzone",
+        Odds::Uncommon,
         &[Seat::Input],
         &[number("width", "?")],
         "small commands do nothing",
@@ -436,6 +517,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "output_saturation",
+        Odds::Rare,
         &[Seat::Output],
         &[number("limit", "?")],
         "the sensor reads no more than its limit",
@@ -443,6 +525,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "asymmetric_damping",
+        Odds::Uncommon,
         &[Seat::State, Seat::Input],
         &[number("forward", "?"), number("backward", "?")],
         "a force proportional to a velocity that differs with direction",
@@ -450,6 +533,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "linear_damping",
+        Odds::Common,
         &[Seat::State],
         &[number("coefficient", "?")],
         "a force against a velocity",
@@ -457,6 +541,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "quadratic_drag",
+        Odds::Common,
         &[Seat::State],
         &[number("coefficient", "?")],
         "a force against the square of a velocity",
@@ -464,6 +549,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "dry_friction",
+        Odds::Common,
         &[Seat::State],
         &[number("coefficient", "?")],
         "a force of constant size against a velocity",
@@ -471,6 +557,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "linear_stiffness",
+        Odds::Uncommon,
         &[Seat::State, Seat::Joint],
         &[number("coefficient", "?")],
         "a restoring force",
@@ -478,6 +565,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "cubic_stiffness",
+        Odds::Uncommon,
         &[Seat::State, Seat::Joint],
         &[number("coefficient", "?")],
         "a restoring force that hardens",
@@ -485,6 +573,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "hysteresis",
+        Odds::Rare,
         &[Seat::Joint, Seat::State],
         &[
             number("torque", "N*m"),
@@ -498,6 +587,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "lag",
+        Odds::Uncommon,
         &[Seat::Output, Seat::Input],
         &[number("time", "s")],
         "a first-order lag",
@@ -505,6 +595,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "periodic_disturbance",
+        Odds::Rare,
         &[Seat::State, Seat::Joint],
         &[number("amplitude", "?"), number("frequency", "Hz"), number("phase", "rad")],
         "hum",
@@ -512,6 +603,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind(
         "unknown",
+        Odds::Uncommon,
         &[Seat::Anywhere],
         &[],
         "something none of the names covers, given by the formula that fits",

@@ -86,6 +86,18 @@ fn what_has_no_name_is_unknown_and_gets_a_formula() {
     assert!(effect.equation.contains("max(0, q_5 - "), "{}", effect.equation);
 }
 
+/// A gear at joint 2 that gives and takes 0.12 of what it bears, eleven times a turn (`benches/peers/hidden_formulas.py`).
+#[test]
+fn what_grows_with_the_load_gets_a_formula_of_the_load() {
+    let finding = found("load_cogging");
+    assert_eq!(finding.verdict, Verdict::Unknown, "{:?}", finding.effects);
+    let [effect] = &finding.effects[..] else { panic!("{:?}", finding.effects) };
+    assert_eq!(effect.at, "joint_2");
+    assert!((number(effect, "amplitude").0 / 0.12 - 1.0).abs() < 0.03, "{:?}", effect.parameters);
+    assert!((number(effect, "order").0 - 11.0).abs() < 0.1, "{:?}", effect.parameters);
+    assert!(finding.gap.shrink_heldout > 0.9, "{:?}", finding.gap);
+}
+
 /// 4.92 N·m·s/rad at joint 1 and a torque sensor off by 2.01 N·m at joint 4.
 #[test]
 fn two_at_once_are_both_named() {

@@ -10,7 +10,7 @@ use super::edit::{NewParam, Patch};
 use super::estimate::{Estimate, rows_that};
 use super::fitting::{Bench, Fitted};
 use super::score::{twice_log_ratio, whiteness};
-use crate::discovery::finding::Split;
+use crate::discovery::finding::{MATTERS, Split};
 use crate::language::ast::ModelItem;
 
 /// An effect with the patch that was fitted.
@@ -110,9 +110,6 @@ impl Gain {
 
 /// Least evidence for an effect to be named: "very strong" on the scale of Kass and Raftery, 1995.
 pub const LEAST_EVIDENCE: f64 = 10.0;
-/// Least part of what is left beyond the noise that an effect takes to be named; and of the signal's spread that
-/// makes coloured residuals more than an error of measurement.
-pub const MATTERS: f64 = 0.1;
 /// Most of something.
 pub const MOST: f64 = 0.5;
 /// Residuals of which less than this part is independent follow themselves.
@@ -120,8 +117,6 @@ const COLOURED: f64 = 0.3;
 /// A law is right to this part and no better: a smooth `sign`, an input between two rows, a coefficient
 /// that is no constant. What explains less than this part of what is explained already is not named.
 pub const IMPERFECTION: f64 = 0.02;
-/// Two explanations this near each other in criterion are not told apart.
-pub const TIE: f64 = 6.0;
 /// Held-out data that are described worse than the fitted ones by more than this factor, beyond what a law may
 /// get wrong, are of another machine, or show what the fitted ones do not.
 const FAR_WORSE: f64 = 2.0;

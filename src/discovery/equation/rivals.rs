@@ -5,9 +5,10 @@ use rayon::prelude::*;
 use super::candidates::{Candidate, candidates};
 use super::edit::model_in;
 use super::hypothesis::{
-    Chosen, Gain, Hypothesis, IMPERFECTION, LEAST_EVIDENCE, Question, TIE, with_values,
+    Chosen, Gain, Hypothesis, IMPERFECTION, LEAST_EVIDENCE, Question, with_values,
 };
 use super::search::Tried;
+use crate::discovery::finding::TIE;
 
 /// A rival of a chosen effect.
 #[derive(Debug, Clone)]

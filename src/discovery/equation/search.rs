@@ -9,11 +9,10 @@ use rayon::prelude::*;
 use super::candidates::{Candidate, candidates};
 use super::edit::{Patch, apply, model_in};
 use super::fitting::Fitted;
-use super::hypothesis::{
-    Chosen, Gain, Hypothesis, IMPERFECTION, MATTERS, MOST, Question, TIE, with_values,
-};
+use super::hypothesis::{Chosen, Gain, Hypothesis, IMPERFECTION, MOST, Question, with_values};
 use super::meaning::says_nothing;
 use super::rivals::Judged;
+use crate::discovery::finding::{MATTERS, TIE};
 
 /// The result of a search.
 #[derive(Debug, Clone)]

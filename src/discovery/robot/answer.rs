@@ -74,7 +74,7 @@ pub(super) fn answer(
             });
         }
         own.indistinguishable = !ties.is_empty();
-        if matches!(term.law, Law::Feature(_) | Law::Above | Law::Below) {
+        if term.law.is_formula() {
             // The twin has no law for it; a reader of the file should know all the same.
             lines.push(format!("// unknown at {}: {}", own.at, own.equation));
         } else if ties.is_empty() {

@@ -9,7 +9,8 @@ use std::f64::consts::TAU;
 use super::data::Quantity;
 use super::simulate::Model;
 use super::term::{Feature, Law, SHIFTS, Term};
-use crate::discovery::selection::Candidate;
+use crate::discovery::finding::{SIGNIFICANT, above_noise};
+use crate::discovery::selection::{Candidate, Set, sum_of_squares};
 
 /// What an effect without a name must explain more, in the units of the criterion: there are many more
 /// formulas than names. Chosen: a factor of 400 in odds.
@@ -62,32 +63,14 @@ pub fn candidates(
             add(Law::Stribeck, j, peaks.to_vec(), 0.0);
             add(Law::Hysteresis, j, shaped(Law::Hysteresis, &[0.004, 0.02, 0.1]), 0.0);
             let scan = Scan::new(model, j, left);
-            add(Law::Ripple, j, shaped(Law::Ripple, &scan.orders()), 0.0);
+            let orders = scan.orders();
+            if !orders.is_empty() {
+                add(Law::Ripple, j, shaped(Law::Ripple, &orders), 0.0);
+            }
             add(Law::Periodic, j, shaped(Law::Periodic, &scan.frequencies()), 0.0);
-            let edges = scan.edges();
-            add(Law::Above, j, shaped(Law::Above, &edges), UNNAMED);
-            add(Law::Below, j, shaped(Law::Below, &edges), UNNAMED);
-            for feature in [
-                Feature::Square,
-                Feature::Sine(1.0),
-                Feature::Cosine(1.0),
-                Feature::Sine(2.0),
-                Feature::Cosine(2.0),
-                Feature::PositionTimesSpeed,
-                Feature::FrictionTimesDistance,
-                Feature::FrictionTimesSine,
-                Feature::FrictionTimesCosine,
-                Feature::SpeedCubed,
-                Feature::RootSpeed,
-                Feature::One,
-                Feature::Time,
-                Feature::Decay(1.0),
-                Feature::Decay(5.0),
-            ] {
-                // Where torque is all that shows, a constant and a trend of it have names.
-                let has_name = !closed && matches!(feature, Feature::One | Feature::Time);
-                if !has_name {
-                    add(Law::Feature(feature), j, Vec::new(), UNNAMED);
+            if shows(model, left, j) {
+                for (law, starts) in formulas(&scan.edges(), &orders, closed) {
+                    add(law, j, starts, UNNAMED);
                 }
             }
             // Along a measured motion it is a gain of the sensor.
@@ -172,6 +155,61 @@ pub fn candidates(
 /// Returns the parameters at which a law does nothing.
 fn neutral(law: Law) -> Vec<f64> {
     law.slots().iter().map(|slot| slot.neutral.unwrap_or(0.0)).collect()
+}
+
+/// Returns whether more than noise is left of what a joint's own sensors read, or it has none: a torque without a name shows
+/// there before it shows anywhere else.
+fn shows(model: &Model, left: &[f64], joint: usize) -> bool {
+    let rows = model.scene.data.n_rows();
+    let channels = model.scene.data.channels.iter().filter(|c| model.is_predicted(c.quantity));
+    let own = channels.enumerate().filter(|(_, c)| c.quantity != Quantity::Tip && c.index == joint);
+    let mut has_own = false;
+    own.fold(false, |shows, (at, channel)| {
+        has_own = true;
+        let sum = sum_of_squares(&left[at * rows..(at + 1) * rows]);
+        shows || above_noise(sum, model.judged(channel, Set::Train)) > SIGNIFICANT
+    }) || !has_own
+}
+
+/// How fast what warms up fades, to begin with, s.
+const FADES: [f64; 2] = [3.0, 30.0];
+
+/// Returns the words of a formula for a torque without a name, each with where its shape begins.
+fn formulas(edges: &[f64], orders: &[f64], closed: bool) -> Vec<(Law, Vec<Vec<f64>>)> {
+    use Feature::{
+        Cosine, Decay, FrictionTimesCosine, FrictionTimesDistance, FrictionTimesLoad,
+        FrictionTimesSine, One, PositionTimesSpeed, RootSpeed, Sine, SpeedCubed, Square, Time,
+    };
+    let mut words = vec![
+        Square,
+        Sine(1.0),
+        Cosine(1.0),
+        Sine(2.0),
+        Cosine(2.0),
+        PositionTimesSpeed,
+        FrictionTimesDistance,
+        FrictionTimesSine,
+        FrictionTimesCosine,
+        SpeedCubed,
+        RootSpeed,
+        Decay(1.0),
+        Decay(5.0),
+        FrictionTimesLoad,
+    ];
+    if closed {
+        // Where torque is all that shows, a constant and a trend of it have names.
+        words.extend([One, Time]);
+    }
+    let shapes = [
+        (Law::Above, edges),
+        (Law::Below, edges),
+        (Law::LoadRipple, orders),
+        (Law::FadingDry, &FADES),
+        (Law::FadingFluid, &FADES),
+    ];
+    let shapes = shapes.into_iter().filter(|(_, shapes)| !shapes.is_empty());
+    let shapes = shapes.map(|(law, shapes)| (law, shaped(law, shapes)));
+    shapes.chain(words.into_iter().map(|word| (Law::Feature(word), Vec::new()))).collect()
 }
 
 /// Returns the law doing nothing in each of the given shapes; its last parameter is the shape.
@@ -339,13 +377,13 @@ impl Scan {
         peaks.into_iter().take(count).map(|(_, at)| at).collect()
     }
 
-    /// Returns the orders of a ripple worth trying.
+    /// Returns the orders of a ripple worth trying; none where the joint hardly turns.
     fn orders(&self) -> Vec<f64> {
         let (low, high) =
             self.q.iter().fold((f64::MAX, f64::MIN), |(l, h), q| (l.min(*q), h.max(*q)));
         let range = high - low;
         if range < 0.05 {
-            return vec![12.0];
+            return Vec::new();
         }
         // Two orders closer than this look alike over the range; half a step still finds the peak.
         let step = (1.5 / range).clamp(0.05, 2.0);

@@ -5,10 +5,9 @@
 use super::explain::{ArmGap, WithKnown};
 use super::simulate::Model;
 use super::term::Term;
+use crate::discovery::finding::MATTERS;
 use crate::discovery::selection::{Hypothesis, sum_of_squares};
 
-/// Most of the signal, in root mean squares, that an error of measurement is.
-const SMALL: f64 = 0.1;
 /// The parts of a recording that are compared, and how much more than the middle one the largest holds, in squares, of what
 /// is there throughout.
 const PARTS: usize = 10;
@@ -28,7 +27,7 @@ pub(super) fn coloured_noise(gap: &ArmGap, h: &Hypothesis<Term>) -> Option<f64> 
     let alike = train.mean() / heldout.mean().max(1e-300);
     let both = train.and(heldout);
     let part = (both.left / both.signal.max(1e-300)).sqrt();
-    let is_noise = both.is_throughout && part < SMALL && (1.0 / ALIKE..ALIKE).contains(&alike);
+    let is_noise = both.is_throughout && part < MATTERS && (1.0 / ALIKE..ALIKE).contains(&alike);
     is_noise.then_some(part)
 }
 

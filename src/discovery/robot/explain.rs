@@ -7,6 +7,7 @@ use super::load::Thing;
 use super::simulate::{Model, is_in};
 use super::term::{Law, SENSIBLE_GAIN, Term};
 use crate::discovery::selection::{Block, Candidate, Gap, Hypothesis, Set, Slot};
+use crate::discovery::vocabulary::{Odds, kind_named};
 
 /// Recordings of one arm, some to fit and some to judge.
 #[derive(Debug)]
@@ -294,20 +295,7 @@ impl Gap for ArmGap {
     }
 
     fn is_usual(&self, term: &Term) -> bool {
-        use Law::{
-            Armature, Coulomb, LinkMass, ObjectMass, Payload, SmoothCoulomb, TorqueOffset, Viscous,
-        };
-        matches!(
-            term.law,
-            Viscous
-                | Coulomb
-                | SmoothCoulomb
-                | TorqueOffset
-                | Armature
-                | LinkMass
-                | Payload
-                | ObjectMass
-        )
+        kind_named(term.law.name()).is_some_and(|kind| kind.odds == Odds::Common)
     }
 
     fn usual(&self) -> Vec<Term> {

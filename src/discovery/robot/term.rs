@@ -31,6 +31,8 @@ pub enum Feature {
     FrictionTimesSine,
     /// `sign(dq)·cos(q)`: the other part of it.
     FrictionTimesCosine,
+    /// `sign(dq)·|load|`: friction that grows with what the gear bears.
+    FrictionTimesLoad,
 }
 
 /// What an effect does.
@@ -103,6 +105,12 @@ pub enum Law {
     Above,
     /// The other side: `coefficient·max(0, q0 - q)`.
     Below,
+    /// `load·(sine·sin(order·q) + cosine·cos(order·q))`: a gear that gives and takes where it bears.
+    LoadRipple,
+    /// `-coefficient·sign(dq)·exp(-t/time)`: dry friction of a gear that warms up.
+    FadingDry,
+    /// `-coefficient·dq·exp(-t/time)`: the same of its grease.
+    FadingFluid,
 }
 
 /// An effect at its place.
@@ -150,6 +158,9 @@ pub const SHIFTS: [[bool; 6]; 5] = [
 /// A sensor or a drive that says twice or half of what it should is not overlooked.
 pub const SENSIBLE_GAIN: std::ops::Range<f64> = 0.5..2.0;
 
+/// What has no name.
+const UNKNOWN: &str = "unknown";
+
 impl Law {
     /// Returns whether the law acts on one joint's torque or its reading, and on nothing else while the
     /// motion is given.
@@ -170,6 +181,9 @@ impl Law {
                 | Self::Periodic
                 | Self::Above
                 | Self::Below
+                | Self::LoadRipple
+                | Self::FadingDry
+                | Self::FadingFluid
                 | Self::Feature(_)
                 | Self::TorqueOffset
                 | Self::TorqueGain
@@ -196,6 +210,11 @@ impl Law {
                 | Self::TorqueOffset
                 | Self::TorqueGain
         )
+    }
+
+    /// Returns whether it is a formula rather than a law with a name.
+    pub fn is_formula(self) -> bool {
+        self.name() == UNKNOWN
     }
 
     /// Returns the name in the vocabulary.
@@ -230,7 +249,12 @@ impl Law {
             Self::Stiffness => "linear_stiffness",
             Self::CubicStiffness => "cubic_stiffness",
             Self::Periodic => "periodic_disturbance",
-            Self::Feature(_) | Self::Above | Self::Below => "unknown",
+            Self::Feature(_)
+            | Self::Above
+            | Self::Below
+            | Self::LoadRipple
+            | Self::FadingDry
+            | Self::FadingFluid => UNKNOWN,
         }
     }
 
@@ -310,6 +334,17 @@ impl Law {
                 slot("frequency", "Hz", 2e-3, (0.01, 500.0), None),
             ],
             Self::Feature(_) => vec![slot("coefficient", "", 0.05, ANY, Some(0.0))],
+            Self::LoadRipple => vec![
+                slot("sine", "", 0.01, ANY, Some(0.0)),
+                slot("cosine", "", 0.01, ANY, Some(0.0)),
+                slot("order", "", 0.02, (0.3, 400.0), None),
+            ],
+            // What fades within a few rows, or over hours, is something else.
+            Self::FadingDry => vec![torque, slot("time", "s", 0.5, (0.5, 1e3), None)],
+            Self::FadingFluid => vec![
+                slot("coefficient", "N*m*s/rad", 0.1, UP, Some(0.0)),
+                slot("time", "s", 0.5, (0.5, 1e3), None),
+            ],
             Self::Above | Self::Below => vec![
                 slot("coefficient", "N*m/rad", 0.05, ANY, Some(0.0)),
                 slot("q0", "rad", 0.01, ANY, None),
@@ -373,9 +408,15 @@ impl Term {
     }
 }
 
+/// Returns the sign of a speed, smooth through standstill: the arm's speed noise must not decide it.
+pub fn softly(dq: f64) -> f64 {
+    (dq / 0.01).tanh()
+}
+
 impl Feature {
-    /// Returns the feature's value.
-    pub fn value(self, q: f64, dq: f64, time: f64) -> f64 {
+    /// Returns the feature's value where the joint bears `load`, N·m.
+    pub fn value(self, q: f64, dq: f64, time: f64, load: f64) -> f64 {
+        let sign = softly(dq);
         match self {
             Self::Square => q * q,
             Self::Sine(k) => (k * q).sin(),
@@ -386,10 +427,10 @@ impl Feature {
             Self::Decay(tau) => (-time / tau).exp(),
             Self::Time => time,
             Self::One => 1.0,
-            // Smooth through standstill: the arm's speed noise must not decide the sign.
-            Self::FrictionTimesDistance => (dq / 0.01).tanh() * q.abs(),
-            Self::FrictionTimesSine => (dq / 0.01).tanh() * q.sin(),
-            Self::FrictionTimesCosine => (dq / 0.01).tanh() * q.cos(),
+            Self::FrictionTimesDistance => sign * q.abs(),
+            Self::FrictionTimesSine => sign * q.sin(),
+            Self::FrictionTimesCosine => sign * q.cos(),
+            Self::FrictionTimesLoad => sign * load.abs(),
         }
     }
 }

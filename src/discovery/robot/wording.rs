@@ -66,6 +66,7 @@ fn names(law: Law) -> Vec<(&'static str, &'static str)> {
         }
         Law::Payload => vec![("mass", "kg"), ("com_x", "m"), ("com_y", "m"), ("com_z", "m")],
         Law::Ripple => vec![("amplitude", "N*m"), ("order", ""), ("phase", "rad")],
+        Law::LoadRipple => vec![("amplitude", ""), ("order", ""), ("phase", "rad")],
         Law::Periodic => vec![("amplitude", "N*m"), ("frequency", "Hz"), ("phase", "rad")],
         Law::Hysteresis => vec![("torque", "N*m"), ("width", "rad"), ("n", "")],
         Law::Feature(feature) => vec![("coefficient", unit(feature))],
@@ -81,7 +82,9 @@ fn values(law: Law, p: &[f64]) -> Vec<f64> {
             vec![p[0], p[1] / mass, p[2] / mass, p[3] / mass]
         }
         // a sin x + b cos x = A sin(x + φ).
-        Law::Ripple | Law::Periodic => vec![p[0].hypot(p[1]), p[2], p[1].atan2(p[0])],
+        Law::Ripple | Law::LoadRipple | Law::Periodic => {
+            vec![p[0].hypot(p[1]), p[2], p[1].atan2(p[0])]
+        }
         // The exponent is part of the law: it is not fitted.
         Law::Hysteresis => vec![p[0], p[1], 2.0],
         _ => p.to_vec(),
@@ -102,6 +105,7 @@ fn unit(feature: Feature) -> &'static str {
         Feature::PositionTimesSpeed => "N*m*s/rad^2",
         Feature::SpeedCubed => "N*m*s^3/rad^3",
         Feature::Time => "N*m/s",
+        Feature::FrictionTimesLoad => "",
         Feature::FrictionTimesDistance => "N*m/rad",
     }
 }
@@ -195,6 +199,14 @@ pub fn equation(term: &Term, told: &[Told]) -> String {
         Law::CubicStiffness => format!("tau_{j} += {} * q_{j}^3", n(0)),
         Law::Above => format!("tau_{j} += {} * max(0, q_{j} - {})", minus(0), n(1)),
         Law::Below => format!("tau_{j} += {} * max(0, {} - q_{j})", minus(0), n(1)),
+        Law::LoadRipple => format!(
+            "tau_{j} += {} * load_{j} * sin({} * q_{j} + {})",
+            minus(0),
+            significant(v(1), 4),
+            n(2)
+        ),
+        Law::FadingDry => format!("tau_{j} += {} * sign(dq_{j})*exp(-t / ({}))", n(0), n(1)),
+        Law::FadingFluid => format!("tau_{j} += {} * dq_{j}*exp(-t / ({}))", n(0), n(1)),
         Law::Feature(feature) => {
             format!("tau_{j} += {} * {}", minus(0), shape(feature, j))
         }
@@ -216,6 +228,7 @@ fn shape(feature: Feature, j: usize) -> String {
         Feature::FrictionTimesDistance => format!("abs(q_{j})*sign(dq_{j})"),
         Feature::FrictionTimesSine => format!("sin(q_{j})*sign(dq_{j})"),
         Feature::FrictionTimesCosine => format!("cos(q_{j})*sign(dq_{j})"),
+        Feature::FrictionTimesLoad => format!("abs(load_{j})*sign(dq_{j})"),
     }
 }
 

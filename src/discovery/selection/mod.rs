@@ -26,7 +26,7 @@ mod steady;
 
 use nalgebra::DMatrix;
 
-use super::finding::{Evidence, Worth};
+use super::finding::{Evidence, MATTERS, TIE, Worth};
 
 pub use linear::related;
 pub use refit::refit;
@@ -328,9 +328,8 @@ impl Default for Options {
             broad: 1.0,
             unnamed: 0.0,
             generality: 0.0,
-            matter: 0.1,
-            // "Strong" on the scale of Kass and Raftery begins at 6.
-            tie: 6.0,
+            matter: MATTERS,
+            tie: TIE,
         }
     }
 }

@@ -1,19 +1,9 @@
-//! What is known of an effect before anything is measured: how common it is, what its numbers can be, and what
-//! has to be seen of a motion before it can be told.
+//! What is known of an effect as a term of an equation: what its numbers can be, and what has to be seen of a motion before it
+//! can be told. How common it is stands in the vocabulary.
 //!
-//! One line per law. Odds are between names that fit equally well, judged by what commissioning and laboratory
-//! benches meet; chosen, not measured: three steps are all they are good for.
+//! One line per law.
 
-/// How common an effect is beside the others.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Odds {
-    /// What moves rubs, what measures has a zero and a scale.
-    Common,
-    /// One in ten of those.
-    Uncommon,
-    /// One in a hundred.
-    Rare,
-}
+use crate::discovery::vocabulary::kind_named;
 
 /// What the amounts of an effect can be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,65 +35,59 @@ pub(super) enum Seen {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Law {
     kind: &'static str,
-    odds: Odds,
     /// What its amounts can be where it adds to a rate.
     pub(super) sign: Sign,
     /// What has to be seen of the motion.
     pub(super) seen: Seen,
 }
 
-const fn law(kind: &'static str, odds: Odds, sign: Sign, seen: Seen) -> Law {
-    Law { kind, odds, sign, seen }
+const fn law(kind: &'static str, sign: Sign, seen: Seen) -> Law {
+    Law { kind, sign, seen }
 }
 
 const LAWS: [Law; 25] = [
-    law("linear_damping", Odds::Common, Sign::Given, Seen::Anything),
-    law("viscous_friction", Odds::Common, Sign::Given, Seen::Anything),
-    law("quadratic_drag", Odds::Common, Sign::Given, Seen::Anything),
-    law("quadratic_friction", Odds::Common, Sign::Given, Seen::Anything),
-    law("dry_friction", Odds::Common, Sign::Given, Seen::Turning),
-    law("coulomb_friction", Odds::Common, Sign::Given, Seen::Anything),
-    law("asymmetric_damping", Odds::Uncommon, Sign::Given, Seen::Anything),
-    law("asymmetric_friction", Odds::Uncommon, Sign::Given, Seen::Turning),
-    law("stribeck_friction", Odds::Uncommon, Sign::Own, Seen::Turning),
-    law("linear_stiffness", Odds::Uncommon, Sign::Total, Seen::Anything),
+    law("linear_damping", Sign::Given, Seen::Anything),
+    law("viscous_friction", Sign::Given, Seen::Anything),
+    law("quadratic_drag", Sign::Given, Seen::Anything),
+    law("quadratic_friction", Sign::Given, Seen::Anything),
+    law("dry_friction", Sign::Given, Seen::Turning),
+    law("coulomb_friction", Sign::Given, Seen::Anything),
+    law("asymmetric_damping", Sign::Given, Seen::Anything),
+    law("asymmetric_friction", Sign::Given, Seen::Turning),
+    law("stribeck_friction", Sign::Own, Seen::Turning),
+    law("linear_stiffness", Sign::Total, Seen::Anything),
     // Springs soften as well as they harden.
-    law("cubic_stiffness", Odds::Uncommon, Sign::Total, Seen::Anything),
-    law("hysteresis", Odds::Rare, Sign::Own, Seen::Reversals),
-    law("periodic_disturbance", Odds::Rare, Sign::Any, Seen::Anything),
-    law("overflow", Odds::Common, Sign::Own, Seen::Anything),
-    law("input_offset", Odds::Common, Sign::Any, Seen::Anything),
-    law("input_gain", Odds::Common, Sign::Any, Seen::Anything),
-    law("input_deadzone", Odds::Uncommon, Sign::Any, Seen::Anything),
-    law("input_saturation", Odds::Rare, Sign::Any, Seen::Anything),
-    law("input_delay", Odds::Uncommon, Sign::Any, Seen::Anything),
-    law("output_offset", Odds::Common, Sign::Any, Seen::Anything),
-    law("output_gain", Odds::Common, Sign::Any, Seen::Turning),
-    law("output_drift", Odds::Rare, Sign::Any, Seen::Turning),
-    law("output_saturation", Odds::Rare, Sign::Any, Seen::Anything),
-    law("sensor_delay", Odds::Uncommon, Sign::Any, Seen::Turning),
-    law("lag", Odds::Uncommon, Sign::Any, Seen::Turning),
+    law("cubic_stiffness", Sign::Total, Seen::Anything),
+    law("hysteresis", Sign::Own, Seen::Reversals),
+    law("periodic_disturbance", Sign::Any, Seen::Anything),
+    law("overflow", Sign::Own, Seen::Anything),
+    law("input_offset", Sign::Any, Seen::Anything),
+    law("input_gain", Sign::Any, Seen::Anything),
+    law("input_deadzone", Sign::Any, Seen::Anything),
+    law("input_saturation", Sign::Any, Seen::Anything),
+    law("input_delay", Sign::Any, Seen::Anything),
+    law("output_offset", Sign::Any, Seen::Anything),
+    law("output_gain", Sign::Any, Seen::Turning),
+    law("output_drift", Sign::Any, Seen::Turning),
+    law("output_saturation", Sign::Any, Seen::Anything),
+    law("sensor_delay", Sign::Any, Seen::Turning),
+    law("lag", Sign::Any, Seen::Turning),
 ];
 
-/// What is known of a kind; of what has no name that it is common, since the choice among all words is paid for.
+/// What is known of a kind.
 pub(super) fn law_of(kind: &str) -> Law {
     let found = LAWS.iter().find(|law| law.kind == kind);
-    found.copied().unwrap_or(law("", Odds::Common, Sign::Any, Seen::Anything))
+    found.copied().unwrap_or(law("", Sign::Any, Seen::Anything))
 }
 
-/// What naming an effect costs in the criterion: -2 ln of the odds.
+/// What naming an effect costs in the criterion: what has no name nothing, since the choice among all words is paid for.
 pub(in super::super) fn price(kind: &str) -> f64 {
-    let odds: f64 = match law_of(kind).odds {
-        Odds::Common => 1.0,
-        Odds::Uncommon => 0.1,
-        Odds::Rare => 0.01,
-    };
-    -2.0 * odds.ln()
+    let is_law = LAWS.iter().any(|law| law.kind == kind);
+    kind_named(kind).filter(|_| is_law).map_or(0.0, |kind| kind.odds.price())
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::super::vocabulary::kind_named;
     use super::*;
 
     #[test]

@@ -108,6 +108,12 @@ impl Acting {
             Law::Feature(feature) => self.smooth.push((j, Smooth::Feature(feature, p[0]))),
             Law::Above => self.smooth.push((j, Smooth::Above(p[0], p[1]))),
             Law::Below => self.smooth.push((j, Smooth::Below(p[0], p[1]))),
+            Law::LoadRipple => {
+                let ripple = Smooth::LoadRipple { sine: p[0], cosine: p[1], order: p[2] };
+                self.smooth.push((j, ripple));
+            }
+            Law::FadingDry => self.smooth.push((j, Smooth::FadingDry(p[0], p[1]))),
+            Law::FadingFluid => self.smooth.push((j, Smooth::FadingFluid(p[0], p[1]))),
             Law::Hysteresis => {
                 self.loops.push(Loop { joint: j, torque: p[0], width: p[1], z: 0.0 });
             }

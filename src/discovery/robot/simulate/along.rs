@@ -80,7 +80,7 @@ pub(super) fn measured(model: &Model, acting: &Acting) -> Motion {
             motor[j] = load[j] + model.arm.armature[j] * bare.ddq[row * n + j];
         }
         for &(j, law) in &acting.smooth {
-            motor[j] -= law.torque(q[j], dq[j], time - data.time[0]);
+            motor[j] -= law.torque(q[j], dq[j], time - data.time[0], load[j]);
         }
         for each in &mut loops {
             let j = each.joint;

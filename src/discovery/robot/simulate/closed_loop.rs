@@ -17,20 +17,20 @@ use super::{GridPoint, Model, Motion};
 use crate::discovery::recording::sidecar::Controller;
 use crate::discovery::selection::Slot;
 
-/// How far an arm moves within a tick by an acceleration `a`: this part of `a·tick²`. Half of it is the
-/// continuous arm, all of it a simulator that takes one semi-implicit step a tick; two half steps are between.
-/// At 1 rad/s the two differ by more than an encoder's noise, so it is fitted.
-pub(super) const STEPPING: (Slot, f64) = {
-    let slot = Slot {
-        name: "stepping",
-        unit: "",
-        scale: 0.1,
-        range: (0.5, 1.0),
-        neutral: None,
-        least: 0.0,
-    };
-    (slot, 0.75)
-};
+const fn own(name: &'static str, unit: &'static str, scale: f64, range: (f64, f64)) -> Slot {
+    Slot { name, unit, scale, range, neutral: None, least: 0.0 }
+}
+
+/// What is known neither of an arm nor of who simulates one, with the values to begin from; both are fitted beside any effects.
+///
+/// How far it moves within a tick by an acceleration `a`: this part of `a·tick²`. Half of it is the continuous arm, all of it a
+/// simulator that takes one semi-implicit step a tick; two half steps are between. At 1 rad/s the two differ by more than an
+/// encoder's noise. And how fast a joint caught by dry friction comes to rest: within a hundredth of a second or so, as gears
+/// that give a little and the soft constraints of simulators do.
+pub(super) const OWN: [(Slot, f64); 2] = [
+    (own("stepping", "", 0.1, (0.5, 1.0)), 0.75),
+    (own("stopping", "1/s", 5.0, (20.0, 1000.0)), 100.0),
+];
 
 /// A motor without rotor inertia would be nowhere in its gap; this is less than any, kg·m².
 const LEAST_ROTOR: f64 = 1e-3;
@@ -61,6 +61,8 @@ struct Run<'a> {
     tick: f64,
     /// The part of `a·tick²` that an acceleration adds to an angle.
     part: f64,
+    /// How fast dry friction brings a joint to rest, 1/s.
+    stop: f64,
     loops: Vec<Loop>,
     gapped: Vec<Gapped>,
     /// The links' positions, rad, and speeds, rad/s.
@@ -126,7 +128,7 @@ impl<'a> Run<'a> {
             })
             .collect();
         let fine = if gapped.is_empty() { 1 } else { 2 };
-        let part = own.first().copied().unwrap_or(STEPPING.1);
+        let [part, stop] = std::array::from_fn(|i| own.get(i).copied().unwrap_or(OWN[i].1));
         // Two half ticks that together move as far.
         let part = if fine == 1 { part } else { 2.0 * part - 0.5 };
         let none = [0.0; MOST_JOINTS];
@@ -139,6 +141,7 @@ impl<'a> Run<'a> {
             fine,
             tick: scene.tick / fine as f64,
             part,
+            stop,
             loops: acting.loops.clone(),
             gapped,
             q,
@@ -159,16 +162,14 @@ impl<'a> Run<'a> {
         let (kp, kd) = (&self.controller.kp_nm_per_rad, &self.controller.kd_nm_s_per_rad);
         let n = plant.n;
         let at = (late / self.scene.tick).min((self.scene.ticks - 2) as f64);
-        let i = at as usize;
-        let f = at - i as f64;
+        let index = at as usize;
+        let there = GridPoint { n, index, part: at - index as f64 };
+        let [q, dq] = [reference, reference_speed].map(|values| there.all(values));
+        let feedforward = here.all(&plant.feedforward);
         for j in 0..n {
-            let between = |values: &[f64]| {
-                values[i * n + j] + f * (values[(i + 1) * n + j] - values[i * n + j])
-            };
-            let mut asked = kp[j] * (between(reference) - self.now.q[j])
-                + kd[j] * (between(reference_speed) - self.now.dq[j]);
+            let mut asked = kp[j] * (q[j] - self.now.q[j]) + kd[j] * (dq[j] - self.now.dq[j]);
             if with_gravity {
-                asked += here.of(&plant.feedforward, j);
+                asked += feedforward[j];
             }
             self.now.tau[j] = asked.clamp(-self.acting.limit[j], self.acting.limit[j]);
         }
@@ -201,7 +202,7 @@ impl<'a> Run<'a> {
         let mut friction = [0.0; MOST_JOINTS];
         for &(j, law) in &self.acting.smooth {
             if !matches!(law, Smooth::Viscous(_)) {
-                friction[j] += law.torque(self.now.q[j], self.now.dq[j], time);
+                friction[j] += law.torque(self.now.q[j], self.now.dq[j], time, self.now.load[j]);
             }
         }
         for each in &mut self.loops {
@@ -219,35 +220,28 @@ impl<'a> Run<'a> {
         let n = plant.n;
         let mut push = [0.0; MOST_JOINTS];
         let (mut off, mut off_speed) = ([0.0; MOST_JOINTS], [0.0; MOST_JOINTS]);
+        let [bias, q, dq] = [&plant.bias, &plant.q, &plant.dq].map(|values| here.all(values));
         for j in 0..n {
-            push[j] = self.acting.gain[j] * self.now.tau[j] - here.of(&plant.bias, j);
-            if !self.acting.needed.is_empty() {
-                push[j] -= here.of(&self.acting.needed, j);
-            }
-            push[j] += friction[j];
-            off[j] = self.q[j] + self.flex[j] - here.of(&plant.q, j);
-            off_speed[j] = self.dq[j] - here.of(&plant.dq, j);
+            push[j] = self.acting.gain[j] * self.now.tau[j] - bias[j];
+            off[j] = self.q[j] + self.flex[j] - q[j];
+            off_speed[j] = self.dq[j] - dq[j];
         }
+        if !self.acting.needed.is_empty() {
+            let needed = here.all(&self.acting.needed);
+            push.iter_mut().zip(needed).for_each(|(push, needed)| *push -= needed);
+        }
+        push.iter_mut().zip(friction).for_each(|(push, friction)| *push += friction);
         let square = here.index * n * n..(here.index + 1) * n * n;
         let (stiffness, damping) = (&plant.stiffness[square.clone()], &plant.damping[square]);
-        for i in 0..n {
-            let row = i * n..(i + 1) * n;
-            let (s, d) = (&stiffness[row.clone()], &damping[row]);
-            let mut sum = 0.0;
-            for j in 0..n {
-                sum += s[j] * off[j] + d[j] * off_speed[j];
-            }
-            push[i] -= sum;
+        let of_joints = stiffness.chunks_exact(n).zip(damping.chunks_exact(n));
+        for (push, (stiffness, damping)) in push.iter_mut().zip(of_joints) {
+            let back = stiffness.iter().zip(&off).map(|(s, off)| s * off);
+            let slowing = damping.iter().zip(&off_speed).map(|(d, off)| d * off);
+            *push -= back.zip(slowing).map(|(back, slowing)| back + slowing).sum::<f64>();
         }
-        let inverse = self.inverse_mass(here);
         let mut ddq = [0.0; MOST_JOINTS];
-        for i in 0..n {
-            let m = &inverse[i * n..(i + 1) * n];
-            let mut sum = 0.0;
-            for j in 0..n {
-                sum += m[j] * push[j];
-            }
-            ddq[i] = sum;
+        for (ddq, row) in ddq.iter_mut().zip(self.inverse_mass(here).chunks_exact(n)) {
+            *ddq = row.iter().zip(&push).map(|(m, push)| m * push).sum();
         }
         ddq
     }
@@ -270,7 +264,7 @@ impl<'a> Run<'a> {
         let n = self.scene.plant.n;
         for &(j, law) in &self.acting.smooth {
             if let Smooth::Viscous(c) = law {
-                let ahead = 0.75 * self.tick;
+                let ahead = self.part * self.tick;
                 let own = inverse[j * n + j] * ahead;
                 let torque = -c * (self.now.dq[j] + ahead * ddq[j]) / (1.0 + c * own);
                 friction[j] += torque;
@@ -286,7 +280,7 @@ impl<'a> Run<'a> {
             let j = dry.joint;
             let own = inverse[j * n + j] * self.tick;
             let free = self.dq[j] + self.tick * ddq[j];
-            let torque = dry.held(self.dq[j], free, own, self.tick);
+            let torque = dry.held(self.dq[j], free, own, (self.tick, self.stop));
             friction[j] += torque;
             Self::push(inverse, ddq, n, j, torque);
         }

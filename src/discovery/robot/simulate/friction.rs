@@ -3,11 +3,7 @@
 //! Dry friction holds a joint that it can hold: the torque that would stop the joint within a step,
 //! limited to the friction's level, as in a contact solver. Source: Stewart and Trinkle 1996.
 
-use super::super::term::Feature;
-
-/// How fast a joint caught by friction comes to rest, 1/s: within a hundredth of a second, as gears that
-/// give a little and the soft constraints of simulators do.
-const STOP: f64 = 105.0;
+use super::super::term::{Feature, softly};
 
 /// Dry friction: level over speed, per direction.
 #[derive(Debug, Clone, Copy)]
@@ -34,8 +30,9 @@ impl Dry {
     }
 
     /// Returns the torque over a step in which the joint would reach the speed `free` without friction;
-    /// `own` is the speed that 1 N·m adds in the step. Implicit, since a creep is stiff.
-    pub(super) fn held(&self, dq: f64, free: f64, own: f64, tick: f64) -> f64 {
+    /// `own` is the speed that 1 N·m adds in the step, of `tick` s, and `stop` how fast it is brought to rest, 1/s. Implicit, since
+    /// a creep is stiff.
+    pub(super) fn held(&self, dq: f64, free: f64, own: f64, (tick, stop): (f64, f64)) -> f64 {
         let level = if free > 0.0 { self.forward } else { self.backward };
         let peak = self.peak * (-(dq / self.velocity).powi(2)).exp();
         let level = level + peak;
@@ -44,10 +41,10 @@ impl Dry {
         }
         let slope = own * level / self.creep;
         if self.sharp {
-            // A soft stop: the torque that would end the motion within 1/STOP, less what gives way.
+            // A soft stop: the torque that would end the motion within 1/stop, less what gives way.
             let inverse = own / tick;
-            let stop = (free - dq) / tick + STOP * dq;
-            return -(stop / (inverse + self.creep * STOP / level)).clamp(-level, level);
+            let ended = (free - dq) / tick + stop * dq;
+            return -(ended / (inverse + self.creep * stop / level)).clamp(-level, level);
         }
         // Newton's method on v = free - own·level·tanh(v/creep), a monotone equation; begun where the
         // tanh is straight or flat.
@@ -97,10 +94,14 @@ pub(super) enum Smooth {
     Feature(Feature, f64),
     Above(f64, f64),
     Below(f64, f64),
+    LoadRipple { sine: f64, cosine: f64, order: f64 },
+    FadingDry(f64, f64),
+    FadingFluid(f64, f64),
 }
 
 impl Smooth {
-    pub(super) fn torque(self, q: f64, dq: f64, time: f64) -> f64 {
+    /// Returns the torque where the joint bears `load`, N·m.
+    pub(super) fn torque(self, q: f64, dq: f64, time: f64, load: f64) -> f64 {
         match self {
             Self::Viscous(c) => -c * dq,
             Self::Quadratic(c) => -c * dq * dq.abs(),
@@ -116,7 +117,13 @@ impl Smooth {
             Self::Below(c, q0) => c * (q0 - q).max(0.0),
             Self::Stiffness(c) => -c * q,
             Self::Cubic(c) => -c * q * q * q,
-            Self::Feature(feature, c) => c * feature.value(q, dq, time),
+            Self::LoadRipple { sine, cosine, order } => {
+                let (s, c) = (order * q).sin_cos();
+                load * (sine * s + cosine * c)
+            }
+            Self::FadingDry(c, tau) => -c * softly(dq) * (-time / tau).exp(),
+            Self::FadingFluid(c, tau) => -c * dq * (-time / tau).exp(),
+            Self::Feature(feature, c) => c * feature.value(q, dq, time, load),
         }
     }
 }

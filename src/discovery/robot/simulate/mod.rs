@@ -17,7 +17,7 @@ use std::sync::{Arc as Shared, Mutex, OnceLock};
 
 use acting::Acting;
 
-use super::chain::Chain;
+use super::chain::{Chain, MOST_JOINTS};
 use super::data::{Channel, Quantity};
 use super::links::body;
 use super::load::Load;
@@ -108,6 +108,17 @@ impl GridPoint {
         Self { n: plant.n, index, part: grid - index as f64 }
     }
 
+    /// Returns the values of all joints there, linear between the two points.
+    fn all(self, values: &[f64]) -> [f64; MOST_JOINTS] {
+        let at = self.index * self.n;
+        let (a, b) = values[at..at + 2 * self.n].split_at(self.n);
+        let mut all = [0.0; MOST_JOINTS];
+        for (to, (a, b)) in all.iter_mut().zip(a.iter().zip(b)) {
+            *to = a + self.part * (b - a);
+        }
+        all
+    }
+
     /// Returns a value of joint `j` there, linear between the two points.
     fn of(self, values: &[f64], j: usize) -> f64 {
         let (a, b) = (values[self.index * self.n + j], values[(self.index + 1) * self.n + j]);
@@ -152,9 +163,9 @@ impl Model {
     }
 
     /// Returns the parameters of the simulation itself, fitted beside those of any effects: where the motion is
-    /// simulated, how the arm moves within a tick.
+    /// simulated, how the arm moves within a tick and how friction stops it.
     pub fn own(&self) -> Vec<(Slot, f64)> {
-        if self.scene.closed_loop { vec![closed_loop::STEPPING] } else { Vec::new() }
+        if self.scene.closed_loop { closed_loop::OWN.to_vec() } else { Vec::new() }
     }
 
     /// Returns what each predicted channel would have read, one list of rows after the other, SI, with the
@@ -210,6 +221,9 @@ impl Model {
             }
             at += count;
         }
+        // How friction stops a joint shows only where there is any.
+        let is_stopped = acting.dry.iter().any(|dry| dry.sharp);
+        let own = if is_stopped { own } else { own.split_at(own.len().min(1)).0 };
         let lock = "no thread panics while it holds the lock";
         let same = |known: &&Remembered| {
             known.own == own && known.terms == moving.0 && known.parameters == moving.1
