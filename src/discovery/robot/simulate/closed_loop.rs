@@ -4,11 +4,6 @@
 //! is linearised along the path, and what acts in the joints is solved implicitly where it is stiff: thick
 //! fluids, dry friction, and gaps between motor and link. Source: Stewart and Trinkle 1996.
 
-#![expect(
-    clippy::needless_range_loop,
-    reason = "joints index a dozen arrays at once; formulas read better with the index of their source"
-)]
-
 use super::super::chain::MOST_JOINTS;
 use super::super::plant::Scene;
 use super::acting::Acting;
