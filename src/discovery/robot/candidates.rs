@@ -172,7 +172,7 @@ fn shows(model: &Model, left: &[f64], joint: usize) -> bool {
 }
 
 /// How fast what warms up fades, to begin with, s.
-const FADES: [f64; 2] = [3.0, 30.0];
+const FADES: [f64; 1] = [8.0];
 
 /// Returns the words of a formula for a torque without a name, each with where its shape begins.
 fn formulas(edges: &[f64], orders: &[f64], closed: bool) -> Vec<(Law, Vec<Vec<f64>>)> {
@@ -203,7 +203,7 @@ fn formulas(edges: &[f64], orders: &[f64], closed: bool) -> Vec<(Law, Vec<Vec<f6
     let shapes = [
         (Law::Above, edges),
         (Law::Below, edges),
-        (Law::LoadRipple, orders),
+        (Law::LoadRipple, &orders[..orders.len().min(1)]),
         (Law::FadingDry, &FADES),
         (Law::FadingFluid, &FADES),
     ];

@@ -148,9 +148,12 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
         .chain([problem.judged(&bare.x, &weights)])
         .chain(named)
         .fold(f64::INFINITY, f64::min);
-    // A load has a name, and is one only if it does clearly more than the links' own numbers.
+    // A load has a name, and is one only if it does clearly more than the links' own numbers, or they would have to be what
+    // numbers of files are not.
+    let is_far = |freed: &Freed| freed.beside.len() == 1 && freed.is_far(bodies, &problem.prior);
+    let better = if freed.iter().any(is_far) { 1.0 } else { BETTER };
     let cost = |freed: &Freed| {
-        freed.judged(&problem, &weights) / if freed.beside.len() > 1 { BETTER } else { 1.0 }
+        freed.judged(&problem, &weights) / if freed.beside.len() > 1 { better } else { 1.0 }
     };
     let best = freed.into_iter().min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
     let left = best.judged(&problem, &weights);
@@ -215,6 +218,11 @@ impl<'a> Freed<'a> {
     /// Returns what it leaves of the recordings held out.
     fn judged(&self, problem: &Problem, weights: &[f64]) -> f64 {
         problem.beside(&self.changes).judged(&self.with.x, weights)
+    }
+
+    /// Returns whether a number is further from the file's than numbers of files are.
+    fn is_far(&self, bodies: &[Body], prior: &[f64]) -> bool {
+        far(bodies, &told(bodies, &self.changes, &self.free, prior)).is_some()
     }
 
     fn links(self, bodies: &[Body], prior: &[f64], is_better: bool) -> Links {
