@@ -83,6 +83,8 @@ struct Score {
     controls: (usize, usize),
     sizes: (usize, usize),
     shrinks: Vec<f64>,
+    /// The share of draws that name it, of each name that is in no doubt.
+    steady: Vec<f64>,
     seconds: Vec<f64>,
     confusion: BTreeMap<(String, String), usize>,
 }
@@ -94,6 +96,7 @@ impl Score {
         let found: Vec<&Effect> = finding.effects.iter().collect();
         self.seconds.push(seconds);
         let said: Vec<String> = found.iter().map(|e| format!("{}({})", e.name, e.at)).collect();
+        self.steady.extend(found.iter().filter(|e| !e.indistinguishable).map(|e| e.stability));
         let verdict = serde_json::to_value(finding.verdict).unwrap_or_default();
         let verdict = verdict.as_str().unwrap_or_default().to_owned();
         let names: Vec<String> =
@@ -136,7 +139,7 @@ impl Score {
         };
         *self.confusion.entry((key(&names), key(&said))).or_insert(0) += 1;
         println!(
-            "{} {id} {seconds:5.1} s  {:<15} gap {:6.2} -> {:5.3}  {}  |  hidden {}  size off {}",
+            "{} {id} {seconds:5.1} s  {:<15} gap {:6.2} -> {:5.3}  {}  |  hidden {}  size off {}  {:.2}",
             if right { "ok   " } else { "WRONG" },
             verdict,
             finding.gap.before.heldout,
@@ -144,6 +147,7 @@ impl Score {
             said.join(" + "),
             names.join(" + "),
             sizes.join(", "),
+            found.iter().map(|effect| effect.stability).fold(1.0, f64::min),
         );
     }
 
@@ -167,6 +171,12 @@ impl Score {
         if let (Some(least), Some(median)) = (shrinks.first(), shrinks.get(shrinks.len() / 2)) {
             println!("held-out shrink:                 least {least:.3}, median {median:.3}");
         }
+        let least = self.steady.iter().copied().fold(1.0, f64::min);
+        let below = self.steady.iter().filter(|share| **share < 0.9).count();
+        println!(
+            "draws that name it:              least {least:.2}, below 0.9 {below} of {}",
+            self.steady.len()
+        );
         let most = self.seconds.iter().copied().fold(0.0, f64::max);
         let mean = self.seconds.iter().sum::<f64>() / self.seconds.len().max(1) as f64;
         println!("seconds per pair of recordings:  mean {mean:.1}, most {most:.1}");

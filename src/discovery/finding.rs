@@ -12,9 +12,9 @@ use super::vocabulary;
 /// A number of the model's own that the recordings have otherwise.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Identified {
-    /// What kind of number it is: `inertial`.
+    /// What kind of number it is: `inertial`, `armature`.
     pub name: String,
-    /// Whose it is: a link.
+    /// Whose it is: a link, a joint.
     pub at: String,
     /// `mass`, `moment_x`, `ixx`: about the link's own origin.
     pub parameter: String,
@@ -290,7 +290,7 @@ impl Finding {
     #[must_use]
     pub fn identified_first(
         mut self,
-        identified: Vec<Identified>,
+        mut identified: Vec<Identified>,
         filed: Split,
         places: Vec<Channel>,
     ) -> Self {
@@ -298,6 +298,7 @@ impl Finding {
         let step = Step { name: "identified".into(), at: "model".into(), gap: self.gap.before };
         self.path.insert(0, step);
         self.gap = Gap::of(filed, self.gap.after, self.gap.noise_floor);
+        identified.append(&mut self.identified);
         self.identified = identified;
         self
     }

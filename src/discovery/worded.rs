@@ -125,7 +125,7 @@ pub(super) fn answer<G: Worded>(
         places: gap.places(&outcome.nothing),
         effects,
         gap: Gap::of(split(&outcome.nothing), split(best), 1.0),
-        path: selection::path(gap, outcome, |term| (gap.name(term).into(), gap.seat(term))),
+        path: selection::path(gap, outcome, |t| Some((gap.name(t).into(), gap.seat(t)))).1,
         model: ModelChange { added: lines, ..ModelChange::default() },
         next_experiment: None,
         reason,

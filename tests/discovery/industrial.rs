@@ -15,9 +15,6 @@ use crate::absent::public;
 const VISCOUS: [f64; 6] = [18.3, 18.0, 8.7, 3.0, 2.1, 2.9];
 const DRY: [f64; 6] = [13.7, 15.0, 5.7, 2.3, 2.9, 2.4];
 
-/// Effects that are numbers of links and rotors, which a maker's file has wrong or not at all.
-const NUMBERS: [&str; 3] = ["armature", "link_mass", "payload"];
-
 fn found(files: &[&str]) -> Option<Finding> {
     changed(files, |_| {})
 }
@@ -74,12 +71,24 @@ fn an_industrial_arm_rubs_in_two_ways_in_every_joint_and_nothing_else_is_invente
         assert!(near(number(fluid, "coefficient"), VISCOUS[joint]), "{fluid:?}");
         assert!(near(number(dry, "torque"), DRY[joint]), "{dry:?}");
     }
-    let other = |effect: &&Effect| {
-        !matches!(effect.name.as_str(), "viscous_friction" | "coulomb_friction" | "torque_offset")
-            && !NUMBERS.contains(&effect.name.as_str())
-    };
-    let others: Vec<&Effect> = finding.effects.iter().filter(other).collect();
-    assert!(others.is_empty(), "{others:#?}");
+    assert_eq!(finding.effects.len(), 12, "{:#?}", finding.effects);
+    assert!(finding.effects.iter().all(|effect| effect.stability > 0.8), "{:#?}", finding.effects);
+    // Links and rotors are numbers of the model, which a maker's file has wrong or not at all.
+    let kinds: Vec<&str> = finding.identified.iter().map(|off| off.name.as_str()).collect();
+    assert!(
+        kinds.contains(&"inertial") && kinds.contains(&"armature"),
+        "{:#?}",
+        finding.identified
+    );
+    let rotors = finding.identified.iter().filter(|off| off.name == "armature");
+    assert!(
+        rotors
+            .clone()
+            .all(|off| off.file == 0.0 && off.value > 3.0 * off.std && off.unit == "kg*m^2")
+    );
+    let is_written =
+        |at: &str| finding.model.added.iter().any(|line| line.contains(&format!("armature({at}")));
+    assert!(rotors.clone().all(|off| is_written(&off.at)), "{:#?}", finding.model.added);
 }
 
 /// A sensor that shows a sixth more, on top of a real arm whose links weigh otherwise than their file says.
@@ -87,7 +96,7 @@ fn an_industrial_arm_rubs_in_two_ways_in_every_joint_and_nothing_else_is_invente
 fn a_gain_of_one_sensor_is_told_from_links_that_are_heavier() {
     let files = ["u14.csv", "u15.csv", "ptp.csv"];
     let Some(finding) = changed(&files, |row| row[15] *= 1.16) else { return };
-    let common = ["viscous_friction", "coulomb_friction", "torque_offset", "armature"];
+    let common = ["viscous_friction", "coulomb_friction"];
     let others = finding.effects.iter().filter(|e| !common.contains(&e.name.as_str()));
     let others: Vec<&Effect> = others.collect();
     let [one] = others[..] else { panic!("{others:#?}") };

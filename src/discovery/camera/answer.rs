@@ -56,7 +56,7 @@ pub(super) fn answer(
         places,
         effects,
         gap: Gap::of(split(&outcome.nothing), split(best), 1.0),
-        path: selection::path(gap, outcome, |law| (law.name().into(), law.seat().into())),
+        path: selection::path(gap, outcome, |t| Some((t.name().into(), t.seat().into()))).1,
         model: ModelChange { added, ..ModelChange::default() },
         next_experiment,
         reason,

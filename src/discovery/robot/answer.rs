@@ -10,8 +10,8 @@ use super::power::smallest_visible;
 use super::term::{Law, Term};
 use super::wording;
 use crate::discovery::finding::{
-    self, Alternative, Effect, Finding, Gap, ModelChange, NextExperiment, Parameter, SIGNIFICANT,
-    Told, Value, Verdict, Worth, above_noise,
+    self, Alternative, Effect, Finding, Gap, Identified, ModelChange, NextExperiment, Parameter,
+    SIGNIFICANT, Told, Value, Verdict, Worth, above_noise,
 };
 use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Outcome, Rival, Set};
 use crate::units::significant;
@@ -27,7 +27,14 @@ pub(super) fn answer(
 ) -> Finding {
     let counts = (gap.count(Set::Train), gap.count(Set::Heldout));
     let split = |h| selection::split(&gap, h);
-    let shrink = Gap::of(split(&outcome.nothing), split(&outcome.best), 1.0);
+    // Beside links that were identified rotors are numbers of the model, too: no description of an arm has them.
+    let is_number = |term: &Term, own: &ArmGap| own.has_own_links() && term.law == Law::Armature;
+    let (with_numbers, mut path) = selection::path(&gap, outcome, |term| {
+        (!is_number(term, &gap)).then(|| (term.law.name().into(), term.seat(&gap.things)))
+    });
+    let is_off = outcome.best.terms.iter().any(|term| is_number(term, &gap));
+    let before = if is_off { with_numbers } else { split(&outcome.nothing) };
+    let shrink = Gap::of(before, split(&outcome.best), 1.0);
     let left_at = places(&gap, &outcome.best.terms, &outcome.best.parameters);
     let places = places(&gap, &[], &outcome.nothing.parameters);
     let left =
@@ -42,7 +49,6 @@ pub(super) fn answer(
     } else {
         None
     };
-    let mut path = selection::path(&gap, outcome, |t| (t.law.name().into(), t.seat(&gap.things)));
     // The held-out numbers are settled; what is written into the model is fitted to all data.
     let mut all = fitted.unwrap_or(gap);
     let held = std::mem::take(&mut all.heldout);
@@ -55,12 +61,18 @@ pub(super) fn answer(
         .unwrap_or_else(|| best.clone());
     let mut effects: Vec<Effect> = Vec::new();
     let mut lines: Vec<String> = Vec::new();
+    let (mut identified, mut number_lines) = (Vec::new(), Vec::new());
     let mut unnamed: BTreeMap<usize, usize> = BTreeMap::new();
     for (at, term) in best.terms.iter().enumerate() {
         let told = told_of(&all, &last, at);
         let mine = || outcome.rivals.iter().filter(|rival| rival.instead_of == at);
         let ties: Vec<&Rival<Term>> =
             mine().filter(|rival| rival.behind < options.tie && !synonym(rival, term)).collect();
+        if is_number(term, &all) {
+            identified.extend(told.iter().map(|told| off(&all, term, told)));
+            number_lines.push(wording::line(term, &told, &things));
+            continue;
+        }
         let mut own = effect(term, &told, &things, outcome.worth(at));
         own.alternatives = alternatives(mine(), term, options, &things);
         if term.law == Law::TorqueGain && all.is_along() {
@@ -100,7 +112,7 @@ pub(super) fn answer(
             // Another gain goes with other links.
             let is_gain = |term: &Term| term.law == Law::TorqueGain;
             let has_others =
-                all.has_own_links && is_gain(term) && is_gain(&rival.hypothesis.terms[last_at]);
+                all.has_own_links() && is_gain(term) && is_gain(&rival.hypothesis.terms[last_at]);
             let again = if has_others { None } else { fit_all(&all, &rival.hypothesis) };
             let h = again.unwrap_or_else(|| rival.hypothesis.clone());
             let other = h.terms[last_at];
@@ -119,7 +131,7 @@ pub(super) fn answer(
     // Names that leave most of the gap are a lead to follow, and no part of the model.
     let is_lead = matches!(verdict, Verdict::Unknown | Verdict::ModelInadequate)
         && effects.iter().any(|effect| effect.name != "unknown");
-    let added = if is_lead { Vec::new() } else { lines };
+    let added = if is_lead { Vec::new() } else { [number_lines, lines].concat() };
     if verdict == Verdict::ModelInadequate {
         effects.clear();
         path.clear();
@@ -155,7 +167,7 @@ pub(super) fn answer(
         commands: None,
     });
     Finding {
-        identified: Vec::new(),
+        identified,
         verdict,
         places,
         effects,
@@ -166,6 +178,24 @@ pub(super) fn answer(
         reason,
         smallest_visible: visible,
         notes,
+    }
+}
+
+/// Tells a rotor as a number of the model: what it knew, and what the recordings say.
+fn off(all: &ArmGap, term: &Term, (parameter, more, std, unit): &Told) -> Identified {
+    let (terms, values) = &all.known;
+    let known = terms.iter().position(|known| known == term).map_or(0.0, |at| {
+        values[terms[..at].iter().map(|term| term.law.slots().len()).sum::<usize>()]
+    });
+    let file = all.train[0].arm.armature[term.joint] + known;
+    Identified {
+        name: term.law.name().into(),
+        at: term.seat(&all.things),
+        parameter: parameter.clone(),
+        file,
+        value: file + more,
+        std: *std,
+        unit: unit.clone(),
     }
 }
 

@@ -23,8 +23,9 @@ pub struct ArmGap {
     /// How many rows of each sensor hold what nothing explains, in the recordings fitted and held out; empty where that is
     /// not known.
     pub unexplained: [Vec<f64>; 2],
-    /// Whether its links are as the recordings have them, so that none is said to be heavier.
-    pub has_own_links: bool,
+    /// What is not missing any more, since its links are as the recordings have them: none is heavier, and where no load was
+    /// needed beside them there is none.
+    pub settled: Vec<Law>,
 }
 
 /// Effects with their parameters, and the simulation's own, as they act on a model.
@@ -65,7 +66,14 @@ impl ArmGap {
     /// Returns the same with other numbers of the arm's bodies.
     #[must_use]
     pub(super) fn with_links(&self, links: &Links) -> Self {
-        Self { has_own_links: true, ..self.with_models(|model| model.with_bodies(&links.changes)) }
+        let load = (!links.has_load).then_some(Law::Payload);
+        let settled = std::iter::once(Law::LinkMass).chain(load).collect();
+        Self { settled, ..self.with_models(|model| model.with_bodies(&links.changes)) }
+    }
+
+    /// Returns whether its links are as the recordings have them.
+    pub(super) fn has_own_links(&self) -> bool {
+        self.settled.contains(&Law::LinkMass)
     }
 
     fn with_models(&self, change: impl Fn(&Model) -> Model) -> Self {
@@ -75,7 +83,7 @@ impl ArmGap {
             known: self.known.clone(),
             things: self.things.clone(),
             unexplained: self.unexplained.clone(),
-            has_own_links: self.has_own_links,
+            settled: self.settled.clone(),
         }
     }
 
@@ -194,9 +202,7 @@ impl Gap for ArmGap {
         // Where to begin is taken from the first recording; the fit uses them all.
         let mut found = candidates(&self.train[0], terms, left, joints);
         let things = (0..self.things.len()).map(|joint| Term { law: Law::ObjectMass, joint });
-        if self.has_own_links {
-            found.retain(|candidate| candidate.term.law != Law::LinkMass);
-        }
+        found.retain(|candidate| !self.settled.contains(&candidate.term.law));
         if self.train[0].scene.data.are_currents {
             // What an ampere is worth was fitted: a gain is in it.
             let is_gain = |law| matches!(law, Law::TorqueGain | Law::ActuatorGain);
@@ -309,7 +315,7 @@ impl Gap for ArmGap {
             laws.into_iter().map(move |law| Term { law, joint })
         };
         let links = (1..n).map(|joint| Term { law: Law::LinkMass, joint });
-        let links = links.filter(|_| !self.has_own_links);
+        let links = links.filter(|_| !self.has_own_links());
         links.chain((0..n).flat_map(joint)).collect()
     }
 

@@ -178,7 +178,7 @@ pub fn investigate(
         known: present,
         things,
         unexplained: Default::default(),
-        has_own_links: false,
+        settled: Vec::new(),
     };
     let runs_away = |what: String| Error {
         what,

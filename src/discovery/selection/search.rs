@@ -413,7 +413,7 @@ pub fn is_sensible<G: Gap>(gap: &G, h: &Hypothesis<G::Term>) -> bool {
 }
 
 /// Returns where the parameters of an effect begin.
-fn begins<G: Gap>(gap: &G, best: &Hypothesis<G::Term>, at: usize) -> usize {
+pub(super) fn begins<G: Gap>(gap: &G, best: &Hypothesis<G::Term>, at: usize) -> usize {
     let before = best.terms[..at].iter().map(|term| gap.slots(term).len());
     gap.nuisance().len() + before.sum::<usize>()
 }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::rounds::FAR;
-use super::search::{pays, weighed};
+use super::search::{begins, pays, weighed};
 use super::{Gap, Hypothesis, Options, Outcome, Rival, Set, sum_of_squares};
 use crate::discovery::finding::{Split, Step};
 use crate::discovery::resample::{self, Draw, STRETCHES};
@@ -122,40 +122,43 @@ pub fn split<G: Gap>(gap: &G, h: &Hypothesis<G::Term>) -> Split {
 /// The same without any effect.
 pub fn left<G: Gap>(gap: &G) -> Split {
     let own: Vec<f64> = gap.nuisance().iter().map(|(_, value)| *value).collect();
-    let of = |set| rms(gap, set, square(gap, set, &[], &own));
-    Split { train: of(Set::Train), heldout: of(reported(gap)) }
+    split_at(gap, &[], &own)
 }
 
-/// Returns what is left after each name is written into the model as it was fitted, the largest first; `told` says the name of
-/// an effect and its place.
+/// Returns what is left before any name, and after each is written into the model as it was fitted, the largest first; `told`
+/// says the name of an effect and its place, or nothing of what counts as a number of the model and is in it from the beginning.
 pub fn path<G: Gap>(
     gap: &G,
     outcome: &Outcome<G::Term>,
-    told: impl Fn(&G::Term) -> (String, String),
-) -> Vec<Step> {
+    told: impl Fn(&G::Term) -> Option<(String, String)>,
+) -> (Split, Vec<Step>) {
     let Outcome { best, without, .. } = outcome;
-    let own = gap.nuisance().len();
-    let mut from = own;
-    let parts: Vec<&[f64]> = best
-        .terms
-        .iter()
-        .map(|term| {
-            let to = from + gap.slots(term).len();
-            let part = &best.parameters[from..to];
-            from = to;
-            part
-        })
-        .collect();
-    let mut order: Vec<usize> = (0..best.terms.len()).collect();
-    order.sort_by(|a, b| without[*b].criterion().total_cmp(&without[*a].criterion()));
-    let (mut terms, mut parameters) = (Vec::new(), best.parameters[..own].to_vec());
-    let add = |at: usize| {
+    let mut order: Vec<(usize, Option<(String, String)>)> =
+        best.terms.iter().map(told).enumerate().collect();
+    order.sort_by(|(a, of_a), (b, of_b)| {
+        let largest = || without[*b].criterion().total_cmp(&without[*a].criterion());
+        of_a.is_some().cmp(&of_b.is_some()).then_with(largest)
+    });
+    let mut terms = Vec::new();
+    let mut parameters = best.parameters[..gap.nuisance().len()].to_vec();
+    let (mut before, mut steps) = (None, Vec::new());
+    for (at, told) in order {
+        if told.is_some() && before.is_none() {
+            before = Some(split_at(gap, &terms, &parameters));
+        }
+        let from = begins(gap, best, at);
         terms.push(best.terms[at].clone());
-        parameters.extend_from_slice(parts[at]);
-        let [train, heldout] = [Set::Train, reported(gap)]
-            .map(|set| rms(gap, set, square(gap, set, &terms, &parameters)));
-        let (name, at) = told(&best.terms[at]);
-        Step { name, at, gap: Split { train, heldout } }
-    };
-    order.into_iter().map(add).collect()
+        parameters
+            .extend_from_slice(&best.parameters[from..from + gap.slots(&best.terms[at]).len()]);
+        if let Some((name, at)) = told {
+            steps.push(Step { name, at, gap: split_at(gap, &terms, &parameters) });
+        }
+    }
+    (before.unwrap_or_else(|| split_at(gap, &terms, &parameters)), steps)
+}
+
+/// What is left of the data fitted and of those held out with these effects as they are.
+fn split_at<G: Gap>(gap: &G, terms: &[G::Term], parameters: &[f64]) -> Split {
+    let of = |set| rms(gap, set, square(gap, set, terms, parameters));
+    Split { train: of(Set::Train), heldout: of(reported(gap)) }
 }

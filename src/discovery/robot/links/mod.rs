@@ -48,6 +48,8 @@ pub(super) struct Links {
     pub(super) told: Vec<Identified>,
     /// Says which of them is further from the file's than files are off, if one is.
     pub(super) far: Option<String>,
+    /// Whether a load was taken beside them.
+    pub(super) has_load: bool,
     /// Whether they predict clearly better than the file's with any single link heavier, or with a load.
     pub(super) is_better: bool,
 }
@@ -129,7 +131,7 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     });
     let (_, problem, bare) = scored.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let beside = [&[&parts.joints][..], &[&parts.joints, &parts.load]];
-    let freed = beside.into_par_iter().filter_map(|list| Freed::of(&problem, bodies, &parts, list));
+    let freed = beside.par_iter().filter_map(|list| Freed::of(&problem, bodies, &parts, list));
     let freed: Vec<Freed> = freed.collect();
     let least = freed.iter().map(|f| &f.with).min_by(|a, b| a.total().total_cmp(&b.total()))?;
     let weights = least.weights.clone();
@@ -148,14 +150,7 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
         .chain([problem.judged(&bare.x, &weights)])
         .chain(named)
         .fold(f64::INFINITY, f64::min);
-    // A load has a name, and is one only if it does clearly more than the links' own numbers, or they would have to be what
-    // numbers of files are not.
-    let is_far = |freed: &Freed| freed.beside.len() == 1 && freed.is_far(bodies, &problem.prior);
-    let better = if freed.iter().any(is_far) { 1.0 } else { BETTER };
-    let cost = |freed: &Freed| {
-        freed.judged(&problem, &weights) / if freed.beside.len() > 1 { better } else { 1.0 }
-    };
-    let best = freed.into_iter().min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
+    let best = Freed::best(freed, &problem, bodies, &weights)?;
     let left = best.judged(&problem, &weights);
     if let Some(words) = different(&problem, &parts, left.min(plainest), &weights) {
         return Some(Numbers::Different(words));
@@ -164,8 +159,10 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
         return None;
     }
     let gains = with_gains(&best.list(&parts), &best.free).into_iter().filter_map(|shown| {
-        let freed = Freed::of(&shown.problem, bodies, &parts, best.beside)?;
-        let left_with = freed.judged(&shown.problem, &weights);
+        let problem = &shown.problem;
+        let freed = beside.iter().filter_map(|list| Freed::of(problem, bodies, &parts, list));
+        let freed = Freed::best(freed.collect(), problem, bodies, &weights)?;
+        let left_with = freed.judged(problem, &weights);
         let links = freed.links(bodies, &problem.prior, left_with <= BETTER * plainest);
         let Shown { joint, gain: factor, std, explained, .. } = shown;
         (left_with < left).then_some(Gain { joint, factor, std, links, explained })
@@ -210,6 +207,17 @@ impl<'a> Freed<'a> {
         Some(Self { beside, changes, free, with })
     }
 
+    /// Returns the one to be taken. A load has a name, and is one only if it does clearly more than the links' own numbers, or
+    /// they would have to be what numbers of files are not.
+    fn best(all: Vec<Self>, problem: &Problem, bodies: &[Body], weights: &[f64]) -> Option<Self> {
+        let is_far = |freed: &Self| freed.beside.len() == 1 && freed.is_far(bodies, &problem.prior);
+        let better = if all.iter().any(is_far) { 1.0 } else { BETTER };
+        let cost = |freed: &Self| {
+            freed.judged(problem, weights) / if freed.beside.len() > 1 { better } else { 1.0 }
+        };
+        all.into_iter().min_by(|a, b| cost(a).total_cmp(&cost(b)))
+    }
+
     /// Returns all that was fitted.
     fn list(&self, parts: &'a Parts) -> Vec<&'a Range<usize>> {
         [&[&parts.bodies], self.beside].concat()
@@ -227,7 +235,8 @@ impl<'a> Freed<'a> {
 
     fn links(self, bodies: &[Body], prior: &[f64], is_better: bool) -> Links {
         let told = told(bodies, &self.changes, &self.free, prior);
-        Links { far: far(bodies, &told), changes: self.changes, told, is_better }
+        let has_load = self.beside.len() > 1;
+        Links { far: far(bodies, &told), changes: self.changes, told, has_load, is_better }
     }
 }
 
