@@ -22,6 +22,9 @@ pub fn people(finding: &Finding, style: Style) -> String {
             "numbers of the model are off, nothing else is missing"
         }
         Verdict::NothingMissing => "nothing is missing",
+        Verdict::DifferentMachines if !finding.effects.is_empty() => {
+            "the recordings are not of one machine: some bear a load"
+        }
         Verdict::DifferentMachines => "the recordings are not of one machine",
         Verdict::ModelInadequate => {
             "the model does not fit: most of the gap stays, whatever is added to it"

@@ -119,3 +119,22 @@ fn a_model_that_does_not_fit_is_told_with_where_and_no_list() {
     let hint = "what is left at tau_2 depends most on ";
     assert!(finding.notes.iter().any(|note| note.starts_with(hint)), "{:?}", finding.notes);
 }
+
+/// The load is quoted as 2.6 kg; links and friction are the arm's own, whichever recording bears it.
+#[test]
+fn what_a_loaded_arm_bears_more_is_named() {
+    for (files, loaded) in [
+        (["u14.csv", "l14.csv"], "l14.csv"),
+        (["l14.csv", "u14.csv"], "l14.csv"),
+        (["jan31u.csv", "jan31l.csv"], "jan31l.csv"),
+    ] {
+        let Some(finding) = found(&files) else { return };
+        assert_eq!(finding.verdict, Verdict::DifferentMachines, "{finding:#?}");
+        let [one] = &finding.effects[..] else { panic!("{files:?}: {:#?}", finding.effects) };
+        assert_eq!((one.name.as_str(), one.at.as_str()), ("payload", "tool"));
+        let mass = number(one, "mass");
+        assert!((2.4..2.6).contains(&mass), "{files:?}: {mass} kg");
+        assert!(one.stability > 0.9 && finding.gap.shrink_heldout > 0.7, "{one:?}");
+        assert!(finding.reason.starts_with(loaded), "{}", finding.reason);
+    }
+}

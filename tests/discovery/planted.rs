@@ -81,7 +81,7 @@ fn what_has_no_name_is_unknown_and_gets_a_formula() {
     assert_eq!(finding.verdict, Verdict::Unknown, "{:?}", finding.effects);
     let effect = &finding.effects[0];
     assert_eq!(effect.at, "joint_5");
-    assert!((number(effect, "coefficient").0 + 4.538).abs() < 0.1, "{:?}", effect.parameters);
+    assert!((number(effect, "coefficient").0 - 4.538).abs() < 0.1, "{:?}", effect.parameters);
     assert!(number(effect, "q0").0.abs() < 0.02, "{:?}", effect.parameters);
     assert!(effect.equation.contains("max(0, q_5 - "), "{}", effect.equation);
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::colour::coloured_noise;
 use super::explain::ArmGap;
+use super::links::Carried;
 use super::load::Thing;
 use super::places::{most_of, places, staying};
 use super::power::smallest_visible;
@@ -217,6 +218,34 @@ pub(super) fn different(gap: &ArmGap, words: &str, notes: Vec<String>) -> Findin
         ),
         smallest_visible: Vec::new(),
         notes,
+    }
+}
+
+/// Words recordings of one machine of which some bear a load: `who` says which.
+pub(super) fn loaded(
+    gap: &ArmGap,
+    carried: &Carried,
+    who: &str,
+    options: &Options,
+    notes: Vec<String>,
+) -> Finding {
+    let outcome = selection::judged(&carried.gap, carried.load.clone(), options);
+    let (best, things) = (&outcome.best, &carried.gap.things);
+    let told = told_of(&carried.gap, best, 0);
+    let (mass, std) = told.first().map_or((0.0, 0.0), |told| (told.1, told.2));
+    let reason = format!(
+        "{who} bear {} ± {} kg more at the tool than the others; with it one model holds for all of them, so nothing else \
+         is looked for: compare recordings with the same load",
+        significant(mass, 3),
+        significant(std, 1)
+    );
+    let [nothing, with] = [&outcome.nothing, best].map(|h| selection::split(&carried.gap, h));
+    Finding {
+        effects: vec![effect(&best.terms[0], &told, things, outcome.worth(0))],
+        places: places(&carried.gap, &[], &[]),
+        gap: Gap::of(nothing, with, 1.0),
+        reason,
+        ..different(gap, "", notes)
     }
 }
 

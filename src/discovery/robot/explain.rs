@@ -3,6 +3,7 @@
 use super::candidates::candidates;
 use super::data::{Channel, Quantity};
 use super::links::Links;
+use super::links::body::NUMBERS;
 use super::load::Thing;
 use super::simulate::{Model, is_in};
 use super::term::{Law, SENSIBLE_GAIN, Term};
@@ -69,6 +70,24 @@ impl ArmGap {
         let load = (!links.has_load).then_some(Law::Payload);
         let settled = std::iter::once(Law::LinkMass).chain(load).collect();
         Self { settled, ..self.with_models(|model| model.with_bodies(&links.changes)) }
+    }
+
+    /// Returns the recordings held out alone, to be fitted and judged, with other numbers of the arm's bodies and effects that
+    /// are known.
+    pub(super) fn of_heldout(
+        &self,
+        changes: &[[f64; NUMBERS]],
+        known: (Vec<Term>, Vec<f64>),
+    ) -> Self {
+        let models = || self.heldout.iter().map(|model| model.with_bodies(changes)).collect();
+        Self {
+            train: models(),
+            heldout: models(),
+            known,
+            things: self.things.clone(),
+            unexplained: Default::default(),
+            settled: Vec::new(),
+        }
     }
 
     /// Returns whether its links are as the recordings have them.

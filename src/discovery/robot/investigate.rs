@@ -3,13 +3,13 @@
 use rayon::prelude::*;
 
 use super::against::hints;
-use super::answer::{answer, different, synonym};
+use super::answer::{answer, different, loaded, synonym};
 use super::chain::Chain;
 use super::currents;
 use super::data::{self, Data};
 use super::experiment::Experiment;
 use super::explain::ArmGap;
-use super::links::{self, Gain, Links, Numbers};
+use super::links::{self, Carried, Gain, Links};
 use super::load::{Load, Thing};
 use super::places::places;
 use super::plant::{Arm, Scene};
@@ -212,19 +212,20 @@ pub fn investigate(
     let options = &options;
     progress("identifying the links", 0.0);
     let mut names: Vec<&str> = train.iter().chain(heldout).map(|r| r.name.as_str()).collect();
-    let numbers = match links::identified(&gap) {
-        Some(Numbers::Different(words)) => {
-            return Ok(Investigation {
-                finding: different(&gap, &words, notes),
-                traces: Vec::new(),
-                experiment: None,
-                revision: None,
-            });
-        }
-        Some(Numbers::Own(links, gains)) => Some((links, gains)),
-        None => None,
-    };
-    let found = found(&mut gap, numbers, options, progress).map_err(runs_away)?;
+    let numbers = links::identified(&gap).unwrap_or_default();
+    let differs =
+        |finding| Investigation { finding, traces: Vec::new(), experiment: None, revision: None };
+    if numbers.are_apart
+        && let Some((carried, of_train)) = bearing(&mut gap)
+    {
+        let who = if of_train { train } else { heldout };
+        let who: Vec<&str> = who.iter().map(|recording| recording.name.as_str()).collect();
+        return Ok(differs(loaded(&gap, &carried, &who.join(", "), options, notes)));
+    }
+    if let Some(words) = &numbers.different {
+        return Ok(differs(different(&gap, words, notes)));
+    }
+    let found = found(&mut gap, numbers.own, options, progress).map_err(runs_away)?;
     let Found { mut outcome, mut fitted, own, mut filed } = found;
     if outcome.best.terms.is_empty()
         && above_noise(outcome.nothing.train, gap.count(Set::Train)) < SIGNIFICANT
@@ -278,6 +279,17 @@ pub fn investigate(
     finding.notes.extend(hints(&finding, &traces));
     let experiment = experiment.map(|experiment| experiment.csv);
     Ok(Investigation { finding, traces, experiment, revision })
+}
+
+/// Returns the load that the recordings held out bear, or those fitted, which then change their places; and whether it is those.
+fn bearing(gap: &mut ArmGap) -> Option<(Carried, bool)> {
+    for of_train in [false, true] {
+        if let Some(carried) = links::carried(gap) {
+            return Some((carried, of_train));
+        }
+        std::mem::swap(&mut gap.train, &mut gap.heldout);
+    }
+    None
 }
 
 /// What the search found, beside which numbers.

@@ -85,6 +85,9 @@ fn values(law: Law, p: &[f64]) -> Vec<f64> {
         Law::Ripple | Law::LoadRipple | Law::Periodic => {
             vec![p[0].hypot(p[1]), p[2], p[1].atan2(p[0])]
         }
+        // A formula is told as it stands in the equation: what the sensor shows more.
+        Law::Feature(_) => vec![-p[0]],
+        Law::Above | Law::Below => vec![-p[0], p[1]],
         // The exponent is part of the law: it is not fitted.
         Law::Hysteresis => vec![p[0], p[1], 2.0],
         _ => p.to_vec(),
@@ -197,8 +200,8 @@ pub fn equation(term: &Term, told: &[Told]) -> String {
         }
         Law::Stiffness => format!("tau_{j} += {} * q_{j}", n(0)),
         Law::CubicStiffness => format!("tau_{j} += {} * q_{j}^3", n(0)),
-        Law::Above => format!("tau_{j} += {} * max(0, q_{j} - {})", minus(0), n(1)),
-        Law::Below => format!("tau_{j} += {} * max(0, {} - q_{j})", minus(0), n(1)),
+        Law::Above => format!("tau_{j} += {} * max(0, q_{j} - {})", n(0), n(1)),
+        Law::Below => format!("tau_{j} += {} * max(0, {} - q_{j})", n(0), n(1)),
         Law::LoadRipple => format!(
             "tau_{j} += {} * load_{j} * sin({} * q_{j} + {})",
             minus(0),
@@ -208,7 +211,7 @@ pub fn equation(term: &Term, told: &[Told]) -> String {
         Law::FadingDry => format!("tau_{j} += {} * sign(dq_{j})*exp(-t / ({}))", n(0), n(1)),
         Law::FadingFluid => format!("tau_{j} += {} * dq_{j}*exp(-t / ({}))", n(0), n(1)),
         Law::Feature(feature) => {
-            format!("tau_{j} += {} * {}", minus(0), shape(feature, j))
+            format!("tau_{j} += {} * {}", n(0), shape(feature, j))
         }
     }
 }

@@ -33,7 +33,7 @@ pub use refit::refit;
 pub use rounds::{floors, search_linear};
 pub use screen::{left_after, sum_of_squares};
 pub use search::{is_sensible, search};
-pub use steady::{judge, left, path, reported, split};
+pub use steady::{judge, judged, left, path, reported, split};
 
 /// How a parameter enters, and on what scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -252,6 +252,21 @@ pub struct Hypothesis<T> {
 }
 
 impl<T> Hypothesis<T> {
+    /// Returns that nothing is missing, which is to be judged yet.
+    pub fn nothing() -> Self {
+        Self {
+            terms: Vec::new(),
+            parameters: Vec::new(),
+            covariance: DMatrix::zeros(0, 0),
+            train: f64::NAN,
+            heldout: f64::NAN,
+            unseen: f64::NAN,
+            surcharges: Vec::new(),
+            gains: Vec::new(),
+            count: 0,
+        }
+    }
+
     /// Returns the criterion on the data fitted; smaller is better.
     pub fn criterion(&self) -> f64 {
         self.train + self.cost()

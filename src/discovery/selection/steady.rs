@@ -97,6 +97,21 @@ pub fn judge<G: Gap>(gap: &G, h: &mut Hypothesis<G::Term>) {
     h.count = gap.count(Set::Train);
 }
 
+/// Judges one effect that was found otherwise than by a search, beside nothing.
+pub fn judged<G: Gap>(
+    gap: &G,
+    mut best: Hypothesis<G::Term>,
+    options: &Options,
+) -> Outcome<G::Term> {
+    let mut nothing = Hypothesis::nothing();
+    judge(gap, &mut nothing);
+    judge(gap, &mut best);
+    let (without, rivals) = (vec![nothing.clone()], Vec::new());
+    let mut outcome = Outcome { nothing, best, without, rivals, stability: Vec::new() };
+    steadied(gap, &mut outcome, options);
+    outcome
+}
+
 /// The same for all that is told of an outcome: rivals that are far behind are told by their names.
 pub(super) fn judge_all<G: Gap>(gap: &G, outcome: &mut Outcome<G::Term>, options: &Options) {
     let ties = outcome.rivals.iter_mut().filter(|rival| rival.behind < options.tie);

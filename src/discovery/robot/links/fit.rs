@@ -198,6 +198,34 @@ impl Problem {
         self.with(of(&self.train), of(&self.heldout))
     }
 
+    /// Returns both sets as one to be fitted, with what only the recordings held out bear after all else ([`Parts::more`]).
+    pub(super) fn merged(&self, parts: &Parts) -> Self {
+        let (k, all) = (self.prior.len(), self.prior.len() + parts.load.len());
+        let of = |at: usize| if at < k { at } else { parts.load.start + at - k };
+        let both = |(fitted, held): (&Sums, &Sums)| {
+            let common = |at: usize| if at < k { 1.0 } else { 0.0 };
+            let gram = |i: usize, j: usize| {
+                common(i) * common(j) * fitted.gram[(of(i), of(j))] + held.gram[(of(i), of(j))]
+            };
+            Sums {
+                joint: fitted.joint,
+                gram: DMatrix::from_fn(all, all, gram),
+                along: DVector::from_fn(all, |i, _| {
+                    common(i) * fitted.along[of(i)] + held.along[of(i)]
+                }),
+                square: fitted.square + held.square,
+                rows: fitted.rows + held.rows,
+                related: fitted.related.max(held.related),
+            }
+        };
+        Self {
+            train: self.train.iter().zip(&self.heldout).map(both).collect(),
+            heldout: Vec::new(),
+            prior: (0..all).map(|at| self.prior[of(at)]).collect(),
+            is_up: (0..all).map(|at| self.is_up[of(at)]).collect(),
+        }
+    }
+
     fn with(&self, train: Vec<Sums>, heldout: Vec<Sums>) -> Self {
         Self { train, heldout, prior: self.prior.clone(), is_up: self.is_up.clone() }
     }
@@ -210,6 +238,10 @@ pub(super) struct Parts {
     pub(super) joints: Range<usize>,
     pub(super) load: Range<usize>,
     pub(super) modelled: usize,
+    /// What the recordings held out bear more, where both sets are one ([`Problem::merged`]).
+    pub(super) more: Range<usize>,
+    /// How many there are.
+    count: usize,
 }
 
 /// What every joint of a real arm has, in this order.
@@ -234,13 +266,27 @@ impl Parts {
         let joints = bodies.end..bodies.end + n * OF_JOINT.len();
         let load = joints.end..joints.end + LOAD.len();
         let modelled = load.end;
-        Self { bodies, joints, load, modelled }
+        Self {
+            bodies,
+            joints,
+            load,
+            modelled,
+            more: modelled + 1..modelled + 1,
+            count: modelled + 1,
+        }
+    }
+
+    /// Returns the same where both sets are one.
+    pub(super) fn merged(&self) -> Self {
+        let count = self.count + LOAD.len();
+        let parts = Self::of(self.bodies.len() / NUMBERS);
+        Self { more: self.count..count, count, ..parts }
     }
 
     /// Returns the directions in which only these numbers change.
     pub(super) fn only(&self, parts: &[&Range<usize>]) -> DMatrix<f64> {
         let free: Vec<usize> = parts.iter().flat_map(|part| (*part).clone()).collect();
-        DMatrix::from_fn(self.modelled + 1, free.len(), |i, j| f64::from(u8::from(i == free[j])))
+        DMatrix::from_fn(self.count, free.len(), |i, j| f64::from(u8::from(i == free[j])))
     }
 
     /// Returns what a number of a joint or of the load is, with its unit.

@@ -11,6 +11,7 @@
 //! and Slotine, "Linear matrix inequalities for physically consistent inertial parameter identification", 2018.
 
 pub(super) mod body;
+mod carried;
 mod fit;
 mod gains;
 
@@ -31,6 +32,8 @@ use crate::units::significant;
 use body::{NAMES, NUMBERS, numbers, spread};
 use fit::{Fit, LOAD, OF_JOINT, Parts, Problem, Sums, consistent, left_of};
 use gains::Shown;
+
+pub(super) use carried::{Carried, carried};
 
 /// By how much the links' numbers must predict better to be taken: by a tenth of what is left.
 pub(super) const BETTER: f64 = 0.9;
@@ -104,16 +107,19 @@ impl Gain {
 }
 
 /// What the numbers of an arm come to, before any effect is looked for.
-#[derive(Debug)]
-pub(super) enum Numbers {
-    /// Others than the file's; then, the best first, gains of torque sensors beside which still others fit much better.
-    Own(Links, Vec<Gain>),
-    /// Those of the recordings fitted are not those of the recordings held out, by these words.
-    Different(String),
+#[derive(Debug, Default)]
+pub(super) struct Numbers {
+    /// Whether the recordings held out say so much else than those fitted that some may bear a load.
+    pub(super) are_apart: bool,
+    /// By which words they are not of one machine at all.
+    pub(super) different: Option<String>,
+    /// Others than the file's, where they are of one; then, the best first, gains of torque sensors beside which still others
+    /// fit much better. Nothing where the file's, with one link heavier or with a load in the hand, predict the recordings held
+    /// out better: those have names.
+    pub(super) own: Option<(Links, Vec<Gain>)>,
 }
 
-/// Identifies the numbers of the links; `None` where the file's, with one link heavier or with a load in the hand, predict the
-/// recordings held out better: those have names.
+/// Identifies the numbers of the links; `None` where the recordings say nothing of them.
 pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     let model = gap.train.first()?;
     let has_torque = |model: &Model| model.scene.data.has(Quantity::Torque);
@@ -152,11 +158,13 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
         .fold(f64::INFINITY, f64::min);
     let best = Freed::best(freed, &problem, bodies, &weights)?;
     let left = best.judged(&problem, &weights);
-    if let Some(words) = different(&problem, &parts, left.min(plainest), &weights) {
-        return Some(Numbers::Different(words));
+    let apart = Apart::of(&problem, &parts, left.min(plainest), &weights)?;
+    let are_apart = apart.by > SOME;
+    if apart.by > ANOTHER {
+        return Some(Numbers { are_apart, different: Some(apart.words(&parts)), own: None });
     }
     if left > plainest {
-        return None;
+        return Some(Numbers { are_apart, ..Numbers::default() });
     }
     let gains = with_gains(&best.list(&parts), &best.free).into_iter().filter_map(|shown| {
         let problem = &shown.problem;
@@ -168,7 +176,8 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
         (left_with < left).then_some(Gain { joint, factor, std, links, explained })
     });
     let gains = gains.collect();
-    Some(Numbers::Own(best.links(bodies, &problem.prior, left <= BETTER * plainest), gains))
+    let links = best.links(bodies, &problem.prior, left <= BETTER * plainest);
+    Some(Numbers { are_apart, different: None, own: Some((links, gains)) })
 }
 
 /// Fits what has a name beside the numbers of the file: a load, and every link heavier by itself.
@@ -244,28 +253,43 @@ impl<'a> Freed<'a> {
 /// be of the same machine.
 const ANOTHER: f64 = 10.0;
 
-/// Says by which numbers the recordings held out are of another machine than those fitted, if they are.
-fn different(problem: &Problem, parts: &Parts, left: f64, weights: &[f64]) -> Option<String> {
-    let all = parts.only(&[&parts.bodies, &parts.joints, &parts.load]);
-    let here = problem.fit(&all)?;
-    let turned = problem.turned();
-    let there = turned.fit(&all)?;
-    let own = left_of(&turned.train, &there.x, weights);
-    if left < ANOTHER * own.max(1.0) {
-        return None;
+/// From which factor on it is asked whether some of them bear a load.
+const SOME: f64 = 2.0;
+
+/// The recordings fitted and those held out, each with numbers of its own.
+struct Apart {
+    here: Fit,
+    there: Fit,
+    /// How many times more is left of those held out by what the others say than by their own numbers, in squares.
+    by: f64,
+}
+
+impl Apart {
+    fn of(problem: &Problem, parts: &Parts, left: f64, weights: &[f64]) -> Option<Self> {
+        let all = parts.only(&[&parts.bodies, &parts.joints, &parts.load]);
+        let here = problem.fit(&all)?;
+        let turned = problem.turned();
+        let there = turned.fit(&all)?;
+        let by = left / left_of(&turned.train, &there.x, weights).max(1.0);
+        Some(Self { here, there, by })
     }
-    let apart = |at: usize| {
-        let variance = here.covariance[(at, at)] + there.covariance[(at, at)];
-        (here.x[at] - there.x[at]).abs() / variance.max(1e-300).sqrt()
-    };
-    let named =
-        (parts.joints.start..parts.load.end).max_by(|a, b| apart(*a).total_cmp(&apart(*b)))?;
-    let (what, unit) = parts.name(named);
-    Some(format!(
-        "{what} is {} {unit} in the recordings fitted and {} {unit} in those held out",
-        significant(here.x[named], 3),
-        significant(there.x[named], 3)
-    ))
+
+    /// Says by which numbers they are of two machines.
+    fn words(&self, parts: &Parts) -> String {
+        let (here, there) = (&self.here, &self.there);
+        let apart = |at: &usize| {
+            let variance = here.covariance[(*at, *at)] + there.covariance[(*at, *at)];
+            (here.x[*at] - there.x[*at]).abs() / variance.max(1e-300).sqrt()
+        };
+        let numbers = parts.joints.start..parts.load.end;
+        let named = numbers.max_by(|a, b| apart(a).total_cmp(&apart(b))).unwrap_or_default();
+        let (what, unit) = parts.name(named);
+        format!(
+            "{what} is {} {unit} in the recordings fitted and {} {unit} in those held out",
+            significant(here.x[named], 3),
+            significant(there.x[named], 3)
+        )
+    }
 }
 
 /// Sums up what the recordings say, once for each speed below which dry friction may give way.
