@@ -14,16 +14,24 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("lines", &[]),
     // A small server for the two that listen, and a client for cameras, scales and models.
     ("http", &[]),
-    ("fit", &["units"]),
+    ("fit", &[]),
+    // Frames, cameras, objects, scenes and states as data: whoever moves an arm or fits a camera needs no parser.
+    ("world", &[]),
     ("language", &["units", "plain"]),
     ("graph", &["units", "language"]),
-    // A scene is read from a syntax tree, and a fluent is an expression of the language: the world gives
-    // both their meaning, and needs no graph for it.
-    ("world", &["units", "language"]),
-    ("alignment", &["units", "fit", "world"]),
-    ("motion", &["units", "fit", "world"]),
-    ("twin", &["units", "world", "motion"]),
+    // A scene is read from a syntax tree, and a fluent is an expression of the language.
+    ("scene", &["units", "language", "world"]),
+    ("fluent", &["units", "language", "world"]),
+    ("alignment", &["fit", "world"]),
+    ("motion", &["world"]),
+    ("twin", &["world", "motion"]),
     ("lab", &["units", "world", "motion", "twin"]),
+    // What an arm is to everyone, and the gate that every motion passes.
+    ("arm", &["world", "motion"]),
+    ("kortex", &["motion", "arm"]),
+    // The client of somebody else's reality.
+    ("bridge", &["alignment", "arm"]),
+    ("trace", &["units", "language", "world", "fluent", "arm"]),
     // Regression 3 is fitted here, where pictures and the arm's model meet.
     (
         "execution",
@@ -31,31 +39,31 @@ const LAYERS: &[(&str, &[&str])] = &[
             "units",
             "http",
             "fit",
+            "world",
             "language",
             "graph",
-            "world",
+            "fluent",
             "alignment",
             "motion",
             "twin",
             "lab",
+            "arm",
+            "trace",
         ],
     ),
     // The other side of the real arm's wire; any arm that can be stepped may be behind it.
-    ("emulator", &["http", "world", "motion", "execution"]),
+    ("emulator", &["http", "world", "motion", "arm", "kortex"]),
     // A model at a web address is asked about pictures; it knows no step and no fluent.
     ("vqa", &["lines", "http"]),
-    ("monitor", &["vqa", "units", "language", "graph", "world", "alignment", "execution"]),
+    ("monitor", &["units", "language", "graph", "fluent", "trace", "execution", "vqa"]),
     // Stepping and teaching without a terminal; the arm is met through the conductor alone.
-    ("teach", &["lines", "units", "language", "graph", "world", "execution", "vqa", "monitor"]),
+    ("teach", &["lines", "language", "graph", "trace", "execution", "vqa"]),
     // Sees recordings only: never `lab`, and of `execution` nothing yet.
-    (
-        "discovery",
-        &["units", "plain", "fit", "language", "world", "alignment", "motion", "twin", "execution"],
-    ),
+    ("discovery", &["units", "plain", "fit", "language", "world", "alignment", "motion", "twin"]),
     ("workcell", &["*"]),
     ("report", &["*"]),
     // A client of the run folders, the conductor and the words of `report`.
-    ("page", &["http", "graph", "execution", "teach", "workcell", "report"]),
+    ("page", &["http", "graph", "arm", "trace", "execution", "teach", "workcell", "report"]),
     ("repl", &["language", "graph", "teach", "workcell", "report"]),
     // An editor is told what `check` says.
     ("lsp", &["language", "workcell"]),
@@ -111,6 +119,61 @@ fn only_the_file_layer_makes_files() {
 }
 
 #[test]
+fn the_table_permits_nothing_that_nobody_imports() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut idle = Vec::new();
+    for (layer, listed) in LAYERS {
+        let file = src.join(format!("{layer}.rs"));
+        let files = if file.exists() { vec![file] } else { rust_files(&src.join(layer)) };
+        let text: String = files.iter().map(|path| fs::read_to_string(path).unwrap()).collect();
+        for permitted in listed.iter().filter(|name| **name != "*") {
+            let import = format!("crate::{permitted}");
+            let is_whole =
+                |rest: &str| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_');
+            if !text.split(&import).skip(1).any(is_whole) {
+                idle.push(format!("`{layer}` does not import `{permitted}`"));
+            }
+        }
+    }
+    assert!(idle.is_empty(), "permissions nobody uses:\n{}", idle.join("\n"));
+}
+
+/// What a run did and why it failed is data; a message is worded for people, and nobody reads it back.
+#[test]
+fn nothing_above_execution_matches_on_a_message() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let from = LAYERS.iter().position(|(name, _)| *name == "execution").unwrap() + 1;
+    let searches =
+        [".contains(\"", ".starts_with(\"", ".ends_with(\"", ".strip_prefix(\"", ".find(\""];
+    let mut wrong = Vec::new();
+    let above = LAYERS[from..].iter().map(|(name, _)| src.join(name)).filter(|dir| dir.is_dir());
+    for path in above.flat_map(|dir| rust_files(&dir)) {
+        let text = fs::read_to_string(&path).unwrap();
+        let program = text.split("#[cfg(test)]").next().unwrap();
+        for (number, line) in program.lines().enumerate() {
+            for search in searches {
+                let literals = line.split(search).skip(1).filter_map(|rest| rest.split('"').next());
+                for literal in literals {
+                    let is_message = literal.split_whitespace().count() > 2;
+                    // `grasp(`: the text of a step.
+                    let is_call = literal.strip_suffix('(').is_some_and(|name| {
+                        !name.is_empty() && name.chars().all(char::is_alphanumeric)
+                    });
+                    if is_message || (is_call && !path.starts_with(src.join("discovery"))) {
+                        wrong.push(format!("{}:{}: {literal}", path.display(), number + 1));
+                    }
+                }
+            }
+        }
+    }
+    assert!(
+        wrong.is_empty(),
+        "match on `trace::Cause` or `trace::Deed` instead:\n{}",
+        wrong.join("\n")
+    );
+}
+
+#[test]
 fn the_table_has_no_cycle() {
     for (at, (layer, _)) in LAYERS.iter().enumerate() {
         for below in allowed(at) {
@@ -130,7 +193,7 @@ fn allowed(at: usize) -> Vec<&'static str> {
     }
 }
 
-fn rust_files(dir: &Path) -> Vec<PathBuf> {
+pub(super) fn rust_files(dir: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for entry in fs::read_dir(dir).unwrap() {
         let path = entry.unwrap().path();

@@ -4,6 +4,7 @@
 mod language;
 mod alignment_vision;
 mod layers;
+mod circles;
 mod motion;
 mod kitchen;
 mod absent;
@@ -15,6 +16,7 @@ mod fit;
 mod alignment;
 mod program;
 mod execution;
+mod bridge;
 mod emulator;
 mod vqa;
 mod monitor;

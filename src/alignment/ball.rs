@@ -24,8 +24,72 @@ pub struct BallSighting {
     pub radius_px: f64,
 }
 
-/// Rays along which the outline is looked for.
+/// Rays along which the outline is looked for: on a ball of 14 mm radius in the kitchen (12 px) one for 0.6 px of its
+/// rim, closer than pixels are independent; on one of 20 px radius one a pixel. With half of them a large ball is
+/// measured worse, twice as many say the same again.
 const RAYS: usize = 120;
+/// Least chroma of a ball, CIELAB: below it hue is noise. Chosen: with half of it a grey ball would be looked for by
+/// the tint of the lamp, with twice as much a pale one is refused that could be found.
+const COLOURED: f64 = 15.0;
+/// How much more a colour across the ball's hue counts against it than one along it counts for it: a hue 27° beside
+/// (`atan 1/2`) is nothing.
+const ACROSS: f64 = 2.0;
+/// Share of the ball's chroma from which a pixel is its: what its shaded side has. Chosen: with half of it what
+/// reflects the ball is of it, with twice as much only its lit side is.
+const OF_BALL: f64 = 0.3;
+/// Distances at which a ball is looked for, m: from the camera's near focus to the far end of a large cell; the
+/// farther one may be twice as far as its radius says.
+const NEAREST: f64 = 0.2;
+const FARTHEST: f64 = 4.0;
+const FARTHER: f64 = 0.5;
+/// Least radius of a region, px, squared, and the share of its circle that it covers at least: a ball of 2 px has no
+/// outline to measure, and half of a ball is too little to begin from.
+const LEAST_PX2: f64 = 4.0;
+const HALF_COVERED: f64 = 0.5;
+/// Fewest pixels of a region: those of a circle of 2 px radius.
+const LEAST_REGION: usize = 12;
+/// How often rim and circle are found from each other: the first rim is along rays from the region's middle, which a
+/// piece that is covered draws aside.
+const ROUNDS: usize = 3;
+/// Share of the rays that find the rim: a ball that is covered by more than a quarter is not there.
+const UNCOVERED: (usize, usize) = (3, 4);
+/// Area of the region over that of the circle: a crescent has a good arc but is no ball to measure. Chosen: at 0.9
+/// the soft rim of a small ball refuses it, at 0.6 a quarter may be missing that the rays did not see.
+const FILL: std::ops::Range<f64> = 0.8..1.2;
+/// Largest root mean square distance of the rim from the circle, px. Chosen: a round ball in noise has 0.1 to 0.2;
+/// half of it refuses a ball that is painted unevenly, twice as much takes a box's corner.
+const RMS_PX: f64 = 0.6;
+/// What shading may move a centre by, px: it moves the half-way point of the hue; on painted balls that was up to
+/// 0.17 px.
+const SHADING_PX: f64 = 0.1;
+/// How far what covers a share of the rim pulls the centre, in radii a share: 0.7 px where a tenth of a 21 px ball
+/// was hidden (0.33).
+const PULL: f64 = 0.3;
+/// Steps along a ray, px, and how far inside and outside of the circle it goes. Chosen: the rim is blurred over 2 to
+/// 3 px and the first circle is off by as much. With half the reach a rim is missed, with twice as much a neighbour's
+/// is found.
+const STEP_PX: f64 = 0.25;
+const REACH_PX: f64 = 4.0;
+/// Where a ray begins at least, as a share of the radius: in a small ball not beyond the middle of it.
+const INNER: f64 = 0.5;
+/// Samples of the hue just inside of that and how far apart, px: their mean is what the rim falls from.
+const PLATEAU: i32 = 5;
+const PLATEAU_STEP_PX: f64 = 0.5;
+/// Half of what the hue falls by is the rim; what is beyond counts as at most half of the ball's own and at least its
+/// opposite.
+const HALF: f64 = 0.5;
+/// Steps of the circle's fit, of which the first so many have a reach of [`FAR_PX`]. Chosen: a circle has three
+/// unknowns and converges in a few; half may stop on the way where much is covered.
+const FIT_ROUNDS: usize = 20;
+const FAR_ROUNDS: usize = 5;
+const FAR_PX: f64 = 6.0;
+/// Then as many medians of the distances, but not less or more than so many px: a covering edge pulls while it is
+/// within reach, and noise alone must not be cut.
+const MEDIANS: f64 = 4.0;
+const CLOSE_PX: std::ops::RangeInclusive<f64> = 0.3..=2.0;
+/// Points of the rim within this of the circle are counted as seen, px. Chosen: several times [`RMS_PX`]'s ordinary
+/// 0.2; with half of it a ball that is not quite round loses rays, with twice as much what covers it counts as rim.
+const SEEN_PX: f64 = 1.5;
 
 /// Finds a matte ball of known colour (sRGB) and radius (m) in a picture.
 ///
@@ -40,22 +104,22 @@ pub fn find_marker_ball(
     let (w, h) = (image.width() as usize, image.height() as usize);
     let target = lab(colour);
     let chroma = f64::from(target[1]).hypot(f64::from(target[2]));
-    if chroma < 15.0 {
+    if chroma < COLOURED {
         return None;
     }
     let (ua, ub) = (f64::from(target[1]) / chroma, f64::from(target[2]) / chroma);
     // How much of a pixel's colour is the ball's: along the hue, less what is across it.
     let value = |x: usize, y: usize| {
         let [_, a, b] = lab(image.get_pixel(x as u32, y as u32).0).map(f64::from);
-        (a * ua + b * ub) - 2.0 * (a * ub - b * ua).abs()
+        (a * ua + b * ub) - ACROSS * (a * ub - b * ua).abs()
     };
     let hue: Vec<f64> = (0..w * h).map(|at| value(at % w, at / w)).collect();
-    let threshold = 0.3 * chroma;
+    let threshold = OF_BALL * chroma;
     let focal = guess.intrinsics.fx.abs();
-    let (least, most) = (0.5 * focal * radius / 4.0, focal * radius / 0.2);
+    let (least, most) = (FARTHER * focal * radius / FARTHEST, focal * radius / NEAREST);
     let region = largest_region(&hue, w, h, threshold)?;
     let area = region.len() as f64;
-    if area < std::f64::consts::PI * (least * least).max(4.0) * 0.5
+    if area < std::f64::consts::PI * (least * least).max(LEAST_PX2) * HALF_COVERED
         || area > std::f64::consts::PI * most * most
     {
         return None;
@@ -67,16 +131,15 @@ pub fn find_marker_ball(
     middle /= area;
     let mut circle = Vector3::new(middle.x, middle.y, (area / std::f64::consts::PI).sqrt());
     let mut fit = None;
-    for _ in 0..3 {
+    for _ in 0..ROUNDS {
         let rim = rim_points(&hue, w, h, circle, threshold);
         let (next, inliers, rms) = fit_circle(&rim, circle)?;
         circle = next;
         fit = Some((inliers, rms));
     }
     let (inliers, rms) = fit?;
-    // The region must fill the circle: a crescent has a good arc but is no ball to measure.
     let fill = area / (std::f64::consts::PI * circle.z * circle.z);
-    if inliers < RAYS * 3 / 4 || !(0.8..1.2).contains(&fill) || rms > 0.6 {
+    if inliers < RAYS * UNCOVERED.0 / UNCOVERED.1 || !FILL.contains(&fill) || rms > RMS_PX {
         return None;
     }
     let outline = Pixel::new(circle.x, circle.y);
@@ -85,10 +148,9 @@ pub fn find_marker_ball(
     let cos2 = 1.0 / (1.0 + n.norm_squared());
     let sin2 = (circle.z / focal).powi(2) * cos2;
     let pixel = guess.intrinsics.pixel(n * (1.0 - sin2 / cos2));
-    // Shading moves the half-way point of the hue; on painted balls that was up to 0.17 px.
-    // What covers a piece of the rim pulls the rest with it: 0.7 px where a tenth of a 21 px ball was hidden.
     let hidden = 1.0 - inliers as f64 / RAYS as f64;
-    let sigma = (rms * (2.0 / inliers as f64).sqrt()).hypot(0.1).hypot(0.3 * hidden * circle.z);
+    let sigma =
+        (rms * (2.0 / inliers as f64).sqrt()).hypot(SHADING_PX).hypot(PULL * hidden * circle.z);
     Some(BallSighting { pixel, sigma, radius_px: circle.z })
 }
 
@@ -124,7 +186,7 @@ fn largest_region(hue: &[f64], w: usize, h: usize, threshold: f64) -> Option<Vec
             best = region;
         }
     }
-    (best.len() >= 12).then_some(best)
+    (best.len() >= LEAST_REGION).then_some(best)
 }
 
 /// Returns where the hue falls to half of what it is just inside, along rays from the circle's centre.
@@ -149,21 +211,23 @@ fn rim_points(
     for i in 0..RAYS {
         let (sin, cos) = (std::f64::consts::TAU * i as f64 / RAYS as f64).sin_cos();
         let direction = Vector2::new(cos, sin);
-        let step = 0.25;
-        let inner = (radius - 4.0).max(0.5 * radius);
-        let plateau =
-            (0..5).map(|k| sample(centre + direction * (inner - 0.5 * f64::from(k)))).sum::<f64>()
-                / 5.0;
+        let step = STEP_PX;
+        let inner = (radius - REACH_PX).max(INNER * radius);
+        let plateau = (0..PLATEAU)
+            .map(|k| sample(centre + direction * (inner - PLATEAU_STEP_PX * f64::from(k))))
+            .sum::<f64>()
+            / f64::from(PLATEAU);
         if plateau < threshold {
             continue;
         }
-        let beyond = sample(centre + direction * (radius + 4.0)).min(0.5 * plateau).max(-plateau);
-        let level = 0.5 * (plateau + beyond);
+        let beyond =
+            sample(centre + direction * (radius + REACH_PX)).min(HALF * plateau).max(-plateau);
+        let level = HALF * (plateau + beyond);
         let mut before = sample(centre + direction * inner);
         let mut r = inner;
         // No picture is so large that a ray is longer than this.
         for _ in 0..100_000 {
-            if r >= radius + 4.0 {
+            if r >= radius + REACH_PX {
                 break;
             }
             let here = sample(centre + direction * (r + step));
@@ -179,20 +243,20 @@ fn rim_points(
     rim
 }
 
-/// Fits a circle with Tukey weights; returns it, the number of points within 1.5 px, and their RMS, px.
+/// Fits a circle with Tukey weights; returns it, the number of points within [`SEEN_PX`], and their RMS, px.
 fn fit_circle(rim: &[Vector2<f64>], start: Vector3<f64>) -> Option<(Vector3<f64>, usize, f64)> {
     if rim.len() < RAYS / 2 {
         return None;
     }
     let mut circle = start;
-    for round in 0..20 {
+    for round in 0..FIT_ROUNDS {
         // At last only points as close as most of them: a covering edge pulls while it is within reach.
-        let reach = if round < 5 {
-            6.0
+        let reach = if round < FAR_ROUNDS {
+            FAR_PX
         } else {
             let mut off: Vec<f64> =
                 rim.iter().map(|p| ((p - circle.xy()).norm() - circle.z).abs()).collect();
-            (4.0 * median(&mut off)).clamp(0.3, 2.0)
+            (MEDIANS * median(&mut off)).clamp(*CLOSE_PX.start(), *CLOSE_PX.end())
         };
         let (mut normal, mut rhs) = (Matrix3::zeros(), Vector3::zeros());
         for p in rim {
@@ -209,8 +273,11 @@ fn fit_circle(rim: &[Vector2<f64>], start: Vector3<f64>) -> Option<(Vector3<f64>
         }
         circle += normal.try_inverse()? * rhs;
     }
-    let residuals: Vec<f64> =
-        rim.iter().map(|p| (p - circle.xy()).norm() - circle.z).filter(|r| r.abs() < 1.5).collect();
+    let residuals: Vec<f64> = rim
+        .iter()
+        .map(|p| (p - circle.xy()).norm() - circle.z)
+        .filter(|r| r.abs() < SEEN_PX)
+        .collect();
     let n = residuals.len();
     let rms = (residuals.iter().map(|r| r * r).sum::<f64>() / n.max(1) as f64).sqrt();
     (n > 0 && circle.z > 1.0).then_some((circle, n, rms))

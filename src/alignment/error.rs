@@ -2,6 +2,32 @@
 
 use crate::fit;
 
+/// Why views of a plane do not determine a camera.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum TooAlike {
+    /// Fewer than three.
+    #[error("a skew takes three")]
+    Skew,
+    /// Noise or a strong lens, and too few views against it.
+    #[error("the closed form gives no real focal length")]
+    NoFocalLength,
+    /// A map that no camera in front of the plane has.
+    #[error("a homography is not one of a plane in front of the camera")]
+    NotInFront,
+    /// The focal length is hardly known: its relative standard deviation.
+    #[error("the focal length is known to {:.0} % only", 100.0 * .0)]
+    Unsure(f64),
+    /// One view at right angles.
+    #[error("the plane is seen face-on, so its distance and the focal length trade")]
+    FaceOn,
+    /// Views of one direction.
+    #[error("they are parallel to each other")]
+    Parallel,
+    /// Parameters that change together without a change of the pictures.
+    #[error("{} can change together unseen", .0.join(", "))]
+    Unseen(Vec<&'static str>),
+}
+
 /// Why a regression gives no answer.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
@@ -108,7 +134,7 @@ pub enum Error {
         /// How many views.
         views: usize,
         /// Why.
-        why: String,
+        why: TooAlike,
     },
     /// A point lies behind the camera.
     #[error(

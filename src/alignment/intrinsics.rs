@@ -11,8 +11,8 @@ mod zhang;
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use super::Error;
 use super::reprojection::{INTRINSIC, POSE, Reprojection, Seen};
+use super::{Error, TooAlike};
 use crate::fit::{self, Fit, Noise, Prior};
 use crate::world::{Intrinsics, Pixel, Point, Pose, frame};
 
@@ -285,14 +285,14 @@ fn polish(
 /// Names of the intrinsic parameters, in order.
 pub const NAMES: [&str; 7] = ["fx", "fy", "cx", "cy", "skew", "k1", "k2"];
 
-fn name_direction(direction: &fit::Direction) -> String {
-    let names: Vec<&str> = direction
+fn name_direction(direction: &fit::Direction) -> TooAlike {
+    let names: Vec<&'static str> = direction
         .parameters
         .iter()
         .map(|(i, _)| NAMES.get(*i).copied().unwrap_or("a pose"))
         .take(4)
         .collect();
-    format!("{} can change together unseen", names.join(", "))
+    TooAlike::Unseen(names)
 }
 
 fn summary(views: &[View], problem: &Reprojection, fit: &Fit, sigma: f64) -> Calibration {

@@ -32,12 +32,98 @@ pub struct MarkSighting {
     pub sigma: f64,
 }
 
-/// Largest error of the guess that is searched, px.
+/// Largest error of the guess that is searched, px. Chosen: a camera at 1 m with 900 px that is turned by 8 deg or
+/// stands 14 cm beside its place. With half of it a camera that was knocked is not found again, with twice as much
+/// the dots of a table, 18 cm and 150 px apart in the kitchen, are taken for each other.
 const REACH_PX: f64 = 130.0;
-/// How far a dot may be from its place once a homography is fitted, px: what a lens may add.
+/// How far a dot may be from its place once a homography is fitted, px: what a lens may add. Chosen: `k1` of -0.08
+/// moves a point half way to the corner of a picture of 1280 px by 5 px, of which a homography takes up most. With
+/// half of it dots of the corners are left out, with twice as much a dark thing beside a hidden dot passes for it.
 const CLOSE_PX: f64 = 4.0;
 /// A homography has eight unknowns; five dots leave two numbers to contradict it.
 const NEEDED: usize = 5;
+
+/// Weights of red, green and blue in grey: Rec. ITU-R BT.601, §2.5.1.
+const GREY: [f64; 3] = [0.299, 0.587, 0.114];
+/// A pixel is dark when it is below this share of the mean of its surroundings, and by so many grey levels of 255.
+/// Chosen: at a share of 0.9 the soft shadow of a thing is dark as well, at 0.6 a dot of grey ink is not; half of the
+/// levels is noise in a dim room, twice as many hide dots in it.
+const DARK: (f64, f64) = (0.8, 8.0);
+/// Half of the window of that mean, in radii of the largest dot, and pixels beyond: a window of about three dots, in
+/// which the paper around a dot outweighs it ten to one (36 to π squares of the radius).
+const WINDOW: (f64, usize) = (3.0, 3);
+/// Least and largest area of a dot's picture, in squares of the smallest and the largest expected radius (a circle
+/// has π), and the least in px: the guess may be 40 % wrong in distance, and a tilt of 75° foreshortens: at least π ·
+/// cos 75° / 1.4² = 0.41, at most π / 0.6² = 8.7, with room for what is counted as dark. Below 6 px there is no shape
+/// to judge.
+const LEAST_AREA: (f64, f64) = (0.25, 6.0);
+const MOST_AREA: f64 = 12.0;
+/// What pixels add to a second moment: the variance of a square of side 1, 1/12.
+const PIXEL: f64 = 1.0 / 12.0;
+/// What an axis is not thinner than, px², so that a line of pixels is no division by nothing.
+const THIN: f64 = 0.01;
+/// The narrowest ellipse, as a ratio of its axes and in px of its half: cos 75° = 0.26 less the rounding of small
+/// dots. Chosen: with half of it edges of shadows are dots, with twice as much dots of a flat view are lost.
+const NARROW: (f64, f64) = (0.22, 1.2);
+/// Area over that of the ellipse of the same moments: 1 for an ellipse, 0.955 for a rectangle, 3/π. A rectangle
+/// passes and is refused by consensus; a crescent or two dots in one do not. Chosen: pixels of a small dot leave some
+/// per cent.
+const FILL: std::ops::RangeInclusive<f64> = 0.88..=1.12;
+/// How far from the middle the ground is looked at, in long half axes and px beyond: past the ring below.
+const REACH: (f64, i64) = (1.9, 2);
+/// The core whose median is the ink, as a share of the radius, and the ring whose median is the paper, px outside the
+/// edge. Chosen: the edge of a dot is blurred over some 2 px either way; half of the gap has blur in the ring, twice
+/// of it the next thing.
+const CORE: f64 = 0.6;
+const RING_PX: [f64; 2] = [2.5, 5.5];
+/// Fewest pixels of core and ring for a median that one pixel does not decide.
+const FEWEST: [usize; 2] = [4, 12];
+/// A pixel of the ring is dark when it is this share of the contrast below the paper; more than this share of dark
+/// ones, and the dot touches something, so that its centre cannot be trusted. Chosen: 0.06 is 22° of the ring; with
+/// half of it dust refuses a dot, with twice as much a dot at a thing's foot is taken.
+const DARK_RING: (f64, f64) = (0.35, 0.06);
+/// Least contrast, grey levels. Chosen: twice what makes a pixel dark; at half of it noise has contrast, twice as
+/// much is not there in a dim room.
+const CONTRAST: f64 = 15.0;
+/// Pixels of the ring within this share of the contrast of the paper give the plane of its brightness.
+const PAPER: f64 = 0.3;
+/// Past two pixels outside the ellipse there is nothing but paper and noise, px.
+const OUTSIDE_PX: f64 = 2.2;
+/// How far a pixel's share of ink may be outside of 0 to 1: noise, which would be biased if it were cut at once.
+const SHARE: [f64; 2] = [-0.2, 1.2];
+/// Least sum of the shares of ink, of the area: less is no dark disc but a dark rim.
+const INKED: f64 = 0.5;
+/// What is not modelled of a centre, px: print and paper. Chosen: with half of it the fit of the lens believes dots
+/// to 0.015 px, finer than a printer's dot (600 a inch are 0.04 mm, 0.04 px in the kitchen); with twice as much it is
+/// not told from the noise of an ordinary camera.
+const FLOOR_PX: f64 = 0.03;
+/// Radius of a blob over that expected. A guess that is 40 % wrong in distance, and a tilt of 75°, whose root is in the
+/// geometric mean of the axes: √(cos 75°) / 1.4 = 0.36, and 1 / 0.6 = 1.67.
+const RATIO: std::ops::Range<f64> = 0.35..1.7;
+/// Dots nearer together than this do not give a similarity, px: a centre that is 1 px off would turn it by 0.4°.
+/// Chosen: with half of it the noise of a dot decides the turn, with twice as much a table that is small in the
+/// picture has no pairs.
+const SPAN_PX: f64 = 150.0;
+/// How much a similarity may scale and turn the guess, rad: a distance wrong by a third, a camera rolled by 17°.
+/// Chosen: twice as much lets a grid of dots match itself rotated, half of it is a camera that was not touched.
+const SCALE: std::ops::Range<f64> = 0.75..1.33;
+const ROLL: f64 = 0.3;
+/// How far a dot may be from its place under a similarity, px, and then under maps with more freedom, each from the
+/// pairs of the last: affine twice, then a homography. Chosen: falling from what perspective adds to a similarity to
+/// [`CLOSE_PX`], each step by less than a half, so that no right dot is lost on the way; the same at half of them
+/// loses dots of a tilted guess, at twice of them takes neighbours.
+const SIMILAR_PX: f64 = 18.0;
+const CLOSER: [(f64, bool); 5] =
+    [(16.0, true), (10.0, true), (8.0, false), (CLOSE_PX, false), (CLOSE_PX, false)];
+/// What pixels are divided by for the equations of an affine map, so that its columns are of like size. Any of this
+/// order would do.
+const CENTI: f64 = 100.0;
+/// Ratio of singular values below which points do not determine a homography: far above rounding (1e-16), far below
+/// the 1e-2 or so of points that are spread.
+const SINGULAR: f64 = 1e-6;
+/// Corners of the polygon that stands for a dot's rim: the area it lacks, 0.16 %, is the same all round and moves no
+/// centre.
+const CORNERS: usize = 64;
 
 /// Finds the scene's printed dots in a picture.
 ///
@@ -122,7 +208,9 @@ fn grey(image: &RgbImage) -> Grey {
     let (width, height) = (image.width() as usize, image.height() as usize);
     let data: Vec<f64> = image
         .pixels()
-        .map(|p| 0.299 * f64::from(p.0[0]) + 0.587 * f64::from(p.0[1]) + 0.114 * f64::from(p.0[2]))
+        .map(|p| {
+            GREY[0] * f64::from(p.0[0]) + GREY[1] * f64::from(p.0[1]) + GREY[2] * f64::from(p.0[2])
+        })
         .collect();
     let mut sums = vec![0.0; (width + 1) * (height + 1)];
     for y in 0..height {
@@ -158,17 +246,15 @@ struct Blob {
 /// Finds dark, filled, elliptic blobs with a bright border all round.
 fn dark_blobs(grey: &Grey, smallest: f64, largest: f64) -> Vec<Blob> {
     let (w, h) = (grey.width, grey.height);
-    // A window of about three dots: the paper around a dot outweighs it.
-    let half = (3.0 * largest).ceil() as usize + 3;
+    let half = (WINDOW.0 * largest).ceil() as usize + WINDOW.1;
     let dark: Vec<bool> = (0..w * h)
         .map(|at| {
             let mean = grey.mean(at % w, at / w, half);
-            grey.data[at] < 0.8 * mean - 8.0
+            grey.data[at] < DARK.0 * mean - DARK.1
         })
         .collect();
-    // The guess may be 40 % wrong in distance; foreshortening is already less than that of a tilt of 75°.
-    let least = (0.25 * smallest * smallest).max(6.0);
-    let most = 12.0 * largest * largest;
+    let least = (LEAST_AREA.0 * smallest * smallest).max(LEAST_AREA.1);
+    let most = MOST_AREA * largest * largest;
     let mut seen = vec![false; w * h];
     let mut blobs = Vec::new();
     let mut stack = Vec::new();
@@ -219,16 +305,15 @@ fn measure(grey: &Grey, region: &[usize]) -> Option<Blob> {
     second /= area;
     let eigen = second.symmetric_eigen();
     let (big, small) = (eigen.eigenvalues.max(), eigen.eigenvalues.min());
-    // For a filled ellipse the moments are a²/4 and b²/4 (1/12 more from the pixels' own size).
-    let (a, b) =
-        (2.0 * (big - 1.0 / 12.0).max(0.01).sqrt(), 2.0 * (small - 1.0 / 12.0).max(0.01).sqrt());
+    // For a filled ellipse the moments are a²/4 and b²/4, and the pixels' own size.
+    let (a, b) = (2.0 * (big - PIXEL).max(THIN).sqrt(), 2.0 * (small - PIXEL).max(THIN).sqrt());
     let fill = area / (std::f64::consts::PI * a * b);
-    if b < 0.22 * a || b < 1.2 || !(0.88..=1.12).contains(&fill) {
+    if b < NARROW.0 * a || b < NARROW.1 || !FILL.contains(&fill) {
         return None;
     }
     // The ground and the ink, from a ring outside and from the core.
     let inverse = second.try_inverse()?;
-    let reach = (1.9 * a).ceil() as i64 + 2;
+    let reach = (REACH.0 * a).ceil() as i64 + REACH.1;
     let (cx, cy) = (mean.x.round() as i64, mean.y.round() as i64);
     let (mut ring, mut core) = (Vec::new(), Vec::new());
     let inside = |x: i64, y: i64| x >= 0 && y >= 0 && x < w as i64 && y < grey.height as i64;
@@ -240,32 +325,31 @@ fn measure(grey: &Grey, region: &[usize]) -> Option<Blob> {
             let d = Vector2::new(x as f64, y as f64) - mean;
             let radius = 0.5 * (d.transpose() * inverse * d)[0].sqrt();
             let value = grey.data[y as usize * w + x as usize];
-            if radius < 0.6 {
+            if radius < CORE {
                 core.push(value);
-            } else if radius * b > b + 2.5 && radius * b < b + 5.5 {
+            } else if radius * b > b + RING_PX[0] && radius * b < b + RING_PX[1] {
                 ring.push((value, d));
             }
         }
     }
-    if core.len() < 4 || ring.len() < 12 {
+    if core.len() < FEWEST[0] || ring.len() < FEWEST[1] {
         return None;
     }
     let ink = super::picture::median(&mut core);
     let mut values: Vec<f64> = ring.iter().map(|r| r.0).collect();
     let paper = super::picture::median(&mut values);
     let contrast = paper - ink;
-    // Where the border is dark on some side the dot touches something, and its centre cannot be trusted.
-    let dark_border = ring.iter().filter(|r| r.0 < paper - 0.35 * contrast).count() as f64;
-    if contrast < 15.0 || dark_border > 0.06 * ring.len() as f64 {
+    let dark_border = ring.iter().filter(|r| r.0 < paper - DARK_RING.0 * contrast).count() as f64;
+    if contrast < CONTRAST || dark_border > DARK_RING.1 * ring.len() as f64 {
         return None;
     }
-    let noise = 1.4826 * {
+    let noise = super::picture::ROBUST * {
         let mut deviations: Vec<f64> = ring.iter().map(|r| (r.0 - paper).abs()).collect();
         super::picture::median(&mut deviations)
     };
     // The paper's brightness as a plane, so that a gradient of light does not pull the centre.
     let ground = {
-        let rows = ring.iter().filter(|r| (r.0 - paper).abs() < 0.3 * contrast);
+        let rows = ring.iter().filter(|r| (r.0 - paper).abs() < PAPER * contrast);
         let (mut normal, mut rhs) = (Matrix3::zeros(), Vector3::zeros());
         for (value, d) in rows {
             let row = Vector3::new(1.0, d.x, d.y);
@@ -282,17 +366,16 @@ fn measure(grey: &Grey, region: &[usize]) -> Option<Blob> {
             }
             let d = Vector2::new(x as f64, y as f64) - mean;
             let radius = 0.5 * (d.transpose() * inverse * d)[0].sqrt();
-            // Past two pixels outside the ellipse there is nothing but paper and noise.
-            if radius * b < b + 2.2 {
+            if radius * b < b + OUTSIDE_PX {
                 let value = grey.data[y as usize * w + x as usize];
                 let level = ground.x + ground.y * d.x + ground.z * d.y;
-                let share = ((level - value) / (level - ink).max(1.0)).clamp(-0.2, 1.2);
+                let share = ((level - value) / (level - ink).max(1.0)).clamp(SHARE[0], SHARE[1]);
                 weight += share;
                 first += share * d;
             }
         }
     }
-    if weight < 0.5 * area {
+    if weight < INKED * area {
         return None;
     }
     // The centroid's noise: each pixel moves it by its lever over the area; a floor for what is not modelled.
@@ -300,7 +383,7 @@ fn measure(grey: &Grey, region: &[usize]) -> Option<Blob> {
     Some(Blob {
         centre: mean + first / weight,
         radius: (a * b).sqrt(),
-        sigma: (spread * spread + 0.03 * 0.03).sqrt(),
+        sigma: (spread * spread + FLOOR_PX * FLOOR_PX).sqrt(),
     })
 }
 
@@ -317,7 +400,7 @@ fn consensus(
             (0..blobs.len())
                 .filter(|&b| {
                     let ratio = blobs[b].radius / radius;
-                    (blobs[b].centre - at(pixel)).norm() < REACH_PX && (0.35..1.7).contains(&ratio)
+                    (blobs[b].centre - at(pixel)).norm() < REACH_PX && RATIO.contains(&ratio)
                 })
                 .collect()
         })
@@ -328,7 +411,7 @@ fn consensus(
         for j in i + 1..expected.len() {
             let (pi, pj) = (at(expected[i].1), at(expected[j].1));
             let span = pj - pi;
-            if span.norm() < 150.0 {
+            if span.norm() < SPAN_PX {
                 continue;
             }
             for &bi in &near[i] {
@@ -336,13 +419,18 @@ fn consensus(
                     let seen = blobs[bj].centre - blobs[bi].centre;
                     let scale = seen.norm() / span.norm();
                     let turn = (span.x * seen.y - span.y * seen.x).atan2(span.dot(&seen));
-                    if bi == bj || !(0.75..1.33).contains(&scale) || turn.abs() > 0.3 {
+                    if bi == bj || !SCALE.contains(&scale) || turn.abs() > ROLL {
                         continue;
                     }
                     let rotation = nalgebra::Rotation2::new(turn);
                     let map = |p: Vector2<f64>| blobs[bi].centre + rotation * (p - pi) * scale;
-                    let (pairs, cost) =
-                        assign(expected.len(), 18.0, |k| map(at(expected[k].1)), &near, blobs);
+                    let (pairs, cost) = assign(
+                        expected.len(),
+                        SIMILAR_PX,
+                        |k| map(at(expected[k].1)),
+                        &near,
+                        blobs,
+                    );
                     if pairs.len() > best.0 || (pairs.len() == best.0 && cost < best.1) {
                         best = (pairs.len(), cost, pairs);
                     }
@@ -352,9 +440,7 @@ fn consensus(
     }
     // Then maps with more freedom and less tolerance, each from the last one's pairs.
     let mut pairs = best.2;
-    for (tolerance, affine) in
-        [(16.0, true), (10.0, true), (8.0, false), (CLOSE_PX, false), (CLOSE_PX, false)]
-    {
+    for (tolerance, affine) in CLOSER {
         let places: Vec<(Vector2<f64>, Vector2<f64>)> = pairs
             .iter()
             .map(|&(k, b)| (plane_point(&marks[expected[k].0]), blobs[b].centre))
@@ -417,13 +503,13 @@ fn fit_affine(
     }
     let (mut normal, mut rhs) = (Matrix3::zeros(), nalgebra::Matrix3x2::zeros());
     for (u, v) in pairs {
-        let row = Vector3::new(u.x / 100.0, u.y / 100.0, 1.0);
+        let row = Vector3::new(u.x / CENTI, u.y / CENTI, 1.0);
         normal += row * row.transpose();
         rhs += row * v.transpose();
     }
     let solution = normal.try_inverse()? * rhs;
     Some(move |u: Vector2<f64>| {
-        (Vector3::new(u.x / 100.0, u.y / 100.0, 1.0).transpose() * solution).transpose()
+        (Vector3::new(u.x / CENTI, u.y / CENTI, 1.0).transpose() * solution).transpose()
     })
 }
 
@@ -462,7 +548,7 @@ pub(super) fn fit_homography(pairs: &[(Vector2<f64>, Vector2<f64>)]) -> Option<M
         order
     };
     // A second vanishing direction means that the points do not determine the map.
-    if svd.singular_values[order[1]] < 1e-6 * svd.singular_values[order[8]] {
+    if svd.singular_values[order[1]] < SINGULAR * svd.singular_values[order[8]] {
         return None;
     }
     let rows = svd.v_t?;
@@ -478,7 +564,7 @@ fn through(h: &Matrix3<f64>, p: Vector2<f64>) -> Vector2<f64> {
 
 /// Returns the centroid of a mark's picture minus the picture of its centre, px.
 fn circle_bias(h: &Matrix3<f64>, mark: &Mark) -> Vector2<f64> {
-    const N: usize = 64;
+    const N: usize = CORNERS;
     let centre = through(h, plane_point(mark));
     let ring: Vec<Vector2<f64>> = (0..N)
         .map(|i| {

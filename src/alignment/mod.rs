@@ -36,4 +36,4 @@ pub mod offset;
 pub mod files;
 pub mod answer;
 
-pub use error::Error;
+pub use error::{Error, TooAlike};

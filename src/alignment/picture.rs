@@ -101,6 +101,13 @@ impl Plane {
     }
 }
 
+/// What turns a median of absolute deviations into a standard deviation: `1 / Φ⁻¹(3/4)` (Rousseeuw and Croux,
+/// "Alternatives to the median absolute deviation", JASA 1993).
+pub(super) const ROBUST: f64 = 1.4826;
+/// What keeps the chromaticity of black from being noise, in linear light from 0 to 3. Chosen: with half of it the
+/// noise of an 8-bit zero (0.0003 a step) makes a colour of shadows, with twice as much a dark blue thing turns grey.
+pub(super) const BLACK: f32 = 0.01;
+
 /// Returns the median of some values, 0 of none; the order is lost.
 pub(super) fn median(values: &mut [f64]) -> f64 {
     if values.is_empty() {
@@ -224,9 +231,9 @@ impl Picture {
         for at in 0..chromaticity[0].data.len() {
             let [r, g, b] = [0, 1, 2].map(|c| light[c].data[at]);
             // A little white keeps the ratio of near-black pixels from being noise.
-            let sum = r + g + b + 0.01;
-            chromaticity[0].data[at] = (r + 0.01 / 3.0) / sum;
-            chromaticity[1].data[at] = (b + 0.01 / 3.0) / sum;
+            let sum = r + g + b + BLACK;
+            chromaticity[0].data[at] = (r + BLACK / 3.0) / sum;
+            chromaticity[1].data[at] = (b + BLACK / 3.0) / sum;
         }
         Self { lab, small, chromaticity, levels, noise, is_grey }
     }

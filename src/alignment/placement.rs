@@ -20,7 +20,7 @@ use rayon::prelude::*;
 
 use super::doubt::Doubt;
 use super::outline::{Kind, ObjectPose, Outline, Projector, inside_convex};
-use super::picture::{Level, Picture, Plane, lab, linear};
+use super::picture::{BLACK, Level, Picture, Plane, lab, linear};
 use super::refine::{self, Fit};
 use crate::world::{Material, Object, Shape};
 
@@ -115,10 +115,100 @@ pub struct Evidence<'a> {
     pub hidden: Hidden,
 }
 
-/// Coarse grid step, m; at the quarter-size picture this is about three pixels.
+/// Coarse grid step, m; at the quarter-size picture this is about three pixels (the kitchen's camera, 900 px at 1.07 m,
+/// has 210 of them a metre). Chosen: with half of it four times as many places are scored; with twice as much a place
+/// is up to 9 px from the nearest one, farther than an edge of that picture is wide.
 const GRID_M: f64 = 0.015;
-/// Coarse yaw step, rad.
+/// Coarse yaw step, rad: at the corner of a 65 mm square, 46 mm from its axis, 15 deg are 12 mm, as much as [`GRID_M`].
 const GRID_YAW: f64 = PI / 12.0;
+
+/// Gradient at which an edge counts in full, CIELAB/px, of an opaque and of a clear thing. Chosen: a step of about 8
+/// CIELAB for opaque things and 3 for clear ones, over some three pixels of blur. With half of it shadows and the
+/// grain of a table count as edges, with twice as much a dull thing on a table of its own lightness has none.
+const FULL_EDGE: [f64; 2] = [2.4, 0.9];
+/// That gradient in units of the picture's noise at least, at full size and smaller. Chosen: averaging four or
+/// sixteen pixels leaves less noise; with half of it grain is support, with twice as much a dark picture has no
+/// edges.
+const NOISE_EDGE: [f64; 2] = [0.9, 0.5];
+/// Scale below which a level of the picture is the full one: between its 1 and the 2 of the next.
+const FULL_SIZE: f64 = 1.5;
+/// Weight of an inner edge beside one of the silhouette: of a clear thing and of an unlit one it may be invisible.
+/// Chosen between none, with which a cuboid's turn is told by its outline alone, and the whole, with which what is
+/// not there counts as missing.
+pub(super) const INNER: f64 = 0.5;
+/// Edges of a solid that are told apart: a cuboid has twelve; what has more shares the last one.
+pub(super) const EDGES: usize = 16;
+/// Share of the outline in view below which nothing is scored. Chosen: a quarter is one side of a cuboid; with half
+/// of that any line agrees, with twice as much nothing at the picture's border is found.
+const LEAST_VISIBLE: f64 = 0.25;
+/// An edge counts by itself when it is at least this share of what is in view. Chosen: of a cuboid's nine visible
+/// edges one has a ninth on average; one that is foreshortened to a quarter of that has some pixels, in which noise
+/// decides, and with twice as much the short upright edges of a flat thing would not count.
+const WHOLE_EDGE: f64 = 0.06;
+/// The part of the outline whose support is the weakest: a third, as in the prototype that placed real cubes,
+/// cylinders and cans within 5 mm. With two parts it is nearly the mean again, with six the noise of a few points.
+const WEAKEST_PART: f64 = 3.0;
+/// Shares of the weakest third and of the weakest whole edge in [`Score::weakest`]. Chosen: the same for both. The
+/// third alone does not see that the foot of a tube is missing whose sides fit, the edge alone not that support is
+/// scattered by chance.
+const THIRD: f64 = 0.5;
+const WORST: f64 = 0.5;
+/// Shares of the mean and of the weakest part in what the edges say, and of edges, colour and change in the whole,
+/// with a colour and without. Chosen, each set adding up to 1, so that a score is from 0 to 1: edges tell the place
+/// and decide; colour tells which thing it is; a change of the table is what any thing and its shadow makes. How far
+/// present and absent things are apart with these is measured at [`super::vision`]'s `belief`, and
+/// `tests/alignment_vision/see.rs` holds them to it: with little colour things of one shape exchange places, with
+/// twice as much a coloured thing is placed by its blob, not by its edges.
+const OF_EDGES: [f64; 2] = [0.6, 0.4];
+const WITH_COLOUR: [f64; 3] = [0.45, 0.4, 0.15];
+const WITHOUT_COLOUR: [f64; 2] = [0.8, 0.2];
+/// Share of the outline in view from which it counts in full; less of it agrees with much by chance, and counts by
+/// the root of its share. Chosen: with half of it a third of an outline is believed as a whole one, with 1 a thing
+/// behind another loses by being there.
+const IN_FULL: f64 = 0.7;
+/// How far from the silhouette's middle to its rim the inside and the outside are looked at, as shares. Chosen: from
+/// a third of the way, where the rim's own light is not yet, to 0.85, and just beyond; at 1.4 what is looked at is
+/// the neighbour.
+const INSIDE: [f64; 3] = [0.35, 0.62, 0.85];
+const OUTSIDE: f64 = 1.2;
+/// How much of what is found outside is taken off: of change, which a shadow makes there as well, half; of colour, of
+/// which nothing should be there, more. Chosen between none, with which a large blob is as good as a thing, and all,
+/// with which two things of one colour side by side erase each other.
+const CHANGE_OUTSIDE: f64 = 0.5;
+const COLOUR_OUTSIDE: f64 = 0.7;
+/// Every second point of the silhouette is looked at for its regions, which are flat: half the time, the same mean.
+const REGION_STEP: usize = 2;
+/// Score below which a place of the grid is not kept: a sixth of what is believed at all ([`super::vision`]). Chosen:
+/// only to keep lists short.
+const HOPELESS: f64 = 0.05;
+/// The three rounds of the search: how many candidates are kept, and how far two must be apart to be two, m and rad:
+/// somewhat more than the step before, halved by the climb. Chosen: with half as many a right place behind many
+/// look-alikes is lost, with twice as many this part of the search takes twice as long.
+const COARSE: (usize, f64, f64) = (40, 0.02, 0.3);
+const FINER: (usize, f64, f64) = (12, 0.012, 0.15);
+/// The candidates that come out.
+const FITTED: usize = 8;
+/// First steps of the climbs, m and rad: half of [`GRID_M`] and [`GRID_YAW`], and at full size three times where that
+/// climb ends (3 mm are 2.5 px of the kitchen's picture). In [`HALVINGS`] rounds, each with half the step, they come
+/// down to 1 mm and 0.4 mm.
+const CLIMB: (f64, f64) = (0.008, 0.12);
+const LAST_CLIMB: (f64, f64) = (0.003, 0.03);
+/// Halvings of a climb, and steps with one length: six of the first are three grid steps. Chosen: a climb that goes
+/// farther has come to another place, which the grid has as well; with half of either a climb stops short of the top.
+const HALVINGS: usize = 4;
+const STEPS: usize = 6;
+/// Points on each edge of the outline at the three scales: a point every 3 to 4 px of the full, half and quarter
+/// picture for an edge of 55 px (65 mm in the kitchen). Neighbouring points share pixels below that; with half as
+/// many a gap is overlooked.
+const POINTS: [usize; 3] = [16, 8, 5];
+/// How often a fit is repeated from its own result: the second time with the outline seen from there. Chosen: with
+/// one the outline is that of a place some millimetres off; each more costs the same and starts nearer to its own
+/// end.
+const FITS: usize = 2;
+/// How much of its score a fit may lose: moving edges are finer than the score, which is flat within some pixels
+/// where edges are strong. Chosen: at 1 no fit of a sharp picture would be kept, at 0.84 one that has slipped to
+/// another thing's edge is.
+const LOSS: f64 = 0.92;
 
 impl<'a> Evidence<'a> {
     /// Gathers what the picture says about one object.
@@ -135,12 +225,11 @@ impl<'a> Evidence<'a> {
 
     /// Gradient at which an edge counts in full, CIELAB/px at this level.
     fn full_edge(&self, level: &Level) -> f64 {
-        // Chosen: a step of about 8 CIELAB for opaque things, 3 for clear ones, and never within the noise.
         let base = match self.object.material {
-            Material::Opaque => 2.4,
-            Material::Transparent => 0.9,
+            Material::Opaque => FULL_EDGE[0],
+            Material::Transparent => FULL_EDGE[1],
         };
-        let noise = self.picture.noise * if level.scale < 1.5 { 0.9 } else { 0.5 };
+        let noise = self.picture.noise * NOISE_EDGE[usize::from(level.scale >= FULL_SIZE)];
         f64::max(base, noise)
     }
 
@@ -168,46 +257,49 @@ impl<'a> Evidence<'a> {
         let full = self.full_edge(level);
         let mut support: Vec<(f64, f64)> = Vec::with_capacity(outline.samples.len());
         let (mut all, mut seen) = (0.0, 0.0);
-        let mut by_edge = [(0.0_f64, 0.0_f64); 16];
+        let mut by_edge = [(0.0_f64, 0.0_f64); EDGES];
         for s in &outline.samples {
-            // Inner edges of a clear thing and of an unlit one may be invisible; they count half.
-            let weight = s.length * if s.kind == Kind::Inner { 0.5 } else { 1.0 };
+            let weight = s.length * if s.kind == Kind::Inner { INNER } else { 1.0 };
             all += weight;
             if judged(s.pixel) {
                 seen += weight;
                 let edge = level.edge(s.pixel.x, s.pixel.y, s.normal) / full;
                 support.push((edge.min(1.0), weight));
-                let slot = &mut by_edge[s.edge.min(15)];
+                let slot = &mut by_edge[s.edge.min(EDGES - 1)];
                 slot.0 += edge.min(1.0) * weight;
                 slot.1 += weight;
             }
         }
         let visible = seen / all.max(1e-9);
-        if visible < 0.25 {
+        if visible < LEAST_VISIBLE {
             return Score { visible, ..Score::default() };
         }
         let edge = support.iter().map(|s| s.0 * s.1).sum::<f64>() / seen;
         support.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (mut weak, mut weight) = (0.0, 0.0);
         for (value, length) in support {
-            if weight >= seen / 3.0 {
+            if weight >= seen / WEAKEST_PART {
                 break;
             }
             weak += value * length;
             weight += length;
         }
         // A whole edge without support (the foot of a tube whose sides fit) weighs as much as a third.
-        let worst_edge =
-            by_edge.iter().filter(|e| e.1 > 0.06 * seen).map(|e| e.0 / e.1).fold(1.0, f64::min);
-        let weakest = 0.5 * (weak / weight.max(1e-9)) + 0.5 * worst_edge;
+        let worst_edge = by_edge
+            .iter()
+            .filter(|e| e.1 > WHOLE_EDGE * seen)
+            .map(|e| e.0 / e.1)
+            .fold(1.0, f64::min);
+        let weakest = THIRD * (weak / weight.max(1e-9)) + WORST * worst_edge;
         let (change, colour) = self.regions(&outline, judged);
-        let edges = 0.6 * edge + 0.4 * weakest;
+        let edges = OF_EDGES[0] * edge + OF_EDGES[1] * weakest;
         let total = match colour {
-            Some(colour) => 0.45 * edges + 0.4 * colour + 0.15 * change,
-            None => 0.8 * edges + 0.2 * change,
+            Some(colour) => {
+                WITH_COLOUR[0] * edges + WITH_COLOUR[1] * colour + WITH_COLOUR[2] * change
+            }
+            None => WITHOUT_COLOUR[0] * edges + WITHOUT_COLOUR[1] * change,
         };
-        // A little of an outline at the picture's border agrees with much by chance.
-        let total = total * (visible / 0.7).min(1.0).sqrt();
+        let total = total * (visible / IN_FULL).min(1.0).sqrt();
         Score { total, edge, weakest, colour, change, visible }
     }
 
@@ -222,8 +314,8 @@ impl<'a> Evidence<'a> {
         let mut counts = [0.0_f64; 2];
         let rim: Vec<&super::outline::Sample> =
             outline.samples.iter().filter(|s| s.kind == Kind::Silhouette).collect();
-        for s in rim.iter().step_by(2) {
-            for (place, far) in [(0, 0.35), (0, 0.62), (0, 0.85), (1, 1.2)] {
+        for s in rim.iter().step_by(REGION_STEP) {
+            for (place, far) in [(0, INSIDE[0]), (0, INSIDE[1]), (0, INSIDE[2]), (1, OUTSIDE)] {
                 let p = middle + (s.pixel - middle) * far;
                 if !judged(p) {
                     continue;
@@ -237,12 +329,15 @@ impl<'a> Evidence<'a> {
             }
         }
         let mean = |place: usize, what: usize| sums[place][what] / counts[place].max(1.0);
-        let change = (mean(0, 0) - 0.5 * mean(1, 0)).clamp(0.0, 1.0);
-        let colour = self.colour.as_ref().map(|_| (mean(0, 1) - 0.7 * mean(1, 1)).clamp(0.0, 1.0));
+        let change = (mean(0, 0) - CHANGE_OUTSIDE * mean(1, 0)).clamp(0.0, 1.0);
+        let colour = self
+            .colour
+            .as_ref()
+            .map(|_| (mean(0, 1) - COLOUR_OUTSIDE * mean(1, 1)).clamp(0.0, 1.0));
         (change, colour)
     }
 
-    /// Searches a window of the table; returns up to eight distinct candidates, best first.
+    /// Searches a window of the table; returns up to `FITTED` distinct candidates, best first.
     pub fn search(&self, window: &Window) -> Vec<Candidate> {
         let symmetry = self.object.shape.symmetry();
         let n_yaw = if symmetry > 0.0 { (symmetry / GRID_YAW).round() as usize } else { 1 };
@@ -262,17 +357,17 @@ impl<'a> Evidence<'a> {
             .flat_map_iter(|&x| {
                 let turns = move |y| (0..n_yaw).map(move |k| (y, k as f64 * GRID_YAW));
                 steps(window.y).flat_map(turns).filter_map(move |(y, yaw)| {
-                    let score = self.score(&ObjectPose::upright(x, y, 0.0, yaw), 2, 5);
-                    (score.total > 0.05).then_some(Candidate { x, y, yaw, score, fit: None })
+                    let score = self.score(&ObjectPose::upright(x, y, 0.0, yaw), 2, POINTS[2]);
+                    (score.total > HOPELESS).then_some(Candidate { x, y, yaw, score, fit: None })
                 })
             })
             .collect();
-        let coarse = distinct(all, 40, 0.02, 0.3, symmetry);
+        let coarse = distinct(all, COARSE, symmetry);
         let finer: Vec<Candidate> =
-            coarse.par_iter().map(|c| self.climb(c, 1, 8, 0.008, 0.12)).collect();
-        let finer = distinct(finer, 12, 0.012, 0.15, symmetry);
+            coarse.par_iter().map(|c| self.climb(c, 1, POINTS[1], CLIMB)).collect();
+        let finer = distinct(finer, FINER, symmetry);
         let fitted: Vec<Candidate> = finer.par_iter().map(|c| self.fit(c)).collect();
-        distinct(fitted, 8, 0.012, 0.15, symmetry)
+        distinct(fitted, (FITTED, FINER.1, FINER.2), symmetry)
     }
 
     /// Climbs to a nearby best score with halving steps.
@@ -281,15 +376,14 @@ impl<'a> Evidence<'a> {
         from: &Candidate,
         level: usize,
         per_edge: usize,
-        step: f64,
-        turn: f64,
+        (step, turn): (f64, f64),
     ) -> Candidate {
         let turns = self.object.shape.symmetry() > 0.0;
         let mut best = *from;
         best.score = self.score(&best.pose(), level, per_edge);
         let (mut step, mut turn) = (step, turn);
-        for _ in 0..4 {
-            for _ in 0..6 {
+        for _ in 0..HALVINGS {
+            for _ in 0..STEPS {
                 let mut next = best;
                 let moves = [
                     (step, 0.0, 0.0),
@@ -327,8 +421,8 @@ impl<'a> Evidence<'a> {
 
     /// Fits a candidate to the full picture: climbing, then moving edges; keeps whichever scores better.
     pub fn fit(&self, from: &Candidate) -> Candidate {
-        let mut best = self.climb(from, 0, 16, 0.003, 0.03);
-        for _ in 0..2 {
+        let mut best = self.climb(from, 0, POINTS[0], LAST_CLIMB);
+        for _ in 0..FITS {
             let refined = refine::refine(
                 self.picture,
                 self.view,
@@ -343,11 +437,9 @@ impl<'a> Evidence<'a> {
             next.x = fit.x;
             next.y = fit.y;
             next.yaw = fit.yaw;
-            next.score = self.score(&next.pose(), 0, 16);
+            next.score = self.score(&next.pose(), 0, POINTS[0]);
             next.fit = Some(fit);
-            // Moving edges are finer than the score, which is flat within some pixels where edges are strong:
-            // a small loss is no loss.
-            if next.score.total < 0.92 * best.score.total {
+            if next.score.total < LOSS * best.score.total {
                 break;
             }
             best = next;
@@ -366,9 +458,7 @@ pub(super) fn reduce(yaw: f64, shape: &Shape) -> f64 {
 /// Keeps the best candidates that differ by more than `apart` m or `turned` rad, at most `n`.
 fn distinct(
     mut candidates: Vec<Candidate>,
-    n: usize,
-    apart: f64,
-    turned: f64,
+    (n, apart, turned): (usize, f64, f64),
     symmetry: f64,
 ) -> Vec<Candidate> {
     candidates.sort_by(|a, b| b.score.total.total_cmp(&a.score.total));
@@ -393,22 +483,43 @@ fn distinct(
     kept
 }
 
+/// Chroma, CIELAB, above which a thing is known by its chromaticity. Chosen: with half of it a grey thing
+/// that is said to be slightly warm is looked for by a colour that any lamp gives the whole table; with twice as much a
+/// pale blue cup is looked for by its lightness, which changes with the light.
+const COLOURED: f32 = 18.0;
+/// Deviation of chromaticity (shares of red and blue in linear light) within one thing. Chosen: grey is at 0.33 and a
+/// pure colour at 1, so that this is an eighth of what there is between them. With half of it a thing under a warm
+/// lamp does not have its own colour, with twice as much a brown table looks half like an orange thing.
+const CHROMATICITY: f32 = 0.09;
+/// Deviations of lightness and of a, b of a thing without colour, CIELAB. Chosen: lightness may change by a shaded
+/// face, a and b only by the lamp. With half of them a grey thing's own shaded side is another thing, with twice as
+/// much every table is grey.
+const GREY: [f32; 2] = [25.0, 8.0];
+/// How many candidates of each object are tried for a consistent choice: all that [`Evidence::search`] returns.
+const CHOICES: usize = FITTED;
+/// How much two things may overlap, m. Chosen: things are placed within 0.1 to 5 mm (`docs/results.md`), so that what
+/// stands side by side may be seen a little into each other. With half of it things that touch exclude each other;
+/// twice as much lets two things stand where hardly one does.
+const SLACK_M: f64 = 0.003;
+/// Corners of the polygon that stands for a circle there: inside it by 0.9 % of the radius, 0.7 mm of a cup.
+const CIRCLE: i32 = 24;
+
 /// Returns how much each small pixel has the object's colour, `None` when that says nothing.
 fn likeness(picture: &Picture, object: &Object) -> Option<Plane> {
     if object.material == Material::Transparent || picture.is_grey {
         return None;
     }
     let [_, a, b] = lab(object.colour);
-    if a.hypot(b) > 18.0 {
+    if a.hypot(b) > COLOURED {
         // A coloured thing keeps its chromaticity in any light; its lightness it does not keep.
         let [r, g, bl] = object.colour.map(linear);
-        let sum = r + g + bl + 0.01;
-        let (cr, cb) = ((r + 0.01 / 3.0) / sum, (bl + 0.01 / 3.0) / sum);
+        let sum = r + g + bl + BLACK;
+        let (cr, cb) = ((r + BLACK / 3.0) / sum, (bl + BLACK / 3.0) / sum);
         let mut plane = Plane::zeros(picture.small[0].width, picture.small[0].height);
         for (at, value) in plane.data.iter_mut().enumerate() {
             let dr = picture.chromaticity[0].data[at] - cr;
             let db = picture.chromaticity[1].data[at] - cb;
-            *value = (-(dr * dr + db * db) / (2.0 * 0.09 * 0.09)).exp();
+            *value = (-(dr * dr + db * db) / (2.0 * CHROMATICITY * CHROMATICITY)).exp();
         }
         return Some(plane);
     }
@@ -416,7 +527,7 @@ fn likeness(picture: &Picture, object: &Object) -> Option<Plane> {
     let mut plane = Plane::zeros(picture.small[0].width, picture.small[0].height);
     for (at, value) in plane.data.iter_mut().enumerate() {
         let d = [0, 1, 2].map(|c| picture.small[c].data[at] - target[c]);
-        let far = (d[0] / 25.0).powi(2) + (d[1] / 8.0).powi(2) + (d[2] / 8.0).powi(2);
+        let far = (d[0] / GREY[0]).powi(2) + (d[1] / GREY[1]).powi(2) + (d[2] / GREY[1]).powi(2);
         *value = (-0.5 * far).exp();
     }
     Some(plane)
@@ -424,9 +535,15 @@ fn likeness(picture: &Picture, object: &Object) -> Option<Plane> {
 
 /// Chooses one candidate (or none) for each object so that no two stand in one place and the sum of the
 /// scores is largest. `None` costs `bar`, the score below which nothing is believed.
-pub fn assign(objects: &[&Object], candidates: &[Vec<Candidate>], bar: f64) -> Vec<Option<usize>> {
+pub fn assign(
+    objects: &[&Object],
+    heights: &[f64],
+    candidates: &[Vec<Candidate>],
+    bar: f64,
+) -> Vec<Option<usize>> {
     fn go(
         objects: &[&Object],
+        heights: &[f64],
         candidates: &[Vec<Candidate>],
         bar: f64,
         chosen: &mut Vec<Option<usize>>,
@@ -440,30 +557,37 @@ pub fn assign(objects: &[&Object], candidates: &[Vec<Candidate>], bar: f64) -> V
             }
             return;
         }
-        for (idx, candidate) in candidates[at].iter().enumerate().take(8) {
+        for (idx, candidate) in candidates[at].iter().enumerate().take(CHOICES) {
             let free = chosen.iter().enumerate().all(|(other, choice)| {
                 choice.is_none_or(|c| {
-                    !overlap(objects[at], candidate, objects[other], &candidates[other][c])
+                    is_apart(heights[at], heights[other])
+                        || !overlap(objects[at], candidate, objects[other], &candidates[other][c])
                 })
             });
             if free && candidate.score.total > bar {
                 chosen.push(Some(idx));
-                go(objects, candidates, bar, chosen, sum + candidate.score.total, best);
+                go(objects, heights, candidates, bar, chosen, sum + candidate.score.total, best);
                 chosen.pop();
             }
         }
         chosen.push(None);
-        go(objects, candidates, bar, chosen, sum + bar, best);
+        go(objects, heights, candidates, bar, chosen, sum + bar, best);
         chosen.pop();
     }
     let mut best = (f64::NEG_INFINITY, vec![None; objects.len()]);
-    go(objects, candidates, bar, &mut Vec::new(), 0.0, &mut best);
+    go(objects, heights, candidates, bar, &mut Vec::new(), 0.0, &mut best);
     best.1
 }
 
-/// Returns whether two standing objects would share space, by more than 3 mm of measurement error.
+/// Returns whether one of two things stands on another floor than the other, so that they may be seen one above the
+/// other: their bases differ by more than what they stand on may be off.
+pub fn is_apart(a: f64, b: f64) -> bool {
+    const SAME_FLOOR: f64 = 0.01;
+    (a - b).abs() > SAME_FLOOR
+}
+
+/// Returns whether two standing objects would share space, by more than `SLACK_M` of measurement error.
 pub fn overlap(a: &Object, at: &Candidate, b: &Object, bt: &Candidate) -> bool {
-    const SLACK_M: f64 = 0.003;
     let footprint = |object: &Object, c: &Candidate| -> Vec<Vector2<f64>> {
         let centre = Vector2::new(c.x, c.y);
         match object.shape {
@@ -473,7 +597,7 @@ pub fn overlap(a: &Object, at: &Candidate, b: &Object, bt: &Candidate) -> bool {
                     centre + nalgebra::Rotation2::new(c.yaw) * corner
                 })
                 .to_vec(),
-            Shape::Cylinder { radius, .. } => (0..24)
+            Shape::Cylinder { radius, .. } => (0..CIRCLE)
                 .map(|i| {
                     let (sin, cos) = (f64::from(i) * FRAC_PI_2 / 6.0).sin_cos();
                     centre + radius * Vector2::new(cos, sin)

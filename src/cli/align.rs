@@ -9,8 +9,8 @@ use crate::alignment::intrinsics::{self, Distortion, calibrate};
 use crate::alignment::{files, image_map, offset};
 use crate::report::{Failure, Style};
 
-use super::Exit;
-use super::run::read;
+use super::exit::Exit;
+use super::inputs::read;
 
 #[derive(Debug, Subcommand)]
 pub(super) enum AlignCommand {

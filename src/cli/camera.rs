@@ -15,8 +15,8 @@ use crate::report::{self, Failure, Style};
 use crate::workcell;
 use crate::world::{Camera, Scene};
 
-use super::Exit;
-use super::run::read;
+use super::exit::Exit;
+use super::inputs::read;
 
 #[derive(Debug, Subcommand)]
 pub(super) enum CameraCommand {

@@ -6,7 +6,8 @@ use serde_json::json;
 
 use crate::report::{self, Style};
 
-use super::{Cli, Exit};
+use super::Cli;
+use super::exit::Exit;
 
 /// Write a script with which a shell completes commands and options.
 #[derive(Debug, Args)]

@@ -5,13 +5,14 @@ use std::time::Duration;
 use clap::{Args, Subcommand};
 use serde_json::json;
 
-use crate::execution::arm::{Cancel, DeviceError, Pacing};
-use crate::execution::kortex::desk::{COMING_TO_REST, Desk, Status, Stopped};
-use crate::execution::kortex::messages::base::ServoingMode;
-use crate::execution::kortex::messages::common::ArmState;
+use crate::arm::{Cancel, DeviceError, Pacing};
+use crate::kortex::desk::{COMING_TO_REST, Desk, Status, Stopped};
+use crate::kortex::messages::base::ServoingMode;
+use crate::kortex::messages::common::ArmState;
 use crate::report::{self, Failure, Style};
 
-use super::{Exit, kortex, numbers, signals};
+use super::exit::Exit;
+use super::{kortex, numbers, signals};
 
 /// What is said once the emergency stop was called.
 const IN_FAULT: &str = "stopped; the arm is in fault until `trueup kortex clear-faults`";

@@ -9,8 +9,10 @@ use crate::language::{Source, assist};
 use crate::report::{self, Failure, Style};
 use crate::workcell::{check, library};
 
-use super::run::{read, stdlib};
-use super::{Cli, Exit};
+use super::cell::stdlib;
+use super::exit::Exit;
+use super::inputs::read;
+use super::shared::Shared;
 
 /// Say what a task, an action, a fluent, a type or an object is.
 #[derive(Debug, Args)]
@@ -23,7 +25,7 @@ pub(super) struct DocArgs {
 }
 
 /// `trueup doc [NAME] [--file FILE]`.
-pub(super) fn doc(args: &DocArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+pub(super) fn doc(args: &DocArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let stdlib = stdlib(cli)?;
     let mut library = library(&stdlib);
     let mut scope = library.scope(library.default_scene());

@@ -9,17 +9,21 @@ use std::time::Duration;
 
 use serde_json::json;
 
-use crate::execution::arm::{Camera as _, DeviceError, Scales as _};
-use crate::execution::kortex::desk::Desk;
+use crate::arm::{Camera as _, DeviceError, Scales as _};
+use crate::execution::error::ActionError;
 use crate::execution::script::readable;
 use crate::execution::snapshot::{WebCamera, WebScales};
 use crate::http::Address;
+use crate::kortex::desk::Desk;
 use crate::language::Diagnostic;
 use crate::report::{Failure, Style};
-use crate::workcell::{Stdlib, archive, check, library};
+use crate::workcell::{Error, Stdlib, WorkCell, archive, check, library};
 
-use super::run::{options, stdlib};
-use super::{Cli, Exit, kortex, vqa};
+use super::arm::{self, ArmAt};
+use super::cell::{options, stdlib};
+use super::exit::Exit;
+use super::shared::Shared;
+use super::{bridge, endpoint, kortex};
 
 /// How long an arm may take to answer.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -72,7 +76,7 @@ impl Finding {
 }
 
 /// `trueup doctor`.
-pub(super) fn doctor(cli: &Cli, style: Style) -> Result<Exit, Failure> {
+pub(super) fn doctor(cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let stdlib = stdlib(cli)?;
     let mut found = vec![texts(&stdlib), scripts(&stdlib), scene(cli), folder(&cli.cell.record)];
     found.push(arm(cli, style)?);
@@ -145,7 +149,7 @@ fn scripts(stdlib: &Stdlib) -> Finding {
     Finding::new("scripts", State::Well, format!("{count} scripts of actions can be read"))
 }
 
-fn scene(cli: &Cli) -> Finding {
+fn scene(cli: &Shared) -> Finding {
     let found = options(cli, None).and_then(|options| {
         crate::workcell::robot_of(options)
             .map_err(|error| Failure::input("scene", error.to_string()))
@@ -180,13 +184,17 @@ fn folder(root: &Path) -> Finding {
     }
 }
 
-fn arm(cli: &Cli, style: Style) -> Result<Finding, Failure> {
-    let Some(target) = kortex::target(&cli.cell.robot)? else {
-        let says = match cli.cell.robot.as_str() {
-            "twin" => "the twin, inside the program",
-            _ => "the laboratory, inside the program",
-        };
-        return Ok(Finding::new("arm", State::Well, says));
+fn arm(cli: &Shared, style: Style) -> Result<Finding, Failure> {
+    let target = match arm::at(&cli.cell.robot)? {
+        ArmAt::Kortex(target) => target,
+        ArmAt::Bridge(target) => return behind(&target, cli),
+        ArmAt::Inside => {
+            let says = match cli.cell.robot.as_str() {
+                "twin" => "the twin, inside the program",
+                _ => "the laboratory, inside the program",
+            };
+            return Ok(Finding::new("arm", State::Well, says));
+        }
     };
     let (place, open) = kortex::desk(&cli.cell.robot, style)?;
     let status = Desk::open(&open.0, open.1, &open.2, PATIENCE).and_then(|desk| desk.status());
@@ -219,7 +227,37 @@ fn arm(cli: &Cli, style: Style) -> Result<Finding, Failure> {
     Ok(Finding::new("arm", State::Well, says))
 }
 
-fn camera(cli: &Cli) -> Finding {
+/// Connects to a reality behind a bridge, and takes a picture.
+fn behind(target: &bridge::Target, cli: &Shared) -> Result<Finding, Failure> {
+    let mut joints = 0;
+    let mut picture = None;
+    let opened = WorkCell::open_with(options(cli, None)?, |robot, scene, _| {
+        joints = robot.n_joints();
+        let mut devices = bridge::devices(target, robot, scene, &cli.cell)?;
+        picture = Some(devices.camera.photo()?);
+        Ok(devices)
+    });
+    Ok(match (opened, picture) {
+        (Ok(_), Some(picture)) => {
+            let (width, height) = picture.dimensions();
+            let says = format!("{target}: {joints} joints, a camera of {width} x {height} px");
+            Finding::new("arm", State::Well, says)
+        }
+        (Err(error), _) => {
+            let help = match &error {
+                Error::Action(ActionError::Device(device)) => device.help(),
+                _ => "start the server, then try again",
+            };
+            Finding::new("arm", State::Away, format!("{target}: {error}")).help(help)
+        }
+        (Ok(_), None) => Finding::new("arm", State::Well, target.to_string()),
+    })
+}
+
+fn camera(cli: &Shared) -> Finding {
+    if cli.cell.camera_at.is_none() && cli.cell.robot.starts_with(bridge::SCHEME) {
+        return Finding::new("camera", State::Well, "the one behind the bridge");
+    }
     let is_elsewhere = cli.cell.robot.starts_with(kortex::SCHEME);
     let Some(address) = cli.cell.camera_at.clone() else {
         if is_elsewhere {
@@ -237,7 +275,7 @@ fn camera(cli: &Cli) -> Finding {
     }
 }
 
-fn scales(cli: &Cli) -> Finding {
+fn scales(cli: &Shared) -> Finding {
     let Some(address) = cli.cell.scales_at.clone() else {
         return Finding::new("scales", State::None, "none asked for");
     };
@@ -250,7 +288,7 @@ fn scales(cli: &Cli) -> Finding {
 
 /// A model is never needed: geometry and people answer without one. It is asked which models it serves; no
 /// picture is sent.
-fn model(cli: &Cli) -> Result<Finding, Failure> {
+fn model(cli: &Shared) -> Result<Finding, Failure> {
     let said = std::env::var(MODEL).ok().filter(|said| !said.is_empty());
     let base = match (&cli.cell.ask_endpoint, said) {
         (Some(base), _) => base.clone(),
@@ -258,17 +296,16 @@ fn model(cli: &Cli) -> Result<Finding, Failure> {
             let says = format!("none asked for; `{MODEL}` or `--ask-endpoint` names one");
             return Ok(Finding::new("model", State::None, says));
         }
-        (None, Some(said)) => match said.parse() {
+        (None, Some(said)) => match said.parse::<Address>() {
             Ok(base) => base,
             Err(why) => {
-                let why: String = why;
                 return Ok(Finding::new("model", State::Wrong, format!("`{MODEL}`: {why}"))
                     .help("it is `http://HOST:PORT/v1`"));
             }
         },
     };
     let name = cli.cell.ask_model.clone().unwrap_or_default();
-    let endpoint = vqa::at(base, Some(name), PATIENCE.as_secs_f64(), false)?;
+    let endpoint = endpoint::at(base, Some(name), PATIENCE.as_secs_f64(), false)?;
     let place = endpoint.base().to_string();
     Ok(match endpoint.models() {
         Ok(models) => {

@@ -6,16 +6,18 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 
-use crate::emulator::{self, Emulator, FAULT_WORDS, Faults, Ideal, Options, Pictures};
-use crate::execution::arm::{Camera, Cancel, Scales};
-use crate::execution::kortex::clock::{Clock, Wall};
-use crate::execution::ticked::Plant;
+use crate::arm::ticked::Plant;
+use crate::arm::{Camera, Cancel, Scales};
+use crate::emulator::{self, Emulator, FAULT_WORDS, Faults, Ideal, Options, Pictures, WrongFault};
+use crate::kortex::clock::{Clock, Wall};
 use crate::motion::robot::Robot;
 use crate::report::{self, Failure, Style};
 use crate::workcell::{self, Laboratory};
 
-use super::run::options;
-use super::{Cli, Exit, signals};
+use super::cell::options;
+use super::exit::Exit;
+use super::shared::Shared;
+use super::signals;
 
 /// Play a Gen3's controller.
 #[derive(Debug, Args)]
@@ -73,13 +75,14 @@ enum Protocol {
 }
 
 /// `trueup emulate kortex`.
-pub(super) fn emulate(args: &EmulateArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+pub(super) fn emulate(args: &EmulateArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let Protocol::Kortex = args.protocol;
     let faults = match &args.fault {
         None => Faults::default(),
         Some(text) => text
             .parse()
-            .map_err(|wrong: String| Failure::input("emulate::fault", wrong).help(FAULT_WORDS))?,
+            .map_err(|wrong: WrongFault| Failure::input("emulate::fault", wrong.to_string()))
+            .map_err(|failure| failure.help(FAULT_WORDS))?,
     };
     if !(0.02..=1.0).contains(&args.soft) {
         return Err(Failure::input(
@@ -124,7 +127,7 @@ type Beside = (Box<dyn Camera>, Box<dyn Scales>);
 type Inside = (Arc<Robot>, Box<dyn Plant>, Option<Beside>);
 
 /// Returns the robot, what is behind the wire, and what stands beside it.
-fn inside(args: &EmulateArgs, cli: &Cli, style: Style) -> Result<Inside, Failure> {
+fn inside(args: &EmulateArgs, cli: &Shared, style: Style) -> Result<Inside, Failure> {
     let options = options(cli, None)?;
     let failed = |error: workcell::Error| report::cell_failure(&error, style);
     if args.ideal {

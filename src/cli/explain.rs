@@ -9,7 +9,7 @@ use crate::language::codes::{self, Explanation};
 use crate::language::nearest;
 use crate::report::{Failure, Style};
 
-use super::Exit;
+use super::exit::Exit;
 
 /// Say what the code of a mistake means.
 #[derive(Debug, Args)]

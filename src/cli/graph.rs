@@ -10,8 +10,10 @@ use crate::language::{self, Diagnostic, Library, Source, text};
 use crate::report::{self, Failure, Style};
 use crate::workcell::check;
 
-use super::run::{read, stdlib};
-use super::{Cli, Exit};
+use super::cell::stdlib;
+use super::exit::Exit;
+use super::inputs::read;
+use super::shared::Shared;
 
 /// Draw the And-Or graph of a task.
 #[derive(Debug, Args)]
@@ -47,7 +49,7 @@ struct Drawn {
 }
 
 /// `trueup graph FILE|'CALL'|GRAPH.json`.
-pub(super) fn graph(args: &GraphArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+pub(super) fn graph(args: &GraphArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let path = Path::new(&args.what);
     let is = |ending: &str| path.extension().is_some_and(|its| its == ending);
     let drawn =
@@ -109,7 +111,7 @@ fn from_file(path: &Path) -> Result<Drawn, Failure> {
 }
 
 /// Builds the graph of a call or of the first call of a script.
-fn from_text(what: &str, is_file: bool, cli: &Cli, style: Style) -> Result<Drawn, Failure> {
+fn from_text(what: &str, is_file: bool, cli: &Shared, style: Style) -> Result<Drawn, Failure> {
     let stdlib = stdlib(cli)?;
     let mut library = crate::workcell::library(&stdlib);
     let own = match &cli.cell.scene {

@@ -1,26 +1,25 @@
-//! `--robot kortex://USER@HOST[:PORT]`: where the arm is, who connects, and whether it may move.
+//! `--robot kortex://USER@HOST[:PORT]`: where the arm is and who connects.
 //!
 //! The password comes from the environment or is asked for; an address that holds one is refused, for what
 //! is on a command line can be read by everyone on the machine.
 
 use std::fmt;
-use std::io::{self, BufRead, IsTerminal};
-use std::path::Path;
+use std::io::{self, IsTerminal};
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::execution::arm::Scales;
-use crate::execution::kortex::arm::{KortexArm, Options};
-use crate::execution::kortex::clock::Wall;
-use crate::execution::kortex::link::Login;
-use crate::execution::kortex::stream::Cyclic;
+use crate::arm::Scales;
 use crate::execution::snapshot::{WebCamera, WebScales};
 use crate::http::Address;
+use crate::kortex::arm::{KortexArm, Options};
+use crate::kortex::clock::Wall;
+use crate::kortex::link::Login;
+use crate::kortex::stream::Cyclic;
 use crate::motion::robot::Robot;
-use crate::report::{Failure, Style, complain};
+use crate::report::{Failure, Style};
 use crate::workcell::{Devices, Error};
 
-use super::CellArgs;
+use super::shared::CellArgs;
 
 /// How an arm over Kortex is named.
 pub(super) const SCHEME: &str = "kortex://";
@@ -43,21 +42,8 @@ impl fmt::Display for Target {
     }
 }
 
-/// Reads `kortex://USER@HOST[:PORT]`; `None` for any other robot.
-pub(super) fn target(robot: &str) -> Result<Option<Target>, Failure> {
-    let Some(rest) = robot.strip_prefix(SCHEME) else {
-        if matches!(robot, "lab" | "twin") {
-            return Ok(None);
-        }
-        let help = if Path::new(robot).extension().is_some_and(|ending| ending == "urdf") {
-            "the robot of a recording is named with `gap --robot-file URDF`"
-        } else {
-            "use `--robot lab`, `--robot twin` or `--robot kortex://USER@HOST`"
-        };
-        return Err(
-            Failure::input("robot::unknown", format!("there is no robot `{robot}`")).help(help)
-        );
-    };
+/// Reads `USER@HOST[:PORT]`.
+pub(super) fn target(rest: &str) -> Result<Target, Failure> {
     let wrong = |what: &str| {
         Failure::input("robot::address", what)
             .help("it is `kortex://USER@HOST` or `kortex://USER@HOST:PORT`")
@@ -78,7 +64,7 @@ pub(super) fn target(robot: &str) -> Result<Option<Target>, Failure> {
     if host.is_empty() || user.is_empty() {
         return Err(wrong("the arm's address is not whole"));
     }
-    Ok(Some(Target { user: user.to_owned(), host: host.to_owned(), port }))
+    Ok(Target { user: user.to_owned(), host: host.to_owned(), port })
 }
 
 /// Returns who connects, with the password of the environment or of whoever sits at the terminal.
@@ -102,11 +88,7 @@ fn login(target: &Target, style: Style) -> Result<Login, Failure> {
 /// Reads where an arm is, with or without the scheme, and gets the password: its name for people, then host,
 /// port and who connects.
 pub(super) fn desk(address: &str, style: Style) -> Result<(String, (String, u16, Login)), Failure> {
-    let whole =
-        if address.starts_with(SCHEME) { address.to_owned() } else { format!("{SCHEME}{address}") };
-    let Some(target) = target(&whole)? else {
-        return Err(Failure::input("robot::address", format!("`{address}` is no arm's address")));
-    };
+    let target = target(address.strip_prefix(SCHEME).unwrap_or(address))?;
     let login = login(&target, style)?;
     Ok((target.to_string(), (target.host, target.port, login)))
 }
@@ -170,29 +152,5 @@ impl Ready {
             scales,
             limits: Some(limits),
         })
-    }
-}
-
-/// Asks whether the arm may move, unless that was said on the command line.
-pub(super) fn confirm(target: &Target, args: &CellArgs) -> Result<(), Failure> {
-    if args.yes {
-        return Ok(());
-    }
-    let stopped = || {
-        Failure::stopped("nobody said that the arm may move")
-            .at(target.to_string())
-            .help("see that nobody is in its reach, then type `move` when asked, or give `--yes`")
-    };
-    if !io::stdin().is_terminal() {
-        return Err(stopped());
-    }
-    complain(&format!(
-        "{target} will move, at {:.0} % of its limits at most. Is its reach clear? Type `move`:",
-        args.speed * 100.0
-    ));
-    let mut line = String::new();
-    match io::stdin().lock().read_line(&mut line) {
-        Ok(_) if line.trim() == "move" => Ok(()),
-        _ => Err(stopped()),
     }
 }

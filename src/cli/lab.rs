@@ -12,8 +12,10 @@ use crate::report::{self, Failure, Style};
 use crate::units::significant;
 use crate::workcell;
 
-use super::run::{read, stdlib};
-use super::{Cli, Exit};
+use super::cell::stdlib;
+use super::exit::Exit;
+use super::inputs::read;
+use super::shared::Shared;
 
 #[derive(Debug, Subcommand)]
 pub(super) enum LabCommand {
@@ -40,7 +42,7 @@ pub(super) struct RevealArgs {
 }
 
 /// `trueup lab ...`.
-pub(super) fn lab(command: &LabCommand, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+pub(super) fn lab(command: &LabCommand, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     match command {
         LabCommand::Hide(args) => hide(args, cli, style),
         LabCommand::Reveal(args) => reveal(args, style),
@@ -53,7 +55,7 @@ struct Hidden {
     sealed: bool,
 }
 
-fn hide(args: &HideArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+fn hide(args: &HideArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let library = workcell::library(&stdlib(cli)?);
     let scene =
         workcell::scene_of(&library, None).map_err(|error| report::cell_failure(&error, style))?;

@@ -15,8 +15,9 @@ use crate::workcell::Run;
 use crate::workcell::archive::{self, Standing};
 use crate::workcell::learning::{self, Learnt};
 
-use super::run::{data, read};
-use super::{Cli, Exit};
+use super::exit::Exit;
+use super::inputs::{data, read};
+use super::shared::Shared;
 
 /// Learn from stored runs which branches work.
 #[derive(Debug, Args)]
@@ -36,7 +37,7 @@ pub(super) struct LearnArgs {
 const PRIORS: &str = "priors.json";
 
 /// Reads what earlier runs have taught from the folder where runs are kept; nothing when it holds nothing.
-pub(super) fn learnt(cli: &Cli) -> Result<Learnt, Failure> {
+pub(super) fn learnt(cli: &Shared) -> Result<Learnt, Failure> {
     let domain = learning::domain(&cli.cell.robot);
     let known = |name: &str| {
         let path = cli.cell.record.join(name);
@@ -53,14 +54,14 @@ pub(super) fn learnt(cli: &Cli) -> Result<Learnt, Failure> {
     Ok(Learnt { outcomes, priors, domain: domain.to_owned(), explore: cli.cell.explore })
 }
 
-fn spoilt(why: &str, cli: &Cli) -> Failure {
+fn spoilt(why: &str, cli: &Shared) -> Failure {
     Failure::input("learn::file", format!("what was learnt cannot be read: {why}"))
         .at(cli.cell.record.display().to_string())
         .help("mend the line, or move the file away to begin anew")
 }
 
 /// `trueup learn RUNS… [--dry]`.
-pub(super) fn learn(args: &LearnArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+pub(super) fn learn(args: &LearnArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let runs = stored(&args.runs)?;
     if args.demonstrations {
         return demonstrated(&runs, args.dry, cli, style);
@@ -126,7 +127,7 @@ pub(super) fn learn(args: &LearnArgs, cli: &Cli, style: Style) -> Result<Exit, F
 fn demonstrated(
     runs: &[(String, Run)],
     dry: bool,
-    cli: &Cli,
+    cli: &Shared,
     style: Style,
 ) -> Result<Exit, Failure> {
     let path = cli.cell.record.join(PRIORS);

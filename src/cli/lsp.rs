@@ -7,11 +7,12 @@ use lsp_server::Connection;
 use crate::lsp;
 use crate::report::Failure;
 
-use super::run::stdlib;
-use super::{Cli, Exit};
+use super::cell::stdlib;
+use super::exit::Exit;
+use super::shared::Shared;
 
 /// `trueup lsp`.
-pub(super) fn serve(cli: &Cli) -> Result<Exit, Failure> {
+pub(super) fn serve(cli: &Shared) -> Result<Exit, Failure> {
     let stdlib = stdlib(cli)?;
     let (connection, threads) = Connection::stdio();
     let places = lsp::Places { folder: cli.cell.stdlib.clone(), cache: cache() };

@@ -5,14 +5,22 @@
 
 mod align;
 mod camera;
+mod cell;
+mod clock;
 mod completions;
 mod desk;
 mod doc;
 mod doctor;
 mod emulate;
+mod endpoint;
+mod exit;
 mod explain;
 mod gap;
 mod graph;
+mod inputs;
+mod arm;
+mod bridge;
+mod consent;
 mod kortex;
 mod lab;
 mod learn;
@@ -25,6 +33,7 @@ mod robot;
 mod run;
 mod runs;
 mod say;
+mod shared;
 mod signals;
 mod teach;
 mod test;
@@ -34,93 +43,26 @@ mod vqa;
 
 use std::io::IsTerminal as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Parser, Subcommand};
 
-use crate::http::Address;
 use crate::report::{Failure, Style, panics};
+
+pub use exit::Exit;
+use shared::Shared;
 
 /// Script a robot arm against a digital twin that tells the truth.
 #[derive(Debug, Parser)]
 #[command(name = "trueup", version, about, disable_help_subcommand = true)]
 struct Cli {
     #[command(flatten)]
-    common: Common,
-    #[command(flatten)]
-    cell: CellArgs,
+    shared: Shared,
     /// Evaluate one line, such as `pour(jar, cup)`, and exit.
     #[arg(short = 'c', value_name = "LINE")]
     line: Option<String>,
     #[command(subcommand)]
     command: Option<Command>,
-}
-
-/// Options every command takes.
-#[derive(Debug, Clone, Args)]
-struct Common {
-    /// Print one JSON document on stdout and nothing else there.
-    #[arg(long, global = true)]
-    json: bool,
-    /// No progress and no tables.
-    #[arg(long, short, global = true)]
-    quiet: bool,
-    /// All chance comes from this number.
-    #[arg(long, global = true, default_value_t = 1)]
-    seed: u64,
-}
-
-/// What a command works with.
-#[derive(Debug, Clone, Args)]
-struct CellArgs {
-    /// The arm: `lab`, the embedded reality, `twin`, the simulation alone, or `kortex://USER@HOST[:PORT]`, a
-    /// Gen3, with its password in `KORTEX_PASSWORD`.
-    #[arg(long, global = true, default_value = "lab")]
-    robot: String,
-    /// The camera beside a Gen3: `http://HOST[:PORT]/PATH`, which answers with a PNG or JPEG picture.
-    #[arg(long, global = true, value_name = "URL")]
-    camera_at: Option<Address>,
-    /// Scales beside a Gen3: `http://HOST[:PORT]/PATH`, which answers with JSON, as the emulator does.
-    #[arg(long, global = true, value_name = "URL")]
-    scales_at: Option<Address>,
-    /// The share of a Gen3's speed and acceleration limits that is used, from 0.02 to 1.
-    #[arg(long, global = true, value_name = "SHARE", default_value_t = 0.1)]
-    speed: f64,
-    /// Send a Gen3 positions at 1 kHz over UDP, at the port after its TCP port, instead of waypoints.
-    #[arg(long, global = true)]
-    stream: bool,
-    /// Let a Gen3 move without asking first.
-    #[arg(long, global = true)]
-    yes: bool,
-    /// A `.task` file with a `scene`, instead of the kitchen of the stdlib.
-    #[arg(long, global = true, value_name = "FILE")]
-    scene: Option<PathBuf>,
-    /// Settings of the lab (TOML), instead of its defaults.
-    #[arg(long, global = true, value_name = "FILE")]
-    lab: Option<PathBuf>,
-    /// A folder whose files come before the embedded stdlib.
-    #[arg(long, global = true, value_name = "DIR")]
-    stdlib: Option<PathBuf>,
-    /// Where run folders are made.
-    #[arg(long, global = true, value_name = "DIR", default_value = "runs")]
-    record: PathBuf,
-    /// Try branches in proportion to how likely they are the best, instead of the best known.
-    #[arg(long, global = true)]
-    explore: bool,
-    /// Leave a regression out, to see what it is worth: 1 camera alignment, 2 intrinsics, 3 robot offset.
-    #[arg(long, global = true, value_name = "1|2|3", value_delimiter = ',')]
-    without_regression: Vec<u8>,
-    /// A vision-language model, `http://HOST:PORT/v1`, that answers the questions of runs beside geometry and
-    /// at the prompt proposes calls for sentences; its key is in `TRUEUP_VQA_KEY`.
-    #[arg(long, global = true, value_name = "URL")]
-    ask_endpoint: Option<Address>,
-    /// The name of that model; the only one that is served when left out.
-    #[arg(long, global = true, value_name = "NAME", requires = "ask_endpoint")]
-    ask_model: Option<String>,
-    /// How long one of its replies may take, s.
-    #[arg(long, global = true, value_name = "S", default_value_t = 20.0, value_parser = numbers::seconds)]
-    ask_timeout: f64,
 }
 
 #[derive(Debug, Subcommand)]
@@ -183,21 +125,6 @@ enum Command {
     Completions(completions::CompletionsArgs),
 }
 
-/// How a command ended; the numbers are the exit codes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Exit {
-    /// Done and true.
-    Yes = 0,
-    /// Done, and the answer is no.
-    No = 1,
-    /// Usage or bad input.
-    BadInput = 2,
-    /// Stopped by a person or a safety limit.
-    Stopped = 3,
-    /// An arm, a camera or an endpoint is not available.
-    Unavailable = 4,
-}
-
 /// Runs the program with the arguments of the process and returns its exit code.
 pub fn main() -> ExitCode {
     panics::listen();
@@ -222,7 +149,7 @@ pub fn main() -> ExitCode {
             return ExitCode::from(code as u8);
         }
     };
-    let style = Style::detect(cli.common.json, cli.common.quiet);
+    let style = Style::detect(cli.shared.common.json, cli.shared.common.quiet);
     let outcome = catch_unwind(AssertUnwindSafe(|| dispatch(&cli, style)));
     let outcome =
         outcome.unwrap_or_else(|panic| Err(panics::caught(panic.as_ref(), signals::has_arm())));
@@ -253,39 +180,40 @@ fn usage(error: &clap::Error) -> Failure {
 }
 
 fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
+    let shared = &cli.shared;
     // A robot that does not exist is wrong whether or not the command would use it.
-    kortex::target(&cli.cell.robot)?;
+    arm::at(&shared.cell.robot)?;
     match (&cli.command, &cli.line) {
-        (Some(Command::Run(args)), _) => run::script(args, cli, style),
-        (Some(Command::Check(args)), _) => text::check(args, cli, style),
+        (Some(Command::Run(args)), _) => run::script(args, shared, style),
+        (Some(Command::Check(args)), _) => text::check(args, shared, style),
         (Some(Command::Fmt(args)), _) => text::fmt(args, style),
-        (Some(Command::Lsp), _) => lsp::serve(cli),
-        (Some(Command::Learn(args)), _) => learn::learn(args, cli, style),
-        (Some(Command::Replay(args)), _) => replay::replay(args, cli, style),
-        (Some(Command::Teach(args)), _) => teach::teach(args, cli, style),
-        (Some(Command::Report(args)), _) => report::report(args, cli, style),
-        (Some(Command::Say(args)), _) => say::say(args, cli, style),
-        (Some(Command::Test(args)), _) => test::test(args, cli, style),
-        (Some(Command::Doc(args)), _) => doc::doc(args, cli, style),
-        (Some(Command::Runs(args)), _) => runs::runs(args, cli, style),
-        (Some(Command::Doctor), _) => doctor::doctor(cli, style),
+        (Some(Command::Lsp), _) => lsp::serve(shared),
+        (Some(Command::Learn(args)), _) => learn::learn(args, shared, style),
+        (Some(Command::Replay(args)), _) => replay::replay(args, shared, style),
+        (Some(Command::Teach(args)), _) => teach::teach(args, shared, style),
+        (Some(Command::Report(args)), _) => report::report(args, shared, style),
+        (Some(Command::Say(args)), _) => say::say(args, shared, style),
+        (Some(Command::Test(args)), _) => test::test(args, shared, style),
+        (Some(Command::Doc(args)), _) => doc::doc(args, shared, style),
+        (Some(Command::Runs(args)), _) => runs::runs(args, shared, style),
+        (Some(Command::Doctor), _) => doctor::doctor(shared, style),
         (Some(Command::Completions(args)), _) => Ok(completions::completions(args, style)),
         (Some(Command::Explain(args)), _) => explain::explain(args, style),
-        (Some(Command::Graph(args)), _) => graph::graph(args, cli, style),
-        (Some(Command::Robot(command)), _) => robot::robot(command, cli.common.seed, style),
+        (Some(Command::Graph(args)), _) => graph::graph(args, shared, style),
+        (Some(Command::Robot(command)), _) => robot::robot(command, shared.common.seed, style),
         (Some(Command::Camera(command)), _) => {
-            camera::camera(command, cli.cell.scene.as_ref(), style)
+            camera::camera(command, shared.cell.scene.as_ref(), style)
         }
         (Some(Command::Align(command)), _) => align::align(command, style),
-        (Some(Command::Emulate(args)), _) => emulate::emulate(args, cli, style),
+        (Some(Command::Emulate(args)), _) => emulate::emulate(args, shared, style),
         (Some(Command::Kortex(command)), _) => desk::kortex(command, style),
-        (Some(Command::Gap(args)), _) => gap::gap(args, cli, style),
-        (Some(Command::Trials(args)), _) => trials::trials(args, cli, style),
-        (Some(Command::Vqa(command)), _) => vqa::vqa(command, cli, style),
-        (Some(Command::Lab(command)), _) => lab::lab(command, cli, style),
-        (None, Some(line)) => run::line(line, cli, style),
+        (Some(Command::Gap(args)), _) => gap::gap(args, shared, style),
+        (Some(Command::Trials(args)), _) => trials::trials(args, shared, style),
+        (Some(Command::Vqa(command)), _) => vqa::vqa(command, shared, style),
+        (Some(Command::Lab(command)), _) => lab::lab(command, shared, style),
+        (None, Some(line)) => run::line(line, shared, style),
         (None, None) if style.json => Err(Failure::input("usage", "the prompt has no JSON form")
             .help("give a command, or a line with `-c`")),
-        (None, None) => run::prompt(cli, style),
+        (None, None) => run::prompt(shared, style),
     }
 }

@@ -5,19 +5,23 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use crate::execution::arm::Cancel;
-use crate::execution::trace::{Event, Observer};
+use crate::arm::Cancel;
 use crate::http::encoded;
 use crate::language::ast::{Item, Step};
 use crate::language::{self, Library, Source};
 use crate::page::{self, Live, Page, Place};
 use crate::report::{self, Failure, Style, kept, run::Console};
+use crate::trace::{Event, Observer};
 use crate::workcell::record::Recorder;
 use crate::workcell::{self, Run, WorkCell, archive};
 
-use super::run::{ended, open, read, stamp, stdlib};
+use super::cell::{open, stdlib};
+use super::clock::stamp;
+use super::exit::Exit;
+use super::exit::ended;
+use super::inputs::read;
+use super::shared::Shared;
 use super::signals::{self, stop_on_interrupt};
-use super::{Cli, Exit};
 
 /// How often a wish to end is looked for, ms.
 const LOOK: u64 = 50;
@@ -33,7 +37,7 @@ pub(super) struct Where {
 }
 
 /// Serves stored runs, and the call or the script that is stepped, if there is one.
-pub(super) fn teach(what: &str, at: Where, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+pub(super) fn teach(what: &str, at: Where, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     if what.is_empty() {
         return stored("", at, cli, style);
     }
@@ -49,7 +53,7 @@ pub(super) fn teach(what: &str, at: Where, cli: &Cli, style: Style) -> Result<Ex
 }
 
 /// Serves stored runs until Ctrl-C; no arm is asked for.
-fn stored(path: &str, at: Where, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+fn stored(path: &str, at: Where, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let library = workcell::library(&stdlib(cli)?);
     let end = Cancel::default();
     signals::stop(end.clone())?;
@@ -59,7 +63,7 @@ fn stored(path: &str, at: Where, cli: &Cli, style: Style) -> Result<Exit, Failur
 }
 
 /// Carries out a call or a script, stepped from the page, and serves it afterwards until Ctrl-C.
-fn live(what: &str, at: Where, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+fn live(what: &str, at: Where, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let path = Path::new(what);
     let is_file = path.is_file();
     let source =
@@ -134,7 +138,7 @@ fn serve(
     library: Library,
     live: Option<Arc<Live>>,
     path: &str,
-    cli: &Cli,
+    cli: &Shared,
     style: Style,
 ) -> Result<Page, Failure> {
     let place: Place = Box::new(move |name| {
@@ -161,7 +165,7 @@ fn perform(
     steps: &[Step],
     source: &Source,
     live: &Arc<Live>,
-    cli: &Cli,
+    cli: &Shared,
     style: Style,
 ) -> Result<Run, Failure> {
     let call = &cell.define(source, steps);

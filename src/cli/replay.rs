@@ -7,7 +7,8 @@ use clap::Args;
 use crate::report::{self, Failure, Style, kept};
 use crate::workcell::archive;
 
-use super::{Cli, Exit};
+use super::exit::Exit;
+use super::shared::Shared;
 
 /// Tell a recorded run again, without an arm.
 #[derive(Debug, Args)]
@@ -20,7 +21,7 @@ pub(super) struct ReplayArgs {
 }
 
 /// `trueup replay RUN [--step N]`.
-pub(super) fn replay(args: &ReplayArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+pub(super) fn replay(args: &ReplayArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let dir = kept::folder(&cli.cell.record, &args.run)?;
     let run = archive::load(&dir).map_err(|error| report::cell_failure(&error, style))?;
     let told = report::record::again((&dir.display().to_string(), &dir), &run, args.step, style)?;

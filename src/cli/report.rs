@@ -14,7 +14,8 @@ use crate::report::run_page::{Material, page};
 use crate::report::{self, Failure, Style, kept};
 use crate::workcell::archive;
 
-use super::{Cli, Exit};
+use super::exit::Exit;
+use super::shared::Shared;
 
 /// How finely pictures are kept, of 100: a page of a dozen steps stays in a mail.
 const QUALITY: u8 = 80;
@@ -30,7 +31,7 @@ pub(super) struct ReportArgs {
 }
 
 /// `trueup report RUN [-o report.html]`.
-pub(super) fn report(args: &ReportArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+pub(super) fn report(args: &ReportArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let dir = kept::folder(&cli.cell.record, &args.run)?;
     let run = archive::load(&dir).map_err(|error| report::cell_failure(&error, style))?;
     let graph = files::read::text(&dir.join("graph.svg")).ok();

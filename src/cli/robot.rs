@@ -9,8 +9,9 @@ use crate::motion::robot::Robot;
 use crate::motion::{self, Budget, answer, rrt};
 use crate::report::{Failure, Style};
 
-use super::Exit;
-use super::run::{clock, data, read};
+use super::clock::clock;
+use super::exit::Exit;
+use super::inputs::{data, read};
 use super::signals::{is_interrupted, watch_interrupt};
 
 #[derive(Debug, Subcommand)]

@@ -7,9 +7,10 @@ use serde_json::json;
 
 use crate::report::{self, Failure, Style, kept};
 
+use super::exit::Exit;
 use super::replay::{ReplayArgs, replay};
 use super::report::{ReportArgs, report};
-use super::{Cli, Exit};
+use super::shared::Shared;
 
 /// Runs that are kept in the folder of `--record`.
 #[derive(Debug, Args)]
@@ -39,7 +40,7 @@ struct DiffArgs {
 }
 
 /// `trueup runs [ls|show|diff|export]`.
-pub(super) fn runs(args: &RunsArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+pub(super) fn runs(args: &RunsArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     match &args.what {
         None | Some(What::Ls) => {
             let list = kept::list(&cli.cell.record, None);
@@ -55,7 +56,7 @@ pub(super) fn runs(args: &RunsArgs, cli: &Cli, style: Style) -> Result<Exit, Fai
     }
 }
 
-fn diff(args: &DiffArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+fn diff(args: &DiffArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let mut both = Vec::new();
     for (wanted, number) in [(&args.first, 1), (&args.second, 2)] {
         let dir = kept::folder(&cli.cell.record, wanted)?;

@@ -13,9 +13,11 @@ use crate::report::{self, Failure, Style};
 use crate::vqa::Endpoint;
 use crate::workcell::library;
 
-use super::run::{read, stdlib};
-use super::vqa::{EndpointArgs, endpoint, no_answer};
-use super::{Cli, Exit};
+use super::cell::stdlib;
+use super::endpoint::{EndpointArgs, endpoint, no_answer};
+use super::exit::Exit;
+use super::inputs::read;
+use super::shared::Shared;
 
 /// Say which call a sentence means.
 #[derive(Debug, Args)]
@@ -30,7 +32,7 @@ pub(super) struct SayArgs {
 }
 
 /// `trueup say "Pour water from the jar into the cup"`.
-pub(super) fn say(args: &SayArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+pub(super) fn say(args: &SayArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let stdlib = stdlib(cli)?;
     let mut library = library(&stdlib);
     if let Some(path) = &cli.cell.scene {
@@ -96,7 +98,7 @@ pub(super) fn propose(
     stopped: &dyn Fn() -> bool,
 ) -> Result<Option<String>, Failure> {
     let came = model.propose(&brief(library, scene), said, stopped);
-    let call = came.map_err(|why| no_answer(model, &why))?;
+    let call = came.map_err(|why| no_answer(model, &why.to_string()))?;
     if call.is_empty() {
         return Ok(None);
     }

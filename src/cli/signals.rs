@@ -10,12 +10,12 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use crate::execution::arm::Cancel;
+use crate::arm::Cancel;
 use crate::repl::Leave;
 use crate::report::{Failure, complain};
 use crate::workcell::WorkCell;
 
-use super::Exit;
+use super::exit::Exit;
 
 /// The wishes to stop of every cell that was opened, and of whatever else waits.
 static STOPS: Mutex<Vec<Cancel>> = Mutex::new(Vec::new());

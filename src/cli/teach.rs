@@ -10,7 +10,7 @@ use std::time::Duration;
 use clap::Args;
 use rustyline::DefaultEditor;
 
-use crate::execution::arm::Cancel;
+use crate::arm::Cancel;
 use crate::files;
 use crate::language::Library;
 use crate::report::teach::{Earlier, Place, Teller};
@@ -20,8 +20,11 @@ use crate::teach::stops::Stops;
 use crate::teach::{answers, record};
 use crate::workcell::{self, Run, WorkCell, archive};
 
-use super::run::{line_led, read, script_led};
-use super::{Cli, Exit, page};
+use super::exit::Exit;
+use super::inputs::read;
+use super::page;
+use super::run::{line_led, script_led};
+use super::shared::Shared;
 
 /// Carry out a call or a script step by step, or step through a run that is over.
 #[derive(Debug, Args)]
@@ -47,7 +50,7 @@ pub(super) struct TeachArgs {
 const LOOK: Duration = Duration::from_millis(50);
 
 /// `trueup teach FILE|CALL|RUN`.
-pub(super) fn teach(args: &TeachArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+pub(super) fn teach(args: &TeachArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let answers = args.answers.clone().unwrap_or_else(|| cli.cell.record.join(answers::FILE));
     let what = args.what.as_deref().unwrap_or_default();
     if args.page {
@@ -75,14 +78,14 @@ pub(super) fn teach(args: &TeachArgs, cli: &Cli, style: Style) -> Result<Exit, F
 }
 
 /// Steps through a run that is over; no arm is asked for.
-fn over_record(dir: &Path, lead: &Lead, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+fn over_record(dir: &Path, lead: &Lead, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let run = archive::load(dir).map_err(|error| report::cell_failure(&error, style))?;
     if run.steps.is_empty() {
-        return Err(Failure::no("teach::empty", format!("{} carried out no step", run.task))
+        return Err(Failure::no("teach::empty", format!("{} executed no step", run.task))
             .at(dir.display().to_string())
             .help("step through another run, or through a call"));
     }
-    let library = workcell::library(&super::run::stdlib(cli)?);
+    let library = workcell::library(&super::cell::stdlib(cli)?);
     style.say(format!(
         "{}: {} with {}, seed {}; this is the record, the arm does not move",
         dir.display(),
@@ -107,7 +110,7 @@ pub(super) struct Lead {
 
 impl Lead {
     /// Steps without teaching: no questions, and steps are told of as in any run.
-    pub(super) fn stepping(cli: &Cli, style: Style) -> Result<Self, Failure> {
+    pub(super) fn stepping(cli: &Shared, style: Style) -> Result<Self, Failure> {
         Ok(Self {
             input: Arc::new(Mutex::new(Input::here()?)),
             setup: Setup { steps: true, stops: Stops::default(), ..Setup::default() },

@@ -8,16 +8,19 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 
-use crate::execution::trace::Nobody;
 use crate::language::ast::{Item, Program, Step};
 use crate::language::{self, Diagnostic, Source, builtins, text};
 use crate::report::{self, Failure, Style};
+use crate::trace::Nobody;
 use crate::workcell::{Ending, WorkCell, library};
 
-use super::run::{clock, options, read, stdlib};
+use super::cell::{options, stdlib};
+use super::clock::clock;
+use super::exit::Exit;
+use super::inputs::read;
+use super::shared::Shared;
 use super::signals::stop_on_interrupt;
 use super::text::task_files;
-use super::{Cli, Exit};
 
 /// Carry out the examples in the documentation of task files, in the twin.
 #[derive(Debug, Args)]
@@ -56,7 +59,7 @@ struct Told {
 }
 
 /// `trueup test FILE... [--list]`.
-pub(super) fn test(args: &TestArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+pub(super) fn test(args: &TestArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let mut told: Vec<Told> = Vec::new();
     let stdlib = stdlib(cli)?;
     let mut is_watched = false;
@@ -111,7 +114,7 @@ pub(super) fn test(args: &TestArgs, cli: &Cli, style: Style) -> Result<Exit, Fai
 }
 
 /// The twin alone, with a file's definitions, whatever robot was asked for.
-fn twin(cli: &Cli, source: &Source, style: Style) -> Result<WorkCell, Failure> {
+fn twin(cli: &Shared, source: &Source, style: Style) -> Result<WorkCell, Failure> {
     let mut options = options(cli, Some(source.clone()))?;
     options.robot = "twin".into();
     WorkCell::open(options).map_err(|error| report::cell_failure(&error, style))

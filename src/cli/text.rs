@@ -10,8 +10,10 @@ use crate::language::{self, Diagnostic, Source};
 use crate::report::{self, Failure, Style};
 use crate::workcell::check;
 
-use super::run::{read, stdlib};
-use super::{Cli, Exit};
+use super::cell::stdlib;
+use super::exit::Exit;
+use super::inputs::read;
+use super::shared::Shared;
 
 /// Find mistakes in task files.
 #[derive(Debug, Args)]
@@ -68,7 +70,7 @@ pub(super) fn task_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
 }
 
 /// `trueup check FILE...`: each file by itself over the stdlib.
-pub(super) fn check(args: &CheckArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+pub(super) fn check(args: &CheckArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let stdlib = stdlib(cli)?;
     let files = task_files(&args.files)?.into_iter();
     let sources = files.map(|path| Ok(Source::new(path.display().to_string(), read(&path)?)));

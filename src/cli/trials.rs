@@ -14,7 +14,7 @@ use std::time::Duration;
 use clap::{Args, Subcommand};
 use serde_json::json;
 
-use crate::execution::arm::Cancel;
+use crate::arm::Cancel;
 use crate::language::ast::Step;
 use crate::language::{self, Source};
 use crate::lines;
@@ -24,9 +24,13 @@ use crate::workcell::record::Recorder;
 use crate::workcell::trials::{Trial, table};
 use crate::workcell::{Ending, Error};
 
-use super::run::{clock, open, options, read, stamp, switches};
+use super::cell::{open, options, switches};
+use super::clock::{clock, stamp};
+use super::exit::Exit;
+use super::inputs::read;
+use super::shared::{CellArgs, Common, Shared};
 use super::signals::{is_interrupted, stop_on_interrupt, watch_interrupt};
-use super::{CellArgs, Cli, Common, Exit, kortex, numbers, page};
+use super::{arm, numbers, page};
 
 /// Carry out a task in one laboratory after the other, and count.
 #[derive(Debug, Args)]
@@ -150,7 +154,7 @@ impl Watchdog {
 }
 
 /// `trueup trials`.
-pub(super) fn trials(args: &TrialsArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+pub(super) fn trials(args: &TrialsArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     if let Some(TrialsCommand::Merge(merge)) = &args.command {
         return merged(merge, style);
     }
@@ -158,7 +162,7 @@ pub(super) fn trials(args: &TrialsArgs, cli: &Cli, style: Style) -> Result<Exit,
         return Err(Failure::input("usage", "there is no task to try")
             .help("`--task scripts/pour.task`, or `--task 'pour(jar, cup)'`"));
     };
-    if kortex::target(&cli.cell.robot)?.is_some() {
+    if arm::at(&cli.cell.robot)?.is_elsewhere() {
         return Err(Failure::input(
             "trials::robot",
             format!("{} is one place, and trials draw many", cli.cell.robot),
@@ -212,7 +216,7 @@ struct Work {
 }
 
 impl Work {
-    fn new(task: &str, args: &TrialsArgs, cli: &Cli, style: Style) -> Result<Self, Failure> {
+    fn new(task: &str, args: &TrialsArgs, cli: &Shared, style: Style) -> Result<Self, Failure> {
         let is_file = Path::new(task).is_file();
         let text = if is_file { read(Path::new(task))? } else { task.to_owned() };
         let source = Source::new(if is_file { task } else { "command line" }, text);
@@ -282,7 +286,7 @@ impl Work {
     }
 
     /// Makes the trials that are missing; returns whether a person stopped it.
-    fn go_on(&self, done: usize, of: usize, cli: &Cli, style: Style) -> Result<bool, Failure> {
+    fn go_on(&self, done: usize, of: usize, cli: &Shared, style: Style) -> Result<bool, Failure> {
         watch_interrupt()?;
         let kept = self.kept()?;
         let progress = Progress::new(done, of, style);
@@ -309,7 +313,7 @@ impl Work {
         without: &[u8],
         seed: u64,
         progress: &Progress,
-        cli: &Cli,
+        cli: &Shared,
         style: Style,
     ) -> Result<Option<Trial>, Failure> {
         // Nothing is learnt from one trial for the next, nor from other runs.
@@ -319,7 +323,7 @@ impl Work {
             ..cli.cell.clone()
         };
         let common = Common { seed, ..cli.common.clone() };
-        let own = Cli { common, cell, line: None, command: None };
+        let own = Shared { common, cell };
         let script = self.is_file.then(|| self.source.clone());
         let switches = options(&own, script.clone())?.switches;
         let begin = clock();
@@ -367,10 +371,10 @@ fn is_done(kept: &[Trial], set: &[u8], seed: u64) -> bool {
 }
 
 /// Returns the fingerprint of all that a trial is made with, besides the seed and the regressions.
-fn setup(source: &Source, cli: &Cli) -> Result<String, Failure> {
+fn setup(source: &Source, cli: &Shared) -> Result<String, Failure> {
     let given = |file: &Option<PathBuf>| file.as_deref().map(read).transpose();
     let (scene, lab) = (given(&cli.cell.scene)?, given(&cli.cell.lab)?);
-    let stdlib = super::run::stdlib(cli)?;
+    let stdlib = super::cell::stdlib(cli)?;
     let mut texts = vec![env!("CARGO_PKG_VERSION"), &cli.cell.robot, &source.text];
     texts.extend([scene.as_deref().unwrap_or_default(), lab.as_deref().unwrap_or_default()]);
     texts.extend(stdlib.tasks().flat_map(|(path, text)| [path, text]));

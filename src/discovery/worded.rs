@@ -90,7 +90,7 @@ pub(super) fn answer<G: Worded>(
                         .to_owned()
                 } else {
                     format!(
-                        "leaves a sum of squares larger by {:.0} on the data fitted and held out",
+                        "fits worse: sum of squares larger by {:.0} on the data fitted and held out",
                         rival.behind
                     )
                 };

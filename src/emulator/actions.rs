@@ -3,31 +3,24 @@
 //! The arm knows a few by name; everything that takes time and ends is one, started by whichever call. What
 //! is told: preprocessing, start, waypoints passed, then end or abort.
 
-use crate::execution::kortex::degrees;
-use crate::execution::kortex::messages::base::{
-    Action, ActionEvent, ActionHandle, ActionNotification, ActionParameters, ActionType,
-    TrajectoryInfo, TrajectoryInfoType,
-};
-use crate::execution::kortex::messages::motion::{ConstrainedJointAngles, JointAngle, JointAngles};
-use crate::execution::kortex::refusal;
-use crate::execution::kortex::rpc;
+use crate::kortex::degrees;
+use crate::kortex::messages::base::{Action, ActionHandle, ActionParameters, ActionType};
+use crate::kortex::messages::motion::{ConstrainedJointAngles, JointAngle, JointAngles};
 use crate::motion::robot::Robot;
-use crate::motion::trajectory::Trajectory;
 
-use super::controller::{Ask, Controller, No};
-use super::sessions::Session;
+use super::error::Refused;
 
 /// Handles of actions people make begin here.
 const OWN: u32 = 10_000;
 /// Handles of actions that were never stored.
-const PASSING: u32 = 0;
+pub(super) const PASSING: u32 = 0;
 
 /// Stored actions and the running one.
 #[derive(Debug, Clone)]
 pub(super) struct Actions {
     stored: Vec<Action>,
     next: u32,
-    running: Option<ActionHandle>,
+    pub(super) running: Option<ActionHandle>,
 }
 
 impl Actions {
@@ -78,18 +71,18 @@ impl Actions {
     }
 
     /// Returns the stored action with this handle.
-    pub(super) fn find(&self, identifier: u32) -> Result<&Action, No> {
+    pub(super) fn find(&self, identifier: u32) -> Result<&Action, Refused> {
         let is = |action: &&Action| {
             action.handle.as_ref().is_some_and(|handle| handle.identifier == identifier)
         };
         let found = self.stored.iter().find(is);
-        found.ok_or_else(|| No::device(refusal::ENTITY_NOT_FOUND, "action not found"))
+        found.ok_or(Refused::NoSuchAction)
     }
 
     /// Stores an action and returns its handle.
-    pub(super) fn store(&mut self, mut action: Action) -> Result<ActionHandle, No> {
+    pub(super) fn store(&mut self, mut action: Action) -> Result<ActionHandle, Refused> {
         let Some(parameters) = &action.parameters else {
-            return Err(No::device(refusal::UNSUPPORTED_ACTION, "unsupported action"));
+            return Err(Refused::UnknownAction);
         };
         let handle = ActionHandle {
             identifier: self.next,
@@ -103,14 +96,14 @@ impl Actions {
     }
 
     /// Puts an action in the place of the one with its handle.
-    pub(super) fn update(&mut self, mut action: Action) -> Result<ActionHandle, No> {
+    pub(super) fn update(&mut self, mut action: Action) -> Result<ActionHandle, Refused> {
         let identifier = action.handle.as_ref().map_or(0, |handle| handle.identifier);
         let Some(parameters) = &action.parameters else {
-            return Err(No::device(refusal::UNSUPPORTED_ACTION, "unsupported action"));
+            return Err(Refused::UnknownAction);
         };
         let handle = self.find(identifier)?.handle.clone().unwrap_or_default();
         if handle.permission & 4 == 0 {
-            return Err(No::device(refusal::UPDATE_PERMISSION_DENIED, "default actions stay"));
+            return Err(Refused::DefaultNotChanged);
         }
         let handle = ActionHandle { action_type: action_type(parameters) as i32, ..handle };
         action.handle = Some(handle.clone());
@@ -124,11 +117,11 @@ impl Actions {
     }
 
     /// Removes a stored action that someone made.
-    pub(super) fn remove(&mut self, identifier: u32) -> Result<(), No> {
+    pub(super) fn remove(&mut self, identifier: u32) -> Result<(), Refused> {
         let own =
             self.find(identifier)?.handle.as_ref().is_some_and(|handle| handle.permission & 4 != 0);
         if !own {
-            return Err(No::device(refusal::DELETE_PERMISSION_DENIED, "default actions stay"));
+            return Err(Refused::DefaultNotDeleted);
         }
         self.stored.retain(|a| a.handle.as_ref().is_none_or(|h| h.identifier != identifier));
         Ok(())
@@ -154,112 +147,5 @@ pub(super) fn action_type(parameters: &ActionParameters) -> ActionType {
         ActionParameters::PlayPreComputedTrajectory(_) => ActionType::PlayPreComputedTrajectory,
         ActionParameters::ExecuteSequence(_) => ActionType::ExecuteSequence,
         ActionParameters::ExecuteWaypointList(_) => ActionType::ExecuteWaypointList,
-    }
-}
-
-impl Controller {
-    /// Says no while something else moves.
-    pub(super) fn must_rest(&self) -> Result<(), No> {
-        if self.actions.running.is_some() || self.is_moving() {
-            let word = "a movement is in progress";
-            return Err(No::device(refusal::ROBOT_MOVEMENT_IN_PROGRESS, word));
-        }
-        Ok(())
-    }
-
-    /// Begins an action that follows a trajectory, `marks` being the times of its waypoints, s.
-    pub(super) fn begin_path(
-        &mut self,
-        ask: &Ask<'_>,
-        kind: ActionType,
-        handle: Option<ActionHandle>,
-        trajectory: Trajectory,
-        marks: Vec<f64>,
-    ) {
-        self.begin(ask, kind, handle);
-        self.servo.follow(trajectory, marks);
-    }
-
-    /// Says no while an action runs.
-    pub(super) fn no_action(&self) -> Result<(), No> {
-        if self.actions.is_running() {
-            let word = "an action is in progress";
-            return Err(No::device(refusal::ROBOT_MOVEMENT_IN_PROGRESS, word));
-        }
-        Ok(())
-    }
-
-    /// Notes that an action begins and tells so; the caller sets things moving.
-    pub(super) fn begin(&mut self, ask: &Ask<'_>, kind: ActionType, handle: Option<ActionHandle>) {
-        let passing = ActionHandle { identifier: PASSING, action_type: kind as i32, permission: 0 };
-        self.actions.running = Some(handle.unwrap_or(passing));
-        if kind == ActionType::ExecuteWaypointList {
-            self.tell_action(ActionEvent::PreprocessStart, 0, Vec::new());
-            self.tell_action(ActionEvent::PreprocessEnd, 0, Vec::new());
-        }
-        self.tell_action(ActionEvent::Start, 0, Vec::new());
-        self.sessions.keep(ask.now);
-    }
-
-    /// The motion of the running action is over.
-    pub(super) fn action_arrived(&mut self) {
-        if self.actions.running.is_some() {
-            self.tell_action(ActionEvent::End, 0, Vec::new());
-            self.actions.running = None;
-        }
-    }
-
-    /// The fingers came to rest: the end of an action that moved only them.
-    pub(super) fn fingers_rest(&mut self) {
-        let only_fingers = self
-            .actions
-            .running
-            .as_ref()
-            .is_some_and(|handle| handle.action_type == ActionType::SendGripperCommand as i32);
-        if only_fingers {
-            self.action_arrived();
-        }
-    }
-
-    /// The path passed a waypoint.
-    pub(super) fn waypoint_passed(&mut self, waypoint: usize) {
-        let info = TrajectoryInfo {
-            trajectory_info_type: TrajectoryInfoType::WaypointReached as i32,
-            waypoint_index: waypoint as u32,
-            joint_index: 0,
-        };
-        self.tell_action(ActionEvent::Feedback, 0, vec![info]);
-    }
-
-    /// The running action, if there is one, is given up for this reason, and the sequence it is part of.
-    pub(super) fn abort_action(&mut self, sub_code: u16) {
-        if self.actions.running.is_some() {
-            self.tell_action(ActionEvent::Abort, sub_code, Vec::new());
-            self.actions.running = None;
-        }
-        self.abort_sequence(sub_code);
-    }
-
-    /// Tells what the running action does.
-    pub(super) fn tell_action(
-        &mut self,
-        event: ActionEvent,
-        sub_code: u16,
-        info: Vec<TrajectoryInfo>,
-    ) {
-        if self.chance.hushes() {
-            return;
-        }
-        let holder = self.sessions.holder();
-        let told = ActionNotification {
-            action_event: event as i32,
-            handle: self.actions.running.clone(),
-            timestamp: Some(self.timestamp()),
-            user_handle: holder.map(Session::user_handle),
-            abort_details: i32::from(sub_code),
-            connection: holder.map(Session::connection),
-            trajectory_info: info,
-        };
-        self.topics.tell(rpc::base::ON_ACTION_TOPIC, &told);
     }
 }

@@ -2,24 +2,26 @@
 
 use nalgebra::Isometry3;
 
-use crate::execution::kortex::degrees;
-use crate::execution::kortex::messages::base::{
+use crate::kortex::degrees;
+use crate::kortex::messages::base::{
     ActuatorInformation, ArmStateInformation, ConfigurationChange, ConfigurationChangeNotification,
     ConfigurationNotificationEvent, FirmwareBundleVersions, OperatingModeInformation,
     ServoingModeInformation,
 };
-use crate::execution::kortex::messages::common::NotificationHandle;
-use crate::execution::kortex::messages::force::BaseControlMode;
-use crate::execution::kortex::messages::motion::{
+use crate::kortex::messages::common::NotificationHandle;
+use crate::kortex::messages::force::BaseControlMode;
+use crate::kortex::messages::motion::{
     Finger, Gripper, GripperMode, GripperRequest, IkData, JointAngle, JointAngles, JointSpeed,
     JointSpeeds,
 };
-use crate::execution::kortex::refusal;
-use crate::execution::kortex::rpc::base as call;
+use crate::kortex::refusal;
+use crate::kortex::rpc::base as call;
 use crate::motion::ik::Solver;
 use crate::world::Pose;
 
-use super::controller::{Answer, Ask, Controller, Fault, No, done, say};
+use super::call::{Answer, Ask, Fault, done, say};
+use super::controller::Controller;
+use super::error::Refused;
 use super::force::base_number;
 use super::paths::{arranged, tool_pose, wire_pose};
 use super::servo::FINGER_SPEED;
@@ -136,7 +138,7 @@ impl Controller {
             topic if topic.name.contains("OnNotification") => say(&NotificationHandle {
                 identifier: self.topics.subscribe(ask.session, ask.peer, topic),
             }),
-            _ => Err(No::protocol(refusal::UNSUPPORTED_METHOD, "not emulated")),
+            _ => Err(Refused::NotEmulated),
         }
     }
 
@@ -162,7 +164,7 @@ impl Controller {
         let value = match GripperMode::try_from(asked.mode) {
             Ok(GripperMode::Position) => 1.0 - self.servo.report.opening / self.robot.max_opening(),
             Ok(GripperMode::Speed) => self.servo.finger_speed() / FINGER_SPEED,
-            _ => return Err(No::device(refusal::UNIMPLEMENTED, "not implemented")),
+            _ => return Err(Refused::NotImplemented),
         };
         let finger = Finger { finger_identifier: 1, value: value.clamp(0.0, 1.0) as f32 };
         say(&Gripper { finger: vec![finger] })
@@ -188,21 +190,21 @@ impl Controller {
         let angles = arranged(&asked.joint_angles, vec![0.0; self.robot.n_joints()])?;
         let q: Vec<f64> = angles.iter().map(|&angle| f64::from(angle).to_radians()).collect();
         let pose = self.robot.forward_tool(&q);
-        let pose = pose.map_err(|error| No::device(refusal::INVALID_PARAM, &error.to_string()))?;
+        let pose = pose.map_err(Refused::Motion)?;
         say(&wire_pose(pose.isometry()))
     }
 
     fn inverse(&self, asked: &IkData) -> Answer {
         let pose = asked.cartesian_pose.as_ref().and_then(tool_pose);
-        let pose = pose.ok_or_else(|| No::device(refusal::INVALID_PARAM, "no pose"))?;
+        let pose = pose.ok_or(Refused::NoPose)?;
         let guess = asked.guess.as_ref().map_or(&[][..], |guess| &guess.joint_angles[..]);
         let now = self.servo.q_cmd.iter().map(|&q| degrees::to_wire(q)).collect();
         let near = arranged(guess, now)?;
         let near: Vec<f64> = near.iter().map(|&angle| degrees::from_wire(angle, 0.0)).collect();
         let flange = Pose::new(pose * self.robot.flange_from_tool().isometry().inverse());
-        let found = Solver::new(&self.robot).nearest(&flange, &near).map_err(|none| {
-            No::device(refusal::METHOD_FAILED, &format!("no solution: {}", none.reason.word()))
-        })?;
+        let found = Solver::new(&self.robot)
+            .nearest(&flange, &near)
+            .map_err(|none| Refused::NoSolution(none.reason))?;
         let joint_angles = found
             .iter()
             .zip(0..)

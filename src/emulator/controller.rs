@@ -3,27 +3,28 @@
 //! No socket and no clock is here: a frame comes with the peer it came from and the time it came, and what
 //! is to be sent is handed back. So everything the emulator does can be tried without a network.
 
-use std::net::SocketAddr;
 use std::sync::Arc;
 
-use prost::Message;
+use prost::Message as _;
 
-use crate::execution::kortex::frame::{Frame, Kind};
-use crate::execution::kortex::messages::base::{
+use crate::arm::ticked::Plant;
+use crate::kortex::frame::{Frame, Kind};
+use crate::kortex::messages::base::{
     ArmStateNotification, OperatingMode, ServoingMode, ServoingModeNotification,
 };
-use crate::execution::kortex::messages::common::{self, ArmState, Timestamp};
-use crate::execution::kortex::messages::config::ControlMode;
-use crate::execution::kortex::messages::force::{AdmittanceMode, WrenchMode};
-use crate::execution::kortex::messages::session::{ConnectionList, CreateSessionInfo};
-use crate::execution::kortex::refusal;
-use crate::execution::kortex::rpc::{self, Rpc};
-use crate::execution::ticked::Plant;
+use crate::kortex::messages::common::{self, ArmState, Timestamp};
+use crate::kortex::messages::config::ControlMode;
+use crate::kortex::messages::force::{AdmittanceMode, WrenchMode};
+use crate::kortex::messages::session::{ConnectionList, CreateSessionInfo};
+use crate::kortex::refusal;
+use crate::kortex::rpc::{self, Rpc};
 use crate::motion::robot::Robot;
 
 use super::actions::Actions;
+use super::call::{Answer, Ask, Fault, Peer, done, read, say};
 use super::config::Config;
 use super::cyclic::Stream;
+use super::error::Refused;
 use super::expansion::Expansion;
 use super::faults::Chance;
 use super::sequences::Sequences;
@@ -32,95 +33,6 @@ use super::sessions::Sessions;
 use super::topics::Topics;
 use super::vision::Vision;
 use super::zones::Zones;
-
-/// A client as the network knows it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Peer {
-    /// A TCP connection, by its number, and where it came from.
-    Tcp(u64, SocketAddr),
-    /// Whoever sends datagrams from there.
-    Udp(SocketAddr),
-}
-
-impl std::fmt::Display for Peer {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Tcp(_, from) => write!(f, "TCP {from}"),
-            Self::Udp(from) => write!(f, "UDP {from}"),
-        }
-    }
-}
-
-/// A refusal.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct No {
-    pub(super) code: u8,
-    pub(super) sub_code: u16,
-    pub(super) detail: String,
-}
-
-impl No {
-    /// The protocol was broken.
-    pub(super) fn protocol(sub_code: u16, detail: &str) -> Self {
-        Self { code: 1, sub_code, detail: detail.to_owned() }
-    }
-
-    /// The arm will not.
-    pub(super) fn device(sub_code: u16, detail: &str) -> Self {
-        Self { code: 3, sub_code, detail: detail.to_owned() }
-    }
-}
-
-/// What a service says: a serialised message or a no.
-pub(super) type Answer = Result<Vec<u8>, No>;
-
-/// Says a message.
-#[expect(clippy::unnecessary_wraps, reason = "the last word of every service")]
-pub(super) fn say(message: &impl Message) -> Answer {
-    Ok(message.encode_to_vec())
-}
-
-/// Says that it is done.
-#[expect(clippy::unnecessary_wraps, reason = "the last word of every service")]
-pub(super) fn done() -> Answer {
-    Ok(Vec::new())
-}
-
-/// Reads what a call carries.
-pub(super) fn read<M: Message + Default>(payload: &[u8]) -> Result<M, No> {
-    M::decode(payload)
-        .map_err(|error| No::protocol(refusal::PAYLOAD_DECODING_ERR, &error.to_string()))
-}
-
-/// Who asks what, and when.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Ask<'a> {
-    pub(super) rpc: Rpc,
-    pub(super) peer: Peer,
-    pub(super) session: u16,
-    pub(super) device: u8,
-    pub(super) payload: &'a [u8],
-    /// When it came, s.
-    pub(super) now: f64,
-}
-
-impl Ask<'_> {
-    /// Reads what the call carries.
-    pub(super) fn read<M: Message + Default>(&self) -> Result<M, No> {
-        read(self.payload)
-    }
-}
-
-/// Why the arm is in fault.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Fault {
-    /// Someone pressed, or called, the emergency stop.
-    EmergencyStop,
-    /// This joint (from 0) did not follow its command.
-    Following(usize),
-    /// Something else, planted or real.
-    Other,
-}
 
 /// Everything behind the wire.
 pub(super) struct Controller {
@@ -203,13 +115,13 @@ impl Controller {
     fn dispatch(&mut self, peer: Peer, frame: &Frame, now: f64, session: &mut u16) -> Answer {
         let header = &frame.header;
         if header.kind != Kind::Request {
-            return Err(No::protocol(refusal::UNSUPPORTED_FRAME_TYPE, "unsupported frame type"));
+            return Err(Refused::UnknownFrame);
         }
         let Some(rpc) = Rpc::find(header.service, header.function) else {
             return Err(if rpc::is_service(header.service) {
-                No::protocol(refusal::UNSUPPORTED_METHOD, "unsupported method")
+                Refused::UnknownMethod
             } else {
-                No::protocol(refusal::UNSUPPORTED_SERVICE, "unsupported service")
+                Refused::UnknownService
             });
         };
         if rpc == rpc::session::CREATE_SESSION {
@@ -317,18 +229,14 @@ impl Controller {
     }
 
     /// Says whether a session may move the arm now, and gives it control.
-    pub(super) fn may_move(&mut self, ask: &Ask<'_>) -> Result<(), No> {
+    pub(super) fn may_move(&mut self, ask: &Ask<'_>) -> Result<(), Refused> {
         match self.fault {
             Some(Fault::EmergencyStop) => {
-                return Err(No::device(
-                    refusal::ROBOT_IN_EMERGENCY_STOP,
-                    "robot is in emergency stop",
-                ));
+                return Err(Refused::EmergencyStop);
             }
-            Some(_) => return Err(No::device(refusal::ROBOT_IN_FAULT, "robot is in fault")),
+            Some(_) => return Err(Refused::InFault),
             None if self.operating != OperatingMode::Run => {
-                let word = "robot is in maintenance";
-                return Err(No::device(refusal::ROBOT_IN_MAINTENANCE, word));
+                return Err(Refused::InMaintenance);
             }
             None => {}
         }
@@ -337,13 +245,11 @@ impl Controller {
     }
 
     /// As [`Self::may_move`], for commands of single-level servoing.
-    pub(super) fn may_command(&mut self, ask: &Ask<'_>) -> Result<(), No> {
+    pub(super) fn may_command(&mut self, ask: &Ask<'_>) -> Result<(), Refused> {
         self.may_move(ask)?;
         match self.mode {
             ServoingMode::SingleLevel => Ok(()),
-            _ => {
-                Err(No::device(refusal::WRONG_SERVOING_MODE, "must be single level servoing mode"))
-            }
+            _ => Err(Refused::NotSingleLevel),
         }
     }
 
@@ -424,13 +330,13 @@ impl Controller {
 }
 
 /// Returns the response that says no.
-fn refused(frame: &Frame, session: u16, no: &No) -> Frame {
+fn refused(frame: &Frame, session: u16, no: &Refused) -> Frame {
     let error = common::Error {
-        error_code: i32::from(no.code),
-        error_sub_code: u32::from(no.sub_code),
-        error_sub_string: no.detail.clone(),
+        error_code: i32::from(no.code()),
+        error_sub_code: u32::from(no.sub_code()),
+        error_sub_string: no.to_string(),
     };
     let mut response = frame.response(session, error.encode_to_vec());
-    (response.header.error, response.header.sub_error) = (no.code, no.sub_code);
+    (response.header.error, response.header.sub_error) = (no.code(), no.sub_code());
     response
 }

@@ -5,11 +5,12 @@ use std::time::Duration;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
-use crate::execution::kortex::messages::trajectory::{
+use crate::kortex::messages::trajectory::{
     TrajectoryErrorElement, TrajectoryErrorType, WaypointList,
 };
 
-use super::controller::{Answer, Fault, No};
+use super::call::{Answer, Fault};
+use super::error::{Refused, WrongFault};
 
 /// What goes wrong, and how often or when.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -44,22 +45,15 @@ pub struct Faults {
     pub gripper: Option<f64>,
 }
 
-/// What `--fault` takes.
-pub const WORDS: &str = "drop=0.01 (share of datagrams lost), delay=20ms, stall=3s or stall=3s@10s, refuse=0.1, \
-    abort=0.1, hush=0.1 (shares of paths refused, actions given up, notifications lost), unknown=0.01, \
-    fault=10s, estop=10s, cut=10s, forget=10s (when sessions are forgotten), deaf=10s (from when on a stop is \
-    answered and not obeyed), gripper=10s (from when on nothing is told of the gripper)";
-
 impl std::str::FromStr for Faults {
-    type Err = String;
+    type Err = WrongFault;
 
     /// Reads `drop=0.01,stall=3s`.
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, WrongFault> {
         let mut faults = Self { stall_at: 5.0, ..Self::default() };
         for word in text.split(',').map(str::trim).filter(|word| !word.is_empty()) {
-            let (name, value) = word
-                .split_once('=')
-                .ok_or_else(|| format!("`{word}` is not NAME=VALUE; there are {WORDS}"))?;
+            let (name, value) =
+                word.split_once('=').ok_or_else(|| WrongFault::NoValue(word.to_owned()))?;
             match name {
                 "drop" => faults.drop = share(name, value)?,
                 "refuse" => faults.refuse = share(name, value)?,
@@ -77,7 +71,7 @@ impl std::str::FromStr for Faults {
                     let (long, at) = value.split_once('@').unwrap_or((value, "5s"));
                     (faults.stall, faults.stall_at) = (seconds(name, long)?, seconds(name, at)?);
                 }
-                other => return Err(format!("there is no fault `{other}`; there are {WORDS}")),
+                other => return Err(WrongFault::Unknown(other.to_owned())),
             }
         }
         Ok(faults)
@@ -85,11 +79,11 @@ impl std::str::FromStr for Faults {
 }
 
 /// Reads a share between 0 and 1.
-fn share(name: &str, text: &str) -> Result<f64, String> {
+fn share(name: &str, text: &str) -> Result<f64, WrongFault> {
     let value: Option<f64> = text.parse().ok();
     value
         .filter(|value| (0.0..=1.0).contains(value))
-        .ok_or_else(|| format!("`{name}` takes a share from 0 to 1, not `{text}`"))
+        .ok_or_else(|| WrongFault::NoShare { name: name.to_owned(), text: text.to_owned() })
 }
 
 /// Reads `3s` or `20ms`, at most a day; s.
@@ -103,8 +97,8 @@ pub fn duration(text: &str) -> Option<f64> {
     value.filter(|value| (0.0..=86_400.0).contains(value))
 }
 
-fn seconds(name: &str, text: &str) -> Result<f64, String> {
-    let wrong = || format!("`{name}` takes a time such as 3s or 20ms, not `{text}`");
+fn seconds(name: &str, text: &str) -> Result<f64, WrongFault> {
+    let wrong = || WrongFault::NoTime { name: name.to_owned(), text: text.to_owned() };
     duration(text).ok_or_else(wrong)
 }
 
@@ -148,7 +142,7 @@ impl Chance {
     /// Puts a refusal nobody knows in place of an answer, now and then.
     pub(super) fn garble(&mut self, answer: Answer) -> Answer {
         if answer.is_ok() && self.happens(self.faults.unknown) {
-            return Err(No::device(999, "planted"));
+            return Err(Refused::Planted);
         }
         answer
     }

@@ -6,17 +6,19 @@
 
 use nalgebra::Vector6;
 
-use crate::execution::kortex::messages::base::{
+use crate::kortex::messages::base::{
     ActionType, OperatingMode, OperatingModeInformation, OperatingModeNotification, ServoingMode,
 };
-use crate::execution::kortex::messages::config::ControlMode;
-use crate::execution::kortex::messages::force::{
+use crate::kortex::messages::config::ControlMode;
+use crate::kortex::messages::force::{
     Admittance, AdmittanceMode, ControlModeNotification, WrenchCommand, WrenchMode,
 };
-use crate::execution::kortex::refusal;
-use crate::execution::kortex::rpc::{base as call, control_config};
+use crate::kortex::refusal;
+use crate::kortex::rpc::{base as call, control_config};
 
-use super::controller::{Answer, Ask, Controller, No, done};
+use super::call::{Answer, Ask, done};
+use super::controller::Controller;
+use super::error::Refused;
 use super::servo::Motion;
 
 /// What a force and a torque work against, N·s/m and N·m·s/rad.
@@ -30,7 +32,7 @@ impl Controller {
         let force = [told.force_x, told.force_y, told.force_z].map(|f| f64::from(f) / DAMPER.0);
         let torque = [told.torque_x, told.torque_y, told.torque_z].map(|t| f64::from(t) / DAMPER.1);
         if !force.iter().chain(&torque).all(|number| number.is_finite()) {
-            return Err(No::device(refusal::INVALID_PARAM, "not a number"));
+            return Err(Refused::NotANumber);
         }
         self.wrench = WrenchMode::try_from(asked.mode).unwrap_or(WrenchMode::Normal);
         let soft = self.config.soft(ControlMode::CartesianJoystick as i32);
@@ -50,7 +52,7 @@ impl Controller {
         self.must_rest()?;
         self.admittance = match AdmittanceMode::try_from(mode) {
             Ok(AdmittanceMode::Unspecified) | Err(_) => {
-                return Err(No::device(refusal::INVALID_PARAM, "no such admittance"));
+                return Err(Refused::NoAdmittance);
             }
             Ok(mode) => mode,
         };
@@ -69,7 +71,7 @@ impl Controller {
     ) -> Answer {
         let mode = asked.operating_mode();
         if !matches!(mode, OperatingMode::Run | OperatingMode::Maintenance) {
-            return Err(No::device(refusal::UNSUPPORTED_OPTION, "run or maintenance"));
+            return Err(Refused::NoOperatingMode);
         }
         self.sessions.take(ask.session, self.is_moving(), ask.now)?;
         if mode != self.operating {

@@ -12,14 +12,18 @@ mod controller;
 mod sessions;
 mod topics;
 mod base;
+mod call;
+mod error;
 mod store;
 mod zones;
 mod drive;
 mod sequences;
+mod services;
 mod force;
 mod moves;
 mod actions;
 mod paths;
+mod unplanned;
 mod cyclic;
 mod config;
 mod expansion;
@@ -30,23 +34,26 @@ mod plant;
 mod server;
 mod time;
 mod pictures;
+mod wording;
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener, UdpSocket};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
-use crate::execution::kortex::clock::{Clock, Wall};
-use crate::execution::ticked::Plant;
+use crate::arm::ticked::Plant;
+use crate::kortex::clock::{Clock, Wall};
 use crate::motion::robot::Robot;
 
 use controller::Controller;
-pub use faults::{Faults, WORDS as FAULT_WORDS, duration};
+pub use error::WrongFault;
+pub use faults::{Faults, duration};
 pub use pictures::Pictures;
 pub use plant::Ideal;
 pub use server::Pace;
 use server::Shared;
 pub use time::ArmClock;
+pub use wording::FAULTS as FAULT_WORDS;
 
 /// How an emulated controller is reached and how it behaves.
 #[derive(Debug, Clone, PartialEq)]

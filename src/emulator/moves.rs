@@ -2,26 +2,28 @@
 
 use nalgebra::{Isometry3, Vector6};
 
-use crate::execution::kortex::degrees;
-use crate::execution::kortex::messages::base::{
+use crate::kortex::degrees;
+use crate::kortex::messages::base::{
     Action, ActionEvent, ActionHandle, ActionParameters, ActionType, ServoingMode,
     ServoingModeInformation,
 };
-use crate::execution::kortex::messages::motion::{
+use crate::kortex::messages::motion::{
     CartesianConstraint, CartesianTrajectoryConstraint, ConstrainedJointAngle,
     ConstrainedJointAngles, ConstrainedOrientation, ConstrainedPose, ConstrainedPosition,
     GripperCommand, GripperMode, JointSpeeds, JointTrajectoryConstraint,
     JointTrajectoryConstraintType, Pose as WirePose, TwistCommand,
 };
-use crate::execution::kortex::messages::trajectory::{
+use crate::kortex::messages::trajectory::{
     PreComputedJointTrajectory, TrajectoryErrorElement, TrajectoryErrorReport, WaypointKind,
     WaypointList, WaypointValidationReport,
 };
-use crate::execution::kortex::refusal;
+use crate::kortex::refusal;
 use crate::motion::trajectory::Trajectory;
 
 use super::actions::action_type;
-use super::controller::{Answer, Ask, Controller, Fault, No, done, say};
+use super::call::{Answer, Ask, Fault, done, say};
+use super::controller::Controller;
+use super::error::Refused;
 use super::paths::{Pace, Planner, Timed, arranged, tool_pose, wire_pose};
 use super::servo::FINGER_SPEED;
 
@@ -36,8 +38,7 @@ impl Controller {
     fn execute_referred(&mut self, ask: &Ask<'_>, handle: &ActionHandle) -> Answer {
         let found = self.actions.find(handle.identifier)?;
         if matches!(found.parameters, Some(ActionParameters::ExecuteAction(_))) {
-            let word = "an action that refers to another must not be referred to";
-            return Err(No::device(refusal::INVALID_PARAM, word));
+            return Err(Refused::ReferredTwice);
         }
         self.execute_stored(ask, handle)
     }
@@ -49,7 +50,7 @@ impl Controller {
         handle: Option<ActionHandle>,
     ) -> Answer {
         let Some(parameters) = action.parameters else {
-            return Err(No::device(refusal::UNSUPPORTED_ACTION, "unsupported action"));
+            return Err(Refused::UnknownAction);
         };
         let kind = action_type(&parameters);
         match parameters {
@@ -97,7 +98,7 @@ impl Controller {
 
     pub(super) fn pause(&mut self, is_paused: bool) -> Answer {
         if !self.actions.is_running() || !self.servo.pause(is_paused) {
-            return Err(No::device(refusal::CONTROL_NO_ACTION, "no action in progress"));
+            return Err(Refused::NothingToPause);
         }
         if is_paused {
             self.tell_action(ActionEvent::Pause, 0, Vec::new());
@@ -126,10 +127,7 @@ impl Controller {
         let angles: Vec<f32> = self.servo.q_cmd.iter().map(|&q| degrees::to_wire(q)).collect();
         let asked = goal.joint_angles.as_ref().map_or(&[][..], |list| &list.joint_angles[..]);
         if asked.len() != angles.len() {
-            return Err(No::device(
-                refusal::CONTROL_ACTUATOR_COUNT_MISMATCH,
-                "wrong number of joints",
-            ));
+            return Err(Refused::JointCount);
         }
         let angles = arranged(asked, angles)?;
         self.go_to(ask, &angles, goal.constraint.as_ref(), handle)
@@ -147,12 +145,10 @@ impl Controller {
         self.go_to(ask, &angles, goal.constraint.as_ref(), None)
     }
 
-    fn one_of<'a>(&self, list: &'a mut [f32], joint: u32) -> Result<&'a mut f32, No> {
+    fn one_of<'a>(&self, list: &'a mut [f32], joint: u32) -> Result<&'a mut f32, Refused> {
         let n = self.robot.n_joints();
         let found = list.get_mut(joint as usize);
-        found.ok_or_else(|| {
-            No::device(refusal::INVALID_PARAM, &format!("joints are 0 to {}", n - 1))
-        })
+        found.ok_or_else(|| Refused::NoJoint { last: n - 1 })
     }
 
     fn go_to(
@@ -173,8 +169,7 @@ impl Controller {
             }
         });
         let planned = self.plan(4, |planner| planner.joints(angles, pace));
-        let trajectory =
-            planned.map_err(|why| No::device(refusal::CONTROL_JOINT_POSITION_LIMIT, &why))?;
+        let trajectory = planned.map_err(Refused::JointsUnplanned)?;
         self.begin_path(ask, ActionType::ReachJointAngles, handle, trajectory, Vec::new());
         done()
     }
@@ -186,7 +181,7 @@ impl Controller {
         handle: Option<ActionHandle>,
     ) -> Answer {
         let pose = goal.target_pose.as_ref().and_then(tool_pose);
-        let pose = pose.ok_or_else(|| No::device(refusal::INVALID_PARAM, "no target pose"))?;
+        let pose = pose.ok_or(Refused::NoTargetPose)?;
         self.go_along(ask, &pose, goal.constraint.as_ref(), handle)
     }
 
@@ -236,9 +231,8 @@ impl Controller {
             }
             _ => Pace::Speed(most.0, most.1),
         };
-        let trajectory = self
-            .plan(5, |planner| planner.line(pose, pace))
-            .map_err(|why| No::device(refusal::CONTROL_OUTSIDE_WORKSPACE, &why))?;
+        let trajectory =
+            self.plan(5, |planner| planner.line(pose, pace)).map_err(Refused::LineUnplanned)?;
         self.begin_path(ask, ActionType::ReachPose, handle, trajectory, Vec::new());
         done()
     }
@@ -304,25 +298,21 @@ impl Controller {
         done()
     }
 
-    fn pre_computed(&self, path: &PreComputedJointTrajectory) -> Result<Trajectory, No> {
+    fn pre_computed(&self, path: &PreComputedJointTrajectory) -> Result<Trajectory, Refused> {
         let elements = &path.trajectory_elements;
         if elements.len() < 2 || elements.len() > 100_000 {
-            return Err(No::device(refusal::CONTROL_LARGE_SIZE, "2 to 100000 points are allowed"));
+            return Err(Refused::PointCount);
         }
         let n = self.robot.n_joints();
         let mut times = Vec::with_capacity(elements.len());
         let mut points: Vec<Vec<f64>> = Vec::with_capacity(elements.len());
         for (at, element) in elements.iter().enumerate() {
             if element.joint_angles.len() != n {
-                let sub_code = refusal::CONTROL_ACTUATOR_COUNT_MISMATCH;
-                return Err(No::device(sub_code, "wrong number of joints"));
+                return Err(Refused::JointCount);
             }
             let time = f64::from(element.time_from_start);
             if (time - at as f64 * 1e-3).abs() > 2e-4 + time * 1e-6 {
-                return Err(No::device(
-                    refusal::CONTROL_INVALID_TIME_STEP,
-                    "points are 1 ms apart",
-                ));
+                return Err(Refused::TimeStep);
             }
             let near = points.last().unwrap_or(&self.servo.q_cmd);
             let angles = element.joint_angles.iter().zip(near);
@@ -332,12 +322,10 @@ impl Controller {
         }
         let off = points[0].iter().zip(&self.servo.q_cmd).map(|(a, b)| (a - b).abs());
         if off.fold(0.0, f64::max) > 1.0_f64.to_radians() {
-            let word = "the first point is not where the arm is";
-            return Err(No::device(refusal::CONTROL_WRONG_STARTING_POINT, word));
+            return Err(Refused::StartsElsewhere);
         }
         points[0].clone_from(&self.servo.q_cmd);
-        Trajectory::from_points(&times, &points)
-            .map_err(|error| No::device(refusal::INVALID_PARAM, &error.to_string()))
+        Trajectory::from_points(&times, &points).map_err(Refused::Motion)
     }
 
     pub(super) fn keep_speeds(&mut self, ask: &Ask<'_>, asked: &JointSpeeds) -> Answer {
@@ -348,7 +336,7 @@ impl Controller {
             *self.one_of(&mut speeds, speed.joint_identifier)? = speed.value;
         }
         if !speeds.iter().all(|speed| speed.is_finite()) {
-            return Err(No::device(refusal::INVALID_PARAM, "not a number"));
+            return Err(Refused::NotANumber);
         }
         let most = &self.config.soft(1).joint_speed_limits;
         let speeds = speeds.iter().zip(most);
@@ -365,7 +353,7 @@ impl Controller {
         let angular = [twist.angular_x, twist.angular_y, twist.angular_z]
             .map(|degrees| f64::from(degrees).to_radians());
         if !linear.iter().chain(&angular).all(|speed| speed.is_finite()) {
-            return Err(No::device(refusal::INVALID_PARAM, "not a number"));
+            return Err(Refused::NotANumber);
         }
         let twist = Vector6::from_iterator(linear.into_iter().chain(angular));
         // 2 is the tool's frame; mixed and base differ in what they turn about, not in their axes.
@@ -374,11 +362,11 @@ impl Controller {
     }
 
     /// Moves the fingers; the caller has asked whether it may.
-    pub(super) fn grip(&mut self, command: &GripperCommand) -> Result<(), No> {
+    pub(super) fn grip(&mut self, command: &GripperCommand) -> Result<(), Refused> {
         let widest = self.robot.max_opening();
         let value = command.gripper.as_ref().and_then(|gripper| gripper.finger.first());
         let value = value.map(|finger| f64::from(finger.value)).filter(|value| value.is_finite());
-        let value = value.ok_or_else(|| No::device(refusal::INVALID_PARAM, "no finger"))?;
+        let value = value.ok_or(Refused::NoFinger)?;
         let (opening, speed) = match GripperMode::try_from(command.mode) {
             Ok(GripperMode::Position) if (0.0..=1.0).contains(&value) => {
                 ((1.0 - value) * widest, FINGER_SPEED)
@@ -393,17 +381,14 @@ impl Controller {
                 (goal, speed)
             }
             Ok(GripperMode::Force) => {
-                return Err(No::device(refusal::UNIMPLEMENTED, "force mode is not implemented"));
+                return Err(Refused::NoForceMode);
             }
             _ => {
-                return Err(No::device(
-                    refusal::INVALID_PARAM,
-                    "the value is 0..1, or -1..1 for speed",
-                ));
+                return Err(Refused::FingerValue);
             }
         };
         let sent = self.servo.aim(opening, speed);
-        sent.map_err(|error| No::device(refusal::METHOD_FAILED, &error.to_string()))
+        sent.map_err(Refused::Failed)
     }
 
     pub(super) fn set_servoing_mode(
@@ -426,7 +411,7 @@ impl Controller {
                 self.stream.expect(self.servo.time);
                 self.set_mode(ServoingMode::LowLevel);
             }
-            _ => return Err(No::device(refusal::INVALID_PARAM, "unsupported servoing mode")),
+            _ => return Err(Refused::UnknownServoing),
         }
         done()
     }

@@ -7,21 +7,20 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
-use crate::execution::kortex::degrees;
-use crate::execution::kortex::messages::config::KinematicLimits;
-use crate::execution::kortex::messages::motion::{JointAngle, Pose as WirePose};
-use crate::execution::kortex::messages::trajectory::{
-    AngularWaypoint, CartesianWaypoint, TrajectoryErrorElement, TrajectoryErrorType, WaypointKind,
-    WaypointList,
+use crate::kortex::degrees;
+use crate::kortex::messages::config::KinematicLimits;
+use crate::kortex::messages::motion::{JointAngle, Pose as WirePose};
+use crate::kortex::messages::trajectory::{
+    AngularWaypoint, CartesianWaypoint, TrajectoryErrorElement, WaypointKind, WaypointList,
 };
-use crate::execution::kortex::refusal;
 use crate::motion::cartesian;
 use crate::motion::robot::Robot;
 use crate::motion::trajectory::{Limits, Trajectory};
 use crate::world::Pose;
 use crate::world::frame::{Base, Flange};
 
-use super::controller::No;
+use super::error::Refused;
+use super::unplanned::{Unplanned, Wrong};
 
 /// The most waypoints in a list (an issue of the vendor's repository says about 1000).
 const MOST: usize = 1000;
@@ -42,30 +41,29 @@ pub(super) struct Planner<'a> {
     pub(super) from: &'a [f64],
 }
 
-fn wrong(kind: TrajectoryErrorType, waypoint: usize, message: &str) -> TrajectoryErrorElement {
+fn wrong(why: &Wrong, waypoint: usize) -> TrajectoryErrorElement {
     TrajectoryErrorElement {
-        error_type: kind as i32,
+        error_type: why.kind() as i32,
         waypoint_index: waypoint as u32,
-        message: message.to_owned(),
+        message: why.to_string(),
         ..TrajectoryErrorElement::default()
     }
 }
 
 /// An error about one joint (from 0), with its value and limits.
 fn wrong_joint(
-    kind: TrajectoryErrorType,
+    why: &Wrong,
     waypoint: usize,
     joint: usize,
     value: f64,
     (least, most): (f64, f64),
-    message: &str,
 ) -> TrajectoryErrorElement {
     TrajectoryErrorElement {
         index: joint as u32,
         error_value: value as f32,
         min_value: least as f32,
         max_value: most as f32,
-        ..wrong(kind, waypoint, message)
+        ..wrong(why, waypoint)
     }
 }
 
@@ -75,11 +73,9 @@ impl Planner<'_> {
         &self,
         list: &WaypointList,
     ) -> Result<Timed, Vec<TrajectoryErrorElement>> {
-        use TrajectoryErrorType as Kind;
         let n = list.waypoints.len();
         if n == 0 || n > MOST {
-            let word = format!("{n} waypoints; 1 to {MOST} are allowed");
-            return Err(vec![wrong(Kind::InvalidTrajectorySize, 0, &word)]);
+            return Err(vec![wrong(&Wrong::Count { n, most: MOST }, 0)]);
         }
         let mut angular = Vec::new();
         let mut cartesian = Vec::new();
@@ -93,31 +89,26 @@ impl Planner<'_> {
         match (angular.len(), cartesian.len()) {
             (all, 0) if all == n => self.angular(&angular),
             (0, all) if all == n => self.cartesian(&cartesian),
-            _ => Err(vec![wrong(
-                Kind::MultipleWaypointTypeList,
-                0,
-                "all waypoints of a list are of one type",
-            )]),
+            _ => Err(vec![wrong(&Wrong::Mixed, 0)]),
         }
     }
 
     fn angular(&self, list: &[&AngularWaypoint]) -> Result<Timed, Vec<TrajectoryErrorElement>> {
-        use TrajectoryErrorType as Kind;
         let n = self.from.len();
         let mut errors = Vec::new();
         let mut points = vec![self.from.to_vec()];
         let mut times = vec![0.0];
         for (at, waypoint) in list.iter().enumerate() {
             if waypoint.angles.len() != n {
-                let word = format!("{} angles for {n} joints", waypoint.angles.len());
-                return Err(vec![wrong(Kind::ActuatorCountMismatch, at, &word)]);
+                let given = waypoint.angles.len();
+                return Err(vec![wrong(&Wrong::JointCount { given, n }, at)]);
             }
             if !waypoint.angles.iter().chain([&waypoint.duration]).all(|x| x.is_finite()) {
-                return Err(vec![wrong(Kind::InvalidPosition, at, "not a number")]);
+                return Err(vec![wrong(&Wrong::NotANumber, at)]);
             }
             let duration = f64::from(waypoint.duration);
             if waypoint.duration < SHORTEST * 0.999 {
-                let mut error = wrong(Kind::InvalidDuration, at, "the duration is too short");
+                let mut error = wrong(&Wrong::Duration, at);
                 (error.error_value, error.min_value) = (waypoint.duration, SHORTEST);
                 return Err(vec![error]);
             }
@@ -129,13 +120,10 @@ impl Planner<'_> {
                 let range = (joint.lower.to_degrees(), joint.upper.to_degrees());
                 let value = q[i].to_degrees();
                 if value < range.0 - 1e-3 || value > range.1 + 1e-3 {
-                    let word = "joint position limit exceeded";
-                    errors.push(wrong_joint(Kind::InvalidJointPosition, at, i, value, range, word));
+                    errors.push(wrong_joint(&Wrong::JointPosition, at, i, value, range));
                 }
                 if speed.abs() > most * SLACK {
-                    let word = "joint speed limit exceeded";
-                    let range = (-most, most);
-                    errors.push(wrong_joint(Kind::InvalidJointSpeed, at, i, speed, range, word));
+                    errors.push(wrong_joint(&Wrong::JointSpeed, at, i, speed, (-most, most)));
                 }
             }
             times.push(times.last().copied().unwrap_or(0.0) + duration);
@@ -144,9 +132,8 @@ impl Planner<'_> {
         if !errors.is_empty() {
             return Err(errors);
         }
-        let trajectory = Trajectory::from_points(&times, &points).map_err(|error| {
-            vec![wrong(Kind::NumericalErrorImpossibleTrajectory, 0, &error.to_string())]
-        })?;
+        let trajectory = Trajectory::from_points(&times, &points)
+            .map_err(|error| vec![wrong(&Wrong::Untimed(error), 0)])?;
         let errors = self.accelerations(&trajectory, &times);
         if errors.is_empty() { Ok((trajectory, times.split_off(1))) } else { Err(errors) }
     }
@@ -161,12 +148,11 @@ impl Planner<'_> {
                 let value = ddq.to_degrees();
                 if value.abs() > most * SLACK {
                     errors.push(wrong_joint(
-                        TrajectoryErrorType::InvalidAcceleration,
+                        &Wrong::JointAcceleration,
                         at.saturating_sub(1),
                         i,
                         value,
                         (-most, most),
-                        "joint acceleration limit exceeded",
                     ));
                 }
             }
@@ -175,45 +161,32 @@ impl Planner<'_> {
     }
 
     fn cartesian(&self, list: &[&CartesianWaypoint]) -> Result<Timed, Vec<TrajectoryErrorElement>> {
-        use TrajectoryErrorType as Kind;
         let mut from = self.from.to_vec();
         let mut whole: Option<Trajectory> = None;
         let mut marks = Vec::new();
         for (at, waypoint) in list.iter().enumerate() {
             if at + 1 == list.len() && waypoint.blending_radius > 0.0 {
-                return Err(vec![wrong(
-                    Kind::FinalWaypointNoStop,
-                    at,
-                    "the last waypoint must not blend",
-                )]);
+                return Err(vec![wrong(&Wrong::Blends, at)]);
             }
             if !matches!(waypoint.reference_frame, 0 | 1 | 3) {
-                return Err(vec![wrong(
-                    Kind::InvalidReferenceFrame,
-                    at,
-                    "poses are in the base's frame",
-                )]);
+                return Err(vec![wrong(&Wrong::Frame, at)]);
             }
             let Some(pose) = waypoint.pose.as_ref().and_then(tool_pose) else {
-                return Err(vec![wrong(Kind::InvalidCartesianPosition, at, "no pose")]);
+                return Err(vec![wrong(&Wrong::NoPose, at)]);
             };
             let linear = within(waypoint.maximum_linear_velocity, self.soft.twist_linear)
-                .ok_or_else(|| vec![wrong(Kind::InvalidCartesianLinearVelocity, at, "too fast")])?;
+                .ok_or_else(|| vec![wrong(&Wrong::LinearSpeed, at)])?;
             let angular = within(waypoint.maximum_angular_velocity, self.soft.twist_angular)
-                .ok_or_else(|| {
-                    vec![wrong(Kind::InvalidCartesianAngularVelocity, at, "too fast")]
-                })?;
+                .ok_or_else(|| vec![wrong(&Wrong::AngularSpeed, at)])?;
             let piece = Planner { from: &from, ..*self }
                 .line(&pose, Pace::Speed(linear, angular))
-                .map_err(|why| vec![wrong(Kind::OutsideWorkspace, at, &why)])?;
+                .map_err(|why| vec![wrong(&Wrong::Unplanned(why), at)])?;
             from = piece.ends().1;
             let next = match whole {
                 None => Ok(piece),
                 Some(whole) => whole.then(&piece),
             };
-            let next = next.map_err(|error| {
-                vec![wrong(Kind::NumericalErrorImpossibleTrajectory, at, &error.to_string())]
-            })?;
+            let next = next.map_err(|error| vec![wrong(&Wrong::Untimed(error), at)])?;
             marks.push(next.duration());
             whole = Some(next);
         }
@@ -221,15 +194,14 @@ impl Planner<'_> {
     }
 
     /// Goes to joint angles of the wire, deg, each the short way where it may turn without end.
-    pub(super) fn joints(&self, angles: &[f32], pace: Pace) -> Result<Trajectory, String> {
+    pub(super) fn joints(&self, angles: &[f32], pace: Pace) -> Result<Trajectory, Unplanned> {
         let goal = self.turned(angles, self.from);
         if let Some(joint) = self.robot.outside_limits(&goal, 1e-4) {
-            return Err(format!("joint {} would leave its range", joint + 1));
+            return Err(Unplanned::OutOfRange(joint));
         }
         let limits = self.limits();
         let corners = [self.from.to_vec(), goal];
-        let trajectory = Trajectory::through_corners(&corners, &limits, 0.0, &|_, _| true)
-            .map_err(|error| error.to_string())?;
+        let trajectory = Trajectory::through_corners(&corners, &limits, 0.0, &|_, _| true)?;
         let slower = match pace {
             Pace::Duration(seconds) => seconds / trajectory.duration().max(1e-3),
             Pace::JointSpeed(speed) => {
@@ -239,18 +211,17 @@ impl Planner<'_> {
             Pace::Speed(..) | Pace::Any => 1.0,
         };
         if slower < 0.999 && matches!(pace, Pace::Duration(_)) {
-            return Err(format!("it takes {:.2} s at least", trajectory.duration()));
+            return Err(Unplanned::TooSoon(trajectory.duration()));
         }
         Ok(trajectory.slowed(slower.max(1.0)))
     }
 
     /// Goes along a line to a pose of the tool in the base.
-    pub(super) fn line(&self, tool: &Isometry3<f64>, pace: Pace) -> Result<Trajectory, String> {
+    pub(super) fn line(&self, tool: &Isometry3<f64>, pace: Pace) -> Result<Trajectory, Unplanned> {
         let flange: Pose<Base, Flange> =
             Pose::new(tool * self.robot.flange_from_tool().isometry().inverse());
-        let points = cartesian::line(self.robot, self.from, &flange).map_err(|e| e.to_string())?;
-        let trajectory = Trajectory::through_points(&points, &self.limits())
-            .map_err(|error| error.to_string())?;
+        let points = cartesian::line(self.robot, self.from, &flange)?;
+        let trajectory = Trajectory::through_points(&points, &self.limits())?;
         let (linear, angular) = self.fastest(&trajectory);
         let slower = match pace {
             Pace::Duration(seconds) => seconds / trajectory.duration().max(1e-3),
@@ -305,15 +276,14 @@ impl Planner<'_> {
 ///
 /// A list that names every joint 0, as one does that leaves the names out, is in the arm's order: so the
 /// vendor's sequence and kinematics examples send theirs.
-pub(super) fn arranged(list: &[JointAngle], mut angles: Vec<f32>) -> Result<Vec<f32>, No> {
+pub(super) fn arranged(list: &[JointAngle], mut angles: Vec<f32>) -> Result<Vec<f32>, Refused> {
     if list.len() == angles.len() && list.iter().all(|angle| angle.joint_identifier == 0) {
         return Ok(list.iter().map(|angle| angle.value).collect());
     }
     let last = angles.len().saturating_sub(1);
     for angle in list {
         let entry = angles.get_mut(angle.joint_identifier as usize);
-        let none = || No::device(refusal::INVALID_PARAM, &format!("joints are 0 to {last}"));
-        *entry.ok_or_else(none)? = angle.value;
+        *entry.ok_or(Refused::NoJoint { last })? = angle.value;
     }
     Ok(angles)
 }

@@ -7,8 +7,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use image::{ExtendedColorType, ImageEncoder};
 
-use crate::execution::arm::{Camera, Scales};
+use crate::arm::{Camera, Scales};
 use crate::http::{Request, Response, Server};
+
+use super::wording;
 
 /// Pictures and readings, until it is dropped.
 pub struct Pictures(Server);
@@ -36,9 +38,9 @@ impl Pictures {
                         let body = serde_json::to_vec(&read).unwrap_or_default();
                         Response::new(200, "application/json", body)
                     }
-                    None => Response::text(404, "there are no scales"),
+                    None => Response::text(404, wording::NO_SCALES),
                 },
-                _ => Response::text(404, "there are /photo.png and /scales.json"),
+                _ => Response::text(404, wording::PAGES),
             }
         };
         Server::serve((address, port).into(), Arc::new(handler)).map(Self)

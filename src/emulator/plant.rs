@@ -2,8 +2,8 @@
 //!
 //! No friction, no delay, no noise. The fingers may be told to meet something of a given width.
 
-use crate::execution::arm::{DeviceError, Feedback};
-use crate::execution::ticked::Plant;
+use crate::arm::ticked::Plant;
+use crate::arm::{DeviceError, Feedback};
 
 /// Widest opening of the Robotiq 2F-85, m.
 const WIDEST: f64 = 0.085;

@@ -13,12 +13,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use crate::execution::kortex::clock::{Clock, Wall};
-use crate::execution::kortex::frame::{Decoder, Frame, FrameError};
-use crate::execution::kortex::messages::base::ServoingMode;
+use crate::kortex::clock::{Clock, Wall};
+use crate::kortex::frame::{Decoder, Frame, FrameError};
+use crate::kortex::messages::base::ServoingMode;
 
 use super::Options;
-use super::controller::{Controller, Peer};
+use super::call::Peer;
+use super::controller::Controller;
 use super::faults::Faults;
 use super::servo::TICK;
 use super::time::ArmClock;

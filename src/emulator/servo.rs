@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-use crate::execution::arm::{DeviceError, Feedback};
-use crate::execution::ticked::Plant;
+use crate::arm::ticked::Plant;
+use crate::arm::{DeviceError, Feedback};
 use crate::motion::robot::Robot;
 use crate::motion::trajectory::{Limits, Trajectory};
 

@@ -4,12 +4,12 @@
 //! (Kinova's user guide, p. 127). A session that sends nothing for its own inactivity time is closed; one
 //! that commands a movement and falls silent for its connection's inactivity time has it stopped.
 
-use crate::execution::kortex::messages::base::{FullUserProfile, PasswordChange, UserProfile};
-use crate::execution::kortex::messages::common::{Connection, UserProfileHandle};
-use crate::execution::kortex::messages::session::CreateSessionInfo;
-use crate::execution::kortex::refusal;
+use crate::kortex::messages::base::{FullUserProfile, PasswordChange, UserProfile};
+use crate::kortex::messages::common::{Connection, UserProfileHandle};
+use crate::kortex::messages::session::CreateSessionInfo;
 
-use super::controller::{No, Peer};
+use super::call::Peer;
+use super::error::Refused;
 
 /// After so long without a command someone else may command, s.
 const GRACE: f64 = 7.5;
@@ -70,18 +70,18 @@ impl Sessions {
         peer: Peer,
         asked: &CreateSessionInfo,
         now: f64,
-    ) -> Result<u16, No> {
+    ) -> Result<u16, Refused> {
         let user = self.users.iter().find(|(user, _)| user.username == asked.username);
         let Some((user, password)) = user else {
-            return Err(No::protocol(refusal::USER_NOT_FOUND, "user not found"));
+            return Err(Refused::UserNotFound);
         };
         if *password != asked.password {
-            return Err(No::protocol(refusal::INVALID_PASSWORD, "invalid password"));
+            return Err(Refused::WrongPassword);
         }
         let user = user.handle.as_ref().map_or(0, |handle| handle.identifier);
         self.leave(peer);
         if self.open.len() >= MOST {
-            return Err(No::device(refusal::METHOD_FAILED, "too many sessions"));
+            return Err(Refused::TooManySessions);
         }
         while self.next == 0 || self.open.iter().any(|session| session.id == self.next) {
             self.next = self.next.wrapping_add(1);
@@ -105,10 +105,9 @@ impl Sessions {
     }
 
     /// Notes that a peer spoke in a session and returns it.
-    pub(super) fn heard(&mut self, peer: Peer, id: u16, now: f64) -> Result<&Session, No> {
+    pub(super) fn heard(&mut self, peer: Peer, id: u16, now: f64) -> Result<&Session, Refused> {
         let session = self.open.iter_mut().find(|session| session.id == id && session.peer == peer);
-        let session =
-            session.ok_or_else(|| No::protocol(refusal::INVALID_SESSION, "no such session"))?;
+        let session = session.ok_or(Refused::NoSession)?;
         session.last = now;
         Ok(session)
     }
@@ -132,15 +131,12 @@ impl Sessions {
     }
 
     /// Takes control for a session that commands now.
-    pub(super) fn take(&mut self, id: u16, is_moving: bool, now: f64) -> Result<(), No> {
+    pub(super) fn take(&mut self, id: u16, is_moving: bool, now: f64) -> Result<(), Refused> {
         if let Some((holder, last)) = self.control
             && holder != id
             && (is_moving || now - last < GRACE)
         {
-            return Err(No::device(
-                refusal::SESSION_NOT_IN_CONTROL,
-                "another session is in control",
-            ));
+            return Err(Refused::NotInControl);
         }
         self.control = Some((id, now));
         Ok(())
@@ -200,13 +196,16 @@ impl Sessions {
     }
 
     /// Adds a user and returns its handle.
-    pub(super) fn add_user(&mut self, asked: FullUserProfile) -> Result<UserProfileHandle, No> {
+    pub(super) fn add_user(
+        &mut self,
+        asked: FullUserProfile,
+    ) -> Result<UserProfileHandle, Refused> {
         let mut profile = asked.user_profile.unwrap_or_default();
         if profile.username.is_empty() {
-            return Err(No::device(refusal::USERNAME_EMPTY, "username is empty"));
+            return Err(Refused::NoUserName);
         }
         if self.users.iter().any(|(user, _)| user.username == profile.username) {
-            return Err(No::device(refusal::USERNAME_ALREADY_EXISTS, "username already exists"));
+            return Err(Refused::UserNameTaken);
         }
         let handle = UserProfileHandle { identifier: self.next_user, permission: 7 };
         self.next_user += 1;
@@ -216,21 +215,21 @@ impl Sessions {
     }
 
     /// Returns a user, without the password.
-    pub(super) fn user(&self, handle: &UserProfileHandle) -> Result<&UserProfile, No> {
+    pub(super) fn user(&self, handle: &UserProfileHandle) -> Result<&UserProfile, Refused> {
         Ok(&self.users[self.user_at(Some(handle))?].0)
     }
 
     /// Changes what is known of a user; the name stays unique.
-    pub(super) fn change_user(&mut self, asked: UserProfile) -> Result<UserProfileHandle, No> {
+    pub(super) fn change_user(&mut self, asked: UserProfile) -> Result<UserProfileHandle, Refused> {
         let at = self.user_at(asked.handle.as_ref())?;
         if asked.username.is_empty() {
-            return Err(No::device(refusal::USERNAME_EMPTY, "username is empty"));
+            return Err(Refused::NoUserName);
         }
         let is_taken = |(i, (user, _)): (usize, &(UserProfile, String))| {
             i != at && user.username == asked.username
         };
         if self.users.iter().enumerate().any(is_taken) {
-            return Err(No::device(refusal::USERNAME_ALREADY_EXISTS, "username already exists"));
+            return Err(Refused::UserNameTaken);
         }
         let handle = self.users[at].0.handle.clone();
         self.users[at].0 = UserProfile { handle: handle.clone(), ..asked };
@@ -238,30 +237,30 @@ impl Sessions {
     }
 
     /// Changes a password for who knows the old one.
-    pub(super) fn change_password(&mut self, asked: &PasswordChange) -> Result<(), No> {
+    pub(super) fn change_password(&mut self, asked: &PasswordChange) -> Result<(), Refused> {
         let at = self.user_at(asked.handle.as_ref())?;
         let (_, password) = &mut self.users[at];
         if *password != asked.old_password {
-            return Err(No::device(refusal::INVALID_PASSWORD, "invalid password"));
+            return Err(Refused::OldPasswordWrong);
         }
         if *password == asked.new_password {
-            return Err(No::device(refusal::PASSWORD_NOT_CHANGED, "password not changed"));
+            return Err(Refused::PasswordNotChanged);
         }
         password.clone_from(&asked.new_password);
         Ok(())
     }
 
-    fn user_at(&self, handle: Option<&UserProfileHandle>) -> Result<usize, No> {
+    fn user_at(&self, handle: Option<&UserProfileHandle>) -> Result<usize, Refused> {
         let is = |(user, _): &(UserProfile, String)| {
             let own = user.handle.as_ref().map(|own| own.identifier);
             own.is_some() && own == handle.map(|handle| handle.identifier)
         };
         let found = self.users.iter().position(is);
-        found.ok_or_else(|| No::device(refusal::ENTITY_NOT_FOUND, "user profile not found"))
+        found.ok_or(Refused::NoUserProfile)
     }
 
     /// Removes a user.
-    pub(super) fn remove_user(&mut self, handle: &UserProfileHandle) -> Result<(), No> {
+    pub(super) fn remove_user(&mut self, handle: &UserProfileHandle) -> Result<(), Refused> {
         let at = self.user_at(Some(handle))?;
         self.users.remove(at);
         Ok(())

@@ -1,19 +1,20 @@
 //! What people keep in the arm besides sequences and zones: users, actions, snapshots.
 
-use crate::execution::kortex::messages::base::{
+use crate::kortex::messages::base::{
     Action, ActionHandle, ActionList, ActionParameters, ConfigurationChange,
     ConfigurationNotificationEvent, FullUserProfile, PasswordChange, RequestedActionType, UserList,
     UserProfile, UserProfileList,
 };
-use crate::execution::kortex::messages::common::UserProfileHandle;
-use crate::execution::kortex::messages::motion::{
+use crate::kortex::messages::common::UserProfileHandle;
+use crate::kortex::messages::motion::{
     ConstrainedJointAngles, ConstrainedPose, Finger, Gripper, GripperCommand, GripperMode,
 };
-use crate::execution::kortex::messages::sequence::{Snapshot, SnapshotType};
-use crate::execution::kortex::refusal;
-use crate::execution::kortex::rpc::base as call;
+use crate::kortex::messages::sequence::{Snapshot, SnapshotType};
+use crate::kortex::rpc::base as call;
 
-use super::controller::{Answer, Ask, Controller, No, done, say};
+use super::call::{Answer, Ask, done, say};
+use super::controller::Controller;
+use super::error::Refused;
 use super::paths::wire_pose;
 
 use ConfigurationNotificationEvent as Event;
@@ -86,7 +87,7 @@ impl Controller {
         })
     }
 
-    fn store_action(&mut self, ask: &Ask<'_>, action: Action) -> Result<ActionHandle, No> {
+    fn store_action(&mut self, ask: &Ask<'_>, action: Action) -> Result<ActionHandle, Refused> {
         let handle = self.actions.store(action)?;
         let change = ConfigurationChange::ActionHandle(handle.clone());
         self.tell_change(ask, Event::Created, change);
@@ -120,7 +121,7 @@ impl Controller {
             Ok(SnapshotType::JointPosition) => vec![joints()],
             Ok(SnapshotType::Gripper) => vec![gripper()],
             Ok(SnapshotType::Combined) => vec![pose(), gripper()],
-            _ => return Err(No::device(refusal::INVALID_PARAM, "no such snapshot")),
+            _ => return Err(Refused::NoSnapshot),
         };
         for parameters in seen {
             let name = format!("Snapshot at {:.1} s", self.servo.time);

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use crate::execution::kortex::clock::Clock;
+use crate::kortex::clock::Clock;
 
 /// The arm's clock: it runs with the arm, not with the wall.
 #[derive(Debug, Clone, Default)]

@@ -5,11 +5,11 @@
 
 use prost::Message;
 
-use crate::execution::kortex::frame::{Frame, Header, Kind};
-use crate::execution::kortex::refusal;
-use crate::execution::kortex::rpc::Rpc;
+use crate::kortex::frame::{Frame, Header, Kind};
+use crate::kortex::rpc::Rpc;
 
-use super::controller::{No, Peer};
+use super::call::Peer;
+use super::error::Refused;
 
 /// One topic told to one session.
 #[derive(Debug, Clone, Copy)]
@@ -37,11 +37,11 @@ impl Topics {
     }
 
     /// Ends a subscription of a session.
-    pub(super) fn unsubscribe(&mut self, session: u16, handle: u32) -> Result<(), No> {
+    pub(super) fn unsubscribe(&mut self, session: u16, handle: u32) -> Result<(), Refused> {
         let before = self.subscriptions.len();
         self.subscriptions.retain(|s| u32::from(s.handle) != handle || s.session != session);
         if self.subscriptions.len() == before {
-            return Err(No::device(refusal::ENTITY_NOT_FOUND, "no such subscription"));
+            return Err(Refused::NoSubscription);
         }
         Ok(())
     }

@@ -6,24 +6,20 @@
 
 use std::collections::BTreeMap;
 
-use crate::execution::kortex::messages::common::{DeviceType, NotificationHandle};
-use crate::execution::kortex::messages::common::{RotationMatrix, RotationMatrixRow};
-use crate::execution::kortex::messages::vision::{
-    DistortionCoefficients, ExtrinsicParameters, IntrinsicParameters, IntrinsicProfileIdentifier,
-    OptionIdentifier, OptionInformation, OptionValue, SensorFocusAction, SensorIdentifier,
-    SensorSettings, TranslationVector, VisionNotification,
+use crate::kortex::messages::common::{RotationMatrix, RotationMatrixRow};
+use crate::kortex::messages::vision::{
+    DistortionCoefficients, ExtrinsicParameters, IntrinsicParameters, OptionIdentifier,
+    OptionValue, SensorFocusAction, SensorSettings, TranslationVector,
 };
-use crate::execution::kortex::refusal;
-use crate::execution::kortex::rpc::vision_config as call;
 
-use super::controller::{Answer, Ask, Controller, No, done, say};
+use super::error::Refused;
 
 /// `Sensor`.
 const COLOUR: i32 = 1;
 const DEPTH: i32 = 2;
 /// `VisionEvent`.
-const SETTINGS_CHANGED: i32 = 1;
-const OPTION_CHANGED: i32 = 2;
+pub(super) const SETTINGS_CHANGED: i32 = 1;
+pub(super) const OPTION_CHANGED: i32 = 2;
 /// The largest manual focus, by the vendor's example.
 const FURTHEST_FOCUS: u32 = 1023;
 
@@ -61,9 +57,9 @@ const RESOLUTIONS: &[(i32, i32, f32, f32)] = &[
 #[derive(Debug, Clone)]
 pub(super) struct Vision {
     settings: BTreeMap<i32, SensorSettings>,
-    values: BTreeMap<(i32, i32), f32>,
-    lenses: BTreeMap<(i32, i32), IntrinsicParameters>,
-    extrinsics: ExtrinsicParameters,
+    pub(super) values: BTreeMap<(i32, i32), f32>,
+    pub(super) lenses: BTreeMap<(i32, i32), IntrinsicParameters>,
+    pub(super) extrinsics: ExtrinsicParameters,
 }
 
 impl Default for Vision {
@@ -106,41 +102,43 @@ impl Default for Vision {
 }
 
 /// Returns what is known of an option.
-fn option(asked: &OptionIdentifier) -> Result<&'static Known, No> {
+pub(super) fn option(asked: &OptionIdentifier) -> Result<&'static Known, Refused> {
     let found = OPTIONS.iter().find(|known| (known.0, known.1) == (asked.sensor, asked.option));
-    found.ok_or_else(|| No::device(refusal::UNSUPPORTED_OPTION, "this sensor has no such option"))
+    found.ok_or(Refused::NoOption)
 }
 
 impl Vision {
-    fn settings(&self, sensor: i32) -> Result<&SensorSettings, No> {
-        let none = || No::device(refusal::INVALID_PARAM, "sensors are 1, colour, and 2, depth");
-        self.settings.get(&sensor).ok_or_else(none)
+    pub(super) fn settings(&self, sensor: i32) -> Result<&SensorSettings, Refused> {
+        self.settings.get(&sensor).ok_or(Refused::NoSensor)
     }
 
-    fn lens(&self, sensor: i32, resolution: i32) -> Result<&IntrinsicParameters, No> {
-        let none = || No::device(refusal::UNSUPPORTED_RESOLUTION, "not of this sensor");
-        self.lenses.get(&(sensor, resolution)).ok_or_else(none)
+    pub(super) fn lens(
+        &self,
+        sensor: i32,
+        resolution: i32,
+    ) -> Result<&IntrinsicParameters, Refused> {
+        self.lenses.get(&(sensor, resolution)).ok_or(Refused::NoResolution)
     }
 
-    fn set(&mut self, asked: SensorSettings) -> Result<(), No> {
+    pub(super) fn set(&mut self, asked: SensorSettings) -> Result<(), Refused> {
         self.settings(asked.sensor)?;
         self.lens(asked.sensor, asked.resolution)?;
         self.settings.insert(asked.sensor, asked);
         Ok(())
     }
 
-    fn set_value(&mut self, asked: &OptionValue) -> Result<(), No> {
+    pub(super) fn set_value(&mut self, asked: &OptionValue) -> Result<(), Refused> {
         let key = (asked.sensor, asked.option);
         let &(_, _, least, most, _, _, read_only) =
             option(&OptionIdentifier { sensor: key.0, option: key.1 })?;
         if read_only {
-            return Err(No::device(refusal::UNSUPPORTED_OPTION, "this option is only read"));
+            return Err(Refused::ReadOnlyOption);
         }
         if asked.value > most {
-            return Err(No::device(refusal::VALUE_IS_ABOVE_MAXIMUM, "above its maximum"));
+            return Err(Refused::AboveMaximum);
         }
         if asked.value.is_nan() || asked.value < least {
-            return Err(No::device(refusal::VALUE_IS_BELOW_MINIMUM, "below its minimum"));
+            return Err(Refused::BelowMinimum);
         }
         self.values.insert(key, asked.value);
         Ok(())
@@ -148,99 +146,15 @@ impl Vision {
 }
 
 /// Says whether a lens can be focused so.
-fn focus(asked: &SensorFocusAction) -> Result<(), No> {
+pub(super) fn focus(asked: &SensorFocusAction) -> Result<(), Refused> {
     if asked.sensor != COLOUR {
-        return Err(No::device(refusal::UNSUPPORTED_FOCUS_ACTION, "only colour is focused"));
+        return Err(Refused::OnlyColourFocused);
     }
     if !(1..=6).contains(&asked.focus_action) {
-        return Err(No::device(refusal::UNSUPPORTED_FOCUS_ACTION, "no such action"));
+        return Err(Refused::NoFocus);
     }
     if asked.manual_focus.as_ref().is_some_and(|focus| focus.value > FURTHEST_FOCUS) {
-        return Err(No::device(refusal::VALUE_IS_ABOVE_MAXIMUM, "focus is 0 to 1023"));
+        return Err(Refused::FocusTooFar);
     }
     Ok(())
-}
-
-impl Controller {
-    pub(super) fn vision_service(&mut self, ask: &Ask<'_>) -> Answer {
-        self.config.must_be(ask.device, DeviceType::Vision)?;
-        let vision = &mut self.vision;
-        match ask.rpc {
-            call::GET_SENSOR_SETTINGS => {
-                let SensorIdentifier { sensor } = ask.read()?;
-                say(vision.settings(sensor)?)
-            }
-            call::SET_SENSOR_SETTINGS => {
-                let asked: SensorSettings = ask.read()?;
-                let sensor = asked.sensor;
-                vision.set(asked)?;
-                self.tell_vision(SETTINGS_CHANGED, sensor, 0);
-                done()
-            }
-            call::GET_OPTION_VALUE => {
-                let asked: OptionIdentifier = ask.read()?;
-                option(&asked)?;
-                let OptionIdentifier { sensor, option } = asked;
-                let value = vision.values.get(&(sensor, option)).copied().unwrap_or_default();
-                say(&OptionValue { sensor, option, value })
-            }
-            call::SET_OPTION_VALUE => {
-                let asked: OptionValue = ask.read()?;
-                vision.set_value(&asked)?;
-                self.tell_vision(OPTION_CHANGED, asked.sensor, asked.option);
-                done()
-            }
-            call::GET_OPTION_INFORMATION => {
-                let asked: OptionIdentifier = ask.read()?;
-                let known = option(&asked).ok();
-                let OptionIdentifier { sensor, option } = asked;
-                let none = OptionInformation { sensor, option, ..OptionInformation::default() };
-                say(&known.map_or(
-                    none,
-                    |&(_, _, minimum, maximum, step, default_value, read_only)| OptionInformation {
-                        sensor,
-                        option,
-                        supported: true,
-                        read_only,
-                        minimum,
-                        maximum,
-                        step,
-                        default_value,
-                    },
-                ))
-            }
-            call::DO_SENSOR_FOCUS_ACTION => {
-                focus(&ask.read()?)?;
-                done()
-            }
-            call::GET_INTRINSIC_PARAMETERS => {
-                let SensorIdentifier { sensor } = ask.read()?;
-                say(vision.lens(sensor, vision.settings(sensor)?.resolution)?)
-            }
-            call::GET_INTRINSIC_PARAMETERS_PROFILE => {
-                let IntrinsicProfileIdentifier { sensor, resolution } = ask.read()?;
-                say(vision.lens(sensor, resolution)?)
-            }
-            call::SET_INTRINSIC_PARAMETERS => {
-                let asked: IntrinsicParameters = ask.read()?;
-                vision.lens(asked.sensor, asked.resolution)?;
-                vision.lenses.insert((asked.sensor, asked.resolution), asked);
-                done()
-            }
-            call::GET_EXTRINSIC_PARAMETERS => say(&vision.extrinsics),
-            call::SET_EXTRINSIC_PARAMETERS => {
-                vision.extrinsics = ask.read()?;
-                done()
-            }
-            topic @ call::ON_VISION_TOPIC => say(&NotificationHandle {
-                identifier: self.topics.subscribe(ask.session, ask.peer, topic),
-            }),
-            _ => Err(No::protocol(refusal::UNSUPPORTED_METHOD, "not emulated")),
-        }
-    }
-
-    fn tell_vision(&mut self, event: i32, sensor: i32, option: i32) {
-        let told = VisionNotification { event, sensor, option };
-        self.topics.tell(call::ON_VISION_TOPIC, &told);
-    }
 }

@@ -10,30 +10,21 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::execution::kortex::messages::base::ServoingMode;
-use crate::execution::kortex::messages::base::{
-    ConfigurationChange, ConfigurationNotificationEvent,
+use crate::kortex::messages::common::RotationMatrixRow;
+use crate::kortex::messages::sequence::{
+    CartesianLimitation, ProtectionZone, ProtectionZoneEvent, ProtectionZoneHandle, ZoneShape,
 };
-use crate::execution::kortex::messages::common::RotationMatrixRow;
-use crate::execution::kortex::messages::sequence::{
-    CartesianLimitation, ProtectionZone, ProtectionZoneEvent, ProtectionZoneHandle,
-    ProtectionZoneList, ProtectionZoneNotification, ZoneShape,
-};
-use crate::execution::kortex::refusal;
-use crate::execution::kortex::rpc::base as call;
 
-use super::controller::{Answer, Ask, Controller, No, done, say};
-
-use ConfigurationNotificationEvent as Event;
+use super::error::Refused;
 
 /// How far ahead of the tool zones are looked for, s of its motion: longer than it takes to brake.
-const AHEAD: f64 = 0.25;
+pub(super) const AHEAD: f64 = 0.25;
 /// `Base.LimitationType`: a speed.
 const VELOCITY: i32 = 3;
 
 /// Where the tool is beside a zone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-enum Place {
+pub(super) enum Place {
     #[default]
     Outside,
     Near,
@@ -41,14 +32,14 @@ enum Place {
 }
 
 #[derive(Debug, Clone)]
-struct Zone {
-    told: ProtectionZone,
-    place: Place,
+pub(super) struct Zone {
+    pub(super) told: ProtectionZone,
+    pub(super) place: Place,
 }
 
 /// What the zones ask of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Rule {
+pub(super) enum Rule {
     /// The tool moves no faster than this, m/s.
     Within(f64),
     /// It is about to enter where it must not.
@@ -58,18 +49,18 @@ enum Rule {
 /// The zones there are.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Zones {
-    stored: Vec<Zone>,
-    last: u32,
+    pub(super) stored: Vec<Zone>,
+    pub(super) last: u32,
 }
 
 impl Zones {
-    fn at(&self, handle: Option<&ProtectionZoneHandle>) -> Result<usize, No> {
+    pub(super) fn at(&self, handle: Option<&ProtectionZoneHandle>) -> Result<usize, Refused> {
         let is = |zone: &Zone| {
             let own = zone.told.handle.as_ref().map(|own| own.identifier);
             own.is_some() && own == handle.map(|handle| handle.identifier)
         };
         let found = self.stored.iter().position(is);
-        found.ok_or_else(|| No::device(refusal::ENTITY_NOT_FOUND, "protection zone not found"))
+        found.ok_or(Refused::NoZone)
     }
 
     fn enabled(&self) -> impl Iterator<Item = &Zone> {
@@ -77,7 +68,7 @@ impl Zones {
     }
 
     /// Returns what the zones ask of a tool that is at `here` and will soon be `ahead`, m in the base.
-    fn rule(&self, here: &Vector3<f64>, ahead: &Vector3<f64>) -> Rule {
+    pub(super) fn rule(&self, here: &Vector3<f64>, ahead: &Vector3<f64>) -> Rule {
         let mut most = f64::INFINITY;
         for zone in self.enabled() {
             let Some(shape) = &zone.told.shape else { continue };
@@ -102,7 +93,10 @@ impl Zones {
     }
 
     /// Notes where the tool is, m in the base; returns what is new.
-    fn watch(&mut self, here: &Vector3<f64>) -> Vec<(ProtectionZoneEvent, ProtectionZoneHandle)> {
+    pub(super) fn watch(
+        &mut self,
+        here: &Vector3<f64>,
+    ) -> Vec<(ProtectionZoneEvent, ProtectionZoneHandle)> {
         let mut news = Vec::new();
         for zone in &mut self.stored {
             let Some(shape) = zone.told.shape.as_ref().filter(|_| zone.told.is_enabled) else {
@@ -130,7 +124,7 @@ impl Zones {
 }
 
 /// Returns the speed that limitations allow the tool, m/s, if they speak of speed.
-fn speed(limitations: &[CartesianLimitation]) -> Option<f64> {
+pub(super) fn speed(limitations: &[CartesianLimitation]) -> Option<f64> {
     let limits = limitations.iter().filter(|limit| limit.r#type == VELOCITY);
     limits.map(|limit| f64::from(limit.translation)).reduce(f64::min)
 }
@@ -173,95 +167,24 @@ fn rotation(shape: &ZoneShape) -> Option<Matrix3<f64>> {
 }
 
 /// Says no to a zone whose shape has not the sizes it needs, or is turned by no rotation.
-fn check(zone: &ProtectionZone) -> Result<(), No> {
-    let wrong = |word: &str| No::device(refusal::INVALID_PARAM, word);
-    let shape = zone.shape.as_ref().ok_or_else(|| wrong("no shape"))?;
+pub(super) fn check(zone: &ProtectionZone) -> Result<(), Refused> {
+    let shape = zone.shape.as_ref().ok_or(Refused::NoShape)?;
     let needed = match shape.shape_type {
         1 => 2,
         2 => 1,
         3 => 3,
-        _ => return Err(wrong("no shape")),
+        _ => return Err(Refused::NoShape),
     };
     let sizes = &shape.dimensions;
     if sizes.len() < needed || !sizes.iter().all(|size| *size > 0.0 && size.is_finite()) {
-        return Err(wrong("a size is missing or not positive"));
+        return Err(Refused::NoSize);
     }
     if let Some(rotation) = rotation(shape) {
         let off = (rotation * rotation.transpose() - Matrix3::identity()).amax();
         // Written as NaN-safe: what is no number is no rotation.
         if !(off < 1e-3 && rotation.determinant() > 0.0) {
-            return Err(wrong("the orientation is no rotation"));
+            return Err(Refused::NoRotation);
         }
     }
     Ok(())
-}
-
-impl Controller {
-    /// Tells where the tool is beside the zones, and slows or stops what the base commands.
-    pub(super) fn keep_zones(&mut self) {
-        if self.zones.stored.is_empty() {
-            return;
-        }
-        let here = self.tool().translation.vector;
-        for (event, handle) in self.zones.watch(&here) {
-            let told = ProtectionZoneNotification {
-                event: event as i32,
-                handle: Some(handle),
-                timestamp: Some(self.timestamp()),
-                user_handle: None,
-                connection: None,
-            };
-            self.topics.tell(call::ON_PROTECTION_ZONE_TOPIC, &told);
-        }
-        let (now, soon) = self.servo.tool_ahead(AHEAD);
-        match self.zones.rule(&now, &soon) {
-            Rule::Within(speed) => self.servo.keep_tool_within(speed),
-            Rule::Stop if self.mode == ServoingMode::SingleLevel && self.is_moving() => {
-                self.stop_all(refusal::CONTROL_OUTSIDE_WORKSPACE);
-            }
-            Rule::Stop => {}
-        }
-    }
-
-    /// The calls about protection zones; `None` for any other.
-    pub(super) fn zone_calls(&mut self, ask: &Ask<'_>) -> Option<Answer> {
-        Some(match ask.rpc {
-            call::CREATE_PROTECTION_ZONE => ask.read().and_then(|mut zone: ProtectionZone| {
-                check(&zone)?;
-                self.zones.last += 1;
-                let handle = ProtectionZoneHandle { identifier: self.zones.last, permission: 7 };
-                zone.handle = Some(handle.clone());
-                self.zones.stored.push(Zone { told: zone, place: Place::Outside });
-                let change = ConfigurationChange::ProtectionZoneHandle(handle.clone());
-                self.tell_change(ask, Event::Created, change);
-                say(&handle)
-            }),
-            call::UPDATE_PROTECTION_ZONE => ask.read().and_then(|zone: ProtectionZone| {
-                check(&zone)?;
-                let at = self.zones.at(zone.handle.as_ref())?;
-                let handle = zone.handle.clone().unwrap_or_default();
-                self.zones.stored[at].told = zone;
-                let change = ConfigurationChange::ProtectionZoneHandle(handle);
-                self.tell_change(ask, Event::Updated, change);
-                done()
-            }),
-            call::READ_PROTECTION_ZONE => ask.read().and_then(|handle| {
-                let at = self.zones.at(Some(&handle))?;
-                say(&self.zones.stored[at].told)
-            }),
-            call::DELETE_PROTECTION_ZONE => ask.read().and_then(|handle| {
-                let at = self.zones.at(Some(&handle))?;
-                self.zones.stored.remove(at);
-                self.servo.keep_tool_within(f64::INFINITY);
-                let change = ConfigurationChange::ProtectionZoneHandle(handle);
-                self.tell_change(ask, Event::Deleted, change);
-                done()
-            }),
-            call::READ_ALL_PROTECTION_ZONES => {
-                let protection_zones = self.zones.stored.iter().map(|zone| zone.told.clone());
-                say(&ProtectionZoneList { protection_zones: protection_zones.collect() })
-            }
-            _ => return None,
-        })
-    }
 }

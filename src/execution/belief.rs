@@ -3,19 +3,23 @@
 //! What nobody measured stays unknown. What is in the hand is known by the hand, and creeps in it as the pads are
 //! known to let it; what the hand no longer weighs went into what was below it.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use nalgebra::Vector3;
 
 use crate::alignment::vision::Sighting;
 use crate::world::frame::{Object, Tool, World};
-use crate::world::{ObjectState, Pose, Scene, WATER_DENSITY, WorldState};
+use crate::world::{ObjectState, Pose, Scene, WATER_DENSITY, WorldState, support};
 
-use super::arm::{Feedback, Grip};
-use super::stage::Pads;
+use super::cell::Pads;
+use crate::arm::{Feedback, Grip};
 
 /// Pads this much closer or wider than an object's width still hold it, m.
 const PAD_TOLERANCE: f64 = 0.008;
+/// A thing that was let go lower than this above what is below it has come to stand there, m. Chosen: a hand is off by
+/// up to 2 cm (8 to 19 mm in `docs/results.md`); what falls deeper may come to lie.
+const LET_DOWN: f64 = 0.03;
 /// A thing whose base is this far above the table hangs in the hand, m.
 const HANGS: f64 = 0.002;
 
@@ -132,6 +136,18 @@ impl Belief {
         }
     }
 
+    /// Returns how high above the table things stand that stand on others, m.
+    pub fn raised(&self) -> BTreeMap<String, f64> {
+        let standing = self.objects.iter().filter(|object| !self.holds(&object.name));
+        let height = |object: &ObjectState| {
+            let pose = object.world_from_object?;
+            let below =
+                support::below(&self.scene, &self.objects, self.scene.object(&object.name)?, &pose);
+            below.name.map(|_| (object.name.clone(), below.height))
+        };
+        standing.filter_map(height).collect()
+    }
+
     fn holds(&self, name: &str) -> bool {
         self.held.as_ref().is_some_and(|held| held.name == name)
     }
@@ -159,9 +175,12 @@ impl Belief {
         if let Some(Held { name, tool_from_object, crept, .. }) = self.held.take() {
             // What was held stands where the hand let it go.
             let mut pose = *tool * crept.by(time, tool, &tool_from_object);
-            let origin = pose.origin();
-            if origin.z < 0.03 {
-                pose = Pose::upright(origin.x, origin.y, 0.0, pose.yaw());
+            if let Some(object) = self.scene.object(&name) {
+                let (origin, below) =
+                    (pose.origin(), support::below(&self.scene, &self.objects, object, &pose));
+                if origin.z - below.height < LET_DOWN {
+                    pose = Pose::upright(origin.x, origin.y, below.height, pose.yaw());
+                }
             }
             if let Some(object) = self.objects.iter_mut().find(|object| object.name == name) {
                 object.world_from_object = Some(pose);

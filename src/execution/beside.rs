@@ -6,7 +6,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::arm::Feedback;
+use crate::arm::Feedback;
 
 /// What a script wants done beside a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

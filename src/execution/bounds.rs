@@ -6,11 +6,9 @@
 use rhai::module_resolvers::DummyModuleResolver;
 use rhai::{Array, Dynamic, Engine, EvalAltResult, Map};
 
-use crate::units::significant;
-
+use super::path::Path;
 use super::plan::{Grasp, Placement, Pour};
-use super::script::Path;
-use super::stage::ActionError;
+use super::refusal::{NoMemory, OutOfRange, Refusal};
 
 /// How many operations of the engine a script may take.
 pub(super) const OPERATIONS: u64 = 2_000_000;
@@ -27,7 +25,7 @@ pub(super) const MEMORIES: (usize, usize) = (64, 64);
 /// How many parts a thing that is remembered may have, and how deep they may lie in each other.
 const PARTS: (usize, usize) = (2_000, 8);
 
-type Fallible<T> = Result<T, ActionError>;
+type Fallible<T> = Result<T, Refusal>;
 
 /// Makes an engine for scripts: no files, no clock, no other scripts, and limits on everything that grows.
 pub(super) fn engine() -> Engine {
@@ -46,17 +44,16 @@ pub(super) fn engine() -> Engine {
     for word in ["import", "export", "eval", "curry"] {
         engine.disable_symbol(word);
     }
-    let asleep = "`sleep` would hold the program, not the arm; `arm.wait(seconds)` holds the arm";
-    let timeless = "a script has no clock, so that it does the same each time";
     engine
-        .register_fn("sleep", move |_: i64| refused::<()>(asleep))
-        .register_fn("sleep", move |_: f64| refused::<()>(asleep))
-        .register_fn("timestamp", move || refused::<()>(timeless));
+        .register_fn("sleep", |_: i64| refused::<()>(&Refusal::Sleep))
+        .register_fn("sleep", |_: f64| refused::<()>(&Refusal::Sleep))
+        .register_fn("timestamp", || refused::<()>(&Refusal::NoClock));
     engine
 }
 
-fn refused<T>(words: &str) -> Result<T, Box<EvalAltResult>> {
-    Err(words.into())
+/// Gives up in the place of a script: a script that catches it gets the words.
+fn refused<T>(why: &Refusal) -> Result<T, Box<EvalAltResult>> {
+    Err(why.to_string().into())
 }
 
 /// The least and the most that an argument may be, SI.
@@ -83,13 +80,13 @@ impl Range {
             return Ok(value);
         }
         let (unit, one) = self.unit;
-        let blank = if unit.is_empty() { "" } else { " " };
-        let said = |value: f64| significant(value / one, 4);
-        let (least, most) = (said(self.least), said(self.most));
-        Err(ActionError::Refused(format!(
-            "{what} of `{word}` is {}{blank}{unit}; it should be {least} to {most}{blank}{unit}",
-            said(value)
-        )))
+        Err(Refusal::OutOfRange(OutOfRange {
+            word: word.to_owned(),
+            what: what.to_owned(),
+            value: value / one,
+            range: [self.least / one, self.most / one],
+            unit,
+        }))
     }
 }
 
@@ -128,10 +125,7 @@ pub(super) const MASS: Range = Range::new(-5.0, 50.0, ("kg", 1.0));
 pub(super) fn numbers(word: &str, array: &Array) -> Fallible<Vec<f64>> {
     let number = |(at, value): (usize, &Dynamic)| {
         let known = value.as_float().or_else(|_| value.as_int().map(|whole| whole as f64));
-        known.map_err(|found| {
-            let words = format!("`{word}` takes numbers, and number {} is a {found}", at + 1);
-            ActionError::Refused(words)
-        })
+        known.map_err(|found| Refusal::NoNumber { word: word.to_owned(), at: at + 1, found })
     };
     array.iter().enumerate().map(number).collect()
 }
@@ -144,10 +138,7 @@ pub(super) fn numbers(word: &str, array: &Array) -> Fallible<Vec<f64>> {
 pub(super) fn joints(word: &str, array: &Array, n: usize) -> Fallible<Vec<f64>> {
     let q = numbers(word, array)?;
     if q.len() != n {
-        return Err(ActionError::Refused(format!(
-            "`{word}` takes one position for each of the {n} joints, in rad, and was given {}",
-            q.len()
-        )));
+        return Err(Refusal::Joints { word: word.to_owned(), joints: n, given: q.len() });
     }
     for (joint, q) in q.iter().enumerate() {
         ANGLE.check(word, &format!("joint {}", joint + 1), *q)?;
@@ -163,8 +154,7 @@ pub(super) fn joints(word: &str, array: &Array, n: usize) -> Fallible<Vec<f64>> 
 pub(super) fn way(word: &str, array: &Array) -> Fallible<[f64; 3]> {
     let by = numbers(word, array)?;
     let [x, y, z] = by[..] else {
-        let words = format!("`{word}` takes [x, y, z] in m, and was given {} numbers", by.len());
-        return Err(ActionError::Refused(words));
+        return Err(Refusal::Way { word: word.to_owned(), given: by.len() });
     };
     WAY.check(word, "the length", x.hypot(y).hypot(z))?;
     Ok([x, y, z])
@@ -188,30 +178,25 @@ pub(super) fn short(text: &str) -> String {
 pub(super) fn memory(name: &str, value: Dynamic) -> Fallible<Dynamic> {
     let (_, longest) = MEMORIES;
     if name.is_empty() || name.chars().count() > longest {
-        let words = format!("the name of what is remembered should have 1 to {longest} characters");
-        return Err(ActionError::Refused(words));
+        return Err(Refusal::MemoryName { longest });
     }
     let mut left = PARTS.0;
-    plain(value, PARTS.1, &mut left).map_err(|why| {
-        ActionError::Refused(format!("`{}` cannot be remembered: {why}", short(name)))
-    })
+    plain(value, PARTS.1, &mut left).map_err(|why| Refusal::Memory { name: short(name), why })
 }
 
-fn plain(value: Dynamic, depth: usize, left: &mut usize) -> Result<Dynamic, String> {
-    *left = left.checked_sub(1).ok_or_else(|| format!("it has more than {} parts", PARTS.0))?;
+fn plain(value: Dynamic, depth: usize, left: &mut usize) -> Result<Dynamic, NoMemory> {
+    *left = left.checked_sub(1).ok_or(NoMemory::Parts { most: PARTS.0 })?;
     let value = value.flatten();
     if value.is_array() || value.is_map() {
-        let deeper = depth
-            .checked_sub(1)
-            .ok_or_else(|| format!("it is more than {} lists deep", PARTS.1))?;
+        let deeper = depth.checked_sub(1).ok_or(NoMemory::Deep { most: PARTS.1 })?;
         if let Some(map) = value.read_lock::<Map>() {
             let parts =
                 map.iter().map(|(key, part)| Ok((key.clone(), plain(part.clone(), deeper, left)?)));
-            return Ok(parts.collect::<Result<Map, String>>()?.into());
+            return Ok(parts.collect::<Result<Map, NoMemory>>()?.into());
         }
         let parts = value.into_array().unwrap_or_default().into_iter();
         let parts = parts.map(|part| plain(part, deeper, left));
-        return Ok(parts.collect::<Result<Array, String>>()?.into());
+        return Ok(parts.collect::<Result<Array, NoMemory>>()?.into());
     }
     let is_value = value.is_unit()
         || value.is_bool()
@@ -223,9 +208,5 @@ fn plain(value: Dynamic, depth: usize, left: &mut usize) -> Result<Dynamic, Stri
         || value.is::<Pour>()
         || value.is::<Placement>()
         || value.is::<Path>();
-    if is_value {
-        Ok(value)
-    } else {
-        Err("it is or holds a handle, such as `arm`, or a function".into())
-    }
+    if is_value { Ok(value) } else { Err(NoMemory::Handle) }
 }

@@ -16,8 +16,9 @@ use crate::graph::parse_graph::{Condition, ParseGraph, Step};
 use crate::language::text;
 use crate::world::{Scene, WorldState};
 
-use super::lines::Line;
-use super::trace::{Measure, StepRecord};
+use super::wording;
+use crate::trace::Line;
+use crate::trace::{Measure, StepRecord};
 
 /// Says whether a condition holds now, and by how much it holds (positive) or fails.
 pub type Judge<'a> = dyn Fn(&Condition) -> (Option<bool>, Option<Measure>) + 'a;
@@ -247,14 +248,13 @@ pub fn unsafe_hold(
 ) -> Option<String> {
     let group = next.and_then(|step| step.together.as_ref());
     if group.is_some() && group == before.and_then(|step| step.together.as_ref()) {
-        return Some("inside a `together`".to_owned());
+        return Some(wording::inside_together());
     }
     let held = state.held.as_deref()?;
     scene.object(held)?.cavity.as_ref()?;
     match state.object(held)?.world_from_object.map(|pose| pose.tilt()) {
         Some(tilt) if tilt <= LEVEL => None,
-        Some(tilt) => Some(format!("the {held} is tilted by {:.0} deg", tilt.to_degrees())),
-        None => Some(format!("nobody knows how the {held} leans")),
+        tilt => Some(wording::leans(held, tilt)),
     }
 }
 

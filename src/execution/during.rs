@@ -8,7 +8,7 @@
 //! stops nothing.
 //!
 //! In the twin everything is known, so a rehearsal also says when an `until` comes true that no sensor of
-//! the arm can tell, such as a volume while pouring; that time is on the tape. On the arm the measured
+//! the arm can tell, such as a volume while pouring; that time is in the decision log. On the arm the measured
 //! world has the first word: the step ends as soon as what ends it is measured to be true, ends where the
 //! rehearsal did when nobody can measure it, and fails when it is measured to be still false a little
 //! later than that, for what comes after was never rehearsed.
@@ -18,31 +18,23 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::fluent::{Evaluator, Facts, Fluents, Reading};
 use crate::graph::{Condition, Role, Step};
 use crate::language::Library;
 use crate::language::ast::{Expr, ExprKind, FluentItem};
-use crate::language::text;
-use crate::units::{Dimension, Quantity};
-use crate::world::fluent::{Evaluator, Facts, Fluents, Reading};
+use crate::units::Quantity;
 use crate::world::{Scene, WorldState};
 
-use super::arm::Feedback;
-use super::stage::ActionError;
-use super::tape::Ended;
+use super::body::Sight;
+use super::decisions::Ended;
+use super::error::ActionError;
+use crate::arm::Feedback;
+use crate::trace::{Cause, Overdue, Unmet};
 
 /// How often the conditions are read, s of arm time.
 pub const PERIOD: f64 = 0.04;
 /// How much later than in the rehearsal an `until` may be measured to come true, s of arm time; chosen.
 pub const LATE: f64 = 0.3;
-
-/// What can be known of the world while the arm moves.
-pub trait Sight: Send {
-    /// Returns the world at this feedback; what nobody knows between pictures is left unknown.
-    fn state(&mut self, feedback: &Feedback) -> WorldState;
-
-    /// Returns whether two things touch, `None` when nobody can tell.
-    fn contact(&self, a: &str, b: &str) -> Option<bool>;
-}
 
 /// The time something may take.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,15 +74,15 @@ pub enum Cut {
         /// Index into the step's `untils`.
         until: usize,
     },
-    /// A condition is broken or a limit exceeded, in words.
-    Broken(String),
+    /// A condition is broken or a limit exceeded.
+    Broken(Cause),
 }
 
 impl From<Cut> for ActionError {
     fn from(cut: Cut) -> Self {
         match cut {
             Cut::Ended { .. } => Self::Ended,
-            Cut::Broken(words) => Self::Broken(words),
+            Cut::Broken(cause) => Self::Broken(Box::new(cause)),
         }
     }
 }
@@ -130,7 +122,7 @@ pub struct During {
     /// When the conditions are read next, s of arm time.
     next: f64,
     cut: Option<Cut>,
-    /// Where the cut lies, for the tape.
+    /// Where the cut lies, for the decision log.
     cut_at: Option<Ended>,
 }
 
@@ -197,7 +189,7 @@ impl During {
         self.cut.as_ref()
     }
 
-    /// Returns where what ends the step came true, as the tape keeps it.
+    /// Returns where what ends the step came true, as the decision log keeps it.
     pub fn ended(&self) -> Option<Ended> {
         self.cut_at
     }
@@ -291,11 +283,8 @@ impl During {
             return None;
         }
         let (watched, reading) = untils.first()?;
-        let false_by = false_by(&watched.condition, reading);
-        Some(Cut::Broken(format!(
-            "{false_by} {since:.2} s into the step, {over:.2} s later than it was true in the \
-             rehearsal"
-        )))
+        let unmet = unmet(&watched.condition, reading);
+        Some(Cut::Broken(Cause::Late { unmet, after_s: since, late_s: over }))
     }
 
     /// The first condition that is broken.
@@ -307,8 +296,8 @@ impl During {
             let sure = reading.margin.is_some() || watched.was_false;
             watched.was_false = is_false;
             if is_false && sure {
-                let false_by = false_by(&watched.condition, reading);
-                return Some(Cut::Broken(format!("it lost {false_by} {since:.2} s into the step")));
+                let unmet = unmet(&watched.condition, reading);
+                return Some(Cut::Broken(Cause::Lost { unmet, after_s: Some(since) }));
             }
         }
         None
@@ -317,13 +306,13 @@ impl During {
     /// The first limit that is exceeded.
     fn too_late(&self, now: f64) -> Option<Cut> {
         let over = |limit: &&Deadline| now - limit.since > limit.stretched() + 1e-9;
-        self.deadlines.iter().find(over).map(|limit| Cut::Broken(limit.told(now)))
+        self.deadlines.iter().find(over).map(|limit| Cut::Broken(limit.exceeded(now)))
     }
 
     /// Says which limit is exceeded at arm time `now`, if one is.
-    pub fn overdue(&self, now: f64) -> Option<String> {
+    pub fn overdue(&self, now: f64) -> Option<Cause> {
         match self.too_late(now) {
-            Some(Cut::Broken(words)) => Some(words),
+            Some(Cut::Broken(cause)) => Some(cause),
             _ => None,
         }
     }
@@ -335,17 +324,10 @@ impl Deadline {
         self.seconds / self.pace
     }
 
-    pub(super) fn told(&self, now: f64) -> String {
-        let text = |value| text::quantity(Quantity { value, dimension: Dimension::TIME });
-        let (of, took, limit) = (&self.of, now - self.since, text(self.seconds));
-        if self.pace < 1.0 {
-            let (stretched, pace) = (text(self.stretched()), self.pace);
-            return format!(
-                "{of} has taken {took:.2} s, and its limit is {limit} at full speed, {stretched} at \
-                 {pace:.2} of it"
-            );
-        }
-        format!("{of} has taken {took:.2} s, and its limit is {limit}")
+    /// Says that it is exceeded at arm time `now`, s.
+    pub(super) fn exceeded(&self, now: f64) -> Cause {
+        let Self { of, seconds, since, pace } = self.clone();
+        Cause::Overdue(Overdue { of, took_s: now - since, limit_s: seconds, pace })
     }
 }
 
@@ -372,19 +354,16 @@ impl Watched {
     }
 }
 
-/// Says that a condition is false, by how much, and with what numbers.
-pub(super) fn false_by(condition: &Condition, reading: &Reading) -> String {
+/// Takes down that a condition is false, by how much, and with what numbers.
+pub(super) fn unmet(condition: &Condition, reading: &Reading) -> Unmet {
     // Of a long condition the part that decided is told.
     let term = if reading.term.is_empty() { &condition.text } else { &reading.term };
-    let Some(Quantity { value, dimension }) = reading.margin else {
-        return format!("`{term}`, which is false");
-    };
-    let by = Quantity { value: value.abs(), dimension };
-    let numbers = match (reading.value, reading.limit) {
-        (Some(value), Some(limit)) => format!(" ({value}, limit {limit})"),
-        _ => String::new(),
-    };
-    format!("`{term}`, which is false by {by}{numbers}")
+    Unmet {
+        condition: condition.text.clone(),
+        term: term.clone(),
+        margin: reading.margin,
+        numbers: reading.value.zip(reading.limit),
+    }
 }
 
 /// The bodies of the fluents that some conditions are made of.

@@ -9,8 +9,9 @@ use image::RgbImage;
 
 use crate::lab::Lab;
 
-use super::arm::{Camera, DeviceError, Feedback, Scales, Weighing};
-use super::ticked::{Plant, Ticked};
+use super::wording;
+use crate::arm::ticked::{Plant, Ticked};
+use crate::arm::{Camera, DeviceError, Feedback, Scales, Weighing};
 
 /// The lab, shared by its arm, its camera and its scales.
 pub type SharedLab = Arc<Mutex<Lab>>;
@@ -42,7 +43,7 @@ fn lock(lab: &SharedLab) -> MutexGuard<'_, Lab> {
 }
 
 fn broken(error: impl std::fmt::Display) -> DeviceError {
-    DeviceError::Unavailable(format!("the lab's arm failed: {error}"))
+    DeviceError::Unavailable(wording::lab_failed(error))
 }
 
 impl Plant for LabPlant {

@@ -1,4 +1,4 @@
-//! The lines of a script that act: what each does in words, and who may hold the arm before one.
+//! The lines of a script that act, and who may hold the arm before one. What each does is worded in `wording`.
 //!
 //! Every binding that moves the arm, its fingers, or looks is a natural place to stop: between two of them
 //! nothing moves. So it is the bindings that ask, with the line that calls them, and no debugger of the script
@@ -7,36 +7,13 @@
 use std::fmt::Write as _;
 use std::sync::{Arc, Mutex};
 
-use serde::{Deserialize, Serialize};
-
+use crate::trace::{Deed, Line};
 use crate::world::WorldState;
 
 use super::conduct::Word;
 
 /// How many lines are kept of one step: a loop may act many times.
 pub const MOST: usize = 200;
-
-/// A line of a script that acts.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Line {
-    /// The script: `lift.rhai`.
-    pub script: String,
-    /// Which line of it, from 1; 0 when unknown.
-    pub line: usize,
-    /// The line as it is written.
-    pub text: String,
-    /// What it does, in words.
-    pub does: String,
-    /// When it began, s of arm time from the beginning of the script.
-    pub at_s: f64,
-}
-
-impl Line {
-    /// Returns its place: `lift.rhai:2`.
-    pub fn place(&self) -> String {
-        format!("{}:{}", self.script, self.line)
-    }
-}
 
 /// Is asked before a line, the arm holding still, with the world as far as it is known; may block.
 pub type Gate = Arc<Mutex<dyn FnMut(&Line, &WorldState) -> Word + Send>>;
@@ -62,7 +39,7 @@ impl Running {
     }
 
     /// Takes note of a line that acts at arm time `now`, s.
-    pub(super) fn acts(&mut self, line: usize, does: String, now: f64) -> Line {
+    pub(super) fn acts(&mut self, line: usize, does: String, deed: Option<Deed>, now: f64) -> Line {
         let written = line.checked_sub(1).and_then(|at| self.text.lines().nth(at));
         let line = Line {
             script: self.file.clone(),
@@ -70,6 +47,7 @@ impl Running {
             text: written.unwrap_or_default().trim().to_owned(),
             does,
             at_s: now - self.since,
+            deed,
         };
         self.count += 1;
         if self.lines.len() < MOST {
@@ -109,56 +87,18 @@ impl Running {
     }
 }
 
-/// Words a share of full speed: ` at 30 % of full speed`.
-pub(super) fn at_speed(share: f64) -> String {
-    format!(" at {:.0} % of full speed", 100.0 * share.clamp(0.02, 1.0))
-}
-
-/// Words a straight way: `move straight by 12 cm up`.
-pub(super) fn straight(by: [f64; 3], speed: f64) -> String {
-    let ways = [("along x", "against x"), ("along y", "against y"), ("up", "down")];
-    let mut text = String::from("move straight by");
-    let mut is_first = true;
-    for (amount, (forth, back)) in by.into_iter().zip(ways) {
-        if amount.abs() < 5e-5 {
-            continue;
-        }
-        let way = if amount > 0.0 { forth } else { back };
-        let and = if is_first { "" } else { " and" };
-        let _ = write!(text, "{and} {:.1} cm {way}", 100.0 * amount.abs());
-        is_first = false;
-    }
-    if is_first {
-        return "stay where it is".to_owned();
-    }
-    format!("{text}{}", at_speed(speed))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn a_way_is_told_by_its_parts() {
-        assert_eq!(
-            straight([0.0, 0.0, 0.12], 0.3),
-            "move straight by 12.0 cm up at 30 % of full speed"
-        );
-        assert_eq!(
-            straight([-0.05, 0.0, -0.01], 1.0),
-            "move straight by 5.0 cm against x and 1.0 cm down at 100 % of full speed"
-        );
-        assert_eq!(straight([0.0; 3], 1.0), "stay where it is");
-    }
-
-    #[test]
     fn a_loop_is_kept_up_to_a_number_of_lines() {
         let mut running = Running::new("a.rhai", "// wait\n  arm.wait(1.0);\n", 2.0);
-        let line = running.acts(2, "hold still".into(), 2.5);
+        let line = running.acts(2, "hold still".into(), None, 2.5);
         assert_eq!((line.place().as_str(), line.text.as_str()), ("a.rhai:2", "arm.wait(1.0);"));
         assert!((line.at_s - 0.5).abs() < 1e-12);
         for _ in 0..2 * MOST {
-            running.acts(9, String::new(), 3.0);
+            running.acts(9, String::new(), None, 3.0);
         }
         assert_eq!(running.lines().len(), MOST);
     }

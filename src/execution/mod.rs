@@ -1,33 +1,38 @@
 //! A parse graph → commands, and a record of what came of them.
 //!
-//! An action is a rhai script ([`script`]) over a [`stage`]: an arm ([`arm`]), what is known of the world,
-//! and the tape of decisions ([`tape`]). [`walk`] carries out the steps of a parse graph on any stage; the
-//! twin's ([`twin_arm`]) rehearses, a real one ([`real`], with the devices of [`lab_arm`], [`kortex`] or
-//! [`snapshot`]) performs. Every motion passes
-//! [`limits`]; between the steps, and before the [`lines`] of a script, a conductor may be asked ([`conduct`]).
+//! An action is a rhai script ([`script`]) over a [`context`]: an arm ([`crate::arm`]), what is known of the world,
+//! and the log of decisions ([`decisions`]). [`walk`] executes the steps of a parse graph on any action context; the
+//! twin's ([`twin_arm`]) rehearses, a real one ([`real`], with the devices of [`lab_arm`], [`crate::kortex`] or
+//! [`snapshot`]) performs. Every motion passes [`crate::arm::limits`]; between the steps, and before the [`lines`] of
+//! a script, a conductor may be asked ([`conduct`]). What is recorded is in [`crate::trace`].
 
-pub mod arm;
-pub mod limits;
+pub mod cell;
 pub mod plan;
-pub mod tape;
+pub mod decisions;
 pub mod during;
 pub mod timing;
 pub mod uses;
 pub mod beside;
 mod together;
-pub mod trace;
 pub mod conduct;
 pub mod lines;
-mod patience;
-pub mod stage;
+pub mod refusal;
+pub mod error;
+pub mod wording;
+pub mod body;
+pub mod done;
+pub mod context;
+mod path;
 mod bounds;
+mod handle;
+mod words;
 pub mod script;
+pub mod calibration;
 pub mod calibrate;
 pub mod belief;
+pub mod reader;
 pub mod real;
-pub mod ticked;
 pub mod twin_arm;
 pub mod lab_arm;
 pub mod walk;
-pub mod kortex;
 pub mod snapshot;

@@ -13,15 +13,17 @@ use crate::twin::render::{ArmLook, NOTHING, Options, TABLE, View, render};
 use crate::world::frame::{Tool, World};
 use crate::world::{Pose, WorldState};
 
-use super::arm::{Arm, Camera, DeviceError, Feedback, Grip};
 use super::belief::Belief;
-use super::calibrate::Calibration;
-use super::during::Sight;
-use super::patience::Patient;
-use super::stage::{Body, Cell, Watcher};
-use super::trace::Event;
+use super::body::Sight;
+use super::body::{Body, Watcher};
+use super::calibration::Calibration;
+use super::cell::Cell;
+use super::wording;
+use crate::arm::patience::Patient;
+use crate::arm::{Arm, Camera, DeviceError, Feedback, Grip};
+use crate::trace::Event;
 
-/// An arm and a camera as a body on stage.
+/// An arm and a camera as a body in a context.
 pub struct RealBody {
     /// The cell as the regressions in force found it.
     cell: Cell,
@@ -40,7 +42,7 @@ pub struct RealBody {
 type Looking = std::thread::JoinHandle<(RgbImage, Result<Vec<Sighting>, vision::Error>)>;
 
 impl RealBody {
-    /// Takes devices on stage with what is known so far.
+    /// Takes devices in a context with what is known so far.
     pub fn new(
         cell: Cell,
         arm: Box<dyn Arm>,
@@ -87,7 +89,7 @@ impl RealBody {
 
     /// Returns where the tool really is at these reported joint positions.
     fn tool(&self, q: &[f64]) -> Pose<World, Tool> {
-        super::plan::tool_pose(&self.cell, q)
+        self.cell.tool_pose(q)
     }
 }
 
@@ -100,7 +102,7 @@ struct RealSight {
 
 impl Sight for RealSight {
     fn state(&mut self, feedback: &Feedback) -> WorldState {
-        let tool = super::plan::tool_pose(&self.cell, &feedback.q);
+        let tool = self.cell.tool_pose(&feedback.q);
         let mut state = self.belief.state(feedback, tool);
         for object in &mut state.objects {
             object.water = None;
@@ -144,6 +146,7 @@ impl Body for RealBody {
         let q = self.arm.feedback()?.q;
         let options = vision::Options {
             ignore: Some(self.arm_in_picture(&camera, &q)),
+            raised: self.belief.raised(),
             ..vision::Options::default()
         };
         self.looking = Some(std::thread::spawn(move || {
@@ -155,18 +158,16 @@ impl Body for RealBody {
 
     fn look_end(&mut self) -> Result<(), DeviceError> {
         let Some(looking) = self.looking.take() else { return Ok(()) };
-        let no_use = |error: &dyn std::fmt::Display| {
-            DeviceError::Unavailable(format!("the photograph is no use: {error}"))
-        };
+        let no_use = |error| DeviceError::Unavailable(wording::image_of_no_use(error));
         // A mistake of the program's own is no fault of the photograph.
         let (photo, seen) = looking.join().unwrap_or_else(|panic| resume_unwind(panic));
-        let sightings = seen.map_err(|error| no_use(&error))?;
+        let sightings = seen.map_err(no_use)?;
         self.photos += 1;
         if let Ok(mut watcher) = self.watcher.lock() {
             let image = annotate(&photo, &sightings);
             watcher.event(&Event::Picture { name: format!("look-{}", self.photos), image });
             for sighting in &sightings {
-                watcher.event(&Event::Note { text: summary(sighting) });
+                watcher.event(&Event::Note { text: wording::seen(sighting) });
             }
         }
         self.belief.saw(&sightings);
@@ -204,28 +205,5 @@ impl Body for RealBody {
 
     fn contact(&mut self, a: &str, b: &str) -> Option<bool> {
         self.belief.contact(a, b)
-    }
-}
-
-/// Words a sighting.
-fn summary(seen: &Sighting) -> String {
-    match seen.world_from_object {
-        Some(pose) => {
-            let at = pose.origin();
-            format!(
-                "camera: {} at ({:.1}, {:.1}) cm, turned {:.1} deg, ± {:.1} mm, confidence {:.2}",
-                seen.name,
-                at.x * 100.0,
-                at.y * 100.0,
-                pose.yaw().to_degrees(),
-                seen.std * 1e3,
-                seen.confidence
-            )
-        }
-        None => format!(
-            "camera: {} not found: {}",
-            seen.name,
-            seen.reason.as_deref().unwrap_or("nothing in the picture looks like it")
-        ),
     }
 }

@@ -4,19 +4,46 @@
 use image::RgbImage;
 
 use crate::alignment::decode;
-use crate::http::{Address, Client, Limits};
+use crate::http::{Address, Client, Limits, Trouble};
 
-use super::arm::{Camera, DeviceError, Scales, Weighing};
+use crate::arm::{Camera, DeviceError, Scales, Weighing};
+
+use super::wording;
 
 /// A camera may think about a long exposure, but not for longer than this.
 const LIMITS: Limits = Limits { connect_s: 5.0, reply_s: 60.0, longest: 64 << 20 };
 
-fn get(address: &Address) -> Result<Vec<u8>, String> {
-    let answer = Client::new(LIMITS, address).get(address, None).map_err(|e| e.to_string())?;
+/// Why a device gave nothing.
+#[derive(Debug, thiserror::Error)]
+enum Nothing {
+    #[error("{0}")]
+    Http(#[from] Trouble),
+    #[error("it answers with status {0}")]
+    Status(u16),
+    #[error("{0}")]
+    Picture(#[from] decode::Error),
+}
+
+impl Nothing {
+    /// As the camera at that address says it.
+    fn of_camera(&self, address: &Address) -> DeviceError {
+        DeviceError::Refused {
+            what: wording::no_picture(address, self),
+            help: wording::look_for_yourself(),
+        }
+    }
+}
+
+fn get(address: &Address) -> Result<Vec<u8>, Nothing> {
+    let answer = Client::new(LIMITS, address).get(address, None)?;
     match answer.status {
         200 => Ok(answer.body),
-        other => Err(format!("it answers with status {other}")),
+        other => Err(Nothing::Status(other)),
     }
+}
+
+fn picture(address: &Address) -> Result<RgbImage, Nothing> {
+    Ok(decode::decoded(&get(address)?)?)
 }
 
 /// A camera that answers with a picture.
@@ -25,12 +52,7 @@ pub struct WebCamera(pub Address);
 
 impl Camera for WebCamera {
     fn photo(&mut self) -> Result<RgbImage, DeviceError> {
-        let failed = |why: String| DeviceError::Refused {
-            what: format!("no picture from {}: {why}", self.0),
-            help: "open the address in a browser: does it show the table?".to_owned(),
-        };
-        let bytes = get(&self.0).map_err(failed)?;
-        decode::decoded(&bytes).map_err(|error| failed(error.to_string()))
+        picture(&self.0).map_err(|why| why.of_camera(&self.0))
     }
 }
 

@@ -12,8 +12,10 @@ use crate::graph::parse_graph::Timing;
 use crate::graph::{Interval, ParseGraph, is_at_or_below, time_error};
 use crate::language::text;
 
+use crate::trace::Mistimed;
+
+use super::done::Done;
 use super::during::Deadline;
-use super::walk::Done;
 
 /// Two times closer than this are the same, s: a little more than the period at which a step's end is
 /// noticed.
@@ -67,8 +69,8 @@ impl Past {
         whole
     }
 
-    /// Returns the first relation that step `index` completes and that does not hold, in words.
-    pub fn broken(&self, pg: &ParseGraph, index: usize) -> Option<String> {
+    /// Returns the first relation that step `index` completes and that does not hold.
+    pub fn broken(&self, pg: &ParseGraph, index: usize) -> Option<Mistimed> {
         declared(pg).find_map(|timing| {
             let of = |path: &str| pg.steps_of(path).last();
             if of(&timing.a).max(of(&timing.b)) != Some(index) {
@@ -76,7 +78,7 @@ impl Past {
             }
             let (a, b) = (self.of(pg, &timing.a)?, self.of(pg, &timing.b)?);
             let error = time_error(a, timing.relation, b, timing.by);
-            (error > SAME).then(|| told(timing, a, b, error))
+            (error > SAME).then(|| mistimed(timing, a, b, error))
         })
     }
 }
@@ -96,16 +98,13 @@ fn label(path: &str) -> &str {
     path.rsplit('/').next().unwrap_or(path)
 }
 
-fn told(timing: &Timing, a: Interval, b: Interval, error: f64) -> String {
-    let (la, lb, origin) = (label(&timing.a), label(&timing.b), a.from.min(b.from));
-    let by = timing.by.map(|by| format!(" by {by:.2} s")).unwrap_or_default();
-    format!(
-        "`{la} {} {lb}{by}` is off by {error:.2} s: {la} went from {:.2} s to {:.2} s and {lb} from \
-         {:.2} s to {:.2} s",
-        text::allen(timing.relation),
-        a.from - origin,
-        a.to - origin,
-        b.from - origin,
-        b.to - origin
-    )
+fn mistimed(timing: &Timing, a: Interval, b: Interval, error: f64) -> Mistimed {
+    let origin = a.from.min(b.from);
+    Mistimed {
+        sides: [&timing.a, &timing.b].map(|path| label(path).to_owned()),
+        relation: text::allen(timing.relation).to_owned(),
+        by_s: timing.by,
+        error_s: error,
+        went_s: [a, b].map(|went| [went.from - origin, went.to - origin]),
+    }
 }

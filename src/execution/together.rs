@@ -9,16 +9,17 @@
 use std::collections::BTreeMap;
 
 use crate::graph::parse_graph::Timing;
-use crate::graph::{Condition, Interval, ParseGraph};
+use crate::graph::{Condition, Interval, ParseGraph, Step};
 use crate::language::ast::{Allen, Expr};
+use crate::trace::{Cause, Line, Outcome, StepFailure};
 
 use super::beside::{Openings, Order};
+use super::done::Done;
 use super::during::Deadline;
-use super::lines::Line;
-use super::stage::ActionError;
-use super::trace::Outcome;
+use super::error::ActionError;
+use super::script::ScriptError;
 use super::uses::Uses;
-use super::walk::{Done, End, Walker};
+use super::walk::{End, Walker, promised};
 
 /// The steps of one `together`.
 pub(super) struct Group {
@@ -107,40 +108,39 @@ impl Walker<'_> {
         watched: &[Expr],
     ) -> Result<Done, ActionError> {
         let first = group.steps[0];
-        let begin = self.scripts.stage().state()?.time;
+        let begin = self.scripts.context().state()?.time;
         let strands = self.strands(pg, group);
         for (k, strand) in strands.iter().enumerate() {
             for other in &strands[..k] {
                 if let Some(both) = strand.uses.shared(other.uses) {
                     let text = |strand: &Strand| pg.steps[strand.steps[0]].text.clone();
-                    let (a, b) = (text(other), text(strand));
-                    let why = format!("{a} and {b} cannot go on together: both {both}");
-                    let end = End { broken: Some(why), ..End::default() };
+                    let steps = [text(other), text(strand)];
+                    let why = Cause::Conflict { steps, both };
+                    let end = End { broken: Some(why.into()), ..End::default() };
                     return self.done(pg, first, begin, watched, end);
                 }
             }
         }
         let mut done = BTreeMap::new();
         self.all(pg, &strands, watched, &mut done)?;
-        let mut stage = self.scripts.stage();
         for (index, step) in &mut done {
             if step.outcome == Outcome::Success {
-                step.reason = stage.past().broken(pg, *index);
-                if step.reason.is_some() {
+                let late = self.scripts.context().past().broken(pg, *index);
+                step.failure = late.map(|late| Cause::Mistimed(late).into());
+                if step.failure.is_some() {
                     step.outcome = Outcome::Failure;
                 }
             }
         }
-        drop(stage);
         let own = done.remove(&first);
         // A step that was not come to is not the one that failed.
         let failed = done.values().find(|step| step.outcome != Outcome::Success);
-        let why = failed.and_then(|step| step.reason.clone());
-        self.scripts.stage().past().ahead = done;
+        let why = failed.and_then(|step| step.failure.clone());
+        self.scripts.context().past().ahead = done;
         if let Some(own) = own {
             return Ok(own);
         }
-        let why = why.unwrap_or_else(|| "what goes on beside it failed".into());
+        let why = why.unwrap_or_else(|| Cause::Beside.into());
         self.done(pg, first, begin, watched, End { broken: Some(why), ..End::default() })
     }
 
@@ -190,7 +190,7 @@ impl Walker<'_> {
                 if !self.in_a_row(pg, strand, watched, &[], done)? {
                     return Ok(());
                 }
-                self.scripts.stage().wait(gap)?;
+                self.scripts.context().wait(gap)?;
             }
         }
         let soonest = sides.iter().filter_map(|strand| match strand.when {
@@ -214,10 +214,9 @@ impl Walker<'_> {
             }
         }
         let openings = Openings::default();
-        self.scripts.stage().note_openings(Some(openings.clone()));
-        let moved = self.beside(pg, main, lead, &going, (watched, &keeps), done);
-        self.scripts.stage().note_openings(None);
-        let moved = moved?;
+        let moved = self.noting(&openings, |walker| {
+            walker.beside(pg, main, lead, &going, (watched, &keeps), done)
+        })?;
         for side in going {
             let index = side.index;
             let ended = self.settle(pg, side, &openings, watched)?;
@@ -226,7 +225,7 @@ impl Walker<'_> {
         if moved {
             for strand in sides {
                 if let When::Last(gap) = strand.when {
-                    self.scripts.stage().wait(gap)?;
+                    self.scripts.context().wait(gap)?;
                     if !self.in_a_row(pg, strand, watched, &[], done)? {
                         return Ok(());
                     }
@@ -247,14 +246,14 @@ impl Walker<'_> {
         done: &mut BTreeMap<usize, Done>,
     ) -> Result<bool, ActionError> {
         if lead > 0.0 {
-            self.scripts.stage().wait(lead)?;
+            self.scripts.context().wait(lead)?;
         }
         let moved = self.in_a_row(pg, main, watched, keeps, done)?;
-        let mut stage = self.scripts.stage();
+        let mut context = self.scripts.context();
         for order in going.iter().flat_map(|side| &side.orders) {
             match order {
-                Order::Open => stage.open()?,
-                Order::Look => stage.body().look_end()?,
+                Order::Open => context.open()?,
+                Order::Look => context.body().look_end()?,
             }
         }
         Ok(moved)
@@ -289,16 +288,15 @@ impl Walker<'_> {
         watched: &[Expr],
     ) -> Result<Result<Side, Done>, ActionError> {
         let step = &pg.steps[index];
-        let before = self.scripts.stage().state()?;
-        let off = self.scripts.stage().begin_step(&step.path).err().map(|off| off.to_string());
-        let unmet = || self.unmet(&step.needs, &before).map(|unmet| format!("it needs {unmet}"));
-        let mut broken = off.or_else(unmet);
+        let before = self.scripts.context().state()?;
+        let off = self.scripts.context().begin_step(&step.path).err().map(Cause::from);
+        let unmet = || self.reader().unmet(&step.needs, &before).map(Cause::Needs);
+        let mut broken = off.or_else(unmet).map(StepFailure::from);
         let (mut orders, mut lines) = (Vec::new(), Vec::new());
         if broken.is_none() {
-            self.scripts.stage().take_orders();
-            let asked = self.act(step);
-            orders = self.scripts.stage().orders();
-            lines = self.scripts.stage().script_lines();
+            let (asked, wanted) = self.asked(step);
+            orders = wanted;
+            lines = self.scripts.context().script_lines();
             if let Err(error) = asked {
                 broken = self.gave_up(step, error)?;
             }
@@ -307,19 +305,34 @@ impl Walker<'_> {
             let end = End { broken, lines, ..End::default() };
             return Ok(Err(self.done(pg, index, before.time, watched, end)?));
         }
-        let mut stage = self.scripts.stage();
+        let mut context = self.scripts.context();
         let mut from = before.time + after;
         for order in &orders {
             match order {
-                Order::Open => stage.open_beside(after)?,
+                Order::Open => context.open_beside(after)?,
                 Order::Look => {
                     // A picture is taken now or never: the camera is not asked while the arm moves.
                     from = before.time;
-                    stage.body().look_begin()?;
+                    context.body().look_begin()?;
                 }
             }
         }
         Ok(Ok(Side { index, from, orders, lines }))
+    }
+
+    /// Runs a step's script without doing anything; returns what it wants done beside a motion.
+    fn asked(&mut self, step: &Step) -> (Result<(), ScriptError>, Vec<Order>) {
+        self.scripts.context().take_orders();
+        let asked = self.act(step);
+        (asked, self.scripts.context().orders())
+    }
+
+    /// Takes note of the fingers' opening at every tick while something is done.
+    fn noting<T>(&mut self, openings: &Openings, does: impl FnOnce(&mut Self) -> T) -> T {
+        self.scripts.context().note_openings(Some(openings.clone()));
+        let done = does(self);
+        self.scripts.context().note_openings(None);
+        done
     }
 
     /// Says how a step that went on beside the arm went.
@@ -332,7 +345,7 @@ impl Walker<'_> {
     ) -> Result<Done, ActionError> {
         let Side { index, from, orders, lines } = side;
         let step = &pg.steps[index];
-        let state = self.scripts.stage().state()?;
+        let state = self.scripts.context().state()?;
         let to = match orders.first() {
             // A look is over for the arm once the picture is taken.
             Some(Order::Look) => from,
@@ -340,12 +353,13 @@ impl Walker<'_> {
             // What does nothing lasts as long as the rest.
             None => state.time,
         };
-        self.scripts.stage().past().done(&step.path, Interval { from, to });
-        let pace = self.scripts.stage().cell().limits.pace;
+        self.scripts.context().past().done(&step.path, Interval { from, to });
+        let pace = self.scripts.context().cell().limits.pace;
         let own = |seconds| Deadline { of: step.text.clone(), seconds, since: from, pace };
         let late = step.limit.map(own).filter(|own| to - from > own.stretched());
-        let late = late.map(|own| own.told(to));
-        let broken = late.or_else(|| self.promised(&step.gives, &state));
+        let late = late.map(|own| own.exceeded(to));
+        let broken =
+            late.or_else(|| promised(&self.reader(), &step.gives, &state)).map(StepFailure::from);
         let end = End { broken, interval: Some([from, to]), lines, ..End::default() };
         self.done(pg, index, from, watched, end)
     }

@@ -5,10 +5,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use crate::twin::Twin;
 use crate::world::WorldState;
 
-use super::arm::{Arm, DeviceError, Feedback, Grip};
-use super::during::Sight;
-use super::stage::Body;
-use super::ticked::{Plant, Ticked};
+use super::body::Body;
+use super::body::Sight;
+use super::wording;
+use crate::arm::ticked::{Plant, Ticked};
+use crate::arm::{Arm, DeviceError, Feedback, Grip};
 
 /// A twin that several handles share: its arm, and those who ask for its state.
 pub type SharedTwin = Arc<Mutex<Twin>>;
@@ -24,7 +25,7 @@ fn lock(twin: &SharedTwin) -> MutexGuard<'_, Twin> {
 }
 
 fn broken(error: impl std::fmt::Display) -> DeviceError {
-    DeviceError::Unavailable(format!("the twin cannot be stepped: {error}"))
+    DeviceError::Unavailable(wording::twin_failed(error))
 }
 
 impl Plant for TwinPlant {
@@ -61,7 +62,7 @@ pub struct TwinBody {
 }
 
 impl TwinBody {
-    /// Takes a twin on stage.
+    /// Takes a twin in a context.
     pub fn new(twin: SharedTwin) -> Self {
         Self { arm: Ticked::new(TwinPlant(twin.clone())), twin }
     }

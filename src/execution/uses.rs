@@ -3,8 +3,10 @@
 //! Read off the words the script uses, without running it, so that `together` can be judged when a text is
 //! checked. A script that only asks (`twin.…`) works with nothing.
 
+use crate::trace::Shared;
+
 /// Words that move the arm or need it to hold still.
-const JOINTS: [&str; 12] = [
+const JOINTS: [&str; 13] = [
     "move_to",
     "carry_to",
     "follow",
@@ -13,6 +15,7 @@ const JOINTS: [&str; 12] = [
     "turn_back",
     "turn_to",
     "move_by",
+    "rise",
     "weigh",
     "heft",
     "wait",
@@ -37,8 +40,7 @@ impl Uses {
     /// Reads the words of a script.
     pub fn of_script(text: &str) -> Self {
         let mut uses = Self::default();
-        for line in text.lines() {
-            let code = line.split("//").next().unwrap_or_default();
+        for code in code(text) {
             for word in words_after(code, "arm.") {
                 uses.joints |= JOINTS.contains(&word);
                 uses.fingers |= FINGERS.contains(&word);
@@ -58,14 +60,14 @@ impl Uses {
         }
     }
 
-    /// Returns what both work with, in words; `None` when they may go on at the same time.
-    pub fn shared(self, other: Self) -> Option<&'static str> {
+    /// Returns what both work with, `None` when they may go on at the same time.
+    pub fn shared(self, other: Self) -> Option<Shared> {
         if self.joints && other.joints {
-            Some("need the arm")
+            Some(Shared::Arm)
         } else if self.fingers && other.fingers {
-            Some("move the fingers")
+            Some(Shared::Fingers)
         } else if self.camera && other.camera {
-            Some("take a picture")
+            Some(Shared::Camera)
         } else {
             None
         }
@@ -75,6 +77,31 @@ impl Uses {
     pub fn is_nothing(self) -> bool {
         self == Self::default()
     }
+}
+
+/// Whether a script closes the fingers on something.
+pub fn takes(script: &str) -> bool {
+    code(script).any(|code| words_after(code, "arm.").any(|word| word == "close"))
+}
+
+/// Whether a script plans to pour.
+pub fn pours(script: &str) -> bool {
+    code(script).any(|code| words_after(code, "twin.").any(|word| word == "pours"))
+}
+
+/// Whether a script says a word: reads the parameter of that name, for one.
+pub fn says(script: &str, word: &str) -> bool {
+    let is_of_word = |c: char| c.is_alphanumeric() || c == '_';
+    code(script).any(|code| {
+        code.match_indices(word).any(|(at, _)| {
+            !code[..at].ends_with(is_of_word) && !code[at + word.len()..].starts_with(is_of_word)
+        })
+    })
+}
+
+/// Returns the lines of a script without their comments.
+fn code(script: &str) -> impl Iterator<Item = &str> {
+    script.lines().map(|line| line.split("//").next().unwrap_or_default())
 }
 
 /// The words that follow `handle` in a line of a script.
@@ -101,8 +128,15 @@ mod tests {
         assert_eq!(closes, Uses { joints: true, fingers: true, camera: false });
         assert_eq!(Uses::of_script("camera.look();"), Uses { camera: true, ..Uses::default() });
         assert!(Uses::of_script("let alarm.move_to = 1;").is_nothing());
-        assert_eq!(moves.shared(closes), Some("need the arm"));
+        assert_eq!(moves.shared(closes), Some(Shared::Arm));
         assert_eq!(moves.shared(opens), None);
         assert!(moves.and(opens).fingers);
+    }
+
+    #[test]
+    fn a_word_is_said_as_a_whole_and_outside_of_comments() {
+        let script = "// at the table\nlet spot = choose(twin.placements(o)); attach(what);";
+        assert!(says(script, "o") && says(script, "spot"));
+        assert!(!says(script, "at") && !says(script, "table"));
     }
 }

@@ -2,5 +2,6 @@
 //!
 //! What is inside them is the business of those who ask. Files that only grow are [`crate::lines`].
 
+mod error;
 pub mod read;
 pub mod write;

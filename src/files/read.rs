@@ -7,6 +7,8 @@ use std::fs::{self, File};
 use std::io::{self, BufRead, Read as _};
 use std::path::Path;
 
+use super::error::Unread;
+
 /// The largest text that a person writes: tasks, scenes, settings, descriptions of robots, bytes.
 pub const TEXT: u64 = 16 << 20;
 /// The largest thing that a program writes for this one: recordings, pictures, run folders, bytes.
@@ -21,14 +23,13 @@ pub const DATA: u64 = 2 << 30;
 pub fn open(path: &Path, limit: u64) -> io::Result<File> {
     let facts = fs::metadata(path)?;
     if facts.is_dir() {
-        return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a directory"));
+        return Err(Unread::Directory.into());
     }
     if !facts.is_file() {
-        let kind = io::ErrorKind::InvalidInput;
-        return Err(io::Error::new(kind, "it is not a regular file but a pipe or a device"));
+        return Err(Unread::Irregular.into());
     }
     if facts.len() > limit {
-        return Err(too_large(limit));
+        return Err(Unread::TooLarge(limit).into());
     }
     File::open(path)
 }
@@ -41,7 +42,7 @@ pub fn open(path: &Path, limit: u64) -> io::Result<File> {
 pub fn bytes(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     let mut found = Vec::new();
     open(path, limit)?.take(limit + 1).read_to_end(&mut found)?;
-    if found.len() as u64 > limit { Err(too_large(limit)) } else { Ok(found) }
+    if found.len() as u64 > limit { Err(Unread::TooLarge(limit).into()) } else { Ok(found) }
 }
 
 /// Reads a text of at most [`TEXT`] bytes.
@@ -60,8 +61,7 @@ pub fn text(path: &Path) -> io::Result<String> {
 /// As [`text`].
 pub fn text_of(path: &Path, limit: u64) -> io::Result<String> {
     let found = bytes(path, limit)?;
-    let not_text = |_| io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8 text");
-    String::from_utf8(found).map_err(not_text)
+    String::from_utf8(found).map_err(|_| Unread::NotText.into())
 }
 
 /// Reads one line of what is typed or piped in, with its end; empty when there is no more.
@@ -74,12 +74,11 @@ pub fn line(input: &mut dyn BufRead) -> io::Result<String> {
     const LONGEST: u64 = 1 << 20;
     let mut line = String::new();
     let read = input.take(LONGEST).read_line(&mut line)?;
-    if read as u64 == LONGEST && !line.ends_with('\n') { Err(too_large(LONGEST)) } else { Ok(line) }
-}
-
-fn too_large(limit: u64) -> io::Error {
-    let limit = limit >> 20;
-    io::Error::new(io::ErrorKind::FileTooLarge, format!("it is larger than {limit} MiB"))
+    if read as u64 == LONGEST && !line.ends_with('\n') {
+        Err(Unread::TooLarge(LONGEST).into())
+    } else {
+        Ok(line)
+    }
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use super::normal::{Normal, cholesky_solve, eigen, scaled};
 use super::{
     Conditioning, Convergence, Direction, Error, Fit, Jacobian, Noise, Options, Prior, Problem,
+    Wrong,
 };
 
 /// The problem with its options checked and its storage laid out.
@@ -123,26 +124,26 @@ impl<'a, P: Problem> Work<'a, P> {
     fn new(problem: &'a P, x0: &[f64], options: &'a Options) -> Result<Self, Error> {
         let n = x0.len();
         let block = problem.block().max(1);
-        let wrong = |option, why: String| Err(Error::Option { option, why });
-        let outside = |index: usize| format!("parameter {index} does not exist, there are {n}");
+        let wrong = |option, why: Wrong| Err(Error::Option { option, why });
+        let outside = |index: usize| Wrong::NoParameter { index, n };
         if let Some(&i) = options.fixed.iter().find(|&&i| i >= n) {
             return wrong("fixed", outside(i));
         }
         if !options.scales.is_empty() && options.scales.len() != n {
-            return wrong("scales", format!("{} given for {n} parameters", options.scales.len()));
+            return wrong("scales", Wrong::PerParameter { given: options.scales.len(), n });
         }
         let n_blocks = problem.n_residuals().div_ceil(block);
         if !options.weights.is_empty() && options.weights.len() != n_blocks {
             let given = options.weights.len();
-            return wrong("weights", format!("{given} given for {n_blocks} blocks"));
+            return wrong("weights", Wrong::PerBlock { given, n: n_blocks });
         }
         if let Some(w) = options.weights.iter().find(|w| !w.is_finite() || **w < 0.0) {
-            return wrong("weights", format!("{w} is not a weight"));
+            return wrong("weights", Wrong::Weight(*w));
         }
         if let Some(c) = options.loss.constant()
             && !(c.is_finite() && c > 0.0)
         {
-            return wrong("loss", format!("its constant {c} is not above 0"));
+            return wrong("loss", Wrong::Constant(c));
         }
         let free: Vec<usize> = (0..n).filter(|i| !options.fixed.contains(i)).collect();
         let mut priors = Vec::new();
@@ -151,7 +152,7 @@ impl<'a, P: Problem> Work<'a, P> {
                 return wrong("priors", outside(prior.parameter));
             }
             if !(prior.std > 0.0 && prior.mean.is_finite()) {
-                return wrong("priors", format!("N({}, {}²)", prior.mean, prior.std));
+                return wrong("priors", Wrong::Prior { mean: prior.mean, std: prior.std });
             }
             if prior.std.is_finite() && !options.fixed.contains(&prior.parameter) {
                 priors.push(*prior);
@@ -164,12 +165,13 @@ impl<'a, P: Problem> Work<'a, P> {
                 return wrong("bounds", outside(bound.parameter));
             }
             if bound.lower.is_nan() || bound.upper.is_nan() || bound.lower > bound.upper {
-                return wrong("bounds", format!("[{}, {}] is empty", bound.lower, bound.upper));
+                let (lower, upper) = (bound.lower, bound.upper);
+                return wrong("bounds", Wrong::Empty { lower, upper });
             }
             lower[bound.parameter] = lower[bound.parameter].max(bound.lower);
             upper[bound.parameter] = upper[bound.parameter].min(bound.upper);
             if lower[bound.parameter] > upper[bound.parameter] {
-                return wrong("bounds", format!("parameter {} has none left", bound.parameter));
+                return wrong("bounds", Wrong::NoneLeft(bound.parameter));
             }
         }
         let work = Self { problem, options, free, priors, lower, upper, block };

@@ -13,6 +13,7 @@
 //! Source: Madsen, Nielsen and Tingleff, *Methods for Non-Linear Least Squares Problems*, 2004, §3.2;
 //! Huber, *Robust Statistics*, 1981, §7.6 (covariance under a robust loss).
 
+mod error;
 mod loss;
 mod normal;
 mod levenberg;
@@ -20,41 +21,10 @@ mod reject;
 
 use nalgebra::DMatrix;
 
+pub use error::{Error, Wrong};
 pub use levenberg::solve;
 pub use loss::Loss;
 pub use reject::{Rejection, solve_rejecting};
-
-/// What can go wrong in a fit.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Error {
-    /// Fewer equations than unknowns.
-    #[error(
-        "{residuals} residuals and {priors} priors cannot determine {parameters} parameters: \
-         add measurements, or fix parameters"
-    )]
-    TooFew {
-        /// Number of residuals whose weight is not 0.
-        residuals: usize,
-        /// Number of priors on free parameters.
-        priors: usize,
-        /// Number of free parameters.
-        parameters: usize,
-    },
-    /// A residual is not a number at the starting point.
-    #[error("residual {residual} is not a finite number at the starting point")]
-    NotFinite {
-        /// Index of the first such residual.
-        residual: usize,
-    },
-    /// An option does not fit the problem.
-    #[error("fit option `{option}`: {why}")]
-    Option {
-        /// Which option.
-        option: &'static str,
-        /// What is wrong with it.
-        why: String,
-    },
-}
 
 /// A least-squares problem: what the residuals are, given the parameters.
 pub trait Problem {

@@ -1,6 +1,6 @@
 //! Fluents as nodes of the graph: what can change, with the arguments filled in.
 //!
-//! What a fluent is *worth* is not known here; `world::fluent` works that out from a state.
+//! What a fluent is *worth* is not known here; `fluent` works that out from a state.
 
 use std::collections::BTreeSet;
 

@@ -27,6 +27,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use exchange::{Unread, Unsaid};
+
 use crate::language::Library;
 use crate::language::ast::{
     ActionItem, Call, Expr, FluentItem, Item, Param, Program, Span, TaskItem,
@@ -159,10 +161,10 @@ pub enum Error {
     },
     /// What a graph has and no text can say.
     #[error("no text of the language is this graph: {0}")]
-    Text(String),
+    Text(Unsaid),
     /// A file with a graph cannot be read.
     #[error("the graph cannot be read: {0}")]
-    Exchange(String),
+    Exchange(Unread),
     /// A file with outcomes cannot be read.
     #[error("line {line} of the outcomes is not an outcome: {why}")]
     Outcomes {

@@ -7,6 +7,8 @@ use std::time::Duration;
 
 use ureq::http::Uri;
 
+use super::error::{Broken, NoAddress, Trouble, Unreachable};
+
 /// A web address that was given: `http://HOST[:PORT]/PATH` or `https://…`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Address(String);
@@ -18,10 +20,10 @@ impl fmt::Display for Address {
 }
 
 impl FromStr for Address {
-    type Err = String;
+    type Err = NoAddress;
 
-    fn from_str(text: &str) -> Result<Self, String> {
-        let wrong = || format!("`{text}` is not http://HOST[:PORT]/PATH");
+    fn from_str(text: &str) -> Result<Self, NoAddress> {
+        let wrong = || NoAddress(text.to_owned());
         if !text.starts_with("http://") && !text.starts_with("https://") {
             return Err(wrong());
         }
@@ -77,20 +79,6 @@ pub struct Answer {
     pub status: u16,
     /// All of it.
     pub body: Vec<u8>,
-}
-
-/// Why nothing came back.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum Trouble {
-    /// Nobody answers at the address.
-    #[error("nobody answers: {0}")]
-    Unreachable(String),
-    /// Somebody took too long.
-    #[error("no answer within {0} s")]
-    Late(String),
-    /// What came is no answer.
-    #[error("the answer cannot be read: {0}")]
-    Broken(String),
 }
 
 /// Asks, one request a connection.
@@ -161,16 +149,14 @@ impl Client {
         use ureq::{Error, Timeout};
         match error {
             Error::Timeout(Timeout::Connect | Timeout::Resolve) => {
-                Trouble::Unreachable(format!("no connection within {} s", self.limits.connect_s))
+                Unreachable::Slow(self.limits.connect_s).into()
             }
-            Error::Timeout(_) => Trouble::Late(self.limits.reply_s.to_string()),
-            Error::HostNotFound => Trouble::Unreachable("there is no such host".to_owned()),
-            Error::Io(error) => Trouble::Unreachable(error.to_string()),
-            Error::ConnectionFailed => Trouble::Unreachable("the connection failed".to_owned()),
-            Error::BodyExceedsLimit(bytes) => {
-                Trouble::Broken(format!("it is longer than {bytes} bytes"))
-            }
-            other => Trouble::Broken(other.to_string()),
+            Error::Timeout(_) => Trouble::Late(self.limits.reply_s),
+            Error::HostNotFound => Unreachable::NoHost.into(),
+            Error::Io(error) => Unreachable::System(error.to_string()).into(),
+            Error::ConnectionFailed => Unreachable::Failed.into(),
+            Error::BodyExceedsLimit(bytes) => Broken::TooLong(*bytes).into(),
+            other => Broken::Garbled(other.to_string()).into(),
         }
     }
 }

@@ -7,6 +7,8 @@ use hyper::body::Bytes;
 use hyper::header::{HeaderName, HeaderValue};
 use hyper::http::request::Parts;
 
+use super::error::Refusal;
+
 /// What a client asks for.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Request {
@@ -53,14 +55,14 @@ impl Request {
     pub(super) fn read(head: &Parts, body: &Bytes, port: u16) -> Result<Self, Refusal> {
         let method = head.method.as_str();
         if !matches!(method, "GET" | "HEAD" | "POST") {
-            return Err((405, "only GET, HEAD and POST are answered"));
+            return Err(Refusal::Method);
         }
         let path = decoded(head.uri.path(), false).filter(|path| path.starts_with('/'));
         let path = path.filter(|_| head.uri.authority().is_none());
-        let path = path.ok_or((400, "the path cannot be read"))?;
+        let path = path.ok_or(Refusal::Path)?;
         let twice = |name: &str| head.headers.get_all(name).iter().count() > 1;
         if ["host", "origin", "content-length"].into_iter().any(twice) {
-            return Err((400, "a header that may stand once stands twice"));
+            return Err(Refusal::HeaderTwice);
         }
         let text = |value: &HeaderValue| String::from_utf8_lossy(value.as_bytes()).into_owned();
         let headers = head.headers.iter().map(|(name, value)| (name.to_string(), text(value)));
@@ -94,6 +96,11 @@ impl Response {
         Self::new(status, "text/plain; charset=utf-8", format!("{line}\n"))
     }
 
+    /// Says why nothing is answered.
+    pub(super) fn refusal(why: Refusal) -> Self {
+        Self::text(why.status(), &why.to_string())
+    }
+
     /// A JSON document.
     pub fn json(value: &serde_json::Value) -> Self {
         Self::new(200, "application/json", value.to_string())
@@ -125,9 +132,6 @@ impl Response {
         whole
     }
 }
-
-/// A status and its reason in words.
-pub(super) type Refusal = (u16, &'static str);
 
 /// Returns a value of `a=1&b=2`.
 fn field(form: &str, name: &str) -> Option<String> {

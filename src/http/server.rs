@@ -24,7 +24,8 @@ use tokio::runtime::{Builder, Runtime};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
 use tokio::time::{sleep, timeout};
 
-use super::message::{Refusal, Request, Response};
+use super::error::Refusal;
+use super::message::{Request, Response};
 
 /// The longest head of a request that is read, bytes.
 const LONGEST_HEAD: usize = 16 << 10;
@@ -169,9 +170,9 @@ async fn respond(
         Err(refusal) => Err(refusal),
     };
     let response = match request {
-        Err((status, why)) => Response::text(status, why),
+        Err(why) => Response::refusal(why),
         Ok(request) => match site.answers.clone().try_acquire_owned() {
-            Err(_) => Response::text(503, "too many requests at once; try again"),
+            Err(_) => Response::refusal(Refusal::TooMany),
             Ok(place) => answered(request, site.handler, place).await,
         },
     };
@@ -184,20 +185,19 @@ async fn answered(request: Request, handler: Handler, place: OwnedSemaphorePermi
         let _place = place;
         handler(&request)
     });
-    work.await.unwrap_or_else(|_| Response::text(500, "this could not be answered"))
+    work.await.unwrap_or_else(|_| Response::refusal(Refusal::Failed))
 }
 
 /// Reads a body to its end.
 async fn whole(body: Incoming, patience: Duration) -> Result<Bytes, Refusal> {
-    let too_long = (413, "the body of the request is too long");
     if body.size_hint().lower() > LONGEST_BODY as u64 {
-        return Err(too_long);
+        return Err(Refusal::BodyTooLong);
     }
     match timeout(patience, Limited::new(body, LONGEST_BODY).collect()).await {
         Ok(Ok(body)) => Ok(body.to_bytes()),
-        Ok(Err(error)) if error.is::<LengthLimitError>() => Err(too_long),
-        Ok(Err(_)) => Err((400, "the request is cut short")),
-        Err(_) => Err((408, "the body of the request came too slowly")),
+        Ok(Err(error)) if error.is::<LengthLimitError>() => Err(Refusal::BodyTooLong),
+        Ok(Err(_)) => Err(Refusal::CutShort),
+        Err(_) => Err(Refusal::BodyTooSlow),
     }
 }
 

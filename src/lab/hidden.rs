@@ -10,8 +10,8 @@ use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 use serde::{Deserialize, Serialize};
 
-use super::Error;
-use super::settings::within;
+use super::bounds::within;
+use super::{Error, Unsound};
 use crate::twin::Effect;
 use crate::world::{Object, Scene};
 
@@ -39,10 +39,8 @@ impl HiddenEffect {
             within(&format!("effects: {number} of {name}({at})"), *value, [-1e6, 1e6])?;
         }
         Effect::known(name, at, |number| numbers.get(number).copied()).ok_or_else(|| {
-            Error::Settings(format!(
-                "`effects`: `{name}({at})` with {} is nothing the laboratory can do",
-                numbers.keys().map(String::as_str).collect::<Vec<_>>().join(", ")
-            ))
+            let numbers = numbers.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+            Unsound::NoLaw { name: name.clone(), at: at.clone(), numbers }.into()
         })
     }
 }
@@ -56,7 +54,7 @@ impl HiddenEffect {
 pub fn draw(scene: &Scene, seed: u64) -> Result<HiddenEffect, Error> {
     let filled = |object: &Object| object.cavity.is_some_and(|cavity| cavity.filled > 0.0);
     let Some(vessel) = scene.objects.iter().find(|object| filled(object)) else {
-        return Err(Error::Settings(format!("no vessel of `{}` holds water", scene.name)));
+        return Err(Unsound::NoWater(scene.name.clone()).into());
     };
     let other = scene.objects.iter().find(|o| o.cavity.is_some() && o.name != vessel.name);
     let declared = vessel.cavity.map_or(0.0, |cavity| cavity.filled);
@@ -100,7 +98,7 @@ pub fn seal(effects: &[HiddenEffect], salt: u64) -> String {
 ///
 /// [`Error::Settings`] for a text that is no seal, or a seal that was changed.
 pub fn unseal(hex: &str) -> Result<Vec<HiddenEffect>, Error> {
-    let broken = || Error::Settings("`sealed` is not as `trueup lab hide` wrote it".into());
+    let broken = || Error::from(Unsound::Seal);
     let digits: Vec<u32> =
         hex.trim().chars().map(|c| c.to_digit(16)).collect::<Option<_>>().ok_or_else(broken)?;
     let bytes: Vec<u8> =

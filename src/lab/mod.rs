@@ -9,6 +9,8 @@
 //! What can be had is what a person with an arm, a camera and kitchen scales has: [`Lab::photo`],
 //! [`Lab::feedback`], commands, and after the run [`Lab::scales`].
 
+mod bounds;
+mod error;
 mod hidden;
 mod negative;
 mod sensor;
@@ -19,7 +21,6 @@ use std::collections::VecDeque;
 
 use image::RgbImage;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-use thiserror::Error as ThisError;
 
 use crate::motion::Robot;
 use crate::twin::render::{ArmLook, View};
@@ -31,27 +32,9 @@ pub use settings::{
     CameraError, JointError, LabSettings, Latency, LensError, LightError, Mounting, Placement,
     Range, Readings, Scale, Sensor, Spot, Start, Switches, Things,
 };
-use truth::Truth;
 
-/// What can go wrong in the laboratory.
-#[derive(Debug, Clone, PartialEq, ThisError)]
-pub enum Error {
-    /// Settings that make no sense.
-    #[error("the laboratory's settings: {0}")]
-    Settings(String),
-    /// The objects do not fit on the table as the settings ask.
-    #[error(
-        "no place was found for the objects in {tries} tries; widen `placement.radius_m`, \
-         `placement.apart_m` or `placement.side_rad`, or fix places in `placement.fixed`"
-    )]
-    NoPlace {
-        /// How often it was tried.
-        tries: usize,
-    },
-    /// The arm, or the physics below it.
-    #[error(transparent)]
-    Twin(#[from] twin::Error),
-}
+pub use error::{Error, Unsound};
+use truth::Truth;
 
 /// What the arm says of itself, through its sensors.
 #[derive(Debug, Clone, PartialEq)]
@@ -147,6 +130,7 @@ const SCALE: f64 = 1e-7;
 
 /// How far a stopped finger is from where it was sent, m, and how long it must stand still, s.
 const STOPPED_SHORT: f64 = 0.0015;
+
 const STILL: f64 = 0.06;
 
 impl Lab {
@@ -168,7 +152,7 @@ impl Lab {
         let arm = robot.clone().with_zero_offsets(&truth.zeros).with_tool_shift(truth.tool);
         let laws = settings.laws()?;
         if let Some(why) = laws.iter().find_map(|law| law.hindrance(scene, efforts.len())) {
-            return Err(Error::Settings(format!("`effects`: {why}")));
+            return Err(Unsound::from(why).into());
         }
         let mut scene = scene.clone();
         let (shift, turn) = truth.base;

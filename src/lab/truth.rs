@@ -7,8 +7,8 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
-use super::Error;
 use super::settings::{LabSettings, Range, Sensor, Switches};
+use super::{Error, Unsound};
 use crate::twin::render::Light;
 use crate::world::{Camera, Pose, Scene, object::Object};
 
@@ -231,9 +231,7 @@ fn places(scene: &Scene, settings: &LabSettings, seed: u64) -> Result<Vec<[f64; 
     const TRIES: usize = 20_000;
     let wish = &settings.placement;
     if let Some(name) = wish.fixed.keys().find(|name| scene.object(name).is_none()) {
-        return Err(Error::Settings(format!(
-            "`placement.fixed.{name}`: the scene has no object `{name}`"
-        )));
+        return Err(Unsound::NoObject(name.clone()).into());
     }
     let mut chance = Chance::new(seed, Topic::Places);
     let base = scene.world_from_base;

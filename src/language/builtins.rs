@@ -1,6 +1,6 @@
 //! What every program may use without defining it: measured functions, objects, faces, members.
 //!
-//! This is the contract between the checker, which holds a program to it, and `world::fluent`, which
+//! This is the contract between the checker, which holds a program to it, and `fluent`, which
 //! evaluates it. Nothing is evaluated here.
 
 use crate::units::Dimension;
@@ -99,6 +99,13 @@ pub const FUNCTIONS: &[Builtin] = &[
     of("contact", TWO, "Bool", "`a` and `b` touch."),
     of("tall", ONE, "Bool", "`o` is high enough to be held from the side."),
     of("height", ONE, "Length", "Height of the base of `o` above the table."),
+    of(
+        "drop",
+        ONE,
+        "Length",
+        "How far `o` would fall if let go, onto the table or what is below it.",
+    ),
+    of("rests_on", &[("o", OBJECT), ("at", "Place")], "Bool", "`o` stands on `at`, or in it."),
     of("distance", TWO, "Length", "Horizontal distance between the axes of `a` and `b`."),
     of(
         "offset",

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::execution::trace::{FluentRow, Measure, StepRecord};
+use crate::trace::{FluentRow, Measure, StepRecord};
 
 /// What a change that is not explained is called.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]

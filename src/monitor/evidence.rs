@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use crate::execution::trace::{FluentRow, StepRecord};
 use crate::graph::energy::{Compared, Found, PAPER_ERROR_RATE};
 use crate::graph::{Condition, Evidence, Interval, ParseGraph, Step};
 use crate::language::ast::{BinaryOp, Expr, ExprKind};
 use crate::language::text;
+use crate::trace::{FluentRow, StepRecord};
 
 /// Returns what is known of a run of this parse graph: when each step ran, how its conditions were found, and
 /// the twin's fluents beside those measured. A condition with an `or` in it is left out: which side was meant to

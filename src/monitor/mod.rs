@@ -6,12 +6,12 @@ pub mod changes;
 pub mod evidence;
 pub mod questionnaire;
 
+use crate::execution::done::FluentReading;
 use crate::execution::during::Held;
-use crate::execution::trace::{DuringRow, Fared, FluentRow, Measure, TermRow};
-use crate::execution::walk::FluentReading;
+use crate::fluent::{Reading, Score, Term, score};
 use crate::graph::Role;
+use crate::trace::{DuringRow, Fared, FluentRow, Measure, TermRow};
 use crate::units::Quantity;
-use crate::world::fluent::{Reading, Score, Term, score};
 
 /// What twin and measurement say after one step, side by side.
 #[derive(Debug, Clone, PartialEq)]

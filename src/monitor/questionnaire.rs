@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::execution::trace::FluentRow;
+use crate::trace::FluentRow;
 use crate::vqa::{On, Reply};
 
 /// One question after one step.

@@ -6,6 +6,7 @@
 //! Source: the XML 1.0 recommendation, fifth edition, §2.3 to 2.8 and §3.1.
 
 use super::error::Error;
+use super::fault::UrdfFault;
 
 /// Elements inside elements; a URDF needs six, with the extensions of simulators a dozen.
 const DEEPEST: usize = 64;
@@ -18,7 +19,7 @@ const MOST_LINKS: usize = 1000;
 ///
 /// [`Error::Urdf`] with the numbers.
 pub(super) fn check(text: &str) -> Result<(), Error> {
-    let fail = |what: String| Err(Error::Urdf { what });
+    let fail = |what| Err(Error::Urdf { what });
     let (mut depth, mut links) = (0_usize, 0_usize);
     let mut rest = text;
     while let Some(at) = rest.find('<') {
@@ -44,10 +45,10 @@ pub(super) fn check(text: &str) -> Result<(), Error> {
         links += usize::from(name == Some("link"));
         depth += usize::from(!tag.ends_with('/'));
         if depth > DEEPEST {
-            return fail(format!("its elements are nested more than {DEEPEST} deep"));
+            return fail(UrdfFault::TooDeep { most: DEEPEST });
         }
         if links > MOST_LINKS {
-            return fail(format!("it has more than {MOST_LINKS} links"));
+            return fail(UrdfFault::TooManyLinks { most: MOST_LINKS });
         }
     }
     Ok(())

@@ -9,6 +9,7 @@
 use nalgebra::{DMatrix, Isometry3, Matrix6xX, Translation3, Unit, UnitQuaternion, Vector3};
 
 use super::error::Error;
+use super::fault::Stop;
 use super::kinematics::pose_error;
 use super::robot::Robot;
 use crate::world::frame::{Base, Flange, Point, Pose};
@@ -119,21 +120,19 @@ fn follow(
 }
 
 /// Solves one point near the last; the shortest way there, and back inside the limits if it leaves them.
-fn step_to(robot: &Robot, last: &[f64], target: &Isometry3<f64>) -> Result<Vec<f64>, String> {
+fn step_to(robot: &Robot, last: &[f64], target: &Isometry3<f64>) -> Result<Vec<f64>, Stop> {
     let n = robot.n_joints();
+    let at_its_end = |i: usize| Stop::AtLimit { joint: robot.joints()[i].name.clone() };
     // Joints that would leave their range are held at its end, one more at each attempt.
     let mut held: Vec<Option<f64>> = vec![None; n];
     for _ in 0..=n {
         let Some(q) = newton(robot, last, target, &held) else {
             let at_limit = held.iter().position(Option::is_some);
-            return Err(at_limit.map_or_else(
-                || "the arm is stretched out or singular there".into(),
-                |i| format!("{} is at its limit", robot.joints()[i].name),
-            ));
+            return Err(at_limit.map_or(Stop::Singular, at_its_end));
         };
         if let Some(i) = robot.outside_limits(&q, 1e-9) {
             if held[i].is_some() {
-                return Err(format!("{} is at its limit", robot.joints()[i].name));
+                return Err(at_its_end(i));
             }
             let joint = &robot.joints()[i];
             held[i] = Some(q[i].clamp(joint.lower, joint.upper));
@@ -141,11 +140,11 @@ fn step_to(robot: &Robot, last: &[f64], target: &Isometry3<f64>) -> Result<Vec<f
         }
         let jump = q.iter().zip(last).position(|(a, b)| (a - b).abs() > JUMP);
         return match jump {
-            Some(i) => Err(format!("{} would have to jump", robot.joints()[i].name)),
+            Some(i) => Err(Stop::Jump { joint: robot.joints()[i].name.clone() }),
             None => Ok(q),
         };
     }
-    Err("too many joints are at their limits".into())
+    Err(Stop::AllAtLimits)
 }
 
 fn newton(

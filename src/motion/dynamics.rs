@@ -9,6 +9,7 @@
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Matrix6, Vector3, Vector6};
 
 use super::error::Error;
+use super::fault::UrdfFault;
 use super::inertial::Inertial;
 use super::kinematics::link_poses_into;
 use super::robot::{Drive, Motion, Robot};
@@ -188,9 +189,8 @@ impl<'a> Dynamics<'a> {
     pub fn forward(&self, q: &[f64], dq: &[f64], tau: &[f64]) -> Result<DVector<f64>, Error> {
         self.robot.check(tau)?;
         let rest = DVector::from_column_slice(tau) - self.bias(q, dq)?;
-        let factor = self.mass_matrix(q)?.cholesky().ok_or_else(|| Error::Urdf {
-            what: "a joint carries no mass, so its acceleration is undefined".into(),
-        })?;
+        let massless = Error::Urdf { what: UrdfFault::Massless };
+        let factor = self.mass_matrix(q)?.cholesky().ok_or(massless)?;
         Ok(factor.solve(&rest))
     }
 

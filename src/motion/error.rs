@@ -1,5 +1,7 @@
 //! What can go wrong in this layer; each variant carries the numbers that explain it.
 
+use super::fault::{NoWay, SideFault, Stop, Untimed, UrdfFault};
+
 /// Why a motion could not be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
@@ -15,13 +17,13 @@ pub enum Error {
     #[error("not a usable URDF: {what}")]
     Urdf {
         /// What is wrong with it.
-        what: String,
+        what: UrdfFault,
     },
     /// The file beside the URDF is wrong.
     #[error("robot.toml: {what}")]
     SideFile {
         /// What is wrong with it.
-        what: String,
+        what: SideFault,
     },
     /// There is no such link.
     #[error("the robot has no link {name}; it has {}", known.join(", "))]
@@ -117,7 +119,7 @@ pub enum Error {
         /// How many samples were drawn.
         samples: usize,
         /// What is known about it.
-        why: String,
+        why: NoWay,
     },
     /// The search used up its budget.
     #[error("nothing was found within a budget of about {seconds} s of computing")]
@@ -131,7 +133,7 @@ pub enum Error {
         /// Share of the path that was followed.
         fraction: f64,
         /// What stopped it.
-        why: String,
+        why: Stop,
     },
     /// Text that should hold numbers does not.
     #[error("{what}")]
@@ -143,8 +145,11 @@ pub enum Error {
     #[error("no trajectory: {what}")]
     Trajectory {
         /// Why.
-        what: String,
+        what: Untimed,
     },
+    /// A search without a goal.
+    #[error("no goal was given")]
+    NoGoal,
     /// A person or a watcher asked to stop.
     #[error("stopped")]
     Cancelled,

@@ -6,6 +6,7 @@
 //! nothing moves an arm.
 
 mod error;
+pub mod fault;
 pub mod budget;
 mod side;
 mod bounds;

@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 
+use super::fault::UrdfFault;
 use super::{Error, Inertial};
 
 /// What is added to the inertial numbers of a link, about the link's own origin.
@@ -51,7 +52,7 @@ impl Revision {
     /// be changed without changing something else.
     pub fn written(&self, text: &str, why: &str) -> Result<String, Error> {
         let urdf = urdf_rs::read_from_string(text)
-            .map_err(|error| Error::Urdf { what: error.to_string() })?;
+            .map_err(|error| Error::Urdf { what: UrdfFault::Format(error.to_string()) })?;
         // What a comment holds is no element.
         let bare = masked(text);
         let mut meant = urdf.clone();
@@ -91,7 +92,7 @@ impl Revision {
         if read.is_ok_and(|read| same(&read, &meant)) {
             return Ok(written);
         }
-        Err(Error::Urdf { what: "its numbers cannot be changed without changing others".into() })
+        Err(Error::Urdf { what: UrdfFault::Entangled })
     }
 }
 
@@ -123,7 +124,7 @@ fn near(a: f64, b: f64) -> bool {
 }
 
 fn missing(what: &str, name: &str) -> Error {
-    Error::Urdf { what: format!("it has no {what} {name}") }
+    Error::Urdf { what: UrdfFault::Missing { what: what.to_owned(), name: name.to_owned() } }
 }
 
 /// Returns the turn from the last link that moves to a link that is fixed to it.
@@ -153,7 +154,7 @@ fn inertial(old: &urdf_rs::Inertial, change: &LinkChange) -> Result<urdf_rs::Ine
     let own = own.seen_from(&super::urdf::pose_of(&old.origin));
     let mass = own.mass + change.mass;
     if mass <= 0.0 {
-        let what = format!("its link {} would weigh {mass:.3} kg", change.link);
+        let what = UrdfFault::WouldWeigh { link: change.link.clone(), mass };
         return Err(Error::Urdf { what });
     }
     // About the origin, where changes add up, and back to the centre.

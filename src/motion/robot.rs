@@ -13,6 +13,7 @@ use std::path::Path;
 use nalgebra::{Isometry3, Point3, Translation3, Unit, Vector3};
 
 use super::error::Error;
+use super::fault::{Note, UrdfFault};
 use super::inertial::Inertial;
 use super::solid::Placed;
 use super::tree;
@@ -150,7 +151,7 @@ pub struct Robot {
     pub(super) unchecked: Vec<(usize, usize)>,
     pub(super) poses: BTreeMap<String, Vec<f64>>,
     pub(super) max_opening: f64,
-    pub(super) notes: Vec<String>,
+    pub(super) notes: Vec<Note>,
     pub(super) has_side_file: bool,
 }
 
@@ -190,9 +191,9 @@ impl Robot {
         let side = super::side::SideFile::parse(side)?;
         super::bounds::check(text)?;
         let mut urdf = urdf_rs::read_from_string(text)
-            .map_err(|error| Error::Urdf { what: error.to_string() })?;
+            .map_err(|error| Error::Urdf { what: UrdfFault::Format(error.to_string()) })?;
         if urdf.links.is_empty() {
-            return Err(Error::Urdf { what: "it has no <link>".into() });
+            return Err(Error::Urdf { what: UrdfFault::NoLink });
         }
         let order = tree::order(&urdf)?;
         let jaws = tree::jaws(&urdf, &order);
@@ -399,7 +400,7 @@ impl Robot {
     }
 
     /// Returns what was left out or assumed when the file was read, one sentence each.
-    pub fn notes(&self) -> &[String] {
+    pub fn notes(&self) -> &[Note] {
         &self.notes
     }
 

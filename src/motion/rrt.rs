@@ -17,6 +17,7 @@ use super::budget::Budget;
 use super::collision::CollisionWorld;
 pub use super::cone::Cone;
 use super::error::Error;
+use super::fault::NoWay;
 use super::ik::{Solver, wrap};
 use super::polyline::{l2, length, mix, point_at};
 use super::robot::{Motion, Robot};
@@ -111,7 +112,7 @@ pub fn plan(
         }
     }
     if usable.is_empty() {
-        return Err(refused.unwrap_or_else(|| Error::Input { what: "no goal was given".into() }));
+        return Err(refused.unwrap_or(Error::NoGoal));
     }
     usable.sort_by(|a, b| l2(&a.1, start).total_cmp(&l2(&b.1, start)));
 
@@ -146,10 +147,7 @@ pub fn plan(
         settings.resolution *= 0.4;
         settings.seed = settings.seed.wrapping_add(0x9e37_79b9);
     }
-    Err(Error::NoPath {
-        samples,
-        why: "what was found grazes an obstacle between two checks".into(),
-    })
+    Err(Error::NoPath { samples, why: NoWay::Grazes })
 }
 
 /// Returns whether every edge of a path is certified.
@@ -273,11 +271,7 @@ impl Search<'_> {
         }
         Err(Error::NoPath {
             samples: *samples,
-            why: format!(
-                "the trees from start and goal hold {} and {} configurations and never met",
-                trees[0].nodes.len(),
-                trees[1].nodes.len()
-            ),
+            why: NoWay::NeverMet { start: trees[0].nodes.len(), goal: trees[1].nodes.len() },
         })
     }
 

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::error::Error;
+use super::fault::SideFault;
 use super::robot::{Marker, Robot};
 
 /// The file, key by key.
@@ -40,20 +41,18 @@ struct MarkerBall {
 
 impl MarkerBall {
     fn on(&self, robot: &Robot) -> Result<Marker, Error> {
-        let wrong = |what: String| Err(Error::SideFile { what });
+        let wrong = |what| Err(Error::SideFile { what });
         let link = robot.link(&self.link)?;
         let mut above = Some(link);
         while let Some(at) = above {
             if robot.jaws().any(|jaw| jaw == at) {
-                return wrong(format!("marker: {} moves with the jaws", self.link));
+                return wrong(SideFault::MarkerMoves { link: self.link.clone() });
             }
             above = robot.links[at].parent;
         }
         let positive = self.radius_m.is_finite() && self.radius_m > 0.0;
         if !positive || self.centre_m.iter().any(|x| !x.is_finite()) {
-            return wrong(
-                "marker: centre_m and radius_m must be finite, the radius positive".into(),
-            );
+            return wrong(SideFault::MarkerNumbers);
         }
         let (centre, radius) = (self.centre_m.into(), self.radius_m);
         Ok(Marker { link, centre, radius, colour: self.colour_srgb })
@@ -62,7 +61,8 @@ impl MarkerBall {
 
 impl SideFile {
     pub(super) fn parse(text: &str) -> Result<Self, Error> {
-        toml::from_str(text).map_err(|error| Error::SideFile { what: error.to_string() })
+        toml::from_str(text)
+            .map_err(|error| Error::SideFile { what: SideFault::Format(error.to_string()) })
     }
 
     /// Adds what the file says to a robot that was just read.
@@ -85,7 +85,7 @@ impl SideFile {
         let n = robot.joints.len();
         if let Some(limits) = &self.max_acceleration_rad_s2 {
             if limits.len() < n || limits.iter().any(|a| a.is_nan() || *a <= 0.0) {
-                let what = format!("max_acceleration_rad_s2 needs {n} positive numbers");
+                let what = SideFault::Accelerations { joints: n };
                 return Err(Error::SideFile { what });
             }
             for (joint, limit) in robot.joints.iter_mut().zip(limits) {
@@ -94,7 +94,7 @@ impl SideFile {
         }
         for (name, pose) in self.poses_deg {
             if pose.len() < n {
-                let what = format!("pose {name} has {} angles; the arm has {n} joints", pose.len());
+                let what = SideFault::PoseLength { name, angles: pose.len(), joints: n };
                 return Err(Error::SideFile { what });
             }
             let radians = pose[..n].iter().map(|deg| deg.to_radians()).collect();

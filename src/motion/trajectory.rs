@@ -9,6 +9,7 @@
 
 use super::curve::{At, Curve};
 use super::error::Error;
+use super::fault::Untimed;
 use super::polyline::{l2, mix};
 pub use super::profile::Limits;
 use super::profile::{Profile, fastest};
@@ -177,16 +178,16 @@ impl Trajectory {
     ///
     /// [`Error::Trajectory`] if there are not as many times as points, or they do not increase.
     pub fn from_points(times: &[f64], points: &[Vec<f64>]) -> Result<Self, Error> {
-        let fail = |what: &str| Err(Error::Trajectory { what: what.into() });
+        let fail = |what| Err(Error::Trajectory { what });
         if times.len() != points.len() || times.len() < 2 {
-            return fail("it takes as many times as points, at least two");
+            return fail(Untimed::Counts);
         }
         if !times.windows(2).all(|t| t[1] > t[0] && t[1].is_finite()) {
-            return fail("times must increase");
+            return fail(Untimed::Times);
         }
         let n = points[0].len();
         if points.iter().any(|p| p.len() != n || p.iter().any(|x| !x.is_finite())) {
-            return fail("points must be finite and of one length");
+            return fail(Untimed::Points);
         }
         let knots: Vec<f64> = times.iter().map(|t| t - times[0]).collect();
         let rest = vec![0.0; n];
@@ -234,8 +235,7 @@ impl Trajectory {
     pub fn then(mut self, next: &Self) -> Result<Self, Error> {
         let gap = l2(&self.ends().1, &next.ends().0);
         if gap > 1e-6 {
-            let what = format!("the next one begins {gap:.6} rad from where this one ends");
-            return Err(Error::Trajectory { what });
+            return Err(Error::Trajectory { what: Untimed::Gap { gap } });
         }
         for part in &next.parts {
             self.push(part.clone());
@@ -316,18 +316,18 @@ impl Part {
 
 /// Drops points that repeat the one before and checks what is left.
 fn distinct(points: &[Vec<f64>], limits: &Limits) -> Result<Vec<Vec<f64>>, Error> {
-    let fail = |what: &str| Err(Error::Trajectory { what: what.into() });
+    let fail = |what| Err(Error::Trajectory { what });
     let n = limits.velocity.len();
     if points.is_empty() {
-        return fail("the path has no points");
+        return fail(Untimed::Empty);
     }
     if points.iter().any(|p| p.len() != n || p.iter().any(|x| !x.is_finite())) {
-        return fail("every point needs one finite number per joint");
+        return fail(Untimed::Joints);
     }
     if limits.acceleration.len() != n
         || !limits.velocity.iter().chain(&limits.acceleration).all(|x| *x > 0.0)
     {
-        return fail("every joint needs a positive speed and acceleration limit");
+        return fail(Untimed::Limits);
     }
     let mut kept: Vec<Vec<f64>> = Vec::with_capacity(points.len());
     for point in points {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use urdf_rs::JointType;
 
 use super::error::Error;
+use super::fault::UrdfFault;
 
 /// Names that URDFs give the flange, by common use: Kinova, ROS-Industrial, Universal Robots.
 const FLANGE_NAMES: [&str; 4] = ["end_effector_link", "tool0", "ee_link", "flange"];
@@ -26,41 +27,42 @@ pub(super) struct Step {
 ///
 /// [`Error::Urdf`] if the links do not form one tree.
 pub(super) fn order(urdf: &urdf_rs::Robot) -> Result<Vec<Step>, Error> {
-    let fail = |what: String| Err(Error::Urdf { what });
+    let fail = |what| Err(Error::Urdf { what });
     let mut index = BTreeMap::new();
     for (at, link) in urdf.links.iter().enumerate() {
         if index.insert(link.name.as_str(), at).is_some() {
-            return fail(format!("two links are named {}", link.name));
+            return fail(UrdfFault::SameName { name: link.name.clone() });
         }
     }
     let mut carried: Vec<Option<&str>> = vec![None; urdf.links.len()];
     for joint in &urdf.joints {
         for end in [&joint.parent.link, &joint.child.link] {
             if !index.contains_key(end.as_str()) {
-                return fail(format!(
-                    "joint {} names a link {end}, which does not exist",
-                    joint.name
-                ));
+                return fail(UrdfFault::NoSuchLink {
+                    joint: joint.name.clone(),
+                    link: end.clone(),
+                });
             }
         }
         let child = index[joint.child.link.as_str()];
         if let Some(other) = carried[child] {
-            return fail(format!(
-                "link {} hangs on two joints, {other} and {}: closed loops are not supported",
-                joint.child.link, joint.name
-            ));
+            return fail(UrdfFault::TwoParents {
+                link: joint.child.link.clone(),
+                first: other.to_owned(),
+                second: joint.name.clone(),
+            });
         }
         carried[child] = Some(&joint.name);
     }
     let roots: Vec<usize> = (0..urdf.links.len()).filter(|&at| carried[at].is_none()).collect();
     let root = match roots[..] {
         [root] => root,
-        [] => return fail("every link has a parent: the joints form a loop".into()),
+        [] => return fail(UrdfFault::NoRoot),
         [first, second, ..] => {
-            return fail(format!(
-                "links {} and {} both have no parent: the links do not form one tree",
-                urdf.links[first].name, urdf.links[second].name
-            ));
+            return fail(UrdfFault::TwoRoots {
+                first: urdf.links[first].name.clone(),
+                second: urdf.links[second].name.clone(),
+            });
         }
     };
     let mut steps = vec![Step { link: root, parent: None, joint: None }];
@@ -76,7 +78,7 @@ pub(super) fn order(urdf: &urdf_rs::Robot) -> Result<Vec<Step>, Error> {
         at += 1;
     }
     if steps.len() < urdf.links.len() {
-        return fail("some joints form a loop that hangs on nothing".into());
+        return fail(UrdfFault::LooseLoop);
     }
     Ok(steps)
 }

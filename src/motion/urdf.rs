@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use super::error::Error;
+use super::fault::{Note, UrdfFault};
 use super::inertial::Inertial;
 use super::robot::{Drive, Joint, JointLimits, Link, Motion, Robot, Visual};
 use super::solid::{Placed, Solid, merge_capsules};
@@ -45,10 +46,7 @@ impl Robot {
             let mut placed = |origin: &urdf_rs::Pose, geometry: &urdf_rs::Geometry| {
                 let solid = solid_of(geometry);
                 if solid.is_none() {
-                    self.notes.push(format!(
-                        "link {}: a mesh is left out; only boxes, cylinders, spheres and capsules count",
-                        link.name
-                    ));
+                    self.notes.push(Note::Mesh { link: link.name.clone() });
                 }
                 Some(Placed { solid: solid?, pose: pose_of(origin) })
             };
@@ -99,12 +97,11 @@ impl Robot {
             if lower >= upper {
                 // The format's default is 0 to 0; a joint that may not move would be fixed.
                 (lower, upper) = (f64::NEG_INFINITY, f64::INFINITY);
-                self.notes.push(format!("joint {} has no position limits", joint.name));
+                self.notes.push(Note::NoRange { joint: joint.name.clone() });
             }
             let velocity = if limit.velocity > 0.0 { limit.velocity } else { f64::INFINITY };
             if velocity.is_infinite() {
-                self.notes
-                    .push(format!("joint {} has no speed limit; 1 rad/s is used", joint.name));
+                self.notes.push(Note::NoSpeed { joint: joint.name.clone() });
             }
             let velocity = if velocity.is_finite() { velocity } else { 1.0 };
             let acceleration = if limit.acceleration.is_finite() && limit.acceleration > 0.0 {
@@ -150,7 +147,8 @@ impl Robot {
             if let (Some(name), None) = (master, index)
                 && !urdf.joints.iter().any(|other| other.name == name)
             {
-                let what = format!("joint {} mimics {name}, which does not exist", joint.name);
+                let (joint, master) = (joint.name.clone(), name.to_owned());
+                let what = UrdfFault::NoMaster { joint, master };
                 return Err(Error::Urdf { what });
             }
             self.links[link].joint.drive = match index {
@@ -165,10 +163,7 @@ impl Robot {
                     Drive::Jaw { multiplier: share, offset }
                 }
                 None => {
-                    self.notes.push(format!(
-                        "joint {} is not on the way to the tip; it stays put",
-                        joint.name
-                    ));
+                    self.notes.push(Note::OffPath { joint: joint.name.clone() });
                     Drive::Jaw { multiplier: 0.0, offset: 0.0 }
                 }
             };
@@ -192,39 +187,31 @@ fn joint_of(joint: &urdf_rs::Joint) -> Result<Joint, Error> {
         T::Revolute | T::Continuous => Motion::Turn,
         T::Prismatic => Motion::Slide,
         T::Floating | T::Planar | T::Spherical => {
-            return Err(Error::Urdf {
-                what: format!(
-                    "joint {} is {:?}; only fixed, revolute, continuous and prismatic joints are known",
-                    joint.name, joint.joint_type
-                ),
-            });
+            let (joint, kind) = (joint.name.clone(), joint.joint_type.clone());
+            return Err(Error::Urdf { what: UrdfFault::JointKind { joint, kind } });
         }
     };
     let axis = Vector3::from(joint.axis.xyz.0);
     let axis = if motion == Motion::Fixed {
         Vector3::z_axis()
     } else {
-        Unit::try_new(axis, 1e-9)
-            .ok_or_else(|| Error::Urdf { what: format!("joint {} has no axis", joint.name) })?
+        let no_axis = || UrdfFault::NoAxis { joint: joint.name.clone() };
+        Unit::try_new(axis, 1e-9).ok_or_else(|| Error::Urdf { what: no_axis() })?
     };
     let range = match joint.joint_type {
         T::Revolute | T::Prismatic => (joint.limit.lower, joint.limit.upper),
         _ => (f64::NEG_INFINITY, f64::INFINITY),
     };
     if range.0.is_nan() || range.1.is_nan() || range.0 > range.1 {
-        let what = format!(
-            "joint {}: its lower limit {} is above its upper {}",
-            joint.name, range.0, range.1
-        );
+        let (lower, upper) = range;
+        let what = UrdfFault::Range { joint: joint.name.clone(), lower, upper };
         return Err(Error::Urdf { what });
     }
     let parent_from_link = pose_of(&joint.origin);
     if !parent_from_link.translation.vector.iter().all(|x| x.is_finite())
         || !parent_from_link.rotation.coords.iter().all(|x| x.is_finite())
     {
-        return Err(Error::Urdf {
-            what: format!("joint {}: its origin is not finite", joint.name),
-        });
+        return Err(Error::Urdf { what: UrdfFault::Origin { joint: joint.name.clone() } });
     }
     Ok(Joint {
         name: joint.name.clone(),
@@ -261,7 +248,7 @@ fn colour_of(
 fn inertial_of(inertial: &urdf_rs::Inertial, link: &str) -> Result<Option<Inertial>, Error> {
     let mass = inertial.mass.value;
     if !mass.is_finite() || mass < 0.0 {
-        return Err(Error::Urdf { what: format!("link {link}: its mass is {mass} kg") });
+        return Err(Error::Urdf { what: UrdfFault::Mass { link: link.to_owned(), mass } });
     }
     if mass <= 0.0 {
         return Ok(None);

@@ -3,11 +3,11 @@
 
 use std::fmt::Write as _;
 
-use crate::execution::trace::{FluentRow, StepRecord};
 use crate::http::{Request, Response};
 use crate::report::html::{self, escaped};
 use crate::report::why;
 use crate::teach::answers::{Answer, Answered};
+use crate::trace::{FluentRow, StepRecord};
 use crate::workcell::Run;
 use crate::workcell::archive::Entry;
 
@@ -139,13 +139,13 @@ pub(super) fn beside(site: &Site, entry: &Entry, run: &Run, one: &Answered) -> S
             ("yes", "✓", format!("You said {}, and so does geometry{margin}.", said.words()))
         }
         (Answer::CannotTell, is) => {
-            ("unknown", "?", format!("You could not tell. Geometry says {}{margin}.", is.words()))
+            ("unknown", "?", format!("You could not tell. Measured: {}{margin}.", is.words()))
         }
         (said, is) => (
             "no",
             "✗",
             format!(
-                "You said {}. Geometry says {}{margin}. Both are kept.",
+                "Your answer: {}. Measured: {}{margin}. Both are kept.",
                 said.words(),
                 is.words()
             ),

@@ -10,10 +10,10 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use crate::execution::arm::Cancel;
+use crate::arm::Cancel;
 use crate::execution::conduct::{Ahead, Conductor, Dial, Part, Word};
-use crate::execution::trace::{Event, Observer, Outcome, StepRecord};
 use crate::teach::stops::{self, Stops};
+use crate::trace::{Event, Observer, Outcome, StepRecord};
 
 /// How often who waits looks whether the run is to stop, ms.
 const LOOK_UP: u64 = 50;

@@ -9,6 +9,7 @@
 //! text of a request ever becomes a path: a run is looked up among the folders there are, and a picture is
 //! named by a number and two words.
 
+mod options;
 mod api;
 mod answering;
 mod frame;
@@ -16,36 +17,20 @@ mod live;
 mod overview;
 mod quiz;
 mod shelf;
+mod routes;
 mod site;
 mod step;
 mod stepping;
 
 use std::io;
 use std::net::Ipv4Addr;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::http::Server;
 
 pub use live::{Lead, Live, Watch, Wish};
+pub use options::{Options, Place};
 use site::Site;
-
-/// Says where a fluent is defined, by its name.
-pub type Place = Box<dyn Fn(&str) -> Option<String> + Send + Sync>;
-
-/// What a page shows and where it keeps answers.
-pub struct Options {
-    /// Where the run folders are.
-    pub root: PathBuf,
-    /// The file answers are added to.
-    pub answers: PathBuf,
-    /// The port; 0 takes any that is free.
-    pub port: u16,
-    /// The order of quiz questions comes from this.
-    pub seed: u64,
-    /// Says where a fluent is defined.
-    pub place: Place,
-}
 
 /// A page that is served until it is dropped.
 pub struct Page {

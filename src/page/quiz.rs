@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-use crate::execution::trace::StepRecord;
 use crate::http::{Request, encoded};
 use crate::report::html::escaped;
 use crate::teach::quiz::{self, Item};
+use crate::trace::StepRecord;
 use crate::workcell::Run;
 use crate::workcell::archive::Entry;
 

@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use crate::execution::trace::{Outcome, StepRecord};
 use crate::files::read;
 use crate::graph::Condition;
 use crate::http::encoded;
@@ -11,6 +10,7 @@ use crate::report::Style;
 use crate::report::html::{self, escaped};
 use crate::report::{run::ending, why};
 use crate::teach::answers::Answered;
+use crate::trace::{Outcome, StepRecord};
 use crate::workcell::Run;
 use crate::workcell::archive::Entry;
 
@@ -246,7 +246,7 @@ impl Moment<'_> {
         }
         let earlier = self.run.steps.iter().take_while(|step| step.number < self.step.number);
         let before = earlier.last().map_or(&[][..], |step| &step.fluents);
-        let more = |row: &crate::execution::trace::FluentRow| {
+        let more = |row: &crate::trace::FluentRow| {
             Some(format!("{}?why={}#why", self.here, encoded(&row.name)))
         };
         text += &html::fluents(&self.step.fluents, before, &more);

@@ -82,7 +82,7 @@ impl Session<'_, '_> {
         let worth = self.bench.cell()?.quantity(value);
         let worth = worth.map_err(|error| report::cell_failure(&error, self.style))?;
         worth.map(text::quantity).ok_or_else(|| {
-            let words = format!("nobody knows what `{}` is worth now", text::expr(value));
+            let words = format!("unknown: `{}` has not been measured", text::expr(value));
             Failure::no("repl::unknown_value", words)
                 .help("give a value such as `40 mL`, or `:look` first")
         })

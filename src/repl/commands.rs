@@ -11,72 +11,8 @@ use crate::report::{self, Failure};
 use crate::workcell::WorkCell;
 
 use super::sentences::{Confirm, Pending};
+pub(super) use super::table::COMMANDS;
 use super::{Next, Session};
-
-/// A command.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Command {
-    /// Without its colon.
-    pub(super) name: &'static str,
-    /// What it takes, empty for nothing.
-    takes: &'static str,
-    /// What it does.
-    pub(super) what: &'static str,
-}
-
-impl Command {
-    /// What completion puts there.
-    pub(super) fn typed(&self) -> String {
-        let blank = if self.takes.is_empty() { "" } else { " " };
-        format!(":{}{blank}", self.name)
-    }
-}
-
-const fn command(name: &'static str, takes: &'static str, what: &'static str) -> Command {
-    Command { name, takes, what }
-}
-
-/// Every command, in the order of `:help`.
-pub(super) const COMMANDS: &[Command] = &[
-    command("help", "", "this page"),
-    command("objects", "", "what is on the table and where"),
-    command("tasks", "", "what can be called"),
-    command(
-        "graph",
-        "CALL",
-        "the And-Or graph of a call; --energy [RUN]: how well a run fits its own",
-    ),
-    command("look", "", "photograph the table again"),
-    command("align", "", "fit the three regressions anew"),
-    command("step", "CALL|FILE|RUN", "a call step by step; over a run that is kept, nothing moves"),
-    command(
-        "break",
-        "[STEP]",
-        "pause before a step, by name or path; alone: the list; clear [STEP]",
-    ),
-    command("continue", "", "let what is paused go on to the next breakpoint"),
-    command("stop", "", "end what is paused; the arm holds its position"),
-    command("back", "[STEP]", "look at an earlier step of the last run; the arm does not move"),
-    command(
-        "fork",
-        "STEP [CALL]",
-        "what if, in the twin: the rest after a past step, or another call",
-    ),
-    command("quiz", "[TASK|FLUENT]", "questions over the runs that are kept; nothing moves"),
-    command("why", "[FLUENT]", "why the last run went as it did; what a fluent was judged by"),
-    command("gap", "[N]", "what the twin lacks, by the last N runs (all of this session)"),
-    command("runs", "", "the runs that are kept"),
-    command("replay", "RUN [STEP]", "a run again from its record; nothing moves"),
-    command("diff", "RUN RUN", "what was different in two runs"),
-    command("twin", "", "lines from now on are for the twin alone, as things stand now"),
-    command("real", "", "lines from now on move the robot again"),
-    command("confirm", "all|risky|none", "when to ask before acting"),
-    command("phrase", "\"…\" = CALL", "teach a sentence"),
-    command("set", "NAME VALUE", "a setting (confirm, seed), or a name for a value"),
-    command("save", "FILE", "write the calls of this session as a script"),
-    command("undo-edit", "", "take back the last change that trueup made to a file"),
-    command("quit", "", "leave"),
-];
 
 fn help() -> String {
     let mut text = String::from(
@@ -263,8 +199,8 @@ impl Session<'_, '_> {
             );
         }
         if self.done.is_empty() {
-            return Err(Failure::input("repl::save", "nothing was carried out yet")
-                .help("calls that were carried out are saved, in their order"));
+            return Err(Failure::input("repl::save", "nothing has been run yet")
+                .help("calls that were run are saved, in order"));
         }
         let path = Path::new(file);
         let refused = |why: String| Failure::input("io::write", why).at(file);

@@ -56,7 +56,7 @@ impl Session<'_, '_> {
             return Ok(());
         }
         let style = self.style;
-        let (twin, unlike) =
+        let (mut twin, unlike) =
             self.bench.cell()?.twin().map_err(|error| report::cell_failure(&error, style))?;
         let known = twin.known_objects();
         self.aside = Some(self.bench.exchange(twin)?);

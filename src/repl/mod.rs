@@ -13,6 +13,7 @@ mod lease;
 mod paint;
 mod paste;
 mod quiz;
+mod table;
 mod records;
 mod sentences;
 mod step;

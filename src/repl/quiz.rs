@@ -111,7 +111,7 @@ impl Session<'_, '_> {
             .map(|((_, fluent), tally)| format!("{fluent} {} of {}", tally.right, tally.of))
             .collect();
         if !told.is_empty() {
-            self.style.say(format!("so far as geometry: {}", told.join(", ")));
+            self.style.say(format!("correct so far: {}", told.join(", ")));
         }
         Ok(())
     }

@@ -124,7 +124,7 @@ impl Session<'_, '_> {
         let name = format!("run {}, {}", entry.number, run.task);
         match report::energy::of(&run) {
             Some(energy) => self.style.say(report::energy::words(&name, &energy)),
-            None => self.style.say(format!("{name}: nothing was carried out")),
+            None => self.style.say(format!("{name}: nothing was run")),
         }
         Ok(())
     }

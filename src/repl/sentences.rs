@@ -3,6 +3,7 @@
 //! A line that is no call is tried as a sentence. What it comes to is shown first; only a person's `y` has
 //! it done.
 
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
 use crate::files::{self, write};
@@ -162,15 +163,17 @@ impl Session<'_, '_> {
     pub(super) fn sentence(&mut self, said: &str) -> Result<(), Failure> {
         let phrases = self.taught.all();
         let cell = self.bench.cell()?;
-        let things = cell.library().scene(&cell.scene().name).map(|(scene, _)| scene);
+        let library = cell.library().clone();
+        let things = library.scene(&cell.scene().name).map(|(scene, _)| scene);
         let things = things.map(sentence::things).unwrap_or_default();
+        let cell = RefCell::new(cell);
         let meaning = sentence::understand(
             said,
             &Knowledge {
-                library: cell.library(),
+                library: &library,
                 things: &things,
                 phrases: &phrases,
-                hindrance: &|call| cell.hindrance(call),
+                hindrance: &|call| cell.borrow_mut().hindrance(call),
             },
         );
         let told = report::sentence::told(&meaning);
@@ -192,7 +195,7 @@ impl Session<'_, '_> {
                 if self.proposed(said)? {
                     return Ok(());
                 }
-                let words = "this is no call, and no task has a sentence like it";
+                let words = "not understood: neither a call nor a sentence that a task knows";
                 return Err(Failure::input("repl::sentence", words).help(help));
             }
         }

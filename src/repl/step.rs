@@ -17,7 +17,7 @@ use crate::teach::stepper::{Setup, Stepper};
 use crate::teach::words;
 use crate::teach::{answers, record};
 use crate::workcell::check::check_step;
-use crate::workcell::{Ending, Run, archive};
+use crate::workcell::{Run, archive};
 
 use super::typist::Typed;
 use super::{Last, Next, Session};
@@ -148,7 +148,7 @@ impl Session<'_, '_> {
             dial: None,
         };
         let done = self.led(step, setup);
-        let is_done = done.as_ref().is_ok_and(|run| run.outcome == Ending::Success);
+        let is_done = done.as_ref().is_ok_and(|run| run.outcome.is_done());
         self.remember(done, meant);
         is_done
     }
@@ -299,7 +299,7 @@ impl Session<'_, '_> {
         let Some(at) = at else {
             return Err(Failure::input("repl::back", "there is no such step to look back at")
                 .help(match of {
-                    0 => "the last run carried out no step".to_owned(),
+                    0 => "the last run executed no step".to_owned(),
                     _ => format!("the last run has {of} steps; `:back {of}` shows the last"),
                 }));
         };

@@ -55,7 +55,7 @@ pub fn people(changes: &[Change], runs: usize, style: Style) -> String {
         let rest = if names.len() > NAMES { ", …" } else { "" };
         names.truncate(NAMES);
         let line = format!(
-            "  {} happened in both without a `gives` that says so: {}{rest}",
+            "  {} happened in both and are not declared in the tasks: {}{rest}",
             changes_of(shared.len()),
             names.join(", ")
         );

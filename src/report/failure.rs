@@ -7,7 +7,7 @@ use std::io;
 use std::path::Path;
 
 use super::{Style, complain, diagnostics};
-use crate::execution::stage::ActionError;
+use crate::execution::error::ActionError;
 use crate::files::write;
 use crate::graph;
 use crate::language::{Diagnostic, Library, Source};
@@ -208,8 +208,8 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         Error::Lab(_) => Failure::input("lab::settings", words),
         Error::Calibrate(_) => Failure::no("align::failed", words)
             .help("is the table in the picture, and do its dots match the scene's `marks`?"),
-        Error::NotSeen(unseen) => Failure::no("camera::not_seen", words)
-            .at(unseen.iter().map(|(object, _)| object.as_str()).collect::<Vec<_>>().join(", "))
+        Error::NotSeen(object) => Failure::no("camera::not_seen", words)
+            .at(object.clone())
             .help("clear the view and try again; nothing has moved towards it"),
         Error::OutOfReach { object, .. } => Failure::no("plan::out_of_reach", words)
             .at(object.clone())

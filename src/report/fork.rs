@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::execution::trace::Outcome;
+use crate::trace::{Cause, Outcome};
 use crate::workcell::fork::{Fork, ForkedStep};
 
 use super::Style;
@@ -23,9 +23,9 @@ pub fn told(fork: &Fork, style: Style) -> String {
     }
     let end = if fork.success { "all of it would be done" } else { "it would not be done" };
     let _ = write!(text, "  {end}: {:.0} s on the arm, {:.1} mL spilt", fork.time_s, fork.spilt_ml);
-    let recalls = fork.steps.iter().any(|step| {
-        step.reason.as_ref().is_some_and(|reason| reason.contains("no earlier action remembered"))
-    });
+    let recalls = fork.steps.iter().filter_map(|step| step.failure.as_ref());
+    let recalls =
+        recalls.into_iter().any(|failure| matches!(failure.cause, Cause::NotRemembered { .. }));
     if recalls && !fork.remembers {
         text += "\n  what actions remember for later ones is in no record: it is known for the last run of \
                  this session alone, so begin from a step before the one that finds it";

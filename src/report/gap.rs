@@ -143,7 +143,7 @@ fn effect_text(effect: &Effect, style: Style) -> String {
         text,
         "\n  {}",
         style.dim(&format!(
-            "evidence: BIC falls by {}; {:.0} % of what is explainable on held-out data rests on it; \
+            "evidence: BIC falls by {}; it accounts for {:.0} % of the explained held-out error; \
              {:.0} of 100 draws of the data name it",
             significant(effect.evidence.delta_bic, 3),
             effect.evidence.heldout_gain * 100.0,
@@ -196,8 +196,11 @@ fn shrink(finding: &Finding, style: Style) -> String {
     let gap = &finding.gap;
     let mut text = String::new();
     let in_noise = (gap.noise_floor - 1.0).abs() < 1e-9;
-    let unit =
-        if in_noise { "units of noise (1 is noise alone)" } else { "parts of the signal's spread" };
+    let unit = if in_noise {
+        "units of noise (1 is noise alone)"
+    } else {
+        "standard deviations of the signal"
+    };
     let _ = writeln!(text, "\ngap in {unit}");
     let most = gap.before.heldout.max(gap.after.heldout).max(1e-9);
     // Of one name the path is before and after.

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::discovery::finding::Finding;
 use crate::discovery::{Against, Investigation, Trace};
-use crate::execution::trace::Measure;
+use crate::trace::Measure;
 
 use super::html::{self, escaped};
 use super::{Style, gap, why};

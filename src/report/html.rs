@@ -10,11 +10,11 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use ring::digest::{SHA256, digest};
 
-use crate::execution::trace::{FluentRow, Measure, Outcome, StepRecord};
+use crate::trace::{FluentRow, Measure, Outcome, StepRecord};
 use crate::workcell::Ending;
 use crate::workcell::archive::Standing;
 
-use super::run::{is_news, people};
+use super::run::{agreement, is_news, people};
 use super::why;
 
 /// The style sheet that every page has.
@@ -75,8 +75,10 @@ pub fn ending(standing: Standing) -> &'static str {
         Standing::Running => "… running",
         Standing::CutOff => "… cut off",
         Standing::Ended(Ending::Success) => "✓ done",
+        Standing::Ended(Ending::Unconfirmed) => "? unconfirmed",
         Standing::Ended(Ending::Failure) => "✗ failed",
         Standing::Ended(Ending::Stopped) => "◦ stopped",
+        Standing::Ended(Ending::Unavailable) => "✗ unavailable",
     }
 }
 
@@ -191,14 +193,10 @@ pub fn pictures(when: &str, picture: &dyn Fn(&str) -> Option<String>) -> String 
 
 /// How long a step took and how well the twin foretold it.
 pub fn score(record: &StepRecord) -> String {
-    let known = record.fluents.iter().filter(|row| row.twin.is_some() && row.measured.is_some());
     format!(
-        "<p>{:.1} s of arm time. Twin and measurement differ in {} of {} known fluents: P = exp(-{}) = {:.2}</p>\n",
+        "<p>{:.1} s of arm time. Of the fluents that both know, twin and measurement agree {}.</p>\n",
         record.interval_s[1] - record.interval_s[0],
-        record.hamming,
-        known.count(),
-        record.hamming,
-        record.score
+        agreement(record)
     )
 }
 

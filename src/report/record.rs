@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use crate::execution::trace::{FluentRow, Outcome, StepRecord};
+use crate::trace::{FluentRow, Outcome, StepRecord};
 use crate::workcell::archive::{Entry, Standing, standing};
 use crate::workcell::{Ending, Run};
 
@@ -45,8 +45,10 @@ pub(super) fn ended(standing: Standing) -> &'static str {
         Standing::Running => "running",
         Standing::CutOff => "cut off",
         Standing::Ended(Ending::Success) => "done",
+        Standing::Ended(Ending::Unconfirmed) => "unconfirmed",
         Standing::Ended(Ending::Failure) => "failed",
         Standing::Ended(Ending::Stopped) => "stopped",
+        Standing::Ended(Ending::Unavailable) => "unavailable",
     }
 }
 

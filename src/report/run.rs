@@ -6,10 +6,8 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::execution::arm::Pacing;
-use crate::execution::trace::{
-    DuringRow, Event, FluentRow, Measure, Observer, Outcome, StepRecord,
-};
+use crate::arm::Pacing;
+use crate::trace::{DuringRow, Event, FluentRow, Measure, Observer, Outcome, StepRecord};
 use crate::units::Unit;
 use crate::workcell::{Ending, Run, State};
 
@@ -129,6 +127,13 @@ impl Drop for Console {
     }
 }
 
+/// Words how well twin and measurement agree after a step, with Eq. 8 of the paper: `on 8 of 9 (P = 0.37)`.
+pub(super) fn agreement(record: &StepRecord) -> String {
+    let known = record.fluents.iter().filter(|row| row.twin.is_some() && row.measured.is_some());
+    let known = known.count();
+    format!("on {} of {known} (P = {:.2})", known - record.hamming.min(known), record.score)
+}
+
 /// Words one step: its line and those of its fluents that are news after the fluents `before` it.
 /// `run.json` keeps them all.
 pub fn step(record: &StepRecord, before: &[FluentRow], style: Style) -> String {
@@ -139,8 +144,10 @@ pub fn step(record: &StepRecord, before: &[FluentRow], style: Style) -> String {
     };
     let seconds = record.interval_s[1] - record.interval_s[0];
     let mut text = format!(
-        "{mark} {:>2}  {:<44} {seconds:>5.1} s   P = exp(-{}) = {:.2}\n",
-        record.number, record.action, record.hamming, record.score
+        "{mark} {:>2}  {:<44} {seconds:>5.1} s   twin agrees {}\n",
+        record.number,
+        record.action,
+        agreement(record)
     );
     if let Some(reason) = &record.reason {
         let _ = writeln!(text, "       {}", style.red(reason));
@@ -209,7 +216,7 @@ pub fn during(row: &DuringRow) -> Option<String> {
     let twin = twin.as_ref().and_then(|twin| twin.least.as_ref());
     let twin = twin.map(|twin| format!("; in the twin {}", people(twin))).unwrap_or_default();
     Some(format!(
-        "{name} all the while: smallest margin {}, {at:.2} s into the step{twin}",
+        "{name} throughout: smallest margin {}, {at:.2} s into the step{twin}",
         people(least)
     ))
 }
@@ -257,7 +264,9 @@ pub fn ending(run: &Run, style: Style) -> String {
             style.red(&format!("not over: {}; {} steps are kept so far", run.task, run.steps.len()))
         }
         Ending::Success => style.green(&format!("done: {}", run.task)),
+        Ending::Unconfirmed => style.red(&format!("unconfirmed: {}", run.task)),
         Ending::Failure => style.red(&format!("failed: {}", run.task)),
+        Ending::Unavailable => style.red(&format!("not available: {}", run.task)),
         Ending::Stopped => style.red(&format!("stopped: {}; the arm holds its position", run.task)),
     };
     if let Some(reason) = &run.reason {
@@ -284,7 +293,7 @@ pub fn ending(run: &Run, style: Style) -> String {
             t.total, t.perceive, t.plan, t.simulate, t.execute
         );
         if t.waiting >= 0.05 {
-            let _ = write!(text, ", {:.1} waiting for a word", t.waiting);
+            let _ = write!(text, ", {:.1} s waiting for you", t.waiting);
         }
     }
     if let Some(stream) = &run.stream {

@@ -4,8 +4,8 @@
 
 use std::fmt::Write as _;
 
-use crate::execution::trace::{FluentRow, StepRecord};
 use crate::monitor::questionnaire::Answer;
+use crate::trace::{FluentRow, StepRecord};
 use crate::workcell::Run;
 
 use super::html::{self, escaped};

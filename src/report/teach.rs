@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use serde_json::json;
 
 use crate::execution::conduct::{Ahead, Part, Stated};
-use crate::execution::trace::{FluentRow, StepRecord};
 use crate::teach::answers::{Answer, Answered};
 use crate::teach::shown::{Front, Shown};
-use crate::teach::words::{WORDS, Wrong};
+use crate::teach::words::{Takes, WORDS, Wrong};
+use crate::trace::{FluentRow, StepRecord};
 use crate::workcell::Run;
 
 use super::run::people;
@@ -47,7 +47,7 @@ impl<A: FnMut(&str) -> Option<String> + Send> Teller<A> {
             }
             Shown::Inside { task: Some(task), ahead } => inside(task, ahead),
             Shown::Inside { task: None, ahead } => match &ahead.script {
-                Some(_) => "a line of a script is carried out as a whole; next does".to_owned(),
+                Some(_) => "a script line runs as a whole; `next` runs it".to_owned(),
                 None => format!("{} is a single step without a script; next does it", ahead.action),
             },
             Shown::Line { line, stop, .. } => {
@@ -124,7 +124,7 @@ impl<A: FnMut(&str) -> Option<String> + Send> Teller<A> {
             }
             Shown::NoStep { of: 0 } => "there is no step to look back at yet".to_owned(),
             Shown::NoStep { of } => {
-                format!("there is no such step: {of} were carried out so far")
+                format!("no such step: {of} have run so far")
             }
             Shown::Trouble { path, why } => {
                 format!("the answer could not be kept in {}: {why}", path.display())
@@ -135,7 +135,7 @@ impl<A: FnMut(&str) -> Option<String> + Send> Teller<A> {
     fn why(&self, fluent: Option<&str>, steps: &[StepRecord]) -> String {
         let run = Run::so_far("the run so far", steps);
         if steps.is_empty() {
-            return "no step was carried out yet".to_owned();
+            return "no step has run yet".to_owned();
         }
         let earlier = (self.earlier)();
         let place = &*self.place;
@@ -308,7 +308,7 @@ fn not_a_word(line: &str, wrong: &Wrong) -> String {
     match wrong {
         Wrong::Unknown(Some(near)) => format!("`{line}` is no word here: did you mean `{near}`?"),
         Wrong::Unknown(None) => format!("`{line}` is no word here; help lists them"),
-        Wrong::Takes("nothing") => format!("`{line}`: that word takes nothing after it"),
+        Wrong::Takes(Takes::Nothing) => format!("`{line}`: that word takes nothing after it"),
         Wrong::Takes(what) => format!("`{line}`: that word takes {what}"),
         Wrong::NoQuestion => format!("`{line}`: no question is open; Enter carries out the step"),
     }

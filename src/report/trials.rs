@@ -2,7 +2,7 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::execution::trace::{Event, Observer};
+use crate::trace::{Event, Observer};
 use crate::workcell::trials::{Row, Share, Spread, Trial};
 
 use super::grid::{Form, Grid};

@@ -11,8 +11,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::execution::trace::{FluentRow, Measure, StepRecord};
 use crate::lines;
+use crate::trace::{FluentRow, Measure, StepRecord};
 use crate::vqa::On;
 
 /// Where answers are kept, in the folder of runs.

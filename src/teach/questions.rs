@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::execution::trace::{FluentRow, Outcome, StepRecord};
+use crate::trace::{FluentRow, Outcome, StepRecord};
 
 use super::answers::{self, Answer, Answered, TRAINEE};
 use super::shown::{Front, Shown};

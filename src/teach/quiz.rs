@@ -7,7 +7,7 @@ use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand::seq::SliceRandom;
 
-use crate::execution::trace::{FluentRow, StepRecord};
+use crate::trace::{FluentRow, StepRecord};
 
 /// One question.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,7 +63,7 @@ fn hardness(row: &FluentRow, rows: &[&FluentRow]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::execution::trace::Measure;
+    use crate::trace::Measure;
 
     fn row(margin: Option<f64>, measured: Option<bool>) -> FluentRow {
         FluentRow {

@@ -2,9 +2,9 @@
 //! came to.
 
 use crate::execution::conduct::Ahead;
-use crate::execution::trace::{FluentRow, StepRecord};
 use crate::graph::ParseGraph;
 use crate::graph::parse_graph::Condition;
+use crate::trace::{FluentRow, StepRecord};
 
 /// Returns the steps of a record with what each needed and was to give, by the parse graphs that were
 /// performed, one an attempt. What a condition was worth before a step is what the step before it measured.

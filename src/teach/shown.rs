@@ -5,8 +5,8 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::execution::conduct::{Ahead, Part};
-use crate::execution::lines::Line;
-use crate::execution::trace::{FluentRow, StepRecord};
+use crate::trace::Line;
+use crate::trace::{FluentRow, StepRecord};
 
 use super::answers::Answered;
 use super::words::Wrong;

@@ -7,8 +7,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::execution::conduct::{Ahead, Conductor, Dial, Part, Word};
-use crate::execution::lines::Line;
-use crate::execution::trace::{Outcome, StepRecord};
+use crate::trace::Line;
+use crate::trace::{Outcome, StepRecord};
 
 use super::questions::{Puzzle, without_riddles};
 use super::shown::{Front, Shown};

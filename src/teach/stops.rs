@@ -3,8 +3,8 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::execution::conduct::{Ahead, Part};
-use crate::execution::lines::Line;
 use crate::language;
+use crate::trace::Line;
 
 /// Breakpoints, as they were named. Cloning shares them.
 #[derive(Debug, Clone, Default)]

@@ -62,9 +62,23 @@ pub enum Wrong {
     /// There is no such word; the nearest, if one is near.
     Unknown(Option<&'static str>),
     /// It takes something else: what.
-    Takes(&'static str),
+    Takes(Takes),
     /// An answer, and no question is open.
     NoQuestion,
+}
+
+/// What a word takes after it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Takes {
+    /// It stands alone.
+    #[error("nothing")]
+    Nothing,
+    /// Which step.
+    #[error("the number of a step")]
+    StepNumber,
+    /// How fast.
+    #[error("a speed from 1 to 100 %")]
+    Speed,
 }
 
 /// Returns whether a line begins with a word of stepping, or answers a question.
@@ -101,7 +115,7 @@ pub fn parse(line: &str) -> Result<Wish, Wrong> {
         "back" => match named {
             None => Wish::Back(None),
             Some(number) => {
-                Wish::Back(Some(number.parse().map_err(|_| Wrong::Takes("the number of a step"))?))
+                Wish::Back(Some(number.parse().map_err(|_| Wrong::Takes(Takes::StepNumber))?))
             }
         },
         "forward" => Wish::Forward,
@@ -127,7 +141,7 @@ pub fn parse(line: &str) -> Result<Wish, Wrong> {
         }
     };
     if !rest.is_empty() && WORDS.iter().any(|(name, takes, _)| *name == word && takes.is_empty()) {
-        return Err(Wrong::Takes("nothing"));
+        return Err(Wrong::Takes(Takes::Nothing));
     }
     Ok(wish)
 }
@@ -135,7 +149,7 @@ pub fn parse(line: &str) -> Result<Wish, Wrong> {
 fn percentage(text: &str) -> Result<u8, Wrong> {
     let number = text.trim_end_matches('%').trim().parse().ok();
     let percent = number.filter(|percent| (1..=100).contains(percent));
-    percent.ok_or(Wrong::Takes("a speed from 1 to 100 %"))
+    percent.ok_or(Wrong::Takes(Takes::Speed))
 }
 
 #[cfg(test)]
@@ -159,10 +173,10 @@ mod tests {
         assert_eq!(parse("nxet"), Err(Wrong::Unknown(Some("next"))));
         // An answer that comes a moment too late.
         assert_eq!(parse("n"), Err(Wrong::NoQuestion));
-        assert_eq!(parse("next 3"), Err(Wrong::Takes("nothing")));
-        assert_eq!(parse("slow 0"), Err(Wrong::Takes("a speed from 1 to 100 %")));
-        assert_eq!(parse("slow 101"), Err(Wrong::Takes("a speed from 1 to 100 %")));
-        assert_eq!(parse("back x"), Err(Wrong::Takes("the number of a step")));
+        assert_eq!(parse("next 3"), Err(Wrong::Takes(Takes::Nothing)));
+        assert_eq!(parse("slow 0"), Err(Wrong::Takes(Takes::Speed)));
+        assert_eq!(parse("slow 101"), Err(Wrong::Takes(Takes::Speed)));
+        assert_eq!(parse("back x"), Err(Wrong::Takes(Takes::StepNumber)));
     }
 
     #[test]

@@ -6,8 +6,8 @@
 
 use nalgebra::Vector3;
 
-use super::Settings;
 use super::fluid::{Dribble, Rim};
+use super::{Hindrance, Settings};
 use crate::world::{Object, Scene, Shape};
 
 /// One effect with its numbers, SI. Joints count from 0.
@@ -70,13 +70,13 @@ impl Effect {
     }
 
     /// Says why the effect changes nothing with these things and an arm of so many joints, if it does not.
-    pub fn hindrance(&self, scene: &Scene, joints: usize) -> Option<String> {
+    pub fn hindrance(&self, scene: &Scene, joints: usize) -> Option<Hindrance> {
         let (name, vessel) = match self {
             Self::CoulombFriction(joint, _)
             | Self::ViscousFriction(joint, _)
             | Self::JointCompliance(joint, _) => {
                 let beyond = *joint >= joints;
-                return beyond.then(|| format!("the arm has {joints} joints"));
+                return beyond.then_some(Hindrance::NoJoint(joints));
             }
             Self::GripCreep(_) | Self::GripFriction(_) => return None,
             Self::ObjectMass(name, _) | Self::ObjectSize(name, _) => (name, false),
@@ -86,9 +86,9 @@ impl Effect {
             | Self::Overflow(name, _) => (name, true),
         };
         match scene.object(name) {
-            None => Some(format!("the scene `{}` has no object `{name}`", scene.name)),
+            None => Some(Hindrance::NoObject { scene: scene.name.clone(), object: name.clone() }),
             Some(object) if vessel && object.cavity.is_none() => {
-                Some(format!("`{name}` is no vessel"))
+                Some(Hindrance::NoVessel(name.clone()))
             }
             Some(_) => None,
         }

@@ -9,6 +9,7 @@ pub mod convert;
 pub mod physics;
 pub mod fluid;
 pub mod effect;
+mod error;
 pub mod hold;
 pub mod render;
 mod settings;
@@ -16,9 +17,9 @@ mod settings;
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Vector3};
-use thiserror::Error;
 
 pub use effect::Effect;
+pub use error::{Error, Hindrance, Unfit};
 pub use fluid::{Dribble, Fluid, FluidSettings, Rim};
 pub use settings::{ArmSettings, FrictionSettings, GripperSettings, Settings};
 
@@ -27,43 +28,6 @@ use crate::motion::dynamics::{Bodies, Dynamics};
 use crate::world::{ObjectState, Pose, Scene, WorldState};
 use fluid::{Filling, Vessel};
 use physics::{Part, Physics};
-
-/// What can go wrong in the twin.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum Error {
-    /// The robot file describes nothing the physics can move.
-    #[error("{0}")]
-    Robot(String),
-    /// A list has not one entry per joint.
-    #[error("`{what}` has {found} entries; the arm has {expected} joints")]
-    WrongLength {
-        /// Which list.
-        what: &'static str,
-        /// Entries it should have.
-        expected: usize,
-        /// Entries it has.
-        found: usize,
-    },
-    /// A number that is not finite came in or out.
-    #[error("`{what}` is not a finite number at {time} s")]
-    NotFinite {
-        /// Which quantity.
-        what: String,
-        /// Time in the twin, s.
-        time: f64,
-    },
-    /// A vessel is to hold more than fits below its rim.
-    #[error("{water_ml:.0} mL of water do not fit into `{vessel}`")]
-    Overfull {
-        /// Which vessel.
-        vessel: String,
-        /// The water it was to hold, mL.
-        water_ml: f64,
-    },
-    /// An object without mass.
-    #[error("`{0}` has no mass; give it one in the scene")]
-    Massless(String),
-}
 
 /// Where the jaws are going.
 #[derive(Debug, Clone, Copy)]

@@ -5,11 +5,11 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::Duration;
 
-use crate::http::{Address, Answer, Client, Limits, Trouble};
+use crate::http::{Address, Answer, Broken, Client, Limits, Trouble};
 use crate::lines;
 
 use super::reply::{self, Verdict};
-use super::{On, Picture, Reply, request};
+use super::{On, Picture, Reply, Unanswered, request};
 
 /// The longest reply that is read, bytes.
 const LONGEST: u64 = 4 << 20;
@@ -109,13 +109,10 @@ impl Endpoint {
         let address = self.settings.base.join("models");
         let answer = self.client.get(&address, Some(self.key()))?;
         if answer.status != 200 {
-            return Err(Trouble::Broken(format!(
-                "{address} answers with status {}",
-                answer.status
-            )));
+            return Err(Broken::Status { address, status: answer.status }.into());
         }
-        let read: serde_json::Value = serde_json::from_slice(&answer.body)
-            .map_err(|_| Trouble::Broken(format!("{address} does not answer with JSON")))?;
+        let read: serde_json::Value =
+            serde_json::from_slice(&answer.body).map_err(|_| Broken::NotJson(address))?;
         let names = read["data"].as_array().into_iter().flatten();
         Ok(names.filter_map(|model| Some(model["id"].as_str()?.to_owned())).collect())
     }
@@ -162,8 +159,8 @@ impl Endpoint {
             for (i, question) in questions.iter().enumerate() {
                 let late = clock() - begin > patience.whole_s;
                 let why = match (stopped(), late) {
-                    (true, _) => Some("stopped by a person".to_owned()),
-                    (false, true) => Some(format!("not asked: {} s are over", patience.whole_s)),
+                    (true, _) => Some(Unanswered::Stopped),
+                    (false, true) => Some(Unanswered::NotAsked(patience.whole_s)),
                     (false, false) => None,
                 };
                 let reply = match why {
@@ -186,10 +183,10 @@ impl Endpoint {
         system: &str,
         sentence: &str,
         stopped: Stopped<'_>,
-    ) -> Result<String, String> {
+    ) -> Result<String, Unanswered> {
         let body = request::sentence(&self.settings.model, system, sentence);
         let Answer { status, body } = self.exchange(&body, stopped).0?;
-        reply::proposal(status, &body)
+        Ok(reply::proposal(status, &body)?)
     }
 
     fn reply(
@@ -206,7 +203,7 @@ impl Endpoint {
             by: self.by(),
             on,
             answer: said,
-            why,
+            why: why.map(|why| why.to_string()),
             evidence,
             raw,
             request_sha256: lines::fingerprint(&[body]),
@@ -223,7 +220,7 @@ impl Endpoint {
     }
 
     /// Sends a request, once more when what went wrong may pass; returns how often it was sent.
-    fn exchange(&self, body: &str, stopped: Stopped<'_>) -> (Result<Answer, String>, u32) {
+    fn exchange(&self, body: &str, stopped: Stopped<'_>) -> (Result<Answer, Unanswered>, u32) {
         let mut tries = 0;
         loop {
             tries += 1;
@@ -234,7 +231,7 @@ impl Endpoint {
                 Ok(Err(Trouble::Broken(_))) | Err(_) => false,
             };
             if !may_pass || tries == 2 {
-                let came = came.and_then(|came| came.map_err(|trouble| trouble.to_string()));
+                let came = came.and_then(|came| came.map_err(Unanswered::from));
                 return (came, tries);
             }
             thread::sleep(Duration::from_secs_f64(self.settings.patience.pause_s));
@@ -243,7 +240,11 @@ impl Endpoint {
 
     /// Sends a request on a thread of its own, so that whoever waits can be stopped; a reply that comes
     /// after that is dropped.
-    fn once(&self, body: &str, stopped: Stopped<'_>) -> Result<Result<Answer, Trouble>, String> {
+    fn once(
+        &self,
+        body: &str,
+        stopped: Stopped<'_>,
+    ) -> Result<Result<Answer, Trouble>, Unanswered> {
         let (tell, told) = channel();
         let (client, body) = (self.client.clone(), body.to_owned());
         let address = self.settings.base.join("chat/completions");
@@ -256,11 +257,11 @@ impl Endpoint {
             match told.recv_timeout(Duration::from_millis(LOOK)) {
                 Ok(came) => return Ok(came),
                 Err(RecvTimeoutError::Timeout) if stopped() => {
-                    return Err("stopped by a person".to_owned());
+                    return Err(Unanswered::Stopped);
                 }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => {
-                    return Err("the request broke off".to_owned());
+                    return Err(Unanswered::BrokeOff);
                 }
             }
         }

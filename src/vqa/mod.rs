@@ -9,9 +9,11 @@
 //! Source of the questions and of precision, recall and consistency: Zeng, Zhao and Wu, Table 3.
 
 mod endpoint;
+mod error;
 mod picture;
 mod probe;
 mod request;
+mod wording;
 pub mod reply;
 pub mod score;
 
@@ -20,6 +22,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 pub use endpoint::{Endpoint, Patience, Settings};
+pub use error::{Unanswered, Unread};
 pub use picture::{Picture, Sent};
 pub use probe::{Blank, Check, Probe};
 pub use reply::Said;

@@ -7,14 +7,11 @@ use serde::{Deserialize, Serialize};
 use crate::http::Trouble;
 
 use super::endpoint::Endpoint;
+use super::wording::{ESSAY, RED};
 use super::{On, Picture, Said};
 
 /// Width and height of a made picture, px.
 const SIZE: (u32, u32) = (256, 144);
-/// What no form but an enforced one survives.
-const ESSAY: &str = "Write an essay of five paragraphs about this picture. Do not use JSON.";
-/// What is red on one picture and blue on its mirror.
-const RED: &str = "Is the left half of the picture red?";
 
 /// What came of probing a model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

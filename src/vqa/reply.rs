@@ -8,6 +8,8 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::{Unanswered, Unread};
+
 /// What a reply comes to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -67,7 +69,7 @@ pub struct Verdict {
     /// What it comes to.
     pub said: Said,
     /// Why it comes to nothing.
-    pub why: Option<String>,
+    pub why: Option<Unanswered>,
     /// What the model says it saw.
     pub evidence: Option<String>,
     /// Whether the reply had the form that was asked for.
@@ -79,7 +81,7 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    fn unparsed(why: impl Into<String>, raw: &str) -> Self {
+    fn unparsed(why: impl Into<Unanswered>, raw: &str) -> Self {
         Self {
             said: Said::Unparsed,
             why: Some(why.into()),
@@ -91,7 +93,7 @@ impl Verdict {
     }
 
     /// The verdict when nothing came at all.
-    pub fn nothing(why: impl Into<String>) -> Self {
+    pub fn nothing(why: Unanswered) -> Self {
         Self::unparsed(why, "")
     }
 }
@@ -113,7 +115,7 @@ pub fn verdict(status: u16, body: &[u8]) -> Verdict {
     let Completion { text, is_cut, p_yes } = completion;
     let bare = unfenced(text.trim());
     if bare.is_empty() {
-        let why = if is_cut { "empty: the model used up its tokens first" } else { "empty" };
+        let why = if is_cut { Unread::UsedUp } else { Unread::Empty };
         return Verdict::unparsed(why, &text);
     }
     let read =
@@ -136,16 +138,16 @@ pub fn verdict(status: u16, body: &[u8]) -> Verdict {
 /// # Errors
 ///
 /// Why there is nothing to read.
-pub fn proposal(status: u16, body: &[u8]) -> Result<String, String> {
+pub fn proposal(status: u16, body: &[u8]) -> Result<String, Unread> {
     let completion = completion(status, &String::from_utf8_lossy(body))?;
     let bare = unfenced(completion.text.trim());
-    let read: Value = serde_json::from_str(bare).map_err(|_| "the reply is not JSON".to_owned())?;
-    let call = read["call"].as_str().ok_or("the reply names no call")?;
+    let read: Value = serde_json::from_str(bare).map_err(|_| Unread::NoProposal)?;
+    let call = read["call"].as_str().ok_or(Unread::NoCall)?;
     Ok(call.trim().to_owned())
 }
 
 /// Takes a chat completion out of an answer of a server.
-fn completion(status: u16, body: &str) -> Result<Completion, String> {
+fn completion(status: u16, body: &str) -> Result<Completion, Unread> {
     let read: Option<Value> = serde_json::from_str(body).ok();
     if status != 200 {
         let told = read.as_ref().and_then(|read| {
@@ -153,18 +155,18 @@ fn completion(status: u16, body: &str) -> Result<Completion, String> {
             error["message"].as_str().or(error.as_str()).map(|text| excerpt(text, 120))
         });
         let told = told.unwrap_or_else(|| excerpt(body, 60));
-        return Err(format!("status {status}: {told}"));
+        return Err(Unread::Status { status, told });
     }
     let Some(read) = read else {
-        return Err(format!("not JSON, it begins `{}`", excerpt(body, 40)));
+        return Err(Unread::NoJson(excerpt(body, 40)));
     };
     let choice = &read["choices"][0];
     let message = &choice["message"];
     if let Some(refusal) = message["refusal"].as_str().filter(|text| !text.is_empty()) {
-        return Err(format!("refused: {}", excerpt(refusal, 120)));
+        return Err(Unread::Refused(excerpt(refusal, 120)));
     }
     if choice.is_null() {
-        return Err("no choice in the reply".to_owned());
+        return Err(Unread::NoChoice);
     }
     Ok(Completion {
         text: message["content"].as_str().unwrap_or_default().to_owned(),
@@ -183,13 +185,13 @@ fn unfenced(text: &str) -> &str {
 
 type Read = (Said, Option<String>);
 
-fn document(text: &str) -> Result<Read, String> {
+fn document(text: &str) -> Result<Read, Unread> {
     let read: Value = serde_json::from_str(text).map_err(|error| {
-        if error.is_eof() { "JSON cut short".to_owned() } else { format!("not JSON: {error}") }
+        if error.is_eof() { Unread::CutShort } else { Unread::Malformed(error.to_string()) }
     })?;
-    let answer = read["answer"].as_str().ok_or("JSON without an answer")?;
+    let answer = read["answer"].as_str().ok_or(Unread::NoAnswer)?;
     let said = Said::named(answer);
-    let said = said.ok_or_else(|| format!("the answer is `{}`", excerpt(answer, 40)))?;
+    let said = said.ok_or_else(|| Unread::OtherWord(excerpt(answer, 40)))?;
     Ok((said, read["evidence"].as_str().map(ToOwned::to_owned)))
 }
 
@@ -212,8 +214,8 @@ const HEDGES: &[&str] = &[
 ];
 
 /// Reads prose: the leading word, alone or before a mark, with nothing after it that takes it back.
-fn word(text: &str) -> Result<Said, String> {
-    let prose = || format!("prose: `{}`", excerpt(text, 60));
+fn word(text: &str) -> Result<Said, Unread> {
+    let prose = || Unread::Prose(excerpt(text, 60));
     let end = text.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(text.len());
     let said = Said::named(&text[..end]).ok_or_else(prose)?;
     let rest = &text[end..];
@@ -223,7 +225,7 @@ fn word(text: &str) -> Result<Said, String> {
     let lower = rest.to_lowercase();
     let mut words = lower.split(|c: char| !c.is_alphanumeric() && c != '\'');
     match words.find(|word| HEDGES.contains(word)) {
-        Some(hedge) => Err(format!("it says {} and then `{hedge}`", said.name())),
+        Some(hedge) => Err(Unread::Hedged { said, hedge: hedge.to_owned() }),
         None => Ok(said),
     }
 }

@@ -7,10 +7,7 @@
 
 use serde::Serialize;
 
-/// What the model is told before every question.
-const SYSTEM: &str = "You check one photo of a robot workspace. Answer only about what the photo shows. \
-    If it is hidden or unclear, answer unsure. Reply as JSON: {\"evidence\": <15 words or fewer>, \
-    \"answer\": \"yes\"|\"no\"|\"unsure\"}.";
+use super::wording::SYSTEM;
 
 #[derive(Serialize)]
 struct Body<'a, P> {

@@ -6,10 +6,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::execution::trace::{Event, StepRecord};
 use crate::files::read::{DATA, text_of};
 use crate::monitor::questionnaire;
+use crate::trace::{Deed, Event, Line, StepRecord};
 
+use super::error::NoRun;
 use super::record::{EVENTS, is_going_on};
 use super::{Ending, Error, Run, State};
 
@@ -46,9 +47,9 @@ impl Entry {
 /// [`Error::Record`] when the document is not there or not a run.
 pub fn load(dir: &Path) -> Result<Run, Error> {
     let path = dir.join("run.json");
-    let wrong = |why: String| Error::Record { path: path.clone(), why };
-    let text = text_of(&path, DATA).map_err(|error| wrong(error.to_string()))?;
-    let mut run: Run = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
+    let wrong = |why: NoRun| Error::Record { path: path.clone(), why };
+    let text = text_of(&path, DATA).map_err(|error| wrong(error.into()))?;
+    let mut run: Run = serde_json::from_str(&text).map_err(|error| wrong(error.into()))?;
     if run.state == State::Running {
         for step in steps_told(dir).into_iter().skip(run.steps.len()) {
             run.questions.resize(run.steps.len(), Vec::new());
@@ -56,7 +57,38 @@ pub fn load(dir: &Path) -> Result<Run, Error> {
             run.steps.push(step);
         }
     }
+    if run.aims.is_none() {
+        run.steps.iter_mut().for_each(with_deeds);
+    }
     Ok(run)
+}
+
+/// Adds to a step of an older program, which kept no deeds, what the action of the standard library did that it
+/// names.
+fn with_deeds(step: &mut StepRecord) {
+    let Some((name, args)) = step.action.trim_end_matches(')').split_once('(') else { return };
+    let mut args = args.split(',').map(|arg| arg.trim().to_owned());
+    let mut next = || args.next().unwrap_or_default();
+    let deed = match name {
+        "grasp" => Deed::Took { object: next() },
+        "tilt" => Deed::Turned { source: next(), target: next() },
+        "lower" => Deed::SetDown { object: next() },
+        _ => return,
+    };
+    if let Some(line) = step.lines.first_mut() {
+        line.deed = Some(deed);
+        return;
+    }
+    let script = format!("{name}.rhai");
+    let line = Line {
+        script,
+        line: 0,
+        text: String::new(),
+        does: String::new(),
+        at_s: 0.0,
+        deed: Some(deed),
+    };
+    step.lines.push(line);
 }
 
 /// Returns the steps whose end the events of a run tell; a line that was cut short tells nothing.

@@ -5,17 +5,17 @@
 
 use image::RgbImage;
 
-use crate::execution::walk::Walker;
+use crate::execution::reader::question;
+use crate::fluent::score;
 use crate::graph::Graph;
-use crate::vqa::{Endpoint, On, Picture, Reply, Said};
-use crate::world::fluent::score;
+use crate::vqa::{Endpoint, On, Picture};
 
-use super::{Error, Run, WorkCell};
+use super::{Error, Run, WorkCell, wording};
 
 impl WorkCell {
     /// Lets a model answer the questions of the runs to come.
     pub fn answered_by(&mut self, model: Endpoint) {
-        self.model = Some(model);
+        self.audience.answerer = Some(model);
     }
 
     /// Finds out what the model can do, before anything moves; without a model does nothing.
@@ -24,39 +24,34 @@ impl WorkCell {
     ///
     /// [`Error::Model`] when nobody answers at its address.
     pub(super) fn probe_model(&mut self, graph: &Graph, run: &mut Run) -> Result<(), Error> {
-        let Some(model) = self.model.clone() else { return Ok(()) };
-        self.phase("ask", &format!("probing {} at {}", model.model(), model.base()));
+        let Some(model) = self.audience.answerer.clone() else { return Ok(()) };
+        self.audience.phase("ask", &wording::probing(&model));
         if !model.base().is_loopback() {
-            let host = model.base().host();
-            self.note(&format!("the pictures of this run leave this machine: they go to {host}"));
+            self.audience.note(&wording::pictures_leave(&model.base().host()));
         }
         let questions = self.questions(graph)?;
-        let cancel = self.cancel.clone();
+        let cancel = self.controls.cancel.clone();
         let probed = model.probe(&questions, &|| cancel.is_cancelled());
-        let probe = probed.map_err(|trouble| Error::Model {
-            endpoint: model.base().to_string(),
-            why: trouble.to_string(),
-        })?;
+        let probe = probed
+            .map_err(|trouble| Error::Model { endpoint: model.base().to_string(), why: trouble })?;
         if !probe.sees {
-            self.note("the model cannot tell red from blue: it does not see the pictures");
+            self.audience.note(wording::model_is_blind());
         }
         if !probe.keeps_form {
-            self.note(
-                "the server does not enforce the form of a reply; what cannot be read is unparsed",
-            );
+            self.audience.note(wording::form_is_free());
         }
         run.probe = Some(probe);
         Ok(())
     }
 
     /// Returns the questions that the likeliest way of carrying out a call puts.
-    fn questions(&self, graph: &Graph) -> Result<Vec<String>, Error> {
+    fn questions(&mut self, graph: &Graph) -> Result<Vec<String>, Error> {
         let start = self.state()?;
-        let scene = self.cell.scene.clone();
-        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, &start);
+        let scene = self.model.cell.scene.clone();
         let fluents = self.parses(graph, &start, 1)?.into_iter().flat_map(|pg| pg.fluents());
+        let asked = |fluent| question(&fluent, &self.setup.library, &scene);
         let mut questions: Vec<String> = Vec::new();
-        for question in fluents.filter_map(|fluent| walker.question(&fluent)) {
+        for question in fluents.filter_map(asked) {
             if !questions.contains(&question) {
                 questions.push(question);
             }
@@ -71,7 +66,7 @@ impl WorkCell {
         real: Option<&RgbImage>,
         twin: Option<&RgbImage>,
     ) -> bool {
-        let Some(model) = self.model.clone() else { return false };
+        let Some(model) = self.audience.answerer.clone() else { return false };
         let Some(answers) = run.questions.last_mut().filter(|asked| !asked.is_empty()) else {
             return false;
         };
@@ -79,10 +74,10 @@ impl WorkCell {
         let pictures: Vec<(On, Picture)> =
             shown.filter_map(|(on, image)| Some((on, Picture::photo(image?)))).collect();
         let questions: Vec<&str> = answers.iter().map(|answer| answer.question.as_str()).collect();
-        self.phase("ask", &format!("{} looks, the arm holds still", model.model()));
-        let cancel = self.cancel.clone();
+        self.audience.phase("ask", &wording::model_looks(&model));
+        let cancel = self.controls.cancel.clone();
         let replies = model.ask_all(&questions, &pictures, &|| cancel.is_cancelled());
-        let told = summary(&replies);
+        let told = wording::replies(&replies);
         for (which, reply) in replies {
             answers[which].by.push(reply);
         }
@@ -90,20 +85,7 @@ impl WorkCell {
             answers.iter().map(|answer| answer.settled(on).map(|(truth, _)| truth)).collect()
         };
         let score = score(&settled(On::Twin), &settled(On::Real));
-        self.note(&format!(
-            "{told}; with its answers twin and photograph differ in {} of {}: P = {:.2}",
-            score.hamming, score.known, score.p
-        ));
+        self.audience.note(&wording::model_answered(&told, &score));
         true
     }
-}
-
-/// Words what came back: how many answers, how many that cannot be read, how long it took.
-fn summary(replies: &[(usize, Reply)]) -> String {
-    let unparsed = replies.iter().filter(|(_, reply)| reply.answer == Said::Unparsed);
-    let (unparsed, first) = (unparsed.clone().count(), unparsed.clone().next());
-    let seconds: f64 = replies.iter().map(|(_, reply)| reply.latency_s).sum();
-    let why = first.and_then(|(_, reply)| reply.why.as_deref());
-    let why = why.map(|why| format!(" ({why}), geometry's stand")).unwrap_or_default();
-    format!("the model: {} answers in {seconds:.1} s, {unparsed} unparsed{why}", replies.len())
 }

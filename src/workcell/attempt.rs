@@ -3,17 +3,18 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
-use crate::execution::stage::ActionError;
+use crate::execution::error::ActionError;
 use crate::execution::timing::Past;
-use crate::execution::trace::Event;
 use crate::graph::{self, Graph, ParseGraph};
 use crate::language::ast::Remedy;
+use crate::trace::Event;
 use crate::world::WorldState;
 
 use super::perform::Failed;
 use super::rehearse::{Candidate, Rehearsal, Rehearsals};
-use super::run::SharedRecorder;
-use super::{Ending, Error, Run, Tried, WorkCell, tell};
+use super::roles::tell;
+use super::run::UnderWay;
+use super::{Ending, Error, Tried, WorkCell, wording};
 
 /// How many candidates are rehearsed for one attempt.
 pub(super) const CANDIDATES: usize = 4;
@@ -22,35 +23,29 @@ const AGAIN: usize = 3;
 
 impl WorkCell {
     /// Rehearses and performs until the task is done or given up.
-    pub(super) fn attempt(
-        &mut self,
-        graph: &Graph,
-        start: &WorldState,
-        run: &mut Run,
-        recorder: Option<&SharedRecorder>,
-    ) -> Result<(), Error> {
+    pub(super) fn attempt(&mut self, on: &mut UnderWay<'_>) -> Result<(), Error> {
         let begin = self.now();
-        self.phase("plan", "choosing parse graphs");
-        let candidates = self.candidates_from(graph, start)?;
-        run.timing_s.plan += self.now() - begin;
-        self.scripts.stage().set_past(Past::default());
+        self.audience.phase("plan", wording::choosing());
+        let candidates = self.candidates_from(on.graph, on.start)?;
+        on.run.timing_s.plan += self.now() - begin;
+        self.scripts.context().set_past(Past::default());
         let mut tried_branches = BTreeMap::new();
         let mut used: BTreeMap<String, u32> = BTreeMap::new();
-        let mut best = self.rehearse(candidates, start, run)?;
+        let mut best = self.rehearse(candidates, on)?;
         let mut again = 0;
         loop {
-            self.phase("execute", "the arm moves");
-            let failed = self.perform(graph, &best, start, run, recorder);
+            self.audience.phase("execute", wording::arm_moves());
+            let failed = self.perform(on, &best);
             let Some(Failed { index, reason, plan_again }) = failed? else {
-                run.outcome = Ending::Success;
+                on.run.outcome = Ending::Success;
                 return Ok(());
             };
-            self.note(&format!("step failed: {reason}"));
+            self.audience.note(&wording::step_failed(&reason));
             let pg = &best.candidate.pg;
             if plan_again && again < AGAIN {
                 again += 1;
-                self.note("planning the rest again from where the arm is");
-                match self.rehearse(of_variants(pg, index), start, run) {
+                self.audience.note(wording::planning_again());
+                match self.rehearse(of_variants(pg, index), on) {
                     Ok(rest) => {
                         best = rest;
                         continue;
@@ -62,37 +57,37 @@ impl WorkCell {
             }
             let recovery = recovery(pg, index, &used);
             let Some(recovery) = recovery else {
-                run.reason = Some(reason);
+                on.run.reason = Some(reason);
                 return Ok(());
             };
-            let plan = self.recovery_now(graph, pg, recovery)?;
+            let plan = self.recovery_now(on.graph, pg, recovery)?;
             *used.entry(plan.path.clone()).or_default() += 1;
-            self.note(&format!("recovering: {}", plan.path));
-            if let Err(error) = self.carry_out(graph, &plan.steps, start, run, recorder) {
+            self.audience.note(&wording::recovering(&plan.path));
+            if let Err(error) = self.carry_out(&plan.steps, on) {
                 let stopped =
                     matches!(error, Error::Action(ActionError::Stopped) | Error::Unrecorded { .. });
-                run.reason = Some(format!("{reason}; then the recovery failed: {error}"));
+                on.run.reason = Some(wording::recovery_failed(&reason, &error));
                 return if stopped { Err(error) } else { Ok(()) };
             }
             match plan.remedy {
                 Some(Remedy::Retry { other, .. }) => {
                     let from = if other {
-                        self.other_branch(graph, pg, index, &mut tried_branches)?
+                        self.other_branch(on.graph, pg, index, &mut tried_branches)?
                     } else {
                         None
                     };
                     let (pg, from) = from.unwrap_or_else(|| (pg.clone(), first_of(pg, index)));
-                    best = self.rehearse(of_variants(&pg, from), start, run)?;
+                    best = self.rehearse(of_variants(&pg, from), on)?;
                 }
                 Some(Remedy::Abort(why)) => {
-                    run.reason = Some(match why {
+                    on.run.reason = Some(match why {
                         Some(why) => format!("{reason}; {why}"),
                         None => reason,
                     });
                     return Ok(());
                 }
                 None => {
-                    run.reason = Some(reason);
+                    on.run.reason = Some(reason);
                     return Ok(());
                 }
             }
@@ -102,7 +97,7 @@ impl WorkCell {
     /// Returns the candidates of a first attempt: the likeliest parse graphs, each with its best ways and
     /// with others.
     pub(super) fn candidates_from(
-        &self,
+        &mut self,
         graph: &Graph,
         start: &WorldState,
     ) -> Result<Vec<Candidate>, Error> {
@@ -116,72 +111,65 @@ impl WorkCell {
     fn rehearse(
         &mut self,
         candidates: Vec<Candidate>,
-        start: &WorldState,
-        run: &mut Run,
+        on: &mut UnderWay<'_>,
     ) -> Result<Rehearsal, Error> {
         let begin = self.now();
         let n = candidates.len();
-        self.phase("simulate", &format!("{n} candidates in the twin{}", self.known.words()));
-        for (name, why) in &self.known.aside {
-            self.note(&format!("effect {name} is left out: {why}"));
+        let rehearsing = wording::rehearsing(n, &self.model.known.names());
+        self.audience.phase("simulate", &rehearsing);
+        for (name, why) in &self.model.known.aside {
+            self.audience.note(&wording::effect_left_out(name, why));
         }
         let state = self.state()?;
-        let q = self.scripts.stage().planned_q().to_vec();
-        let memory = self.scripts.stage().memory().clone();
-        let past = self.scripts.stage().past().clone();
+        let q = self.scripts.context().planned_q().to_vec();
+        let memory = self.scripts.context().memory().clone();
+        let past = self.scripts.context().past().clone();
         let finished = Mutex::new(0_usize);
         let tried = Rehearsals {
-            cell: &self.cell,
-            look: &self.look,
-            settings: &self.settings,
-            stdlib: &self.stdlib,
-            library: &self.library,
+            cell: &self.model.cell,
+            look: &self.model.look,
+            settings: &self.model.settings,
+            stdlib: &self.setup.stdlib,
+            library: &self.setup.library,
             state: &state,
-            start,
+            start: on.start,
             q: &q,
             memory: &memory,
             past: &past,
-            seed: self.seed,
-            cancel: &self.cancel,
+            seed: self.setup.seed,
+            cancel: &self.controls.cancel,
         }
         .all(candidates, &|_| {
             let mut finished = finished.lock().unwrap_or_else(PoisonError::into_inner);
             *finished += 1;
             tell(
-                &self.fan,
+                &self.audience.fan,
                 &Event::Progress {
                     what: "rehearsals".into(),
                     fraction: *finished as f64 / n as f64,
                 },
             );
         })?;
-        run.timing_s.simulate += self.now() - begin;
-        run.rehearsals.extend(tried.iter().map(summary));
+        on.run.timing_s.simulate += self.now() - begin;
+        on.run.rehearsals.extend(tried.iter().map(summary));
         for line in told(&tried) {
-            self.note(&line);
+            self.audience.note(&line);
         }
         let Some(best) = tried.into_iter().next() else {
             return Err(Error::NothingToDo);
         };
         match best.failure() {
             None => Ok(best),
-            Some((index, reason)) => Err(Error::NoSurvivor {
+            Some((index, failure)) => Err(Error::NoSurvivor {
                 tried: n,
                 step: best.candidate.pg.steps[index].text.clone(),
-                reason: reason.to_owned(),
+                failure: Box::new(failure.clone()),
             }),
         }
     }
 
     /// Carries out the steps of a recovery: rehearsed first, like everything that moves the arm.
-    fn carry_out(
-        &mut self,
-        graph: &Graph,
-        steps: &[graph::Step],
-        start: &WorldState,
-        run: &mut Run,
-        recorder: Option<&SharedRecorder>,
-    ) -> Result<(), Error> {
+    fn carry_out(&mut self, steps: &[graph::Step], on: &mut UnderWay<'_>) -> Result<(), Error> {
         if steps.is_empty() {
             return Ok(());
         }
@@ -195,8 +183,8 @@ impl WorkCell {
         };
         let candidates =
             (0..2).map(|variant| Candidate { pg: pg.clone(), from: 0, variant }).collect();
-        let best = self.rehearse(candidates, start, run)?;
-        self.perform(graph, &best, start, run, recorder)?;
+        let best = self.rehearse(candidates, on)?;
+        self.perform(on, &best)?;
         Ok(())
     }
 }
@@ -236,7 +224,7 @@ fn summary(rehearsal: &Rehearsal) -> Tried {
         time_s: rehearsal.worth.time,
         failed: rehearsal
             .failure()
-            .map(|(index, reason)| format!("{}: {reason}", pg.steps[index].text)),
+            .map(|(index, failure)| format!("{}: {failure}", pg.steps[index].text)),
     }
 }
 
@@ -248,13 +236,7 @@ fn told(tried: &[Rehearsal]) -> Vec<String> {
         let free = rehearsal.candidate.pg.choices.iter().filter(|c| c.is_free);
         let branches: Vec<_> = free.map(|c| c.branch.as_str()).collect();
         let (branches, variant) = (branches.join(" "), format!(" #{}", tried.variant));
-        let went = match tried.failed {
-            None => format!(
-                "survived, {:.1} mL spilt, {:.0} s on the arm",
-                tried.spilt_ml, tried.time_s
-            ),
-            Some(why) => format!("failed at {why}"),
-        };
+        let went = wording::went(&tried);
         match lines.last_mut() {
             Some((of, variants, before)) if *of == branches && *before == went => {
                 variants.push_str(&variant);
@@ -262,6 +244,6 @@ fn told(tried: &[Rehearsal]) -> Vec<String> {
             _ => lines.push((branches, variant, went)),
         }
     }
-    let line = |(branches, variants, went)| format!("twin: {branches}{variants} {went}");
-    lines.into_iter().map(line).collect()
+    let lines = lines.iter();
+    lines.map(|(branches, variants, went)| wording::twin_line(branches, variants, went)).collect()
 }

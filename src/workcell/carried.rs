@@ -5,8 +5,8 @@
 
 use crate::discovery::recording::sidecar::{Carried, TorqueSensor};
 use crate::discovery::recording::{Recording, Segment};
-use crate::execution::trace::{Outcome, StepRecord};
 use crate::motion::Robot;
+use crate::trace::{Outcome, StepRecord};
 use crate::units::Dimension;
 use crate::world::{Object, Scene, WATER_DENSITY};
 

@@ -7,11 +7,14 @@
 use rayon::prelude::*;
 
 use crate::discovery::vocabulary;
-use crate::language::ast::{Item, Program, Span, Step};
+use crate::execution::uses;
+use crate::execution::walk::Texts as _;
+use crate::language::ast::{Conditions, Item, Program, Span, Step};
+use crate::language::names_in;
 use crate::language::{Diagnostic, Library, Scope, Source, nearest};
-use crate::world::Scene;
+use crate::scene;
 
-use super::{Stdlib, WorkCell};
+use super::{Stdlib, WorkCell, wording};
 
 /// Returns what names mean in a file: the objects of its own scene, else those of the default scene.
 pub fn scope_of(library: &Library, file: usize) -> Scope {
@@ -57,7 +60,7 @@ pub fn check_file(
     for item in &program.items {
         match item {
             Item::Scene(scene) => {
-                let wrong = Scene::from_item(scene, source).err().unwrap_or_default();
+                let wrong = scene::from_item(scene, source).err().unwrap_or_default();
                 // What could not be read is not missing.
                 let damaged = errors.iter().any(|error| is_inside(*error, scene.span));
                 deeper.extend(wrong.into_iter().filter(|d| !damaged || d.code != "task::missing"));
@@ -65,7 +68,7 @@ pub fn check_file(
             Item::Twin(twin) => {
                 let wrong = vocabulary::check(twin);
                 let of = library.scenes().find(|(scene, _)| scene.name.text == twin.of.text);
-                let scene = of.and_then(|(item, source)| Scene::from_item(item, source).ok());
+                let scene = of.and_then(|(item, source)| scene::from_item(item, source).ok());
                 if wrong.is_empty() {
                     deeper.extend(super::known::unheeded(twin, scene.as_ref()));
                 }
@@ -75,6 +78,7 @@ pub fn check_file(
         }
     }
     deeper.extend(scripts(program, library, stdlib));
+    deeper.extend(unread(program, library, stdlib));
     deeper.extend(super::together::check(program, library, stdlib));
     // One mistake is told once.
     deeper.retain(|d| !errors.iter().any(|e| e.from < d.span.to && d.span.from < e.to));
@@ -86,7 +90,7 @@ pub fn check_file(
 impl WorkCell {
     /// Returns the texts that the cell works with, imported scripts among them.
     pub fn stdlib(&self) -> &Stdlib {
-        &self.stdlib
+        &self.setup.stdlib
     }
 }
 
@@ -113,17 +117,39 @@ fn scripts(program: &Program, library: &Library, stdlib: &Stdlib) -> Vec<Diagnos
         {
             continue;
         }
-        let diagnostic = Diagnostic::error(
-            "task::script",
-            *span,
-            format!("there is no script `{name}`"),
-            "not in `actions/`, not imported",
-        );
         let known = stdlib.script_names().chain(library.scripts().keys().map(String::as_str));
-        found.push(match nearest(name, known) {
-            Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
-            None => diagnostic.help(format!("write it beside this file and `import \"{name}\"`")),
-        });
+        found.push(wording::no_script(name, *span, nearest(name, known)));
+    }
+    found
+}
+
+/// Complains about parameters that an action takes and neither its script nor its conditions look at: what they ask
+/// for would not be done, and nobody would notice.
+fn unread(program: &Program, library: &Library, stdlib: &Stdlib) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    for item in &program.items {
+        let Item::Action(action) = item else { continue };
+        let Some((file, _)) = &action.script else { continue };
+        let own = library.scripts().get(file).map(String::as_str);
+        let Some(script) = own.or_else(|| stdlib.script(file)) else { continue };
+        let Conditions { needs, keeps, gives } = &action.conditions;
+        let judged: Vec<String> =
+            [needs, keeps, gives].into_iter().flatten().flat_map(names_in).collect();
+        for param in &action.params {
+            let name = &param.name.text;
+            if uses::says(script, name) || judged.contains(name) {
+                continue;
+            }
+            found.push(
+                Diagnostic::error(
+                    "task::unread",
+                    param.name.span,
+                    format!("`{file}` never reads `{name}`"),
+                    "whatever is given here makes no difference",
+                )
+                .help(format!("use `{name}` in `{file}`, or leave the parameter out")),
+            );
+        }
     }
     found
 }

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::execution::walk::Walker;
+use crate::execution::reader::Reader;
 use crate::graph::{self, Graph, ParseGraph, RecoveryPlan, infer};
 use crate::language::ast::Expr;
 use crate::world::WorldState;
@@ -13,7 +13,7 @@ use super::{Error, Learnt, WorkCell};
 impl WorkCell {
     /// Returns up to `k` parse graphs that differ in what people choose, the likeliest first.
     pub(super) fn parses(
-        &self,
+        &mut self,
         graph: &Graph,
         start: &WorldState,
         k: usize,
@@ -23,7 +23,7 @@ impl WorkCell {
 
     /// Returns what is to be done about a failure, chosen by what holds now.
     pub(super) fn recovery_now(
-        &self,
+        &mut self,
         graph: &Graph,
         failed: &ParseGraph,
         plan: usize,
@@ -37,7 +37,7 @@ impl WorkCell {
 
     /// After a failed step: the same choices but for the nearest branch not yet tried, and where to go on.
     pub(super) fn other_branch(
-        &self,
+        &mut self,
         graph: &Graph,
         failed: &ParseGraph,
         index: usize,
@@ -50,19 +50,19 @@ impl WorkCell {
 
     /// Infers with what holds in a state of the world, and with what earlier runs have taught.
     fn inferring<T>(
-        &self,
+        &mut self,
         graph: &Graph,
         state: &WorldState,
         infer: impl FnOnce(&infer::Given<'_>) -> T,
     ) -> T {
-        let Learnt { outcomes, priors, domain, explore } = &self.learnt;
-        let explore = explore.then_some(self.seed);
+        let Learnt { outcomes, priors, domain, explore } = &self.experience.learnt;
+        let explore = explore.then_some(self.setup.seed);
         let costs = graph::outcome::costs(graph, outcomes, domain, priors.as_ref(), explore);
-        let scene = self.cell.scene.clone();
-        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, state);
+        let scene = self.model.cell.scene.clone();
+        let reader = Reader::new(&mut self.scripts, &self.setup.library, &scene, state);
         infer(&infer::Given {
-            definitions: &self.library,
-            holds: &|expr: &Expr| walker.read(expr, state).truth,
+            definitions: &self.setup.library,
+            holds: &|expr: &Expr| reader.read(expr, state).truth,
             pins: &BTreeMap::new(),
             priors: priors.as_ref(),
             cost: &|node| costs.get(&node.id).copied().unwrap_or(0.0),

@@ -4,7 +4,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use crate::execution::arm::{Arm, Camera, Scales};
+use crate::arm::{Arm, Camera, Scales};
 use crate::execution::lab_arm::{self, LabCamera, LabPlant, LabScales, SharedLab};
 use crate::lab::{Lab, LabSettings};
 use crate::language::ast::Item;
@@ -64,7 +64,7 @@ fn lab_of(robot: &Robot, scene: &Scene, options: &Options) -> Result<SharedLab, 
         _ => options.lab.clone(),
     };
     let lab = Lab::new(robot, scene, settings, options.seed);
-    Ok(Arc::new(Mutex::new(lab.map_err(|error| Error::Lab(error.to_string()))?)))
+    Ok(Arc::new(Mutex::new(lab?)))
 }
 
 /// Returns the laboratory's devices.
@@ -84,7 +84,7 @@ pub(super) fn simulated(
     seed: u64,
 ) -> Result<Devices, Error> {
     let lab = Lab::new(robot, scene, settings, seed);
-    Ok(of_lab(Arc::new(Mutex::new(lab.map_err(|error| Error::Lab(error.to_string()))?))))
+    Ok(of_lab(Arc::new(Mutex::new(lab?))))
 }
 
 fn of_lab(lab: SharedLab) -> Devices {

@@ -2,11 +2,14 @@
 
 use std::path::PathBuf;
 
-use crate::execution::arm::DeviceError;
+use crate::arm::DeviceError;
 use crate::execution::calibrate;
-use crate::execution::stage::ActionError;
+use crate::execution::error::ActionError;
 use crate::graph;
+use crate::http::Trouble;
+use crate::lab;
 use crate::language::{Diagnostic, Source};
+use crate::trace::StepFailure;
 
 use super::stdlib;
 
@@ -46,14 +49,13 @@ pub enum Error {
     Robot(#[from] stdlib::RobotError),
     /// The lab cannot be built.
     #[error("the lab cannot be built: {0}")]
-    Lab(String),
+    Lab(#[from] lab::Error),
     /// The camera's picture cannot be aligned.
     #[error("{0}")]
     Calibrate(calibrate::Error),
-    /// Objects the call needs are not where the camera looks.
-    #[error("{} cannot be seen: {}", .0.iter().map(|(o, _)| format!("`{o}`")).collect::<Vec<_>>().join(", "),
-        .0.iter().map(|(_, why)| why.as_str()).collect::<Vec<_>>().join("; "))]
-    NotSeen(Vec<(String, String)>),
+    /// An object the call needs is not where the camera looks.
+    #[error("`{0}` cannot be seen: nothing in the picture looks like it")]
+    NotSeen(String),
     /// The arm does not get at an object the call needs; nothing has moved.
     #[error("`{object}` is {:.0} mm out of reach", .by * 1e3)]
     OutOfReach {
@@ -83,7 +85,7 @@ pub enum Error {
         amount: f64,
     },
     /// Less is to be poured than can be weighed; nothing has moved.
-    #[error("{:.1} mL is too little to be weighed in the hand; the least is {:.0} mL", 1e6 * .amount, 1e6 * .least)]
+    #[error("{:.1} mL cannot be measured by weighing in the hand; the least is {:.0} mL", 1e6 * .amount, 1e6 * .least)]
     NotWeighable {
         /// What was to be poured, m³.
         amount: f64,
@@ -101,14 +103,14 @@ pub enum Error {
         by: String,
     },
     /// Everything failed in the twin.
-    #[error("none of {tried} candidates survived the twin; the best failed at {step}: {reason}")]
+    #[error("none of {tried} simulated plans succeeded; the best failed at {step}: {failure}")]
     NoSurvivor {
         /// How many were tried.
         tried: usize,
         /// Where the best one failed.
         step: String,
         /// Why.
-        reason: String,
+        failure: Box<StepFailure>,
     },
     /// A folder holds no run that can be read.
     #[error("{path} is no run that can be read: {why}")]
@@ -116,11 +118,11 @@ pub enum Error {
         /// The file.
         path: PathBuf,
         /// What is wrong with it.
-        why: String,
+        why: NoRun,
     },
     /// A what-if cannot begin there.
     #[error("{0}")]
-    WhatIf(String),
+    WhatIf(#[from] WhatIf),
     /// There is nothing to do.
     #[error("there is nothing to do")]
     NothingToDo,
@@ -130,11 +132,44 @@ pub enum Error {
         /// Where it was looked for.
         endpoint: String,
         /// Why.
-        why: String,
+        why: Trouble,
     },
     /// An action could not be done.
     #[error("{0}")]
     Action(#[from] ActionError),
+}
+
+/// Why a what-if cannot begin where it was to.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum WhatIf {
+    /// The run has no such step.
+    #[error("the run has no step {after}; it has {of}")]
+    NoStep {
+        /// The step after which it was to begin.
+        after: usize,
+        /// How many steps the run has.
+        of: usize,
+    },
+    /// The run has an object that the scene has not.
+    #[error("the run has a `{0}`, which this scene has not")]
+    OtherScene(String),
+    /// The run's arm has not as many joints.
+    #[error("the run is of another arm than this one")]
+    OtherArm,
+    /// It was the last step of its plan.
+    #[error("nothing was planned after step {0}")]
+    NothingAfter(usize),
+}
+
+/// Why a folder holds no run that can be read.
+#[derive(Debug, thiserror::Error)]
+pub enum NoRun {
+    /// Its document cannot be read.
+    #[error("{0}")]
+    File(#[from] std::io::Error),
+    /// Its document is no run.
+    #[error("{0}")]
+    Json(#[from] serde_json::Error),
 }
 
 impl From<calibrate::Error> for Error {

@@ -3,49 +3,19 @@
 //! In the twin only: no device is asked for anything, and the arm does not move. What the twin begins with is
 //! the world as it was measured after that step.
 
-use std::collections::BTreeMap;
-
 use serde::Serialize;
 
-use crate::execution::stage::Memory;
-use crate::execution::timing::Past;
-use crate::execution::trace::{Outcome, StepRecord};
-use crate::execution::walk::Done;
+use crate::execution::done::Done;
 use crate::graph::ParseGraph;
 use crate::language::ast::Call;
 use crate::language::text;
+use crate::trace::{Outcome, StepFailure, StepRecord};
 
 use super::attempt::CANDIDATES;
+use super::error::WhatIf;
+pub(super) use super::moments::Moments;
 use super::rehearse::{Candidate, Rehearsal, Rehearsals};
 use super::{Error, Run, WorkCell};
-
-/// What actions remembered after each step of the last run, and when steps were done: no record holds that.
-#[derive(Default)]
-pub(super) struct Moments {
-    /// The run they are of.
-    run_dir: Option<String>,
-    after: BTreeMap<usize, (Memory, Past)>,
-}
-
-impl Moments {
-    /// Forgets those of an earlier run.
-    pub(super) fn begin(&mut self, run_dir: Option<&str>) {
-        *self = Self { run_dir: run_dir.map(str::to_owned), after: BTreeMap::new() };
-    }
-
-    /// Keeps what is remembered after a step.
-    pub(super) fn keep(&mut self, number: usize, memory: Memory, past: Past) {
-        self.after.insert(number, (memory, past));
-    }
-
-    /// Returns what was remembered after a step of that run.
-    fn of(&self, run: &Run, number: usize) -> Option<(Memory, Past)> {
-        if self.run_dir != run.run_dir || run.run_dir.is_none() {
-            return None;
-        }
-        self.after.get(&number).cloned()
-    }
-}
 
 /// One step of a what-if beside the same step of the run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -61,6 +31,9 @@ pub struct ForkedStep {
     /// Why, when it did not succeed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+    /// Why, when it did not succeed, with its numbers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failure: Option<StepFailure>,
     /// How long it took, s of arm time.
     pub took_s: f64,
     /// The number of the same step in the run; `None` when the run had none after that place.
@@ -117,20 +90,20 @@ impl WorkCell {
         let found = run.steps.iter().rposition(|step| step.number == after);
         let Some(at) = found else {
             let of = run.steps.len();
-            return Err(Error::WhatIf(format!("the run has no step {after}; it has {of}")));
+            return Err(WhatIf::NoStep { after, of }.into());
         };
         let step = &run.steps[at];
         let state = &step.measured;
-        let unknown = state.objects.iter().find(|o| self.cell.scene.object(&o.name).is_none());
-        let joints = self.cell.robot.n_joints();
+        let unknown =
+            state.objects.iter().find(|o| self.model.cell.scene.object(&o.name).is_none());
+        let joints = self.model.cell.robot.n_joints();
         if let Some(object) = unknown {
-            let words = format!("the run has a `{}`, which this scene has not", object.name);
-            return Err(Error::WhatIf(words));
+            return Err(WhatIf::OtherScene(object.name.clone()).into());
         }
         if state.q.len() != joints {
-            return Err(Error::WhatIf("the run is of another arm than this one".into()));
+            return Err(WhatIf::OtherArm.into());
         }
-        let kept = self.moments.of(run, after);
+        let kept = self.experience.moments.of(run, after);
         let remembers = kept.is_some();
         let (memory, past) = kept.unwrap_or_default();
         let start = run.start.as_ref().unwrap_or(state);
@@ -144,24 +117,24 @@ impl WorkCell {
         };
         let tried = candidates.len();
         // The arm as it was found when it was sent there, which may have been another day.
-        let cell = run
-            .calibration
-            .as_ref()
-            .map_or_else(|| self.cell.clone(), |found| found.cell(self.scripts.stage().declared()));
+        let cell = run.calibration.as_ref().map_or_else(
+            || self.model.cell.clone(),
+            |found| found.cell(self.scripts.context().declared()),
+        );
         let best = Rehearsals {
             cell: &cell,
-            look: &self.look,
-            settings: &self.settings,
-            stdlib: &self.stdlib,
-            library: &self.library,
+            look: &self.model.look,
+            settings: &self.model.settings,
+            stdlib: &self.setup.stdlib,
+            library: &self.setup.library,
             state,
             // Another call begins its own run.
             start: if call.is_some() { state } else { start },
             q,
             memory: &memory,
             past: &past,
-            seed: self.seed,
-            cancel: &self.cancel,
+            seed: self.setup.seed,
+            cancel: &self.controls.cancel,
         }
         .all(candidates, &|_| {})?
         .into_iter()
@@ -183,10 +156,7 @@ impl WorkCell {
 
 /// The candidates that are the rest of a run after its step `at`, with the choices it had made.
 fn rest(run: &Run, at: usize) -> Result<Vec<Candidate>, Error> {
-    let none = || {
-        let number = run.steps[at].number;
-        Error::WhatIf(format!("nothing was planned after step {number}"))
-    };
+    let none = || Error::from(WhatIf::NothingAfter(run.steps[at].number));
     let (pg, index) = place(&run.parse_graphs, &run.steps[..=at]).ok_or_else(none)?;
     if index + 1 >= pg.steps.len() {
         return Err(none());
@@ -232,7 +202,8 @@ fn beside(rehearsal: &Rehearsal, after: usize, came: &[StepRecord]) -> Vec<Forke
                 path: planned.path.clone(),
                 action: planned.text.clone(),
                 outcome: done.outcome,
-                reason: done.reason.clone(),
+                reason: done.failure.as_ref().map(ToString::to_string),
+                failure: done.failure.clone(),
                 took_s: done.interval[1] - done.interval[0],
                 same_as: same.map(|step| step.number),
                 compared,

@@ -2,8 +2,21 @@
 
 use crate::language::ast::{EffectItem, TwinItem};
 use crate::language::{Diagnostic, Library};
-use crate::twin::{Effect, Settings};
+use crate::twin::{Effect, Hindrance, Settings};
 use crate::world::Scene;
+
+use super::wording;
+
+/// Why a rehearsal does not simulate an effect.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub(super) enum Unheeded {
+    /// Nobody wrote down how.
+    #[error("the twin has no law for it")]
+    NoLaw,
+    /// There is nothing in the scene that it could be about.
+    #[error("{0}")]
+    Hindered(Hindrance),
+}
 
 /// The effects of a scene's twins.
 #[derive(Debug, Clone, Default)]
@@ -11,7 +24,7 @@ pub(super) struct Known {
     /// Those the twin has a law for, each with its name: `lip_dribble(jar)`.
     effects: Vec<(String, Effect)>,
     /// The names of the others, each with why it changes nothing here.
-    pub(super) aside: Vec<(String, String)>,
+    pub(super) aside: Vec<(String, Unheeded)>,
 }
 
 impl Known {
@@ -45,23 +58,22 @@ impl Known {
         }
     }
 
-    /// Says what the twin has, ` with lip_dribble(jar)`, or nothing.
-    pub(super) fn words(&self) -> String {
-        let names: Vec<&str> = self.effects.iter().map(|(name, _)| name.as_str()).collect();
-        if names.is_empty() { String::new() } else { format!(" with {}", names.join(", ")) }
+    /// Returns the names of those that the twin has: `lip_dribble(jar)`.
+    pub(super) fn names(&self) -> Vec<&str> {
+        self.effects.iter().map(|(name, _)| name.as_str()).collect()
     }
 }
 
 /// Returns the law by which the twin heeds an effect, or why it does not; without a scene it is not asked whether the
 /// place is there.
-fn heeded(item: &EffectItem, scene: Option<&Scene>, joints: usize) -> Result<Effect, String> {
+fn heeded(item: &EffectItem, scene: Option<&Scene>, joints: usize) -> Result<Effect, Unheeded> {
     let law = Effect::known(&item.name.text, &item.at.text, |name| {
         let parameter = item.parameters.iter().find(|parameter| parameter.name.text == name)?;
         Some(parameter.value.quantity.value)
     });
-    let law = law.ok_or("the twin has no law for it")?;
+    let law = law.ok_or(Unheeded::NoLaw)?;
     match scene.and_then(|scene| law.hindrance(scene, joints)) {
-        Some(why) => Err(why),
+        Some(why) => Err(Unheeded::Hindered(why)),
         None => Ok(law),
     }
 }
@@ -70,10 +82,7 @@ fn heeded(item: &EffectItem, scene: Option<&Scene>, joints: usize) -> Result<Eff
 pub(super) fn unheeded(twin: &TwinItem, scene: Option<&Scene>) -> Vec<Diagnostic> {
     let warn = |item: &EffectItem| {
         let why = heeded(item, scene, usize::MAX).err()?;
-        let message =
-            format!("rehearsals do not simulate `{}({})`: {why}", item.name.text, item.at.text);
-        let found = Diagnostic::warning("task::unheeded", item.name.span, message, "not simulated");
-        Some(found.help("`gap` judges with it all the same; a run goes without it"))
+        Some(wording::unheeded(item, &why))
     };
     twin.effects.iter().filter_map(warn).collect()
 }
@@ -83,9 +92,5 @@ pub fn unheeded_words(effects: &[EffectItem]) -> Option<String> {
     let idle = effects.iter().filter(|item| heeded(item, None, usize::MAX).is_err());
     let names: Vec<String> =
         idle.map(|item| format!("{}({})", item.name.text, item.at.text)).collect();
-    (!names.is_empty()).then(|| {
-        let them = if names.len() == 1 { "it" } else { "them" };
-        let names = names.join(", ");
-        format!("the twin has no law for {names}: `gap` judges with {them}, rehearsals go without")
-    })
+    (!names.is_empty()).then(|| wording::no_law_for(&names))
 }

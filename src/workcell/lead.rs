@@ -2,60 +2,21 @@
 //! arm may be left standing.
 
 use std::path::Path;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use crate::execution::conduct::{Ahead, Conductor, Word, unsafe_hold};
-use crate::execution::lines::{Gate, Line};
-use crate::execution::stage::ActionError;
-use crate::execution::trace::StepRecord;
-use crate::execution::walk::Walker;
+use crate::execution::error::ActionError;
+use crate::execution::lines::Gate;
+use crate::execution::reader::Reader;
+use crate::execution::wording::inside_together;
 use crate::graph::{Graph, ParseGraph, Step};
 use crate::monitor;
+use crate::trace::Line;
+use crate::trace::StepRecord;
 use crate::world::WorldState;
 
-use super::{Error, WorkCell};
-
-/// A conductor, and what it could not be asked about yet.
-pub(super) struct Lead {
-    conductor: Box<dyn Conductor>,
-    /// Steps that ended where the arm could not be left standing, in their order.
-    pending: Vec<(Ahead, StepRecord)>,
-    /// How long it has been waited for, s of wall time.
-    waited: f64,
-    clock: fn() -> f64,
-}
-
-/// A lead that the gate before the lines of a script shares.
-pub(super) type SharedLead = Arc<Mutex<Lead>>;
-
-impl Lead {
-    fn new(conductor: Box<dyn Conductor>, clock: fn() -> f64) -> SharedLead {
-        Arc::new(Mutex::new(Self { conductor, pending: Vec::new(), waited: 0.0, clock }))
-    }
-
-    /// Asks something, and counts the time it takes.
-    fn asking<T>(&mut self, ask: impl FnOnce(&mut Self) -> T) -> T {
-        let begin = (self.clock)();
-        let word = ask(self);
-        self.waited += (self.clock)() - begin;
-        word
-    }
-
-    /// Asks about what has ended; the first wish to stop counts, and the rest told all the same.
-    fn catch_up(&mut self) -> Word {
-        let mut word = Word::Go;
-        for (ahead, record) in std::mem::take(&mut self.pending) {
-            if self.conductor.after(&ahead, &record) == Word::Stop {
-                word = Word::Stop;
-            }
-        }
-        word
-    }
-}
-
-fn lock(lead: &SharedLead) -> MutexGuard<'_, Lead> {
-    lead.lock().unwrap_or_else(PoisonError::into_inner)
-}
+use super::leader::{Lead, SharedLead, lock};
+use super::{Error, WorkCell, wording};
 
 /// A step that is about to be carried out.
 pub(super) struct Turn<'a> {
@@ -76,24 +37,24 @@ pub(super) struct Turn<'a> {
 impl WorkCell {
     /// Lets someone decide between the steps of the next run.
     pub fn led_by(&mut self, conductor: Box<dyn Conductor>) {
-        self.lead = Some(Lead::new(conductor, self.clock));
+        self.audience.lead = Some(Lead::new(conductor, self.setup.clock));
     }
 
     /// Lets the next run go on by itself.
     pub fn led_by_nobody(&mut self) {
-        self.lead = None;
+        self.audience.lead = None;
     }
 
     /// Returns whether whoever leads the next run tells of its steps.
     pub fn is_told(&self) -> bool {
-        self.lead.as_ref().is_some_and(|lead| lock(lead).conductor.tells())
+        self.audience.lead.as_ref().is_some_and(|lead| lock(lead).conductor.tells())
     }
 
     /// Tells whoever leads that a run begins.
     pub(super) fn lead_begins(&mut self, task: &str, run_dir: Option<&str>) {
         // A run that ended in a panic may have left its own.
-        self.scripts.stage().set_gate(None);
-        if let Some(lead) = &self.lead {
+        self.scripts.context().set_gate(None);
+        if let Some(lead) = &self.audience.lead {
             lock(lead).conductor.begins(task, run_dir.map(Path::new));
         }
     }
@@ -105,12 +66,9 @@ impl WorkCell {
     /// [`ActionError::Stopped`] when the run is to end here.
     pub(super) fn ask_before(&mut self, turn: &Turn<'_>) -> Result<Option<Ahead>, Error> {
         let step = &turn.pg.steps[turn.index];
-        let Some(lead) = self.lead.clone() else {
+        let Some(lead) = self.audience.lead.clone() else {
             if step.pause.is_some() {
-                self.note(&format!(
-                    "a `break` stands before step {} {}; it pauses only a run that is stepped",
-                    turn.number, step.text
-                ));
+                self.audience.note(&wording::break_passed(turn.number, &step.text));
             }
             return Ok(None);
         };
@@ -140,11 +98,11 @@ impl WorkCell {
         record: Option<&StepRecord>,
     ) -> Result<(), Error> {
         let (Some(ahead), Some(record)) = (ahead, record) else { return Ok(()) };
-        let Some(lead) = self.lead.clone() else { return Ok(()) };
+        let Some(lead) = self.audience.lead.clone() else { return Ok(()) };
         lock(&lead).pending.push((ahead, record.clone()));
         let steps = &turn.pg.steps;
         let (done, next) = (&steps[turn.index], steps.get(turn.index + 1));
-        let why = unsafe_hold(Some(done), next, &record.measured, &self.cell.scene);
+        let why = unsafe_hold(Some(done), next, &record.measured, &self.model.cell.scene);
         let word = match why {
             None => self.waiting(&lead, Lead::catch_up)?,
             Some(_) => Word::Go,
@@ -153,13 +111,13 @@ impl WorkCell {
     }
 
     /// Lets whoever leads hold the arm before the lines of a step's script, where it can be left standing.
-    pub(super) fn open_gate(&self, ahead: Option<&Ahead>, step: &Step) {
-        let gate = ahead.zip(self.lead.clone()).map(|(ahead, lead)| {
-            let (ahead, scene) = (ahead.clone(), self.cell.scene.clone());
+    pub(super) fn open_gate(&mut self, ahead: Option<&Ahead>, step: &Step) {
+        let gate = ahead.zip(self.audience.lead.clone()).map(|(ahead, lead)| {
+            let (ahead, scene) = (ahead.clone(), self.model.cell.scene.clone());
             let is_together = step.together.is_some();
             let gate: Gate = Arc::new(Mutex::new(move |line: &Line, state: &WorldState| {
                 let why = if is_together {
-                    Some("inside a `together`".to_owned())
+                    Some(inside_together())
                 } else {
                     unsafe_hold(None, None, state, &scene)
                 };
@@ -167,13 +125,13 @@ impl WorkCell {
             }));
             gate
         });
-        self.scripts.stage().set_gate(gate);
+        self.scripts.context().set_gate(gate);
     }
 
     /// Ends the lead: whatever was not asked yet is asked now, the run being over. Returns how long it was
     /// waited for in all, s.
     pub(super) fn lead_ends(&mut self) -> f64 {
-        let Some(lead) = self.lead.take() else { return 0.0 };
+        let Some(lead) = self.audience.lead.take() else { return 0.0 };
         let mut lead = lock(&lead);
         lead.asking(Lead::catch_up);
         lead.waited
@@ -181,23 +139,20 @@ impl WorkCell {
 
     /// Returns how long whoever leads has been waited for so far, s.
     pub(super) fn waited(&self) -> f64 {
-        self.lead.as_ref().map_or(0.0, |lead| lock(lead).waited)
+        self.audience.lead.as_ref().map_or(0.0, |lead| lock(lead).waited)
     }
 
     /// Asks something, while arm time stands still.
     fn waiting(
-        &self,
+        &mut self,
         lead: &SharedLead,
         ask: impl FnOnce(&mut Lead) -> Word,
     ) -> Result<Word, Error> {
-        self.scripts.stage().waits(true)?;
-        let word = lock(lead).asking(ask);
-        self.scripts.stage().waits(false)?;
-        Ok(word)
+        Ok(self.scripts.waiting(|| lock(lead).asking(ask))?)
     }
 
     fn heed(&self, word: Word) -> Result<(), Error> {
-        if word == Word::Stop || self.cancel.is_cancelled() {
+        if word == Word::Stop || self.controls.cancel.is_cancelled() {
             return Err(ActionError::Stopped.into());
         }
         Ok(())
@@ -205,13 +160,13 @@ impl WorkCell {
 
     /// Describes a step with what its conditions are worth now, and says why the arm cannot be left
     /// standing before it, if so.
-    fn ahead(&self, turn: &Turn<'_>) -> Result<(Ahead, Option<String>), Error> {
+    fn ahead(&mut self, turn: &Turn<'_>) -> Result<(Ahead, Option<String>), Error> {
         let Turn { graph, pg, index, number, start, .. } = *turn;
         let state = self.state()?;
-        let scene = self.cell.scene.clone();
-        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, start);
+        let scene = self.model.cell.scene.clone();
+        let reader = Reader::new(&mut self.scripts, &self.setup.library, &scene, start);
         let judge = |condition: &crate::graph::Condition| {
-            let reading = walker.read(&condition.expr, &state);
+            let reading = reader.read(&condition.expr, &state);
             (reading.truth, reading.margin.map(monitor::measure))
         };
         let label = |path: &str| {
@@ -220,12 +175,12 @@ impl WorkCell {
         };
         let mut ahead = Ahead::of(pg, index, number, &judge, &label);
         let step = &pg.steps[index];
-        let written = self.library.callable(&step.within);
+        let written = self.setup.library.callable(&step.within);
         ahead.place = written.map(|(_, source)| source.place(step.span));
         if let (Some(mark), Some(when)) =
             (&mut ahead.mark, step.pause.as_ref().and_then(|pause| pause.when.as_ref()))
         {
-            mark.holds = walker.read(when, &state).truth != Some(false);
+            mark.holds = reader.read(when, &state).truth != Some(false);
         }
         let before = turn.follows.then(|| &pg.steps[index - 1]);
         let why = unsafe_hold(before, Some(step), &state, &scene);

@@ -8,7 +8,7 @@ use crate::graph::outcome::Outcome;
 use crate::graph::{Outcomes, ParseGraph, Priors};
 
 use super::Run;
-use crate::execution::trace;
+use crate::trace;
 
 /// What is known from earlier runs.
 #[derive(Debug, Clone, Default)]

@@ -1,11 +1,11 @@
 //! What is known now: conditions and quantities read at the prompt, and needs before anything moves.
 
-use crate::execution::walk::Walker;
+use crate::execution::reader::Reader;
+use crate::fluent::Reading;
 use crate::graph::Graph;
 use crate::language::ast::{BinaryOp, Call, Expr, ExprKind};
 use crate::language::text;
 use crate::units::Quantity;
-use crate::world::fluent::Reading;
 
 use super::{Error, WorkCell};
 
@@ -15,11 +15,11 @@ impl WorkCell {
     /// # Errors
     ///
     /// When the arm does not answer.
-    pub fn read(&self, condition: &Expr) -> Result<Reading, Error> {
+    pub fn read(&mut self, condition: &Expr) -> Result<Reading, Error> {
         let state = self.state()?;
-        let scene = self.cell.scene.clone();
-        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, &state);
-        Ok(walker.read(condition, &state))
+        let scene = self.model.cell.scene.clone();
+        let reader = Reader::new(&mut self.scripts, &self.setup.library, &scene, &state);
+        Ok(reader.read(condition, &state))
     }
 
     /// Returns what a quantity is worth now; `None` when nobody knows, or it is none.
@@ -27,17 +27,17 @@ impl WorkCell {
     /// # Errors
     ///
     /// When the arm does not answer.
-    pub fn quantity(&self, expr: &Expr) -> Result<Option<Quantity>, Error> {
+    pub fn quantity(&mut self, expr: &Expr) -> Result<Option<Quantity>, Error> {
         let state = self.state()?;
-        let scene = self.cell.scene.clone();
-        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, &state);
-        Ok(walker.quantity(expr, &state))
+        let scene = self.model.cell.scene.clone();
+        let reader = Reader::new(&mut self.scripts, &self.setup.library, &scene, &state);
+        Ok(reader.quantity(expr, &state))
     }
 
     /// Returns why a call cannot be done as far as is known now: which of its needs is false. Before the
     /// first look at the table nobody knows of any.
-    pub fn hindrance(&self, call: &Call) -> Option<String> {
-        if !self.is_camera_aligned {
+    pub fn hindrance(&mut self, call: &Call) -> Option<String> {
+        if !self.experience.is_camera_aligned {
             return None;
         }
         let checked = self.graph(call).and_then(|graph| self.check_needs(&graph));
@@ -45,25 +45,25 @@ impl WorkCell {
     }
 
     /// Says which of the call's own needs is false now; what nobody knows does not stand in the way.
-    pub(super) fn check_needs(&self, graph: &Graph) -> Result<(), Error> {
+    pub(super) fn check_needs(&mut self, graph: &Graph) -> Result<(), Error> {
         let state = self.state()?;
         let likeliest = self.parses(graph, &state, 1)?;
         let Some(first) = likeliest.first().and_then(|pg| pg.steps.first()) else {
             return Ok(());
         };
-        let scene = self.cell.scene.clone();
-        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, &state);
+        let scene = self.model.cell.scene.clone();
+        let reader = Reader::new(&mut self.scripts, &self.setup.library, &scene, &state);
         let root = &graph.root().path;
         let own = first.needs.iter().filter(|need| need.owner == *root);
         for part in own.flat_map(|need| parts(&need.expr)) {
-            let reading = walker.read(part, &state);
+            let reading = reader.read(part, &state);
             if reading.truth != Some(false) {
                 continue;
             }
             let by = reading.margin.map_or(0.0, |margin| margin.value.abs());
             let amount_at = |place| {
                 let amount = argument(part, place);
-                amount.and_then(|amount| walker.quantity(amount, &state)).map(|known| known.value)
+                amount.and_then(|amount| reader.quantity(amount, &state)).map(|known| known.value)
             };
             return Err(match about(part) {
                 Some(("reachable", object)) => Error::OutOfReach { object, by },
@@ -75,9 +75,7 @@ impl WorkCell {
                     let amount = amount_at(1).unwrap_or(by);
                     Error::NotSoMuch { source_name, there: (amount - by).max(0.0), amount }
                 }
-                Some(("visible", object)) => {
-                    Error::NotSeen(vec![(object, "nothing in the picture looks like it".into())])
-                }
+                Some(("visible", object)) => Error::NotSeen(object),
                 None if is_call(part, "weighable") => {
                     let amount = amount_at(0).unwrap_or(0.0);
                     Error::NotWeighable { amount, least: amount + by }

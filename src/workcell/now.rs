@@ -7,7 +7,8 @@ use crate::execution::belief::Belief;
 use crate::lab::{LabSettings, Spot, Start};
 use crate::world::{Scene, WorldState};
 
-use super::{Error, Parts, WorkCell, devices};
+use super::roles::Setup;
+use super::{Error, Parts, WorkCell, devices, wording};
 
 impl WorkCell {
     /// Opens a twin that begins where this cell is believed to be: things where they were seen, as much water
@@ -18,32 +19,29 @@ impl WorkCell {
     /// When the arm does not answer, or the twin cannot be built.
     pub fn twin(&mut self) -> Result<(Self, Vec<String>), Error> {
         let state = self.state()?;
-        let q = self.scripts.stage().planned_q().to_vec();
+        let q = self.scripts.context().planned_q().to_vec();
         let (settings, unlike) = settings(&state, &q);
-        let scene = Arc::new(filled(&self.cell.scene, &state));
-        let devices = devices::simulated(&self.cell.robot, &scene, settings, self.seed)?;
+        let scene = Arc::new(filled(&self.model.cell.scene, &state));
+        let devices =
+            devices::simulated(&self.model.cell.robot, &scene, settings, self.setup.seed)?;
+        let setup = Setup { robot_name: "twin".into(), ..self.setup.clone() };
         let parts = Parts {
-            library: self.library.clone(),
-            stdlib: self.stdlib.clone(),
+            setup,
             scene: scene.clone(),
-            robot: self.cell.robot.clone(),
-            known: self.known.clone(),
+            robot: self.model.cell.robot.clone(),
+            known: self.model.known.clone(),
             pace: 1.0,
-            robot_name: "twin".into(),
-            seed: self.seed,
-            switches: self.switches,
-            clock: self.clock,
-            // Whoever wants to stop one wants to stop the other.
-            cancel: self.cancel.clone(),
             belief: Belief::knowing(scene, &state),
+            // Whoever wants to stop one wants to stop the other.
+            cancel: self.controls.cancel.clone(),
         };
         let mut twin = Self::with(parts, devices);
-        twin.learnt = self.learnt.clone();
+        twin.experience.learnt = self.experience.learnt.clone();
         Ok((twin, unlike))
     }
 
     /// Returns the names of the objects whose places are known.
-    pub fn known_objects(&self) -> Vec<String> {
+    pub fn known_objects(&mut self) -> Vec<String> {
         let Ok(state) = self.state() else { return Vec::new() };
         let known = state.objects.into_iter().filter(|o| o.world_from_object.is_some());
         known.map(|object| object.name).collect()
@@ -66,14 +64,12 @@ fn settings(state: &WorldState, q: &[f64]) -> (LabSettings, Vec<String>) {
     // Before the first look nobody knows of anything, and nothing needs to be said.
     if unknown.len() < state.objects.len() {
         for name in unknown {
-            unlike.push(format!("nobody knows where the {name} is: it stands anywhere"));
+            unlike.push(wording::stands_anywhere(name));
         }
     }
     match &state.held {
         Some(held) => {
-            unlike.push(format!(
-                "the {held} is in the hand: in the twin it stands below, the arm is at home"
-            ));
+            unlike.push(wording::stands_below(held));
         }
         None if !q.is_empty() => {
             settings.start = Start { q_rad: q.to_vec(), opening_m: state.opening };

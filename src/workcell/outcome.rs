@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::execution::arm::Pacing;
-use crate::execution::calibrate::Calibration;
-use crate::execution::trace::{Outcome, StepRecord};
+use crate::arm::Pacing;
+use crate::execution::calibration::Calibration;
 use crate::graph::ParseGraph;
 use crate::monitor::questionnaire::Answer;
+use crate::trace::{Outcome, StepRecord};
 use crate::vqa::Probe;
 use crate::world::WorldState;
 
@@ -14,12 +14,23 @@ use crate::world::WorldState;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ending {
-    /// Everything the task gives is true as measured, as far as anyone can tell.
+    /// Everything the task gives is true as measured.
     Success,
+    /// It was done, and something that it gives nobody could judge.
+    Unconfirmed,
     /// It is not.
     Failure,
     /// A person or a limit stopped it.
     Stopped,
+    /// An arm or a camera failed on the way.
+    Unavailable,
+}
+
+impl Ending {
+    /// Whether every step was done, whatever is known of what it came to.
+    pub fn is_done(self) -> bool {
+        matches!(self, Self::Success | Self::Unconfirmed)
+    }
 }
 
 /// Whether a run is over.
@@ -82,6 +93,15 @@ pub struct Tried {
     pub failed: Option<String>,
 }
 
+/// What a run's scripts are there for, read off the words they use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Aims {
+    /// They take something into the hand.
+    pub holds: bool,
+    /// They pour.
+    pub pours: bool,
+}
+
 /// A run: the answer of `trueup run --json`, and `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Run {
@@ -119,6 +139,9 @@ pub struct Run {
     /// What the model that answers beside geometry showed it can do.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub probe: Option<Probe>,
+    /// What its scripts are there for; `None` in records of older programs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub aims: Option<Aims>,
     /// What was tried in the twin, best first, attempt after attempt.
     pub rehearsals: Vec<Tried>,
     /// The parse graphs that were performed, one an attempt.
@@ -154,6 +177,7 @@ impl Run {
             steps: steps.to_vec(),
             questions: Vec::new(),
             probe: None,
+            aims: None,
             rehearsals: Vec::new(),
             parse_graphs: Vec::new(),
             water: None,

@@ -1,17 +1,19 @@
 //! A rehearsal, carried out on the arm: step by step, compared and recorded after each.
 
-use crate::execution::tape::Tape;
-use crate::execution::trace::{Event, Outcome, StepRecord};
-use crate::execution::walk::{Done, Walker};
-use crate::graph::{Graph, ParseGraph};
+use crate::execution::decisions::DecisionLog;
+use crate::execution::done::Done;
+use crate::execution::uses;
+use crate::execution::walk::{Texts as _, Walker};
+use crate::graph::{Does, ParseGraph};
+use crate::language::text;
 use crate::monitor::questionnaire;
 use crate::monitor::{self, Comparison};
-use crate::world::WorldState;
+use crate::trace::{Call, Event, Outcome, StepRecord};
 
 use super::lead::Turn;
 use super::rehearse::Rehearsal;
-use super::run::{SharedRecorder, keep};
-use super::{Error, Run, WorkCell, picture};
+use super::run::UnderWay;
+use super::{Error, WorkCell, picture};
 
 /// A step that failed.
 pub(super) struct Failed {
@@ -28,53 +30,59 @@ impl WorkCell {
     /// thought is not the arm's.
     pub(super) fn perform(
         &mut self,
-        graph: &Graph,
+        on: &mut UnderWay<'_>,
         rehearsal: &Rehearsal,
-        start: &WorldState,
-        run: &mut Run,
-        recorder: Option<&SharedRecorder>,
     ) -> Result<Option<Failed>, Error> {
         let (begin, waited) = (self.now(), self.waited());
-        let failed = self.steps_of(graph, rehearsal, start, run, recorder);
+        let failed = self.steps_of(on, rehearsal);
         let waited = self.waited() - waited;
-        run.timing_s.waiting += waited;
-        run.timing_s.execute += self.now() - begin - waited;
+        on.run.timing_s.waiting += waited;
+        on.run.timing_s.execute += self.now() - begin - waited;
         failed
     }
 
     fn steps_of(
         &mut self,
-        graph: &Graph,
+        on: &mut UnderWay<'_>,
         rehearsal: &Rehearsal,
-        start: &WorldState,
-        run: &mut Run,
-        recorder: Option<&SharedRecorder>,
     ) -> Result<Option<Failed>, Error> {
         let pg = &rehearsal.candidate.pg;
-        run.parse_graphs.push(pg.clone());
-        self.scripts.stage().set_tape(rehearsal.tape.rewound());
-        let scene = self.cell.scene.clone();
+        on.run.parse_graphs.push(pg.clone());
+        let aims = on.run.aims.get_or_insert_default();
+        for script in
+            pg.steps.iter().filter_map(|step| self.setup.stdlib.script(step.script.as_ref()?))
+        {
+            aims.holds |= uses::takes(script);
+            aims.pours |= uses::pours(script);
+        }
+        self.scripts.context().set_log(rehearsal.log.rewound());
+        let scene = self.model.cell.scene.clone();
         let watched = pg.fluents();
         let mut failed = None;
         for (k, index) in (rehearsal.candidate.from..pg.steps.len()).enumerate() {
-            let number = run.steps.len() + 1;
-            let turn = Turn { graph, pg, index, number, follows: k > 0, start };
+            let number = on.run.steps.len() + 1;
+            let turn = Turn { graph: on.graph, pg, index, number, follows: k > 0, start: on.start };
             // Whoever is asked sees what there is before the step.
             self.photo_for_run(&format!("{number:02}-before-real"))?;
             let before = if k == 0 { &rehearsal.start } else { &rehearsal.views[k - 1] };
             self.twin_picture(&format!("{number:02}-before-twin"), before);
             let ahead = self.ask_before(&turn)?;
             self.open_gate(ahead.as_ref(), &pg.steps[index]);
-            self.tell(&Event::StepStart {
+            self.audience.tell(&Event::StepStart {
                 number,
-                of: run.steps.len() + pg.steps.len() - index,
+                of: on.run.steps.len() + pg.steps.len() - index,
                 action: pg.steps[index].text.clone(),
                 path: pg.steps[index].path.clone(),
             });
             let begin = self.state()?.time;
             let (done, cut_short) = {
-                let mut walker =
-                    Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, start);
+                let mut walker = Walker::new(
+                    &mut self.scripts,
+                    &self.setup.stdlib,
+                    &self.setup.library,
+                    &scene,
+                    on.start,
+                );
                 match walker.step(pg, index, &watched) {
                     Ok(done) => (done, None),
                     // The step is recorded as far as it came.
@@ -83,39 +91,39 @@ impl WorkCell {
                     }
                 }
             };
-            self.scripts.stage().set_gate(None);
+            self.scripts.context().set_gate(None);
             let twin = rehearsal.steps.get(k);
             let comparison = monitor::compare(twin.map_or(&[], |t| &t.fluents), &done.fluents);
             if done.outcome != Outcome::Success {
-                let reason = done.reason.clone().unwrap_or_default();
                 let step = &pg.steps[index];
+                let why = done.failure.as_ref().map(ToString::to_string).unwrap_or_default();
                 failed = Some(Failed {
                     index,
-                    reason: format!("{}: {reason}", step.text),
+                    reason: format!("{}: {why}", step.text),
                     // What goes on beside other things cannot be taken up in its middle.
                     plan_again: done.plan_again && step.together.is_none(),
                 });
             }
-            run.questions.push(questionnaire::by_geometry(&comparison.rows));
-            let planned_q = self.scripts.stage().planned_q().to_vec();
+            on.run.questions.push(questionnaire::by_geometry(&comparison.rows));
+            let planned_q = self.scripts.context().planned_q().to_vec();
             let record = StepRecord { planned_q, ..record(pg, number, done, comparison, twin) };
-            self.tell(&Event::StepEnd { record: Box::new(record.clone()) });
+            self.audience.tell(&Event::StepEnd { record: Box::new(record.clone()) });
             let (memory, past) = {
-                let mut stage = self.scripts.stage();
-                (stage.memory().clone(), stage.past().clone())
+                let mut context = self.scripts.context();
+                (context.memory().clone(), context.past().clone())
             };
-            self.moments.keep(number, memory, past);
-            run.steps.push(record);
-            keep(run, recorder)?;
+            self.experience.moments.keep(number, memory, past);
+            on.run.steps.push(record);
+            on.keep()?;
             let real = self.photo_for_run(&picture::after(number, "real"))?;
             let twin = rehearsal
                 .views
                 .get(k)
                 .map(|view| self.twin_picture(&picture::after(number, "twin"), view));
-            if cut_short.is_none() && self.ask_model(run, real.as_ref(), twin.as_ref()) {
-                keep(run, recorder)?;
+            if cut_short.is_none() && self.ask_model(on.run, real.as_ref(), twin.as_ref()) {
+                on.keep()?;
             }
-            let asked = self.ask_after(&turn, ahead, run.steps.last());
+            let asked = self.ask_after(&turn, ahead, on.run.steps.last());
             if let Some(error) = cut_short {
                 return Err(error.into());
             }
@@ -124,9 +132,16 @@ impl WorkCell {
                 break;
             }
         }
-        self.scripts.stage().set_tape(Tape::recording());
+        self.scripts.context().set_log(DecisionLog::recording());
         Ok(failed)
     }
+}
+
+/// Returns the action that a step calls, if it calls one.
+fn call(does: &Does) -> Option<Call> {
+    let Does::Action { name, args } = does else { return None };
+    let args = args.iter().map(|arg| (arg.name.clone(), text::expr(&arg.value)));
+    Some(Call { name: name.clone(), args: args.collect() })
 }
 
 fn record(
@@ -142,8 +157,10 @@ fn record(
         number,
         path: step.path.clone(),
         action: step.text.clone(),
+        call: call(&step.does),
         outcome: done.outcome,
-        reason: done.reason,
+        reason: done.failure.as_ref().map(ToString::to_string),
+        failure: done.failure,
         interval_s: done.interval,
         fluents: comparison.rows,
         during,

@@ -9,10 +9,11 @@ use crate::discovery::recording::sidecar::Vessels;
 use crate::discovery::recording::{Column, Error, Recording};
 use crate::motion::Robot;
 use crate::motion::dynamics::GRAVITY;
+use crate::trace::{Deed, StepRecord};
 use crate::units::{Dimension, Unit};
 use crate::world::{Object, Pose, Scene, Shape};
 
-use super::{Run, weighed};
+use super::{Run, weighed, wording};
 
 /// Kept before the vessel begins to turn, s.
 const BEFORE: f64 = 2.0;
@@ -32,18 +33,17 @@ pub fn pour(
     robot: &Robot,
     scene: &Scene,
 ) -> Result<Option<Recording>, Error> {
-    let step = |begins: &str| run.steps.iter().position(|step| step.action.starts_with(begins));
-    let Some(turns) = step("tilt(") else { return Ok(None) };
-    let takes = run.steps[..turns].iter().rposition(|step| step.action.starts_with("grasp("));
+    let Some((turns, source, target)) = turned(run) else { return Ok(None) };
+    let took = |step: &StepRecord| {
+        step.deeds().any(|deed| matches!(deed, Deed::Took { object } if object == source))
+    };
+    let takes = run.steps[..turns].iter().rposition(took);
     let (Some(takes), true) = (takes, arm.has("mass")) else { return Ok(None) };
     let (turn, grasp) = (&run.steps[turns], &run.steps[takes]);
-    let inside_brackets = turn.action.trim_start_matches("tilt(");
-    let mut names = inside_brackets.split([',', ')']).map(str::trim);
-    let (source, target) = (names.next().unwrap_or_default(), names.next().unwrap_or_default());
     let missing = |name: &str| Error {
-        what: format!("`{name}` is not in the scene `{}`", scene.name),
+        what: wording::not_in_scene(name, &scene.name),
         place: arm.name.clone(),
-        help: "give the scene of the run with `--scene FILE` or `--model FILE`".into(),
+        help: wording::give_the_scene(),
     };
     let object = scene.object(source).ok_or_else(|| missing(source))?;
     let vessel = scene.object(target).ok_or_else(|| missing(target))?;
@@ -51,9 +51,9 @@ pub fn pour(
     let (Some(taken), Some(stands)) = (known(source), known(target)) else { return Ok(None) };
 
     let columns = arm.group("q", robot.n_joints(), Dimension::ANGLE)?.ok_or_else(|| Error {
-        what: "the run's recording has no joint positions".into(),
+        what: wording::no_joints_recorded(),
         place: arm.name.clone(),
-        help: "is it the recording of this robot?".into(),
+        help: wording::check_the_robot(),
     })?;
     let hand = |row: usize| {
         let q: Vec<f64> = columns.iter().map(|column| column[row]).collect();
@@ -62,11 +62,14 @@ pub fn pour(
     let no_hand = |error: crate::motion::Error| Error {
         what: error.to_string(),
         place: arm.name.clone(),
-        help: "is it the recording of this robot?".into(),
+        help: wording::check_the_robot(),
     };
     let row_at = |time: f64| arm.time.partition_point(|t| *t < time).min(arm.n_rows() - 1);
     let tool_from_object = hand(row_at(grasp.interval_s[1])).map_err(no_hand)?.inverse() * taken;
-    let end = step("lower(").map_or(turn.interval_s[1], |at| run.steps[at].interval_s[0]);
+    let sets_down =
+        |step: &&StepRecord| step.deeds().any(|deed| matches!(deed, Deed::SetDown { .. }));
+    let down = run.steps[turns..].iter().find(sets_down);
+    let end = down.map_or(turn.interval_s[1], |step| step.interval_s[0]);
     let rows = row_at(turn.interval_s[0] - BEFORE)..row_at(end);
     let poses: Vec<Pose<_, _>> = rows
         .clone()
@@ -110,6 +113,16 @@ pub fn pour(
     });
     let time = arm.time[rows].to_vec();
     Ok(Some(Recording { name: arm.name.clone(), time, columns, sidecar, notes: arm.notes.clone() }))
+}
+
+/// Returns the step that turns a vessel to pour, the vessel, and what it is poured into.
+fn turned(run: &Run) -> Option<(usize, &str, &str)> {
+    run.steps.iter().enumerate().find_map(|(at, step)| {
+        step.deeds().find_map(|deed| match deed {
+            Deed::Turned { source, target } => Some((at, source.as_str(), target.as_str())),
+            _ => None,
+        })
+    })
 }
 
 /// Returns where what leaves the lip at a row passes the height of the vessel's mouth, m in the vessel's frame: it

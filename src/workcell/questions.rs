@@ -5,8 +5,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::execution::trace::{FluentRow, Measure, StepRecord};
 use crate::teach::answers::{Answer, Answered, EXPERT, is_expert};
+use crate::trace::{FluentRow, Measure, StepRecord};
 use crate::vqa::score::{Case, GEOMETRY};
 use crate::vqa::{Line, On, Said};
 

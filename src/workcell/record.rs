@@ -13,9 +13,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::execution::arm::{Cancel, Feedback};
-use crate::execution::trace::{Event, Observer};
+use crate::arm::{Cancel, Feedback};
 use crate::files::write;
+use crate::trace::{Event, Observer};
 
 /// The file of events in a run folder.
 pub const EVENTS: &str = "events.jsonl";

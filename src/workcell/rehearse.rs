@@ -2,23 +2,26 @@
 //!
 //! Each candidate is one parse graph and one set of choices inside its scripts. A rehearsal starts from
 //! the world as it is believed to be, runs the same scripts as the arm will, with rigid bodies and water,
-//! and ends with every decision on a tape.
+//! and ends with every decision in a decision log.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use crate::execution::arm::Cancel;
+use crate::arm::Cancel;
+use crate::execution::cell::Cell;
+use crate::execution::context::{ActionContext, Memory};
+use crate::execution::decisions::DecisionLog;
+use crate::execution::error::ActionError;
+use crate::execution::refusal::Refusal;
 use crate::execution::script::Scripts;
-use crate::execution::stage::{ActionError, Cell, Memory, Stage};
-use crate::execution::tape::Tape;
 use crate::execution::timing::Past;
-use crate::execution::trace::{Nobody, Outcome};
 use crate::execution::twin_arm::TwinBody;
-use crate::execution::walk::{Done, Walker};
+use crate::execution::{done::Done, walk::Walker};
 use crate::graph::ParseGraph;
 use crate::language::Library;
 use crate::motion::budget;
+use crate::trace::{Nobody, Outcome, StepFailure};
 use crate::twin::render::{ArmLook, View};
 use crate::twin::{Settings, Twin};
 use crate::world::WorldState;
@@ -75,17 +78,16 @@ pub struct Rehearsal {
     /// What the twin looked like after each step.
     pub views: Vec<View>,
     /// Every decision.
-    pub tape: Tape,
+    pub log: DecisionLog,
     /// What it is worth.
     pub worth: Worth,
 }
 
 impl Rehearsal {
     /// Returns the step that failed and why.
-    pub fn failure(&self) -> Option<(usize, &str)> {
+    pub fn failure(&self) -> Option<(usize, &StepFailure)> {
         let last = self.steps.last()?;
-        let reason = last.reason.as_deref().unwrap_or("no reason was given");
-        (last.outcome != Outcome::Success).then_some((last.index, reason))
+        last.failure.as_ref().map(|failure| (last.index, failure))
     }
 }
 
@@ -145,7 +147,7 @@ impl Rehearsals<'_> {
         let settings = Settings { seed: self.seed, ..self.settings.clone() };
         // The plan knows better than the encoders where the arm is.
         let state = WorldState { q: self.q.to_vec(), ..self.state.clone() };
-        let failed = |error| ActionError::Refused(format!("the twin cannot be built: {error}"));
+        let failed = |error| ActionError::from(Refusal::NoTwin(error));
         let mut twin =
             Twin::new(&self.cell.robot, &self.cell.scene, &state, settings).map_err(failed)?;
         if state.held.is_some() {
@@ -153,21 +155,21 @@ impl Rehearsals<'_> {
             twin.run(0.3).map_err(failed)?;
         }
         let twin = Arc::new(Mutex::new(twin));
-        let stage = Stage::new(
+        let context = ActionContext::new(
             self.cell.clone(),
             Box::new(TwinBody::new(twin.clone())),
             self.q.to_vec(),
-            Tape::recording(),
+            DecisionLog::recording(),
             (self.seed, candidate.variant),
             self.cancel.clone(),
             Arc::new(Mutex::new(Nobody)),
         );
-        let scripts = Scripts::new(stage);
-        scripts.stage().allow(LONGEST, PLANNED)?;
-        scripts.stage().set_memory(self.memory.clone());
-        scripts.stage().set_past(self.past.clone());
+        let mut scripts = Scripts::new(context);
+        scripts.context().allow(LONGEST, PLANNED)?;
+        scripts.context().set_memory(self.memory.clone());
+        scripts.context().set_past(self.past.clone());
         let scene = self.cell.scene.clone();
-        let mut walker = Walker::new(&scripts, self.stdlib, self.library, &scene, self.start);
+        let mut walker = Walker::new(&mut scripts, self.stdlib, self.library, &scene, self.start);
         let watched = candidate.pg.fluents();
         let start =
             super::picture::view(&twin.lock().unwrap_or_else(PoisonError::into_inner), self.look);
@@ -183,7 +185,7 @@ impl Rehearsals<'_> {
                 break;
             }
         }
-        let state = scripts.stage().state()?;
+        let state = scripts.context().state()?;
         let planned = candidate.pg.steps.len().saturating_sub(candidate.from).max(1);
         let worth = Worth {
             success,
@@ -191,7 +193,7 @@ impl Rehearsals<'_> {
             progress: steps.len() as f64 / planned as f64,
             time: state.time - self.state.time,
         };
-        let tape = scripts.stage().tape().clone();
-        Ok(Rehearsal { candidate, steps, start, views, tape, worth })
+        let log = scripts.context().log().clone();
+        Ok(Rehearsal { candidate, steps, start, views, log, worth })
     }
 }

@@ -4,18 +4,18 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::execution::arm::{Cancel, Weighing};
-use crate::execution::stage::ActionError;
-use crate::execution::tape::Tape;
-use crate::execution::trace::{Event, Observer};
-use crate::execution::walk::Walker;
-use crate::graph::{self, Graph};
+use crate::arm::{Cancel, Weighing};
+use crate::execution::decisions::DecisionLog;
+use crate::execution::error::ActionError;
+use crate::execution::reader::Reader;
+use crate::graph::{self, Condition, Graph};
 use crate::language::ast::{Call, ExprKind};
 use crate::language::text;
+use crate::trace::{Event, Observer};
 use crate::world::WorldState;
 
 use super::record::Recorder;
-use super::{Ending, Error, Run, State, Water, WorkCell};
+use super::{Ending, Error, Run, State, Water, WorkCell, wording};
 
 impl WorkCell {
     /// Carries out a call on the arm, rehearsed first, and keeps the run in a folder if one is given.
@@ -43,25 +43,25 @@ impl WorkCell {
             run.run_dir = Some(recorder.dir().display().to_string());
         }
         // From here on the run can be found again, whatever happens to the program.
-        if let Err(error) = begin(&run, recorder.as_ref(), &self.cancel) {
+        if let Err(error) = begin(&run, recorder.as_ref(), &self.controls.cancel) {
             self.watched_by(Vec::new());
             return Err(error);
         }
-        self.moments.begin(run.run_dir.as_deref());
+        self.experience.moments.begin(run.run_dir.as_deref());
         self.lead_begins(&run.task, run.run_dir.as_deref());
         // What was streamed before was another run's.
-        self.scripts.stage().body().arm().pacing();
+        self.scripts.context().body().arm().pacing();
         let carried =
             catch_unwind(AssertUnwindSafe(|| self.carry(call, &mut run, recorder.as_ref())));
         let carried = match carried {
             Ok(carried) => carried,
             Err(panic) => self.give_up(run, recorder.as_ref(), panic),
         };
-        run.stream = self.scripts.stage().body().arm().pacing();
+        run.stream = self.scripts.context().body().arm().pacing();
         run.timing_s.waiting = self.lead_ends();
         self.watched_by(Vec::new());
         // Decisions of a performance that was cut short are not for whatever comes next.
-        self.scripts.stage().set_tape(Tape::recording());
+        self.scripts.context().set_log(DecisionLog::recording());
         run.timing_s.total = self.now() - total;
         let carried = match carried {
             Err(Error::Action(ActionError::Stopped)) => {
@@ -76,6 +76,7 @@ impl WorkCell {
             Err(error) => {
                 run.reason = Some(error.to_string());
                 if let Error::Action(ActionError::Device(device)) = &error {
+                    run.outcome = Ending::Unavailable;
                     run.device_help = Some(device.help().to_owned());
                 }
                 // Once something was done there is a run to speak of.
@@ -86,7 +87,7 @@ impl WorkCell {
         // Whatever happened, the folder holds a whole document.
         run.state = State::Ended;
         if let Some(trouble) = trouble(recorder.as_ref()) {
-            run.reason = Some(format!("the run could not be recorded any further: {trouble}"));
+            run.reason = Some(wording::unrecorded(trouble));
         }
         let saved = keep(&run, recorder.as_ref());
         carried.and(saved).map(|()| run)
@@ -104,7 +105,7 @@ impl WorkCell {
         self.watched_by(Vec::new());
         run.state = State::Ended;
         run.outcome = Ending::Stopped;
-        run.reason = Some("the program itself has a mistake; the arm was brought to rest".into());
+        run.reason = Some(wording::program_failed());
         // That it cannot be kept either is the lesser trouble.
         let _ = keep(&run, recorder);
         resume_unwind(panic)
@@ -112,7 +113,7 @@ impl WorkCell {
 
     /// Returns the run of a call of which nothing has been done yet.
     fn nothing_done(&self, call: &Call) -> Run {
-        let (seed, robot) = (self.seed, self.robot_name.clone());
+        let (seed, robot) = (self.setup.seed, self.setup.robot_name.clone());
         let state = State::Running;
         Run { state, seed, robot, ..Run::so_far(&text::call(call), &[]) }
     }
@@ -132,14 +133,12 @@ impl WorkCell {
             let path = recorder.dir().join("graph.svg");
             recorder.write("graph.svg", &drawing).map_err(|error| Error::File { path, error })?;
         }
-        if self.dial.percent() < 100 {
-            let percent = self.dial.percent();
-            self.note(&format!(
-                "the arm moves at {percent} % of what is planned; `slow 100` while stepping undoes it"
-            ));
+        if self.controls.dial.percent() < 100 {
+            let percent = self.controls.dial.percent();
+            self.audience.note(&wording::slowed(percent));
         }
         self.probe_model(&graph, run)?;
-        self.phase("perceive", "calibrating and looking");
+        self.audience.phase("perceive", wording::perceiving());
         // What the call needs and does not find is said before the arm moves for regression 3.
         let perceived = self
             .perceive()
@@ -149,10 +148,12 @@ impl WorkCell {
         perceived?;
         let start = self.state()?;
         run.start = Some(start.clone());
-        run.calibration = self.scripts.stage().body().calibration().cloned();
-        let attempted = self.attempt(&graph, &start, run, recorder);
+        run.calibration = self.scripts.context().body().calibration().cloned();
+        let mut on = UnderWay { graph: &graph, start: &start, run: &mut *run, recorder };
+        let attempted = self.attempt(&mut on);
         let weighing = self.scales.as_mut().and_then(|scales| scales.weigh());
-        if let Some(weighing) = &weighing {
+        let has_vessels = self.scene().objects.iter().any(|object| object.cavity.is_some());
+        if let Some(weighing) = weighing.as_ref().filter(|_| has_vessels) {
             run.water = Some(self.water(call, weighing));
         }
         attempted?;
@@ -163,9 +164,10 @@ impl WorkCell {
     }
 
     /// Reads at the end what the call itself gives, with the scales' word on the water where there are
-    /// scales: a false promise makes the run a failure, and only what is known to be true is reached.
+    /// scales: a false promise makes the run a failure, one that nobody can judge leaves it unconfirmed, and only what
+    /// is known to be true is reached.
     fn judge(
-        &self,
+        &mut self,
         graph: &Graph,
         start: &WorldState,
         weighing: Option<&Weighing>,
@@ -180,21 +182,25 @@ impl WorkCell {
                 }
             }
         }
-        let scene = self.cell.scene.clone();
-        let walker = Walker::new(&self.scripts, &self.stdlib, &self.library, &scene, start);
-        let last = run.parse_graphs.last().and_then(|pg| pg.steps.last());
-        let given: Vec<_> = last
-            .map_or(&[][..], |step| &step.gives)
-            .iter()
-            .filter(|given| given.owner == graph.root().path)
-            .cloned()
+        let scene = self.model.cell.scene.clone();
+        let reader = Reader::new(&mut self.scripts, &self.setup.library, &scene, start);
+        let root = &graph.root().path;
+        let given: Vec<_> = promises(run, root)
+            // What a part of the call made true may have been undone since, as it should.
+            .filter(|(given, after)| {
+                given.owner == *root || reader.read(&given.expr, after).truth.is_none()
+            })
+            .map(|(given, _)| given.clone())
             .collect();
-        if let Some(broken) = walker.unmet(&given, &state) {
+        let truth = |given: &Condition| reader.read(&given.expr, &state).truth;
+        if let Some(broken) = reader.unmet(&given, &state) {
             run.outcome = Ending::Failure;
-            run.reason = Some(format!("at the end it should have made true {broken}"));
+            run.reason = Some(wording::promise_broken(&broken));
+        } else if let Some(unknown) = given.iter().find(|given| truth(given).is_none()) {
+            run.outcome = Ending::Unconfirmed;
+            run.reason = Some(wording::promise_unknown(&unknown.text));
         }
-        run.reached =
-            given.iter().all(|given| walker.read(&given.expr, &state).truth == Some(true));
+        run.reached = given.iter().all(|given| truth(given) == Some(true));
         Ok(())
     }
 
@@ -217,8 +223,40 @@ impl WorkCell {
             in_source_ml: of(named.first()),
             in_target_ml: of(named.get(1)),
             spilt_ml: spilt * 1e6,
-            measured_by: self.robot_name.clone(),
+            measured_by: self.setup.robot_name.clone(),
         }
+    }
+}
+
+/// What the call at `root` and the tasks that it is made of give, each with the world after the step that gave it.
+fn promises<'r>(
+    run: &'r Run,
+    root: &'r str,
+) -> impl Iterator<Item = (&'r Condition, &'r WorldState)> {
+    let steps = run.parse_graphs.last().map_or(&[][..], |pg| &pg.steps);
+    let is_of_call = move |owner: &str| {
+        owner == root || owner.rsplit_once('/').is_some_and(|(above, _)| above == root)
+    };
+    steps.iter().flat_map(move |step| {
+        let done = run.steps.iter().rev().find(|done| done.path == step.path);
+        let given = step.gives.iter().filter(move |given| is_of_call(&given.owner));
+        given.filter_map(move |given| Some((given, &done?.measured)))
+    })
+}
+
+/// A run under way: what it is of, what there is of it so far, and where it is kept.
+pub(super) struct UnderWay<'a> {
+    pub(super) graph: &'a Graph,
+    /// The world when it began.
+    pub(super) start: &'a WorldState,
+    pub(super) run: &'a mut Run,
+    pub(super) recorder: Option<&'a SharedRecorder>,
+}
+
+impl UnderWay<'_> {
+    /// Writes the run as it stands, if it is kept.
+    pub(super) fn keep(&self) -> Result<(), Error> {
+        keep(self.run, self.recorder)
     }
 }
 
@@ -249,7 +287,7 @@ fn trouble(recorder: Option<&SharedRecorder>) -> Option<String> {
 }
 
 /// Writes the run as it stands, if it is kept.
-pub(super) fn keep(run: &Run, recorder: Option<&SharedRecorder>) -> Result<(), Error> {
+fn keep(run: &Run, recorder: Option<&SharedRecorder>) -> Result<(), Error> {
     let Some(recorder) = recorder else { return Ok(()) };
     let mut recorder = recorder.lock().unwrap_or_else(PoisonError::into_inner);
     let dir = recorder.dir().to_path_buf();

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use include_dir::{Dir, DirEntry, include_dir};
@@ -41,12 +42,20 @@ const TEXTS: [&str; 4] = ["task", "rhai", "urdf", "toml"];
 #[derive(Debug, Clone)]
 pub struct Stdlib {
     files: BTreeMap<String, String>,
-    read: fn(&str) -> Result<String, String>,
+    read: fn(&str) -> io::Result<String>,
 }
+
+/// Why nothing is read that a program imports.
+#[derive(Debug, thiserror::Error)]
+#[error("no files are read here")]
+struct NoFiles;
 
 impl Default for Stdlib {
     fn default() -> Self {
-        Self { files: BTreeMap::new(), read: |_| Err("no files are read here".into()) }
+        Self {
+            files: BTreeMap::new(),
+            read: |_| Err(io::Error::new(io::ErrorKind::Unsupported, NoFiles)),
+        }
     }
 }
 
@@ -60,7 +69,7 @@ impl Stdlib {
 
     /// Lets what a program imports be read by `read`, path → text or why not.
     #[must_use]
-    pub fn reading(mut self, read: fn(&str) -> Result<String, String>) -> Self {
+    pub fn reading(mut self, read: fn(&str) -> io::Result<String>) -> Self {
         self.read = read;
         self
     }
@@ -70,7 +79,7 @@ impl Stdlib {
     /// # Errors
     ///
     /// Why it cannot be read.
-    pub fn read(&self, path: &str) -> Result<String, String> {
+    pub fn read(&self, path: &str) -> io::Result<String> {
         (self.read)(path)
     }
 
@@ -79,7 +88,7 @@ impl Stdlib {
     /// # Errors
     ///
     /// The path that cannot be read, and why.
-    pub fn with_folder(mut self, folder: &Path) -> Result<Self, (PathBuf, std::io::Error)> {
+    pub fn with_folder(mut self, folder: &Path) -> Result<Self, (PathBuf, io::Error)> {
         let mut open = vec![folder.to_path_buf()];
         while let Some(dir) = open.pop() {
             let entries = fs::read_dir(&dir).map_err(|error| (dir.clone(), error))?;

@@ -8,7 +8,7 @@ use crate::execution::walk::Texts as _;
 use crate::language::ast::{Act, Hold, Item, Program, Recovery, Step, Together};
 use crate::language::{Diagnostic, Library};
 
-use super::Stdlib;
+use super::{Stdlib, wording};
 
 /// Complains about every `together` of a program that cannot be carried out.
 pub(super) fn check(program: &Program, library: &Library, stdlib: &Stdlib) -> Vec<Diagnostic> {
@@ -57,45 +57,19 @@ impl Checker<'_> {
                 .iter()
                 .find_map(|(other, theirs)| Some((other.span(), uses.shared(*theirs)?)));
             if let Some((first, both)) = rival {
-                found.push(
-                    Diagnostic::error(
-                        "task::together",
-                        step.span(),
-                        format!("these two cannot go on together: both {both}"),
-                        "and so does this",
-                    )
-                    .label(first, "this does")
-                    .help("write them one after the other: `a() then b()`"),
-                );
+                found.push(wording::both_need(step.span(), first, both));
             }
             let until = match step {
                 Step::Act(Act { holds, .. }) => holds.iter().any(|h| matches!(h, Hold::Until(_))),
                 _ => false,
             };
             if until && !uses.joints && strands.iter().any(|(_, uses)| uses.joints) {
-                found.push(
-                    Diagnostic::error(
-                        "task::together",
-                        step.span(),
-                        "only the step that moves the arm can be ended by `until` here",
-                        "goes on beside it",
-                    )
-                    .help("put the `until` behind the step that moves the arm"),
-                );
+                found.push(wording::until_beside(step.span()));
             }
         }
         for step in &together.steps {
             if let Some(inner) = nested(step) {
-                found.push(
-                    Diagnostic::error(
-                        "task::together",
-                        inner.span,
-                        "a `together` does not stand inside another",
-                        "inside another",
-                    )
-                    .label(together.span, "this one")
-                    .help("name all that goes on at the same time in one `together { … }`"),
-                );
+                found.push(wording::nested_together(inner.span, together.span));
             }
         }
     }

@@ -12,11 +12,15 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Ending, Error, Run};
+use super::{Aims, Ending, Error, Run, wording};
 use crate::execution::calibrate::Switches;
+use crate::trace::{Deed, StepRecord};
+use crate::world::WorldState;
 
 /// The share of the water that has to arrive.
 const POURED: f64 = 0.9;
+/// Higher than this a thing is off the table, m: twice the 5 mm within which `upright` counts it as standing there.
+const OFF_THE_TABLE: f64 = 0.01;
 /// Less than a particle of the water, mL: nothing.
 const NOTHING: f64 = 0.1;
 
@@ -75,10 +79,8 @@ impl Trial {
 
     /// Returns what a run counts for.
     pub fn of(run: &Run, switches: Switches) -> Self {
-        let rows = || run.steps.iter().flat_map(|step| &step.fluents);
-        let asks = |name: &str| rows().any(|row| row.name.starts_with(name));
-        let held = rows().any(|row| row.name.starts_with("holding(") && row.measured == Some(true));
-        let is_pour = asks("poured(") || asks("pouring(");
+        let Aims { holds, pours: is_pour } = run.aims.unwrap_or_else(|| aims(run));
+        let held = run.steps.iter().any(|step| is_off_the_table(&step.measured));
         let water = run.water.as_ref();
         let poured = water.filter(|_| is_pour).map(|water| {
             let all = water.in_target_ml + water.in_source_ml + water.spilt_ml;
@@ -90,7 +92,7 @@ impl Trial {
             setup: String::new(),
             task: run.task.clone(),
             outcome: Some(run.outcome),
-            picked: asks("holding(").then_some(held),
+            picked: holds.then_some(held),
             poured,
             in_target_ml: water.filter(|_| is_pour).map(|water| water.in_target_ml),
             spilt_ml: water.map(|water| water.spilt_ml),
@@ -104,7 +106,7 @@ impl Trial {
     /// Returns the trial as one that was ended because it took longer than `seconds`.
     #[must_use]
     pub fn not_within(self, seconds: f64) -> Self {
-        let reason = Some(format!("not within {seconds} s"));
+        let reason = Some(wording::not_within(seconds));
         Self { outcome: Some(Ending::Failure), reason, ..self }
     }
 
@@ -118,6 +120,21 @@ impl Trial {
     /// Whether the task was done with nothing on the table.
     pub fn is_clean(&self) -> bool {
         self.succeeded(NOTHING)
+    }
+}
+
+/// Whether something is held, and off the table.
+fn is_off_the_table(state: &WorldState) -> bool {
+    let held = state.held.as_deref().and_then(|name| state.object(name)?.world_from_object);
+    held.is_some_and(|pose| pose.origin().z > OFF_THE_TABLE)
+}
+
+/// Returns what the steps of an older record did.
+fn aims(run: &Run) -> Aims {
+    let did = |is_it: fn(&Deed) -> bool| run.steps.iter().flat_map(StepRecord::deeds).any(is_it);
+    Aims {
+        holds: did(|deed| matches!(deed, Deed::Took { .. })),
+        pours: did(|deed| matches!(deed, Deed::Turned { .. })),
     }
 }
 
@@ -248,22 +265,11 @@ fn row(without: Vec<u8>, trials: &BTreeMap<u64, &Trial>, leak: f64) -> Row {
     };
     let failures = all().filter(|trial| !trial.is_clean()).map(|trial| Failed {
         seed: trial.seed,
-        reason: trial.reason.clone().unwrap_or_else(|| match trial.poured {
-            Some(false) => "not all of the water arrived".to_owned(),
-            _ => "water on the table".to_owned(),
-        }),
+        reason: trial.reason.clone().unwrap_or_else(|| wording::not_clean(trial.poured)),
         spilt_ml: trial.spilt_ml,
     });
-    let method = match &without[..] {
-        [] => "all regressions".to_owned(),
-        [one] => format!("without regression {one}"),
-        more => {
-            let names: Vec<String> = more.iter().map(ToString::to_string).collect();
-            format!("without regressions {}", names.join(", "))
-        }
-    };
     Row {
-        method,
+        method: wording::method(&without),
         n: trials.len(),
         pick_up: counted(|trial| trial.picked),
         pour_water: counted(|trial| trial.poured),

@@ -179,6 +179,11 @@ impl<F> fmt::Debug for Point<F> {
     }
 }
 
+/// A quaternion of four zeros, or of numbers that are none.
+#[derive(Debug, thiserror::Error)]
+#[error("quat_wxyz is not a rotation: its norm is 0")]
+struct NoRotation;
+
 /// How a pose stands in a file: `{"xyz_m": [..], "quat_wxyz": [..]}`.
 #[derive(Serialize, Deserialize)]
 struct PoseFile {
@@ -200,7 +205,7 @@ impl<'de, To, From> Deserialize<'de> for Pose<To, From> {
         let q = Quaternion::new(w, x, y, z);
         let norm = q.norm();
         if !(norm > 1e-6 && norm.is_finite()) {
-            return Err(serde::de::Error::custom("quat_wxyz is not a rotation: its norm is 0"));
+            return Err(serde::de::Error::custom(NoRotation));
         }
         // What this program wrote comes back as the same bits.
         let is_unit = (norm - 1.0).abs() < 1e-12;

@@ -7,7 +7,7 @@ pub mod camera;
 pub mod frame;
 pub mod object;
 pub mod scene;
-pub mod fluent;
+pub mod support;
 
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +15,7 @@ pub use camera::{Camera, Intrinsics, Pixel, Ray};
 pub use frame::{Point, Pose};
 pub use object::{Cavity, Material, Object, Shape, WATER_DENSITY};
 pub use scene::{Mark, Scene, Table};
+pub use support::Support;
 
 /// What is known of one object at one instant.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

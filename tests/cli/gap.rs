@@ -216,3 +216,52 @@ fn a_grip_that_slips_is_named_from_files_and_kept_in_the_twin() {
     assert_eq!((said.code, said.error("code").as_str()), (2, "gap::recording"));
     assert!(said.error("help").contains("jar"), "{}", said.out);
 }
+
+/// Copies a folder; texts pass through `change`, names through the same.
+fn copied(from: &Path, to: &Path, change: &dyn Fn(&str) -> String) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let path = entry.unwrap().path();
+        let name = change(path.file_name().unwrap().to_str().unwrap());
+        if path.is_dir() {
+            copied(&path, &to.join(name), change);
+        } else {
+            let text = fs::read_to_string(&path).unwrap();
+            let is_ours = path.extension().is_some_and(|ending| ending == "task");
+            fs::write(to.join(name), if is_ours { change(&text) } else { text }).unwrap();
+        }
+    }
+}
+
+/// What a run did is kept by the bindings, so actions may be called anything.
+#[test]
+fn a_pour_by_any_other_name_is_a_pour_to_gap() {
+    let desk = Desk::new("cli-gap-renamed");
+    let stdlib = Path::new(env!("CARGO_MANIFEST_DIR")).join("stdlib");
+    for folder in ["actions", "tasks"] {
+        copied(&stdlib.join(folder), &desk.path("own").join(folder), &|text| {
+            let text = text.replace("grasp.rhai", "seize.rhai").replace("tilt.rhai", "tip.rhai");
+            let text = text.replace("unseize", "ungrasp").replace("untip.rhai", "untilt.rhai");
+            let text = text.replace("lower.rhai", "let_down.rhai").replace(" lower(", " let_down(");
+            let text = text
+                .replace(" grasp(o", " seize(o")
+                .replace("failure of grasp", "failure of seize");
+            text.replace("action tilt(", "action tip(")
+                .replace("    tilt(source, target", "    tip(source, target")
+        });
+    }
+    desk.file(
+        "plain.toml",
+        "[switches]\ncamera_pose = false\nlens = false\nsensor = false\nlight = false\n\
+         zero_offsets = false\ntool_offset = false\njoint_friction = false\ncompliance = false\n\
+         latency = false\nreadings = false\nsurfaces = false\nfill = false\n",
+    );
+    let with = ["--stdlib", "own", "--lab", "plain.toml", "--without-regression", "3"];
+    let said = desk.trueup(&[&["-c", "pour(jar, cup)", "--record", "runs"], &with[..]].concat());
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    assert!(said.out.contains("seize(jar") && said.out.contains("tip(jar, cup"), "{}", said.out);
+    let run = fs::read_dir(desk.path("runs")).unwrap().next().unwrap().unwrap().path();
+    let said = desk.trueup(&["gap", &run.display().to_string(), "--stdlib", "own"]);
+    assert!(said.out.contains("the scale read what the model says"), "{}{}", said.out, said.err);
+    assert!(said.out.contains("liquid_volume"), "{}", said.out);
+}

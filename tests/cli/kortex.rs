@@ -7,11 +7,11 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use serde_json::Value;
-use trueup::execution::arm::{Arm, Camera, Cancel, Scales};
-use trueup::execution::kortex::arm::{KortexArm, Options};
-use trueup::execution::kortex::clock::Wall;
-use trueup::execution::kortex::link::Login;
+use trueup::arm::{Arm, Camera, Cancel, Scales};
 use trueup::execution::snapshot::{WebCamera, WebScales};
+use trueup::kortex::arm::{KortexArm, Options};
+use trueup::kortex::clock::Wall;
+use trueup::kortex::link::Login;
 
 use crate::kitchen::HOME;
 use crate::program::Desk;
@@ -164,7 +164,7 @@ fn nothing_moves_before_someone_said_it_may() {
     let output = desk.command(&args).env("KORTEX_PASSWORD", "admin").output().unwrap();
     assert_eq!(output.status.code(), Some(3));
     let text = String::from_utf8(output.stdout).unwrap();
-    assert!(text.contains("nobody said that the arm may move"), "{text}");
+    assert!(text.contains("motion not confirmed"), "{text}");
 }
 
 #[test]

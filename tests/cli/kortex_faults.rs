@@ -7,12 +7,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use trueup::emulator::{Emulator, Ideal, Options, Pictures};
-use trueup::execution::kortex::clock::{Clock as _, Wall};
-use trueup::execution::kortex::link::{Link, Login};
-use trueup::execution::kortex::messages::cyclic::Feedback;
-use trueup::execution::kortex::messages::motion::{JointSpeed, JointSpeeds};
-use trueup::execution::kortex::rpc::{base, base_cyclic};
 use trueup::execution::lab_arm::{self, LabCamera, LabScales};
+use trueup::kortex::clock::{Clock as _, Wall};
+use trueup::kortex::link::{Link, Login};
+use trueup::kortex::messages::cyclic::Feedback;
+use trueup::kortex::messages::motion::{JointSpeed, JointSpeeds};
+use trueup::kortex::rpc::{base, base_cyclic};
 use trueup::lab::{Lab, LabSettings};
 use trueup::motion::robot::Robot;
 

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use trueup::execution::trace::{Event, Observer};
+use trueup::trace::{Event, Observer};
 use trueup::workcell::archive::{self, Standing, standing};
 use trueup::workcell::record::Recorder;
 use trueup::workcell::{Run, State};

@@ -4,16 +4,16 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use trueup::arm::limits::{Cleared, Limits as Gate};
+use trueup::arm::{Arm, Cancel, DeviceError, Feedback};
 use trueup::emulator::{Emulator, Ideal, Options, Pace};
-use trueup::execution::arm::{Arm, Cancel, DeviceError, Feedback};
-use trueup::execution::kortex::arm::{KortexArm, Options as Client};
-use trueup::execution::kortex::clock::{Clock as _, Wall};
-use trueup::execution::kortex::link::Login;
-use trueup::execution::kortex::messages::common::ArmState;
-use trueup::execution::kortex::messages::motion::{JointSpeed, JointSpeeds};
-use trueup::execution::kortex::rpc::base;
-use trueup::execution::limits::{Cleared, Limits as Gate};
-use trueup::execution::stage::{Cell, Pads};
+use trueup::execution::cell::{Cell, Pads};
+use trueup::kortex::arm::{KortexArm, Options as Client};
+use trueup::kortex::clock::{Clock as _, Wall};
+use trueup::kortex::link::Login;
+use trueup::kortex::messages::common::ArmState;
+use trueup::kortex::messages::motion::{JointSpeed, JointSpeeds};
+use trueup::kortex::rpc::base;
 use trueup::motion::robot::Robot;
 use trueup::motion::trajectory::{Limits, Trajectory};
 use trueup::twin::Settings;
@@ -56,7 +56,7 @@ pub(super) fn turned(q: &[f64], turn: f64, share: f64) -> (Cleared, Vec<f64>) {
     let path = [q.to_vec(), end.clone()];
     let limits = Limits::of(&cell.robot).scaled(share, share);
     let timed = Trajectory::through_points(&path, &limits).unwrap();
-    (cell.limits.clear(&cell, timed, q).unwrap(), end)
+    (cell.clear(timed, q).unwrap(), end)
 }
 
 pub(super) fn largest(a: &[f64], b: &[f64]) -> f64 {
@@ -164,7 +164,7 @@ fn fingers_go_where_they_are_sent_unless_something_is_between_them() {
     let emulator = Emulator::start(Arc::new(Robot::gen3()), Box::new(plant), &eager()).unwrap();
     let mut arm = connect(&emulator);
     let cell = cell();
-    let fingers = |opening| cell.limits.clear_grip(&cell, opening, 0.06, 30.0).unwrap();
+    let fingers = |opening| cell.clear_grip(opening, 0.06, 30.0).unwrap();
     let never = Cancel::default();
     let grip = arm.grip(&fingers(0.075), &never, &mut nobody()).unwrap();
     assert!(!grip.stalled && (grip.opening - 0.075).abs() < 1e-3, "{grip:?}");

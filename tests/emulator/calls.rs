@@ -4,21 +4,19 @@
 use prost::Message;
 
 use trueup::emulator::{Emulator, Options};
-use trueup::execution::kortex::link::{Datagrams, Link, LinkError};
-use trueup::execution::kortex::messages::base::{
-    ActionEvent, ServoingMode, ServoingModeInformation,
-};
-use trueup::execution::kortex::messages::cyclic::{
+use trueup::kortex::link::{Datagrams, Link, LinkError};
+use trueup::kortex::messages::base::{ActionEvent, ServoingMode, ServoingModeInformation};
+use trueup::kortex::messages::cyclic::{
     ActuatorCommand, Command, Feedback, GripperCyclicCommand, InterconnectCommand, MotorCommand,
     ToolCommand, ToolFeedback,
 };
-use trueup::execution::kortex::messages::motion::{IkData, JointAngle, JointAngles, Pose};
-use trueup::execution::kortex::messages::trajectory::{
+use trueup::kortex::messages::motion::{IkData, JointAngle, JointAngles, Pose};
+use trueup::kortex::messages::trajectory::{
     AngularWaypoint, CartesianWaypoint, Waypoint, WaypointKind, WaypointList,
     WaypointValidationReport,
 };
-use trueup::execution::kortex::refusal;
-use trueup::execution::kortex::rpc::{self, Rpc, base as call, base_cyclic};
+use trueup::kortex::refusal;
+use trueup::kortex::rpc::{self, Rpc, base as call, base_cyclic};
 
 use super::{admin, eager, emulator, link, until_over};
 

@@ -3,12 +3,12 @@
 use std::time::Duration;
 
 use trueup::emulator::Emulator;
-use trueup::execution::kortex::link::{Datagrams, Link, LinkError};
-use trueup::execution::kortex::messages::base::{ServoingMode, ServoingModeInformation};
-use trueup::execution::kortex::messages::config::{ActuatorMode, ActuatorModeInformation};
-use trueup::execution::kortex::messages::cyclic::{ActuatorCommand, Command, Feedback};
-use trueup::execution::kortex::refusal;
-use trueup::execution::kortex::rpc::{actuator_config, base, base_cyclic};
+use trueup::kortex::link::{Datagrams, Link, LinkError};
+use trueup::kortex::messages::base::{ServoingMode, ServoingModeInformation};
+use trueup::kortex::messages::config::{ActuatorMode, ActuatorModeInformation};
+use trueup::kortex::messages::cyclic::{ActuatorCommand, Command, Feedback};
+use trueup::kortex::refusal;
+use trueup::kortex::rpc::{actuator_config, base, base_cyclic};
 use trueup::motion::dynamics::{Bodies, Dynamics};
 use trueup::motion::robot::Robot;
 

@@ -1,29 +1,29 @@
 //! What the vendor's own Python examples call, in their order: each must come to its end.
 
-use trueup::execution::kortex::link::{Datagrams, LinkError};
-use trueup::execution::kortex::messages::base::{
+use trueup::kortex::link::{Datagrams, LinkError};
+use trueup::kortex::messages::base::{
     Action, ActionEvent, ActionHandle, ActionList, ActionParameters, ActionType,
     ActuatorInformation, ArmStateInformation, ConfigurationChange, ConfigurationChangeNotification,
     FullUserProfile, RequestedActionType, ServoingMode, ServoingModeInformation, UserProfile,
 };
-use trueup::execution::kortex::messages::common::{
+use trueup::kortex::messages::common::{
     ArmState, DeviceHandle, DeviceType, NotificationHandle, UserProfileHandle,
 };
-use trueup::execution::kortex::messages::config::{
+use trueup::kortex::messages::config::{
     ActuatorMode, ActuatorModeInformation, CompleteProductConfiguration, DeviceHandles,
     DeviceTypeInformation, MacAddress, ModelId, SerialNumber,
 };
-use trueup::execution::kortex::messages::cyclic::{ActuatorCommand, Command, Feedback};
-use trueup::execution::kortex::messages::motion::{
+use trueup::kortex::messages::cyclic::{ActuatorCommand, Command, Feedback};
+use trueup::kortex::messages::motion::{
     ConstrainedJointAngles, ConstrainedPose, JointAngle, JointAngles, JointSpeed, JointSpeeds,
     Pose, Twist, TwistCommand,
 };
-use trueup::execution::kortex::messages::trajectory::{
+use trueup::kortex::messages::trajectory::{
     AngularWaypoint, CartesianWaypoint, Waypoint, WaypointKind, WaypointList,
     WaypointValidationReport,
 };
-use trueup::execution::kortex::refusal;
-use trueup::execution::kortex::rpc::{
+use trueup::kortex::refusal;
+use trueup::kortex::rpc::{
     actuator_config, base as call, base_cyclic, device_config, device_manager,
 };
 

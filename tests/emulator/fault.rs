@@ -5,19 +5,17 @@ use std::net::TcpStream;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use trueup::arm::ticked::Plant;
+use trueup::arm::{DeviceError, Feedback};
 use trueup::emulator::{Emulator, Options};
-use trueup::execution::arm::{DeviceError, Feedback};
-use trueup::execution::kortex::degrees;
-use trueup::execution::kortex::link::{Datagrams, Link};
-use trueup::execution::kortex::messages::base::{
-    ArmStateInformation, ServoingMode, ServoingModeInformation,
-};
-use trueup::execution::kortex::messages::common::ArmState;
-use trueup::execution::kortex::messages::cyclic::{ActuatorCommand, Command, Feedback as Told};
-use trueup::execution::kortex::messages::motion::{JointSpeed, JointSpeeds};
-use trueup::execution::kortex::refusal;
-use trueup::execution::kortex::rpc::{base, base_cyclic};
-use trueup::execution::ticked::Plant;
+use trueup::kortex::degrees;
+use trueup::kortex::link::{Datagrams, Link};
+use trueup::kortex::messages::base::{ArmStateInformation, ServoingMode, ServoingModeInformation};
+use trueup::kortex::messages::common::ArmState;
+use trueup::kortex::messages::cyclic::{ActuatorCommand, Command, Feedback as Told};
+use trueup::kortex::messages::motion::{JointSpeed, JointSpeeds};
+use trueup::kortex::refusal;
+use trueup::kortex::rpc::{base, base_cyclic};
 use trueup::motion::robot::Robot;
 
 use super::{admin, eager, emulator, link};
@@ -160,7 +158,7 @@ fn a_stranger_may_send_64_kb_and_no_more() {
     let mut stream = TcpStream::connect(emulator.tcp()).unwrap();
     stream.set_read_timeout(Some(Duration::from_mins(1))).unwrap();
     // A frame of 1 MB is announced, and begun.
-    let mut begin = trueup::execution::kortex::frame::MAGIC.to_vec();
+    let mut begin = trueup::kortex::frame::MAGIC.to_vec();
     begin.extend_from_slice(&(1_u32 << 20).to_be_bytes());
     stream.write_all(&begin).unwrap();
     let mut sent = 0;

@@ -3,25 +3,25 @@
 use prost::Message;
 
 use trueup::emulator::Emulator;
-use trueup::execution::kortex::clock::{Clock as _, Wall};
-use trueup::execution::kortex::link::{Link, LinkError, Login};
-use trueup::execution::kortex::messages::base::{
+use trueup::kortex::clock::{Clock as _, Wall};
+use trueup::kortex::link::{Link, LinkError, Login};
+use trueup::kortex::messages::base::{
     Action, ActionHandle, ActionList, ActionParameters, ActionType, OperatingMode,
     OperatingModeInformation, PasswordChange, RequestedActionType, UserList,
 };
-use trueup::execution::kortex::messages::config::ControlMode;
-use trueup::execution::kortex::messages::force::{
+use trueup::kortex::messages::config::ControlMode;
+use trueup::kortex::messages::force::{
     Admittance, AdmittanceMode, BaseControlMode, Wrench, WrenchCommand, WrenchMode,
 };
-use trueup::execution::kortex::messages::motion::{
+use trueup::kortex::messages::motion::{
     ConstrainedJointAngles, JointAngle, JointAngles, JointSpeed, JointSpeeds, Pose,
 };
-use trueup::execution::kortex::messages::sequence::{
+use trueup::kortex::messages::sequence::{
     Sequence, SequenceEvent, SequenceHandle, SequenceInfoNotification, SequenceTask, Snapshot,
     SnapshotType,
 };
-use trueup::execution::kortex::refusal;
-use trueup::execution::kortex::rpc::base as call;
+use trueup::kortex::refusal;
+use trueup::kortex::rpc::base as call;
 
 use super::{admin, eager, emulator, link};
 

@@ -17,10 +17,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use trueup::emulator::{Emulator, Ideal, Options, Pace};
-use trueup::execution::kortex::frame::Frame;
-use trueup::execution::kortex::link::{Link, Login};
-use trueup::execution::kortex::messages::base::{ActionEvent, ActionNotification};
-use trueup::execution::kortex::rpc::base as call;
+use trueup::kortex::frame::Frame;
+use trueup::kortex::link::{Link, Login};
+use trueup::kortex::messages::base::{ActionEvent, ActionNotification};
+use trueup::kortex::rpc::base as call;
 use trueup::motion::robot::Robot;
 
 use prost::Message;

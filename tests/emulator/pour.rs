@@ -5,12 +5,12 @@ use std::time::Duration;
 
 use trueup::emulator::{Emulator, Options as Wire, Pace};
 use trueup::execution::calibrate::Switches;
-use trueup::execution::kortex::arm::{KortexArm, Options as Client};
 use trueup::execution::lab_arm::{self, LabCamera, LabScales};
-use trueup::execution::trace::Nobody;
+use trueup::kortex::arm::{KortexArm, Options as Client};
 use trueup::lab::{Lab, LabSettings, Spot};
 use trueup::language::ast::Step;
 use trueup::language::parse_line;
+use trueup::trace::Nobody;
 use trueup::workcell::{Devices, Ending, Options, Run, Stdlib, WorkCell};
 
 use super::admin;

@@ -5,25 +5,25 @@ use std::net::TcpStream;
 use std::time::Duration;
 
 use trueup::emulator::{Faults, Options, Pace};
-use trueup::execution::kortex::clock::{Clock as _, Wall};
-use trueup::execution::kortex::frame::{Decoder, Frame, MAGIC};
-use trueup::execution::kortex::link::{Link, LinkError, Login};
-use trueup::execution::kortex::messages::base::{ActionEvent, ArmStateInformation};
-use trueup::execution::kortex::messages::common::ArmState;
-use trueup::execution::kortex::messages::config::{
+use trueup::kortex::clock::{Clock as _, Wall};
+use trueup::kortex::frame::{Decoder, Frame, MAGIC};
+use trueup::kortex::link::{Link, LinkError, Login};
+use trueup::kortex::messages::base::{ActionEvent, ArmStateInformation};
+use trueup::kortex::messages::common::ArmState;
+use trueup::kortex::messages::config::{
     ControlModeInformation, JointSpeedSoftLimits, KinematicLimits,
 };
-use trueup::execution::kortex::messages::motion::{
+use trueup::kortex::messages::motion::{
     ConstrainedJointAngles, Finger, Gripper, GripperCommand, GripperMode, GripperRequest,
     JointAngle, JointAngles, JointSpeed, JointSpeeds,
 };
-use trueup::execution::kortex::messages::session::CreateSessionInfo;
-use trueup::execution::kortex::messages::trajectory::{
+use trueup::kortex::messages::session::CreateSessionInfo;
+use trueup::kortex::messages::trajectory::{
     AngularWaypoint, TrajectoryErrorType, Waypoint, WaypointKind, WaypointList,
     WaypointValidationReport,
 };
-use trueup::execution::kortex::refusal;
-use trueup::execution::kortex::rpc::{self, base as call, control_config};
+use trueup::kortex::refusal;
+use trueup::kortex::rpc::{self, base as call, control_config};
 
 use prost::Message;
 
@@ -296,7 +296,7 @@ fn faults_on_demand_are_read_and_mistakes_in_them_are_told() {
         ("drop", "NAME=VALUE"),
     ] {
         let error = text.parse::<Faults>().unwrap_err();
-        assert!(error.contains(word), "{error}");
+        assert!(error.to_string().contains(word), "{error}");
     }
 }
 

@@ -2,16 +2,16 @@
 
 use std::time::Duration;
 
+use trueup::arm::{Arm, Cancel, DeviceError, Feedback};
 use trueup::emulator::{Emulator, Options};
-use trueup::execution::arm::{Arm, Cancel, DeviceError, Feedback};
-use trueup::execution::kortex::arm::{KortexArm, Options as Client};
-use trueup::execution::kortex::clock::{Clock as _, Wall};
-use trueup::execution::kortex::link::{Datagrams, Link, LinkError};
-use trueup::execution::kortex::messages::base::{ServoingMode, ServoingModeInformation};
-use trueup::execution::kortex::messages::cyclic::{ActuatorCommand, Command, Feedback as Told};
-use trueup::execution::kortex::refusal;
-use trueup::execution::kortex::rpc::{base, base_cyclic};
-use trueup::execution::kortex::stream::Cyclic;
+use trueup::kortex::arm::{KortexArm, Options as Client};
+use trueup::kortex::clock::{Clock as _, Wall};
+use trueup::kortex::link::{Datagrams, Link, LinkError};
+use trueup::kortex::messages::base::{ServoingMode, ServoingModeInformation};
+use trueup::kortex::messages::cyclic::{ActuatorCommand, Command, Feedback as Told};
+use trueup::kortex::refusal;
+use trueup::kortex::rpc::{base, base_cyclic};
+use trueup::kortex::stream::Cyclic;
 
 use super::arm::{client, largest, turned};
 use super::{admin, eager, emulator, link};

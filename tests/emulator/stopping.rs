@@ -3,19 +3,19 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use trueup::arm::ticked::Plant;
+use trueup::arm::{Arm, Cancel, DeviceError, Feedback};
 use trueup::emulator::{Emulator, Options};
-use trueup::execution::arm::{Arm, Cancel, DeviceError, Feedback};
-use trueup::execution::kortex::arm::{KortexArm, Options as Client};
-use trueup::execution::kortex::clock::{Clock as _, Wall};
-use trueup::execution::kortex::desk::{Desk, Stopped};
-use trueup::execution::kortex::link::{Datagrams, LinkError};
-use trueup::execution::kortex::messages::base::{ServoingMode, ServoingModeInformation};
-use trueup::execution::kortex::messages::cyclic::{ActuatorCommand, Command, Feedback as Told};
-use trueup::execution::kortex::messages::motion::{JointSpeed, JointSpeeds};
-use trueup::execution::kortex::refusal;
-use trueup::execution::kortex::rpc::{base, base_cyclic};
-use trueup::execution::kortex::stream::Cyclic;
-use trueup::execution::ticked::Plant;
+use trueup::kortex::arm::{KortexArm, Options as Client};
+use trueup::kortex::clock::{Clock as _, Wall};
+use trueup::kortex::desk::{Desk, Stopped};
+use trueup::kortex::link::{Datagrams, LinkError};
+use trueup::kortex::messages::base::{ServoingMode, ServoingModeInformation};
+use trueup::kortex::messages::cyclic::{ActuatorCommand, Command, Feedback as Told};
+use trueup::kortex::messages::motion::{JointSpeed, JointSpeeds};
+use trueup::kortex::refusal;
+use trueup::kortex::rpc::{base, base_cyclic};
+use trueup::kortex::stream::Cyclic;
 use trueup::motion::robot::Robot;
 
 use super::arm::{client, largest, turned};

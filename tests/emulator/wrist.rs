@@ -6,27 +6,27 @@ use std::net::TcpStream;
 use std::time::Duration;
 
 use trueup::emulator::{Emulator, Options};
-use trueup::execution::kortex::link::{Datagrams, Link};
-use trueup::execution::kortex::messages::base::{ServoingMode, ServoingModeInformation};
-use trueup::execution::kortex::messages::common::DeviceType;
-use trueup::execution::kortex::messages::common::{RotationMatrix, RotationMatrixRow};
-use trueup::execution::kortex::messages::config::{DeviceHandles, RebootRequest};
-use trueup::execution::kortex::messages::cyclic::{
+use trueup::kortex::link::{Datagrams, Link};
+use trueup::kortex::messages::base::{ServoingMode, ServoingModeInformation};
+use trueup::kortex::messages::common::DeviceType;
+use trueup::kortex::messages::common::{RotationMatrix, RotationMatrixRow};
+use trueup::kortex::messages::config::{DeviceHandles, RebootRequest};
+use trueup::kortex::messages::cyclic::{
     ActuatorCommand, Command, Feedback, GripperCyclicCommand, InterconnectCommand, MotorCommand,
     ToolCommand, ToolFeedback,
 };
-use trueup::execution::kortex::messages::interconnect::{
+use trueup::kortex::messages::interconnect::{
     BridgeConfig, BridgeResult, BridgeStatus, EthernetConfiguration, GpioConfiguration,
     GpioIdentification, GpioState, I2cConfiguration, I2cData, I2cReadParameter, I2cWriteParameter,
     PortIdentification, UartConfiguration,
 };
-use trueup::execution::kortex::messages::vision::{
+use trueup::kortex::messages::vision::{
     ExtrinsicParameters, FocusPoint, IntrinsicParameters, IntrinsicProfileIdentifier, ManualFocus,
     OptionIdentifier, OptionInformation, OptionValue, SensorFocusAction, SensorIdentifier,
     TranslationVector,
 };
-use trueup::execution::kortex::refusal;
-use trueup::execution::kortex::rpc::{
+use trueup::kortex::refusal;
+use trueup::kortex::rpc::{
     base, base_cyclic, device_config, device_manager, interconnect_config as wrist, vision_config,
 };
 

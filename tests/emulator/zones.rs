@@ -3,16 +3,16 @@
 use prost::Message;
 
 use trueup::emulator::Emulator;
-use trueup::execution::kortex::link::Link;
-use trueup::execution::kortex::messages::base::{Action, ActionEvent, ActionParameters};
-use trueup::execution::kortex::messages::common::{RotationMatrix, RotationMatrixRow};
-use trueup::execution::kortex::messages::motion::{ConstrainedPose, Pose, Twist, TwistCommand};
-use trueup::execution::kortex::messages::sequence::{
+use trueup::kortex::link::Link;
+use trueup::kortex::messages::base::{Action, ActionEvent, ActionParameters};
+use trueup::kortex::messages::common::{RotationMatrix, RotationMatrixRow};
+use trueup::kortex::messages::motion::{ConstrainedPose, Pose, Twist, TwistCommand};
+use trueup::kortex::messages::sequence::{
     CartesianLimitation, Point, ProtectionZone, ProtectionZoneEvent, ProtectionZoneHandle,
     ProtectionZoneList, ProtectionZoneNotification, ZoneShape,
 };
-use trueup::execution::kortex::refusal;
-use trueup::execution::kortex::rpc::base as call;
+use trueup::kortex::refusal;
+use trueup::kortex::rpc::base as call;
 
 use super::{eager, emulator, link, until_over};
 

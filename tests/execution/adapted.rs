@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use nalgebra::{UnitQuaternion, Vector3};
-use trueup::execution::calibrate::Calibration;
-use trueup::execution::plan::{NoWay, Planner, Why};
-use trueup::execution::stage::Cell;
+use trueup::execution::calibration::Calibration;
+use trueup::execution::cell::Cell;
+use trueup::execution::plan::Planner;
 use trueup::motion::Budget;
 use trueup::motion::trajectory::{Limits, Trajectory};
+use trueup::trace::{NoWay, Why};
 use trueup::twin::{Settings, Twin};
 use trueup::world::Pose;
 use trueup::world::frame::{Flange, Tool};
@@ -75,7 +76,7 @@ fn what_is_planned_keeps_inside_the_ranges_that_the_arm_itself_counts() {
         for way in &ways {
             assert_eq!(cell.robot.outside_limits(way.way_in.last().unwrap(), -0.01), None);
             let motion = Trajectory::through_points(&way.way_in, &limits).unwrap();
-            cell.limits.clear(&cell, motion, &way.before).unwrap();
+            cell.clear(motion, &way.before).unwrap();
             for (joint, q) in cell.robot.joints().iter().zip(way.way_in.last().unwrap()) {
                 narrowest = narrowest.min(joint.upper - q).min(q - joint.lower);
             }
@@ -94,7 +95,7 @@ fn what_is_planned_keeps_inside_the_ranges_that_the_arm_itself_counts() {
 #[test]
 fn a_hand_that_touches_something_is_led_away_before_it_goes_on() {
     let cell = cell();
-    let tool = trueup::execution::plan::tool_pose(&cell, &HOME).origin();
+    let tool = cell.tool_pose(&HOME).origin();
     // The jar's side 4 mm inside a finger.
     let mut world = state(&HOME, [tool.x + 0.03, tool.y + 0.07, 0.0]);
     let jar = &mut world.objects[0];
@@ -117,21 +118,21 @@ fn a_hand_that_touches_something_is_led_away_before_it_goes_on() {
 /// The whole run was stopped because one point of the touch-off led the tool too near to the table.
 #[test]
 fn a_visit_that_the_limits_refuse_leaves_the_arm_where_it_is_or_goes_above() {
-    let scripts = scripts(
-        &trueup::execution::arm::Cancel::default(),
-        trueup::execution::tape::Tape::recording(),
+    let mut scripts = scripts(
+        &trueup::arm::Cancel::default(),
+        trueup::execution::decisions::DecisionLog::recording(),
     );
-    let mut stage = scripts.stage();
-    let floor = stage.cell().limits.floor;
+    let mut context = scripts.context();
+    let floor = context.cell().limits.floor;
     let at = |z: f64| trueup::execution::plan::side_pose(Vector3::new(0.5, 0.1, z), 0.2, 0.35);
-    let height = |stage: &trueup::execution::stage::Stage| {
-        let q = stage.planned_q().to_vec();
-        trueup::execution::plan::tool_pose(stage.cell(), &q).origin().z
+    let height = |context: &trueup::execution::context::ActionContext| {
+        let q = context.planned_q().to_vec();
+        context.cell().tool_pose(&q).origin().z
     };
-    let before = stage.planned_q().to_vec();
+    let before = context.planned_q().to_vec();
     // In the table there is no way at all, and nothing moves.
-    assert!(stage.visit(&at(-0.02)).is_err());
-    assert_eq!(stage.planned_q(), before);
-    stage.visit(&at(0.2)).unwrap();
-    assert!(height(&stage) > 0.19 && height(&stage) > floor);
+    assert!(context.visit(&at(-0.02)).is_err());
+    assert_eq!(context.planned_q(), before);
+    context.visit(&at(0.2)).unwrap();
+    assert!(height(&context) > 0.19 && height(&context) > floor);
 }

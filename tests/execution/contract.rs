@@ -3,11 +3,12 @@
 use std::sync::{Arc, Mutex};
 
 use nalgebra::Vector3;
-use trueup::execution::arm::{Arm, Cancel, DeviceError, Feedback, Grip};
+use trueup::arm::limits::{Cleared, ClearedGrip};
+use trueup::arm::{Arm, Cancel, DeviceError, Feedback, Grip};
+use trueup::execution::body::Body;
+use trueup::execution::cell::Cell;
 use trueup::execution::lab_arm;
-use trueup::execution::limits::{Cleared, ClearedGrip};
 use trueup::execution::plan::side_pose;
-use trueup::execution::stage::{Body, Cell};
 use trueup::execution::twin_arm::TwinBody;
 use trueup::lab::{Lab, LabSettings, Spot};
 use trueup::motion::ik::Solver;
@@ -51,7 +52,7 @@ fn arms(cell: &Cell, q: &[f64]) -> Vec<(&'static str, Box<dyn Arm>)> {
     ]
 }
 
-/// The arm of a body, as the stage borrows it.
+/// The arm of a body, as the action context borrows it.
 struct OfBody<B: Body>(B);
 
 impl<B: Body> Arm for OfBody<B> {
@@ -101,12 +102,12 @@ fn turned(cell: &Cell, q: &[f64], turn: f64) -> (Cleared, Vec<f64>) {
     end[0] += turn;
     let path = [q.to_vec(), end.clone()];
     let timed = Trajectory::through_points(&path, &Limits::of(&cell.robot)).unwrap();
-    (cell.limits.clear(cell, timed, q).unwrap(), end)
+    (cell.clear(timed, q).unwrap(), end)
 }
 
 /// The fingers sent to `opening` m, gently.
 fn fingers(cell: &Cell, opening: f64) -> ClearedGrip {
-    cell.limits.clear_grip(cell, opening, 0.06, 30.0).unwrap()
+    cell.clear_grip(opening, 0.06, 30.0).unwrap()
 }
 
 fn largest(a: &[f64], b: &[f64]) -> f64 {

@@ -1,23 +1,23 @@
 //! The speed dial: motions take longer by what it says, and what it is at 100 % changes nothing.
 
-use trueup::execution::arm::Cancel;
+use trueup::arm::Cancel;
 use trueup::execution::conduct::Dial;
-use trueup::execution::tape::Tape;
+use trueup::execution::decisions::DecisionLog;
 
 use crate::kitchen;
 
 /// How long the twin's arm takes for a straight line of 5 cm, s, the dial at `percent`.
 fn seconds(percent: Option<u8>) -> f64 {
-    let scripts = super::scripts(&Cancel::default(), Tape::recording());
-    let mut stage = scripts.stage();
+    let mut scripts = super::scripts(&Cancel::default(), DecisionLog::recording());
+    let mut context = scripts.context();
     if let Some(percent) = percent {
         let dial = Dial::default();
         dial.turn(percent);
-        stage.obey(dial);
+        context.obey(dial);
     }
-    let begin = stage.state().unwrap().time;
-    stage.move_by([0.0, 0.0, 0.05], 0.5).unwrap();
-    let end = stage.state().unwrap();
+    let begin = context.state().unwrap().time;
+    context.move_by([0.0, 0.0, 0.05], 0.5).unwrap();
+    let end = context.state().unwrap();
     assert!(end.q.iter().zip(&kitchen::HOME).any(|(q, home)| (q - home).abs() > 0.02));
     end.time - begin
 }

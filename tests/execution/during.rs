@@ -5,17 +5,21 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use nalgebra::Vector3;
-use trueup::execution::arm::{Arm, Cancel, DeviceError, Feedback, Grip};
-use trueup::execution::during::{LATE, PERIOD, Sight};
+use trueup::arm::{Arm, Cancel, DeviceError, Feedback, Grip};
+use trueup::execution::body::Body;
+use trueup::execution::body::Sight;
+use trueup::execution::context::ActionContext;
+use trueup::execution::decisions::DecisionLog;
+use trueup::execution::done::Done;
+use trueup::execution::during::{LATE, PERIOD};
+use trueup::execution::error::ActionError;
 use trueup::execution::script::Scripts;
-use trueup::execution::stage::{ActionError, Body, Stage};
-use trueup::execution::tape::Tape;
-use trueup::execution::trace::{Event, Observer, Outcome};
 use trueup::execution::twin_arm::TwinBody;
-use trueup::execution::walk::{Done, Texts, Walker};
+use trueup::execution::walk::{Texts, Walker};
 use trueup::graph::{self, ParseGraph, infer};
 use trueup::language::ast::{Expr, Step};
 use trueup::language::{Library, Source, parse_line};
+use trueup::trace::{Event, Observer, Outcome};
 use trueup::units::Unit;
 use trueup::workcell::Stdlib;
 use trueup::world::WorldState;
@@ -138,7 +142,7 @@ pub(super) enum Eyes {
 pub(super) struct Walked {
     pub(super) steps: Vec<Result<Done, ActionError>>,
     pub(super) ticks: Vec<Feedback>,
-    pub(super) tape: Tape,
+    pub(super) log: DecisionLog,
     q: Vec<f64>,
 }
 
@@ -147,8 +151,8 @@ impl Walked {
         self.steps[index].as_ref().unwrap()
     }
 
-    pub(super) fn reason(&self, index: usize) -> &str {
-        self.step(index).reason.as_deref().unwrap_or_default()
+    pub(super) fn reason(&self, index: usize) -> String {
+        self.step(index).failure.as_ref().map(ToString::to_string).unwrap_or_default()
     }
 }
 
@@ -169,7 +173,7 @@ fn plan(tasks: &str, call: &str) -> (Library, ParseGraph) {
 }
 
 /// Walks `task t() { … }` to its first step that fails.
-pub(super) fn walk_with(body: &str, tape: Tape, eyes: Eyes, cancel: &Cancel) -> Walked {
+pub(super) fn walk_with(body: &str, log: DecisionLog, eyes: Eyes, cancel: &Cancel) -> Walked {
     let (library, pg) = plan(&format!("task t() {body}"), "t()");
     let cell = super::cell();
     // The jar stands straight ahead.
@@ -184,11 +188,18 @@ pub(super) fn walk_with(body: &str, tape: Tape, eyes: Eyes, cancel: &Cancel) -> 
     };
     let ticks = Arc::new(Mutex::new(Ticks::default()));
     let scene = cell.scene.clone();
-    let stage =
-        Stage::new(cell, body, kitchen::HOME.to_vec(), tape, (1, 0), cancel.clone(), ticks.clone());
-    let scripts = Scripts::new(stage);
-    let start = scripts.stage().state().unwrap();
-    let mut walker = Walker::new(&scripts, &Actions, &library, &scene, &start);
+    let context = ActionContext::new(
+        cell,
+        body,
+        kitchen::HOME.to_vec(),
+        log,
+        (1, 0),
+        cancel.clone(),
+        ticks.clone(),
+    );
+    let mut scripts = Scripts::new(context);
+    let start = scripts.context().state().unwrap();
+    let mut walker = Walker::new(&mut scripts, &Actions, &library, &scene, &start);
     let mut steps = Vec::new();
     for index in 0..pg.steps.len() {
         let step = walker.step(&pg, index, &[]);
@@ -198,14 +209,14 @@ pub(super) fn walk_with(body: &str, tape: Tape, eyes: Eyes, cancel: &Cancel) -> 
             break;
         }
     }
-    let tape = scripts.stage().tape().clone();
-    let q = scripts.stage().planned_q().to_vec();
+    let log = scripts.context().log().clone();
+    let q = scripts.context().planned_q().to_vec();
     let ticks = std::mem::take(&mut ticks.lock().unwrap_or_else(PoisonError::into_inner).0);
-    Walked { steps, ticks, tape, q }
+    Walked { steps, ticks, log, q }
 }
 
 pub(super) fn walk(body: &str) -> Walked {
-    walk_with(body, Tape::recording(), Eyes::Twins, &Cancel::default())
+    walk_with(body, DecisionLog::recording(), Eyes::Twins, &Cancel::default())
 }
 
 /// Where the tool is in each tick: arm time s, x and z m.
@@ -268,7 +279,7 @@ fn a_while_that_holds_tells_its_smallest_margin_and_when() {
     let limit = home_height() + 0.20;
     let walked = walk(&format!("{{ rise(by: 10 cm) while height(gripper) <= {limit:.4} m }}"));
     let done = walked.step(0);
-    assert_eq!(done.outcome, Outcome::Success, "{:?}", done.reason);
+    assert_eq!(done.outcome, Outcome::Success, "{:?}", done.failure);
     let held = &done.held[0];
     // The tool ends 10 cm under the limit, and was nowhere nearer to it.
     let least = held.least.unwrap().value;
@@ -291,9 +302,9 @@ fn a_while_that_breaks_stops_the_arm_within_one_period_of_the_crossing() {
     assert!(reason.starts_with("it lost `height(gripper) <= "), "{reason}");
     let ticks = heights(&walked.ticks);
     let crossed = crossing(&ticks, limit) + 0.004;
-    let told = length_after(reason, "limit ");
+    let told = length_after(&reason, "limit ");
     assert!((told - limit).abs() < 1e-3, "{reason}");
-    let noticed = seconds_before(reason, " s into the step");
+    let noticed = seconds_before(&reason, " s into the step");
     assert!(
         noticed >= crossed - 0.006 && noticed <= crossed + PERIOD + 0.009,
         "{noticed} {crossed}"
@@ -312,7 +323,7 @@ fn an_until_ends_the_step_as_a_success_and_what_follows_in_the_script_is_left_ou
         "{{ twice(by: 8 cm) until height(gripper) >= {limit:.6} m  pause(time: 0.1 s) }}"
     ));
     let done = walked.step(0);
-    assert_eq!(done.outcome, Outcome::Success, "{:?}", done.reason);
+    assert_eq!(done.outcome, Outcome::Success, "{:?}", done.failure);
     let moved: Vec<_> =
         walked.ticks.iter().filter(|f| f.time <= done.interval[1]).cloned().collect();
     let ticks = heights(&moved);
@@ -331,7 +342,7 @@ fn an_until_that_never_comes_true_fails_the_step_with_how_far_it_was() {
     assert_eq!(walked.step(0).outcome, Outcome::Failure);
     let reason = walked.reason(0);
     assert!(reason.starts_with("it came to its end before `height(gripper) >= "), "{reason}");
-    let by = length_after(reason, "false by ");
+    let by = length_after(&reason, "false by ");
     assert!((by - 0.02).abs() < 0.002, "2 cm are missing: {reason}");
 }
 
@@ -347,7 +358,7 @@ fn what_ends_it_already_on_arrival_moves_nothing_and_leaves_the_tasks_promise_as
             rise(by: 10 cm) until height(gripper) >= {low:.6} m }}"
     ));
     assert_eq!(walked.step(0).outcome, Outcome::Failure);
-    assert!(walked.reason(0).starts_with("it should have made true "), "{}", walked.reason(0));
+    assert!(walked.reason(0).starts_with("it promised "), "{}", walked.reason(0));
 }
 
 /// The action keeps its own condition, the block around it another, the task a third: the first to break
@@ -362,7 +373,7 @@ fn keeps_of_everything_around_a_step_are_in_force() {
                 {{ dip(by: -10 cm) }} while height(gripper) >= {block:.6} m }}"
         ));
         assert_eq!(walked.step(0).outcome, Outcome::Failure);
-        let limit = length_after(walked.reason(0), "limit ");
+        let limit = length_after(&walked.reason(0), "limit ");
         assert!((limit - told).abs() < 1e-3, "{} not {told}", walked.reason(0));
         assert_eq!(walked.step(0).held.len(), 3, "its own, the block's and the task's");
     }
@@ -416,7 +427,7 @@ fn a_wish_to_stop_is_told_from_a_broken_condition() {
     cancel.cancel();
     let walked = walk_with(
         "{ rise(by: 5 cm) while opening() >= 0 mm }",
-        Tape::recording(),
+        DecisionLog::recording(),
         Eyes::Twins,
         &cancel,
     );
@@ -435,7 +446,7 @@ fn where_nobody_can_measure_it_the_arm_ends_where_the_rehearsal_did() {
     let rehearsed = walk(&body);
     assert_eq!(rehearsed.step(0).outcome, Outcome::Success, "{}", rehearsed.reason(0));
     let in_twin = rehearsed.step(0).held[0].became_true.unwrap();
-    let blind = walk_with(&body, rehearsed.tape.rewound(), Eyes::Blind, &Cancel::default());
+    let blind = walk_with(&body, rehearsed.log.rewound(), Eyes::Blind, &Cancel::default());
     for index in 0..2 {
         assert_eq!(blind.step(index).outcome, Outcome::Success, "{}", blind.reason(index));
     }
@@ -456,7 +467,7 @@ fn where_nobody_can_measure_it_the_arm_ends_where_the_rehearsal_did() {
 fn as_measured_it_may_end_sooner_than_rehearsed() {
     let body = towards("rise(by: 5 cm)");
     let rehearsed = walk(&body);
-    let sooner = walk_with(&body, rehearsed.tape.rewound(), Eyes::Nearer(0.01), &Cancel::default());
+    let sooner = walk_with(&body, rehearsed.log.rewound(), Eyes::Nearer(0.01), &Cancel::default());
     for index in 0..2 {
         assert_eq!(sooner.step(index).outcome, Outcome::Success, "{}", sooner.reason(index));
     }
@@ -475,11 +486,11 @@ fn as_measured_it_may_end_sooner_than_rehearsed() {
 fn as_measured_it_may_not_end_much_later_than_rehearsed() {
     let body = towards("rise(by: 5 cm)");
     let rehearsed = walk(&body);
-    let late = walk_with(&body, rehearsed.tape.rewound(), Eyes::Nearer(-0.05), &Cancel::default());
+    let late = walk_with(&body, rehearsed.log.rewound(), Eyes::Nearer(-0.05), &Cancel::default());
     assert_eq!(late.step(0).outcome, Outcome::Failure);
     let reason = late.reason(0);
     assert!(reason.contains("later than it was true in the rehearsal"), "{reason}");
-    let over = seconds_before(reason, " s later than");
+    let over = seconds_before(&reason, " s later than");
     assert!(over > LATE && over <= LATE + PERIOD + 0.01, "{reason}");
 }
 
@@ -492,7 +503,7 @@ fn what_the_twin_kept_the_arm_may_break() {
     assert_eq!(rehearsed.step(0).outcome, Outcome::Success, "{}", rehearsed.reason(0));
     let least = |walked: &Walked| walked.step(0).held[0].least.unwrap().value;
     assert!((least(&rehearsed) - 0.01).abs() < 2e-3, "{}", least(&rehearsed));
-    let broken = walk_with(&body, rehearsed.tape.rewound(), Eyes::Nearer(0.02), &Cancel::default());
+    let broken = walk_with(&body, rehearsed.log.rewound(), Eyes::Nearer(0.02), &Cancel::default());
     assert_eq!(broken.step(0).outcome, Outcome::Failure);
     assert!(broken.reason(0).starts_with("it lost `distance(gripper, jar) >= "));
     assert!(least(&broken) < 0.0);
@@ -514,15 +525,22 @@ fn the_library_keeps_what_it_says() {
     let scene = cell.scene.clone();
     let watcher = Arc::new(Mutex::new(Ticks::default()));
     let (q, cancel) = (kitchen::HOME.to_vec(), Cancel::default());
-    let scripts =
-        Scripts::new(Stage::new(cell, body, q, Tape::recording(), (1, 0), cancel, watcher));
-    let start = scripts.stage().state().unwrap();
+    let mut scripts = Scripts::new(ActionContext::new(
+        cell,
+        body,
+        q,
+        DecisionLog::recording(),
+        (1, 0),
+        cancel,
+        watcher,
+    ));
+    let start = scripts.context().state().unwrap();
     let texts = Stdlib::embedded();
-    let mut walker = Walker::new(&scripts, &texts, &library, &scene, &start);
+    let mut walker = Walker::new(&mut scripts, &texts, &library, &scene, &start);
     let mut levels = 0;
     for index in 0..pg.steps.len() {
         let done = walker.step(&pg, index, &[]).unwrap();
-        assert_eq!(done.outcome, Outcome::Success, "{}: {:?}", pg.steps[index].text, done.reason);
+        assert_eq!(done.outcome, Outcome::Success, "{}: {:?}", pg.steps[index].text, done.failure);
         for held in done.held.iter().filter(|held| held.text.contains("level(jar)")) {
             assert!(held.least.unwrap().value > 0.0, "{held:?}");
             levels += 1;

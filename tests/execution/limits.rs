@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use trueup::execution::limits::LimitError;
-use trueup::execution::stage::Cell;
+use trueup::arm::limits::LimitError;
+use trueup::execution::cell::Cell;
 use trueup::motion::trajectory::{self, Trajectory};
 
 use crate::kitchen::HOME;
@@ -24,7 +24,7 @@ fn to(q: &[f64], seconds: f64) -> Trajectory {
 }
 
 fn refused(cell: &Cell, trajectory: Trajectory) -> LimitError {
-    cell.limits.clear(cell, trajectory, &HOME).unwrap_err()
+    cell.clear(trajectory, &HOME).unwrap_err()
 }
 
 #[test]
@@ -33,10 +33,10 @@ fn what_is_timed_inside_the_robots_limits_is_cleared_unchanged() {
     let limits = trajectory::Limits::of(&cell.robot);
     let path = [HOME.to_vec(), with(1, 0.8), with(2, 0.6)];
     let timed = Trajectory::through_corners(&path, &limits, 0.1, &|_, _| true).unwrap();
-    let cleared = cell.limits.clear(&cell, timed.clone(), &HOME).unwrap();
+    let cleared = cell.clear(timed.clone(), &HOME).unwrap();
     assert_eq!(cleared.trajectory(), &timed);
     // Staying where it is takes no time and is a motion like any other.
-    assert!(cell.limits.clear(&cell, Trajectory::resting(&HOME), &HOME).is_ok());
+    assert!(cell.clear(Trajectory::resting(&HOME), &HOME).is_ok());
 }
 
 #[test]
@@ -46,7 +46,7 @@ fn too_much_speed_is_refused_with_the_joint_and_both_numbers() {
     let limit = cell.robot.joints()[0].velocity;
     let turn = 2.0;
     let at_limit = 1.5 * turn / limit;
-    assert!(cell.limits.clear(&cell, to(&with(1, turn), 1.05 * at_limit), &HOME).is_ok());
+    assert!(cell.clear(to(&with(1, turn), 1.05 * at_limit), &HOME).is_ok());
     match refused(&cell, to(&with(1, turn), 0.85 * at_limit)) {
         LimitError::Speed { joint, value_deg_s, limit_deg_s, time_s } => {
             assert_eq!(joint, 1);
@@ -73,13 +73,13 @@ fn too_much_acceleration_is_refused() {
         }
         other => panic!("{other}"),
     }
-    assert!(cell.limits.clear(&cell, to(&with(1, turn), 0.6), &HOME).is_ok());
+    assert!(cell.clear(to(&with(1, turn), 0.6), &HOME).is_ok());
 }
 
 #[test]
 fn what_the_fingers_cannot_or_may_not_do_is_refused() {
     let cell = cell();
-    let ask = |opening, speed, force| cell.limits.clear_grip(&cell, opening, speed, force);
+    let ask = |opening, speed, force| cell.clear_grip(opening, speed, force);
     let fine = ask(0.02, 0.06, 40.0).unwrap();
     let kept = [fine.opening(), fine.speed(), fine.force()];
     assert!(kept.iter().zip([0.02, 0.06, 40.0]).all(|(a, b)| (a - b).abs() < 1e-15), "{kept:?}");
@@ -95,7 +95,7 @@ fn what_the_fingers_cannot_or_may_not_do_is_refused() {
         (0.02, 0.06, f64::INFINITY, "N"),
     ] {
         match ask(opening, speed, force).unwrap_err() {
-            LimitError::Fingers { unit: said, .. } => assert_eq!(said, unit),
+            LimitError::Fingers { what, .. } => assert_eq!(what.unit(), unit),
             other => panic!("{other}"),
         }
     }
@@ -105,7 +105,7 @@ fn what_the_fingers_cannot_or_may_not_do_is_refused() {
 fn a_joint_out_of_its_range_is_refused_and_a_continuous_one_has_none() {
     let cell = cell();
     let upper = cell.robot.joints()[5].upper;
-    assert!(cell.limits.clear(&cell, to(&with(6, upper), 9.0), &HOME).is_ok());
+    assert!(cell.clear(to(&with(6, upper), 9.0), &HOME).is_ok());
     match refused(&cell, to(&with(6, upper + 0.01), 9.0)) {
         LimitError::Range { joint, value_deg, upper_deg, .. } => {
             assert_eq!(joint, 6);
@@ -114,7 +114,7 @@ fn a_joint_out_of_its_range_is_refused_and_a_continuous_one_has_none() {
         other => panic!("{other}"),
     }
     // Joint 7 turns round and round.
-    assert!(cell.limits.clear(&cell, to(&with(7, 9.0), 30.0), &HOME).is_ok());
+    assert!(cell.clear(to(&with(7, 9.0), 30.0), &HOME).is_ok());
 }
 
 /// A path that does not begin where the arm was last sent would be a jump.
@@ -130,7 +130,7 @@ fn a_jump_at_the_start_is_refused() {
         }
         other => panic!("{other}"),
     }
-    assert!(cell.limits.clear(&cell, there, &with(4, -2.2)).is_ok());
+    assert!(cell.clear(there, &with(4, -2.2)).is_ok());
 }
 
 #[test]
@@ -149,7 +149,7 @@ fn a_tool_in_the_table_is_refused_with_its_height() {
 #[test]
 fn a_tool_below_the_floor_may_rise_and_not_sink() {
     let cell = cell();
-    let height = |q: &[f64]| trueup::execution::plan::tool_pose(&cell, q).origin().z;
+    let height = |q: &[f64]| cell.tool_pose(q).origin().z;
     let lean = |turn: f64| with(2, turn);
     // Leaning forward until the tool is between the table and the floor of the limits.
     let low = (0..4000).map(|k| lean(0.3 + 2.5e-4 * f64::from(k)));
@@ -159,8 +159,8 @@ fn a_tool_below_the_floor_may_rise_and_not_sink() {
         end[1] += by;
         Trajectory::from_points(&[0.0, 4.0], &[low.clone(), end]).unwrap()
     };
-    assert!(cell.limits.clear(&cell, to(-0.3), &low).is_ok());
-    let sinks = cell.limits.clear(&cell, to(0.01), &low).unwrap_err();
+    assert!(cell.clear(to(-0.3), &low).is_ok());
+    let sinks = cell.clear(to(0.01), &low).unwrap_err();
     assert!(matches!(sinks, LimitError::Floor { .. }), "{sinks}");
 }
 
@@ -204,7 +204,7 @@ fn only_clear_makes_something_cleared() {
             }
         }
     }
-    let gate = std::path::PathBuf::from("execution/limits.rs");
+    let gate = std::path::PathBuf::from("arm/limits.rs");
     makers.sort();
     assert_eq!(
         makers,

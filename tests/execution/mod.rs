@@ -1,4 +1,4 @@
-//! Execution: the gate before the arm, decisions kept on tape, scripts kept in bounds, and one contract for
+//! Execution: the gate before the arm, decisions kept in a log, scripts kept in bounds, and one contract for
 //! every arm.
 
 mod adapted;
@@ -11,19 +11,21 @@ mod dial;
 mod kortex;
 mod limits;
 mod script;
-mod tape;
+mod decisions;
 mod together;
 
 use std::sync::{Arc, Mutex};
 
-use trueup::execution::arm::Cancel;
-use trueup::execution::limits::Limits;
+use trueup::arm::Cancel;
+use trueup::arm::limits::Limits;
+use trueup::execution::body::Watcher;
+use trueup::execution::cell::{Cell, Pads};
+use trueup::execution::context::ActionContext;
+use trueup::execution::decisions::DecisionLog;
 use trueup::execution::script::Scripts;
-use trueup::execution::stage::{Cell, Pads, Stage, Watcher};
-use trueup::execution::tape::Tape;
-use trueup::execution::trace::Nobody;
 use trueup::execution::twin_arm::{SharedTwin, TwinBody};
 use trueup::motion::robot::Robot;
+use trueup::trace::Nobody;
 use trueup::twin::{Settings, Twin};
 use trueup::world::{Scene, WorldState};
 
@@ -59,22 +61,22 @@ fn twin(scene: &Scene, state: &WorldState) -> SharedTwin {
 }
 
 /// Scripts over a twin at home with the jar in front.
-fn scripts(cancel: &Cancel, tape: Tape) -> Scripts {
-    scripts_watched(cancel, tape, Arc::new(Mutex::new(Nobody)))
+fn scripts(cancel: &Cancel, log: DecisionLog) -> Scripts {
+    scripts_watched(cancel, log, Arc::new(Mutex::new(Nobody)))
 }
 
-fn scripts_watched(cancel: &Cancel, tape: Tape, watcher: Watcher) -> Scripts {
+fn scripts_watched(cancel: &Cancel, log: DecisionLog, watcher: Watcher) -> Scripts {
     let cell = cell();
     let state = state(&kitchen::HOME, [0.60, -0.10, 0.0]);
     let twin = twin(&cell.scene, &state);
-    let stage = Stage::new(
+    let context = ActionContext::new(
         cell,
         Box::new(TwinBody::new(twin)),
         kitchen::HOME.to_vec(),
-        tape,
+        log,
         (1, 0),
         cancel.clone(),
         watcher,
     );
-    Scripts::new(stage)
+    Scripts::new(context)
 }

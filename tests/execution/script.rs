@@ -5,27 +5,28 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use trueup::execution::arm::Cancel;
-use trueup::execution::plan::{NoWay, Why};
+use trueup::arm::Cancel;
+use trueup::execution::decisions::DecisionLog;
+use trueup::execution::error::ActionError;
+use trueup::execution::refusal::Mistake;
 use trueup::execution::script::{ScriptError, ScriptValue, Scripts};
-use trueup::execution::stage::ActionError;
-use trueup::execution::tape::Tape;
-use trueup::execution::trace::{Event, Observer};
+use trueup::trace::{Event, Observer};
+use trueup::trace::{NoWay, Why};
 
-fn run(scripts: &Scripts, text: &str) -> Result<(), ScriptError> {
+fn run(scripts: &mut Scripts, text: &str) -> Result<(), ScriptError> {
     scripts.run("test.rhai", text, &BTreeMap::new())
 }
 
 fn open() -> Scripts {
-    super::scripts(&Cancel::default(), Tape::recording())
+    super::scripts(&Cancel::default(), DecisionLog::recording())
 }
 
 /// The line and the words of a script that is wrong.
-fn wrong(scripts: &Scripts, text: &str) -> (usize, String) {
+fn wrong(scripts: &mut Scripts, text: &str) -> (usize, String) {
     match run(scripts, text) {
-        Err(ScriptError::Wrong { file, line, message }) => {
+        Err(ScriptError::Wrong { file, line, mistake }) => {
             assert_eq!(file, "test.rhai");
-            (line, message)
+            (line, mistake.to_string())
         }
         other => panic!("{text}: {other:?}"),
     }
@@ -33,7 +34,7 @@ fn wrong(scripts: &Scripts, text: &str) -> (usize, String) {
 
 #[test]
 fn scripts_without_end_or_bounds_are_stopped() {
-    let scripts = open();
+    let mut scripts = open();
     for (text, word) in [
         ("loop { }", "operations"),
         ("let n = 0; while true { n += 1; }", "operations"),
@@ -42,26 +43,26 @@ fn scripts_without_end_or_bounds_are_stopped() {
         ("let a = []; loop { a.push(0); }", "size"),
         (&format!("let x = {}1{};", "(".repeat(200), ")".repeat(200)), "complex"),
     ] {
-        let (_, message) = wrong(&scripts, text);
+        let (_, message) = wrong(&mut scripts, text);
         assert!(message.to_lowercase().contains(word), "{text:.60}: {message}");
     }
     // And the engine is as good as new afterwards.
-    run(&scripts, "let a = [1.0 * cm, 2.0 * deg]; if a.len() != 2 { throw \"odd\"; }").unwrap();
+    run(&mut scripts, "let a = [1.0 * cm, 2.0 * deg]; if a.len() != 2 { throw \"odd\"; }").unwrap();
 }
 
 /// A stranger's script reaches no file, holds no thread and has no clock.
 #[test]
 fn scripts_have_no_files_no_clock_and_no_other_scripts() {
-    let scripts = open();
+    let mut scripts = open();
     for text in ["import \"stolen\" as s;", "eval(\"1 + 1\");", "export let x = 1;"] {
-        let (line, message) = wrong(&scripts, text);
+        let (line, message) = wrong(&mut scripts, text);
         assert_eq!(line, 1, "{text}: {message}");
         assert!(trueup::execution::script::readable("test.rhai", text).is_err(), "{text}");
     }
     for (text, word) in
         [("\nsleep(1);", "arm.wait"), ("\nsleep(0.5);", "arm.wait"), ("\ntimestamp();", "clock")]
     {
-        match run(&scripts, text).unwrap_err() {
+        match run(&mut scripts, text).unwrap_err() {
             ScriptError::Action { error, line } => {
                 assert_eq!(line, Some(2), "{text}");
                 assert!(error.to_string().contains(word), "{text}: {error}");
@@ -74,7 +75,7 @@ fn scripts_have_no_files_no_clock_and_no_other_scripts() {
 /// Things that hold themselves, over and over, would be too deep to let go of again.
 #[test]
 fn scripts_that_fill_the_memory_end_with_a_message() {
-    let scripts = open();
+    let mut scripts = open();
     for text in [
         "let s = \"x\"; loop { s += s; }",
         "let s = \"x\"; loop { s.pad(1000000000, 'y'); }",
@@ -90,16 +91,16 @@ fn scripts_that_fill_the_memory_end_with_a_message() {
         "let a = []; for i in 0..1999 { a.push(i); } loop { let b = [a, a]; }",
         "fn f(n) { let a = [n]; f(a) } f(0);",
     ] {
-        assert!(run(&scripts, text).is_err(), "{text}");
+        assert!(run(&mut scripts, text).is_err(), "{text}");
     }
-    let error = run(&scripts, "for i in 0..1000 { remember(`n${i}`, i); }").unwrap_err();
+    let error = run(&mut scripts, "for i in 0..1000 { remember(`n${i}`, i); }").unwrap_err();
     assert!(error.to_string().contains("things already"), "{error}");
 }
 
 /// What later actions recall is a value of its own, and never a handle of this arm.
 #[test]
 fn only_values_are_remembered() {
-    let scripts = open();
+    let mut scripts = open();
     for (text, word) in [
         ("remember(\"arm\", arm);", "a handle"),
         ("remember(\"all\", [1, [twin]]);", "a handle"),
@@ -108,19 +109,19 @@ fn only_values_are_remembered() {
         ("let n = \"x\"; for i in 0..7 { n += n; } remember(n, 1);", "name"),
         ("let a = 1; for i in 0..12 { a = [a]; } remember(\"deep\", a);", "deep"),
     ] {
-        let error = run(&scripts, text).unwrap_err().to_string();
+        let error = run(&mut scripts, text).unwrap_err().to_string();
         assert!(error.contains(word), "{text}: {error}");
     }
     let text = "let x = [1]; remember(\"x\", [x, #{y: x}]); x[0] = 2; \
                 if recall(\"x\")[0][0] != 1 || recall(\"x\")[1].y[0] != 1 { throw \"changed\" }";
-    run(&scripts, text).unwrap();
+    run(&mut scripts, text).unwrap();
 }
 
 /// Every argument of a word has its range, told with the line that left it; nothing moves.
 #[test]
 fn arguments_out_of_range_are_told_with_the_range() {
-    let scripts = open();
-    let q = scripts.stage().planned_q().to_vec();
+    let mut scripts = open();
+    let q = scripts.context().planned_q().to_vec();
     for (text, word) in [
         ("arm.move_to([]);", "7 joints"),
         ("arm.move_to([0.0, 0.0]);", "was given 2"),
@@ -147,14 +148,14 @@ fn arguments_out_of_range_are_told_with_the_range() {
         ("twin.enough(\"jar\", 0.0 / 0.0);", "mL"),
     ] {
         let text = format!("\n{text}");
-        match run(&scripts, &text).unwrap_err() {
+        match run(&mut scripts, &text).unwrap_err() {
             ScriptError::Action { error, line } => {
                 assert_eq!(line, Some(2), "{text}");
                 assert!(error.to_string().contains(word), "{text}: {error}");
             }
             other @ ScriptError::Wrong { .. } => panic!("{text}: {other}"),
         }
-        assert_eq!(scripts.stage().planned_q(), q, "{text}");
+        assert_eq!(scripts.context().planned_q(), q, "{text}");
     }
     // A script may act and plan often, and not without end.
     for (text, word) in [
@@ -164,7 +165,7 @@ fn arguments_out_of_range_are_told_with_the_range() {
             "operations",
         ),
     ] {
-        let error = run(&scripts, text).unwrap_err().to_string();
+        let error = run(&mut scripts, text).unwrap_err().to_string();
         assert!(error.contains(word), "{text}: {error}");
     }
 }
@@ -185,13 +186,14 @@ impl Observer for Told {
 #[test]
 fn what_a_script_prints_goes_where_its_notes_go_and_has_an_end() {
     let told = Arc::new(Mutex::new(Told::default()));
-    let scripts = super::scripts_watched(&Cancel::default(), Tape::recording(), told.clone());
-    run(&scripts, "print(\"one\"); debug(\"two\"); note(\"three\");").unwrap();
+    let mut scripts =
+        super::scripts_watched(&Cancel::default(), DecisionLog::recording(), told.clone());
+    run(&mut scripts, "print(\"one\"); debug(\"two\"); note(\"three\");").unwrap();
     let take = || std::mem::take(&mut told.lock().unwrap().0);
     let first = take();
     assert_eq!((first.len(), first[0].as_str(), first[2].as_str()), (3, "one", "three"));
     assert!(first[1].contains("two"));
-    run(&scripts, "let s = \"x\"; for i in 0..12 { s += s; } for i in 0..5000 { note(s); }")
+    run(&mut scripts, "let s = \"x\"; for i in 0..12 { s += s; } for i in 0..5000 { note(s); }")
         .unwrap();
     let many = take();
     assert_eq!(many.len(), 101);
@@ -200,17 +202,17 @@ fn what_a_script_prints_goes_where_its_notes_go_and_has_an_end() {
 
 #[test]
 fn a_mistake_points_at_its_line() {
-    let scripts = open();
-    let (line, message) = wrong(&scripts, "let a = 1;\nlet b = ;\n");
+    let mut scripts = open();
+    let (line, message) = wrong(&mut scripts, "let a = 1;\nlet b = ;\n");
     assert_eq!(line, 2, "{message}");
-    let (line, message) = wrong(&scripts, "let a = 1;\n\narm.fly_to(a);\n");
+    let (line, message) = wrong(&mut scripts, "let a = 1;\n\narm.fly_to(a);\n");
     assert_eq!(line, 3);
     assert!(message.contains("fly_to"), "{message}");
     for (text, at, word) in [
         ("\narm.move_by([1.0, 2.0], 0.5);", 2, "[x, y, z]"),
         ("\n\narm.move_to([\"up\", 0.0]);", 3, "number"),
     ] {
-        match run(&scripts, text).unwrap_err() {
+        match run(&mut scripts, text).unwrap_err() {
             ScriptError::Action { error, line } => {
                 assert_eq!(line, Some(at), "{text}");
                 assert!(error.to_string().contains(word), "{text}: {error}");
@@ -218,7 +220,7 @@ fn a_mistake_points_at_its_line() {
             other @ ScriptError::Wrong { .. } => panic!("{text}: {other}"),
         }
     }
-    let (line, message) = wrong(&scripts, "arm.wait(jug);");
+    let (line, message) = wrong(&mut scripts, "arm.wait(jug);");
     assert_eq!(line, 1);
     assert!(message.contains("jug"), "{message}");
 }
@@ -226,30 +228,36 @@ fn a_mistake_points_at_its_line() {
 /// What a binding refuses is that very error, with the line that asked; a script may catch it.
 #[test]
 fn what_cannot_be_done_is_the_bindings_own_error() {
-    let scripts = open();
+    let mut scripts = open();
     let far = "let q = twin.pose_named(\"home\");\nq[1] = 2.24;\nq[3] = 0.0;\narm.move_to(q);";
-    match run(&scripts, far).unwrap_err() {
+    match run(&mut scripts, far).unwrap_err() {
         ScriptError::Action { error: ActionError::NoWay(NoWay { .. }), line } => {
             assert_eq!(line, Some(4));
         }
         other => panic!("{other:?}"),
     }
-    match run(&scripts, "\ntwin.grasps(\"kettle\", \"side\", 0.0);").unwrap_err() {
+    match run(&mut scripts, "\ntwin.grasps(\"kettle\", \"side\", 0.0);").unwrap_err() {
         ScriptError::Action { error: ActionError::NoWay(no), line } => {
             assert_eq!(line, Some(2));
             assert_eq!(no.why, Why::NotSeen("kettle".into()));
         }
         other => panic!("{other:?}"),
     }
+    match run(&mut scripts, "recall(\"grasp\");").unwrap_err() {
+        ScriptError::Action { error: ActionError::NotRemembered(name), line } => {
+            assert_eq!((name.as_str(), line), ("grasp", Some(1)));
+        }
+        other => panic!("{other:?}"),
+    }
     for (text, word) in [
         ("throw \"the lid is on\";", "the lid is on"),
-        ("recall(\"grasp\");", "`grasp`"),
         ("choose([]);", "nothing to choose"),
         ("twin.pose_named(\"yoga\");", "yoga"),
         ("twin.grasps(\"jar\", \"bottom\", 0.0);", "`bottom`"),
     ] {
-        match run(&scripts, text).unwrap_err() {
-            ScriptError::Action { error: ActionError::Refused(words), line } => {
+        match run(&mut scripts, text).unwrap_err() {
+            ScriptError::Action { error: ActionError::Refused(why), line } => {
+                let words = why.to_string();
                 assert!(words.contains(word), "{text}: {words}");
                 assert_eq!(line, Some(1), "{text}");
             }
@@ -257,7 +265,7 @@ fn what_cannot_be_done_is_the_bindings_own_error() {
         }
     }
     run(
-        &scripts,
+        &mut scripts,
         "try { recall(\"grasp\"); } catch { remember(\"grasp\", 1); } recall(\"grasp\");",
     )
     .unwrap();
@@ -265,7 +273,7 @@ fn what_cannot_be_done_is_the_bindings_own_error() {
 
 #[test]
 fn arguments_come_in_si_and_by_name() {
-    let scripts = open();
+    let mut scripts = open();
     let args = BTreeMap::from([
         ("o".to_owned(), ScriptValue::Name("jar".into())),
         ("by".to_owned(), ScriptValue::Number(0.12)),
@@ -285,54 +293,53 @@ fn a_stop_ends_a_loop_and_cannot_be_caught() {
         ["loop { }", "try { loop { } } catch { loop { } }", "loop { try { loop { } } catch { } }"]
     {
         let cancel = Cancel::default();
-        let scripts = super::scripts(&cancel, Tape::recording());
+        let mut scripts = super::scripts(&cancel, DecisionLog::recording());
         let stop = cancel.clone();
         let stopping = thread::spawn(move || {
             thread::sleep(Duration::from_millis(5));
             stop.cancel();
         });
-        let error = run(&scripts, text).unwrap_err();
+        let error = run(&mut scripts, text).unwrap_err();
         stopping.join().unwrap();
         let stopped = matches!(error, ScriptError::Action { error: ActionError::Stopped, .. });
         // Two million operations may be over before the stop comes.
-        let ended =
-            matches!(&error, ScriptError::Wrong { message, .. } if message.contains("operations"));
+        let ended = matches!(error, ScriptError::Wrong { mistake: Mistake::Endless { .. }, .. });
         assert!(stopped || ended, "{text}: {error:?}");
     }
     // Asked to stop beforehand, a script does not begin.
     let cancel = Cancel::default();
-    let scripts = super::scripts(&cancel, Tape::recording());
+    let mut scripts = super::scripts(&cancel, DecisionLog::recording());
     cancel.cancel();
     for text in ["loop { }", "try { arm.wait(1.0); } catch { arm.open(); }"] {
-        let error = run(&scripts, text).unwrap_err();
+        let error = run(&mut scripts, text).unwrap_err();
         assert!(
             matches!(error, ScriptError::Action { error: ActionError::Stopped, .. }),
             "{text}: {error:?}"
         );
     }
     cancel.clear();
-    run(&scripts, "arm.wait(0.02);").unwrap();
+    run(&mut scripts, "arm.wait(0.02);").unwrap();
 }
 
 /// A rehearsal that would go on for ever is over once its time or its planning is used up.
 #[test]
 fn a_stage_with_an_allowance_ends_what_goes_beyond_it() {
-    let scripts = super::scripts(&Cancel::default(), Tape::recording());
-    scripts.stage().allow(0.5, 1_000_000_000).unwrap();
-    run(&scripts, "arm.wait(0.2);").unwrap();
-    let error = run(&scripts, "try { arm.wait(0.4); } catch { arm.wait(0.1); }").unwrap_err();
+    let mut scripts = super::scripts(&Cancel::default(), DecisionLog::recording());
+    scripts.context().allow(0.5, 1_000_000_000).unwrap();
+    run(&mut scripts, "arm.wait(0.2);").unwrap();
+    let error = run(&mut scripts, "try { arm.wait(0.4); } catch { arm.wait(0.1); }").unwrap_err();
     assert!(error.to_string().contains("not over within 0.5 s of arm time"), "{error}");
-    let scripts = super::scripts(&Cancel::default(), Tape::recording());
-    scripts.stage().allow(60.0, 1_000).unwrap();
-    let error = run(&scripts, r#"twin.grasps("jar", "side", 0.0);"#).unwrap_err();
+    let mut scripts = super::scripts(&Cancel::default(), DecisionLog::recording());
+    scripts.context().allow(60.0, 1_000).unwrap();
+    let error = run(&mut scripts, r#"twin.grasps("jar", "side", 0.0);"#).unwrap_err();
     assert!(error.to_string().contains("within a budget"), "{error}");
 }
 
 /// What is too wide for the fingers is known before anything is searched.
 #[test]
 fn the_cup_is_too_wide_to_be_taken_and_that_is_said_without_a_search() {
-    let scripts = super::scripts(&Cancel::default(), Tape::recording());
-    scripts.stage().allow(60.0, 0).unwrap();
-    let error = run(&scripts, r#"twin.grasps("cup", "side", 0.0);"#).unwrap_err();
+    let mut scripts = super::scripts(&Cancel::default(), DecisionLog::recording());
+    scripts.context().allow(60.0, 0).unwrap();
+    let error = run(&mut scripts, r#"twin.grasps("cup", "side", 0.0);"#).unwrap_err();
     assert!(error.to_string().contains("160 mm wide"), "{error}");
 }

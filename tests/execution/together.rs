@@ -1,8 +1,8 @@
 //! Steps that go on at the same time: what can is done so, what cannot is refused, and the times are measured.
 
-use trueup::execution::arm::Cancel;
+use trueup::arm::Cancel;
 use trueup::execution::timing::SAME;
-use trueup::execution::trace::Outcome;
+use trueup::trace::Outcome;
 
 use super::during::{Eyes, Walked, walk, walk_with};
 
@@ -122,10 +122,10 @@ fn a_performance_goes_as_its_rehearsal() {
                              timing opening during rising by 0.2 s }
                   rise(by: -2 cm) }";
     let rehearsed = walk(body);
-    let performed = walk_with(body, rehearsed.tape.rewound(), Eyes::Blind, &Cancel::default());
+    let performed = walk_with(body, rehearsed.log.rewound(), Eyes::Blind, &Cancel::default());
     for index in 0..3 {
         let (a, b) = (performed.step(index), rehearsed.step(index));
-        assert_eq!((a.outcome, b.outcome), (Outcome::Success, Outcome::Success), "{:?}", a.reason);
+        assert_eq!((a.outcome, b.outcome), (Outcome::Success, Outcome::Success), "{:?}", a.failure);
         let bits = |interval: [f64; 2]| interval.map(f64::to_bits);
         assert_eq!(bits(a.interval), bits(b.interval), "{:?} {:?}", a.interval, b.interval);
     }

@@ -180,11 +180,18 @@ pub(crate) fn program(items: Vec<Item>) -> Program {
 
 /// The stdlib of LANGUAGE 2.1: pick, place and pour, with their fluents and actions.
 pub(crate) fn pouring() -> Program {
-    let o = || params("o: Graspable");
-    let place_params = || params("o: Graspable, at: Place");
+    let tasks = [pick(), place(), pour()].map(Item::Task);
+    program(fluents().into_iter().chain(actions()).chain(tasks).collect())
+}
+
+fn graspable() -> Vec<Param> {
+    params("o: Graspable")
+}
+
+fn pick() -> TaskItem {
     let mut pick = task(
         "pick",
-        o(),
+        graspable(),
         vec![
             either(vec![
                 (
@@ -215,9 +222,13 @@ pub(crate) fn pouring() -> Program {
         remedy: Some(Remedy::Retry { other: true, times: 2 }),
         span: at(),
     }];
+    pick
+}
+
+fn place() -> TaskItem {
     let mut place = task(
         "place",
-        place_params(),
+        params("o: Graspable, at: Place"),
         vec![
             act_as(call("move_over", &["o", "at"]), vec![Hold::While(f("level", &["o"]))], None),
             act_as(
@@ -236,6 +247,10 @@ pub(crate) fn pouring() -> Program {
     );
     place.conditions.needs = vec![f("holding", &["o"])];
     place.conditions.gives = vec![not(f("holding", &["o"]))];
+    place
+}
+
+fn pour() -> TaskItem {
     let amount = two(number(0.9), BinaryOp::Mul, f("filled", &["source"]));
     let mut pour = task(
         "pour",
@@ -252,22 +267,7 @@ pub(crate) fn pouring() -> Program {
                 span: at(),
             }),
             act(call("pick", &["source"])),
-            Step::Together(Together {
-                steps: vec![
-                    act_as(
-                        call_with("raise", vec![("", vec![n("source")]), ("by", vec![m(0.15)])]),
-                        Vec::new(),
-                        Some("rising"),
-                    ),
-                    act_as(
-                        call("move_over", &["source", "target"]),
-                        vec![Hold::While(f("level", &["source"]))],
-                        Some("moving"),
-                    ),
-                ],
-                timings: vec![timing("rising", Allen::Overlaps, "moving", Some(0.3))],
-                span: at(),
-            }),
+            raise_while_moving(),
             Step::Check(f("above", &["source", "target"]), at()),
             act_as(
                 call_with("pour_out", vec![("", vec![n("source")]), ("to", vec![deg(100.0)])]),
@@ -295,12 +295,36 @@ pub(crate) fn pouring() -> Program {
         remedy: Some(Remedy::Abort(Some("stopped with the jar upright".into()))),
         span: at(),
     }];
+    pour
+}
+
+/// Up and over the target at once.
+fn raise_while_moving() -> Step {
+    Step::Together(Together {
+        steps: vec![
+            act_as(
+                call_with("raise", vec![("", vec![n("source")]), ("by", vec![m(0.15)])]),
+                Vec::new(),
+                Some("rising"),
+            ),
+            act_as(
+                call("move_over", &["source", "target"]),
+                vec![Hold::While(f("level", &["source"]))],
+                Some("moving"),
+            ),
+        ],
+        timings: vec![timing("rising", Allen::Overlaps, "moving", Some(0.3))],
+        span: at(),
+    })
+}
+
+fn fluents() -> Vec<Item> {
     let lip_to_centre = fe("offset", vec![f("lip", &["a"]), f("center", &["b"])]);
     let inside = two(f("rim", &["b"]), BinaryOp::Sub, m(0.005));
-    program(vec![
+    vec![
         fluent(
             "holding",
-            o(),
+            graspable(),
             and(f("contact", &["gripper", "o"]), two(f("height", &["o"]), BinaryOp::Gt, m(0.01))),
             Some("Has the robot already picked up the {o}?"),
         ),
@@ -329,6 +353,11 @@ pub(crate) fn pouring() -> Program {
             within(two(f("tilt", &["o"]), BinaryOp::Eq, deg(0.0)), deg(10.0)),
             None,
         ),
+    ]
+}
+
+fn actions() -> Vec<Item> {
+    vec![
         action("approach", params("o: Graspable, face: Face"), vec![n("gripper.open")], vec![]),
         action(
             "grasp",
@@ -340,18 +369,15 @@ pub(crate) fn pouring() -> Program {
         action("raise", params("o: Graspable, by: Length"), vec![f("holding", &["o"])], vec![]),
         action(
             "move_over",
-            place_params(),
+            params("o: Graspable, at: Place"),
             vec![f("holding", &["o"])],
             vec![f("above", &["o", "at"])],
         ),
         action("pour_out", params("o: Container, to: Angle"), vec![f("holding", &["o"])], vec![]),
-        action("untilt", o(), vec![], vec![f("level", &["o"])]),
-        action("lower", o(), vec![f("holding", &["o"])], vec![]),
+        action("untilt", graspable(), vec![], vec![f("level", &["o"])]),
+        action("lower", graspable(), vec![f("holding", &["o"])], vec![]),
         action("open_gripper", vec![], vec![], vec![n("gripper.open")]),
         action("retreat", params("up: Length"), vec![], vec![]),
-        action("unlid", o(), vec![], vec![not(f("lidded", &["o"]))]),
-        Item::Task(pick),
-        Item::Task(place),
-        Item::Task(pour),
-    ])
+        action("unlid", graspable(), vec![], vec![not(f("lidded", &["o"]))]),
+    ]
 }

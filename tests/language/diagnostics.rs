@@ -153,8 +153,8 @@ fn columns_count_characters_also_after_a_degree_sign() {
 }
 
 #[test]
-fn each_kind_of_mistake_is_named_with_what_would_help() {
-    let cases: &[(&str, &str, &str, &str)] = &[
+fn an_unknown_name_is_told_with_the_nearest_or_the_known_ones() {
+    each_is_told(&[
         ("pour(jra, cup)", "task::unknown_name", "there is no object `jra`", "did you mean `jar`?"),
         (
             "pour(bottle, cup)",
@@ -169,6 +169,36 @@ fn each_kind_of_mistake_is_named_with_what_would_help() {
             "did you mean `pour`?",
         ),
         (
+            "lift(jar, up: 5 cm)",
+            "task::unknown_name",
+            "there is no parameter of `lift` called `up`",
+            "known are: o, by",
+        ),
+        (
+            "check lvel(jar)",
+            "task::unknown_name",
+            "there is no fluent `lvel`",
+            "did you mean `level`?",
+        ),
+        (
+            "check gripper.opne",
+            "task::unknown_name",
+            "there is no member `opne`",
+            "did you mean `open`?",
+        ),
+        (
+            "task t(o: Grasbable) { look() }",
+            "task::unknown_name",
+            "there is no type `Grasbable`",
+            "did you mean `Graspable`?",
+        ),
+    ]);
+}
+
+#[test]
+fn a_number_without_its_unit_or_with_another_is_told() {
+    each_is_told(&[
+        (
             "lift(jar, by: 12)",
             "task::unit",
             "`by` is a length, and `12` has no unit",
@@ -181,11 +211,29 @@ fn each_kind_of_mistake_is_named_with_what_would_help() {
             "write a length, such as `12 cm`",
         ),
         (
-            "lift(jar, up: 5 cm)",
-            "task::unknown_name",
-            "there is no parameter of `lift` called `up`",
-            "known are: o, by",
+            "check height(jar) > 3",
+            "task::unit",
+            "`height(jar)` is a length, and `3` has no unit",
+            "write `3 cm`",
         ),
+        (
+            "check height(jar) > tilt(jar)",
+            "task::unit",
+            "`height(jar)` is a length, and `tilt(jar)` is an angle",
+            "put quantities of one kind on both sides",
+        ),
+        (
+            "action a() { run \"a.rhai\" limit 5 cm }",
+            "task::unit",
+            "`limit` takes a time, and this is a length",
+            "write a time, such as `20 s`",
+        ),
+    ]);
+}
+
+#[test]
+fn arguments_that_do_not_fit_a_call_are_told() {
+    each_is_told(&[
         (
             "pour(jar)",
             "task::argument",
@@ -205,6 +253,24 @@ fn each_kind_of_mistake_is_named_with_what_would_help() {
             "what fits here: cup, jar",
         ),
         (
+            "pour jar cup",
+            "task::call",
+            "what `pour` acts on stands in parentheses",
+            "write `pour(jar, cup)`",
+        ),
+        (
+            "lift(jar, by = 12 cm)",
+            "task::equals",
+            "an argument is given with `:`, not with `=`",
+            "write `by: 12 cm`",
+        ),
+    ]);
+}
+
+#[test]
+fn a_condition_that_cannot_be_read_off_is_told() {
+    each_is_told(&[
+        (
             "check volume(cup) == 60 mL",
             "task::tolerance",
             "two measured quantities are never exactly equal",
@@ -217,36 +283,36 @@ fn each_kind_of_mistake_is_named_with_what_would_help() {
             "compare it, such as `height(jar) >= 12 cm`",
         ),
         (
-            "check height(jar) > 3",
-            "task::unit",
-            "`height(jar)` is a length, and `3` has no unit",
-            "write `3 cm`",
-        ),
-        (
-            "check height(jar) > tilt(jar)",
-            "task::unit",
-            "`height(jar)` is a length, and `tilt(jar)` is an angle",
-            "put quantities of one kind on both sides",
-        ),
-        (
-            "pour jar cup",
-            "task::call",
-            "what `pour` acts on stands in parentheses",
-            "write `pour(jar, cup)`",
-        ),
-        ("pour(jar, cup);", "task::separator", "steps need no `;` between them", "remove the `;`"),
-        (
-            "lift(jar, by = 12 cm)",
-            "task::equals",
-            "an argument is given with `:`, not with `=`",
-            "write `by: 12 cm`",
-        ),
-        (
             "check height(jar) = 3 cm",
             "task::equals",
             "`=` gives a value; it does not compare",
             "write `==` with `within` and a tolerance, or `>=`, `<=`",
         ),
+        (
+            "check 1 cm < height(jar) < 5 cm",
+            "task::chain",
+            "a comparison has two sides",
+            "compare two at a time and join them with `and`",
+        ),
+        (
+            "holding(jar)",
+            "task::not_a_step",
+            "`holding` is something to ask, not something to do",
+            "to ask it, write `check holding(…)`",
+        ),
+        (
+            "check jar.level",
+            "task::unknown_name",
+            "`level` is asked with the object in parentheses",
+            "write `level(…)`",
+        ),
+    ]);
+}
+
+#[test]
+fn a_step_that_reads_otherwise_elsewhere_is_told() {
+    each_is_told(&[
+        ("pour(jar, cup);", "task::separator", "steps need no `;` between them", "remove the `;`"),
         (
             "repeat 3 times { look() }",
             "task::loop",
@@ -272,6 +338,30 @@ fn each_kind_of_mistake_is_named_with_what_would_help() {
             "to run `look`, write `look(…)` with what it acts on",
         ),
         (
+            "pour(jar, cup))",
+            "task::unopened",
+            "`)` closes nothing",
+            "remove this `)`, or open it earlier",
+        ),
+        (
+            "task t() { repeat upto 0 times { look() } }",
+            "task::count",
+            "`0` is not a number of times",
+            "write how often at most, such as `3 times`",
+        ),
+        (
+            "task t() { timing a before b look() }",
+            "task::timing",
+            "`timing` relates steps that run at the same time",
+            "move it into the `together { … }` whose steps it names",
+        ),
+    ]);
+}
+
+#[test]
+fn a_definition_that_cannot_stand_is_told() {
+    each_is_told(&[
+        (
             "action a() {\n    look()\n    run \"a.rhai\"\n}",
             "task::syntax",
             "an action runs one script and has no steps",
@@ -290,46 +380,10 @@ fn each_kind_of_mistake_is_named_with_what_would_help() {
             "",
         ),
         (
-            "check lvel(jar)",
-            "task::unknown_name",
-            "there is no fluent `lvel`",
-            "did you mean `level`?",
-        ),
-        (
-            "holding(jar)",
-            "task::not_a_step",
-            "`holding` is something to ask, not something to do",
-            "to ask it, write `check holding(…)`",
-        ),
-        (
-            "check 1 cm < height(jar) < 5 cm",
-            "task::chain",
-            "a comparison has two sides",
-            "compare two at a time and join them with `and`",
-        ),
-        (
-            "check gripper.opne",
-            "task::unknown_name",
-            "there is no member `opne`",
-            "did you mean `open`?",
-        ),
-        (
-            "check jar.level",
-            "task::unknown_name",
-            "`level` is asked with the object in parentheses",
-            "write `level(…)`",
-        ),
-        (
             "task t(or: Graspable) { look() }",
             "task::reserved",
             "`or` is a word of the language and cannot be a name",
             "choose another name, such as `or_`",
-        ),
-        (
-            "task t(o: Grasbable) { look() }",
-            "task::unknown_name",
-            "there is no type `Grasbable`",
-            "did you mean `Graspable`?",
         ),
         (
             "fluent f() = g()\nfluent g() = f()",
@@ -349,32 +403,7 @@ fn each_kind_of_mistake_is_named_with_what_would_help() {
             "the action `a` does nothing",
             "add `run \"a.rhai\"`",
         ),
-        (
-            "action a() { run \"a.rhai\" limit 5 cm }",
-            "task::unit",
-            "`limit` takes a time, and this is a length",
-            "write a time, such as `20 s`",
-        ),
-        (
-            "pour(jar, cup))",
-            "task::unopened",
-            "`)` closes nothing",
-            "remove this `)`, or open it earlier",
-        ),
-        (
-            "task t() { repeat upto 0 times { look() } }",
-            "task::count",
-            "`0` is not a number of times",
-            "write how often at most, such as `3 times`",
-        ),
-        (
-            "task t() { timing a before b look() }",
-            "task::timing",
-            "`timing` relates steps that run at the same time",
-            "move it into the `together { … }` whose steps it names",
-        ),
-    ];
-    each_is_told(cases);
+    ]);
 }
 
 #[test]

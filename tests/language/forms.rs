@@ -54,8 +54,8 @@ fn break_via_and_was_may_be_names() {
 }
 
 #[test]
-fn what_is_wrong_with_them_is_told() {
-    let cases: &[(&str, &str, &str, &str)] = &[
+fn what_is_wrong_with_pins_breakpoints_and_renamings_is_told() {
+    each_is_told(&[
         (
             "pick(jar) via level_sid",
             "task::unknown_name",
@@ -92,6 +92,60 @@ fn what_is_wrong_with_them_is_told() {
             "an attribute stands before a task, an action or a branch",
             "write `#[was(\"old_name\")]` on the line before what was renamed",
         ),
+    ]);
+}
+
+#[test]
+fn what_is_wrong_with_a_recovery_is_told() {
+    each_is_told(&[
+        (
+            "task t() { look() on failure { abort \"no\" home() } }",
+            "task::recovery",
+            "a recovery ends with `retry` or `abort`",
+            "put this step before it",
+        ),
+        (
+            "task t() { look() on failure look { home() } }",
+            "task::recovery",
+            "a recovery says whose failure it answers with `of`",
+            "write `on failure of look { … }`",
+        ),
+        (
+            "task t() { look() abort \"no\" }",
+            "task::recovery",
+            "`abort` says how a recovery ends",
+            "write `on failure { abort }`",
+        ),
+    ]);
+}
+
+#[test]
+fn what_is_wrong_with_a_sentence_is_told() {
+    each_is_told(&[
+        (
+            "task t(o: Graspable) { say \"get {p}\" pick(o) }",
+            "task::unknown_name",
+            "the sentence names `{p}`, which is no parameter",
+            "parameters are: o",
+        ),
+        (
+            "task t(o: Graspable) { say \"[get {o}\" pick(o) }",
+            "task::template",
+            "`[` is never closed in the sentence",
+            "add `]` where it should end",
+        ),
+        (
+            "action a() { say \"hello\" run \"home.rhai\" }",
+            "task::syntax",
+            "only tasks have sentences",
+            "put it into the task that calls this action",
+        ),
+    ]);
+}
+
+#[test]
+fn what_is_wrong_with_the_steps_of_a_task_is_told() {
+    each_is_told(&[
         (
             "task a() { b() } task b() { a() }",
             "task::recursion",
@@ -111,36 +165,6 @@ fn what_is_wrong_with_them_is_told() {
             "did you mean `before`?",
         ),
         (
-            "task t() { look() on failure { abort \"no\" home() } }",
-            "task::recovery",
-            "a recovery ends with `retry` or `abort`",
-            "put this step before it",
-        ),
-        (
-            "task t() { look() on failure look { home() } }",
-            "task::recovery",
-            "a recovery says whose failure it answers with `of`",
-            "write `on failure of look { … }`",
-        ),
-        (
-            "task t() { look() abort \"no\" }",
-            "task::recovery",
-            "`abort` says how a recovery ends",
-            "write `on failure { abort }`",
-        ),
-        (
-            "task t(o: Graspable) { say \"get {p}\" pick(o) }",
-            "task::unknown_name",
-            "the sentence names `{p}`, which is no parameter",
-            "parameters are: o",
-        ),
-        (
-            "task t(o: Graspable) { say \"[get {o}\" pick(o) }",
-            "task::template",
-            "`[` is never closed in the sentence",
-            "add `]` where it should end",
-        ),
-        (
             "task t() { either a prior 70 % { look() } or b { home() } }",
             "task::syntax",
             "`%` cannot stand here",
@@ -152,14 +176,7 @@ fn what_is_wrong_with_them_is_told() {
             "`near` is asked about one thing at a time",
             "ask twice and join the answers with `or`; `|` is for what is done",
         ),
-        (
-            "action a() { say \"hello\" run \"home.rhai\" }",
-            "task::syntax",
-            "only tasks have sentences",
-            "put it into the task that calls this action",
-        ),
-    ];
-    each_is_told(cases);
+    ]);
 }
 
 /// The design's listing is syntax without a fault; what its check tells is what the standard library has
@@ -203,13 +220,13 @@ fn the_listing_of_the_design_reads_clean_and_the_check_says_what_it_lacks() {
 }
 
 /// Files that a library is told of by path.
-fn files(path: &str) -> Result<String, String> {
+fn files(path: &str) -> std::io::Result<String> {
     match path {
         "lib/cups.task" => Ok("import \"../types.task\"\ntype Cup: Mug\n".into()),
         "types.task" => Ok("import \"lib/cups.task\"\ntype Mug: Container\n".into()),
         "lib/wave.rhai" => Ok("arm.wait(1.0);".into()),
         "lib/bad.task" => Ok("type\n".into()),
-        path => Err(format!("there is no {path}")),
+        path => Err(std::io::Error::other(format!("there is no {path}"))),
     }
 }
 

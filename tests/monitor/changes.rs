@@ -1,7 +1,7 @@
 //! Which changes are explained, on runs of two steps that were made up.
 
-use trueup::execution::trace::{FluentRow, Measure, Outcome, StepRecord};
 use trueup::monitor::changes::{Change, Count, Kind, unexplained};
+use trueup::trace::{FluentRow, Measure, Outcome, StepRecord};
 
 use crate::kitchen;
 
@@ -28,6 +28,8 @@ fn step(number: usize, action: &str, fluents: Vec<FluentRow>) -> StepRecord {
         action: action.into(),
         outcome: Outcome::Success,
         reason: None,
+        failure: None,
+        call: None,
         interval_s: [0.0, 1.0],
         fluents,
         during: Vec::new(),

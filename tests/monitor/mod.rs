@@ -2,8 +2,8 @@
 
 mod changes;
 
-use trueup::execution::trace::{FluentRow, Measure, Outcome, StepRecord};
-use trueup::execution::walk::FluentReading;
+use trueup::execution::done::FluentReading;
+use trueup::fluent::{Error, Reading};
 use trueup::graph;
 use trueup::graph::energy::{PAPER_ERROR_RATE, energy};
 use trueup::language::ast::{Expr, Span, Step};
@@ -11,8 +11,8 @@ use trueup::language::{Library, parse_line};
 use trueup::monitor::evidence::evidence;
 use trueup::monitor::questionnaire::by_geometry;
 use trueup::monitor::{Comparison, compare, measure};
+use trueup::trace::{FluentRow, Measure, Outcome, StepRecord};
 use trueup::units::Quantity;
-use trueup::world::fluent::{Error, Reading};
 use trueup::world::{Pose, WorldState};
 
 /// A fluent that somebody read: `margin` in m.
@@ -186,6 +186,8 @@ fn the_evidence_of_a_run_weighs_as_it_was_planted() {
         action: lift.text.clone(),
         outcome: Outcome::Failure,
         reason: None,
+        failure: None,
+        call: None,
         interval_s: [1.0, 2.5],
         fluents: comparison.rows,
         during: Vec::new(),

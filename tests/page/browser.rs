@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use serde_json::{Value, json};
-use trueup::execution::arm::Cancel;
+use trueup::arm::Cancel;
 use trueup::execution::conduct::Dial;
 use trueup::page::Live;
 
@@ -139,7 +139,7 @@ fn a_person_answers_by_keys_and_slides_through_a_run() {
     browser.press("y");
     browser.until("document.getElementById('question').textContent.includes('above the blue cup')");
     browser.press("y");
-    browser.until("document.body.innerText.includes('Geometry says no (-31 mm ± 1 mm)')");
+    browser.until("document.body.innerText.includes('Measured: no (-31 mm ± 1 mm)')");
     for opened in 1..=3 {
         browser.press("h");
         browser

@@ -4,10 +4,10 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use trueup::execution::arm::Cancel;
+use trueup::arm::Cancel;
 use trueup::execution::conduct::{Ahead, Conductor, Dial, Part, Stated, Word};
-use trueup::execution::trace::{Event, Observer};
 use trueup::page::{Lead, Live, Options, Page, Watch};
+use trueup::trace::{Event, Observer};
 use trueup::workcell::archive;
 
 use super::{get, host, post};

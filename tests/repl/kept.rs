@@ -3,12 +3,12 @@
 
 use std::fs;
 
-use trueup::execution::lines::Line;
-use trueup::execution::trace::{FluentRow, Measure, Outcome, StepRecord, TermRow};
+use trueup::fluent::Direction;
 use trueup::graph::ParseGraph;
 use trueup::graph::parse_graph::Choice;
+use trueup::trace::Line;
+use trueup::trace::{FluentRow, Measure, Outcome, StepRecord, TermRow};
 use trueup::workcell::{Ending, Run, State, Timing};
-use trueup::world::fluent::Direction;
 use trueup::world::{ObjectState, Pose, WorldState};
 
 use crate::program::Desk;
@@ -96,6 +96,7 @@ fn lifted() -> Line {
         text: "arm.move_by([0.0, 0.0, by], 0.3);".into(),
         does: "move straight by 12.0 cm up at 30 % of full speed".into(),
         at_s: 0.0,
+        deed: None,
     }
 }
 
@@ -105,12 +106,13 @@ fn step(number: usize, path: &str, action: &str, rows: Vec<FluentRow>) -> StepRe
     let failed = rows.iter().find(|row| row.measured == Some(false));
     let begin = 5.0 * number as f64;
     StepRecord {
+        call: None,
+        failure: None,
         number,
         path: path.into(),
         action: action.into(),
         outcome: if failed.is_some() { Outcome::Failure } else { Outcome::Success },
-        reason: failed
-            .map(|row| format!("it should have made true `{}`, which is false", row.name)),
+        reason: failed.map(|row| format!("it promised `{}`, which is false", row.name)),
         interval_s: [begin, begin + 4.0],
         fluents: rows,
         during: Vec::new(),
@@ -153,6 +155,7 @@ pub(crate) fn pour(branch: &str, held: f64, off: f64, sigma: f64) -> Run {
         assumed: None,
     };
     Run {
+        aims: None,
         state: State::Ended,
         task: "pour(jar, cup)".into(),
         outcome,

@@ -3,10 +3,10 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use trueup::execution::trace::Nobody;
 use trueup::language::ast::Step;
 use trueup::language::text;
 use trueup::report::Failure;
+use trueup::trace::Nobody;
 use trueup::workcell::{Ending, Options, Run, WorkCell};
 
 use super::step::{options, talk};
@@ -86,7 +86,7 @@ fn leave_to_move_an_arm_ends_with_idle_time_and_with_a_fault() {
 #[test]
 fn the_twin_begins_where_things_are_known_to_be() {
     let mut cell = WorkCell::open(options()).unwrap();
-    let (nothing, unlike) = cell.twin().unwrap();
+    let (mut nothing, unlike) = cell.twin().unwrap();
     assert_eq!(
         (nothing.known_objects(), unlike),
         (Vec::new(), Vec::new()),

@@ -19,7 +19,7 @@ fn a_quiz_asks_shows_the_margin_and_counts() {
         "frames/02-after-real.png",
         "`maybe` is no answer",
         "above(jar, cup): you said no, geometry says",
-        "so far as geometry: above",
+        "correct so far: above",
         "has a question about `jump`",
         "pour(",
     ] {

@@ -4,14 +4,14 @@ use std::io::{BufRead, Cursor, Read};
 use std::sync::Mutex;
 use std::sync::atomic::AtomicUsize;
 
-use trueup::execution::arm::Cancel;
+use trueup::arm::Cancel;
 use trueup::execution::calibrate::Switches;
-use trueup::execution::trace::Nobody;
 use trueup::lab::{LabSettings, Spot};
 use trueup::language::ast::Step;
 use trueup::language::{Source, text};
 use trueup::repl::{Hands, Leave, run_on};
 use trueup::report::{Failure, Style};
+use trueup::trace::Nobody;
 use trueup::workcell::{Ending, Options, Run, Stdlib, WorkCell};
 
 use crate::program::Desk;

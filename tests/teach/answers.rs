@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use trueup::execution::trace::{FluentRow, Measure};
 use trueup::teach::answers::{Answer, Answered, TRAINEE, Tally, append, progress, read};
+use trueup::trace::{FluentRow, Measure};
 
 use crate::program::Desk;
 use crate::repl::kept::pour;

@@ -1,17 +1,18 @@
 //! Inside a step: pauses before the lines of its script that act.
 
 use trueup::execution::conduct::{Ahead, Conductor, Word};
-use trueup::execution::lines::Line;
-use trueup::execution::trace::Outcome;
 use trueup::teach::record;
 use trueup::teach::stepper::{Setup, Stepper};
 use trueup::teach::stops::Stops;
+use trueup::trace::Line;
+use trueup::trace::Outcome;
 
 use super::{Script, came_to, plan, teaching};
 use crate::repl::kept::pour;
 
 fn line(number: usize) -> Line {
     Line {
+        deed: None,
         script: "grasp.rhai".into(),
         line: number,
         text: format!("arm.wait({number}.0);"),

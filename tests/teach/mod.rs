@@ -9,11 +9,11 @@ use std::sync::{Arc, Mutex};
 
 use serde_json::Value;
 use trueup::execution::conduct::{Ahead, Conductor, Dial, Later, Mark, Part, Stated, Word};
-use trueup::execution::trace::{FluentRow, Measure, Outcome, StepRecord};
 use trueup::teach::record;
 use trueup::teach::shown::{Front, Shown};
 use trueup::teach::stepper::{Setup, Stepper};
 use trueup::teach::stops::Stops;
+use trueup::trace::{FluentRow, Measure, Outcome, StepRecord};
 
 use crate::repl::kept::pour;
 

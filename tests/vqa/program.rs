@@ -1,10 +1,10 @@
 //! The commands as a stranger uses them, over runs written by hand and a model that is a fixture.
 
 use trueup::execution::calibrate::Switches;
-use trueup::execution::trace::Nobody;
 use trueup::lab::{LabSettings, Spot};
 use trueup::language::ast::Step;
 use trueup::language::{Source, parse_line};
+use trueup::trace::Nobody;
 use trueup::vqa::{On, Said};
 use trueup::workcell::{Ending, Error, Options, Stdlib, WorkCell};
 

@@ -1,9 +1,9 @@
 //! What does not fit the rehearsal when the arm does it is planned again from where the arm is.
 
 use trueup::execution::calibrate::Switches;
-use trueup::execution::trace::{Nobody, Outcome};
 use trueup::lab::{LabSettings, Switches as Hidden};
 use trueup::language::Source;
+use trueup::trace::{Nobody, Outcome};
 use trueup::workcell::{Ending, Options, WorkCell};
 
 use super::{call, dry, options, plain};

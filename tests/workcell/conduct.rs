@@ -4,12 +4,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
 use nalgebra::{Isometry3, Vector3};
-use trueup::execution::arm::Cancel;
+use trueup::arm::Cancel;
 use trueup::execution::conduct::{Ahead, Conductor, Dial, Word, unsafe_hold};
-use trueup::execution::trace::{Event, Observer, StepRecord};
 use trueup::graph::Step;
 use trueup::language::Source;
 use trueup::language::ast::{Expr, ExprKind, Span};
+use trueup::trace::{Event, Observer, StepRecord};
 use trueup::workcell::{Ending, Options, Run, WorkCell};
 use trueup::world::Pose;
 

@@ -1,9 +1,9 @@
 //! A twin that knows what was found: the plan and the belief of a whole cell heed it.
 
 use trueup::execution::calibrate::Switches;
-use trueup::execution::trace::Nobody;
 use trueup::lab::{HiddenEffect, LabSettings};
 use trueup::language::Source;
+use trueup::trace::Nobody;
 use trueup::workcell::{Ending, Error, Options, WorkCell};
 
 use super::{call, dry, options, plain};

@@ -1,10 +1,10 @@
 //! Conditions in force while a whole run goes on, as they are kept and told.
 
 use trueup::execution::calibrate::Switches;
-use trueup::execution::trace::{Fared, Nobody};
 use trueup::lab::{LabSettings, Spot};
 use trueup::language::{Source, parse_line};
 use trueup::report::why::{Question, why};
+use trueup::trace::{Fared, Nobody};
 use trueup::workcell::{Ending, Options, Run, WorkCell};
 
 use super::options;
@@ -54,7 +54,7 @@ fn how_conditions_fared_is_kept_and_told_for_both_worlds() {
     let least = |fared: &Fared| fared.least.as_ref().unwrap().value;
     let (measured, twin) = (least(&row.measured), least(row.twin.as_ref().unwrap()));
     assert!((measured - twin).abs() < 5e-3, "measured {measured}, in the twin {twin}");
-    assert!(said.contains("nearest to being lost, in step 1 rise(by: 5 cm): "), "{said}");
+    assert!(said.contains("tightest margin, in step 1 rise(by: 5 cm): "), "{said}");
 
     let row = &run.steps[1].during[0];
     assert!(row.ends && !row.measured.by_rehearsal);

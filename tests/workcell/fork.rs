@@ -1,6 +1,6 @@
 //! What if: from a past step, in the twin only.
 
-use trueup::execution::trace::{Nobody, Outcome};
+use trueup::trace::{Nobody, Outcome};
 use trueup::workcell::record::Recorder;
 use trueup::workcell::{Ending, Error, Options, WorkCell};
 

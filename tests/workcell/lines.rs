@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 use trueup::execution::conduct::{Ahead, Conductor, Word};
-use trueup::execution::lines::Line;
-use trueup::execution::trace::{Nobody, Outcome};
+use trueup::trace::Line;
+use trueup::trace::{Nobody, Outcome};
 use trueup::workcell::{Ending, Options, WorkCell};
 
 use super::{call, dry, plain};

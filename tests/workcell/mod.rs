@@ -1,9 +1,11 @@
 //! The work cell end to end: stopped runs, missed grasps, and the folder that a run leaves.
 
 mod again;
+mod archive;
 mod during;
 mod fork;
 mod lines;
+mod places;
 mod recovery;
 mod conduct;
 mod corrected;
@@ -14,12 +16,12 @@ use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 
-use trueup::execution::arm::Cancel;
+use trueup::arm::Cancel;
 use trueup::execution::calibrate::Switches;
-use trueup::execution::trace::{Event, Nobody, Observer, Outcome};
 use trueup::lab::{LabSettings, Spot};
 use trueup::language::ast::{Call, Step};
 use trueup::language::{Source, parse_line};
+use trueup::trace::{Event, Nobody, Observer, Outcome};
 use trueup::workcell::record::Recorder;
 use trueup::workcell::{Ending, Options, Run, State, Stdlib, WorkCell};
 

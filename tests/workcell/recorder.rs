@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use trueup::execution::arm::Feedback;
-use trueup::execution::trace::{Event, Observer};
+use trueup::arm::Feedback;
+use trueup::trace::{Event, Observer};
 use trueup::units::parse_column;
 use trueup::workcell::Stdlib;
 use trueup::workcell::record::Recorder;

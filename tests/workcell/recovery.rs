@@ -1,9 +1,9 @@
 //! What is done about a jar that slips out of the fingers while it is lifted, in a whole cell.
 
 use trueup::execution::calibrate::Switches;
-use trueup::execution::trace::{Nobody, Outcome};
 use trueup::lab::{self, LabSettings, Spot};
 use trueup::language::Source;
+use trueup::trace::{Nobody, Outcome};
 use trueup::workcell::{Ending, Options, WorkCell};
 
 use super::{call, dry, options};

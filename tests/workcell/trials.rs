@@ -3,7 +3,7 @@
 use serde_json::json;
 use trueup::execution::calibrate::Switches;
 use trueup::workcell::trials::{Trial, table};
-use trueup::workcell::{Ending, Water};
+use trueup::workcell::{Aims, Ending, Water};
 
 use crate::program::Desk;
 use crate::repl::kept::pour;
@@ -14,11 +14,7 @@ fn trial(seed: u64, target: f64, source: f64, spilt: f64) -> Trial {
     run.seed = seed;
     let (in_target_ml, in_source_ml, spilt_ml) = (target, source, spilt);
     run.water = Some(Water { in_target_ml, in_source_ml, spilt_ml, measured_by: "lab".into() });
-    for step in &mut run.steps {
-        let mut row = step.fluents[0].clone();
-        row.name = "pouring(jar, cup)".into();
-        step.fluents.push(row);
-    }
+    run.aims = Some(Aims { holds: true, pours: true });
     Trial::of(&run, Switches::default())
 }
 

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{UnitQuaternion, Vector3};
+use trueup::fluent::{Error, Evaluator, Fact, Facts, NoFacts, Reading};
 use trueup::language::ast::{BinaryOp, Expr, Program};
 use trueup::units::Quantity;
-use trueup::world::fluent::{Error, Evaluator, Fact, Facts, NoFacts, Reading};
 use trueup::world::{
     Camera, Cavity, Intrinsics, Material, Object, ObjectState, Pose, Scene, Shape, Table,
     WorldState,

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix2, Matrix3, Vector2};
 
+pub(super) use super::corner::with_unit_corner;
 use super::{Error, Model, Pair};
 use crate::world::Pixel;
 
@@ -39,16 +40,6 @@ impl Frame {
         let (c, s) = (self.centre, self.size);
         Matrix3::new(1.0 / s, 0.0, -c.x / s, 0.0, 1.0 / s, -c.y / s, 0.0, 0.0, 1.0)
     }
-}
-
-/// Divides by the corner.
-pub(super) fn with_unit_corner(m: Matrix3<f64>) -> Result<Matrix3<f64>, Error> {
-    let corner = m[(2, 2)];
-    // Rounding leaves about 1e-16 of the largest entry where the corner should be 0.
-    if corner.abs() <= 1e-13 * m.amax() || !corner.is_finite() {
-        return Err(Error::OriginAtInfinity);
-    }
-    Ok(m / corner)
 }
 
 /// The map of one normalised point: image, and its derivative.

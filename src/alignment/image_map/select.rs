@@ -4,21 +4,12 @@
 //! likelihood up to a constant that is the same for all forms. A form without a single redundant pair
 //! cannot be tested and is not chosen; nor is one that predicts left-out rows worse than a simpler one.
 
+use super::super::Error;
+pub(super) use super::compared::Compared;
+use super::fit::{describe, fit_one};
+use super::model::{MapFit, Model, Options, Pair};
 use super::pairs::{FLOOR_PX, Pairs};
-use super::{Error, MapFit, Model, Options, Pair, describe, fit_one};
-
-/// One form in the comparison, on the rows kept by the form that was chosen.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Compared {
-    /// The form.
-    pub model: Model,
-    /// Mean square error in the real picture, px².
-    pub mse_px: f64,
-    /// Root mean square error of rows predicted from the others, px; `None` without redundancy.
-    pub leave_one_out_px: Option<f64>,
-    /// `-BIC/2`; more is better.
-    pub evidence: f64,
-}
+use super::wording;
 
 /// Fits every form that the rows determine.
 pub(super) fn compare(pairs: &[Pair], rows: &[usize], options: &Options) -> Vec<Compared> {
@@ -104,16 +95,10 @@ fn reason(compared: &[Compared], best: &Compared, n: usize) -> String {
         .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
     let name = best.model.name();
     match runner_up {
-        None => format!("{name} is the only form that {n} pairs determine"),
+        None => wording::only_form(name, n),
         Some(other) if other.evidence > best.evidence => {
-            format!("{name}: {} fits closer but {n} pairs cannot test it", other.model.name())
+            wording::cannot_be_tested(name, other.model.name(), n)
         }
-        Some(other) => format!(
-            "{name} has {:.1} more log-evidence than {} ({:.3} px² against {:.3} px²)",
-            best.evidence - other.evidence,
-            other.model.name(),
-            best.mse_px,
-            other.mse_px
-        ),
+        Some(other) => wording::more_evidence(best, other),
     }
 }

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::{Calibration, Error, Options, View, polish, pose_from_homography};
+use crate::alignment::TooAlike;
 use crate::alignment::image_map::{self, Model, NoiseIn, Pair};
 use crate::world::{Intrinsics, Pixel};
 
@@ -34,7 +35,7 @@ pub(super) fn planar(views: &[View], options: &Options) -> Result<Calibration, E
     let single = views.len() == 1;
     let skew = options.skew.unwrap_or(views.len() >= 3);
     if skew && views.len() < 3 {
-        let why = "a skew takes three".to_string();
+        let why = TooAlike::Skew;
         return Err(Error::Views { views: views.len(), why });
     }
     let k = if single {
@@ -44,12 +45,9 @@ pub(super) fn planar(views: &[View], options: &Options) -> Result<Calibration, E
         // still give a start, and the polish frees the rest.
         let full = closed_form(&homographies, skew)?;
         let plain = if full.is_none() { closed_form(&homographies, false)? } else { None };
-        full.or(plain).or_else(|| square_pixels(&homographies, centre(views, options))).ok_or_else(
-            || Error::Views {
-                views: views.len(),
-                why: "the closed form gives no real focal length".to_string(),
-            },
-        )?
+        full.or(plain)
+            .or_else(|| square_pixels(&homographies, centre(views, options)))
+            .ok_or(Error::Views { views: views.len(), why: TooAlike::NoFocalLength })?
     };
     let (width, height) = options.image_size.unwrap_or((0, 0));
     let start = Intrinsics {
@@ -68,10 +66,7 @@ pub(super) fn planar(views: &[View], options: &Options) -> Result<Calibration, E
         .iter()
         .map(|h| pose_from_homography(&k, h))
         .collect::<Option<Vec<_>>>()
-        .ok_or_else(|| Error::Views {
-            views: views.len(),
-            why: "a homography is not one of a plane in front of the camera".to_string(),
-        })?;
+        .ok_or(Error::Views { views: views.len(), why: TooAlike::NotInFront })?;
     let mut fixed = Vec::new();
     if !skew {
         fixed.push(4);
@@ -84,7 +79,7 @@ pub(super) fn planar(views: &[View], options: &Options) -> Result<Calibration, E
     let k = &calibration.intrinsics;
     let unsure = (calibration.std[0] / k.fx).max(calibration.std[1] / k.fy).abs();
     if unsure > UNSURE {
-        let why = format!("the focal length is known to {:.0} % only", 100.0 * unsure);
+        let why = TooAlike::Unsure(unsure);
         return Err(Error::Views { views: views.len(), why });
     }
     Ok(calibration)
@@ -108,10 +103,8 @@ fn centre(views: &[View], options: &Options) -> (f64, f64) {
 fn one_view(h: &Matrix3<f64>, options: &Options) -> Result<Matrix3<f64>, Error> {
     let (width, height) = options.image_size.ok_or(Error::ImageSize)?;
     let middle = ((f64::from(width) - 1.0) / 2.0, (f64::from(height) - 1.0) / 2.0);
-    square_pixels(std::slice::from_ref(h), middle).ok_or_else(|| Error::Views {
-        views: 1,
-        why: "the plane is seen face-on, so its distance and the focal length trade".to_string(),
-    })
+    square_pixels(std::slice::from_ref(h), middle)
+        .ok_or(Error::Views { views: 1, why: TooAlike::FaceOn })
 }
 
 /// The focal length with square pixels and the principal point given, `None` when the planes are seen
@@ -188,7 +181,7 @@ fn closed_form(homographies: &[Matrix3<f64>], skew: bool) -> Result<Option<Matri
     let mut order: Vec<usize> = (0..6).collect();
     order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
     if eigen.eigenvalues[order[1]] < 1e-12 * eigen.eigenvalues[order[5]] {
-        let why = "they are parallel to each other".to_string();
+        let why = TooAlike::Parallel;
         return Err(Error::Views { views, why });
     }
     let b = eigen.eigenvectors.column(order[0]).clone_owned();

@@ -13,10 +13,12 @@ use std::collections::BTreeMap;
 
 mod answer;
 mod judge;
+mod together;
 mod verify;
+mod wording;
 
 use image::{GrayImage, RgbImage};
-use rayon::prelude::*;
+use nalgebra::Vector3;
 use serde::Serialize;
 use thiserror::Error as ThisError;
 
@@ -24,9 +26,10 @@ use super::doubt::{Doubt, Meaning, TableDoubt};
 use super::key_points::Refused;
 use super::outline::{ObjectPose, Projector};
 use super::picture::{Picture, Plane};
-use super::placement::{Candidate, Evidence, Hidden, Score, Window, assign, overlap};
+use super::placement::{Score, Window};
 use super::segment::TableModel;
-use crate::world::{Camera, Object, Scene};
+use crate::world::{Camera, Scene};
+use together::Sought;
 
 pub use super::overlay::annotate;
 pub use answer::{Answer, ObjectAnswer};
@@ -79,12 +82,15 @@ pub enum Error {
 pub struct Options {
     /// For some objects, by name, the part of the table to search; others are searched for everywhere.
     pub windows: BTreeMap<String, Window>,
+    /// How high above the table some objects stand, by name, m: on another, or in it. The others stand on the table.
+    pub raised: BTreeMap<String, f64>,
     /// Non-zero where the picture shows something that is not to be judged, such as the arm; the
     /// picture's size.
     pub ignore: Option<GrayImage>,
 }
 
-/// Confidence from which an object counts as found.
+/// Confidence from which an object counts as found: more likely there than not. Without a finer loss to weigh, that is
+/// where being wrong either way is equally likely.
 pub const FOUND: f64 = 0.5;
 
 /// The two independent ways to a pose.
@@ -134,7 +140,7 @@ pub struct Sighting {
     /// What the picture says against the scene although the object is found: the pose may be off by more
     /// than its standard deviation.
     pub ambiguous: Option<String>,
-    /// Where it stands, when found; z = 0 and upright by assumption.
+    /// Where it stands, when found; upright by assumption, and as high as [`Options::raised`] says.
     pub world_from_object: Option<ObjectPose>,
     /// One standard deviation of its position, m: of the worst direction on the table.
     pub std: f64,
@@ -173,12 +179,19 @@ pub struct Support {
     pub rms_px: f64,
 }
 
+/// Score at which an object is as likely there as not, and the width of the step. Chosen between what was measured:
+/// absent objects score up to 0.3 (belief 0.05), present ones from 0.57 (0.98). With a middle at half or twice of it
+/// all or nothing is found; with half of the width a score at the middle decides alone, with twice as much absent
+/// ones are believed to 0.18.
+const HALF_BELIEVED: f64 = 0.42;
+const BELIEF_WIDTH: f64 = 0.04;
+/// How probable a wrong size may be of one that vouches for the table: no more likely than not.
+const SIZE_DOUBTED: f64 = 0.5;
+
 /// Returns how sure a total score alone makes, 0 to 1.
 ///
-/// The middle and the width are chosen between what was measured: absent objects score up to 0.3, present
-/// ones from 0.57.
 fn belief(score: &Score) -> f64 {
-    1.0 / (1.0 + (-(score.total - 0.42) / 0.04).exp())
+    1.0 / (1.0 + (-(score.total - HALF_BELIEVED) / BELIEF_WIDTH).exp())
 }
 
 fn check_size(image: &RgbImage, camera: &Camera) -> Result<(), Error> {
@@ -214,70 +227,38 @@ pub fn see(
     check_size(image, camera)?;
     let picture = Picture::new(image);
     let view = Projector::new(camera);
-    let change = change_of(&picture, &view, scene);
-    let [low, _, high, _] = scene.table.corners();
-    let everywhere = Window { x: [low[0], high[0]], y: [low[1], high[1]] };
-    let objects: Vec<&Object> = scene.objects.iter().collect();
-    let bare = Hidden { mask: options.ignore.clone(), hulls: Vec::new() };
-    let candidates: Vec<Vec<Candidate>> = objects
-        .par_iter()
-        .map(|object| {
-            let window = options.windows.get(&object.name).copied().unwrap_or(everywhere);
-            Evidence::new(&picture, &view, object, &change, bare.clone()).search(&window)
-        })
-        .collect();
-    let chosen = assign(&objects, &candidates, 0.3);
-    let best: Vec<Option<Candidate>> =
-        chosen.iter().zip(&candidates).map(|(k, all)| k.map(|k| all[k])).collect();
-    let eye = view.eye();
-    let far = |c: &Candidate| (c.x - eye.x).hypot(c.y - eye.y);
-    let mut sightings: Vec<(Sighting, Option<Doubt>)> = (0..objects.len())
-        .into_par_iter()
-        .map(|i| {
-            let mut hidden = bare.clone();
-            if let Some(own) = best[i] {
-                // What is believed to stand nearer to the camera covers what is behind it.
-                for (j, other) in best.iter().enumerate() {
-                    if let Some(other) = other
-                        && j != i
-                        && far(other) < far(&own)
-                        && belief(&other.score) > FOUND
-                    {
-                        let view =
-                            Evidence::new(&picture, &view, objects[j], &change, bare.clone());
-                        hidden.hulls.push(view.outline(&other.pose(), 4).hull);
-                    }
-                }
-            }
-            let evidence = Evidence::new(&picture, &view, objects[i], &change, hidden);
-            // Places that another object fills better are no rivals.
-            let rivals: Vec<Candidate> = candidates[i]
-                .iter()
-                .filter(|c| {
-                    best.iter().enumerate().all(|(j, other)| {
-                        j == i
-                            || other.is_none_or(|o| {
-                                o.score.total < c.score.total
-                                    || !overlap(objects[i], c, objects[j], &o)
-                            })
-                    })
-                })
-                .copied()
-                .collect();
-            judge::judge(&picture, &view, &scene.table, &evidence, best[i], &rivals)
-        })
-        .collect();
+    let everything = together::Everything {
+        change: change_of(&picture, &view, scene),
+        picture,
+        table: &scene.table,
+        eye: view.eye(),
+        ignore: options.ignore.clone(),
+        sought: scene.objects.iter().map(|object| Sought::of(object, camera, options)).collect(),
+    };
+    let mut sightings = everything.judged();
+    blame(&mut sightings, view.eye().z);
+    for ((sighting, _), sought) in sightings.iter_mut().zip(&everything.sought) {
+        judge::decide(sighting);
+        sighting.world_from_object = sighting.world_from_object.map(|pose| {
+            ObjectPose::from_parts(pose.origin() + Vector3::z() * sought.height, pose.rotation())
+        });
+    }
+    Ok(sightings.into_iter().map(|s| s.0).collect())
+}
+
+/// Divides what looks wrong between the things and the table under all of them.
+fn blame(sightings: &mut [(Sighting, Option<Doubt>)], eye_height: f64) {
     // The table is one for all: what each says of it tells how far the others may be off.
     let told: Vec<Doubt> = sightings.iter().filter_map(|s| s.1).collect();
     let table = TableDoubt::of(&told);
-    for (sighting, doubt) in &mut sightings {
-        judge::weigh(sighting, doubt.as_ref(), table.as_ref(), eye.z);
+    for (sighting, doubt) in &mut *sightings {
+        judge::weigh(sighting, doubt.as_ref(), table.as_ref(), eye_height);
     }
     // Who does not look as said may be right and the table wrong, unless another that looks as it should
     // vouches for the table.
     let sound: Vec<bool> = sightings
         .iter()
-        .map(|(s, _)| s.confidence >= FOUND && s.checks.meaning.size < 0.5)
+        .map(|(s, _)| s.confidence >= FOUND && s.checks.meaning.size < SIZE_DOUBTED)
         .collect();
     let refused: Vec<bool> = sightings.iter().map(|(s, _)| s.confidence < FOUND).collect();
     for i in 0..sightings.len() {
@@ -290,12 +271,8 @@ pub fn see(
                 .collect();
             if let Some(blamed) = TableDoubt::to_blame(&blamed) {
                 let (sighting, doubt) = &mut sightings[i];
-                judge::suspect(sighting, doubt.as_ref(), &blamed, eye.z);
+                judge::suspect(sighting, doubt.as_ref(), &blamed, eye_height);
             }
         }
     }
-    for (sighting, _) in &mut sightings {
-        judge::decide(sighting);
-    }
-    Ok(sightings.into_iter().map(|s| s.0).collect())
 }

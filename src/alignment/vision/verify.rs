@@ -5,10 +5,32 @@ use nalgebra::Vector2;
 
 use super::{Error, Support, belief, change_of, check_size};
 use crate::alignment::outline::{Kind, ObjectPose, Projector};
-use crate::alignment::picture::{Picture, median};
+use crate::alignment::picture::{Picture, ROBUST, median};
 use crate::alignment::placement::{Evidence, Hidden};
 use crate::alignment::refine::strongest;
 use crate::world::{Camera, Object, Scene};
+
+/// How far from the picture's border points are judged, px: as far as colours are sampled for a gradient (two half
+/// steps and the pixel between), so that none is read from beyond it.
+const BORDER_PX: f64 = 2.0;
+/// Points on each edge of the outline, as where a placement is scored at full size.
+const POINTS: usize = 16;
+/// An edge counts in full at this gradient, CIELAB/px, and is looked for so far from the outline, px. Chosen: between
+/// clear and opaque things of [`crate::alignment::placement`], and some millimetres, which is what a hand may hold a
+/// thing askew (8 px are 1 cm in the kitchen). With half the reach that is not seen as a shift, with twice as much a
+/// finger's edge is.
+const LOOK: (f64, f64) = (2.0, 8.0);
+/// Rounds of reweighting. Chosen: weights follow the shift and the shift the weights; with half as many rounds a
+/// shift of several px may stop on its way, with twice as many it costs as much again.
+const ROUNDS: usize = 8;
+/// What the spread is not below, px: pictures are not measured better by single points; with none two exact points
+/// would outvote all others.
+const LEAST_SPREAD: f64 = 0.3;
+/// Spreads beyond which a point has no weight: Tukey's biweight, whose 4.685 is 95 % efficient on clean data; at 4
+/// somewhat firmer against a neighbour's edge (Huber, *Robust Statistics*, 1981).
+const TUKEY: f64 = 4.0;
+/// What keeps the equations from being singular and a mean from dividing by nothing, beside weights of some hundred px.
+const TINY: [f64; 2] = [1e-6, 1e-9];
 
 /// Asks whether a picture supports an object at a pose, standing or held, anywhere in view.
 ///
@@ -31,35 +53,36 @@ pub fn verify(
     let change = change_of(&picture, &view, scene);
     let hidden = Hidden { mask: ignore.cloned(), hulls: Vec::new() };
     let evidence = Evidence::new(&picture, &view, object, &change, hidden);
-    let score = evidence.score(world_from_object, 0, 16);
-    let outline = evidence.outline(world_from_object, 16);
+    let score = evidence.score(world_from_object, 0, POINTS);
+    let outline = evidence.outline(world_from_object, POINTS);
     let (w, h) = picture.size();
     let looks: Vec<(Vector2<f64>, f64, f64)> = outline
         .samples
         .iter()
         .filter(|s| {
             s.kind == Kind::Silhouette
-                && s.pixel.x > 2.0
-                && s.pixel.y > 2.0
-                && s.pixel.x < w as f64 - 3.0
-                && s.pixel.y < h as f64 - 3.0
+                && s.pixel.x > BORDER_PX
+                && s.pixel.y > BORDER_PX
+                && s.pixel.x < w as f64 - 1.0 - BORDER_PX
+                && s.pixel.y < h as f64 - 1.0 - BORDER_PX
                 && !evidence.hidden.covers(s.pixel)
         })
         .filter_map(|s| {
-            let (offset, strength) = strongest(&picture, s.pixel, s.normal, (2.0, 8.0, false))?;
+            let (offset, strength) =
+                strongest(&picture, s.pixel, s.normal, (LOOK.0, LOOK.1, false))?;
             Some((s.normal, offset, strength * s.length))
         })
         .collect();
     let mut shift = Vector2::zeros();
     let mut rms = 0.0;
-    for _ in 0..8 {
+    for _ in 0..ROUNDS {
         let mut off: Vec<f64> = looks.iter().map(|l| (l.1 - l.0.dot(&shift)).abs()).collect();
-        let spread = (1.4826 * median(&mut off)).max(0.3);
-        let (mut normal, mut rhs) = (nalgebra::Matrix2::identity() * 1e-6, Vector2::zeros());
-        let (mut square, mut weight) = (0.0, 1e-9);
+        let spread = (ROBUST * median(&mut off)).max(LEAST_SPREAD);
+        let (mut normal, mut rhs) = (nalgebra::Matrix2::identity() * TINY[0], Vector2::zeros());
+        let (mut square, mut weight) = (0.0, TINY[1]);
         for (n, offset, w) in &looks {
             let residual = offset - n.dot(&shift);
-            let t = (residual / (4.0 * spread)).powi(2);
+            let t = (residual / (TUKEY * spread)).powi(2);
             if t < 1.0 {
                 let w = w * (1.0 - t).powi(2);
                 normal += w * n * n.transpose();

@@ -6,7 +6,7 @@ use crate::files;
 use crate::repl::Edits;
 use crate::report::Failure;
 
-use super::super::run::home;
+use super::super::cell::home;
 use super::write;
 
 /// Writes a model file anew; returns where it is as it was, in words. `:undo-edit` takes it back as well.

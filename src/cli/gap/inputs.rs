@@ -10,11 +10,13 @@ use crate::files;
 use crate::language::Source;
 use crate::motion::Robot;
 use crate::report::{self, Failure, Style};
+use crate::workcell::archive;
 use crate::workcell::{self, Run, carried, poured};
 use crate::world::Scene;
 
-use super::super::Cli;
-use super::super::run::{data, read, stdlib};
+use super::super::cell::stdlib;
+use super::super::inputs::{data, read};
+use super::super::shared::Shared;
 use super::{GapArgs, failure};
 
 /// What all the recordings are of.
@@ -40,7 +42,7 @@ pub(super) fn inputs(
     args: &GapArgs,
     map: &Map,
     model: Option<&(PathBuf, ModelFile)>,
-    cli: &Cli,
+    cli: &Shared,
     style: Style,
 ) -> Result<Inputs, Failure> {
     let mut files = read_all(args, map)?;
@@ -140,7 +142,7 @@ fn run_at(path: &Path) -> Result<Option<Run>, Failure> {
     if !file.is_file() {
         return Ok(None);
     }
-    serde_json::from_str(&read(&file)?).map(Some).map_err(|error| {
+    archive::load(folder(path)).map(Some).map_err(|error| {
         Failure::input("gap::run", format!("not a run: {error}"))
             .at(file.display().to_string())
             .help("was it written by another version? its `arm.csv` can still be given by itself")
@@ -149,7 +151,7 @@ fn run_at(path: &Path) -> Result<Option<Run>, Failure> {
 
 /// Returns the scene that the model file's twin is of, the one asked for, or the stdlib's.
 pub(super) fn scene_of(
-    cli: &Cli,
+    cli: &Shared,
     model: Option<&(PathBuf, ModelFile)>,
     style: Style,
 ) -> Result<Scene, Failure> {

@@ -14,16 +14,17 @@ use crate::discovery::finding::Finding;
 use crate::discovery::model_file::{self, ModelFile};
 use crate::discovery::recording::{self, Map, Recording};
 use crate::discovery::{Investigation, Options, Subject, investigate};
-use crate::execution::trace::StepRecord;
 use crate::files;
 use crate::language::Source;
 use crate::monitor::changes::{self, Change};
 use crate::report::{self, Failure, Style};
+use crate::trace::StepRecord;
 use crate::units::significant;
 use crate::workcell;
 
-use super::run::read;
-use super::{Cli, Exit};
+use super::exit::Exit;
+use super::inputs::read;
+use super::shared::Shared;
 use inputs::{Inputs, Kind, inputs, plain, robot_of};
 
 /// The part of a single recording that is held out.
@@ -59,7 +60,7 @@ pub(super) struct GapArgs {
 }
 
 /// `:gap` at the prompt: what the twin lacks, by some runs.
-pub(super) fn over(runs: &[PathBuf], cli: &Cli, style: Style) -> Result<(), Failure> {
+pub(super) fn over(runs: &[PathBuf], cli: &Shared, style: Style) -> Result<(), Failure> {
     let args = GapArgs {
         recordings: runs.to_vec(),
         model: None,
@@ -74,7 +75,7 @@ pub(super) fn over(runs: &[PathBuf], cli: &Cli, style: Style) -> Result<(), Fail
 }
 
 /// `trueup gap ...`.
-pub(super) fn gap(args: &GapArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+pub(super) fn gap(args: &GapArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     if !(args.holdout > 0.0 && args.holdout < 1.0) {
         return Err(Failure::input(
             "gap::holdout",

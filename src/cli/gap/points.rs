@@ -11,8 +11,9 @@ use crate::files;
 use crate::report::{self, Failure, Style};
 use crate::world::Camera;
 
-use super::super::run::{data, read};
-use super::super::{Cli, Exit};
+use super::super::exit::Exit;
+use super::super::inputs::{data, read};
+use super::super::shared::Shared;
 use super::inputs::scene_of;
 use super::{GapArgs, bar, change, failure, keep, model_of, tell};
 
@@ -30,7 +31,7 @@ pub(super) fn is_table(path: &Path, map: &Map) -> bool {
 }
 
 /// `trueup gap POINTS.csv...`.
-pub(super) fn gap(args: &GapArgs, map: &Map, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+pub(super) fn gap(args: &GapArgs, map: &Map, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let files: Vec<Points> =
         args.recordings.iter().map(|path| points_at(path, map)).collect::<Result<_, _>>()?;
     let model = model_of(args, style)?;
@@ -85,7 +86,7 @@ fn points_at(path: &Path, map: &Map) -> Result<Points, Failure> {
 fn scene_camera(
     model: Option<&(PathBuf, ModelFile)>,
     points: &[Points],
-    cli: &Cli,
+    cli: &Shared,
     style: Style,
 ) -> Result<Option<Camera>, Failure> {
     if model.is_none() && cli.cell.scene.is_none() {

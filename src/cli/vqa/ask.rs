@@ -11,8 +11,11 @@ use crate::report::{Failure, Style};
 use crate::vqa::{self, Endpoint, FILE, Line, On, Picture, Probe, Reply, Said};
 use crate::workcell::picture;
 
-use super::super::{Cli, Exit, signals};
-use super::{EndpointArgs, Stored, endpoint, no_answer, stored, tell_where};
+use super::super::endpoint::{EndpointArgs, endpoint, no_answer, tell_where};
+use super::super::exit::Exit;
+use super::super::shared::Shared;
+use super::super::signals;
+use super::{Stored, stored};
 
 /// Put the questions of stored runs to a model, and keep what it answers.
 #[derive(Debug, Args)]
@@ -34,7 +37,7 @@ struct Open<'a> {
 }
 
 /// `trueup vqa ask`.
-pub(super) fn ask(args: &AskArgs, _cli: &Cli, style: Style) -> Result<Exit, Failure> {
+pub(super) fn ask(args: &AskArgs, _cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let runs = stored(&args.runs, style)?;
     let model = endpoint(&args.endpoint)?;
     tell_where(&model, "the pictures of these runs", style);

@@ -11,8 +11,9 @@ use crate::vqa::score::{self, GEOMETRY};
 use crate::vqa::{self, Line, Probe};
 use crate::workcell::questions::{Kept, cases};
 
+use super::super::exit::Exit;
+use super::super::shared::Shared;
 use super::super::trials::FormArgs;
-use super::super::{Cli, Exit};
 use super::{Stored, answers_beside, stored};
 
 /// Precision, recall, F1 and consistency of all answers in stored runs.
@@ -43,7 +44,7 @@ enum Answerer {
 }
 
 /// `trueup vqa eval`.
-pub(super) fn eval(args: &EvalArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+pub(super) fn eval(args: &EvalArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let runs = stored(&args.runs, style)?;
     let mut found = Vec::new();
     let mut probes: Vec<Probe> = Vec::new();
@@ -92,7 +93,7 @@ fn people(args: &EvalArgs, stored: &Stored) -> Result<Vec<answers::Answered>, Fa
 }
 
 /// Returns the line that makes the table again.
-fn command(args: &EvalArgs, cli: &Cli) -> String {
+fn command(args: &EvalArgs, cli: &Shared) -> String {
     let mut words = vec!["trueup vqa eval".to_owned()];
     words.extend(args.runs.iter().map(|run| run.display().to_string()));
     if !args.answerers.is_empty() {

@@ -6,15 +6,16 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde_json::json;
 
-use crate::execution::trace::{FluentRow, StepRecord};
 use crate::files;
 use crate::report::{self, Failure, Style, kept};
 use crate::teach::answers::{self, Answer, Answered, EXPERT};
+use crate::trace::{FluentRow, StepRecord};
 use crate::vqa::On;
 use crate::workcell::archive;
 use crate::workcell::picture;
 
-use super::super::{Cli, Exit};
+use super::super::exit::Exit;
+use super::super::shared::Shared;
 use super::answers_beside;
 
 /// Answer the questions of a run as an expert, whose word is the truth for `eval`.
@@ -31,7 +32,7 @@ pub(in super::super) struct LabelArgs {
 }
 
 /// `trueup vqa label RUN`.
-pub(super) fn label(args: &LabelArgs, cli: &Cli, style: Style) -> Result<Exit, Failure> {
+pub(super) fn label(args: &LabelArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let dir = kept::folder(&cli.cell.record, &args.run)?;
     let run = archive::load(&dir).map_err(|error| report::cell_failure(&error, style))?;
     let dir = std::path::absolute(&dir).unwrap_or(dir);

@@ -194,7 +194,7 @@ fn alternatives(
             "explains no more with more numbers: the simpler is named".to_owned()
         } else {
             format!(
-                "leaves a sum of squares larger by {:.0} on the points fitted and held out",
+                "fits worse: sum of squares larger by {:.0} on the points fitted and held out",
                 rival.behind
             )
         };

@@ -4,11 +4,13 @@
 //! was measured than to move without friction, and from there no effect can be seen. Such a parameter stays
 //! where the model's text has it until the effects are there, and is fitted then.
 
+use crate::units::Dimension;
+
 use super::baseline::baseline;
 use super::fitting::{Bench, Fitted};
 use super::hypothesis::Question;
 use super::search::Search;
-use super::wording;
+use super::wording::{self, RanOff};
 
 /// A parameter that is this many times what the text says has run off.
 const FAR: f64 = 1e3;
@@ -23,6 +25,18 @@ pub(super) fn run_off(fitted: &Fitted) -> Vec<String> {
         .filter(|(param, value)| param.guess.is_some_and(|guess| is_far(guess, **value)))
         .map(|(param, _)| param.name.clone())
         .collect()
+}
+
+/// Where a parameter that has a guess ran off to.
+fn ran_off<'n>(fitted: &Fitted, name: &'n str) -> Option<RanOff<'n>> {
+    let compiled = &fitted.compiled;
+    let i = compiled.params.iter().position(|param| param.name == name)?;
+    Some(RanOff {
+        name,
+        ran: fitted.train.point.params[i],
+        given: compiled.params[i].guess?,
+        unit: compiled.units.of(name).map(Dimension::si).unwrap_or_default(),
+    })
 }
 
 impl Question<'_> {
@@ -51,14 +65,13 @@ impl Question<'_> {
             .filter(|freed| run_off(freed).is_empty())
             .and_then(|freed| other.judged(best.effects.clone(), freed, Some(best)))
             .filter(|freed| other.size(&freed.held) <= other.size(&best.held));
-        let end = if let Some(freed) = freed {
-            search.best = freed;
-            "fitted then"
-        } else {
-            other.bench.anchored = kept;
-            "stays there, since the recordings do not tell it"
-        };
-        let note = wording::anchored(nominal, names, end);
+        let are_fitted = freed.is_some();
+        match freed {
+            Some(freed) => search.best = freed,
+            None => other.bench.anchored = kept,
+        }
+        let off: Vec<RanOff> = names.iter().filter_map(|name| ran_off(nominal, name)).collect();
+        let note = wording::anchored(&off, are_fitted);
         *self = other;
         Some((search, note))
     }

@@ -16,8 +16,8 @@ use super::investigate::Outcome;
 use super::place::concentrated;
 use super::rivals::{Judged, Rival};
 use super::search::Search;
-use super::unknown::{Formula, UNKNOWN};
-use super::wording;
+use super::unknown::{Formula, LEAST_PREDICTED, UNKNOWN};
+use super::wording::{self, FittedParam, Seen, WhyNot};
 
 /// Most rivals of an effect that are listed as no worse.
 const MOST_TIES: usize = 4;
@@ -53,12 +53,15 @@ impl Report<'_> {
         let (next_experiment, experiment) = self.next(verdict, &effects);
         let mut reason = wording::reason(verdict, &gap, &effects);
         if let Some(Formula::Refused { train, heldout }) = formula {
-            reason.push_str(&wording::refused(train, heldout));
+            reason.push_str(&wording::refused(train, heldout, LEAST_PREDICTED));
         }
         if verdict == Verdict::Unknown && !effects.is_empty() {
-            self.notes.push(wording::validity(self.question, shown));
+            self.notes.push(wording::validity(&seen(self.question, shown)));
         }
-        self.notes.extend(wording::fitted(shown, &self.search.nominal));
+        let fitted = fitted(shown, &self.search.nominal);
+        if !fitted.is_empty() {
+            self.notes.push(wording::fitted(&fitted));
+        }
         if verdict == Verdict::Ambiguous {
             self.notes.push(wording::unwritten(&effects));
         }
@@ -161,7 +164,7 @@ impl Report<'_> {
                 name: named.candidate.kind.into(),
                 at: named.candidate.at.clone(),
                 delta_bic: self.question.gain(&self.search.best, shown, 1).bic,
-                why_not: "explains less than half as much of the held-out data".into(),
+                why_not: wording::explains_less(),
             })
             .collect();
         vec![whole]
@@ -199,7 +202,13 @@ impl Report<'_> {
         let ties = self.doubtful().into_iter().flat_map(|i| self.ties(i));
         let rivals: Vec<&Hypothesis> = ties.map(|rival| &rival.hypothesis).collect();
         let found = self.question.separating(best, &rivals);
-        let why = wording::next(effects, rivals.len(), found.as_ref());
+        let why = match &found {
+            Some(found) => {
+                let settled = (found.settled, rivals.len());
+                wording::settled_by(effects, found.input, settled, found.sigma)
+            }
+            None => wording::nothing_settles(effects),
+        };
         (Some(NextExperiment { why, commands: None }), found.map(|found| found.csv))
     }
 
@@ -271,6 +280,46 @@ impl Report<'_> {
     }
 }
 
+/// Returns where states and inputs went in the data fitted.
+fn seen<'a>(question: &'a Question, shown: &'a Hypothesis) -> Vec<Seen<'a>> {
+    let compiled = &shown.fitted.compiled;
+    let columns = question.along(&shown.fitted);
+    let of = |name: &'a str, values: &mut dyn Iterator<Item = f64>| {
+        let range =
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        Seen { name, range, unit: unit(compiled.units.of(name)) }
+    };
+    let mut seen: Vec<Seen> = compiled
+        .states
+        .iter()
+        .zip(&columns)
+        .map(|(state, column)| of(&state.name, &mut column.iter().copied()))
+        .collect();
+    for (i, (name, _)) in compiled.inputs.iter().enumerate() {
+        let mut all = question.bench.train.iter().flat_map(|d| d.inputs[i].iter().copied());
+        seen.push(of(name, &mut all));
+    }
+    seen
+}
+
+/// Returns what the model's own free parameters came out as.
+fn fitted<'a>(shown: &'a Hypothesis, nominal: &Hypothesis) -> Vec<FittedParam<'a>> {
+    let (compiled, train) = (&shown.fitted.compiled, &shown.fitted.train);
+    let own = |name: &str| nominal.fitted.compiled.params.iter().any(|p| p.name == name);
+    compiled
+        .params
+        .iter()
+        .zip(train.point.params.iter().zip(&train.std))
+        .filter(|(param, _)| own(&param.name))
+        .map(|(param, (value, std))| FittedParam {
+            name: &param.name,
+            value: *value,
+            std: (std.is_finite() && *std > 0.0).then_some(*std),
+            unit: unit(compiled.units.of(&param.name)),
+        })
+        .collect()
+}
+
 fn unit(dimension: Option<Dimension>) -> String {
     dimension.map(Dimension::si).unwrap_or_default()
 }
@@ -296,24 +345,18 @@ fn effect(at: &Hypothesis, chosen: &Chosen, gain: Gain, stability: f64) -> Effec
 /// A rival of an effect, with why it was not chosen.
 fn alternative(rival: &Rival, chosen: &Chosen) -> Alternative {
     let why_not = if rival.ties(&chosen.candidate) {
-        let why = if rival.differs_at_rest {
-            "everything moves one way, where it is the same"
-        } else {
-            "the data cannot tell it from this one"
-        };
-        why.into()
+        if rival.differs_at_rest { WhyNot::SameOneWay } else { WhyNot::Tied }
     } else if rival.delta_bic >= 6.0 {
-        format!("fits worse: its criterion is {} higher", significant(rival.delta_bic, 3))
+        WhyNot::FitsWorse(rival.delta_bic)
     } else if rival.held_worse >= 0.03 {
-        let percent = significant(100.0 * rival.held_worse, 2);
-        format!("predicts the held-out data worse by {percent} %")
+        WhyNot::PredictsWorse(rival.held_worse)
     } else {
-        "says the same with more parameters".into()
+        WhyNot::Longer
     };
     Alternative {
         name: rival.candidate.kind.into(),
         at: rival.candidate.at.clone(),
         delta_bic: rival.delta_bic,
-        why_not,
+        why_not: why_not.to_string(),
     }
 }

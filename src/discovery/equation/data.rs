@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use super::super::recording::{Recording, noise};
 use super::compile::Compiled;
+use super::wording;
 use crate::units::Dimension;
 
 /// A recording as a model sees it.
@@ -55,10 +56,7 @@ impl Data {
             if asked == Dimension::ANGLE {
                 let turns = unroll(&mut values);
                 if turns > 0 {
-                    notes.push(format!(
-                        "{}: `{name}` wraps {turns} times and is unrolled",
-                        recording.name
-                    ));
+                    notes.push(wording::unrolled(&recording.name, name, turns));
                 }
             }
             Ok(values)

@@ -9,6 +9,8 @@ use crate::language::ast::{Expr, ExprKind, Item, ModelItem, Span};
 use crate::language::parse;
 use crate::units::{Dimension, Unit, significant};
 
+use super::wording;
+
 /// A new parameter as it stands in the text.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewParam {
@@ -94,112 +96,178 @@ struct Edit {
 /// Writes a patch into the text of a model; `None` where it cannot be written.
 pub fn apply(text: &str, name: &str, patch: &Patch) -> Option<String> {
     let model = model_in(text, name)?;
-    let mut edits: Vec<Edit> = Vec::new();
-    let mut edit = |span: Span, with: String| {
-        let order = edits.len();
-        edits.push(Edit { span, with, order });
-    };
-    let after_params = last_of(
-        model.params.iter().map(|p| p.span).chain(model.inputs.iter().map(|i| i.name.span)),
-    )
-    .or_else(|| last_of(model.states.iter().map(|s| s.span)));
-    let anchor = after_params.unwrap_or(Span { from: model.body.from, to: model.body.from });
-    let at_params = line_end(text, anchor, model.body);
-    let indent = indent_of(text, &model);
-    for param in &patch.params {
-        edit(at_params, format!("\n{indent}{}", declaration(param, &patch.title)));
+    let mut edits = Edits::new(text, &model, patch);
+    edits.declarations();
+    edits.new_rates()?;
+    edits.terms()?;
+    edits.around_output()?;
+    edits.around_input()?;
+    edits.written()
+}
+
+/// The replacements that write a patch, in the order in which they were asked for.
+struct Edits<'a> {
+    text: &'a str,
+    model: &'a ModelItem,
+    patch: &'a Patch,
+    /// The blanks before a line of the model.
+    indent: String,
+    /// Where lines behind the parameters, the states and the equations begin.
+    at_params: Span,
+    at_states: Span,
+    at_equations: Span,
+    all: Vec<Edit>,
+}
+
+impl<'a> Edits<'a> {
+    fn new(text: &'a str, model: &'a ModelItem, patch: &'a Patch) -> Self {
+        let after_params = last_of(
+            model.params.iter().map(|p| p.span).chain(model.inputs.iter().map(|i| i.name.span)),
+        )
+        .or_else(|| last_of(model.states.iter().map(|s| s.span)));
+        let anchor = after_params.unwrap_or(Span { from: model.body.from, to: model.body.from });
+        let after_states = last_of(model.states.iter().map(|s| s.span)).unwrap_or(anchor);
+        let last_formula = last_of(model.equations.iter().map(|e| e.span)).unwrap_or(after_states);
+        Self {
+            text,
+            model,
+            patch,
+            indent: indent_of(text, model),
+            at_params: line_end(text, anchor, model.body),
+            at_states: line_end(text, after_states, model.body),
+            at_equations: line_end(text, last_formula, model.body),
+            all: Vec::new(),
+        }
     }
-    let after_states = last_of(model.states.iter().map(|s| s.span)).unwrap_or(anchor);
-    let at_states = line_end(text, after_states, model.body);
-    for (state, _) in &patch.states {
-        edit(at_states, format!("\n{indent}state {state} = free    // {}", patch.title));
+
+    /// Puts a text in the place of a span.
+    fn edit(&mut self, span: Span, with: String) {
+        let order = self.all.len();
+        self.all.push(Edit { span, with, order });
     }
-    for (name, formula) in &patch.lets {
-        edit(at_states, format!("\n{indent}let {name} = {formula}    // {}", patch.title));
+
+    /// Adds a line of the model with the effect's name behind it.
+    fn line(&mut self, at: Span, statement: &str) {
+        self.edit(at, format!("\n{}{statement}    // {}", self.indent, self.patch.title));
     }
-    let last_formula = last_of(model.equations.iter().map(|e| e.span)).unwrap_or(after_states);
-    let at_equations = line_end(text, last_formula, model.body);
-    for (state, rate) in &patch.states {
-        // `{y}` in a rate is what output `y` was before.
-        let mut rate = rate.clone();
-        for output in &model.outputs {
-            let placeholder = format!("{{{}}}", output.name.text);
-            if rate.contains(&placeholder) {
-                let span = output.formula.span;
-                let lone = matches!(output.formula.kind, ExprKind::Name(_));
-                let inner = text.get(span.from..span.to)?;
-                let inner = if lone { inner.to_string() } else { format!("({inner})") };
-                rate = rate.replace(&placeholder, &inner);
+
+    /// Declares parameters, states and definitions.
+    fn declarations(&mut self) {
+        let patch = self.patch;
+        for param in &patch.params {
+            let line = format!("\n{}{}", self.indent, declaration(param, &patch.title));
+            self.edit(self.at_params, line);
+        }
+        for (state, _) in &patch.states {
+            self.line(self.at_states, &format!("state {state} = free"));
+        }
+        for (name, formula) in &patch.lets {
+            self.line(self.at_states, &format!("let {name} = {formula}"));
+        }
+    }
+
+    /// Adds the rates of new states.
+    fn new_rates(&mut self) -> Option<()> {
+        for (state, rate) in &self.patch.states {
+            // `{y}` in a rate is what output `y` was before.
+            let mut rate = rate.clone();
+            for output in &self.model.outputs {
+                let placeholder = format!("{{{}}}", output.name.text);
+                if rate.contains(&placeholder) {
+                    let span = output.formula.span;
+                    let lone = matches!(output.formula.kind, ExprKind::Name(_));
+                    let inner = self.text.get(span.from..span.to)?;
+                    let inner = if lone { inner.to_string() } else { format!("({inner})") };
+                    rate = rate.replace(&placeholder, &inner);
+                }
             }
+            self.line(self.at_equations, &format!("{state}' = {rate}"));
         }
-        edit(at_equations, format!("\n{indent}{state}' = {rate}    // {}", patch.title));
+        Some(())
     }
-    for (state, term) in &patch.rates {
-        let equation = model.equations.iter().find(|e| e.name.text == *state)?;
-        let to = equation.formula.span.to;
-        edit(Span { from: to, to }, format!(" {term}"));
-    }
-    for (output, term) in &patch.outputs {
-        let output = model.outputs.iter().find(|o| o.name.text == *output)?;
-        if is_late(&output.formula) {
-            return None;
+
+    /// Adds terms to rates and outputs.
+    fn terms(&mut self) -> Option<()> {
+        for (state, term) in &self.patch.rates {
+            let equation = self.model.equations.iter().find(|e| e.name.text == *state)?;
+            let to = equation.formula.span.to;
+            self.edit(Span { from: to, to }, format!(" {term}"));
         }
-        let to = output.formula.span.to;
-        edit(Span { from: to, to }, format!(" {term}"));
-    }
-    if let Some((output, template)) = &patch.output {
-        let output = model.outputs.iter().find(|o| o.name.text == *output)?;
-        if is_late(&output.formula) {
-            return None;
+        for (output, term) in &self.patch.outputs {
+            let to = self.output(output)?.span.to;
+            self.edit(Span { from: to, to }, format!(" {term}"));
         }
-        let span = output.formula.span;
-        let inner = text.get(span.from..span.to)?;
-        let lone = matches!(output.formula.kind, ExprKind::Name(_) | ExprKind::Call(_));
+        Some(())
+    }
+
+    /// Returns an output's formula; `None` for one that is late as a whole, to which nothing can be added.
+    fn output(&self, name: &str) -> Option<&'a Expr> {
+        let output = self.model.outputs.iter().find(|o| o.name.text == name)?;
+        (!is_late(&output.formula)).then_some(&output.formula)
+    }
+
+    /// Wraps what is read in the place of an output.
+    fn around_output(&mut self) -> Option<()> {
+        let Some((output, template)) = &self.patch.output else { return Some(()) };
+        let formula = self.output(output)?;
+        let span = formula.span;
+        let inner = self.text.get(span.from..span.to)?;
+        let lone = matches!(formula.kind, ExprKind::Name(_) | ExprKind::Call(_));
         let bare = lone || template.contains("({}") || template.starts_with("{} ");
         let inner = if bare { inner.to_string() } else { format!("({inner})") };
-        edit(span, template.replace("{}", &inner));
+        self.edit(span, template.replace("{}", &inner));
+        Some(())
     }
-    if let Some((input, template)) = &patch.input {
+
+    /// Wraps what acts in the place of an input, wherever it stands.
+    fn around_input(&mut self) -> Option<()> {
+        let Some((input, template)) = &self.patch.input else { return Some(()) };
+        let model = self.model;
         let mut places = Vec::new();
         let formulas = model.lets.iter().chain(&model.equations).chain(&model.outputs);
         for formula in formulas {
             occurrences(&formula.formula, input, &mut places);
         }
         let first = *places.first()?;
-        let inner = text.get(first.from..first.to)?.to_string();
+        let inner = self.text.get(first.from..first.to)?.to_string();
         if template.starts_with("delay(") && inner != *input {
             return None;
         }
-        if places.iter().any(|p| text.get(p.from..p.to) != Some(&inner)) {
+        if places.iter().any(|p| self.text.get(p.from..p.to) != Some(&inner)) {
             return None;
         }
         if template.starts_with("delay(") {
             for place in places {
-                edit(place, template.replace("{}", input));
+                self.edit(place, template.replace("{}", input));
             }
         } else {
-            let acting = fresh(&model, &format!("{input}_acting"));
+            let acting = fresh(model, &format!("{input}_acting"));
             let formula = template.replace("{}", &inner);
-            edit(at_states, format!("\n{indent}let {acting} = {formula}    // {}", patch.title));
+            self.line(self.at_states, &format!("let {acting} = {formula}"));
             for place in places {
-                edit(place, acting.clone());
+                self.edit(place, acting.clone());
             }
         }
+        Some(())
     }
-    // A new line comes behind whatever joins the end of the line before it.
-    edits.sort_by_key(|e| (e.span.from, e.with.starts_with('\n'), e.order));
-    let mut out = String::with_capacity(text.len() + 200);
-    let mut at = 0;
-    for edit in edits {
-        if edit.span.from < at {
-            return None;
+
+    /// Returns the text with everything replaced; `None` where two replacements meet.
+    fn written(mut self) -> Option<String> {
+        // A new line comes behind whatever joins the end of the line before it.
+        self.all.sort_by_key(|e| (e.span.from, e.with.starts_with('\n'), e.order));
+        let mut out = String::with_capacity(self.text.len() + 200);
+        let mut at = 0;
+        for edit in self.all {
+            if edit.span.from < at {
+                return None;
+            }
+            out.push_str(&self.text[at..edit.span.from]);
+            out.push_str(&edit.with);
+            at = edit.span.to;
         }
-        out.push_str(&text[at..edit.span.from]);
-        out.push_str(&edit.with);
-        at = edit.span.to;
+        out.push_str(&self.text[at..]);
+        Some(out)
     }
-    out.push_str(&text[at..]);
-    Some(out)
 }
 
 /// `param v_dry: m/s^2 = 0.2145    // dry_friction(v): +- 0.002`.
@@ -209,14 +277,12 @@ fn declaration(param: &NewParam, title: &str) -> String {
     let unit = unit.map_or(String::new(), |u| format!(": {u}"));
     let number = |v: f64| format!("{v:e}");
     if let Some(std) = param.std {
-        // What trades against something else has a value, and no deviation of its own.
-        let sure = if std.is_finite() {
-            format!("+- {}", significant(std, 2))
-        } else {
-            "trades against others".into()
-        };
         let value = significant(param.value, 6);
-        return format!("param {}{unit} = {value}    // {title}, found by gap: {sure}", param.name);
+        return format!(
+            "param {}{unit} = {value}    // {}",
+            param.name,
+            wording::found(title, std)
+        );
     }
     let range = param
         .range

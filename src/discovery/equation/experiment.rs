@@ -3,7 +3,7 @@
 //! Source: Hunter and Reiner, "Designs for Discriminating Between Two Rival Models", 1965: measure where
 //! the rivals differ most, each fitted as well as it can be.
 
-use std::fmt::Write as _;
+use std::fmt::{self, Write as _};
 
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 
@@ -17,8 +17,8 @@ use crate::units::Dimension;
 /// An input that tells rivals apart.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Separating {
-    /// What it is like, in words.
-    pub(super) what: String,
+    /// What it is like.
+    pub(super) input: Input,
     /// By how many standard deviations of the noise the nearest rival that it settles would stand off.
     pub(super) sigma: f64,
     /// How many of the rivals it settles.
@@ -27,19 +27,49 @@ pub(super) struct Separating {
     pub(super) csv: String,
 }
 
+/// What an input is like, in words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Input {
+    shape: Shape,
+    /// Whether it goes as far the other way.
+    both_ways: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Shape {
+    Steps,
+    Sweep,
+    Growing,
+    Waves,
+    Ramp,
+}
+
+impl fmt::Display for Input {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self.shape {
+            Shape::Steps => "steps to random levels over the whole range",
+            Shape::Sweep => "a sweep from slow to fast over the whole range",
+            Shape::Growing => "slow waves that grow from none to the whole range",
+            Shape::Waves => "fast waves about levels that change",
+            Shape::Ramp => "standstill, then a slow ramp over the whole range and back",
+        })?;
+        f.write_str(if self.both_ways { ", and as far the other way" } else { "" })
+    }
+}
+
 /// A kind of input: its part of the range over time, 0 to 1.
 struct Kind {
-    what: &'static str,
-    shape: fn(f64, &mut StdRng, &mut f64) -> f64,
+    shape: Shape,
+    part: fn(f64, &mut StdRng, &mut f64) -> f64,
 }
 
 /// The kinds; the first argument is the part of the time that is over, the last what was drawn last.
 const KINDS: [Kind; 5] = [
-    Kind { what: "steps to random levels over the whole range", shape: steps },
-    Kind { what: "a sweep from slow to fast over the whole range", shape: sweep },
-    Kind { what: "slow waves that grow from none to the whole range", shape: growing },
-    Kind { what: "fast waves about levels that change", shape: waves },
-    Kind { what: "standstill, then a slow ramp over the whole range and back", shape: ramp },
+    Kind { shape: Shape::Steps, part: steps },
+    Kind { shape: Shape::Sweep, part: sweep },
+    Kind { shape: Shape::Growing, part: growing },
+    Kind { shape: Shape::Waves, part: waves },
+    Kind { shape: Shape::Ramp, part: ramp },
 ];
 
 fn steps(_: f64, rng: &mut StdRng, held: &mut f64) -> f64 {
@@ -103,13 +133,9 @@ impl Question<'_> {
                     settled > f.settled || !both_ways && settled == f.settled && sigma > f.sigma
                 });
                 if better {
-                    let what = if both_ways {
-                        format!("{}, and as far the other way", kind.what)
-                    } else {
-                        kind.what.to_owned()
-                    };
+                    let input = Input { shape: kind.shape, both_ways };
                     let csv = table(best, &data);
-                    found = Some(Separating { what, sigma, settled, csv });
+                    found = Some(Separating { input, sigma, settled, csv });
                 }
             }
         }
@@ -144,7 +170,7 @@ impl Question<'_> {
                 (0..n)
                     .map(|i| {
                         let part = i as f64 / n as f64;
-                        low + (high - low) * (kind.shape)(part, &mut rng, &mut held)
+                        low + (high - low) * (kind.part)(part, &mut rng, &mut held)
                     })
                     .collect()
             })

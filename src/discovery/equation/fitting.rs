@@ -6,9 +6,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::compile::{Compiled, compile};
 use super::data::{Data, rms, std};
 use super::edit::model_in;
-use super::estimate::{Estimate, Point, Task, Window, windows};
+use super::estimate::{Estimate, Point, Task};
 use super::score::whiteness;
 use super::simulate::{Hold, Scheme, site_sizes};
+use super::windows::{Window, windows};
 
 /// Recordings and how models are run on them.
 #[derive(Debug, Clone)]

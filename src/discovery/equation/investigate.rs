@@ -4,16 +4,18 @@ use crate::language::{Diagnostic, parse};
 
 use super::super::Trace;
 use super::super::finding::Finding;
-use super::super::recording::{self, Recording};
+use super::super::recording::Recording;
 use super::anchor::run_off;
 use super::answer::Report;
 use super::baseline::{NoFit, baseline};
 use super::compile::compile;
 use super::edit::model_in;
+use super::error::Error;
 use super::hypothesis::Question;
 use super::prepare::{
     about_inputs, about_stretches, about_trade, about_work, free_starts, prepare,
 };
+use super::wording;
 
 /// How to investigate.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,40 +33,6 @@ impl Default for Options {
     fn default() -> Self {
         Self { holdout: 0.3, seed: 1, most_rows: 2500 }
     }
-}
-
-/// Why there is no answer.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Error {
-    /// The model's text has mistakes.
-    #[error("the model has mistakes")]
-    Model {
-        /// All of them.
-        diagnostics: Vec<Diagnostic>,
-    },
-    /// There is no such model in the text.
-    #[error("there is no `model` block{}", if .name.is_empty() { String::new() } else { format!(" `{}`", .name) })]
-    NoModel {
-        /// The one asked for; empty for any.
-        name: String,
-    },
-    /// A recording does not fit the model.
-    #[error(transparent)]
-    Recording(#[from] recording::Error),
-    /// The model's states grow without bound, or are not numbers.
-    #[error("the model blows up: `{what}` is no longer a finite number at t = {t} s")]
-    BlowUp {
-        /// Which state or output.
-        what: String,
-        /// When, s.
-        t: f64,
-    },
-    /// Too few rows.
-    #[error("{rows} rows are too few to fit a model and to judge it")]
-    TooShort {
-        /// How many there are.
-        rows: usize,
-    },
 }
 
 /// A finding with the text that follows from it.
@@ -143,7 +111,7 @@ pub fn investigate(
     notes.extend(about_stretches(&question.bench));
     notes.extend(about_trade(&search.nominal.fitted));
     notes.extend(about_inputs(&question.bench, &compiled));
-    progress("looking at what is left", 0.95);
+    progress(wording::LOOKING, 0.95);
     if !question.explains_most(&search) {
         search.forget();
     }

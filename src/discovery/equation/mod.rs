@@ -7,10 +7,13 @@
 
 pub mod number;
 mod program;
+mod error;
+mod registers;
 pub mod compile;
 pub mod integrate;
 pub mod data;
 pub mod simulate;
+pub mod windows;
 pub mod estimate;
 pub mod fitting;
 pub mod baseline;
@@ -23,6 +26,7 @@ mod ground;
 mod stretches;
 mod anchor;
 pub mod search;
+mod conclude;
 pub mod rivals;
 mod steady;
 mod linear;
@@ -37,4 +41,5 @@ mod answer;
 mod investigate;
 
 pub use edit::model_in;
-pub use investigate::{Error, Options, Outcome, investigate};
+pub use error::Error;
+pub use investigate::{Options, Outcome, investigate};

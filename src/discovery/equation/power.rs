@@ -9,6 +9,7 @@ use super::estimate::{Point, Task};
 use super::hypothesis::{Hypothesis, LEAST_EVIDENCE, Question};
 use super::linear::{Regression, dot};
 use super::simulate::{Hold, Scheme};
+use super::wording;
 use crate::units::Dimension;
 
 /// By which part of a row inputs are tried later.
@@ -55,12 +56,7 @@ impl Question<'_> {
                 unit: param.dimension.map(Dimension::si).unwrap_or_default(),
             });
         }
-        let note = (!blind.is_empty()).then(|| {
-            format!(
-                "no amount of {} would have been seen: what is free in the model makes up for it",
-                blind.join(", ")
-            )
-        });
+        let note = (!blind.is_empty()).then(|| wording::blind(&blind));
         (visible, note)
     }
 

@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
-use crate::units::significant;
-
 use super::super::recording::Recording;
 use super::baseline::baseline;
 use super::compile::Compiled;
 use super::data::{Data, std};
+use super::error::Error;
 use super::fitting::{Bench, Fitted};
-use super::investigate::{Error, Options};
+use super::investigate::Options;
 use super::simulate::{Hold, Scheme};
+use super::wording;
 
 /// What was assumed of the inputs, in words.
 pub(super) fn about_inputs(bench: &Bench, model: &Compiled) -> Option<String> {
@@ -18,44 +18,29 @@ pub(super) fn about_inputs(bench: &Bench, model: &Compiled) -> Option<String> {
         return None;
     }
     let Scheme { hold, shift, .. } = bench.scheme;
-    let joined = match hold {
+    let is_curve = match hold {
         Hold::Zero => return None,
-        Hold::Line => "inputs follow straight lines between rows, which fits best",
-        Hold::Curve => "inputs follow smooth curves between rows, which fits best",
+        Hold::Line => false,
+        Hold::Curve => true,
     };
-    if shift.abs() < 0.02 * bench.row {
-        return Some(joined.into());
-    }
-    let way = if shift > 0.0 { "later" } else { "earlier" };
-    Some(format!(
-        "{joined}, and act {} s {way} than written; less than a row is a matter of how the recording was taken, and no effect",
-        significant(shift.abs(), 2)
-    ))
+    let later = (shift.abs() >= 0.02 * bench.row).then_some(shift);
+    Some(wording::inputs_joined(is_curve, later))
 }
 
 /// That the search was ended before it was over, in words.
 pub(super) fn about_work(bench: &Bench) -> Option<String> {
-    bench.is_spent().then(|| {
-        "the search stopped at its work limit; fewer rows, or a model nearer to the machine, take less".into()
-    })
+    bench.is_spent().then(wording::stopped)
 }
 
 /// How long the stretches are in which a model is run, in words.
 pub(super) fn about_stretches(bench: &Bench) -> Option<String> {
     let long = bench.rows? as f64 * bench.train.first()?.step();
-    Some(format!(
-        "the model's memory does not fade, so it is run in stretches of {} s, each from first values that fit it",
-        significant(long, 3)
-    ))
+    Some(wording::in_segments(long))
 }
 
 /// Which parameters the recordings do not tell, in words.
 pub(super) fn about_trade(fitted: &Fitted) -> impl Iterator<Item = String> {
-    fitted.train.undetermined.iter().map(|names| {
-        format!(
-            "the data do not determine {names}: they trade against each other, or against the first values"
-        )
-    })
+    fitted.train.undetermined.iter().map(|names| wording::undetermined(names))
 }
 
 /// The noise that a sidecar gives for a column such as `q_2` or `tcp_x`.
@@ -109,14 +94,12 @@ pub(super) fn prepare(
     let thin = |data: Vec<Data>| -> Vec<Data> { data.iter().map(|d| d.thinned(by)).collect() };
     let (train, held) = (thin(train), thin(held));
     if by > 1 {
-        notes.push(format!("rows are averaged by {by}: nothing faster is in these recordings"));
+        notes.push(wording::averaged(by));
     }
     let most_rows = 2 * options.most_rows;
     let rows: usize = train.iter().map(Data::n_rows).sum();
     if rows > most_rows {
-        notes.push(format!(
-            "{most_rows} of the {rows} rows fitted are run; all of them would take long"
-        ));
+        notes.push(wording::not_all_rows(most_rows, rows));
     }
     let n_out = model.outputs.len();
     let scales = (0..n_out)
@@ -158,9 +141,7 @@ pub(super) fn free_starts(
         f.train.rms().iter().zip(&bench.scales).map(|(r, s)| (r / s).powi(2)).sum::<f64>().sqrt()
     };
     if size(&other) < 0.85 * size(nominal) {
-        notes.push(
-            "the recordings do not begin at the first values that the model gives; they are estimated".into(),
-        );
+        notes.push(wording::first_values_estimated());
         *bench = free;
         *nominal = other;
     }

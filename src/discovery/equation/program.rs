@@ -60,89 +60,100 @@ pub(super) enum Op {
 /// Below this a root's slope is held, so that a tank that runs dry does not make a derivative infinite.
 const LEAST_ROOT: f64 = 1e-12;
 
+impl Unary {
+    /// Returns its value at `a`.
+    #[inline]
+    fn apply<N: Number>(self, a: N) -> N {
+        let x = a.value();
+        match self {
+            Self::Neg => -a,
+            Self::Sqrt if x <= 0.0 => N::constant(0.0),
+            Self::Sqrt => a.chain(x.sqrt(), 0.5 / x.max(LEAST_ROOT).sqrt()),
+            Self::Sin => a.chain(x.sin(), x.cos()),
+            Self::Cos => a.chain(x.cos(), -x.sin()),
+            Self::Tan => {
+                let f = x.tan();
+                a.chain(f, 1.0 + f * f)
+            }
+            Self::Asin => a.chain(x.asin(), 1.0 / (1.0 - x * x).sqrt()),
+            Self::Acos => a.chain(x.acos(), -1.0 / (1.0 - x * x).sqrt()),
+            Self::Atan => a.chain(x.atan(), 1.0 / (1.0 + x * x)),
+            Self::Exp => {
+                let f = x.exp();
+                a.chain(f, f)
+            }
+            Self::Log => a.chain(x.ln(), 1.0 / x),
+            Self::Sinh => a.chain(x.sinh(), x.cosh()),
+            Self::Cosh => a.chain(x.cosh(), x.sinh()),
+            Self::Tanh => {
+                let f = x.tanh();
+                a.chain(f, 1.0 - f * f)
+            }
+            Self::Abs => {
+                if x < 0.0 {
+                    -a
+                } else {
+                    a
+                }
+            }
+        }
+    }
+}
+
+impl Binary {
+    /// Returns its value at `a` and `b`.
+    #[inline]
+    fn apply<N: Number>(self, a: N, b: N) -> N {
+        match self {
+            Self::Add => a + b,
+            Self::Sub => a - b,
+            Self::Mul => a * b,
+            Self::Div => a / b,
+            Self::Min => {
+                if a.value() <= b.value() {
+                    a
+                } else {
+                    b
+                }
+            }
+            Self::Max => {
+                if a.value() >= b.value() {
+                    a
+                } else {
+                    b
+                }
+            }
+            Self::Pow => {
+                let (x, y) = (a.value(), b.value());
+                if x <= 0.0 {
+                    return N::constant(if y == 0.0 { 1.0 } else { 0.0 });
+                }
+                let f = x.powf(y);
+                a.chain(0.0, f * y / x) + b.chain(f, f * x.ln())
+            }
+            Self::Atan2 => {
+                let (y, x) = (a.value(), b.value());
+                let r2 = (x * x + y * y).max(f64::MIN_POSITIVE);
+                a.chain(y.atan2(x), x / r2) + b.chain(0.0, -y / r2)
+            }
+            Self::Hypot => {
+                let (x, y) = (a.value(), b.value());
+                let r = x.hypot(y);
+                let by = 1.0 / r.max(f64::MIN_POSITIVE);
+                a.chain(r, x * by) + b.chain(0.0, y * by)
+            }
+        }
+    }
+}
+
 impl Op {
     /// Carries it out.
+    #[inline]
     pub(super) fn apply<N: Number>(self, frame: &[N], widths: &[f64]) -> N {
         let at = |reg: Reg| frame[usize::from(reg)];
         match self {
-            Self::Binary(f, a, b) => {
-                let (a, b) = (at(a), at(b));
-                match f {
-                    Binary::Add => a + b,
-                    Binary::Sub => a - b,
-                    Binary::Mul => a * b,
-                    Binary::Div => a / b,
-                    Binary::Min => {
-                        if a.value() <= b.value() {
-                            a
-                        } else {
-                            b
-                        }
-                    }
-                    Binary::Max => {
-                        if a.value() >= b.value() {
-                            a
-                        } else {
-                            b
-                        }
-                    }
-                    Binary::Pow => {
-                        let (x, y) = (a.value(), b.value());
-                        if x <= 0.0 {
-                            return N::constant(if y == 0.0 { 1.0 } else { 0.0 });
-                        }
-                        let f = x.powf(y);
-                        a.chain(0.0, f * y / x) + b.chain(f, f * x.ln())
-                    }
-                    Binary::Atan2 => {
-                        let (y, x) = (a.value(), b.value());
-                        let r2 = (x * x + y * y).max(f64::MIN_POSITIVE);
-                        a.chain(y.atan2(x), x / r2) + b.chain(0.0, -y / r2)
-                    }
-                    Binary::Hypot => {
-                        let (x, y) = (a.value(), b.value());
-                        let r = x.hypot(y);
-                        let by = 1.0 / r.max(f64::MIN_POSITIVE);
-                        a.chain(r, x * by) + b.chain(0.0, y * by)
-                    }
-                }
-            }
-            Self::Unary(f, a) => {
-                let a = at(a);
-                let x = a.value();
-                match f {
-                    Unary::Neg => -a,
-                    Unary::Sqrt if x <= 0.0 => N::constant(0.0),
-                    Unary::Sqrt => a.chain(x.sqrt(), 0.5 / x.max(LEAST_ROOT).sqrt()),
-                    Unary::Sin => a.chain(x.sin(), x.cos()),
-                    Unary::Cos => a.chain(x.cos(), -x.sin()),
-                    Unary::Tan => {
-                        let f = x.tan();
-                        a.chain(f, 1.0 + f * f)
-                    }
-                    Unary::Asin => a.chain(x.asin(), 1.0 / (1.0 - x * x).sqrt()),
-                    Unary::Acos => a.chain(x.acos(), -1.0 / (1.0 - x * x).sqrt()),
-                    Unary::Atan => a.chain(x.atan(), 1.0 / (1.0 + x * x)),
-                    Unary::Exp => {
-                        let f = x.exp();
-                        a.chain(f, f)
-                    }
-                    Unary::Log => a.chain(x.ln(), 1.0 / x),
-                    Unary::Sinh => a.chain(x.sinh(), x.cosh()),
-                    Unary::Cosh => a.chain(x.cosh(), x.sinh()),
-                    Unary::Tanh => {
-                        let f = x.tanh();
-                        a.chain(f, 1.0 - f * f)
-                    }
-                    Unary::Abs => {
-                        if x < 0.0 {
-                            -a
-                        } else {
-                            a
-                        }
-                    }
-                }
-            }
+            Self::Unary(f, a) => f.apply(at(a)),
+            Self::Binary(f, a, b) => f.apply(at(a), at(b)),
             Self::PowI(a, n) => {
                 let a = at(a);
                 let x = a.value();
@@ -166,6 +177,18 @@ impl Op {
                 let (f, df) = ramp(a.value(), widths[usize::from(site)]);
                 a.chain(0.5 + 0.5 * f, 0.5 * df)
             }
+        }
+    }
+
+    /// Returns the registers of its arguments, the second of which only some have.
+    pub(super) fn args(self) -> (Reg, Option<Reg>) {
+        match self {
+            Self::Binary(_, a, b) => (a, Some(b)),
+            Self::Unary(_, a)
+            | Self::PowI(a, _)
+            | Self::PowF(a, _)
+            | Self::Sign(a, _)
+            | Self::Step(a, _) => (a, None),
         }
     }
 }

@@ -1,5 +1,5 @@
 //! Which effects a model lacks: added one by one while it pays, fitted together, pruned, made as simple as
-//! they can be, and set against their rivals.
+//! they can be (`conclude`), and set against their rivals.
 //!
 //! Every candidate at every start is fitted by a step or two, which says nearly what a full fit would;
 //! only the best are fitted in full. See [`super::hypothesis`] for what an effect must pay.
@@ -9,10 +9,11 @@ use rayon::prelude::*;
 use super::candidates::{Candidate, candidates};
 use super::edit::{Patch, apply, model_in};
 use super::fitting::Fitted;
-use super::hypothesis::{Chosen, Gain, Hypothesis, IMPERFECTION, MOST, Question, with_values};
+use super::hypothesis::{Chosen, Gain, Hypothesis, MOST, Question, with_values};
 use super::meaning::says_nothing;
 use super::rivals::Judged;
-use crate::discovery::finding::{MATTERS, TIE};
+use super::wording;
+use crate::discovery::finding::MATTERS;
 
 /// The result of a search.
 #[derive(Debug, Clone)]
@@ -67,7 +68,7 @@ impl Question<'_> {
                 best = self.refuse(&nominal, best);
             }
             let done = best.effects.len() as f64 / (MOST_EFFECTS as f64 + 1.0);
-            progress("fitting the model with every effect at every place", done);
+            progress(wording::FITTING, done);
             let (round, tried) = self.round(&best, SHORTLIST);
             n_tried = n_tried.max(tried);
             let mut all: Vec<Hypothesis> = round.into_iter().map(|(rich, _)| rich).collect();
@@ -206,7 +207,7 @@ impl Question<'_> {
     }
 
     /// Twice the negative log likelihood with noise of unknown size, and the price of what is free.
-    fn cost(&self, fitted: &Fitted) -> f64 {
+    pub(super) fn cost(&self, fitted: &Fitted) -> f64 {
         let misfit: f64 = fitted
             .train
             .sums
@@ -372,94 +373,6 @@ impl Question<'_> {
             together.pays() && first.is_some_and(|(_, taken)| together.taken > taken + MATTERS)
         };
         tried.into_iter().find(is_more)
-    }
-
-    /// Drops effects that others have made needless.
-    fn pruned(&self, nominal: &Hypothesis, mut hypothesis: Hypothesis) -> Hypothesis {
-        let mut i = 0;
-        while hypothesis.effects.len() > 1 && i + 1 < hypothesis.effects.len() {
-            let mut fewer = hypothesis.effects.clone();
-            fewer.remove(i);
-            if let Some(poor) = self.rebuilt(nominal, &fewer, &hypothesis, 30) {
-                let gain = self.gain(&poor, &hypothesis, 1);
-                let is_little = gain.part < IMPERFECTION || gain.taken < 0.5 * MATTERS;
-                if gain.evidence() < TIE || gain.bic < 0.0 || is_little {
-                    hypothesis = poor;
-                    continue;
-                }
-            }
-            i += 1;
-        }
-        hypothesis
-    }
-
-    /// What a search ends with: as simple as it can be, everything free fitted once more, and nothing in it
-    /// that means nothing.
-    fn concluded(&self, nominal: &Hypothesis, best: Hypothesis) -> Hypothesis {
-        let best = self.upheld(nominal, self.simplified(nominal, best));
-        self.sound(nominal, self.refitted(best))
-    }
-
-    /// Everything free fitted once more: what joined one by one was fitted beside what was there then, with the
-    /// ramps of that motion. Kept when it fits better, and no worse on the data held out.
-    fn refitted(&self, best: Hypothesis) -> Hypothesis {
-        if best.effects.is_empty() {
-            return best;
-        }
-        let again = self
-            .bench
-            .fit(&best.fitted.text, self.name, &best.fitted, 80)
-            .and_then(|fitted| self.judged(best.effects.clone(), fitted, Some(&best)));
-        let better = again.filter(|again| {
-            self.cost(&again.fitted) < self.cost(&best.fitted)
-                && self.size(&again.held) <= (1.0 + 1e-3) * self.size(&best.held)
-        });
-        better.unwrap_or(best)
-    }
-
-    /// Drops what pays no longer on the terms that were settled last, the only effect included.
-    fn upheld(&self, nominal: &Hypothesis, mut best: Hypothesis) -> Hypothesis {
-        let mut i = 0;
-        while i < best.effects.len() {
-            let mut fewer = best.effects.clone();
-            fewer.remove(i);
-            let poor = if fewer.is_empty() {
-                Some(nominal.clone())
-            } else {
-                self.rebuilt(nominal, &fewer, &best, 30)
-            };
-            match poor {
-                Some(poor) if !self.is_richer(&poor, &best) => {
-                    best = poor;
-                    i = 0;
-                }
-                _ => i += 1,
-            }
-        }
-        best
-    }
-
-    /// Puts the special case in the place of a general effect that says no more than it.
-    fn simplified(&self, nominal: &Hypothesis, mut best: Hypothesis) -> Hypothesis {
-        let Some(model) = model_in(&nominal.fitted.text, self.name) else { return best };
-        let all = candidates(&self.ground(&nominal.fitted, &model));
-        for i in 0..best.effects.len() {
-            let own = best.effects[i].candidate.clone();
-            let special = all.iter().filter(|c| c.is_special(&own));
-            for candidate in special {
-                let mut effects = best.effects.clone();
-                let Some(patch) = candidate.patches.first().cloned() else { continue };
-                effects[i] = Chosen { candidate: candidate.clone(), patch };
-                if let Some(poor) = self.rebuilt(nominal, &effects, &best, 40)
-                    && !self.is_richer(&poor, &best)
-                    && self.is_sound(&poor)
-                {
-                    best = poor;
-                    break;
-                }
-            }
-        }
-        best
     }
 }
 

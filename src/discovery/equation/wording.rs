@@ -1,12 +1,22 @@
-//! The sentences of an answer.
+//! The sentences of an answer, and what is said while it is looked for. Numbers come in, nothing is decided here.
+
+use std::fmt::Display;
 
 use crate::units::significant;
 
 use super::super::finding::{Effect, Gap, Verdict};
-use super::experiment::Separating;
-use super::fitting::Fitted;
-use super::hypothesis::{Hypothesis, Question};
-use super::unknown::LEAST_PREDICTED;
+
+/// Said while candidates are fitted.
+pub(super) const FITTING: &str = "fitting the model with every effect at every place";
+/// Said while the answer is put together.
+pub(super) const LOOKING: &str = "looking at what is left";
+/// What stands for an output's formula where an effect is around it.
+pub(super) const WHAT_THE_MODEL_SAYS: &str = "what the model says";
+
+/// A number with its unit, if it has one.
+fn with_unit(number: &str, unit: &str) -> String {
+    format!("{number} {unit}").trim_end().to_owned()
+}
 
 fn percent(part: f64) -> String {
     format!("{} %", significant(100.0 * part, 3))
@@ -54,82 +64,76 @@ pub(super) fn reason(verdict: Verdict, gap: &Gap, effects: &[Effect]) -> String 
     }
 }
 
-/// Why a formula is not given.
-pub(super) fn refused(train: f64, heldout: f64) -> String {
+/// Why a formula is not given: the parts of the gap that it explains, and what was asked for.
+pub(super) fn refused(train: f64, heldout: f64, least: f64) -> String {
     format!(
         "; the best formula explains {} of it on the data fitted but {} on the data held out, where {} were asked for, so none is given",
         percent(train.max(0.0)),
         percent(heldout.max(0.0)),
-        percent(LEAST_PREDICTED)
+        percent(least)
     )
 }
 
+/// The range of a state or an input in the recordings.
+pub(super) struct Seen<'a> {
+    pub(super) name: &'a str,
+    /// Lowest and highest, in `unit`.
+    pub(super) range: (f64, f64),
+    pub(super) unit: String,
+}
+
 /// Where a formula has been seen to hold.
-pub(super) fn validity(question: &Question, shown: &Hypothesis) -> String {
-    let compiled = &shown.fitted.compiled;
-    let columns = question.along(&shown.fitted);
-    let of = |name: &str, values: &mut dyn Iterator<Item = f64>| {
-        let (low, high) =
-            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-        let unit = compiled.units.of(name).map(crate::units::Dimension::si).unwrap_or_default();
-        let text =
-            format!("{name} from {} to {} {unit}", significant(low, 3), significant(high, 3));
-        text.trim_end().to_owned()
+pub(super) fn validity(seen: &[Seen]) -> String {
+    let one = |Seen { name, range: (low, high), unit }: &Seen| {
+        with_unit(
+            &format!("{name} from {} to {}", significant(*low, 3), significant(*high, 3)),
+            unit,
+        )
     };
-    let mut seen: Vec<String> = compiled
-        .states
-        .iter()
-        .zip(&columns)
-        .map(|(state, column)| of(&state.name, &mut column.iter().copied()))
-        .collect();
-    for (i, (name, _)) in compiled.inputs.iter().enumerate() {
-        let mut all = question.bench.train.iter().flat_map(|d| d.inputs[i].iter().copied());
-        seen.push(of(name, &mut all));
-    }
+    let seen: Vec<String> = seen.iter().map(one).collect();
     format!("the formula was seen to hold for {}; outside nobody knows", seen.join(", "))
 }
 
-/// What the model's own free parameters came out as.
-pub(super) fn fitted(shown: &Hypothesis, nominal: &Hypothesis) -> Option<String> {
-    let (compiled, train) = (&shown.fitted.compiled, &shown.fitted.train);
-    let own = |name: &str| nominal.fitted.compiled.params.iter().any(|p| p.name == name);
-    let values: Vec<String> = compiled
-        .params
-        .iter()
-        .zip(train.point.params.iter().zip(&train.std))
-        .filter(|(param, _)| own(&param.name))
-        .map(|(param, (value, std))| {
-            let unit = compiled.units.of(&param.name).map(crate::units::Dimension::si);
-            let sure = if std.is_finite() && *std > 0.0 {
-                format!(" +- {}", significant(*std, 2))
-            } else {
-                String::new()
-            };
-            let text = format!(
-                "{} = {}{sure} {}",
-                param.name,
-                significant(*value, 4),
-                unit.unwrap_or_default()
-            );
-            text.trim_end().to_owned()
-        })
-        .collect();
-    (!values.is_empty()).then(|| format!("fitted to the recordings: {}", values.join(", ")))
+/// A parameter of the model as it was fitted.
+pub(super) struct FittedParam<'a> {
+    pub(super) name: &'a str,
+    pub(super) value: f64,
+    /// Its standard deviation, where it has one of its own.
+    pub(super) std: Option<f64>,
+    pub(super) unit: String,
 }
 
-/// That parameters ran off in `off`, were kept where the text has them, and what came of them at the end.
-pub(super) fn anchored(off: &Fitted, names: &[String], end: &str) -> String {
-    let compiled = &off.compiled;
-    let one = |name: &String| {
-        let i = compiled.params.iter().position(|param| param.name == *name)?;
-        let unit = compiled.units.of(name).map(crate::units::Dimension::si).unwrap_or_default();
-        let value = |v: f64| format!("{} {unit}", significant(v, 3)).trim_end().to_owned();
-        let (ran, given) = (value(off.train.point.params[i]), value(compiled.params[i].guess?));
-        Some(format!(
-            "without what is missing {name} runs off to {ran}; it was kept at {given} until that was found, and {end}"
-        ))
+/// What the model's own free parameters came out as.
+pub(super) fn fitted(params: &[FittedParam]) -> String {
+    let one = |FittedParam { name, value, std, unit }: &FittedParam| {
+        let sure = std.map_or(String::new(), |std| format!(" +- {}", significant(std, 2)));
+        with_unit(&format!("{name} = {}{sure}", significant(*value, 4)), unit)
     };
-    names.iter().filter_map(one).collect::<Vec<_>>().join("; ")
+    let values: Vec<String> = params.iter().map(one).collect();
+    format!("fitted to the recordings: {}", values.join(", "))
+}
+
+/// A parameter that ran off without what is missing.
+pub(super) struct RanOff<'a> {
+    pub(super) name: &'a str,
+    /// Where it ran, and what the text gives, in `unit`.
+    pub(super) ran: f64,
+    pub(super) given: f64,
+    pub(super) unit: String,
+}
+
+/// That parameters ran off, were kept where the text has them, and whether they were fitted at the end.
+pub(super) fn anchored(off: &[RanOff], are_fitted: bool) -> String {
+    let end =
+        if are_fitted { "fitted then" } else { "stays there, since the recordings do not tell it" };
+    let one = |RanOff { name, ran, given, unit }: &RanOff| {
+        let value = |v: f64| with_unit(&significant(v, 3), unit);
+        let (ran, given) = (value(*ran), value(*given));
+        format!(
+            "without what is missing {name} runs off to {ran}; it was kept at {given} until that was found, and {end}"
+        )
+    };
+    off.iter().map(one).collect::<Vec<_>>().join("; ")
 }
 
 /// That a doubt is kept out of the model's text.
@@ -138,26 +142,154 @@ pub(super) fn unwritten(effects: &[Effect]) -> String {
     format!("not written into the model until it is settled which: {}", listed(doubtful, ", "))
 }
 
-/// What would settle a doubt between explanations.
-pub(super) fn next(effects: &[Effect], n_rivals: usize, found: Option<&Separating>) -> String {
+/// That no input would settle a doubt between explanations.
+pub(super) fn nothing_settles(effects: &[Effect]) -> String {
     let doubtful = effects.iter().filter(|effect| effect.indistinguishable);
-    let Some(found) = found else {
-        return format!(
-            "no input of the kind recorded tells {} apart: measure more, the input at the machine or the output with a second sensor",
-            listed(doubtful, " from ")
-        );
-    };
-    let left = if found.settled < n_rivals {
-        format!(" ({} of {n_rivals} rivals; the others need a second sensor)", found.settled)
+    format!(
+        "no input of the kind recorded tells {} apart: measure more, the input at the machine or the output with a second sensor",
+        listed(doubtful, " from ")
+    )
+}
+
+/// Which input would settle a doubt, for `settled` of the rivals, and by how many standard deviations of the noise.
+pub(super) fn settled_by(
+    effects: &[Effect],
+    input: impl Display,
+    (settled, n_rivals): (usize, usize),
+    sigma: f64,
+) -> String {
+    let doubtful = effects.iter().filter(|effect| effect.indistinguishable);
+    let left = if settled < n_rivals {
+        format!(" ({settled} of {n_rivals} rivals; the others need a second sensor)")
     } else {
         String::new()
     };
     format!(
-        "record with {}, as written in the file: there {} come to differ by {} standard deviations of the noise{left}",
-        found.what,
+        "record with {input}, as written in the file: there {} come to differ by {} standard deviations of the noise{left}",
         listed(doubtful, " and "),
-        significant(found.sigma, 2)
+        significant(sigma, 2)
     )
+}
+
+/// Of which effects no amount would have been seen.
+pub(super) fn blind(effects: &[String]) -> String {
+    format!(
+        "no amount of {} would have been seen: what is free in the model makes up for it",
+        effects.join(", ")
+    )
+}
+
+/// Why a name was not taken where a formula explains more.
+pub(super) fn explains_less() -> String {
+    "explains less than half as much of the held-out data".into()
+}
+
+/// Why a rival was not chosen.
+pub(super) enum WhyNot {
+    /// It is the same in a recording that moves one way.
+    SameOneWay,
+    /// The data say the same of both.
+    Tied,
+    /// Its criterion is so much higher.
+    FitsWorse(f64),
+    /// It leaves this part more of the held-out data.
+    PredictsWorse(f64),
+    /// It needs more parameters for the same.
+    Longer,
+}
+
+impl Display for WhyNot {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::SameOneWay => f.write_str("everything moves one way, where it is the same"),
+            Self::Tied => f.write_str("the data cannot tell it from this one"),
+            Self::FitsWorse(by) => {
+                write!(f, "fits worse: its criterion is {} higher", significant(*by, 3))
+            }
+            Self::PredictsWorse(by) => {
+                let percent = significant(100.0 * by, 2);
+                write!(f, "predicts the held-out data worse by {percent} %")
+            }
+            Self::Longer => f.write_str("says the same with more parameters"),
+        }
+    }
+}
+
+/// The note behind a parameter that was fitted: what trades against something else has a value, and no deviation of its own.
+pub(super) fn found(title: &str, std: f64) -> String {
+    let sure = if std.is_finite() {
+        format!("+- {}", significant(std, 2))
+    } else {
+        "trades against others".into()
+    };
+    format!("{title}, found by gap: {sure}")
+}
+
+/// How inputs were joined between rows, and by how many seconds they act later than written, if they do.
+pub(super) fn inputs_joined(is_curve: bool, later: Option<f64>) -> String {
+    let joined = if is_curve {
+        "inputs follow smooth curves between rows, which fits best"
+    } else {
+        "inputs follow straight lines between rows, which fits best"
+    };
+    let Some(later) = later else { return joined.into() };
+    let way = if later > 0.0 { "later" } else { "earlier" };
+    format!(
+        "{joined}, and act {} s {way} than written; less than a row is a matter of how the recording was taken, and no effect",
+        significant(later.abs(), 2)
+    )
+}
+
+/// That the search was ended before it was over.
+pub(super) fn stopped() -> String {
+    "the search stopped at its work limit; fewer rows, or a model nearer to the machine, take less"
+        .into()
+}
+
+/// How long the stretches are in which a model is run, s.
+pub(super) fn in_segments(seconds: f64) -> String {
+    format!(
+        "integrating model: simulated in segments of {} s, each from fitted initial values",
+        significant(seconds, 3)
+    )
+}
+
+/// Which parameters the recordings do not tell.
+pub(super) fn undetermined(names: &str) -> String {
+    format!(
+        "the data do not determine {names}: they trade against each other, or against the first values"
+    )
+}
+
+/// That each `by` rows are one.
+pub(super) fn averaged(by: usize) -> String {
+    format!("rows are averaged by {by}: nothing faster is in these recordings")
+}
+
+/// That not all rows are run.
+pub(super) fn not_all_rows(most: usize, rows: usize) -> String {
+    format!("{most} of the {rows} rows fitted are run; all of them would take long")
+}
+
+/// That the first values are not those of the model.
+pub(super) fn first_values_estimated() -> String {
+    "the recordings do not begin at the first values that the model gives; they are estimated"
+        .into()
+}
+
+/// That an angle jumps by whole turns in a recording.
+pub(super) fn unrolled(recording: &str, column: &str, turns: usize) -> String {
+    format!("{recording}: `{column}` wraps {turns} times and is unrolled")
+}
+
+/// What a spill adds to its equation when a part of it goes on.
+pub(super) fn spill_goes_on(part: &str, to: &str) -> String {
+    format!(", {part} of it goes on to {to}")
+}
+
+/// The rate of a sensor that lags behind the model.
+pub(super) fn lagging(lagged: &str, time: &str) -> String {
+    format!("({WHAT_THE_MODEL_SAYS} - {lagged})/{time}")
 }
 
 /// Replaces a whole word.

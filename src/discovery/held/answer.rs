@@ -2,6 +2,7 @@
 
 use super::data::Held;
 use super::gap::{HeldGap, Term};
+use super::wording;
 use crate::discovery::finding::{Channel, Finding, Told};
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Set};
@@ -9,7 +10,6 @@ use crate::discovery::worded::{self, Worded};
 use crate::discovery::{Investigation, Trace};
 use crate::language::ast::EffectItem;
 use crate::motion::Robot;
-use crate::units::significant;
 use crate::world::Scene;
 
 /// Finds what a twin lacks of a thing held: of several recordings the last is held out, of one every second
@@ -34,18 +34,12 @@ pub fn investigate(
     notes.extend(held.iter().flat_map(|held| held.notes.clone()));
     let sets = worded::sets(held.len());
     if held.len() == 1 {
-        notes.push(
-            "of one recording every second second is held out; a second one would be a better judge".into(),
-        );
+        notes.push(wording::one_recording());
     }
     let mut gap = HeldGap { held, sets, known: (Vec::new(), Vec::new()) };
     notes.extend(take_known(&mut gap, known));
-    let runs_away = |what: String| Error {
-        what,
-        place: recordings[0].name.clone(),
-        help: "are the object's columns in m, in the frame of the robot's base?".into(),
-    };
-    let outcome = selection::search(&gap, options, progress).map_err(runs_away)?;
+    let outcome = selection::search(&gap, options, progress)
+        .map_err(|what| wording::runs_away(what, &recordings[0].name))?;
     progress("writing the answer", 0.98);
     let traces = traces(&gap, &outcome.nothing, &outcome.best);
     let finding: Finding = worded::answer(&gap, &outcome, options, notes);
@@ -83,10 +77,7 @@ fn take_known(gap: &mut HeldGap, known: &[EffectItem]) -> Vec<String> {
             }
         }
         if !found {
-            aside.push(format!(
-                "effect {}({}) does not change how a thing is held and is left aside",
-                item.name.text, item.at.text
-            ));
+            aside.push(wording::not_of_holding(item));
         }
     }
     aside
@@ -138,32 +129,7 @@ impl Worded for HeldGap {
     }
 
     fn equation(&self, term: &Term, told: &[Told]) -> String {
-        let number = |i: usize| {
-            let (_, value, _, unit) = &told[i];
-            format!("{} {unit}", significant(*value, 3)).trim_end().to_owned()
-        };
-        let object = &self.held[0].object;
-        match term {
-            Term::Rate => {
-                format!("{object} creeps in the hand by {} the way its weight pulls", number(0))
-            }
-            Term::Friction => format!(
-                "{object} slips while the load along the pads exceeds 2 * {} * squeeze",
-                number(0)
-            ),
-            Term::Width(_) => format!("{object} is {} wider between the fingers", number(0)),
-            Term::Height => format!("{object} is {} higher", number(0)),
-            Term::Late => format!("{object} was seen {} late", number(0)),
-            Term::Shift => format!(
-                "seen place = R * place + d with x {}, y {}, z {}, roll {}, pitch {}, yaw {}",
-                number(0),
-                number(1),
-                number(2),
-                number(3),
-                number(4),
-                number(5)
-            ),
-        }
+        wording::equation(&self.held[0].object, term, told)
     }
 
     fn places(&self, nothing: &Hypothesis<Term>) -> Vec<Channel> {
@@ -182,13 +148,7 @@ impl Worded for HeldGap {
             }
         }
         let total = sums.iter().sum::<f64>().max(1e-18);
-        let when = if (first - last).abs() < 0.5 * (first + last) {
-            "all the time it is held"
-        } else if first > last {
-            "soon after it is taken"
-        } else {
-            "the longer it is held"
-        };
+        let when = wording::when(first, last);
         let channel = |(axis, sum): (usize, f64)| Channel {
             channel: AXES[axis].into(),
             rms: (sum / rows.max(1) as f64).sqrt(),

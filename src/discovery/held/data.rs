@@ -4,12 +4,13 @@ use std::ops::Range;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
+use super::wording;
 use crate::discovery::recording::sidecar::{HeldObject, Origin};
 use crate::discovery::recording::{Error, Recording, noise};
 use crate::discovery::robot::smooth::whittaker;
 use crate::motion::Robot;
 use crate::motion::dynamics::GRAVITY;
-use crate::units::{Dimension, significant};
+use crate::units::Dimension;
 use crate::world::{Object, Scene, Shape};
 
 /// A seen place is never better known than this, m: the hand's place follows from an arm's model.
@@ -87,41 +88,14 @@ impl Held {
         let told = recording.sidecar.held.clone().unwrap_or_default();
         let object = match &told.object {
             None => None,
-            Some(name) => Some(scene.object(name).ok_or_else(|| no_such(name, recording, scene))?),
-        };
-        let place = |stem: &str| -> Result<Vec<Vector3<f64>>, Error> {
-            let axis = |name: &str| recording.column(&format!("{stem}_{name}"), Dimension::LENGTH);
-            let (x, y, z) = (axis("x")?, axis("y")?, axis("z")?);
-            Ok((0..x.len()).map(|row| Vector3::new(x[row], y[row], z[row])).collect())
-        };
-        let turn = |stem: &str| -> Result<Option<Vec<UnitQuaternion<f64>>>, Error> {
-            if !recording.has(&format!("{stem}_qw")) {
-                return Ok(None);
+            Some(name) => {
+                Some(scene.object(name).ok_or_else(|| wording::no_such(name, recording, scene))?)
             }
-            let part = |name: &str| recording.column(&format!("{stem}_{name}"), Dimension::NONE);
-            let (w, x, y, z) = (part("qw")?, part("qx")?, part("qy")?, part("qz")?);
-            let one = |row: usize| Quaternion::new(w[row], x[row], y[row], z[row]);
-            Ok(Some((0..w.len()).map(|row| UnitQuaternion::from_quaternion(one(row))).collect()))
         };
-        let seen = place("object")?;
-        let turned = turn("object")?;
+        let seen = places(recording, "object")?;
+        let turned = turns(recording, "object")?;
         let time = recording.time.clone();
-        let hand = if recording.has("q_1") {
-            from_joints(recording, robot)?
-        } else {
-            let turns = turn("tcp")?.unwrap_or_else(|| {
-                notes.push(format!(
-                    "{}: no joints and no `tcp_qw`; the hand is taken not to turn",
-                    recording.name
-                ));
-                vec![UnitQuaternion::identity(); time.len()]
-            });
-            let places = smoothed(&time, &place("tcp")?);
-            let pose = |(place, turn): (Vector3<f64>, UnitQuaternion<f64>)| {
-                Isometry3::from_parts(place.into(), turn)
-            };
-            places.into_iter().zip(turns).map(pose).collect()
-        };
+        let hand = hands(recording, robot, &mut notes)?;
         let has_turns = recording.has("q_1") || recording.has("tcp_qw");
         let across = if has_turns { closing(robot) } else { Vector3::x() };
         let pull = pulls(&time, &hand, &across, has_turns);
@@ -139,18 +113,9 @@ impl Held {
             .filter(|rows| rows.len() >= 4)
             .collect();
         if stretches.is_empty() {
-            return Err(Error::new(
-                "nothing is held in it, as far as `gripper` and `held` say",
-                &recording.name,
-                "add a column `held` of 0 and 1, or segments called `held` to the sidecar",
-            ));
+            return Err(wording::nothing_held(&recording.name));
         }
-        let axis = |index: usize| -> f64 {
-            let (times, values): (Vec<f64>, Vec<f64>) =
-                fresh.iter().map(|&row| (time[row], seen[row][index])).unzip();
-            noise::estimate(&times, &values)
-        };
-        let noise = (0..3).map(axis).fold(0.0, f64::max).hypot(LEAST_NOISE);
+        let noise = seen_noise(&time, &seen, &fresh);
         if let Some(turned) = &turned {
             notes.extend(pivoted(&recording.name, &hand, turned, &stretches));
         }
@@ -171,21 +136,13 @@ impl Held {
         let height = object.and_then(|object| {
             standing(&time, &seen, spans[0].start).and_then(|z| over(object, &told, scene, z))
         });
-        if object.is_none() {
-            notes.push(format!(
-                "{}: the sidecar does not say which object is held (`{{\"held\": {{\"object\": \"jar\"}}}}`); its \
-                 size is not judged",
-                recording.name
-            ));
-        }
         let mass = told.mass_kg.or_else(|| object.map(|object| object.mass));
         let squeeze = told.squeeze_n.zip(mass).map(|(squeeze, mass)| 2.0 * squeeze / mass);
+        if object.is_none() {
+            notes.push(wording::size_unknown(&recording.name));
+        }
         if squeeze.is_none() {
-            notes.push(format!(
-                "{}: how hard the fingers squeeze is not said (`squeeze_n`, `mass_kg`); that it slips only \
-                 under load cannot be tried",
-                recording.name
-            ));
+            notes.push(wording::squeeze_unknown(&recording.name));
         }
         Ok(Self {
             name: recording.name.clone(),
@@ -214,13 +171,52 @@ impl Held {
     }
 }
 
-fn no_such(name: &str, recording: &Recording, scene: &Scene) -> Error {
-    let known: Vec<&str> = scene.objects.iter().map(|object| object.name.as_str()).collect();
-    Error::new(
-        format!("`{name}` is not in the scene `{}`", scene.name),
-        &recording.name,
-        format!("it has {}", known.join(", ")),
-    )
+/// A place of the recording, every row, m.
+fn places(recording: &Recording, stem: &str) -> Result<Vec<Vector3<f64>>, Error> {
+    let axis = |name: &str| recording.column(&format!("{stem}_{name}"), Dimension::LENGTH);
+    let (x, y, z) = (axis("x")?, axis("y")?, axis("z")?);
+    Ok((0..x.len()).map(|row| Vector3::new(x[row], y[row], z[row])).collect())
+}
+
+/// An attitude of the recording, every row, when it has one.
+fn turns(recording: &Recording, stem: &str) -> Result<Option<Vec<UnitQuaternion<f64>>>, Error> {
+    if !recording.has(&format!("{stem}_qw")) {
+        return Ok(None);
+    }
+    let part = |name: &str| recording.column(&format!("{stem}_{name}"), Dimension::NONE);
+    let (w, x, y, z) = (part("qw")?, part("qx")?, part("qy")?, part("qz")?);
+    let one = |row: usize| Quaternion::new(w[row], x[row], y[row], z[row]);
+    Ok(Some((0..w.len()).map(|row| UnitQuaternion::from_quaternion(one(row))).collect()))
+}
+
+/// The hand in the robot's base, every row: from the joints, or as the recording has it.
+fn hands(
+    recording: &Recording,
+    robot: &Robot,
+    notes: &mut Vec<String>,
+) -> Result<Vec<Isometry3<f64>>, Error> {
+    if recording.has("q_1") {
+        return from_joints(recording, robot);
+    }
+    let turns = turns(recording, "tcp")?.unwrap_or_else(|| {
+        notes.push(wording::hand_does_not_turn(&recording.name));
+        vec![UnitQuaternion::identity(); recording.n_rows()]
+    });
+    let places = smoothed(&recording.time, &places(recording, "tcp")?);
+    let pose = |(place, turn): (Vector3<f64>, UnitQuaternion<f64>)| {
+        Isometry3::from_parts(place.into(), turn)
+    };
+    Ok(places.into_iter().zip(turns).map(pose).collect())
+}
+
+/// How well a place is seen, m: of the rows that were looked at anew.
+fn seen_noise(time: &[f64], seen: &[Vector3<f64>], fresh: &[usize]) -> f64 {
+    let axis = |index: usize| -> f64 {
+        let (times, values): (Vec<f64>, Vec<f64>) =
+            fresh.iter().map(|&row| (time[row], seen[row][index])).unzip();
+        noise::estimate(&times, &values)
+    };
+    (0..3).map(axis).fold(0.0, f64::max).hypot(LEAST_NOISE)
 }
 
 /// The hand from the joints, without their noise.
@@ -236,9 +232,8 @@ fn from_joints(recording: &Recording, robot: &Robot) -> Result<Vec<Isometry3<f64
     (0..recording.n_rows())
         .map(|row| {
             let q: Vec<f64> = smooth.iter().map(|values| values[row]).collect();
-            robot.forward_tool(&q).map(|pose| *pose.isometry()).map_err(|error| {
-                Error::new(error.to_string(), &recording.name, "is it the recording of this robot?")
-            })
+            let pose = robot.forward_tool(&q).map(|pose| *pose.isometry());
+            pose.map_err(|error| wording::not_this_robot(&error, &recording.name))
         })
         .collect()
 }
@@ -339,10 +334,7 @@ fn spans(
         return Ok(runs(&inside).into_iter().filter_map(settled).collect());
     }
     let Some(fingers) = fingers else {
-        notes.push(format!(
-            "{}: neither `held` nor `gripper[m]` is recorded; all of it is taken as held",
-            recording.name
-        ));
+        notes.push(wording::all_is_held(&recording.name));
         return Ok(std::iter::once(0..time.len()).collect());
     };
     let widest = fingers.iter().copied().fold(0.0, f64::max);
@@ -389,10 +381,7 @@ fn pivoted(
             mean(&rows[..part]).angle_to(&mean(&rows[rows.len() - part..]))
         })
         .fold(0.0, f64::max);
-    (most > 0.035).then(|| {
-        let degrees = significant(most.to_degrees(), 2);
-        format!("{name}: it turned by {degrees} deg in the fingers, which no effect has a name for")
-    })
+    (most > 0.035).then(|| wording::pivoted(name, most))
 }
 
 /// Returns by how much an opening differs from what is between the fingers, and which axis of the thing that

@@ -9,6 +9,7 @@ mod answer;
 mod data;
 mod gap;
 mod slip;
+mod wording;
 
 pub use answer::investigate;
 pub use data::Held;

@@ -6,6 +6,7 @@
 //! column nobody asks for may hold anything: its bad cells are told only by [`Recording::column`].
 //! Files are opened by the caller.
 
+mod columns;
 mod bag;
 mod records;
 pub mod map;
@@ -16,105 +17,13 @@ mod table;
 
 use std::collections::BTreeSet;
 
-use crate::units::{Dimension, Unit, significant};
+use crate::units::{Dimension, significant};
 
+pub use columns::{BadCell, Column, Error, Recording, Segment};
+use columns::{FINEST, LATEST, MOST_VALUES, too_much};
 pub use map::Map;
 pub(super) use sheet::Sheet;
 pub use sidecar::Sidecar;
-
-/// What is wrong with a recording.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{what}")]
-pub struct Error {
-    /// What.
-    pub what: String,
-    /// Where: file, line, column.
-    pub place: String,
-    /// What would help.
-    pub help: String,
-}
-
-impl Error {
-    pub(in crate::discovery) fn new(
-        what: impl Into<String>,
-        place: impl Into<String>,
-        help: impl Into<String>,
-    ) -> Self {
-        Self { what: what.into(), place: place.into(), help: help.into() }
-    }
-}
-
-/// Most values of a recording, rows times columns. All of them are held, as numbers, more than once.
-const MOST_VALUES: usize = 25_000_000;
-
-/// The latest time, s before or after the origin of a clock: three thousand years. Beyond, nothing finer than a
-/// few microseconds can be told apart.
-const LATEST: f64 = 1e11;
-
-/// The finest usual step of a clock, s.
-const FINEST: f64 = 1e-9;
-
-/// Says that a recording holds more than is read.
-fn too_much(name: &str, values: usize) -> Error {
-    Error::new(
-        format!(
-            "it holds {values} values, and at most {} million are read",
-            MOST_VALUES / 1_000_000
-        ),
-        name,
-        "leave out columns that nobody needs, or give a part of it",
-    )
-}
-
-/// A cell that is not a finite number.
-#[derive(Debug, Clone, PartialEq)]
-pub struct BadCell {
-    /// Line of the file, from 1.
-    pub line: usize,
-    /// As written.
-    pub text: String,
-}
-
-/// One column of a recording.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Column {
-    /// Its name, after renaming.
-    pub name: String,
-    /// Its unit, as the header or the map gave it; `None` when neither did.
-    pub unit: Option<Unit>,
-    /// Its values in SI, one per row; NaN where a cell is bad.
-    pub values: Vec<f64>,
-    /// The first of the cells that are not finite numbers, in the file's order.
-    pub bad: Vec<BadCell>,
-    /// How many such cells there are.
-    pub n_bad: usize,
-}
-
-/// A stretch of time with a name.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Segment {
-    /// Its name.
-    pub name: String,
-    /// Its begin, s.
-    pub from: f64,
-    /// Its end, s.
-    pub to: f64,
-}
-
-/// Measured data over time.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Recording {
-    /// The file's name, for messages.
-    pub name: String,
-    /// When each row was taken, s; strictly increasing.
-    pub time: Vec<f64>,
-    /// Every column but time, in the file's order.
-    pub columns: Vec<Column>,
-    /// What is known of the machine.
-    pub sidecar: Sidecar,
-    /// What was assumed or left out, one sentence each.
-    pub notes: Vec<String>,
-}
 
 impl Recording {
     /// Reads a recording: the text of its CSV file, of the sidecar beside it if there is one, and how

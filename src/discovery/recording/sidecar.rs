@@ -231,7 +231,7 @@ impl Sidecar {
             Error::new(
                 what,
                 name,
-                "every key may be left out; see the README's section on recordings for their form",
+                "every key may be left out; see docs/gap-arm.md, section Recordings for their form",
             )
         };
         let raw: Raw = serde_json::from_str(text)

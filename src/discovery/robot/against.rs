@@ -5,9 +5,9 @@
 
 use super::data::{Channel, Quantity};
 use super::simulate::Model;
+use super::wording;
 use crate::discovery::finding::{self, Finding, Verdict};
 use crate::discovery::{Against, Trace, rms_judged};
-use crate::units::significant;
 
 /// Bins of equally many rows; fewer of time, in which any slow motion looks the same as what depends on it.
 const BINS: usize = 24;
@@ -65,7 +65,7 @@ fn states(model: &Model, channel: &Channel) -> Vec<(String, &'static str, Vec<f6
         add(of("q"), "rad", &plant.q);
         add(of("dq"), "rad/s", &plant.dq);
         add(of("ddq"), "rad/s^2", &plant.ddq);
-        add(format!("the load at joint_{}", joint + 1), "N*m", &plant.bias);
+        add(wording::load_at(joint), "N*m", &plant.bias);
     }
     found
 }
@@ -82,12 +82,7 @@ pub(super) fn hints(finding: &Finding, traces: &[Trace]) -> Vec<String> {
     let of = |place: &finding::Channel| {
         let mut own = traces.iter().filter(|trace| trace.channel == place.channel).filter(is_much);
         let against = own.find_map(|trace| trace.against.as_ref())?;
-        Some(format!(
-            "what is left at {} depends most on {}: a curve over it would take {} % of it away; `--out DIR` draws it",
-            place.channel,
-            against.state,
-            significant(100.0 * against.part, 2)
-        ))
+        Some(wording::depends_on(&place.channel, &against.state, against.part))
     };
     finding.places.iter().filter_map(of).take(HINTS).collect()
 }

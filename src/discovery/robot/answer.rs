@@ -9,13 +9,13 @@ use super::load::Thing;
 use super::places::{most_of, places, staying};
 use super::power::smallest_visible;
 use super::term::{Law, Term};
-use super::wording;
+use super::told;
+use super::wording::{self, Explained, Reason, WhyNot};
 use crate::discovery::finding::{
     self, Alternative, Effect, Finding, Gap, Identified, ModelChange, NextExperiment, Parameter,
-    SIGNIFICANT, Told, Value, Verdict, Worth, above_noise,
+    SIGNIFICANT, Told, Value, Verdict, Visible, Worth, above_noise,
 };
 use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Outcome, Rival, Set};
-use crate::units::significant;
 
 /// Words an outcome as a finding; `fitted` is what was fitted where that is not all of the recordings.
 pub(super) fn answer(
@@ -26,103 +26,14 @@ pub(super) fn answer(
     noise_is_estimated: bool,
     mut notes: Vec<String>,
 ) -> Finding {
-    let counts = (gap.count(Set::Train), gap.count(Set::Heldout));
-    let split = |h| selection::split(&gap, h);
-    // Beside links that were identified rotors are numbers of the model, too: no description of an arm has them.
-    let is_number = |term: &Term, own: &ArmGap| own.has_own_links() && term.law == Law::Armature;
-    let (with_numbers, mut path) = selection::path(&gap, outcome, |term| {
-        (!is_number(term, &gap)).then(|| (term.law.name().into(), term.seat(&gap.things)))
-    });
-    let is_off = outcome.best.terms.iter().any(|term| is_number(term, &gap));
-    let before = if is_off { with_numbers } else { split(&outcome.nothing) };
-    let shrink = Gap::of(before, split(&outcome.best), 1.0);
-    let left_at = places(&gap, &outcome.best.terms, &outcome.best.parameters);
-    let places = places(&gap, &[], &outcome.nothing.parameters);
-    let left =
-        above_noise(outcome.best.heldout, counts.1).max(above_noise(outcome.best.train, counts.0));
-    let visible = if outcome.best.terms.is_empty() {
-        smallest_visible(fitted.as_ref().unwrap_or(&gap), &outcome.nothing.parameters, options)
-    } else {
-        Vec::new()
-    };
-    let coloured = if noise_is_estimated && outcome.best.terms.is_empty() {
-        coloured_noise(&gap, &outcome.best)
-    } else {
-        None
-    };
+    let judged = Judged::of(&gap, fitted.as_ref(), outcome, options, noise_is_estimated);
+    let Judged { mut path, shrink, left, left_at, places, visible, coloured } = judged;
     // The held-out numbers are settled; what is written into the model is fitted to all data.
     let mut all = fitted.unwrap_or(gap);
     let held = std::mem::take(&mut all.heldout);
     all.train.extend(held);
-    let best = &outcome.best;
-    let things = all.things.clone();
-    // What leaves its range once all data are fitted keeps the numbers by which it was judged.
-    let last = fit_all(&all, best)
-        .filter(|h| selection::is_sensible(&all, h))
-        .unwrap_or_else(|| best.clone());
-    let mut effects: Vec<Effect> = Vec::new();
-    let mut lines: Vec<String> = Vec::new();
-    let (mut identified, mut number_lines) = (Vec::new(), Vec::new());
-    let mut unnamed: BTreeMap<usize, usize> = BTreeMap::new();
-    for (at, term) in best.terms.iter().enumerate() {
-        let told = told_of(&all, &last, at);
-        let mine = || outcome.rivals.iter().filter(|rival| rival.instead_of == at);
-        let ties: Vec<&Rival<Term>> =
-            mine().filter(|rival| rival.behind < options.tie && !synonym(rival, term)).collect();
-        if is_number(term, &all) {
-            identified.extend(told.iter().map(|told| off(&all, term, told)));
-            number_lines.push(wording::line(term, &told, &things));
-            continue;
-        }
-        let mut own = effect(term, &told, &things, outcome.worth(at));
-        own.alternatives = alternatives(mine(), term, options, &things);
-        if term.law == Law::TorqueGain && all.is_along() {
-            own.alternatives.push(Alternative {
-                name: Law::ActuatorGain.name().into(),
-                at: own.at.clone(),
-                delta_bic: 0.0,
-                why_not: "the same where nobody recorded what the drive was told: only its commands tell whether \
-                          the drive gives less or the sensor shows more"
-                    .into(),
-            });
-        }
-        own.indistinguishable = !ties.is_empty();
-        if term.law.is_formula() {
-            // The twin has no law for it; a reader of the file should know all the same.
-            lines.push(format!("// unknown at {}: {}", own.at, own.equation));
-        } else if ties.is_empty() {
-            lines.push(wording::line(term, &told, &things));
-        }
-        // Several formulas at one joint are one unknown effect.
-        let is_unnamed = own.name == "unknown";
-        if let (true, Some(&first)) = (is_unnamed, unnamed.get(&term.joint)) {
-            let more = own.equation.split_once("+= ").map_or("", |(_, more)| more).to_owned();
-            effects[first].equation.push_str(" + ");
-            effects[first].equation.push_str(&more);
-            effects[first].parameters.extend(
-                own.parameters.into_iter().map(|(name, p)| (format!("{name}_{}", at + 1), p)),
-            );
-            continue;
-        }
-        if is_unnamed {
-            unnamed.insert(term.joint, effects.len());
-        }
-        effects.push(own);
-        for rival in ties {
-            let last_at = rival.hypothesis.terms.len() - 1;
-            // Another gain goes with other links.
-            let is_gain = |term: &Term| term.law == Law::TorqueGain;
-            let has_others =
-                all.has_own_links() && is_gain(term) && is_gain(&rival.hypothesis.terms[last_at]);
-            let again = if has_others { None } else { fit_all(&all, &rival.hypothesis) };
-            let h = again.unwrap_or_else(|| rival.hypothesis.clone());
-            let other = h.terms[last_at];
-            let told = told_of(&all, &h, last_at);
-            let mut other = effect(&other, &told, &things, outcome.worth_of(rival));
-            other.indistinguishable = true;
-            effects.push(other);
-        }
-    }
+    let Answered { mut effects, lines, identified, number_lines } =
+        Answered::of(&all, outcome, options);
     let ambiguous = effects.iter().any(|effect| effect.indistinguishable);
     // Noise that had to be estimated is known to a tenth.
     let is_white = left < SIGNIFICANT
@@ -141,32 +52,17 @@ pub(super) fn answer(
     }
     let staying = staying(&places, &left_at);
     if !staying.is_empty() && !effects.is_empty() {
-        notes.push(format!(
-            "most of the gap stays at {}: check these columns first (order, sign, unit), then the gains of their drives",
-            staying.join(", ")
-        ));
+        notes.push(wording::stays_at(&staying));
     }
     if left > SIGNIFICANT && !effects.is_empty() {
-        notes.push(format!(
-            "what is left is still above noise ({left:.0} standard deviations of its sum of squares)"
-        ));
+        notes.push(wording::still_above_noise(left));
     }
     if verdict == Verdict::Unknown && effects.is_empty() {
         let at = places.first().map_or_else(|| "robot".into(), |place| place.channel.clone());
-        effects.push(Effect::unknown(at, "no formula predicts data it was not fitted to"));
+        effects.push(Effect::unknown(at, wording::NO_FORMULA));
     }
-    let next_experiment = ambiguous.then(|| NextExperiment {
-        why: format!(
-            "{} explain these data equally well",
-            effects
-                .iter()
-                .filter(|effect| effect.indistinguishable)
-                .map(|effect| format!("{}({})", effect.name, effect.at))
-                .collect::<Vec<_>>()
-                .join(" and ")
-        ),
-        commands: None,
-    });
+    let next_experiment =
+        ambiguous.then(|| NextExperiment { why: wording::equally_well(&effects), commands: None });
     Finding {
         identified,
         verdict,
@@ -180,6 +76,149 @@ pub(super) fn answer(
         smallest_visible: visible,
         notes,
     }
+}
+
+/// Returns whether a term is a number of the model: beside links that were identified rotors are, too, for no description of
+/// an arm has them.
+fn is_number(term: &Term, own: &ArmGap) -> bool {
+    own.has_own_links() && term.law == Law::Armature
+}
+
+/// What the outcome leaves, judged by the data held out.
+struct Judged {
+    path: Vec<finding::Step>,
+    shrink: Gap,
+    /// Standard deviations above noise.
+    left: f64,
+    left_at: Vec<finding::Channel>,
+    places: Vec<finding::Channel>,
+    visible: Vec<Visible>,
+    /// The part of the signal that coloured noise is, if nothing but that is left.
+    coloured: Option<f64>,
+}
+
+impl Judged {
+    fn of(
+        gap: &ArmGap,
+        fitted: Option<&ArmGap>,
+        outcome: &Outcome<Term>,
+        options: &Options,
+        noise_is_estimated: bool,
+    ) -> Self {
+        let counts = (gap.count(Set::Train), gap.count(Set::Heldout));
+        let split = |h| selection::split(gap, h);
+        let (with_numbers, path) = selection::path(gap, outcome, |term| {
+            (!is_number(term, gap)).then(|| (term.law.name().into(), term.seat(&gap.things)))
+        });
+        let best = &outcome.best;
+        let is_off = best.terms.iter().any(|term| is_number(term, gap));
+        let before = if is_off { with_numbers } else { split(&outcome.nothing) };
+        let shrink = Gap::of(before, split(best), 1.0);
+        let left_at = places(gap, &best.terms, &best.parameters);
+        let places = places(gap, &[], &outcome.nothing.parameters);
+        let left = above_noise(best.heldout, counts.1).max(above_noise(best.train, counts.0));
+        let visible = if best.terms.is_empty() {
+            smallest_visible(fitted.unwrap_or(gap), &outcome.nothing.parameters, options)
+        } else {
+            Vec::new()
+        };
+        let coloured = if noise_is_estimated && best.terms.is_empty() {
+            coloured_noise(gap, best)
+        } else {
+            None
+        };
+        Self { path, shrink, left, left_at, places, visible, coloured }
+    }
+}
+
+/// The effects of an outcome, fitted to all data.
+#[derive(Default)]
+struct Answered {
+    effects: Vec<Effect>,
+    /// Their lines of a model file.
+    lines: Vec<String>,
+    /// Those that are numbers of the model, and their lines.
+    identified: Vec<Identified>,
+    number_lines: Vec<String>,
+}
+
+impl Answered {
+    fn of(all: &ArmGap, outcome: &Outcome<Term>, options: &Options) -> Self {
+        let (best, things) = (&outcome.best, &all.things);
+        // What leaves its range once all data are fitted keeps the numbers by which it was judged.
+        let last = fit_all(all, best)
+            .filter(|h| selection::is_sensible(all, h))
+            .unwrap_or_else(|| best.clone());
+        let mut found = Self::default();
+        let mut unnamed: BTreeMap<usize, usize> = BTreeMap::new();
+        for (at, term) in best.terms.iter().enumerate() {
+            let told = told_of(all, &last, at);
+            let mine = || outcome.rivals.iter().filter(|rival| rival.instead_of == at);
+            let ties: Vec<&Rival<Term>> = mine()
+                .filter(|rival| rival.behind < options.tie && !synonym(rival, term))
+                .collect();
+            if is_number(term, all) {
+                found.identified.extend(told.iter().map(|told| off(all, term, told)));
+                found.number_lines.push(told::line(term, &told, things));
+                continue;
+            }
+            let mut own = effect(term, &told, things, outcome.worth(at));
+            own.alternatives = alternatives(mine(), term, options, things);
+            if term.law == Law::TorqueGain && all.is_along() {
+                own.alternatives.push(Alternative {
+                    name: Law::ActuatorGain.name().into(),
+                    at: own.at.clone(),
+                    delta_bic: 0.0,
+                    why_not: WhyNot::NoCommands.to_string(),
+                });
+            }
+            own.indistinguishable = !ties.is_empty();
+            if term.law.is_formula() {
+                // The twin has no law for it; a reader of the file should know all the same.
+                found.lines.push(format!("// unknown at {}: {}", own.at, own.equation));
+            } else if ties.is_empty() {
+                found.lines.push(told::line(term, &told, things));
+            }
+            // Several formulas at one joint are one unknown effect.
+            let is_unnamed = own.name == "unknown";
+            if let (true, Some(&first)) = (is_unnamed, unnamed.get(&term.joint)) {
+                join(&mut found.effects[first], own, at);
+                continue;
+            }
+            if is_unnamed {
+                unnamed.insert(term.joint, found.effects.len());
+            }
+            found.effects.push(own);
+            found.effects.extend(ties.into_iter().map(|rival| tied(all, rival, outcome)));
+        }
+        found
+    }
+}
+
+/// Adds a formula to the unknown effect at the same joint.
+fn join(first: &mut Effect, own: Effect, at: usize) {
+    let more = own.equation.split_once("+= ").map_or("", |(_, more)| more);
+    first.equation.push_str(" + ");
+    first.equation.push_str(more);
+    first
+        .parameters
+        .extend(own.parameters.into_iter().map(|(name, p)| (format!("{name}_{}", at + 1), p)));
+}
+
+/// Tells a rival that explains as much.
+fn tied(all: &ArmGap, rival: &Rival<Term>, outcome: &Outcome<Term>) -> Effect {
+    let last_at = rival.hypothesis.terms.len() - 1;
+    // Another gain goes with other links.
+    let is_gain = |term: &Term| term.law == Law::TorqueGain;
+    let instead_of = &outcome.best.terms[rival.instead_of];
+    let has_others =
+        all.has_own_links() && is_gain(instead_of) && is_gain(&rival.hypothesis.terms[last_at]);
+    let again = if has_others { None } else { fit_all(all, &rival.hypothesis) };
+    let h = again.unwrap_or_else(|| rival.hypothesis.clone());
+    let told = told_of(all, &h, last_at);
+    let mut other = effect(&h.terms[last_at], &told, &all.things, outcome.worth_of(rival));
+    other.indistinguishable = true;
+    other
 }
 
 /// Tells a rotor as a number of the model: what it knew, and what the recordings say.
@@ -212,10 +251,7 @@ pub(super) fn different(gap: &ArmGap, words: &str, notes: Vec<String>) -> Findin
         path: Vec::new(),
         model: ModelChange::default(),
         next_experiment: None,
-        reason: format!(
-            "{words}; no model of one machine holds for both, so nothing is looked for: compare recordings of the \
-             same arm, with the same load in the same place"
-        ),
+        reason: wording::no_one_machine(words),
         smallest_visible: Vec::new(),
         notes,
     }
@@ -233,12 +269,7 @@ pub(super) fn loaded(
     let (best, things) = (&outcome.best, &carried.gap.things);
     let told = told_of(&carried.gap, best, 0);
     let (mass, std) = told.first().map_or((0.0, 0.0), |told| (told.1, told.2));
-    let reason = format!(
-        "{who} bear {} ± {} kg more at the tool than the others; with it one model holds for all of them, so nothing else \
-         is looked for: compare recordings with the same load",
-        significant(mass, 3),
-        significant(std, 1)
-    );
+    let reason = wording::bear_more(who, mass, std);
     let [nothing, with] = [&outcome.nothing, best].map(|h| selection::split(&carried.gap, h));
     Finding {
         effects: vec![effect(&best.terms[0], &told, things, outcome.worth(0))],
@@ -251,15 +282,14 @@ pub(super) fn loaded(
 
 /// Returns what has no name, with those that come nearest to it.
 fn nearest(leads: &[Effect], explained: f64) -> Effect {
-    let part = significant(100.0 * explained.max(0.0), 2);
     let lead = |effect: &Effect| Alternative {
         name: effect.name.clone(),
         at: effect.at.clone(),
         delta_bic: effect.evidence.delta_bic,
-        why_not: format!("the nearest that has a name, and explains only {part} % of the gap"),
+        why_not: wording::nearest(explained),
     };
     let at = leads.first().map_or_else(|| "robot".into(), |effect| effect.at.clone());
-    let nothing = "no effect that has a name, and no formula, explains it";
+    let nothing = wording::nothing_explains();
     Effect { alternatives: leads.iter().map(lead).collect(), ..Effect::unknown(at, nothing) }
 }
 
@@ -279,7 +309,7 @@ pub(super) fn synonym(rival: &Rival<Term>, chosen: &Term) -> bool {
     })
 }
 
-/// Effects that explain less than this part of the gap are not what is missing.
+/// Answered that explain less than this part of the gap are not what is missing.
 const EXPLAINED: f64 = 0.5;
 
 /// More effects than this that together do not explain it are no lead either.
@@ -307,77 +337,34 @@ fn verdict(
     of: Rest,
     gap: &Gap,
 ) -> (Verdict, String) {
+    let told = |verdict, reason: Reason| (verdict, reason.to_string());
     if effects.is_empty() {
         return match of {
-            Rest::Noise => (
-                Verdict::NothingMissing,
-                "measured minus model is noise, and no effect explains any of it on data it was not \
-                 fitted to"
-                    .into(),
-            ),
-            Rest::Coloured(part) => (
-                Verdict::NothingMissing,
-                format!(
-                    "measured minus model is coloured noise, correlated from row to row: it is {} % of the signal, as \
-                     large throughout, and no effect explains any of it on data it was not fitted to",
-                    significant(100.0 * part, 2)
-                ),
-            ),
-            Rest::More => (
-                Verdict::Unknown,
-                format!(
-                    "the gap is {left:.0} standard deviations above noise, but no effect and no formula \
-                     predicts data it was not fitted to"
-                ),
-            ),
+            Rest::Noise => told(Verdict::NothingMissing, Reason::Noise),
+            Rest::Coloured(part) => told(Verdict::NothingMissing, Reason::Coloured(part)),
+            Rest::More => told(Verdict::Unknown, Reason::Unexplained(left)),
         };
     }
     if ambiguous {
-        return (
-            Verdict::Ambiguous,
-            "several effects explain the data equally well; the motion does not tell them apart"
-                .into(),
-        );
+        return told(Verdict::Ambiguous, Reason::Doubt);
     }
     let is_small = gap.after.heldout < NEAR_NOISE;
-    let rest = significant(gap.after.heldout, 2);
+    let rest = gap.after.heldout;
     if gap.shrink_heldout < EXPLAINED && !is_small {
-        let part = significant(100.0 * gap.shrink_heldout.max(0.0), 2);
         let is_lead = effects.len() <= LEADS;
-        return (
-            if is_lead { Verdict::Unknown } else { Verdict::ModelInadequate },
-            format!(
-                "what was found explains only {part} % of the gap on data held out and leaves {rest} times \
-                 the noise, most of it at {}; check first the units and the signs of the columns, the robot's file, \
-                 its mounting and the gains of the drives",
-                most_of(at)
-            ),
-        );
+        let verdict = if is_lead { Verdict::Unknown } else { Verdict::ModelInadequate };
+        let at = &most_of(at);
+        return told(verdict, Reason::TooLittle { explained: gap.shrink_heldout, rest, at });
     }
-    let explained = if is_small {
-        "the gap".to_owned()
-    } else {
-        let part = significant(100.0 * gap.shrink_heldout, 2);
-        format!("{part} % of the gap (what is left is {rest} times the noise)")
-    };
+    let explained =
+        if is_small { Explained::All } else { Explained::Part { part: gap.shrink_heldout, rest } };
     let unnamed = effects.iter().filter(|effect| effect.name == "unknown").count();
     if unnamed == effects.len() {
-        return (
-            Verdict::Unknown,
-            format!(
-                "no named effect explains the gap; the formula explains {explained}, also on data held out"
-            ),
-        );
+        return told(Verdict::Unknown, Reason::Formula(explained));
     }
     match effects {
-        [one] => (
-            Verdict::Named,
-            format!("{} at {} explains {explained}, also on data held out", one.name, one.at),
-        ),
-        more => (
-            Verdict::Several,
-            format!("{} effects together explain {explained}, also on data held out", more.len()),
-        ),
+        [one] => told(Verdict::Named, Reason::One(one, explained)),
+        more => told(Verdict::Several, Reason::Several(more.len(), explained)),
     }
 }
 
@@ -387,7 +374,7 @@ fn told_of(gap: &ArmGap, h: &Hypothesis<Term>, at: usize) -> Vec<Told> {
     let from = gap.nuisance().len() + before;
     let count = h.terms[at].law.slots().len();
     let covariance = h.covariance.view((from, from), (count, count)).into_owned();
-    wording::told(&h.terms[at], &h.parameters[from..from + count], &covariance, &gap.things)
+    told::told(&h.terms[at], &h.parameters[from..from + count], &covariance, &gap.things)
 }
 
 fn parameters(name: &str, told: &[Told]) -> BTreeMap<String, Parameter> {
@@ -420,14 +407,9 @@ fn alternatives<'a>(
         if again || (name == chosen.law.name() && at == chosen.seat(things)) {
             continue;
         }
-        let why_not = if rival.behind < options.tie {
-            "explains the data as well; the motion does not tell the two apart".to_owned()
-        } else {
-            format!(
-                "leaves a sum of squares larger by {:.0} on the data fitted and held out",
-                rival.behind
-            )
-        };
+        let is_tied = rival.behind < options.tie;
+        let why_not = if is_tied { WhyNot::Tied } else { WhyNot::FitsWorse(rival.behind) };
+        let why_not = why_not.to_string();
         found.push(Alternative { name, at, delta_bic: rival.behind, why_not });
     }
     found.truncate(3);
@@ -437,10 +419,7 @@ fn alternatives<'a>(
             name: "base_shift".into(),
             at: "base".into(),
             delta_bic: 0.0,
-            why_not:
-                "the same rigid transform seen from the other side: only a second marker that does \
-                      not move with the arm tells which of the two moved"
-                    .into(),
+            why_not: WhyNot::SeenFromTheOtherSide.to_string(),
         });
     }
     found

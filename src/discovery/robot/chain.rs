@@ -10,6 +10,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 
+use super::error::Misfit;
 use crate::motion::robot::{Drive, Motion};
 use crate::motion::{Inertial, Robot};
 
@@ -65,15 +66,15 @@ impl Chain {
     ///
     /// # Errors
     ///
-    /// A sentence for a robot with more than [`MOST_JOINTS`] joints, with a joint that follows another,
+    /// A [`Misfit`] for a robot with more than [`MOST_JOINTS`] joints, with a joint that follows another,
     /// or without the link.
-    pub fn new(robot: &Robot, tip: Option<&str>, gravity: f64) -> Result<Self, String> {
+    pub fn new(robot: &Robot, tip: Option<&str>, gravity: f64) -> Result<Self, Misfit> {
         let n = robot.n_joints();
         if n > MOST_JOINTS {
-            return Err(format!("the robot has {n} joints; at most {MOST_JOINTS} are handled"));
+            return Err(Misfit::TooManyJoints { n, most: MOST_JOINTS });
         }
         let tip = match tip {
-            Some(name) => robot.link(name).map_err(|error| error.to_string())?,
+            Some(name) => robot.link(name).map_err(Misfit::NoTip)?,
             None => robot.tip(),
         };
         // For each link: the body it belongs to (none for the base) and its pose in that body.
@@ -92,10 +93,7 @@ impl Chain {
                     let alone = (multiplier - 1.0).abs() < 1e-12 && offset.abs() < 1e-12;
                     let in_order = index == bodies.len() && body == index.checked_sub(1);
                     if !alone || !in_order {
-                        return Err(format!(
-                            "joint {} follows another or branches off; only a chain is handled",
-                            joint.name
-                        ));
+                        return Err(Misfit::NoChain { joint: joint.name.clone() });
                     }
                     let parent_from_body = body_from_parent * joint.parent_from_link(0.0);
                     bodies.push(Body {
@@ -122,7 +120,7 @@ impl Chain {
         }
         let body_from_tip = match place[tip] {
             (Some(body), pose) if body + 1 == n => pose,
-            _ => return Err("the tip must sit on the last moving link".into()),
+            _ => return Err(Misfit::TipElsewhere),
         };
         Ok(Self { bodies, body_from_tip, gravity: Vector3::new(0.0, 0.0, -gravity) })
     }

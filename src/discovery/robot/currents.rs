@@ -10,12 +10,13 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::data::{Quantity, SILENT};
+use super::error::Misfit;
 use super::links::CREEPS;
 use super::simulate::Model;
 use super::term::{Law, Term};
+use super::wording;
 use crate::discovery::recording::Error;
 use crate::discovery::selection::related;
-use crate::units::significant;
 
 /// A constant is known if its standard deviation is less than this part of it.
 const KNOWN: f64 = 0.05;
@@ -30,18 +31,10 @@ fn constants(models: &[&Model], place: &str) -> Result<Vec<Option<f64>>, Error> 
     let fitted: Vec<(f64, f64)> = (0..n).map(|joint| fit(models, joint)).collect();
     let sure = |(value, std): &(f64, f64)| *std < KNOWN * value.abs();
     if let Some(joint) = fitted.iter().position(|k| sure(k) && k.0 < 0.0) {
-        return Err(Error::new(
-            format!("the current of joint {} runs against what the arm needs", joint + 1),
-            place,
-            "turn its sign: a current is positive when the motor drives its joint to larger angles",
-        ));
+        return Err(Misfit::CurrentAgainst { joint }.at(place));
     }
     if !fitted.iter().any(sure) {
-        return Err(Error::new(
-            "the currents do not follow what the arm needs, so that what an ampere is worth is not known",
-            place,
-            "say it in the sidecar: `\"torque_constant_nm_per_a\": [11.6, …]`, N·m at the joint",
-        ));
+        return Err(Misfit::CurrentsUnrelated.at(place));
     }
     Ok(fitted.into_iter().map(|k| sure(&k).then_some(k.0)).collect())
 }
@@ -114,7 +107,7 @@ pub(super) fn turned(
     for model in models.iter_mut().filter(|model| model.scene.data.are_currents) {
         *model = in_torques(model, &constants);
     }
-    Ok(Some(words(&constants)))
+    Ok(Some(wording::currents(&constants)))
 }
 
 /// Returns a recording's model with its currents turned into torques.
@@ -127,15 +120,4 @@ fn in_torques(model: &Model, constants: &[Option<f64>]) -> Model {
         channel.noise *= by * more;
     }
     Model::new(model.arm.clone(), scene, model.loads.clone())
-}
-
-/// Says what the constants are.
-fn words(constants: &[Option<f64>]) -> String {
-    let told = |k: &Option<f64>| k.map_or_else(|| "not told".to_owned(), |k| significant(k, 3));
-    let told: Vec<String> = constants.iter().map(told).collect();
-    format!(
-        "torques are currents: what the drives turn an ampere into is fitted to the arm's file, joint by joint {} N·m/A; what it is \
-         off by, every torque here is (`torque_constant_nm_per_a` in the sidecar says it)",
-        told.join(", ")
-    )
 }

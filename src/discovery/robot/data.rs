@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use crate::units::{Dimension, significant};
+use crate::units::Dimension;
 
 use super::super::recording::{Error, Recording, noise, sidecar::PerChannel};
+use super::error::Misfit;
+use super::note::Note;
 use super::rows;
 
 /// What a channel measures.
@@ -76,8 +78,8 @@ pub struct Data {
     pub commands: Vec<Vec<f64>>,
     /// Everything measured.
     pub channels: Vec<Channel>,
-    /// What was assumed, one sentence each.
-    pub notes: Vec<String>,
+    /// What was assumed.
+    pub notes: Vec<Note>,
     /// Whether the torques were measured as currents, without the constants of the drives.
     pub are_currents: bool,
 }
@@ -97,10 +99,7 @@ impl Data {
         data.estimate_noise();
         let levels = &recording.sidecar.noise;
         if levels.q_rad.is_none() && levels.tau_nm.is_none() && levels.tcp_m.is_none() {
-            data.notes.push(format!(
-                "{}: no noise is given; it is estimated from the channels themselves",
-                recording.name
-            ));
+            data.notes.push(Note::NoiseEstimated { recording: recording.name.clone() });
         }
         Ok(data)
     }
@@ -120,15 +119,9 @@ impl Data {
         let unwrapped = |values: &[f64]| if moves { unwrapped(values) } else { values.to_vec() };
         let group = |stem: &str, dimension| recording.group(stem, n, dimension);
         for stem in ["q_cmd", "q", "dq", "tau"] {
-            if recording.group_len(stem) > n {
-                return Err(Error {
-                    what: format!(
-                        "the recording has {} columns `{stem}_*`, the robot {n} joints",
-                        recording.group_len(stem)
-                    ),
-                    place: recording.name.clone(),
-                    help: "name the robot the recording was made with: `--robot-file URDF`".into(),
-                });
+            let given = recording.group_len(stem);
+            if given > n {
+                return Err(Misfit::TooManyColumns { stem, given, n }.at(&recording.name));
             }
         }
         let commands: Vec<Vec<f64>> = group("q_cmd", Dimension::ANGLE)?
@@ -140,14 +133,8 @@ impl Data {
         if let Some(constants) =
             constants.as_ref().filter(|constants| constants.of(n - 1).is_none())
         {
-            return Err(Error {
-                what: format!(
-                    "`torque_constant_nm_per_a` has {} values, the robot {n} joints",
-                    constants.values().len()
-                ),
-                place: recording.name.clone(),
-                help: "give one value per joint".into(),
-            });
+            let given = constants.values().len();
+            return Err(Misfit::TorqueConstants { given, n }.at(&recording.name));
         }
         let kinds = [
             (Quantity::Position, Dimension::ANGLE, &levels.q_rad),
@@ -191,22 +178,13 @@ impl Data {
         let any_motion =
             !commands.is_empty() || channels.iter().any(|c| c.quantity == Quantity::Position);
         if channels.is_empty() || !any_motion {
+            let columns = recording.columns.iter().map(|c| c.name.clone()).take(30).collect();
             let missing = if channels.is_empty() {
-                "nothing measured: none of `q_n`, `dq_n`, `tau_n`, `tcp_x`"
+                Misfit::NothingMeasured { columns }
             } else {
-                "no motion: neither `q_cmd_n` nor `q_n`"
+                Misfit::NoMotion { columns }
             };
-            let known: Vec<&str> =
-                recording.columns.iter().map(|c| c.name.as_str()).take(30).collect();
-            return Err(Error {
-                what: format!("the recording holds {missing}"),
-                place: format!("{}:1", recording.name),
-                help: format!(
-                    "it has {}; rename columns with `--map 'THEIRS=q_1[rad],…'`, or give a \
-                     `model` of your own with `--model`",
-                    known.join(", ")
-                ),
-            });
+            return Err(missing.at(format!("{}:1", recording.name)));
         }
         let time = recording.time.clone();
         let are_currents = currents.is_some() && constants.is_none();
@@ -227,10 +205,7 @@ impl Data {
             let mut columns = self.channels.iter().filter(|c| c.quantity == quantity).peekable();
             if columns.peek().is_some() && columns.all(is_constant) {
                 self.channels.retain(|c| c.quantity != quantity);
-                self.notes.push(format!(
-                    "{name}: `{}` is the same in every row while the arm moves; it is taken as not measured",
-                    quantity.stem()
-                ));
+                self.notes.push(Note::Unmeasured { recording: name.into(), stem: quantity.stem() });
             }
         }
     }
@@ -248,9 +223,7 @@ impl Data {
             let mut is_new = fresh.iter();
             values.retain(|_| *is_new.next().unwrap_or(&true));
         }
-        self.notes.push(format!(
-            "{name}: {repeats} of {rows} rows repeat the row before and are left out"
-        ));
+        self.notes.push(Note::Repeats { recording: name.into(), repeats, rows });
     }
 
     /// Takes the samples to be evenly spaced where the motion says so and the stamps do not.
@@ -259,10 +232,7 @@ impl Data {
         let off = even.iter().zip(&self.time).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
         let off = (off / even.len() as f64).sqrt();
         self.time = even;
-        self.notes.push(format!(
-            "{name}: the samples are evenly spaced, their time stamps jitter by {} ms; an even clock is used",
-            significant(off * 1e3, 2)
-        ));
+        self.notes.push(Note::Jitter { recording: name.into(), off });
     }
 
     /// Judges the noise of channels for which none is given.
@@ -312,7 +282,7 @@ pub(super) fn settle_noise<'a>(recordings: impl Iterator<Item = &'a mut Data>) {
         for channel in data.channels.iter_mut().filter(|channel| channel.noise <= 0.0) {
             let noise = known.get(&channel.name).copied().filter(|noise| *noise > 0.0);
             if noise.is_none() {
-                data.notes.push(format!("{} never changes: nothing is said of it", channel.name));
+                data.notes.push(Note::NeverChanges { channel: channel.name.clone() });
             }
             channel.noise = noise.unwrap_or(SILENT);
         }

@@ -4,26 +4,21 @@ use rayon::prelude::*;
 
 use super::against::hints;
 use super::answer::{answer, different, loaded, synonym};
-use super::chain::Chain;
-use super::currents;
-use super::data::{self, Data};
+use super::error::Misfit;
 use super::experiment::Experiment;
 use super::explain::ArmGap;
+use super::laid_out;
 use super::links::{self, Carried, Gain, Links};
-use super::load::{Load, Thing};
 use super::places::places;
-use super::plant::{Arm, Scene};
-use super::plausible;
-use super::simulate::Model;
 use super::term::{Law, Term};
 use super::traces::traces;
+use super::wording;
 use crate::discovery::Investigation;
 use crate::discovery::finding::{SIGNIFICANT, above_noise};
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Gap as _, Options, Outcome, Set};
 use crate::language::ast::EffectItem;
 use crate::motion::Robot;
-use crate::units::significant;
 
 /// What an effect must explain more when the motion is not simulated but measured, in units of the
 /// criterion; chosen so that arms without a hidden effect raise no alarm.
@@ -42,61 +37,6 @@ const FAR: f64 = 2.0;
 /// How much more a formula must explain than the name in whose place it comes.
 const UNNAMED: f64 = 0.1;
 
-impl Arm {
-    /// Returns the arm a recording was made with.
-    ///
-    /// # Errors
-    ///
-    /// An [`Error`] for a robot that is no chain, or a sidecar whose lists are not of its length.
-    pub fn of(robot: &Robot, recording: &Recording) -> Result<Self, Error> {
-        let sidecar = &recording.sidecar;
-        let n = robot.n_joints();
-        let wrong = |what: String, help: &str| Error {
-            what,
-            place: recording.name.clone(),
-            help: help.into(),
-        };
-        let gravity = sidecar.gravity.unwrap_or(crate::motion::dynamics::GRAVITY);
-        let chain = Chain::new(robot, sidecar.tip.as_deref(), gravity)
-            .map_err(|what| wrong(what, "name the robot's file and tip, or another robot"))?;
-        if !sidecar.armature.is_empty() && sidecar.armature.len() < n {
-            let given = sidecar.armature.len();
-            return Err(wrong(
-                format!("`armature_kg_m2` has {given} values, the robot {n} joints"),
-                "give one value per joint",
-            ));
-        }
-        if let Some(controller) = &sidecar.controller {
-            let limits = controller.torque_limit_nm.len();
-            if controller.kp_nm_per_rad.len() != n || (limits != 0 && limits != n) {
-                return Err(wrong(
-                    format!(
-                        "the controller is for {} joints, the robot has {n}",
-                        controller.kp_nm_per_rad.len()
-                    ),
-                    "give one gain and one limit per joint; is it the right robot?",
-                ));
-            }
-            if !matches!(controller.kind.as_str(), "pd_with_gravity" | "pd") {
-                return Err(wrong(
-                    format!("a controller of type `{}` is not known", controller.kind),
-                    "known are `pd_with_gravity` and `pd`; leave the controller out to judge \
-                     torques and tip along the measured motion",
-                ));
-            }
-        }
-        let mut armature = sidecar.armature.clone();
-        armature.resize(n, 0.0);
-        Ok(Self {
-            chain,
-            armature,
-            controller: sidecar.controller.clone(),
-            torque_sensor: sidecar.torque_sensor,
-            joint_names: robot.joints().iter().map(|joint| joint.name.clone()).collect(),
-        })
-    }
-}
-
 /// Finds what an arm's model lacks: fits on `train`, judges on `heldout`.
 ///
 /// # Errors
@@ -110,107 +50,11 @@ pub fn investigate(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Investigation, Error> {
-    let mut notes: Vec<String> = Vec::new();
-    let things = things(train.iter().chain(heldout));
-    let mut read = Vec::new();
-    for recording in train.iter().chain(heldout) {
-        let arm = Arm::of(robot, recording)?;
-        let data = Data::new(recording, arm.chain.n())?;
-        plausible::check(&arm, robot.joints(), &data, &recording.name)?;
-        read.push((arm, data));
-    }
-    data::settle_noise(read.iter_mut().map(|(_, data)| data));
-    let mut models = Vec::new();
-    for (recording, (arm, data)) in train.iter().chain(heldout).zip(read) {
-        notes.extend(recording.notes.iter().cloned());
-        notes.extend(data.notes.iter().cloned());
-        let scene = Scene::new(&arm, data);
-        if !scene.closed_loop {
-            notes.push(format!(
-                "{}: no controller is known; torque and tip are judged along the measured motion",
-                recording.name
-            ));
-        }
-        let carried = recording.sidecar.carried.iter().map(|carried| {
-            let at = things.iter().position(|thing| thing.name == carried.object).unwrap_or(0);
-            Load::new(&arm, &scene.plant, carried, at, things[at].mass)
-        });
-        let loads = carried.collect();
-        models.push(Model::new(arm, scene, loads));
-    }
-    notes.dedup();
+    let (mut gap, mut notes) = laid_out::gap(robot, known, train, heldout)?;
     let place = train.first().map_or("", |recording| &recording.name);
-    notes.extend(currents::turned(&mut models, train.len(), place)?);
-    for (model, recording) in models.iter().zip(train.iter().chain(heldout)) {
-        plausible::check_torques(model, &recording.name)?;
-    }
-    let held = models.split_off(train.len());
-    let mut present = (Vec::new(), Vec::new());
-    for effect in known {
-        let thing = things.iter().position(|thing| thing.name == effect.at.text);
-        let heavier = effect.parameters.iter().find(|parameter| parameter.name.text == "mass");
-        if let ("object_mass", Some(joint), Some(mass)) =
-            (effect.name.text.as_str(), thing, heavier)
-        {
-            present.0.push(Term { law: Law::ObjectMass, joint });
-            present.1.push(mass.value.quantity.value - things[joint].mass);
-            continue;
-        }
-        let read = super::known::known(effect, robot.n_joints()).map_err(|what| Error {
-            what,
-            place: format!("effect {}({})", effect.name.text, effect.at.text),
-            help: "see the vocabulary of effects for names, places and parameters".into(),
-        })?;
-        match read {
-            Some((term, values)) => {
-                present.0.push(term);
-                present.1.extend(values);
-            }
-            None => notes.push(format!(
-                "effect {}({}) is not of the arm and is left aside",
-                effect.name.text, effect.at.text
-            )),
-        }
-    }
-    let mut gap = ArmGap {
-        train: models,
-        heldout: held,
-        known: present,
-        things,
-        unexplained: Default::default(),
-        settled: Vec::new(),
-    };
-    let runs_away = |what: String| Error {
-        what,
-        place: train.first().map_or(String::new(), |recording| recording.name.clone()),
-        help: "check the units of the columns, the robot's file and the controller's gains".into(),
-    };
-    if gap.count(Set::Train) == 0 || gap.count(Set::Heldout) == 0 {
-        return Err(Error {
-            what: "the recordings hold a motion, but nothing to compare with a model of the arm"
-                .into(),
-            place: train.first().map_or(String::new(), |recording| recording.name.clone()),
-            help: "record torques (`tau_n`) or the tip (`tcp_x`), or say in the sidecar what the \
-                   controller is: then positions can be predicted too"
-                .into(),
-        });
-    }
-    let mut options = *options;
-    // A special case of a law may leave as much as any law that is right.
-    options.generality = options.imperfection;
-    if gap.train.iter().any(|model| !model.scene.closed_loop) {
-        // The accelerations of a measured motion have errors of their own, which are not white.
-        options.least_gain += MEASURED;
-        // Nor is the effects' law: a real arm is never described to the noise of its sensors.
-        options.forgiven = f64::INFINITY;
-        // Every joint of a real arm has friction of two kinds and a rotor, every sensor an offset, and
-        // every link may weigh otherwise.
-        options.most = options.most.max(6 * robot.n_joints());
-        options.broad = BROAD;
-        options.unnamed = UNNAMED;
-    }
-    let options = &options;
-    progress("identifying the links", 0.0);
+    let runs_away = |misfit: Misfit| misfit.at(place);
+    let options = &searched_with(options, &gap, robot.n_joints());
+    progress(wording::IDENTIFYING, 0.0);
     let mut names: Vec<&str> = train.iter().chain(heldout).map(|r| r.name.as_str()).collect();
     let numbers = links::identified(&gap).unwrap_or_default();
     let differs =
@@ -225,60 +69,86 @@ pub fn investigate(
     if let Some(words) = &numbers.different {
         return Ok(differs(different(&gap, words, notes)));
     }
-    let found = found(&mut gap, numbers.own, options, progress).map_err(runs_away)?;
-    let Found { mut outcome, mut fitted, own, mut filed } = found;
-    if outcome.best.terms.is_empty()
-        && above_noise(outcome.nothing.train, gap.count(Set::Train)) < SIGNIFICANT
-        && above_noise(outcome.nothing.heldout, gap.count(Set::Heldout)) > SIGNIFICANT
-    {
+    let mut found = found(&mut gap, numbers.own, options, progress).map_err(runs_away)?;
+    if shows_in_held_out_alone(&gap, &found.outcome) {
         // The motion to fit does not show it, the other does: exchange the two.
-        for gap in std::iter::once(&mut gap).chain(&mut filed) {
+        for gap in std::iter::once(&mut gap).chain(&mut found.filed) {
             std::mem::swap(&mut gap.train, &mut gap.heldout);
         }
         names.rotate_left(train.len());
-        (outcome, fitted) = searched(&gap, options, progress).map_err(runs_away)?;
-        notes.push(
-            "the data to fit show nothing beyond noise, the data held out do: their roles were \
-             exchanged"
-                .into(),
-        );
+        (found.outcome, found.fitted) = searched(&gap, options, progress).map_err(runs_away)?;
+        notes.push(wording::exchanged());
     }
-    if gap.laid_out_again(&outcome.best) {
-        outcome = selection::search(&gap, options, progress).map_err(runs_away)?;
+    if gap.laid_out_again(&found.outcome.best) {
+        let again = selection::search(&gap, options, progress).map_err(Misfit::searching);
+        found.outcome = again.map_err(runs_away)?;
     }
-    progress("writing the answer", 0.98);
-    let traces = traces(filed.as_ref().unwrap_or(&gap), &gap, &outcome, &names);
+    progress(wording::WRITING, 0.98);
+    let is_estimated = train.iter().chain(heldout).any(has_no_noise);
+    Ok(told(gap, found, &names, options, robot, is_estimated, notes))
+}
+
+/// Returns how to search: along measured motions otherwise than in simulated ones.
+fn searched_with(options: &Options, gap: &ArmGap, n_joints: usize) -> Options {
+    let mut options = *options;
+    // A special case of a law may leave as much as any law that is right.
+    options.generality = options.imperfection;
+    if gap.train.iter().any(|model| !model.scene.closed_loop) {
+        // The accelerations of a measured motion have errors of their own, which are not white.
+        options.least_gain += MEASURED;
+        // Nor is the effects' law: a real arm is never described to the noise of its sensors.
+        options.forgiven = f64::INFINITY;
+        // Every joint of a real arm has friction of two kinds and a rotor, every sensor an offset, and
+        // every link may weigh otherwise.
+        options.most = options.most.max(6 * n_joints);
+        options.broad = BROAD;
+        options.unnamed = UNNAMED;
+    }
+    options
+}
+
+/// Returns whether the data held out show something beyond noise and those fitted nothing.
+fn shows_in_held_out_alone(gap: &ArmGap, outcome: &Outcome<Term>) -> bool {
+    outcome.best.terms.is_empty()
+        && above_noise(outcome.nothing.train, gap.count(Set::Train)) < SIGNIFICANT
+        && above_noise(outcome.nothing.heldout, gap.count(Set::Heldout)) > SIGNIFICANT
+}
+
+/// Returns whether nobody says how noisy a recording is.
+fn has_no_noise(recording: &Recording) -> bool {
+    let noise = &recording.sidecar.noise;
+    noise.q_rad.is_none() && noise.tau_nm.is_none() && noise.tcp_m.is_none()
+}
+
+/// Tells what was found; `names` are those of the recordings, the fitted ones first.
+fn told(
+    gap: ArmGap,
+    found: Found,
+    names: &[&str],
+    options: &Options,
+    robot: &Robot,
+    noise_is_estimated: bool,
+    notes: Vec<String>,
+) -> Investigation {
+    let Found { outcome, fitted, own, filed } = found;
+    let traces = traces(filed.as_ref().unwrap_or(&gap), &gap, &outcome, names);
     let experiment = experiment(&gap, &outcome, options, robot);
-    let is_estimated = |recording: &Recording| {
-        let noise = &recording.sidecar.noise;
-        noise.q_rad.is_none() && noise.tau_nm.is_none() && noise.tcp_m.is_none()
-    };
-    let is_estimated = train.iter().chain(heldout).any(is_estimated);
     let chain = gap.train[0].arm.chain.clone();
-    let mut finding = answer(gap, fitted, &outcome, options, is_estimated, notes);
+    let mut finding = answer(gap, fitted, &outcome, options, noise_is_estimated, notes);
     let revision = own.as_ref().map(|links| links.revision(&chain));
     if let (Some(links), Some(filed)) = (own, filed) {
-        let first = "the numbers of the links are identified first; what is missing is looked for beside them";
-        finding.notes.push(first.into());
+        finding.notes.push(wording::links_first());
         finding.notes.extend(links.far);
         let (left, places) = (selection::left(&filed), places(&filed, &[], &[]));
         finding = finding.identified_first(links.told, left, places);
     }
     if let Some(next) = &mut finding.next_experiment {
-        let detail = match &experiment {
-            Some(experiment) => format!(
-                "; in the motion proposed they differ by {} standard deviations",
-                significant(experiment.separation, 2)
-            ),
-            None => "; no motion of the arm tells them apart in these channels: measure something \
-                     else, such as a second marker on the base or the table"
-                .into(),
-        };
-        next.why.push_str(&detail);
+        let separation = experiment.as_ref().map(|experiment| experiment.separation);
+        next.why.push_str(&wording::in_proposed_motion(separation));
     }
     finding.notes.extend(hints(&finding, &traces));
     let experiment = experiment.map(|experiment| experiment.csv);
-    Ok(Investigation { finding, traces, experiment, revision })
+    Investigation { finding, traces, experiment, revision }
 }
 
 /// Returns the load that the recordings held out bear, or those fitted, which then change their places; and whether it is those.
@@ -308,7 +178,7 @@ fn found(
     numbers: Option<(Links, Vec<Gain>)>,
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
-) -> Result<Found, String> {
+) -> Result<Found, Misfit> {
     let Some((links, mut gains)) = numbers else {
         let (outcome, fitted) = searched(gap, options, progress)?;
         return Ok(Found { outcome, fitted, own: None, filed: None });
@@ -358,22 +228,23 @@ fn searched(
     gap: &ArmGap,
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
-) -> Result<(Outcome<Term>, Option<ArmGap>), String> {
+) -> Result<(Outcome<Term>, Option<ArmGap>), Misfit> {
     if !gap.is_along() {
-        return Ok((selection::search(gap, options, progress)?, None));
+        let outcome = selection::search(gap, options, progress).map_err(Misfit::searching)?;
+        return Ok((outcome, None));
     }
     let mut fitted = gap.for_search();
-    let runs_away = "the model runs away on the data; check its parameters and units";
-    let (usual, floors) = selection::floors(&fitted).ok_or(runs_away)?;
+    let (usual, floors) = selection::floors(&fitted).ok_or(Misfit::RunsAway)?;
     fitted.soften(&floors);
-    let mut outcome = selection::search_linear(&fitted, usual, options, progress)?;
+    let mut outcome =
+        selection::search_linear(&fitted, usual, options, progress).map_err(Misfit::searching)?;
     if outcome.best.terms.len() <= FEW {
         // Of a few effects the shapes can be fitted from the beginning, and what no shape on a list explains may be one of them.
         let options = Options { most: 2 * FEW, ..*options };
         if floors.iter().all(|floor| *floor < FAR) {
             fitted = gap.for_search();
         }
-        let other = selection::search(&fitted, &options, progress)?;
+        let other = selection::search(&fitted, &options, progress).map_err(Misfit::searching)?;
         selection::judge(&fitted, &mut outcome.best);
         if other.best.evidence() < outcome.best.evidence() {
             outcome = other;
@@ -384,17 +255,6 @@ fn searched(
     let told: Vec<_> = told.chain(ties.map(|rival| &mut rival.hypothesis)).collect();
     told.into_par_iter().for_each(|hypothesis| selection::judge(gap, hypothesis));
     Ok((outcome, Some(fitted)))
-}
-
-/// Returns what was carried in any of the recordings, each thing once.
-fn things<'a>(recordings: impl Iterator<Item = &'a Recording>) -> Vec<Thing> {
-    let mut found: Vec<Thing> = Vec::new();
-    for carried in recordings.flat_map(|recording| &recording.sidecar.carried) {
-        if found.iter().all(|thing| thing.name != carried.object) {
-            found.push(Thing { name: carried.object.clone(), mass: carried.mass_kg });
-        }
-    }
-    found
 }
 
 /// Returns the motion that would settle the first doubt, if there is a doubt and such a motion.

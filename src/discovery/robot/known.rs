@@ -1,6 +1,7 @@
 //! Effects that a model file knows already → laws with fixed parameters.
 
 use super::data::Quantity;
+use super::error::Misfit;
 use super::term::{Law, Term};
 use crate::language::ast::EffectItem;
 use crate::units::Unit;
@@ -8,146 +9,178 @@ use crate::units::Unit;
 /// The creep of dry friction where a model file gives none, rad/s.
 const CREEP: f64 = 1e-3;
 
+/// Effects of a joint with one number: name, law, the number's name and its unit.
+const OF_ONE_NUMBER: [(&str, Law, &str, &str); 15] = [
+    ("viscous_friction", Law::Viscous, "coefficient", "N*m*s/rad"),
+    ("quadratic_friction", Law::Quadratic, "coefficient", "N*m*s^2/rad^2"),
+    ("link_mass", Law::LinkMass, "mass", "kg"),
+    ("armature", Law::Armature, "inertia", "kg*m^2"),
+    ("torque_offset", Law::TorqueOffset, "torque", "N*m"),
+    ("torque_gain", Law::TorqueGain, "gain", ""),
+    ("torque_drift", Law::TorqueDrift, "rate", "N*m/s"),
+    ("joint_compliance", Law::Compliance, "compliance", "rad/(N*m)"),
+    ("servo_sag", Law::ServoSag, "compliance", "rad/(N*m)"),
+    ("backlash", Law::Backlash, "width", "rad"),
+    ("actuator_gain", Law::ActuatorGain, "gain", ""),
+    ("saturation", Law::Saturation, "limit", "N*m"),
+    ("joint_zero_offset", Law::ZeroOffset, "angle", "rad"),
+    ("linear_stiffness", Law::Stiffness, "coefficient", "N*m/rad"),
+    ("cubic_stiffness", Law::CubicStiffness, "coefficient", "N*m/rad^3"),
+];
+
+/// Where something is, m; what is left out is 0.
+const PLACE: [(&str, &str); 3] = [("dx", "m"), ("dy", "m"), ("dz", "m")];
+/// Where a mass is, m.
+const CENTRE: [(&str, &str); 3] = [("com_x", "m"), ("com_y", "m"), ("com_z", "m")];
+/// How something leans, rad.
+const LEAN: [(&str, &str); 2] = [("roll", "rad"), ("pitch", "rad")];
+/// Where something stands and how it is turned, m and rad.
+const POSE: [(&str, &str); 6] =
+    [("x", "m"), ("y", "m"), ("z", "m"), ("roll", "rad"), ("pitch", "rad"), ("yaw", "rad")];
+
 /// Reads one effect of a twin of an arm with `n` joints; `None` for an effect that is of something else
 /// (a lens, a liquid).
 ///
 /// # Errors
 ///
-/// A sentence for a place that does not exist, or a parameter that is missing, unknown or of the wrong unit.
-pub fn known(effect: &EffectItem, n: usize) -> Result<Option<(Term, Vec<f64>)>, String> {
+/// A [`Misfit`] for a place that does not exist, or a parameter that is missing, unknown or of the wrong unit.
+pub fn known(effect: &EffectItem, n: usize) -> Result<Option<(Term, Vec<f64>)>, Misfit> {
+    let given = Given { effect, n };
     let name = effect.name.text.as_str();
-    let at = effect.at.text.as_str();
-    let number = |name: &str, unit: &str| -> Result<Option<f64>, String> {
-        let Some(found) = effect.parameters.iter().find(|p| p.name.text == name) else {
+    if let Some((_, law, number, unit)) = OF_ONE_NUMBER.iter().find(|(known, ..)| *known == name) {
+        let joint = given.joint()?;
+        return Ok(Some((Term { law: *law, joint }, vec![given.needed(number, unit)?])));
+    }
+    let (law, joint, values) = match name {
+        "coulomb_friction" => {
+            let creep = given.creep()?;
+            (Law::Coulomb, given.joint()?, vec![given.needed("torque", "N*m")?, creep])
+        }
+        "stribeck_friction" => {
+            let torque = given.needed("torque", "N*m")?;
+            let peak = given.needed("stiction", "N*m")? - torque;
+            let creep = given.creep()?;
+            let values = vec![torque, peak, given.needed("velocity", "rad/s")?, creep];
+            (Law::Stribeck, given.joint()?, values)
+        }
+        "asymmetric_friction" => {
+            let creep = given.creep()?;
+            let [forward, backward] =
+                [given.needed("forward", "N*m")?, given.needed("backward", "N*m")?];
+            (Law::Asymmetric, given.joint()?, vec![forward, backward, creep])
+        }
+        "hysteresis" => {
+            let values = vec![given.needed("torque", "N*m")?, given.needed("width", "rad")?];
+            (Law::Hysteresis, given.joint()?, values)
+        }
+        "payload" => {
+            let mass = given.needed("mass", "kg")?;
+            let mut values = vec![mass];
+            values.extend(given.or_zero(&CENTRE)?.into_iter().map(|place| mass * place));
+            (Law::Payload, 0, values)
+        }
+        "base_tilt" => (Law::BaseTilt, 0, given.or_zero(&LEAN)?),
+        "torque_ripple" => {
+            let values = given.wave("order", "")?;
+            (Law::Ripple, given.joint()?, values)
+        }
+        "periodic_disturbance" => {
+            let values = given.wave("frequency", "Hz")?;
+            (Law::Periodic, given.joint()?, values)
+        }
+        "command_delay" => (Law::CommandDelay, 0, vec![given.needed("delay", "s")?]),
+        "sensor_delay" => {
+            let law = Law::SensorDelay(given.channel()?);
+            (law, 0, vec![given.needed("delay", "s")?])
+        }
+        "link_length" => {
+            let values = given.or_zero(&PLACE)?;
+            (Law::LinkLength, given.joint()?, values)
+        }
+        "tool_offset" => (Law::ToolOffset, 0, given.or_zero(&PLACE)?),
+        "camera_shift" => (Law::CameraShift([true; 6]), 0, given.or_zero(&POSE)?),
+        _ => return Ok(None),
+    };
+    Ok(Some((Term { law, joint }, values)))
+}
+
+/// An effect as a model file gives it.
+struct Given<'e> {
+    effect: &'e EffectItem,
+    /// How many joints the robot has.
+    n: usize,
+}
+
+impl Given<'_> {
+    fn name(&self) -> String {
+        self.effect.name.text.clone()
+    }
+
+    fn at(&self) -> String {
+        self.effect.at.text.clone()
+    }
+
+    /// Returns a number in SI, if it is given.
+    fn number(&self, name: &str, unit: &str) -> Result<Option<f64>, Misfit> {
+        let Some(found) = self.effect.parameters.iter().find(|p| p.name.text == name) else {
             return Ok(None);
         };
         let quantity = found.value.quantity;
         let expected = Unit::parse(unit).map_or(quantity.dimension, |unit| unit.dimension);
         if quantity.dimension != expected {
-            return Err(format!(
-                "`{name}` of `{}({at})` is {}, but it must be {}",
-                effect.name.text,
-                quantity.dimension.words(),
-                expected.words()
-            ));
+            return Err(Misfit::EffectUnit {
+                parameter: name.into(),
+                effect: self.name(),
+                at: self.at(),
+                is: quantity.dimension,
+                expected,
+            });
         }
         Ok(Some(quantity.value))
-    };
-    let needed = |name: &str, unit: &str| {
-        number(name, unit)?.ok_or_else(|| format!("`{}({at})` has no `{name}`", effect.name.text))
-    };
-    let joint = || -> Result<usize, String> {
-        at.strip_prefix("joint_")
+    }
+
+    /// Returns a number in SI that must be given.
+    fn needed(&self, name: &str, unit: &str) -> Result<f64, Misfit> {
+        self.number(name, unit)?.ok_or_else(|| Misfit::EffectLacks {
+            parameter: name.into(),
+            effect: self.name(),
+            at: self.at(),
+        })
+    }
+
+    /// Returns numbers in SI, 0 for those that are not given.
+    fn or_zero(&self, names: &[(&str, &str)]) -> Result<Vec<f64>, Misfit> {
+        names.iter().map(|(name, unit)| Ok(self.number(name, unit)?.unwrap_or(0.0))).collect()
+    }
+
+    /// Returns the speed below which dry friction gives way, rad/s.
+    fn creep(&self) -> Result<f64, Misfit> {
+        Ok(self.number("creep", "rad/s")?.unwrap_or(CREEP))
+    }
+
+    /// Returns sine and cosine of a wave of a torque, and how often it comes.
+    fn wave(&self, often: &str, unit: &str) -> Result<Vec<f64>, Misfit> {
+        let amplitude = self.needed("amplitude", "N*m")?;
+        let phase = self.number("phase", "rad")?.unwrap_or(0.0);
+        let often = self.needed(often, unit)?;
+        Ok(vec![amplitude * phase.cos(), amplitude * phase.sin(), often])
+    }
+
+    /// Returns the joint where it is, from 0.
+    fn joint(&self) -> Result<usize, Misfit> {
+        let joint = self.effect.at.text.strip_prefix("joint_");
+        joint
             .and_then(|number| number.parse::<usize>().ok())
-            .filter(|number| (1..=n).contains(number))
+            .filter(|number| (1..=self.n).contains(number))
             .map(|number| number - 1)
-            .ok_or_else(|| format!("`{name}({at})`: the robot has joint_1 to joint_{n}"))
-    };
-    let or = |value: Option<f64>, other: f64| value.unwrap_or(other);
-    let found = |law: Law, joint: usize, values: Vec<f64>| Ok(Some((Term { law, joint }, values)));
-    match name {
-        "coulomb_friction" => {
-            let creep = or(number("creep", "rad/s")?, CREEP);
-            found(Law::Coulomb, joint()?, vec![needed("torque", "N*m")?, creep])
-        }
-        "viscous_friction" => {
-            found(Law::Viscous, joint()?, vec![needed("coefficient", "N*m*s/rad")?])
-        }
-        "quadratic_friction" => {
-            found(Law::Quadratic, joint()?, vec![needed("coefficient", "N*m*s^2/rad^2")?])
-        }
-        "stribeck_friction" => {
-            let torque = needed("torque", "N*m")?;
-            let peak = needed("stiction", "N*m")? - torque;
-            let creep = or(number("creep", "rad/s")?, CREEP);
-            let values = vec![torque, peak, needed("velocity", "rad/s")?, creep];
-            found(Law::Stribeck, joint()?, values)
-        }
-        "asymmetric_friction" => {
-            let creep = or(number("creep", "rad/s")?, CREEP);
-            let values = vec![needed("forward", "N*m")?, needed("backward", "N*m")?, creep];
-            found(Law::Asymmetric, joint()?, values)
-        }
-        "payload" => {
-            let mass = needed("mass", "kg")?;
-            let mut values = vec![mass];
-            for name in ["com_x", "com_y", "com_z"] {
-                values.push(mass * or(number(name, "m")?, 0.0));
-            }
-            found(Law::Payload, 0, values)
-        }
-        "link_mass" => found(Law::LinkMass, joint()?, vec![needed("mass", "kg")?]),
-        "armature" => found(Law::Armature, joint()?, vec![needed("inertia", "kg*m^2")?]),
-        "base_tilt" => {
-            let values = vec![or(number("roll", "rad")?, 0.0), or(number("pitch", "rad")?, 0.0)];
-            found(Law::BaseTilt, 0, values)
-        }
-        "torque_offset" => found(Law::TorqueOffset, joint()?, vec![needed("torque", "N*m")?]),
-        "torque_gain" => found(Law::TorqueGain, joint()?, vec![needed("gain", "")?]),
-        "torque_drift" => found(Law::TorqueDrift, joint()?, vec![needed("rate", "N*m/s")?]),
-        "torque_ripple" => {
-            let (amplitude, phase) =
-                (needed("amplitude", "N*m")?, or(number("phase", "rad")?, 0.0));
-            let values =
-                vec![amplitude * phase.cos(), amplitude * phase.sin(), needed("order", "")?];
-            found(Law::Ripple, joint()?, values)
-        }
-        "joint_compliance" => {
-            found(Law::Compliance, joint()?, vec![needed("compliance", "rad/(N*m)")?])
-        }
-        "servo_sag" => found(Law::ServoSag, joint()?, vec![needed("compliance", "rad/(N*m)")?]),
-        "backlash" => found(Law::Backlash, joint()?, vec![needed("width", "rad")?]),
-        "command_delay" => found(Law::CommandDelay, 0, vec![needed("delay", "s")?]),
-        "actuator_gain" => found(Law::ActuatorGain, joint()?, vec![needed("gain", "")?]),
-        "saturation" => found(Law::Saturation, joint()?, vec![needed("limit", "N*m")?]),
-        "sensor_delay" => {
-            let quantities = [Quantity::Position, Quantity::Speed, Quantity::Torque, Quantity::Tip];
-            let quantity = quantities.into_iter().find(|quantity| quantity.stem() == at);
-            let quantity = quantity
-                .ok_or_else(|| format!("`sensor_delay({at})`: the channels are q, dq, tau, tcp"))?;
-            found(Law::SensorDelay(quantity), 0, vec![needed("delay", "s")?])
-        }
-        "joint_zero_offset" => found(Law::ZeroOffset, joint()?, vec![needed("angle", "rad")?]),
-        "link_length" | "tool_offset" => {
-            let mut values = Vec::new();
-            for name in ["dx", "dy", "dz"] {
-                values.push(or(number(name, "m")?, 0.0));
-            }
-            let law = if name == "link_length" { Law::LinkLength } else { Law::ToolOffset };
-            let joint = if name == "link_length" { joint()? } else { 0 };
-            found(law, joint, values)
-        }
-        "camera_shift" => {
-            let mut values = Vec::new();
-            for (name, unit) in [
-                ("x", "m"),
-                ("y", "m"),
-                ("z", "m"),
-                ("roll", "rad"),
-                ("pitch", "rad"),
-                ("yaw", "rad"),
-            ] {
-                values.push(or(number(name, unit)?, 0.0));
-            }
-            found(Law::CameraShift([true; 6]), 0, values)
-        }
-        "hysteresis" => {
-            let values = vec![needed("torque", "N*m")?, needed("width", "rad")?];
-            found(Law::Hysteresis, joint()?, values)
-        }
-        "linear_stiffness" => {
-            found(Law::Stiffness, joint()?, vec![needed("coefficient", "N*m/rad")?])
-        }
-        "cubic_stiffness" => {
-            found(Law::CubicStiffness, joint()?, vec![needed("coefficient", "N*m/rad^3")?])
-        }
-        "periodic_disturbance" => {
-            let (amplitude, phase) =
-                (needed("amplitude", "N*m")?, or(number("phase", "rad")?, 0.0));
-            let values =
-                vec![amplitude * phase.cos(), amplitude * phase.sin(), needed("frequency", "Hz")?];
-            found(Law::Periodic, joint()?, values)
-        }
-        _ => Ok(None),
+            .ok_or_else(|| Misfit::EffectJoint { effect: self.name(), at: self.at(), n: self.n })
+    }
+
+    /// Returns the channel where it is.
+    fn channel(&self) -> Result<Quantity, Misfit> {
+        let quantities = [Quantity::Position, Quantity::Speed, Quantity::Torque, Quantity::Tip];
+        let quantity =
+            quantities.into_iter().find(|quantity| quantity.stem() == self.effect.at.text);
+        quantity.ok_or_else(|| Misfit::EffectChannel { at: self.at() })
     }
 }

@@ -1,5 +1,6 @@
 //! An arm against its recordings: the closed loop simulated again with effects.
 
+pub mod error;
 pub mod chain;
 mod colour;
 pub mod data;
@@ -9,6 +10,11 @@ pub mod plant;
 pub mod term;
 mod traces;
 pub mod simulate;
+mod note;
+mod told;
+mod scan;
+mod arm;
+mod laid_out;
 pub mod candidates;
 pub mod explain;
 pub mod wording;

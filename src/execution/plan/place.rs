@@ -1,19 +1,70 @@
-//! Ways to put what is in the hand down on the table.
+//! Ways to put what is in the hand down: on the table, on another thing, or into it.
+
+use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::Vector3;
 
 use crate::world::frame::Object;
-use crate::world::{Pose, frame};
+use crate::world::{self as scene, Point, Pose, Shape, frame, support};
 
 use super::grasp::distance;
-use super::{Dropped, NoWay, Planner, REACHING, TRACKING, Why, straight};
+use super::{Dropped, NoWay, Planner, REACHING, STRAIGHT_STEP, TRACKING, Why, straight};
 
-/// The object is let go this far above the table, m.
+/// The object is let go this far above the table, m. Chosen: `lower` promises 5 mm (`stdlib/tasks/std.task`). With half
+/// of it an arm that is a millimetre low presses the thing onto the table before it is let go; with twice as much what
+/// is slim tips when it lands.
 const DROP: f64 = 0.002;
-/// The hand comes down from this far above, m.
+/// The hand comes down from this far above, m. Chosen: with half of it what is carried over the table passes 3 cm above
+/// low things; with twice as much fewer places have a straight way down that the arm can follow.
 const ABOVE: f64 = 0.06;
-/// The hand draws back by this much, m.
+/// The hand draws back by this much, m. As far as before a grasp (its `STANDOFF`): from 57 mm on the fingertips are
+/// behind the thing. Chosen beyond that: with half of it they are clear by 3 mm, and the next turn of the hand strikes
+/// it; with twice as much the way out ends at less than 0.5 m from the base, where a level hand is out of reach.
 const BACK: f64 = 0.12;
+/// Turns of the hand from straight ahead that are tried, rad, in this order: some 20 deg, then 40 deg. Chosen: with
+/// half of them the hand comes to a place behind a thing over that thing; at twice them it points across the table,
+/// where the next place is reached more easily.
+const TURNS: [f64; 5] = [0.0, 0.35, -0.35, 0.7, -0.7];
+/// Poses at the low end of a way that may touch: `4 x` [`STRAIGHT_STEP`] = 20 mm. The table, and on the way out the
+/// pads, are touched there because that is meant. Chosen: with half of it a table that is known to a centimetre
+/// blocks every place, with twice as much a thing beside the place is struck unseen.
+const MEANT: usize = 4;
+/// What a way costs for each rad that the joint that turns most has to go, 1/rad: the unit of the others.
+const TRAVEL_COST: f64 = 1.0;
+/// What a rad of [`TURNS`] costs in that unit, 1/rad. Chosen: a turned hand costs less than a longer way, since it
+/// comes down as well. At twice it 40 deg weigh as much as 40 deg of travel; at half of it hardly more than the noise
+/// of travel among the places.
+const TURN_COST: f64 = 0.5;
+/// So many ways are enough. Chosen: a run rehearses four candidates (`CANDIDATES` in `workcell::attempt`); with half as
+/// many there is not one for each, with twice as many the search costs as much again.
+const ENOUGH: usize = 6;
+/// What the table is called.
+const TABLE: &str = "table";
+/// Higher than anything that stands on a table, m: what is below is looked for from there.
+const FAR_ABOVE: f64 = 3.0;
+/// How far the point between the fingers stays above the rim of a vessel that it lowers something into, m: half of a
+/// jaw is 11 mm high (`gen3_2f85.urdf`), and as much for an arm that is a centimetre low.
+const HAND: f64 = 0.02;
+/// Where places are looked for, in x and y of the world, m: from, and how many steps of [`GRID`]. Chosen for a table
+/// whose far corner is at (0.825, 0.4) m; [`COMFORTABLE`] and the table itself leave out what is no place.
+const FROM: (f64, f64) = (0.25, -0.40);
+const PLACES: (i32, i32) = (24, 33);
+/// How far apart the places are, m. Chosen: a free place is missed by at most 18 mm (half of the diagonal). With half
+/// of it four times as many are looked at, with twice as much gaps that are 35 mm wider than needed are missed.
+const GRID: f64 = 0.025;
+/// How far from the base a level grasp low over the table is comfortable for the arm, m: at 0.5 m a level hand is out
+/// of reach at 0.275 m of height, where joint 4 ends; at 0.62 m every height from 0.075 to 0.275 m is reached (both
+/// tried within the arm's limits). Chosen at the far end, well inside the 1.0 m at which the arm is straight (links
+/// of 0.421 and 0.314 m from a shoulder at 0.285 m, and 0.287 m of level hand): a thing must be lifted there, too.
+const COMFORTABLE: std::ops::Range<f64> = 0.50..0.72;
+/// How far from the table's edge a thing is kept, m. Chosen: an arm whose error nobody has measured is up to 2 cm
+/// beside where it says (8 to 19 mm in `docs/results.md`). With half of it a thing may overhang the edge, with twice
+/// as much a small table has few places.
+const FROM_EDGE: f64 = 0.02;
+/// Room that is left between things, m. Chosen: the open hand is 113 mm wide (85 mm between jaws of 14 mm), and
+/// stands out by 24 mm on each side of a thing of 65 mm. With half of it 6 mm are left to the next thing, with twice
+/// as much a full table has no place.
+const BETWEEN: f64 = 0.06;
 
 /// One way to put an object down.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,32 +84,56 @@ pub struct Placement {
 }
 
 impl Planner {
-    /// Returns ways to put down `o`, which is in the hand, upright on a free place of the table.
+    /// Returns ways to put down `o`, which is in the hand, upright on a free place of `at`: the table, or another thing
+    /// on which, or in which, it may stand.
     ///
     /// # Errors
     ///
-    /// [`NoWay`] when the hand is empty or no free place is reachable.
-    pub fn placements(&self, o: &str) -> Result<Vec<Placement>, NoWay> {
-        let what = format!("to put `{o}` down");
+    /// [`NoWay`] when the hand is empty, nobody knows where `at` is, or no free place is reachable.
+    pub fn placements(&self, o: &str, at: &str) -> Result<Vec<Placement>, NoWay> {
+        let what = if at == TABLE {
+            format!("to put `{o}` down")
+        } else {
+            format!("to put `{o}` on `{at}`")
+        };
         let no = |why| NoWay { what: what.clone(), why };
         let (held, tool_from_object) = self.in_hand().ok_or_else(|| no(Why::EmptyHand))?;
         let object = self.cell.scene.object(o).filter(|_| held == o);
         let object = object.ok_or_else(|| no(Why::EmptyHand))?;
 
-        let world = self.obstacles(&[], self.state.opening);
-        let empty = self.obstacles(&[o], self.robot().max_opening());
+        let places = if at == TABLE {
+            let free = self.free_places(o, object.shape.outer_radius());
+            free.into_iter().map(|(x, y)| Vector3::new(x, y, 0.0)).collect()
+        } else {
+            self.places_on(object, at).map_err(no)?
+        };
+        // A vessel is solid to the planner; what goes into it comes straight down, the hand above its rim.
+        let into = self.cell.scene.object(at).and_then(scene::Object::inside);
+        let into = into.filter(|inside| support::fits(object, inside));
+        let around: &[&str] = if into.is_some() { &[at] } else { &[] };
+        let world = self.obstacles(around, self.state.opening);
+        let empty = self.obstacles(&[&[o], around].concat(), self.robot().max_opening());
         let object_from_tool = tool_from_object.inverse();
         let ahead = object_from_tool.axis(2);
         let mut dropped = Dropped::new();
         let mut ways = Vec::new();
-        'looking: for (x, y) in self.free_places(o, object.shape.outer_radius()) {
+        'looking: for place in places {
+            let (x, y) = (place.x, place.y);
             let heading = y.atan2(x);
-            for turn in [0.0, 0.35, -0.35, 0.7, -0.7] {
+            for turn in TURNS {
                 let yaw = heading + turn - ahead.y.atan2(ahead.x);
-                let stands: Pose<frame::World, Object> = Pose::upright(x, y, DROP, yaw);
+                let stands: Pose<frame::World, Object> = Pose::upright(x, y, place.z + DROP, yaw);
                 let down = stands * object_from_tool;
-                let up = Vector3::z() * ABOVE;
-                let work = REACHING + TRACKING * 36 + world.cost() * 36;
+                if let Some(inside) = into
+                    && down.origin().z < place.z + inside.height() + HAND
+                {
+                    *dropped.blocked.entry(format!("the hand with {at}")).or_default() += 1;
+                    continue;
+                }
+                let above = into.map_or(0.0, |inside| inside.height()) + ABOVE;
+                let up = Vector3::z() * above;
+                let poses = ((above + BACK) / STRAIGHT_STEP).round() as u64;
+                let work = REACHING + TRACKING * poses + world.cost() * poses;
                 if !self.goes_on(work, ways.len()).map_err(no)? {
                     break 'looking;
                 }
@@ -75,9 +150,10 @@ impl Planner {
                 let back = -down.axis(2) * BACK;
                 let Ok(way_out) = self.track(&q_down, &straight(&down, back)) else { continue };
                 // The object itself may come close to the table at the very end of the way down.
-                let high = &way_down[..way_down.len().saturating_sub(4)];
+                let high = &way_down[..way_down.len().saturating_sub(MEANT)];
                 if Self::clear(&world, high, &mut dropped).is_none()
-                    || Self::clear(&empty, &way_out[4.min(way_out.len())..], &mut dropped).is_none()
+                    || Self::clear(&empty, &way_out[MEANT.min(way_out.len())..], &mut dropped)
+                        .is_none()
                 {
                     continue;
                 }
@@ -85,7 +161,7 @@ impl Planner {
                     dropped.out_of_reach(0.0);
                     continue;
                 }
-                let cost = distance(&way_down[0], &self.q) + 0.5 * turn.abs();
+                let cost = TRAVEL_COST * distance(&way_down[0], &self.q) + TURN_COST * turn.abs();
                 ways.push(Placement {
                     object: o.to_owned(),
                     above: way_down[0].clone(),
@@ -96,7 +172,7 @@ impl Planner {
                 });
                 break;
             }
-            if ways.len() >= 6 {
+            if ways.len() >= ENOUGH {
                 break;
             }
         }
@@ -107,25 +183,80 @@ impl Planner {
         Ok(ways)
     }
 
+    /// Returns places on, or in, a thing where nothing else stands, nearest to its middle first, m.
+    fn places_on(&self, o: &scene::Object, at: &str) -> Result<Vec<Vector3<f64>>, Why> {
+        let scene = &self.cell.scene;
+        let unseen = || Why::NotSeen(at.to_owned());
+        let bears = scene.object(at).filter(|bears| bears.name != o.name).ok_or_else(unseen)?;
+        let pose = self.state.object(at).and_then(|known| known.world_from_object);
+        let pose = pose.ok_or_else(unseen)?;
+        let radius = o.shape.outer_radius();
+        let half = match bears.shape {
+            Shape::Cuboid { size } => [0.5 * size.x, 0.5 * size.y],
+            Shape::Cylinder { radius, .. } => [radius * FRAC_1_SQRT_2; 2],
+        };
+        let spread = half.map(|half| (half - radius).max(0.0));
+        let steps = spread.map(|spread| (spread / GRID).floor() as i32);
+        // On what is hardly larger than the thing the middle is safest; a larger one is filled from its far end.
+        let is_wide = spread.iter().any(|spread| *spread >= radius);
+        let base = scene.world_from_base.origin();
+        let mut places = Vec::new();
+        let mut taken: Option<String> = None;
+        for ix in -steps[0]..=steps[0] {
+            for iy in -steps[1]..=steps[1] {
+                let (dx, dy) = (GRID * f64::from(ix), GRID * f64::from(iy));
+                let spot = (pose * Point::<Object>::from(Vector3::new(dx, dy, 0.0))).coords();
+                let from_above = Pose::upright(spot.x, spot.y, FAR_ABOVE, 0.0);
+                let below = support::below(scene, &self.state.objects, o, &from_above);
+                if below.name.as_deref() != Some(at) {
+                    taken = taken.or(below.name);
+                    continue;
+                }
+                let beside =
+                    scene.objects.iter().filter(|other| other.name != o.name && other.name != at);
+                let blocked = beside.clone().find(|other| {
+                    let known = self.state.object(&other.name).and_then(|s| s.world_from_object);
+                    known.is_some_and(|known| {
+                        let near = (known.origin().xy() - spot.xy()).norm();
+                        let is_level = known.origin().z + other.shape.height() > below.height;
+                        is_level && near < other.shape.outer_radius() + radius
+                    })
+                });
+                if let Some(other) = blocked {
+                    taken = taken.or(Some(other.name.clone()));
+                    continue;
+                }
+                let far = (spot - base).xy().norm();
+                let rank = if is_wide { -far } else { dx.hypot(dy) };
+                places.push((rank, Vector3::new(spot.x, spot.y, below.height)));
+            }
+        }
+        if places.is_empty() {
+            let by = taken.unwrap_or_else(|| at.to_owned());
+            return Err(Why::Blocked { tried: 0, by });
+        }
+        places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(places.into_iter().map(|(_, place)| place).collect())
+    }
+
     /// Returns places on the table that nothing stands near, nearest to the hand first.
     fn free_places(&self, o: &str, radius: f64) -> Vec<(f64, f64)> {
         let scene = &self.cell.scene;
         let hand = self.state.world_from_tool.origin();
         let base = scene.world_from_base.origin();
         let mut places = Vec::new();
-        for ix in 0..24 {
-            for iy in 0..33 {
-                let (x, y) = (0.25 + 0.025 * f64::from(ix), -0.40 + 0.025 * f64::from(iy));
+        for ix in 0..PLACES.0 {
+            for iy in 0..PLACES.1 {
+                let (x, y) = (FROM.0 + GRID * f64::from(ix), FROM.1 + GRID * f64::from(iy));
                 let reach = (x - base.x).hypot(y - base.y);
-                // Where a level grasp low over the table is comfortable for the arm, m.
-                if !(0.50..0.72).contains(&reach) || !scene.table.holds(x, y, radius + 0.02) {
+                if !COMFORTABLE.contains(&reach) || !scene.table.holds(x, y, radius + FROM_EDGE) {
                     continue;
                 }
                 let free = scene.objects.iter().filter(|other| other.name != o).all(|other| {
                     let known = self.state.object(&other.name).and_then(|s| s.world_from_object);
                     known.is_none_or(|pose| {
                         let gap = (pose.origin().x - x).hypot(pose.origin().y - y);
-                        gap > other.shape.outer_radius() + radius + 0.06
+                        gap > other.shape.outer_radius() + radius + BETWEEN
                     })
                 });
                 if free {

@@ -10,15 +10,52 @@ use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 use crate::world::frame::{self, Tool, World};
 use crate::world::{Object, Pose, Shape};
 
+use super::super::wording;
 use super::grasp::distance;
 use super::{Dropped, NoWay, Planner, REACHING, TRACKING, Why, brim};
 
-/// How far the jar is turned: past level, so that the last film runs out, rad.
+/// How far the jar is turned: past level, so that the last film runs out, rad. The twin's water is out of a jar at 92
+/// to 100 deg, a weir model leaves a tenth of it at 100 deg and 10 deg/s (compared before this file was written).
+/// Chosen beyond that: at half of it nearly nothing is poured, at 100 deg the film stays, and at twice it the vessel
+/// would be led past upside down.
 const TURN: f64 = 115.0 * PI / 180.0;
-/// One joint position every so many rad of the turn.
+/// One joint position every so many rad of the turn. A tool that holds a jar at 0.6 of its 14 cm is 65 mm from
+/// the lip and moves 2.3 mm between two of them. [`Pour::share_holding`] interpolates what a vessel holds linearly: in
+/// that jar it is wrong by 0.1 mL at most (`V'' step² / 8`), with twice as much by 0.4 mL, half of the smallest sip;
+/// with half of it a way costs twice as much to find and to check.
 const STEP: f64 = 2.0 * PI / 180.0;
-/// As many ways are kept.
+/// As many ways are kept. Chosen: a run rehearses four candidates (`CANDIDATES` in `workcell::attempt`). With half as
+/// many there is none left for another attempt, with twice as many the timing of ways that nobody rehearses costs as
+/// much again.
 const KEPT: usize = 8;
+/// Twice as many are looked for: the limits refuse some when they are timed. Chosen: with one time as many, fewer than
+/// [`KEPT`] would be left when one is refused; four times as many cost as much again and are hardly ever needed.
+const SOUGHT: usize = 2 * KEPT;
+/// The hand's headings relative to the direction from the base to the cup: so many, a 36th of a turn apart, up to 60
+/// deg to either side. Chosen: twice as far aside the hand would point back to the base, where it does not reach;
+/// half as far one thing beside the cup may hide all. Half as far apart the search costs twice as much and neighbours
+/// touch the same things.
+const HEADINGS: i32 = 13;
+const HEADINGS_ROUND: f64 = 36.0;
+/// How far before the middle of the cup the lip is, m. The lip is clearance and height of the source above the rim:
+/// 19 cm for the jar and 5 cm of room, 0.20 s of fall, in which water that leaves with 0.15 or 0.23 m/s comes so far.
+/// Chosen: with half of it a stream of 0.46 m/s lands past the far wall of a cup of 80 mm radius (now 0.61 m/s), with
+/// twice as much what drips slowly falls before its near wall.
+const BEFORE_MIDDLE: [f64; 2] = [0.030, 0.045];
+/// So many joint positions with the lip in place are tried, nearest first. Chosen: half of a grasp's, since a turn of
+/// 58 poses is followed from each and not a line of 22. With half of it the branch that can turn so far may be
+/// missed, with twice as much a lip costs more than the next one, which may be easier.
+const BRANCHES: usize = 12;
+/// What each rad that the joint that turns most has to go costs, 1/rad: the unit of the sum, which has no dimension.
+const TRAVEL_COST: f64 = 1.0;
+/// What a rad of the hand's heading beside the direction to the cup costs, 1/rad. Chosen: as much as travel, since
+/// joint 1 turns by as much. With half of it a hand aside is taken for a slightly shorter way, with twice as much a way
+/// of 60 deg more for a hand that is 30 deg nearer to ahead.
+const HEADING_COST: f64 = 1.0;
+/// What a metre of [`BEFORE_MIDDLE`] costs, 1/m. Chosen: the two places differ by 0.015, which only decides between
+/// ways that are equal otherwise. Half or twice as much decide otherwise only between ways whose sums are within
+/// 0.03.
+const BEFORE_COST: f64 = 1.0;
 
 /// One way to pour.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,7 +99,7 @@ impl Planner {
     ///
     /// [`NoWay`] when the hand is empty, a place is unknown, or no way is reachable and free.
     pub fn pours(&self, source: &str, target: &str, clearance: f64) -> Result<Vec<Pour>, NoWay> {
-        let what = format!("to pour from `{source}` into `{target}`");
+        let what = wording::to_pour(source, target);
         let no = |why| NoWay { what: what.clone(), why };
         let (held, tool_from_object) = self.in_hand().ok_or_else(|| no(Why::EmptyHand))?;
         if held != source {
@@ -81,14 +118,15 @@ impl Planner {
         let away = cup.origin().y.atan2(cup.origin().x);
         let object_from_tool = tool_from_object.inverse();
         // The hand's heading relative to the direction from the base to the cup, small turns first.
-        'looking: for i in 0..13_i32 {
-            let turn = f64::from((i + 1) / 2) * (if i % 2 == 0 { 1.0 } else { -1.0 }) * TAU / 36.0;
+        'looking: for i in 0..HEADINGS {
+            let turn = f64::from((i + 1) / 2) * (if i % 2 == 0 { 1.0 } else { -1.0 }) * TAU
+                / HEADINGS_ROUND;
             let heading = away + turn;
             for side in [1.0, -1.0] {
                 // The jar leans to the hand's left or right: it turns about the hand's own axis.
                 let axis = Vector3::new(heading.cos(), heading.sin(), 0.0) * side;
                 let lean = axis.cross(&Vector3::z());
-                for back in [0.030, 0.045] {
+                for back in BEFORE_MIDDLE {
                     let lip = cup.origin() - lean * back
                         + Vector3::z()
                             * (target_shape.height() + clearance + source_shape.height());
@@ -111,7 +149,7 @@ impl Planner {
                             continue;
                         }
                     };
-                    for start in solutions.iter().take(12) {
+                    for start in solutions.iter().take(BRANCHES) {
                         let work = (TRACKING + world.cost()) * poses.len() as u64;
                         if !self.goes_on(work, ways.len()).map_err(no)? {
                             break 'looking;
@@ -127,7 +165,9 @@ impl Planner {
                         let Some(clearance) = Self::clear(&world, &path, &mut dropped) else {
                             continue;
                         };
-                        let cost = distance(start, &self.q) + turn.abs() + back;
+                        let cost = TRAVEL_COST * distance(start, &self.q)
+                            + HEADING_COST * turn.abs()
+                            + BEFORE_COST * back;
                         ways.push(Pour {
                             source: source.to_owned(),
                             target: target.to_owned(),
@@ -143,7 +183,7 @@ impl Planner {
                     }
                 }
             }
-            if ways.len() >= 2 * KEPT {
+            if ways.len() >= SOUGHT {
                 break;
             }
         }

@@ -5,6 +5,7 @@
 //! are collected; recursion is one of them, since a graph that never ends cannot be planned.
 
 mod condition;
+mod error;
 mod steps;
 mod text_of;
 
@@ -17,6 +18,7 @@ use super::{
 use crate::language::ast::{Arg, Call, Conditions, Expr, Hold, Name, Param, Span};
 use crate::language::bind::{self, Scope};
 use crate::language::text;
+use error::Obstacle;
 
 /// More nodes than a person could follow, and far fewer than memory holds: loops inside loops.
 const MOST_NODES: usize = 20_000;
@@ -114,16 +116,14 @@ struct Builder<'d> {
 }
 
 impl Builder<'_> {
-    fn problem(
-        &mut self,
-        code: &'static str,
-        message: impl Into<String>,
-        span: Span,
-        within: &str,
-        help: Option<String>,
-    ) {
-        let (message, within) = (message.into(), within.to_owned());
-        self.problems.push(Problem { code, message, span, within, help });
+    fn problem(&mut self, what: &Obstacle, span: Span, within: &str) {
+        self.problems.push(Problem {
+            code: what.code(),
+            message: what.to_string(),
+            span,
+            within: within.to_owned(),
+            help: what.help(),
+        });
     }
 
     /// Makes a node below `place` with `segment` at the end of its path, still without content.
@@ -166,25 +166,13 @@ impl Builder<'_> {
 
     fn is_full(&mut self, span: Span, within: &str) -> bool {
         if self.stack.len() >= DEEPEST {
-            self.problem(
-                "graph::too_large",
-                format!("tasks call each other more than {DEEPEST} deep"),
-                span,
-                within,
-                Some("let a task call what it does, and not the next one".into()),
-            );
+            self.problem(&Obstacle::TooDeep { most: DEEPEST }, span, within);
             return true;
         }
         if self.nodes.len() < MOST_NODES {
             return false;
         }
-        self.problem(
-            "graph::too_large",
-            format!("this task unrolls to more than {MOST_NODES} nodes"),
-            span,
-            within,
-            Some("repeat fewer times, or nest fewer loops".into()),
-        );
+        self.problem(&Obstacle::TooLarge { most: MOST_NODES }, span, within);
         true
     }
 
@@ -206,26 +194,16 @@ impl Builder<'_> {
             (Some(task), _) => (&task.params, "task"),
             (None, Some(action)) => (&action.params, "action"),
             (None, None) => {
-                self.problem(
-                    "graph::unknown",
-                    format!("nothing called `{name}` can be done"),
-                    call.name.span,
-                    &place.within,
-                    Some("a step is a call of a task or an action".into()),
-                );
+                let unknown = Obstacle::Unknown { name: name.clone() };
+                self.problem(&unknown, call.name.span, &place.within);
                 return None;
             }
         };
         if self.stack.iter().any(|running| running == name) {
             let mut ring = self.stack.clone();
             ring.push(name.clone());
-            self.problem(
-                "graph::recursion",
-                format!("`{name}` calls itself: {}", ring.join(" → ")),
-                call.span,
-                &place.within,
-                Some("use `repeat upto n times { … }`".into()),
-            );
+            let recursion = Obstacle::Recursion { name: name.clone(), ring };
+            self.problem(&recursion, call.span, &place.within);
             return None;
         }
         if let Some(file) = definitions.file_of(name) {
@@ -235,7 +213,7 @@ impl Builder<'_> {
         let mut bound = match bind::arguments(&format!("{kind} `{name}`"), params, call) {
             Ok(bound) => bound,
             Err(bind::Misfit { message, span, help }) => {
-                self.problem("graph::arguments", message, span, &place.within, help);
+                self.problem(&Obstacle::Arguments { message, help }, span, &place.within);
                 return None;
             }
         };
@@ -270,13 +248,9 @@ impl Builder<'_> {
             }
         }
         if pinned.is_empty() {
-            let message = format!("`{}` has no branch `{}`", call.name.text, branch.text);
-            let help = if known.is_empty() {
-                "there is nothing to choose in it".to_owned()
-            } else {
-                format!("branches in it: {}", known.join(", "))
-            };
-            self.problem("graph::via", message, branch.span, &place.within, Some(help));
+            let (call, span) = (call.name.text.clone(), branch.span);
+            let missing = Obstacle::NoBranch { call, branch: branch.text.clone(), known };
+            self.problem(&missing, span, &place.within);
         }
     }
 

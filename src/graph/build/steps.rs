@@ -1,5 +1,6 @@
 //! The forms a step can take, each as nodes.
 
+use super::error::{BadPriors, Obstacle};
 use super::{Builder, Place, Request, holding};
 use crate::graph::{
     And, Branch, Decides, Does, Form, Holding, NodeId, NodeKind, Or, Pause, Relation, Role,
@@ -75,13 +76,7 @@ impl Builder<'_> {
             }
             // A breakpoint marks the step that follows it: see `sequence`.
             Step::Break(_) => {}
-            Step::Bad(span) => self.problem(
-                "graph::unreadable",
-                "this step could not be read",
-                *span,
-                &place.within,
-                Some("mend what `check` says about it first".into()),
-            ),
+            Step::Bad(span) => self.problem(&Obstacle::Unreadable, *span, &place.within),
         }
     }
 
@@ -114,7 +109,7 @@ impl Builder<'_> {
         let priors = match priors(&written) {
             Ok(priors) => priors,
             Err(why) => {
-                self.problem("graph::prior", why, either.span, &place.within, None);
+                self.problem(&why.into(), either.span, &place.within);
                 return None;
             }
         };
@@ -175,14 +170,7 @@ impl Builder<'_> {
 
     fn repeat(&mut self, repeat: &Repeat, scope: &Scope, place: &Place) -> Option<NodeId> {
         if repeat.times == 0 {
-            let help = Some("say how often it may be done at most".into());
-            self.problem(
-                "graph::repeat",
-                "this is repeated 0 times",
-                repeat.span,
-                &place.within,
-                help,
-            );
+            self.problem(&Obstacle::NoRound, repeat.span, &place.within);
             return None;
         }
         let until = repeat.until.as_ref().map(|until| bind::fill(until, scope));
@@ -272,13 +260,9 @@ impl Builder<'_> {
             let mut find = |name: &ast::Name| {
                 let found = labels.iter().find(|(label, _)| *label == name.text).map(|(_, id)| *id);
                 if found.is_none() {
-                    let all: Vec<&str> = labels.iter().map(|(label, _)| label.as_str()).collect();
-                    let help = match all.as_slice() {
-                        [] => format!("label a step: `… as {}`", name.text),
-                        all => format!("steps labelled here: {}", all.join(", ")),
-                    };
-                    let message = format!("no step here is labelled `{}`", name.text);
-                    self.problem("graph::label", message, name.span, &place.within, Some(help));
+                    let known = labels.iter().map(|(label, _)| label.clone()).collect();
+                    let missing = Obstacle::NoLabel { label: name.text.clone(), known };
+                    self.problem(&missing, name.span, &place.within);
                 }
                 found
             };
@@ -399,19 +383,17 @@ impl Terminal {
 }
 
 /// Makes probabilities of the priors as written: what is missing shares the rest, then all add up to 1.
-fn priors(written: &[Option<f64>]) -> Result<Vec<f64>, String> {
+fn priors(written: &[Option<f64>]) -> Result<Vec<f64>, BadPriors> {
     if let Some(bad) = written.iter().flatten().find(|p| !(p.is_finite() && **p >= 0.0)) {
-        return Err(format!("a prior is a number from 0 to 1, not {bad}"));
+        return Err(BadPriors::NoShare(*bad));
     }
     let given: f64 = written.iter().flatten().sum();
     let open = written.iter().filter(|p| p.is_none()).count();
     if open > 0 && given >= 1.0 {
-        return Err(format!(
-            "the priors written here add up to {given}, so the others would never be taken"
-        ));
+        return Err(BadPriors::NothingLeft(given));
     }
     if open == 0 && given <= 0.0 {
-        return Err("every prior here is 0".into());
+        return Err(BadPriors::AllZero);
     }
     let rest = (1.0 - given).max(0.0);
     let total = if open > 0 { 1.0 } else { given };

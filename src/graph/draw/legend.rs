@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::super::Role;
 use super::layout::{SMALL, width_of};
-use super::{Picture, TIME, escaped, stroke};
+use super::{Picture, TIME, escaped, stroke, wording};
 
 impl Picture<'_> {
     pub(super) fn legend(&mut self) {
@@ -44,30 +44,26 @@ impl Picture<'_> {
             }
         };
         let out = &mut self.out;
-        item(
-            out,
-            &swatch("rx=\"6\" fill=\"#cfe2f3\" stroke=\"#2f5f8f\""),
-            "And: all of it, top to bottom",
-        );
+        item(out, &swatch("rx=\"6\" fill=\"#cfe2f3\" stroke=\"#2f5f8f\""), wording::AND);
         let diamond = move |x: f64| {
             format!(
                 "<path d=\"M{x:.1} {y:.1} l8 -8 h12 l8 8 l-8 8 h-12 z\" fill=\"#fff3cf\" stroke=\"#a67c00\" \
                  stroke-dasharray=\"5 3\"/>\n"
             )
         };
-        item(out, &diamond, "Or: one of them (prior · worked)");
-        item(out, &swatch("fill=\"#fff\" stroke=\"#333\""), "action");
-        item(out, &swatch("fill=\"#eaf4fb\" stroke=\"#0063a0\""), "check");
+        item(out, &diamond, wording::OR);
+        item(out, &swatch("fill=\"#fff\" stroke=\"#333\""), wording::ACTION);
+        item(out, &swatch("fill=\"#eaf4fb\" stroke=\"#0063a0\""), wording::CHECK);
         let recovery =
             swatch("rx=\"6\" fill=\"#f7dcdc\" stroke=\"#a04040\" stroke-dasharray=\"5 3\"");
-        item(out, &recovery, "on failure");
+        item(out, &recovery, wording::RECOVERY);
         let oval = move |x: f64| {
             let cx = x + 14.0;
             format!(
                 "<ellipse cx=\"{cx:.1}\" cy=\"{y:.1}\" rx=\"14\" ry=\"8\" fill=\"#e9f5e4\" stroke=\"#5c8a5c\"/>\n"
             )
         };
-        item(out, &oval, "fluent (double: between objects)");
+        item(out, &oval, wording::FLUENT);
         for role in [Role::Needs, Role::Keeps, Role::Gives, Role::Checks, Role::Until] {
             item(out, &line(role), role.word());
         }
@@ -77,6 +73,6 @@ impl Picture<'_> {
                 x + 28.0
             )
         };
-        item(out, &time, "then");
+        item(out, &time, wording::TIME);
     }
 }

@@ -6,6 +6,7 @@
 
 mod layout;
 mod legend;
+mod wording;
 
 use std::fmt::Write as _;
 

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::super::{Error, Graph, NodeId, NodeKind, Relation, Role};
+use super::error::Unread;
 use super::kind;
 use crate::language::text;
 
@@ -156,10 +157,11 @@ impl Sketch {
         for (i, line) in dot.lines().enumerate() {
             let line = line.trim().trim_end_matches(';');
             let Some((head, attributes)) = line.split_once('[') else { continue };
-            let wrong = |what: &str| Error::Exchange(format!("line {}: {what}", i + 1));
+            let at = i + 1;
             let attributes =
-                attributes.strip_suffix(']').ok_or_else(|| wrong("`[` is not closed"))?;
-            let attributes = read_attributes(attributes).ok_or_else(|| wrong("not attributes"))?;
+                attributes.strip_suffix(']').ok_or(Error::Exchange(Unread::OpenBracket(at)))?;
+            let attributes =
+                read_attributes(attributes).ok_or(Error::Exchange(Unread::Attributes(at)))?;
             let get = |name: &str| attributes.get(name).cloned().unwrap_or_default();
             let head = head.trim();
             if let Some((from, to)) = head.split_once("->") {
@@ -173,8 +175,8 @@ impl Sketch {
         }
         for (from, to, attributes) in edges {
             let end = |name: &str| {
-                let words = || Error::Exchange(format!("an edge names `{name}`, which is no node"));
-                ids.get(name).cloned().ok_or_else(words)
+                let lost = || Error::Exchange(Unread::NoNode { id: name.to_owned() });
+                ids.get(name).cloned().ok_or_else(lost)
             };
             let get = |name: &str| attributes.get(name).cloned().unwrap_or_default();
             sketch.edges.push(SketchEdge {

@@ -5,9 +5,11 @@
 //! parts of their conditions.
 
 pub mod dot;
+mod error;
 pub mod pcfg;
 mod read;
 pub mod task;
+mod wording;
 mod words;
 
 use std::collections::BTreeMap;
@@ -15,11 +17,13 @@ use std::collections::BTreeMap;
 use serde_json::{Map, Value, json};
 
 use super::{
-    And, Branch, Decides, Does, Form, Graph, Node, NodeId, NodeKind, Outcomes, Priors, Relation,
+    And, Branch, Causes, Decides, Does, Form, Graph, Holding, Node, NodeId, NodeKind, Or, Outcomes,
+    Priors, Relation, Terminal,
 };
 use crate::language::ast::Param;
 use crate::language::{assist, text};
 pub use dot::to_dot;
+pub use error::{Oddity, Unread, Unsaid};
 pub use pcfg::to_pcfg;
 pub use read::from_json;
 pub use task::to_task;
@@ -87,108 +91,121 @@ fn plain(share: f64) -> f64 {
     (share * 1e12).round() / 1e12
 }
 
+/// A node's entries.
+#[derive(Default)]
+struct Entries(Map<String, Value>);
+
+impl Entries {
+    fn put(&mut self, key: &str, entry: Value) {
+        self.0.insert(key.to_owned(), entry);
+    }
+
+    /// Conditions as texts; a list of none is left out.
+    fn put_conditions(&mut self, causes: &Causes, holding: &Holding) {
+        let words = [
+            ("needs", &causes.needs),
+            ("keeps", &causes.keeps),
+            ("gives", &causes.gives),
+            ("while", &holding.whiles),
+            ("until", &holding.untils),
+        ];
+        for (word, all) in words.into_iter().filter(|(_, all)| !all.is_empty()) {
+            self.put(word, json!(all.iter().map(text::expr).collect::<Vec<_>>()));
+        }
+    }
+}
+
 fn node_json(graph: &Graph, node: &Node, learnt: &Learnt<'_>) -> Value {
-    let mut value = Map::new();
-    let mut put = |key: &str, entry: Value| value.insert(key.to_owned(), entry);
-    put("id", json!(node.path));
-    put("ao", json!(kind(node)));
-    put("stc", json!("T"));
-    put("label", json!(node.label));
-    put("within", json!(node.within));
-    put("key", json!(node.key));
+    let mut entries = Entries::default();
+    entries.put("id", json!(node.path));
+    entries.put("ao", json!(kind(node)));
+    entries.put("stc", json!("T"));
+    entries.put("label", json!(node.label));
+    entries.put("within", json!(node.within));
+    entries.put("key", json!(node.key));
     if let Some(pause) = &node.pause {
-        put("pause", json!({ "when": pause.when.as_ref().map(text::expr) }));
+        entries.put("pause", json!({ "when": pause.when.as_ref().map(text::expr) }));
     }
     let file = graph.files.get(&node.within).or_else(|| graph.files.get(&node.key));
-    put("span", json!([file.unwrap_or(&node.within), node.span.from, node.span.to]));
+    entries.put("span", json!([file.unwrap_or(&node.within), node.span.from, node.span.to]));
     if let Some((or, branch)) = branch_above(graph, node) {
-        put("branch", json!(branch.name));
-        if or.decides.is_free() {
-            if !branch.was.is_empty() {
-                put("was", json!(branch.was));
-            }
-            let i = or.branches.iter().position(|b| b.node == node.id).unwrap_or(0);
-            let prior = learnt.priors.map_or(branch.prior, |priors| priors.of(or)[i]);
-            put("text", json!(super::outcome::fingerprint(branch.text)));
-            put("p", json!(prior));
-            put("prior", json!({"count": count(prior), "of": 10}));
-            if let Some(outcomes) = learnt.outcomes {
-                let pair = |domain| {
-                    let counts = outcomes.of(branch, domain);
-                    json!([counts.worked, counts.failed])
-                };
-                put("success", json!({"real": pair("real"), "twin": pair("twin")}));
-            }
-        }
-        if let Some(guard) = &branch.guard {
-            put("guard", json!(text::expr(guard)));
-        }
+        put_branch(&mut entries, or, branch, learnt);
     }
-    let mut conditions = |words: &[(&str, &Vec<crate::language::ast::Expr>)]| {
-        for (word, all) in words.iter().filter(|(_, all)| !all.is_empty()) {
-            put(word, json!(all.iter().map(text::expr).collect::<Vec<_>>()));
-        }
-    };
     match &node.kind {
-        NodeKind::And(And { form, causes, holding, limit, .. }) => {
-            conditions(&[
-                ("needs", &causes.needs),
-                ("keeps", &causes.keeps),
-                ("gives", &causes.gives),
-                ("while", &holding.whiles),
-                ("until", &holding.untils),
-            ]);
-            put("form", json!(form_word(form)));
-            if let Form::Task(call) = form {
-                put("call", json!(text::call(call)));
-            }
-            if let Form::Recovery { of, remedy } = form {
-                put("of", json!(of.as_ref().map(text::call)));
-                put("remedy", json!(remedy.as_ref().map(text::remedy)));
-            }
-            if let Some(limit) = limit {
-                put("limit_s", json!(limit));
-            }
-        }
+        NodeKind::And(and) => put_and(&mut entries, and),
         NodeKind::Or(or) => {
-            put("decides", json!(decides_word(&or.decides)));
+            entries.put("decides", json!(decides_word(&or.decides)));
             if let Some(via) = or.via {
-                put("via", json!(or.branches[via].name));
+                entries.put("via", json!(or.branches[via].name));
             }
         }
-        NodeKind::Terminal(terminal) => {
-            conditions(&[
-                ("needs", &terminal.causes.needs),
-                ("keeps", &terminal.causes.keeps),
-                ("gives", &terminal.causes.gives),
-                ("while", &terminal.holding.whiles),
-                ("until", &terminal.holding.untils),
-            ]);
-            match &terminal.does {
-                Does::Action { name, args } => {
-                    let order: Vec<&str> = args.iter().map(|a| a.name.as_str()).collect();
-                    put("parameters", json!(order));
-                    let args: Map<String, Value> =
-                        args.iter().map(|a| (a.name.clone(), json!(a.text))).collect();
-                    put("action", json!(name));
-                    put("args", Value::Object(args));
-                }
-                Does::Check(what) => {
-                    put("check", json!(text::expr(what)));
-                }
-                Does::Let { name, value } => {
-                    put("let", json!({"name": name, "value": text::expr(value)}));
-                }
-            }
-            if let Some(script) = &terminal.script {
-                put("script", json!(script));
-            }
-            if let Some(limit) = terminal.limit {
-                put("limit_s", json!(limit));
-            }
+        NodeKind::Terminal(terminal) => put_terminal(&mut entries, terminal),
+    }
+    Value::Object(entries.0)
+}
+
+/// What the choice above says of the branch that a node is.
+fn put_branch(entries: &mut Entries, or: &Or, branch: &Branch, learnt: &Learnt<'_>) {
+    entries.put("branch", json!(branch.name));
+    if or.decides.is_free() {
+        if !branch.was.is_empty() {
+            entries.put("was", json!(branch.was));
+        }
+        let i = or.branches.iter().position(|b| b.node == branch.node).unwrap_or(0);
+        let prior = learnt.priors.map_or(branch.prior, |priors| priors.of(or)[i]);
+        entries.put("text", json!(super::outcome::fingerprint(branch.text)));
+        entries.put("p", json!(prior));
+        entries.put("prior", json!({"count": count(prior), "of": 10}));
+        if let Some(outcomes) = learnt.outcomes {
+            let pair = |domain| {
+                let counts = outcomes.of(branch, domain);
+                json!([counts.worked, counts.failed])
+            };
+            entries.put("success", json!({"real": pair("real"), "twin": pair("twin")}));
         }
     }
-    Value::Object(value)
+    if let Some(guard) = &branch.guard {
+        entries.put("guard", json!(text::expr(guard)));
+    }
+}
+
+fn put_and(entries: &mut Entries, and: &And) {
+    entries.put_conditions(&and.causes, &and.holding);
+    entries.put("form", json!(form_word(&and.form)));
+    if let Form::Task(call) = &and.form {
+        entries.put("call", json!(text::call(call)));
+    }
+    if let Form::Recovery { of, remedy } = &and.form {
+        entries.put("of", json!(of.as_ref().map(text::call)));
+        entries.put("remedy", json!(remedy.as_ref().map(text::remedy)));
+    }
+    if let Some(limit) = and.limit {
+        entries.put("limit_s", json!(limit));
+    }
+}
+
+fn put_terminal(entries: &mut Entries, terminal: &Terminal) {
+    entries.put_conditions(&terminal.causes, &terminal.holding);
+    match &terminal.does {
+        Does::Action { name, args } => {
+            let order: Vec<&str> = args.iter().map(|a| a.name.as_str()).collect();
+            entries.put("parameters", json!(order));
+            let args: Map<String, Value> =
+                args.iter().map(|a| (a.name.clone(), json!(a.text))).collect();
+            entries.put("action", json!(name));
+            entries.put("args", Value::Object(args));
+        }
+        Does::Check(what) => entries.put("check", json!(text::expr(what))),
+        Does::Let { name, value } => {
+            entries.put("let", json!({"name": name, "value": text::expr(value)}));
+        }
+    }
+    if let Some(script) = &terminal.script {
+        entries.put("script", json!(script));
+    }
+    if let Some(limit) = terminal.limit {
+        entries.put("limit_s", json!(limit));
+    }
 }
 
 fn relation_json(graph: &Graph, relation: &Relation) -> Value {
@@ -242,7 +259,7 @@ fn decides_word(decides: &Decides) -> String {
     }
 }
 
-fn branch_above<'g>(graph: &'g Graph, node: &Node) -> Option<(&'g super::Or, &'g Branch)> {
+fn branch_above<'g>(graph: &'g Graph, node: &Node) -> Option<(&'g Or, &'g Branch)> {
     let NodeKind::Or(or) = &graph.node(node.parent?).kind else { return None };
     Some((or, or.branches.iter().find(|branch| branch.node == node.id)?))
 }

@@ -15,7 +15,7 @@ use super::super::{And, Decides, Graph, Node, NodeId, NodeKind, Or};
 /// Returns the grammar, one rule a line.
 pub fn to_pcfg(graph: &Graph) -> String {
     let names = names(graph);
-    let mut text = format!("# actions of {}, each in quotes\n", graph.root().label);
+    let mut text = super::wording::grammar_of(&graph.root().label);
     let mut open = vec![graph.root()];
     let mut done = BTreeSet::new();
     while let Some(node) = open.pop() {

@@ -15,6 +15,7 @@ use super::super::{
     NodeId, NodeKind, Or, Pause, Relation, Signatures, Terminal,
 };
 use super::VERSION;
+use super::error::Unread;
 use super::words::{allen, call, decides, expr, remedy, role, signatures};
 use crate::language::ast::{Expr, Span};
 
@@ -25,7 +26,7 @@ use crate::language::ast::{Expr, Span};
 /// [`Error::Exchange`] with what is missing or cannot be read, and where.
 pub fn from_json(value: &Value) -> Result<Graph, Error> {
     if value["format"] != "stc-aog" || value["version"] != VERSION {
-        return Err(wrong("it is not a graph of `stc-aog`, version 1"));
+        return Err(wrong(Unread::Format));
     }
     let all = list(value, "nodes")?;
     let (fluents, tree): (Vec<&Value>, Vec<&Value>) = all.iter().partition(|n| n["stc"] == "F");
@@ -87,7 +88,7 @@ pub fn from_json(value: &Value) -> Result<Graph, Error> {
     let root = text(value, "root")?;
     let called = optional(value, "call")?;
     let call = call(called.unwrap_or(&format!("{root}()")))?;
-    let root = *ids.get(root).ok_or_else(|| wrong("the root is no node"))?;
+    let root = *ids.get(root).ok_or_else(|| wrong(Unread::Root))?;
     let fluents = fluents.into_iter().map(fluent).collect::<Result<Vec<_>, _>>()?;
     let mut relations = Vec::new();
     for edge in edges.iter().filter(|edge| edge.get("rel").is_some()) {
@@ -154,12 +155,14 @@ fn label(node: &Value) -> Result<String, Error> {
     Ok(path.rsplit(['/', '.']).next().unwrap_or(path).to_owned())
 }
 
-pub(super) fn wrong(what: impl Into<String>) -> Error {
-    Error::Exchange(what.into())
+fn wrong(what: Unread) -> Error {
+    Error::Exchange(what)
 }
 
 fn text<'v>(value: &'v Value, key: &str) -> Result<&'v str, Error> {
-    value[key].as_str().ok_or_else(|| wrong(format!("`{key}` is missing in {}", short(value))))
+    value[key]
+        .as_str()
+        .ok_or_else(|| wrong(Unread::Missing { key: key.to_owned(), part: short(value) }))
 }
 
 fn optional<'v>(value: &'v Value, key: &str) -> Result<Option<&'v str>, Error> {
@@ -171,7 +174,7 @@ fn optional<'v>(value: &'v Value, key: &str) -> Result<Option<&'v str>, Error> {
 
 fn list<'v>(value: &'v Value, key: &str) -> Result<&'v [Value], Error> {
     let list = value[key].as_array().map(Vec::as_slice);
-    list.ok_or_else(|| wrong(format!("`{key}` is no list in {}", short(value))))
+    list.ok_or_else(|| wrong(Unread::NoList { key: key.to_owned(), part: short(value) }))
 }
 
 /// What a message calls a part of the file.
@@ -183,7 +186,7 @@ fn short(value: &Value) -> String {
 
 fn end(ids: &BTreeMap<&str, NodeId>, edge: &Value, key: &str) -> Result<NodeId, Error> {
     let id = text(edge, key)?;
-    ids.get(id).copied().ok_or_else(|| wrong(format!("an edge names `{id}`, which is no node")))
+    ids.get(id).copied().ok_or_else(|| wrong(Unread::NoNode { id: id.to_owned() }))
 }
 
 fn kind(node: &Value, children: &[NodeId], tree: &[&Value]) -> Result<NodeKind, Error> {
@@ -221,7 +224,7 @@ fn kind(node: &Value, children: &[NodeId], tree: &[&Value]) -> Result<NodeKind, 
             script: optional(node, "script")?.map(str::to_owned),
             limit: node["limit_s"].as_f64(),
         }),
-        other => return Err(wrong(format!("a node is `and`, `or` or `leaf`, not `{other}`"))),
+        other => return Err(wrong(Unread::Kind(other.to_owned()))),
     })
 }
 
@@ -267,7 +270,7 @@ fn form(node: &Value) -> Result<Form, Error> {
             let remedy = optional(node, "remedy")?.map(remedy).transpose()?;
             Form::Recovery { of, remedy }
         }
-        other => return Err(wrong(format!("there is no form `{other}`"))),
+        other => return Err(wrong(Unread::Form(other.to_owned()))),
     })
 }
 
@@ -287,7 +290,7 @@ fn branch(node: &Value, id: NodeId) -> Result<Branch, Error> {
         key: String::new(),
         was: was.map(str::to_owned).collect(),
         text: u64::from_str_radix(fingerprint, 16)
-            .map_err(|_| wrong(format!("`{fingerprint}` is no fingerprint")))?,
+            .map_err(|_| wrong(Unread::Fingerprint(fingerprint.to_owned())))?,
         node: id,
     })
 }
@@ -367,7 +370,7 @@ fn relation(
     let fluent = |key: &str| {
         let id = text(edge, key)?;
         let at = fluents.iter().position(|fluent| fluent.id == id);
-        at.ok_or_else(|| wrong(format!("an edge names `{id}`, which is no fluent")))
+        at.ok_or_else(|| wrong(Unread::NoFluent { id: id.to_owned() }))
     };
     let rel = text(edge, "rel")?;
     let part = optional(edge, "stc")?.unwrap_or(match rel {
@@ -395,6 +398,6 @@ fn relation(
                 objects: objects.map(str::to_owned).collect(),
             }
         }
-        other => return Err(wrong(format!("there is no relation `{other}`"))),
+        other => return Err(wrong(Unread::Relation(other.to_owned()))),
     })
 }

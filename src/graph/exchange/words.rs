@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 
 use super::super::{Decides, Error, Role};
-use super::read::wrong;
+use super::error::Unread;
 use crate::language::ast::{Allen, Call, Expr, ExprKind, Item, Param, Remedy, Span, Step};
 use crate::language::parse;
 
@@ -16,7 +16,7 @@ pub(super) fn signatures(value: &Value, key: &str) -> Result<BTreeMap<String, Ve
         let (mut program, wrong_parts) = parse(&format!("fluent {said} = true"));
         match program.items.pop() {
             Some(Item::Fluent(item)) if wrong_parts.is_empty() => Ok((item.name.text, item.params)),
-            _ => Err(wrong(format!("`{said}` does not say what something takes"))),
+            _ => Err(Error::Exchange(Unread::Signature(said.to_owned()))),
         }
     });
     each.collect()
@@ -29,7 +29,7 @@ pub(super) fn decides(word: &str) -> Result<Decides, Error> {
         Some(("until", condition)) => Decides::Repetition(expr(condition)?),
         None if word == "choice" => Decides::Choice,
         None if word == "failure" => Decides::Recovery,
-        _ => return Err(wrong(format!("nothing decides by `{word}`"))),
+        _ => return Err(Error::Exchange(Unread::Decides(word.to_owned()))),
     })
 }
 
@@ -37,14 +37,14 @@ pub(super) fn allen(word: &str) -> Result<Allen, Error> {
     use Allen::{Before, During, Equals, Finishes, Meets, Overlaps, Starts};
     let all = [Before, Meets, Overlaps, Starts, During, Finishes, Equals];
     let found = all.into_iter().find(|relation| crate::language::text::allen(*relation) == word);
-    found.ok_or_else(|| wrong(format!("there is no relation in time `{word}`")))
+    found.ok_or_else(|| Error::Exchange(Unread::Allen(word.to_owned())))
 }
 
 pub(super) fn role(word: &str) -> Result<Role, Error> {
     use Role::{Checks, Gives, Guard, Keeps, Needs, Until};
     let all = [Needs, Keeps, Gives, Checks, Until, Guard];
     let found = all.into_iter().find(|role| role.word() == word);
-    found.ok_or_else(|| wrong(format!("there is no role `{word}`")))
+    found.ok_or_else(|| Error::Exchange(Unread::Role(word.to_owned())))
 }
 
 /// Reads a condition or a value as the language writes it.
@@ -56,7 +56,7 @@ pub(super) fn expr(said: &str) -> Result<Expr, Error> {
         {
             Ok(fluent.body)
         }
-        _ => Err(wrong(format!("`{said}` is no condition or value"))),
+        _ => Err(Error::Exchange(Unread::Expr(said.to_owned()))),
     }
 }
 
@@ -69,7 +69,7 @@ pub(super) fn call(said: &str) -> Result<Call, Error> {
             let name = crate::language::ast::Name { text: said.to_owned(), span: Span::default() };
             Ok(Call { name, args: Vec::new(), span: Span::default() })
         }
-        _ => Err(wrong(format!("`{said}` is no call"))),
+        _ => Err(Error::Exchange(Unread::Call(said.to_owned()))),
     }
 }
 
@@ -83,5 +83,5 @@ pub(super) fn remedy(said: &str) -> Result<Remedy, Error> {
         Some(Item::Task(mut task)) => task.recoveries.pop().and_then(|recovery| recovery.remedy),
         _ => None,
     }
-    .ok_or_else(|| wrong(format!("`{said}` is no remedy")))
+    .ok_or_else(|| Error::Exchange(Unread::Remedy(said.to_owned())))
 }

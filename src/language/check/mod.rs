@@ -4,6 +4,7 @@
 //! [`Ty::Any`], so that one mistake is told once. At most one near name is suggested.
 
 mod call;
+mod choice;
 mod expression;
 mod model;
 mod steps;

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::ast::{
-    Act, Allen, Block, Call, Hold, Name, Recovery, Span, Step, TaskItem, Text,
+    Act, Allen, Block, Call, Hold, Name, Recovery, Span, Step, TaskItem, Text, Together,
 };
 use super::super::builtins;
 use super::super::diagnostic::Diagnostic;
@@ -102,56 +102,7 @@ impl Checker<'_> {
             }
             Step::Sequence(steps, _) => steps.iter().for_each(|step| self.step(step, names)),
             Step::Block(block) => self.block(block, names),
-            Step::Either(either) => {
-                let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
-                for branch in &either.branches {
-                    if let Some(first) = seen.insert(&branch.name.text, branch.name.span) {
-                        self.tell(
-                            Diagnostic::error(
-                                "task::duplicate",
-                                branch.name.span,
-                                format!("two branches are called `{}`", branch.name.text),
-                                "the second one",
-                            )
-                            .label(first, "the first one")
-                            .help("learnt counts hang on the name, so each needs its own"),
-                        );
-                    }
-                    if branch.prior.is_some_and(|prior| !(0.0..=1.0).contains(&prior)) {
-                        self.tell(
-                            Diagnostic::error(
-                                "task::prior",
-                                branch.name.span,
-                                format!("the prior of `{}` is not a probability", branch.name.text),
-                                "of this branch",
-                            )
-                            .help("write a number from 0 to 1"),
-                        );
-                    }
-                    for was in &branch.was {
-                        let taken = either.branches.iter().any(|b| b.name.text == was.text);
-                        self.was(was, taken, "branch");
-                    }
-                    if let Some(when) = &branch.when {
-                        self.condition("when", when, names);
-                    }
-                    self.block(&branch.block, names);
-                }
-                let given: Vec<f64> = either.branches.iter().filter_map(|b| b.prior).collect();
-                let sum: f64 = given.iter().sum();
-                let wrong = sum > 1.001 || (given.len() == either.branches.len() && sum < 0.999);
-                if wrong {
-                    self.tell(
-                        Diagnostic::warning(
-                            "task::prior",
-                            either.span,
-                            format!("the priors of these branches add up to {sum:.2}, not to 1"),
-                            "they will be scaled",
-                        )
-                        .help("write priors that add up to 1"),
-                    );
-                }
-            }
+            Step::Either(either) => self.either(either, names),
             Step::If(step) => {
                 self.condition("if", &step.condition, names);
                 self.block(&step.then, names);
@@ -165,32 +116,7 @@ impl Checker<'_> {
                     self.condition("until", until, names);
                 }
             }
-            Step::Together(together) => {
-                let mut inside = names.clone();
-                together.steps.iter().for_each(|step| self.step(step, &mut inside));
-                self.labels(&together.steps);
-                let labels: Vec<&str> = together
-                    .steps
-                    .iter()
-                    .filter_map(|step| match step {
-                        Step::Act(act) => act.label.as_ref(),
-                        Step::Block(block) => block.label.as_ref(),
-                        _ => None,
-                    })
-                    .map(|name| name.text.as_str())
-                    .collect();
-                for timing in &together.timings {
-                    for name in [&timing.a, &timing.b] {
-                        if !labels.contains(&name.text.as_str()) {
-                            self.unknown(&name.text, name.span, "step labelled", &labels);
-                        }
-                    }
-                    if let Some(by) = timing.by {
-                        self.time("by", by.quantity, by.span);
-                        self.by_says_something(timing.relation, by.span);
-                    }
-                }
-            }
+            Step::Together(together) => self.together(together, names),
             Step::Check(expr, _) => self.condition("check", expr, names),
             Step::Let(name, expr, _) => {
                 let ty = self.expr(expr, names);
@@ -202,6 +128,34 @@ impl Checker<'_> {
                 }
             }
             Step::Bad(_) => {}
+        }
+    }
+
+    /// Checks steps that overlap in time: each by itself, their labels, and what `timing` says of them.
+    fn together(&mut self, together: &Together, names: &Names) {
+        let mut inside = names.clone();
+        together.steps.iter().for_each(|step| self.step(step, &mut inside));
+        self.labels(&together.steps);
+        let labels: Vec<&str> = together
+            .steps
+            .iter()
+            .filter_map(|step| match step {
+                Step::Act(act) => act.label.as_ref(),
+                Step::Block(block) => block.label.as_ref(),
+                _ => None,
+            })
+            .map(|name| name.text.as_str())
+            .collect();
+        for timing in &together.timings {
+            for name in [&timing.a, &timing.b] {
+                if !labels.contains(&name.text.as_str()) {
+                    self.unknown(&name.text, name.span, "step labelled", &labels);
+                }
+            }
+            if let Some(by) = timing.by {
+                self.time("by", by.quantity, by.span);
+                self.by_says_something(timing.relation, by.span);
+            }
         }
     }
 

@@ -1,5 +1,6 @@
 //! Reading a text with everything it imports.
 
+use std::fmt::Display;
 use std::sync::Arc;
 
 use super::super::ast::{Import, Item};
@@ -16,19 +17,19 @@ impl Library {
     ///
     /// A path is looked for beside the file that imports it. What cannot be read is told by
     /// [`Self::check`] where it is imported.
-    pub fn add_with(
+    pub fn add_with<E: Display>(
         &mut self,
         source: Source,
-        read: &dyn Fn(&str) -> Result<String, String>,
+        read: &dyn Fn(&str) -> Result<String, E>,
     ) -> usize {
         let mut open = vec![source.name.clone()];
         self.add_imports(source, read, &mut open)
     }
 
-    fn add_imports(
+    fn add_imports<E: Display>(
         &mut self,
         source: Source,
-        read: &dyn Fn(&str) -> Result<String, String>,
+        read: &dyn Fn(&str) -> Result<String, E>,
         open: &mut Vec<String>,
     ) -> usize {
         let mut wrong = Vec::new();
@@ -104,7 +105,7 @@ fn is_task_file(path: &str) -> bool {
     std::path::Path::new(path).extension().is_some_and(|extension| extension == "task")
 }
 
-fn missing_import(import: &Import, path: &str, why: &str) -> Diagnostic {
+fn missing_import(import: &Import, path: &str, why: &dyn Display) -> Diagnostic {
     Diagnostic::error(
         "task::import",
         import.path.span,

@@ -12,7 +12,7 @@ use super::super::diagnostic::Diagnostic;
 use super::brackets::Balanced;
 use super::explain::{explain, wrong_units};
 use super::expression::nothing;
-use super::{Pair, Place, Rule};
+use super::grammar::{Pair, Place, Rule};
 
 /// Builds the tree of one balanced piece and collects what is wrong in it.
 pub(super) struct Builder<'a> {
@@ -321,7 +321,7 @@ impl<'a> Builder<'a> {
                 Diagnostic::error(
                     "task::duplicate",
                     span,
-                    format!("`{what}` stands here twice"),
+                    format!("duplicate `{what}`"),
                     "the second one",
                 )
                 .help("keep one of them"),

@@ -9,40 +9,14 @@ use pest::error::{ErrorVariant, InputLocation};
 
 use super::super::ast::Span;
 use super::super::diagnostic::Diagnostic;
+use super::grammar::{Place, Rule, TaskParser};
 use super::habit::habit;
 use super::lexer::{Kind, Token, tokens};
-use super::{Place, Rule, TaskParser};
+use super::words::{
+    AFTER_NUMBER, ALLEN, CLAUSES, ENTRIES, ITEMS, MODEL, RESERVED, STEPS, ToOriginal, VIEWS,
+    nearest,
+};
 use crate::units::{UNITS, known_units, suggest_unit};
-
-/// Leads from bytes of the slice to bytes of the original.
-pub(super) type ToOriginal<'a> = dyn Fn(usize, usize) -> Span + 'a;
-
-/// What may start an item, and what may start a step or a clause.
-pub(super) const ITEMS: &[&str] =
-    &["task", "action", "fluent", "type", "scene", "twin", "model", "import"];
-pub(super) const STEPS: &[&str] = &[
-    "either", "if", "repeat", "together", "check", "let", "needs", "keeps", "gives", "say",
-    "limit", "timing", "retry", "abort", "while", "until", "then", "else", "break", "via",
-];
-const CLAUSES: &[&str] = &["needs", "keeps", "gives", "run", "limit"];
-const ENTRIES: &[&str] = &["marks", "camera", "robot"];
-pub(super) const MODEL: &[&str] = &["input", "param", "state", "let", "output"];
-const VIEWS: &[&str] = &["image", "focal", "looking", "at"];
-
-/// How two steps may lie in time.
-const ALLEN: &[&str] = &["before", "meets", "overlaps", "starts", "during", "finishes", "equals"];
-
-/// Words that may follow a number and are no units.
-const AFTER_NUMBER: &[&str] = &[
-    "times", "when", "x", "and", "or", "within", "while", "until", "as", "by", "then", "if", "on",
-];
-
-/// Words that cannot be names.
-pub(super) const RESERVED: &[&str] = &[
-    "task", "action", "fluent", "type", "import", "needs", "keeps", "gives", "either", "or", "if",
-    "else", "repeat", "together", "check", "let", "and", "not", "while", "until", "within", "true",
-    "false",
-];
 
 /// Returns what is wrong with a slice; `line` is what stands before it on its line.
 pub(super) fn explain(
@@ -152,26 +126,33 @@ fn misspelt(
     )
 }
 
-/// Returns the candidate nearest to a word, if any is near enough to be meant. A beginning is as near as a word
-/// with one slip: `dist` is `distance`, and not `tilt`.
-pub fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    let lower = word.to_lowercase();
-    let length = lower.chars().count();
-    let allowed = if length <= 3 { 1 } else { 2 };
-    let distance = |c: &str| {
-        let is_beginning = length >= 3 && c.starts_with(&lower);
-        if is_beginning { 1 } else { strsim::damerau_levenshtein(&lower, c) }
-    };
-    candidates
-        .map(|c| (distance(&c.to_lowercase()), c))
-        .filter(|(distance, c)| *distance <= allowed && *distance < c.chars().count())
-        .min_by_key(|(distance, _)| *distance)
-        .map(|(_, candidate)| candidate)
-}
-
 /// Reads the slice again by the strict rule and words what was expected where it stopped.
 fn expected(place: Place, slice: &str, code: &[Token], original: &ToOriginal) -> Diagnostic {
     let first = code.first().map_or("", |t| t.text(slice));
+    // What reads well alone stands in the wrong place.
+    let (at, rules) =
+        stopped(place, slice).unwrap_or_else(|| (code.first().map_or(0, |t| t.from), Vec::new()));
+    // The token at or after the place; blanks and notes before it do not count.
+    let Some(token) = code.iter().find(|t| t.to > at).copied() else {
+        return too_short(place, first, code, &rules, original);
+    };
+    let found = Unexpected {
+        text: token.text(slice),
+        span: original(token.from, token.to),
+        first,
+        is_parameter: place == Place::Params || matches!(first, "task" | "action" | "fluent"),
+        rules: &rules,
+    };
+    let before = code.iter().rev().find(|t| t.to <= token.from).map_or("o", |t| t.text(slice));
+    found
+        .reserved()
+        .or_else(|| found.untyped(before))
+        .or_else(|| found.unseparated(token.kind))
+        .unwrap_or_else(|| found.misplaced())
+}
+
+/// Where the strict rule stops in the slice and what it would take there; `None` if it reads all of it.
+fn stopped(place: Place, slice: &str) -> Option<(usize, Vec<Rule>)> {
     let rule = match place {
         Place::Item => Rule::only_item,
         Place::Step => Rule::only_step,
@@ -187,101 +168,131 @@ fn expected(place: Place, slice: &str, code: &[Token], original: &ToOriginal) ->
         Place::Args => Rule::only_args,
         Place::Extents => Rule::only_extents,
     };
-    let (at, rules) = match TaskParser::parse(rule, slice) {
-        Err(error) => {
-            let at = match error.location {
-                InputLocation::Pos(at) | InputLocation::Span((at, _)) => at,
-            };
-            let rules = match error.variant {
-                ErrorVariant::ParsingError { positives, .. } => positives,
-                ErrorVariant::CustomError { .. } => Vec::new(),
-            };
-            (at, rules)
-        }
-        // What reads well alone stands in the wrong place.
-        Ok(_) => (code.first().map_or(0, |t| t.from), Vec::new()),
+    let error = TaskParser::parse(rule, slice).err()?;
+    let at = match error.location {
+        InputLocation::Pos(at) | InputLocation::Span((at, _)) => at,
     };
-    // The token at or after the place; blanks and notes before it do not count.
-    let token = code.iter().find(|t| t.to > at).copied();
-    let words = words(&rules);
+    let rules = match error.variant {
+        ErrorVariant::ParsingError { positives, .. } => positives,
+        ErrorVariant::CustomError { .. } => Vec::new(),
+    };
+    Some((at, rules))
+}
+
+/// A slice that ends before it says enough.
+fn too_short(
+    place: Place,
+    first: &str,
+    code: &[Token],
+    rules: &[Rule],
+    original: &ToOriginal,
+) -> Diagnostic {
+    let words = words(rules);
     let list = sentence(&words);
-    let Some(token) = token else {
-        let last = code.last().map_or(0, |t| t.to);
-        let found = Diagnostic::error(
-            "task::syntax",
-            original(last.saturating_sub(1), last),
-            "something is missing after this",
-            if list.is_empty() {
-                "it ends too early".to_string()
-            } else {
-                format!("expected {list}")
-            },
-        );
-        return if words == ["`or`"] {
-            found.help("a choice has at least two branches: `or other { … }`")
-        } else if code.len() == 1
-            && matches!(place, Place::Step | Place::Item)
-            && !RESERVED.contains(&first)
+    let last = code.last().map_or(0, |t| t.to);
+    let found = Diagnostic::error(
+        "task::syntax",
+        original(last.saturating_sub(1), last),
+        "something is missing after this",
+        if list.is_empty() { "it ends too early".to_string() } else { format!("expected {list}") },
+    );
+    if words == ["`or`"] {
+        found.help("a choice has at least two branches: `or other { … }`")
+    } else if code.len() == 1
+        && matches!(place, Place::Step | Place::Item)
+        && !RESERVED.contains(&first)
+    {
+        found.help(format!("to run `{first}`, write `{first}(…)` with what it acts on"))
+    } else {
+        found
+    }
+}
+
+/// A token at which the strict rule stopped.
+struct Unexpected<'a> {
+    text: &'a str,
+    span: Span,
+    /// The first word of the slice.
+    first: &'a str,
+    /// Whether what stands here is a parameter, not an argument.
+    is_parameter: bool,
+    /// What the rule would take instead.
+    rules: &'a [Rule],
+}
+
+impl Unexpected<'_> {
+    fn could_be(&self, rule: Rule) -> bool {
+        self.rules.contains(&rule)
+    }
+
+    fn label(&self) -> String {
+        match sentence(&words(self.rules)) {
+            list if list.is_empty() => "not expected here".to_string(),
+            list => format!("expected {list}"),
+        }
+    }
+
+    /// A word of the language where a name is wanted.
+    fn reserved(&self) -> Option<Diagnostic> {
+        let text = self.text;
+        (RESERVED.contains(&text) && self.could_be(Rule::id)).then(|| {
+            Diagnostic::error(
+                "task::reserved",
+                self.span,
+                format!("`{text}` is a word of the language and cannot be a name"),
+                "expected a name",
+            )
+            .help(format!("choose another name, such as `{text}_`"))
+        })
+    }
+
+    /// A parameter without its type; `name` is the token before.
+    fn untyped(&self, name: &str) -> Option<Diagnostic> {
+        (self.could_be(Rule::colon) && self.is_parameter).then(|| {
+            Diagnostic::error(
+                "task::syntax",
+                self.span,
+                "a parameter says of what type it is",
+                self.label(),
+            )
+            .help(format!("write `{name}: Graspable`, or another type"))
+        })
+    }
+
+    /// A value right after another.
+    fn unseparated(&self, kind: Kind) -> Option<Diagnostic> {
+        let is_operand = matches!(kind, Kind::Word | Kind::Number | Kind::Text);
+        (self.could_be(Rule::comma) && is_operand).then(|| {
+            let what = if self.is_parameter { "parameters" } else { "arguments" };
+            Diagnostic::error(
+                "task::comma",
+                self.span,
+                format!("missing `,` before `{}`", self.text),
+                "expected `)`, `,`",
+            )
+            .help(format!("separate {what} with commas"))
+        })
+    }
+
+    /// Anything else, with a hint where one is likely to fit.
+    fn misplaced(&self) -> Diagnostic {
+        let text = self.text;
+        let message = format!("`{text}` cannot stand here");
+        let found = Diagnostic::error("task::syntax", self.span, message, self.label());
+        if self.could_be(Rule::allen)
+            && let Some(near) = nearest(text, ALLEN.iter().copied())
         {
-            found.help(format!("to run `{first}`, write `{first}(…)` with what it acts on"))
-        } else {
-            found
-        };
-    };
-    let text = token.text(slice);
-    let span = original(token.from, token.to);
-    let label =
-        if list.is_empty() { "not expected here".to_string() } else { format!("expected {list}") };
-    let has = |rule: Rule| rules.contains(&rule);
-    if RESERVED.contains(&text) && has(Rule::id) {
-        return Diagnostic::error(
-            "task::reserved",
-            span,
-            format!("`{text}` is a word of the language and cannot be a name"),
-            "expected a name",
-        )
-        .help(format!("choose another name, such as `{text}_`"));
+            return found.help(format!("did you mean `{near}`?"));
+        }
+        if text == "%" {
+            return found.help("a probability is a number from 0 to 1, such as `0.7`");
+        }
+        let opens = matches!(self.first, "if" | "repeat" | "either" | "together");
+        if self.could_be(Rule::lbr) && opens {
+            return found.help("what is done stands in braces: `{ … }`");
+        }
+        found
     }
-    if has(Rule::colon) && (place == Place::Params || matches!(first, "task" | "action" | "fluent"))
-    {
-        let name = code.iter().rev().find(|t| t.to <= token.from).map_or("o", |t| t.text(slice));
-        return Diagnostic::error(
-            "task::syntax",
-            span,
-            "a parameter says of what type it is",
-            label,
-        )
-        .help(format!("write `{name}: Graspable`, or another type"));
-    }
-    let operand = matches!(token.kind, Kind::Word | Kind::Number | Kind::Text);
-    if has(Rule::comma) && operand {
-        let what = if place == Place::Params || matches!(first, "task" | "action" | "fluent") {
-            "parameters"
-        } else {
-            "arguments"
-        };
-        return Diagnostic::error(
-            "task::comma",
-            span,
-            format!("missing `,` before `{text}`"),
-            "expected `)`, `,`",
-        )
-        .help(format!("separate {what} with commas"));
-    }
-    let found =
-        Diagnostic::error("task::syntax", span, format!("`{text}` cannot stand here"), label);
-    if has(Rule::allen)
-        && let Some(near) = nearest(text, ALLEN.iter().copied())
-    {
-        return found.help(format!("did you mean `{near}`?"));
-    }
-    if text == "%" {
-        return found.help("a probability is a number from 0 to 1, such as `0.7`");
-    }
-    if has(Rule::lbr) && matches!(first, "if" | "repeat" | "either" | "together") {
-        return found.help("what is done stands in braces: `{ … }`");
-    }
-    found
 }
 
 /// The expected rules in words, most telling first, each once.

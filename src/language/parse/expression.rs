@@ -3,7 +3,7 @@
 use super::super::ast::{Arg, BinaryOp, Call, Expr, ExprKind, Literal, Name, Span};
 use super::super::diagnostic::Diagnostic;
 use super::build::{Builder, find, number, unquote};
-use super::{Pair, Place, Rule};
+use super::grammar::{Pair, Place, Rule};
 use crate::units::{Quantity, Unit};
 
 /// Operands of one operator in a row; the tree leans to one side and is walked by recursion.

@@ -1,9 +1,12 @@
 //! What other languages and other tools have taught people to write, answered with what to write here.
+//!
+//! A habit is a row of [`HABITS`], or of [`MODEL_HABITS`] for the lines of a model. The first row that is met
+//! answers, so what is told from its beginning stands before what any word may begin.
 
 use super::super::diagnostic::Diagnostic;
-use super::Place;
-use super::explain::{ITEMS, MODEL, RESERVED, STEPS, ToOriginal, nearest};
+use super::grammar::Place;
 use super::lexer::{Kind, Token, tokens};
+use super::words::{ITEMS, MODEL, RESERVED, STEPS, ToOriginal, nearest};
 
 /// Words that a condition follows.
 const CONDITIONS: &[&str] = &["needs", "keeps", "gives", "check"];
@@ -16,295 +19,368 @@ pub(super) fn habit(
     code: &[Token],
     original: &ToOriginal,
 ) -> Option<Diagnostic> {
-    let text = |i: usize| code.get(i).map_or("", |t| t.text(slice));
-    let first = code.first()?;
-    let tell = |at: &Token, code: &'static str, message: String, label: &str, help: String| {
-        Some(Diagnostic::error(code, original(at.from, at.to), message, label).help(help))
+    code.first()?;
+    let written = Written { place, line, slice, code };
+    let habits = match place {
+        Place::Args => return argument_with_equals(&written, original),
+        Place::Model => MODEL_HABITS,
+        Place::Step | Place::Item | Place::Clause => HABITS,
+        _ => return None,
     };
-    if place == Place::Args {
-        let at = code.iter().position(|t| t.text(slice) == "=")?;
-        let name = text(at.checked_sub(1)?);
-        let end = code[at..].iter().find(|t| matches!(t.text(slice), "," | ")"));
-        let value = slice[code[at].to..end.map_or(slice.len(), |t| t.from)].trim();
-        return tell(
-            &code[at],
-            "task::equals",
-            "an argument is given with `:`, not with `=`".into(),
-            "expected `:`",
-            format!("write `{name}: {value}`"),
-        );
+    let met = habits.iter().find(|habit| (habit.is_met)(&written))?;
+    let at = code[met.at.min(code.len() - 1)];
+    let span = original(at.from, at.to);
+    let found = Diagnostic::error(met.code, span, (met.message)(&written), met.label);
+    Some(found.help((met.help)(&written)))
+}
+
+/// A slice that could not be read, with where it stands.
+struct Written<'a> {
+    /// What was to be read.
+    place: Place,
+    /// What stands before the slice on its line.
+    line: &'a str,
+    slice: &'a str,
+    /// The slice's tokens without notes, at least one.
+    code: &'a [Token],
+}
+
+impl Written<'_> {
+    /// Returns the text of a token, or an empty one behind the last.
+    fn text(&self, i: usize) -> &str {
+        self.code.get(i).map_or("", |t| t.text(self.slice))
     }
-    if place == Place::Model {
-        return model_habit(slice, code, original);
+
+    /// Returns whether there is such a token and it looks like this.
+    fn is(&self, i: usize, kind: Kind) -> bool {
+        self.code.get(i).is_some_and(|t| t.kind == kind)
     }
-    if !matches!(place, Place::Step | Place::Item | Place::Clause) {
-        return None;
+
+    /// Returns the line's last word, which the first token of the slice is meant for.
+    fn asked(&self) -> &str {
+        tokens(self.line).last().map_or("", |t| t.text(self.line))
     }
-    let asks = tokens(line).first().map(|t| t.text(line)).filter(|word| CONDITIONS.contains(word));
-    match text(0) {
-        "," if asks.is_some() => tell(
-            first,
-            "task::separator",
-            "conditions are joined with `and`".into(),
-            "not a `,`",
-            "write `and` instead of the `,`".into(),
-        ),
-        // `gives holding o`
-        name if is_bare(line) && code.len() == 1 && is_name(first, name) => {
-            let asked = tokens(line).last().map_or("", |t| t.text(line)).to_owned();
-            tell(
-                first,
-                "task::call",
-                format!("what `{asked}` is about stands in parentheses"),
-                "expected `(`",
-                format!("write `{asked}({name})`"),
-            )
+
+    /// Returns whether a condition is under way on the line.
+    fn asks(&self) -> bool {
+        tokens(self.line).first().is_some_and(|t| CONDITIONS.contains(&t.text(self.line)))
+    }
+
+    /// Returns whether the line is `gives holding`, with the word it is about still to come.
+    fn asks_bare(&self) -> bool {
+        match tokens(self.line).as_slice() {
+            [word, asked] => {
+                CONDITIONS.contains(&word.text(self.line)) && is_name(asked, asked.text(self.line))
+            }
+            _ => false,
         }
-        word @ ("elif" | "elsif" | "elseif") => tell(
-            first,
-            "task::keyword",
-            format!("`{word}` is two words here"),
-            "not a word of the language",
-            "write `else if`".into(),
-        ),
-        "ask" if code.get(1).is_some_and(|t| t.kind != Kind::Text) => tell(
-            &code[1],
-            "task::syntax",
-            "a question stands in quotes".into(),
-            "expected a text in quotes",
-            format!("write `ask \"{}\"`", slice[code[1].from..].trim_end()),
-        ),
-        "if" if line.trim_end().ends_with("break") => tell(
-            first,
-            "task::syntax",
-            "a breakpoint says when with `when`".into(),
-            "expected `when`",
-            format!("write `break when {}`", slice[first.to..].trim()),
-        ),
-        "repeat" if text(1) == "until" => tell(
-            &code[1],
-            "task::loop",
-            "a repetition says how often at most".into(),
-            "expected `upto`",
-            "write `repeat upto 10 times { … } until …`".into(),
-        ),
-        "upto" if code.get(1).is_some_and(|t| t.kind == Kind::Number) => tell(
-            &code[1],
-            "task::count",
-            "how often is said with `times`".into(),
-            "expected `times` behind it",
-            format!("write `upto {} times`", text(1)),
-        ),
-        "." if text(1) == "then" => tell(
-            first,
-            "task::separator",
-            "steps are not joined with a dot".into(),
-            "not needed",
-            "write `a() then b()`".into(),
-        ),
-        // `wait 2 s`
-        name if first.kind == Kind::Word
-            && !RESERVED.contains(&name)
-            && !STEPS.contains(&name)
-            && code.get(1).is_some_and(|t| t.kind == Kind::Number && !t.first_on_line)
-            && code.len() <= 3 =>
-        {
-            let given = slice[code[1].from..code[code.len() - 1].to].trim();
-            tell(
-                &code[1],
-                "task::call",
-                format!("what `{name}` acts on stands in parentheses"),
-                "expected `(`",
-                format!("write `{name}({given})`"),
-            )
-        }
-        "=" => tell(
-            first,
-            "task::equals",
-            "`=` gives a value; it does not compare".into(),
-            "expected a comparison",
-            "write `==` with `within` and a tolerance, or `>=`, `<=`".into(),
-        ),
-        sign @ (";" | ",") => tell(
-            first,
-            "task::separator",
-            format!("steps need no `{sign}` between them"),
-            "not needed",
-            format!("remove the `{sign}`"),
-        ),
-        "and" => tell(
-            first,
-            "task::separator",
-            "`and` joins conditions, not steps".into(),
-            "expected a step",
-            "write `then`, or nothing at all: steps run one after the other".into(),
-        ),
-        word @ ("while" | "for" | "loop") => tell(
-            first,
-            "task::loop",
-            format!("there is no `{word}` loop: every loop has an end"),
-            "not a step",
-            "write `repeat upto 10 times { … } until …`; after a call, `while` says what must hold"
-                .into(),
-        ),
-        "repeat" if code.get(1).is_some_and(|t| t.kind == Kind::Number) => tell(
-            &code[1],
-            "task::loop",
-            "a repetition says how often at most".into(),
-            "expected `upto`",
-            format!("write `repeat upto {} times {{ … }}`", text(1)),
-        ),
-        "retry" | "abort" if text(1) != "(" => tell(
-            first,
-            "task::recovery",
-            format!("`{}` says how a recovery ends", text(0)),
-            "not inside `on failure`",
-            format!("write `on failure {{ {} }}`", text(0)),
-        ),
-        "as" => tell(
-            first,
-            "task::label",
-            "only a call or a block in braces carries a name".into(),
-            "nothing here to name",
-            format!("put braces around it: `{{ … }} as {}`", text(1)),
-        ),
-        "via" => tell(
-            first,
-            "task::via",
-            "`via` names a branch to take inside a call".into(),
-            "no call before this",
-            format!("write it after the call: `pick(jar) via {}`", text(1)),
-        ),
-        "#" => tell(
-            first,
-            "task::attribute",
-            "an attribute stands before a task, an action or a branch".into(),
-            "belongs to nothing",
-            "write `#[was(\"old_name\")]` on the line before what was renamed".into(),
-        ),
-        "either" if text(1) == "{" => tell(
-            &code[1],
-            "task::branch",
-            "each branch of a choice has a name".into(),
-            "expected a name",
-            "write `either left { … } or right { … }`".into(),
-        ),
-        "on" if text(1) == "failure" && !matches!(text(2), "of" | "{") => tell(
-            &code[1.max(code.len().min(3) - 1)],
-            "task::recovery",
-            "a recovery says whose failure it answers with `of`".into(),
-            "expected `of` or `{`",
-            format!("write `on failure of {} {{ … }}`", text(2)),
-        ),
-        "say" if place == Place::Clause => tell(
-            first,
-            "task::syntax",
-            "only tasks have sentences".into(),
-            "not in an action",
-            "put it into the task that calls this action".into(),
-        ),
-        "on" if place == Place::Item && text(1) == "failure" => tell(
-            first,
-            "task::recovery",
-            "a recovery belongs to a task".into(),
-            "outside of any",
-            "put it between the braces of the task whose failure it answers".into(),
-        ),
-        name if place == Place::Clause && first.kind == Kind::Word && text(1) == "(" => tell(
-            first,
-            "task::syntax",
-            "an action runs one script and has no steps".into(),
-            "a step",
-            format!("make it a task, or call `{name}` from the script"),
-        ),
-        name if text(1) == "[" => tell(
-            &code[1],
-            "task::syntax",
-            "`[` cannot stand here".into(),
-            "expected `(`",
-            format!("arguments stand in parentheses: `{name}(…)`"),
-        ),
-        // `pour jar cup`: a command line's habit.
-        name if code.len() > 1
-            && code.iter().all(|t| t.kind == Kind::Word && !RESERVED.contains(&t.text(slice)))
-            && nearest(name, ITEMS.iter().chain(STEPS).copied()).is_none() =>
-        {
-            let args: Vec<&str> = code[1..].iter().map(|t| t.text(slice)).collect();
-            tell(
-                &code[1],
-                "task::call",
-                format!("what `{name}` acts on stands in parentheses"),
-                "expected `(`",
-                format!("write `{name}({})`", args.join(", ")),
-            )
-        }
-        _ => None,
+    }
+
+    /// Returns whether the first word is one of a model's, or nearly one.
+    fn begins_like_a_model(&self) -> bool {
+        MODEL.contains(&self.text(0)) || nearest(self.text(0), MODEL.iter().copied()).is_some()
     }
 }
 
-/// Whether a line is `gives holding`, with the word it is about still to come.
-fn is_bare(line: &str) -> bool {
-    match tokens(line).as_slice() {
-        [word, asked] => CONDITIONS.contains(&word.text(line)) && is_name(asked, asked.text(line)),
-        _ => false,
-    }
-}
-
+/// Returns whether a token is a word that may be a name.
 fn is_name(token: &Token, text: &str) -> bool {
     token.kind == Kind::Word && !RESERVED.contains(&text)
 }
 
-/// The same for the lines of a model.
-fn model_habit(slice: &str, code: &[Token], original: &ToOriginal) -> Option<Diagnostic> {
-    let text = |i: usize| code.get(i).map_or("", |t| t.text(slice));
-    let first = code.first()?;
-    let span = original(first.from, first.to);
-    let known = MODEL.contains(&text(0)) || nearest(text(0), MODEL.iter().copied()).is_some();
-    match text(0) {
-        sign @ (";" | ",") => Some(
-            Diagnostic::error(
-                "task::separator",
-                span,
-                format!("the lines of a model need no `{sign}` between them"),
-                "not needed",
-            )
-            .help(format!("remove the `{sign}`")),
-        ),
-        "d" if text(1) == "/" => Some(
-            Diagnostic::error(
-                "task::rate",
-                span,
-                "the rate of a state is written with a dash",
-                "expected a rate such as `x'`",
-            )
-            .help("write `x' = …`"),
-        ),
-        // `k4 u`: what stands beside a complete formula was meant as part of it.
-        name if !known
-            && matches!(first.kind, Kind::Word | Kind::Number)
-            && !matches!(text(1), "'" | "=" | ":") =>
-        {
-            Some(
-                Diagnostic::error(
-                    "task::operator",
-                    span,
-                    format!("there is no operator before `{name}`"),
-                    "expected `*`, `/`, `+` or `-`",
-                )
-                .help("a product is written with `*`"),
-            )
-        }
-        name if first.kind == Kind::Word && !known && text(1) == "=" => Some(
-            Diagnostic::error(
-                "task::rate",
-                span,
-                format!("`{name} = …` is neither a rate nor a definition"),
-                "expected `x' =`, `let`, `param`, `state` or `output`",
-            )
-            .help(format!(
-                "write `{name}' = …` for the rate of a state, or `let {name} = …` for a name"
-            )),
-        ),
-        _ => None,
-    }
+/// `lift(jar, by = 12 cm)`.
+fn argument_with_equals(written: &Written, original: &ToOriginal) -> Option<Diagnostic> {
+    let Written { slice, code, .. } = *written;
+    let at = code.iter().position(|t| t.text(slice) == "=")?;
+    let name = written.text(at.checked_sub(1)?);
+    let end = code[at..].iter().find(|t| matches!(t.text(slice), "," | ")"));
+    let value = slice[code[at].to..end.map_or(slice.len(), |t| t.from)].trim();
+    let found = Diagnostic::error(
+        "task::equals",
+        original(code[at].from, code[at].to),
+        "an argument is given with `:`, not with `=`",
+        "expected `:`",
+    );
+    Some(found.help(format!("write `{name}: {value}`")))
 }
+
+/// A habit: how it is told, and what is answered.
+struct Habit {
+    /// Whether this is it.
+    is_met: fn(&Written<'_>) -> bool,
+    /// Index of the token that is pointed at; the last one where there are fewer.
+    at: usize,
+    code: &'static str,
+    message: fn(&Written<'_>) -> String,
+    label: &'static str,
+    help: fn(&Written<'_>) -> String,
+}
+
+/// Habits of steps, items and clauses.
+const HABITS: &[Habit] = &[
+    Habit {
+        is_met: |w| w.text(0) == "," && w.asks(),
+        at: 0,
+        code: "task::separator",
+        message: |_| "conditions are joined with `and`".into(),
+        label: "not a `,`",
+        help: |_| "write `and` instead of the `,`".into(),
+    },
+    // `gives holding o`
+    Habit {
+        is_met: |w| w.asks_bare() && w.code.len() == 1 && is_name(&w.code[0], w.text(0)),
+        at: 0,
+        code: "task::call",
+        message: |w| format!("what `{}` is about stands in parentheses", w.asked()),
+        label: "expected `(`",
+        help: |w| format!("write `{}({})`", w.asked(), w.text(0)),
+    },
+    Habit {
+        is_met: |w| matches!(w.text(0), "elif" | "elsif" | "elseif"),
+        at: 0,
+        code: "task::keyword",
+        message: |w| format!("`{}` is two words here", w.text(0)),
+        label: "not a word of the language",
+        help: |_| "write `else if`".into(),
+    },
+    Habit {
+        is_met: |w| w.text(0) == "ask" && w.code.len() > 1 && !w.is(1, Kind::Text),
+        at: 1,
+        code: "task::syntax",
+        message: |_| "a question stands in quotes".into(),
+        label: "expected a text in quotes",
+        help: |w| format!("write `ask \"{}\"`", w.slice[w.code[1].from..].trim_end()),
+    },
+    Habit {
+        is_met: |w| w.text(0) == "if" && w.line.trim_end().ends_with("break"),
+        at: 0,
+        code: "task::syntax",
+        message: |_| "a breakpoint says when with `when`".into(),
+        label: "expected `when`",
+        help: |w| format!("write `break when {}`", w.slice[w.code[0].to..].trim()),
+    },
+    Habit {
+        is_met: |w| w.text(0) == "repeat" && w.text(1) == "until",
+        at: 1,
+        code: "task::loop",
+        message: |_| "a repetition says how often at most".into(),
+        label: "expected `upto`",
+        help: |_| "write `repeat upto 10 times { … } until …`".into(),
+    },
+    Habit {
+        is_met: |w| w.text(0) == "upto" && w.is(1, Kind::Number),
+        at: 1,
+        code: "task::count",
+        message: |_| "how often is said with `times`".into(),
+        label: "expected `times` behind it",
+        help: |w| format!("write `upto {} times`", w.text(1)),
+    },
+    Habit {
+        is_met: |w| w.text(0) == "." && w.text(1) == "then",
+        at: 0,
+        code: "task::separator",
+        message: |_| "steps are not joined with a dot".into(),
+        label: "not needed",
+        help: |_| "write `a() then b()`".into(),
+    },
+    // `wait 2 s`
+    Habit {
+        is_met: |w| {
+            is_name(&w.code[0], w.text(0))
+                && !STEPS.contains(&w.text(0))
+                && w.is(1, Kind::Number)
+                && !w.code[1].first_on_line
+                && w.code.len() <= 3
+        },
+        at: 1,
+        code: "task::call",
+        message: |w| format!("what `{}` acts on stands in parentheses", w.text(0)),
+        label: "expected `(`",
+        help: |w| {
+            let given = w.slice[w.code[1].from..w.code[w.code.len() - 1].to].trim();
+            format!("write `{}({given})`", w.text(0))
+        },
+    },
+    Habit {
+        is_met: |w| w.text(0) == "=",
+        at: 0,
+        code: "task::equals",
+        message: |_| "`=` gives a value; it does not compare".into(),
+        label: "expected a comparison",
+        help: |_| "write `==` with `within` and a tolerance, or `>=`, `<=`".into(),
+    },
+    Habit {
+        is_met: |w| matches!(w.text(0), ";" | ","),
+        at: 0,
+        code: "task::separator",
+        message: |w| format!("steps need no `{}` between them", w.text(0)),
+        label: "not needed",
+        help: |w| format!("remove the `{}`", w.text(0)),
+    },
+    Habit {
+        is_met: |w| w.text(0) == "and",
+        at: 0,
+        code: "task::separator",
+        message: |_| "`and` joins conditions, not steps".into(),
+        label: "expected a step",
+        help: |_| "write `then`, or nothing at all: steps run one after the other".into(),
+    },
+    Habit {
+        is_met: |w| matches!(w.text(0), "while" | "for" | "loop"),
+        at: 0,
+        code: "task::loop",
+        message: |w| format!("there is no `{}` loop: every loop has an end", w.text(0)),
+        label: "not a step",
+        help: |_| {
+            "write `repeat upto 10 times { … } until …`; after a call, `while` says what must hold"
+                .into()
+        },
+    },
+    Habit {
+        is_met: |w| w.text(0) == "repeat" && w.is(1, Kind::Number),
+        at: 1,
+        code: "task::loop",
+        message: |_| "a repetition says how often at most".into(),
+        label: "expected `upto`",
+        help: |w| format!("write `repeat upto {} times {{ … }}`", w.text(1)),
+    },
+    Habit {
+        is_met: |w| matches!(w.text(0), "retry" | "abort") && w.text(1) != "(",
+        at: 0,
+        code: "task::recovery",
+        message: |w| format!("`{}` says how a recovery ends", w.text(0)),
+        label: "not inside `on failure`",
+        help: |w| format!("write `on failure {{ {} }}`", w.text(0)),
+    },
+    Habit {
+        is_met: |w| w.text(0) == "as",
+        at: 0,
+        code: "task::label",
+        message: |_| "only a call or a block in braces carries a name".into(),
+        label: "nothing here to name",
+        help: |w| format!("put braces around it: `{{ … }} as {}`", w.text(1)),
+    },
+    Habit {
+        is_met: |w| w.text(0) == "via",
+        at: 0,
+        code: "task::via",
+        message: |_| "`via` names a branch to take inside a call".into(),
+        label: "no call before this",
+        help: |w| format!("write it after the call: `pick(jar) via {}`", w.text(1)),
+    },
+    Habit {
+        is_met: |w| w.text(0) == "#",
+        at: 0,
+        code: "task::attribute",
+        message: |_| "an attribute stands before a task, an action or a branch".into(),
+        label: "belongs to nothing",
+        help: |_| "write `#[was(\"old_name\")]` on the line before what was renamed".into(),
+    },
+    Habit {
+        is_met: |w| w.text(0) == "either" && w.text(1) == "{",
+        at: 1,
+        code: "task::branch",
+        message: |_| "each branch of a choice has a name".into(),
+        label: "expected a name",
+        help: |_| "write `either left { … } or right { … }`".into(),
+    },
+    Habit {
+        is_met: |w| w.text(0) == "on" && w.text(1) == "failure" && !matches!(w.text(2), "of" | "{"),
+        at: 2,
+        code: "task::recovery",
+        message: |_| "a recovery says whose failure it answers with `of`".into(),
+        label: "expected `of` or `{`",
+        help: |w| format!("write `on failure of {} {{ … }}`", w.text(2)),
+    },
+    Habit {
+        is_met: |w| w.text(0) == "say" && w.place == Place::Clause,
+        at: 0,
+        code: "task::syntax",
+        message: |_| "only tasks have sentences".into(),
+        label: "not in an action",
+        help: |_| "put it into the task that calls this action".into(),
+    },
+    Habit {
+        is_met: |w| w.text(0) == "on" && w.place == Place::Item && w.text(1) == "failure",
+        at: 0,
+        code: "task::recovery",
+        message: |_| "a recovery belongs to a task".into(),
+        label: "outside of any",
+        help: |_| "put it between the braces of the task whose failure it answers".into(),
+    },
+    Habit {
+        is_met: |w| w.place == Place::Clause && w.is(0, Kind::Word) && w.text(1) == "(",
+        at: 0,
+        code: "task::syntax",
+        message: |_| "an action runs one script and has no steps".into(),
+        label: "a step",
+        help: |w| format!("make it a task, or call `{}` from the script", w.text(0)),
+    },
+    Habit {
+        is_met: |w| w.text(1) == "[",
+        at: 1,
+        code: "task::syntax",
+        message: |_| "`[` cannot stand here".into(),
+        label: "expected `(`",
+        help: |w| format!("arguments stand in parentheses: `{}(…)`", w.text(0)),
+    },
+    // `pour jar cup`: a command line's habit.
+    Habit {
+        is_met: |w| {
+            w.code.len() > 1
+                && w.code.iter().all(|t| is_name(t, t.text(w.slice)))
+                && nearest(w.text(0), ITEMS.iter().chain(STEPS).copied()).is_none()
+        },
+        at: 1,
+        code: "task::call",
+        message: |w| format!("what `{}` acts on stands in parentheses", w.text(0)),
+        label: "expected `(`",
+        help: |w| {
+            let args: Vec<&str> = w.code[1..].iter().map(|t| t.text(w.slice)).collect();
+            format!("write `{}({})`", w.text(0), args.join(", "))
+        },
+    },
+];
+
+/// Habits of the lines of a model.
+const MODEL_HABITS: &[Habit] = &[
+    Habit {
+        is_met: |w| matches!(w.text(0), ";" | ","),
+        at: 0,
+        code: "task::separator",
+        message: |w| format!("the lines of a model need no `{}` between them", w.text(0)),
+        label: "not needed",
+        help: |w| format!("remove the `{}`", w.text(0)),
+    },
+    Habit {
+        is_met: |w| w.text(0) == "d" && w.text(1) == "/",
+        at: 0,
+        code: "task::rate",
+        message: |_| "the rate of a state is written with a dash".into(),
+        label: "expected a rate such as `x'`",
+        help: |_| "write `x' = …`".into(),
+    },
+    // `k4 u`: what stands beside a complete formula was meant as part of it.
+    Habit {
+        is_met: |w| {
+            !w.begins_like_a_model()
+                && (w.is(0, Kind::Word) || w.is(0, Kind::Number))
+                && !matches!(w.text(1), "'" | "=" | ":")
+        },
+        at: 0,
+        code: "task::operator",
+        message: |w| format!("there is no operator before `{}`", w.text(0)),
+        label: "expected `*`, `/`, `+` or `-`",
+        help: |_| "a product is written with `*`".into(),
+    },
+    Habit {
+        is_met: |w| w.is(0, Kind::Word) && !w.begins_like_a_model() && w.text(1) == "=",
+        at: 0,
+        code: "task::rate",
+        message: |w| format!("`{} = …` is neither a rate nor a definition", w.text(0)),
+        label: "expected `x' =`, `let`, `param`, `state` or `output`",
+        help: |w| {
+            let name = w.text(0);
+            format!("write `{name}' = …` for the rate of a state, or `let {name} = …` for a name")
+        },
+    },
+];

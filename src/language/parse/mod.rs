@@ -10,12 +10,14 @@
 mod brackets;
 mod build;
 mod explain;
+mod grammar;
 mod expression;
 mod habit;
 pub(crate) mod lexer;
 mod model;
 mod scene;
 mod step;
+mod words;
 
 use std::num::NonZeroUsize;
 
@@ -25,28 +27,16 @@ use super::ast::{Item, Program, Span, Step};
 use super::diagnostic::{Diagnostic, limited};
 use brackets::{Balanced, balance};
 use build::Builder;
-pub use explain::nearest;
-use lexer::{Kind, Token, tokens};
-
-/// The parser that pest derives; apart, because the derive documents nothing.
-mod grammar {
-    /// Reads the rules of `grammar/task.pest`.
-    #[derive(pest_derive::Parser)]
-    #[grammar = "grammar/task.pest"]
-    pub(super) struct TaskParser;
-}
-
 use grammar::{Rule, TaskParser};
-
-/// One node of what pest read.
-type Pair<'i> = pest::iterators::Pair<'i, Rule>;
+use lexer::{Kind, Token, tokens};
+pub use words::nearest;
 
 /// The most rules that may be tried on one item: a thousand times what a long task needs.
 const MOST_CALLS: usize = 20_000_000;
 
 /// Whether a word belongs to the language and cannot be a name.
 pub(crate) fn is_reserved(word: &str) -> bool {
-    explain::RESERVED.contains(&word)
+    words::RESERVED.contains(&word)
 }
 
 /// Reads a whole file. Never fails: what cannot be read is [`Item::Bad`] or [`Step::Bad`] and has a
@@ -206,37 +196,6 @@ fn leading(source: &str, before: &[Token]) -> usize {
             _ => return taken,
         }
     }
-}
-
-/// What a diagnostic calls a slice's place in the text, and how the slice is read again.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Place {
-    /// At the top level.
-    Item,
-    /// Between the braces of a task or block.
-    Step,
-    /// Between the braces of an action.
-    Clause,
-    /// Between the braces of a scene.
-    Entry,
-    /// Between the braces of a thing.
-    Property,
-    /// Between the braces of a camera.
-    View,
-    /// Between the braces of marks.
-    Point,
-    /// Between the braces of a twin.
-    Effect,
-    /// Between the braces of a model.
-    Model,
-    /// Between the braces of an effect.
-    Parameter,
-    /// Between the parentheses of a definition.
-    Params,
-    /// Between the parentheses of a call.
-    Args,
-    /// Between the parentheses of a shape.
-    Extents,
 }
 
 impl Balanced {

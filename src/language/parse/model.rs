@@ -10,7 +10,7 @@ use super::super::ast::{
 use super::super::diagnostic::Diagnostic;
 use super::build::{Builder, find};
 use super::expression::{no_name, nothing};
-use super::{Pair, Place, Rule};
+use super::grammar::{Pair, Place, Rule};
 use crate::units::{Unit, known_units, suggest_unit};
 
 impl Builder<'_> {

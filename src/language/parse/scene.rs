@@ -10,7 +10,7 @@ use super::super::ast::{
 use super::super::diagnostic::Diagnostic;
 use super::build::{Builder, find, number, unquote};
 use super::expression::no_name;
-use super::{Pair, Place, Rule};
+use super::grammar::{Pair, Place, Rule};
 use crate::units::Dimension;
 
 impl Builder<'_> {

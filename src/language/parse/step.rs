@@ -6,7 +6,7 @@ use super::super::ast::{
 };
 use super::super::diagnostic::Diagnostic;
 use super::build::{Body, Builder, find, number};
-use super::{Pair, Rule};
+use super::grammar::{Pair, Rule};
 
 impl Builder<'_> {
     /// Reads a step; a `timing` goes to the body instead, where `together` looks for it.

@@ -18,8 +18,8 @@ use super::diagnostic::Source;
 use super::library::{Library, Scope};
 use super::parse::parse_line;
 use super::text;
-use resolve::Found;
 pub use resolve::Thing;
+use resolve::{Found, Hindrance};
 pub use template::{Template, Wrong};
 
 /// Words that say how a wish is meant and not what is wished, at the edges of a sentence.
@@ -192,7 +192,7 @@ pub fn phrase(text: &str) -> Result<Phrase, Wrong> {
 pub fn understand(sentence: &str, with: &Knowledge<'_>) -> Meaning {
     let said = words(sentence);
     let mut readings: Vec<Understood> = Vec::new();
-    let mut hindrances: Vec<(String, Option<String>)> = Vec::new();
+    let mut hindrances: Vec<Hindrance> = Vec::new();
     let mut question = None;
     for phrase in with.phrases {
         if let Some(slots) = phrase.template.fit(&said) {
@@ -217,13 +217,13 @@ pub fn understand(sentence: &str, with: &Knowledge<'_>) -> Meaning {
 /// What one template makes of a sentence.
 enum Reading {
     Calls(Vec<Understood>, Option<String>),
-    Hindered(String, Option<String>),
+    Hindered(Hindrance),
 }
 
 fn collect(
     reading: Reading,
     readings: &mut Vec<Understood>,
-    hindrances: &mut Vec<(String, Option<String>)>,
+    hindrances: &mut Vec<Hindrance>,
     question: &mut Option<String>,
 ) {
     match reading {
@@ -235,14 +235,14 @@ fn collect(
                 }
             }
         }
-        Reading::Hindered(why, help) => hindrances.push((why, help)),
+        Reading::Hindered(hindrance) => hindrances.push(hindrance),
     }
 }
 
 fn conclude(
     said: &str,
     mut readings: Vec<Understood>,
-    hindrances: Vec<(String, Option<String>)>,
+    hindrances: Vec<Hindrance>,
     question: Option<String>,
     with: &Knowledge<'_>,
 ) -> Meaning {
@@ -256,7 +256,7 @@ fn conclude(
     }
     match readings.len() {
         0 => match hindrances.into_iter().next() {
-            Some((why, help)) => Meaning::Impossible { why, help },
+            Some(Hindrance { why, help }) => Meaning::Impossible { why, help },
             None => Meaning::Unknown { help: nearest_sentence(said, with) },
         },
         1 => {
@@ -289,7 +289,7 @@ fn filled(
         let ty = Ty::named(&param.ty.text);
         let found = match resolve::resolve(said, &ty, &param.name.text, with.library, with.things) {
             Ok(found) => found,
-            Err((why, help)) => return Reading::Hindered(why, help),
+            Err(hindrance) => return Reading::Hindered(hindrance),
         };
         if found.len() > 1 {
             let names: Vec<&str> = found.iter().map(|found| found.shown.as_str()).collect();
@@ -305,7 +305,7 @@ fn filled(
     if ways.len() > 1 && ways.iter().any(different) {
         ways.retain(different);
     }
-    let calls: Vec<Result<Understood, (String, Option<String>)>> = ways
+    let calls: Vec<Result<Understood, Hindrance>> = ways
         .into_iter()
         .map(|way| {
             let bare = params.iter().take_while(|p| way.iter().any(|(s, ..)| *s == p.name.text));
@@ -347,7 +347,7 @@ fn extend(
 fn taught(phrase: &Phrase, slots: &BTreeMap<String, String>, with: &Knowledge<'_>) -> Reading {
     let Some((callable, _)) = with.library.callable(&phrase.call.name.text) else {
         let why = format!("there is no task or action `{}` any more", phrase.call.name.text);
-        return Reading::Hindered(why, Some("teach the phrase anew".into()));
+        return Reading::Hindered(Hindrance::new(why, Some("teach the phrase anew".into())));
     };
     // A slot takes the type of the parameter it is given to.
     let params = callable.params();
@@ -366,7 +366,7 @@ fn taught(phrase: &Phrase, slots: &BTreeMap<String, String>, with: &Knowledge<'_
         let ty = param.map_or(Ty::Any, |param| Ty::named(&param.ty.text));
         let found = match resolve::resolve(said, &ty, slot, with.library, with.things) {
             Ok(found) => found,
-            Err((why, help)) => return Reading::Hindered(why, help),
+            Err(hindrance) => return Reading::Hindered(hindrance),
         };
         if found.len() > 1 {
             let names: Vec<&str> = found.iter().map(|found| found.shown.as_str()).collect();
@@ -395,10 +395,7 @@ fn taught(phrase: &Phrase, slots: &BTreeMap<String, String>, with: &Knowledge<'_
     readings(calls.collect(), question)
 }
 
-fn readings(
-    calls: Vec<Result<Understood, (String, Option<String>)>>,
-    question: Option<String>,
-) -> Reading {
+fn readings(calls: Vec<Result<Understood, Hindrance>>, question: Option<String>) -> Reading {
     let mut good = Vec::new();
     let mut first = None;
     for call in calls {
@@ -408,7 +405,7 @@ fn readings(
         }
     }
     match (good.is_empty(), first) {
-        (true, Some((why, help))) => Reading::Hindered(why, help),
+        (true, Some(hindrance)) => Reading::Hindered(hindrance),
         _ => Reading::Calls(good, question),
     }
 }
@@ -420,7 +417,7 @@ fn checked(
     slots: Vec<(String, String, String)>,
     defaults: Vec<String>,
     with: &Knowledge<'_>,
-) -> Result<Understood, (String, Option<String>)> {
+) -> Result<Understood, Hindrance> {
     let (step, mut wrong) = parse_line(&line);
     let objects = with.things.iter().map(|thing| (thing.name.clone(), thing.kind.clone()));
     let scope = Scope { objects: objects.collect() };
@@ -428,7 +425,7 @@ fn checked(
         wrong.extend(with.library.check_step(step, &Source::new("sentence", line.clone()), &scope));
     }
     if let Some(wrong) = wrong.into_iter().find(super::Diagnostic::is_error) {
-        return Err((wrong.message, wrong.help));
+        return Err(Hindrance::new(wrong.message, wrong.help));
     }
     match step {
         Some(Step::Act(act)) => Ok(Understood {
@@ -438,7 +435,7 @@ fn checked(
             slots,
             defaults,
         }),
-        _ => Err((format!("`{line}` is no call"), None)),
+        _ => Err(Hindrance::new(format!("`{line}` is no call"), None)),
     }
 }
 

@@ -30,7 +30,18 @@ pub(super) struct Found {
 }
 
 /// Why words mean nothing here, and what would help.
-type Nothing = (String, Option<String>);
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{why}")]
+pub(super) struct Hindrance {
+    pub(super) why: String,
+    pub(super) help: Option<String>,
+}
+
+impl Hindrance {
+    pub(super) fn new(why: impl Into<String>, help: Option<String>) -> Self {
+        Self { why: why.into(), help }
+    }
+}
 
 impl Thing {
     /// Returns what a scene says of a thing.
@@ -70,14 +81,17 @@ pub(super) fn resolve(
     slot: &str,
     library: &Library,
     things: &[Thing],
-) -> Result<Vec<Found>, Nothing> {
+) -> Result<Vec<Found>, Hindrance> {
     match ty {
         Ty::Quantity(dimension) => quantity(said, *dimension, slot),
         Ty::Face => {
             let word = bare(said);
             match word.as_str() {
                 "side" | "top" => Ok(vec![Found { value: word.clone(), shown: word }]),
-                _ => Err((format!("`{said}` is no face"), Some("say `side` or `top`".into()))),
+                _ => {
+                    let help = Some("say `side` or `top`".into());
+                    Err(Hindrance::new(format!("`{said}` is no face"), help))
+                }
             }
         }
         Ty::Object(kind) => objects(said, Some(kind), slot, library, things),
@@ -97,7 +111,7 @@ fn objects(
     slot: &str,
     library: &Library,
     things: &[Thing],
-) -> Result<Vec<Found>, Nothing> {
+) -> Result<Vec<Found>, Hindrance> {
     let phrase = bare(said);
     let wanted: Vec<&str> = phrase.split(' ').filter(|word| !word.is_empty()).collect();
     let named = |thing: &&Thing| {
@@ -124,7 +138,7 @@ fn objects(
     if let Some(thing) = found.first() {
         let kind = kind.unwrap_or(builtins::OBJECT);
         let why = format!("`{slot}` is {}, and the {phrase} is {}", of(kind), of(&thing.kind));
-        return Err((why, list(kind, library, things)));
+        return Err(Hindrance::new(why, list(kind, library, things)));
     }
     Err(missing(&phrase, kind.unwrap_or(builtins::OBJECT), library, things))
 }
@@ -135,17 +149,19 @@ fn of(kind: &str) -> String {
 }
 
 /// Names what there is when what was asked for is not there.
-fn missing(phrase: &str, kind: &str, library: &Library, things: &[Thing]) -> Nothing {
+fn missing(phrase: &str, kind: &str, library: &Library, things: &[Thing]) -> Hindrance {
     let noun = phrase.rsplit(' ').next().unwrap_or(phrase);
     let alike: Vec<&str> = things
         .iter()
         .filter(|thing| thing.words().iter().any(|word| word == noun))
         .map(Thing::shown)
         .collect();
-    if alike.is_empty() {
-        return (format!("there is no {phrase} here"), list(kind, library, things));
-    }
-    (format!("there is no {phrase} here"), Some(format!("there is: {}", either(&alike))))
+    let help = if alike.is_empty() {
+        list(kind, library, things)
+    } else {
+        Some(format!("there is: {}", either(&alike)))
+    };
+    Hindrance::new(format!("there is no {phrase} here"), help)
 }
 
 fn list(kind: &str, library: &Library, things: &[Thing]) -> Option<String> {
@@ -155,9 +171,9 @@ fn list(kind: &str, library: &Library, things: &[Thing]) -> Option<String> {
 }
 
 /// `60 ml`, `60 millilitres`, `12 cm`.
-fn quantity(said: &str, dimension: Dimension, slot: &str) -> Result<Vec<Found>, Nothing> {
+fn quantity(said: &str, dimension: Dimension, slot: &str) -> Result<Vec<Found>, Hindrance> {
     let example = format!("say a number with its unit, such as `60 {}`", dimension.everyday_unit());
-    let nothing = |why: String| Err((why, Some(example.clone())));
+    let nothing = |why: String| Err(Hindrance::new(why, Some(example.clone())));
     let compact = said.replace(' ', "");
     let digits = compact.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(compact.len());
     let (number, unit) = compact.split_at(digits);

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::execution::trace::{FluentRow, Measure, StepRecord};
+use crate::trace::{FluentRow, Measure, StepRecord};
 use crate::workcell::Run;
 
 use super::super::run::people;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::execution::trace::{FluentRow, Measure, Outcome, StepRecord};
+use crate::trace::{FluentRow, Measure, Outcome, StepRecord};
 use crate::workcell::{Ending, Run, State};
 
 use super::super::run::{during, people};
@@ -35,16 +35,13 @@ pub(super) fn without_failure(run: &Run) -> String {
         }
     }
     if let Some((step, line)) = nearly_lost(run) {
-        let _ = write!(
-            text,
-            "\n  nearest to being lost, in step {} {}: {line}",
-            step.number, step.action
-        );
+        let _ =
+            write!(text, "\n  tightest margin, in step {} {}: {line}", step.number, step.action);
     }
     for (unit, step, row) in narrowest(run) {
         let _ = write!(
             text,
-            "\n  the smallest margin in {unit} was {} after step {} {}: {}",
+            "\n  smallest margin in {unit}: {} after step {} {}: {}",
             row.name,
             step.number,
             step.action,

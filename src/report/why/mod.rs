@@ -11,11 +11,11 @@ mod kept;
 
 use std::fmt::Write as _;
 
-use crate::execution::trace::{FluentRow, Outcome, StepRecord};
-use crate::execution::walk::FluentReading;
+use crate::execution::done::FluentReading;
+use crate::fluent::Reading;
 use crate::monitor;
-use crate::workcell::{Ending, Run};
-use crate::world::fluent::Reading;
+use crate::trace::{FluentRow, Outcome, StepRecord};
+use crate::workcell::Run;
 
 use super::Failure;
 use super::run::during;
@@ -54,7 +54,7 @@ pub fn why(question: &Question<'_>) -> Result<String, Failure> {
     }
     let failed = run.steps.iter().rev().find(|step| step.outcome != Outcome::Success);
     match failed {
-        Some(step) if run.outcome != Ending::Success => Ok(failure(question, step)),
+        Some(step) if !run.outcome.is_done() => Ok(failure(question, step)),
         _ => Ok(without_failure(run)),
     }
 }
@@ -144,7 +144,7 @@ fn not_recorded(run: &Run, name: &str) -> Failure {
     known.dedup();
     let failure = Failure::input("why::fluent", format!("{} says nothing of `{name}`", run.task));
     match known.as_slice() {
-        [] => failure.help("no step was carried out"),
+        [] => failure.help("no step has run"),
         known => failure.help(format!("it says something of {}", known.join(", "))),
     }
 }
@@ -178,10 +178,10 @@ fn failure(question: &Question<'_>, step: &StepRecord) -> String {
 /// Returns the fluent that a failed step failed by: a promise that is not so, or what its reason names.
 fn decided(step: &StepRecord) -> Option<&FluentRow> {
     let denied = |row: &&FluentRow| matches!((row.expected, row.measured), (Some(wanted), Some(is)) if wanted != is);
-    let reason = step.reason.as_deref().unwrap_or_default();
+    let unmet = step.failure.as_ref().and_then(|failure| failure.cause.unmet());
     let named = |row: &&FluentRow| {
-        reason.contains(&format!("`{}`", row.name))
-            || row.terms.iter().any(|term| reason.contains(&format!("`{}`", term.text)))
+        let is_it = |text: &str| unmet.is_some_and(|unmet| unmet.is(text));
+        is_it(&row.name) || row.terms.iter().any(|term| is_it(&term.text))
     };
     step.fluents.iter().find(denied).or_else(|| step.fluents.iter().find(named))
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::execution::trace::{FluentRow, Outcome, StepRecord};
+use crate::trace::{FluentRow, Outcome, StepRecord};
 use crate::workcell::Run;
 
 use super::Question;
@@ -45,7 +45,7 @@ pub(in crate::report) fn tries(
 fn by_margin(step: &StepRecord, row: &FluentRow) -> Option<String> {
     let unit = row.margin.as_ref().map_or("", |margin| margin.unit.as_str());
     match (row.measured, row.twin) {
-        (None, _) => Some(":look photographs the table again, to know it more surely".into()),
+        (None, _) => Some(":look takes a new camera image, which may settle it".into()),
         (Some(false), Some(true)) if unit == "m^3" => {
             Some(":gap says which effect the twin lacks that saw the water arrive".into())
         }

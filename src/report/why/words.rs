@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use crate::execution::trace::{FluentRow, Measure, TermRow};
-use crate::world::fluent::Direction;
+use crate::fluent::Direction;
+use crate::trace::{FluentRow, Measure, TermRow};
 
 use super::super::run::people;
 
@@ -57,7 +57,7 @@ pub(in crate::report) fn way(direction: &Direction, margin: Option<&Measure>) ->
     let axis = largest.unwrap_or(0);
     let sign = if direction.world[axis] < 0.0 { '-' } else { '+' };
     format!(
-        "`{}` would have to move{by} {} as the camera sees it ({sign}{} in the table's frame)",
+        "`{}` needs to move{by} {} as seen by the camera ({sign}{} in the table's frame)",
         direction.object, direction.camera, axes[axis]
     )
 }

@@ -3,7 +3,8 @@
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rapier3d_f64::dynamics::{
     CoefficientCombineRule, GenericJoint, GenericJointBuilder, JointAxesMask, JointAxis,
-    MotorModel, MultibodyDofCoupling, MultibodyLink, RigidBodyBuilder, RigidBodyHandle,
+    MotorModel, MultibodyDofCoupling, MultibodyJointHandle, MultibodyLink, RigidBodyBuilder,
+    RigidBodyHandle,
 };
 use rapier3d_f64::geometry::{
     ColliderBuilder, Group, InteractionGroups, InteractionTestMode, SharedShape,
@@ -13,7 +14,7 @@ use rapier3d_f64::pipeline::ActiveHooks;
 
 use super::super::convert::{inertia_to_engine, pose_to_engine};
 use super::super::{Error, Settings};
-use super::{Joint, Physics};
+use super::{Body, Joint, Physics};
 use crate::motion::Robot;
 use crate::motion::robot::{self, Motion};
 use crate::motion::solid::Solid;
@@ -79,30 +80,29 @@ impl Physics {
         state: &WorldState,
         settings: &Settings,
     ) -> Result<(), Error> {
-        let n = robot.n_joints();
-        check_length("q", n, state.q.len())?;
-        for (what, list) in [
-            ("kp", &settings.arm.kp),
-            ("kd", &settings.arm.kd),
-            ("armature", &settings.arm.armature),
-            ("coulomb", &settings.arm.coulomb),
-            ("viscous", &settings.arm.viscous),
-            ("compliance", &settings.arm.compliance),
-        ] {
-            check_length(what, n, list.len())?;
+        check_lengths(robot, state, settings)?;
+        self.add_bodies(robot, scene, state, settings);
+        self.join_bodies(robot, settings);
+        if let Some(first) = self.arm.first().map(|joint| joint.handle) {
+            self.set_up_multibody(first, state, settings);
         }
-        let roughness = Roughness::new(settings);
-        let tree = self.tree.clone();
-        let coordinate = |body: usize| {
-            let joint = tree.bodies[body].joint.as_ref();
-            joint.map_or(0.0, |joint| joint.value(&state.q, state.opening))
-        };
+        Ok(())
+    }
 
+    /// Adds the arm's bodies, each where the state has it, with their surfaces.
+    fn add_bodies(
+        &mut self,
+        robot: &Robot,
+        scene: &Scene,
+        state: &WorldState,
+        settings: &Settings,
+    ) {
+        let tree = self.tree.clone();
         let mut poses: Vec<Isometry3<f64>> = Vec::new();
         for (i, body) in tree.bodies.iter().enumerate() {
             let pose = match (body.parent, &body.joint) {
                 (Some(parent), Some(joint)) => {
-                    poses[parent] * joint.parent_from_link(coordinate(i))
+                    poses[parent] * joint.parent_from_link(coordinate(body, state))
                 }
                 _ => *scene.world_from_base.isometry(),
             };
@@ -117,27 +117,38 @@ impl Physics {
             let builder = builder.pose(pose_to_engine(&pose)).can_sleep(false);
             let handle = self.bodies.insert(builder);
             self.links.push(handle);
-            let pad = tree.jaws.contains(&i);
-            let rough = if pad { roughness.pad } else { roughness.object };
-            for &(link, body_from_link) in &body.links {
-                for placed in &robot.links()[link].collision {
-                    let (turned, shape) = shape(&placed.solid);
-                    let pose = body_from_link * placed.pose * turned;
-                    let collider = ColliderBuilder::new(shape).density(0.0);
-                    let collider = collider.position(pose_to_engine(&pose));
-                    let collider = surface(collider, rough, ARM);
-                    let creeps = pad && settings.friction.pad_creep != 0.0;
-                    let hooks = if creeps {
-                        ActiveHooks::MODIFY_SOLVER_CONTACTS
-                    } else {
-                        ActiveHooks::empty()
-                    };
-                    let collider = collider.active_hooks(hooks);
-                    self.colliders.insert_with_parent(collider, handle, &mut self.bodies);
-                }
+            self.add_surfaces(robot, body, handle, tree.jaws.contains(&i), settings);
+        }
+    }
+
+    /// Adds the collision shapes of one of the arm's bodies; `pad` says whether it is a jaw.
+    fn add_surfaces(
+        &mut self,
+        robot: &Robot,
+        body: &Body,
+        handle: RigidBodyHandle,
+        pad: bool,
+        settings: &Settings,
+    ) {
+        let roughness = Roughness::new(settings);
+        let rough = if pad { roughness.pad } else { roughness.object };
+        let creeps = pad && settings.friction.pad_creep != 0.0;
+        let hooks = if creeps { ActiveHooks::MODIFY_SOLVER_CONTACTS } else { ActiveHooks::empty() };
+        for &(link, body_from_link) in &body.links {
+            for placed in &robot.links()[link].collision {
+                let (turned, shape) = shape(&placed.solid);
+                let pose = body_from_link * placed.pose * turned;
+                let collider = ColliderBuilder::new(shape).density(0.0);
+                let collider = collider.position(pose_to_engine(&pose));
+                let collider = surface(collider, rough, ARM).active_hooks(hooks);
+                self.colliders.insert_with_parent(collider, handle, &mut self.bodies);
             }
         }
+    }
 
+    /// Joins each of the arm's bodies to its parent, and keeps which joints are the arm's and which the jaws'.
+    fn join_bodies(&mut self, robot: &Robot, settings: &Settings) {
+        let tree = self.tree.clone();
         for (i, body) in tree.bodies.iter().enumerate() {
             let (Some(parent), Some(moved)) = (body.parent, &body.joint) else { continue };
             let limits = tree.arm.iter().position(|&arm| arm == i).map(|i| &robot.joints()[i]);
@@ -155,22 +166,31 @@ impl Physics {
             let joint = Joint { handle, axis, body: i };
             if limits.is_some() { self.arm.push(joint) } else { self.jaws.push(joint) }
         }
+    }
+
+    /// Couples the jaws, gives each degree of freedom its friction and rotor inertia, and moves the arm, to
+    /// which the joint `first` belongs, to the state's configuration.
+    fn set_up_multibody(
+        &mut self,
+        first: MultibodyJointHandle,
+        state: &WorldState,
+        settings: &Settings,
+    ) {
         // The coordinates and the order of the engine's degrees of freedom are final only after a
         // first pass of forward kinematics.
-        let Some(first) = self.arm.first().copied() else { return Ok(()) };
-        let (multibody, _) = self.multibody_joints.get_mut(first.handle).expect("just inserted");
+        let (multibody, _) = self.multibody_joints.get_mut(first).expect("just inserted");
         multibody.set_self_contacts_enabled(false);
         multibody.forward_kinematics(&self.bodies, true);
         let mut displacement = vec![0.0; multibody.ndofs()];
-        let joints: Vec<Joint> = self.arm.iter().chain(&self.jaws).copied().collect();
         let mut ids = Vec::new();
-        for joint in &joints {
+        for joint in self.arm.iter().chain(&self.jaws) {
             let (multibody, link) = self.multibody_joints.get(joint.handle).expect("just inserted");
             let dof = multibody.link(link).map_or(0, MultibodyLink::assembly_id);
-            displacement[dof] = coordinate(joint.body);
+            displacement[dof] = coordinate(&self.tree.bodies[joint.body], state);
             ids.push((link, dof));
         }
-        let (multibody, _) = self.multibody_joints.get_mut(first.handle).expect("just inserted");
+        let n = self.arm.len();
+        let (multibody, _) = self.multibody_joints.get_mut(first).expect("just inserted");
         for (i, &(_, dof)) in ids.iter().enumerate() {
             let arm = i < n;
             multibody.damping_mut()[dof] = if arm { settings.arm.viscous[i] } else { 0.0 };
@@ -179,20 +199,10 @@ impl Physics {
                 if arm { settings.arm.armature[i] } else { settings.gripper.armature };
         }
         let [(lead, _), (follow, _)] = ids[n..] else { unreachable!("a tree has two jaws") };
-        multibody.add_dof_coupling(MultibodyDofCoupling {
-            link1: lead,
-            dof1: 0,
-            axis1: JointAxis::LinX as usize,
-            link2: follow,
-            dof2: 0,
-            axis2: JointAxis::LinX as usize,
-            coeff: 1.0,
-            offset: 0.0,
-        });
+        multibody.add_dof_coupling(alike(lead, follow));
         multibody.apply_displacements(&displacement);
         multibody.forward_kinematics(&self.bodies, false);
         multibody.update_rigid_bodies(&mut self.bodies, true);
-        Ok(())
     }
 
     /// Adds the objects whose poses are known.
@@ -221,6 +231,43 @@ impl Physics {
         }
         Ok(())
     }
+}
+
+/// Returns where the joint of a body is in a state, rad or m; 0 for a body without one.
+fn coordinate(body: &Body, state: &WorldState) -> f64 {
+    body.joint.as_ref().map_or(0.0, |joint| joint.value(&state.q, state.opening))
+}
+
+/// Returns what makes two sliding jaws, by their links, move alike.
+fn alike(lead: usize, follow: usize) -> MultibodyDofCoupling {
+    MultibodyDofCoupling {
+        link1: lead,
+        dof1: 0,
+        axis1: JointAxis::LinX as usize,
+        link2: follow,
+        dof2: 0,
+        axis2: JointAxis::LinX as usize,
+        coeff: 1.0,
+        offset: 0.0,
+    }
+}
+
+/// Checks that every list that goes by joints has an entry for each.
+fn check_lengths(robot: &Robot, state: &WorldState, settings: &Settings) -> Result<(), Error> {
+    let n = robot.n_joints();
+    let arm = &settings.arm;
+    for (what, list) in [
+        ("q", &state.q),
+        ("kp", &arm.kp),
+        ("kd", &arm.kd),
+        ("armature", &arm.armature),
+        ("coulomb", &arm.coulomb),
+        ("viscous", &arm.viscous),
+        ("compliance", &arm.compliance),
+    ] {
+        check_length(what, n, list.len())?;
+    }
+    Ok(())
 }
 
 fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(), Error> {

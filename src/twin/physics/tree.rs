@@ -6,7 +6,7 @@
 
 use nalgebra::Isometry3;
 
-use super::super::Error;
+use super::super::{Error, Unfit};
 use crate::motion::Inertial;
 use crate::motion::robot::{Drive, Joint, Link, Motion, Robot};
 
@@ -74,8 +74,7 @@ impl Tree {
         }
         let driven = robot.links().iter().filter(|l| matches!(l.joint.drive, Drive::Joint { .. }));
         if driven.count() != robot.n_joints() {
-            let what = "joints of the arm follow each other, which the twin cannot simulate";
-            return Err(Error::Robot(what.into()));
+            return Err(Unfit::Mimic.into());
         }
         let arm = robot.joints().iter().map(|joint| links[joint.link].0).collect();
         let jaws = jaws(robot)?.map(|link| links[link].0);
@@ -106,5 +105,5 @@ fn jaws(robot: &Robot) -> Result<[usize; 2], Error> {
             return Ok([left, right]);
         }
     }
-    Err(Error::Robot("the gripper is not a pair of coupled sliding jaws".into()))
+    Err(Unfit::Gripper.into())
 }

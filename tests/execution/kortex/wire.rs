@@ -8,13 +8,11 @@ use prost::Message;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 use serde_json::Value;
-use trueup::execution::kortex::degrees;
-use trueup::execution::kortex::frame::{Decoder, Frame, FrameError, Header, Kind, LONGEST, MAGIC};
-use trueup::execution::kortex::messages::{
-    base, common, config, cyclic, motion, session, trajectory,
-};
-use trueup::execution::kortex::refusal::{Refusal, SUB_CODES};
-use trueup::execution::kortex::rpc::{self, Rpc};
+use trueup::kortex::degrees;
+use trueup::kortex::frame::{Decoder, Frame, FrameError, Header, Kind, LONGEST, MAGIC};
+use trueup::kortex::messages::{base, common, config, cyclic, motion, session, trajectory};
+use trueup::kortex::refusal::{Refusal, SUB_CODES};
+use trueup::kortex::rpc::{self, Rpc};
 
 fn golden() -> Vec<Value> {
     serde_json::from_str(include_str!("golden.json")).unwrap()

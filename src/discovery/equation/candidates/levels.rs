@@ -4,6 +4,7 @@ use crate::language::names_in;
 use crate::units::Dimension;
 
 use super::super::edit::{Patch, fresh};
+use super::super::wording;
 use super::{Draft, depends, p, velocities};
 
 /// Vessels that run over: the state spills what is above a level, and what is spilt may go on.
@@ -48,7 +49,7 @@ pub(super) fn levels(draft: &mut Draft) {
             let mut equation = format!("{name} spills above {}", n[0]);
             if let Some(to) = to {
                 patch.rates.push((to.clone(), format!("+ {}*{spill}", n[1])));
-                equation = format!("{equation}, {} of it goes on to {to}", n[1]);
+                equation.push_str(&wording::spill_goes_on(&n[1], to));
             }
             (patch, equation)
         };

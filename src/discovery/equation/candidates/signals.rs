@@ -3,6 +3,7 @@
 use crate::units::Dimension;
 
 use super::super::edit::{Patch, fresh};
+use super::super::wording;
 use super::{Draft, P, Range, p};
 
 /// What an actuator does to an input.
@@ -68,7 +69,8 @@ pub(super) fn outputs(draft: &mut Draft) {
         let (name, dimension) = (&output.name, output.dimension);
         let range = ground.outputs[o];
         let wrap = |template: String| {
-            let equation = format!("{name} = {}", template.replace("{}", "what the model says"));
+            let equation =
+                format!("{name} = {}", template.replace("{}", wording::WHAT_THE_MODEL_SAYS));
             (Patch { output: Some((name.clone(), template)), ..Patch::default() }, equation)
         };
         scale(draft, ["output_offset", "output_gain"], name, (range, dimension), &wrap);
@@ -102,7 +104,7 @@ pub(super) fn outputs(draft: &mut Draft) {
                 output: Some((name.clone(), lagged.clone())),
                 ..Patch::default()
             };
-            let rate = format!("(what the model says - {lagged})/{}", n[0]);
+            let rate = wording::lagging(&lagged, &n[0]);
             (patch, format!("{name} = {lagged}, {lagged}' = {rate}"))
         });
     }

@@ -25,10 +25,10 @@ use super::data::{Channel, Quantity};
 use super::explain::ArmGap;
 use super::simulate::Model;
 use super::term::{Law, Term};
+use super::wording;
 use crate::discovery::finding::Identified;
 use crate::discovery::selection::{Gap as _, Hypothesis, Rival, Set, related};
 use crate::motion::revise::{LinkChange, Revision};
-use crate::units::significant;
 use body::{NAMES, NUMBERS, numbers, spread};
 use fit::{Fit, LOAD, OF_JOINT, Parts, Problem, Sums, consistent, left_of};
 use gains::Shown;
@@ -283,12 +283,7 @@ impl Apart {
         };
         let numbers = parts.joints.start..parts.load.end;
         let named = numbers.max_by(|a, b| apart(a).total_cmp(&apart(b))).unwrap_or_default();
-        let (what, unit) = parts.name(named);
-        format!(
-            "{what} is {} {unit} in the recordings fitted and {} {unit} in those held out",
-            significant(here.x[named], 3),
-            significant(there.x[named], 3)
-        )
+        wording::of_two_machines(parts.name(named), here.x[named], there.x[named])
     }
 }
 
@@ -389,15 +384,7 @@ fn far(bodies: &[Body], told: &[Identified]) -> Option<String> {
     };
     let all = told.iter().filter_map(|number| Some((by(number)?, number)));
     let (by, number) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (by > RARELY).then(|| {
-        format!(
-            "the {} of {} is {} times as far from the file's as a file's numbers usually are: check the robot's file, the \
-             units of the torques and the gains of the drives first",
-            number.parameter,
-            number.at,
-            significant(by, 2)
-        )
-    })
+    (by > RARELY).then(|| wording::far_off(&number.parameter, &number.at, by))
 }
 
 /// Returns the numbers of which the data say more than the file does, and something else.

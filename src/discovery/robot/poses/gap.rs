@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::super::chain::MOST_JOINTS;
 use super::super::plant::Arm;
 use super::super::term::{Law, SENSIBLE_GAIN, SHIFTS, Term};
-use super::super::{known, wording};
+use super::super::{known, told, wording};
 use super::data::Pose;
 use super::geometry::{Geometry, LEAST_BEYOND};
 use super::model::AtRest;
@@ -76,18 +76,15 @@ impl AtPoses {
     ) -> Result<Vec<String>, Error> {
         let mut aside = Vec::new();
         for effect in known {
-            let named = format!("effect {}({})", effect.name.text, effect.at.text);
-            let read = known::known(effect, self.arm.chain.n()).map_err(|what| Error {
-                what,
-                place: format!("{place}, {named}"),
-                help: "see the vocabulary of effects for names, places and parameters".into(),
-            })?;
+            let (name, at) = (&effect.name.text, &effect.at.text);
+            let read = known::known(effect, self.arm.chain.n())
+                .map_err(|misfit| misfit.at(format!("{place}, {}", wording::effect(name, at))))?;
             match read {
                 Some((term, values)) => {
                     self.known.0.push(term);
                     self.known.1.extend(values);
                 }
-                None => aside.push(format!("{named} is not of the arm and is left aside")),
+                None => aside.push(wording::not_of_the_arm(name, at)),
             }
         }
         Ok(aside)
@@ -106,12 +103,7 @@ impl AtPoses {
         for pose in self.train.iter_mut().chain(&mut self.heldout).chain(&mut self.unseen) {
             pose.tip = pose.tip.map(|tip| (seen.inverse() * nalgebra::Point3::from(tip)).coords);
         }
-        let (roll, pitch, yaw) = seen.rotation.euler_angles();
-        Some(format!(
-            "the tracker's frame is not the base's: the base stands at ({:.3}, {:.3}, {:.3}) m in it, turned by roll {roll:.3}, \
-             pitch {pitch:.3}, yaw {yaw:.3} rad; the tips are told from the base",
-            x.x, x.y, x.z
-        ))
+        Some(wording::tracker([x.x, x.y, x.z], seen.rotation.euler_angles()))
     }
 
     /// Returns the same with another geometry of the arm.
@@ -379,7 +371,7 @@ impl Worded for AtPoses {
         let from: usize = h.terms[..at].iter().map(|term| term.law.slots().len()).sum();
         let count = h.terms[at].law.slots().len();
         let covariance = h.covariance.view((from, from), (count, count)).into_owned();
-        wording::told(&h.terms[at], &h.parameters[from..from + count], &covariance, &[])
+        told::told(&h.terms[at], &h.parameters[from..from + count], &covariance, &[])
     }
 
     fn equation(&self, term: &Term, told: &[Told]) -> String {
@@ -416,11 +408,11 @@ impl Worded for AtPoses {
     }
 
     fn nothing(&self) -> &'static str {
-        "measured minus model is noise at every pose"
+        wording::POSES_ARE_NOISE
     }
 
     fn doubt(&self) -> &'static str {
-        "these poses do not tell them apart: add poses in which the joints stand otherwise"
+        wording::MORE_POSES
     }
 }
 

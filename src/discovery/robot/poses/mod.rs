@@ -17,17 +17,19 @@ use rand::seq::SliceRandom;
 pub(in super::super) use data::are_poses;
 
 use super::data::Data;
+use super::error::Misfit;
 use super::links::BETTER;
 use super::plant::Arm;
 use super::plausible;
+use super::term::Term;
+use super::wording;
 use crate::discovery::Investigation;
 use crate::discovery::finding::Verdict;
 use crate::discovery::recording::{Error, Recording};
-use crate::discovery::selection::{self, Gap as _, Options, Set, sum_of_squares};
+use crate::discovery::selection::{self, Gap as _, Options, Outcome, Set, sum_of_squares};
 use crate::discovery::worded::{self, Worded as _};
 use crate::language::ast::EffectItem;
 use crate::motion::Robot;
-use crate::units::significant;
 use data::{Pose, poses};
 use gap::{AtPoses, Noise};
 use geometry::{Geometry, Seen};
@@ -60,44 +62,23 @@ pub(in super::super) fn investigate(
         let data = Data::at_rest(recording, arm.chain.n())?;
         plausible::check_at_rest(&arm, robot.joints(), &data, &recording.name)?;
         if data.are_currents {
-            return Err(Error {
-                what: "at rest currents say nothing of what an ampere is worth".into(),
-                place: recording.name.clone(),
-                help: "say it in the sidecar: `\"torque_constant_nm_per_a\": [11.6, …]`, N·m at the joint".into(),
-            });
+            return Err(Misfit::CurrentsAtRest.at(&recording.name));
         }
         sets.push(poses(&data));
     }
     let (train, heldout) = split(sets, holdout);
     let place = recordings[0].name.clone();
-    notes.push(format!(
-        "each row is a pose at rest: {} are fitted, {} held out",
-        train.len(),
-        heldout.len()
-    ));
+    notes.push(wording::poses(train.len(), heldout.len()));
     let mut gap = AtPoses::new(arm, train, heldout);
     notes.extend(gap.take_known(known, &place)?);
     notes.extend(gap.find_tracker(ELSEWHERE));
-    let too_few = || Error {
-        what: format!(
-            "{} poses are too few: their readings are no more than what they would have to tell",
-            gap.poses(Set::Train).len()
-        ),
-        place: place.clone(),
-        help: "take 20 poses or more, all over the workspace, with every joint turned both ways"
-            .into(),
-    };
-    progress("judging the noise", 0.1);
+    let too_few = || Misfit::TooFewPoses { n: gap.poses(Set::Train).len() }.at(&place);
+    progress(wording::JUDGING_NOISE, 0.1);
     let geometry = Geometry::fitted(&Seen::of(&gap.arm.chain, &gap.known, gap.poses(Set::Train)));
     let noise = Noise::of(&gap, geometry.as_ref()).ok_or_else(too_few)?;
     gap.noise = noise;
-    let runs_away = |what: String| Error {
-        what,
-        place: place.clone(),
-        help: "check the units of the columns and the robot's file".into(),
-    };
     let options = Options { most: FEW, ..*options };
-    let mut outcome = selection::search(&gap, &options, progress).map_err(runs_away)?;
+    let mut outcome = searched(&gap, &options, &place, progress)?;
     let filed = gap.clone();
     let (mut identified, mut revision) = (Vec::new(), None);
     if let Some(geometry) = &geometry {
@@ -106,20 +87,14 @@ pub(in super::super) fn investigate(
         let left = with.residuals(Set::Heldout, &[], &[]);
         let left = left.map_or(f64::INFINITY, |residuals| sum_of_squares(&residuals));
         if !off.is_empty() && left < BETTER * outcome.best.heldout {
-            outcome = selection::search(&with, &options, progress).map_err(runs_away)?;
+            outcome = searched(&with, &options, &place, progress)?;
             revision = Some(geometry.revision(&filed.arm.chain, &tip));
             (gap, identified) = (with, off);
-            notes.push(format!(
-                "of the {} numbers of the geometry {} show by themselves; the poses tell {:.0}, the rest is the file's; \
-                 what is left is {} mm an axis",
-                geometry.count(),
-                geometry.rank(),
-                geometry.told,
-                significant(1e3 * geometry.noise, 2)
-            ));
+            let (count, rank) = (geometry.count(), geometry.rank());
+            notes.push(wording::geometry(count, rank, geometry.told, geometry.noise));
         }
     }
-    progress("writing the answer", 0.98);
+    progress(wording::WRITING, 0.98);
     let traces = gap.traces(&filed, &outcome.best, &place);
     let mut finding = worded::answer(&gap, &outcome, &options, notes);
     if !identified.is_empty() {
@@ -127,12 +102,21 @@ pub(in super::super) fn investigate(
         let places = none.map_or(Vec::new(), |none| filed.places(&none));
         finding = finding.identified_first(identified, selection::left(&filed), places);
         if finding.verdict == Verdict::NothingMissing {
-            finding.reason = "once the geometry is identified, measured minus model is noise at every pose, also at those \
-                              held out"
-                .into();
+            finding.reason = wording::POSES_ARE_NOISE_NOW.into();
         }
     }
     Ok(Investigation { finding, traces, experiment: None, revision })
+}
+
+/// Searches for effects among the poses of a recording.
+fn searched(
+    gap: &AtPoses,
+    options: &Options,
+    place: &str,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Outcome<Term>, Error> {
+    selection::search(gap, options, progress)
+        .map_err(|why| Misfit::searching_at_rest(why).at(place))
 }
 
 /// Splits poses into those fitted and those held out.

@@ -118,39 +118,14 @@ impl Acting {
                 self.loops.push(Loop { joint: j, torque: p[0], width: p[1], z: 0.0 });
             }
             Law::Payload => self.payload(model, p),
-            Law::LinkMass => {
-                // Its own mass tells how the new one is spread.
-                let own = model.arm.chain.bodies[j].mass;
-                if own > 0.0 {
-                    let column = model.column((4, j, 0), 1.0, |chain| chain.bodies[j].thicken(1.0));
-                    self.accumulate(model, &column, p[0] / own);
-                }
-            }
+            Law::LinkMass => self.link_mass(model, j, p[0]),
             Law::ObjectMass => {
                 for load in model.loads.iter().filter(|load| load.thing == j) {
                     self.accumulate(model, &load.per_kilogram, p[0]);
                 }
             }
-            Law::Armature => {
-                let n = model.scene.plant.n;
-                let needed = self.needed(model);
-                for (k, row) in needed.chunks_mut(n).enumerate() {
-                    row[j] += p[0] * model.scene.plant.ddq[k * n + j];
-                }
-            }
-            Law::BaseTilt => {
-                let g = model.arm.chain.gravity.norm();
-                // Linear in the two components of gravity that a tilt brings in, exact in z to first order.
-                let tilted = nalgebra::Rotation3::from_euler_angles(p[0], p[1], 0.0)
-                    .inverse_transform_vector(&Vector3::new(0.0, 0.0, -g));
-                let along = tilted - model.arm.chain.gravity;
-                for axis in 0..3 {
-                    let column = model.column((0, 0, axis as u8), 1.0, |chain| {
-                        chain.gravity[axis] += 1.0;
-                    });
-                    self.accumulate(model, &column, along[axis]);
-                }
-            }
+            Law::Armature => self.rotor(model, j, p[0]),
+            Law::BaseTilt => self.tilt(model, p),
             Law::TorqueOffset => self.torque_offset[j] += p[0],
             Law::TorqueGain => self.torque_gain[j] *= p[0],
             Law::TorqueDrift => self.torque_drift[j] += p[0],
@@ -167,27 +142,66 @@ impl Acting {
                     self.turned(model, j, p[0]);
                 }
             }
-            Law::LinkLength => {
-                self.lengths[j] += Vector3::new(p[0], p[1], p[2]);
-                self.has_lengths = true;
-                for (axis, &by) in p.iter().enumerate() {
-                    let column = model.column((1, j, axis as u8), 1e-3, |chain| {
-                        lengthen(chain, j, axis, 1e-3);
-                    });
-                    self.accumulate(model, &column, by);
-                }
-            }
+            Law::LinkLength => self.lengthened(model, j, p),
             Law::ToolOffset => self.tool += Vector3::new(p[0], p[1], p[2]),
-            Law::CameraShift(free) => {
-                let mut all = [0.0; 6];
-                let mut values = p.iter();
-                for (value, _) in all.iter_mut().zip(free).filter(|(_, free)| *free) {
-                    *value = values.next().copied().unwrap_or(0.0);
-                }
-                self.shift += Vector3::new(all[0], all[1], all[2]);
-                let turn = nalgebra::Rotation3::from_euler_angles(all[3], all[4], all[5]);
-                self.turn *= turn.matrix();
-            }
+            Law::CameraShift(free) => self.shifted(free, p),
+        }
+    }
+
+    /// The tracker stands elsewhere; `p` are those of its six numbers that are free.
+    fn shifted(&mut self, free: [bool; 6], p: &[f64]) {
+        let mut all = [0.0; 6];
+        let mut values = p.iter();
+        for (value, _) in all.iter_mut().zip(free).filter(|(_, free)| *free) {
+            *value = values.next().copied().unwrap_or(0.0);
+        }
+        self.shift += Vector3::new(all[0], all[1], all[2]);
+        let turn = nalgebra::Rotation3::from_euler_angles(all[3], all[4], all[5]);
+        self.turn *= turn.matrix();
+    }
+
+    /// A link weighs more, kg; its own mass tells how the new one is spread.
+    fn link_mass(&mut self, model: &Model, j: usize, more: f64) {
+        let own = model.arm.chain.bodies[j].mass;
+        if own > 0.0 {
+            let column = model.column((4, j, 0), 1.0, |chain| chain.bodies[j].thicken(1.0));
+            self.accumulate(model, &column, more / own);
+        }
+    }
+
+    /// A joint has a rotor, kg·m².
+    fn rotor(&mut self, model: &Model, j: usize, inertia: f64) {
+        let n = model.scene.plant.n;
+        let needed = self.needed(model);
+        for (k, row) in needed.chunks_mut(n).enumerate() {
+            row[j] += inertia * model.scene.plant.ddq[k * n + j];
+        }
+    }
+
+    /// The base leans by roll and pitch, rad.
+    fn tilt(&mut self, model: &Model, p: &[f64]) {
+        let g = model.arm.chain.gravity.norm();
+        // Linear in the two components of gravity that a tilt brings in, exact in z to first order.
+        let tilted = nalgebra::Rotation3::from_euler_angles(p[0], p[1], 0.0)
+            .inverse_transform_vector(&Vector3::new(0.0, 0.0, -g));
+        let along = tilted - model.arm.chain.gravity;
+        for axis in 0..3 {
+            let column = model.column((0, 0, axis as u8), 1.0, |chain| {
+                chain.gravity[axis] += 1.0;
+            });
+            self.accumulate(model, &column, along[axis]);
+        }
+    }
+
+    /// A joint sits elsewhere in the link before it, m.
+    fn lengthened(&mut self, model: &Model, j: usize, p: &[f64]) {
+        self.lengths[j] += Vector3::new(p[0], p[1], p[2]);
+        self.has_lengths = true;
+        for (axis, &by) in p.iter().enumerate() {
+            let column = model.column((1, j, axis as u8), 1e-3, |chain| {
+                lengthen(chain, j, axis, 1e-3);
+            });
+            self.accumulate(model, &column, by);
         }
     }
 

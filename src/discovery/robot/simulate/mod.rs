@@ -6,125 +6,27 @@
 //! act, `friction` has the laws of the joints, `sensors` turns a motion into readings. Which effects to
 //! try is not decided here.
 
+mod model;
 mod acting;
 mod along;
 mod closed_loop;
 mod friction;
 mod sensors;
 
-use std::collections::BTreeMap;
 use std::sync::{Arc as Shared, Mutex, OnceLock};
 
 use acting::Acting;
 
-use super::chain::{Chain, MOST_JOINTS};
+use super::chain::Chain;
 use super::data::{Channel, Quantity};
 use super::links::body;
 use super::load::Load;
-use super::plant::{Arm, Plant, Scene};
+use super::plant::{Arm, Scene};
 use super::term::Term;
 use crate::discovery::recording::sidecar::TorqueSensor;
 use crate::discovery::selection::{Set, Slot};
-
-/// An arm laid out along one recording, ready to be simulated with any effects.
-#[derive(Debug)]
-pub struct Model {
-    /// The arm.
-    pub arm: Arm,
-    /// The recording.
-    pub scene: Scene,
-    columns: Mutex<BTreeMap<ColumnKey, Shared<Vec<f64>>>>,
-    /// The last few motions, each with the effects that moved it: effects of the sensors alone need no
-    /// new simulation.
-    motions: Mutex<Vec<Remembered>>,
-    /// What a measured motion needs without any effects: worked out once.
-    bare: OnceLock<along::Bare>,
-    /// What the hand carried.
-    pub loads: Vec<Load>,
-    /// Torque that took, as far as it is known, by grid point; empty if nothing was carried.
-    carried: Vec<f64>,
-}
-
-/// A motion and what moved it.
-#[derive(Debug, Clone)]
-struct Remembered {
-    own: Vec<f64>,
-    terms: Vec<Term>,
-    parameters: Vec<f64>,
-    motion: Shared<Motion>,
-}
-
-/// Which change to the bodies a torque column is of: kind, joint or body, axis.
-type ColumnKey = (u8, usize, u8);
-
-/// Further than this from its path an arm is laid out again, rad: the square of it times the arm's weight is a
-/// part of the noise of its torques.
-const STRAY: f64 = 0.03;
-
-/// How many motions are remembered.
-const REMEMBERED: usize = 4;
-
-/// What the simulation leaves behind, `rows × n` each.
-#[derive(Debug)]
-struct Motion {
-    q: Vec<f64>,
-    dq: Vec<f64>,
-    tau: Vec<f64>,
-    load: Vec<f64>,
-    /// Where the link stands beyond its encoder in a gap, rad.
-    gap: Vec<f64>,
-}
-
-impl Motion {
-    /// Returns a motion of `values` values a channel, all of them 0.
-    fn still(values: usize) -> Self {
-        let [q, dq, tau, load, gap] = std::array::from_fn(|_| vec![0.0; values]);
-        Self { q, dq, tau, load, gap }
-    }
-}
-
-/// Returns whether a row of a recording belongs to a set of which the recording is.
-pub fn is_in(set: Set, unseen: bool) -> bool {
-    match set {
-        Set::Train => true,
-        Set::Heldout => !unseen,
-        Set::Unseen => unseen,
-    }
-}
-
-/// A time between two points of the plant's grid.
-#[derive(Debug, Clone, Copy)]
-struct GridPoint {
-    n: usize,
-    index: usize,
-    part: f64,
-}
-
-impl GridPoint {
-    /// Returns where `time` lies on the grid of the plant, kept inside it.
-    fn at(plant: &Plant, time: f64) -> Self {
-        let grid = ((time - plant.start) / plant.step).clamp(0.0, (plant.len - 2) as f64);
-        let index = grid as usize;
-        Self { n: plant.n, index, part: grid - index as f64 }
-    }
-
-    /// Returns the values of all joints there, linear between the two points.
-    fn all(self, values: &[f64]) -> [f64; MOST_JOINTS] {
-        let at = self.index * self.n;
-        let (a, b) = values[at..at + 2 * self.n].split_at(self.n);
-        let mut all = [0.0; MOST_JOINTS];
-        for (to, (a, b)) in all.iter_mut().zip(a.iter().zip(b)) {
-            *to = a + self.part * (b - a);
-        }
-        all
-    }
-
-    /// Returns a value of joint `j` there, linear between the two points.
-    fn of(self, values: &[f64], j: usize) -> f64 {
-        let (a, b) = (values[self.index * self.n + j], values[(self.index + 1) * self.n + j]);
-        a + self.part * (b - a)
-    }
-}
+use model::{ColumnKey, GridPoint, Motion, REMEMBERED, Remembered, STRAY};
+pub use model::{Model, is_in};
 
 impl Model {
     /// Returns the model of an arm along a recording, in which it carried `loads`.
@@ -224,19 +126,20 @@ impl Model {
         // How friction stops a joint shows only where there is any.
         let is_stopped = acting.dry.iter().any(|dry| dry.sharp);
         let own = if is_stopped { own } else { own.split_at(own.len().min(1)).0 };
-        let lock = "no thread panics while it holds the lock";
         let same = |known: &&Remembered| {
             known.own == own && known.terms == moving.0 && known.parameters == moving.1
         };
-        if let Some(known) = self.motions.lock().expect(lock).iter().find(same) {
+        let remembered = self.motions.lock().expect("no thread panics while it holds the lock");
+        if let Some(known) = remembered.iter().find(same) {
             return Some(Shared::clone(&known.motion));
         }
+        drop(remembered);
         let motion = Shared::new(if self.scene.closed_loop {
             closed_loop::simulate(self, acting, own)?
         } else {
             along::measured(self, acting)
         });
-        let mut motions = self.motions.lock().expect(lock);
+        let mut motions = self.motions.lock().expect("no thread panics while it holds the lock");
         if motions.len() == REMEMBERED {
             motions.remove(0);
         }

@@ -15,7 +15,8 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 
 use super::super::{And, Decides, Does, Error, Form, Graph, Node, NodeKind, Or, Terminal, build};
-use super::{Learnt, to_json, words};
+use super::error::Unsaid;
+use super::{Learnt, to_json, wording, words};
 use crate::language::ast::{
     ActionItem, Call, Conditions, Expr, ExprKind, FluentItem, Name, Param, Span, TaskItem, Text,
 };
@@ -50,10 +51,11 @@ pub fn to_task(graph: &Graph) -> Result<String, Error> {
     let written = items.join("\n");
     let (program, wrong) = parse(&written);
     if let Some(first) = wrong.first() {
-        return Err(Error::Text(first.message.clone()));
+        return Err(Error::Text(Unsaid::Refused(first.message.clone())));
     }
     let again = build(&program, &call).map_err(|problems| {
-        Error::Text(problems.first().map_or_else(String::new, |problem| problem.message.clone()))
+        let first = problems.first().map_or_else(String::new, |problem| problem.message.clone());
+        Error::Text(Unsaid::Refused(first))
     })?;
     match difference(graph, &again) {
         None => Ok(written),
@@ -73,11 +75,7 @@ fn uneven(graph: &Graph) -> Vec<String> {
         if branches.iter().any(|branch| (branch.prior - even).abs() > 1e-9) {
             let shares: Vec<String> =
                 branches.iter().map(|b| format!("{} {:.2}", b.name, b.prior)).collect();
-            notes.push(format!(
-                "{}: the values of `{param}` were chosen as {}; a text gives them even shares",
-                node.path,
-                shares.join(", ")
-            ));
+            notes.push(wording::uneven_shares(&node.path, param, &shares));
         }
     }
     notes
@@ -203,7 +201,7 @@ fn one<T: slots::Slots>(
     all: Vec<Instance<T>>,
     lets: &BTreeMap<String, String>,
 ) -> Result<T, Error> {
-    let several = format!("`{name}` stands in it in ways that no parameter of it tells apart");
+    let several = Unsaid::SeveralWays { name: name.to_owned() };
     in_common(all, lets).ok_or(Error::Text(several))
 }
 
@@ -249,7 +247,7 @@ fn scope(params: &[Param], call: &Call) -> Scope {
 
 /// Returns the first thing that two graphs do not share: where they were read, what a drawing says and what
 /// learnt counts hang on apart.
-fn difference(a: &Graph, b: &Graph) -> Option<String> {
+fn difference(a: &Graph, b: &Graph) -> Option<Unsaid> {
     let parts = |graph: &Graph| {
         let mut all = BTreeMap::new();
         let json = to_json(graph, &Learnt::default());
@@ -271,19 +269,16 @@ fn difference(a: &Graph, b: &Graph) -> Option<String> {
     let (one, other) = (parts(a), parts(b));
     for (what, value) in &one {
         match other.get(what) {
-            None => return Some(format!("{what} cannot be said")),
+            None => return Some(Unsaid::Lost { what: what.clone() }),
             Some(there) if there != value => {
-                return Some(format!(
-                    "{what} would be {}, not {}",
-                    short(there, value),
-                    short(value, there)
-                ));
+                let (would_be, is) = (short(there, value), short(value, there));
+                return Some(Unsaid::Other { what: what.clone(), would_be, is });
             }
             Some(_) => {}
         }
     }
     if let Some(more) = other.keys().find(|what| !one.contains_key(*what)) {
-        return Some(format!("a text would add {more}"));
+        return Some(Unsaid::Added { what: more.clone() });
     }
     a.nodes().iter().find_map(|node| uneven_choice(node, b.find(&node.path)?))
 }
@@ -304,12 +299,12 @@ fn short(value: &Value, there: &Value) -> String {
     if words.is_empty() { "without that".into() } else { words.join(", ") }
 }
 
-fn uneven_choice(node: &Node, there: &Node) -> Option<String> {
+fn uneven_choice(node: &Node, there: &Node) -> Option<Unsaid> {
     let (NodeKind::Or(a), NodeKind::Or(b)) = (&node.kind, &there.kind) else { return None };
     if matches!(a.decides, Decides::Argument(_)) {
         return None;
     }
     let mut pairs = a.branches.iter().zip(&b.branches);
     let off = pairs.find(|(x, y)| (x.prior - y.prior).abs() > 1e-9);
-    off.map(|(x, y)| format!("the prior of `{}` would be {}, not {}", x.name, y.prior, x.prior))
+    off.map(|(x, y)| Unsaid::Prior { branch: x.name.clone(), would_be: y.prior, is: x.prior })
 }

@@ -6,6 +6,7 @@ use super::super::super::{
     And, Argument, Branch, Decides, Does, Error, Form, Graph, Holding, Node, NodeId, NodeKind, Or,
     Relation, Terminal, is_at_or_below,
 };
+use super::super::error::{Oddity, Unsaid};
 use super::super::{plain, words};
 use super::name;
 use crate::language::ast::{
@@ -27,8 +28,8 @@ pub(super) struct Steps<'g> {
 }
 
 /// What a step needs to be, and is not.
-fn odd(node: &Node, why: &str) -> Error {
-    Error::Text(format!("`{}` {why}", node.path))
+fn odd(node: &Node, why: Oddity) -> Error {
+    Error::Text(Unsaid::Odd { node: node.path.clone(), why })
 }
 
 /// `limit 20 s`.
@@ -177,7 +178,7 @@ impl<'g> Steps<'g> {
     pub(super) fn body(&self, task: &'g Node) -> Result<Vec<Step>, Error> {
         match &task.kind {
             NodeKind::And(and) => self.steps(&and.children),
-            _ => Err(odd(task, "is no task")),
+            _ => Err(odd(task, Oddity::NoTask)),
         }
     }
 
@@ -199,7 +200,7 @@ impl<'g> Steps<'g> {
                     remedy: remedy.clone(),
                     span: Span::default(),
                 }),
-                _ => Err(odd(node, "says nothing of what is done after a failure")),
+                _ => Err(odd(node, Oddity::NoRemedy)),
             }
         });
         each.collect()
@@ -235,7 +236,7 @@ impl<'g> Steps<'g> {
             }
             NodeKind::Or(Or { decides: Decides::Condition(condition), branches, .. }) => {
                 let [then, otherwise] = branches.as_slice() else {
-                    return Err(odd(node, "is decided by a condition and has not two branches"));
+                    return Err(odd(node, Oddity::NotTwoBranches));
                 };
                 let otherwise = self.graph.node(otherwise.node);
                 let skipped =
@@ -247,7 +248,7 @@ impl<'g> Steps<'g> {
                     span,
                 })
             }
-            NodeKind::Or(_) => return Err(odd(node, "stands where no step of its kind can")),
+            NodeKind::Or(_) => return Err(odd(node, Oddity::Misplaced)),
             NodeKind::And(and) => match &and.form {
                 Form::Together => self.together(&and.children)?,
                 Form::Repeat => self.repeat(node, &and.children)?,
@@ -257,7 +258,7 @@ impl<'g> Steps<'g> {
                     block.label = (label != "block").then(|| name(label));
                     Step::Block(block)
                 }
-                _ => return Err(odd(node, "stands where no step of its kind can")),
+                _ => return Err(odd(node, Oddity::Misplaced)),
             },
         })
     }
@@ -267,7 +268,7 @@ impl<'g> Steps<'g> {
         let NodeKind::And(And { form: Form::Sequence | Form::Skip, children, holding, .. }) =
             &node.kind
         else {
-            return Err(odd(node, "is no block of steps"));
+            return Err(odd(node, Oddity::NoBlock));
         };
         Ok(Block {
             steps: self.steps(children)?,
@@ -280,7 +281,7 @@ impl<'g> Steps<'g> {
 
     fn branches(&self, node: &Node, all: &[Branch]) -> Result<Vec<ast::Branch>, Error> {
         let Some(first) = all.first().filter(|_| all.len() > 1) else {
-            return Err(odd(node, "has nothing to choose from"));
+            return Err(odd(node, Oddity::NoChoice));
         };
         let even = all.iter().all(|branch| (branch.prior - first.prior).abs() < 1e-12);
         let each = all.iter().map(|branch| {
@@ -301,7 +302,7 @@ impl<'g> Steps<'g> {
     /// A loop: its rounds are the same, so the first says them all.
     fn repeat(&self, node: &'g Node, children: &[NodeId]) -> Result<Step, Error> {
         let Some(first) = children.first() else {
-            return Err(odd(node, "repeats nothing"));
+            return Err(odd(node, Oddity::NoRounds));
         };
         let block = self.block(self.graph.node(*first))?;
         let until = match children.last().map(|last| &self.graph.node(*last).kind) {
@@ -382,7 +383,7 @@ impl<'g> Steps<'g> {
             }
             NodeKind::Or(Or { decides: Decides::Argument(param), branches, .. }) => {
                 let Some(first) = branches.first() else {
-                    return Err(odd(node, "has no values"));
+                    return Err(odd(node, Oddity::NoValues));
                 };
                 let below = self.graph.node(first.node);
                 let (mut call, holding) = self.call(below)?;
@@ -391,12 +392,12 @@ impl<'g> Steps<'g> {
                 let at = self.position(&call, param, &first.name);
                 let arg = at.and_then(|at| call.args.get_mut(at));
                 let Some(arg) = arg else {
-                    return Err(odd(node, "chooses the value of what its call does not take"));
+                    return Err(odd(node, Oddity::NoArgument));
                 };
                 arg.values = values;
                 Ok((call, holding))
             }
-            _ => Err(odd(node, "is no call")),
+            _ => Err(odd(node, Oddity::NoCall)),
         }
     }
 

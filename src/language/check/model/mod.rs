@@ -94,8 +94,10 @@ pub fn names_in(expr: &Expr) -> Vec<String> {
     while let Some(expr) = todo.pop() {
         match &expr.kind {
             ExprKind::Name(name) => out.push(name.clone()),
-            ExprKind::Negate(inner) | ExprKind::Member(inner, _) => todo.push(inner),
-            ExprKind::Binary(a, _, b) => todo.extend([&**b, &**a]),
+            ExprKind::Negate(inner) | ExprKind::Not(inner) | ExprKind::Member(inner, _) => {
+                todo.push(inner);
+            }
+            ExprKind::Binary(a, _, b) | ExprKind::Within(a, b) => todo.extend([&**b, &**a]),
             ExprKind::Call(call) => {
                 todo.extend(call.args.iter().rev().flat_map(|a| a.values.iter().rev()));
             }

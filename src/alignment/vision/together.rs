@@ -1,0 +1,171 @@
+//! Several things in one picture: each where the picture supports it best, none inside another, and what stands
+//! behind or under another looked at again with that in front of it. Whether the picture then shows them is
+//! [`super::judge`]'s.
+
+use image::GrayImage;
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::super::doubt::Doubt;
+use super::super::outline::Projector;
+use super::super::picture::{Picture, Plane};
+use super::super::placement::{Candidate, Evidence, Hidden, Window, assign, is_apart, overlap};
+use super::{FOUND, Options, Sighting, belief, judge};
+use crate::world::{Camera, Object, Pose, Table};
+
+/// What leaving an object unplaced counts in choosing places for all: the most that absent objects score.
+const ABSENT: f64 = 0.3;
+/// Points on each edge of what hides another thing; its hull is a polygon of them.
+const HULL_POINTS: usize = 4;
+
+/// One thing that is looked for.
+pub(super) struct Sought<'a> {
+    object: &'a Object,
+    /// How high above the table it stands, m.
+    pub(super) height: f64,
+    /// The camera as this thing sees it. What stands `h` above the table looks as if it stood on it, to a camera
+    /// that hangs lower by `h`.
+    view: Projector,
+    /// Where it is looked for; everywhere when nothing is said.
+    window: Option<Window>,
+}
+
+impl<'a> Sought<'a> {
+    /// Says where a thing is looked for, and on which floor.
+    pub(super) fn of(object: &'a Object, camera: &Camera, options: &Options) -> Self {
+        let height = options.raised.get(&object.name).copied().unwrap_or(0.0);
+        Self {
+            object,
+            height,
+            view: Projector::new(&lowered(camera, height)),
+            window: options.windows.get(&object.name).copied(),
+        }
+    }
+
+    /// The middle of the thing at a place on its floor.
+    fn middle(&self, at: &Candidate) -> Vector3<f64> {
+        Vector3::new(at.x, at.y, self.height + 0.5 * self.object.shape.height())
+    }
+}
+
+/// Everything that is looked for in a picture, with the picture.
+pub(super) struct Everything<'a> {
+    pub(super) picture: Picture,
+    /// What does not look like bare table.
+    pub(super) change: Plane,
+    pub(super) table: &'a Table,
+    /// Where the camera's eye is.
+    pub(super) eye: Vector3<f64>,
+    /// What is not to be looked at.
+    pub(super) ignore: Option<GrayImage>,
+    pub(super) sought: Vec<Sought<'a>>,
+}
+
+impl Everything<'_> {
+    /// Returns what is to be said of each thing, before they are weighed against each other.
+    pub(super) fn judged(&self) -> Vec<(Sighting, Option<Doubt>)> {
+        let candidates = self.candidates();
+        let objects: Vec<&Object> = self.sought.iter().map(|s| s.object).collect();
+        let heights: Vec<f64> = self.sought.iter().map(|s| s.height).collect();
+        let best: Vec<Option<Candidate>> = assign(&objects, &heights, &candidates, ABSENT)
+            .iter()
+            .zip(&candidates)
+            .map(|(chosen, all)| chosen.map(|k| all[k]))
+            .collect();
+        (0..self.sought.len())
+            .into_par_iter()
+            .map(|i| {
+                let evidence = self.evidence(i, self.hidden(i, &best));
+                let rivals = self.rivals(i, &candidates[i], &best);
+                let view = &self.sought[i].view;
+                judge::judge(&self.picture, view, self.table, &evidence, best[i], &rivals)
+            })
+            .collect()
+    }
+
+    fn candidates(&self) -> Vec<Vec<Candidate>> {
+        let [low, _, high, _] = self.table.corners();
+        let everywhere = Window { x: [low[0], high[0]], y: [low[1], high[1]] };
+        let search = |i: usize| {
+            let window = self.sought[i].window.unwrap_or(everywhere);
+            self.evidence(i, self.bare()).search(&window)
+        };
+        (0..self.sought.len()).into_par_iter().map(search).collect()
+    }
+
+    fn bare(&self) -> Hidden {
+        Hidden { mask: self.ignore.clone(), hulls: Vec::new() }
+    }
+
+    fn evidence(&self, i: usize, hidden: Hidden) -> Evidence<'_> {
+        let Sought { object, view, .. } = &self.sought[i];
+        Evidence::new(&self.picture, view, object, &self.change, hidden)
+    }
+
+    /// What covers a thing: all that is believed to stand nearer to the camera, or on it.
+    fn hidden(&self, i: usize, best: &[Option<Candidate>]) -> Hidden {
+        let mut hidden = self.bare();
+        let Some(own) = best[i] else { return hidden };
+        for (j, other) in best.iter().enumerate() {
+            if let Some(other) = other
+                && j != i
+                && self.covers((j, other), (i, &own))
+                && belief(&other.score) > FOUND
+            {
+                let outline = self.evidence(j, self.bare()).outline(&other.pose(), HULL_POINTS);
+                hidden.hulls.push(outline.hull);
+            }
+        }
+        hidden
+    }
+
+    /// Places of a thing that no other fills better.
+    fn rivals(
+        &self,
+        i: usize,
+        candidates: &[Candidate],
+        best: &[Option<Candidate>],
+    ) -> Vec<Candidate> {
+        let is_taken = |c: &Candidate| {
+            best.iter().enumerate().any(|(j, other)| {
+                j != i
+                    && other.is_some_and(|o| {
+                        o.score.total >= c.score.total && self.is_same_place((i, c), (j, &o))
+                    })
+            })
+        };
+        candidates.iter().filter(|c| !is_taken(c)).copied().collect()
+    }
+
+    fn covers(&self, over: (usize, &Candidate), under: (usize, &Candidate)) -> bool {
+        let (above, below) = (self.sought[over.0].height, self.sought[under.0].height);
+        if is_apart(above, below) && self.overlap(over, under) {
+            return above > below;
+        }
+        let far = |c: &Candidate| (c.x - self.eye.x).hypot(c.y - self.eye.y);
+        far(over.1) < far(under.1)
+    }
+
+    /// On different floors what covers the same part of the picture counts, not what would share space.
+    fn is_same_place(&self, a: (usize, &Candidate), b: (usize, &Candidate)) -> bool {
+        let (one, two) = (&self.sought[a.0], &self.sought[b.0]);
+        if !is_apart(one.height, two.height) {
+            return self.overlap(a, b);
+        }
+        let (way, other): (Vector3<f64>, Vector3<f64>) =
+            (one.middle(a.1) - self.eye, two.middle(b.1) - self.eye);
+        let beside = (other - way * (other.dot(&way) / way.norm_squared())).norm();
+        beside < 0.5 * (one.object.shape.outer_radius() + two.object.shape.outer_radius())
+    }
+
+    fn overlap(&self, a: (usize, &Candidate), b: (usize, &Candidate)) -> bool {
+        overlap(self.sought[a.0].object, a.1, self.sought[b.0].object, b.1)
+    }
+}
+
+/// Returns the camera as it would hang if everything were lower by `by` m.
+fn lowered(camera: &Camera, by: f64) -> Camera {
+    let pose = &camera.world_from_camera;
+    let world_from_camera = Pose::from_parts(pose.origin() - Vector3::z() * by, pose.rotation());
+    Camera { world_from_camera, ..*camera }
+}

@@ -1,0 +1,116 @@
+//! What a sighting says in words: why a thing is not found, or why its place is in doubt.
+//!
+//! Places are on the table, m; lengths and shares come in m and as fractions, and are told in mm and %.
+
+use crate::alignment::doubt::Meaning;
+use crate::alignment::placement::Candidate;
+
+/// No place was worth a second look; the nearest, if there was any.
+pub(super) fn nothing_like_it(nearest: Option<&Candidate>) -> String {
+    nearest.map_or_else(
+        || "nothing in the picture looks like it".into(),
+        |c| {
+            format!(
+                "nothing in the picture looks like it: the best place, ({:.3}, {:.3}) m, scores {:.2}",
+                c.x, c.y, c.score.total
+            )
+        },
+    )
+}
+
+/// A rival is as good.
+pub(super) fn two_places(best: &Candidate, rival: &Candidate) -> String {
+    format!(
+        "two places fit almost equally: ({:.3}, {:.3}) m and ({:.3}, {:.3}) m; \
+         clear the table or tell where to look",
+        best.x, best.y, rival.x, rival.y
+    )
+}
+
+/// A part of the outline has no edge.
+pub(super) fn weak_part(at: &Candidate) -> String {
+    format!(
+        "at ({:.3}, {:.3}) m a part of its outline has hardly an edge in the picture: {:.0} %; \
+         check its size and the table's place in the scene",
+        at.x,
+        at.y,
+        100.0 * at.score.weakest
+    )
+}
+
+/// Too little of the outline is in view.
+pub(super) fn hardly_in_view(at: &Candidate) -> String {
+    format!(
+        "at ({:.3}, {:.3}) m only {:.0} % of its outline is in view, and it has no colour of its own; \
+         move it, or what hides it",
+        at.x,
+        at.y,
+        100.0 * at.score.visible
+    )
+}
+
+/// Whole edges of the outline have none in the picture: their share of it.
+pub(super) fn missing_edges(at: &Candidate, share: f64) -> String {
+    format!(
+        "at ({:.3}, {:.3}) m {:.0} % of its outline, whole edges, are not in the picture; \
+         check its height and size in the scene",
+        at.x,
+        at.y,
+        100.0 * share
+    )
+}
+
+/// The table is not where it is said to be; how far off the place may be, m.
+pub(super) fn table_is_elsewhere(meaning: &Meaning, off: f64) -> String {
+    let far = 1e3 * off;
+    format!(
+        "by the edges of what stands on it the table is {:.0} mm {} than the scene and the camera's \
+         pose say, and tilted by {:.1} deg, so this place may be {far:.0} mm off; \
+         calibrate the camera, or check sizes in the scene",
+        1e3 * meaning.lift.abs(),
+        if meaning.lift > 0.0 { "higher" } else { "lower" },
+        meaning.tilt.to_degrees(),
+    )
+}
+
+/// The thing has not the size it is said to have; how far off the place may be, m.
+pub(super) fn size_is_other(meaning: &Meaning, off: f64) -> String {
+    let far = 1e3 * off;
+    let [whole, height] = meaning.larger.map(|l| 100.0 * l);
+    format!(
+        "by its edges it is {:.0} % {} and {:.0} % {} than said, so its place may be {far:.0} mm off; \
+         check its size in the scene",
+        whole.abs(),
+        if whole > 0.0 { "wider" } else { "narrower" },
+        (whole + height).abs(),
+        if whole + height > 0.0 { "taller" } else { "lower" },
+    )
+}
+
+/// Outline and key points differ: by how much, m.
+pub(super) fn two_ways_differ(apart: f64) -> String {
+    format!(
+        "its contour's key points put it {:.0} mm from where its outline fits best; \
+         clear the view, or check its size in the scene",
+        1e3 * apart
+    )
+}
+
+/// What else is on the table does not look right; how far off this place may be, m.
+pub(super) fn others_look_wrong(off: f64) -> String {
+    format!(
+        "something on the table does not look as the scene says; if the table or the camera is not \
+         where it is said to be, this place is {:.0} mm off",
+        1e3 * off
+    )
+}
+
+/// The best place does not convince: shares of its outline with an edge, in all and at the weakest part.
+pub(super) fn not_convincing([x, y]: [f64; 2], edge: f64, weakest: f64) -> String {
+    format!(
+        "the best place, ({x:.3}, {y:.3}) m, is not convincing: {:.0} % of the outline has an edge, \
+         the weakest part {:.0} %",
+        100.0 * edge,
+        100.0 * weakest
+    )
+}

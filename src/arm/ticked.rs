@@ -1,0 +1,197 @@
+//! One arm over anything that is stepped through time: the twin and the lab.
+//!
+//! A [`Plant`] takes joint targets and is advanced tick by tick; [`Ticked`] makes an [`Arm`] of it, so that
+//! following, gripping, waiting and stopping are written once.
+
+use super::limits::{Cleared, ClearedGrip};
+use super::{Arm, Cancel, DeviceError, Feedback, Grip};
+
+/// Something with an arm that is stepped through time.
+pub trait Plant: Send {
+    /// Sends joint positions, rad, and speeds, rad/s.
+    fn command(&mut self, q: &[f64], dq: &[f64]) -> Result<(), DeviceError>;
+
+    /// Sends the fingers to `opening` m at `speed` m/s with at most `force` N.
+    fn aim(&mut self, opening: f64, speed: f64, force: f64) -> Result<(), DeviceError>;
+
+    /// Lets `seconds` pass.
+    fn advance(&mut self, seconds: f64) -> Result<(), DeviceError>;
+
+    /// Hears how the arm is now, where its time goes on by itself.
+    fn refresh(&mut self) -> Result<(), DeviceError> {
+        Ok(())
+    }
+
+    /// Returns what the arm reported last; `q_cmd` is filled in by [`Ticked`].
+    fn report(&mut self) -> Feedback;
+}
+
+/// Control period, s.
+const PERIOD: f64 = 0.004;
+/// After the last command of a motion the arm is given this long to get there, s.
+const SETTLE: f64 = 0.2;
+/// How fast a stopped joint is slowed down, rad/s²: under the 4.94 rad/s² of the arm's hard limits (MoveIt
+/// configuration of `ros_kortex`), so that the servo keeps up and nothing is shaken.
+const BRAKE: f64 = 4.0;
+/// After braking the arm is given at most this long to come to rest, s, below this speed, rad/s.
+const REST: (f64, f64) = (0.4, 0.01);
+/// Fingers that move less than this in a tenth of a second are at rest, m: above the encoder's noise.
+const STILL: f64 = 3e-4;
+
+/// The arm of a plant.
+pub struct Ticked<P> {
+    plant: P,
+    q_cmd: Vec<f64>,
+    dq_cmd: Vec<f64>,
+    /// Where the fingers are to go, and in how many ticks.
+    fingers: Option<(ClearedGrip, usize)>,
+}
+
+impl<P: Plant> Ticked<P> {
+    /// Takes hold of the arm where it stands.
+    pub fn new(mut plant: P) -> Self {
+        let q_cmd = plant.report().q;
+        let dq_cmd = vec![0.0; q_cmd.len()];
+        Self { plant, q_cmd, dq_cmd, fingers: None }
+    }
+
+    fn run(
+        &mut self,
+        seconds: f64,
+        cancel: &Cancel,
+        watch: &mut dyn FnMut(&Feedback),
+        mut command: impl FnMut(f64) -> Option<(Vec<f64>, Vec<f64>)>,
+    ) -> Result<(), DeviceError> {
+        let ticks = (seconds / PERIOD).ceil() as usize;
+        for tick in 0..ticks {
+            if cancel.is_cancelled() {
+                self.brake(watch)?;
+                return Err(DeviceError::Stopped);
+            }
+            let order = command(tick as f64 * PERIOD);
+            self.tick(order, watch)?;
+        }
+        Ok(())
+    }
+
+    /// Sends an order, if there is one, and lets one period pass.
+    fn tick(
+        &mut self,
+        order: Option<(Vec<f64>, Vec<f64>)>,
+        watch: &mut dyn FnMut(&Feedback),
+    ) -> Result<(), DeviceError> {
+        if let Some((q, dq)) = order {
+            self.plant.command(&q, &dq)?;
+            (self.q_cmd, self.dq_cmd) = (q, dq);
+        }
+        match &mut self.fingers {
+            Some((grip, 0)) => {
+                self.plant.aim(grip.opening(), grip.speed(), grip.force())?;
+                self.fingers = None;
+            }
+            Some((_, ticks)) => *ticks -= 1,
+            None => {}
+        }
+        self.plant.advance(PERIOD)?;
+        watch(&self.told());
+        Ok(())
+    }
+
+    fn told(&mut self) -> Feedback {
+        Feedback { q_cmd: self.q_cmd.clone(), ..self.plant.report() }
+    }
+
+    /// Slows all joints down together from the speed they were last sent at, and waits until they rest.
+    ///
+    /// The command never jumps: a joint sent back to where its encoder was read would swing past and
+    /// return, and what it carries would spill.
+    fn brake(&mut self, watch: &mut dyn FnMut(&Feedback)) -> Result<(), DeviceError> {
+        // What has not begun is not begun any more.
+        self.fingers = None;
+        let (q, dq) = (self.q_cmd.clone(), self.dq_cmd.clone());
+        let fastest = dq.iter().fold(0.0_f64, |fastest, dq| fastest.max(dq.abs()));
+        let duration = fastest / BRAKE;
+        let ticks = (duration / PERIOD).ceil() as usize;
+        for tick in 1..=ticks {
+            let t = (tick as f64 * PERIOD).min(duration);
+            let left = 1.0 - t / duration;
+            let way = t - t * t / (2.0 * duration);
+            let order = (
+                q.iter().zip(&dq).map(|(q, dq)| q + dq * way).collect(),
+                dq.iter().map(|dq| dq * left).collect(),
+            );
+            self.tick(Some(order), watch)?;
+        }
+        let (longest, slow) = REST;
+        for _ in 0..(longest / PERIOD) as usize {
+            if self.told().dq.iter().all(|dq| dq.abs() < slow) {
+                break;
+            }
+            self.tick(None, watch)?;
+        }
+        Ok(())
+    }
+}
+
+impl<P: Plant> Arm for Ticked<P> {
+    fn feedback(&mut self) -> Result<Feedback, DeviceError> {
+        self.plant.refresh()?;
+        Ok(self.told())
+    }
+
+    fn follow(
+        &mut self,
+        trajectory: &Cleared,
+        cancel: &Cancel,
+        watch: &mut dyn FnMut(&Feedback),
+    ) -> Result<(), DeviceError> {
+        let trajectory = trajectory.trajectory();
+        let duration = trajectory.duration();
+        self.run(duration + SETTLE, cancel, watch, |t| {
+            let at = trajectory.sample(t.min(duration));
+            Some((at.q, at.dq))
+        })
+    }
+
+    fn grip(
+        &mut self,
+        grip: &ClearedGrip,
+        cancel: &Cancel,
+        watch: &mut dyn FnMut(&Feedback),
+    ) -> Result<Grip, DeviceError> {
+        let opening = grip.opening();
+        self.plant.aim(opening, grip.speed(), grip.force())?;
+        let mut last = self.plant.report().opening;
+        let mut still = 0;
+        // At most five seconds: the slowest fingers need two.
+        for _ in 0..50 {
+            self.run(0.1, cancel, watch, |_| None)?;
+            let now = self.plant.report().opening;
+            still = if (now - last).abs() < STILL { still + 1 } else { 0 };
+            last = now;
+            if still >= 3 {
+                break;
+            }
+        }
+        Ok(Grip { opening: last, stalled: (last - opening).abs() > 3e-3 })
+    }
+
+    fn send_fingers(&mut self, grip: &ClearedGrip, after: f64) -> Result<(), DeviceError> {
+        self.fingers = Some((*grip, (after / PERIOD).round() as usize));
+        Ok(())
+    }
+
+    fn wait(
+        &mut self,
+        seconds: f64,
+        cancel: &Cancel,
+        watch: &mut dyn FnMut(&Feedback),
+    ) -> Result<(), DeviceError> {
+        self.run(seconds, cancel, watch, |_| None)
+    }
+
+    fn stop(&mut self) {
+        // A plant that refuses to be slowed down is broken; there is nothing left to stop it with.
+        let _ = self.brake(&mut |_| {});
+    }
+}

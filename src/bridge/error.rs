@@ -1,0 +1,169 @@
+//! What may be wrong with a reality behind a bridge, and what would help.
+
+use crate::arm::DeviceError;
+
+/// What is wrong with a bridge or its answers.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// Nobody listens there.
+    #[error("no bridge at {place}: {why}")]
+    Nobody {
+        /// Where.
+        place: String,
+        /// What the system says.
+        why: String,
+    },
+    /// The connection ended.
+    #[error("the bridge closed the connection before it answered `{request}`")]
+    Closed {
+        /// What was asked.
+        request: &'static str,
+    },
+    /// The connection failed.
+    #[error("the connection to the bridge failed at `{request}`: {why}")]
+    Broken {
+        /// What was asked.
+        request: &'static str,
+        /// What the system says.
+        why: String,
+    },
+    /// No answer came.
+    #[error("the bridge did not answer `{request}` within {within_s:.0} s")]
+    Silent {
+        /// What was asked.
+        request: &'static str,
+        /// How long was waited, s.
+        within_s: f64,
+    },
+    /// An answer has no end.
+    #[error("the answer to `{request}` is longer than {limit_mib} MiB")]
+    TooLong {
+        /// What was asked.
+        request: &'static str,
+        /// The longest line, MiB.
+        limit_mib: usize,
+    },
+    /// An answer cannot be read.
+    #[error("the answer to `{request}` cannot be read: {why}")]
+    Unreadable {
+        /// What was asked.
+        request: &'static str,
+        /// Why not.
+        why: String,
+    },
+    /// The server speaks another version.
+    #[error("the bridge speaks version {theirs} of the protocol, this program version {ours}")]
+    Version {
+        /// The server's.
+        theirs: u32,
+        /// This program's.
+        ours: u32,
+    },
+    /// It is another robot, or its joints are in another order.
+    #[error("the bridge has the joints {theirs}; the scene's robot has {ours}")]
+    Joints {
+        /// The server's names.
+        theirs: String,
+        /// The robot's names.
+        ours: String,
+    },
+    /// A list has the wrong length.
+    #[error(
+        "`{field}` in the answer to `{request}` has {got} numbers; the robot has {joints} joints"
+    )]
+    Length {
+        /// What was asked.
+        request: &'static str,
+        /// Which list.
+        field: &'static str,
+        /// Its length.
+        got: usize,
+        /// How many there must be.
+        joints: usize,
+    },
+    /// A number is none.
+    #[error("`{field}` in the answer to `{request}` is not finite")]
+    NotFinite {
+        /// What was asked.
+        request: &'static str,
+        /// Which number.
+        field: &'static str,
+    },
+    /// The server's clock went back.
+    #[error("the bridge's clock went back from {from:.6} s to {to:.6} s")]
+    ClockWentBack {
+        /// The time before, s.
+        from: f64,
+        /// The time now, s.
+        to: f64,
+    },
+    /// There is no camera, and none was named.
+    #[error("the bridge has no camera, and nothing is done unseen")]
+    NoCamera,
+    /// A picture is of another camera than the scene's.
+    #[error("the bridge's camera takes {theirs} px, the scene's camera {ours} px")]
+    Picture {
+        /// Width x height of the server's.
+        theirs: String,
+        /// Width x height of the scene's.
+        ours: String,
+    },
+    /// A negative volume of water.
+    #[error("the scales of the bridge say {volume_m3} m3 of {which}")]
+    Scales {
+        /// A vessel's name, or what was spilt.
+        which: String,
+        /// What they say, m³.
+        volume_m3: f64,
+    },
+    /// The server said no.
+    #[error("the bridge refused `{request}`: {why}")]
+    Refused {
+        /// What was asked.
+        request: &'static str,
+        /// What it said.
+        why: String,
+        /// What it said would help; may be empty.
+        help: String,
+    },
+}
+
+impl Error {
+    /// Returns what would help.
+    pub fn help(&self) -> &str {
+        match self {
+            Self::Nobody { .. } => {
+                "start the server first (an example: `examples/bridge/`), then name it `bridge://HOST:PORT`"
+            }
+            Self::Closed { .. } | Self::Broken { .. } | Self::Silent { .. } => {
+                "look at what the server printed; one answer is expected for every line"
+            }
+            Self::TooLong { .. } | Self::Unreadable { .. } => {
+                "answer with one JSON object a line, as `docs/bridge.md` says; numbers must be finite"
+            }
+            Self::Version { .. } => "run a server that speaks the same version",
+            Self::Joints { .. } => {
+                "load the same robot in the server, its joints in the order of the URDF"
+            }
+            Self::Length { .. } | Self::NotFinite { .. } => {
+                "let the server check what it sends: one finite number for each joint"
+            }
+            Self::ClockWentBack { .. } => {
+                "let the server's time only go on; a reset needs a new connection"
+            }
+            Self::NoCamera => "name one that sees the table: `--camera-at http://HOST/PATH`",
+            Self::Picture { .. } => {
+                "give the scene's camera that size, or let the server draw pictures of the scene's size"
+            }
+            Self::Scales { .. } => "let the server's scales say m3, 0 or more",
+            Self::Refused { help, .. } if !help.is_empty() => help,
+            Self::Refused { .. } => "look at what the server printed",
+        }
+    }
+}
+
+impl From<Error> for DeviceError {
+    fn from(error: Error) -> Self {
+        Self::Refused { what: error.to_string(), help: error.help().to_owned() }
+    }
+}

@@ -1,0 +1,234 @@
+//! One connection to a bridge: a line out, a line back, and no answer believed before it was checked.
+//!
+//! After the first wrong answer the arm is asked to stop, and nothing more is asked of the connection.
+
+use std::io::{ErrorKind, Read, Write};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::time::{Duration, Instant};
+
+use serde::de::DeserializeOwned;
+
+use super::error::Error;
+use super::wire::{Hello, Photo, Refusal, Request, Step, Told, VERSION};
+use crate::arm::Weighing;
+
+/// The longest line, bytes (protocol 1).
+const LONGEST: usize = 16 << 20;
+/// How long a connection may take, s.
+const CONNECT_S: f64 = 5.0;
+/// How long an answer may take beyond the time that passes in it, s: a simulator may be slow, and a person who waits
+/// for an arm that has gone silent should know soon.
+const ANSWER_S: f64 = 10.0;
+/// How long a picture may take, s: a path tracer's takes tens of seconds.
+const PHOTO_S: f64 = 60.0;
+/// How long the arm's stop is waited for after a wrong answer, s.
+const STOP_S: f64 = 1.0;
+
+/// A connection to a reality.
+pub struct Link {
+    stream: TcpStream,
+    /// What was read beyond the last line.
+    ahead: Vec<u8>,
+    joints: usize,
+    /// The server's time at the last feedback, s.
+    time: Option<f64>,
+    /// What was wrong, once something was.
+    trouble: Option<Error>,
+}
+
+impl Link {
+    /// Connects to `HOST:PORT` and says hello for a robot with these joints.
+    ///
+    /// # Errors
+    ///
+    /// [`Error`]: nobody there, another version, other joints.
+    pub fn open(place: &str, robot: &str, joints: &[&str]) -> Result<(Self, Hello), Error> {
+        let nobody = |why: &dyn std::fmt::Display| Error::Nobody {
+            place: place.to_owned(),
+            why: why.to_string(),
+        };
+        let mut why = nobody(&"the address has no host");
+        let mut found = None;
+        for address in place.to_socket_addrs().map_err(|error| nobody(&error))? {
+            match TcpStream::connect_timeout(&address, Duration::from_secs_f64(CONNECT_S)) {
+                Ok(stream) => {
+                    found = Some(stream);
+                    break;
+                }
+                Err(error) => why = nobody(&error),
+            }
+        }
+        let stream = found.ok_or(why)?;
+        // A command of a few hundred bytes is not held back to be sent with the next.
+        stream.set_nodelay(true).map_err(|error| nobody(&error))?;
+        let mut link =
+            Self { stream, ahead: Vec::new(), joints: joints.len(), time: None, trouble: None };
+        let request = Request::Hello { version: VERSION, robot: robot.to_owned() };
+        let hello: Hello = link.ask(&request, ANSWER_S)?;
+        if hello.hello != VERSION {
+            return Err(Error::Version { theirs: hello.hello, ours: VERSION });
+        }
+        if hello.joints != joints {
+            return Err(Error::Joints { theirs: hello.joints.join(", "), ours: joints.join(", ") });
+        }
+        Ok((link, hello))
+    }
+
+    /// Lets time pass; returns how the arm is afterwards.
+    ///
+    /// # Errors
+    ///
+    /// [`Error`], after the arm was asked to stop.
+    pub fn step(&mut self, step: Step) -> Result<Told, Error> {
+        let within = ANSWER_S + step.dt;
+        self.told(&Request::Step(step), within)
+    }
+
+    /// Returns how the arm is now.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::step`].
+    pub fn feedback(&mut self) -> Result<Told, Error> {
+        self.told(&Request::Feedback {}, ANSWER_S)
+    }
+
+    /// Has the arm held where it is.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::step`].
+    pub fn stop(&mut self) -> Result<Told, Error> {
+        self.told(&Request::Stop {}, ANSWER_S)
+    }
+
+    /// Returns a photograph, a PNG file in base64.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::step`].
+    pub fn photo(&mut self) -> Result<String, Error> {
+        self.ask(&Request::Photo {}, PHOTO_S).map(|photo: Photo| photo.png)
+    }
+
+    /// Returns what the scales say.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::step`].
+    pub fn scales(&mut self) -> Result<Weighing, Error> {
+        let weighing: Weighing = self.ask(&Request::Scales {}, ANSWER_S)?;
+        let all = weighing.water.iter().map(|(vessel, volume)| (vessel.as_str(), *volume));
+        for (which, volume) in all.chain([("what was spilt", weighing.spilt)]) {
+            if volume < 0.0 {
+                let error = Error::Scales { which: which.to_owned(), volume_m3: volume };
+                return Err(self.give_up(error));
+            }
+        }
+        Ok(weighing)
+    }
+
+    /// Asks for feedback, and checks it.
+    fn told(&mut self, request: &Request, within: f64) -> Result<Told, Error> {
+        let told: Told = self.ask(request, within)?;
+        if let Some(error) = wrong(&told, request.word(), self.joints, self.time) {
+            return Err(self.give_up(error));
+        }
+        self.time = Some(told.t);
+        Ok(told)
+    }
+
+    /// Asks; an answer that is no answer ends the connection, one that says no does not.
+    fn ask<T: DeserializeOwned>(&mut self, request: &Request, within: f64) -> Result<T, Error> {
+        if let Some(trouble) = &self.trouble {
+            return Err(trouble.clone());
+        }
+        let word = request.word();
+        let line = match self.exchange(request, within) {
+            Ok(line) => line,
+            Err(error) => return Err(self.give_up(error)),
+        };
+        if let Ok(Refusal { error, help }) = serde_json::from_slice(&line) {
+            // It may go on later, but not from a motion that was cut short.
+            let _ = self.exchange(&Request::Stop {}, STOP_S);
+            return Err(Error::Refused { request: word, why: error, help });
+        }
+        serde_json::from_slice(&line).map_err(|error| {
+            self.give_up(Error::Unreadable { request: word, why: error.to_string() })
+        })
+    }
+
+    /// Sends a line and waits for one.
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "how long an answer may take is measured against the wall"
+    )]
+    fn exchange(&mut self, request: &Request, within: f64) -> Result<Vec<u8>, Error> {
+        let word = request.word();
+        let broken =
+            |error: &dyn std::fmt::Display| Error::Broken { request: word, why: error.to_string() };
+        let mut line = serde_json::to_vec(request).map_err(|error| broken(&error))?;
+        line.push(b'\n');
+        let limit = Duration::from_secs_f64(within);
+        self.stream.set_write_timeout(Some(limit)).map_err(|error| broken(&error))?;
+        self.stream.write_all(&line).map_err(|error| broken(&error))?;
+        let end = Instant::now() + limit;
+        let mut chunk = vec![0; 64 << 10];
+        let mut searched = 0;
+        loop {
+            if let Some(at) = self.ahead[searched..].iter().position(|byte| *byte == b'\n') {
+                let rest = self.ahead.split_off(searched + at + 1);
+                return Ok(std::mem::replace(&mut self.ahead, rest));
+            }
+            searched = self.ahead.len();
+            if searched > LONGEST {
+                return Err(Error::TooLong { request: word, limit_mib: LONGEST >> 20 });
+            }
+            let left = end.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Err(Error::Silent { request: word, within_s: within });
+            }
+            self.stream.set_read_timeout(Some(left)).map_err(|error| broken(&error))?;
+            match self.stream.read(&mut chunk) {
+                Ok(0) => return Err(Error::Closed { request: word }),
+                Ok(n) => self.ahead.extend_from_slice(&chunk[..n]),
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error)
+                    if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) =>
+                {
+                    return Err(Error::Silent { request: word, within_s: within });
+                }
+                Err(error) => return Err(broken(&error)),
+            }
+        }
+    }
+
+    /// Asks the arm to stop and keeps what was wrong: nothing is asked any more.
+    fn give_up(&mut self, error: Error) -> Error {
+        // Whoever answers wrongly may still understand this; nothing depends on it.
+        self.ahead.clear();
+        let _ = self.exchange(&Request::Stop {}, STOP_S);
+        self.trouble = Some(error.clone());
+        error
+    }
+}
+
+/// Returns what is wrong with feedback, if anything is.
+fn wrong(told: &Told, request: &'static str, joints: usize, before: Option<f64>) -> Option<Error> {
+    let lists = [("q", &told.q), ("dq", &told.dq), ("tau", &told.tau)];
+    for (field, list) in lists {
+        if list.len() != joints {
+            return Some(Error::Length { request, field, got: list.len(), joints });
+        }
+        if list.iter().any(|number| !number.is_finite()) {
+            return Some(Error::NotFinite { request, field });
+        }
+    }
+    for (field, number) in [("t", told.t), ("opening", told.opening)] {
+        if !number.is_finite() {
+            return Some(Error::NotFinite { request, field });
+        }
+    }
+    let from = before?;
+    (told.t < from).then_some(Error::ClockWentBack { from, to: told.t })
+}

@@ -1,0 +1,45 @@
+//! `--robot`: which arm is meant, told from its text alone. Who connects, and how, is in [`super::kortex`] and
+//! [`super::bridge`].
+
+use std::path::Path;
+
+use crate::report::Failure;
+
+use super::{bridge, kortex};
+
+/// The arm that `--robot` names.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum ArmAt {
+    /// The embedded reality, or the simulation alone.
+    Inside,
+    /// A Gen3.
+    Kortex(kortex::Target),
+    /// A reality behind a bridge.
+    Bridge(bridge::Target),
+}
+
+impl ArmAt {
+    /// Whether it is outside of this program.
+    pub(super) fn is_elsewhere(&self) -> bool {
+        *self != Self::Inside
+    }
+}
+
+/// Reads what `--robot` was given.
+pub(super) fn at(robot: &str) -> Result<ArmAt, Failure> {
+    if matches!(robot, "lab" | "twin") {
+        return Ok(ArmAt::Inside);
+    }
+    if let Some(rest) = robot.strip_prefix(kortex::SCHEME) {
+        return kortex::target(rest).map(ArmAt::Kortex);
+    }
+    if let Some(rest) = robot.strip_prefix(bridge::SCHEME) {
+        return bridge::target(rest).map(ArmAt::Bridge);
+    }
+    let help = if Path::new(robot).extension().is_some_and(|ending| ending == "urdf") {
+        "the robot of a recording is named with `gap --robot-file URDF`"
+    } else {
+        "use `--robot lab`, `--robot twin`, `--robot kortex://USER@HOST` or `--robot bridge://HOST:PORT`"
+    };
+    Err(Failure::input("robot::unknown", format!("there is no robot `{robot}`")).help(help))
+}

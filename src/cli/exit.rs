@@ -1,0 +1,29 @@
+//! How commands end: the exit codes of `INTERFACES`.
+
+use crate::workcell::{Ending, Run};
+
+/// How a command ended; the numbers are the exit codes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Exit {
+    /// Done and true.
+    Yes = 0,
+    /// Done, and the answer is no.
+    No = 1,
+    /// Usage or bad input.
+    BadInput = 2,
+    /// Stopped by a person or a safety limit.
+    Stopped = 3,
+    /// An arm, a camera or an endpoint is not available.
+    Unavailable = 4,
+}
+
+/// Returns how a command ends that performed a run.
+pub(super) fn ended(run: &Run) -> Exit {
+    match run.outcome {
+        Ending::Success | Ending::Unconfirmed => Exit::Yes,
+        // An arm or a camera that failed on the way is no answer to what was asked.
+        Ending::Unavailable => Exit::Unavailable,
+        Ending::Failure => Exit::No,
+        Ending::Stopped => Exit::Stopped,
+    }
+}

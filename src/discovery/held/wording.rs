@@ -1,0 +1,118 @@
+//! What is said of a thing held in the hand: what was assumed, what was refused, how an effect reads.
+
+use super::gap::Term;
+use crate::discovery::finding::Told;
+use crate::discovery::recording::{Error, Recording};
+use crate::language::ast::EffectItem;
+use crate::units::significant;
+use crate::world::Scene;
+
+/// No stretch in which anything is held.
+pub(super) fn nothing_held(recording: &str) -> Error {
+    Error::new(
+        "nothing is held in it, as far as `gripper` and `held` say",
+        recording,
+        "add a column `held` of 0 and 1, or segments called `held` to the sidecar",
+    )
+}
+
+/// A thing that the scene does not have.
+pub(super) fn no_such(name: &str, recording: &Recording, scene: &Scene) -> Error {
+    let known: Vec<&str> = scene.objects.iter().map(|object| object.name.as_str()).collect();
+    Error::new(
+        format!("`{name}` is not in the scene `{}`", scene.name),
+        &recording.name,
+        format!("it has {}", known.join(", ")),
+    )
+}
+
+/// Joints that this robot cannot have.
+pub(super) fn not_this_robot(error: &impl ToString, recording: &str) -> Error {
+    Error::new(error.to_string(), recording, "is it the recording of this robot?")
+}
+
+/// A fit that ran away.
+pub(super) fn runs_away(what: String, recording: &str) -> Error {
+    Error::new(what, recording, "are the object's columns in m, in the frame of the robot's base?")
+}
+
+pub(super) fn hand_does_not_turn(recording: &str) -> String {
+    format!("{recording}: no joints and no `tcp_qw`; the hand is taken not to turn")
+}
+
+pub(super) fn size_unknown(recording: &str) -> String {
+    format!(
+        "{recording}: the sidecar does not say which object is held (`{{\"held\": {{\"object\": \"jar\"}}}}`); \
+         its size is not judged"
+    )
+}
+
+pub(super) fn squeeze_unknown(recording: &str) -> String {
+    format!(
+        "{recording}: how hard the fingers squeeze is not said (`squeeze_n`, `mass_kg`); that it slips only under \
+         load cannot be tried"
+    )
+}
+
+pub(super) fn all_is_held(recording: &str) -> String {
+    format!("{recording}: neither `held` nor `gripper[m]` is recorded; all of it is taken as held")
+}
+
+/// It turned by an angle, rad.
+pub(super) fn pivoted(recording: &str, angle: f64) -> String {
+    let degrees = significant(angle.to_degrees(), 2);
+    format!(
+        "{recording}: it turned by {degrees} deg in the fingers, which no effect has a name for"
+    )
+}
+
+pub(super) fn one_recording() -> String {
+    "of one recording every second second is held out; a second one would be a better judge".into()
+}
+
+pub(super) fn not_of_holding(effect: &EffectItem) -> String {
+    let (name, at) = (&effect.name.text, &effect.at.text);
+    format!("effect {name}({at}) does not change how a thing is held and is left aside")
+}
+
+/// How an effect reads with its numbers.
+pub(super) fn equation(object: &str, term: &Term, told: &[Told]) -> String {
+    let number = |i: usize| {
+        let (_, value, _, unit) = &told[i];
+        format!("{} {unit}", significant(*value, 3)).trim_end().to_owned()
+    };
+    match term {
+        Term::Rate => {
+            format!("{object} creeps in the hand by {} the way its weight pulls", number(0))
+        }
+        Term::Friction => {
+            format!(
+                "{object} slips while the load along the pads exceeds 2 * {} * squeeze",
+                number(0)
+            )
+        }
+        Term::Width(_) => format!("{object} is {} wider between the fingers", number(0)),
+        Term::Height => format!("{object} is {} higher", number(0)),
+        Term::Late => format!("{object} was seen {} late", number(0)),
+        Term::Shift => format!(
+            "seen place = R * place + d with x {}, y {}, z {}, roll {}, pitch {}, yaw {}",
+            number(0),
+            number(1),
+            number(2),
+            number(3),
+            number(4),
+            number(5)
+        ),
+    }
+}
+
+/// When of the time it is held the thing moves, from how much it moved in the first and the last half.
+pub(super) fn when(first: f64, last: f64) -> &'static str {
+    if (first - last).abs() < 0.5 * (first + last) {
+        "all the time it is held"
+    } else if first > last {
+        "soon after it is taken"
+    } else {
+        "the longer it is held"
+    }
+}

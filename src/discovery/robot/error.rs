@@ -1,0 +1,389 @@
+//! What about a robot, its recordings and its model does not go together, and what would help. Where it was met is said by
+//! whoever meets it (`Misfit::at`).
+
+use std::borrow::Cow;
+use std::fmt::Display;
+
+use crate::discovery::recording;
+use crate::motion;
+use crate::units::{Dimension, significant};
+
+/// Why nothing can be found out of recordings of an arm. Joints count from 0 here, and from 1 where they are told.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Misfit {
+    /// The robot has more joints than are handled.
+    #[error("the robot has {n} joints; at most {most} are handled")]
+    TooManyJoints {
+        /// How many it has.
+        n: usize,
+        /// How many it may have.
+        most: usize,
+    },
+    /// The tip that the sidecar names is no link of the robot.
+    #[error(transparent)]
+    NoTip(motion::Error),
+    /// The robot is no chain.
+    #[error("joint {joint} follows another or branches off; only a chain is handled")]
+    NoChain {
+        /// The joint by its name.
+        joint: String,
+    },
+    /// The tip is not at the end of the chain.
+    #[error("the tip must sit on the last moving link")]
+    TipElsewhere,
+    /// A list of rotors is too short.
+    #[error("`armature_kg_m2` has {given} values, the robot {n} joints")]
+    Armature {
+        /// How many values there are.
+        given: usize,
+        /// How many joints.
+        n: usize,
+    },
+    /// The controller is of another robot.
+    #[error("the controller is for {given} joints, the robot has {n}")]
+    Controller {
+        /// How many joints it is for.
+        given: usize,
+        /// How many there are.
+        n: usize,
+    },
+    /// The controller works in a way that is not simulated.
+    #[error("a controller of type `{kind}` is not known")]
+    ControllerKind {
+        /// What the sidecar calls it.
+        kind: String,
+    },
+    /// There are more columns than joints.
+    #[error("the recording has {given} columns `{stem}_*`, the robot {n} joints")]
+    TooManyColumns {
+        /// What the columns' names begin with.
+        stem: &'static str,
+        /// How many there are.
+        given: usize,
+        /// How many joints.
+        n: usize,
+    },
+    /// A list of the drives' constants is too short.
+    #[error("`torque_constant_nm_per_a` has {given} values, the robot {n} joints")]
+    TorqueConstants {
+        /// How many values there are.
+        given: usize,
+        /// How many joints.
+        n: usize,
+    },
+    /// No column says what an arm did.
+    #[error("the recording holds nothing measured: none of `q_n`, `dq_n`, `tau_n`, `tcp_x`")]
+    NothingMeasured {
+        /// The columns that there are.
+        columns: Vec<String>,
+    },
+    /// No column says how it moved.
+    #[error("the recording holds no motion: neither `q_cmd_n` nor `q_n`")]
+    NoMotion {
+        /// The columns that there are.
+        columns: Vec<String>,
+    },
+    /// Nothing that is measured is predicted.
+    #[error("the recordings hold a motion, but nothing to compare with a model of the arm")]
+    NothingPredicted,
+    /// Rows are too far apart.
+    #[error("the rows are {} s apart, too far to follow the motion of an arm", significant(*.step, 3))]
+    Coarse {
+        /// The usual step, s.
+        step: f64,
+    },
+    /// One column is a multiple of what another says.
+    #[error(
+        "`{}` {} {} times what {} says",
+        .pair.told(*.joint), .pair.verb(), significant(*.ratio, 3), .pair.from(*.joint)
+    )]
+    Scaled {
+        /// Which two.
+        pair: Pair,
+        /// Of which joint.
+        joint: usize,
+        /// Size of the second over that of the first.
+        ratio: f64,
+    },
+    /// One column has the sign of another turned.
+    #[error("`{}` runs against {}", .pair.told(*.joint), .pair.from(*.joint))]
+    Against {
+        /// Which two.
+        pair: Pair,
+        /// Of which joint.
+        joint: usize,
+    },
+    /// A column is of another joint than it says.
+    #[error("`{}` follows {}, not {}", .pair.told(*.joint), .pair.from(*.other), .pair.from(*.joint))]
+    OfAnother {
+        /// Which two.
+        pair: Pair,
+        /// Of which joint it says it is.
+        joint: usize,
+        /// Of which it is.
+        other: usize,
+    },
+    /// A joint is where it cannot be.
+    #[error(
+        "`{column}` goes to {} rad, but {joint} turns from {} to {} rad",
+        significant(*.to, 3), significant(.limits[0], 3), significant(.limits[1], 3)
+    )]
+    BeyondLimits {
+        /// The column.
+        column: String,
+        /// The joint by its name.
+        joint: String,
+        /// Furthest angle, rad.
+        to: f64,
+        /// What it may be, rad.
+        limits: [f64; 2],
+    },
+    /// The tip goes further than the arm is long.
+    #[error(
+        "`{column}` travels {} m, but the arm reaches {} m from its base",
+        significant(*.travels, 3), significant(*.reach, 3)
+    )]
+    BeyondReach {
+        /// The column.
+        column: String,
+        /// From its lowest value to its highest, m.
+        travels: f64,
+        /// How long the arm is, m.
+        reach: f64,
+    },
+    /// All torques are the same multiple of what the model needs.
+    #[error("the torques of {same} joints are about {} times what the model needs", significant(*.ratio, 2))]
+    TorquesScaled {
+        /// Of how many joints.
+        same: usize,
+        /// Which multiple.
+        ratio: f64,
+    },
+    /// A current has the wrong sign.
+    #[error("the current of joint {} runs against what the arm needs", .joint + 1)]
+    CurrentAgainst {
+        /// Which joint.
+        joint: usize,
+    },
+    /// Currents say nothing of torques.
+    #[error(
+        "the currents do not follow what the arm needs, so that what an ampere is worth is not known"
+    )]
+    CurrentsUnrelated,
+    /// Currents at rest, without the drives' constants.
+    #[error("at rest currents say nothing of what an ampere is worth")]
+    CurrentsAtRest,
+    /// Poses that tell nothing.
+    #[error("{n} poses are too few: their readings are no more than what they would have to tell")]
+    TooFewPoses {
+        /// How many are fitted.
+        n: usize,
+    },
+    /// A parameter of a known effect is in another unit.
+    #[error("`{parameter}` of `{effect}({at})` is {}, but it must be {}", .is.words(), .expected.words())]
+    EffectUnit {
+        /// Which parameter.
+        parameter: String,
+        /// Of which effect.
+        effect: String,
+        /// Where.
+        at: String,
+        /// What it is.
+        is: Dimension,
+        /// What it must be.
+        expected: Dimension,
+    },
+    /// A known effect lacks a parameter.
+    #[error("`{effect}({at})` has no `{parameter}`")]
+    EffectLacks {
+        /// Which parameter.
+        parameter: String,
+        /// Which effect.
+        effect: String,
+        /// Where.
+        at: String,
+    },
+    /// A known effect is at a joint that the robot does not have.
+    #[error("`{effect}({at})`: the robot has joint_1 to joint_{n}")]
+    EffectJoint {
+        /// Which effect.
+        effect: String,
+        /// Where.
+        at: String,
+        /// How many joints there are.
+        n: usize,
+    },
+    /// A known delay is of a channel that there is not.
+    #[error("`sensor_delay({at})`: the channels are q, dq, tau, tcp")]
+    EffectChannel {
+        /// Where.
+        at: String,
+    },
+    /// The model becomes infinite along the recordings.
+    #[error("the model runs away on the data; check its parameters and units")]
+    RunsAway,
+    /// The search for effects ended without an outcome.
+    #[error("{why}")]
+    NoOutcome {
+        /// What the search says.
+        why: String,
+        /// Whether it was among poses at rest.
+        is_at_rest: bool,
+    },
+}
+
+/// Two columns that say the same of a joint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pair {
+    /// Commands and positions.
+    Positions,
+    /// Changes of positions and speeds.
+    Speeds,
+}
+
+impl Pair {
+    /// Returns the column that is doubted.
+    pub(super) fn told(self, joint: usize) -> String {
+        match self {
+            Self::Positions => format!("q_{}", joint + 1),
+            Self::Speeds => format!("dq_{}", joint + 1),
+        }
+    }
+
+    fn from(self, joint: usize) -> String {
+        match self {
+            Self::Positions => format!("`q_cmd_{}`", joint + 1),
+            Self::Speeds => format!("the change of `q_{}`", joint + 1),
+        }
+    }
+
+    fn verb(self) -> &'static str {
+        match self {
+            Self::Positions => "moves",
+            Self::Speeds => "is",
+        }
+    }
+
+    /// Returns headers with their units.
+    fn headers(self) -> &'static str {
+        match self {
+            Self::Positions => "q_1[deg]",
+            Self::Speeds => "dq_1[deg/s]` or `t[ms]",
+        }
+    }
+}
+
+impl Misfit {
+    /// Says that a search among motions ended with `why`.
+    pub(super) fn searching(why: impl Display) -> Self {
+        Self::NoOutcome { why: why.to_string(), is_at_rest: false }
+    }
+
+    /// Says that a search among poses at rest ended with `why`.
+    pub(super) fn searching_at_rest(why: impl Display) -> Self {
+        Self::NoOutcome { why: why.to_string(), is_at_rest: true }
+    }
+
+    /// Returns it as what is wrong with a recording, at `place`.
+    pub(super) fn at(self, place: impl Into<String>) -> recording::Error {
+        let help = self.help();
+        recording::Error::new(self.to_string(), place, help)
+    }
+
+    /// Returns what would help.
+    pub fn help(&self) -> Cow<'static, str> {
+        let help = match self {
+            Self::TooManyJoints { .. }
+            | Self::NoTip(_)
+            | Self::NoChain { .. }
+            | Self::TipElsewhere => "name the robot's file and tip, or another robot",
+            Self::Armature { .. } | Self::TorqueConstants { .. } => "give one value per joint",
+            Self::Controller { .. } => {
+                "give one gain and one limit per joint; is it the right robot?"
+            }
+            Self::ControllerKind { .. } => {
+                "known are `pd_with_gravity` and `pd`; leave the controller out to judge \
+                 torques and tip along the measured motion"
+            }
+            Self::TooManyColumns { .. } => {
+                "name the robot the recording was made with: `--robot-file URDF`"
+            }
+            Self::NothingMeasured { columns } | Self::NoMotion { columns } => {
+                return Cow::Owned(format!(
+                    "it has {}; rename columns with `--map 'THEIRS=q_1[rad],…'`, or give a \
+                     `model` of your own with `--model`",
+                    columns.join(", ")
+                ));
+            }
+            Self::NothingPredicted => {
+                "record torques (`tau_n`) or the tip (`tcp_x`), or say in the sidecar what the \
+                 controller is: then positions can be predicted too"
+            }
+            Self::Coarse { .. } => {
+                "name the unit of time in the header, such as `t[ms]`, or record more often"
+            }
+            Self::Scaled { pair, .. } => {
+                return Cow::Owned(format!(
+                    "write the unit of each column in the header, such as `{}`, or give it with `--map`",
+                    pair.headers()
+                ));
+            }
+            Self::Against { .. } => {
+                "turn the sign of one of the two: both are positive the same way round"
+            }
+            Self::OfAnother { .. } => {
+                "put the columns into the order of the joints, base first, or rename them with `--map`"
+            }
+            Self::BeyondLimits { .. } => {
+                "if it is in degrees, say so in the header, `q_1[deg]`; if the arm is another, name \
+                 its file with `--robot-file`"
+            }
+            Self::BeyondReach { .. } => {
+                "if it is in millimetres, say so in the header: `tcp_x[mm]`"
+            }
+            Self::TorquesScaled { ratio, .. } if *ratio < 0.0 => {
+                "turn their sign: a torque is positive when the motor drives its joint to larger angles"
+            }
+            Self::TorquesScaled { .. } => {
+                "say their unit in the header, such as `tau_1[mN*m]`, or name the arm with `--robot-file`"
+            }
+            Self::CurrentAgainst { .. } => {
+                "turn its sign: a current is positive when the motor drives its joint to larger angles"
+            }
+            Self::CurrentsUnrelated | Self::CurrentsAtRest => {
+                "say it in the sidecar: `\"torque_constant_nm_per_a\": [11.6, …]`, N·m at the joint"
+            }
+            Self::TooFewPoses { .. } => {
+                "take 20 poses or more, all over the workspace, with every joint turned both ways"
+            }
+            Self::EffectUnit { .. }
+            | Self::EffectLacks { .. }
+            | Self::EffectJoint { .. }
+            | Self::EffectChannel { .. } => {
+                "see the vocabulary of effects for names, places and parameters"
+            }
+            Self::RunsAway | Self::NoOutcome { is_at_rest: false, .. } => {
+                "check the units of the columns, the robot's file and the controller's gains"
+            }
+            Self::NoOutcome { is_at_rest: true, .. } => {
+                "check the units of the columns and the robot's file"
+            }
+        };
+        Cow::Borrowed(help)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_columns_that_do_not_agree_are_told_by_their_names() {
+        let scaled = Misfit::Scaled { pair: Pair::Speeds, joint: 1, ratio: 57.3 };
+        assert_eq!(scaled.to_string(), "`dq_2` is 57.3 times what the change of `q_2` says");
+        let other = Misfit::OfAnother { pair: Pair::Positions, joint: 0, other: 2 };
+        assert_eq!(other.to_string(), "`q_1` follows `q_cmd_3`, not `q_cmd_1`");
+        let help = scaled.help();
+        assert!(help.contains("such as `dq_1[deg/s]` or `t[ms]`, or give it"), "{help}");
+    }
+}

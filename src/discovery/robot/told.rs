@@ -1,0 +1,118 @@
+//! An arm's effects as people and model files have them: numbers with uncertainty, and lines of a model.
+//!
+//! The fit works with parameters in which the model is as linear as possible (a sine and a cosine, a first
+//! moment of mass); people and model files get amplitude and phase, mass and place. Uncertainty is
+//! carried over to first order.
+
+use nalgebra::DMatrix;
+
+use super::load::Thing;
+use super::term::{Feature, Law, Term};
+use crate::discovery::finding::Told;
+use crate::discovery::model_file;
+
+/// Returns the effect's numbers in the order of the vocabulary. `covariance` is that of `parameters`; `things`
+/// are what was carried.
+pub(super) fn told(
+    term: &Term,
+    parameters: &[f64],
+    covariance: &DMatrix<f64>,
+    things: &[Thing],
+) -> Vec<Told> {
+    let names = names(term.law);
+    let slots = term.law.slots();
+    let here = values(term.law, parameters);
+    // ∂told/∂fitted, by central differences.
+    let mut stds = vec![0.0; here.len()];
+    let columns: Vec<Vec<f64>> = (0..parameters.len())
+        .map(|i| {
+            let step = 1e-3 * slots[i].scale;
+            let mut moved = parameters.to_vec();
+            moved[i] += step;
+            let up = values(term.law, &moved);
+            moved[i] -= 2.0 * step;
+            let down = values(term.law, &moved);
+            up.iter().zip(&down).map(|(up, down)| (up - down) / (2.0 * step)).collect()
+        })
+        .collect();
+    for (at, std) in stds.iter_mut().enumerate() {
+        let mut variance = 0.0;
+        for i in 0..parameters.len() {
+            for k in 0..parameters.len() {
+                variance += columns[i][at] * covariance[(i, k)] * columns[k][at];
+            }
+        }
+        *std = variance.max(0.0).sqrt();
+    }
+    // What is fitted is how much heavier a thing is than modelled.
+    let modelled = match term.law {
+        Law::ObjectMass => things.get(term.joint).map_or(0.0, |thing| thing.mass),
+        _ => 0.0,
+    };
+    names
+        .into_iter()
+        .zip(here.iter().zip(stds))
+        .map(|((name, unit), (value, std))| {
+            (name.to_owned(), modelled + value, std, unit.to_owned())
+        })
+        .collect()
+}
+
+fn names(law: Law) -> Vec<(&'static str, &'static str)> {
+    match law {
+        Law::Stribeck => {
+            vec![("torque", "N*m"), ("stiction", "N*m"), ("velocity", "rad/s"), ("creep", "rad/s")]
+        }
+        Law::Payload => vec![("mass", "kg"), ("com_x", "m"), ("com_y", "m"), ("com_z", "m")],
+        Law::Ripple => vec![("amplitude", "N*m"), ("order", ""), ("phase", "rad")],
+        Law::LoadRipple => vec![("amplitude", ""), ("order", ""), ("phase", "rad")],
+        Law::Periodic => vec![("amplitude", "N*m"), ("frequency", "Hz"), ("phase", "rad")],
+        Law::Hysteresis => vec![("torque", "N*m"), ("width", "rad"), ("n", "")],
+        Law::Feature(feature) => vec![("coefficient", unit(feature))],
+        _ => law.slots().iter().map(|slot| (slot.name, slot.unit)).collect(),
+    }
+}
+
+fn values(law: Law, p: &[f64]) -> Vec<f64> {
+    match law {
+        Law::Stribeck => vec![p[0], p[0] + p[1], p[2], p[3]],
+        Law::Payload => {
+            let mass = if p[0].abs() < 1e-9 { 1e-9 } else { p[0] };
+            vec![p[0], p[1] / mass, p[2] / mass, p[3] / mass]
+        }
+        // a sin x + b cos x = A sin(x + φ).
+        Law::Ripple | Law::LoadRipple | Law::Periodic => {
+            vec![p[0].hypot(p[1]), p[2], p[1].atan2(p[0])]
+        }
+        // A formula is told as it stands in the equation: what the sensor shows more.
+        Law::Feature(_) => vec![-p[0]],
+        Law::Above | Law::Below => vec![-p[0], p[1]],
+        // The exponent is part of the law: it is not fitted.
+        Law::Hysteresis => vec![p[0], p[1], 2.0],
+        _ => p.to_vec(),
+    }
+}
+
+/// Returns the unit of a feature's coefficient, so that the product is a torque.
+fn unit(feature: Feature) -> &'static str {
+    match feature {
+        Feature::Square => "N*m/rad^2",
+        Feature::Sine(_)
+        | Feature::Cosine(_)
+        | Feature::Decay(_)
+        | Feature::One
+        | Feature::RootSpeed
+        | Feature::FrictionTimesSine
+        | Feature::FrictionTimesCosine => "N*m",
+        Feature::PositionTimesSpeed => "N*m*s/rad^2",
+        Feature::SpeedCubed => "N*m*s^3/rad^3",
+        Feature::Time => "N*m/s",
+        Feature::FrictionTimesLoad => "",
+        Feature::FrictionTimesDistance => "N*m/rad",
+    }
+}
+
+/// Writes the line of a model file.
+pub(super) fn line(term: &Term, told: &[Told], things: &[Thing]) -> String {
+    model_file::line(term.law.name(), &term.seat(things), told)
+}

@@ -1,0 +1,86 @@
+//! What an action context needs of an arm, twin or real: a body in a world, and what it can see while it moves.
+
+use std::sync::{Arc, Mutex};
+
+use image::RgbImage;
+
+use crate::arm::{Arm, DeviceError, Feedback, Grip};
+use crate::trace::Observer;
+use crate::world::WorldState;
+
+use super::calibration::Calibration;
+use super::cell::Cell;
+
+/// Someone who watches, shared between the action context and whoever owns it.
+pub type Watcher = Arc<Mutex<dyn Observer + Send>>;
+
+/// What can be known of the world while the arm moves.
+pub trait Sight: Send {
+    /// Returns the world at this feedback; what nobody knows between pictures is left unknown.
+    fn state(&mut self, feedback: &Feedback) -> WorldState;
+
+    /// Returns whether two things touch, `None` when nobody can tell.
+    fn contact(&self, a: &str, b: &str) -> Option<bool>;
+}
+
+/// A body in a world: the twin's, or a real one behind devices.
+pub trait Body: Send {
+    /// Lends the arm.
+    fn arm(&mut self) -> &mut dyn Arm;
+
+    /// Returns the world as far as it is known now.
+    fn state(&mut self) -> Result<WorldState, DeviceError>;
+
+    /// Returns what can be known of the world while the arm moves.
+    fn sight(&self) -> Box<dyn Sight>;
+
+    /// Lets arm time stand still while a person is asked, or go on.
+    fn waits(&mut self, _on: bool) -> Result<(), DeviceError> {
+        Ok(())
+    }
+
+    /// Looks at the table and takes what it sees for what is there.
+    fn look(&mut self) -> Result<(), DeviceError>;
+
+    /// Photographs the table; what the picture shows is worked out beside whatever the arm does next, and is
+    /// known after [`Self::look_end`].
+    fn look_begin(&mut self) -> Result<(), DeviceError> {
+        self.look()
+    }
+
+    /// Takes what the picture of [`Self::look_begin`] shows for what is there.
+    fn look_end(&mut self) -> Result<(), DeviceError> {
+        Ok(())
+    }
+
+    /// Takes note of how a grip on `aim` ended.
+    fn gripped(&mut self, grip: Grip, aim: Option<&str>) -> Result<(), DeviceError>;
+
+    /// Takes note of the mass in the hand, kg.
+    fn weighed(&mut self, mass: f64);
+
+    /// Takes note of a better measurement of the mass in the hand, kg: nothing has left it since the last.
+    fn bears(&mut self, _mass: f64) {}
+
+    /// Returns whether two things touch, `None` when nobody can tell.
+    fn contact(&mut self, a: &str, b: &str) -> Option<bool>;
+
+    /// Returns whether water still clings to the lip of `o`, as far as the twin knows of such a thing.
+    fn drips(&mut self, _o: &str) -> bool {
+        false
+    }
+
+    /// Takes a photograph, where there is a camera.
+    fn photo(&mut self) -> Result<Option<RgbImage>, DeviceError> {
+        Ok(None)
+    }
+
+    /// Puts the three regressions in force, where there is something to correct: `cell` is the cell as they
+    /// found it.
+    fn calibrate(&mut self, _calibration: Calibration, _cell: &Cell) {}
+
+    /// Returns the regressions in force.
+    fn calibration(&self) -> Option<&Calibration> {
+        None
+    }
+}

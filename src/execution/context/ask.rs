@@ -1,0 +1,164 @@
+//! Looking, planning and choosing: the words `camera` and `twin` of a script.
+
+use rand::RngExt;
+
+use super::super::beside::Order;
+use super::super::decisions::{Entry, Kind};
+use super::super::error::ActionError;
+use super::super::plan::{Grasp, Placement, Pour};
+use super::super::refusal::Refusal;
+use super::ActionContext;
+use crate::motion::dynamics::GRAVITY;
+use crate::world::WATER_DENSITY;
+
+/// The force of each finger with which things are held, N, and how many times the weight pads should hold.
+const SQUEEZE: f64 = 40.0;
+const SAFETY: f64 = 2.0;
+
+impl ActionContext {
+    /// `camera.look()`.
+    pub fn look(&mut self) -> Result<(), ActionError> {
+        if let Some(orders) = &mut self.step.orders {
+            orders.push(Order::Look);
+            return Ok(());
+        }
+        Ok(self.body.look()?)
+    }
+
+    /// `twin.grasps(o, face, pitch)`: ways to take `o` at a face with the tool pitched down by `pitch` rad,
+    /// best first.
+    pub fn grasps(&mut self, o: &str, face: &str, pitch: f64) -> Result<Vec<Grasp>, ActionError> {
+        let logged = self.run.log.next(Kind::Grasps, |entry| match entry {
+            Entry::Grasps(ways) => Some(ways.clone()),
+            _ => None,
+        })?;
+        if let Some(ways) = logged {
+            return Ok(ways);
+        }
+        let pitch = match face {
+            "side" => pitch,
+            "top" => std::f64::consts::FRAC_PI_2,
+            other => return Err(Refusal::NoFace(other.to_owned()).into()),
+        };
+        let ways = self.planner()?.grasps(o, pitch)?;
+        self.run.log.record(Entry::Grasps(ways.clone()));
+        Ok(ways)
+    }
+
+    /// `twin.pours(o, at, clearance)`: ways to pour from `o` in the hand into `at`, best first.
+    pub fn pours(&mut self, o: &str, at: &str, clearance: f64) -> Result<Vec<Pour>, ActionError> {
+        let logged = self.run.log.next(Kind::Pours, |entry| match entry {
+            Entry::Pours(ways) => Some(ways.clone()),
+            _ => None,
+        })?;
+        if let Some(ways) = logged {
+            return Ok(ways);
+        }
+        let ways = self.planner()?.pours(o, at, clearance)?;
+        self.run.log.record(Entry::Pours(ways.clone()));
+        Ok(ways)
+    }
+
+    /// `twin.placements(o, at)`: ways to put `o` down on a free place of the table, or on or in another thing, best
+    /// first.
+    pub fn placements(&mut self, o: &str, at: &str) -> Result<Vec<Placement>, ActionError> {
+        let logged = self.run.log.next(Kind::Placements, |entry| match entry {
+            Entry::Placements(ways) => Some(ways.clone()),
+            _ => None,
+        })?;
+        if let Some(ways) = logged {
+            return Ok(ways);
+        }
+        let ways = self.planner()?.placements(o, at)?;
+        self.run.log.record(Entry::Placements(ways.clone()));
+        Ok(ways)
+    }
+
+    /// `twin.squeeze(o)`: the force of each finger that holds `o` with what is in it, N: the usual one, or as much
+    /// more as pads with less friction need.
+    pub fn squeeze(&mut self, o: &str) -> Result<f64, ActionError> {
+        let object = self.setting.cell.scene.object(o);
+        let object = object.ok_or_else(|| Refusal::NoObject(o.to_owned()))?;
+        let mass = object.mass + WATER_DENSITY * self.volume(o).unwrap_or(0.0);
+        let friction = self.setting.cell.pads.friction;
+        let needed = SAFETY * mass * GRAVITY / (2.0 * friction.max(1e-6));
+        let most = self.setting.cell.limits.finger_force;
+        if needed > most {
+            return Err(
+                Refusal::TooHeavy { object: o.to_owned(), mass, friction, needed, most }.into()
+            );
+        }
+        Ok(needed.max(SQUEEZE.min(most)))
+    }
+
+    /// `twin.enough(o, volume)`: whether `o` has gained so much, m³, since the run began in the twin; on the
+    /// arm, which cannot weigh while it pours, what the twin said at this point of the rehearsal.
+    pub fn enough(&mut self, o: &str, volume: f64) -> Result<bool, ActionError> {
+        self.foreseen(|context| Ok(context.volume(o)? >= volume))
+    }
+
+    /// `twin.drips(o)`: whether water still clings to the lip of `o` in the twin; on the arm, which cannot
+    /// see it, what the twin said at this point of the rehearsal.
+    pub fn drips(&mut self, o: &str) -> Result<bool, ActionError> {
+        self.foreseen(|context| Ok(context.body.drips(o)))
+    }
+
+    /// Answers a question in the twin and remembers the answer, or repeats it on the arm.
+    fn foreseen(
+        &mut self,
+        ask: impl FnOnce(&mut Self) -> Result<bool, ActionError>,
+    ) -> Result<bool, ActionError> {
+        let logged = self.run.log.next(Kind::Answer, |entry| match entry {
+            Entry::Choice(chosen) => Some(*chosen == 1),
+            _ => None,
+        })?;
+        if let Some(answer) = logged {
+            return Ok(answer);
+        }
+        let answer = ask(self)?;
+        self.run.log.record(Entry::Choice(usize::from(answer)));
+        Ok(answer)
+    }
+
+    /// `choose(ways)`: the best one in the first candidate, a good one in the others.
+    pub fn choose(&mut self, n: usize) -> Result<usize, ActionError> {
+        let logged = self.run.log.next(Kind::Choice, |entry| match entry {
+            Entry::Choice(chosen) => Some(*chosen),
+            _ => None,
+        })?;
+        if let Some(chosen) = logged {
+            return Ok(chosen);
+        }
+        if n == 0 {
+            return Err(Refusal::NoWays.into());
+        }
+        let mut chosen = 0;
+        // Ways come best first, so later ones are taken ever more rarely.
+        while self.run.variant > 0 && chosen + 1 < n && self.run.chance.random_bool(0.5) {
+            chosen += 1;
+        }
+        self.run.log.record(Entry::Choice(chosen));
+        Ok(chosen)
+    }
+
+    /// `twin.pose_named(name)`: joint positions of a named pose of the robot, rad.
+    pub fn named_pose(&self, name: &str) -> Result<Vec<f64>, ActionError> {
+        let pose = self.setting.cell.robot.pose(name);
+        pose.map(<[f64]>::to_vec).map_err(|error| Refusal::from(error).into())
+    }
+
+    /// `twin.position(o)`: where `o` stands, m in the world.
+    pub fn position(&mut self, o: &str) -> Result<[f64; 3], ActionError> {
+        let state = self.state()?;
+        let pose = state.object(o).and_then(|object| object.world_from_object);
+        let pose = pose.ok_or_else(|| Refusal::UnknownPlace(o.to_owned()))?;
+        Ok(pose.origin().into())
+    }
+
+    /// `twin.volume(o)`: water in `o`, m³.
+    pub fn volume(&mut self, o: &str) -> Result<f64, ActionError> {
+        let state = self.state()?;
+        let water = state.object(o).and_then(|object| object.water);
+        water.ok_or_else(|| Refusal::UnknownVolume(o.to_owned()).into())
+    }
+}

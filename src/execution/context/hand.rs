@@ -1,0 +1,138 @@
+//! The fingers and what hangs in them.
+
+use nalgebra::Vector3;
+
+use super::super::beside::Order;
+use super::super::error::ActionError;
+use super::super::plan::{gravity_torque, mass_of};
+use super::ActionContext;
+use crate::arm::{Feedback, Grip};
+
+/// How fast the fingers go, m/s, and with how much force they open, N.
+const FINGER_SPEED: f64 = 0.06;
+const OPEN_FORCE: f64 = 60.0;
+/// What a grip's progress is counted in, s: nobody knows beforehand how long it takes.
+const GRIP: f64 = 1.0;
+
+impl ActionContext {
+    /// Opens the fingers once `after` s have passed, beside whatever the arm does then.
+    pub fn open_beside(&mut self, after: f64) -> Result<(), ActionError> {
+        let widest = self.setting.cell.robot.max_opening();
+        let grip = self.setting.cell.clear_grip(widest, FINGER_SPEED, OPEN_FORCE)?;
+        Ok(self.body.arm().send_fingers(&grip, after)?)
+    }
+
+    /// `arm.open()`: fingers as wide as they go.
+    pub fn open(&mut self) -> Result<(), ActionError> {
+        if let Some(orders) = &mut self.step.orders {
+            orders.push(Order::Open);
+            return Ok(());
+        }
+        let widest = self.setting.cell.robot.max_opening();
+        let grip = self.grip(widest, OPEN_FORCE)?;
+        self.body.gripped(grip, None)?;
+        Ok(())
+    }
+
+    /// `arm.close(o, force)`: fingers closed on `o` with at most `force` N.
+    pub fn close(&mut self, o: &str, force: f64) -> Result<(), ActionError> {
+        // What the fingers may not do is said before the arm holds still for it.
+        self.setting.cell.clear_grip(0.0, FINGER_SPEED, force)?;
+        self.tare()?;
+        let grip = self.grip(0.0, force)?;
+        self.body.gripped(grip, Some(o))?;
+        Ok(())
+    }
+
+    /// `arm.wait(seconds)`.
+    pub fn wait(&mut self, seconds: f64) -> Result<(), ActionError> {
+        self.act(seconds, |arm, cancel, watch| arm.wait(seconds, cancel, watch))
+    }
+
+    /// `arm.opening()`: opening between the pads, m.
+    pub fn opening(&mut self) -> Result<f64, ActionError> {
+        Ok(self.body.arm().feedback()?.opening)
+    }
+
+    /// `arm.heft(seconds)`: the mass in the hand, kg, from joint torques at rest, averaged so long; nothing is
+    /// concluded from it.
+    ///
+    /// The tare taken before the fingers closed takes the sensors' bias out.
+    pub fn heft(&mut self, seconds: f64) -> Result<f64, ActionError> {
+        let (q, mut excess) = self.torque_excess(seconds)?;
+        if let Some(tare) = &self.run.tare {
+            for (joint, bias) in excess.iter_mut().zip(tare) {
+                *joint -= bias;
+            }
+        }
+        let at = self.load_centre()?;
+        let mass = mass_of(&self.setting.cell.robot, &q, &excess, &at);
+        self.step.running.found(&format!("{:.1} g", 1e3 * mass));
+        Ok(mass)
+    }
+
+    /// Where what is held hangs, in the frame of the tool, m: its middle, which is not where the fingers meet.
+    fn load_centre(&mut self) -> Result<Vector3<f64>, ActionError> {
+        let state = self.body.state()?;
+        let held = state.held.as_deref().and_then(|name| {
+            let height = self.setting.cell.scene.object(name)?.shape.height();
+            Some((state.object(name)?.world_from_object?, height))
+        });
+        let centre = held.map(|(pose, height)| {
+            let tool_from_object = state.world_from_tool.inverse() * pose;
+            tool_from_object.origin() + tool_from_object.rotation() * (0.5 * height * Vector3::z())
+        });
+        Ok(centre.unwrap_or_default())
+    }
+
+    /// `arm.weighed(mass)`: the hand bears so much, kg: what it bears less than it did went into what is below.
+    pub fn weighed(&mut self, mass: f64) {
+        self.body.weighed(mass);
+    }
+
+    /// `arm.bears(mass)`: the hand bears so much, kg, and always did since it was weighed last: that is now known
+    /// better.
+    pub fn bears(&mut self, mass: f64) {
+        self.body.bears(mass);
+    }
+
+    /// `arm.weigh()`: the mass in the hand, kg, held still for half a second, and what follows from it.
+    pub fn weigh(&mut self) -> Result<f64, ActionError> {
+        let mass = self.heft(0.5)?;
+        self.weighed(mass);
+        Ok(mass)
+    }
+
+    fn tare(&mut self) -> Result<(), ActionError> {
+        self.run.tare = Some(self.torque_excess(0.5)?.1);
+        Ok(())
+    }
+
+    /// Returns the mean joint positions and the mean torques beyond the model's, over `seconds` at rest.
+    fn torque_excess(&mut self, seconds: f64) -> Result<(Vec<f64>, Vec<f64>), ActionError> {
+        let mut samples: Vec<Feedback> = Vec::new();
+        // The arm swings out for a moment before the torques are worth reading.
+        self.wait(0.3)?;
+        self.act(seconds, |arm, cancel, watch| {
+            arm.wait(seconds, cancel, &mut |feedback| {
+                samples.push(feedback.clone());
+                watch(feedback);
+            })
+        })?;
+        let n = self.run.q.len();
+        let mean = |pick: &dyn Fn(&Feedback) -> &Vec<f64>| -> Vec<f64> {
+            let count = samples.len().max(1) as f64;
+            (0..n)
+                .map(|joint| samples.iter().map(|s| pick(s)[joint]).sum::<f64>() / count)
+                .collect()
+        };
+        let (q, tau) = (mean(&|s| &s.q), mean(&|s| &s.tau));
+        let model = gravity_torque(&self.setting.cell.robot, &q);
+        Ok((q, tau.iter().zip(model).map(|(tau, g)| tau - g).collect()))
+    }
+
+    fn grip(&mut self, opening: f64, force: f64) -> Result<Grip, ActionError> {
+        let grip = self.setting.cell.clear_grip(opening, FINGER_SPEED, force)?;
+        self.act(GRIP, |arm, cancel, watch| arm.grip(&grip, cancel, watch))
+    }
+}

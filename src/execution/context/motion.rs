@@ -1,0 +1,396 @@
+//! Motions of the arm: planned in the twin, played on the arm, cleared by the limits, watched over.
+
+use std::sync::PoisonError;
+
+use nalgebra::Vector3;
+use rand::RngExt;
+
+use crate::motion::polyline::mix;
+use crate::motion::trajectory::{self, Trajectory};
+use crate::world::Pose;
+use crate::world::frame::{Tool, World};
+
+use super::super::body::Watcher;
+use super::super::decisions::{Entry, Kind};
+use super::super::error::ActionError;
+use super::super::plan::{Planner, Way, distance, turned_angle};
+use super::super::refusal::Refusal;
+use super::ActionContext;
+use crate::arm::{Arm, Cancel, DeviceError, Feedback};
+use crate::trace::{Event, NoWay, Unrehearsed};
+
+/// An arm further than this from where its next path begins is not led there, rad: what lies between was
+/// not rehearsed.
+const BRIDGE: f64 = 0.2;
+/// How fast it is led there, as a share of full speed.
+const BRIDGE_SPEED: f64 = 0.3;
+/// An arm this near to where a path begins stands there, rad.
+const STANDS_THERE: f64 = 0.02;
+/// A hand at most this far beside where a path begins, and above it, is brought down there, m: so far the joints
+/// may turn in one go with the hand a few millimetres beside its straight way.
+const ASIDE: f64 = 0.02;
+const ABOVE: f64 = 0.16;
+/// How fast, as a share of full speed.
+const DOWN_SPEED: f64 = 0.3;
+
+/// How fast, as a share of full speed, a hand leaves what it touches.
+const OUT_SPEED: f64 = 0.3;
+/// So many ways are tried before the limits' word is final.
+const TRIES: usize = 4;
+/// How much higher a point is visited when the limits refuse it, m.
+const RAISED: [f64; 3] = [0.0, 0.05, 0.1];
+
+/// How much further than in the rehearsal measuring may turn the hand, rad; chosen: a vessel that is a tenth fuller or
+/// emptier than believed, and taken a few degrees askew.
+const FURTHER: f64 = 10.0 * std::f64::consts::PI / 180.0;
+/// A hand within this of a path is on it, rad.
+const ON_PATH: f64 = 0.05;
+
+/// Returns the way along a path from `q`, which is on it, to a share of it, both ends included; one point when it is
+/// there already, `None` when `q` is not on the path.
+fn between(path: &[Vec<f64>], q: &[f64], share: f64) -> Option<Vec<Vec<f64>>> {
+    // Points nearer to an end than this add nothing but a kink, in steps of the path.
+    const APART: f64 = 0.15;
+    let last = path.len().checked_sub(1).filter(|last| *last > 0)? as f64;
+    let at = |place: f64| -> Vec<f64> {
+        let from = (place.floor() as usize).min(path.len() - 2);
+        mix(&path[from], &path[from + 1], place - from as f64)
+    };
+    // Where on each step of the path `q` is nearest.
+    let places = path.windows(2).enumerate().map(|(k, pair)| {
+        let step: Vec<f64> = pair[0].iter().zip(&pair[1]).map(|(a, b)| b - a).collect();
+        let along: f64 =
+            q.iter().zip(&pair[0]).zip(&step).map(|((q, a), step)| (q - a) * step).sum();
+        let length: f64 = step.iter().map(|step| step * step).sum();
+        k as f64 + if length > 0.0 { (along / length).clamp(0.0, 1.0) } else { 0.0 }
+    });
+    let off = |place: &f64| distance(&at(*place), q);
+    let here = places.min_by(|a, b| off(a).total_cmp(&off(b)))?;
+    if off(&here) > ON_PATH {
+        return None;
+    }
+    let there = share * last;
+    let (low, high) = (here.min(there) + APART, here.max(there) - APART);
+    let mut inner: Vec<f64> =
+        (0..path.len()).map(|k| k as f64).filter(|k| *k > low && *k < high).collect();
+    if there < here {
+        inner.reverse();
+    }
+    let mut way = vec![q.to_vec()];
+    way.extend(inner.into_iter().map(at));
+    if (there - here).abs() > 1e-4 {
+        way.push(at(there));
+    }
+    Some(way)
+}
+
+impl ActionContext {
+    /// Goes to a tool pose, or above it when the limits refuse every way there, round everything in the way;
+    /// for calibration, without a decision log.
+    pub fn visit(&mut self, at: &Pose<World, Tool>) -> Result<(), ActionError> {
+        let mut refused = None;
+        for up in RAISED {
+            let above = Pose::from_parts(at.origin() + Vector3::z() * up, at.rotation());
+            match self.way(0.8, &|planner, seed| planner.visit(&above, seed)) {
+                Ok(way) => return self.drive_way(&way, 0.8),
+                Err(ActionError::Limit(limit)) => refused = refused.or(Some(limit)),
+                Err(error) => return Err(error),
+            }
+        }
+        refused.map_or(Ok(()), |limit| Err(limit.into()))
+    }
+
+    /// `arm.move_to(q)`, `arm.carry_to(q, tilt, speed)`: a free motion round everything in the way, with the
+    /// hand within `tilt` rad of upright when that is asked for.
+    pub fn move_to(&mut self, q: &[f64], tilt: Option<f64>, speed: f64) -> Result<(), ActionError> {
+        let way = if let Some(out) = self.logged_path()? {
+            Way { out, on: self.logged_path()?.unwrap_or_default() }
+        } else {
+            let way = self.way(speed, &|planner, seed| planner.free(q, tilt, seed))?;
+            self.run.log.record(Entry::Path(way.out.clone()));
+            self.run.log.record(Entry::Path(way.on.clone()));
+            way
+        };
+        self.drive_way(&way, speed)
+    }
+
+    /// Plans a way that the limits let pass, by another chance when they do not.
+    fn way(
+        &mut self,
+        speed: f64,
+        plan: &dyn Fn(&Planner, u64) -> Result<Way, NoWay>,
+    ) -> Result<Way, ActionError> {
+        let planner = self.planner()?;
+        let mut refused = None;
+        for _ in 0..TRIES {
+            let way = plan(&planner, self.run.chance.random())?;
+            let passes = [&way.out, &way.on].into_iter().try_for_each(|corners| {
+                let from = corners.first().unwrap_or(&self.run.q);
+                let trajectory = self.rounded(corners, speed)?;
+                self.setting.cell.clear(trajectory, from)?;
+                Ok(())
+            });
+            match passes {
+                Ok(()) => return Ok(way),
+                Err(ActionError::Limit(limit)) => refused = Some(limit),
+                Err(error) => return Err(error),
+            }
+        }
+        Err(refused.map_or(ActionError::Stopped, ActionError::Limit))
+    }
+
+    fn drive_way(&mut self, way: &Way, speed: f64) -> Result<(), ActionError> {
+        if way.out.len() > 1 {
+            self.drive_corners(&way.out, speed.min(OUT_SPEED))?;
+        }
+        self.drive_corners(&way.on, speed)
+    }
+
+    /// `arm.move_by([x, y, z], speed)`: a straight line of the tool in the world, orientation kept.
+    pub fn move_by(&mut self, by: [f64; 3], speed: f64) -> Result<(), ActionError> {
+        let path = if let Some(path) = self.logged_path()? {
+            path
+        } else {
+            let path = self.planner()?.line(Vector3::from(by))?;
+            self.run.log.record(Entry::Path(path.clone()));
+            path
+        };
+        self.follow(&path, speed)
+    }
+
+    /// `arm.rise(by, speed)`: the tool straight up by `by` m, or by as much of it as the arm can follow.
+    pub fn rise(&mut self, by: f64, speed: f64) -> Result<(), ActionError> {
+        let path = if let Some(path) = self.logged_path()? {
+            path
+        } else {
+            let path = self.planner()?.rise(by)?;
+            self.run.log.record(Entry::Path(path.clone()));
+            path
+        };
+        if path.len() > 1 { self.follow(&path, speed) } else { Ok(()) }
+    }
+
+    /// `arm.follow(path, speed)`: a joint path at a fraction of the speed limits.
+    pub fn follow(&mut self, path: &[Vec<f64>], speed: f64) -> Result<(), ActionError> {
+        let trajectory =
+            Trajectory::through_points(path, &self.paced(speed)).map_err(Refusal::from)?;
+        self.drive(self.dialled(trajectory), path)
+    }
+
+    /// Follows straight joint motions from corner to corner, the corners a little rounded.
+    fn drive_corners(&mut self, corners: &[Vec<f64>], speed: f64) -> Result<(), ActionError> {
+        let trajectory = self.rounded(corners, speed)?;
+        self.drive(self.dialled(trajectory), corners)
+    }
+
+    /// Times straight joint motions from corner to corner, the corners a little rounded.
+    fn rounded(&self, corners: &[Vec<f64>], speed: f64) -> Result<Trajectory, ActionError> {
+        // Planning keeps a margin wider than a corner cut this short moves any point of the arm, rad.
+        const CUT: f64 = 0.05;
+        Trajectory::through_corners(corners, &self.paced(speed), CUT, &|_, _| true)
+            .map_err(|error| Refusal::from(error).into())
+    }
+
+    /// Returns the same motion as slow as the dial says. Turns that pour are left as they are: see [`Dial`].
+    fn dialled(&self, trajectory: Trajectory) -> Trajectory {
+        match self.setting.dial.percent() {
+            100 => trajectory,
+            _ => trajectory.slowed(self.setting.dial.stretch()),
+        }
+    }
+
+    /// Returns the robot's limits at a fraction of its speed.
+    fn paced(&self, speed: f64) -> trajectory::Limits {
+        let speed = speed.clamp(0.02, 1.0);
+        trajectory::Limits::of(&self.setting.cell.robot).scaled(speed, speed)
+    }
+
+    /// `arm.turn(path, rate)`: a joint path that turns the hand, at `rate` rad/s.
+    pub fn turn(&mut self, path: &[Vec<f64>], rate: f64) -> Result<(), ActionError> {
+        let angle = turned_angle(&self.setting.cell.robot, path);
+        let trajectory =
+            Trajectory::through_points(path, &self.paced(1.0)).map_err(Refusal::from)?;
+        let slower = angle / rate.max(1e-3) / trajectory.duration().max(1e-3);
+        let trajectory = if slower > 1.0 { trajectory.slowed(slower) } else { trajectory };
+        self.drive(trajectory, path)
+    }
+
+    /// `arm.turn_back(path, rate)`: what is left of a turn, back to its beginning, from wherever it stopped.
+    pub fn turn_back(&mut self, path: &[Vec<f64>], rate: f64) -> Result<(), ActionError> {
+        let off = |q: &[f64]| distance(q, &self.run.q);
+        let Some(at) = (0..path.len()).min_by(|&a, &b| off(&path[a]).total_cmp(&off(&path[b])))
+        else {
+            return Ok(());
+        };
+        let mut back: Vec<_> = path[..=at].iter().rev().cloned().collect();
+        if off(&path[at]) > 0.01 {
+            back.insert(0, self.run.q.clone());
+        }
+        if back.len() < 2 { Ok(()) } else { self.turn(&back, rate) }
+    }
+
+    /// `arm.turn_to(path, share, rate)`: along a path that turns the hand, from wherever it is on it to this share
+    /// of it. Measuring may decide how far, so the arm may go further than the rehearsal did, but not much.
+    pub fn turn_to(&mut self, path: &[Vec<f64>], share: f64, rate: f64) -> Result<(), ActionError> {
+        let share = share.clamp(0.0, 1.0);
+        let way = between(path, &self.run.q, share).ok_or(Refusal::NotOnPath)?;
+        if self.run.log.is_playing() {
+            let whole = turned_angle(&self.setting.cell.robot, path);
+            let rehearsed = self.step.turned.unwrap_or(0.0);
+            if (share - rehearsed) * whole > FURTHER {
+                return Err(ActionError::Unrehearsed(Unrehearsed::Turn {
+                    needed: share * whole,
+                    rehearsed: rehearsed * whole,
+                }));
+            }
+        } else {
+            self.run.log.record(Entry::Turned(share));
+        }
+        if way.len() < 2 { Ok(()) } else { self.turn(&way, rate) }
+    }
+
+    /// `arm.draw_back(path, speed)`: the way that `path` goes. A hand that is above where it begins, such as in a
+    /// lift that was cut short, is first brought down there, as it went up.
+    pub fn draw_back(&mut self, path: &[Vec<f64>], speed: f64) -> Result<(), ActionError> {
+        let Some(first) = path.first() else { return Ok(()) };
+        let down = if let Some(down) = self.logged_path()? {
+            down
+        } else {
+            let down = self.way_down(first)?;
+            self.run.log.record(Entry::Path(down.clone()));
+            down
+        };
+        if down.len() > 1 {
+            self.follow(&down, DOWN_SPEED)?;
+        }
+        self.follow(path, speed)
+    }
+
+    /// Returns the way from where the hand is down to where it was at `q`; one point when it stands there.
+    fn way_down(&self, q: &[f64]) -> Result<Vec<Vec<f64>>, ActionError> {
+        if distance(q, &self.run.q) < STANDS_THERE {
+            return Ok(vec![q.to_vec()]);
+        }
+        let up = self.setting.cell.tool_pose(&self.run.q).origin()
+            - self.setting.cell.tool_pose(q).origin();
+        let aside = up.xy().norm();
+        if aside > ASIDE || up.z < -ASIDE || up.z > ABOVE {
+            return Err(Refusal::NotAtWay { beside: aside, above: up.z }.into());
+        }
+        Ok(vec![self.run.q.clone(), q.to_vec()])
+    }
+
+    /// Has the arm do something that is to take `seconds`, with whoever watches told of every tick and the
+    /// conditions in force read.
+    pub(super) fn act<T>(
+        &mut self,
+        seconds: f64,
+        doing: impl FnOnce(&mut dyn Arm, &Cancel, &mut dyn FnMut(&Feedback)) -> Result<T, DeviceError>,
+    ) -> Result<T, ActionError> {
+        if self.step.orders.is_some() {
+            return Err(Refusal::HoldsArm.into());
+        }
+        self.in_time(seconds)?;
+        let (mut ticks, openings) = (ticks(&self.setting.watcher), self.step.openings.clone());
+        let mut tell = |feedback: &Feedback| {
+            ticks(feedback);
+            if let Some(openings) = &openings {
+                openings.note(feedback);
+            }
+        };
+        let Some(mut during) = self.step.during.take() else {
+            return Ok(doing(self.body.arm(), &self.setting.cancel, &mut tell)?);
+        };
+        during.motion_begins(self.body.sight(), seconds);
+        // What cuts this motion short is not a wish to stop everything.
+        let stop = self.setting.cancel.child();
+        let done = doing(self.body.arm(), &stop, &mut |feedback| {
+            tell(feedback);
+            if during.sees(feedback) {
+                stop.cancel();
+            }
+        });
+        during.motion_ends();
+        let cut = during.cut().cloned();
+        if let Some(ended) = during.ended() {
+            self.run.log.record(Entry::Ended(ended));
+        }
+        self.step.during = Some(during);
+        match (done, cut) {
+            (Err(DeviceError::Stopped), _) if self.setting.cancel.is_cancelled() => {
+                Err(ActionError::Stopped)
+            }
+            (Err(DeviceError::Stopped) | Ok(_), Some(cut)) => Err(cut.into()),
+            (done, _) => Ok(done?),
+        }
+    }
+
+    fn logged_path(&mut self) -> Result<Option<Vec<Vec<f64>>>, ActionError> {
+        Ok(self.run.log.next(Kind::Path, |entry| match entry {
+            Entry::Path(path) => Some(path.clone()),
+            _ => None,
+        })?)
+    }
+
+    /// Clears a trajectory and follows it; the plan then has the arm at the end of `path`.
+    fn drive(&mut self, trajectory: Trajectory, path: &[Vec<f64>]) -> Result<(), ActionError> {
+        self.bridge(path)?;
+        let from = self.body.arm().feedback()?.q_cmd;
+        let cleared = self.setting.cell.clear(trajectory, &from)?;
+        let seconds = cleared.trajectory().duration();
+        if let Err(error) = self.act(seconds, |arm, stop, watch| arm.follow(&cleared, stop, watch))
+        {
+            // The motion was cut short: the next plan begins where the arm was left, not at the path's end.
+            self.find_arm()?;
+            return Err(error);
+        }
+        if let Some(last) = path.last() {
+            self.run.q.clone_from(last);
+        }
+        Ok(())
+    }
+
+    /// Leads the arm to where a rehearsed path begins, when a step before ended a little sooner or later
+    /// than in the rehearsal.
+    fn bridge(&mut self, path: &[Vec<f64>]) -> Result<(), ActionError> {
+        let Some(first) = path.first().filter(|_| self.run.log.is_playing()) else { return Ok(()) };
+        let apart = |(a, b): (&f64, &f64)| (a - b).abs();
+        let off = first.iter().zip(&self.run.q).map(apart).fold(0.0, f64::max);
+        // What the limits would let pass anyway needs no motion of its own.
+        if off < 0.5 * self.setting.cell.limits.jump {
+            return Ok(());
+        }
+        if off > BRIDGE {
+            return Err(ActionError::Unrehearsed(Unrehearsed::Start { off }));
+        }
+        let way = [self.run.q.clone(), first.clone()];
+        let trajectory =
+            Trajectory::through_points(&way, &self.paced(BRIDGE_SPEED)).map_err(Refusal::from)?;
+        let from = self.body.arm().feedback()?.q_cmd;
+        let cleared = self.setting.cell.clear(trajectory, &from)?;
+        let seconds = cleared.trajectory().duration();
+        let led = self.act(seconds, |arm, stop, watch| arm.follow(&cleared, stop, watch));
+        if let Some(during) = &mut self.step.during {
+            during.uncount();
+        }
+        if led.is_err() {
+            self.find_arm()?;
+        }
+        self.run.q.clone_from(first);
+        led
+    }
+
+    pub(super) fn planner(&mut self) -> Result<Planner, ActionError> {
+        let state = self.body.state()?;
+        let (q, budget) = (self.run.q.clone(), self.budget());
+        Ok(Planner::new(self.setting.cell.clone(), state, q, self.step.doubt, budget))
+    }
+}
+
+fn ticks(watcher: &Watcher) -> impl FnMut(&Feedback) + use<> {
+    let watcher = watcher.clone();
+    move |feedback| {
+        let mut watcher = watcher.lock().unwrap_or_else(PoisonError::into_inner);
+        watcher.event(&Event::Tick(feedback.clone()));
+    }
+}

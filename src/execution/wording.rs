@@ -1,0 +1,252 @@
+//! What people are told of what is done: by the lines of a script, by the regressions, by a look at the table.
+//!
+//! Why something fails stands with its error ([`super::error`], [`super::refusal`], [`crate::trace::Cause`]).
+
+use std::fmt::{Display, Write as _};
+
+use crate::alignment::vision::Sighting;
+use crate::http::Address;
+use crate::world::Intrinsics;
+
+use super::calibrate::arm::ArmFit;
+
+// What lines of scripts do.
+
+/// A share of full speed: ` at 30 % of full speed`.
+fn at_speed(share: f64) -> String {
+    format!(" at {:.0} % of full speed", 100.0 * share.clamp(0.02, 1.0))
+}
+
+/// What `camera.look` does.
+pub(super) fn looks() -> String {
+    "take a camera image and find all objects again".to_owned()
+}
+
+/// What `arm.open` does.
+pub(super) fn opens() -> String {
+    "open the fingers as wide as they go".to_owned()
+}
+
+/// What `arm.close` does, with at most so much force, N.
+pub(super) fn closes(object: &str, force: f64) -> String {
+    format!("close the fingers on the {object} with at most {force:.0} N")
+}
+
+/// What `arm.weigh` does.
+pub(super) fn weighs() -> String {
+    "hold still and weigh what is in the hand by the joints' torques".to_owned()
+}
+
+/// What `arm.heft` does for so many seconds.
+pub(super) fn hefts(seconds: f64) -> String {
+    format!("hold still and feel for {seconds:.1} s how heavy what is in the hand is")
+}
+
+/// What `arm.wait` does for so many seconds.
+pub(super) fn waits(seconds: f64) -> String {
+    format!("hold still for {seconds:.1} s")
+}
+
+/// What `arm.move_to` does.
+pub(super) fn moves_round() -> String {
+    format!("move round everything in the way{}", at_speed(1.0))
+}
+
+/// What `arm.carry_to` does, leaning at most by `tilt` rad, at a share of full speed.
+pub(super) fn carries(tilt: f64, speed: f64) -> String {
+    let (lean, at) = (tilt.to_degrees(), at_speed(speed));
+    format!("carry what is held round everything in the way, leaning at most {lean:.0} deg,{at}")
+}
+
+/// What `arm.follow` does, at a share of full speed.
+pub(super) fn follows(speed: f64) -> String {
+    format!("follow the path that was found{}", at_speed(speed))
+}
+
+/// What `arm.draw_back` does, at a share of full speed.
+pub(super) fn draws_back(speed: f64) -> String {
+    format!("draw the hand back the way it came{}", at_speed(speed))
+}
+
+/// What `arm.move_by` does, by so many m in the world, at a share of full speed: `move straight by 12.0 cm up`.
+pub(super) fn moves_straight(by: [f64; 3], speed: f64) -> String {
+    let ways = [("along x", "against x"), ("along y", "against y"), ("up", "down")];
+    let mut text = String::from("move straight by");
+    let mut is_first = true;
+    for (amount, (forth, back)) in by.into_iter().zip(ways) {
+        if amount.abs() < 5e-5 {
+            continue;
+        }
+        let way = if amount > 0.0 { forth } else { back };
+        let and = if is_first { "" } else { " and" };
+        let _ = write!(text, "{and} {:.1} cm {way}", 100.0 * amount.abs());
+        is_first = false;
+    }
+    if is_first {
+        return "stay where it is".to_owned();
+    }
+    format!("{text}{}", at_speed(speed))
+}
+
+/// What `arm.turn` does, at so many rad/s.
+pub(super) fn turns(rate: f64) -> String {
+    format!("turn the hand along its path at {:.0} deg/s", rate.to_degrees())
+}
+
+/// What `arm.turn_back` does, at so many rad/s.
+pub(super) fn turns_back(rate: f64) -> String {
+    format!("turn the hand back upright at {:.0} deg/s", rate.to_degrees())
+}
+
+/// What `arm.turn_to` does: to this share of a path, at so many rad/s.
+pub(super) fn turns_to(share: f64, rate: f64) -> String {
+    let (percent, rate) = (100.0 * share, rate.to_degrees());
+    format!("turn the hand to {percent:.1} % of its path at {rate:.0} deg/s")
+}
+
+/// The last note of a script that leaves more than so many.
+pub(super) fn notes_end(most: usize) -> String {
+    format!("{most} notes of this script are told, and no more")
+}
+
+// What there is no way to do: see `NoWay`.
+
+/// To take an object.
+pub(super) fn to_grasp(object: &str) -> String {
+    format!("to grasp `{object}`")
+}
+
+/// To pour.
+pub(super) fn to_pour(source: &str, target: &str) -> String {
+    format!("to pour from `{source}` into `{target}`")
+}
+
+/// To move the tool straight by so many m.
+pub(super) fn to_move(by: f64) -> String {
+    format!("to move the tool by {:.0} mm", by * 1e3)
+}
+
+// Where the arm must not be left standing.
+
+/// Between steps that go on at the same time.
+pub fn inside_together() -> String {
+    "inside a `together`".to_owned()
+}
+
+/// With a vessel in the hand that leans by `tilt` rad, as far as anybody knows.
+pub(super) fn leans(held: &str, tilt: Option<f64>) -> String {
+    match tilt {
+        Some(tilt) => format!("the {held} is tilted by {:.0} deg", tilt.to_degrees()),
+        None => format!("nobody knows how the {held} leans"),
+    }
+}
+
+// What a look and the regressions found.
+
+/// Where an object was seen, or why it was not.
+pub(super) fn seen(sighting: &Sighting) -> String {
+    let name = &sighting.name;
+    let Some(pose) = sighting.world_from_object else {
+        return match &sighting.reason {
+            Some(why) => format!("camera: {name} not found: {why}"),
+            None => format!("camera: {name} not found: nothing in the picture looks like it"),
+        };
+    };
+    let at = pose.origin();
+    format!(
+        "camera: {name} at ({:.1}, {:.1}) cm, turned {:.1} deg, ± {:.1} mm, confidence {:.2}",
+        at.x * 100.0,
+        at.y * 100.0,
+        pose.yaw().to_degrees(),
+        sighting.std * 1e3,
+        sighting.confidence
+    )
+}
+
+/// Before any regression was fitted.
+pub(super) fn nothing_calibrated() -> String {
+    "nothing has been calibrated".to_owned()
+}
+
+/// That regressions 1 and 2 are switched off.
+pub(super) fn camera_left_out() -> String {
+    "regressions 1 and 2 left out: the scene file is believed".to_owned()
+}
+
+/// Regression 1: how many of the table's dots it rests on, its residual, px, and whether it is in force.
+pub(super) fn camera_aligned(used: usize, dots: usize, rms_px: f64, in_force: bool) -> String {
+    let camera = if in_force { "aligned" } else { "left where the scene file says" };
+    format!(
+        "regression 1: {used} of {dots} dots, projective map, rms {rms_px:.2} px, camera {camera}"
+    )
+}
+
+/// Regression 2: what it found, its residual, px, and whether it is in force.
+pub(super) fn lens_fitted(lens: &Intrinsics, rms_px: f64, in_force: bool) -> String {
+    let left_out = if in_force { "" } else { " (left out: the scene file's lens is believed)" };
+    format!(
+        "regression 2: focal {:.1} px, centre ({:.1}, {:.1}) px, k1 {:.4}, rms {rms_px:.2} px{left_out}",
+        lens.fx, lens.cx, lens.cy, lens.k1
+    )
+}
+
+/// That regression 3 is switched off.
+pub(super) fn arm_left_out() -> String {
+    "regression 3 left out: the arm is taken at its word".to_owned()
+}
+
+/// Regression 3: how many of the points visited it rests on, and what it found.
+pub(super) fn arm_fitted(used: usize, visited: usize, fit: &ArmFit) -> String {
+    format!(
+        "regression 3: {used} of {visited} points, arm position error {:.1} mm, corrected, rms {:.2} px \
+         before and {:.2} px after",
+        fit.off * 1e3,
+        fit.rms_before_px,
+        fit.rms_px
+    )
+}
+
+// What fails in a device that is ours.
+
+/// The laboratory's arm cannot be stepped.
+pub(super) fn lab_failed(error: impl Display) -> String {
+    format!("the lab's arm failed: {error}")
+}
+
+/// The twin cannot be stepped.
+pub(super) fn twin_failed(error: impl Display) -> String {
+    format!("the twin cannot be stepped: {error}")
+}
+
+/// Nothing can be seen in a camera image.
+pub(super) fn image_of_no_use(error: impl Display) -> String {
+    format!("the camera image cannot be used: {error}")
+}
+
+/// A camera at a web address gives no picture.
+pub(super) fn no_picture(address: &Address, why: impl Display) -> String {
+    format!("no picture from {address}: {why}")
+}
+
+/// What helps when a camera at a web address gives no picture.
+pub(super) fn look_for_yourself() -> String {
+    "open the address in a browser: does it show the table?".to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_way_is_told_by_its_parts() {
+        assert_eq!(
+            moves_straight([0.0, 0.0, 0.12], 0.3),
+            "move straight by 12.0 cm up at 30 % of full speed"
+        );
+        assert_eq!(
+            moves_straight([-0.05, 0.0, -0.01], 1.0),
+            "move straight by 5.0 cm against x and 1.0 cm down at 100 % of full speed"
+        );
+        assert_eq!(moves_straight([0.0; 3], 1.0), "stay where it is");
+    }
+}

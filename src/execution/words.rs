@@ -1,0 +1,260 @@
+//! The words of a script, bound to the action context that its handles lend.
+//!
+//! What the words do is in [`super::context`], what may be asked of them in [`super::bounds`], and what a line of them
+//! does in words in [`super::wording`].
+
+use std::sync::{Arc, Mutex};
+
+use rhai::{Array, Dynamic, Engine, NativeCallContext};
+
+use super::bounds::{
+    self, CLEARANCE, HEFT, MASS, PITCH, RATE, Range, SHARE, SPEED, TILT, VOLUME, WAIT, WAY,
+};
+use super::context::ActionContext;
+use super::handle::{Arm, Camera, Fallible, Twin, lock, raise};
+use super::path::Path;
+use super::plan::{Grasp, Placement, Pour};
+use super::refusal::Refusal;
+use super::wording;
+use crate::trace::Deed;
+
+/// Binds all of them.
+pub(super) fn bind(engine: &mut Engine, context: &Arc<Mutex<ActionContext>>) {
+    bind_values(engine);
+    bind_camera(engine);
+    bind_twin(engine);
+    bind_arm(engine);
+    bind_memory(engine, context);
+}
+
+/// Returns an argument that is in its range, or raises what is wrong with it.
+fn within(word: &str, what: &str, value: f64, range: Range) -> Fallible<f64> {
+    range.check(word, what, value).map_err(raise)
+}
+
+fn array(values: impl IntoIterator<Item = f64>) -> Array {
+    values.into_iter().map(Dynamic::from).collect()
+}
+
+fn list<T: Clone + Send + Sync + 'static>(values: Vec<T>) -> Array {
+    values.into_iter().map(Dynamic::from).collect()
+}
+
+/// What the planner finds.
+fn bind_values(engine: &mut Engine) {
+    engine
+        .register_type_with_name::<Grasp>("Grasp")
+        .register_get("before", |grasp: &mut Grasp| array(grasp.before.iter().copied()))
+        .register_get("way_in", |grasp: &mut Grasp| Path::plain(grasp.way_in.clone()))
+        .register_get("way_out", |grasp: &mut Grasp| {
+            Path::plain(grasp.way_in.iter().rev().cloned().collect())
+        })
+        .register_get("clearance", |grasp: &mut Grasp| grasp.clearance)
+        .register_get("face", |grasp: &mut Grasp| grasp.face().to_owned())
+        .register_type_with_name::<Pour>("Pour")
+        .register_get("start", |pour: &mut Pour| array(pour.start.iter().copied()))
+        .register_get("turn", |pour: &mut Pour| {
+            let (source, target) = (pour.source.clone(), pour.target.clone());
+            Path::doing(pour.turn.clone(), Deed::Turned { source, target })
+        })
+        .register_get("back", |pour: &mut Pour| {
+            Path::doing(pour.turn.iter().rev().cloned().collect(), Deed::TurnedBack)
+        })
+        .register_get("clearance", |pour: &mut Pour| pour.clearance)
+        .register_fn("share_holding", |pour: &mut Pour, volume: f64| {
+            Ok(pour.share_holding(within("share_holding", "the volume", volume, VOLUME)?))
+                as Fallible<f64>
+        })
+        .register_type_with_name::<Placement>("Placement")
+        .register_get("above", |place: &mut Placement| array(place.above.iter().copied()))
+        .register_get("way_down", |place: &mut Placement| {
+            Path::doing(place.way_down.clone(), Deed::SetDown { object: place.object.clone() })
+        })
+        .register_get("way_out", |place: &mut Placement| Path::plain(place.way_out.clone()))
+        .register_type_with_name::<Path>("Path");
+}
+
+/// The words of `camera`.
+fn bind_camera(engine: &mut Engine) {
+    engine.register_type_with_name::<Camera>("Camera").register_fn(
+        "look",
+        |at: NativeCallContext<'_>, camera: &mut Camera| {
+            camera.acts(&at, wording::looks())?.look().map_err(raise)
+        },
+    );
+}
+
+/// The words of `twin`.
+fn bind_twin(engine: &mut Engine) {
+    engine
+        .register_type_with_name::<Twin>("Twin")
+        .register_fn("grasps", |twin: &mut Twin, o: &str, face: &str, pitch: f64| {
+            let pitch = within("grasps", "the pitch", pitch, PITCH)?;
+            twin.plans()?.grasps(o, face, pitch).map(list).map_err(raise)
+        })
+        .register_fn("pours", |twin: &mut Twin, o: &str, at: &str, clearance: f64| {
+            let clearance = within("pours", "the clearance", clearance, CLEARANCE)?;
+            twin.plans()?.pours(o, at, clearance).map(list).map_err(raise)
+        })
+        .register_fn("placements", |twin: &mut Twin, o: &str| {
+            twin.plans()?.placements(o, "table").map(list).map_err(raise)
+        })
+        .register_fn("placements", |twin: &mut Twin, o: &str, at: &str| {
+            twin.plans()?.placements(o, at).map(list).map_err(raise)
+        })
+        .register_fn("pose_named", |twin: &mut Twin, name: &str| {
+            twin.context().named_pose(name).map(array).map_err(raise)
+        })
+        .register_fn("position", |twin: &mut Twin, o: &str| {
+            twin.context().position(o).map(array).map_err(raise)
+        })
+        .register_fn("enough", |twin: &mut Twin, o: &str, volume: f64| {
+            let volume = within("enough", "the volume", volume, VOLUME)?;
+            twin.context().enough(o, volume).map_err(raise)
+        })
+        .register_fn("squeeze", |twin: &mut Twin, o: &str| twin.context().squeeze(o).map_err(raise))
+        .register_fn("drips", |twin: &mut Twin, o: &str| twin.context().drips(o).map_err(raise))
+        .register_fn("volume", |twin: &mut Twin, o: &str| twin.context().volume(o).map_err(raise));
+}
+
+/// The words of `arm`.
+fn bind_arm(engine: &mut Engine) {
+    engine.register_type_with_name::<Arm>("Arm");
+    bind_hand(engine);
+    bind_ways(engine);
+    bind_turns(engine);
+}
+
+/// The fingers, and holding still.
+fn bind_hand(engine: &mut Engine) {
+    engine
+        .register_fn("open", |at: NativeCallContext<'_>, arm: &mut Arm| {
+            arm.acts_on(&at, wording::opens(), Some(Deed::Released))?.open().map_err(raise)
+        })
+        .register_fn("close", |at: NativeCallContext<'_>, arm: &mut Arm, o: &str, force: f64| {
+            let (does, took) = (wording::closes(o, force), Deed::Took { object: o.to_owned() });
+            arm.acts_on(&at, does, Some(took))?.close(o, force).map_err(raise)
+        })
+        .register_fn("weigh", |at: NativeCallContext<'_>, arm: &mut Arm| {
+            arm.acts(&at, wording::weighs())?.weigh().map_err(raise)
+        })
+        .register_fn("heft", |at: NativeCallContext<'_>, arm: &mut Arm, seconds: f64| {
+            let seconds = within("heft", "the time", seconds, HEFT)?;
+            arm.acts(&at, wording::hefts(seconds))?.heft(seconds).map_err(raise)
+        })
+        .register_fn("weighed", |arm: &mut Arm, mass: f64| {
+            let mass = within("weighed", "the mass", mass, MASS)?;
+            arm.context().weighed(mass);
+            Ok(()) as Fallible<()>
+        })
+        .register_fn("bears", |arm: &mut Arm, mass: f64| {
+            let mass = within("bears", "the mass", mass, MASS)?;
+            arm.context().bears(mass);
+            Ok(()) as Fallible<()>
+        })
+        .register_fn("opening", |arm: &mut Arm| arm.context().opening().map_err(raise))
+        .register_fn("wait", |at: NativeCallContext<'_>, arm: &mut Arm, seconds: f64| {
+            let seconds = within("wait", "the time", seconds, WAIT)?;
+            arm.acts(&at, wording::waits(seconds))?.wait(seconds).map_err(raise)
+        });
+}
+
+/// Ways of the arm.
+fn bind_ways(engine: &mut Engine) {
+    engine
+        .register_fn("move_to", |at: NativeCallContext<'_>, arm: &mut Arm, q: Array| {
+            let q = arm.joints("move_to", &q)?;
+            arm.acts(&at, wording::moves_round())?.move_to(&q, None, 1.0).map_err(raise)
+        })
+        .register_fn(
+            "carry_to",
+            |at: NativeCallContext<'_>, arm: &mut Arm, q: Array, tilt: f64, speed: f64| {
+                let q = arm.joints("carry_to", &q)?;
+                let tilt = within("carry_to", "the tilt", tilt, TILT)?;
+                let speed = within("carry_to", "the speed", speed, SPEED)?;
+                let does = wording::carries(tilt, speed);
+                arm.acts(&at, does)?.move_to(&q, Some(tilt), speed).map_err(raise)
+            },
+        )
+        .register_fn(
+            "follow",
+            |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, speed: f64| {
+                let speed = within("follow", "the speed", speed, SPEED)?;
+                let does = wording::follows(speed);
+                arm.acts_on(&at, does, path.deed)?.follow(&path.points, speed).map_err(raise)
+            },
+        )
+        .register_fn(
+            "draw_back",
+            |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, speed: f64| {
+                let speed = within("draw_back", "the speed", speed, SPEED)?;
+                let does = wording::draws_back(speed);
+                arm.acts_on(&at, does, path.deed)?.draw_back(&path.points, speed).map_err(raise)
+            },
+        )
+        .register_fn("rise", |at: NativeCallContext<'_>, arm: &mut Arm, by: f64, speed: f64| {
+            let by = within("rise", "the way up", by, WAY)?;
+            let speed = within("rise", "the speed", speed, SPEED)?;
+            let does = wording::moves_straight([0.0, 0.0, by], speed);
+            arm.acts(&at, does)?.rise(by, speed).map_err(raise)
+        })
+        .register_fn(
+            "move_by",
+            |at: NativeCallContext<'_>, arm: &mut Arm, by: Array, speed: f64| {
+                let by = bounds::way("move_by", &by).map_err(raise)?;
+                let speed = within("move_by", "the speed", speed, SPEED)?;
+                let does = wording::moves_straight(by, speed);
+                arm.acts(&at, does)?.move_by(by, speed).map_err(raise)
+            },
+        );
+}
+
+/// Turns of the hand.
+fn bind_turns(engine: &mut Engine) {
+    engine
+        .register_fn("turn", |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, rate: f64| {
+            let rate = within("turn", "the rate", rate, RATE)?;
+            let does = wording::turns(rate);
+            arm.acts_on(&at, does, path.deed)?.turn(&path.points, rate).map_err(raise)
+        })
+        .register_fn(
+            "turn_back",
+            |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, rate: f64| {
+                let rate = within("turn_back", "the rate", rate, RATE)?;
+                let does = wording::turns_back(rate);
+                arm.acts_on(&at, does, Some(Deed::TurnedBack))?
+                    .turn_back(&path.points, rate)
+                    .map_err(raise)
+            },
+        )
+        .register_fn(
+            "turn_to",
+            |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, share: f64, rate: f64| {
+                let share = within("turn_to", "the share", share, SHARE)?;
+                let rate = within("turn_to", "the rate", rate, RATE)?;
+                let does = wording::turns_to(share, rate);
+                arm.acts_on(&at, does, path.deed)?.turn_to(&path.points, share, rate).map_err(raise)
+            },
+        );
+}
+
+/// What is remembered, told and chosen.
+fn bind_memory(engine: &mut Engine, context: &Arc<Mutex<ActionContext>>) {
+    let keeper = context.clone();
+    engine.register_fn("remember", move |name: &str, value: Dynamic| {
+        lock(&keeper).remember(name, value).map_err(raise)
+    });
+    let keeper = context.clone();
+    engine.register_fn("recall", move |name: &str| lock(&keeper).recall(name).map_err(raise));
+    let teller = context.clone();
+    engine.register_fn("note", move |text: &str| lock(&teller).note(text));
+    let teller = context.clone();
+    engine.on_print(move |text| lock(&teller).note(text));
+    let teller = context.clone();
+    engine.on_debug(move |text, _, _| lock(&teller).note(text));
+    let chooser = context.clone();
+    engine.register_fn("choose", move |ways: Array| -> Fallible<Dynamic> {
+        let chosen = lock(&chooser).choose(ways.len()).map_err(raise)?;
+        ways.into_iter().nth(chosen).ok_or_else(|| Refusal::NotAmongWays.to_string().into())
+    });
+}

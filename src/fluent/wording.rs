@@ -1,0 +1,68 @@
+//! What a reading says in words: why nobody knows a value, and what does not fit in a call.
+//!
+//! Only sentences; when each is said is decided in [`super::builtin`] and [`super::eval`].
+
+/// Nothing tells whether the gripper touches the table.
+pub(super) const TABLE_NOT_FELT: &str = "nobody felt for the table";
+/// Two things may touch or not.
+pub(super) const CLOSE: &str = "they are close, and nobody measured whether they touch";
+/// Reach is for planning to say, and nothing was planned.
+pub(super) const NO_WAY_PLANNED: &str = "nobody has planned a way to it yet";
+/// One side of `==` has no value.
+pub(super) const ONE_SIDE: &str = "one side is not known";
+/// A comparison without a margin and without a reason.
+pub(super) const NO_VALUE: &str = "it has no value";
+/// What a condition has to be.
+pub(super) const A_TRUTH: &str = "something true or false";
+/// What `within` stands after.
+pub(super) const A_COMPARISON: &str = "a comparison before `within`";
+
+/// Why the volume in a vessel is unknown.
+pub(super) fn water(object: &str) -> String {
+    format!("nobody measured the water in `{object}`")
+}
+
+/// Why the volume on the table is unknown.
+pub(super) fn spilt() -> String {
+    "nobody measured what was spilt".to_owned()
+}
+
+/// Why the speed of an object is unknown.
+pub(super) fn speed(object: &str) -> String {
+    format!("nobody measured how fast `{object}` moves")
+}
+
+/// Why what depends on a place is unknown.
+pub(super) fn place(object: &str) -> String {
+    format!("nobody knows where `{object}` is")
+}
+
+/// Why a limit is neither kept nor broken.
+pub(super) fn no_value_of(term: &str) -> String {
+    format!("{term} has no value")
+}
+
+/// Why a quotient is unknown.
+pub(super) fn no_number(term: &str) -> String {
+    format!("{term} is no number")
+}
+
+/// Why a margin decides nothing: it and its standard deviation, with their units.
+pub(super) fn within_noise(margin: &str, sigma: &str) -> String {
+    format!("the margin of {margin} is within twice ± {sigma}")
+}
+
+/// How many arguments a function takes.
+pub(super) fn wrong_count(function: &str, takes: usize, given: usize) -> String {
+    format!("`{function}` takes {takes} argument(s), not {given}")
+}
+
+/// A parameter of a fluent was given alternatives.
+pub(super) fn more_than_one(parameter: &str, fluent: &str) -> String {
+    format!("`{parameter}` of `{fluent}` has more than one value")
+}
+
+/// A function was given alternatives.
+pub(super) fn no_alternatives(function: &str) -> String {
+    format!("`{function}` takes one value here, not alternatives")
+}

@@ -1,0 +1,266 @@
+//! What exactly is wrong behind an [`Error`](super::Error): with a URDF, a side file, a path or its times.
+//!
+//! Positions are in m or rad, masses in kg, as the variants say.
+
+/// Why a text is no robot this program can use.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum UrdfFault {
+    /// It is not the format at all: what its reader said.
+    #[error("{0}")]
+    Format(String),
+    /// Elements inside elements inside elements.
+    #[error("its elements are nested more than {most} deep")]
+    TooDeep {
+        /// As deep as they may be.
+        most: usize,
+    },
+    /// More links than any robot has.
+    #[error("it has more than {most} links")]
+    TooManyLinks {
+        /// As many as it may have.
+        most: usize,
+    },
+    /// Nothing to build.
+    #[error("it has no <link>")]
+    NoLink,
+    /// An element that is needed and not there: which, and of what.
+    #[error("it has no {what} {name}")]
+    Missing {
+        /// The element.
+        what: String,
+        /// Its name, or what it is part of.
+        name: String,
+    },
+    /// Two links of one name.
+    #[error("two links are named {name}")]
+    SameName {
+        /// The name.
+        name: String,
+    },
+    /// A joint to nowhere.
+    #[error("joint {joint} names a link {link}, which does not exist")]
+    NoSuchLink {
+        /// The joint.
+        joint: String,
+        /// The link it names.
+        link: String,
+    },
+    /// A link with two parents.
+    #[error(
+        "link {link} hangs on two joints, {first} and {second}: closed loops are not supported"
+    )]
+    TwoParents {
+        /// The link.
+        link: String,
+        /// The joint listed first.
+        first: String,
+        /// The other.
+        second: String,
+    },
+    /// No link to begin with.
+    #[error("every link has a parent: the joints form a loop")]
+    NoRoot,
+    /// Two links to begin with.
+    #[error("links {first} and {second} both have no parent: the links do not form one tree")]
+    TwoRoots {
+        /// One of them.
+        first: String,
+        /// The other.
+        second: String,
+    },
+    /// Joints that cannot be reached from the root.
+    #[error("some joints form a loop that hangs on nothing")]
+    LooseLoop,
+    /// A joint that follows nobody.
+    #[error("joint {joint} mimics {master}, which does not exist")]
+    NoMaster {
+        /// The joint.
+        joint: String,
+        /// Which it should follow.
+        master: String,
+    },
+    /// A kind of joint nothing here can move.
+    #[error(
+        "joint {joint} is {kind:?}; only fixed, revolute, continuous and prismatic joints are known"
+    )]
+    JointKind {
+        /// The joint.
+        joint: String,
+        /// Its kind.
+        kind: urdf_rs::JointType,
+    },
+    /// A joint that moves about or along nothing.
+    #[error("joint {joint} has no axis")]
+    NoAxis {
+        /// The joint.
+        joint: String,
+    },
+    /// A range upside down.
+    #[error("joint {joint}: its lower limit {lower} is above its upper {upper}")]
+    Range {
+        /// The joint.
+        joint: String,
+        /// rad or m.
+        lower: f64,
+        /// rad or m.
+        upper: f64,
+    },
+    /// NaN or infinity in an origin.
+    #[error("joint {joint}: its origin is not finite")]
+    Origin {
+        /// The joint.
+        joint: String,
+    },
+    /// A mass below 0, or none that is a number.
+    #[error("link {link}: its mass is {mass} kg")]
+    Mass {
+        /// The link.
+        link: String,
+        /// kg.
+        mass: f64,
+    },
+    /// A joint that nothing resists.
+    #[error("a joint carries no mass, so its acceleration is undefined")]
+    Massless,
+    /// A change that would take all mass away.
+    #[error("its link {link} would weigh {mass:.3} kg")]
+    WouldWeigh {
+        /// The link.
+        link: String,
+        /// kg.
+        mass: f64,
+    },
+    /// A text whose numbers are written in ways that cannot be changed one by one.
+    #[error("its numbers cannot be changed without changing others")]
+    Entangled,
+}
+
+/// What is wrong with the file beside a URDF.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum SideFault {
+    /// It is not the format at all: what its reader said.
+    #[error("{0}")]
+    Format(String),
+    /// A marker that is not fixed to the hand.
+    #[error("marker: {link} moves with the jaws")]
+    MarkerMoves {
+        /// The link it is on.
+        link: String,
+    },
+    /// A marker of no size or nowhere.
+    #[error("marker: centre_m and radius_m must be finite, the radius positive")]
+    MarkerNumbers,
+    /// Limits that are none, or too few.
+    #[error("max_acceleration_rad_s2 needs {joints} positive numbers")]
+    Accelerations {
+        /// How many joints there are.
+        joints: usize,
+    },
+    /// A pose that leaves joints out.
+    #[error("pose {name} has {angles} angles; the arm has {joints} joints")]
+    PoseLength {
+        /// The pose.
+        name: String,
+        /// How many angles it has.
+        angles: usize,
+        /// How many joints there are.
+        joints: usize,
+    },
+}
+
+/// Why a search found no path.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum NoWay {
+    /// What was found cannot be certified.
+    #[error("what was found grazes an obstacle between two checks")]
+    Grazes,
+    /// The samples were used up.
+    #[error("the trees from start and goal hold {start} and {goal} configurations and never met")]
+    NeverMet {
+        /// Configurations reached from the start.
+        start: usize,
+        /// Configurations reached from the goals.
+        goal: usize,
+    },
+}
+
+/// What stops a motion of the tip along a line or about a point.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Stop {
+    /// No joint position is near that puts the tip there.
+    #[error("the arm is stretched out or singular there")]
+    Singular,
+    /// A joint would leave its range.
+    #[error("{joint} is at its limit")]
+    AtLimit {
+        /// Which joint.
+        joint: String,
+    },
+    /// A joint would move too far from one point to the next.
+    #[error("{joint} would have to jump")]
+    Jump {
+        /// Which joint.
+        joint: String,
+    },
+    /// One joint after the other was held at the end of its range.
+    #[error("too many joints are at their limits")]
+    AllAtLimits,
+}
+
+/// Why points do not make a trajectory.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Untimed {
+    /// Points and times do not go together.
+    #[error("it takes as many times as points, at least two")]
+    Counts,
+    /// Time stands still or runs back.
+    #[error("times must increase")]
+    Times,
+    /// Points of several lengths, or with numbers that are none.
+    #[error("points must be finite and of one length")]
+    Points,
+    /// Two motions that do not meet.
+    #[error("the next one begins {gap:.6} rad from where this one ends")]
+    Gap {
+        /// How far apart they are, rad.
+        gap: f64,
+    },
+    /// Nothing to go along.
+    #[error("the path has no points")]
+    Empty,
+    /// Points of another arm, or with numbers that are none.
+    #[error("every point needs one finite number per joint")]
+    Joints,
+    /// Limits that limit nothing, or too few.
+    #[error("every joint needs a positive speed and acceleration limit")]
+    Limits,
+}
+
+/// What was assumed or left out while a URDF was read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Note {
+    /// A shape that is not known here.
+    #[error("link {link}: a mesh is left out; only boxes, cylinders, spheres and capsules count")]
+    Mesh {
+        /// The link.
+        link: String,
+    },
+    /// A joint that may go anywhere.
+    #[error("joint {joint} has no position limits")]
+    NoRange {
+        /// The joint.
+        joint: String,
+    },
+    /// A joint of unknown speed.
+    #[error("joint {joint} has no speed limit; 1 rad/s is used")]
+    NoSpeed {
+        /// The joint.
+        joint: String,
+    },
+    /// A joint that nobody drives.
+    #[error("joint {joint} is not on the way to the tip; it stays put")]
+    OffPath {
+        /// The joint.
+        joint: String,
+    },
+}

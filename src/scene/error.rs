@@ -1,0 +1,208 @@
+//! What can be wrong with a scene: the mistakes with their numbers, and how each is told.
+//!
+//! The message is what a mistake displays as; its code, its label under the text and what would help stand
+//! beside it. Where it is wrong is for the reader to say.
+
+use crate::language::nearest;
+use crate::units::{Dimension, Quantity, known_units};
+
+/// Properties a thing may have.
+const PROPERTIES: &[&str] = &["wall", "holds", "filled", "mass", "looks", "colour"];
+
+/// Shapes a thing may have.
+const SHAPES: [&str; 3] = ["box", "cuboid", "cylinder"];
+
+/// One thing that is wrong with a scene. Lengths in m, volumes in m³.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub(super) enum Mistake<'a> {
+    #[error("there are two things called `{name}`")]
+    TwoThings { name: &'a str },
+    #[error("the scene `{scene}` has no table")]
+    NoTable { scene: &'a str },
+    #[error("this mark does not lie on the table")]
+    MarkOutside { corners: [[f64; 2]; 4] },
+    #[error("the scene `{scene}` has no camera")]
+    NoCamera { scene: &'a str },
+    #[error("a scene has one camera")]
+    TwoCameras,
+    #[error("a focal length of {focal} px is impossible")]
+    FocalLength { focal: f64 },
+    #[error("the camera `{camera}` cannot see the table from there")]
+    BlindCamera { camera: &'a str },
+    #[error("a scene has one robot")]
+    TwoRobots,
+    #[error("the scene `{scene}` has no robot")]
+    NoRobot { scene: &'a str },
+    #[error("a table is a box")]
+    TableNoBox,
+    #[error("the table's centre needs x and y")]
+    TableCentre,
+    #[error("{} is a length, and this is {}", of.words(), is.words())]
+    NoLength { of: Side<'a>, is: Dimension, text: &'a str },
+    #[error("{} cannot be {quantity}", of.words())]
+    Length { of: Side<'a>, quantity: Quantity, most: f64 },
+    #[error("{quantity} is outside the laboratory")]
+    FarCoordinate { quantity: Quantity },
+    #[error("a coordinate is a length, and `{text}` {}", if is.is_none() {
+        "has no unit".to_owned()
+    } else {
+        format!("is {}", is.words())
+    })]
+    CoordinateUnit { text: &'a str, is: Dimension },
+    #[error("the walls of `{thing}` leave no room inside")]
+    ThickWalls { thing: &'a str },
+    #[error("`{thing}` cannot hold {}: inside it measures {}",
+        Quantity::cubic_metres(*holds), Quantity::cubic_metres(*inside))]
+    HoldsTooMuch { thing: &'a str, holds: f64, inside: f64 },
+    #[error("`{thing}` is filled with {} but holds {}",
+        Quantity::cubic_metres(*filled), Quantity::cubic_metres(*holds))]
+    Overfilled { thing: &'a str, filled: f64, holds: f64 },
+    #[error("there is no shape `{name}`")]
+    UnknownShape { name: &'a str },
+    #[error("a {shape} takes {}", slots.join(", "))]
+    ShapeTakes { shape: &'a str, slots: &'static [&'static str] },
+    #[error("this is not a colour")]
+    NoColour,
+    #[error("a thing has no `{name}`")]
+    UnknownProperty { name: &'a str },
+    #[error("`{name}` is {}, and this is {}", wanted.words(), is.words())]
+    WrongUnit { name: &'a str, wanted: Dimension, is: Dimension, such: &'static str },
+    #[error("`{name}` cannot be {quantity}")]
+    NotPositive { name: &'a str, quantity: Quantity, such: &'static str },
+    #[error("`{name}` takes one quantity")]
+    NoQuantity { name: &'a str, such: &'static str },
+    #[error("`{name}` takes a text in quotes")]
+    NoText { name: &'a str },
+}
+
+/// A length that a scene gives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Side<'a> {
+    /// Of a dot on the table.
+    MarkRadius,
+    /// Of a thing's shape.
+    Of(&'a str),
+}
+
+impl Side<'_> {
+    fn words(self) -> String {
+        match self {
+            Self::MarkRadius => "the radius of a mark".into(),
+            Self::Of(thing) => format!("a side of `{thing}`"),
+        }
+    }
+}
+
+impl Mistake<'_> {
+    /// Its code, and what stands under the place in the text.
+    pub(super) fn code_and_label(&self) -> (&'static str, &'static str) {
+        match self {
+            Self::TwoThings { .. } | Self::TwoCameras | Self::TwoRobots => {
+                ("task::duplicate", "the second one")
+            }
+            Self::NoTable { .. } => ("task::missing", "things need something to stand on"),
+            Self::NoCamera { .. } => ("task::missing", "nothing could be seen"),
+            Self::NoRobot { .. } => ("task::missing", "nothing could be moved"),
+            Self::MarkOutside { .. } => ("task::outside", "outside"),
+            Self::BlindCamera { .. } => {
+                ("task::outside", "at the height of the table, or where it looks")
+            }
+            Self::FocalLength { .. } | Self::NotPositive { .. } => ("task::size", "not above 0"),
+            Self::ThickWalls { .. } => ("task::size", "walls as thick as the vessel"),
+            Self::HoldsTooMuch { .. } => ("task::size", "holds more than fits"),
+            Self::Overfilled { .. } => ("task::size", "fuller than full"),
+            Self::Length { .. } => ("task::size", "not a size it can have"),
+            Self::NoLength { .. } => ("task::unit", "not a length"),
+            Self::FarCoordinate { .. } | Self::CoordinateUnit { .. } => {
+                ("task::unit", "expected a length")
+            }
+            Self::WrongUnit { .. } => ("task::unit", "wrong unit"),
+            Self::TableNoBox => ("task::type", "not a box"),
+            Self::NoQuantity { .. } => ("task::type", "expected one"),
+            Self::NoText { .. } => ("task::type", "expected a text"),
+            Self::TableCentre => ("task::point", "too few"),
+            Self::UnknownShape { .. } => ("task::unknown_name", "not a shape"),
+            Self::UnknownProperty { .. } => ("task::unknown_name", "not known"),
+            Self::ShapeTakes { .. } => ("task::argument", "not what it takes"),
+            Self::NoColour => ("task::colour", "expected red, green and blue"),
+        }
+    }
+
+    /// What would help.
+    pub(super) fn help(&self) -> String {
+        let said = match self {
+            Self::TwoThings { .. } => "give each its own name, such as `cup` and `cup2`",
+            Self::NoTable { .. } => {
+                "add `table: Surface = box(120 cm, 80 cm, 2 cm) at (0.5 m, 0 m)`"
+            }
+            Self::NoCamera { .. } => {
+                "add `camera overhead { image 1280 x 720  focal ~ 900 px  at (…) looking (…) }`"
+            }
+            Self::TwoCameras => "keep the camera that looks at the table",
+            Self::FocalLength { .. } => "a usual one is close to the width of the picture",
+            Self::BlindCamera { .. } => {
+                "the table top is at z = 0; the camera stands above it and looks at it"
+            }
+            Self::TwoRobots => "remove one of them",
+            Self::NoRobot { .. } => "add `robot gen3_2f85 at (0 m, 0 m, 0 m)`",
+            Self::TableNoBox => "write `box(120 cm, 80 cm, 2 cm)`: along x, along y, thickness",
+            Self::TableCentre => "write `at (0.5 m, 0 m)`",
+            Self::FarCoordinate { .. } => "at most 10 m",
+            Self::ThickWalls { .. } => "give the thickness of one wall, such as `wall 3 mm`",
+            Self::HoldsTooMuch { .. } => "correct `holds`, the outside, or `wall`",
+            Self::Overfilled { .. } => "correct `filled` or `holds`",
+            Self::ShapeTakes { slots, .. } if slots.len() == 3 => {
+                "write three sides, such as `cuboid(65 mm, 65 mm, 140 mm)`"
+            }
+            Self::ShapeTakes { .. } => "write `cylinder(radius 40 mm, height 95 mm)`",
+            Self::NoColour => "write it as `\"#2050c0\"`, or name it in `looks`",
+            other => return other.help_with_names(),
+        };
+        said.to_owned()
+    }
+
+    /// What would help where names or numbers of the scene are part of it.
+    fn help_with_names(&self) -> String {
+        match self {
+            Self::MarkOutside { corners } => format!(
+                "the table reaches from ({:.2} m, {:.2} m) to ({:.2} m, {:.2} m)",
+                corners[0][0], corners[0][1], corners[2][0], corners[2][1]
+            ),
+            Self::NoLength { is, text, .. } if is.is_none() => {
+                format!("write `{text} mm` or `{text} cm`")
+            }
+            Self::NoLength { .. } => {
+                format!("lengths are in mm, cm or m; known units: {}", known_units())
+            }
+            Self::Length { most, .. } => {
+                format!("expected more than 0 and at most {}", Quantity::metres(*most))
+            }
+            Self::CoordinateUnit { text, is } if is.is_none() => format!("write `{text} m`"),
+            Self::CoordinateUnit { .. } => "write it in m".into(),
+            Self::UnknownShape { name } => match nearest(name, SHAPES.into_iter()) {
+                Some(near) => did_you_mean(near),
+                None => {
+                    "write `cuboid(6 cm, 6 cm, 14 cm)` or `cylinder(radius 4 cm, height 10 cm)`"
+                        .into()
+                }
+            },
+            Self::UnknownProperty { name } => match nearest(name, PROPERTIES.iter().copied()) {
+                Some(near) => did_you_mean(near),
+                None => format!("known are: {}", PROPERTIES.join(", ")),
+            },
+            Self::WrongUnit { wanted, such, .. } => {
+                format!("write {}, such as {such}", wanted.words())
+            }
+            Self::NotPositive { such, .. } | Self::NoQuantity { such, .. } => {
+                format!("such as {such}")
+            }
+            Self::NoText { name } => format!("such as `{name} \"…\"`"),
+            // All others are said without a name.
+            _ => String::new(),
+        }
+    }
+}
+
+fn did_you_mean(name: &str) -> String {
+    format!("did you mean `{name}`?")
+}

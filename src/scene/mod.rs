@@ -1,0 +1,105 @@
+//! A `scene` item of the task language → [`Scene`]: units, sizes and sanity, every mistake at its place.
+//!
+//! What a scene is, once read, is [`crate::world::scene`]'s.
+
+mod error;
+mod read;
+mod thing;
+
+use crate::language::ast::SceneItem;
+use crate::language::{Diagnostic, Source};
+use crate::world::Scene;
+
+/// Reads a scene item: units, sizes and sanity are checked here, names and syntax before.
+///
+/// What a thing does not say has a default: `wall 3 mm` for a `Container`; `holds` what fits to the
+/// brim; `filled` nothing; `mass` from its volume; the colour its looks name, else grey. `looks`
+/// with "transparent", "clear" or "glass" in it makes it transparent. The position of a thing other
+/// than the table is not kept: the camera finds it.
+///
+/// # Errors
+///
+/// Everything that is wrong, at once, each at its place in `source`.
+pub fn from_item(item: &SceneItem, source: &Source) -> Result<Scene, Vec<Diagnostic>> {
+    let mut reader = read::Reader { source, diagnostics: Vec::new() };
+    let scene = reader.scene(item);
+    match scene {
+        Some(scene) if reader.diagnostics.is_empty() => Ok(scene),
+        _ => Err(reader.diagnostics),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::language::Library;
+    use crate::world::Material;
+
+    fn read(text: &str) -> Result<Scene, Vec<String>> {
+        let mut library = Library::new();
+        library.add(Source::new("test.task", text));
+        let (item, source) = library.scenes().next().expect("the text holds a scene");
+        from_item(item, source).map_err(|found| found.into_iter().map(|d| d.message).collect())
+    }
+
+    #[test]
+    fn the_kitchen_is_what_its_file_says() {
+        let scene = read(include_str!("../../stdlib/scenes/kitchen.task")).unwrap();
+        assert_eq!((scene.name.as_str(), scene.robot.as_str()), ("kitchen", "gen3_2f85"));
+        let names: Vec<&str> = scene.objects.iter().map(|o| o.name.as_str()).collect();
+        assert_eq!(names, ["jar", "cup"]);
+        let jar = scene.object("jar").unwrap();
+        assert_eq!(jar.material, Material::Transparent);
+        let cavity = jar.cavity.unwrap();
+        assert!((cavity.capacity - 250e-6).abs() < 1e-12 && (cavity.filled - 150e-6).abs() < 1e-12);
+        assert!((jar.mass - 0.16).abs() < 1e-12 && (jar.shape.height() - 0.14).abs() < 1e-12);
+        let cup = scene.object("cup").unwrap();
+        assert_eq!((cup.material, cup.colour), (Material::Opaque, [0x20, 0x50, 0xc0]));
+        // Not given, so to the brim: π (77 mm)² · 92 mm.
+        let brim = std::f64::consts::PI * 0.077 * 0.077 * 0.092;
+        assert!((cup.cavity.unwrap().capacity - brim).abs() < 1e-9);
+        assert_eq!(scene.marks.len(), 13);
+        assert!((scene.marks[0].y + 0.36).abs() < 1e-12, "signs are read");
+        assert!((scene.table.centre[0] - 0.5).abs() < 1e-12);
+        let eye = scene.camera.world_from_camera.origin();
+        assert!((eye - Vector3::new(1.25, 0.0, 0.85)).norm() < 1e-12);
+        assert!((scene.camera.intrinsics.fx - 900.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn everything_wrong_with_a_scene_is_told_at_once() {
+        let found = read(
+            "scene s {\n table: Surface = box(120 cm, 80 cm, 2 cm)\n\
+             jar: Container = cuboid(65, 65 mm, 140 mm) { filled 3 g hods 2 mL }\n\
+             cup: Container = cylindr(radius 8 cm, height 9 cm)\n\
+             mug: Container = cylinder(radius 4 cm, height 9 cm) { holds 2 L filled 1 mL }\n\
+             pot: Container = cylinder(radius 4 cm) { colour \"bluish\" }\n\
+             marks dots(radius 12 mm) { (2 m, 0 m) }\n\
+             camera c { image 640 x 480 focal 600 px at (1 m, 0 m, -1 m) looking (0 m, 0 m, 0 m) } }",
+        )
+        .unwrap_err();
+        let expected = [
+            "a side of `jar` is a length, and this is a plain number",
+            "`filled` is a volume, and this is a mass",
+            "a thing has no `hods`",
+            "there is no shape `cylindr`",
+            "`mug` cannot hold 2 L: inside it measures 374 mL",
+            "a cylinder takes radius, height",
+            "this is not a colour",
+            "this mark does not lie on the table",
+            "the camera `c` cannot see the table from there",
+            "the scene `s` has no robot",
+        ];
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn a_bare_scene_says_what_it_lacks() {
+        let found = read("scene s { }").unwrap_err();
+        let expected =
+            ["table", "camera", "robot"].map(|what| format!("the scene `s` has no {what}"));
+        assert_eq!(found, expected);
+    }
+}

@@ -1,0 +1,174 @@
+//! Scene items → tables, marks, cameras and robots; the things are in [`super::thing`].
+
+use nalgebra::Vector3;
+
+use super::error::{Mistake, Side};
+use crate::language::ast::{Literal, SceneItem, SceneThing, Span};
+use crate::language::{Diagnostic, Source};
+use crate::units::{Dimension, Quantity};
+use crate::world::frame::{Base, World};
+use crate::world::{Camera, Intrinsics, Mark, Object, Pose, Scene, Shape, Table};
+
+/// Reads one scene and collects what is wrong in it.
+pub(super) struct Reader<'a> {
+    pub(super) source: &'a Source,
+    /// What is wrong.
+    pub(super) diagnostics: Vec<Diagnostic>,
+}
+
+impl Reader<'_> {
+    pub(super) fn tell(&mut self, span: Span, mistake: &Mistake<'_>) {
+        let (code, label) = mistake.code_and_label();
+        let found = Diagnostic::error(code, span, mistake.to_string(), label);
+        let mut found = found.help(mistake.help());
+        found.file.clone_from(&self.source.name);
+        self.diagnostics.push(found);
+    }
+
+    pub(super) fn scene(&mut self, item: &SceneItem) -> Option<Scene> {
+        let mut table = None;
+        let mut objects: Vec<Object> = Vec::new();
+        for thing in &item.things {
+            if thing.name.text == "table" {
+                table = self.table(thing).or(table);
+                continue;
+            }
+            if objects.iter().any(|object| object.name == thing.name.text) {
+                self.tell(thing.name.span, &Mistake::TwoThings { name: &thing.name.text });
+            }
+            objects.extend(self.object(thing));
+        }
+        let declared = item.things.iter().any(|thing| thing.name.text == "table");
+        if !declared {
+            self.tell(item.name.span, &Mistake::NoTable { scene: &item.name.text });
+        }
+        let mut marks = Vec::new();
+        for group in &item.marks {
+            let radius = self.length(group.radius, Side::MarkRadius, 0.2);
+            for [x, y] in &group.centres {
+                let x = self.coordinate(*x)?;
+                let y = self.coordinate(*y)?;
+                let (Some(radius), Some(table)) = (radius, table.as_ref()) else { continue };
+                if !Table::holds(table, x.value, y.value, radius) {
+                    let span = Span { from: x.from, to: y.to };
+                    self.tell(span, &Mistake::MarkOutside { corners: table.corners() });
+                }
+                marks.push(Mark { x: x.value, y: y.value, radius });
+            }
+        }
+        let camera = self.camera(item);
+        let robot = self.robot(item);
+        let (camera_name, camera) = camera?;
+        let (robot, world_from_base) = robot?;
+        Some(Scene {
+            name: item.name.text.clone(),
+            table: table?,
+            marks,
+            objects,
+            camera_name,
+            camera,
+            robot,
+            world_from_base,
+        })
+    }
+
+    pub(super) fn camera(&mut self, item: &SceneItem) -> Option<(String, Camera)> {
+        let Some(camera) = item.cameras.first() else {
+            self.tell(item.name.span, &Mistake::NoCamera { scene: &item.name.text });
+            return None;
+        };
+        if let Some(second) = item.cameras.get(1) {
+            self.tell(second.name.span, &Mistake::TwoCameras);
+        }
+        if !(camera.focal > 0.0 && camera.focal.is_finite()) {
+            self.tell(camera.span, &Mistake::FocalLength { focal: camera.focal });
+            return None;
+        }
+        let eye = self.point(&camera.at)?;
+        let target = self.point(&camera.looking)?;
+        if (eye - target).norm() < 1e-3 || eye.z <= 0.0 {
+            self.tell(camera.span, &Mistake::BlindCamera { camera: &camera.name.text });
+            return None;
+        }
+        let [width, height] = camera.image;
+        let intrinsics = Intrinsics::centred(camera.focal, width, height);
+        Some((camera.name.text.clone(), Camera::looking(intrinsics, eye, target)))
+    }
+
+    pub(super) fn robot(&mut self, item: &SceneItem) -> Option<(String, Pose<World, Base>)> {
+        if let Some(second) = item.robots.get(1) {
+            self.tell(second.span, &Mistake::TwoRobots);
+        }
+        let Some(robot) = item.robots.first() else {
+            self.tell(item.name.span, &Mistake::NoRobot { scene: &item.name.text });
+            return None;
+        };
+        let at = self.point(&robot.at)?;
+        Some((robot.name.text.clone(), Pose::upright(at.x, at.y, at.z, 0.0)))
+    }
+
+    pub(super) fn table(&mut self, thing: &SceneThing) -> Option<Table> {
+        let Some(Shape::Cuboid { size }) = self.shape(thing, 10.0) else {
+            if self.diagnostics.is_empty() {
+                self.tell(thing.shape.span, &Mistake::TableNoBox);
+            }
+            return None;
+        };
+        let mut centre = [0.0; 2];
+        if let Some((at, span)) = &thing.at {
+            if at.len() < 2 {
+                self.tell(*span, &Mistake::TableCentre);
+                return None;
+            }
+            for (i, literal) in at.iter().take(2).enumerate() {
+                centre[i] = self.coordinate(*literal)?.value;
+            }
+        }
+        let colour = self.properties(thing).colour.unwrap_or([200, 176, 144]);
+        Some(Table { size, centre, colour })
+    }
+
+    /// A length above 0 and at most `most` m.
+    pub(super) fn length(&mut self, literal: Literal, of: Side<'_>, most: f64) -> Option<f64> {
+        let Quantity { value, dimension } = literal.quantity;
+        if dimension != Dimension::LENGTH {
+            let text = self.source.slice(literal.span);
+            self.tell(literal.span, &Mistake::NoLength { of, is: dimension, text });
+            return None;
+        }
+        if value > 0.0 && value <= most {
+            return Some(value);
+        }
+        self.tell(literal.span, &Mistake::Length { of, quantity: literal.quantity, most });
+        None
+    }
+
+    /// A coordinate: a length of either sign.
+    pub(super) fn coordinate(&mut self, literal: Literal) -> Option<Coordinate> {
+        let Quantity { value, dimension } = literal.quantity;
+        // Zero is zero in every unit, but one habit is easier to read than two.
+        if dimension == Dimension::LENGTH && value.abs() <= 10.0 {
+            return Some(Coordinate { value, from: literal.span.from, to: literal.span.to });
+        }
+        let text = self.source.slice(literal.span);
+        let mistake = if dimension == Dimension::LENGTH {
+            Mistake::FarCoordinate { quantity: literal.quantity }
+        } else {
+            Mistake::CoordinateUnit { text, is: dimension }
+        };
+        self.tell(literal.span, &mistake);
+        None
+    }
+
+    pub(super) fn point(&mut self, at: &[Literal; 3]) -> Option<Vector3<f64>> {
+        let [x, y, z] = at.map(|literal| self.coordinate(literal));
+        Some(Vector3::new(x?.value, y?.value, z?.value))
+    }
+}
+
+/// A coordinate with its place in the text.
+pub(super) struct Coordinate {
+    value: f64,
+    from: usize,
+    to: usize,
+}

@@ -1,0 +1,229 @@
+//! The things of a scene: shapes, walls, contents, looks, and what is assumed when nothing is said.
+
+use nalgebra::Vector3;
+
+use super::error::{Mistake, Side};
+use super::read::Reader;
+use crate::language::ast::{Expr, ExprKind, Literal, Property, SceneThing};
+use crate::units::Dimension;
+use crate::world::{Cavity, Material, Object, Shape};
+
+/// Colour words that `looks` may hold, with sRGB.
+const COLOURS: &[(&str, [u8; 3])] = &[
+    ("red", [192, 40, 40]),
+    ("green", [40, 150, 70]),
+    ("blue", [32, 80, 192]),
+    ("yellow", [220, 190, 40]),
+    ("orange", [225, 120, 30]),
+    ("white", [235, 235, 235]),
+    ("black", [35, 35, 35]),
+    ("brown", [120, 80, 50]),
+];
+
+/// Density of an empty vessel's walls, kg/m³: between polystyrene and acrylic (data sheets: 1050, 1190).
+const WALL_DENSITY: f64 = 1100.0;
+
+/// Density of a solid thing, kg/m³: a hard wood. Chosen.
+const SOLID_DENSITY: f64 = 700.0;
+
+impl Reader<'_> {
+    pub(super) fn object(&mut self, thing: &SceneThing) -> Option<Object> {
+        let shape = self.shape(thing, 2.0);
+        let given = self.properties(thing);
+        for literal in thing.at.iter().flat_map(|(at, _)| at) {
+            self.coordinate(*literal);
+        }
+        let shape = shape?;
+        let looks = given.looks.unwrap_or_else(|| thing.name.text.clone());
+        let lower = looks.to_lowercase();
+        let transparent = ["transparent", "clear", "glass"].iter().any(|word| lower.contains(word));
+        let material = if transparent { Material::Transparent } else { Material::Opaque };
+        let named = COLOURS.iter().find(|(word, _)| lower.split_whitespace().any(|w| w == *word));
+        let colour = given.colour.or(named.map(|(_, rgb)| *rgb)).unwrap_or(if transparent {
+            [205, 220, 228]
+        } else {
+            [150, 150, 150]
+        });
+        let vessel = thing.ty.text == "Container"
+            || given.wall.is_some()
+            || given.holds.is_some()
+            || given.filled.is_some();
+        let mut object = Object {
+            name: thing.name.text.clone(),
+            kind: thing.ty.text.clone(),
+            shape,
+            cavity: None,
+            looks,
+            material,
+            colour,
+            mass: 0.0,
+        };
+        let mut solid = shape.volume() * SOLID_DENSITY;
+        if vessel {
+            let wall = given.wall.unwrap_or(0.003);
+            if wall >= shape.inner_radius() || wall >= shape.height() {
+                self.tell(thing.span, &Mistake::ThickWalls { thing: &thing.name.text });
+                return None;
+            }
+            object.cavity = Some(Cavity { wall, capacity: 0.0, filled: 0.0 });
+            let brim = object.inside().map_or(0.0, |inside| inside.volume());
+            let capacity = given.holds.unwrap_or(brim);
+            let filled = given.filled.unwrap_or(0.0);
+            // A rounded figure on a label may exceed the geometry by a little, not by more.
+            if capacity > 1.02 * brim {
+                let name = thing.name.text.as_str();
+                let mistake = Mistake::HoldsTooMuch { thing: name, holds: capacity, inside: brim };
+                self.tell(thing.span, &mistake);
+            }
+            if filled > capacity {
+                let name = thing.name.text.as_str();
+                let mistake = Mistake::Overfilled { thing: name, filled, holds: capacity };
+                self.tell(thing.span, &mistake);
+            }
+            object.cavity = Some(Cavity { wall, capacity, filled });
+            solid = (shape.volume() - brim) * WALL_DENSITY;
+        }
+        object.mass = given.mass.unwrap_or(solid);
+        Some(object)
+    }
+
+    /// Reads `cuboid(x, y, z)`, `box(…)` or `cylinder(radius r, height h)`; no side above `most` m.
+    pub(super) fn shape(&mut self, thing: &SceneThing, most: f64) -> Option<Shape> {
+        let call = &thing.shape;
+        let mut named: Vec<(Option<&str>, f64)> = Vec::new();
+        for arg in &call.args {
+            let literal = literal(arg.values.first()?)?;
+            let of = Side::Of(&thing.name.text);
+            named.push((
+                arg.name.as_ref().map(|n| n.text.as_str()),
+                self.length(literal, of, most)?,
+            ));
+        }
+        let slots: &'static [&'static str] = match call.name.text.as_str() {
+            "box" | "cuboid" => &["x", "y", "z"],
+            "cylinder" => &["radius", "height"],
+            name => {
+                self.tell(call.name.span, &Mistake::UnknownShape { name });
+                return None;
+            }
+        };
+        let mut sides = vec![None; slots.len()];
+        for (name, value) in named {
+            // The breadth of a cup is what a ruler gives; half of it is what the shape wants.
+            let (name, value) = match name {
+                Some("diameter") => (Some("radius"), value / 2.0),
+                name => (name, value),
+            };
+            let at = match name {
+                Some(name) => slots.iter().position(|slot| *slot == name),
+                None => sides.iter().position(Option::is_none),
+            };
+            match at.and_then(|at| sides.get_mut(at)) {
+                Some(side) if side.is_none() => *side = Some(value),
+                _ => {
+                    sides.push(None);
+                    break;
+                }
+            }
+        }
+        let complete: Option<Vec<f64>> = sides.into_iter().collect();
+        match complete.as_deref() {
+            Some([x, y, z]) => Some(Shape::Cuboid { size: Vector3::new(*x, *y, *z) }),
+            Some([radius, height]) => Some(Shape::Cylinder { radius: *radius, height: *height }),
+            _ => {
+                self.tell(call.span, &Mistake::ShapeTakes { shape: &call.name.text, slots });
+                None
+            }
+        }
+    }
+
+    pub(super) fn properties(&mut self, thing: &SceneThing) -> Given {
+        let mut given = Given::default();
+        for property in &thing.properties {
+            let name = property.name.text.as_str();
+            match name {
+                "wall" => given.wall = self.amount(property, Dimension::LENGTH, "`3 mm`"),
+                "holds" => given.holds = self.amount(property, Dimension::VOLUME, "`250 mL`"),
+                "filled" => given.filled = self.amount(property, Dimension::VOLUME, "`150 mL`"),
+                "mass" => given.mass = self.amount(property, Dimension::MASS, "`160 g`"),
+                "looks" => given.looks = self.text(property),
+                "colour" | "color" => {
+                    let text = self.text(property);
+                    given.colour = text.as_deref().and_then(rgb);
+                    if text.is_some() && given.colour.is_none() {
+                        self.tell(property.span, &Mistake::NoColour);
+                    }
+                }
+                name => self.tell(property.name.span, &Mistake::UnknownProperty { name }),
+            }
+        }
+        given
+    }
+
+    /// A property's one quantity, above 0 and of a dimension; `filled 0 mL` may be 0.
+    pub(super) fn amount(
+        &mut self,
+        property: &Property,
+        dimension: Dimension,
+        such: &'static str,
+    ) -> Option<f64> {
+        let name = &property.name.text;
+        let quantity = match property.value.as_slice() {
+            [one] => literal(one).map(|literal| literal.quantity),
+            _ => None,
+        };
+        match quantity {
+            Some(quantity) if quantity.dimension != dimension => {
+                let (wanted, is) = (dimension, quantity.dimension);
+                self.tell(property.span, &Mistake::WrongUnit { name, wanted, is, such });
+                None
+            }
+            Some(quantity)
+                if quantity.value > 0.0 || (name == "filled" && quantity.value >= 0.0) =>
+            {
+                Some(quantity.value)
+            }
+            Some(quantity) => {
+                self.tell(property.span, &Mistake::NotPositive { name, quantity, such });
+                None
+            }
+            None => {
+                self.tell(property.span, &Mistake::NoQuantity { name, such });
+                None
+            }
+        }
+    }
+
+    pub(super) fn text(&mut self, property: &Property) -> Option<String> {
+        if let [Expr { kind: ExprKind::Text(text), .. }] = property.value.as_slice() {
+            return Some(text.clone());
+        }
+        self.tell(property.span, &Mistake::NoText { name: &property.name.text });
+        None
+    }
+}
+
+/// What a thing says of itself, SI.
+#[derive(Default)]
+pub(super) struct Given {
+    wall: Option<f64>,
+    holds: Option<f64>,
+    filled: Option<f64>,
+    mass: Option<f64>,
+    looks: Option<String>,
+    pub(super) colour: Option<[u8; 3]>,
+}
+
+fn literal(expr: &Expr) -> Option<Literal> {
+    match expr.kind {
+        ExprKind::Literal(quantity) => Some(Literal { quantity, span: expr.span }),
+        _ => None,
+    }
+}
+
+/// Reads `#2050c0`.
+fn rgb(text: &str) -> Option<[u8; 3]> {
+    let hex = text.strip_prefix('#').filter(|hex| hex.len() == 6 && hex.is_ascii())?;
+    let byte = |i: usize| u8::from_str_radix(&hex[i..i + 2], 16).ok();
+    Some([byte(0)?, byte(2)?, byte(4)?])
+}

@@ -1,0 +1,76 @@
+//! That there is no way for the arm, and why, as data.
+
+use serde::{Deserialize, Serialize};
+
+/// There is no way, and why.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NoWay {
+    /// What was wanted: "to grasp `jar`".
+    pub what: String,
+    /// Why not.
+    pub why: Why,
+}
+
+/// Why there is no way.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Why {
+    /// Nobody knows where the object is.
+    NotSeen(String),
+    /// It does not fit between the fingers.
+    TooWide {
+        /// Its narrowest width, m.
+        width: f64,
+        /// The fingers' opening, m.
+        opening: f64,
+    },
+    /// The arm does not reach.
+    OutOfReach {
+        /// The smallest distance between the goal and what the tool can reach, m.
+        nearest: f64,
+    },
+    /// Every reachable way touches something.
+    Blocked {
+        /// How many ways were tried.
+        tried: usize,
+        /// What was touched most often.
+        by: String,
+    },
+    /// The search ended without a path.
+    NoPath(String),
+    /// There is nothing in the hand.
+    EmptyHand,
+    /// The search used up its budget, which stands for about so many seconds of computing.
+    NotWithin(u64),
+    /// A person asked to stop.
+    Stopped,
+}
+
+impl std::fmt::Display for NoWay {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "no way {}: ", self.what)?;
+        match &self.why {
+            Why::NotSeen(o) => write!(f, "nobody knows where `{o}` is"),
+            Why::TooWide { width, opening } => write!(
+                f,
+                "it is {:.0} mm wide and the fingers open {:.0} mm",
+                width * 1e3,
+                opening * 1e3
+            ),
+            Why::OutOfReach { nearest } => {
+                write!(f, "it is {:.0} mm out of reach", nearest * 1e3)
+            }
+            Why::Blocked { tried, by } => {
+                write!(f, "all {tried} reachable ways touch something, mostly {by}")
+            }
+            Why::NoPath(why) => write!(f, "no path was found ({why})"),
+            Why::EmptyHand => write!(f, "there is nothing in the hand"),
+            Why::NotWithin(seconds) => {
+                write!(f, "none was found within a budget of about {seconds} s of computing")
+            }
+            Why::Stopped => write!(f, "stopped"),
+        }
+    }
+}
+
+impl std::error::Error for NoWay {}

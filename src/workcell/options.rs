@@ -1,0 +1,27 @@
+//! How a cell is to be opened.
+
+use super::Stdlib;
+use crate::execution::calibrate::Switches;
+use crate::lab::LabSettings;
+use crate::language::Source;
+
+/// How to open a cell.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// `lab` or `twin`, or what an arm elsewhere is called.
+    pub robot: String,
+    /// A `.task` file with a scene, as path and text; the kitchen when `None`.
+    pub scene: Option<Source>,
+    /// A user's script whose items come with the library, as path and text.
+    pub script: Option<Source>,
+    /// The lab's settings.
+    pub lab: LabSettings,
+    /// The stdlib.
+    pub stdlib: Stdlib,
+    /// All chance comes from this.
+    pub seed: u64,
+    /// Which regressions are in force.
+    pub switches: Switches,
+    /// Returns seconds since some instant; only differences are used.
+    pub clock: fn() -> f64,
+}

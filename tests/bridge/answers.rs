@@ -1,0 +1,120 @@
+//! Answers that cannot be are refused with what is wrong, and the arm is asked to stop.
+
+use serde_json::{Value, json};
+use trueup::arm::{Arm as _, Camera as _, Cancel, DeviceError, Scales as _};
+use trueup::bridge::{Error, connect};
+
+use super::reality::serve;
+
+const JOINTS: [&str; 2] = ["a", "b"];
+
+fn word(request: &Value) -> String {
+    request.as_object().unwrap().keys().next().unwrap().clone()
+}
+
+fn hello() -> String {
+    json!({"hello": 1, "name": "test", "joints": JOINTS, "scales": true, "realtime": false,
+           "camera": {"width": 2, "height": 1}})
+    .to_string()
+}
+
+fn told(t: f64) -> String {
+    json!({"t": t, "q": [0.0, 0.1], "dq": [0.0, 0.0], "tau": [0.0, 0.0], "opening": 0.08})
+        .to_string()
+}
+
+/// What goes wrong when hello and the first feedback are well and every later request is answered with this;
+/// and what was asked in all.
+fn after_a_good_beginning(bad: impl Into<String>) -> (DeviceError, Vec<String>) {
+    let bad = bad.into();
+    let mut count = 0;
+    let (place, asked) = serve(move |request| {
+        count += 1;
+        Some(match (count, word(request).as_str()) {
+            (1, _) => hello(),
+            (2, _) => told(5.0),
+            (_, "stop") => told(9.0),
+            _ => bad.clone(),
+        })
+    });
+    let mut arm = connect(&place, "robot", &JOINTS).unwrap().arm;
+    let error = arm.wait(0.1, &Cancel::default(), &mut |_| {}).unwrap_err();
+    // What was wrong once is not asked again.
+    let again = arm.wait(0.1, &Cancel::default(), &mut |_| {}).unwrap_err();
+    if !error.to_string().contains("refused") {
+        assert_eq!(error, again);
+    }
+    let asked = asked.lock().unwrap().iter().map(word).collect();
+    (error, asked)
+}
+
+#[test]
+fn every_answer_that_cannot_be_is_named_and_stops_the_arm() {
+    let nan = told(6.0).replace("0.1", "NaN");
+    let short = json!({"t": 6.0, "q": [0.0], "dq": [0.0, 0.0], "tau": [0.0, 0.0], "opening": 0.08});
+    let table = [
+        (short.to_string(), "`q` in the answer to `step` has 1 numbers; the robot has 2 joints"),
+        (nan, "the answer to `step` cannot be read"),
+        (told(6.0).replace("0.1", "1e999"), "the answer to `step` cannot be read"),
+        (told(4.0), "the bridge's clock went back from 5.000000 s to 4.000000 s"),
+        ("hello?".into(), "the answer to `step` cannot be read"),
+        ("{}".into(), "the answer to `step` cannot be read: missing field `t`"),
+        ("x".repeat((16 << 20) + (1 << 17)), "is longer than 16 MiB"),
+    ];
+    for (bad, what) in table {
+        let (error, asked) = after_a_good_beginning(bad);
+        assert!(error.to_string().contains(what), "{error}");
+        assert!(!error.help().is_empty());
+        assert_eq!(asked, ["hello", "feedback", "step", "stop"], "{what}");
+    }
+}
+
+#[test]
+fn what_the_server_says_would_help_is_what_is_said() {
+    let refusal = json!({"error": "joint 2 is in fault", "help": "clear it", "code": 7});
+    let (error, asked) = after_a_good_beginning(refusal.to_string());
+    assert_eq!(error.to_string(), "the bridge refused `step`: joint 2 is in fault");
+    assert_eq!(error.help(), "clear it");
+    assert_eq!(asked[..4], ["hello", "feedback", "step", "stop"]);
+}
+
+#[test]
+fn a_server_that_hangs_up_or_is_another_is_told_apart() {
+    let (place, _) = serve(|_| None);
+    let closed = connect(&place, "robot", &JOINTS).err().unwrap();
+    assert_eq!(closed, Error::Closed { request: "hello" });
+    let (place, _) = serve(|_| Some(hello().replace(r#""hello":1"#, r#""hello":2"#)));
+    let version = connect(&place, "robot", &JOINTS).err().unwrap();
+    assert_eq!(version, Error::Version { theirs: 2, ours: 1 });
+    let (place, _) = serve(|_| Some(hello()));
+    let joints = connect(&place, "robot", &["b", "a"]).err().unwrap();
+    assert!(matches!(joints, Error::Joints { .. }), "{joints}");
+    assert_eq!(joints.to_string(), "the bridge has the joints a, b; the scene's robot has b, a");
+    // Port 1 of this machine: nobody.
+    let nobody = connect("127.0.0.1:1", "robot", &JOINTS).err().unwrap();
+    assert!(matches!(&nobody, Error::Nobody { .. }), "{nobody}");
+}
+
+#[test]
+fn pictures_and_scales_come_over_the_same_line() {
+    let mut png = std::io::Cursor::new(Vec::new());
+    let picture = image::RgbImage::from_pixel(2, 1, image::Rgb([9, 8, 7]));
+    picture.write_to(&mut png, image::ImageFormat::Png).unwrap();
+    let png = {
+        use base64::Engine as _;
+        base64::engine::general_purpose::STANDARD.encode(png.into_inner())
+    };
+    let (place, asked) = serve(move |request| {
+        Some(match word(request).as_str() {
+            "hello" => hello(),
+            "photo" => json!({"png": png}).to_string(),
+            "scales" => json!({"water": [["cup", 1e-4]], "spilt": 2e-6}).to_string(),
+            _ => told(0.0),
+        })
+    });
+    let bridged = connect(&place, "robot", &JOINTS).unwrap();
+    assert_eq!(bridged.camera.unwrap().photo().unwrap(), picture);
+    let read = bridged.scales.unwrap().weigh().unwrap();
+    assert_eq!((read.water, read.spilt), (vec![("cup".to_owned(), 1e-4)], 2e-6));
+    assert_eq!(asked.lock().unwrap()[0], json!({"hello": {"version": 1, "robot": "robot"}}));
+}

@@ -1,0 +1,5 @@
+//! A reality behind a bridge: the protocol as it is spoken, bad answers, and a whole run over it.
+
+mod answers;
+mod reality;
+mod run;

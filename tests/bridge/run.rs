@@ -1,0 +1,57 @@
+//! A run over a bridge: the embedded laboratory, met as a stranger's simulator, gives the run it gives at home.
+
+use serde_json::Value;
+use trueup::lab::LabSettings;
+
+use super::reality::{Reality, serve};
+use crate::program::Desk;
+use crate::workcell::dry;
+
+fn read(desk: &Desk, out: &str) -> Value {
+    let _ = desk;
+    serde_json::from_str(out).unwrap()
+}
+
+#[test]
+fn a_pick_over_a_bridge_is_the_pick_of_the_laboratory_behind_it() {
+    let desk = Desk::new("bridge-run");
+    desk.file("dry.task", &dry().text);
+    let mut reality = Reality::new(Some(dry()), LabSettings::default(), 3);
+    let (place, asked) = serve(move |request| Some(reality.answer(request)));
+    let robot = format!("bridge://{place}");
+    let run = |robot: &str| {
+        let args =
+            ["-c", "pick(jar)", "--scene", "dry.task", "--seed", "3", "--robot", robot, "--json"];
+        let done = desk.trueup(&args);
+        assert_eq!(done.code, 0, "{}{}", done.out, done.err);
+        read(&desk, &done.out)
+    };
+    let (over, home) = (run(&robot), run("lab"));
+    assert_eq!(over["robot"], robot.as_str());
+    assert_eq!(over["outcome"], "success");
+    // The same laboratory, the same seed: what was measured after each step is the same.
+    let measured = |run: &Value| -> Vec<Value> {
+        let steps = run["steps"].as_array().unwrap();
+        steps.iter().map(|step| step["measured"]["q"].clone()).collect()
+    };
+    assert_eq!(measured(&over), measured(&home));
+    let asked = asked.lock().unwrap();
+    let steps = asked.iter().filter(|request| request.get("step").is_some()).count();
+    assert!(steps > 1000, "{steps} control periods");
+}
+
+#[test]
+fn addresses_that_are_not_whole_are_said_before_anything_is_asked() {
+    let desk = Desk::new("bridge-address");
+    for robot in
+        ["bridge://", "bridge://host", "bridge://host:", "bridge://:5000", "bridge://h:99999"]
+    {
+        let said = desk.trueup(&["-c", "pick(jar)", "--robot", robot]);
+        assert_eq!(said.code, 2, "{robot}: {}", said.err);
+        assert!(said.err.contains("bridge://HOST:PORT"), "{}", said.err);
+    }
+    let nobody = desk.trueup(&["-c", "pick(jar)", "--robot", "bridge://127.0.0.1:1"]);
+    assert_ne!(nobody.code, 0);
+    assert!(nobody.err.contains("no bridge at 127.0.0.1:1"), "{}", nobody.err);
+    assert!(nobody.err.contains("start the server first"), "{}", nobody.err);
+}

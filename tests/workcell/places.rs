@@ -1,0 +1,85 @@
+//! Where things are put: on a tray, on one another, into a vessel; and what is said of it is what is so.
+
+use trueup::execution::calibrate::Switches;
+use trueup::lab::{LabSettings, Spot};
+use trueup::language::ast::Step;
+use trueup::language::{Source, parse_line};
+use trueup::trace::Nobody;
+use trueup::workcell::{Ending, Options, Run, Stdlib, WorkCell};
+
+use super::options;
+
+/// Two cubes and a tray, in a laboratory that is as assumed.
+fn cubes() -> Options {
+    let mut lab = LabSettings::perfect();
+    for (name, x_m, y_m) in [("a", 0.60, 0.22), ("b", 0.56, -0.20), ("tray", 0.60, 0.0)] {
+        lab.placement.fixed.insert(name.into(), Spot { x_m, y_m, yaw_rad: 0.2 });
+    }
+    let scene = Source::new("cubes.task", include_str!("../tables/cubes.task"));
+    let switches = Switches { offset: false, ..Switches::default() };
+    Options { scene: Some(scene), switches, ..options(lab, 1) }
+}
+
+fn run(cell: &mut WorkCell, line: &str) -> Run {
+    let source = Source::new("a line", line);
+    let (step, wrong) = parse_line(line);
+    assert!(wrong.is_empty(), "{wrong:?}");
+    let step = step.unwrap();
+    assert!(cell.check_line(&step, &source).iter().all(|found| !found.is_error()), "{line}");
+    let call = cell.define(&source, &[step]);
+    cell.run(&call, None, Box::new(Nobody)).unwrap()
+}
+
+/// Whether a condition holds as the camera sees it now.
+fn seen(cell: &mut WorkCell, condition: &str) -> Option<bool> {
+    let Some(Step::Check(condition, _)) = parse_line(&format!("check {condition}")).0 else {
+        panic!("{condition}")
+    };
+    cell.read(&condition).unwrap().truth
+}
+
+#[test]
+fn a_tower_on_a_tray_stands_where_it_was_put_and_is_seen_there() {
+    let mut cell = WorkCell::open(cubes()).unwrap();
+    let first = run(&mut cell, "put(a, at: tray)");
+    assert_eq!((first.outcome, first.reached), (Ending::Success, true), "{:?}", first.reason);
+    let second = run(&mut cell, "put(b, at: a) then home() then look()");
+    assert_eq!(second.outcome, Ending::Success, "{:?}", second.reason);
+    // What the last picture shows, and not what the hand believes.
+    for (condition, truth) in [
+        ("rests_on(a, tray)", true),
+        ("rests_on(b, a)", true),
+        ("rests_on(b, table)", false),
+        ("height(b) >= 75 mm and height(b) <= 85 mm", true),
+        ("upright(b)", true),
+    ] {
+        assert_eq!(seen(&mut cell, condition), Some(truth), "{condition}");
+    }
+}
+
+#[test]
+fn what_nobody_can_judge_is_not_called_a_success() {
+    let task = "task still(o: Graspable) {\n    gives speed(o) <= 1 mm/s\n    look()\n}\n";
+    let script = Some(Source::new("still.task", task));
+    let mut cell = WorkCell::open(Options { script, ..cubes() }).unwrap();
+    let run = run(&mut cell, "still(a)");
+    assert_eq!((run.outcome, run.reached), (Ending::Unconfirmed, false));
+    assert_eq!(
+        run.reason.as_deref(),
+        Some("nothing that was measured says whether `speed(a) <= 1 mm/s`")
+    );
+    let document = serde_json::to_value(&run).unwrap();
+    assert_eq!(document["outcome"], "unconfirmed");
+}
+
+#[test]
+fn a_parameter_that_no_script_reads_is_a_mistake() {
+    let task = "action set_off(o: Graspable, at: Place = table) {\n    needs held(o)\n    run \"home.rhai\"\n}\n";
+    let found = trueup::workcell::check::check_all(
+        &Stdlib::embedded(),
+        vec![Source::new("set_off.task", task)],
+    );
+    let codes: Vec<_> = found.iter().map(|(wrong, _)| wrong.code).collect();
+    assert_eq!(codes, ["task::unread"], "`at` is nowhere, `o` is in a condition");
+    assert!(found[0].0.message.contains("never reads `at`"), "{}", found[0].0.message);
+}
