@@ -66,7 +66,7 @@ fn what_nobody_can_judge_is_not_called_a_success() {
     assert_eq!((run.outcome, run.reached), (Ending::Unconfirmed, false));
     assert_eq!(
         run.reason.as_deref(),
-        Some("nothing that was measured says whether `speed(a) <= 1 mm/s`")
+        Some("nothing that was measured says whether `speed(a) <= 0.001 m/s`")
     );
     let document = serde_json::to_value(&run).unwrap();
     assert_eq!(document["outcome"], "unconfirmed");
