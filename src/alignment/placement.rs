@@ -533,25 +533,22 @@ fn likeness(picture: &Picture, object: &Object) -> Option<Plane> {
     Some(plane)
 }
 
-/// Chooses one candidate (or none) for each object so that no two stand in one place and the sum of the
+/// Says whether two things, each by its number and where it would be, cannot both be there.
+pub type Conflict<'a> = dyn Fn((usize, &Candidate), (usize, &Candidate)) -> bool + 'a;
+
+/// Chooses one candidate (or none) for each object so that no two are in `conflict` and the sum of the
 /// scores is largest. `None` costs `bar`, the score below which nothing is believed.
-pub fn assign(
-    objects: &[&Object],
-    heights: &[f64],
-    candidates: &[Vec<Candidate>],
-    bar: f64,
-) -> Vec<Option<usize>> {
+pub fn assign(candidates: &[Vec<Candidate>], bar: f64, conflict: &Conflict) -> Vec<Option<usize>> {
     fn go(
-        objects: &[&Object],
-        heights: &[f64],
         candidates: &[Vec<Candidate>],
         bar: f64,
+        conflict: &Conflict,
         chosen: &mut Vec<Option<usize>>,
         sum: f64,
         best: &mut (f64, Vec<Option<usize>>),
     ) {
         let at = chosen.len();
-        if at == objects.len() {
+        if at == candidates.len() {
             if sum > best.0 {
                 *best = (sum, chosen.clone());
             }
@@ -559,31 +556,21 @@ pub fn assign(
         }
         for (idx, candidate) in candidates[at].iter().enumerate().take(CHOICES) {
             let free = chosen.iter().enumerate().all(|(other, choice)| {
-                choice.is_none_or(|c| {
-                    is_apart(heights[at], heights[other])
-                        || !overlap(objects[at], candidate, objects[other], &candidates[other][c])
-                })
+                choice.is_none_or(|c| !conflict((at, candidate), (other, &candidates[other][c])))
             });
             if free && candidate.score.total > bar {
                 chosen.push(Some(idx));
-                go(objects, heights, candidates, bar, chosen, sum + candidate.score.total, best);
+                go(candidates, bar, conflict, chosen, sum + candidate.score.total, best);
                 chosen.pop();
             }
         }
         chosen.push(None);
-        go(objects, heights, candidates, bar, chosen, sum + bar, best);
+        go(candidates, bar, conflict, chosen, sum + bar, best);
         chosen.pop();
     }
-    let mut best = (f64::NEG_INFINITY, vec![None; objects.len()]);
-    go(objects, heights, candidates, bar, &mut Vec::new(), 0.0, &mut best);
+    let mut best = (f64::NEG_INFINITY, vec![None; candidates.len()]);
+    go(candidates, bar, conflict, &mut Vec::new(), 0.0, &mut best);
     best.1
-}
-
-/// Returns whether one of two things stands on another floor than the other, so that they may be seen one above the
-/// other: their bases differ by more than what they stand on may be off.
-pub fn is_apart(a: f64, b: f64) -> bool {
-    const SAME_FLOOR: f64 = 0.01;
-    (a - b).abs() > SAME_FLOOR
 }
 
 /// Returns whether two standing objects would share space, by more than `SLACK_M` of measurement error.

@@ -72,6 +72,14 @@ impl Shape {
         }
     }
 
+    /// Returns whether the shape is below a point `x`, `y` of its own frame, m.
+    pub fn is_below(&self, x: f64, y: f64) -> bool {
+        match *self {
+            Self::Cuboid { size } => x.abs() <= 0.5 * size.x && y.abs() <= 0.5 * size.y,
+            Self::Cylinder { radius, .. } => x.hypot(y) <= radius,
+        }
+    }
+
     /// Returns the radius of the upright cylinder that just contains the shape, m.
     pub fn outer_radius(&self) -> f64 {
         match *self {

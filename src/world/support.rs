@@ -49,11 +49,7 @@ fn top_of(
         return None;
     }
     let local = pose.isometry().inverse_transform_point(&base.into());
-    let is_over = match other.shape {
-        Shape::Cuboid { size } => local.x.abs() <= 0.5 * size.x && local.y.abs() <= 0.5 * size.y,
-        Shape::Cylinder { radius, .. } => local.x.hypot(local.y) <= radius,
-    };
-    if !is_over {
+    if !other.shape.is_below(local.x, local.y) {
         return None;
     }
     let floor = other

@@ -3,13 +3,13 @@
 //! [`super::judge`]'s.
 
 use image::GrayImage;
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use super::super::doubt::Doubt;
 use super::super::outline::Projector;
 use super::super::picture::{Picture, Plane};
-use super::super::placement::{Candidate, Evidence, Hidden, Window, assign, is_apart, overlap};
+use super::super::placement::{Candidate, Evidence, Hidden, Window, assign, overlap};
 use super::{FOUND, Options, Sighting, belief, judge};
 use crate::world::{Camera, Object, Pose, Table};
 
@@ -17,6 +17,9 @@ use crate::world::{Camera, Object, Pose, Table};
 const ABSENT: f64 = 0.3;
 /// Points on each edge of what hides another thing; its hull is a polygon of them.
 const HULL_POINTS: usize = 4;
+
+/// Bases that differ by less than this, m, are on one floor: as far as what they stand on may be off.
+const SAME_FLOOR: f64 = 0.01;
 
 /// One thing that is looked for.
 pub(super) struct Sought<'a> {
@@ -65,9 +68,8 @@ impl Everything<'_> {
     /// Returns what is to be said of each thing, before they are weighed against each other.
     pub(super) fn judged(&self) -> Vec<(Sighting, Option<Doubt>)> {
         let candidates = self.candidates();
-        let objects: Vec<&Object> = self.sought.iter().map(|s| s.object).collect();
-        let heights: Vec<f64> = self.sought.iter().map(|s| s.height).collect();
-        let best: Vec<Option<Candidate>> = assign(&objects, &heights, &candidates, ABSENT)
+        let conflict = |a: (usize, &Candidate), b: (usize, &Candidate)| self.is_same_place(a, b);
+        let best: Vec<Option<Candidate>> = assign(&candidates, ABSENT, &conflict)
             .iter()
             .zip(&candidates)
             .map(|(chosen, all)| chosen.map(|k| all[k]))
@@ -138,28 +140,41 @@ impl Everything<'_> {
     }
 
     fn covers(&self, over: (usize, &Candidate), under: (usize, &Candidate)) -> bool {
-        let (above, below) = (self.sought[over.0].height, self.sought[under.0].height);
-        if is_apart(above, below) && self.overlap(over, under) {
-            return above > below;
+        if self.is_stacked(over, under) {
+            return self.sought[over.0].height > self.sought[under.0].height;
         }
         let far = |c: &Candidate| (c.x - self.eye.x).hypot(c.y - self.eye.y);
         far(over.1) < far(under.1)
     }
 
-    /// On different floors what covers the same part of the picture counts, not what would share space.
+    /// Two things claim one place when they would share space or, on different floors, when each explains the same
+    /// part of the picture: their middles are seen within half of the smaller one's radius.
     fn is_same_place(&self, a: (usize, &Candidate), b: (usize, &Candidate)) -> bool {
-        let (one, two) = (&self.sought[a.0], &self.sought[b.0]);
-        if !is_apart(one.height, two.height) {
-            return self.overlap(a, b);
+        if self.is_stacked(a, b) {
+            return false;
         }
-        let (way, other): (Vector3<f64>, Vector3<f64>) =
-            (one.middle(a.1) - self.eye, two.middle(b.1) - self.eye);
+        let (one, two) = (&self.sought[a.0], &self.sought[b.0]);
+        if (one.height - two.height).abs() < SAME_FLOOR {
+            return overlap(one.object, a.1, two.object, b.1);
+        }
+        let (way, other) = (one.middle(a.1) - self.eye, two.middle(b.1) - self.eye);
         let beside = (other - way * (other.dot(&way) / way.norm_squared())).norm();
-        beside < 0.5 * (one.object.shape.outer_radius() + two.object.shape.outer_radius())
+        beside < 0.5 * one.object.shape.outer_radius().min(two.object.shape.outer_radius())
     }
 
-    fn overlap(&self, a: (usize, &Candidate), b: (usize, &Candidate)) -> bool {
-        overlap(self.sought[a.0].object, a.1, self.sought[b.0].object, b.1)
+    /// Whether one of two stands on the other, or in it: on a higher floor, with its middle over the other.
+    fn is_stacked(&self, a: (usize, &Candidate), b: (usize, &Candidate)) -> bool {
+        let (one, two) = (&self.sought[a.0], &self.sought[b.0]);
+        let stands_over = |upper: &Candidate, lower: &Sought, at: &Candidate| {
+            let local =
+                at.pose().isometry().inverse_transform_point(&Point3::new(upper.x, upper.y, 0.0));
+            lower.object.shape.is_below(local.x, local.y)
+        };
+        if one.height > two.height {
+            stands_over(a.1, two, b.1)
+        } else {
+            one.height < two.height && stands_over(b.1, one, a.1)
+        }
     }
 }
 
