@@ -8,7 +8,7 @@ use std::fs::{self, OpenOptions};
 use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
-use ring::digest::{Context, SHA256};
+use sha2::{Digest as _, Sha256};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -78,15 +78,15 @@ pub fn read<T: DeserializeOwned>(path: &Path) -> io::Result<(Vec<T>, usize)> {
 /// Returns the SHA-256 of texts in hexadecimal, by which a line says what it was made with. Each text but a
 /// lone one ends in a byte of its own, so that "ab", "c" is not "a", "bc".
 pub fn fingerprint(texts: &[&str]) -> String {
-    let mut sum = Context::new(&SHA256);
+    let mut sum = Sha256::new();
     for text in texts {
         sum.update(text.as_bytes());
         if texts.len() > 1 {
-            sum.update(&[0xff]);
+            sum.update([0xff]);
         }
     }
     let mut hex = String::new();
-    for byte in sum.finish().as_ref() {
+    for byte in sum.finalize() {
         let _ = write!(hex, "{byte:02x}");
     }
     hex

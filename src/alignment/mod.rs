@@ -3,11 +3,28 @@
 //! Seeing: [`vision::see`] finds the scene's objects in a picture, [`marks`] the table's printed dots and
 //! the ball on the gripper. Regression 1, [`image_map`]: the twin's picture onto the real one. Regression
 //! 2, [`intrinsics`] and [`camera_fit`]: the camera's own numbers, and where it stands. Regression 3,
-//! [`offset`]: from where the arm says it is to where it is. [`files`] reads what the commands are given,
-//! [`answer`] is what they print. All three regressions share one least-squares solver ([`crate::fit`])
+//! [`offset`]: from where the arm says it is to where it is. [`files`] reads tables of pairs, views and poses.
+//! All three regressions share one least-squares solver ([`crate::fit`])
 //! and one way of telling outliers ([`consensus`]).
 //!
 //! Source: Zeng, Zhao and Wu, "Triple Regression for `Sim2Real` Adaptation", section 2.2.
+//!
+//! ```
+//! use trueup::alignment::files::read_map_pairs;
+//! use trueup::alignment::image_map::{Model, Options, fit_map};
+//!
+//! // Pixels of the twin's picture, and where the same points are in the real one: 10 px further right.
+//! let pairs = "u_x[px],u_y[px],v_x[px],v_y[px]
+//! 0,0,10,0
+//! 640,0,650,0
+//! 0,480,10,480
+//! 640,480,650,480
+//! 320,100,330,100
+//! 200,300,210,300
+//! ";
+//! let fit = fit_map(&read_map_pairs(pairs).unwrap(), Model::Auto, &Options::default()).unwrap();
+//! assert!(fit.rms_px < 1e-6 && (fit.m[(0, 2)] - 10.0).abs() < 1e-6);
+//! ```
 
 // Seeing: pixels → objects on the table.
 pub mod decode;
@@ -34,6 +51,5 @@ pub mod intrinsics;
 pub mod camera_fit;
 pub mod offset;
 pub mod files;
-pub mod answer;
 
 pub use error::{Error, TooAlike};

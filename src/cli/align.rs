@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 
-use crate::alignment::answer::{IntrinsicsAnswer, MapAnswer, OffsetAnswer};
 use crate::alignment::intrinsics::{self, Distortion, calibrate};
 use crate::alignment::{files, image_map, offset};
 use crate::report::{Failure, Style};
 
+use super::answer::align::{IntrinsicsAnswer, MapAnswer, OffsetAnswer};
 use super::exit::Exit;
 use super::inputs::read;
 

@@ -5,7 +5,12 @@ use std::path::Path;
 
 use crate::report::Failure;
 
-use super::{bridge, kortex};
+use super::bridge;
+#[cfg(feature = "kortex")]
+use super::kortex;
+
+/// How an arm over Kortex is named.
+pub(super) const KORTEX: &str = "kortex://";
 
 /// The arm that `--robot` names.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -13,6 +18,7 @@ pub(super) enum ArmAt {
     /// The embedded reality, or the simulation alone.
     Inside,
     /// A Gen3.
+    #[cfg(feature = "kortex")]
     Kortex(kortex::Target),
     /// A reality behind a bridge.
     Bridge(bridge::Target),
@@ -30,8 +36,14 @@ pub(super) fn at(robot: &str) -> Result<ArmAt, Failure> {
     if matches!(robot, "lab" | "twin") {
         return Ok(ArmAt::Inside);
     }
-    if let Some(rest) = robot.strip_prefix(kortex::SCHEME) {
+    #[cfg(feature = "kortex")]
+    if let Some(rest) = robot.strip_prefix(KORTEX) {
         return kortex::target(rest).map(ArmAt::Kortex);
+    }
+    #[cfg(not(feature = "kortex"))]
+    if robot.starts_with(KORTEX) {
+        return Err(Failure::input("robot::unknown", "this build cannot speak with a Gen3")
+            .help("build it with `--features kortex`"));
     }
     if let Some(rest) = robot.strip_prefix(bridge::SCHEME) {
         return bridge::target(rest).map(ArmAt::Bridge);

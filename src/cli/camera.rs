@@ -7,7 +7,7 @@ use image::RgbImage;
 use serde::Deserialize;
 
 use crate::alignment::decode;
-use crate::alignment::vision::{self, Answer, Options};
+use crate::alignment::vision::{self, Options};
 use crate::execution::calibrate::{self, Switches};
 use crate::files::write;
 use crate::language::{self, Source};
@@ -15,6 +15,7 @@ use crate::report::{self, Failure, Style};
 use crate::workcell;
 use crate::world::{Camera, Scene};
 
+use super::answer::see::Answer;
 use super::exit::Exit;
 use super::inputs::read;
 

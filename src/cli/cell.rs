@@ -14,7 +14,9 @@ use super::arm::{self, ArmAt};
 use super::clock::clock;
 use super::inputs::read;
 use super::shared::{CellArgs, Shared};
-use super::{bridge, consent, endpoint, kortex, learn};
+#[cfg(feature = "kortex")]
+use super::kortex;
+use super::{bridge, consent, endpoint, learn};
 
 /// Returns which regressions are in force when these are left out.
 pub(super) fn switches(left_out: &[u8]) -> Result<Switches, Failure> {
@@ -92,6 +94,7 @@ pub(super) fn open(
     let mut may_be_real = false;
     let opened = match arm::at(&cli.cell.robot)? {
         ArmAt::Inside => WorkCell::open(options),
+        #[cfg(feature = "kortex")]
         ArmAt::Kortex(target) => {
             may_be_real = true;
             let ready = kortex::Ready::new(target, &cli.cell, style)?;

@@ -14,6 +14,7 @@ use crate::execution::error::ActionError;
 use crate::execution::script::readable;
 use crate::execution::snapshot::{WebCamera, WebScales};
 use crate::http::Address;
+#[cfg(feature = "kortex")]
 use crate::kortex::desk::Desk;
 use crate::language::Diagnostic;
 use crate::report::{Failure, Style};
@@ -23,7 +24,9 @@ use super::arm::{self, ArmAt};
 use super::cell::{options, stdlib};
 use super::exit::Exit;
 use super::shared::Shared;
-use super::{bridge, endpoint, kortex};
+#[cfg(feature = "kortex")]
+use super::kortex;
+use super::{bridge, endpoint};
 
 /// How long an arm may take to answer.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -185,17 +188,23 @@ fn folder(root: &Path) -> Finding {
 }
 
 fn arm(cli: &Shared, style: Style) -> Result<Finding, Failure> {
-    let target = match arm::at(&cli.cell.robot)? {
-        ArmAt::Kortex(target) => target,
-        ArmAt::Bridge(target) => return behind(&target, cli),
+    match arm::at(&cli.cell.robot)? {
+        #[cfg(feature = "kortex")]
+        ArmAt::Kortex(target) => gen3(&target, cli, style),
+        ArmAt::Bridge(target) => behind(&target, cli),
         ArmAt::Inside => {
             let says = match cli.cell.robot.as_str() {
                 "twin" => "the twin, inside the program",
                 _ => "the laboratory, inside the program",
             };
-            return Ok(Finding::new("arm", State::Well, says));
+            Ok(Finding::new("arm", State::Well, says))
         }
-    };
+    }
+}
+
+/// Asks a Gen3 how it is; nothing moves.
+#[cfg(feature = "kortex")]
+fn gen3(target: &kortex::Target, cli: &Shared, style: Style) -> Result<Finding, Failure> {
     let (place, open) = kortex::desk(&cli.cell.robot, style)?;
     let status = Desk::open(&open.0, open.1, &open.2, PATIENCE).and_then(|desk| desk.status());
     let status = match status {
@@ -258,7 +267,7 @@ fn camera(cli: &Shared) -> Finding {
     if cli.cell.camera_at.is_none() && cli.cell.robot.starts_with(bridge::SCHEME) {
         return Finding::new("camera", State::Well, "the one behind the bridge");
     }
-    let is_elsewhere = cli.cell.robot.starts_with(kortex::SCHEME);
+    let is_elsewhere = cli.cell.robot.starts_with(arm::KORTEX);
     let Some(address) = cli.cell.camera_at.clone() else {
         if is_elsewhere {
             return Finding::new("camera", State::Wrong, "an arm without a camera does nothing")

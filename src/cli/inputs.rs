@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use crate::files;
-use crate::report::Failure;
+use crate::language::ast::{Item, Step};
+use crate::language::{self, Source};
+use crate::report::{self, Failure, Style};
 
 /// Reads a text file, with an error that says which and why.
 pub(super) fn read(path: &Path) -> Result<String, Failure> {
@@ -14,4 +16,23 @@ pub(super) fn read(path: &Path) -> Result<String, Failure> {
 pub(super) fn data(path: &Path) -> Result<String, Failure> {
     let text = files::read::text_of(path, files::read::DATA);
     text.map_err(|error| Failure::unread(path, &error))
+}
+
+/// Returns the steps of a call or of a script.
+pub(super) fn steps(source: &Source, is_file: bool, style: Style) -> Result<Vec<Step>, Failure> {
+    let (steps, wrong): (Vec<Step>, _) = if is_file {
+        let (program, wrong) = language::parse(&source.text);
+        let runs = program.items.into_iter().filter_map(|item| match item {
+            Item::Run(step) => Some(step),
+            _ => None,
+        });
+        (runs.collect(), wrong)
+    } else {
+        let (step, wrong) = language::parse_line(&source.text);
+        (step.into_iter().collect(), wrong)
+    };
+    if steps.is_empty() || wrong.iter().any(language::Diagnostic::is_error) {
+        return Err(report::text_failure(&wrong, source, style));
+    }
+    Ok(steps)
 }

@@ -19,10 +19,9 @@ use crate::motion::robot::Robot;
 use crate::report::{Failure, Style};
 use crate::workcell::{Devices, Error};
 
+use super::arm::KORTEX;
 use super::shared::CellArgs;
 
-/// How an arm over Kortex is named.
-pub(super) const SCHEME: &str = "kortex://";
 /// The port of a Gen3.
 const PORT: u16 = 10_000;
 /// Where the password is looked for.
@@ -38,7 +37,7 @@ pub(super) struct Target {
 
 impl fmt::Display for Target {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{SCHEME}{}:{}", self.host, self.port)
+        write!(f, "{KORTEX}{}:{}", self.host, self.port)
     }
 }
 
@@ -88,7 +87,7 @@ fn login(target: &Target, style: Style) -> Result<Login, Failure> {
 /// Reads where an arm is, with or without the scheme, and gets the password: its name for people, then host,
 /// port and who connects.
 pub(super) fn desk(address: &str, style: Style) -> Result<(String, (String, u16, Login)), Failure> {
-    let target = target(address.strip_prefix(SCHEME).unwrap_or(address))?;
+    let target = target(address.strip_prefix(KORTEX).unwrap_or(address))?;
     let login = login(&target, style)?;
     Ok((target.to_string(), (target.host, target.port, login)))
 }

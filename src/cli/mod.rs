@@ -3,14 +3,17 @@
 //! This file holds the arguments and the exit codes of `INTERFACES`; what a command does is in the
 //! module of its name, how it is worded in [`crate::report`].
 
+pub mod answer;
 mod align;
 mod camera;
 mod cell;
 mod clock;
 mod completions;
+#[cfg(feature = "kortex")]
 mod desk;
 mod doc;
 mod doctor;
+#[cfg(feature = "kortex")]
 mod emulate;
 mod endpoint;
 mod exit;
@@ -21,11 +24,14 @@ mod inputs;
 mod arm;
 mod bridge;
 mod consent;
+#[cfg(feature = "kortex")]
 mod kortex;
 mod lab;
 mod learn;
+#[cfg(feature = "lsp")]
 mod lsp;
 mod numbers;
+#[cfg(feature = "page")]
 mod page;
 mod replay;
 mod report;
@@ -80,6 +86,7 @@ enum Command {
     /// Say what the code of a mistake means.
     Explain(explain::ExplainArgs),
     /// Serve an editor: diagnostics, completion, hover, definitions and layout, over stdin and stdout.
+    #[cfg(feature = "lsp")]
     Lsp,
     /// Learn from stored runs which branches work.
     Learn(learn::LearnArgs),
@@ -105,9 +112,11 @@ enum Command {
     #[command(subcommand)]
     Align(align::AlignCommand),
     /// Play a Gen3's controller, with the lab's arm inside, for clients of any make.
+    #[cfg(feature = "kortex")]
     Emulate(emulate::EmulateArgs),
     /// Look after a Gen3 beside whoever commands it: status, stop, clear faults.
     #[command(subcommand)]
+    #[cfg(feature = "kortex")]
     Kortex(desk::KortexCommand),
     /// Find what the model lacks from recordings: the effect's name, place and size.
     Gap(gap::GapArgs),
@@ -187,6 +196,7 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         (Some(Command::Run(args)), _) => run::script(args, shared, style),
         (Some(Command::Check(args)), _) => text::check(args, shared, style),
         (Some(Command::Fmt(args)), _) => text::fmt(args, style),
+        #[cfg(feature = "lsp")]
         (Some(Command::Lsp), _) => lsp::serve(shared),
         (Some(Command::Learn(args)), _) => learn::learn(args, shared, style),
         (Some(Command::Replay(args)), _) => replay::replay(args, shared, style),
@@ -205,7 +215,9 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
             camera::camera(command, shared.cell.scene.as_ref(), style)
         }
         (Some(Command::Align(command)), _) => align::align(command, style),
+        #[cfg(feature = "kortex")]
         (Some(Command::Emulate(args)), _) => emulate::emulate(args, shared, style),
+        #[cfg(feature = "kortex")]
         (Some(Command::Kortex(command)), _) => desk::kortex(command, style),
         (Some(Command::Gap(args)), _) => gap::gap(args, shared, style),
         (Some(Command::Trials(args)), _) => trials::trials(args, shared, style),

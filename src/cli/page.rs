@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use crate::arm::Cancel;
 use crate::http::encoded;
-use crate::language::ast::{Item, Step};
+use crate::language::ast::Step;
 use crate::language::{self, Library, Source};
 use crate::page::{self, Live, Page, Place};
 use crate::report::{self, Failure, Style, kept, run::Console};
@@ -19,7 +19,7 @@ use super::cell::{open, stdlib};
 use super::clock::stamp;
 use super::exit::Exit;
 use super::exit::ended;
-use super::inputs::read;
+use super::inputs::{read, steps};
 use super::shared::Shared;
 use super::signals::{self, stop_on_interrupt};
 
@@ -112,25 +112,6 @@ fn wait_then(cancel: &Cancel, style: Style, exit: Result<Exit, Failure>) -> Resu
         failure.is_shown = true;
         failure
     })
-}
-
-/// Returns the steps of a call or of a script.
-pub(super) fn steps(source: &Source, is_file: bool, style: Style) -> Result<Vec<Step>, Failure> {
-    let (steps, wrong): (Vec<Step>, _) = if is_file {
-        let (program, wrong) = language::parse(&source.text);
-        let runs = program.items.into_iter().filter_map(|item| match item {
-            Item::Run(step) => Some(step),
-            _ => None,
-        });
-        (runs.collect(), wrong)
-    } else {
-        let (step, wrong) = language::parse_line(&source.text);
-        (step.into_iter().collect(), wrong)
-    };
-    if steps.is_empty() || wrong.iter().any(language::Diagnostic::is_error) {
-        return Err(report::text_failure(&wrong, source, style));
-    }
-    Ok(steps)
 }
 
 fn serve(

@@ -6,9 +6,10 @@ use clap::{Args, Subcommand};
 
 use crate::motion::dynamics::Bodies;
 use crate::motion::robot::Robot;
-use crate::motion::{self, Budget, answer, rrt};
+use crate::motion::{self, Budget, rrt};
 use crate::report::{Failure, Style};
 
+use super::answer::robot as answer;
 use super::clock::clock;
 use super::exit::Exit;
 use super::inputs::{data, read};

@@ -22,6 +22,7 @@ use crate::workcell::{self, Run, WorkCell, archive};
 
 use super::exit::Exit;
 use super::inputs::read;
+#[cfg(feature = "page")]
 use super::page;
 use super::run::{line_led, script_led};
 use super::shared::Shared;
@@ -30,12 +31,15 @@ use super::shared::Shared;
 #[derive(Debug, Args)]
 pub(super) struct TeachArgs {
     /// A call such as `pick(jar)`, a script, or the folder, name or number of a run that is over.
-    #[arg(required_unless_present = "page")]
+    #[cfg_attr(feature = "page", arg(required_unless_present = "page"))]
+    #[cfg_attr(not(feature = "page"), arg(required = true))]
     what: Option<String>,
     /// Serve a page on this machine instead of the terminal: stored runs, and the call as it is stepped.
+    #[cfg(feature = "page")]
     #[arg(long, conflicts_with = "script")]
     page: bool,
     /// The port of the page; any that is free when left out.
+    #[cfg(feature = "page")]
     #[arg(long, value_name = "PORT", default_value_t = 0, requires = "page")]
     port: u16,
     /// Take the words from this file instead of the terminal.
@@ -53,6 +57,7 @@ const LOOK: Duration = Duration::from_millis(50);
 pub(super) fn teach(args: &TeachArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let answers = args.answers.clone().unwrap_or_else(|| cli.cell.record.join(answers::FILE));
     let what = args.what.as_deref().unwrap_or_default();
+    #[cfg(feature = "page")]
     if args.page {
         let root = cli.cell.record.clone();
         let at = page::Where { port: args.port, answers, root };

@@ -27,10 +27,10 @@ use crate::workcell::{Ending, Error};
 use super::cell::{open, options, switches};
 use super::clock::{clock, stamp};
 use super::exit::Exit;
-use super::inputs::read;
+use super::inputs::{read, steps};
 use super::shared::{CellArgs, Common, Shared};
 use super::signals::{is_interrupted, stop_on_interrupt, watch_interrupt};
-use super::{arm, numbers, page};
+use super::{arm, numbers};
 
 /// Carry out a task in one laboratory after the other, and count.
 #[derive(Debug, Args)]
@@ -220,7 +220,7 @@ impl Work {
         let is_file = Path::new(task).is_file();
         let text = if is_file { read(Path::new(task))? } else { task.to_owned() };
         let source = Source::new(if is_file { task } else { "command line" }, text);
-        let steps = page::steps(&source, is_file, style)?;
+        let steps = steps(&source, is_file, style)?;
         let name = if is_file {
             Path::new(task).file_stem().map(|stem| stem.to_string_lossy().into_owned())
         } else {

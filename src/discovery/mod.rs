@@ -11,6 +11,38 @@
 //! [`recording`] reads measured data, [`robot`] simulates arms, [`pour`] a vessel and a scale, [`held`] a thing in
 //! the hand, [`equation`] models given by their equations.
 //! Nothing here knows the truth of the lab: recordings are all it sees.
+//!
+//! ```
+//! use trueup::discovery::equation::{Options, investigate};
+//! use trueup::discovery::recording::{Map, Recording};
+//!
+//! // A cart that is pushed and coasts, and a model without what brakes it.
+//! let model = "model cart {
+//!     input u: N
+//!     state x: m = free, v: m/s = free
+//!     x' = v
+//!     v' = u/(1.5 kg)
+//!     output x = x
+//! }";
+//! let measured = |start: f64| {
+//!     let mut rows = String::from("t[s],u[N],x[m]");
+//!     let (mut x, mut v) = (0.0, start);
+//!     for k in 0..400_u32 {
+//!         let t = 0.01 * f64::from(k);
+//!         let push = 3.0 * (2.0 * t + start).sin();
+//!         // The last digit of the sensor.
+//!         rows += &format!("\n{t},{push},{:.4}", x);
+//!         for _ in 0..100 {
+//!             v += 1e-4 * (push - 2.0 * v) / 1.5;
+//!             x += 1e-4 * v;
+//!         }
+//!     }
+//!     Recording::read("cart", &rows, None, &Map::default()).unwrap()
+//! };
+//! let recordings = [measured(0.0), measured(1.0)];
+//! let found = investigate("cart.task", model, "", &recordings, &Options::default(), &mut |_, _| {}).unwrap();
+//! assert_eq!(found.finding.effects[0].name, "linear_damping");
+//! ```
 
 mod investigation;
 pub mod vocabulary;

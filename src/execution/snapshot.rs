@@ -67,6 +67,7 @@ impl Scales for WebScales {
 }
 
 #[cfg(test)]
+#[cfg(all(feature = "server", feature = "web"))]
 mod tests {
     use std::io::Cursor;
     use std::net::Ipv4Addr;

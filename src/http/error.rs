@@ -31,6 +31,9 @@ pub enum Unreachable {
     /// What the system says.
     #[error("{0}")]
     System(String),
+    /// The program was built without a client.
+    #[error("this build has no web client; build it with `--features web`")]
+    NotBuilt,
 }
 
 /// Why what came is no answer.

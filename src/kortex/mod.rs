@@ -5,6 +5,23 @@
 //! [`beat`] its thousand positions a second, [`pacing`] how evenly they left.
 //! [`desk`] looks after an arm beside whoever commands it.
 //! What was tried on an arm and what only against the emulator is said in `docs/kortex.md`.
+//!
+//! ```
+//! use std::{sync::Arc, time::Duration};
+//! use trueup::emulator::{Emulator, Ideal, Options};
+//! use trueup::kortex::{desk::Desk, link::Login};
+//! use trueup::motion::Robot;
+//!
+//! // A controller of the program's own stands in for the arm's.
+//! let robot = Robot::gen3();
+//! let plant = Box::new(Ideal::new(robot.pose("home").unwrap()));
+//! let emulator = Emulator::start(Arc::new(robot), plant, &Options::default()).unwrap();
+//! let (host, port) = (emulator.tcp().ip().to_string(), emulator.tcp().port());
+//! let login = Login { user: "admin".into(), password: "admin".into() };
+//! let desk = Desk::open(&host, port, &login, Duration::from_secs(5)).unwrap();
+//! let status = desk.status().unwrap();
+//! assert!(status.joints.len() == 7 && status.faults.is_empty());
+//! ```
 
 pub mod rpc;
 pub mod frame;

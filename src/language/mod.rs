@@ -4,6 +4,15 @@
 //! beside it everything that is wrong. A [`Library`] merges the standard library with a user's files
 //! and looks names up; [`Library::check`] finds wrong names, arguments, types and units. [`builtins`]
 //! is the list of what fluents may measure. Nothing here knows a robot or evaluates anything.
+//!
+//! ```
+//! use trueup::language::{ast::Item, parse};
+//!
+//! let (program, wrong) = parse("task fetch(o: Object) { pick(o) then place(o) }");
+//! assert!(matches!(program.items[..], [Item::Task(_)]) && wrong.is_empty());
+//! let (_, wrong) = parse("task fetch(o: Object) { pick(o) then }");
+//! assert!(wrong[0].is_error());
+//! ```
 
 pub mod assist;
 pub mod ast;

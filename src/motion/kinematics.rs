@@ -93,7 +93,7 @@ impl Robot {
     }
 
     /// As [`Self::forward`], for a `q` that is known to fit.
-    pub(super) fn forward_unchecked(&self, q: &[f64]) -> Isometry3<f64> {
+    pub(crate) fn forward_unchecked(&self, q: &[f64]) -> Isometry3<f64> {
         let mut pose = Isometry3::identity();
         for &link in &self.path {
             let joint = &self.links[link].joint;

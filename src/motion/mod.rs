@@ -4,6 +4,17 @@
 //! positions into a collision-free path through a [`collision::CollisionWorld`], [`trajectory`] a path
 //! into joints over time within their limits. Nothing here knows physics beyond rigid-body torques, and
 //! nothing moves an arm.
+//!
+//! ```
+//! use trueup::motion::{Robot, ik::Solver};
+//!
+//! let robot = Robot::gen3();
+//! let home = robot.pose("home").unwrap();
+//! let target = robot.forward(home).unwrap();
+//! let q = Solver::new(&robot).nearest(&target, home).unwrap();
+//! let reached = robot.forward(&q).unwrap();
+//! assert!((reached.origin() - target.origin()).norm() < 1e-9); // m
+//! ```
 
 mod error;
 pub mod fault;
@@ -32,7 +43,6 @@ mod curve;
 mod profile;
 pub mod trajectory;
 pub mod cartesian;
-pub mod answer;
 
 pub use budget::Budget;
 pub use error::Error;

@@ -1,7 +1,7 @@
 //! Paths of corners in joint space: distances, lengths, points along them.
 
 /// Euclidean distance of two configurations, rad.
-pub(super) fn l2(a: &[f64], b: &[f64]) -> f64 {
+pub fn l2(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
 

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use ring::digest::{SHA256, digest};
+use sha2::{Digest as _, Sha256};
 
 use crate::trace::{FluentRow, Measure, Outcome, StepRecord};
 use crate::workcell::Ending;
@@ -36,7 +36,7 @@ pub fn document(title: &str, body: &str) -> String {
 
 /// As [`document`], with the one script that may run in it.
 pub fn with_script(title: &str, body: &str, script: &str) -> String {
-    let sum = STANDARD.encode(digest(&SHA256, script.as_bytes()));
+    let sum = STANDARD.encode(Sha256::digest(script.as_bytes()));
     let policy = format!("{POLICY}; script-src 'sha256-{sum}'");
     whole(title, &format!("{body}<script>{script}</script>\n"), &policy)
 }

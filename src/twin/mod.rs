@@ -4,6 +4,55 @@
 //! out. [`physics`] moves the rigid bodies, [`fluid`] the water, [`effect`] puts in what reality was found
 //! to add. The same engine with other numbers serves as the lab. Time advances by [`Twin::step`] alone and
 //! all chance comes from the seed, so the same calls give the same bits.
+//!
+//! ```
+//! use nalgebra::Vector3;
+//! use trueup::motion::Robot;
+//! use trueup::twin::{Settings, Twin};
+//! use trueup::world::{Camera, Intrinsics, Material, Object, ObjectState, Pose, Scene, Shape, Table, WorldState};
+//!
+//! let robot = Robot::gen3();
+//! let block = Object {
+//!     name: "block".into(),
+//!     kind: "Block".into(),
+//!     shape: Shape::Cuboid { size: Vector3::new(0.05, 0.05, 0.05) },
+//!     cavity: None,
+//!     looks: String::new(),
+//!     material: Material::Opaque,
+//!     colour: [128; 3],
+//!     mass: 0.3,
+//! };
+//! let eye = Vector3::new(1.25, 0.0, 0.85);
+//! let scene = Scene {
+//!     name: "drop".into(),
+//!     table: Table { size: Vector3::new(1.2, 0.8, 0.02), centre: [0.5, 0.0], colour: [0; 3] },
+//!     marks: Vec::new(),
+//!     objects: vec![block],
+//!     camera_name: "overhead".into(),
+//!     camera: Camera::looking(Intrinsics::centred(900.0, 1280, 720), eye, Vector3::zeros()),
+//!     robot: "gen3_2f85".into(),
+//!     world_from_base: Pose::identity(),
+//! };
+//! let start = WorldState {
+//!     time: 0.0,
+//!     q: robot.pose("home").unwrap().to_vec(),
+//!     opening: 0.085,
+//!     world_from_tool: Pose::identity(),
+//!     held: None,
+//!     objects: vec![ObjectState {
+//!         name: "block".into(),
+//!         world_from_object: Some(Pose::new(nalgebra::Isometry3::translation(0.3, 0.3, 0.2))),
+//!         std: 0.0,
+//!         water: None,
+//!     }],
+//!     spilt: None,
+//! };
+//! let mut twin = Twin::new(&robot, &scene, &start, Settings::for_arm(&robot)).unwrap();
+//! twin.run(1.0).unwrap();
+//! // It fell 20 cm, and lies on the table.
+//! let height = twin.state().objects[0].world_from_object.unwrap().origin().z;
+//! assert!(height.abs() < 1e-3 && twin.contacts("block", "table"));
+//! ```
 
 pub mod convert;
 pub mod physics;

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use serde_json::Value;
-use trueup::alignment::answer::{IntrinsicsAnswer, MapAnswer, OffsetAnswer};
+use trueup::cli::answer::align::{IntrinsicsAnswer, MapAnswer, OffsetAnswer};
 use trueup::alignment::files::{Error, read_map_pairs, read_offset_pairs, read_views};
 use trueup::alignment::image_map::{self, fit_map};
 use trueup::alignment::intrinsics::{self, calibrate};

@@ -5,7 +5,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use image::RgbImage;
 use nalgebra::{UnitQuaternion, Vector3};
-use trueup::alignment::vision::{Answer, Options, Sighting, see, verify};
+use trueup::alignment::vision::{Options, Sighting, see, verify};
+use trueup::cli::answer::see::Answer;
 use trueup::world::frame::{Object as ObjectFrame, World};
 use trueup::world::{Camera, Pose, Scene, Shape};
 

@@ -28,9 +28,9 @@ const WRONG: &[i32] = &[1, 2];
 const ENDS: &[i32] = &[0, 1, 2];
 
 /// The address space of one run, KiB, and its processor time, s.
-const LIMITS: (u64, u64) = (1 << 20, 10);
+const LIMITS: (u64, u64) = (1 << 20, 20);
 /// Nobody waits for input that never comes longer than this, in twentieths of a second: a minute and a half,
-/// many times what ten seconds of processor time take on a busy machine.
+/// many times what twenty seconds of processor time take on a busy machine.
 const PATIENCE: u32 = 1800;
 /// What one refusal may print, bytes, and how wide its widest line may be, characters.
 const SCREEN: (usize, usize) = (32 << 10, 1000);

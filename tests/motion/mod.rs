@@ -1,6 +1,5 @@
 //! Motion: published reference values, laws, closed forms.
 
-mod answer;
 mod benchmaker;
 mod cartesian;
 mod collision;

@@ -11,7 +11,6 @@
 
 use std::collections::BTreeMap;
 
-mod answer;
 mod judge;
 mod together;
 mod verify;
@@ -32,7 +31,6 @@ use crate::world::{Camera, Scene};
 use together::Sought;
 
 pub use super::overlay::annotate;
-pub use answer::{Answer, ObjectAnswer};
 pub use verify::verify;
 
 /// Why a picture could not be used at all. An object that is not found is an answer, not an error.

@@ -12,6 +12,8 @@ use super::{Block, Candidate, Gap, Hypothesis, Set, Slot};
 pub(super) struct Linear<'a, G: Gap> {
     gap: &'a G,
     entries: Vec<Entry<G::Term>>,
+    /// Which entries an effect has: one for each shape.
+    shapes: Vec<(G::Term, Vec<usize>)>,
     list: Vec<Candidate<G::Term>>,
     train: Pressed,
     heldout: Pressed,
@@ -87,10 +89,17 @@ impl<'a, G: Gap> Linear<'a, G> {
                 }
             }
         }
+        let mut shapes: Vec<(G::Term, Vec<usize>)> = Vec::new();
+        for (i, entry) in entries.iter().enumerate() {
+            match shapes.iter_mut().find(|(term, _)| *term == entry.term) {
+                Some((_, all)) => all.push(i),
+                None => shapes.push((entry.term.clone(), vec![i])),
+            }
+        }
         let mut floors = Vec::new();
         let [train, heldout] = [Set::Train, Set::Heldout]
             .map(|set| Pressed::of(gap, best, &entries, own, set, &mut floors));
-        Some(Self { gap, entries, list, train: train?, heldout: heldout?, floors })
+        Some(Self { gap, entries, shapes, list, train: train?, heldout: heldout?, floors })
     }
 
     /// Returns the parameters from which an effect is tried.
@@ -100,17 +109,23 @@ impl<'a, G: Gap> Linear<'a, G> {
     }
 
     fn entry(&self, term: &G::Term, parameters: &[f64]) -> Option<usize> {
-        self.entries.iter().position(|entry| entry.is(term, parameters))
+        let (_, all) = self.shapes.iter().find(|(known, _)| known == term)?;
+        all.iter().copied().find(|i| self.entries[*i].has(parameters))
     }
 }
 
 impl<T: PartialEq> Entry<T> {
     /// Returns whether this is the effect in the shape that the parameters have.
     fn is(&self, term: &T, parameters: &[f64]) -> bool {
+        self.term == *term && self.has(parameters)
+    }
+
+    /// Returns whether its shape is the one that the parameters have.
+    fn has(&self, parameters: &[f64]) -> bool {
         let same = |((slot, a), b): ((&Slot, &f64), &f64)| {
             slot.neutral.is_some() || a.to_bits() == b.to_bits()
         };
-        self.term == *term && self.slots.iter().zip(&self.at).zip(parameters).all(same)
+        self.slots.iter().zip(&self.at).zip(parameters).all(same)
     }
 }
 

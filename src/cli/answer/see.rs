@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::{Sighting, Way};
 use crate::alignment::outline::ObjectPose;
+use crate::alignment::vision::{Sighting, Way};
 
 /// The answer of `camera see`, as `INTERFACES.md` fixes it.
 #[derive(Debug, Clone, Serialize)]

@@ -6,9 +6,9 @@
 use nalgebra::{DMatrix, Matrix3, Matrix4};
 use serde::Serialize;
 
-use super::image_map::MapFit;
-use super::intrinsics::{Calibration, NAMES};
-use super::offset::OffsetFit;
+use crate::alignment::image_map::MapFit;
+use crate::alignment::intrinsics::{Calibration, NAMES};
+use crate::alignment::offset::OffsetFit;
 use crate::world::{Pose, frame};
 
 /// The row predicted worst from all others.

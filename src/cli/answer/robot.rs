@@ -6,16 +6,16 @@
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::budget::Budget;
-use super::collision::{CollisionWorld, Obstacle};
-use super::dynamics::{Bodies, Dynamics};
-use super::error::Error;
-use super::ik::{Options, Solver};
-use super::polyline::l2;
-use super::robot::Robot;
-use super::rrt::{self, Settings};
-use super::solid::Solid;
-use super::trajectory::{Limits, Trajectory};
+use crate::motion::Error;
+use crate::motion::budget::Budget;
+use crate::motion::collision::{CollisionWorld, Obstacle};
+use crate::motion::dynamics::{Bodies, Dynamics};
+use crate::motion::ik::{Options, Solver};
+use crate::motion::polyline::l2;
+use crate::motion::robot::Robot;
+use crate::motion::rrt::{self, Settings};
+use crate::motion::solid::Solid;
+use crate::motion::trajectory::{Limits, Trajectory};
 use crate::world::frame::{Base, Flange, Object, Pose};
 
 /// How far apart the instants of a planned trajectory are reported, s.

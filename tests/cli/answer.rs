@@ -1,7 +1,7 @@
 //! The JSON answers of `robot fk | ik | dynamics | plan`.
 
 use serde_json::{Value, json, to_value};
-use trueup::motion::answer::{Problem, dynamics, fk, ik, joint_rows, plan, pose_rows};
+use trueup::cli::answer::robot::{Problem, dynamics, fk, ik, joint_rows, plan, pose_rows};
 use trueup::motion::dynamics::Bodies;
 use trueup::motion::rrt::Settings;
 use trueup::motion::{Budget, Error, Robot};

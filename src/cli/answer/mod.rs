@@ -1,0 +1,6 @@
+//! What commands print as JSON, as `INTERFACES.md` fixes it: data of the layers below → structs to serialise, and
+//! the JSON and tables that commands are given → data. Nothing here reads a file or a clock.
+
+pub mod align;
+pub mod robot;
+pub mod see;
