@@ -4,6 +4,7 @@
 mod language;
 mod alignment_vision;
 mod layers;
+mod wording;
 mod circles;
 mod motion;
 mod kitchen;

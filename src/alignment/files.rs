@@ -77,6 +77,15 @@ pub enum Error {
         /// What is wrong.
         why: String,
     },
+    /// What stands under a view is no pose.
+    #[error(
+        "the extrinsics are not readable: view `{view}` is not a pose; expected \
+         {{\"VIEW\": {{\"xyz_m\": [x, y, z], \"quat_wxyz\": [w, x, y, z]}}, ..}}"
+    )]
+    NoPose {
+        /// The view's name.
+        view: String,
+    },
     /// A view has no extrinsics while others have.
     #[error("view `{view}` has no `world_from_camera` in the extrinsics; they have {found}")]
     MissingView {
@@ -278,7 +287,7 @@ pub type Extrinsics = BTreeMap<String, Pose<frame::World, frame::Camera>>;
 ///
 /// # Errors
 ///
-/// [`Error::Extrinsics`].
+/// [`Error::Extrinsics`] or [`Error::NoPose`].
 pub fn read_extrinsics(text: &str) -> Result<Extrinsics, Error> {
     #[derive(serde::Deserialize)]
     #[serde(untagged)]
@@ -290,8 +299,7 @@ pub fn read_extrinsics(text: &str) -> Result<Extrinsics, Error> {
         serde_json::from_str(text).map_err(|e| Error::Extrinsics { why: e.to_string() })?;
     let mut poses = BTreeMap::new();
     for (view, value) in file {
-        let entry: Entry = serde_json::from_value(value)
-            .map_err(|_| Error::Extrinsics { why: format!("view `{view}` is not a pose") })?;
+        let Ok(entry) = serde_json::from_value(value) else { return Err(Error::NoPose { view }) };
         let (Entry::Named { world_from_camera: pose } | Entry::Bare(pose)) = entry;
         poses.insert(view, pose);
     }

@@ -13,6 +13,12 @@ pub enum Error {
         /// What the system says.
         why: String,
     },
+    /// The address is of no machine.
+    #[error("no bridge at {place}: the address has no host")]
+    NoHost {
+        /// Where.
+        place: String,
+    },
     /// The connection ended.
     #[error("the bridge closed the connection before it answered `{request}`")]
     Closed {
@@ -132,7 +138,7 @@ impl Error {
     /// Returns what would help.
     pub fn help(&self) -> &str {
         match self {
-            Self::Nobody { .. } => {
+            Self::Nobody { .. } | Self::NoHost { .. } => {
                 "start the server first (an example: `examples/bridge/`), then name it `bridge://HOST:PORT`"
             }
             Self::Closed { .. } | Self::Broken { .. } | Self::Silent { .. } => {

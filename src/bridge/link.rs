@@ -47,7 +47,7 @@ impl Link {
             place: place.to_owned(),
             why: why.to_string(),
         };
-        let mut why = nobody(&"the address has no host");
+        let mut why = Error::NoHost { place: place.to_owned() };
         let mut found = None;
         for address in place.to_socket_addrs().map_err(|error| nobody(&error))? {
             match TcpStream::connect_timeout(&address, Duration::from_secs_f64(CONNECT_S)) {

@@ -50,7 +50,7 @@ pub mod finding;
 pub mod recording;
 pub mod selection;
 pub mod resample;
-mod worded;
+mod wording;
 pub mod pour;
 pub mod held;
 pub mod robot;
@@ -153,11 +153,7 @@ fn investigated(
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Investigation, Error> {
     if recordings.is_empty() {
-        return Err(Error {
-            what: "there is no recording".into(),
-            place: "command line".into(),
-            help: "name at least one CSV file".into(),
-        });
+        return Err(wording::no_recording());
     }
     if let Subject::Arm(robot, known) = subject
         && recordings.iter().all(|recording| robot::are_poses(recording, robot.n_joints()))

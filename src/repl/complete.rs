@@ -13,7 +13,7 @@ use rustyline::{Context, Result};
 use crate::language::assist::{self, Place};
 use crate::language::{Library, Scope};
 use crate::report::Style;
-use crate::teach::words::WORDS;
+use crate::teach::wording::WORDS;
 
 use super::commands::COMMANDS;
 use super::paint::{Known, paint};

@@ -7,7 +7,8 @@ use serde_json::json;
 use crate::execution::conduct::{Ahead, Part, Stated};
 use crate::teach::answers::{Answer, Answered};
 use crate::teach::shown::{Front, Shown};
-use crate::teach::words::{Takes, WORDS, Wrong};
+use crate::teach::wording::WORDS;
+use crate::teach::words::{Takes, Wrong};
 use crate::trace::{FluentRow, StepRecord};
 use crate::workcell::Run;
 

@@ -15,4 +15,5 @@ pub mod record;
 pub mod shown;
 pub mod stepper;
 pub mod stops;
+pub mod wording;
 pub mod words;

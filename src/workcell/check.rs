@@ -140,15 +140,7 @@ fn unread(program: &Program, library: &Library, stdlib: &Stdlib) -> Vec<Diagnost
             if uses::says(script, name) || judged.contains(name) {
                 continue;
             }
-            found.push(
-                Diagnostic::error(
-                    "task::unread",
-                    param.name.span,
-                    format!("`{file}` never reads `{name}`"),
-                    "whatever is given here makes no difference",
-                )
-                .help(format!("use `{name}` in `{file}`, or leave the parameter out")),
-            );
+            found.push(wording::unread(file, name, param.name.span));
         }
     }
     found

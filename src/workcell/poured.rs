@@ -40,29 +40,24 @@ pub fn pour(
     let takes = run.steps[..turns].iter().rposition(took);
     let (Some(takes), true) = (takes, arm.has("mass")) else { return Ok(None) };
     let (turn, grasp) = (&run.steps[turns], &run.steps[takes]);
-    let missing = |name: &str| Error {
-        what: wording::not_in_scene(name, &scene.name),
-        place: arm.name.clone(),
-        help: wording::give_the_scene(),
+    let missing = |name: &str| {
+        let what = wording::not_in_scene(name, &scene.name);
+        Error::new(what, &arm.name, wording::give_the_scene())
     };
     let object = scene.object(source).ok_or_else(|| missing(source))?;
     let vessel = scene.object(target).ok_or_else(|| missing(target))?;
     let known = |name: &str| grasp.measured.object(name).and_then(|o| o.world_from_object);
     let (Some(taken), Some(stands)) = (known(source), known(target)) else { return Ok(None) };
 
-    let columns = arm.group("q", robot.n_joints(), Dimension::ANGLE)?.ok_or_else(|| Error {
-        what: wording::no_joints_recorded(),
-        place: arm.name.clone(),
-        help: wording::check_the_robot(),
+    let columns = arm.group("q", robot.n_joints(), Dimension::ANGLE)?.ok_or_else(|| {
+        Error::new(wording::no_joints_recorded(), &arm.name, wording::check_the_robot())
     })?;
     let hand = |row: usize| {
         let q: Vec<f64> = columns.iter().map(|column| column[row]).collect();
         robot.forward_tool(&q).map(|tool| scene.world_from_base * tool)
     };
-    let no_hand = |error: crate::motion::Error| Error {
-        what: error.to_string(),
-        place: arm.name.clone(),
-        help: wording::check_the_robot(),
+    let no_hand = |error: crate::motion::Error| {
+        Error::new(error.to_string(), &arm.name, wording::check_the_robot())
     };
     let row_at = |time: f64| arm.time.partition_point(|t| *t < time).min(arm.n_rows() - 1);
     let tool_from_object = hand(row_at(grasp.interval_s[1])).map_err(no_hand)?.inverse() * taken;

@@ -243,6 +243,14 @@ pub(super) fn no_script(name: &str, span: Span, near: Option<&str>) -> Diagnosti
     })
 }
 
+/// A parameter of an action that its script never reads, nor its conditions.
+pub(super) fn unread(script: &str, param: &str, span: Span) -> Diagnostic {
+    let message = format!("`{script}` never reads `{param}`");
+    let label = "whatever is given here makes no difference";
+    Diagnostic::error("task::unread", span, message, label)
+        .help(format!("use `{param}` in `{script}`, or leave the parameter out"))
+}
+
 /// A step of a `together` that needs what another needs that stands first.
 pub(super) fn both_need(step: Span, first: Span, both: Shared) -> Diagnostic {
     let message = format!("these two cannot go on together: both {both}");

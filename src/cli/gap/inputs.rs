@@ -194,14 +194,34 @@ fn recordings_at(path: &Path, map: &Map) -> Result<Vec<Recording>, Failure> {
     let beside = beside.display().to_string();
     let sidecar = sidecar.as_deref().map(|text| (beside.as_str(), text));
     let name = path.display().to_string();
-    let found = if path.extension().is_some_and(|extension| extension == "mcap") {
-        let bytes = files::read::bytes(path, files::read::DATA);
-        let bytes = bytes.map_err(|error| Failure::unread(path, &error))?;
-        Recording::read_bag(&name, &bytes, sidecar, map).map(|recording| vec![recording])
-    } else {
-        Recording::read_runs(&name, &data(path)?, sidecar, map)
-    };
-    found.map_err(|error| failure(&error))
+    if path.extension().is_some_and(|extension| extension == "mcap") {
+        return bag_at(path, &name, sidecar, map).map(|recording| vec![recording]);
+    }
+    Recording::read_runs(&name, &data(path)?, sidecar, map).map_err(|error| failure(&error))
+}
+
+#[cfg(feature = "bags")]
+fn bag_at(
+    path: &Path,
+    name: &str,
+    sidecar: Option<(&str, &str)>,
+    map: &Map,
+) -> Result<Recording, Failure> {
+    let bytes = files::read::bytes(path, files::read::DATA);
+    let bytes = bytes.map_err(|error| Failure::unread(path, &error))?;
+    Recording::read_bag(name, &bytes, sidecar, map).map_err(|error| failure(&error))
+}
+
+#[cfg(not(feature = "bags"))]
+fn bag_at(
+    _: &Path,
+    name: &str,
+    _: Option<(&str, &str)>,
+    _: &Map,
+) -> Result<Recording, Failure> {
+    Err(Failure::input("gap::recording", "this build does not read ROS 2 bags")
+        .at(name)
+        .help("build it with `--features bags`, or convert the bag to CSV"))
 }
 
 /// Finds the robot, as told, as the first sidecar says, or the stdlib's; and its file, unless it is the stdlib's.

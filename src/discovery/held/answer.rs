@@ -6,7 +6,7 @@ use super::wording;
 use crate::discovery::finding::{Channel, Finding, Told};
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Set};
-use crate::discovery::worded::{self, Worded};
+use crate::discovery::wording::{Worded, answer, sets};
 use crate::discovery::{Investigation, Trace};
 use crate::language::ast::EffectItem;
 use crate::motion::Robot;
@@ -32,7 +32,7 @@ pub fn investigate(
         .collect::<Result<_, _>>()?;
     let mut notes: Vec<String> = recordings.iter().flat_map(|r| r.notes.clone()).collect();
     notes.extend(held.iter().flat_map(|held| held.notes.clone()));
-    let sets = worded::sets(held.len());
+    let sets = sets(held.len());
     if held.len() == 1 {
         notes.push(wording::one_recording());
     }
@@ -42,7 +42,7 @@ pub fn investigate(
         .map_err(|what| wording::runs_away(what, &recordings[0].name))?;
     progress("writing the answer", 0.98);
     let traces = traces(&gap, &outcome.nothing, &outcome.best);
-    let finding: Finding = worded::answer(&gap, &outcome, options, notes);
+    let finding: Finding = answer(&gap, &outcome, options, notes);
     Ok(Investigation { finding, traces, experiment: None, revision: None })
 }
 
@@ -155,7 +155,7 @@ impl Worded for HeldGap {
             noise: self.held[0].noise,
             unit: "m".into(),
             share: sum / total,
-            concentrated_in: format!("{when}, along {} of the hand", ["x", "y", "z"][axis]),
+            concentrated_in: wording::along_hand(when, ["x", "y", "z"][axis]),
             heldout: None,
         };
         let mut found: Vec<Channel> = sums.into_iter().enumerate().map(channel).collect();
@@ -174,7 +174,7 @@ impl Worded for HeldGap {
                 noise: Held::PADS,
                 unit: "m".into(),
                 share: if beyond > 0.0 { 1.0 } else { 0.0 },
-                concentrated_in: "the opening at which the fingers stop".into(),
+                concentrated_in: wording::at_the_stop().into(),
                 heldout: None,
             });
         }
@@ -187,10 +187,10 @@ impl Worded for HeldGap {
     }
 
     fn nothing(&self) -> &'static str {
-        "the object stayed where it was in the hand, within noise, and is as large as the scene says"
+        wording::nothing_missing()
     }
 
     fn doubt(&self) -> &'static str {
-        "hold it still for ten seconds, and then move it as fast as it may be moved, up and down"
+        wording::hold_otherwise()
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use super::data::Held;
 use super::slip::{Creep, crept};
 use crate::discovery::selection::{Candidate, Gap, Set, Slot};
-use crate::discovery::worded::set_of;
+use crate::discovery::wording::set_of;
 
 /// What can be missing from what is known of a thing in the hand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,10 +2,11 @@
 
 use super::gap::Term;
 use crate::discovery::finding::Told;
-use crate::discovery::recording::{Error, Recording};
+use crate::discovery::recording::Error;
 use crate::language::ast::EffectItem;
 use crate::units::significant;
-use crate::world::Scene;
+
+pub(super) use crate::discovery::wording::no_such;
 
 /// No stretch in which anything is held.
 pub(super) fn nothing_held(recording: &str) -> Error {
@@ -13,16 +14,6 @@ pub(super) fn nothing_held(recording: &str) -> Error {
         "nothing is held in it, as far as `gripper` and `held` say",
         recording,
         "add a column `held` of 0 and 1, or segments called `held` to the sidecar",
-    )
-}
-
-/// A thing that the scene does not have.
-pub(super) fn no_such(name: &str, recording: &Recording, scene: &Scene) -> Error {
-    let known: Vec<&str> = scene.objects.iter().map(|object| object.name.as_str()).collect();
-    Error::new(
-        format!("`{name}` is not in the scene `{}`", scene.name),
-        &recording.name,
-        format!("it has {}", known.join(", ")),
     )
 }
 
@@ -104,6 +95,25 @@ pub(super) fn equation(object: &str, term: &Term, told: &[Told]) -> String {
             number(5)
         ),
     }
+}
+
+/// When the thing moves, and along which axis of the hand.
+pub(super) fn along_hand(when: &str, axis: &str) -> String {
+    format!("{when}, along {axis} of the hand")
+}
+
+/// Where the gap of an opening is.
+pub(super) fn at_the_stop() -> &'static str {
+    "the opening at which the fingers stop"
+}
+
+pub(super) fn nothing_missing() -> &'static str {
+    "the object stayed where it was in the hand, within noise, and is as large as the scene says"
+}
+
+/// What to do when several effects explain the same.
+pub(super) fn hold_otherwise() -> &'static str {
+    "hold it still for ten seconds, and then move it as fast as it may be moved, up and down"
 }
 
 /// When of the time it is held the thing moves, from how much it moved in the first and the last half.

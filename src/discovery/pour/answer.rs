@@ -2,13 +2,13 @@
 
 use super::data::Pour;
 use super::gap::{BORNE, PourGap, Term};
+use super::wording;
 use crate::discovery::finding::{Channel, Told};
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Hypothesis, Options, Outcome, Set};
-use crate::discovery::worded::{self, Worded};
+use crate::discovery::wording::{Worded, answer, sets};
 use crate::discovery::{Investigation, Trace};
 use crate::language::ast::EffectItem;
-use crate::units::significant;
 use crate::world::Scene;
 
 /// Finds what a scene's twin lacks of pours: of several the last is held out, of one every second second.
@@ -27,25 +27,17 @@ pub fn investigate(
         recordings.iter().map(|recording| Pour::of(recording, scene)).collect::<Result<_, _>>()?;
     let mut notes: Vec<String> = recordings.iter().flat_map(|r| r.notes.clone()).collect();
     notes.extend(pours.iter().flat_map(|pour| pour.notes.clone()));
-    let sets = worded::sets(pours.len());
+    let sets = sets(pours.len());
     if pours.len() == 1 {
-        notes.push(
-            "one pour cannot be cut in two: every second second of it is held out; a second run would \
-             be a better judge"
-                .into(),
-        );
+        notes.push(wording::one_pour());
     }
     let mut gap = PourGap { pours, sets, known: (Vec::new(), Vec::new()) };
     notes.extend(take_known(&mut gap, known));
-    let runs_away = |what: String| Error {
-        what,
-        place: recordings[0].name.clone(),
-        help: "is the scale's column in kg, and the tilt in rad or deg?".into(),
-    };
-    let outcome = selection::search(&gap, options, progress).map_err(runs_away)?;
+    let outcome = selection::search(&gap, options, progress)
+        .map_err(|what| wording::runs_away(what, &recordings[0].name))?;
     progress("writing the answer", 0.98);
     let traces = traces(&gap, &outcome);
-    let finding = worded::answer(&gap, &outcome, options, notes);
+    let finding = answer(&gap, &outcome, options, notes);
     Ok(Investigation { finding, traces, experiment: None, revision: None })
 }
 
@@ -69,10 +61,7 @@ fn take_known(gap: &mut PourGap, known: &[EffectItem]) -> Vec<String> {
                 gap.known.0.push(term);
                 gap.known.1.extend(mine);
             }
-            None => aside.push(format!(
-                "effect {}({}) does not change a pour and is left aside",
-                item.name.text, item.at.text
-            )),
+            None => aside.push(wording::not_of_pouring(item)),
         }
     }
     aside
@@ -117,28 +106,7 @@ impl Worded for PourGap {
     }
 
     fn equation(&self, term: &Term, told: &[Told]) -> String {
-        let number = |i: usize| {
-            let (_, value, _, unit) = &told[i];
-            format!("{} {unit}", significant(*value, 3)).trim_end().to_owned()
-        };
-        let [source, target] = &self.pours[0].vessels;
-        match term {
-            Term::Volume => format!("volume({source}) = {} at first", number(0)),
-            Term::Dribble => format!(
-                "volume({target}) += {} * (1 - exp(-t_upright/{})) after {source} is upright",
-                number(0),
-                number(1)
-            ),
-            Term::Viscosity => format!(
-                "what stands above the lip of {source} leaves through a film, w*rho*g*h^3*slope/(3*{})",
-                number(0)
-            ),
-            Term::Overflow => format!("volume({target}) <= {}, the rest runs over", number(0)),
-            Term::Mass => format!("{source} weighs {} when it is empty", number(0)),
-            Term::Gain => format!("mass *= {}", number(0)),
-            Term::Drift => format!("mass += {} * t", number(0)),
-            Term::Clip => format!("mass <= {} as read", number(0)),
-        }
+        wording::equation(&self.pours[0].vessels, *term, told)
     }
 
     fn places(&self, nothing: &Hypothesis<Term>) -> Vec<Channel> {
@@ -153,11 +121,11 @@ impl Worded for PourGap {
     }
 
     fn nothing(&self) -> &'static str {
-        "the scale read what the model says, within noise, and no effect explains any of the rest"
+        wording::nothing_missing()
     }
 
     fn doubt(&self) -> &'static str {
-        "pour another volume, wait with the vessel upright over the other, and weigh what is beside it"
+        wording::pour_otherwise()
     }
 }
 
@@ -175,20 +143,13 @@ fn place(gap: &PourGap, nothing: &Hypothesis<Term>) -> Channel {
         }
     }
     let part = late[1] / (late[0] + late[1]).max(1e-9);
-    let when = if part > 0.6 {
-        "after the vessel is upright again"
-    } else if part < 0.2 {
-        "while it pours"
-    } else {
-        "while it pours and after"
-    };
     Channel {
         channel: "mass".into(),
         rms: (square / rows.max(1) as f64).sqrt(),
         noise: gap.pours[0].scale_noise,
         unit: "kg".into(),
         share: beyond((square / rows.max(1) as f64).sqrt(), gap.pours[0].scale_noise),
-        concentrated_in: when.into(),
+        concentrated_in: wording::when(part).into(),
         heldout: None,
     }
 }
@@ -205,7 +166,7 @@ fn felt(gap: &PourGap, nothing: &Hypothesis<Term>) -> Option<Channel> {
         noise: BORNE,
         unit: "kg".into(),
         share: beyond(rms, BORNE),
-        concentrated_in: "what it bears before it pours".into(),
+        concentrated_in: wording::before_it_pours().into(),
         heldout: None,
     })
 }

@@ -1,5 +1,6 @@
 //! What a recording says of a pour.
 
+use super::wording;
 use crate::discovery::recording::{Error, Recording};
 use crate::twin::hold::Hold;
 use crate::units::Dimension;
@@ -69,13 +70,8 @@ impl Pour {
     /// An [`Error`] for columns that are missing or wrong, or vessels the scene does not have.
     pub fn of(recording: &Recording, scene: &Scene) -> Result<Self, Error> {
         let [source, target] = vessels(recording, scene)?;
-        let hold = Hold::of(source).ok_or_else(|| {
-            Error::new(
-                format!("`{}` is no vessel", source.name),
-                &recording.name,
-                "give it `wall` and `holds` in the scene",
-            )
-        })?;
+        let hold =
+            Hold::of(source).ok_or_else(|| wording::no_vessel(&source.name, &recording.name))?;
         let (tilt, mass) = (
             recording.column("tilt", Dimension::ANGLE)?,
             recording.column("mass", Dimension::MASS)?,
@@ -84,10 +80,7 @@ impl Pour {
         let inside = if recording.has("inside") {
             recording.column("inside", Dimension::LENGTH)?.to_vec()
         } else {
-            notes.push(format!(
-                "{}: no column `inside[m]`; the lip is taken to stay over `{}`",
-                recording.name, target.name
-            ));
+            notes.push(wording::inside_unknown(&recording.name, &target.name));
             vec![1.0; tilt.len()]
         };
         let time = &recording.time;
@@ -123,22 +116,18 @@ impl Pour {
 
 /// Finds the two vessels.
 fn vessels<'a>(recording: &Recording, scene: &'a Scene) -> Result<[&'a Object; 2], Error> {
-    let none = |name: &str| {
-        let known: Vec<&str> = scene.objects.iter().map(|object| object.name.as_str()).collect();
-        Error::new(
-            format!("`{name}` is not in the scene `{}`", scene.name),
-            &recording.name,
-            format!("it has {}", known.join(", ")),
-        )
-    };
     if let Some(pour) = &recording.sidecar.pour {
-        let named = |name: &String| scene.object(name).ok_or_else(|| none(name));
+        let named = |name: &String| {
+            scene.object(name).ok_or_else(|| wording::no_such(name, recording, scene))
+        };
         return Ok([named(&pour.source)?, named(&pour.target)?]);
     }
     let filled = |object: &&Object| object.cavity.is_some_and(|cavity| cavity.filled > 0.0);
-    let source = scene.objects.iter().find(filled).ok_or_else(|| none("a vessel with water"))?;
+    let source = scene.objects.iter().find(filled);
+    let source = source.ok_or_else(|| wording::none_filled(recording, scene))?;
     let other = |object: &&Object| object.cavity.is_some() && object.name != source.name;
-    let target = scene.objects.iter().find(other).ok_or_else(|| none("a second vessel"))?;
+    let target = scene.objects.iter().find(other);
+    let target = target.ok_or_else(|| wording::no_second(recording, scene))?;
     Ok([source, target])
 }
 

@@ -3,7 +3,7 @@
 use super::data::Pour;
 use super::flow::{Flow, arrived};
 use crate::discovery::selection::{Candidate, Gap, Set, Slot};
-use crate::discovery::worded::set_of;
+use crate::discovery::wording::set_of;
 use crate::twin::hold::WATER;
 use crate::world::WATER_DENSITY;
 

@@ -8,6 +8,7 @@ mod answer;
 mod data;
 mod flow;
 mod gap;
+mod wording;
 
 pub use answer::investigate;
 pub use data::Pour;

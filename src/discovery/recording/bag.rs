@@ -9,7 +9,8 @@ use std::collections::BTreeMap;
 use byteorder::{BigEndian, LittleEndian};
 use serde::Deserialize;
 
-use super::{Column, Error, MOST_VALUES, Map, Recording, Sidecar, records, too_much};
+use super::{BagFlaw, BrokenBag, BrokenMessage, Error, Flaw};
+use super::{Column, MOST_VALUES, Map, Recording, Sidecar, records, too_much, wording};
 use crate::units;
 
 /// The one message that is read.
@@ -53,30 +54,19 @@ pub(super) fn read(
     let (series, mut notes) = series(name, bytes)?;
     let headers: Vec<String> = series.keys().cloned().collect();
     if let Some(theirs) = map.unused(&headers) {
-        return Err(Error::new(
-            format!("`--map` renames `{theirs}`, which no joint state holds"),
-            name,
-            format!("the bag has {}", headers.join(", ")),
-        ));
+        let flaw = BagFlaw::NotRenamed { theirs: theirs.to_owned(), headers };
+        return Err(Flaw::Bag(flaw).at(name));
     }
     // The clock is that of the measured quantity with most samples; the others are read off at its times.
     let measured = series.iter().filter(|(name, _)| !is_held(name));
     let Some((_, clock)) = measured.max_by_key(|(_, samples)| samples.len()) else {
-        return Err(Error::new(
-            "the bag holds commands, but no joint state that was measured",
-            name,
-            "record the topic `/joint_states` too",
-        ));
+        return Err(Flaw::Bag(BagFlaw::OnlyCommands).at(name));
     };
     let (begin, end) = overlap(&series);
     let time: Vec<f64> =
         clock.iter().map(|sample| sample.0).filter(|t| (begin..=end).contains(t)).collect();
     if time.len() < 3 {
-        return Err(Error::new(
-            format!("only {} joint states lie where all topics have begun", time.len()),
-            name,
-            "record for longer, and all topics at once",
-        ));
+        return Err(Flaw::Bag(BagFlaw::TooFewStates(time.len())).at(name));
     }
     // A topic that was heard once has a value at every time as well.
     if time.len().saturating_mul(series.len()) > MOST_VALUES {
@@ -84,7 +74,7 @@ pub(super) fn read(
     }
     let outside = clock.len() - time.len();
     if outside > 0 {
-        notes.push(format!("{name}: {outside} rows lie where not every topic speaks; left out"));
+        notes.push(wording::not_every_topic(name, outside));
     }
     let columns = series.iter().map(|(header, samples)| {
         let values = time.iter().map(|t| at(samples, *t, is_held(header))).collect();
@@ -100,13 +90,7 @@ pub(super) fn read(
 
 /// Collects every quantity of every joint over time, s since the epoch, increasing.
 fn series(name: &str, bytes: &[u8]) -> Result<(BTreeMap<String, Series>, Vec<String>), Error> {
-    let broken = |error: String| {
-        Error::new(
-            format!("not an MCAP file that can be read: {error}"),
-            name,
-            "`ros2 bag record -s mcap` writes one; was it cut off while being written?",
-        )
-    };
+    let broken = |why: BrokenBag| Flaw::Bag(BagFlaw::Broken(why)).at(name);
     let mut series: BTreeMap<String, Series> = BTreeMap::new();
     let mut seen: BTreeMap<String, String> = BTreeMap::new();
     let mut unstamped = false;
@@ -120,12 +104,9 @@ fn series(name: &str, bytes: &[u8]) -> Result<(BTreeMap<String, Series>, Vec<Str
         if schema != JOINT_STATE || channel.message_encoding != "cdr" {
             return Ok(());
         }
-        let state = joint_state(message.data).map_err(|what| {
-            Error::new(
-                format!("message {} is not a joint state: {what}", message.sequence),
-                format!("{name}, topic {}", channel.topic),
-                "was it written by another version of the message?",
-            )
+        let state = joint_state(message.data).map_err(|why| {
+            let flaw = BagFlaw::Message { sequence: message.sequence, why };
+            Flaw::Bag(flaw).at(format!("{name}, topic {}", channel.topic))
         })?;
         let stamp =
             f64::from(state.header.stamp.sec) + f64::from(state.header.stamp.nanosec) * 1e-9;
@@ -152,18 +133,12 @@ fn series(name: &str, bytes: &[u8]) -> Result<(BTreeMap<String, Series>, Vec<Str
         if values > MOST_VALUES { Err(too_much(name, values)) } else { Ok(()) }
     })?;
     if series.is_empty() {
-        let topics: Vec<String> =
-            seen.iter().map(|(topic, schema)| format!("{topic} ({schema})")).collect();
-        let holds = if topics.is_empty() { "nothing".to_owned() } else { topics.join(", ") };
-        return Err(Error::new(
-            format!("no `{JOINT_STATE}` in the bag"),
-            name,
-            format!("record `/joint_states`; the bag holds {holds}"),
-        ));
+        let topics = seen.iter().map(|(topic, schema)| format!("{topic} ({schema})")).collect();
+        return Err(Flaw::Bag(BagFlaw::NoJointStates { wanted: JOINT_STATE, topics }).at(name));
     }
     let mut notes = Vec::new();
     if unstamped {
-        notes.push(format!("{name}: messages without a stamp; the time they were logged is taken"));
+        notes.push(wording::without_stamp(name));
     }
     let mut repeated = 0;
     for samples in series.values_mut() {
@@ -173,7 +148,7 @@ fn series(name: &str, bytes: &[u8]) -> Result<(BTreeMap<String, Series>, Vec<Str
         repeated = repeated.max(before - samples.len());
     }
     if repeated > 0 {
-        notes.push(format!("{name}: {repeated} messages repeat a time and are left out"));
+        notes.push(wording::messages_repeat(name, repeated));
     }
     Ok((series, notes))
 }
@@ -185,16 +160,16 @@ fn is_command(topic: &str) -> bool {
 }
 
 /// Decodes one message: four bytes that say the byte order, then the fields.
-fn joint_state(data: &[u8]) -> Result<JointState, String> {
+fn joint_state(data: &[u8]) -> Result<JointState, BrokenMessage> {
     let (Some(kind), Some(body)) = (data.get(..2), data.get(4..)) else {
-        return Err(format!("{} bytes are too few", data.len()));
+        return Err(BrokenMessage::Short(data.len()));
     };
     let decoded = match kind {
         [0, 0] => cdr_encoding::from_bytes::<JointState, BigEndian>(body),
         [0, 1] => cdr_encoding::from_bytes::<JointState, LittleEndian>(body),
-        _ => return Err(format!("its encoding {kind:?} is not plain CDR")),
+        _ => return Err(BrokenMessage::Encoding(kind.to_vec())),
     };
-    decoded.map(|(state, _)| state).map_err(|error| error.to_string())
+    decoded.map(|(state, _)| state).map_err(|error| BrokenMessage::Unread(error.to_string()))
 }
 
 /// Returns from when to when every series has samples; the last command holds until there is another.

@@ -1,29 +1,8 @@
-//! Columns over time, and what is wrong with them.
+//! Columns over time.
 
 use super::Sidecar;
+use super::error::{Error, Flaw};
 use crate::units::Unit;
-
-/// What is wrong with a recording.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{what}")]
-pub struct Error {
-    /// What.
-    pub what: String,
-    /// Where: file, line, column.
-    pub place: String,
-    /// What would help.
-    pub help: String,
-}
-
-impl Error {
-    pub(in crate::discovery) fn new(
-        what: impl Into<String>,
-        place: impl Into<String>,
-        help: impl Into<String>,
-    ) -> Self {
-        Self { what: what.into(), place: place.into(), help: help.into() }
-    }
-}
 
 /// Most values of a recording, rows times columns. All of them are held, as numbers, more than once.
 pub(super) const MOST_VALUES: usize = 25_000_000;
@@ -37,14 +16,7 @@ pub(super) const FINEST: f64 = 1e-9;
 
 /// Says that a recording holds more than is read.
 pub(super) fn too_much(name: &str, values: usize) -> Error {
-    Error::new(
-        format!(
-            "it holds {values} values, and at most {} million are read",
-            MOST_VALUES / 1_000_000
-        ),
-        name,
-        "leave out columns that nobody needs, or give a part of it",
-    )
+    Flaw::TooMuch { values, most: MOST_VALUES }.at(name)
 }
 
 /// A cell that is not a finite number.

@@ -1,5 +1,5 @@
 //! What can be wrong with a recording, its sidecar or its map, and what would help. Where it was met is said by whoever
-//! meets it ([`Flaw::at`]).
+//! meets it (`Flaw::at`).
 
 use crate::units::{self, Dimension};
 
@@ -39,14 +39,9 @@ pub enum Flaw {
     /// It holds so many runs where one is asked for.
     #[error("the file holds {0} runs, each with a clock that starts again")]
     SeveralRuns(usize),
-    /// Its clock starts again too often.
-    #[error("its clock starts again {again} times, and at most {most} runs are read")]
-    TooManyRuns {
-        /// How often.
-        again: usize,
-        /// How many runs are read.
-        most: usize,
-    },
+    /// Its clock starts again the first number of times; runs as many as the second are read.
+    #[error("its clock starts again {0} times, and at most {1} runs are read")]
+    TooManyRuns(usize, usize),
     /// It holds more values than are read.
     #[error("it holds {values} values, and at most {} million are read", .most / 1_000_000)]
     TooMuch {
@@ -104,22 +99,12 @@ pub enum Flaw {
         /// How it could begin.
         header: String,
     },
-    /// It has more columns than are read.
-    #[error("it has {n} columns, and at most {most} are read")]
-    TooManyColumns {
-        /// How many it has.
-        n: usize,
-        /// How many are read.
-        most: usize,
-    },
-    /// A row has more or fewer cells than the header.
-    #[error("the row has {cells} cells, the header {columns}")]
-    Ragged {
-        /// Cells of the row.
-        cells: usize,
-        /// Cells of the header.
-        columns: usize,
-    },
+    /// It has the first number of columns; as many as the second are read.
+    #[error("it has {0} columns, and at most {1} are read")]
+    TooManyColumns(usize, usize),
+    /// A row has the first number of cells, the header the second.
+    #[error("the row has {0} cells, the header {1}")]
+    Ragged(usize, usize),
     /// The map renames what is not there.
     #[error("`--map` renames `{theirs}`, which is not a column")]
     NotRenamed {
@@ -134,12 +119,9 @@ pub enum Flaw {
     /// Two columns bear this name.
     #[error("two columns are called `{0}`")]
     SameName(String),
-    /// No column is the time.
+    /// No column is the time; the first that there is bears this name.
     #[error("there is no time column `t[s]`")]
-    NoClock {
-        /// The first column of those that there are.
-        first: String,
-    },
+    NoClock(String),
     /// The time is in a unit of something else.
     #[error("`t` is in {}, which is not a time", .is.si())]
     ClockUnit {
@@ -149,14 +131,9 @@ pub enum Flaw {
     /// A cell of the time is no number.
     #[error("`{0}` is not a time")]
     NotATime(String),
-    /// A time is too far from the clock's origin.
-    #[error("{time:e} s is no time that a clock shows; at most {most:e} s are read")]
-    NoClockShows {
-        /// The time, s.
-        time: f64,
-        /// The latest that is read, s.
-        most: f64,
-    },
+    /// A time, s, is further from the clock's origin than the latest that is read, s.
+    #[error("{0:e} s is no time that a clock shows; at most {1:e} s are read")]
+    NoClockShows(f64, f64),
     /// There are too few rows.
     #[error("{}; nothing can be said from fewer than {least}", there_are(*.n))]
     TooFewRows {
@@ -168,14 +145,9 @@ pub enum Flaw {
     /// Only so many rows are no repetition of the one before.
     #[error("only {0} rows differ")]
     TooFewDiffer(usize),
-    /// Time is not in order.
-    #[error("time goes back from {from} s to {to} s")]
-    GoesBack {
-        /// The time of the row before, s.
-        from: f64,
-        /// The time of the row, s.
-        to: f64,
-    },
+    /// The time of a row, the second, is before that of the row before, the first, s.
+    #[error("time goes back from {0} s to {1} s")]
+    GoesBack(f64, f64),
     /// Two rows that differ are both of this time, s.
     #[error("two different rows are of the same time, {0} s")]
     SameTime(f64),
@@ -241,7 +213,7 @@ pub enum BrokenBag {
     #[error("a chunk is shorter than its header")]
     ShortChunk,
     /// Its chunks unpack to more than is read.
-    #[error("its chunks unpack to {total} bytes or more, and at most {} GiB are read", .most >> 30)]
+    #[error("its chunks unpack to {total} bytes or more, and at most {} GiB are read", *.most >> 30)]
     Unpacks {
         /// Bytes of the chunks so far.
         total: u64,
@@ -290,30 +262,15 @@ pub enum SidecarFlaw {
     /// It is not JSON, or a value is of the wrong type.
     #[error("not a recording's sidecar: {0}")]
     NoSidecar(String),
-    /// A value is below 0.
-    #[error("`{key}` is {value}; it must not be negative")]
-    Negative {
-        /// Of which key.
-        key: &'static str,
-        /// What it is, in the unit of the key.
-        value: f64,
-    },
-    /// A value of a list of the controller is below 0.
-    #[error("`controller.{key}` holds {value}; it must not be negative")]
-    NegativeGain {
-        /// Of which key.
-        key: &'static str,
-        /// What it is, in the unit of the key.
-        value: f64,
-    },
-    /// A value is not above 0.
-    #[error("`{key}` is {value}; it must be above 0")]
-    NotPositive {
-        /// Of which key.
-        key: &'static str,
-        /// What it is, in the unit of the key.
-        value: f64,
-    },
+    /// The value of a key is below 0.
+    #[error("`{0}` is {1}; it must not be negative")]
+    Negative(&'static str, f64),
+    /// A value in the list of a key of the controller is below 0.
+    #[error("`controller.{0}` holds {1}; it must not be negative")]
+    NegativeGain(&'static str, f64),
+    /// The value of a key is not above 0.
+    #[error("`{0}` is {1}; it must be above 0")]
+    NotPositive(&'static str, f64),
     /// The controller has more gains of one kind.
     #[error("`controller` has unequal numbers of kp and kd")]
     UnequalGains,
@@ -342,12 +299,14 @@ impl Flaw {
     pub fn help(&self) -> String {
         let help = match self {
             Self::SeveralRuns(_) => "give each run a file of its own",
-            Self::TooManyRuns { .. } => "is `t` the time? give the runs in several files",
+            Self::TooManyRuns(..) => "is `t` the time? give the runs in several files",
             Self::TooMuch { .. } => "leave out columns that nobody needs, or give a part of it",
             Self::NotSplit(_) => "record for longer, or give a second recording",
             Self::NoColumn { name, known, dimension } => {
                 let (known, unit) = (known.join(", "), dimension.si());
-                return format!("the file has {known}; `--map 'THEIRS={name}[{unit}]'` renames one");
+                return format!(
+                    "the file has {known}; `--map 'THEIRS={name}[{unit}]'` renames one"
+                );
             }
             Self::ColumnUnit { name, expected, .. } => {
                 return format!("write `{name}[{}]`, or correct it with `--map`", expected.si());
@@ -362,10 +321,10 @@ impl Flaw {
             Self::Empty { is, header } => {
                 return format!("{is} a CSV file that begins with a line such as `{header}`");
             }
-            Self::TooManyColumns { .. } => {
+            Self::TooManyColumns(..) => {
                 "leave out the columns that nobody needs; are rows and columns exchanged?"
             }
-            Self::Ragged { .. } => {
+            Self::Ragged(..) => {
                 "every row must have a cell per column; was the file cut off while being written?"
             }
             Self::NotRenamed { headers, .. } => {
@@ -373,17 +332,17 @@ impl Flaw {
             }
             Self::Header(_) => "write `name[unit]`, or rename it with `--map 'THEIRS=OURS[unit]'`",
             Self::SameName(_) => "rename one of them, in the file or with `--map`",
-            Self::NoClock { first } => {
+            Self::NoClock(first) => {
                 return format!("if time is another column, say so: `--map '{first}=t[s]'`");
             }
             Self::ClockUnit { .. } => "write `t[s]` or `t[ms]`",
             Self::NotATime(_) => "every row needs a finite time",
-            Self::NoClockShows { .. } => {
+            Self::NoClockShows(..) => {
                 "leave the row out, or say in the header what unit `t` is in: `t[ms]`, `t[us]`"
             }
             Self::TooFewRows { .. } => "record for longer: a gap needs motion to show",
             Self::TooFewDiffer(_) => "record while the machine moves",
-            Self::GoesBack { .. } => {
+            Self::GoesBack(..) => {
                 "sort the rows by time; a clock that starts again for another run goes back to where it began"
             }
             Self::SameTime(_) => "give each row its own time; is the time rounded too coarsely?",
@@ -406,7 +365,8 @@ impl BagFlaw {
             }
             Self::Message { .. } => "was it written by another version of the message?",
             Self::NoJointStates { topics, .. } => {
-                let holds = if topics.is_empty() { "nothing" } else { &*topics.join(", ") };
+                let holds =
+                    if topics.is_empty() { "nothing".to_owned() } else { topics.join(", ") };
                 return format!("record `/joint_states`; the bag holds {holds}");
             }
             Self::OnlyCommands => "record the topic `/joint_states` too",
@@ -438,5 +398,33 @@ fn there_are(n: usize) -> String {
         0 => "there are no rows".to_owned(),
         1 => "there is one row".to_owned(),
         n => format!("there are {n} rows"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_many_cells_that_are_no_numbers_the_first_few_are_told() {
+        let flaw = |lines: &[usize], n: usize| Flaw::NotFinite {
+            text: "nan".into(),
+            lines: lines.to_vec(),
+            n,
+        };
+        assert_eq!(flaw(&[], 0).to_string(), "`nan` is not a finite number");
+        assert_eq!(
+            flaw(&[3, 4, 5, 6, 7, 8], 9).to_string(),
+            "`nan` is not a finite number, nor are 9 other cells of the column (lines 3, 4, 5, 6, 7 and 4 more)"
+        );
+    }
+
+    #[test]
+    fn a_flaw_is_kept_beside_its_words() {
+        let error = Flaw::Bag(BagFlaw::Broken(BrokenBag::Unpacks { total: 1, most: 2 << 30 }));
+        let error = error.at("run.mcap");
+        assert!(error.what.ends_with("unpack to 1 bytes or more, and at most 2 GiB are read"));
+        assert!(matches!(error.flaw(), Some(Flaw::Bag(BagFlaw::Broken(_)))));
+        assert!(Error::new("no", "run.mcap", "").flaw().is_none());
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::units::{self, Unit};
 
-use super::Error;
+use super::{Error, Flaw, MapFlaw};
 
 /// One renamed column.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,17 +27,15 @@ impl Map {
     pub fn parse(text: &str) -> Result<Self, Error> {
         let mut entries: Vec<Entry> = Vec::new();
         for part in text.split(',').map(str::trim).filter(|part| !part.is_empty()) {
-            let wrong = |what: String| {
-                Error::new(what, "--map", "write it as `THEIRS=OURS` or `THEIRS=OURS[unit]`")
-            };
-            let (theirs, ours) = part
-                .split_once('=')
-                .ok_or_else(|| wrong(format!("`{part}` does not say what a column is called")))?;
-            let column = units::parse_column(ours).map_err(|error| wrong(error.to_string()))?;
+            let wrong = |flaw: MapFlaw| Flaw::Map(flaw).at("--map");
+            let (theirs, ours) =
+                part.split_once('=').ok_or_else(|| wrong(MapFlaw::Unnamed(part.to_owned())))?;
+            let column =
+                units::parse_column(ours).map_err(|error| wrong(MapFlaw::Header(error)))?;
             let entry =
                 Entry { theirs: theirs.trim().into(), ours: column.name, unit: column.unit };
             if entries.iter().any(|e| e.theirs == entry.theirs || e.ours == entry.ours) {
-                return Err(wrong(format!("`{part}` names a column for the second time")));
+                return Err(wrong(MapFlaw::Twice(part.to_owned())));
             }
             entries.push(entry);
         }

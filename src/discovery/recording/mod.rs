@@ -1,26 +1,31 @@
 //! A recording: columns over time in SI, with what is known of the machine that made it.
 //!
-//! [`Recording::read`] takes the text of a CSV file and of the sidecar beside it, [`Recording::read_bag`] a
-//! ROS 2 bag; [`map`] renames columns.
+//! [`Recording::read`] takes the text of a CSV file and of the sidecar beside it, `Recording::read_bag` a
+//! ROS 2 bag (feature `bags`); [`map`] renames columns.
 //! What is wrong with a file is an error that says which line and which column and what would help. A
 //! column nobody asks for may hold anything: its bad cells are told only by [`Recording::column`].
 //! Files are opened by the caller.
 
 mod columns;
+mod error;
+#[cfg(feature = "bags")]
 mod bag;
+#[cfg(feature = "bags")]
 mod records;
 pub mod map;
 pub mod noise;
 pub mod sidecar;
 mod sheet;
 mod table;
+mod wording;
 
 use std::collections::BTreeSet;
 
-use crate::units::{Dimension, significant};
+use crate::units::Dimension;
 
-pub use columns::{BadCell, Column, Error, Recording, Segment};
+pub use columns::{BadCell, Column, Recording, Segment};
 use columns::{FINEST, LATEST, MOST_VALUES, too_much};
+pub use error::{BagFlaw, BrokenBag, BrokenMessage, Error, Flaw, MapFlaw, SidecarFlaw};
 pub use map::Map;
 pub(super) use sheet::Sheet;
 pub use sidecar::Sidecar;
@@ -43,11 +48,7 @@ impl Recording {
         let mut runs = Self::read_runs(name, csv, sidecar, map)?;
         match (runs.pop(), runs.len()) {
             (Some(only), 0) => Ok(only),
-            (_, before) => Err(Error::new(
-                format!("the file holds {} runs, each with a clock that starts again", before + 1),
-                name,
-                "give each run a file of its own",
-            )),
+            (_, before) => Err(Flaw::SeveralRuns(before + 1).at(name)),
         }
     }
 
@@ -74,6 +75,7 @@ impl Recording {
     ///
     /// An [`Error`] for bytes that are no MCAP file, a bag without joint states, or a sidecar that is not
     /// one.
+    #[cfg(feature = "bags")]
     pub fn read_bag(
         name: &str,
         bytes: &[u8],
@@ -131,33 +133,20 @@ impl Recording {
     /// finite numbers.
     pub fn column(&self, name: &str, dimension: Dimension) -> Result<&[f64], Error> {
         let Some(column) = self.columns.iter().find(|column| column.name == name) else {
-            let known: Vec<&str> =
-                self.columns.iter().map(|column| column.name.as_str()).take(40).collect();
-            return Err(Error::new(
-                format!("there is no column `{name}`"),
-                &self.name,
-                format!(
-                    "the file has {}; `--map 'THEIRS={name}[{}]'` renames one",
-                    known.join(", "),
-                    dimension.si()
-                ),
-            ));
+            let known = self.columns.iter().map(|column| column.name.clone()).take(40).collect();
+            return Err(Flaw::NoColumn { name: name.to_owned(), known, dimension }.at(&self.name));
         };
         if let Some(unit) = column.unit
             && unit.dimension != dimension
         {
-            return Err(Error::new(
-                format!(
-                    "column `{name}` is in {}, but it must be {}",
-                    unit.dimension.si(),
-                    dimension.words()
-                ),
-                format!("{}:1, column `{name}`", self.name),
-                format!("write `{name}[{}]`, or correct it with `--map`", dimension.si()),
-            ));
+            let (is, expected) = (unit.dimension, dimension);
+            let flaw = Flaw::ColumnUnit { name: name.to_owned(), is, expected };
+            return Err(flaw.at(format!("{}:1, column `{name}`", self.name)));
         }
         if let Some((first, others)) = column.bad.split_first() {
-            return Err(bad_cells(&self.name, name, first, others, column.n_bad - 1));
+            let lines = others.iter().map(|bad| bad.line).collect();
+            let flaw = Flaw::NotFinite { text: first.text.clone(), lines, n: column.n_bad - 1 };
+            return Err(flaw.at(format!("{}:{}, column `{name}`", self.name, first.line)));
         }
         Ok(&column.values)
     }
@@ -198,15 +187,12 @@ impl Recording {
         }
         let mut told = Vec::new();
         if end < rows {
-            told.push(format!(
-                "it goes on for {} s, of which the first {} s with {end} of {rows} rows are judged; the next row comes {} s later",
-                significant(self.duration(), 3),
-                significant(self.time[end - 1] - self.time[0], 3),
-                significant(self.time[end] - self.time[end - 1], 3),
-            ));
+            let judged = self.time[end - 1] - self.time[0];
+            let pause = self.time[end] - self.time[end - 1];
+            told.push(wording::only_the_first(self.duration(), (judged, end), rows, pause));
         }
         if every > 1 {
-            told.push(format!("of {end} rows every {every}th is judged"));
+            told.push(wording::thinned(end, every));
         }
         let cut = |values: &[f64]| values[..end].iter().step_by(every).copied().collect();
         let columns = self.columns.iter().map(|column| Column {
@@ -236,11 +222,7 @@ impl Recording {
         let n = self.n_rows();
         let cut = ((n as f64) * (1.0 - fraction)).round() as usize;
         if cut < 3 || n < cut + 3 {
-            return Err(Error::new(
-                format!("{n} rows cannot be split into data to fit and data to hold out"),
-                &self.name,
-                "record for longer, or give a second recording",
-            ));
+            return Err(Flaw::NotSplit(n).at(&self.name));
         }
         let part = |from: usize, to: usize, what: &str| {
             let columns = self.columns.iter().map(|column| Column {
@@ -262,30 +244,4 @@ impl Recording {
         train.notes.clone_from(&self.notes);
         Ok((train, part(cut, n, "last part")))
     }
-}
-
-/// How many lines are written out where several are wrong.
-const TOLD: usize = 5;
-
-/// Says which cells of a column are not finite numbers; `n` are not beside the first.
-fn bad_cells(
-    recording: &str,
-    column: &str,
-    first: &BadCell,
-    others: &[BadCell],
-    n: usize,
-) -> Error {
-    let more = match n {
-        0 => String::new(),
-        n => {
-            let lines: Vec<String> = others.iter().take(TOLD).map(|b| b.line.to_string()).collect();
-            let rest = if n > TOLD { format!(" and {} more", n - TOLD) } else { String::new() };
-            format!(", nor are {n} other cells of the column (lines {}{rest})", lines.join(", "))
-        }
-    };
-    Error::new(
-        format!("`{}` is not a finite number{more}", first.text),
-        format!("{recording}:{}, column `{column}`", first.line),
-        "put a `#` before such lines to leave them out, or fill them from their neighbours if you know that is right",
-    )
 }

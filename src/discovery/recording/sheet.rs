@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Error, MOST_VALUES, Map, too_much};
+use super::{Error, Flaw, MOST_VALUES, Map, too_much};
 use crate::units;
 
 /// A table of text.
@@ -63,23 +63,14 @@ pub(super) fn each_row(
         .comment(Some(b'#'))
         .from_reader(text.as_bytes());
     let mut record = csv::StringRecord::new();
-    let no_table = |error: csv::Error| {
-        Error::new(
-            format!("not a table: {error}"),
-            name,
-            format!("{is} a CSV file with one header line"),
-        )
-    };
+    let no_table =
+        |error: csv::Error| Flaw::NoTable { is: is.to_owned(), why: error.to_string() }.at(name);
     if !reader.read_record(&mut record).map_err(no_table)? {
-        let help = format!("{is} a CSV file that begins with a line such as `{header}`");
-        return Err(Error::new("the file is empty", name, help));
+        return Err(Flaw::Empty { is: is.to_owned(), header: header.to_owned() }.at(name));
     }
     if record.len() > MOST_COLUMNS {
-        return Err(Error::new(
-            format!("it has {} columns, and at most {MOST_COLUMNS} are read", record.len()),
-            format!("{name}:1"),
-            "leave out the columns that nobody needs; are rows and columns exchanged?",
-        ));
+        let flaw = Flaw::TooManyColumns(record.len(), MOST_COLUMNS);
+        return Err(flaw.at(format!("{name}:1")));
     }
     let columns = columns(name, &record, map)?;
     while reader.read_record(&mut record).map_err(no_table)? {
@@ -88,11 +79,8 @@ pub(super) fn each_row(
             continue;
         }
         if record.len() != columns.len() {
-            return Err(Error::new(
-                format!("the row has {} cells, the header {}", record.len(), columns.len()),
-                format!("{name}:{line}"),
-                "every row must have a cell per column; was the file cut off while being written?",
-            ));
+            let flaw = Flaw::Ragged(record.len(), columns.len());
+            return Err(flaw.at(format!("{name}:{line}")));
         }
         each(&columns, line, &record);
     }
@@ -103,11 +91,8 @@ pub(super) fn each_row(
 fn columns(name: &str, header: &csv::StringRecord, map: &Map) -> Result<Vec<units::Column>, Error> {
     let headers: Vec<String> = header.iter().map(str::to_owned).collect();
     if let Some(theirs) = map.unused(&headers) {
-        return Err(Error::new(
-            format!("`--map` renames `{theirs}`, which is not a column"),
-            format!("{name}:1"),
-            format!("the columns are {}", headers.join(", ")),
-        ));
+        let flaw = Flaw::NotRenamed { theirs: theirs.to_owned(), headers };
+        return Err(flaw.at(format!("{name}:1")));
     }
     let mut columns: Vec<units::Column> = Vec::with_capacity(headers.len());
     let mut names: BTreeSet<String> = BTreeSet::new();
@@ -117,20 +102,12 @@ fn columns(name: &str, header: &csv::StringRecord, map: &Map) -> Result<Vec<unit
             Ok(column) => column,
             Err(_) if map.knows(header) => units::Column { name: header.clone(), unit: None },
             Err(error) => {
-                return Err(Error::new(
-                    error.to_string(),
-                    format!("{name}:1, column `{header}`"),
-                    "write `name[unit]`, or rename it with `--map 'THEIRS=OURS[unit]'`",
-                ));
+                return Err(Flaw::Header(error).at(format!("{name}:1, column `{header}`")));
             }
         };
         let (column, _) = map.apply(header, read);
         if !names.insert(column.name.clone()) {
-            return Err(Error::new(
-                format!("two columns are called `{}`", column.name),
-                format!("{name}:1"),
-                "rename one of them, in the file or with `--map`",
-            ));
+            return Err(Flaw::SameName(column.name).at(format!("{name}:1")));
         }
         columns.push(column);
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Error, Segment};
+use super::{Error, Flaw, Segment, SidecarFlaw};
 
 /// Which side of the gear the torque is measured on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -130,17 +130,17 @@ pub struct Carried {
 
 impl Carried {
     /// Returns what is wrong with it, if anything is.
-    fn mistake(&self) -> Option<String> {
+    fn mistake(&self) -> Option<SidecarFlaw> {
         let times = [self.taken_s[0], self.taken_s[1], self.left_s[0], self.left_s[1]];
         let rows: Vec<f64> = self.contents_kg.iter().map(|[time, _]| *time).collect();
         let numbers = self.contents_kg.iter().flatten().chain(&self.com_m).chain(&times);
         if !numbers.chain([&self.mass_kg]).all(|value| value.is_finite()) {
-            return Some("`carried` holds something that is not a number".into());
+            return Some(SidecarFlaw::CarriedNumbers);
         }
         if !times.is_sorted() || !rows.is_sorted() {
-            return Some(format!("the times of `carried` ({}) go back", self.object));
+            return Some(SidecarFlaw::CarriedTimes(self.object.clone()));
         }
-        (self.mass_kg < 0.0).then(|| format!("`carried.mass_kg` is {}", self.mass_kg))
+        (self.mass_kg < 0.0).then_some(SidecarFlaw::CarriedMass(self.mass_kg))
     }
 }
 
@@ -227,15 +227,9 @@ impl Sidecar {
     /// An [`Error`] for text that is not JSON, a value of the wrong type, a gain or noise that is
     /// negative or not finite.
     pub fn read(name: &str, text: &str) -> Result<Self, Error> {
-        let wrong = |what: String| {
-            Error::new(
-                what,
-                name,
-                "every key may be left out; see docs/gap-arm.md, section Recordings for their form",
-            )
-        };
+        let wrong = |flaw: SidecarFlaw| Flaw::Sidecar(flaw).at(name);
         let raw: Raw = serde_json::from_str(text)
-            .map_err(|error| wrong(format!("not a recording's sidecar: {error}")))?;
+            .map_err(|error| wrong(SidecarFlaw::NoSidecar(error.to_string())))?;
         let levels = [
             ("noise.q_rad", &raw.noise.q_rad),
             ("noise.dq_rad_s", &raw.noise.dq_rad_s),
@@ -247,7 +241,7 @@ impl Sidecar {
         for (key, level) in levels {
             let values = level.as_ref().map_or(&[][..], PerChannel::values);
             if let Some(value) = values.iter().find(|value| !value.is_finite() || **value < 0.0) {
-                return Err(wrong(format!("`{key}` is {value}; it must not be negative")));
+                return Err(wrong(SidecarFlaw::Negative(key, *value)));
             }
         }
         if let Some(controller) = &raw.controller {
@@ -258,17 +252,15 @@ impl Sidecar {
             ];
             for (key, values) in gains {
                 if let Some(value) = values.iter().find(|v| !v.is_finite() || **v < 0.0) {
-                    return Err(wrong(format!(
-                        "`controller.{key}` holds {value}; it must not be negative"
-                    )));
+                    return Err(wrong(SidecarFlaw::NegativeGain(key, *value)));
                 }
             }
             if controller.kp_nm_per_rad.len() != controller.kd_nm_s_per_rad.len() {
-                return Err(wrong("`controller` has unequal numbers of kp and kd".into()));
+                return Err(wrong(SidecarFlaw::UnequalGains));
             }
             if !(controller.rate_hz.is_finite() && controller.rate_hz > 0.0) {
-                let rate = controller.rate_hz;
-                return Err(wrong(format!("`controller.rate_hz` is {rate}; it must be above 0")));
+                let (key, rate) = ("controller.rate_hz", controller.rate_hz);
+                return Err(wrong(SidecarFlaw::NotPositive(key, rate)));
             }
         }
         let held = raw
@@ -277,7 +269,7 @@ impl Sidecar {
             .flat_map(|held| [("held.mass_kg", held.mass_kg), ("held.squeeze_n", held.squeeze_n)]);
         for (key, value) in held {
             if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
-                return Err(wrong(format!("`{key}` is {value}; it must be above 0")));
+                return Err(wrong(SidecarFlaw::NotPositive(key, value)));
             }
         }
         if let Some(mistake) = raw.carried.iter().find_map(Carried::mistake) {
@@ -286,7 +278,7 @@ impl Sidecar {
         if let Some(g) = raw.gravity_m_s2
             && !g.is_finite()
         {
-            return Err(wrong("`gravity_m_s2` is not a number".into()));
+            return Err(wrong(SidecarFlaw::Gravity));
         }
         let segments = raw
             .segments

@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::units::{Dimension, Unit};
 
 use super::sheet::each_row;
-use super::{BadCell, Column, Error, FINEST, LATEST, Map, Recording, Sidecar};
+use super::{BadCell, Column, Error, FINEST, Flaw, LATEST, Map, Recording, Sidecar, wording};
 use crate::plain::shortened;
 
 /// Fewest rows that say anything about change over time.
@@ -33,18 +33,11 @@ pub(super) fn read(
     let runs = runs(&time.values);
     let n = runs.len();
     if n > MOST_RUNS {
-        return Err(Error::new(
-            format!(
-                "its clock starts again {} times, and at most {MOST_RUNS} runs are read",
-                n - 1
-            ),
-            format!("{name}, column `t`"),
-            "is `t` the time? give the runs in several files",
-        ));
+        return Err(Flaw::TooManyRuns(n - 1, MOST_RUNS).at(format!("{name}, column `t`")));
     }
     let mut recordings = Vec::with_capacity(n);
     for (i, rows) in runs.into_iter().enumerate() {
-        let name = if n == 1 { name.to_owned() } else { format!("{name}, run {} of {n}", i + 1) };
+        let name = if n == 1 { name.to_owned() } else { wording::run_of(name, i + 1, n) };
         let (time, lines) = (&time.values[rows.clone()], &lines[rows.clone()]);
         let cut = if n == 1 {
             std::mem::take(&mut columns)
@@ -55,16 +48,14 @@ pub(super) fn read(
     }
     let mut notes = Vec::new();
     if is_poses {
-        notes.push(format!("{name}: there is no time `t`; each row is taken for a pose at rest"));
+        notes.push(wording::rows_are_poses(name));
     } else if time.unit.is_none() {
-        notes.push(format!("{name}: `t` has no unit; seconds are assumed"));
+        notes.push(wording::seconds_assumed(name));
     }
     if n > 1 {
         let rows = || recordings.iter().map(Recording::n_rows);
         let (least, most) = (rows().min().unwrap_or(0), rows().max().unwrap_or(0));
-        notes.push(format!(
-            "{name}: its clock starts again, so it is read as {n} recordings of {least} to {most} rows"
-        ));
+        notes.push(wording::several_runs(name, n, least, most));
     }
     recordings[0].notes.splice(0..0, notes);
     Ok(recordings)
@@ -129,21 +120,14 @@ fn part(column: &Column, rows: Range<usize>, lines: &[usize]) -> Column {
 /// Refuses a clock that shows what no clock shows.
 fn check_time(name: &str, time: &Column, lines: &[usize]) -> Result<(), Error> {
     if let Some(bad) = time.bad.first() {
-        return Err(Error::new(
-            format!("`{}` is not a time", bad.text),
-            format!("{name}:{}, column `t`", bad.line),
-            "every row needs a finite time",
-        ));
+        let flaw = Flaw::NotATime(bad.text.clone());
+        return Err(flaw.at(format!("{name}:{}, column `t`", bad.line)));
     }
     match time.values.iter().position(|t| t.abs() > LATEST) {
-        Some(row) => Err(Error::new(
-            format!(
-                "{:e} s is no time that a clock shows; at most {LATEST:e} s are read",
-                time.values[row]
-            ),
-            format!("{name}:{}, column `t`", lines[row]),
-            "leave the row out, or say in the header what unit `t` is in: `t[ms]`, `t[us]`",
-        )),
+        Some(row) => {
+            let flaw = Flaw::NoClockShows(time.values[row], LATEST);
+            Err(flaw.at(format!("{name}:{}, column `t`", lines[row])))
+        }
         None => Ok(()),
     }
 }
@@ -157,33 +141,20 @@ fn one(
     sidecar: &Sidecar,
 ) -> Result<Recording, Error> {
     if time.len() < LEAST_ROWS {
-        let rows = match time.len() {
-            0 => "there are no rows".to_owned(),
-            1 => "there is one row".to_owned(),
-            n => format!("there are {n} rows"),
-        };
-        return Err(Error::new(
-            format!("{rows}; nothing can be said from fewer than {LEAST_ROWS}"),
-            name,
-            "record for longer: a gap needs motion to show",
-        ));
+        return Err(Flaw::TooFewRows { n: time.len(), least: LEAST_ROWS }.at(name));
     }
     let mut notes = Vec::new();
     let keep = increasing(name, time, &columns, lines)?;
     let dropped = keep.iter().filter(|keep| !**keep).count();
     if dropped > 0 {
-        notes.push(format!("{name}: {dropped} rows repeat the one before them and are left out"));
+        notes.push(wording::rows_repeat(name, dropped));
     }
     let kept = |values: &[f64]| -> Vec<f64> {
         values.iter().zip(&keep).filter(|(_, keep)| **keep).map(|(value, _)| *value).collect()
     };
     let time = kept(time);
     if time.len() < LEAST_ROWS {
-        return Err(Error::new(
-            format!("only {} rows differ", time.len()),
-            name,
-            "record while the machine moves",
-        ));
+        return Err(Flaw::TooFewDiffer(time.len()).at(name));
     }
     let columns = columns.into_iter().map(|c| Column { values: kept(&c.values), ..c }).collect();
     told(Recording { name: name.into(), time, columns, sidecar: sidecar.clone(), notes })
@@ -223,21 +194,14 @@ fn runs(time: &[f64]) -> Vec<Range<usize>> {
 /// Finds the time among the columns.
 fn time_column(name: &str, columns: &[Column]) -> Result<usize, Error> {
     let Some(clock) = columns.iter().position(|column| column.name == "t") else {
-        let first = columns.first().map_or("", |column| column.name.as_str());
-        return Err(Error::new(
-            "there is no time column `t[s]`",
-            format!("{name}:1"),
-            format!("if time is another column, say so: `--map '{first}=t[s]'`"),
-        ));
+        let first = columns.first().map(|column| column.name.clone());
+        return Err(Flaw::NoClock(first.unwrap_or_default()).at(format!("{name}:1")));
     };
     if let Some(unit) = columns[clock].unit
         && unit.dimension != Dimension::TIME
     {
-        return Err(Error::new(
-            format!("`t` is in {}, which is not a time", unit.dimension.si()),
-            format!("{name}:1, column `t`"),
-            "write `t[s]` or `t[ms]`",
-        ));
+        let flaw = Flaw::ClockUnit { is: unit.dimension };
+        return Err(flaw.at(format!("{name}:1, column `t`")));
     }
     Ok(clock)
 }
@@ -257,18 +221,10 @@ fn increasing(
         let same = |column: &Column| column.values[i].to_bits() == column.values[i - 1].to_bits();
         let place = format!("{name}:{}, column `t`", lines[i]);
         if time[i] < time[i - 1] {
-            return Err(Error::new(
-                format!("time goes back from {} s to {} s", time[i - 1], time[i]),
-                place,
-                "sort the rows by time; a clock that starts again for another run goes back to where it began",
-            ));
+            return Err(Flaw::GoesBack(time[i - 1], time[i]).at(place));
         }
         if !columns.iter().all(same) {
-            return Err(Error::new(
-                format!("two different rows are of the same time, {} s", time[i]),
-                place,
-                "give each row its own time; is the time rounded too coarsely?",
-            ));
+            return Err(Flaw::SameTime(time[i]).at(place));
         }
         keep[i] = false;
     }
@@ -281,35 +237,20 @@ fn told(mut recording: Recording) -> Result<Recording, Error> {
         let Some(expected) = meaning(&column.name) else { continue };
         match column.unit {
             Some(Unit { dimension, .. }) if dimension != expected => {
-                return Err(Error::new(
-                    format!(
-                        "column `{}` is in {}, but it must be {}",
-                        column.name,
-                        dimension.si(),
-                        expected.words()
-                    ),
-                    format!("{}:1, column `{}`", recording.name, column.name),
-                    format!(
-                        "write `{}[{}]`, or correct it with `--map`",
-                        column.name,
-                        expected.si()
-                    ),
-                ));
+                let name = column.name.clone();
+                let flaw = Flaw::ColumnUnit { name, is: dimension, expected };
+                return Err(flaw.at(format!("{}:1, column `{}`", recording.name, column.name)));
             }
             _ => {}
         }
     }
     let step = recording.step();
     if step < FINEST {
-        return Err(Error::new(
-            format!("its rows are {step:e} s apart, which no clock tells"),
-            format!("{}, column `t`", recording.name),
-            "say in the header what unit `t` is in: `t[ms]`, `t[s]`",
-        ));
+        return Err(Flaw::TooFine(step).at(format!("{}, column `t`", recording.name)));
     }
     let gaps = recording.time.windows(2).filter(|pair| pair[1] - pair[0] > 5.0 * step).count();
     if gaps > 0 {
-        let note = format!("{}: time jumps in {gaps} places", recording.name);
+        let note = wording::time_jumps(&recording.name, gaps);
         recording.notes.push(note);
     }
     Ok(recording)

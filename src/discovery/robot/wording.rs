@@ -25,6 +25,14 @@ pub(super) const POSES_ARE_NOISE_NOW: &str = "once the geometry is identified, m
 pub(super) const MORE_POSES: &str =
     "these poses do not tell them apart: add poses in which the joints stand otherwise";
 
+/// Mass and moment of a load on the last body.
+pub(super) const OF_LOAD: [&str; 4] = [
+    "the mass of the load",
+    "the moment of the load along x",
+    "the moment of the load along y",
+    "the moment of the load along z",
+];
+
 /// Writes a part of 1 in percent.
 fn percent(part: f64) -> String {
     significant(100.0 * part, 2)

@@ -23,6 +23,7 @@ mod rounds;
 mod screen;
 mod search;
 mod steady;
+mod wording;
 
 use nalgebra::DMatrix;
 

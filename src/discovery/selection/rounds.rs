@@ -7,6 +7,7 @@ use super::linear::Linear;
 use super::refit::same_terms;
 use super::search::{Grown, is_sensible, left_out, pays, sensible, sensible_at, weighed};
 use super::steady::{least_steady, steadied};
+use super::wording::{RUNS_AWAY, WRITING_OUT};
 use super::{Gap, Hypothesis, Options, Outcome, refit};
 
 /// Times the gap is written out; what was found rarely changes after the second.
@@ -44,22 +45,21 @@ pub fn search_linear<G: Gap>(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Outcome<G::Term>, String> {
-    let runs_away = "the model runs away on the data; check its parameters and units";
-    let nothing = refit(gap, Vec::new(), Vec::new(), Vec::new()).ok_or(runs_away)?;
+    let nothing = refit(gap, Vec::new(), Vec::new(), Vec::new()).ok_or(RUNS_AWAY)?;
     let options = &Options { shortlist: options.shortlist.max(SHORTLIST), ..*options };
     let mut best = about;
     let (mut round, mut unsteady) = (0, 0);
     // What made no sense once it was fitted as it is: it would be found again, and stand behind all that is said of the others.
     let mut refused: Vec<G::Term> = Vec::new();
     loop {
-        progress("writing the gap out", round as f64 / ROUNDS as f64);
+        progress(WRITING_OUT, round as f64 / ROUNDS as f64);
         let wanted = |term: &G::Term| !refused.contains(term);
-        let linear = Linear::about(gap, &best, &wanted).ok_or(runs_away)?;
+        let linear = Linear::about(gap, &best, &wanted).ok_or(RUNS_AWAY)?;
         let grown = if round == 0 {
-            begun(&linear, &best, options, progress).ok_or(runs_away)?
+            begun(&linear, &best, options, progress).ok_or(RUNS_AWAY)?
         } else {
             let Hypothesis { terms, parameters, surcharges, gains, .. } = best.clone();
-            let here = refit(&linear, terms, parameters, surcharges).ok_or(runs_away)?;
+            let here = refit(&linear, terms, parameters, surcharges).ok_or(RUNS_AWAY)?;
             let mut grown = Grown::from(&linear, Hypothesis { gains, ..here });
             grown.grow(&linear, options, &|_| false, progress);
             grown
@@ -75,7 +75,7 @@ pub fn search_linear<G: Gap>(
             surcharges.resize(terms.len(), 0.0);
             gains.resize(terms.len(), 0.0);
         }
-        let fitted = refit(gap, terms, parameters, surcharges).ok_or(runs_away)?;
+        let fitted = refit(gap, terms, parameters, surcharges).ok_or(RUNS_AWAY)?;
         let settled = same_terms(&fitted.terms, &best.terms);
         let fitted = Hypothesis { gains, ..fitted };
         // What stood for something that is left out by now may make no sense once it is fitted as it is; what makes none

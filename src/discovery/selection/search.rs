@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::refit::{near_parameters, refit_some, same_terms};
 use super::screen::Local;
 use super::steady::{judge_all, least_steady, steadied};
-use super::{Candidate, Gap, Hypothesis, Options, Outcome, Rival, Set, Slot, refit};
+use super::{Candidate, Gap, Hypothesis, Options, Outcome, Rival, Set, Slot, refit, wording};
 
 /// Searches for the effects that are missing.
 ///
@@ -20,8 +20,7 @@ pub fn search<G: Gap>(
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Outcome<G::Term>, String> {
     let start: Vec<f64> = gap.nuisance().iter().map(|(_, value)| *value).collect();
-    let nothing = refit(gap, Vec::new(), start, Vec::new())
-        .ok_or("the model without effects runs away on the data; check its parameters and units")?;
+    let nothing = refit(gap, Vec::new(), start, Vec::new()).ok_or(wording::BARE_RUNS_AWAY)?;
     let mut grown = Grown::from(gap, nothing.clone());
     grown.grow(gap, options, &|_| false, progress);
     let mut others = grown.best.terms.iter().filter(|term| gap.is_broad(term));
@@ -80,12 +79,12 @@ impl<T: Clone + PartialEq + Send + Sync> Grown<T> {
         let all_related =
             best.terms.iter().all(|a| best.terms.iter().all(|b| a == b || gap.related(a, b)));
         if !all_related {
-            progress("trying to exchange and to leave out, all of them", 0.9);
+            progress(wording::EXCHANGING_ALL, 0.9);
             best = exchanged(gap, best, options, &mut rivals, None, unnamed);
             best = pruned(gap, best, options, None);
         }
         best = sensible(gap, best).0;
-        progress("comparing rivals", 0.95);
+        progress(wording::COMPARING, 0.95);
         let without: Vec<Hypothesis<T>> = (0..best.terms.len())
             .map(|at| left_out(gap, &best, at).unwrap_or_else(|| nothing.clone()))
             .collect();
@@ -112,7 +111,7 @@ impl<T: Clone + PartialEq + Send + Sync> Grown<T> {
             }
             let best = &self.best;
             let done = best.terms.len() as f64 / (options.most as f64 + 1.0);
-            progress("looking for what explains the gap", done);
+            progress(wording::LOOKING, done);
             let mut fitted = extended(gap, best, options, self.unnamed, None);
             fitted.retain(|h| h.terms.last().is_none_or(|term| !barred(term)));
             let worth = |h: &&Hypothesis<T>| {
@@ -136,7 +135,7 @@ impl<T: Clone + PartialEq + Send + Sync> Grown<T> {
             ));
             self.best = chosen;
             if self.best.terms.len() > 1 {
-                progress("trying to exchange and to leave out", done + 0.1);
+                progress(wording::EXCHANGING, done + 0.1);
                 let before = self.best.terms.clone();
                 let new = before[before.len() - 1].clone();
                 let best = self.best.clone();

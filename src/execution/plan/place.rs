@@ -45,11 +45,7 @@ const FAR_ABOVE: f64 = 3.0;
 /// How far the point between the fingers stays above the rim of a vessel that it lowers something into, m: half of a
 /// jaw is 11 mm high (`gen3_2f85.urdf`), and as much for an arm that is a centimetre low.
 const HAND: f64 = 0.02;
-/// Where places are looked for, in x and y of the world, m: from, and how many steps of [`GRID`]. Chosen for a table
-/// whose far corner is at (0.825, 0.4) m; [`COMFORTABLE`] and the table itself leave out what is no place.
-const FROM: (f64, f64) = (0.25, -0.40);
-const PLACES: (i32, i32) = (24, 33);
-/// How far apart the places are, m. Chosen: a free place is missed by at most 18 mm (half of the diagonal). With half
+/// How far apart the places are that are looked at around the base, m. Chosen: a free place is missed by at most 18 mm (half of the diagonal). With half
 /// of it four times as many are looked at, with twice as much gaps that are 35 mm wider than needed are missed.
 const GRID: f64 = 0.025;
 /// How far from the base a level grasp low over the table is comfortable for the arm, m: at 0.5 m a level hand is out
@@ -245,10 +241,11 @@ impl Planner {
         let hand = self.state.world_from_tool.origin();
         let base = scene.world_from_base.origin();
         let mut places = Vec::new();
-        for ix in 0..PLACES.0 {
-            for iy in 0..PLACES.1 {
-                let (x, y) = (FROM.0 + GRID * f64::from(ix), FROM.1 + GRID * f64::from(iy));
-                let reach = (x - base.x).hypot(y - base.y);
+        let most = (COMFORTABLE.end / GRID).ceil() as i32;
+        for ix in -most..=most {
+            for iy in -most..=most {
+                let (dx, dy) = (GRID * f64::from(ix), GRID * f64::from(iy));
+                let (x, y, reach) = (base.x + dx, base.y + dy, dx.hypot(dy));
                 if !COMFORTABLE.contains(&reach) || !scene.table.holds(x, y, radius + FROM_EDGE) {
                     continue;
                 }

@@ -6,6 +6,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::chain::Body;
+use super::super::wording;
 use super::body::{NUMBERS, nearest};
 
 /// How often sensors are weighed anew by what is left of them.
@@ -252,13 +253,8 @@ pub(super) const OF_JOINT: [(&str, &str); 4] = [
     ("rotor's inertia", "kg*m^2"),
 ];
 
-/// Mass and moment of a load on the last body.
-pub(super) const LOAD: [(&str, &str); 4] = [
-    ("the mass of the load", "kg"),
-    ("the moment of the load along x", "kg*m"),
-    ("the moment of the load along y", "kg*m"),
-    ("the moment of the load along z", "kg*m"),
-];
+/// Units of the mass and the moment of a load on the last body, as [`wording::OF_LOAD`] calls them.
+pub(super) const LOAD: [&str; 4] = ["kg", "kg*m", "kg*m", "kg*m"];
 
 impl Parts {
     pub(super) fn of(n: usize) -> Self {
@@ -292,8 +288,8 @@ impl Parts {
     /// Returns what a number of a joint or of the load is, with its unit.
     pub(super) fn name(&self, at: usize) -> (String, &'static str) {
         if self.load.contains(&at) {
-            let (name, unit) = LOAD[at - self.load.start];
-            return (name.into(), unit);
+            let at = at - self.load.start;
+            return (wording::OF_LOAD[at].into(), LOAD[at]);
         }
         let at = at - self.joints.start;
         let (name, unit) = OF_JOINT[at % OF_JOINT.len()];

@@ -15,7 +15,7 @@ use crate::discovery::finding::{Channel, Told};
 use crate::discovery::recording::Error;
 use crate::discovery::resample;
 use crate::discovery::selection::{Candidate, Gap, Hypothesis, Set, Slot};
-use crate::discovery::worded::Worded;
+use crate::discovery::wording::Worded;
 use crate::language::ast::EffectItem;
 
 /// The noise of what was read.

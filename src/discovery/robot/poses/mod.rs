@@ -27,7 +27,7 @@ use crate::discovery::Investigation;
 use crate::discovery::finding::Verdict;
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Gap as _, Options, Outcome, Set, sum_of_squares};
-use crate::discovery::worded::{self, Worded as _};
+use crate::discovery::wording::{Worded as _, answer};
 use crate::language::ast::EffectItem;
 use crate::motion::Robot;
 use data::{Pose, poses};
@@ -96,7 +96,7 @@ pub(in super::super) fn investigate(
     }
     progress(wording::WRITING, 0.98);
     let traces = gap.traces(&filed, &outcome.best, &place);
-    let mut finding = worded::answer(&gap, &outcome, &options, notes);
+    let mut finding = answer(&gap, &outcome, &options, notes);
     if !identified.is_empty() {
         let none = selection::refit(&filed, Vec::new(), Vec::new(), Vec::new());
         let places = none.map_or(Vec::new(), |none| filed.places(&none));

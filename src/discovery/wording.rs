@@ -1,4 +1,5 @@
-//! The outcome of a search → a finding, for the small models: pours, and things held in the hand.
+//! The outcome of a search → a finding, for the small models: pours, and things held in the hand; and what is refused of
+//! any recording.
 //!
 //! What is the model's own business is asked of it through [`Worded`]; what a verdict needs, how rivals are told
 //! and how large an effect would have been seen is the same for all.
@@ -8,8 +9,25 @@ use super::finding::{
     Visible, Worth, above_noise,
 };
 use super::model_file;
+use super::recording::{Error, Recording};
 use super::resample;
 use super::selection::{self, Hypothesis, Options, Outcome, Set, Slot, sum_of_squares};
+use crate::world::Scene;
+
+/// Nothing was given to be looked at.
+pub(super) fn no_recording() -> Error {
+    Error::new("there is no recording", "command line", "name at least one CSV file")
+}
+
+/// A thing that the scene does not have.
+pub(super) fn no_such(name: &str, recording: &Recording, scene: &Scene) -> Error {
+    let known: Vec<&str> = scene.objects.iter().map(|object| object.name.as_str()).collect();
+    Error::new(
+        format!("`{name}` is not in the scene `{}`", scene.name),
+        &recording.name,
+        format!("it has {}", known.join(", ")),
+    )
+}
 
 /// A gap whose effects have names, places and equations.
 pub(super) trait Worded: selection::Gap {
