@@ -5,7 +5,6 @@ cd "$(dirname "$0")/.."
 step() { printf '\n== %s\n' "$1"; shift; "$@"; }
 step "format" cargo fmt --check
 step "lints" cargo clippy --locked --all-targets -- -D warnings
-step "without features" cargo check --locked --no-default-features --lib --bins
 step "docs" env RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps
 step "tests" cargo test --locked
 for example in examples/*.rs; do

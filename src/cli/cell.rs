@@ -13,9 +13,9 @@ use crate::workcell::{Options, Stdlib, WorkCell};
 use super::arm::{self, ArmAt};
 use super::clock::clock;
 use super::inputs::read;
-use super::shared::{CellArgs, Shared};
 #[cfg(feature = "kortex")]
 use super::kortex;
+use super::shared::{CellArgs, Shared};
 use super::{bridge, consent, endpoint, learn};
 
 /// Returns which regressions are in force when these are left out.
@@ -56,6 +56,7 @@ pub(super) fn stdlib(cli: &Shared) -> Result<Stdlib, Failure> {
 pub(super) fn options(cli: &Shared, script: Option<Source>) -> Result<Options, Failure> {
     let robot = match arm::at(&cli.cell.robot)? {
         // Who connects is nobody's business who reads a run folder.
+        #[cfg(feature = "kortex")]
         ArmAt::Kortex(target) => target.to_string(),
         ArmAt::Bridge(target) => target.to_string(),
         ArmAt::Inside => cli.cell.robot.clone(),

@@ -23,9 +23,9 @@ use crate::workcell::{Error, Stdlib, WorkCell, archive, check, library};
 use super::arm::{self, ArmAt};
 use super::cell::{options, stdlib};
 use super::exit::Exit;
-use super::shared::Shared;
 #[cfg(feature = "kortex")]
 use super::kortex;
+use super::shared::Shared;
 use super::{bridge, endpoint};
 
 /// How long an arm may take to answer.
@@ -39,6 +39,7 @@ enum State {
     /// In order.
     Well,
     /// Works, and a person should know.
+    #[cfg_attr(not(feature = "kortex"), expect(dead_code, reason = "only a Gen3 is found so"))]
     Mind,
     /// Not asked for.
     None,
@@ -187,10 +188,14 @@ fn folder(root: &Path) -> Finding {
     }
 }
 
+#[cfg_attr(
+    not(feature = "kortex"),
+    expect(unused_variables, reason = "a Gen3 asks for a password")
+)]
 fn arm(cli: &Shared, style: Style) -> Result<Finding, Failure> {
     match arm::at(&cli.cell.robot)? {
         #[cfg(feature = "kortex")]
-        ArmAt::Kortex(target) => gen3(&target, cli, style),
+        ArmAt::Kortex(target) => gen3(&target, &cli.cell.robot, style),
         ArmAt::Bridge(target) => behind(&target, cli),
         ArmAt::Inside => {
             let says = match cli.cell.robot.as_str() {
@@ -204,8 +209,8 @@ fn arm(cli: &Shared, style: Style) -> Result<Finding, Failure> {
 
 /// Asks a Gen3 how it is; nothing moves.
 #[cfg(feature = "kortex")]
-fn gen3(target: &kortex::Target, cli: &Shared, style: Style) -> Result<Finding, Failure> {
-    let (place, open) = kortex::desk(&cli.cell.robot, style)?;
+fn gen3(target: &kortex::Target, robot: &str, style: Style) -> Result<Finding, Failure> {
+    let (place, open) = kortex::desk(robot, style)?;
     let status = Desk::open(&open.0, open.1, &open.2, PATIENCE).and_then(|desk| desk.status());
     let status = match status {
         Ok(status) => status,

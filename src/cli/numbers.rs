@@ -18,6 +18,7 @@ pub(super) fn budget(text: &str) -> Result<f64, String> {
 }
 
 /// Reads for how long the beat of a stream is measured, s.
+#[cfg(feature = "kortex")]
 pub(super) fn beat(text: &str) -> Result<f64, String> {
     within(text, 1.0, 600.0, "s")
 }

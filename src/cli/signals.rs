@@ -70,6 +70,7 @@ pub(super) fn is_interrupted() -> bool {
 }
 
 /// Forgets that somebody asked: what was asked to stop has stopped.
+#[cfg(feature = "kortex")]
 pub(super) fn forget() {
     PRESSES.store(0, Ordering::SeqCst);
 }

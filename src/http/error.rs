@@ -64,6 +64,7 @@ pub enum Broken {
 pub struct NoAddress(pub String);
 
 /// Why a request is not answered.
+#[cfg(feature = "server")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub(super) enum Refusal {
     #[error("only GET, HEAD and POST are answered")]
@@ -85,6 +86,7 @@ pub(super) enum Refusal {
     Failed,
 }
 
+#[cfg(feature = "server")]
 impl Refusal {
     /// Returns the status that says so.
     pub(super) fn status(self) -> u16 {

@@ -3,11 +3,11 @@
 use std::fmt::Write;
 
 use serde_json::Value;
-use trueup::cli::answer::align::{IntrinsicsAnswer, MapAnswer, OffsetAnswer};
 use trueup::alignment::files::{Error, read_map_pairs, read_offset_pairs, read_views};
 use trueup::alignment::image_map::{self, fit_map};
 use trueup::alignment::intrinsics::{self, calibrate};
 use trueup::alignment::offset::{self, fit_offset};
+use trueup::cli::answer::align::{IntrinsicsAnswer, MapAnswer, OffsetAnswer};
 
 const PAIRS: &str = "u_x[px],u_y[px],v_x[px],v_y[px]
 10,20,11,19

@@ -6,6 +6,7 @@ use crate::discovery::held::Held;
 use crate::discovery::model_file::ModelFile;
 use crate::discovery::pour::Pour;
 use crate::discovery::recording::{Map, Recording};
+#[cfg(feature = "bags")]
 use crate::files;
 use crate::language::Source;
 use crate::motion::Robot;
@@ -213,12 +214,7 @@ fn bag_at(
 }
 
 #[cfg(not(feature = "bags"))]
-fn bag_at(
-    _: &Path,
-    name: &str,
-    _: Option<(&str, &str)>,
-    _: &Map,
-) -> Result<Recording, Failure> {
+fn bag_at(_: &Path, name: &str, _: Option<(&str, &str)>, _: &Map) -> Result<Recording, Failure> {
     Err(Failure::input("gap::recording", "this build does not read ROS 2 bags")
         .at(name)
         .help("build it with `--features bags`, or convert the bag to CSV"))
