@@ -31,25 +31,20 @@ pub(super) fn answer(
         (Vec::new(), Vec::new())
     };
     if !blind.is_empty() {
-        notes.push(format!("these pictures cannot show {} of any size", blind.join(", ")));
+        notes.push(wording::cannot_show(&blind));
     }
     let (mut effects, added) = effects(gap, outcome, options);
     let ambiguous = effects.iter().any(|effect| effect.indistinguishable);
     let (verdict, reason) = verdict(&effects, ambiguous, left);
     if left > SIGNIFICANT && !effects.is_empty() {
-        notes.push(format!(
-            "what is left is still above noise ({left:.0} standard deviations of its sum of squares)"
-        ));
+        notes.push(wording::still_above(left));
     }
     let places = places(gap);
     if verdict == Verdict::Unknown && effects.is_empty() {
-        let why = "no formula predicts points it was not fitted to";
-        effects.push(Effect::unknown("camera".into(), why));
+        effects.push(Effect::unknown("camera".into(), wording::NO_FORMULA));
     }
-    let next_experiment = ambiguous.then(|| NextExperiment {
-        why: format!("{} explain these points equally well", doubted(&effects)),
-        commands: None,
-    });
+    let next_experiment = ambiguous
+        .then(|| NextExperiment { why: wording::equally_well(&doubted(&effects)), commands: None });
     Finding {
         identified: Vec::new(),
         verdict,
@@ -189,14 +184,11 @@ fn alternatives(
             continue;
         }
         let why_not = if rival.behind < options.tie {
-            "explains the points as well; these pictures do not tell the two apart".to_owned()
+            wording::AS_WELL.to_owned()
         } else if law.contains(chosen) && rival.hypothesis.parameters.len() > 1 {
-            "explains no more with more numbers: the simpler is named".to_owned()
+            wording::NO_MORE.to_owned()
         } else {
-            format!(
-                "fits worse: sum of squares larger by {:.0} on the points fitted and held out",
-                rival.behind
-            )
+            wording::fits_worse(rival.behind)
         };
         found.push(Alternative {
             name: law.name().into(),
@@ -213,9 +205,7 @@ fn alternatives(
             name: "camera_shift".into(),
             at: "camera".into(),
             delta_bic: 0.0,
-            why_not: "a camera moved the opposite way, in all its numbers at once, would show the same: only \
-                      points that do not lie on the table tell which of the two moved"
-                .into(),
+            why_not: wording::MOVED_OPPOSITE.into(),
         });
     }
     found
@@ -224,36 +214,19 @@ fn alternatives(
 fn verdict(effects: &[Effect], ambiguous: bool, left: f64) -> (Verdict, String) {
     if effects.is_empty() {
         return if left < SIGNIFICANT {
-            let reason = "measured minus model is noise, and no effect explains any of it on points it was not \
-                          fitted to";
-            (Verdict::NothingMissing, reason.into())
+            (Verdict::NothingMissing, wording::ALL_NOISE.into())
         } else {
-            let reason = format!(
-                "the gap is {left:.0} standard deviations above noise, but no effect and no formula predicts points \
-                 it was not fitted to"
-            );
-            (Verdict::Unknown, reason)
+            (Verdict::Unknown, wording::nothing_predicts(left))
         };
     }
     if ambiguous {
-        let reason = "several effects explain the points equally well; these pictures do not tell them apart";
-        return (Verdict::Ambiguous, reason.into());
+        return (Verdict::Ambiguous, wording::SEVERAL_AS_WELL.into());
     }
     if effects.iter().all(|effect| effect.name == "unknown") {
-        let reason =
-            "no named effect explains the gap; the formula predicts points it was not fitted to";
-        return (Verdict::Unknown, reason.into());
+        return (Verdict::Unknown, wording::FORMULA_ONLY.into());
     }
     match effects {
-        [one] => {
-            let reason =
-                format!("{} at {} explains the gap, also on points held out", one.name, one.at);
-            (Verdict::Named, reason)
-        }
-        more => {
-            let reason =
-                format!("{} effects together explain the gap, also on points held out", more.len());
-            (Verdict::Several, reason)
-        }
+        [one] => (Verdict::Named, wording::explains(&one.name, &one.at)),
+        more => (Verdict::Several, wording::explain_together(more.len())),
     }
 }

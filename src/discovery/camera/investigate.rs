@@ -5,16 +5,14 @@ use super::bent::Bent;
 use super::data::Data;
 use super::explain::CameraGap;
 use super::layout::{LEAST, LEAST_IN_VIEW, laid_out};
-use super::pictures;
 use super::points::Points;
-use super::robust;
 use super::term::Law;
+use super::{error, pictures, robust, wording};
 use crate::discovery::finding::{SIGNIFICANT, above_noise};
 use crate::discovery::recording::Error;
 use crate::discovery::selection::{self, Gap as _, Hypothesis, Outcome, Set};
 use crate::discovery::{Investigation, Options, Trace, by_channel};
 use crate::language::ast::EffectItem;
-use crate::units::significant;
 use crate::world::Camera;
 
 /// So many laws come in forms with more and fewer numbers that more of them must be fitted than of an arm.
@@ -36,17 +34,15 @@ pub fn investigate(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Investigation, Error> {
-    progress("laying out the points", 0.0);
+    progress(wording::LAYING_OUT, 0.0);
     let mut notes: Vec<String> = files.iter().flat_map(|file| file.notes.clone()).collect();
     let known = known_laws(known, &mut notes)?;
     let mut data = laid_out(files, nominal, options.holdout, &mut notes)?;
-    progress("telling noise from wrong matches", 0.05);
+    progress(wording::TELLING_NOISE, 0.05);
     clean(&mut data, (&known.0, &known.1), files, &mut notes)?;
     let mut gap = CameraGap { data, known };
     let place = files[0].name.clone();
-    let runs_away = |what: String| {
-        Error::new(what, place.clone(), "are the units and the camera's numbers right?")
-    };
+    let runs_away = |what: String| error::runs_away(what, &place);
     let search = selection::Options { shortlist: SHORTLIST, ..options.search };
     let mut outcome = selection::search(&gap, &search, progress).map_err(runs_away)?;
     if outcome.best.terms.is_empty()
@@ -59,10 +55,7 @@ pub fn investigate(
         }
         gap.data.set_aside(LEAST_IN_VIEW);
         outcome = selection::search(&gap, &search, progress).map_err(runs_away)?;
-        notes.push(
-            "the points to fit show nothing beyond noise, those held out do: their roles were exchanged"
-                .into(),
-        );
+        notes.push(wording::ROLES_EXCHANGED.into());
     }
     progress("writing the answer", 0.98);
     let traces = traces(&gap, &outcome.best, files);
@@ -85,19 +78,14 @@ fn known_laws(
     let mut laws = (Vec::new(), Vec::new());
     for effect in known {
         let here = format!("effect {}({})", effect.name.text, effect.at.text);
-        let read = super::known::known(effect).map_err(|what| {
-            Error::new(
-                what,
-                here.clone(),
-                "see the vocabulary of effects for names, places and parameters",
-            )
-        })?;
+        let read =
+            super::known::known(effect).map_err(|what| error::not_an_effect(what, here.clone()))?;
         match read {
             Some((law, values)) => {
                 laws.0.push(law);
                 laws.1.extend(values);
             }
-            None => notes.push(format!("{here} is not of the camera and is left aside")),
+            None => notes.push(wording::not_of_camera(&here)),
         }
     }
     Ok(laws)
@@ -111,27 +99,13 @@ fn clean(
     notes: &mut Vec<String>,
 ) -> Result<(), Error> {
     let name = &files[0].name;
-    let told = robust::tell(data, known).map_err(|error| {
-        Error::new(
-            format!("the points cannot be fitted by any camera: {error}"),
-            name,
-            "are the units and the camera's numbers right?",
-        )
-    })?;
+    let told = robust::tell(data, known).map_err(|why| error::not_fitted(&why, name))?;
     let given = files.iter().find_map(|file| file.known.noise_px);
     data.sigma_given = given.is_some();
-    data.sigma = given.or(told.sigma).ok_or_else(|| {
-        Error::new(
-            format!("{} points are too few to tell how noisy they are", data.sights.len()),
-            name,
-            "say it in the JSON file beside the points, {\"noise\": {\"px\": 0.3}}, or give more points",
-        )
-    })?;
+    data.sigma =
+        given.or(told.sigma).ok_or_else(|| error::noise_unknown(data.sights.len(), name))?;
     if given.is_none() {
-        notes.push(format!(
-            "noise estimated from the points: {} px per coordinate",
-            significant(data.sigma, 3)
-        ));
+        notes.push(wording::noise_estimated(data.sigma));
     }
     if !told.wrong.is_empty() {
         let lines: Vec<String> = told
@@ -143,13 +117,7 @@ fn clean(
                 format!("{}:{}", files[sight.file].name, sight.line)
             })
             .collect();
-        let more = if told.wrong.len() > lines.len() { ", …" } else { "" };
-        notes.push(format!(
-            "{} of {} points are left out as wrong matches: {}{more}",
-            told.wrong.len(),
-            data.sights.len(),
-            lines.join(", ")
-        ));
+        notes.push(wording::left_out(told.wrong.len(), data.sights.len(), &lines));
     }
     if !data.posed {
         let groups: Vec<usize> = Set::ALL
@@ -163,11 +131,7 @@ fn clean(
         }
     }
     if data.count(Set::Train) < LEAST || data.count(Set::Heldout) < 2 {
-        return Err(Error::new(
-            "too few points are left to fit and to judge",
-            name,
-            "give more points or more views, or hold out another part with `--holdout`",
-        ));
+        return Err(error::too_few_left(name));
     }
     Ok(())
 }
@@ -187,28 +151,12 @@ fn settled(
     let Some(rival) = rival else { return (String::new(), None) };
     let pair = [Some(&outcome.best.terms[rival.instead_of]), rival.hypothesis.terms.last()];
     if pair.into_iter().flatten().any(timed) {
-        let words = "film points that move fast and both ways across the whole picture, and the same points at rest";
-        return (words.into(), None);
+        return (wording::FILM.into(), None);
     }
     match pictures::settle(gap, [&outcome.best, &rival.hypothesis]) {
-        Some(found) => {
-            let words = format!(
-                "a flat target held {} comes first; on the poses proposed they differ by {} standard deviations",
-                found.words,
-                significant(found.separation, 2)
-            );
-            (words, Some(found.csv))
-        }
-        None if gap.data.posed => (
-            "no picture of points whose place is known tells them apart: measure one of the two by other means".into(),
-            None,
-        ),
-        None => (
-            "take pictures in which the target is tilted by 30 degrees and more about both axes, near and far, out to \
-             the corners"
-                .into(),
-            None,
-        ),
+        Some(found) => (wording::flat_target(&found.words, found.separation), Some(found.csv)),
+        None if gap.data.posed => (wording::BY_OTHER_MEANS.into(), None),
+        None => (wording::TILTED.into(), None),
     }
 }
 

@@ -45,11 +45,7 @@ pub fn known(effect: &EffectItem) -> Result<Option<(Law, Vec<f64>)>, String> {
         let quantity = given.value.quantity;
         let expected = Unit::parse(unit).map_or(quantity.dimension, |unit| unit.dimension);
         if quantity.dimension != expected {
-            return Err(format!(
-                "`{name}` of `{here}` is {}, but it must be {}",
-                quantity.dimension.words(),
-                expected.words()
-            ));
+            return Err(super::error::parameter_unit(name, &here, quantity.dimension, expected));
         }
         values.push(quantity.value);
     }

@@ -7,6 +7,7 @@ use nalgebra::{Isometry3, Vector3};
 use super::data::{Data, Sight, Track, View};
 use super::lens::Lens;
 use super::points::Points;
+use super::{error, wording};
 use crate::alignment::camera_fit::{Refine, Sighting, refine_camera};
 use crate::discovery::recording::Error;
 use crate::discovery::robot::spline::Spline;
@@ -49,24 +50,14 @@ pub(super) fn laid_out(
     notes: &mut Vec<String>,
 ) -> Result<Data, Error> {
     let Some(first) = files.first() else {
-        return Err(Error::new(
-            "there are no points",
-            "command line",
-            "name at least one CSV file",
-        ));
+        return Err(error::no_points());
     };
     let from_file = files.iter().find_map(|file| file.known.lens);
-    let lens = from_file.or(nominal.map(|camera| Lens::from(camera.intrinsics))).ok_or_else(|| {
-        Error::new(
-            "nothing says what the camera is",
-            &first.name,
-            "put it beside the points as a JSON file of the same name, {\"camera\": {\"fx_px\": .., \"fy_px\": .., \
-             \"cx_px\": .., \"cy_px\": ..}}, or name a model whose scene has a camera with `--model`",
-        )
-    })?;
+    let lens = from_file
+        .or(nominal.map(|camera| Lens::from(camera.intrinsics)))
+        .ok_or_else(|| error::no_camera(&first.name))?;
     if from_file.is_some() && nominal.is_some() {
-        notes
-            .push("the camera is that of the file beside the points, not that of the scene".into());
+        notes.push(wording::CAMERA_OF_FILE.into());
     }
     // A camera of the scene has a pose; one of a file has it only if the file says so.
     let shared = files.iter().find_map(|file| file.known.world_from_camera).or_else(|| {
@@ -74,11 +65,7 @@ pub(super) fn laid_out(
     });
     let posed = files.iter().all(|file| file.poses.is_some() || shared.is_some());
     if !posed && files.iter().any(|file| file.poses.is_some()) {
-        return Err(Error::new(
-            "some files have extrinsics and some have none",
-            &first.name,
-            "give every file its `.extrinsics.json`, or one `world_from_camera` for all",
-        ));
+        return Err(error::some_posed(&first.name));
     }
     let mut data = Data {
         lens,
@@ -101,11 +88,7 @@ pub(super) fn laid_out(
         add(&mut data, at, file, shared, &held, notes)?;
     }
     if data.sights.len() < LEAST {
-        return Err(Error::new(
-            format!("{} points are too few to tell anything from", data.sights.len()),
-            &first.name,
-            format!("give at least {LEAST}, spread over the picture"),
-        ));
+        return Err(error::too_few(data.sights.len(), LEAST, &first.name));
     }
     if posed {
         let up = |view: &View| view.camera_from_world.rotation * Vector3::z();
@@ -116,11 +99,7 @@ pub(super) fn laid_out(
         data.vertical = one.then(|| data.views.first().map(up)).flatten();
     } else {
         guess_poses(&mut data, files)?;
-        notes.push(
-            "where the camera stood is not known: every picture's pose is fitted, and only what no pose explains is \
-             a gap"
-                .into(),
-        );
+        notes.push(wording::POSES_FITTED.into());
     }
     data.extent = extent(&data, files)?;
     data.set_aside(LEAST_IN_VIEW);
@@ -194,11 +173,7 @@ fn tracks(file: &Points, notes: &mut Vec<String>) -> Result<Vec<(Vec<usize>, Tra
         }
         let longest = named.values().map(Vec::len).max().unwrap_or(0);
         if named.values().any(|rows| rows.len() != longest) {
-            notes.push(format!(
-                "{}: not every time has as many points as the others, so their motion is not known and delays are not \
-                 looked for; name them in a column `point`",
-                file.name
-            ));
+            notes.push(wording::motion_unknown(&file.name));
             return Ok(Vec::new());
         }
     }
@@ -207,11 +182,8 @@ fn tracks(file: &Points, notes: &mut Vec<String>) -> Result<Vec<(Vec<usize>, Tra
         rows.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
         let t: Vec<f64> = rows.iter().map(|row| times[*row]).collect();
         if let Some(k) = (1..t.len()).find(|k| t[*k] <= t[k - 1]) {
-            return Err(Error::new(
-                format!("point `{name}` is at two places at {} s", t[k]),
-                format!("{}:{}", file.name, file.rows[rows[k]].line),
-                "give each point its own name in the column `point`",
-            ));
+            let line = file.rows[rows[k]].line;
+            return Err(error::two_places(&name, t[k], &file.name, line));
         }
         let axis = |axis: usize| -> Vec<f64> {
             rows.iter().map(|row| file.rows[*row].point[axis]).collect()
@@ -241,21 +213,11 @@ fn guess_poses(data: &mut Data, files: &[Points]) -> Result<(), Error> {
                 sigma: 1.0,
             })
             .collect();
-        let unknown = |what: String| {
-            Error::new(
-                what,
-                &place,
-                "give the camera's pose of every view in `.extrinsics.json`, or take flat targets (z = 0) with at \
-                 least four points each",
-            )
-        };
         let counts = [Set::Train, Set::Heldout]
             .map(|set| sights.iter().filter(|sight| sight.set == set).count());
         if counts.iter().any(|count| (1..LEAST_IN_VIEW).contains(count)) {
-            return Err(unknown(format!(
-                "the pose of a picture cannot be fitted to {} points",
-                counts.iter().filter(|count| **count > 0).min().copied().unwrap_or(0)
-            )));
+            let least = counts.iter().filter(|count| **count > 0).min().copied().unwrap_or(0);
+            return Err(error::pose_needs_more(least, &place));
         }
         let centre = sights.iter().map(|s| s.point).sum::<Vector3<f64>>() / sights.len() as f64;
         let spread = sights.iter().map(|s| (s.point - centre).norm()).fold(1e-3, f64::max);
@@ -266,7 +228,7 @@ fn guess_poses(data: &mut Data, files: &[Points]) -> Result<(), Error> {
             intrinsics: data.lens.intrinsics(),
         };
         let fit = refine_camera(&guess, &sighted, &Refine::pose_only())
-            .map_err(|error| unknown(format!("the picture's pose is not found: {error}")))?;
+            .map_err(|why| error::pose_not_found(&why, &place))?;
         data.views[at].camera_from_world = *fit.camera.world_from_camera.inverse().isometry();
     }
     Ok(())
@@ -278,11 +240,7 @@ fn extent(data: &Data, files: &[Points]) -> Result<f64, Error> {
     for sight in &data.sights {
         let c = data.views[sight.view].camera_from_world.transform_point(&sight.point.into());
         if c.z <= 1e-6 {
-            return Err(Error::new(
-                "the point lies behind the camera",
-                format!("{}:{}", files[sight.file].name, sight.line),
-                "is `world_from_camera` the right way round? the camera looks along its z, x is right, y is down",
-            ));
+            return Err(error::behind(&files[sight.file].name, sight.line));
         }
         most = most.max((c.x / c.z).abs()).max((c.y / c.z).abs());
     }

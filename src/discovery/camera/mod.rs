@@ -24,6 +24,7 @@ pub mod points;
 mod power;
 pub mod robust;
 pub mod term;
+mod error;
 pub mod wording;
 
 pub use investigate::investigate;

@@ -13,6 +13,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::explain::CameraGap;
 use super::term::Law;
+use super::wording;
 use crate::discovery::selection::{Gap as _, Hypothesis, Set, left_after};
 
 /// How many poses are proposed.
@@ -175,22 +176,9 @@ fn tried(gap: &CameraGap) -> Vec<Held> {
     let depth = depths.iter().sum::<f64>() / depths.len().max(1) as f64;
     let on_table = data.sights.iter().any(super::data::Sight::on_table);
     let mut all = Vec::new();
-    for (part, far) in [
-        (0.5, "at half the distance"),
-        (0.75, "nearer"),
-        (1.0, "as far away"),
-        (1.5, "farther away"),
-    ] {
-        for (x, y, side) in [
-            (0.0, 0.0, "in the middle"),
-            (-1.0, -1.0, "at the upper left"),
-            (1.0, -1.0, "at the upper right"),
-            (-1.0, 1.0, "at the lower left"),
-            (1.0, 1.0, "at the lower right"),
-        ] {
-            for (tilt_x, tilt_y, how) in
-                [(0.0, 0.0, "square to the camera"), (0.6, 0.0, "tilted"), (0.0, 0.6, "tilted")]
-            {
+    for (part, far) in wording::FAR {
+        for (x, y, side) in wording::SIDES {
+            for (tilt_x, tilt_y, how) in wording::HELD {
                 let z = part * depth;
                 let reach = 0.8 * data.extent * z;
                 let at = Translation3::new(x * reach, y * reach, z);

@@ -5,6 +5,7 @@ use nalgebra::Vector2;
 use super::data::{Data, Sight};
 use super::explain::CameraGap;
 use super::term::Channel;
+use super::wording::FOLLOWS;
 use crate::discovery::finding;
 use crate::discovery::selection::{Set, sum_of_squares};
 
@@ -14,20 +15,6 @@ struct Left {
     view: usize,
     features: Vec<f64>,
 }
-
-/// What a residual might follow, in the words of the table.
-const FOLLOWS: [&str; 10] = [
-    "a constant",
-    "x, the distance from the middle column",
-    "y, the distance from the middle row",
-    "the radius: r^3",
-    "x^2",
-    "x*y",
-    "y^2",
-    "depth: 1/Z",
-    "the speed of the point in the picture",
-    "the row times the speed in the picture",
-];
 
 /// Says how much of the gap each channel carries and what its residual follows.
 pub(super) fn places(gap: &CameraGap) -> Vec<finding::Channel> {

@@ -11,6 +11,7 @@ use nalgebra::{Isometry3, Vector2, Vector3};
 use serde::Deserialize;
 
 use super::lens::Lens;
+use super::{error, wording};
 use crate::alignment::files::{Extrinsics, read_extrinsics};
 use crate::discovery::recording::{Error, Map, Sheet};
 use crate::units::{self, Dimension};
@@ -109,26 +110,12 @@ fn places(
         let wanted = expected != Dimension::NONE;
         let factor = match column.unit {
             Some(unit) if wanted && unit.dimension != expected => {
-                return Err(Error::new(
-                    format!(
-                        "column `{}` is in {}, but it must be {}",
-                        column.name,
-                        unit.dimension.si(),
-                        expected.words()
-                    ),
-                    format!("{name}:1, column `{}`", column.name),
-                    format!(
-                        "write `{}[{}]`, or correct it with `--map`",
-                        column.name,
-                        expected.si()
-                    ),
-                ));
+                return Err(error::column_unit(&column.name, unit.dimension, expected, name));
             }
             Some(unit) => unit.factor,
             None => {
                 if wanted {
-                    let si = expected.si();
-                    notes.push(format!("{name}: `{}` has no unit; {si} is assumed", column.name));
+                    notes.push(wording::no_unit(name, &column.name, expected));
                 }
                 1.0
             }
@@ -137,11 +124,7 @@ fn places(
     }
     for needed in NEEDED {
         if !places.contains_key(needed) {
-            return Err(Error::new(
-                format!("there is no column `{needed}`"),
-                format!("{name}:1"),
-                "points are a table `x[m],y[m],z[m],u[px],v[px],view`, and `t[s]` where they move",
-            ));
+            return Err(error::no_column(needed, name));
         }
     }
     Ok(places)
@@ -167,9 +150,7 @@ impl Points {
             points.known = known(place, text)?;
         }
         if let Some((place, text)) = extrinsics {
-            let poses = read_extrinsics(text).map_err(|error| {
-                Error::new(error.to_string(), place, "leave the file out where no pose is known")
-            })?;
+            let poses = read_extrinsics(text).map_err(|why| error::extrinsics(&why, place))?;
             points.poses = Some(points.view_poses(place, &poses)?);
         }
         Ok(points)
@@ -179,11 +160,7 @@ impl Points {
         let pose = |view: &String| {
             poses.get(view).map(|pose| *pose.isometry()).ok_or_else(|| {
                 let found: Vec<&str> = poses.keys().map(String::as_str).collect();
-                Error::new(
-                    format!("view `{view}` has no pose"),
-                    place,
-                    format!("the file has {}; give every view one", found.join(", ")),
-                )
+                error::view_without_pose(view, &found, place)
             })
         };
         self.views.iter().map(pose).collect()
@@ -206,7 +183,7 @@ fn table(name: &str, text: &str, map: &Map) -> Result<Points, Error> {
     let rows = sheet.rows.len();
     let every = rows.div_ceil(MOST_ROWS).max(1);
     if every > 1 {
-        points.notes.push(format!("{name}: of {rows} rows every {every}th is judged"));
+        points.notes.push(wording::thinned(name, rows, every));
     }
     let mut views: BTreeMap<String, usize> = BTreeMap::new();
     for (line, record) in sheet.rows.into_iter().step_by(every) {
@@ -217,13 +194,7 @@ fn table(name: &str, text: &str, map: &Map) -> Result<Points, Error> {
                 .ok()
                 .filter(|value| value.is_finite())
                 .map(|v| v * place.factor)
-                .ok_or_else(|| {
-                    Error::new(
-                        format!("`{cell}` is not a finite number"),
-                        format!("{name}:{line}, column `{column}`"),
-                        "leave out rows whose point was not seen",
-                    )
-                })
+                .ok_or_else(|| error::not_finite(cell, column, name, line))
         };
         let word = |column: &str| {
             places.get(column).map(|place| record.get(place.at).unwrap_or_default().to_owned())
@@ -234,11 +205,7 @@ fn table(name: &str, text: &str, map: &Map) -> Result<Points, Error> {
             points.views.len() - 1
         });
         if points.views.len() > MOST_VIEWS {
-            return Err(Error::new(
-                format!("it has more than {MOST_VIEWS} views, each with a pose of its own"),
-                format!("{name}:{line}, column `view`"),
-                "is `view` the picture, and not the point? give fewer pictures",
-            ));
+            return Err(error::too_many_views(MOST_VIEWS, name, line));
         }
         points.rows.push(Row {
             line,
@@ -250,11 +217,7 @@ fn table(name: &str, text: &str, map: &Map) -> Result<Points, Error> {
         });
     }
     if points.rows.is_empty() {
-        return Err(Error::new(
-            "there are no rows",
-            name,
-            "give a row per point and picture: `x[m],y[m],z[m],u[px],v[px],view`",
-        ));
+        return Err(error::no_rows(name));
     }
     Ok(points)
 }
@@ -295,11 +258,7 @@ struct Raw {
 /// Reads `POINTS.json`. The answer of `trueup align intrinsics --json`, whose numbers stand at the top, serves as
 /// well.
 fn known(place: &str, text: &str) -> Result<Known, Error> {
-    let help = "write {\"camera\": {\"fx_px\": .., \"fy_px\": .., \"cx_px\": .., \"cy_px\": .., \"k1\": ..}, \
-                \"world_from_camera\": {\"xyz_m\": [..], \"quat_wxyz\": [..]}, \"noise\": {\"px\": ..}}; every \
-                key may be left out";
-    let wrong = |what: String| Error::new(what, place, help);
-    let no_sidecar = |error: serde_json::Error| wrong(format!("not a camera's file: {error}"));
+    let no_sidecar = |why: serde_json::Error| error::no_sidecar(&why, place);
     let value: serde_json::Value = serde_json::from_str(text).map_err(no_sidecar)?;
     let at_top = value.get("fx_px").is_some();
     let mut raw: Raw = serde_json::from_value(value.clone()).map_err(no_sidecar)?;
@@ -318,12 +277,12 @@ fn known(place: &str, text: &str) -> Result<Known, Error> {
     if let Some(lens) = &lens
         && !(lens.fx > 0.0 && lens.fy > 0.0)
     {
-        return Err(wrong(format!("a focal length of {} px by {} px is none", lens.fx, lens.fy)));
+        return Err(error::no_focal(lens.fx, lens.fy, place));
     }
     if let Some(noise) = raw.noise.px
         && !(noise > 0.0 && noise.is_finite())
     {
-        return Err(wrong(format!("`noise.px` is {noise}; it must be above 0")));
+        return Err(error::no_noise(noise, place));
     }
     let world_from_camera = raw.world_from_camera.map(|pose| *pose.isometry());
     Ok(Known { lens, world_from_camera, noise_px: raw.noise.px })

@@ -6,7 +6,7 @@ use super::lens::Lens;
 use super::term::{Feature, Law, SHIFT};
 use crate::discovery::finding::Told;
 use crate::discovery::model_file;
-use crate::units::significant;
+use crate::units::{Dimension, significant};
 
 /// A number of an effect as it is told.
 #[derive(Debug, Clone, PartialEq)]
@@ -124,4 +124,133 @@ pub fn line(law: Law, told: &[Number]) -> String {
         .map(|n| (n.name.to_owned(), n.value, n.std, n.unit.to_owned()))
         .collect();
     model_file::line(law.name(), law.seat(), &fitted)
+}
+
+pub(super) const LAYING_OUT: &str = "laying out the points";
+pub(super) const TELLING_NOISE: &str = "telling noise from wrong matches";
+pub(super) const CAMERA_OF_FILE: &str =
+    "the camera is that of the file beside the points, not that of the scene";
+pub(super) const POSES_FITTED: &str = "where the camera stood is not known: every picture's pose is fitted, and only \
+                                       what no pose explains is a gap";
+pub(super) const ROLES_EXCHANGED: &str =
+    "the points to fit show nothing beyond noise, those held out do: their roles were exchanged";
+pub(super) const NO_FORMULA: &str = "no formula predicts points it was not fitted to";
+pub(super) const AS_WELL: &str =
+    "explains the points as well; these pictures do not tell the two apart";
+pub(super) const NO_MORE: &str = "explains no more with more numbers: the simpler is named";
+pub(super) const MOVED_OPPOSITE: &str = "a camera moved the opposite way, in all its numbers at once, would show the \
+                                         same: only points that do not lie on the table tell which of the two moved";
+pub(super) const ALL_NOISE: &str = "measured minus model is noise, and no effect explains any of it on points it was \
+                                    not fitted to";
+pub(super) const SEVERAL_AS_WELL: &str =
+    "several effects explain the points equally well; these pictures do not tell them apart";
+pub(super) const FORMULA_ONLY: &str =
+    "no named effect explains the gap; the formula predicts points it was not fitted to";
+pub(super) const FILM: &str = "film points that move fast and both ways across the whole picture, and the same points at rest";
+pub(super) const BY_OTHER_MEANS: &str = "no picture of points whose place is known tells them apart: measure one of the two by other means";
+pub(super) const TILTED: &str = "take pictures in which the target is tilted by 30 degrees and more about both axes, \
+                                 near and far, out to the corners";
+
+/// What a residual might follow, in the words of the table.
+pub(super) const FOLLOWS: [&str; 10] = [
+    "a constant",
+    "x, the distance from the middle column",
+    "y, the distance from the middle row",
+    "the radius: r^3",
+    "x^2",
+    "x*y",
+    "y^2",
+    "depth: 1/Z",
+    "the speed of the point in the picture",
+    "the row times the speed in the picture",
+];
+
+/// How far away a target is held, as a part of the distance of the points, in words.
+pub(super) const FAR: [(f64, &str); 4] =
+    [(0.5, "at half the distance"), (0.75, "nearer"), (1.0, "as far away"), (1.5, "farther away")];
+
+/// Where in the picture it is held, from -1 to 1 along x and y, in words.
+pub(super) const SIDES: [(f64, f64, &str); 5] = [
+    (0.0, 0.0, "in the middle"),
+    (-1.0, -1.0, "at the upper left"),
+    (1.0, -1.0, "at the upper right"),
+    (-1.0, 1.0, "at the lower left"),
+    (1.0, 1.0, "at the lower right"),
+];
+
+/// How it is turned about x and y, rad, in words.
+pub(super) const HELD: [(f64, f64, &str); 3] =
+    [(0.0, 0.0, "square to the camera"), (0.6, 0.0, "tilted"), (0.0, 0.6, "tilted")];
+
+pub(super) fn motion_unknown(file: &str) -> String {
+    format!(
+        "{file}: not every time has as many points as the others, so their motion is not known and delays are not \
+         looked for; name them in a column `point`"
+    )
+}
+
+pub(super) fn not_of_camera(effect: &str) -> String {
+    format!("{effect} is not of the camera and is left aside")
+}
+
+/// The noise, px.
+pub(super) fn noise_estimated(sigma: f64) -> String {
+    format!("noise estimated from the points: {} px per coordinate", significant(sigma, 3))
+}
+
+/// Of `all` points `wrong` are left out, the first of them at `lines`.
+pub(super) fn left_out(wrong: usize, all: usize, lines: &[String]) -> String {
+    let more = if wrong > lines.len() { ", …" } else { "" };
+    format!("{wrong} of {all} points are left out as wrong matches: {}{more}", lines.join(", "))
+}
+
+/// Poses of a flat target, and by how many standard deviations two effects differ on them.
+pub(super) fn flat_target(held: &str, separation: f64) -> String {
+    format!(
+        "a flat target held {held} comes first; on the poses proposed they differ by {} standard deviations",
+        significant(separation, 2)
+    )
+}
+
+pub(super) fn no_unit(file: &str, column: &str, expected: Dimension) -> String {
+    format!("{file}: `{column}` has no unit; {} is assumed", expected.si())
+}
+
+pub(super) fn thinned(file: &str, rows: usize, every: usize) -> String {
+    format!("{file}: of {rows} rows every {every}th is judged")
+}
+
+pub(super) fn cannot_show(blind: &[String]) -> String {
+    format!("these pictures cannot show {} of any size", blind.join(", "))
+}
+
+pub(super) fn still_above(left: f64) -> String {
+    format!(
+        "what is left is still above noise ({left:.0} standard deviations of its sum of squares)"
+    )
+}
+
+pub(super) fn equally_well(doubted: &str) -> String {
+    format!("{doubted} explain these points equally well")
+}
+
+/// The sum of squares is larger by this.
+pub(super) fn fits_worse(behind: f64) -> String {
+    format!("fits worse: sum of squares larger by {behind:.0} on the points fitted and held out")
+}
+
+/// The gap, in standard deviations above noise.
+pub(super) fn nothing_predicts(left: f64) -> String {
+    format!(
+        "the gap is {left:.0} standard deviations above noise, but no effect and no formula predicts points it was \
+         not fitted to"
+    )
+}
+
+pub(super) fn explains(name: &str, at: &str) -> String {
+    format!("{name} at {at} explains the gap, also on points held out")
+}
+
+pub(super) fn explain_together(n: usize) -> String {
+    format!("{n} effects together explain the gap, also on points held out")
 }

@@ -1,0 +1,183 @@
+//! What can be wrong with points and with the files beside them, and what would help.
+
+use crate::discovery::recording::Error;
+use crate::units::Dimension;
+
+pub(super) fn no_points() -> Error {
+    Error::new("there are no points", "command line", "name at least one CSV file")
+}
+
+pub(super) fn no_camera(file: &str) -> Error {
+    Error::new(
+        "nothing says what the camera is",
+        file,
+        "put it beside the points as a JSON file of the same name, {\"camera\": {\"fx_px\": .., \"fy_px\": .., \
+         \"cx_px\": .., \"cy_px\": ..}}, or name a model whose scene has a camera with `--model`",
+    )
+}
+
+pub(super) fn some_posed(file: &str) -> Error {
+    Error::new(
+        "some files have extrinsics and some have none",
+        file,
+        "give every file its `.extrinsics.json`, or one `world_from_camera` for all",
+    )
+}
+
+/// There are `n` points, and `least` are needed.
+pub(super) fn too_few(n: usize, least: usize, file: &str) -> Error {
+    Error::new(
+        format!("{n} points are too few to tell anything from"),
+        file,
+        format!("give at least {least}, spread over the picture"),
+    )
+}
+
+pub(super) fn two_places(point: &str, time: f64, file: &str, line: usize) -> Error {
+    Error::new(
+        format!("point `{point}` is at two places at {time} s"),
+        format!("{file}:{line}"),
+        "give each point its own name in the column `point`",
+    )
+}
+
+/// The pose of a view is not known and cannot be fitted.
+fn no_pose(what: String, place: &str) -> Error {
+    Error::new(
+        what,
+        place,
+        "give the camera's pose of every view in `.extrinsics.json`, or take flat targets (z = 0) with at \
+         least four points each",
+    )
+}
+
+pub(super) fn pose_needs_more(n: usize, place: &str) -> Error {
+    no_pose(format!("the pose of a picture cannot be fitted to {n} points"), place)
+}
+
+pub(super) fn pose_not_found(why: &impl ToString, place: &str) -> Error {
+    no_pose(format!("the picture's pose is not found: {}", why.to_string()), place)
+}
+
+pub(super) fn behind(file: &str, line: usize) -> Error {
+    Error::new(
+        "the point lies behind the camera",
+        format!("{file}:{line}"),
+        "is `world_from_camera` the right way round? the camera looks along its z, x is right, y is down",
+    )
+}
+
+/// The search ran away.
+pub(super) fn runs_away(what: String, file: &str) -> Error {
+    Error::new(what, file, "are the units and the camera's numbers right?")
+}
+
+pub(super) fn not_fitted(why: &impl ToString, file: &str) -> Error {
+    runs_away(format!("the points cannot be fitted by any camera: {}", why.to_string()), file)
+}
+
+/// An effect that the model has already is not read.
+pub(super) fn not_an_effect(what: String, effect: String) -> Error {
+    Error::new(what, effect, "see the vocabulary of effects for names, places and parameters")
+}
+
+pub(super) fn noise_unknown(n: usize, file: &str) -> Error {
+    Error::new(
+        format!("{n} points are too few to tell how noisy they are"),
+        file,
+        "say it in the JSON file beside the points, {\"noise\": {\"px\": 0.3}}, or give more points",
+    )
+}
+
+pub(super) fn too_few_left(file: &str) -> Error {
+    Error::new(
+        "too few points are left to fit and to judge",
+        file,
+        "give more points or more views, or hold out another part with `--holdout`",
+    )
+}
+
+pub(super) fn column_unit(column: &str, is: Dimension, expected: Dimension, file: &str) -> Error {
+    Error::new(
+        format!("column `{column}` is in {}, but it must be {}", is.si(), expected.words()),
+        format!("{file}:1, column `{column}`"),
+        format!("write `{column}[{}]`, or correct it with `--map`", expected.si()),
+    )
+}
+
+pub(super) fn no_column(column: &str, file: &str) -> Error {
+    Error::new(
+        format!("there is no column `{column}`"),
+        format!("{file}:1"),
+        "points are a table `x[m],y[m],z[m],u[px],v[px],view`, and `t[s]` where they move",
+    )
+}
+
+pub(super) fn extrinsics(why: &impl ToString, place: &str) -> Error {
+    Error::new(why.to_string(), place, "leave the file out where no pose is known")
+}
+
+pub(super) fn view_without_pose(view: &str, known: &[&str], place: &str) -> Error {
+    Error::new(
+        format!("view `{view}` has no pose"),
+        place,
+        format!("the file has {}; give every view one", known.join(", ")),
+    )
+}
+
+pub(super) fn not_finite(cell: &str, column: &str, file: &str, line: usize) -> Error {
+    Error::new(
+        format!("`{cell}` is not a finite number"),
+        format!("{file}:{line}, column `{column}`"),
+        "leave out rows whose point was not seen",
+    )
+}
+
+pub(super) fn too_many_views(most: usize, file: &str, line: usize) -> Error {
+    Error::new(
+        format!("it has more than {most} views, each with a pose of its own"),
+        format!("{file}:{line}, column `view`"),
+        "is `view` the picture, and not the point? give fewer pictures",
+    )
+}
+
+pub(super) fn no_rows(file: &str) -> Error {
+    Error::new(
+        "there are no rows",
+        file,
+        "give a row per point and picture: `x[m],y[m],z[m],u[px],v[px],view`",
+    )
+}
+
+/// The file of the camera is not one.
+fn sidecar(what: String, place: &str) -> Error {
+    Error::new(
+        what,
+        place,
+        "write {\"camera\": {\"fx_px\": .., \"fy_px\": .., \"cx_px\": .., \"cy_px\": .., \"k1\": ..}, \
+         \"world_from_camera\": {\"xyz_m\": [..], \"quat_wxyz\": [..]}, \"noise\": {\"px\": ..}}; every \
+         key may be left out",
+    )
+}
+
+pub(super) fn no_sidecar(why: &impl ToString, place: &str) -> Error {
+    sidecar(format!("not a camera's file: {}", why.to_string()), place)
+}
+
+pub(super) fn no_focal(fx: f64, fy: f64, place: &str) -> Error {
+    sidecar(format!("a focal length of {fx} px by {fy} px is none"), place)
+}
+
+pub(super) fn no_noise(px: f64, place: &str) -> Error {
+    sidecar(format!("`noise.px` is {px}; it must be above 0"), place)
+}
+
+/// A parameter of an effect measures something else.
+pub(super) fn parameter_unit(
+    parameter: &str,
+    effect: &str,
+    is: Dimension,
+    expected: Dimension,
+) -> String {
+    format!("`{parameter}` of `{effect}` is {}, but it must be {}", is.words(), expected.words())
+}
