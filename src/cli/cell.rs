@@ -80,6 +80,7 @@ pub(super) fn options(cli: &Shared, script: Option<Source>) -> Result<Options, F
         stdlib: stdlib(cli)?,
         seed: cli.common.seed,
         switches,
+        candidates: cli.cell.candidates,
         clock,
     })
 }

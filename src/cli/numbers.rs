@@ -23,6 +23,12 @@ pub(super) fn beat(text: &str) -> Result<f64, String> {
     within(text, 1.0, 600.0, "s")
 }
 
+/// Reads how many plans are tried.
+pub(super) fn candidates(text: &str) -> Result<usize, String> {
+    let n = text.parse().map_err(|_| "it is not a whole number".to_owned())?;
+    if (1..=64).contains(&n) { Ok(n) } else { Err("it should be from 1 to 64".to_owned()) }
+}
+
 fn within(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "it is not a number".to_owned())?;
     if (least..=most).contains(&value) {

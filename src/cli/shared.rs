@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::http::Address;
+use crate::workcell::CANDIDATES;
 
 use super::numbers;
 
@@ -59,6 +60,9 @@ pub(super) struct CellArgs {
     /// Try branches in proportion to how likely they are the best, instead of the best known.
     #[arg(long, global = true)]
     pub(super) explore: bool,
+    /// How many plans are tried in the twin before the arm moves, from 1 to 64.
+    #[arg(long, global = true, value_name = "N", default_value_t = CANDIDATES, value_parser = numbers::candidates)]
+    pub(super) candidates: usize,
     /// Leave a regression out, to see what it is worth: 1 camera alignment, 2 intrinsics, 3 robot offset.
     #[arg(long, global = true, value_name = "1|2|3", value_delimiter = ',')]
     pub(super) without_regression: Vec<u8>,

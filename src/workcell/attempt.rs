@@ -16,8 +16,6 @@ use super::roles::tell;
 use super::run::UnderWay;
 use super::{Ending, Error, Tried, WorkCell, wording};
 
-/// How many candidates are rehearsed for one attempt.
-pub(super) const CANDIDATES: usize = 4;
 /// How often in one attempt the rest is planned again because the arm found things otherwise than rehearsed.
 const AGAIN: usize = 3;
 
@@ -45,7 +43,7 @@ impl WorkCell {
             if plan_again && again < AGAIN {
                 again += 1;
                 self.audience.note(wording::planning_again());
-                match self.rehearse(of_variants(pg, index), on) {
+                match self.rehearse(self.of_variants(pg, index), on) {
                     Ok(rest) => {
                         best = rest;
                         continue;
@@ -77,7 +75,7 @@ impl WorkCell {
                         None
                     };
                     let (pg, from) = from.unwrap_or_else(|| (pg.clone(), first_of(pg, index)));
-                    best = self.rehearse(of_variants(&pg, from), on)?;
+                    best = self.rehearse(self.of_variants(&pg, from), on)?;
                 }
                 Some(Remedy::Abort(why)) => {
                     on.run.reason = Some(match why {
@@ -101,10 +99,17 @@ impl WorkCell {
         graph: &Graph,
         start: &WorldState,
     ) -> Result<Vec<Candidate>, Error> {
-        let pgs = self.parses(graph, start, CANDIDATES / 2)?;
-        Ok((0..CANDIDATES)
+        let n = self.setup.candidates;
+        let pgs = self.parses(graph, start, n.div_ceil(2))?;
+        Ok((0..n)
             .map(|i| Candidate { pg: pgs[i % pgs.len()].clone(), from: 0, variant: i / pgs.len() })
             .collect())
+    }
+
+    /// The rest of a parse graph from a step on, with every set of choices.
+    pub(super) fn of_variants(&self, pg: &ParseGraph, from: usize) -> Vec<Candidate> {
+        let all = 0..self.setup.candidates;
+        all.map(|variant| Candidate { pg: pg.clone(), from, variant }).collect()
     }
 
     /// Rehearses candidates from the present and returns the best survivor.
@@ -187,11 +192,6 @@ impl WorkCell {
         self.perform(on, &best)?;
         Ok(())
     }
-}
-
-/// The rest of a parse graph from a step on, with every set of choices.
-fn of_variants(pg: &ParseGraph, from: usize) -> Vec<Candidate> {
-    (0..CANDIDATES).map(|variant| Candidate { pg: pg.clone(), from, variant }).collect()
 }
 
 /// Returns the innermost recovery in force for a step that still has tries left.

@@ -11,10 +11,9 @@ use crate::language::ast::Call;
 use crate::language::text;
 use crate::trace::{Outcome, StepFailure, StepRecord};
 
-use super::attempt::CANDIDATES;
 use super::error::WhatIf;
 pub(super) use super::moments::Moments;
-use super::rehearse::{Candidate, Rehearsal, Rehearsals};
+use super::rehearse::{Rehearsal, Rehearsals};
 use super::{Error, Run, WorkCell};
 
 /// One step of a what-if beside the same step of the run.
@@ -109,7 +108,10 @@ impl WorkCell {
         let start = run.start.as_ref().unwrap_or(state);
         let q = if step.planned_q.len() == joints { &step.planned_q } else { &state.q };
         let candidates = match call {
-            None => rest(run, at)?,
+            None => {
+                let (pg, from) = rest(run, at)?;
+                self.of_variants(pg, from)
+            }
             Some(call) => {
                 let graph = self.graph(call)?;
                 self.candidates_from(&graph, state)?
@@ -154,15 +156,14 @@ impl WorkCell {
     }
 }
 
-/// The candidates that are the rest of a run after its step `at`, with the choices it had made.
-fn rest(run: &Run, at: usize) -> Result<Vec<Candidate>, Error> {
+/// The parse graph that a run performed at its step `at`, and the step of it that comes next.
+fn rest(run: &Run, at: usize) -> Result<(&ParseGraph, usize), Error> {
     let none = || Error::from(WhatIf::NothingAfter(run.steps[at].number));
     let (pg, index) = place(&run.parse_graphs, &run.steps[..=at]).ok_or_else(none)?;
     if index + 1 >= pg.steps.len() {
         return Err(none());
     }
-    let candidate = |variant| Candidate { pg: pg.clone(), from: index + 1, variant };
-    Ok((0..CANDIDATES).map(candidate).collect())
+    Ok((pg, index + 1))
 }
 
 /// Returns where the last of these steps is in the parse graphs that were performed, one an attempt.

@@ -71,7 +71,7 @@ use roles::{Audience, Controls, Experience, Model, Setup};
 pub use devices::{Devices, Laboratory, laboratory, robot_of};
 pub use error::{Error, NoRun, WhatIf};
 pub use learning::Learnt;
-pub use options::Options;
+pub use options::{CANDIDATES, Options};
 pub use outcome::{Aims, Ending, Run, State, Timing, Tried, Water};
 pub use stdlib::Stdlib;
 use texts::with_sources;
@@ -134,8 +134,9 @@ impl WorkCell {
                 (Arc::new(own.with_limits(&most.velocity, &most.acceleration)), pace)
             }
         };
-        let Options { robot: robot_name, stdlib, seed, switches, clock, .. } = options;
-        let setup = Setup { library, stdlib, robot_name, seed, switches, clock };
+        let Options { robot: robot_name, stdlib, seed, switches, candidates, clock, .. } = options;
+        let candidates = candidates.max(1);
+        let setup = Setup { library, stdlib, robot_name, seed, switches, candidates, clock };
         let belief = Belief::new(scene.clone());
         let cancel = Cancel::default();
         let parts = Parts { setup, scene, robot, known, pace, belief, cancel };

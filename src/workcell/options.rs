@@ -5,6 +5,10 @@ use crate::execution::calibrate::Switches;
 use crate::lab::LabSettings;
 use crate::language::Source;
 
+/// How many candidates are rehearsed unless somebody says otherwise. Chosen: two cores rehearse four pours in the time
+/// that the arm needs for one; more pay where things stand close together.
+pub const CANDIDATES: usize = 4;
+
 /// How to open a cell.
 #[derive(Debug, Clone)]
 pub struct Options {
@@ -22,6 +26,8 @@ pub struct Options {
     pub seed: u64,
     /// Which regressions are in force.
     pub switches: Switches,
+    /// How many candidates are rehearsed for one attempt, 1 or more; [`CANDIDATES`] unless there is a reason.
+    pub candidates: usize,
     /// Returns seconds since some instant; only differences are used.
     pub clock: fn() -> f64,
 }

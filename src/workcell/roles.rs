@@ -28,6 +28,8 @@ pub(super) struct Setup {
     /// What the twin's chance comes from.
     pub(super) seed: u64,
     pub(super) switches: Switches,
+    /// How many candidates are rehearsed for one attempt.
+    pub(super) candidates: usize,
     /// Seconds since some instant.
     pub(super) clock: fn() -> f64,
 }

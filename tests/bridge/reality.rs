@@ -13,7 +13,7 @@ use trueup::arm::{Camera as _, Scales as _};
 use trueup::execution::calibrate::Switches;
 use trueup::lab::LabSettings;
 use trueup::language::Source;
-use trueup::workcell::{Laboratory, Options, Stdlib, laboratory};
+use trueup::workcell::{CANDIDATES, Laboratory, Options, Stdlib, laboratory};
 
 /// Answers each line of one connection after the other; `None` hangs up.
 pub(super) fn serve(
@@ -64,6 +64,7 @@ impl Reality {
             stdlib: Stdlib::embedded(),
             seed,
             switches: Switches::default(),
+            candidates: CANDIDATES,
             clock: || 0.0,
         };
         Self { laboratory: laboratory(options).unwrap() }

@@ -11,7 +11,7 @@ use trueup::lab::{Lab, LabSettings, Spot};
 use trueup::language::ast::Step;
 use trueup::language::parse_line;
 use trueup::trace::Nobody;
-use trueup::workcell::{Devices, Ending, Options, Run, Stdlib, WorkCell};
+use trueup::workcell::{CANDIDATES, Devices, Ending, Options, Run, Stdlib, WorkCell};
 
 use super::admin;
 
@@ -33,6 +33,7 @@ fn options() -> Options {
         stdlib: Stdlib::embedded(),
         seed: 1,
         switches: Switches { offset: false, ..Switches::default() },
+        candidates: CANDIDATES,
         clock: no_time,
     }
 }

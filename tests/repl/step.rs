@@ -12,7 +12,7 @@ use trueup::language::{Source, text};
 use trueup::repl::{Hands, Leave, run_on};
 use trueup::report::{Failure, Style};
 use trueup::trace::Nobody;
-use trueup::workcell::{Ending, Options, Run, Stdlib, WorkCell};
+use trueup::workcell::{CANDIDATES, Ending, Options, Run, Stdlib, WorkCell};
 
 use crate::program::Desk;
 use crate::workcell::dry;
@@ -35,6 +35,7 @@ pub(super) fn options() -> Options {
         stdlib: Stdlib::embedded(),
         seed: 1,
         switches: Switches { offset: false, ..Switches::default() },
+        candidates: CANDIDATES,
         clock: || 0.0,
     }
 }

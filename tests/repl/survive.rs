@@ -12,7 +12,7 @@ use trueup::language::ast::Step;
 use trueup::language::text;
 use trueup::repl::{Hands, Leave, run_on};
 use trueup::report::{Failure, Style};
-use trueup::workcell::{Options, Run, Stdlib, WorkCell};
+use trueup::workcell::{CANDIDATES, Options, Run, Stdlib, WorkCell};
 
 fn cell() -> WorkCell {
     let options = Options {
@@ -23,6 +23,7 @@ fn cell() -> WorkCell {
         stdlib: Stdlib::embedded(),
         seed: 1,
         switches: Switches::default(),
+        candidates: CANDIDATES,
         clock: || 0.0,
     };
     WorkCell::open(options).unwrap()

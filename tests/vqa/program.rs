@@ -6,7 +6,7 @@ use trueup::language::ast::Step;
 use trueup::language::{Source, parse_line};
 use trueup::trace::Nobody;
 use trueup::vqa::{On, Said};
-use trueup::workcell::{Ending, Error, Options, Stdlib, WorkCell};
+use trueup::workcell::{CANDIDATES, Ending, Error, Options, Stdlib, WorkCell};
 
 use super::server::Server;
 use super::{endpoint, endpoint_at, no_time};
@@ -229,6 +229,7 @@ fn options() -> Options {
         stdlib: Stdlib::embedded(),
         seed: 1,
         switches: Switches { offset: false, ..Switches::default() },
+        candidates: CANDIDATES,
         clock: no_time,
     }
 }

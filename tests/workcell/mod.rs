@@ -23,7 +23,7 @@ use trueup::language::ast::{Call, Step};
 use trueup::language::{Source, parse_line};
 use trueup::trace::{Event, Nobody, Observer, Outcome};
 use trueup::workcell::record::Recorder;
-use trueup::workcell::{Ending, Options, Run, State, Stdlib, WorkCell};
+use trueup::workcell::{CANDIDATES, Ending, Options, Run, State, Stdlib, WorkCell};
 
 use crate::program::Desk;
 
@@ -40,6 +40,7 @@ fn options(lab: LabSettings, seed: u64) -> Options {
         stdlib: Stdlib::embedded(),
         seed,
         switches: Switches::default(),
+        candidates: CANDIDATES,
         clock: no_time,
     }
 }
