@@ -51,7 +51,7 @@ pub(super) fn say(args: &SayArgs, cli: &Shared, style: Style) -> Result<Exit, Fa
     let meaning = match step {
         Some(Step::Act(act)) if wrong.is_empty() => Meaning::Clear(Understood {
             text: language::text::call(&act.call),
-            call: act.call,
+            calls: vec![act.call],
             template: String::new(),
             slots: Vec::new(),
             defaults: Vec::new(),
@@ -61,6 +61,7 @@ pub(super) fn say(args: &SayArgs, cli: &Shared, style: Style) -> Result<Exit, Fa
                 library: &library,
                 things: &things,
                 phrases: &phrases,
+                it: None,
                 // Whether it can be done now is asked before it is done, with the camera's eyes.
                 hindrance: &|_| None,
             };

@@ -166,6 +166,9 @@ impl Session<'_, '_> {
         let library = cell.library().clone();
         let things = library.scene(&cell.scene().name).map(|(scene, _)| scene);
         let things = things.map(sentence::things).unwrap_or_default();
+        // What is held is what "it" is, and is looked at only for a sentence that says so.
+        let says_it = sentence::words(said).split(' ').any(|word| word == "it");
+        let held = if says_it { cell.state().ok().and_then(|state| state.held) } else { None };
         let cell = RefCell::new(cell);
         let meaning = sentence::understand(
             said,
@@ -173,6 +176,7 @@ impl Session<'_, '_> {
                 library: &library,
                 things: &things,
                 phrases: &phrases,
+                it: held.as_deref(),
                 hindrance: &|call| cell.borrow_mut().hindrance(call),
             },
         );

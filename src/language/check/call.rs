@@ -18,6 +18,7 @@ impl Checker<'_> {
     pub(super) fn args(&mut self, call: &Call, slots: &[Slot], names: &Names, does: bool) {
         let mut taken: Vec<bool> = vec![false; slots.len()];
         let mut incomplete = false;
+        let mut things: Vec<(&str, &str)> = Vec::new();
         for arg in &call.args {
             let types: Vec<Ty> = arg.values.iter().map(|value| self.expr(value, names)).collect();
             // An argument that could not be read may have been any of them.
@@ -50,6 +51,7 @@ impl Checker<'_> {
                 self.fits(slots[at].name, &slots[at].ty, given, value);
                 if does {
                     self.amount(&slots[at], value);
+                    self.another(&slots[at], value, &mut things);
                 }
             }
         }
@@ -97,6 +99,30 @@ impl Checker<'_> {
             )
             .help(format!("write {}", signature(&call.name.text, slots))),
         );
+    }
+
+    /// Refuses a thing that is given for two parameters: nothing is poured into itself, or put on itself.
+    fn another<'c>(
+        &mut self,
+        slot: &Slot<'c>,
+        value: &'c Expr,
+        things: &mut Vec<(&'c str, &'c str)>,
+    ) {
+        let (Ty::Object(_) | Ty::Place, ExprKind::Name(name)) = (&slot.ty, &value.kind) else {
+            return;
+        };
+        match things.iter().find(|(_, known)| known == name) {
+            Some((other, _)) if *other != slot.name => self.tell(
+                Diagnostic::error(
+                    "task::argument",
+                    value.span,
+                    format!("`{name}` is given for `{other}` and for `{}`", slot.name),
+                    "the same thing again",
+                )
+                .help("name two different things"),
+            ),
+            _ => things.push((slot.name, name)),
+        }
     }
 
     /// Complains of an amount that nobody can mean, as far as it can be read off the text: less than nothing to

@@ -1,13 +1,15 @@
 //! Sentences → calls: "Pour water from the transparent jar into the blue cup" → `pour(jar, cup)`.
 //!
 //! The shape of a sentence is matched first, by the `say` templates of tasks and by phrases a person has
-//! taught; then each slot is resolved to an object, a face or a quantity. So what is not understood has a
+//! taught; then each slot is resolved to an object, a face or a quantity. A sentence of several wishes, "pick up the
+//! jar, then put it down", is as many calls, one after the other ([`sequence`]). So what is not understood has a
 //! reason: no such sentence, no such object, or two of them. Nothing is guessed, and what comes out has
 //! been parsed and checked like anything typed.
 //!
 //! Source of clear, ambiguous and impossible: Park et al., "CLARA", 2023 (arXiv 2306.10376).
 
 mod resolve;
+mod sequence;
 mod template;
 
 use std::collections::BTreeMap;
@@ -28,6 +30,10 @@ const POLITE: &[&str] = &[
     "kindly",
     "now",
     "then",
+    "first",
+    "next",
+    "finally",
+    "and",
     "robot",
     "hey",
     "ok",
@@ -78,14 +84,14 @@ pub enum Meaning {
     },
 }
 
-/// A call that a sentence means, and why.
+/// What a sentence means, and why: a call, or several that follow each other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Understood {
-    /// The call as typed at the prompt.
+    /// As typed at the prompt: `pick(jar) then place(jar)`.
     pub text: String,
-    /// The call.
-    pub call: Call,
-    /// The template that fits.
+    /// The calls, one at least.
+    pub calls: Vec<Call>,
+    /// The template that fits; of several calls, each one's.
     pub template: String,
     /// What each slot stands for: slot, words, value.
     pub slots: Vec<(String, String, String)>,
@@ -111,6 +117,8 @@ pub struct Knowledge<'a> {
     pub things: &'a [Thing],
     /// What has been taught.
     pub phrases: &'a [Phrase],
+    /// What was handled last, which "it" means.
+    pub it: Option<&'a str>,
     /// Says why a call cannot be done now, if somebody knows: which need fails, and by how much.
     pub hindrance: &'a dyn Fn(&Call) -> Option<String>,
 }
@@ -191,11 +199,19 @@ pub fn phrase(text: &str) -> Result<Phrase, Wrong> {
 /// Reads a sentence.
 pub fn understand(sentence: &str, with: &Knowledge<'_>) -> Meaning {
     let said = words(sentence);
+    match one(&said, with) {
+        whole @ (Meaning::Clear(_) | Meaning::Ambiguous { .. }) => whole,
+        whole => sequence::understand(&said, with).unwrap_or(whole),
+    }
+}
+
+/// Reads a sentence as one wish; `said` as [`words`] makes it.
+fn one(said: &str, with: &Knowledge<'_>) -> Meaning {
     let mut readings: Vec<Understood> = Vec::new();
     let mut hindrances: Vec<Hindrance> = Vec::new();
     let mut question = None;
     for phrase in with.phrases {
-        if let Some(slots) = phrase.template.fit(&said) {
+        if let Some(slots) = phrase.template.fit(said) {
             let reading = taught(phrase, &slots, with);
             collect(reading, &mut readings, &mut hindrances, &mut question);
         }
@@ -205,13 +221,13 @@ pub fn understand(sentence: &str, with: &Knowledge<'_>) -> Meaning {
         for (task, _) in with.library.tasks() {
             for say in &task.say {
                 let Ok(template) = Template::read(&say.text) else { continue };
-                let Some(slots) = template.fit(&said) else { continue };
+                let Some(slots) = template.fit(said) else { continue };
                 let reading = filled(&task.name.text, &task.params, &template, &slots, with);
                 collect(reading, &mut readings, &mut hindrances, &mut question);
             }
         }
     }
-    conclude(&said, readings, hindrances, question, with)
+    conclude(said, readings, hindrances, question, with)
 }
 
 /// What one template makes of a sentence.
@@ -248,20 +264,20 @@ fn conclude(
 ) -> Meaning {
     if readings.len() > 1 {
         // A reading that cannot be done now is not what was meant, if another can be.
-        let able = |reading: &Understood| (with.hindrance)(&reading.call).is_none();
+        let able = |reading: &Understood| hindrance(reading, with).is_none();
         let possible: Vec<Understood> = readings.iter().filter(|r| able(r)).cloned().collect();
         if !possible.is_empty() {
             readings = possible;
         }
     }
     match readings.len() {
-        0 => match hindrances.into_iter().next() {
-            Some(Hindrance { why, help }) => Meaning::Impossible { why, help },
+        0 => match hindrances.into_iter().rev().max_by_key(|hindrance| hindrance.after) {
+            Some(Hindrance { why, help, .. }) => Meaning::Impossible { why, help },
             None => Meaning::Unknown { help: nearest_sentence(said, with) },
         },
         1 => {
             let reading = readings.swap_remove(0);
-            match (with.hindrance)(&reading.call) {
+            match hindrance(&reading, with) {
                 Some(why) => Meaning::Impossible { why, help: None },
                 None => Meaning::Clear(reading),
             }
@@ -274,6 +290,11 @@ fn conclude(
     }
 }
 
+/// Says why a reading cannot be done now: its first call, for the others follow what it does.
+fn hindrance(reading: &Understood, with: &Knowledge<'_>) -> Option<String> {
+    reading.calls.first().and_then(|call| (with.hindrance)(call))
+}
+
 /// Fills a task's parameters with what the slots hold.
 fn filled(
     name: &str,
@@ -283,19 +304,19 @@ fn filled(
     with: &Knowledge<'_>,
 ) -> Reading {
     let mut ways: Vec<Vec<(String, String, String)>> = vec![Vec::new()];
-    let mut question = None;
-    for param in params {
-        let Some(said) = slots.get(&param.name.text) else { continue };
+    for (i, param) in params.iter().enumerate() {
         let ty = Ty::named(&param.ty.text);
-        let found = match resolve::resolve(said, &ty, &param.name.text, with.library, with.things) {
-            Ok(found) => found,
-            Err(hindrance) => return Reading::Hindered(hindrance),
+        let slot = param.name.text.as_str();
+        let (said, found) = match slots.get(slot) {
+            Some(said) => match resolve::resolve(said, &ty, slot, with) {
+                Ok(found) => (said.as_str(), found),
+                Err(hindrance) => return Reading::Hindered(Hindrance { after: i, ..hindrance }),
+            },
+            // What nobody said, and what has to be: anything that fits.
+            None if param.default.is_none() => ("", resolve::unsaid(&ty, with)),
+            None => continue,
         };
-        if found.len() > 1 {
-            let names: Vec<&str> = found.iter().map(|found| found.shown.as_str()).collect();
-            question = question.or_else(|| Some(format!("which {said}: {}?", either(&names))));
-        }
-        ways = ways.iter().flat_map(|way| extend(way, &param.name.text, said, &found)).collect();
+        ways = ways.iter().flat_map(|way| extend(way, slot, said, &found)).collect();
         ways.truncate(64);
     }
     // Nobody pours a jar into itself, unless there is only one thing it can be.
@@ -305,11 +326,17 @@ fn filled(
     if ways.len() > 1 && ways.iter().any(different) {
         ways.retain(different);
     }
+    let question = which(&ways, with);
+    for way in &mut ways {
+        if let Err(hindrance) = of_a_whole(way, params) {
+            return Reading::Hindered(hindrance);
+        }
+    }
     let calls: Vec<Result<Understood, Hindrance>> = ways
         .into_iter()
         .map(|way| {
-            let bare = params.iter().take_while(|p| way.iter().any(|(s, ..)| *s == p.name.text));
-            let bare = bare.count();
+            // What may be left out is named, so that it is seen what it is.
+            let bare = params.iter().take_while(|param| param.default.is_none()).count();
             let args = params.iter().enumerate().filter_map(|(i, param)| {
                 let (_, _, value) = way.iter().find(|(slot, ..)| *slot == param.name.text)?;
                 let text =
@@ -322,11 +349,59 @@ fn filled(
                 let value = text::expr(param.default.as_ref()?);
                 Some(format!("{}: {value}", param.name.text))
             });
-            let defaults: Vec<String> = defaults.collect();
+            let unsaid = way.iter().filter(|(_, said, _)| said.is_empty());
+            let unsaid = unsaid.map(|(slot, _, value)| format!("{slot}: {value}"));
+            let defaults: Vec<String> = unsaid.chain(defaults).collect();
+            let way = way.iter().filter(|(_, said, _)| !said.is_empty()).cloned().collect();
             checked(line, &template.text, way, defaults, with)
         })
         .collect();
     readings(calls, question)
+}
+
+/// Asks for the first slot in which readings differ.
+fn which(ways: &[Vec<(String, String, String)>], with: &Knowledge<'_>) -> Option<String> {
+    let first = ways.first()?;
+    let (at, (slot, said, _)) = first
+        .iter()
+        .enumerate()
+        .find(|(at, (_, _, value))| ways.iter().any(|way| way[*at].2 != *value))?;
+    let mut names: Vec<&str> = Vec::new();
+    for way in ways {
+        let value = way[at].2.as_str();
+        let thing = with.things.iter().find(|thing| thing.name == value);
+        let name = thing.map_or(value, Thing::shown);
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let what = if said.is_empty() { slot } else { said };
+    Some(format!("which {what}: {}?", either(&names)))
+}
+
+/// Puts the whole into what was said as a part of it: half of `filled(source)` is `filled(jar) / 2`.
+fn of_a_whole(way: &mut [(String, String, String)], params: &[Param]) -> Result<(), Hindrance> {
+    let known: BTreeMap<String, String> =
+        way.iter().map(|(slot, _, value)| (slot.clone(), value.clone())).collect();
+    for (slot, said, value) in way {
+        if !value.contains(resolve::WHOLE) {
+            continue;
+        }
+        let param = params.iter().find(|param| param.name.text == *slot);
+        let Some(whole) = param.and_then(|param| param.default.as_ref()) else {
+            let why = format!("\"{said}\" needs a whole, and `{slot}` has none");
+            return Err(Hindrance::new(why, Some("say a number with its unit".into())));
+        };
+        let mut written = String::new();
+        for word in text::expr(whole).split_inclusive(|c: char| !c.is_alphanumeric() && c != '_') {
+            let name = word.trim_end_matches(|c: char| !c.is_alphanumeric() && c != '_');
+            let rest = &word[name.len()..];
+            written += known.get(name).map_or(name, String::as_str);
+            written += rest;
+        }
+        *value = value.replace(resolve::WHOLE, &written);
+    }
+    Ok(())
 }
 
 fn extend(
@@ -364,7 +439,7 @@ fn taught(phrase: &Phrase, slots: &BTreeMap<String, String>, with: &Knowledge<'_
             continue;
         };
         let ty = param.map_or(Ty::Any, |param| Ty::named(&param.ty.text));
-        let found = match resolve::resolve(said, &ty, slot, with.library, with.things) {
+        let found = match resolve::resolve(said, &ty, slot, with) {
             Ok(found) => found,
             Err(hindrance) => return Reading::Hindered(hindrance),
         };
@@ -430,7 +505,7 @@ fn checked(
     match step {
         Some(Step::Act(act)) => Ok(Understood {
             text: line,
-            call: Call { span: Span::default(), ..act.call },
+            calls: vec![Call { span: Span::default(), ..act.call }],
             template: template.to_owned(),
             slots,
             defaults,
@@ -446,13 +521,7 @@ fn nearest_sentence(said: &str, with: &Knowledge<'_>) -> String {
     for (task, _) in with.library.tasks() {
         for say in &task.say {
             let Ok(template) = Template::read(&say.text) else { continue };
-            let example = template.example(|slot| {
-                let param = task.params.iter().find(|param| param.name.text == slot);
-                let thing = param.and_then(|param| {
-                    with.things.iter().find(|t| with.library.is_a(&t.kind, &param.ty.text))
-                });
-                thing.map_or_else(|| slot.to_owned(), |thing| thing.shown().to_owned())
-            });
+            let example = example(&template, &task.params, with);
             let known: Vec<&str> = example.split(' ').collect();
             let shared = spoken.iter().filter(|word| known.contains(*word)).count();
             if best.as_ref().is_none_or(|(most, _)| shared > *most) {
@@ -465,6 +534,28 @@ fn nearest_sentence(said: &str, with: &Knowledge<'_>) -> String {
         Some((_, example)) => format!("a sentence that is known: \"{example}\""),
         None => "no task here has sentences; type a call such as `pour(jar, cup)`".into(),
     }
+}
+
+/// Returns a sentence of a template in which each slot names another thing.
+fn example(template: &Template, params: &[Param], with: &Knowledge<'_>) -> String {
+    let mut named: Vec<(&str, String)> = Vec::new();
+    for param in params {
+        let found = match Ty::named(&param.ty.text) {
+            Ty::Quantity(dimension) => Some(format!("60 {}", dimension.everyday_unit())),
+            Ty::Object(kind) => {
+                let fits = |thing: &&Thing| with.library.is_a(&thing.kind, &kind);
+                let new = |thing: &&Thing| named.iter().all(|(_, known)| known != thing.shown());
+                let thing = with.things.iter().filter(fits).find(new);
+                thing.map(|thing| thing.shown().to_owned())
+            }
+            _ => None,
+        };
+        named.push((&param.name.text, found.unwrap_or_else(|| param.name.text.clone())));
+    }
+    template.example(|slot| {
+        let word = named.iter().find(|(name, _)| *name == slot);
+        word.map_or_else(|| slot.to_owned(), |(_, word)| word.clone())
+    })
 }
 
 /// `a`, `a or b`, `a, b or c`.

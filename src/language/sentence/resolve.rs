@@ -4,7 +4,7 @@ use super::super::ast::{ExprKind, SceneThing};
 use super::super::builtins::{self, Ty};
 use super::super::library::Library;
 use super::super::text;
-use super::either;
+use super::{Knowledge, either};
 use crate::units::{Dimension, Unit, suggest_unit};
 
 /// Words that may stand before the name of a thing and say nothing about which.
@@ -21,9 +21,33 @@ pub struct Thing {
     pub looks: String,
 }
 
+/// Words for what was named before.
+const PRONOUNS: &[&str] = &["it", "that", "this", "that one", "this one"];
+
+/// Parts of a whole, as people say them, and what they are multiplied with and divided by.
+const SHARES: &[(&str, u8, u8)] = &[
+    ("all", 1, 1),
+    ("everything", 1, 1),
+    ("the rest", 1, 1),
+    ("half", 1, 2),
+    ("one half", 1, 2),
+    ("a half", 1, 2),
+    ("third", 1, 3),
+    ("one third", 1, 3),
+    ("a third", 1, 3),
+    ("two thirds", 2, 3),
+    ("quarter", 1, 4),
+    ("one quarter", 1, 4),
+    ("a quarter", 1, 4),
+    ("three quarters", 3, 4),
+];
+
+/// What stands for the whole in the value of a part of it, until it is known of what.
+pub(super) const WHOLE: &str = "WHOLE";
+
 /// One thing that words may mean.
 pub(super) struct Found {
-    /// As the language writes it.
+    /// As the language writes it; of a part of something, with [`WHOLE`] for all of it.
     pub(super) value: String,
     /// As a person would.
     pub(super) shown: String,
@@ -35,11 +59,13 @@ pub(super) struct Found {
 pub(super) struct Hindrance {
     pub(super) why: String,
     pub(super) help: Option<String>,
+    /// So many slots were understood before: the sentence that comes furthest is the one that was meant.
+    pub(super) after: usize,
 }
 
 impl Hindrance {
     pub(super) fn new(why: impl Into<String>, help: Option<String>) -> Self {
-        Self { why: why.into(), help }
+        Self { why: why.into(), help, after: 0 }
     }
 }
 
@@ -79,9 +105,12 @@ pub(super) fn resolve(
     said: &str,
     ty: &Ty,
     slot: &str,
-    library: &Library,
-    things: &[Thing],
+    with: &Knowledge<'_>,
 ) -> Result<Vec<Found>, Hindrance> {
+    let (library, things) = (with.library, with.things);
+    if PRONOUNS.contains(&said) && !matches!(ty, Ty::Quantity(_) | Ty::Face) {
+        return it(said, with);
+    }
     match ty {
         Ty::Quantity(dimension) => quantity(said, *dimension, slot),
         Ty::Face => {
@@ -97,6 +126,26 @@ pub(super) fn resolve(
         Ty::Object(kind) => objects(said, Some(kind), slot, library, things),
         _ => objects(said, None, slot, library, things),
     }
+}
+
+/// Returns what was named before.
+fn it(said: &str, with: &Knowledge<'_>) -> Result<Vec<Found>, Hindrance> {
+    let thing = with.it.and_then(|name| with.things.iter().find(|thing| thing.name == name));
+    thing
+        .map(|thing| vec![Found { value: thing.name.clone(), shown: thing.shown().to_owned() }])
+        .ok_or_else(|| {
+            let help = Some("name the thing".into());
+            Hindrance::new(format!("nothing was named before \"{said}\""), help)
+        })
+}
+
+/// Returns everything that may be meant where nothing was said.
+pub(super) fn unsaid(ty: &Ty, with: &Knowledge<'_>) -> Vec<Found> {
+    let Ty::Object(kind) = ty else { return Vec::new() };
+    let fitting = with.things.iter().filter(|thing| with.library.is_a(&thing.kind, kind));
+    fitting
+        .map(|thing| Found { value: thing.name.clone(), shown: thing.shown().to_owned() })
+        .collect()
 }
 
 /// Takes articles away.
@@ -170,8 +219,26 @@ fn list(kind: &str, library: &Library, things: &[Thing]) -> Option<String> {
     (!fitting.is_empty()).then(|| format!("what fits here: {}", fitting.join(", ")))
 }
 
+/// `half`, `two thirds`, `25 %`: a part of [`WHOLE`].
+fn share(said: &str) -> Option<String> {
+    let part = said.trim_end_matches(" of it");
+    if let Some((_, times, by)) = SHARES.iter().find(|(words, ..)| *words == part) {
+        return Some(match (times, by) {
+            (1, 1) => WHOLE.to_owned(),
+            (1, by) => format!("{WHOLE} / {by}"),
+            (times, by) => format!("{times} * {WHOLE} / {by}"),
+        });
+    }
+    let number = ["%", "percent", "per cent"].iter().find_map(|word| part.strip_suffix(word))?;
+    let percent = number.trim().parse::<f64>().ok().filter(|p| *p > 0.0 && *p <= 100.0)?;
+    Some(format!("{} * {WHOLE}", text::quantity(crate::units::Quantity::number(percent / 100.0))))
+}
+
 /// `60 ml`, `60 millilitres`, `12 cm`.
 fn quantity(said: &str, dimension: Dimension, slot: &str) -> Result<Vec<Found>, Hindrance> {
+    if let Some(share) = share(said) {
+        return Ok(vec![Found { value: share, shown: said.to_owned() }]);
+    }
     let example = format!("say a number with its unit, such as `60 {}`", dimension.everyday_unit());
     let nothing = |why: String| Err(Hindrance::new(why, Some(example.clone())));
     let compact = said.replace(' ', "");

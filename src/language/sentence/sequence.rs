@@ -1,0 +1,94 @@
+//! Several wishes in one sentence: "pick up the jar, then put it down" → `pick(jar) then place(jar)`.
+//!
+//! A sentence is cut where a word joins two wishes, if each part by itself is one. Each part may call what the part
+//! before it handled "it".
+
+use super::super::ast::ExprKind;
+use super::{Knowledge, MOST_CHOICES, Meaning, Understood, nearest_sentence, one};
+
+/// Words between two wishes; the longer before those that they hold.
+const JOINS: &[&str] = &[" and after that ", " after that ", " and then ", " then ", " and "];
+/// So many wishes at most: more belong into a task.
+const MOST_WISHES: usize = 8;
+
+/// Reads a sentence as several wishes; `None` where it cannot be cut into parts that are known.
+pub(super) fn understand(said: &str, with: &Knowledge<'_>) -> Option<Meaning> {
+    let Some(parts) = cut(said, with, MOST_WISHES) else { return broken_off(said, with) };
+    let mut question = None;
+    let mut ways: Vec<Option<Understood>> = vec![None];
+    for part in parts {
+        let mut longer = Vec::new();
+        for way in ways {
+            // Whether a later wish can be done is known when those before it are.
+            let later = Knowledge {
+                it: way.as_ref().and_then(handled).or(with.it),
+                hindrance: &|_| None,
+                ..*with
+            };
+            let meaning = one(part, if way.is_none() { with } else { &later });
+            let readings = match meaning {
+                Meaning::Clear(reading) => vec![reading],
+                Meaning::Ambiguous { question: which, choices } => {
+                    question = question.or(Some(which));
+                    choices
+                }
+                hindered => return Some(hindered),
+            };
+            longer.extend(readings.into_iter().map(|reading| Some(after(way.as_ref(), reading))));
+        }
+        longer.truncate(MOST_CHOICES);
+        ways = longer;
+    }
+    let mut ways: Vec<Understood> = ways.into_iter().flatten().collect();
+    Some(match (ways.len(), question) {
+        (1, _) | (_, None) => Meaning::Clear(ways.swap_remove(0)),
+        (_, Some(question)) => Meaning::Ambiguous { question, choices: ways },
+    })
+}
+
+/// Names the part that is not understood, where the first is and something follows it.
+fn broken_off(said: &str, with: &Knowledge<'_>) -> Option<Meaning> {
+    JOINS.iter().filter(|join| join.contains("then")).find_map(|join| {
+        let (first, rest) = said.split_once(join)?;
+        let is_meant = matches!(one(first, with), Meaning::Clear(_) | Meaning::Ambiguous { .. });
+        let like = nearest_sentence(rest, with);
+        is_meant.then(|| Meaning::Unknown { help: format!("\"{rest}\" is not understood; {like}") })
+    })
+}
+
+/// Returns what the last call handled: its first argument.
+fn handled(before: &Understood) -> Option<&str> {
+    match &before.calls.last()?.args.first()?.values.first()?.kind {
+        ExprKind::Name(name) => Some(name),
+        _ => None,
+    }
+}
+
+/// Returns one reading after another.
+fn after(before: Option<&Understood>, next: Understood) -> Understood {
+    let Some(before) = before else { return next };
+    let joined = |a: &str, b: &str, by: &str| format!("{a}{by}{b}");
+    Understood {
+        text: joined(&before.text, &next.text, " then "),
+        calls: before.calls.iter().cloned().chain(next.calls).collect(),
+        template: joined(&before.template, &next.template, "\", \""),
+        slots: before.slots.iter().cloned().chain(next.slots).collect(),
+        defaults: before.defaults.iter().cloned().chain(next.defaults).collect(),
+    }
+}
+
+/// Cuts a sentence into parts that each are like a sentence that is known, the first as short as it can be.
+fn cut<'s>(said: &'s str, with: &Knowledge<'_>, most: usize) -> Option<Vec<&'s str>> {
+    let is_known = |part: &str| !matches!(one(part, with), Meaning::Unknown { .. });
+    let mut places: Vec<(usize, &str)> =
+        JOINS.iter().flat_map(|join| said.match_indices(join).map(|(at, _)| (at, *join))).collect();
+    places.sort_by_key(|(at, join)| (*at, std::cmp::Reverse(join.len())));
+    places.into_iter().take_while(|_| most > 1).find_map(|(at, join)| {
+        let (first, rest) = (&said[..at], &said[at + join.len()..]);
+        if !is_known(first) {
+            return None;
+        }
+        let rest = cut(rest, with, most - 1).or_else(|| is_known(rest).then(|| vec![rest]))?;
+        Some([vec![first], rest].concat())
+    })
+}
