@@ -75,15 +75,16 @@ fn sentences(text: &str) -> Vec<(usize, String)> {
         let at = before.rfind("\nimpl").map_or(0, |at| at + 1);
         let head = before[at..].lines().next().unwrap_or_default();
         let is_display = head.contains("Display for") && !before[at..].contains("\n}");
-        let open = before.rfind("#[").map_or("", |at| &before[at..]);
+        let open = before.rfind("#[").max(before.rfind("#![")).map_or("", |at| &before[at..]);
         let depth = open.chars().fold(0_i32, |depth, c| match c {
             '[' => depth + 1,
             ']' => depth - 1,
             _ => depth,
         });
         let call = before.trim_end();
-        let is_for_developers =
-            ["expect(", "unreachable!(", "panic!("].iter().any(|c| call.ends_with(c));
+        let line = before.lines().last().unwrap_or_default();
+        let is_for_developers = line.contains("assert!(")
+            || ["expect(", "unreachable!(", "panic!("].iter().any(|c| call.ends_with(c));
         if is_display || depth > 0 || is_for_developers || words(literal.text) < SENTENCE {
             continue;
         }
@@ -107,7 +108,7 @@ fn words(literal: &str) -> usize {
         })
         .collect();
     let is_word = |token: &&str| {
-        let bare = token.trim_matches(|c: char| !c.is_alphanumeric());
+        let bare = token.trim_matches(['.', ',', ';', ':', '?', '!', '(', ')', '`', '\'']);
         bare.len() > 1 && bare.chars().all(|c| c.is_alphabetic() || c == '-' || c == '\'')
     };
     kept.split_whitespace().filter(is_word).count()

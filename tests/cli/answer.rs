@@ -23,7 +23,7 @@ fn rows_are_read_with_and_without_a_header() {
     let named =
         joint_rows(&robot, "name,q_1[rad],q2,q3,q4,q5,q6,q7\nhome,1,2,3,4,5,6,7\n").unwrap();
     assert_eq!(named, vec![vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]]);
-    let reference = joint_rows(&robot, include_str!("reference.csv")).unwrap();
+    let reference = joint_rows(&robot, include_str!("../motion/reference.csv")).unwrap();
     assert_eq!(reference.len(), 5);
     for (text, part) in [
         ("1,2,3", "3 numbers where 7"),
