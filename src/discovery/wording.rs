@@ -30,7 +30,7 @@ pub(super) fn no_such(name: &str, recording: &Recording, scene: &Scene) -> Error
 }
 
 /// A gap whose effects have names, places and equations.
-pub(super) trait Worded: selection::Gap {
+pub(super) trait Worded: selection::Residuals {
     /// Returns an effect's name in the vocabulary.
     fn name(&self, term: &Self::Term) -> &'static str;
     /// Returns where it sits.

@@ -12,7 +12,7 @@ use crate::discovery::finding::{
     self, Alternative, Effect, Finding, Gap, ModelChange, NextExperiment, Parameter, SIGNIFICANT,
     Verdict, Worth, above_noise,
 };
-use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Outcome, Rival, Set};
+use crate::discovery::selection::{self, Hypothesis, Options, Outcome, Residuals as _, Rival, Set};
 
 /// Words an outcome as a finding.
 pub(super) fn answer(

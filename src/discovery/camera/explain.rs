@@ -3,7 +3,7 @@
 use super::bent::Bent;
 use super::data::Data;
 use super::term::{Channel, Feature, Law};
-use crate::discovery::selection::{Candidate, Gap, Set, Slot};
+use crate::discovery::selection::{Candidate, Residuals, Set, Slot};
 
 /// What a formula must explain more than a name.
 const UNNAMED: f64 = 20.0;
@@ -78,7 +78,7 @@ impl CameraGap {
     }
 }
 
-impl Gap for CameraGap {
+impl Residuals for CameraGap {
     type Term = Law;
 
     fn slots(&self, term: &Law) -> Vec<Slot> {

@@ -10,7 +10,7 @@ use super::term::Law;
 use super::{error, pictures, robust, wording};
 use crate::discovery::finding::{SIGNIFICANT, above_noise};
 use crate::discovery::recording::Error;
-use crate::discovery::selection::{self, Gap as _, Hypothesis, Outcome, Set};
+use crate::discovery::selection::{self, Hypothesis, Outcome, Residuals as _, Set};
 use crate::discovery::{Investigation, Options, Trace, by_channel};
 use crate::language::ast::EffectItem;
 use crate::world::Camera;

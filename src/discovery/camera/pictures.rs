@@ -14,7 +14,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use super::explain::CameraGap;
 use super::term::Law;
 use super::wording;
-use crate::discovery::selection::{Gap as _, Hypothesis, Set, left_after};
+use crate::discovery::selection::{Hypothesis, Residuals as _, Set, left_after};
 
 /// How many poses are proposed.
 const MOST: usize = 5;

@@ -3,7 +3,7 @@
 use super::explain::CameraGap;
 use super::term::Law;
 use crate::discovery::finding::Visible;
-use crate::discovery::selection::{Gap as _, Options, Set, sum_of_squares};
+use crate::discovery::selection::{Options, Residuals as _, Set, sum_of_squares};
 
 /// More than this many of the scales on which an effect is visible at a glance is as good as never.
 const NEVER: f64 = 1e3;

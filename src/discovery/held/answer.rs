@@ -5,7 +5,7 @@ use super::gap::{HeldGap, Term};
 use super::wording;
 use crate::discovery::finding::{Channel, Finding, Told};
 use crate::discovery::recording::{Error, Recording};
-use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Set};
+use crate::discovery::selection::{self, Hypothesis, Options, Residuals as _, Set};
 use crate::discovery::wording::{Worded, answer, sets};
 use crate::discovery::{Investigation, Trace};
 use crate::language::ast::EffectItem;

@@ -1,10 +1,10 @@
-//! Things held as something to be explained: [`Gap`] over how they crept, how they were seen, how large they are.
+//! Things held as something to be explained: [`Residuals`] over how they crept, how they were seen, how large they are.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::data::Held;
 use super::slip::{Creep, crept};
-use crate::discovery::selection::{Candidate, Gap, Set, Slot};
+use crate::discovery::selection::{Candidate, Residuals, Set, Slot};
 use crate::discovery::wording::set_of;
 
 /// What can be missing from what is known of a thing in the hand.
@@ -142,7 +142,7 @@ impl HeldGap {
     }
 }
 
-impl Gap for HeldGap {
+impl Residuals for HeldGap {
     type Term = Term;
 
     fn slots(&self, term: &Term) -> Vec<Slot> {

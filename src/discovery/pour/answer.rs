@@ -53,7 +53,7 @@ fn take_known(gap: &mut PourGap, known: &[EffectItem]) -> Vec<String> {
             parameter.map(|parameter| parameter.value.quantity.value)
         };
         let mine: Option<Vec<f64>> = term.and_then(|term| {
-            let slots = selection::Gap::slots(gap, &term);
+            let slots = selection::Residuals::slots(gap, &term);
             slots.iter().map(|slot| number(slot.name)).collect()
         });
         match term.zip(mine) {

@@ -1,8 +1,8 @@
-//! Pours as something to be explained: [`Gap`] over what a vessel held, how it ran out and where it went.
+//! Pours as something to be explained: [`Residuals`] over what a vessel held, how it ran out and where it went.
 
 use super::data::Pour;
 use super::flow::{Flow, arrived};
-use crate::discovery::selection::{Candidate, Gap, Set, Slot};
+use crate::discovery::selection::{Candidate, Residuals, Set, Slot};
 use crate::discovery::wording::set_of;
 use crate::twin::hold::WATER;
 use crate::world::WATER_DENSITY;
@@ -188,7 +188,7 @@ impl PourGap {
     }
 }
 
-impl Gap for PourGap {
+impl Residuals for PourGap {
     type Term = Term;
 
     fn nuisance(&self) -> Vec<(Slot, f64)> {

@@ -49,8 +49,8 @@ pub(super) fn against(model: &Model, channel: &Channel, left: &[f64]) -> Option<
 
 /// The states a channel may depend on, row by row, with their units: of its own joint, or of all for the tip.
 fn states(model: &Model, channel: &Channel) -> Vec<(String, &'static str, Vec<f64>)> {
-    let plant = &model.scene.plant;
-    let time = &model.scene.data.time;
+    let plant = &model.course.plant;
+    let time = &model.course.data.time;
     let joints = match channel.quantity {
         Quantity::Tip => 0..plant.n,
         _ => channel.index..channel.index + 1,
@@ -59,7 +59,7 @@ fn states(model: &Model, channel: &Channel) -> Vec<(String, &'static str, Vec<f6
     let mut found = vec![(TIME.to_owned(), "s", time.iter().map(|t| t - begin).collect())];
     for joint in joints {
         let mut add = |name: String, unit, values: &[f64]| {
-            found.push((name, unit, model.scene.at_rows(values, joint)));
+            found.push((name, unit, model.course.at_rows(values, joint)));
         };
         let of = |what: &str| format!("{what}_{}", joint + 1);
         add(of("q"), "rad", &plant.q);

@@ -15,7 +15,7 @@ use crate::discovery::finding::{
     self, Alternative, Effect, Finding, Gap, Identified, ModelChange, NextExperiment, Parameter,
     SIGNIFICANT, Told, Value, Verdict, Visible, Worth, above_noise,
 };
-use crate::discovery::selection::{self, Gap as _, Hypothesis, Options, Outcome, Rival, Set};
+use crate::discovery::selection::{self, Hypothesis, Options, Outcome, Residuals as _, Rival, Set};
 
 /// Words an outcome as a finding; `fitted` is what was fitted where that is not all of the recordings.
 pub(super) fn answer(

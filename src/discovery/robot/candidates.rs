@@ -58,7 +58,7 @@ struct Draft<'m> {
 
 impl<'m> Draft<'m> {
     fn new(model: &'m Model) -> Self {
-        let is_closed = model.scene.closed_loop;
+        let is_closed = model.course.closed_loop;
         Self {
             model,
             found: Vec::new(),
@@ -70,7 +70,7 @@ impl<'m> Draft<'m> {
     }
 
     fn has(&self, quantity: Quantity) -> bool {
-        self.model.scene.data.has(quantity)
+        self.model.course.data.has(quantity)
     }
 
     /// Returns whether a torque at a joint shows anywhere.
@@ -144,7 +144,7 @@ impl<'m> Draft<'m> {
             return;
         }
         // What the first link weighs no joint about the vertical feels.
-        if !self.is_closed && (1..self.model.scene.plant.n).contains(&j) {
+        if !self.is_closed && (1..self.model.course.plant.n).contains(&j) {
             self.plain(&[Law::LinkMass], j);
         }
         self.plain(&[Law::TorqueOffset, Law::TorqueGain, Law::TorqueDrift], j);
@@ -178,7 +178,7 @@ impl<'m> Draft<'m> {
             self.plain(&[Law::Payload, Law::BaseTilt], 0);
         }
         if self.is_closed
-            || (!model.scene.data.commands.is_empty() && !self.has(Quantity::Position))
+            || (!model.course.data.commands.is_empty() && !self.has(Quantity::Position))
         {
             self.plain(&[Law::CommandDelay], 0);
         }
@@ -218,8 +218,8 @@ fn neutral(law: Law) -> Vec<f64> {
 /// Returns whether more than noise is left of what a joint's own sensors read, or it has none: a torque without a name shows
 /// there before it shows anywhere else.
 fn shows(model: &Model, left: &[f64], joint: usize) -> bool {
-    let rows = model.scene.data.n_rows();
-    let channels = model.scene.data.channels.iter().filter(|c| model.is_predicted(c.quantity));
+    let rows = model.course.data.n_rows();
+    let channels = model.course.data.channels.iter().filter(|c| model.is_predicted(c.quantity));
     let own = channels.enumerate().filter(|(_, c)| c.quantity != Quantity::Tip && c.index == joint);
     let mut has_own = false;
     own.fold(false, |shows, (at, channel)| {

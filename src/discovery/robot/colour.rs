@@ -50,13 +50,13 @@ impl Default for Sizes {
 impl Sizes {
     fn of(model: &Model, with: &WithKnown) -> Option<Self> {
         let left = with.residuals(model)?;
-        let data = &model.scene.data;
+        let data = &model.course.data;
         let rows = data.n_rows();
         let predicted = data.channels.iter().filter(|c| model.is_predicted(c.quantity));
         let mut found = Self::default();
         let mut parts = [0.0; PARTS];
         for (at, channel) in predicted.enumerate() {
-            let judged = model.scene.first_row..model.scene.last_row;
+            let judged = model.course.first_row..model.course.last_row;
             let left = &left[at * rows..(at + 1) * rows][judged.clone()];
             let values = &channel.values[judged];
             let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;

@@ -51,7 +51,7 @@ fn fit(models: &[&Model], joint: usize) -> (f64, f64) {
 fn regressed(models: &[&Model], joint: usize, creep: f64) -> Option<(f64, f64, f64)> {
     let mut rows: Vec<[f64; 6]> = Vec::new();
     for model in models {
-        let data = &model.scene.data;
+        let data = &model.course.data;
         let read = data.measured(Quantity::Torque, joint)?;
         let mut channels = data.channels.iter().filter(|c| model.is_predicted(c.quantity));
         let at = channels.position(|c| c.quantity == Quantity::Torque && c.index == joint)?;
@@ -64,7 +64,7 @@ fn regressed(models: &[&Model], joint: usize, creep: f64) -> Option<(f64, f64, f
         let fluid = with(Law::Viscous, &[1.0])?;
         let dry = with(Law::Coulomb, &[1.0, creep])?;
         let rotor = with(Law::Armature, &[1.0])?;
-        let judged = model.scene.first_row..model.scene.last_row;
+        let judged = model.course.first_row..model.course.last_row;
         rows.extend(judged.map(|i| {
             let by = |with: &[f64]| with[i] - bare[i];
             [read[i], bare[i], by(&fluid), by(&dry), by(&rotor), 1.0]
@@ -95,7 +95,7 @@ pub(super) fn turned(
     n_train: usize,
     place: &str,
 ) -> Result<Option<String>, Error> {
-    let are_currents = |model: &&Model| model.scene.data.are_currents;
+    let are_currents = |model: &&Model| model.course.data.are_currents;
     let mut read: Vec<&Model> = models[..n_train].iter().filter(are_currents).collect();
     if read.is_empty() {
         read = models.iter().filter(are_currents).collect();
@@ -104,7 +104,7 @@ pub(super) fn turned(
         return Ok(None);
     }
     let constants = constants(&read, place)?;
-    for model in models.iter_mut().filter(|model| model.scene.data.are_currents) {
+    for model in models.iter_mut().filter(|model| model.course.data.are_currents) {
         *model = in_torques(model, &constants);
     }
     Ok(Some(wording::currents(&constants)))
@@ -112,12 +112,12 @@ pub(super) fn turned(
 
 /// Returns a recording's model with its currents turned into torques.
 fn in_torques(model: &Model, constants: &[Option<f64>]) -> Model {
-    let mut scene = model.scene.clone();
-    let torques = scene.data.channels.iter_mut().filter(|c| c.quantity == Quantity::Torque);
+    let mut course = model.course.clone();
+    let torques = course.data.channels.iter_mut().filter(|c| c.quantity == Quantity::Torque);
     for channel in torques {
         let (by, more) = constants[channel.index].map_or((1.0, SILENT), |by| (by, 1.0));
         channel.values.iter_mut().for_each(|value| *value *= by);
         channel.noise *= by * more;
     }
-    Model::new(model.arm.clone(), scene, model.loads.clone())
+    Model::new(model.arm.clone(), course, model.loads.clone())
 }

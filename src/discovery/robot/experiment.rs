@@ -13,7 +13,7 @@ use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
 use super::data::{Channel, Data};
-use super::plant::Scene;
+use super::plant::Course;
 use super::simulate::Model;
 use super::term::Term;
 use crate::discovery::selection::{Hypothesis, left_after, sum_of_squares};
@@ -53,7 +53,7 @@ pub fn settle(
     rivals: [&Hypothesis<Term>; 2],
     seed: u64,
 ) -> Option<Experiment> {
-    if !like.scene.closed_loop {
+    if !like.course.closed_loop {
         return None;
     }
     let mut rng = StdRng::seed_from_u64(seed);
@@ -123,7 +123,7 @@ fn motion(limits: &[JointLimits], number: usize, rng: &mut StdRng) -> Vec<Vec<f6
 fn difference(like: &Model, commands: &[Vec<f64>], rivals: [&Hypothesis<Term>; 2]) -> Option<f64> {
     let rows = commands.first()?.len();
     let channels = like
-        .scene
+        .course
         .data
         .channels
         .iter()
@@ -137,7 +137,7 @@ fn difference(like: &Model, commands: &[Vec<f64>], rivals: [&Hypothesis<Term>; 2
         notes: Vec::new(),
         are_currents: false,
     };
-    let model = Model::new(like.arm.clone(), Scene::new(&like.arm, data), Vec::new());
+    let model = Model::new(like.arm.clone(), Course::new(&like.arm, data), Vec::new());
     let [first, second] = rivals;
     let own = model.own().len();
     let read = |terms: &[Term], all: &[f64]| model.residuals(&all[..own], terms, &all[own..]);

@@ -1,4 +1,4 @@
-//! An arm's recordings as something to be explained: [`Gap`] over laws and joints.
+//! An arm's recordings as something to be explained: [`Residuals`] over laws and joints.
 
 use super::candidates::candidates;
 use super::data::{Channel, Quantity};
@@ -7,7 +7,7 @@ use super::links::body::NUMBERS;
 use super::load::Thing;
 use super::simulate::{Model, is_in};
 use super::term::{Law, SENSIBLE_GAIN, Term};
-use crate::discovery::selection::{Block, Candidate, Gap, Hypothesis, Set, Slot};
+use crate::discovery::selection::{Block, Candidate, Hypothesis, Residuals, Set, Slot};
 use crate::discovery::vocabulary::{Odds, kind_named};
 
 /// Recordings of one arm, some to fit and some to judge.
@@ -120,7 +120,7 @@ impl ArmGap {
     /// Returns whether torque and tip follow from a measured motion, so that they are linear in what is missing.
     pub fn is_along(&self) -> bool {
         let mut models = self.train.iter().chain(&self.heldout);
-        models.all(|model| !model.scene.closed_loop && model.scene.data.has(Quantity::Position))
+        models.all(|model| !model.course.closed_loop && model.course.data.has(Quantity::Position))
     }
 
     /// The same for the search: of long recordings as many rows as it needs.
@@ -134,14 +134,14 @@ impl ArmGap {
         let rows = |models: &[Model], set| {
             let of = |(sensor, floor): (usize, &f64)| {
                 let rest = 1.0 - (DESCRIBED / floor.max(DESCRIBED)).powi(2);
-                let judged = |model: &Model| model.judged(&model.scene.data.channels[sensor], set);
+                let judged = |model: &Model| model.judged(&model.course.data.channels[sensor], set);
                 rest * models.iter().map(judged).sum::<usize>() as f64
             };
             floors.iter().enumerate().map(of).collect()
         };
         self.unexplained = [rows(&self.train, Set::Train), rows(&self.heldout, Set::Heldout)];
         for model in self.train.iter_mut().chain(&mut self.heldout) {
-            for (channel, floor) in model.scene.data.channels.iter_mut().zip(floors) {
+            for (channel, floor) in model.course.data.channels.iter_mut().zip(floors) {
                 channel.noise *= floor;
             }
         }
@@ -155,21 +155,21 @@ impl ArmGap {
     }
 }
 
-impl Gap for ArmGap {
+impl Residuals for ArmGap {
     type Term = Term;
 
     fn slots(&self, term: &Term) -> Vec<Slot> {
         let mut slots = term.law.slots();
-        let measured = self.train.iter().find(|model| !model.scene.closed_loop);
+        let measured = self.train.iter().find(|model| !model.course.closed_loop);
         if let (Law::SensorDelay(_), Some(model)) = (term.law, measured) {
             // A measured motion is smoothed between its rows: what is shorter than half a step of them
             // is the smoother's.
-            let step = model.scene.data.time.windows(2).map(|t| t[1] - t[0]).fold(0.0, f64::max);
+            let step = model.course.data.time.windows(2).map(|t| t[1] - t[0]).fold(0.0, f64::max);
             slots[0].least = slots[0].least.max(0.5 * step);
         }
         if let (Law::Hysteresis, Some(model)) = (term.law, measured) {
             // A joint that passes a loop from one row to the next shows dry friction.
-            let step = model.scene.typical_step(term.joint);
+            let step = model.course.typical_step(term.joint);
             slots[1].range.0 = slots[1].range.0.max(step.min(0.5 * slots[1].range.1));
         }
         if term.law == Law::Armature {
@@ -178,8 +178,8 @@ impl Gap for ArmGap {
             slots[0].range.0 = -known.fold(f64::INFINITY, f64::min);
         }
         // Smoothing takes torque away that is not missing; twice as much is beyond doubt.
-        for model in self.train.iter().filter(|model| !model.scene.smoothing.is_empty()) {
-            let of = |which: usize| 2.0 * model.scene.smoothing[term.joint][which].abs();
+        for model in self.train.iter().filter(|model| !model.course.smoothing.is_empty()) {
+            let of = |which: usize| 2.0 * model.course.smoothing[term.joint][which].abs();
             match term.law {
                 Law::TorqueGain => slots[0].least = slots[0].least.max(of(0)),
                 Law::Armature => slots[0].least = slots[0].least.max(of(1)),
@@ -197,7 +197,7 @@ impl Gap for ArmGap {
         let with = self.with_known(terms, parameters);
         let mut all = Vec::new();
         for model in self.models(set) {
-            let unseen = model.scene.unseen.iter().cycle();
+            let unseen = model.course.unseen.iter().cycle();
             let own = with.residuals(model)?.into_iter().zip(unseen);
             all.extend(own.map(|(left, unseen)| if is_in(set, *unseen) { left } else { 0.0 }));
         }
@@ -214,7 +214,7 @@ impl Gap for ArmGap {
         left: &[f64],
         instead_of: Option<&Term>,
     ) -> Vec<Candidate<Term>> {
-        let joints = (0..self.train[0].scene.data.n).filter(|&joint| {
+        let joints = (0..self.train[0].course.data.n).filter(|&joint| {
             let somewhere = Term { law: Law::Viscous, joint };
             instead_of.is_none_or(|left_out| self.related(left_out, &somewhere))
         });
@@ -222,7 +222,7 @@ impl Gap for ArmGap {
         let mut found = candidates(&self.train[0], terms, left, joints);
         let things = (0..self.things.len()).map(|joint| Term { law: Law::ObjectMass, joint });
         found.retain(|candidate| !self.settled.contains(&candidate.term.law));
-        if self.train[0].scene.data.are_currents {
+        if self.train[0].course.data.are_currents {
             // What an ampere is worth was fitted: a gain is in it.
             let is_gain = |law| matches!(law, Law::TorqueGain | Law::ActuatorGain);
             found.retain(|candidate| !is_gain(candidate.term.law));
@@ -252,12 +252,12 @@ impl Gap for ArmGap {
 
     fn names_first(&self) -> bool {
         // The friction of a real joint is dry and fluid at once, which a root of the speed resembles.
-        self.train.iter().any(|model| !model.scene.closed_loop)
+        self.train.iter().any(|model| !model.course.closed_loop)
     }
 
     fn related(&self, a: &Term, b: &Term) -> bool {
         // Along a measured motion a torque at one joint shows in that joint's torque alone.
-        let closed = self.train.iter().any(|model| model.scene.closed_loop);
+        let closed = self.train.iter().any(|model| model.course.closed_loop);
         closed || !(a.law.is_local() && b.law.is_local()) || a.joint == b.joint
     }
 
@@ -296,7 +296,7 @@ impl Gap for ArmGap {
         };
         let (mut beyond, mut rows) = (0, 0);
         for model in &self.train {
-            let plant = &model.scene.plant;
+            let plant = &model.course.plant;
             rows += plant.len;
             beyond += plant
                 .q
@@ -313,7 +313,7 @@ impl Gap for ArmGap {
         if !term.law.is_local() {
             return rows.iter().sum::<f64>() / rows.len().max(1) as f64;
         }
-        let channels = &self.train[0].scene.data.channels;
+        let channels = &self.train[0].course.data.channels;
         let own = |c: &Channel| c.quantity == Quantity::Torque && c.index == term.joint;
         let at = channels.iter().position(own);
         at.and_then(|at| rows.get(at)).copied().unwrap_or(0.0)
@@ -324,8 +324,8 @@ impl Gap for ArmGap {
     }
 
     fn usual(&self) -> Vec<Term> {
-        let n = self.train[0].scene.data.n;
-        let has = |quantity| self.train.iter().all(|model| model.scene.data.has(quantity));
+        let n = self.train[0].course.data.n;
+        let has = |quantity| self.train.iter().all(|model| model.course.data.has(quantity));
         if !self.is_along() || !has(Quantity::Torque) {
             return Vec::new();
         }
@@ -360,9 +360,9 @@ impl Gap for ArmGap {
         let mut found = Vec::new();
         let mut from = 0;
         for model in self.models(set) {
-            let channels = model.scene.data.channels.iter().enumerate();
+            let channels = model.course.data.channels.iter().enumerate();
             for (sensor, _) in channels.filter(|(_, c)| model.is_predicted(c.quantity)) {
-                let to = from + model.scene.data.n_rows();
+                let to = from + model.course.data.n_rows();
                 found.push(Block { sensor, rows: from..to });
                 from = to;
             }
@@ -375,6 +375,6 @@ impl Gap for ArmGap {
     }
 
     fn contains(&self, general: &Term, special: &Term) -> bool {
-        general.contains(special, self.train[0].scene.data.n)
+        general.contains(special, self.train[0].course.data.n)
     }
 }

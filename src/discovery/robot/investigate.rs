@@ -16,7 +16,7 @@ use super::wording;
 use crate::discovery::Investigation;
 use crate::discovery::finding::{SIGNIFICANT, above_noise};
 use crate::discovery::recording::{Error, Recording};
-use crate::discovery::selection::{self, Gap as _, Options, Outcome, Set};
+use crate::discovery::selection::{self, Options, Outcome, Residuals as _, Set};
 use crate::language::ast::EffectItem;
 use crate::motion::Robot;
 
@@ -93,7 +93,7 @@ fn searched_with(options: &Options, gap: &ArmGap, n_joints: usize) -> Options {
     let mut options = *options;
     // A special case of a law may leave as much as any law that is right.
     options.generality = options.imperfection;
-    if gap.train.iter().any(|model| !model.scene.closed_loop) {
+    if gap.train.iter().any(|model| !model.course.closed_loop) {
         // The accelerations of a measured motion have errors of their own, which are not white.
         options.least_gain += MEASURED;
         // Nor is the effects' law: a real arm is never described to the noise of its sensors.

@@ -8,13 +8,13 @@ use super::error::Misfit;
 use super::explain::ArmGap;
 use super::known::known;
 use super::load::{Load, Thing};
-use super::plant::{Arm, Scene};
+use super::plant::{Arm, Course};
 use super::plausible;
 use super::simulate::Model;
 use super::term::{Law, Term};
 use super::wording;
 use crate::discovery::recording::{Error, Recording};
-use crate::discovery::selection::{Gap as _, Set};
+use crate::discovery::selection::{Residuals as _, Set};
 use crate::language::ast::EffectItem;
 use crate::motion::Robot;
 
@@ -74,16 +74,16 @@ fn models(
     for (recording, (arm, data)) in train.iter().chain(heldout).zip(read) {
         notes.extend(recording.notes.iter().cloned());
         notes.extend(data.notes.iter().map(ToString::to_string));
-        let scene = Scene::new(&arm, data);
-        if !scene.closed_loop {
+        let course = Course::new(&arm, data);
+        if !course.closed_loop {
             notes.push(wording::no_controller(&recording.name));
         }
         let carried = recording.sidecar.carried.iter().map(|carried| {
             let at = things.iter().position(|thing| thing.name == carried.object).unwrap_or(0);
-            Load::new(&arm, &scene.plant, carried, at, things[at].mass)
+            Load::new(&arm, &course.plant, carried, at, things[at].mass)
         });
         let loads = carried.collect();
-        models.push(Model::new(arm, scene, loads));
+        models.push(Model::new(arm, course, loads));
     }
     Ok(models)
 }

@@ -26,12 +26,12 @@ pub(super) fn places(gap: &ArmGap, terms: &[Term], parameters: &[f64]) -> Vec<fi
     let with = gap.with_known(terms, parameters);
     for model in gap.train.iter().chain(&gap.heldout) {
         let Some(residuals) = with.residuals(model) else { continue };
-        let data = &model.scene.data;
+        let data = &model.course.data;
         let rows = data.n_rows();
-        let first = model.scene.first_row;
+        let first = model.course.first_row;
         let predicted = data.channels.iter().filter(|c| model.is_predicted(c.quantity));
         for (at, channel) in predicted.enumerate() {
-            let part = &residuals[at * rows + first..at * rows + model.scene.last_row];
+            let part = &residuals[at * rows + first..at * rows + model.course.last_row];
             let square = sum_of_squares(part);
             let entry = sums.entry((channel.quantity, channel.index)).or_insert_with(|| {
                 let sum = Sum {
@@ -112,12 +112,12 @@ pub(super) fn staying<'a>(
 
 /// Returns what the residual of a channel follows most, with the part it explains.
 fn follows(model: &Model, channel: &Channel, part: &[f64]) -> (f64, String) {
-    let scene = &model.scene;
-    let (data, plant) = (&scene.data, &scene.plant);
+    let course = &model.course;
+    let (data, plant) = (&course.data, &course.plant);
     let n = plant.n;
-    let first = scene.first_row;
+    let first = course.first_row;
     let at = |values: &[f64], joint: usize| -> Vec<f64> {
-        scene.at_rows(values, joint)[first..scene.last_row].to_vec()
+        course.at_rows(values, joint)[first..course.last_row].to_vec()
     };
     let own = channel.quantity != Quantity::Tip;
     let joints: Vec<usize> = if own { vec![channel.index] } else { (0..n).collect() };
@@ -125,7 +125,7 @@ fn follows(model: &Model, channel: &Channel, part: &[f64]) -> (f64, String) {
         ("a constant".into(), vec![1.0; part.len()]),
         (
             "time".into(),
-            data.time[first..scene.last_row].iter().map(|t| t - data.time[0]).collect(),
+            data.time[first..course.last_row].iter().map(|t| t - data.time[0]).collect(),
         ),
     ];
     for j in joints {
@@ -164,8 +164,8 @@ fn follows(model: &Model, channel: &Channel, part: &[f64]) -> (f64, String) {
 
 /// Says in which stretches of time the residual is large.
 fn segments(model: &Model, part: &[f64]) -> String {
-    let data = &model.scene.data;
-    let first = model.scene.first_row;
+    let data = &model.course.data;
+    let first = model.course.first_row;
     let total = sum_of_squares(part).max(1e-300);
     let quarter = part.len().div_ceil(4).max(1);
     let shares: Vec<f64> =

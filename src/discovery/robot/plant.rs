@@ -215,7 +215,7 @@ impl Plant {
 
 /// A recording with the arm laid out along it.
 #[derive(Debug, Clone)]
-pub struct Scene {
+pub struct Course {
     /// What was measured.
     pub data: Data,
     /// The arm along the path.
@@ -269,7 +269,7 @@ const SETTLE: f64 = 0.4;
 /// A smoothed motion is not judged this near to its ends, s.
 const EDGE: f64 = 0.1;
 
-impl Scene {
+impl Course {
     /// Returns a joint's values of the plant, `points × n`, at every row.
     pub fn at_rows(&self, values: &[f64], joint: usize) -> Vec<f64> {
         let plant = &self.plant;

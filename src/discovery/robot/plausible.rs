@@ -164,7 +164,7 @@ fn within_reach(arm: &Arm, data: &Data, name: &str) -> Result<(), Error> {
 ///
 /// An [`Error`] that says which multiple.
 pub(super) fn check_torques(model: &Model, name: &str) -> Result<(), Error> {
-    let data = &model.scene.data;
+    let data = &model.course.data;
     let Some(predicted) = model.predict(&[], &[], &[]) else { return Ok(()) };
     let rows = data.n_rows();
     let mut ratios = Vec::new();

@@ -3,7 +3,7 @@
 use super::explain::ArmGap;
 use super::term::Law;
 use crate::discovery::finding::Visible;
-use crate::discovery::selection::{Gap as _, Options, Set, sum_of_squares};
+use crate::discovery::selection::{Options, Residuals as _, Set, sum_of_squares};
 
 /// Returns how small an effect of each common kind would have been seen: the power of the test. `own` are the
 /// simulation's own parameters.

@@ -50,8 +50,8 @@ pub(super) struct Scan {
 impl Scan {
     /// Takes joint `j` out of a model; `left` are the residuals in units of noise.
     pub(super) fn new(model: &Model, j: usize, left: &[f64]) -> Self {
-        let scene = &model.scene;
-        let (data, plant) = (&scene.data, &scene.plant);
+        let course = &model.course;
+        let (data, plant) = (&course.data, &course.plant);
         let rows = data.n_rows();
         let (mut torque, mut position) = (None, None);
         let predicted = data.channels.iter().filter(|c| model.is_predicted(c.quantity));
@@ -72,7 +72,7 @@ impl Scan {
                 plant.q[k.min(plant.len - 1) * n + j]
             })
             .collect();
-        let controller = model.arm.controller.as_ref().filter(|_| scene.closed_loop);
+        let controller = model.arm.controller.as_ref().filter(|_| course.closed_loop);
         let own = controller.map(|controller| {
             let middle = plant.len / 2;
             let inverse = plant.inverse_mass[(middle * n + j) * n + j];
@@ -84,7 +84,7 @@ impl Scan {
         Self {
             time: data.time.clone(),
             q,
-            first_row: scene.first_row,
+            first_row: course.first_row,
             torque,
             position,
             own,

@@ -1,6 +1,6 @@
 //! As many rows of a recording as a search needs; what it finds is judged on all of them.
 
-use super::plant::Scene;
+use super::plant::Course;
 
 /// Rows closer than this say little more of an arm than every other of them, s.
 const CLOSE: f64 = 0.008;
@@ -11,8 +11,8 @@ const ENOUGH: usize = 6000;
 /// Length of the stretches taken of a long recording, s.
 const STRETCH: f64 = 2.0;
 
-impl Scene {
-    /// Returns the scene with as many rows as a search needs.
+impl Course {
+    /// Returns the course with as many rows as a search needs.
     #[must_use]
     pub fn thinned(&self) -> Self {
         let time = &self.data.time;

@@ -22,7 +22,7 @@ pub(super) fn traces(
         let (Some(before), Some(after)) = (nothing.residuals(before), best.residuals(model)) else {
             continue;
         };
-        let data = &model.scene.data;
+        let data = &model.course.data;
         let rows = data.n_rows();
         let predicted = data.channels.iter().filter(|c| model.is_predicted(c.quantity));
         for (at, channel) in predicted.enumerate() {
@@ -37,7 +37,7 @@ pub(super) fn traces(
                 unit: channel.quantity.unit().to_owned(),
                 noise: channel.noise,
                 held_out,
-                unseen: model.scene.unseen.iter().map(|unseen| held_out && *unseen).collect(),
+                unseen: model.course.unseen.iter().map(|unseen| held_out && *unseen).collect(),
                 along: "s",
                 time: data.time.clone(),
                 before: in_units(&before),

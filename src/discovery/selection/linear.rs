@@ -6,10 +6,10 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::screen::sum_of_squares;
-use super::{Block, Candidate, Gap, Hypothesis, Set, Slot};
+use super::{Block, Candidate, Hypothesis, Residuals, Set, Slot};
 
 /// A gap pressed into few rows, linear about a hypothesis.
-pub(super) struct Linear<'a, G: Gap> {
+pub(super) struct Linear<'a, G: Residuals> {
     gap: &'a G,
     entries: Vec<Entry<G::Term>>,
     /// Which entries an effect has: one for each shape.
@@ -50,7 +50,7 @@ const LONGEST: usize = 100;
 /// What is added to the diagonal of scaled normal equations: columns may say the same.
 const RIDGE: f64 = 1e-8;
 
-impl<'a, G: Gap> Linear<'a, G> {
+impl<'a, G: Residuals> Linear<'a, G> {
     /// Writes the gap out about a hypothesis, with effects that are `wanted`; `None` if the model runs away there.
     pub(super) fn about(
         gap: &'a G,
@@ -134,7 +134,7 @@ type Blocked = Vec<(usize, Vec<f64>)>;
 
 impl Pressed {
     /// `own` entries are of the hypothesis.
-    fn of<G: Gap>(
+    fn of<G: Residuals>(
         gap: &G,
         best: &Hypothesis<G::Term>,
         entries: &[Entry<G::Term>],
@@ -227,7 +227,7 @@ impl Pressed {
         Some(found)
     }
 
-    fn residuals<G: Gap>(
+    fn residuals<G: Residuals>(
         &self,
         linear: &Linear<'_, G>,
         terms: &[G::Term],
@@ -344,7 +344,7 @@ pub fn related(left: &[f64]) -> f64 {
     related
 }
 
-impl<G: Gap> Gap for Linear<'_, G> {
+impl<G: Residuals> Residuals for Linear<'_, G> {
     type Term = G::Term;
 
     fn slots(&self, term: &G::Term) -> Vec<Slot> {

@@ -1,6 +1,6 @@
 //! The search for what is missing: which effects, how large, and whether the data can tell.
 //!
-//! A [`Gap`] says what the residuals are for any list of effects; [`search`] adds the effect that explains
+//! A [`Residuals`] says what the residuals are for any list of effects; [`search`] adds the effect that explains
 //! most, fits all of them together again, tries to exchange and to leave out each one, and stops when
 //! nothing more pays. Paying means two things at once: the Bayesian information criterion falls on the
 //! data fitted, and the misfit falls on data that were not. A third of those has no say in that either, and what is
@@ -104,8 +104,8 @@ impl<T> Candidate<T> {
     }
 }
 
-/// What is to be explained.
-pub trait Gap: Sync {
+/// What is to be explained: measured minus model, for any list of effects.
+pub trait Residuals: Sync {
     /// An effect at its place.
     type Term: Clone + PartialEq + Send + Sync;
 

@@ -4,10 +4,10 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::screen::sum_of_squares;
-use super::{Gap, Hypothesis, Set, Slot};
+use super::{Hypothesis, Residuals, Set, Slot};
 use crate::fit;
 
-pub(super) fn all_slots<G: Gap>(gap: &G, terms: &[G::Term]) -> Vec<Slot> {
+pub(super) fn all_slots<G: Residuals>(gap: &G, terms: &[G::Term]) -> Vec<Slot> {
     let mut slots: Vec<Slot> = gap.nuisance().into_iter().map(|(slot, _)| slot).collect();
     for term in terms {
         slots.extend(gap.slots(term));
@@ -17,7 +17,11 @@ pub(super) fn all_slots<G: Gap>(gap: &G, terms: &[G::Term]) -> Vec<Slot> {
 
 /// Returns for every parameter whether it is the model's own or of an effect related to one of `near`: the
 /// others say nothing about the same data.
-pub(super) fn near_parameters<G: Gap>(gap: &G, terms: &[G::Term], near: &[G::Term]) -> Vec<bool> {
+pub(super) fn near_parameters<G: Residuals>(
+    gap: &G,
+    terms: &[G::Term],
+    near: &[G::Term],
+) -> Vec<bool> {
     let stay = gap.shapes_stay();
     let mut moves = vec![true; gap.nuisance().len()];
     for term in terms {
@@ -34,14 +38,14 @@ pub(super) fn same_terms<T: PartialEq>(a: &[T], b: &[T]) -> bool {
 }
 
 /// Returns for every parameter whether it may move.
-pub(super) fn movable<G: Gap>(gap: &G, slots: &[Slot]) -> Vec<bool> {
+pub(super) fn movable<G: Residuals>(gap: &G, slots: &[Slot]) -> Vec<bool> {
     let (stay, own) = (gap.shapes_stay(), gap.nuisance().len());
     slots.iter().enumerate().map(|(i, slot)| i < own || !stay || slot.neutral.is_some()).collect()
 }
 
 /// Derivatives of the residuals, one column per parameter that moves; one-sided, towards the inside of its
 /// range.
-pub(super) fn columns<G: Gap>(
+pub(super) fn columns<G: Residuals>(
     gap: &G,
     terms: &[G::Term],
     parameters: &[f64],
@@ -66,7 +70,7 @@ pub(super) fn columns<G: Gap>(
 }
 
 /// The residuals on the data fitted as a least-squares problem.
-struct Problem<'a, G: Gap> {
+struct Problem<'a, G: Residuals> {
     gap: &'a G,
     terms: &'a [G::Term],
     slots: &'a [Slot],
@@ -75,7 +79,7 @@ struct Problem<'a, G: Gap> {
     n: usize,
 }
 
-impl<G: Gap> fit::Problem for Problem<'_, G> {
+impl<G: Residuals> fit::Problem for Problem<'_, G> {
     fn n_residuals(&self) -> usize {
         self.n
     }
@@ -106,7 +110,7 @@ impl<G: Gap> fit::Problem for Problem<'_, G> {
 const ROUGH: f64 = 2.0;
 
 /// Fits the parameters of some effects on the data fitted and evaluates them on the data held out.
-pub fn refit<G: Gap>(
+pub fn refit<G: Residuals>(
     gap: &G,
     terms: Vec<G::Term>,
     start: Vec<f64>,
@@ -117,7 +121,7 @@ pub fn refit<G: Gap>(
 }
 
 /// The same with the parameters that do not move left as they are.
-pub(super) fn refit_some<G: Gap>(
+pub(super) fn refit_some<G: Residuals>(
     gap: &G,
     terms: Vec<G::Term>,
     start: Vec<f64>,

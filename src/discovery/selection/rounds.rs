@@ -8,7 +8,7 @@ use super::refit::same_terms;
 use super::search::{Grown, is_sensible, left_out, pays, sensible, sensible_at, weighed};
 use super::steady::{least_steady, steadied};
 use super::wording::{RUNS_AWAY, WRITING_OUT};
-use super::{Gap, Hypothesis, Options, Outcome, refit};
+use super::{Hypothesis, Options, Outcome, Residuals, refit};
 
 /// Times the gap is written out; what was found rarely changes after the second.
 const ROUNDS: usize = 3;
@@ -26,7 +26,7 @@ pub(super) const FAR: f64 = 5.0;
 /// Returns everything usual at once, fitted, or nothing where nothing is usual; and how much more than its noise is left of
 /// every sensor by all candidates at once about it, at least 1: real machines are never described to the noise of their
 /// sensors, and what no law describes must not be taken for evidence of one.
-pub fn floors<G: Gap>(gap: &G) -> Option<(Hypothesis<G::Term>, Vec<f64>)> {
+pub fn floors<G: Residuals>(gap: &G) -> Option<(Hypothesis<G::Term>, Vec<f64>)> {
     let nothing = refit(gap, Vec::new(), Vec::new(), Vec::new())?;
     let about = usual(gap, &nothing).unwrap_or(nothing);
     let floors = Linear::about(gap, &about, &|_| true)?.floors;
@@ -39,7 +39,7 @@ pub fn floors<G: Gap>(gap: &G) -> Option<(Hypothesis<G::Term>, Vec<f64>)> {
 /// # Errors
 ///
 /// A sentence if the model cannot be evaluated or fitted.
-pub fn search_linear<G: Gap>(
+pub fn search_linear<G: Residuals>(
     gap: &G,
     about: Hypothesis<G::Term>,
     options: &Options,
@@ -100,7 +100,7 @@ pub fn search_linear<G: Gap>(
 
 /// Searches from nothing, from nothing with what is broad only after all else, and from everything usual at once; returns
 /// what explains most. The gap is written out about everything usual.
-fn begun<G: Gap>(
+fn begun<G: Residuals>(
     gap: &Linear<'_, G>,
     about: &Hypothesis<G::Term>,
     options: &Options,
@@ -131,7 +131,7 @@ fn begun<G: Gap>(
 }
 
 /// Fits everything usual at once, each effect in the best of its shapes.
-fn usual<G: Gap>(gap: &G, nothing: &Hypothesis<G::Term>) -> Option<Hypothesis<G::Term>> {
+fn usual<G: Residuals>(gap: &G, nothing: &Hypothesis<G::Term>) -> Option<Hypothesis<G::Term>> {
     let terms = gap.usual();
     if terms.is_empty() {
         return None;
@@ -159,7 +159,7 @@ fn usual<G: Gap>(gap: &G, nothing: &Hypothesis<G::Term>) -> Option<Hypothesis<G:
 }
 
 /// Leaves out of a hypothesis what does not pay, the weakest first.
-fn thinned<G: Gap>(
+fn thinned<G: Residuals>(
     gap: &Linear<'_, G>,
     mut best: Hypothesis<G::Term>,
     options: &Options,
@@ -193,7 +193,7 @@ fn thinned<G: Gap>(
 
 /// Puts the explanation fitted with its shapes in the place of the one of the search, and fits the shapes of those rivals that
 /// come near it.
-fn with_shapes<G: Gap>(
+fn with_shapes<G: Residuals>(
     gap: &G,
     mut outcome: Outcome<G::Term>,
     best: Hypothesis<G::Term>,

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::refit::{all_slots, columns, movable, near_parameters};
-use super::{Gap, Hypothesis, Set, Slot};
+use super::{Hypothesis, Residuals, Set, Slot};
 
 /// The model linearised about a hypothesis.
 pub(super) struct Local {
@@ -18,7 +18,7 @@ const RIDGE: f64 = 1e-9;
 
 impl Local {
     /// Linearises; of the effects there are, only those related to `near`, if that is given.
-    pub(super) fn at<G: Gap>(
+    pub(super) fn at<G: Residuals>(
         gap: &G,
         best: &Hypothesis<G::Term>,
         near: Option<&G::Term>,
@@ -37,7 +37,7 @@ impl Local {
 
     /// Returns the sum of squares that a linear fit leaves when `joining` join, and where that fit
     /// ends; `slots` and `start` are of all that join, and shape parameters stay as they start.
-    pub(super) fn screen<G: Gap>(
+    pub(super) fn screen<G: Residuals>(
         &self,
         gap: &G,
         best: &Hypothesis<G::Term>,

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::refit::{near_parameters, refit_some, same_terms};
 use super::screen::Local;
 use super::steady::{judge_all, least_steady, steadied};
-use super::{Candidate, Gap, Hypothesis, Options, Outcome, Rival, Set, Slot, refit, wording};
+use super::{Candidate, Hypothesis, Options, Outcome, Residuals, Rival, Set, Slot, refit, wording};
 
 /// Searches for the effects that are missing.
 ///
@@ -14,7 +14,7 @@ use super::{Candidate, Gap, Hypothesis, Options, Outcome, Rival, Set, Slot, refi
 /// # Errors
 ///
 /// A sentence if the model without effects cannot be evaluated or fitted.
-pub fn search<G: Gap>(
+pub fn search<G: Residuals>(
     gap: &G,
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
@@ -63,12 +63,12 @@ pub(super) struct Grown<T> {
 
 impl<T: Clone + PartialEq + Send + Sync> Grown<T> {
     /// Begins with some effects.
-    pub(super) fn from<G: Gap<Term = T>>(gap: &G, best: Hypothesis<T>) -> Self {
+    pub(super) fn from<G: Residuals<Term = T>>(gap: &G, best: Hypothesis<T>) -> Self {
         Self { best, rivals: Vec::new(), unnamed: !gap.names_first() }
     }
 
     /// Tries all effects against others once more and compares the rivals.
-    pub(super) fn outcome<G: Gap<Term = T>>(
+    pub(super) fn outcome<G: Residuals<Term = T>>(
         self,
         gap: &G,
         options: &Options,
@@ -95,7 +95,7 @@ impl<T: Clone + PartialEq + Send + Sync> Grown<T> {
     }
 
     /// Adds effects while they pay, none of them `barred`; after each, those there are may be exchanged or left out.
-    pub(super) fn grow<G: Gap<Term = T>>(
+    pub(super) fn grow<G: Residuals<Term = T>>(
         &mut self,
         gap: &G,
         options: &Options,
@@ -151,7 +151,7 @@ impl<T: Clone + PartialEq + Send + Sync> Grown<T> {
     }
 
     /// Searches once more from what is there without `broad`, and keeps what explains more.
-    fn without<G: Gap<Term = T>>(
+    fn without<G: Residuals<Term = T>>(
         &mut self,
         gap: &G,
         options: &Options,
@@ -171,7 +171,7 @@ impl<T: Clone + PartialEq + Send + Sync> Grown<T> {
 }
 
 /// Returns the special case of the last effect of `chosen` that explains nearly as much, or `chosen`.
-fn simplest<'a, G: Gap>(
+fn simplest<'a, G: Residuals>(
     gap: &G,
     chosen: &'a Hypothesis<G::Term>,
     mut others: impl Iterator<Item = &'a Hypothesis<G::Term>>,
@@ -190,7 +190,7 @@ fn simplest<'a, G: Gap>(
 
 /// Returns the evidence against a hypothesis, with what is asked of effects that are not usual: to be more than a part of what
 /// is left in any case, wherever they stand in the place of others.
-pub(super) fn weighed<G: Gap>(gap: &G, h: &Hypothesis<G::Term>, options: &Options) -> f64 {
+pub(super) fn weighed<G: Residuals>(gap: &G, h: &Hypothesis<G::Term>, options: &Options) -> f64 {
     let rare = h.terms.iter().filter(|term| !gap.is_usual(term));
     let left =
         rare.map(|term| gap.unexplained(Set::Train, term) + gap.unexplained(Set::Heldout, term));
@@ -198,7 +198,7 @@ pub(super) fn weighed<G: Gap>(gap: &G, h: &Hypothesis<G::Term>, options: &Option
 }
 
 /// Returns whether the effect at `at`, which `with` has and `without` has not, pays.
-pub(super) fn pays<G: Gap>(
+pub(super) fn pays<G: Residuals>(
     gap: &G,
     with: &Hypothesis<G::Term>,
     at: usize,
@@ -227,7 +227,7 @@ pub(super) fn pays<G: Gap>(
 const DETERMINED: f64 = 2.0;
 
 /// Returns whether the last effect is larger than what the model itself can resolve.
-fn matters<G: Gap>(gap: &G, with: &Hypothesis<G::Term>) -> bool {
+fn matters<G: Residuals>(gap: &G, with: &Hypothesis<G::Term>) -> bool {
     let Some(term) = with.terms.last() else { return false };
     let slots = gap.slots(term);
     let from = with.parameters.len() - slots.len();
@@ -246,7 +246,7 @@ fn matters<G: Gap>(gap: &G, with: &Hypothesis<G::Term>) -> bool {
 
 /// Returns `best` with one more effect, with or without those that have no name, best first: screened by
 /// linear algebra, the best few fitted. After an effect was left out, only what may take its place is tried.
-fn extended<G: Gap>(
+fn extended<G: Residuals>(
     gap: &G,
     best: &Hypothesis<G::Term>,
     options: &Options,
@@ -312,7 +312,7 @@ fn extended<G: Gap>(
 }
 
 /// Tries every effect (of those related to `new`, if one is given) against all others in its place.
-pub(super) fn exchanged<G: Gap>(
+pub(super) fn exchanged<G: Residuals>(
     gap: &G,
     mut best: Hypothesis<G::Term>,
     options: &Options,
@@ -359,7 +359,7 @@ pub(super) fn exchanged<G: Gap>(
 }
 
 /// Leaves out what no longer pays, of what is related to `new` if that is given.
-pub(super) fn pruned<G: Gap>(
+pub(super) fn pruned<G: Residuals>(
     gap: &G,
     mut best: Hypothesis<G::Term>,
     options: &Options,
@@ -384,7 +384,7 @@ pub(super) fn pruned<G: Gap>(
 
 /// Leaves out what was sensible when it joined and is not any more, beside all that joined after it: of several first the one
 /// whose place the others take best. Returns what is left out as well, in that order.
-pub(super) fn sensible<G: Gap>(
+pub(super) fn sensible<G: Residuals>(
     gap: &G,
     mut best: Hypothesis<G::Term>,
 ) -> (Hypothesis<G::Term>, Vec<G::Term>) {
@@ -400,25 +400,25 @@ pub(super) fn sensible<G: Gap>(
 }
 
 /// Returns whether an effect of a hypothesis is one that could be.
-pub(super) fn sensible_at<G: Gap>(gap: &G, h: &Hypothesis<G::Term>, at: usize) -> bool {
+pub(super) fn sensible_at<G: Residuals>(gap: &G, h: &Hypothesis<G::Term>, at: usize) -> bool {
     let from = begins(gap, h, at);
     let count = gap.slots(&h.terms[at]).len();
     gap.is_sensible(&h.terms[at], &h.parameters[from..from + count])
 }
 
 /// Returns whether every effect of a hypothesis is one that could be.
-pub fn is_sensible<G: Gap>(gap: &G, h: &Hypothesis<G::Term>) -> bool {
+pub fn is_sensible<G: Residuals>(gap: &G, h: &Hypothesis<G::Term>) -> bool {
     (0..h.terms.len()).all(|at| sensible_at(gap, h, at))
 }
 
 /// Returns where the parameters of an effect begin.
-pub(super) fn begins<G: Gap>(gap: &G, best: &Hypothesis<G::Term>, at: usize) -> usize {
+pub(super) fn begins<G: Residuals>(gap: &G, best: &Hypothesis<G::Term>, at: usize) -> usize {
     let before = best.terms[..at].iter().map(|term| gap.slots(term).len());
     gap.nuisance().len() + before.sum::<usize>()
 }
 
 /// Says how far behind each rival is; those far behind are kept as runners-up, the best few only.
-fn compared<G: Gap>(
+fn compared<G: Residuals>(
     gap: &G,
     best: &Hypothesis<G::Term>,
     without: &[Hypothesis<G::Term>],
@@ -460,7 +460,7 @@ fn compared<G: Gap>(
 }
 
 /// Returns a hypothesis without one of its effects, the rest fitted again.
-pub(super) fn left_out<G: Gap>(
+pub(super) fn left_out<G: Residuals>(
     gap: &G,
     best: &Hypothesis<G::Term>,
     at: usize,

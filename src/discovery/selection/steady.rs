@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::rounds::FAR;
 use super::search::{begins, pays, weighed};
-use super::{Gap, Hypothesis, Options, Outcome, Rival, Set, sum_of_squares};
+use super::{Hypothesis, Options, Outcome, Residuals, Rival, Set, sum_of_squares};
 use crate::discovery::finding::{Split, Step};
 use crate::discovery::resample::{self, Draw, STRETCHES};
 
@@ -16,7 +16,7 @@ struct Drawn<T> {
 }
 
 impl<T: Clone + PartialEq + Send + Sync> Drawn<T> {
-    fn of<G: Gap<Term = T>>(gap: &G, h: &Hypothesis<T>) -> Self {
+    fn of<G: Residuals<Term = T>>(gap: &G, h: &Hypothesis<T>) -> Self {
         let sums = [Set::Train, Set::Heldout].map(|set| {
             let Some(residuals) = gap.residuals(set, &h.terms, &h.parameters) else {
                 return [f64::INFINITY; STRETCHES];
@@ -42,7 +42,7 @@ impl<T: Clone + PartialEq + Send + Sync> Drawn<T> {
 
 /// Works out for each effect chosen, and for each rival that comes near, the share of draws in which it pays and nothing
 /// else explains more in its place.
-pub(super) fn steadied<G: Gap>(gap: &G, outcome: &mut Outcome<G::Term>, options: &Options) {
+pub(super) fn steadied<G: Residuals>(gap: &G, outcome: &mut Outcome<G::Term>, options: &Options) {
     let Outcome { best, without, rivals, stability, .. } = outcome;
     let mut chosen = Drawn::of(gap, best);
     *stability = vec![0.0; best.terms.len()];
@@ -86,19 +86,19 @@ pub(super) fn least_steady<T>(outcome: &Outcome<T>) -> Option<usize> {
 
 /// Returns the data that what is told of those held out is read off: what decides nothing, or all of them where they are too
 /// few to set some aside.
-pub fn reported<G: Gap>(gap: &G) -> Set {
+pub fn reported<G: Residuals>(gap: &G) -> Set {
     if gap.count(Set::Unseen) > 0 { Set::Unseen } else { Set::Heldout }
 }
 
 /// Works out what a hypothesis leaves of all data.
-pub fn judge<G: Gap>(gap: &G, h: &mut Hypothesis<G::Term>) {
+pub fn judge<G: Residuals>(gap: &G, h: &mut Hypothesis<G::Term>) {
     let left = |set| square(gap, set, &h.terms, &h.parameters);
     (h.train, h.heldout, h.unseen) = (left(Set::Train), left(Set::Heldout), left(reported(gap)));
     h.count = gap.count(Set::Train);
 }
 
 /// Judges one effect that was found otherwise than by a search, beside nothing.
-pub fn judged<G: Gap>(
+pub fn judged<G: Residuals>(
     gap: &G,
     mut best: Hypothesis<G::Term>,
     options: &Options,
@@ -113,7 +113,7 @@ pub fn judged<G: Gap>(
 }
 
 /// The same for all that is told of an outcome: rivals that are far behind are told by their names.
-pub(super) fn judge_all<G: Gap>(gap: &G, outcome: &mut Outcome<G::Term>, options: &Options) {
+pub(super) fn judge_all<G: Residuals>(gap: &G, outcome: &mut Outcome<G::Term>, options: &Options) {
     let ties = outcome.rivals.iter_mut().filter(|rival| rival.behind < options.tie);
     let chosen = [&mut outcome.nothing, &mut outcome.best].into_iter().chain(&mut outcome.without);
     let told: Vec<_> = chosen.chain(ties.map(|rival| &mut rival.hypothesis)).collect();
@@ -121,28 +121,28 @@ pub(super) fn judge_all<G: Gap>(gap: &G, outcome: &mut Outcome<G::Term>, options
         .for_each(|h| h.unseen = square(gap, reported(gap), &h.terms, &h.parameters));
 }
 
-fn square<G: Gap>(gap: &G, set: Set, terms: &[G::Term], parameters: &[f64]) -> f64 {
+fn square<G: Residuals>(gap: &G, set: Set, terms: &[G::Term], parameters: &[f64]) -> f64 {
     gap.residuals(set, terms, parameters).map_or(f64::INFINITY, |left| sum_of_squares(&left))
 }
 
-fn rms<G: Gap>(gap: &G, set: Set, sum: f64) -> f64 {
+fn rms<G: Residuals>(gap: &G, set: Set, sum: f64) -> f64 {
     (sum / gap.count(set).max(1) as f64).sqrt()
 }
 
 /// Returns the root mean square of what a hypothesis leaves of the data fitted and of those held out, in units of noise.
-pub fn split<G: Gap>(gap: &G, h: &Hypothesis<G::Term>) -> Split {
+pub fn split<G: Residuals>(gap: &G, h: &Hypothesis<G::Term>) -> Split {
     Split { train: rms(gap, Set::Train, h.train), heldout: rms(gap, reported(gap), h.unseen) }
 }
 
 /// The same without any effect.
-pub fn left<G: Gap>(gap: &G) -> Split {
+pub fn left<G: Residuals>(gap: &G) -> Split {
     let own: Vec<f64> = gap.nuisance().iter().map(|(_, value)| *value).collect();
     split_at(gap, &[], &own)
 }
 
 /// Returns what is left before any name, and after each is written into the model as it was fitted, the largest first; `told`
 /// says the name of an effect and its place, or nothing of what counts as a number of the model and is in it from the beginning.
-pub fn path<G: Gap>(
+pub fn path<G: Residuals>(
     gap: &G,
     outcome: &Outcome<G::Term>,
     told: impl Fn(&G::Term) -> Option<(String, String)>,
@@ -173,7 +173,7 @@ pub fn path<G: Gap>(
 }
 
 /// What is left of the data fitted and of those held out with these effects as they are.
-fn split_at<G: Gap>(gap: &G, terms: &[G::Term], parameters: &[f64]) -> Split {
+fn split_at<G: Residuals>(gap: &G, terms: &[G::Term], parameters: &[f64]) -> Split {
     let of = |set| rms(gap, set, square(gap, set, terms, parameters));
     Split { train: of(Set::Train), heldout: of(reported(gap)) }
 }

@@ -10,7 +10,7 @@ use super::super::term::{Law, Term};
 use super::body::NUMBERS;
 use super::fit::{Fit, OF_JOINT, Parts, Problem, consistent, left_of};
 use super::{CREEPS, SOME, problems};
-use crate::discovery::selection::{Gap as _, Hypothesis, Set, sum_of_squares};
+use crate::discovery::selection::{Hypothesis, Residuals as _, Set, sum_of_squares};
 
 /// A mass is told if it is this many times its standard deviation.
 const TOLD: f64 = 5.0;

@@ -27,7 +27,7 @@ use super::simulate::Model;
 use super::term::{Law, Term};
 use super::wording;
 use crate::discovery::finding::Identified;
-use crate::discovery::selection::{Gap as _, Hypothesis, Rival, Set, related};
+use crate::discovery::selection::{Hypothesis, Residuals as _, Rival, Set, related};
 use crate::motion::revise::{LinkChange, Revision};
 use body::{NAMES, NUMBERS, numbers, spread};
 use fit::{Fit, LOAD, OF_JOINT, Parts, Problem, Sums, consistent, left_of};
@@ -122,7 +122,7 @@ pub(super) struct Numbers {
 /// Identifies the numbers of the links; `None` where the recordings say nothing of them.
 pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     let model = gap.train.first()?;
-    let has_torque = |model: &Model| model.scene.data.has(Quantity::Torque);
+    let has_torque = |model: &Model| model.course.data.has(Quantity::Torque);
     if !gap.is_along() || !gap.train.iter().chain(&gap.heldout).all(has_torque) {
         return None;
     }
@@ -143,7 +143,7 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     let weights = least.weights.clone();
     let with_gains = |list: &[&Range<usize>], without: &Fit| {
         // What an ampere is worth was fitted: a gain is in it.
-        if model.scene.data.are_currents {
+        if model.course.data.are_currents {
             return Vec::new();
         }
         gains::shown(&problem, &parts, list, without)
@@ -348,7 +348,7 @@ fn sums(gap: &ArmGap, set: Set) -> Option<Vec<Vec<Sums>>> {
 /// Sums columns and residuals up, sensor by sensor.
 fn summed(gap: &ArmGap, set: Set, here: &[f64], columns: &[&Vec<f64>]) -> Option<Vec<Sums>> {
     let blocks = gap.blocks(set);
-    let channels = gap.train[0].scene.data.channels.iter().enumerate();
+    let channels = gap.train[0].course.data.channels.iter().enumerate();
     let torques = channels.filter(|(_, channel)| channel.quantity == Quantity::Torque);
     let of = |(sensor, channel): (usize, &Channel)| {
         let rows: Vec<usize> = blocks

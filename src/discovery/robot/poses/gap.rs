@@ -1,4 +1,4 @@
-//! Poses at rest as something to be explained: [`Gap`] over laws that show at rest.
+//! Poses at rest as something to be explained: [`Residuals`] over laws that show at rest.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -14,7 +14,7 @@ use crate::discovery::Trace;
 use crate::discovery::finding::{Channel, Told};
 use crate::discovery::recording::Error;
 use crate::discovery::resample;
-use crate::discovery::selection::{Candidate, Gap, Hypothesis, Set, Slot};
+use crate::discovery::selection::{Candidate, Hypothesis, Residuals, Set, Slot};
 use crate::discovery::wording::Worded;
 use crate::language::ast::EffectItem;
 
@@ -257,7 +257,7 @@ fn torques(gap: &AtPoses) -> Option<(Vec<f64>, f64)> {
     Some(((0..n).map(own).collect(), beyond))
 }
 
-impl Gap for AtPoses {
+impl Residuals for AtPoses {
     type Term = Term;
 
     fn slots(&self, term: &Term) -> Vec<Slot> {

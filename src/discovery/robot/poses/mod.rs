@@ -26,7 +26,7 @@ use super::wording;
 use crate::discovery::Investigation;
 use crate::discovery::finding::Verdict;
 use crate::discovery::recording::{Error, Recording};
-use crate::discovery::selection::{self, Gap as _, Options, Outcome, Set, sum_of_squares};
+use crate::discovery::selection::{self, Options, Outcome, Residuals as _, Set, sum_of_squares};
 use crate::discovery::wording::{Worded as _, answer};
 use crate::language::ast::EffectItem;
 use crate::motion::Robot;

@@ -171,10 +171,10 @@ impl Acting {
 
     /// A joint has a rotor, kg·m².
     fn rotor(&mut self, model: &Model, j: usize, inertia: f64) {
-        let n = model.scene.plant.n;
+        let n = model.course.plant.n;
         let needed = self.needed(model);
         for (k, row) in needed.chunks_mut(n).enumerate() {
-            row[j] += inertia * model.scene.plant.ddq[k * n + j];
+            row[j] += inertia * model.course.plant.ddq[k * n + j];
         }
     }
 
@@ -246,7 +246,7 @@ impl Acting {
 
     /// The links stand elsewhere than the encoder says, so they weigh otherwise.
     fn turned(&mut self, model: &Model, joint: usize, by: f64) {
-        let plant = &model.scene.plant;
+        let plant = &model.course.plant;
         let n = plant.n;
         for (at, to) in self.needed(model).iter_mut().enumerate() {
             *to += plant.stiffness[at * n + joint] * by;
@@ -255,7 +255,7 @@ impl Acting {
 
     fn needed(&mut self, model: &Model) -> &mut Vec<f64> {
         if self.needed.is_empty() {
-            self.needed = vec![0.0; model.scene.plant.len * model.scene.plant.n];
+            self.needed = vec![0.0; model.course.plant.len * model.course.plant.n];
         }
         &mut self.needed
     }

@@ -2,7 +2,7 @@
 
 use super::super::chain::MOST_JOINTS;
 use super::super::data::Quantity;
-use super::super::plant::Scene;
+use super::super::plant::Course;
 use super::acting::Acting;
 use super::friction::Dry;
 use super::{GridPoint, Model, Motion};
@@ -22,7 +22,7 @@ pub(super) struct Bare {
 impl Bare {
     /// Takes the path of the plant as the motion, `delay` s late.
     fn of(model: &Model, delay: f64) -> Self {
-        let Scene { data, plant, .. } = &model.scene;
+        let Course { data, plant, .. } = &model.course;
         let n = plant.n;
         let [mut q, mut dq, mut ddq, mut load] =
             std::array::from_fn(|_| vec![0.0; data.n_rows() * n]);
@@ -43,7 +43,7 @@ impl Bare {
 
 /// Takes the path of the plant as the motion and works out the torques it needed.
 pub(super) fn measured(model: &Model, acting: &Acting) -> Motion {
-    let Scene { data, plant, .. } = &model.scene;
+    let Course { data, plant, .. } = &model.course;
     let n = plant.n;
     let rows = data.n_rows();
     let has_position = data.has(Quantity::Position);
@@ -97,7 +97,7 @@ pub(super) fn measured(model: &Model, acting: &Acting) -> Motion {
         for dry in &acting.dry {
             let j = dry.joint;
             // Near standstill the measured speed does not tell the sign.
-            let unsure = model.scene.speed_error.get(j).copied().unwrap_or(0.0);
+            let unsure = model.course.speed_error.get(j).copied().unwrap_or(0.0);
             let softer = Dry { creep: dry.creep.max(unsure), ..*dry };
             motor[j] -= softer.torque(dq[j], dq[j]);
         }

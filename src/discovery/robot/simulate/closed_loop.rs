@@ -5,7 +5,7 @@
 //! fluids, dry friction, and gaps between motor and link. Source: Stewart and Trinkle 1996.
 
 use super::super::chain::MOST_JOINTS;
-use super::super::plant::Scene;
+use super::super::plant::Course;
 use super::acting::Acting;
 use super::friction::{Gapped, Loop, Smooth};
 use super::{GridPoint, Model, Motion};
@@ -47,7 +47,7 @@ struct Reading {
 
 /// The simulation at one instant.
 struct Run<'a> {
-    scene: &'a Scene,
+    course: &'a Course,
     controller: &'a Controller,
     armature: &'a [f64],
     acting: &'a Acting,
@@ -74,30 +74,30 @@ struct Run<'a> {
 /// Simulates arm and controller from the commands. `None` without a controller, or if the motion runs
 /// away.
 pub(super) fn simulate(model: &Model, acting: &Acting, own: &[f64]) -> Option<Motion> {
-    let scene = &model.scene;
+    let course = &model.course;
     let mut run = Run::begin(model, acting, own)?;
-    for k in 0..scene.ticks * run.fine {
-        let time = scene.plant.start + k as f64 * run.tick;
+    for k in 0..course.ticks * run.fine {
+        let time = course.plant.start + k as f64 * run.tick;
         // Where the reference and the bodies along it stand at this instant.
-        let late = (time - acting.delay - scene.plant.start).max(0.0);
-        let here = GridPoint::at(&scene.plant, scene.plant.start + late);
-        if k % (scene.hold * run.fine) == 0 {
+        let late = (time - acting.delay - course.plant.start).max(0.0);
+        let here = GridPoint::at(&course.plant, course.plant.start + late);
+        if k % (course.hold * run.fine) == 0 {
             run.control(here, late);
         }
         run.record(time);
-        if run.row == scene.data.n_rows() {
+        if run.row == course.data.n_rows() {
             break;
         }
-        let mut friction = run.pushes(time - scene.data.time[0]);
+        let mut friction = run.pushes(time - course.data.time[0]);
         // The bodies are where the path says; only a path that is the command's own comes as late.
-        let bodies = if scene.follows_command { here } else { GridPoint::at(&scene.plant, time) };
+        let bodies = if course.follows_command { here } else { GridPoint::at(&course.plant, time) };
         let mut ddq = run.accelerations(bodies, &friction);
         let inverse = run.inverse_mass(bodies);
         run.thick_fluid(inverse, &mut ddq, &mut friction);
         run.dry_friction(inverse, &mut ddq, &mut friction);
         run.gaps(inverse, &mut ddq, &friction);
         run.advance(&ddq, &friction);
-        if !run.q[..scene.plant.n].iter().all(|angle| angle.abs() < 1e4) {
+        if !run.q[..course.plant.n].iter().all(|angle| angle.abs() < 1e4) {
             return None;
         }
     }
@@ -107,11 +107,11 @@ pub(super) fn simulate(model: &Model, acting: &Acting, own: &[f64]) -> Option<Mo
 impl<'a> Run<'a> {
     /// Lays the arm at the start of its reference. `None` without a controller.
     fn begin(model: &'a Model, acting: &'a Acting, own: &[f64]) -> Option<Self> {
-        let scene = &model.scene;
-        let n = scene.plant.n;
+        let course = &model.course;
+        let n = course.plant.n;
         let (mut q, mut dq) = ([0.0; MOST_JOINTS], [0.0; MOST_JOINTS]);
-        q[..n].copy_from_slice(&scene.reference[..n]);
-        dq[..n].copy_from_slice(&scene.reference_speed[..n]);
+        q[..n].copy_from_slice(&course.reference[..n]);
+        dq[..n].copy_from_slice(&course.reference_speed[..n]);
         let gapped: Vec<Gapped> = (0..n)
             .filter(|&j| acting.play[j] > 0.0)
             .map(|j| Gapped {
@@ -129,12 +129,12 @@ impl<'a> Run<'a> {
         let none = [0.0; MOST_JOINTS];
         let now = Reading { q, dq, tau: none, load: none, gap: none };
         Some(Self {
-            scene,
+            course,
             controller: model.arm.controller.as_ref()?,
             armature: &model.arm.armature,
             acting,
             fine,
-            tick: scene.tick / fine as f64,
+            tick: course.tick / fine as f64,
             part,
             stop,
             loops: acting.loops.clone(),
@@ -145,18 +145,18 @@ impl<'a> Run<'a> {
             now,
             last: now,
             row: 0,
-            motion: Motion::still(scene.data.n_rows() * n),
+            motion: Motion::still(course.data.n_rows() * n),
         })
     }
 
     /// The controller asks for torques, from what the encoders see; `late` is the time since the start
     /// that its commands have reached, s.
     fn control(&mut self, here: GridPoint, late: f64) {
-        let Scene { plant, reference, reference_speed, .. } = self.scene;
+        let Course { plant, reference, reference_speed, .. } = self.course;
         let with_gravity = self.controller.kind != "pd";
         let (kp, kd) = (&self.controller.kp_nm_per_rad, &self.controller.kd_nm_s_per_rad);
         let n = plant.n;
-        let at = (late / self.scene.tick).min((self.scene.ticks - 2) as f64);
+        let at = (late / self.course.tick).min((self.course.ticks - 2) as f64);
         let index = at as usize;
         let there = GridPoint { n, index, part: at - index as f64 };
         let [q, dq] = [reference, reference_speed].map(|values| there.all(values));
@@ -172,8 +172,8 @@ impl<'a> Run<'a> {
 
     /// Writes the rows of the recording that have passed, and keeps what is read now for the next.
     fn record(&mut self, time: f64) {
-        let data = &self.scene.data;
-        let n = self.scene.plant.n;
+        let data = &self.course.data;
+        let n = self.course.plant.n;
         let (now, last) = (&self.now, &self.last);
         while self.row < data.n_rows() && data.time[self.row] <= time + 1e-9 {
             // Rows between two ticks are interpolated; most fall on one.
@@ -211,7 +211,7 @@ impl<'a> Run<'a> {
 
     /// Returns the accelerations that the torque beyond what the path needs gives, `M q̈ = push`, rad/s².
     fn accelerations(&self, here: GridPoint, friction: &Joints) -> Joints {
-        let plant = &self.scene.plant;
+        let plant = &self.course.plant;
         let n = plant.n;
         let mut push = [0.0; MOST_JOINTS];
         let (mut off, mut off_speed) = ([0.0; MOST_JOINTS], [0.0; MOST_JOINTS]);
@@ -243,8 +243,8 @@ impl<'a> Run<'a> {
 
     /// Returns the inverse of the mass matrix here, `n × n`.
     fn inverse_mass(&self, here: GridPoint) -> &'a [f64] {
-        let n = self.scene.plant.n;
-        &self.scene.plant.inverse_mass[here.index * n * n..(here.index + 1) * n * n]
+        let n = self.course.plant.n;
+        &self.course.plant.inverse_mass[here.index * n * n..(here.index + 1) * n * n]
     }
 
     /// Adds a torque at joint `j` to the accelerations.
@@ -256,7 +256,7 @@ impl<'a> Run<'a> {
 
     /// Fluid friction, implicitly: a thick fluid on a light joint is stiff.
     fn thick_fluid(&self, inverse: &[f64], ddq: &mut Joints, friction: &mut Joints) {
-        let n = self.scene.plant.n;
+        let n = self.course.plant.n;
         for &(j, law) in &self.acting.smooth {
             if let Smooth::Viscous(c) = law {
                 let ahead = self.part * self.tick;
@@ -270,7 +270,7 @@ impl<'a> Run<'a> {
 
     /// Dry friction, joint by joint.
     fn dry_friction(&self, inverse: &[f64], ddq: &mut Joints, friction: &mut Joints) {
-        let n = self.scene.plant.n;
+        let n = self.course.plant.n;
         for dry in &self.acting.dry {
             let j = dry.joint;
             let own = inverse[j * n + j] * self.tick;
@@ -284,7 +284,7 @@ impl<'a> Run<'a> {
     /// The link of a joint with a gap swings free of its rotor, unless that would leave the gap: then the
     /// impulse between the two keeps it inside (Stewart and Trinkle's time stepping).
     fn gaps(&mut self, inverse: &[f64], ddq: &mut Joints, friction: &Joints) {
-        let n = self.scene.plant.n;
+        let n = self.course.plant.n;
         let tick = self.tick;
         for gap in &mut self.gapped {
             let j = gap.joint;
@@ -309,7 +309,7 @@ impl<'a> Run<'a> {
     /// Moves the joints by one tick.
     fn advance(&mut self, ddq: &Joints, friction: &Joints) {
         let tick = self.tick;
-        for j in 0..self.scene.plant.n {
+        for j in 0..self.course.plant.n {
             // What goes through the gear: the motor's torque and what acts beside it, less what turns the
             // rotor.
             if self.acting.play[j] <= 0.0 {

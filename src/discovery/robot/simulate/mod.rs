@@ -21,7 +21,7 @@ use super::chain::Chain;
 use super::data::{Channel, Quantity};
 use super::links::body;
 use super::load::Load;
-use super::plant::{Arm, Scene};
+use super::plant::{Arm, Course};
 use super::term::Term;
 use crate::discovery::recording::sidecar::TorqueSensor;
 use crate::discovery::selection::{Set, Slot};
@@ -30,9 +30,9 @@ pub use model::{Model, is_in};
 
 impl Model {
     /// Returns the model of an arm along a recording, in which it carried `loads`.
-    pub fn new(arm: Arm, scene: Scene, loads: Vec<Load>) -> Self {
+    pub fn new(arm: Arm, course: Course, loads: Vec<Load>) -> Self {
         let (columns, motions) = (Mutex::default(), Mutex::default());
-        let n = scene.plant.n;
+        let n = course.plant.n;
         let mut carried = Vec::new();
         for load in &loads {
             carried.resize(load.per_kilogram.len(), 0.0);
@@ -40,34 +40,34 @@ impl Model {
                 *to += load.mass[at / n] * load.per_kilogram[at];
             }
         }
-        Self { arm, scene, columns, motions, bare: OnceLock::new(), loads, carried }
+        Self { arm, course, columns, motions, bare: OnceLock::new(), loads, carried }
     }
 
     /// Returns the same with as many rows as a search needs: no more than it takes to follow an arm, and of a long
     /// recording stretches all over it.
     #[must_use]
     pub fn thinned(&self) -> Self {
-        Self::new(self.arm.clone(), self.scene.thinned(), self.loads.clone())
+        Self::new(self.arm.clone(), self.course.thinned(), self.loads.clone())
     }
 
     /// Returns whether the zero of an encoder shows in the torques: where nothing but the links is in them, and
     /// the motion is as measured.
     pub fn feels_zeros(&self) -> bool {
-        !self.scene.closed_loop
+        !self.course.closed_loop
             && self.arm.torque_sensor == TorqueSensor::Link
-            && self.scene.data.has(Quantity::Torque)
+            && self.course.data.has(Quantity::Torque)
     }
 
     /// Returns which channels are predicted, in the order of [`Self::predict`]: positions and speeds
     /// only where the motion is simulated.
     pub fn is_predicted(&self, quantity: Quantity) -> bool {
-        self.scene.closed_loop || matches!(quantity, Quantity::Torque | Quantity::Tip)
+        self.course.closed_loop || matches!(quantity, Quantity::Torque | Quantity::Tip)
     }
 
     /// Returns the parameters of the simulation itself, fitted beside those of any effects: where the motion is
     /// simulated, how the arm moves within a tick and how friction stops it.
     pub fn own(&self) -> Vec<(Slot, f64)> {
-        if self.scene.closed_loop { closed_loop::OWN.to_vec() } else { Vec::new() }
+        if self.course.closed_loop { closed_loop::OWN.to_vec() } else { Vec::new() }
     }
 
     /// Returns what each predicted channel would have read, one list of rows after the other, SI, with the
@@ -81,28 +81,28 @@ impl Model {
     /// Lays the arm out again about the motion that these effects give it, if that is far from the path there is:
     /// what acts on the bodies is right to first order about it. `None` where the path is near enough.
     pub fn about(&self, own: &[f64], terms: &[Term], parameters: &[f64]) -> Option<Self> {
-        let scene = &self.scene;
-        if !scene.closed_loop {
+        let course = &self.course;
+        if !course.closed_loop {
             return None;
         }
         let acting = Acting::sorted(self, terms, parameters);
         let motion = self.motion(&acting, own, terms, parameters)?;
-        let n = scene.plant.n;
-        let late = if scene.follows_command { acting.delay } else { 0.0 };
-        let stray = scene.data.time.iter().enumerate().map(|(row, time)| {
-            let here = GridPoint::at(&scene.plant, time - late);
-            let off = |j: usize| (motion.q[row * n + j] - here.of(&scene.plant.q, j)).abs();
+        let n = course.plant.n;
+        let late = if course.follows_command { acting.delay } else { 0.0 };
+        let stray = course.data.time.iter().enumerate().map(|(row, time)| {
+            let here = GridPoint::at(&course.plant, time - late);
+            let off = |j: usize| (motion.q[row * n + j] - here.of(&course.plant.q, j)).abs();
             (0..n).map(off).fold(0.0, f64::max)
         });
         if stray.fold(0.0, f64::max) < STRAY {
             return None;
         }
-        let rows = scene.data.n_rows();
+        let rows = course.data.n_rows();
         let path: Vec<Vec<f64>> = (0..n)
             .map(|j| (0..rows).map(|row| motion.q[row * n + j] + motion.gap[row * n + j]).collect())
             .collect();
-        let scene = Scene::about(&self.arm, scene.data.clone(), Some(&path));
-        Some(Self::new(self.arm.clone(), scene, self.loads.clone()))
+        let course = Course::about(&self.arm, course.data.clone(), Some(&path));
+        Some(Self::new(self.arm.clone(), course, self.loads.clone()))
     }
 
     /// Returns the motion, simulated or remembered.
@@ -134,7 +134,7 @@ impl Model {
             return Some(Shared::clone(&known.motion));
         }
         drop(remembered);
-        let motion = Shared::new(if self.scene.closed_loop {
+        let motion = Shared::new(if self.course.closed_loop {
             closed_loop::simulate(self, acting, own)?
         } else {
             along::measured(self, acting)
@@ -153,9 +153,9 @@ impl Model {
     /// are not judged are 0.
     pub fn residuals(&self, own: &[f64], terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
         let mut values = self.predict(own, terms, parameters)?;
-        let rows = self.scene.data.n_rows();
+        let rows = self.course.data.n_rows();
         let mut at = 0;
-        for channel in &self.scene.data.channels {
+        for channel in &self.course.data.channels {
             if !self.is_predicted(channel.quantity) {
                 continue;
             }
@@ -171,7 +171,7 @@ impl Model {
 
     /// Returns how many independent values are judged.
     pub fn count(&self, set: Set) -> usize {
-        let channels = self.scene.data.channels.iter();
+        let channels = self.course.data.channels.iter();
         let predicted = channels.filter(|channel| self.is_predicted(channel.quantity));
         predicted.map(|channel| self.judged(channel, set)).sum()
     }
@@ -180,17 +180,17 @@ impl Model {
     /// [`Self::residuals`].
     pub(super) fn body_column(&self, body: usize, number: usize) -> Vec<f64> {
         let change = |chain: &mut Chain| body::change(&mut chain.bodies[body], number, 1.0);
-        let column = self.scene.plant.column(&self.arm, change, 1.0);
+        let column = self.course.plant.column(&self.arm, change, 1.0);
         let mut found = Vec::new();
-        for channel in &self.scene.data.channels {
+        for channel in &self.course.data.channels {
             if !self.is_predicted(channel.quantity) {
                 continue;
             }
-            found.extend(self.scene.data.time.iter().enumerate().map(|(row, time)| {
+            found.extend(self.course.data.time.iter().enumerate().map(|(row, time)| {
                 if channel.quantity != Quantity::Torque || !self.is_judged(channel, row) {
                     return 0.0;
                 }
-                GridPoint::at(&self.scene.plant, *time).of(&column, channel.index) / channel.noise
+                GridPoint::at(&self.course.plant, *time).of(&column, channel.index) / channel.noise
             }));
         }
         found
@@ -203,25 +203,25 @@ impl Model {
         for (body, changes) in arm.chain.bodies.iter_mut().zip(changes) {
             changes.iter().enumerate().for_each(|(k, by)| body::change(body, k, *by));
         }
-        Self::new(arm, self.scene.clone(), self.loads.clone())
+        Self::new(arm, self.course.clone(), self.loads.clone())
     }
 
     /// Returns how many rows of a channel are judged.
     pub fn judged(&self, channel: &Channel, set: Set) -> usize {
-        let rows = self.scene.first_row..self.scene.last_row;
-        let own = rows.filter(|&row| is_in(set, self.scene.unseen[row]));
+        let rows = self.course.first_row..self.course.last_row;
+        let own = rows.filter(|&row| is_in(set, self.course.unseen[row]));
         own.filter(|&row| self.is_judged(channel, row)).count()
     }
 
     /// Returns whether a channel's row counts.
     fn is_judged(&self, channel: &Channel, row: usize) -> bool {
-        let scene = &self.scene;
+        let course = &self.course;
         let doubt = channel.quantity == Quantity::Torque
-            && scene.in_doubt.get(row * scene.plant.n + channel.index) == Some(&true);
-        let time = scene.data.time[row];
+            && course.in_doubt.get(row * course.plant.n + channel.index) == Some(&true);
+        let time = course.data.time[row];
         let unsure = channel.quantity == Quantity::Torque
             && self.loads.iter().any(|load| load.is_unsure(time));
-        (scene.first_row..scene.last_row).contains(&row) && !doubt && !unsure
+        (course.first_row..course.last_row).contains(&row) && !doubt && !unsure
     }
 
     /// Returns the torque column of a change to the bodies, computed once.
@@ -236,7 +236,7 @@ impl Model {
         {
             return Shared::clone(found);
         }
-        let column = Shared::new(self.scene.plant.column(&self.arm, change, unit));
+        let column = Shared::new(self.course.plant.column(&self.arm, change, unit));
         let mut columns = self.columns.lock().expect("no thread panics while it holds the lock");
         Shared::clone(columns.entry(key).or_insert(column))
     }

@@ -2,7 +2,7 @@
 
 use super::super::chain::MOST_JOINTS;
 use super::super::load::Load;
-use super::super::plant::{Arm, Plant, Scene};
+use super::super::plant::{Arm, Course, Plant};
 use super::super::term::Term;
 use super::along;
 use crate::discovery::selection::Set;
@@ -15,7 +15,7 @@ pub struct Model {
     /// The arm.
     pub arm: Arm,
     /// The recording.
-    pub scene: Scene,
+    pub course: Course,
     pub(super) columns: Mutex<BTreeMap<ColumnKey, Shared<Vec<f64>>>>,
     /// The last few motions, each with the effects that moved it: effects of the sensors alone need no
     /// new simulation.

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 use super::super::chain::MOST_JOINTS;
 use super::super::data::Quantity;
-use super::super::plant::Scene;
+use super::super::plant::Course;
 use super::super::spline::Spline;
 use super::acting::{Acting, lengthen};
 use super::{Model, Motion};
@@ -17,7 +17,7 @@ use crate::discovery::recording::sidecar::TorqueSensor;
 
 /// Turns a motion into what the sensors read.
 pub(super) fn read(model: &Model, acting: &Acting, motion: &Motion) -> Vec<f64> {
-    let Scene { data, plant, .. } = &model.scene;
+    let Course { data, plant, .. } = &model.course;
     let n = plant.n;
     let rows = data.n_rows();
     let mut out = Vec::with_capacity(data.channels.len() * rows);
@@ -59,7 +59,7 @@ pub(super) fn read(model: &Model, acting: &Acting, motion: &Motion) -> Vec<f64> 
 
 /// Returns where the tracker sees the tip at every row.
 fn tips(model: &Model, acting: &Acting, motion: &Motion) -> Vec<Vector3<f64>> {
-    let n = model.scene.plant.n;
+    let n = model.course.plant.n;
     let mut chain = None;
     if acting.has_lengths {
         let mut longer = model.arm.chain.clone();
@@ -81,7 +81,7 @@ fn tips(model: &Model, acting: &Acting, motion: &Motion) -> Vec<Vector3<f64>> {
         chain
     };
     let mut q = [0.0; MOST_JOINTS];
-    (0..model.scene.data.n_rows())
+    (0..model.course.data.n_rows())
         .map(|row| {
             for j in 0..n {
                 let load = motion.load[row * n + j];
