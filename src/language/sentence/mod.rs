@@ -2,7 +2,7 @@
 //!
 //! The shape of a sentence is matched first, by the `say` templates of tasks and by phrases a person has
 //! taught; then each slot is resolved to an object, a face or a quantity. A sentence of several wishes, "pick up the
-//! jar, then put it down", is as many calls, one after the other ([`sequence`]). So what is not understood has a
+//! jar, then put it down", is as many calls, one after the other (`sequence`). So what is not understood has a
 //! reason: no such sentence, no such object, or two of them. Nothing is guessed, and what comes out has
 //! been parsed and checked like anything typed.
 //!
