@@ -13,7 +13,7 @@
 //! use trueup::alignment::files::read_map_pairs;
 //! use trueup::alignment::image_map::{Model, Options, fit_map};
 //!
-//! // Pixels of the twin's picture, and where the same points are in the real one: 10 px further right.
+//! // The same points in two pictures, 10 px apart; the map takes `v` to `u`.
 //! let pairs = "u_x[px],u_y[px],v_x[px],v_y[px]
 //! 0,0,10,0
 //! 640,0,650,0
@@ -23,7 +23,7 @@
 //! 200,300,210,300
 //! ";
 //! let fit = fit_map(&read_map_pairs(pairs).unwrap(), Model::Auto, &Options::default()).unwrap();
-//! assert!(fit.rms_px < 1e-6 && (fit.m[(0, 2)] - 10.0).abs() < 1e-6);
+//! assert!(fit.rms_px < 1e-6 && (fit.m[(0, 2)] + 10.0).abs() < 1e-6);
 //! ```
 
 // Seeing: pixels → objects on the table.
