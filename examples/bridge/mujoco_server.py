@@ -6,14 +6,17 @@
     trueup -c 'pick(jar) then place(jar)' --robot bridge://127.0.0.1:5555
 
 The arm comes from trueup's own URDF, the things from the kitchen scene. What a real cell gets wrong is drawn from the
-seed: where things stand, zeros of the joints, the camera's place, friction. `--exact` draws only where things stand.
-There is no water. The `Reality` class is all that another server must replace.
+seed: zeros of the joints, their friction and rotors, noise of what they read, the camera's place, how the jar grips, how
+water runs, and where things stand. With `--cell N` the robot stays the same while `--seed` moves the things. `--exact` draws
+only where things stand. `--tell` prints what was drawn, for whoever judges.
+MuJoCo has no water: `water.py` beside this file adds it. The `Reality` class is all that another server must replace.
 """
 import argparse, base64, io, json, math, os, socket
 os.environ.setdefault("MUJOCO_GL", "egl")
 import mujoco
 import numpy as np
 from PIL import Image
+from water import Vessel, Water
 
 ROBOT = os.path.join(os.path.dirname(__file__), "../../stdlib/robots/gen3_2f85/gen3_2f85.urdf")
 JOINTS = [f"joint_{i}" for i in range(1, 8)]
@@ -24,14 +27,20 @@ DOTS = [(.25, -.36), (.25, -.18), (.25, .18), (.25, .36), (.5, -.36), (.5, .36),
 # Servo: stiffness and damping of each joint, N·m/rad and N·m·s/rad, and the largest torque, N·m (Gen3 user guide).
 KP, KD = np.array([3000., 3000, 3000, 3000, 800, 800, 800]), np.array([120., 120, 120, 120, 20, 20, 20])
 MOST = np.array([105., 105, 105, 105, 52, 52, 52])
+JAR, CUP = (.065, .14, .003), (.08, .095, .003)    # side, height, wall; radius, height, wall
+FILLED, WATER_STEP = 150e-6, 0.005
 
 
 class Reality:
-    def __init__(self, seed, exact):
-        self.chance = np.random.default_rng(seed)
-        drawn = (lambda size, n=None: np.zeros(n) if n else 0.0) if exact else (lambda size, n=None: self.chance.normal(0, size, n))
+    def __init__(self, seed, cell, exact):
+        self.chance, self.cell = np.random.default_rng([seed, 1]), np.random.default_rng([cell, 2])
+        drawn = (lambda size, n=None: np.zeros(n) if n else 0.0) if exact else (lambda size, n=None: self.cell.normal(0, size, n))
         self.zeros = drawn(math.radians(0.3), 7)          # where the encoders read 0
-        self.friction = 0.6 if exact else self.chance.uniform(0.45, 0.9)
+        self.friction = 0.6 if exact else self.cell.uniform(0.45, 0.9)
+        large = np.array([1, 1, 1, 1, .3, .3, .3])
+        between = lambda least, most: large * ((least + most) / 2 if exact else self.cell.uniform(least, most, 7))
+        self.viscous, self.dry, self.rotor = between(.2, 1.), between(.02, .08), between(.05, .2)    # N·m·s/rad, N·m, kg·m2
+        self.noise = (0, 0, 0) if exact else (3e-5, 1e-3, .05)    # of a joint's angle, speed and torque; rad, rad/s, N·m
         eye = np.array([1.25, 0, 0.85]) + drawn(0.01, 3)
         at = np.array([0.60, 0, 0.05]) + drawn(0.01, 3)
         self.model = self.build(eye, at)
@@ -47,6 +56,8 @@ class Reality:
         self.aim, self.finger, self.speed, self.force = 0.085, 0.085, 0.1, 20.0
         self.place_things()
         mujoco.mj_forward(self.model, self.data)
+        vessels = [Vessel.box("jar", *JAR, FILLED, self.chance), Vessel.round("cup", *CUP, 0.0, self.chance)]
+        self.water, self.wet = Water(vessels, None if exact else self.cell), 0.0
         self.renderer = mujoco.Renderer(self.model, SIZE[1], SIZE[0])
         self.advance(0.5)
 
@@ -66,8 +77,8 @@ class Reality:
                 geom.contype, geom.conaffinity = (1, 1) if jaw else (2, 1)
                 geom.friction = [1.0, .02, .001]
                 geom.condim = 4
-        for name in JOINTS:
-            spec.joint(name).armature, spec.joint(name).damping = 0.1, [0.5, 0, 0]
+        for name, viscous, dry, rotor in zip(JOINTS, self.viscous, self.dry, self.rotor):
+            spec.joint(name).armature, spec.joint(name).damping, spec.joint(name).frictionloss = rotor, [viscous, 0, 0], dry
         for name in ("left_jaw_joint", "right_jaw_joint"):
             spec.joint(name).armature, spec.joint(name).damping = 0.3, [5.0, 0, 0]
         spec.add_exclude(bodyname1="left_jaw_link", bodyname2="right_jaw_link")
@@ -84,16 +95,18 @@ class Reality:
         back = (eye - at) / np.linalg.norm(eye - at)
         right = np.cross([0, 0, 1], back); right /= np.linalg.norm(right)
         world.add_camera(name="overhead", pos=eye, xyaxes=[*right, *np.cross(back, right)], fovy=math.degrees(2 * math.atan(SIZE[1] / 2 / FOCAL)))
-        self.vessel(world, "jar", self.walls_of_box(.065, .14, .003), .160, [.75, .85, .9, .35])
-        self.vessel(world, "cup", self.walls_of_round(.08, .095, .003), .180, [.125, .314, .753, 1])
+        self.vessel(world, "jar", self.walls_of_box(*JAR), .160, [.75, .85, .9, .35], JAR[1])
+        self.vessel(world, "cup", self.walls_of_round(*CUP), .180, [.125, .314, .753, 1], CUP[1])
         return spec.compile()
 
-    def vessel(self, world, name, walls, mass, rgba):
+    def vessel(self, world, name, walls, mass, rgba, height):
         body = world.add_body(name=name)
         body.add_freejoint()
         for pos, half, yaw in walls:  # a round floor has no yaw
             body.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER if yaw is None else mujoco.mjtGeom.mjGEOM_BOX, pos=pos, size=half, mass=mass / len(walls),
                           quat=[math.cos((yaw or 0) / 2), 0, 0, math.sin((yaw or 0) / 2)], rgba=rgba, friction=[self.friction, .01, .001], condim=4)
+        # The water is a body of its own, welded to the vessel, whose mass and centre change; it touches nothing.
+        body.add_body(name=f"{name}_water", explicitinertial=True, mass=1e-6, ipos=[0, 0, height / 2], inertia=[1e-9] * 3)
 
     @staticmethod
     def walls_of_box(side, height, wall):
@@ -118,13 +131,20 @@ class Reality:
             yaw, at = self.chance.uniform(-.6, .6), self.model.joint(self.model.body(name).jntadr[0]).qposadr[0]
             self.data.qpos[at:at + 7] = [x, y, .001, math.cos(yaw / 2), 0, 0, math.sin(yaw / 2)]
 
+    def drawn(self):
+        rounded = lambda values: [round(float(value), 4) for value in values]
+        return {"zeros_rad": rounded(self.zeros), "viscous_nm_s": rounded(self.viscous), "dry_nm": rounded(self.dry), "rotor_kg_m2": rounded(self.rotor),
+                "grip": round(float(self.friction), 2), "discharge": round(float(self.water.discharge), 3), "held_back_mm": round(1e3 * float(self.water.held_back), 2)}
+
     def advance(self, seconds):
-        for _ in range(round(seconds / self.model.opt.timestep)):
+        steps, torques = round(seconds / self.model.opt.timestep), np.zeros(7)
+        for _ in range(steps):
             self.since += self.model.opt.timestep
             q, dq = self.data.qpos[self.q_at], self.data.qvel[self.v_at]
             aim = self.q + self.dq * min(self.since, .004) + self.zeros
-            self.tau = np.clip(KP * (aim - q) + KD * (self.dq - dq), -MOST, MOST)
-            self.data.qfrc_applied[self.v_at] = self.tau
+            tau = np.clip(KP * (aim - q) + KD * (self.dq - dq), -MOST, MOST)
+            self.data.qfrc_applied[self.v_at] = tau
+            torques += tau + self.data.qfrc_gravcomp[self.v_at]
             way = self.speed * self.model.opt.timestep
             opening = sum(self.data.qpos[at] for at, _ in self.jaws)
             self.finger = np.clip(self.finger + np.clip(self.aim - self.finger, -way, way), opening - .01, opening + .01)
@@ -132,11 +152,25 @@ class Reality:
                 push = 4000 * (self.finger / 2 - self.data.qpos[q_at]) - 60 * self.data.qvel[v_at]
                 self.data.qfrc_applied[v_at] = np.clip(push, -self.force, self.force)
             mujoco.mj_step(self.model, self.data)
+            self.wet += self.model.opt.timestep
+            if self.wet >= WATER_STEP:
+                self.run_water()
+        if steps:  # a sensor of torque is slower than the servo: what it reads is the mean since it was asked last
+            self.felt = torques / steps
+
+    def run_water(self):
+        bodies = [self.data.body(vessel.name) for vessel in self.water.vessels]
+        poses = [(body.xmat.reshape(3, 3), body.xpos) for body in bodies]
+        for vessel, (mass, centre) in zip(self.water.vessels, self.water.step(self.data.time, self.wet, poses)):
+            water = self.model.body(f"{vessel.name}_water")
+            water.mass[:], water.ipos[:], water.inertia[:] = mass + 1e-6, centre, [mass * 4e-4 + 1e-9] * 3
+        self.wet = 0.0
 
     def feedback(self):
         opening = sum(self.data.qpos[q] for q, _ in self.jaws)
-        tau = self.tau + self.data.qfrc_gravcomp[self.v_at]
-        return {"t": self.data.time, "q": list(self.data.qpos[self.q_at] - self.zeros), "dq": list(self.data.qvel[self.v_at]), "tau": list(tau), "opening": opening}
+        q, dq, tau = (list(value + self.chance.normal(0, sigma, 7)) for value, sigma in
+                      zip((self.data.qpos[self.q_at] - self.zeros, self.data.qvel[self.v_at], self.felt), self.noise))
+        return {"t": self.data.time, "q": q, "dq": dq, "tau": tau, "opening": opening}
 
     def step(self, dt, q=None, dq=None, grip=None):
         if q is not None:
@@ -162,19 +196,23 @@ class Reality:
         if word == "hello":
             if asked["version"] != 1:
                 return {"error": f"version {asked['version']} is not spoken here", "help": "this is version 1"}
-            return {"hello": 1, "name": "mujoco", "joints": JOINTS, "camera": {"width": SIZE[0], "height": SIZE[1]}, "scales": False, "realtime": False}
+            return {"hello": 1, "name": "mujoco", "joints": JOINTS, "camera": {"width": SIZE[0], "height": SIZE[1]}, "scales": True, "realtime": False}
         if word == "step":
             return self.step(**asked)
+        if word == "scales":
+            return {"water": [[v.name, v.volume] for v in self.water.vessels], "spilt": self.water.spilt}
         if word in ("feedback", "photo", "stop"):
             return getattr(self, word)()
-        return {"error": f"`{word}` is not known", "help": "hello, step, feedback, photo, stop"}
+        return {"error": f"`{word}` is not known", "help": "hello, step, feedback, photo, scales, stop"}
 
 
 def main():
     args = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     args.add_argument("--port", type=int, default=5555)
     args.add_argument("--seed", type=int, default=1)
+    args.add_argument("--cell", type=int, help="the robot's and the camera's errors; the seed's own unless given")
     args.add_argument("--exact", action="store_true")
+    args.add_argument("--tell", action="store_true", help="print what was drawn")
     args.add_argument("--once", action="store_true", help="end with the first connection")
     args = args.parse_args()
     listener = socket.create_server(("127.0.0.1", args.port))
@@ -182,7 +220,9 @@ def main():
     while True:
         connection, _ = listener.accept()
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        reality = Reality(args.seed, args.exact)  # every connection begins anew
+        reality = Reality(args.seed, args.seed if args.cell is None else args.cell, args.exact)  # every connection begins anew
+        if args.tell:
+            print(json.dumps(reality.drawn()), flush=True)
         with connection, connection.makefile("rwb") as lines:
             for line in lines:
                 try:

@@ -16,7 +16,6 @@ mod doctor;
 #[cfg(feature = "kortex")]
 mod emulate;
 mod endpoint;
-mod exit;
 mod explain;
 mod gap;
 mod graph;
@@ -55,7 +54,7 @@ use clap::{Parser, Subcommand};
 
 use crate::report::{Failure, Style, panics};
 
-pub use exit::Exit;
+pub use crate::report::exit::{self, Exit};
 use shared::Shared;
 
 /// Script a robot arm against a digital twin that tells the truth.
@@ -143,7 +142,7 @@ pub fn main() -> ExitCode {
             // Help and version go to stdout with code 0; everything else is bad usage.
             let code = if error.use_stderr() { Exit::BadInput } else { Exit::Yes };
             if error.use_stderr() && std::env::args_os().any(|argument| argument == "--json") {
-                Style::detect(true, true).failure(&usage(&error));
+                Style::detect(true, true, false).failure(&usage(&error));
             } else if error.use_stderr() {
                 // It quotes the arguments, which may be names of files that somebody else chose.
                 let is_coloured = std::io::stderr().is_terminal() && !Style::is_plain();
@@ -158,7 +157,8 @@ pub fn main() -> ExitCode {
             return ExitCode::from(code as u8);
         }
     };
-    let style = Style::detect(cli.shared.common.json, cli.shared.common.quiet);
+    let common = &cli.shared.common;
+    let style = Style::detect(common.json, common.quiet, common.verbose);
     let outcome = catch_unwind(AssertUnwindSafe(|| dispatch(&cli, style)));
     let outcome =
         outcome.unwrap_or_else(|panic| Err(panics::caught(panic.as_ref(), signals::has_arm())));

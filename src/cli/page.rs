@@ -178,5 +178,5 @@ fn wait(end: &Cancel) {
 }
 
 fn plain() -> Style {
-    Style { json: false, quiet: false, colour: false, bars: false }
+    Style { json: false, quiet: false, verbose: false, colour: false, bars: false }
 }

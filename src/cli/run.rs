@@ -98,6 +98,22 @@ pub(super) fn line(line: &str, cli: &Shared, style: Style) -> Result<Exit, Failu
     line_led(line, None, cli, style)
 }
 
+/// Whether a line that is no step means something at the prompt: a command, a name asked about, a sum, words.
+fn reads_at_prompt(line: &str) -> bool {
+    line.starts_with([':', '?', '!']) || !line.contains('(') || line.ends_with('?')
+}
+
+/// Whether a call asks for the value of a fluent.
+fn is_question(name: &str, cell: &WorkCell) -> bool {
+    cell.library().callable(name).is_none()
+        && language::assist::describe(
+            cell.library(),
+            &cell.library().scope(&cell.scene().name),
+            name,
+        )
+        .is_some()
+}
+
 /// Carries out a line, led if somebody leads.
 pub(super) fn line_led(
     line: &str,
@@ -107,11 +123,19 @@ pub(super) fn line_led(
 ) -> Result<Exit, Failure> {
     let source = Source::new("command line", line);
     let (step, diagnostics) = language::parse_line(line);
-    let Some(step) = step.filter(|_| !diagnostics.iter().any(language::Diagnostic::is_error))
-    else {
+    let step = step.filter(|_| !diagnostics.iter().any(language::Diagnostic::is_error));
+    let is_led = lead.is_some() || style.json;
+    if step.is_none() && (is_led || !reads_at_prompt(line)) {
         return Err(report::text_failure(&diagnostics, &source, style));
-    };
+    }
     let mut cell = open(cli, None, style)?;
+    let step = match step {
+        Some(Step::Act(act)) if !is_led && is_question(&act.call.name.text, &cell) => {
+            return at_prompt(line, cell, cli, style);
+        }
+        Some(step) => step,
+        None => return at_prompt(line, cell, cli, style),
+    };
     let diagnostics = cell.check_line(&step, &source);
     if diagnostics.iter().any(language::Diagnostic::is_error) {
         return Err(report::text_failure(&diagnostics, &source, style));
@@ -133,6 +157,25 @@ pub(super) fn line_led(
 pub(super) fn prompt(cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let cell = open(cli, None, style)?;
     stop_on_interrupt(&cell)?;
+    signals::at_prompt();
+    let exit = with_hands(cli, style, |hands| crate::repl::run(cell, style, hands))?;
+    Ok(if signals::LEAVE.is_asked() { Exit::Stopped } else { Exit::of(exit) })
+}
+
+/// Has the prompt take one line: a question, a sentence, what begins with a colon.
+fn at_prompt(line: &str, cell: WorkCell, cli: &Shared, style: Style) -> Result<Exit, Failure> {
+    let exit = with_hands(cli, style, |hands| {
+        crate::repl::run_on(cell, style, hands, &mut format!("{line}\n").as_bytes())
+    })?;
+    Ok(Exit::of(exit))
+}
+
+/// Gives what the prompt can have done for it to `work`.
+fn with_hands(
+    cli: &Shared,
+    style: Style,
+    work: impl FnOnce(Hands<'_>) -> Result<u8, Failure>,
+) -> Result<u8, Failure> {
     let real = if cli.cell.robot == "twin" { "lab" } else { cli.cell.robot.as_str() };
     let home = home();
     let model = model(cli)?;
@@ -141,7 +184,7 @@ pub(super) fn prompt(cli: &Shared, style: Style) -> Result<Exit, Failure> {
             say::propose(&model, said, library, scene, &is_interrupted)
         }
     });
-    let hands = Hands {
+    work(Hands {
         perform: &|cell, step| {
             let source = Source::new("prompt", language::text::step(step));
             one(cell, std::slice::from_ref(step), &source, &cli.cell.record, style)
@@ -160,10 +203,8 @@ pub(super) fn prompt(cli: &Shared, style: Style) -> Result<Exit, Failure> {
         home: home.as_deref(),
         presses: &signals::PRESSES,
         leave: &signals::LEAVE,
-    };
-    signals::at_prompt();
-    crate::repl::run(cell, style, hands)?;
-    Ok(if signals::LEAVE.is_asked() { Exit::Stopped } else { Exit::Yes })
+        is_sure: cli.cell.yes,
+    })
 }
 
 /// Carries out steps of a script or one line, recorded in a folder of their own under `root`.

@@ -18,6 +18,9 @@ pub(super) struct Common {
     /// No progress and no tables.
     #[arg(long, short, global = true)]
     pub(super) quiet: bool,
+    /// All there is about every step: each fluent that the step changed, promised or asks about.
+    #[arg(long, short, global = true, conflicts_with = "quiet")]
+    pub(super) verbose: bool,
     /// All chance comes from this number.
     #[arg(long, global = true, default_value_t = 1)]
     pub(super) seed: u64,

@@ -9,6 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use nalgebra::Vector3;
 
 use crate::alignment::vision::Sighting;
+use crate::fluent;
 use crate::world::frame::{Object, Tool, World};
 use crate::world::{ObjectState, Pose, Scene, WATER_DENSITY, WorldState, support};
 
@@ -20,6 +21,11 @@ const PAD_TOLERANCE: f64 = 0.008;
 /// A thing that was let go lower than this above what is below it has come to stand there, m. Chosen: a hand is off by
 /// up to 2 cm (8 to 19 mm in `docs/results.md`); what falls deeper may come to lie.
 const LET_DOWN: f64 = 0.03;
+/// A mouth this far beside a vessel still pours into it, m: a lip is half a jar's width from its mouth's middle, and a
+/// stream leaves it forwards.
+const BESIDE: f64 = 0.08;
+/// A base this far above another's hangs over it, m. Chosen: more than what is lifted by before it is carried.
+const ABOVE: f64 = 0.05;
 /// A thing whose base is this far above the table hangs in the hand, m.
 const HANGS: f64 = 0.002;
 
@@ -264,14 +270,19 @@ impl Belief {
     }
 }
 
-/// Returns the vessel over whose mouth the held object's middle hangs.
+/// Returns the vessel that catches what leaves the held one: of those it hangs over, the one whose middle is nearest
+/// to its own mouth.
 fn below(scene: &Scene, objects: &[ObjectState], held: &str) -> Option<String> {
     let pose = |name: &str| objects.iter().find(|o| o.name == name)?.world_from_object;
     let hand = pose(held)?;
-    scene.objects.iter().filter(|o| o.name != held && o.cavity.is_some()).find_map(|object| {
-        let under = pose(&object.name)?;
-        let gap = (hand.origin() - under.origin()).xy().norm();
-        let near = gap < object.shape.outer_radius() + 0.08;
-        (near && hand.origin().z > under.origin().z + 0.05).then(|| object.name.clone())
-    })
+    let source = scene.objects.iter().find(|object| object.name == held)?;
+    let mouth = fluent::rim_centre(source, &hand);
+    let vessels = scene.objects.iter().filter(|o| o.name != held && o.cavity.is_some());
+    let over = vessels.filter_map(|object| {
+        let under = pose(&object.name)?.origin();
+        let gap = (mouth - under).xy().norm();
+        let near = gap < object.shape.outer_radius() + BESIDE;
+        (near && hand.origin().z > under.z + ABOVE).then_some((gap, &object.name))
+    });
+    over.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, name)| name.clone())
 }

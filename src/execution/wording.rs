@@ -185,7 +185,7 @@ pub(super) fn camera_aligned(used: usize, dots: usize, rms_px: f64, in_force: bo
 pub(super) fn lens_fitted(lens: &Intrinsics, rms_px: f64, in_force: bool) -> String {
     let left_out = if in_force { "" } else { " (left out: the scene file's lens is believed)" };
     format!(
-        "regression 2: focal {:.1} px, centre ({:.1}, {:.1}) px, k1 {:.4}, rms {rms_px:.2} px{left_out}",
+        "regression 2: focal {:.1} px, centre ({:.1}, {:.1}), k1 {:.4}, rms {rms_px:.2} px{left_out}",
         lens.fx, lens.cx, lens.cy, lens.k1
     )
 }
@@ -198,10 +198,8 @@ pub(super) fn arm_left_out() -> String {
 /// Regression 3: how many of the points visited it rests on, and what it found.
 pub(super) fn arm_fitted(used: usize, visited: usize, fit: &ArmFit) -> String {
     format!(
-        "regression 3: {used} of {visited} points, arm position error {:.1} mm, corrected, rms {:.2} px \
-         before and {:.2} px after",
+        "regression 3: arm position error {:.1} mm, corrected ({used} of {visited} points, rms {:.2} px)",
         fit.off * 1e3,
-        fit.rms_before_px,
         fit.rms_px
     )
 }

@@ -135,10 +135,12 @@ fn on_the_rim(name: &str, a: &Standing<'_>) -> Place {
 fn said_of(on: &Evaluator<'_>, expr: &Expr, name: &str, a: &Standing<'_>) -> Value {
     let object = a.object;
     match name {
-        // Seen by the camera; failing that, its place is known.
+        // Seen by the camera; failing that, its place is known. Where nothing has a place, nobody has looked yet.
         "visible" => {
-            let seen = on.facts.visible(&object.name).unwrap_or(a.pose.is_some());
-            yes_no(expr, Some(seen), "")
+            let has_looked = on.state.objects.iter().any(|each| each.world_from_object.is_some());
+            let known = has_looked.then_some(a.pose.is_some());
+            let seen = on.facts.visible(&object.name).or(known);
+            yes_no(expr, seen, &wording::place(&object.name))
         }
         "held" => yes_no(expr, Some(on.state.held.as_deref() == Some(&object.name)), ""),
         // At least as high as it is wide, and as a level hand is above the table.

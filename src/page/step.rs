@@ -98,7 +98,7 @@ pub(super) fn view(site: &Site, entry: &Entry, at: At, why: Option<&str>) -> Vie
     }
     main += &moment.transport();
     main += &moment.body(why);
-    let plain = Style { json: false, quiet: false, colour: false, bars: false };
+    let plain = Style { json: false, quiet: false, verbose: false, colour: false, bars: false };
     let _ = writeln!(
         main,
         "<details class=\"card\" id=\"ending\"><summary>How the run ended</summary><pre>{}</pre></details>",

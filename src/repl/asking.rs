@@ -2,6 +2,7 @@
 
 use crate::language::ast::{Expr, ExprKind, Step};
 use crate::language::{self, Source, builtins, text};
+use crate::report::exit::Exit;
 use crate::report::{self, Failure};
 use crate::workcell::check::check_step;
 
@@ -74,6 +75,9 @@ impl Session<'_, '_> {
         let reading = self.bench.cell()?.read(&expr);
         let reading = reading.map_err(|error| report::cell_failure(&error, style))?;
         style.say(report::why::now(&condition, &reading));
+        if reading.truth == Some(false) {
+            self.worsen(Exit::No as u8);
+        }
         Ok(())
     }
 

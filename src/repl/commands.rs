@@ -77,7 +77,7 @@ impl Session<'_, '_> {
             other => Err(unknown(other)),
         };
         if let Err(failure) = done {
-            self.style.failure(&failure);
+            self.fail(&failure);
         }
         Next::Prompt
     }

@@ -153,7 +153,7 @@ mod tests {
     fn helper() -> Helper {
         let library = Library::standard();
         let scope = library.scope(library.default_scene());
-        let style = Style { json: false, quiet: false, colour: false, bars: false };
+        let style = Style { json: false, quiet: false, verbose: false, colour: false, bars: false };
         Helper::new(library, scope, style)
     }
 

@@ -45,7 +45,7 @@ impl Session<'_, '_> {
         let arm = self.robot.clone();
         match self.take_twin() {
             Ok(()) => self.style.say(format!("{why}: `:real` lets lines move the {arm} again")),
-            Err(failure) => self.style.failure(&failure),
+            Err(failure) => self.fail(&failure),
         }
     }
 

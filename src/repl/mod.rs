@@ -21,6 +21,7 @@ mod typist;
 mod values;
 mod work;
 
+use std::cell::Cell;
 use std::io::{BufRead, IsTerminal};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -29,6 +30,7 @@ use std::thread::Scope;
 
 use crate::language::ast::{ExprKind, Step};
 use crate::language::{self, Diagnostic, Library, Source, text};
+use crate::report::exit::{self, Exit};
 use crate::report::{self, Failure, Style};
 use crate::teach::stops::Stops;
 use crate::workcell::check::check_step;
@@ -67,6 +69,8 @@ pub struct Hands<'a> {
     pub presses: &'a AtomicUsize,
     /// Whether the prompt is to be left.
     pub leave: &'a Leave,
+    /// Whether nothing is asked before it is done: `--yes`.
+    pub is_sure: bool,
 }
 
 /// A wish that the prompt is left, from outside of it.
@@ -134,6 +138,8 @@ struct Session<'scope, 'env> {
     clock: fn() -> f64,
     /// When something was typed last, s of that clock.
     last_word: f64,
+    /// The worst that came of a line: what a pipe ends with.
+    worst: Cell<u8>,
 }
 
 /// What came of the last call.
@@ -151,12 +157,13 @@ enum Next {
     Quit,
 }
 
-/// Runs the prompt on the terminal, or on piped input, until `:quit` or the end of input.
+/// Runs the prompt on the terminal, or on piped input, until `:quit` or the end of input; returns the worst exit code
+/// of what was piped in, and that all is well for a person.
 ///
 /// # Errors
 ///
 /// Only when the terminal itself fails; everything else is told and the prompt comes back.
-pub fn run(cell: WorkCell, style: Style, hands: Hands<'_>) -> Result<(), Failure> {
+pub fn run(cell: WorkCell, style: Style, hands: Hands<'_>) -> Result<u8, Failure> {
     if !std::io::stdin().is_terminal() {
         return run_on(cell, style, hands, &mut std::io::stdin().lock());
     }
@@ -164,10 +171,10 @@ pub fn run(cell: WorkCell, style: Style, hands: Hands<'_>) -> Result<(), Failure
     let scope = library.scope(&cell.scene().name);
     let helper = Helper::new(library, scope, style);
     let terminal = Terminal::new(helper, hands.home.map(|home| home.join("history")))?;
-    talk(cell, style, hands, Box::new(terminal))
+    talk(cell, style, hands, Box::new(terminal)).map(|_| Exit::Yes as u8)
 }
 
-/// Runs the prompt on lines that come from anywhere, without a terminal.
+/// Runs the prompt on lines that come from anywhere, without a terminal; returns the worst exit code of them.
 ///
 /// # Errors
 ///
@@ -177,8 +184,14 @@ pub fn run_on<'a>(
     style: Style,
     hands: Hands<'a>,
     input: &'a mut dyn BufRead,
-) -> Result<(), Failure> {
+) -> Result<u8, Failure> {
     talk(cell, style, hands, Box::new(Pipe::new(input)))
+}
+
+/// The lines were over before a question was answered.
+fn unanswered() -> Failure {
+    Failure::input("repl::unanswered", "the input ended before the question was answered")
+        .help("answer `y` on the next line, give `--yes`, or write the call itself")
 }
 
 fn talk<'a>(
@@ -186,7 +199,7 @@ fn talk<'a>(
     style: Style,
     hands: Hands<'a>,
     typist: Box<dyn Typist + 'a>,
-) -> Result<(), Failure> {
+) -> Result<u8, Failure> {
     std::thread::scope(|scope| Session::new(cell, style, hands, typist, scope).talk())
 }
 
@@ -214,7 +227,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
             done: Vec::new(),
             values: Values::default(),
             calculator: Calculator::new(move || cancel.is_cancelled()),
-            confirm: Confirm::default(),
+            confirm: if hands.is_sure { Confirm::None } else { Confirm::default() },
             pending: None,
             taught: Taught::read(hands.home, style),
             typist,
@@ -224,7 +237,18 @@ impl<'scope, 'env> Session<'scope, 'env> {
             held_back: None,
             clock,
             last_word: clock(),
+            worst: Cell::new(Exit::Yes as u8),
         }
+    }
+
+    /// Tells a failure, and remembers that there was one.
+    fn fail(&self, failure: &Failure) {
+        self.style.failure(failure);
+        self.worsen(failure.exit());
+    }
+
+    fn worsen(&self, exit: u8) {
+        self.worst.set(self.worst.get().max(exit));
     }
 
     /// Waits for what is typed; it is over as well once somebody asked the program to end.
@@ -238,8 +262,8 @@ impl<'scope, 'env> Session<'scope, 'env> {
         typed
     }
 
-    /// Takes statements until there are none, or one that leaves.
-    fn talk(&mut self) -> Result<(), Failure> {
+    /// Takes statements until there are none, or one that leaves; returns the worst exit code of them.
+    fn talk(&mut self) -> Result<u8, Failure> {
         if self.typist.is_person() {
             self.style.say(self.greeting());
         }
@@ -252,14 +276,19 @@ impl<'scope, 'env> Session<'scope, 'env> {
             match typed {
                 Typed::Statement(statement) => {
                     if self.survive(&statement) == Next::Quit {
-                        return Ok(());
+                        return Ok(self.worst.get());
                     }
                 }
                 Typed::Interrupted => {
                     self.pending = None;
                     self.style.say("the arm holds still; :quit or Ctrl-D leaves");
                 }
-                Typed::End => return Ok(()),
+                Typed::End => {
+                    if self.pending.is_some() {
+                        self.fail(&unanswered());
+                    }
+                    return Ok(self.worst.get());
+                }
             }
         }
     }
@@ -297,7 +326,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
         let done = catch_unwind(AssertUnwindSafe(|| self.line(statement)));
         self.last_word = (self.clock)();
         done.unwrap_or_else(|panic| {
-            self.style.failure(&work::panicked(panic.as_ref(), false));
+            self.fail(&work::panicked(panic.as_ref(), false));
             Next::Prompt
         })
     }
@@ -322,7 +351,11 @@ impl<'scope, 'env> Session<'scope, 'env> {
         {
             return Next::Prompt;
         }
-        if let Some(command) = line.strip_prefix(':') {
+        let is_free = || {
+            self.values.all().all(|(name, _)| name != line) && self.library.callable(line).is_none()
+        };
+        let bare = matches!(line, "help" | "quit" | "exit") && is_free();
+        if let Some(command) = if bare { Some(line) } else { line.strip_prefix(':') } {
             return self.command(command);
         }
         let done = match line.strip_prefix('!') {
@@ -330,7 +363,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
             None => self.statement(line),
         };
         if let Err(failure) = done {
-            self.style.failure(&failure);
+            self.fail(&failure);
         }
         Next::Prompt
     }
@@ -438,6 +471,9 @@ impl<'scope, 'env> Session<'scope, 'env> {
         for drawn in report::diagnostics(typed.iter().map(|each| (each, &source)), self.style) {
             report::complain(drawn.trim_end());
         }
+        if wrong.iter().any(Diagnostic::is_error) {
+            self.worsen(Exit::BadInput as u8);
+        }
         step.filter(|_| !wrong.iter().any(Diagnostic::is_error))
     }
 
@@ -451,7 +487,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
         }
         // A line that cannot even begin leaves what was known of the last one.
         if let Err(failure) = self.bench.cell() {
-            return self.style.failure(&failure);
+            return self.fail(&failure);
         }
         let done = self.perform(step);
         self.remember(done, meant);
@@ -466,12 +502,13 @@ impl<'scope, 'env> Session<'scope, 'env> {
         };
         match done {
             Ok(run) => {
+                self.worsen(exit::ended(&run) as u8);
                 self.runs.extend(run.run_dir.as_ref().map(PathBuf::from));
                 self.done.push(meant.to_owned());
                 self.last = Some(Last::Run(Box::new(run)));
             }
             Err(failure) => {
-                self.style.failure(&failure);
+                self.fail(&failure);
                 self.last = Some(Last::Failure(failure));
             }
         }
@@ -488,7 +525,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
             name => Failure::input("repl::unknown", format!("nothing here is called `{name}`")),
         };
         let near = language::assist::nearest_name(library, &self.scope, name);
-        self.style.failure(&match near {
+        self.fail(&match near {
             Some(near) => failure.help(format!("did you mean `?{near}`?")),
             None => failure.help("`:tasks` lists what can be called"),
         });

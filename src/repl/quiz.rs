@@ -64,7 +64,7 @@ impl Session<'_, '_> {
             let both = Answered::new(TRAINEE, &entry.name, step, row, said);
             let Some(answered) = both else { continue };
             if let Err(error) = answers::append(&file, &answered) {
-                self.style.failure(&Failure::unwritten(&file, &error));
+                self.fail(&Failure::unwritten(&file, &error));
             }
             self.style.say(compared(&answered, "", self.style));
         }
@@ -78,7 +78,7 @@ impl Session<'_, '_> {
                 Ok(Typed::Statement(line)) => line,
                 Ok(Typed::Interrupted | Typed::End) => return Said::Enough,
                 Err(failure) => {
-                    self.style.failure(&failure);
+                    self.fail(&failure);
                     return Said::Enough;
                 }
             };

@@ -265,7 +265,7 @@ impl Session<'_, '_> {
             }
             Pending::Real if answer == "yes" => {
                 if let Err(failure) = self.take_real() {
-                    self.style.failure(&failure);
+                    self.fail(&failure);
                 }
                 true
             }

@@ -93,7 +93,7 @@ impl Session<'_, '_> {
                 Ok(Typed::Statement(statement)) => statement,
                 Ok(Typed::Interrupted | Typed::End) => return None,
                 Err(failure) => {
-                    self.style.failure(&failure);
+                    self.fail(&failure);
                     return None;
                 }
             };

@@ -25,7 +25,7 @@ const MEANS: usize = 40;
 /// Returns the page; `after` is what follows the plots, as HTML.
 pub fn page(investigation: &Investigation, after: &str) -> String {
     let finding = &investigation.finding;
-    let plain = Style { json: false, quiet: false, colour: false, bars: false };
+    let plain = Style { json: false, quiet: false, verbose: false, colour: false, bars: false };
     let words = escaped(gap::people(finding, plain).trim_end());
     let mut plots = String::new();
     let shown = finding.places.iter().take(CHANNELS);

@@ -194,7 +194,7 @@ pub fn pictures(when: &str, picture: &dyn Fn(&str) -> Option<String>) -> String 
 /// How long a step took and how well the twin foretold it.
 pub fn score(record: &StepRecord) -> String {
     format!(
-        "<p>{:.1} s of arm time. Of the fluents that both know, twin and measurement agree {}.</p>\n",
+        "<p>{:.1} s of arm time; {}.</p>\n",
         record.interval_s[1] - record.interval_s[0],
         agreement(record)
     )

@@ -6,6 +6,7 @@
 mod numbers;
 pub mod changes;
 pub mod energy;
+pub mod exit;
 mod failure;
 pub mod fork;
 pub mod gap;
@@ -41,13 +42,15 @@ use crate::world::{Scene, WorldState};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(
     clippy::struct_excessive_bools,
-    reason = "four answers of the command line and the terminal that do not depend on each other"
+    reason = "five answers of the command line and the terminal that do not depend on each other"
 )]
 pub struct Style {
     /// One JSON document on stdout and nothing else there.
     pub json: bool,
     /// No progress and no tables.
     pub quiet: bool,
+    /// All there is about every step.
+    pub verbose: bool,
     /// Colour on stdout.
     pub colour: bool,
     /// Whether stderr is a terminal, so that progress may be a bar.
@@ -56,10 +59,11 @@ pub struct Style {
 
 impl Style {
     /// Looks at the terminal and the environment once.
-    pub fn detect(json: bool, quiet: bool) -> Self {
+    pub fn detect(json: bool, quiet: bool, verbose: bool) -> Self {
         Self {
             json,
             quiet,
+            verbose,
             colour: !Self::is_plain() && !json && io::stdout().is_terminal(),
             bars: io::stderr().is_terminal(),
         }

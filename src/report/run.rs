@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::arm::Pacing;
 use crate::trace::{DuringRow, Event, FluentRow, Measure, Observer, Outcome, StepRecord};
 use crate::units::Unit;
-use crate::workcell::{Ending, Run, State};
+use crate::workcell::{Ending, Run, State, Water};
 
 use super::{Style, complain, shown as plainly};
 
@@ -39,6 +39,7 @@ pub struct Console {
     style: Style,
     bar: Option<ProgressBar>,
     before: Vec<FluentRow>,
+    told: Vec<String>,
     tells_steps: bool,
 }
 
@@ -46,7 +47,7 @@ impl Console {
     /// Speaks in this style.
     pub fn new(style: Style) -> Self {
         BAR.lock().unwrap_or_else(PoisonError::into_inner).1 = false;
-        Self { style, bar: None, before: Vec::new(), tells_steps: true }
+        Self { style, bar: None, before: Vec::new(), told: Vec::new(), tells_steps: true }
     }
 
     /// Leaves the steps to someone else: no word of what they are and came to, only of what goes on.
@@ -90,7 +91,10 @@ impl Observer for Console {
     fn event(&mut self, event: &Event) {
         match event {
             Event::Phase { name, detail } => self.spin(&format!("{name}: {detail}")),
+            // What a second look finds again is not told again.
+            Event::Note { text } if !self.style.verbose && self.told.contains(text) => {}
             Event::Note { text } => {
+                self.told.push(text.clone());
                 if !self.style.quiet && !self.style.json {
                     match &self.bar {
                         Some(bar) => bar.println(format!("  {}", plainly(text))),
@@ -104,15 +108,20 @@ impl Observer for Console {
                 }
             }
             Event::StepStart { number, of, action, .. } => {
-                // In lines, a step that someone else tells of is told of there.
-                if self.tells_steps || self.style.bars {
+                // In lines, a step is told of when it is over, or by someone else.
+                if self.style.bars || (self.tells_steps && self.style.verbose) {
                     self.spin(&format!("step {number} of {of}: {action}"));
                 }
             }
             Event::StepEnd { record } => {
                 self.clear();
                 if self.tells_steps && !self.style.quiet {
-                    self.style.say(step(record, &self.before, self.style).trim_end());
+                    let told = if self.style.verbose {
+                        step(record, &self.before, self.style)
+                    } else {
+                        line(record, self.style)
+                    };
+                    self.style.say(told.trim_end());
                 }
                 self.before.clone_from(&record.fluents);
             }
@@ -127,46 +136,79 @@ impl Drop for Console {
     }
 }
 
-/// Words how well twin and measurement agree after a step, with Eq. 8 of the paper: `on 8 of 9 (P = 0.37)`.
-pub(super) fn agreement(record: &StepRecord) -> String {
+/// How many fluents simulation and camera both know after a step, and of how many they say the same.
+fn compared(record: &StepRecord) -> (usize, usize) {
     let known = record.fluents.iter().filter(|row| row.twin.is_some() && row.measured.is_some());
     let known = known.count();
-    format!("on {} of {known} (P = {:.2})", known - record.hamming.min(known), record.score)
+    (known - record.hamming.min(known), known)
 }
 
-/// Words one step: its line and those of its fluents that are news after the fluents `before` it.
-/// `run.json` keeps them all.
+/// Words how well simulation and measurement agree after a step.
+pub(super) fn agreement(record: &StepRecord) -> String {
+    let (same, known) = compared(record);
+    format!("simulation and camera agree ({same} of {known})")
+}
+
+/// Words a step on one line; below it only why it failed, and what contradicts what was promised or simulated.
+fn line(record: &StepRecord, style: Style) -> String {
+    let (same, known) = compared(record);
+    let told = if same < known { format!("agree on {same} of {known}") } else { String::new() };
+    let mut text = head(record, &told, style);
+    text += &below(record, style);
+    text += &table(record.fluents.iter().filter(|row| contradicts(row)), style);
+    text
+}
+
+/// Words one step: its line, and those of its fluents that are news after the fluents `before` it, with Eq. 8 of the
+/// paper. `run.json` keeps them all.
 pub fn step(record: &StepRecord, before: &[FluentRow], style: Style) -> String {
+    let (same, known) = compared(record);
+    let mut text =
+        head(record, &format!("agree on {same} of {known} (P {:.2})", record.score), style);
+    text += &below(record, style);
+    text += &table(record.fluents.iter().filter(|row| is_news(row, before)), style);
+    text
+}
+
+fn head(record: &StepRecord, told: &str, style: Style) -> String {
     let mark = match record.outcome {
         Outcome::Success => style.green("✓"),
         Outcome::Failure => style.red("✗"),
         Outcome::Stopped => style.red("◦"),
     };
     let seconds = record.interval_s[1] - record.interval_s[0];
-    let mut text = format!(
-        "{mark} {:>2}  {:<44} {seconds:>5.1} s   twin agrees {}\n",
-        record.number,
-        record.action,
-        agreement(record)
-    );
+    let text =
+        format!("{mark} {:>2}  {:<40} {seconds:>5.1} s  {told}", record.number, record.action);
+    format!("{}\n", text.trim_end())
+}
+
+fn below(record: &StepRecord, style: Style) -> String {
+    let mut text = String::new();
     if let Some(reason) = &record.reason {
         let _ = writeln!(text, "       {}", style.red(reason));
     }
     for line in record.during.iter().filter(|row| row.ends).filter_map(during) {
         let _ = writeln!(text, "       {line}");
     }
-    let told: Vec<_> = record.fluents.iter().filter(|row| is_news(row, before)).collect();
-    if !told.is_empty() {
-        let head = format!(
-            "       {:<42} {:<9} {:<6} {:<9} margin",
-            "fluent", "expected", "twin", "measured"
-        );
-        let _ = writeln!(text, "{}", style.dim(&head));
-    }
-    for row in told {
-        text += &fluent(row, style);
-    }
     text
+}
+
+fn table<'a>(rows: impl Iterator<Item = &'a FluentRow>, style: Style) -> String {
+    let rows: String = rows.map(|row| fluent(row, style)).collect();
+    if rows.is_empty() {
+        return rows;
+    }
+    let head =
+        format!("    {:<40} {:<8} {:<4} {:<8} margin", "fluent", "expected", "twin", "measured");
+    format!("{}\n{rows}", style.dim(&head))
+}
+
+/// Whether measurement contradicts the simulation or the promise, or the simulation the promise.
+fn contradicts(row: &FluentRow) -> bool {
+    let differ = |a, b| matches!((a, b), (Some(a), Some(b)) if a != b);
+    differ(row.twin, row.measured)
+        || differ(row.expected, row.measured)
+        || differ(row.expected, row.twin)
 }
 
 /// A fluent is news when the step should have made it true, when it changed, when twin and measurement
@@ -181,20 +223,21 @@ pub(super) fn is_news(row: &FluentRow, before: &[FluentRow]) -> bool {
 fn fluent(row: &FluentRow, style: Style) -> String {
     let word = |truth: Option<bool>| match truth {
         Some(true) => "yes",
-        Some(false) => "NO",
+        Some(false) => "no",
         None => "?",
     };
     let margin = row.margin.as_ref().map(people).unwrap_or_default();
     let expected = row.expected.map_or("", |truth| word(Some(truth)));
     let line = format!(
-        "       {:<42} {expected:<9} {:<6} {:<9} {margin}",
+        "    {:<40} {expected:<8} {:<4} {:<8} {margin}",
         row.name,
         word(row.twin),
         word(row.measured),
     );
-    let differs = matches!((row.twin, row.measured), (Some(a), Some(b)) if a != b)
-        || matches!((row.expected, row.measured), (Some(a), Some(b)) if a != b);
-    format!("{}\n", if differs { style.red(line.trim_end()) } else { line.trim_end().to_owned() })
+    format!(
+        "{}\n",
+        if contradicts(row) { style.red(line.trim_end()) } else { line.trim_end().to_owned() }
+    )
 }
 
 /// Words how a condition fared while a step ran; `None` when nobody could tell.
@@ -238,6 +281,17 @@ fn scales_of(robot: &str) -> String {
     }
 }
 
+/// Words where the water is: every vessel by its name, and what is in none.
+fn volumes(water: &Water) -> String {
+    let older =
+        [("target".to_owned(), water.in_target_ml), ("source".to_owned(), water.in_source_ml)];
+    let vessels = if water.vessels_ml.is_empty() { &older[..] } else { &water.vessels_ml };
+    let mut told: Vec<String> =
+        vessels.iter().map(|(name, volume)| format!("{name} {volume:.1} mL")).collect();
+    told.push(format!("spilt {:.1} mL", water.spilt_ml));
+    told.join(", ")
+}
+
 /// Words how evenly positions were streamed to an arm.
 pub fn pacing(told: &Pacing) -> String {
     let mut text = format!(
@@ -276,13 +330,15 @@ pub fn ending(run: &Run, style: Style) -> String {
         let _ = write!(text, "\n  help: {help}");
     }
     if let Some(water) = &run.water {
+        let _ = write!(text, "\n  water on {}: {}", scales_of(&water.measured_by), volumes(water));
+    }
+    let (same, known) =
+        run.steps.iter().map(compared).fold((0, 0), |all, step| (all.0 + step.0, all.1 + step.1));
+    if known > 0 {
         let _ = write!(
             text,
-            "\n  water on {}: {:.1} mL in the target, {:.1} mL left in the source, {:.1} mL spilt",
-            scales_of(&water.measured_by),
-            water.in_target_ml,
-            water.in_source_ml,
-            water.spilt_ml
+            "\n  simulation and camera agree ({same} of {known} fluents after {} steps)",
+            run.steps.len()
         );
     }
     let t = &run.timing_s;

@@ -37,7 +37,7 @@ const SLIDE: &str = "const steps=[...document.querySelectorAll('section.step')],
 
 /// Returns the page.
 pub fn page(run: &Run, material: &Material<'_>) -> String {
-    let plain = Style { json: false, quiet: false, colour: false, bars: false };
+    let plain = Style { json: false, quiet: false, verbose: false, colour: false, bars: false };
     let asked = why::Question { run, number: None, fluent: None, earlier: &[], place: &|_| None };
     let reason = why::why(&asked).unwrap_or_else(|failure| failure.message);
     let mut text = format!(

@@ -57,7 +57,9 @@ impl WorkCell {
         let own = first.needs.iter().filter(|need| need.owner == *root);
         for part in own.flat_map(|need| parts(&need.expr)) {
             let reading = reader.read(part, &state);
-            if reading.truth != Some(false) {
+            // A thing that is still nowhere once the camera has looked is not there.
+            let is_unseen = reading.truth.is_none() && matches!(about(part), Some(("visible", _)));
+            if reading.truth != Some(false) && !is_unseen {
                 continue;
             }
             let by = reading.margin.map_or(0.0, |margin| margin.value.abs());

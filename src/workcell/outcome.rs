@@ -51,6 +51,9 @@ pub struct Water {
     pub in_target_ml: f64,
     /// Left in the vessel that was poured from, mL.
     pub in_source_ml: f64,
+    /// In every vessel that the scales know, mL, by name. Records of older programs name none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub vessels_ml: Vec<(String, f64)>,
     /// Anywhere else, mL.
     pub spilt_ml: f64,
     /// Whose scales say so.

@@ -204,7 +204,7 @@ impl WorkCell {
         Ok(())
     }
 
-    /// Returns what the scales say about a call's first two vessels.
+    /// Returns what the scales say about a call's first two vessels, and about all.
     fn water(&self, call: &Call, weighing: &Weighing) -> Water {
         let Weighing { water, spilt } = weighing;
         let named: Vec<String> = call
@@ -222,6 +222,7 @@ impl WorkCell {
         Water {
             in_source_ml: of(named.first()),
             in_target_ml: of(named.get(1)),
+            vessels_ml: water.iter().map(|(name, volume)| (name.clone(), volume * 1e6)).collect(),
             spilt_ml: spilt * 1e6,
             measured_by: self.setup.robot_name.clone(),
         }

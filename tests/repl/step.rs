@@ -64,8 +64,9 @@ pub(super) fn talk(cell: WorkCell, desk: &Desk, work: &Work<'_>, input: &mut dyn
         home: None,
         presses: &presses,
         leave: &Leave::default(),
+        is_sure: false,
     };
-    let style = Style { json: true, quiet: true, colour: false, bars: false };
+    let style = Style { json: true, quiet: true, verbose: false, colour: false, bars: false };
     run_on(cell, style, hands, input).unwrap();
 }
 

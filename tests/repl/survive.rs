@@ -43,8 +43,9 @@ fn typed(work: &Work<'_>, presses: &AtomicUsize, lines: &str) {
         home: None,
         presses,
         leave: &Leave::default(),
+        is_sure: false,
     };
-    let style = Style { json: true, quiet: true, colour: false, bars: false };
+    let style = Style { json: true, quiet: true, verbose: false, colour: false, bars: false };
     run_on(cell(), style, hands, &mut Cursor::new(lines.to_owned())).unwrap();
 }
 
@@ -171,8 +172,9 @@ fn two_interrupts_bring_the_prompt_back_at_once() {
         home: None,
         presses: &presses,
         leave: &Leave::default(),
+        is_sure: false,
     };
-    let style = Style { json: true, quiet: true, colour: false, bars: false };
+    let style = Style { json: true, quiet: true, verbose: false, colour: false, bars: false };
     run_on(cell(), style, hands, &mut typist).unwrap();
     assert_eq!(calls.load(Ordering::SeqCst), 2, "the last line found the cell again");
 }

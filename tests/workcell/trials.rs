@@ -13,7 +13,9 @@ fn trial(seed: u64, target: f64, source: f64, spilt: f64) -> Trial {
     let mut run = pour("level_side", 0.1, 0.01, 0.001);
     run.seed = seed;
     let (in_target_ml, in_source_ml, spilt_ml) = (target, source, spilt);
-    run.water = Some(Water { in_target_ml, in_source_ml, spilt_ml, measured_by: "lab".into() });
+    let vessels_ml = vec![("jar".into(), source), ("cup".into(), target)];
+    let measured_by = "lab".into();
+    run.water = Some(Water { in_target_ml, in_source_ml, vessels_ml, spilt_ml, measured_by });
     run.aims = Some(Aims { holds: true, pours: true });
     Trial::of(&run, Switches::default())
 }

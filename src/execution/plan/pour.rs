@@ -42,6 +42,9 @@ const HEADINGS_ROUND: f64 = 36.0;
 /// Chosen: with half of it a stream of 0.46 m/s lands past the far wall of a cup of 80 mm radius (now 0.61 m/s), with
 /// twice as much what drips slowly falls before its near wall.
 const BEFORE_MIDDLE: [f64; 2] = [0.030, 0.045];
+/// How far inside the rim the lip stays, m: 5 mm that `above` asks for, and as much again for a hand that is off by some
+/// millimetres. Only a narrow cup makes it less than [`BEFORE_MIDDLE`].
+const INSIDE_RIM: f64 = 0.012;
 /// So many joint positions with the lip in place are tried, nearest first. Chosen: half of a grasp's, since a turn of
 /// 58 poses is followed from each and not a line of 22. With half of it the branch that can turn so far may be
 /// missed, with twice as much a lip costs more than the next one, which may be easier.
@@ -111,6 +114,10 @@ impl Planner {
         let target_shape = shape(target).ok_or_else(|| no(Why::NotSeen(target.to_owned())))?;
         let cup = self.pose(target, &what)?;
         let inside = scene.object(source).and_then(Object::inside).unwrap_or(source_shape);
+        let opening = scene.object(target).and_then(Object::inside).unwrap_or(target_shape);
+        let most = (opening.inner_radius() - INSIDE_RIM).max(0.0);
+        let mut before_middle = BEFORE_MIDDLE.map(|back| back.min(most)).to_vec();
+        before_middle.dedup();
 
         let world = self.obstacles(&[], self.state.opening);
         let mut dropped = Dropped::new();
@@ -126,7 +133,7 @@ impl Planner {
                 // The jar leans to the hand's left or right: it turns about the hand's own axis.
                 let axis = Vector3::new(heading.cos(), heading.sin(), 0.0) * side;
                 let lean = axis.cross(&Vector3::z());
-                for back in BEFORE_MIDDLE {
+                for &back in &before_middle {
                     let lip = cup.origin() - lean * back
                         + Vector3::z()
                             * (target_shape.height() + clearance + source_shape.height());

@@ -22,7 +22,7 @@ pub(in crate::report) fn verdict(row: &FluentRow) -> String {
 pub(super) fn comparison(term: &TermRow) -> String {
     let mark = match term.truth {
         Some(true) => "yes",
-        Some(false) => "NO ",
+        Some(false) => "no ",
         None => "?  ",
     };
     let mut text = format!("{mark}  {}", term.text);

@@ -3,7 +3,7 @@
 use crate::workcell::{Ending, Run};
 
 /// How a command ended; the numbers are the exit codes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Exit {
     /// Done and true.
     Yes = 0,
@@ -17,8 +17,18 @@ pub enum Exit {
     Unavailable = 4,
 }
 
+impl Exit {
+    /// Returns what has this code; what has none is bad input.
+    pub fn of(code: u8) -> Self {
+        [Self::Yes, Self::No, Self::BadInput, Self::Stopped, Self::Unavailable]
+            .into_iter()
+            .find(|exit| *exit as u8 == code)
+            .unwrap_or(Self::BadInput)
+    }
+}
+
 /// Returns how a command ends that performed a run.
-pub(super) fn ended(run: &Run) -> Exit {
+pub fn ended(run: &Run) -> Exit {
     match run.outcome {
         Ending::Success | Ending::Unconfirmed => Exit::Yes,
         // An arm or a camera that failed on the way is no answer to what was asked.
