@@ -10,7 +10,8 @@ use nalgebra::{DMatrix, Isometry3, Matrix6xX, Translation3, Unit, UnitQuaternion
 
 use super::error::Error;
 use super::fault::Stop;
-use super::kinematics::pose_error;
+use super::frames::Frame;
+use super::kinematics::{frame_error, pose_error};
 use super::robot::Robot;
 use crate::world::frame::{Base, Flange, Point, Pose};
 
@@ -156,9 +157,10 @@ fn newton(
     let n = robot.n_joints();
     let mut q: Vec<f64> = last.iter().zip(held).map(|(q, held)| held.unwrap_or(*q)).collect();
     let mut jacobian = Matrix6xX::zeros(n);
+    let goal = Frame::of(target);
     for _ in 0..20 {
-        let tip = robot.jacobian_into(&q, &mut jacobian);
-        let error = pose_error(&tip, target);
+        let tip = robot.jacobian_into(&q, jacobian.as_mut_slice());
+        let error = frame_error(&tip, &goal);
         if error.amax() < EXACT {
             return Some(q);
         }

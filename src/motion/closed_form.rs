@@ -2,20 +2,23 @@
 //!
 //! The arm is not an SRS arm: neighbouring axes meet at right angles, but no three meet in a point. With
 //! joint 3 fixed the wrist centre, where axes 5 and 6 meet, still has a closed form; the wrist's small
-//! offset along axis 6 is iterated out and the rest polished by Newton's method.
+//! offset along axis 6 is iterated out.
 //!
-//! With the arm at zero let axis i be `a_i`, and let axes i and i+1 meet at `P_i`. Write `E_i` for the
-//! turn by `q_i` about `a_i`. Seen from `P_1`, the wrist centre is `E1 E2 v` with
-//! `v = d2 + l1 + E3 (d4 + E4 l2)`, where `d2 ∥ a2`, `l1 ∥ a3`, `d4 ∥ a4`, `l2 ∥ a5` lead from one meeting
-//! point to the next. Its length gives `q4`, its height `q2`, its bearing `q1`; the rotation that is left
-//! gives `q5`, `q6`, `q7`. Two roots each for `q4`, `q2` and `q6` make eight branches.
+//! Turned so that odd axes are z and even ones y, the arm is `R = Z1 Y2 Z3 Y4 Z5 Y6 Z7`, and the wrist centre
+//! seen from where axes 1 and 2 meet is `Z1 (d2 y + Y2 (l1 z + Z3 (d4 y + Y4 l2 z)))`. Its length gives `q4`,
+//! its height `q2`, its bearing `q1`; the rotation that is left gives `q5`, `q6`, `q7`. Two roots each for
+//! `q4`, `q2` and `q6` make eight branches, four of which are worked out at once; sines and cosines stand for the
+//! angles to the end. Joint 7 says where axis 6 lies, and so the wrist centre: each pass leaves a thousandth of the
+//! error of the one before.
 //!
 //! Source: derived here from the joint origins; the sub-problems are those of Paden and Kahan (Murray,
 //! Li and Sastry, *A Mathematical Introduction to Robotic Manipulation*, 1994, §3.2).
 
-use nalgebra::{Isometry3, Matrix6xX, SMatrix, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, SMatrix, Vector3};
+use wide::f64x4;
 
-use super::kinematics::pose_error;
+use super::frames::Frame;
+use super::kinematics::frame_error;
 use super::robot::{Drive, Motion, Robot};
 
 /// How far, m, neighbouring axes may miss each other and still count as meeting: link files print six
@@ -25,20 +28,61 @@ const MEET: f64 = 2e-5;
 const SQUARE: f64 = 1e-4;
 /// A solution is exact when position (m) and rotation (rad) are off by less.
 const EXACT: f64 = 1e-11;
+/// A model whose axes meet and are square to this, m and rad, needs no polish: its solutions are its own.
+const IDEAL: f64 = 1e-13;
+/// Passes at most; away from a singular wrist four reach the last digits.
+const PASSES: usize = 6;
+/// A stretched arm: rounding, or the wrist offset that the first pass leaves out, may put the target
+/// this much (relative) out of reach; the polish then decides.
+const SLACK: f64 = 1e-3;
 
-/// The geometry the closed form needs, with all joints at zero, in base coordinates.
+/// The geometry the closed form needs.
 #[derive(Debug, Clone)]
 pub struct ClosedForm {
-    axes: [Vector3<f64>; 7],
-    /// Where axes 1 and 2 meet.
-    shoulder: Vector3<f64>,
-    d2_l1: Vector3<f64>,
-    d4: Vector3<f64>,
-    l2: Vector3<f64>,
-    d6: Vector3<f64>,
-    /// From where axes 6 and 7 meet to the tip.
-    hand: Vector3<f64>,
-    tip_rotation: UnitQuaternion<f64>,
+    /// Axis 1 along z, axis 2 along y, the origin where they meet; in base coordinates at zero.
+    base: Frame,
+    /// Where the tip stands in the frame of axis 7.
+    tip: Frame,
+    /// Angle of each joint when it reads 0, rad.
+    zero: [f64; 7],
+    d2: f64,
+    l1: f64,
+    d4: f64,
+    l2: f64,
+    d6: f64,
+    /// Whether the robot is this model to [`IDEAL`].
+    is_ideal: bool,
+}
+
+/// Joint 3 as one search tries it: all eight branches, `None` where there is no solution.
+pub(super) type Branches = [Option<[f64; 7]>; 8];
+
+/// A sine and a cosine for each of four branches.
+#[derive(Clone, Copy)]
+struct Turn {
+    sin: f64x4,
+    cos: f64x4,
+}
+
+/// Three numbers for each of four branches.
+type Three = [f64x4; 3];
+
+/// What is the same for all branches and passes.
+struct Target {
+    /// The wanted axes of the last frame, and the wrist's end, in the frame of axes 1 and 2.
+    turn: Frame,
+    q3: (f64, f64),
+    near: [f64; 7],
+}
+
+/// Where four branches stand after a pass.
+#[derive(Clone, Copy)]
+struct Pass {
+    turns: [Turn; 7],
+    /// Lanes in which there is a solution.
+    holds: f64x4,
+    /// Lanes in which a root was out of reach by less than the slack.
+    is_stretched: f64x4,
 }
 
 impl ClosedForm {
@@ -79,23 +123,28 @@ impl ClosedForm {
             }
             meet[i] = points[i] + axes[i] * between.dot(&axes[i]);
         }
-        let (l1, l2) = (meet[2] - meet[1], meet[4] - meet[3]);
+        // From one meeting point to the next the way leads along the axis they share.
+        let along = |i: usize| (meet[i] - meet[i - 1]).dot(&axes[i]);
+        let [d2, l1, d4, l2, d6] = [1, 2, 3, 4, 5].map(along);
         // Without an upper arm and a forearm there is no triangle to solve; the wrist offset must be
         // small for its iteration to converge.
-        let d6 = meet[5] - meet[4];
-        if l2.norm() < 0.01 || l1.norm() < 0.01 || d6.norm() > 0.05 * l2.norm() {
+        if l2.abs() < 0.01 || l1.abs() < 0.01 || d6.abs() > 0.05 * l2.abs() {
             return None;
         }
-        Some(Self {
-            axes,
-            shoulder: meet[0],
-            d2_l1: meet[2] - meet[0],
-            d4: meet[3] - meet[2],
-            l2,
-            d6,
-            hand: pose.translation.vector - meet[5],
-            tip_rotation: pose.rotation,
-        })
+        let y = (axes[1] - axes[0] * axes[0].dot(&axes[1])).normalize();
+        let base = Frame { x: y.cross(&axes[0]), y, z: axes[0], origin: meet[0] };
+        let (last, zero) = unwound(base, &axes);
+        let last = Frame { origin: meet[5], ..last };
+        let pose = Frame::of(&pose);
+        let tip = Frame {
+            x: last.local(&pose.x),
+            y: last.local(&pose.y),
+            z: last.local(&pose.z),
+            origin: last.local(&(pose.origin - meet[5])),
+        };
+        let mut form = Self { base, tip, zero, d2, l1, d4, l2, d6, is_ideal: false };
+        form.is_ideal = form.error_of(robot) < IDEAL;
+        Some(form)
     }
 
     /// Appends every solution for the tip at `target` with joint 3 at `q3`, up to eight; joint limits
@@ -108,122 +157,301 @@ impl ClosedForm {
         near: &[f64],
         found: &mut Vec<[f64; 7]>,
     ) {
-        let turn = target.rotation * self.tip_rotation.inverse();
-        let wrist_end = target.translation.vector - turn * self.hand;
-        let mut jacobian = Matrix6xX::zeros(7);
-        for branch in 0..8_u8 {
-            // The first pass leaves the wrist offset out, the later ones know joint 7 from the one before.
-            let mut wrist = wrist_end;
-            let mut q = None;
-            for _ in 0..3 {
-                q = self.pass(&(wrist - self.shoulder), &turn, q3, branch, near);
-                let Some(q) = q else { break };
-                wrist = wrist_end - turn * (about(&self.axes[6], -q[6]) * self.d6);
-            }
-            let Some(mut q) = q else { continue };
-            if polish(robot, target, &mut q, &mut jacobian)
-                && !found.iter().any(|other| same(other, &q))
-            {
+        let branches = self.branches(robot, &Frame::of(target), q3, near);
+        for q in branches.into_iter().flatten() {
+            if !found.iter().any(|other| same(other, &q)) {
                 found.push(q);
             }
         }
     }
 
-    /// Solves for one branch with the wrist centre at `w` as seen from the shoulder.
-    fn pass(
+    /// Returns the solution of each branch with joint 3 at `q3`. Branches may share one.
+    pub(super) fn branches(
         &self,
-        w: &Vector3<f64>,
-        turn: &UnitQuaternion<f64>,
+        robot: &Robot,
+        target: &Frame,
         q3: f64,
-        branch: u8,
         near: &[f64],
+    ) -> Branches {
+        let shape = self.shape(target, q3, near);
+        let mut found = [None; 8];
+        self.some(robot, target, q3, &shape, 0b1111_1111, &mut found);
+        found
+    }
+
+    /// As [`Self::branches`], for one of them.
+    pub(super) fn branch(
+        &self,
+        robot: &Robot,
+        target: &Frame,
+        q3: f64,
+        near: &[f64],
+        branch: usize,
     ) -> Option<[f64; 7]> {
-        let [a1, a2, a3, a4, a5, a6, a7] = &self.axes;
-        let sign = |bit: u8| if branch & (1 << bit) == 0 { 1.0 } else { -1.0 };
-        let e3 = about(a3, q3);
-        // |w|² = |v|² in q4: A cos q4 + B sin q4 = C.
-        let back = e3.inverse() * self.d2_l1;
-        let fixed = self.d2_l1.norm_squared()
-            + self.d4.norm_squared()
-            + self.l2.norm_squared()
-            + 2.0 * back.dot(&self.d4);
-        let q4 = root(
-            2.0 * back.dot(&self.l2),
-            2.0 * back.dot(&a4.cross(&self.l2)),
-            w.norm_squared() - fixed,
-            sign(0),
-            near[3],
-        )?;
-        let e4 = about(a4, q4);
-        let v = self.d2_l1 + e3 * (self.d4 + e4 * self.l2);
-        // Height over the shoulder: a1 · E2 v = a1 · w; axis 1 is square to axis 2.
-        let q2 = root(a1.dot(&v), a1.dot(&a2.cross(&v)), a1.dot(w), sign(1), near[1])?;
-        let e2 = about(a2, q2);
-        let q1 = bearing(a1, &(e2 * v), w).unwrap_or(near[0]);
-        // What rotation is left for the wrist: E5 E6 E7 = Q.
-        let left = (about(a1, q1) * e2 * e3 * e4).inverse() * turn;
-        let q6 = root(a5.dot(a7), a5.dot(&a6.cross(a7)), a5.dot(&(left * a7)), sign(2), near[5])?;
-        let e6 = about(a6, q6);
-        let q5 = bearing(a5, &(e6 * a7), &(left * a7)).unwrap_or(near[4]);
-        let last = (about(a5, q5) * e6).inverse() * left;
-        let q7 = bearing(a7, a6, &(last * a6)).unwrap_or(near[6]);
-        Some([q1, q2, q3, q4, q5, q6, q7])
+        let mut found = [None; 8];
+        self.some(robot, target, q3, &self.shape(target, q3, near), 1 << branch, &mut found);
+        found[branch]
+    }
+
+    /// Works out the branches whose bit is set in `wanted`.
+    fn some(
+        &self,
+        robot: &Robot,
+        target: &Frame,
+        q3: f64,
+        shape: &Target,
+        wanted: u32,
+        found: &mut Branches,
+    ) {
+        for (half, elbow) in [1.0, -1.0].into_iter().enumerate() {
+            if wanted & (0b0101_0101 << half) == 0 {
+                continue;
+            }
+            let Some((pass, off)) = self.four(shape, f64x4::splat(elbow)) else { continue };
+            let turns = pass.turns.map(|turn| (turn.sin.to_array(), turn.cos.to_array()));
+            let exact = if self.is_ideal {
+                (!pass.is_stretched & off.simd_lt(f64x4::splat(EXACT * 0.1))).to_bitmask()
+            } else {
+                0
+            };
+            let holds = pass.holds.to_bitmask();
+            for lane in 0..4 {
+                if holds & (1 << lane) == 0 || wanted & (1 << (2 * lane + half)) == 0 {
+                    continue;
+                }
+                let mut q = [q3; 7];
+                for i in [0, 1, 3, 4, 5, 6] {
+                    q[i] = turns[i].0[lane].atan2(turns[i].1[lane]) - self.zero[i];
+                }
+                if exact & (1 << lane) != 0 || polish(robot, target, &mut q) {
+                    found[2 * lane + half] = Some(q);
+                }
+            }
+        }
+    }
+
+    /// Moves a target towards the shoulder, or away from it, until the wrist can be there, as far as the two links
+    /// alone decide.
+    pub(super) fn within_reach(&self, target: &Frame) -> Frame {
+        let wrist = self.seen(target).origin;
+        let (long, short) = (self.l1.abs() + self.l2.abs(), (self.l1.abs() - self.l2.abs()).abs());
+        let far = wrist.norm().max(1e-9);
+        let wanted = far.clamp(short + 0.02 * long, 0.995 * long);
+        Frame {
+            origin: target.origin + self.base.direction(&(wrist * (wanted / far - 1.0))),
+            ..*target
+        }
+    }
+
+    /// Returns the last frame's axes and the wrist's end for a tip, seen from where axes 1 and 2 meet.
+    fn seen(&self, target: &Frame) -> Frame {
+        // R = B' T H', with the base B and the tip's axes H in the last frame.
+        let rows = Frame {
+            x: Vector3::new(self.tip.x.x, self.tip.y.x, self.tip.z.x),
+            y: Vector3::new(self.tip.x.y, self.tip.y.y, self.tip.z.y),
+            z: Vector3::new(self.tip.x.z, self.tip.y.z, self.tip.z.z),
+            origin: Vector3::zeros(),
+        };
+        let [x, y, z] = [rows.x, rows.y, rows.z].map(|v| self.base.local(&target.direction(&v)));
+        let hand = x * self.tip.origin.x + y * self.tip.origin.y + z * self.tip.origin.z;
+        let origin = self.base.local(&(target.origin - self.base.origin)) - hand;
+        Frame { x, y, z, origin }
+    }
+
+    fn shape(&self, target: &Frame, q3: f64, near: &[f64]) -> Target {
+        Target {
+            turn: self.seen(target),
+            q3: (q3 + self.zero[2]).sin_cos(),
+            near: std::array::from_fn(|i| near[i] + self.zero[i]),
+        }
+    }
+
+    /// Iterates four branches; also returns how far the wrist is from where the last pass put it, m. `None` when
+    /// none of the four leads anywhere.
+    fn four(&self, target: &Target, elbow: f64x4) -> Option<(Pass, f64x4)> {
+        let (x, y, end) =
+            (three(&target.turn.x), three(&target.turn.y), three(&target.turn.origin));
+        // The first pass leaves the wrist offset out, the later ones know joint 7 from the one before.
+        let mut pass = self.pass(&end, target, elbow);
+        let mut off = f64x4::splat(f64::INFINITY);
+        let d6 = f64x4::splat(self.d6);
+        let mut last: Option<Turn> = None;
+        for _ in 0..PASSES {
+            if !pass.holds.any() {
+                return None;
+            }
+            let seven = pass.turns[6];
+            if let Some(before) = last {
+                let (s, c) = (seven.sin - before.sin, seven.cos - before.cos);
+                off = (s * s + c * c).sqrt() * d6.abs();
+                if !(pass.holds & off.simd_ge(f64x4::splat(EXACT * 0.1))).any() {
+                    break;
+                }
+            }
+            // Axis 6 in the base: y turned back by joint 7.
+            let mut wrist = end;
+            for i in 0..3 {
+                wrist[i] -= d6 * (x[i] * seven.sin + y[i] * seven.cos);
+            }
+            last = Some(seven);
+            pass = self.pass(&wrist, target, elbow);
+        }
+        Some((pass, off))
+    }
+
+    /// Solves for four branches with the wrist centre at `w`.
+    fn pass(&self, w: &Three, target: &Target, elbow: f64x4) -> Pass {
+        let k = f64x4::splat;
+        let (s3, c3) = (k(target.q3.0), k(target.q3.1));
+        let (d2, l1, d4, l2) = (k(self.d2), k(self.l1), k(self.d4), k(self.l2));
+        let near = |i: usize| target.near[i];
+        // |w|² in q4: A cos q4 + B sin q4 = C.
+        let two = k(2.0);
+        let fixed = d2 * d2 + l1 * l1 + d4 * d4 + l2 * l2 + two * d2 * d4 * c3;
+        let length = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
+        let (four, holds4, out4) =
+            root(two * l1 * l2, two * d2 * l2 * s3, length - fixed, elbow, near(3));
+        // The wrist before joint 2 turns it.
+        let (x, y, z) =
+            (c3 * l2 * four.sin - s3 * d4, s3 * l2 * four.sin + c3 * d4 + d2, l1 + l2 * four.cos);
+        // Height: z cos q2 - x sin q2.
+        let (two, holds2, out2) = root(z, -x, w[2], f64x4::new([1.0, -1.0, 1.0, -1.0]), near(1));
+        let ahead = two.cos * x + two.sin * z;
+        let one = unit(ahead * w[1] - y * w[0], ahead * w[0] + y * w[1], near(0), 1e-18);
+        // What rotation is left for the wrist: Z5 Y6 Z7, by columns.
+        let mut left = [three(&target.turn.x), three(&target.turn.y), three(&target.turn.z)];
+        for column in &mut left {
+            let [x, y, z] = *column;
+            let (x, y) = (one.cos * x + one.sin * y, one.cos * y - one.sin * x);
+            let (x, z) = (two.cos * x - two.sin * z, two.sin * x + two.cos * z);
+            let (x, y) = (c3 * x + s3 * y, c3 * y - s3 * x);
+            let (x, z) = (four.cos * x - four.sin * z, four.sin * x + four.cos * z);
+            *column = [x, y, z];
+        }
+        let flip = f64x4::new([1.0, 1.0, -1.0, -1.0]);
+        let [x, y, z] = left[2];
+        let five = unit(flip * y, flip * x, near(4), 1e-18);
+        let six = Turn { sin: x * five.cos + y * five.sin, cos: z };
+        let seven = Turn {
+            sin: five.cos * left[0][1] - five.sin * left[0][0],
+            cos: five.cos * left[1][1] - five.sin * left[1][0],
+        };
+        let three = Turn { sin: s3, cos: c3 };
+        Pass {
+            turns: [one, two, three, four, five, six, seven],
+            holds: holds2 & holds4,
+            is_stretched: out2 | out4,
+        }
+    }
+
+    /// Returns how far the model is from the robot itself, m and rad, at a few positions of the joints.
+    fn error_of(&self, robot: &Robot) -> f64 {
+        // Any positions will do that are no special ones.
+        const TRIED: [[f64; 7]; 3] = [
+            [0.3, -0.7, 1.1, 0.9, -0.4, 1.2, 2.1],
+            [-1.9, 0.6, -2.3, -1.4, 0.8, -0.5, 0.2],
+            [2.6, 1.3, 0.4, 1.8, -1.7, 0.9, -2.8],
+        ];
+        TRIED
+            .iter()
+            .map(|q| frame_error(&self.forward(q), &robot.tip_frame(q)).amax())
+            .fold(0.0, f64::max)
+    }
+
+    /// Returns where the model puts the tip.
+    fn forward(&self, q: &[f64; 7]) -> Frame {
+        let mut frame = self.base;
+        let steps = [0.0, 0.0, self.d2, self.l1, self.d4, self.l2, self.d6];
+        for (i, (q, zero)) in q.iter().zip(self.zero).enumerate() {
+            let (sin, cos) = (q + zero).sin_cos();
+            // The way from one meeting point to the next lies along the axis before.
+            if i > 1 {
+                frame.origin += if i % 2 == 0 { frame.y } else { frame.z } * steps[i];
+            }
+            if i % 2 == 0 {
+                frame.about_z((sin, cos));
+            } else {
+                frame.about_y((sin, cos));
+            }
+        }
+        frame.then(&self.tip)
     }
 }
 
-/// The turn by `angle` about a unit `axis`.
-fn about(axis: &Vector3<f64>, angle: f64) -> UnitQuaternion<f64> {
-    let (sin, cos) = (0.5 * angle).sin_cos();
-    let a = axis * sin;
-    UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(cos, a.x, a.y, a.z))
+/// Follows the axes from the base outwards; returns the frame of the last, and each joint's angle at zero.
+fn unwound(mut frame: Frame, axes: &[Vector3<f64>; 7]) -> (Frame, [f64; 7]) {
+    let mut zero = [0.0; 7];
+    // Each joint turns the frame until its y or its z is the next axis.
+    for i in 0..6 {
+        let next = frame.local(&axes[i + 1]);
+        if i % 2 == 0 {
+            zero[i] = (-next.x).atan2(next.y);
+            frame.about_z(zero[i].sin_cos());
+        } else {
+            zero[i] = next.x.atan2(next.z);
+            frame.about_y(zero[i].sin_cos());
+        }
+    }
+    (frame, zero)
 }
 
-/// Returns the root of `a cos x + b sin x = c` that `sign` picks, `free` when any `x` will do, `None`
-/// when none does.
-fn root(a: f64, b: f64, c: f64, sign: f64, free: f64) -> Option<f64> {
-    // A stretched arm: rounding, or the wrist offset that the first pass leaves out, may put the target
-    // this much (relative) out of reach; the polish then decides.
-    const SLACK: f64 = 1e-3;
-    let size = a.hypot(b);
-    if size < 1e-12 {
-        return (c.abs() < 1e-9).then_some(free);
-    }
-    let ratio = c / size;
-    if ratio.abs() > 1.0 + SLACK {
-        return None;
-    }
-    Some(b.atan2(a) + sign * ratio.clamp(-1.0, 1.0).acos())
+#[inline(always)]
+fn three(v: &Vector3<f64>) -> Three {
+    [f64x4::splat(v.x), f64x4::splat(v.y), f64x4::splat(v.z)]
 }
 
-/// Returns the angle about unit `axis` that turns `from` towards `to`, `None` if either lies along it.
-fn bearing(axis: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f64>) -> Option<f64> {
-    let flat = |v: &Vector3<f64>| v - axis * axis.dot(v);
-    let (from, to) = (flat(from), flat(to));
-    if from.norm() < 1e-9 || to.norm() < 1e-9 {
-        return None;
+/// Returns the root of `a cos x + b sin x = c` that `sign` picks, `free` where any `x` will do; where there is one;
+/// and where the slack was needed.
+#[inline(always)]
+fn root(a: f64x4, b: f64x4, c: f64x4, sign: f64x4, free: f64) -> (Turn, f64x4, f64x4) {
+    let size = a * a + b * b;
+    let rest = size - c * c;
+    let side = sign * rest.max(f64x4::ZERO).sqrt();
+    let turn = unit(b * c + a * side, a * c - b * side, free, 1e-36);
+    let is_any = size.simd_lt(f64x4::splat(1e-24));
+    let most = f64x4::splat((1.0 + SLACK) * (1.0 + SLACK));
+    let reaches = (size * most).simd_ge(c * c);
+    let holds = (!is_any & reaches) | (is_any & c.abs().simd_lt(f64x4::splat(1e-9)));
+    (turn, holds, rest.simd_lt(f64x4::ZERO))
+}
+
+/// Returns the turn towards a direction; `free`, rad, where the direction's square is no more than `least`.
+#[inline(always)]
+fn unit(sin: f64x4, cos: f64x4, free: f64, least: f64) -> Turn {
+    let squared = sin * sin + cos * cos;
+    let points = squared.simd_gt(f64x4::splat(least));
+    let scale = f64x4::ONE / squared.sqrt();
+    let turn = Turn { sin: sin * scale, cos: cos * scale };
+    if points.all() { turn } else { turn.or(points, free) }
+}
+
+impl Turn {
+    /// Keeps the turn in some lanes and takes an angle, rad, in the others.
+    #[cold]
+    fn or(self, kept: f64x4, free: f64) -> Self {
+        let (s, c) = free.sin_cos();
+        Self {
+            sin: kept.bitselect(self.sin, f64x4::splat(s)),
+            cos: kept.bitselect(self.cos, f64x4::splat(c)),
+        }
     }
-    Some(axis.dot(&from.cross(&to)).atan2(from.dot(&to)))
 }
 
 /// Newton's method with joint 3 held; returns whether the result is exact.
-fn polish(
-    robot: &Robot,
-    target: &Isometry3<f64>,
-    q: &mut [f64; 7],
-    jacobian: &mut Matrix6xX<f64>,
-) -> bool {
+fn polish(robot: &Robot, target: &Frame, q: &mut [f64; 7]) -> bool {
     const OTHERS: [usize; 6] = [0, 1, 3, 4, 5, 6];
+    let mut jacobian = [0.0; 42];
     for _ in 0..8 {
-        let tip = robot.jacobian_into(q, jacobian);
-        let error = pose_error(&tip, target);
+        let tip = robot.jacobian_into(q, &mut jacobian);
+        let error = frame_error(&tip, target);
         if error.amax() < EXACT {
             return true;
         }
-        let square = SMatrix::<f64, 6, 6>::from_fn(|i, j| jacobian[(i, OTHERS[j])]);
+        let square = SMatrix::<f64, 6, 6>::from_fn(|i, j| jacobian[6 * OTHERS[j] + i]);
         // Beside a singular pose the plain step may be wild; the damping is far below any other effect.
-        let normal = square.transpose() * square;
         let damping = 1e-3 * error.norm_squared() + 1e-18;
         let step = square.lu().solve(&error).filter(|step| step.amax() < 0.2).or_else(|| {
+            let normal = square.transpose() * square;
             let damped = normal + SMatrix::<f64, 6, 6>::identity() * damping;
             damped.cholesky().map(|factor| factor.solve(&(square.transpose() * error)))
         });
@@ -232,11 +460,18 @@ fn polish(
             q[i] += step[k];
         }
     }
-    pose_error(&robot.forward_unchecked(q), target).amax() < 1e-9
+    frame_error(&robot.tip_frame(q), target).amax() < 1e-9
 }
 
 /// Whether two solutions are the same up to whole turns.
 fn same(a: &[f64; 7], b: &[f64; 7]) -> bool {
+    const NEAR: f64 = 1e-7;
     let turn = std::f64::consts::TAU;
-    a.iter().zip(b).all(|(a, b)| ((a - b) - ((a - b) / turn).round() * turn).abs() < 1e-7)
+    for i in 0..7 {
+        let gap = (a[i] - b[i]).abs();
+        if gap >= NEAR && (gap <= 1.0 || (gap - (gap / turn).round() * turn).abs() >= NEAR) {
+            return false;
+        }
+    }
+    true
 }

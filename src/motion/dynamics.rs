@@ -1,18 +1,19 @@
 //! Rigid-body dynamics: gravity torques, inverse dynamics and the mass matrix.
 //!
-//! Twists and wrenches are written about the base origin in base axes, angular part first, so that
-//! bodies add up without being moved. Rotor inertia and friction are not here: no value for the Gen3 is
+//! What is rigid is joined into one body per joint first. Forces and moments are written about the base origin in base
+//! axes, so that bodies add up without being moved. Rotor inertia and friction are not here: no value for the Gen3 is
 //! published, and finding them is what the twin's effects are for.
 //!
 //! Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008: RNEA §5.3, CRBA §6.2.
 
-use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
+use super::cholesky;
 use super::error::Error;
 use super::fault::UrdfFault;
+use super::frames::{Frame, Frames, Node};
 use super::inertial::Inertial;
-use super::kinematics::link_poses_into;
-use super::robot::{Drive, Motion, Robot};
+use super::robot::Robot;
 
 /// Standard use in this program and in the reference values, m/s².
 pub const GRAVITY: f64 = 9.81;
@@ -36,6 +37,9 @@ pub struct Dynamics<'a> {
     massive: Vec<(usize, Inertial)>,
     gravity: Vector3<f64>,
     opening: f64,
+    frames: Frames,
+    /// What moves with each frame, in that frame.
+    bodies: Vec<Inertial>,
 }
 
 impl<'a> Dynamics<'a> {
@@ -51,13 +55,26 @@ impl<'a> Dynamics<'a> {
                 massive.push((at, inertial));
             }
         }
-        Self { robot, massive, gravity: Vector3::new(0.0, 0.0, -GRAVITY), opening: 0.0 }
+        let gravity = Vector3::new(0.0, 0.0, -GRAVITY);
+        let (frames, bodies) = (Frames::default(), Vec::new());
+        Self { robot, massive, gravity, opening: 0.0, frames, bodies }.joined()
+    }
+
+    /// Joins what is rigid.
+    fn joined(mut self) -> Self {
+        self.frames = Frames::of(&self.robot.links, self.opening, |_| true);
+        self.bodies = vec![Inertial::zero(); self.frames.nodes.len()];
+        for (link, inertial) in &self.massive {
+            self.frames.join(*link, inertial, &mut self.bodies);
+        }
+        self
     }
 
     /// Adds a body that is fixed to the tip; `payload` is given in the tip's frame.
     #[must_use]
     pub fn with_payload(mut self, payload: Inertial) -> Self {
         self.massive.push((self.robot.tip, payload));
+        self.frames.join(self.robot.tip, &payload, &mut self.bodies);
         self
     }
 
@@ -72,7 +89,7 @@ impl<'a> Dynamics<'a> {
     #[must_use]
     pub fn with_opening(mut self, opening: f64) -> Self {
         self.opening = opening;
-        self
+        self.joined()
     }
 
     /// Returns the mass of the bodies that count, kg.
@@ -105,41 +122,46 @@ impl<'a> Dynamics<'a> {
     ///
     /// [`Error::WrongLength`] or [`Error::NotFinite`].
     ///
-    /// Source: recursive Newton-Euler, Featherstone §5.3, table 5.1, all in base coordinates.
+    /// Source: recursive Newton-Euler, Featherstone §5.3, with vectors of three, all in base axes.
     pub fn inverse(&self, q: &[f64], dq: &[f64], ddq: &[f64]) -> Result<DVector<f64>, Error> {
         for values in [q, dq, ddq] {
             self.robot.check(values)?;
         }
-        let (poses, axes) = self.place(q);
-        let n = self.robot.links.len();
-        let mut twist = vec![Vector6::zeros(); n];
-        // The base accelerates upwards in place of gravity pulling every body down.
-        let mut acc = vec![Vector6::zeros(); n];
-        acc[0].fixed_rows_mut::<3>(3).copy_from(&-self.gravity);
-        for (at, link) in self.robot.links.iter().enumerate().skip(1) {
-            let parent = link.parent.expect("only the root has no parent");
-            (twist[at], acc[at]) = (twist[parent], acc[parent]);
-            if let Drive::Joint { index, multiplier, .. } = link.joint.drive {
-                let s = axes[at] * multiplier;
-                twist[at] += s * dq[index];
-                acc[at] += s * ddq[index] + cross_motion(&twist[at], &(s * dq[index]));
-            }
-        }
-        let mut wrench = vec![Vector6::zeros(); n];
-        for (at, inertial) in &self.massive {
-            let inertia = spatial_inertia(inertial, &poses[*at]);
-            wrench[*at] += inertia * acc[*at] + cross_force(&twist[*at], &(inertia * twist[*at]));
-        }
+        let mut placed = Vec::with_capacity(self.bodies.len());
+        self.frames.place(q, &mut placed);
         let mut tau = DVector::zeros(self.robot.n_joints());
-        for (at, link) in self.robot.links.iter().enumerate().skip(1).rev() {
-            if let Drive::Joint { index, multiplier, .. } = link.joint.drive {
-                tau[index] += multiplier * axes[at].dot(&wrench[at]);
-            }
-            let parent = link.parent.expect("only the root has no parent");
-            let outer = wrench[at];
-            wrench[parent] += outer;
-        }
+        self.torques(&placed, dq, Some(ddq), tau.as_mut_slice());
         Ok(tau)
+    }
+
+    /// Adds the torques of a motion to `tau`; without `ddq`, those of no acceleration.
+    fn torques(&self, placed: &[Frame], dq: &[f64], ddq: Option<&[f64]>, tau: &mut [f64]) {
+        let nodes = &self.frames.nodes;
+        // The base accelerates upwards in place of gravity pulling every body down.
+        let still = State { acc: -self.gravity, ..State::default() };
+        let mut states: Vec<State> = Vec::with_capacity(nodes.len());
+        for ((node, frame), body) in nodes.iter().zip(placed).zip(&self.bodies) {
+            let (before, from) = match node.parent {
+                Some(parent) => (states[parent], placed[parent].origin),
+                None => (still, Vector3::zeros()),
+            };
+            let rate = ddq.map_or(0.0, |ddq| ddq[node.index]);
+            states.push(
+                before
+                    .moved(node, frame, frame.origin - from, dq[node.index], rate)
+                    .with(body, frame),
+            );
+        }
+        for at in (0..nodes.len()).rev() {
+            let (node, frame) = (&nodes[at], &placed[at]);
+            let State { force, moment, .. } = states[at];
+            let about = if node.slides { force } else { moment - frame.origin.cross(&force) };
+            tau[node.index] += node.multiplier * frame.z.dot(&about);
+            if let Some(parent) = node.parent {
+                states[parent].force += force;
+                states[parent].moment += moment;
+            }
+        }
     }
 
     /// Returns the mass matrix, n × n, kg·m².
@@ -151,34 +173,50 @@ impl<'a> Dynamics<'a> {
     /// Source: composite rigid bodies, Featherstone §6.2, all in base coordinates.
     pub fn mass_matrix(&self, q: &[f64]) -> Result<DMatrix<f64>, Error> {
         self.robot.check(q)?;
-        let (poses, axes) = self.place(q);
-        let links = &self.robot.links;
-        let mut composite = vec![Matrix6::zeros(); links.len()];
-        for (at, inertial) in &self.massive {
-            composite[*at] += spatial_inertia(inertial, &poses[*at]);
-        }
-        for at in (1..links.len()).rev() {
-            let parent = links[at].parent.expect("only the root has no parent");
-            let outer = composite[at];
-            composite[parent] += outer;
-        }
+        let mut placed = Vec::with_capacity(self.bodies.len());
+        self.frames.place(q, &mut placed);
         let n = self.robot.n_joints();
         let mut mass = DMatrix::zeros(n, n);
-        for at in 1..links.len() {
-            let Drive::Joint { index, multiplier, .. } = links[at].joint.drive else { continue };
-            let force = composite[at] * axes[at] * multiplier;
-            mass[(index, index)] += multiplier * axes[at].dot(&force);
-            let mut above = links[at].parent;
-            while let Some(link) = above {
-                if let Drive::Joint { index: other, multiplier, .. } = links[link].joint.drive {
-                    let coupling = multiplier * axes[link].dot(&force);
-                    mass[(index, other)] += coupling;
-                    mass[(other, index)] += coupling;
+        self.masses(&placed, mass.as_mut_slice());
+        Ok(mass)
+    }
+
+    /// Adds the mass matrix to `mass`, n × n.
+    fn masses(&self, placed: &[Frame], mass: &mut [f64]) {
+        let n = self.robot.n_joints();
+        let nodes = &self.frames.nodes;
+        let mut composite: Vec<Composite> = self
+            .bodies
+            .iter()
+            .zip(placed)
+            .map(|(body, frame)| Composite::of(body, frame))
+            .collect();
+        let mut axes: Vec<Vector3<f64>> = Vec::with_capacity(nodes.len());
+        axes.extend(placed.iter().map(|frame| frame.origin.cross(&frame.z)));
+        for at in (0..nodes.len()).rev() {
+            let (node, whole) = (&nodes[at], composite[at]);
+            let z = placed[at].z;
+            let (force, moment) =
+                if node.slides { whole.pushed(&z) } else { whole.turned(&z, &axes[at]) };
+            let mut other = Some(at);
+            while let Some(above) = other {
+                let upper = &nodes[above];
+                let felt = if upper.slides {
+                    placed[above].z.dot(&force)
+                } else {
+                    placed[above].z.dot(&moment) + axes[above].dot(&force)
+                };
+                let coupling = node.multiplier * upper.multiplier * felt;
+                mass[node.index * n + upper.index] += coupling;
+                if above != at {
+                    mass[upper.index * n + node.index] += coupling;
                 }
-                above = links[link].parent;
+                other = upper.parent;
+            }
+            if let Some(parent) = node.parent {
+                composite[parent].add(&whole);
             }
         }
-        Ok(mass)
     }
 
     /// Returns the accelerations, rad/s², that torques `tau` (N·m) give.
@@ -188,65 +226,136 @@ impl<'a> Dynamics<'a> {
     /// [`Error::WrongLength`], [`Error::NotFinite`], or [`Error::Urdf`] when some joint carries no mass.
     pub fn forward(&self, q: &[f64], dq: &[f64], tau: &[f64]) -> Result<DVector<f64>, Error> {
         self.robot.check(tau)?;
-        let rest = DVector::from_column_slice(tau) - self.bias(q, dq)?;
-        let massless = Error::Urdf { what: UrdfFault::Massless };
-        let factor = self.mass_matrix(q)?.cholesky().ok_or(massless)?;
-        Ok(factor.solve(&rest))
-    }
-
-    /// Returns every link's pose, and every joint's axis as a unit twist about the base origin.
-    fn place(&self, q: &[f64]) -> (Vec<Isometry3<f64>>, Vec<Vector6<f64>>) {
-        let mut poses = Vec::with_capacity(self.robot.links.len());
-        link_poses_into(self.robot, q, self.opening, &mut poses);
-        let axes = self
-            .robot
-            .links
-            .iter()
-            .zip(&poses)
-            .map(|(link, pose)| {
-                let axis = pose.rotation * link.joint.axis.into_inner();
-                match link.joint.motion {
-                    Motion::Fixed => Vector6::zeros(),
-                    Motion::Turn => stack(axis, pose.translation.vector.cross(&axis)),
-                    Motion::Slide => stack(Vector3::zeros(), axis),
-                }
-            })
-            .collect();
-        (poses, axes)
+        self.robot.check(q)?;
+        self.robot.check(dq)?;
+        let mut placed = Vec::with_capacity(self.bodies.len());
+        self.frames.place(q, &mut placed);
+        let n = tau.len();
+        let mut bias = vec![0.0; n];
+        self.torques(&placed, dq, None, &mut bias);
+        let mut rest = DVector::from_fn(n, |i, _| tau[i] - bias[i]);
+        let mut mass = vec![0.0; n * n];
+        self.masses(&placed, &mut mass);
+        if cholesky::solve(&mut mass, rest.as_mut_slice()) {
+            Ok(rest)
+        } else {
+            Err(Error::Urdf { what: UrdfFault::Massless })
+        }
     }
 }
 
-fn stack(angular: Vector3<f64>, linear: Vector3<f64>) -> Vector6<f64> {
-    Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
+/// How a frame moves, and what acts on it and on all that hangs on it; base axes.
+#[derive(Debug, Clone, Copy, Default)]
+struct State {
+    /// rad/s.
+    omega: Vector3<f64>,
+    /// rad/s².
+    alpha: Vector3<f64>,
+    /// Of the frame's origin, m/s².
+    acc: Vector3<f64>,
+    /// N.
+    force: Vector3<f64>,
+    /// About the base origin, N·m.
+    moment: Vector3<f64>,
 }
 
-fn split(v: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
-    (Vector3::new(v[0], v[1], v[2]), Vector3::new(v[3], v[4], v[5]))
+impl State {
+    /// Returns the motion of the next frame, whose origin is `arm` away, with its joint at speed `dq` and
+    /// acceleration `ddq`.
+    #[inline]
+    fn moved(&self, node: &Node, frame: &Frame, arm: Vector3<f64>, dq: f64, ddq: f64) -> Self {
+        let (omega, alpha) = (self.omega, self.alpha);
+        let acc = self.acc + alpha.cross(&arm) + omega.cross(&omega.cross(&arm));
+        let (fast, faster) = (frame.z * (node.multiplier * dq), frame.z * (node.multiplier * ddq));
+        let still = Self { omega, alpha, acc, ..Self::default() };
+        if node.slides {
+            return Self { acc: acc + faster + 2.0 * omega.cross(&fast), ..still };
+        }
+        Self { omega: omega + fast, alpha: alpha + faster + omega.cross(&fast), ..still }
+    }
+
+    /// Adds what it takes to move a body so.
+    #[inline]
+    fn with(mut self, body: &Inertial, frame: &Frame) -> Self {
+        let com = frame.direction(&body.com);
+        let (omega, alpha) = (self.omega, self.alpha);
+        self.force = body.mass * (self.acc + alpha.cross(&com) + omega.cross(&omega.cross(&com)));
+        let (inside, push) = (frame.local(&omega), frame.local(&alpha));
+        let spin = times(&body.inertia, &push) + inside.cross(&times(&body.inertia, &inside));
+        self.moment = frame.direction(&spin) + (frame.origin + com).cross(&self.force);
+        self
+    }
 }
 
-/// `v × m` for a motion, Featherstone (2.31).
-fn cross_motion(v: &Vector6<f64>, m: &Vector6<f64>) -> Vector6<f64> {
-    let ((omega, linear), (m_omega, m_linear)) = (split(v), split(m));
-    stack(omega.cross(&m_omega), omega.cross(&m_linear) + linear.cross(&m_omega))
+/// The product written out: the general one is a loop.
+#[inline]
+fn times(m: &Matrix3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(
+        m.m11 * v.x + m.m12 * v.y + m.m13 * v.z,
+        m.m21 * v.x + m.m22 * v.y + m.m23 * v.z,
+        m.m31 * v.x + m.m32 * v.y + m.m33 * v.z,
+    )
 }
 
-/// `v ×* f` for a force, Featherstone (2.32).
-fn cross_force(v: &Vector6<f64>, f: &Vector6<f64>) -> Vector6<f64> {
-    let ((omega, linear), (moment, force)) = (split(v), split(f));
-    stack(omega.cross(&moment) + linear.cross(&force), omega.cross(&force))
+/// Bodies welded together, about the base origin in base axes.
+#[derive(Debug, Clone, Copy)]
+struct Composite {
+    /// kg.
+    mass: f64,
+    /// Mass times centre of mass, kg·m.
+    first: Vector3<f64>,
+    /// Inertia, kg·m²: xx, yy, zz, then xy, xz, yz.
+    second: [f64; 6],
 }
 
-/// Returns a body's inertia about the base origin, Featherstone (2.63).
-fn spatial_inertia(inertial: &Inertial, base_from_link: &Isometry3<f64>) -> Matrix6<f64> {
-    let turn = base_from_link.rotation.to_rotation_matrix();
-    let about_com = turn.matrix() * inertial.inertia * turn.matrix().transpose();
-    let c = (base_from_link * nalgebra::Point3::from(inertial.com)).coords;
-    let cx = c.cross_matrix();
-    let m = inertial.mass;
-    let mut spatial = Matrix6::zeros();
-    spatial.fixed_view_mut::<3, 3>(0, 0).copy_from(&(about_com - m * cx * cx));
-    spatial.fixed_view_mut::<3, 3>(0, 3).copy_from(&(m * cx));
-    spatial.fixed_view_mut::<3, 3>(3, 0).copy_from(&(-m * cx));
-    spatial.fixed_view_mut::<3, 3>(3, 3).copy_from(&(m * Matrix3::identity()));
-    spatial
+impl Composite {
+    #[inline]
+    fn of(body: &Inertial, frame: &Frame) -> Self {
+        let axes = [frame.x, frame.y, frame.z];
+        // R I R': each axis times what the inertia makes of it.
+        let mut second = [0.0; 6];
+        for (a, axis) in axes.iter().enumerate() {
+            let i = &body.inertia;
+            let b = frame.x * i[(a, 0)] + frame.y * i[(a, 1)] + frame.z * i[(a, 2)];
+            second[0] += axis.x * b.x;
+            second[1] += axis.y * b.y;
+            second[2] += axis.z * b.z;
+            second[3] += axis.x * b.y;
+            second[4] += axis.x * b.z;
+            second[5] += axis.y * b.z;
+        }
+        let c = frame.point(&body.com);
+        let first = c * body.mass;
+        second[0] += first.y * c.y + first.z * c.z;
+        second[1] += first.x * c.x + first.z * c.z;
+        second[2] += first.x * c.x + first.y * c.y;
+        second[3] -= first.x * c.y;
+        second[4] -= first.x * c.z;
+        second[5] -= first.y * c.z;
+        Self { mass: body.mass, first, second }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.mass += other.mass;
+        self.first += other.first;
+        for (a, b) in self.second.iter_mut().zip(&other.second) {
+            *a += b;
+        }
+    }
+
+    /// Returns force and moment that turn it about an axis `z` with `arm`, the axis' point crossed with it.
+    fn turned(&self, z: &Vector3<f64>, arm: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+        let [xx, yy, zz, xy, xz, yz] = self.second;
+        let spun = Vector3::new(
+            xx * z.x + xy * z.y + xz * z.z,
+            xy * z.x + yy * z.y + yz * z.z,
+            xz * z.x + yz * z.y + zz * z.z,
+        );
+        (arm * self.mass + z.cross(&self.first), spun + self.first.cross(arm))
+    }
+
+    /// Returns force and moment that push it along an axis.
+    fn pushed(&self, z: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+        (z * self.mass, self.first.cross(z))
+    }
 }

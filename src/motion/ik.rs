@@ -9,19 +9,25 @@
 
 use std::f64::consts::{PI, TAU};
 
-use nalgebra::{DMatrix, DVector, Isometry3, Matrix6xX};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
-use super::closed_form::ClosedForm;
-use super::kinematics::pose_error;
-use super::robot::Robot;
+use super::cholesky;
+use super::closed_form::{Branches, ClosedForm};
+use super::frames::Frame;
+use super::kinematics::frame_error;
+use super::robot::{Motion, Robot};
+use super::unreached::nearest_distance;
+use super::window;
 use crate::world::frame::{Base, Flange, Pose};
 
 /// A numerical solution counts when position (m) and rotation (rad) are off by less.
 const EXACT: f64 = 1e-10;
 /// Iterations from one start: Sugihara's method needs about 20 on the arms tried.
 const ITERATIONS: usize = 80;
+
+/// Limits are inclusive: rounding may put a solution at a limit this far past it, rad.
+pub(super) const SLACK: f64 = 1e-9;
 
 /// What may be chosen about a search.
 #[derive(Debug, Clone)]
@@ -117,17 +123,20 @@ impl<'a> Solver<'a> {
         options: &Options,
         accept: &dyn Fn(&[f64]) -> bool,
     ) -> Result<Vec<Vec<f64>>, Unreachable> {
-        let target = target.isometry();
+        let target = &Frame::of(target.isometry());
         let near = self.near(options);
         let mut search = Search::new(self, &near, accept);
         if let Some(form) = &self.closed_form {
             search.sweep(form, target, options);
+            if search.found.is_empty() && search.outside {
+                search.windows(form, target);
+            }
         }
         if search.found.is_empty() && !(search.outside && search.refused) {
-            // Also for the closed form: a narrow window of joint 3 may lie between two values tried.
+            // Also for the closed form: what the filter takes may lie between two values of joint 3.
             let restarts = if self.closed_form.is_none() {
                 options.restarts
-            } else if search.outside || search.refused {
+            } else if search.refused {
                 options.restarts.min(12)
             } else {
                 0
@@ -161,27 +170,24 @@ impl<'a> Solver<'a> {
         let Some(form) = &self.closed_form else { return Vec::new() };
         let mut raw = Vec::with_capacity(8);
         form.solve(self.robot, target.isometry(), q3, near, &mut raw);
-        raw.iter().filter_map(|q| self.fit(q, near)).collect()
+        raw.into_iter().filter_map(|q| self.fit(q, near)).map(|q| q.to_vec()).collect()
     }
 
     /// Descends from `q` to the target without leaving the limits: the solution a small motion leads to.
     pub fn descend_from(&self, target: &Pose<Base, Flange>, q: &[f64]) -> Option<Vec<f64>> {
         let mut q = q.to_vec();
-        descend(self.robot, target.isometry(), &mut q, true).then_some(q)
+        descend(self.robot, &Frame::of(target.isometry()), &mut q, true).then_some(q)
     }
 
     /// Brings `q` near `near` by whole turns, inside the limits; `None` if it does not fit.
-    pub(super) fn fit(&self, q: &[f64], near: &[f64]) -> Option<Vec<f64>> {
-        // Rounding may put a solution at a limit just past it.
-        const SLACK: f64 = 1e-9;
-        let mut out = q.to_vec();
-        for ((x, near), limits) in out.iter_mut().zip(near).zip(self.robot.joints()) {
-            if self.robot.links[limits.link].joint.motion == super::robot::Motion::Turn {
+    pub(super) fn fit<Q: AsMut<[f64]>>(&self, mut q: Q, near: &[f64]) -> Option<Q> {
+        for ((x, near), limits) in q.as_mut().iter_mut().zip(near).zip(self.robot.joints()) {
+            if self.robot.links[limits.link].joint.motion == Motion::Turn {
                 *x = near + wrap(*x - near);
                 if *x > limits.upper + SLACK {
-                    *x -= TAU * ((*x - limits.upper) / TAU).ceil();
+                    *x -= TAU * ((*x - limits.upper - SLACK) / TAU).ceil();
                 } else if *x < limits.lower - SLACK {
-                    *x += TAU * ((limits.lower - *x) / TAU).ceil();
+                    *x += TAU * ((limits.lower - SLACK - *x) / TAU).ceil();
                 }
             }
             if *x < limits.lower - SLACK || *x > limits.upper + SLACK {
@@ -189,7 +195,7 @@ impl<'a> Solver<'a> {
             }
             *x = x.clamp(limits.lower, limits.upper);
         }
-        Some(out)
+        Some(q)
     }
 
     fn near(&self, options: &Options) -> Vec<f64> {
@@ -202,7 +208,7 @@ impl<'a> Solver<'a> {
     /// Works out what the failed search says about the target.
     fn why_not(
         &self,
-        target: &Isometry3<f64>,
+        target: &Frame,
         search: &Search<'_>,
         near: &[f64],
         options: &Options,
@@ -218,24 +224,9 @@ impl<'a> Solver<'a> {
             free = random_configuration(self.robot, &mut random);
         }
         let reason = if outside { Reason::Limits } else { Reason::OutOfReach };
-        Unreachable { reason, nearest: self.nearest_distance(target, near, options.seed) }
-    }
-
-    /// Returns how near the tip comes with the wanted orientation, m: the least over several starts.
-    fn nearest_distance(&self, target: &Isometry3<f64>, near: &[f64], seed: u64) -> f64 {
-        let mut random = StdRng::seed_from_u64(seed);
-        let mut q = near.to_vec();
-        let mut least = f64::INFINITY;
-        for _ in 0..24 {
-            least = least.min(approach(self.robot, target, &mut q));
-            q = random_configuration(self.robot, &mut random);
-        }
-        if least.is_infinite() {
-            // The orientation itself cannot be had: the position alone is what is left to say.
-            let p = self.robot.forward_unchecked(near).translation.vector;
-            least = (p - target.translation.vector).norm();
-        }
-        least
+        let form = self.closed_form.as_ref();
+        let nearest = nearest_distance(self.robot, form, target, near, options.seed);
+        Unreachable { reason, nearest }
     }
 }
 
@@ -249,47 +240,91 @@ struct Search<'s> {
     outside: bool,
     /// The filter refused a solution.
     refused: bool,
+    /// What the closed form gave, by the value of joint 3.
+    swept: Vec<(f64, Branches)>,
 }
 
 impl<'s> Search<'s> {
     fn new(solver: &'s Solver<'s>, near: &'s [f64], accept: &'s dyn Fn(&[f64]) -> bool) -> Self {
-        Self { solver, near, accept, found: Vec::new(), outside: false, refused: false }
+        let found = Vec::new();
+        Self { solver, near, accept, found, outside: false, refused: false, swept: Vec::new() }
     }
 
     fn take(&mut self, q: &[f64]) {
-        match self.solver.fit(q, self.near) {
+        match self.solver.fit(q.to_vec(), self.near) {
             None => self.outside = true,
-            Some(q) if !(self.accept)(&q) => self.refused = true,
-            Some(q) => {
-                if !self.found.iter().any(|other| distance(other, &q) < 1e-6) {
-                    self.found.push(q);
-                }
-            }
+            Some(q) => self.offer(&q, 0),
+        }
+    }
+
+    /// Keeps a solution inside the limits, if it is unlike those found as number `from` and later and the filter takes
+    /// it.
+    fn offer(&mut self, q: &[f64], from: usize) {
+        if self.found[from..].iter().any(|other| distance(other, q) < 1e-6) {
+            return;
+        }
+        if (self.accept)(q) {
+            self.found.push(q.to_vec());
+        } else {
+            self.refused = true;
         }
     }
 
     /// Tries the value of joint 3 at hand, then a full turn of it, coarse before fine.
-    fn sweep(&mut self, form: &ClosedForm, target: &Isometry3<f64>, options: &Options) {
-        let limits = &self.solver.robot.joints()[2];
-        let mut raw = Vec::with_capacity(8);
+    fn sweep(&mut self, form: &ClosedForm, target: &Frame, options: &Options) {
+        let solver = self.solver;
+        let limits = &solver.robot.joints()[2];
         for k in 0..=options.sweep {
             let q3 = if k == 0 { self.near[2] } else { self.near[2] + TAU * coarse_to_fine(k) };
             let q3 = if limits.continuous { q3 } else { wrap(q3) };
             if q3 < limits.lower || q3 > limits.upper {
                 continue;
             }
-            raw.clear();
-            form.solve(self.solver.robot, target, q3, self.near, &mut raw);
-            for q in &raw {
-                self.take(q);
+            let branches = form.branches(solver.robot, target, q3, self.near);
+            if self.found.is_empty() {
+                self.swept.push((q3, branches));
             }
-            if self.found.len() >= options.enough {
+            if self.take_nearest(&branches, options.enough) {
                 return;
             }
         }
     }
 
-    fn descend(&mut self, target: &Isometry3<f64>, options: &Options, restarts: usize) {
+    /// Takes what fits of one value of joint 3, nearest first; returns whether there is enough.
+    fn take_nearest(&mut self, branches: &Branches, enough: usize) -> bool {
+        let mut fit = [(0.0, [0.0; 7]); 8];
+        let mut n = 0;
+        for q in branches.iter().flatten() {
+            if let Some(q) = self.solver.fit(*q, self.near) {
+                fit[n] = (distance(&q, self.near), q);
+                n += 1;
+            } else {
+                self.outside = true;
+            }
+        }
+        fit[..n].sort_by(|a, b| a.0.total_cmp(&b.0));
+        // Other values of joint 3 give other solutions.
+        let first = self.found.len();
+        for (_, q) in &fit[..n] {
+            self.offer(q, first);
+            if self.found.len() >= enough {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Looks between the values of joint 3 that were tried, where a joint crosses its limit: at a pose that only
+    /// joints at their limits reach, a single value of joint 3 serves.
+    fn windows(&mut self, form: &ClosedForm, target: &Frame) {
+        let solver = self.solver;
+        let mut swept = std::mem::take(&mut self.swept);
+        for q in window::crossings(solver.robot, form, target, self.near, &mut swept) {
+            self.take(&q);
+        }
+    }
+
+    fn descend(&mut self, target: &Frame, options: &Options, restarts: usize) {
         let mut random = StdRng::seed_from_u64(options.seed);
         // Many starts end in the same few solutions; a handful is enough to choose from.
         let enough = options.enough.min(8);
@@ -307,14 +342,14 @@ impl<'s> Search<'s> {
 }
 
 /// Runs Levenberg-Marquardt from `q`; returns whether it ended on the target.
-fn descend(robot: &Robot, target: &Isometry3<f64>, q: &mut [f64], keep_limits: bool) -> bool {
+fn descend(robot: &Robot, target: &Frame, q: &mut [f64], keep_limits: bool) -> bool {
     let n = robot.n_joints();
-    let mut jacobian = Matrix6xX::zeros(n);
+    let mut jacobian = vec![0.0; 6 * n];
+    let (mut normal, mut step) = (vec![0.0; n * n], vec![0.0; n]);
     let mut best = f64::INFINITY;
     let mut stalled = 0;
     for _ in 0..ITERATIONS {
-        let tip = robot.jacobian_into(q, &mut jacobian);
-        let error = pose_error(&tip, target);
+        let error = frame_error(&robot.jacobian_into(q, &mut jacobian), target);
         if error.amax() < EXACT {
             return true;
         }
@@ -324,83 +359,29 @@ fn descend(robot: &Robot, target: &Isometry3<f64>, q: &mut [f64], keep_limits: b
         if stalled > 12 {
             return false;
         }
-        let mut normal = DMatrix::zeros(n, n);
-        jacobian.tr_mul_to(&jacobian, &mut normal);
-        // Sugihara (13): the damping vanishes with the error, so the end is quadratic.
+        let column = |i: usize| &jacobian[6 * i..6 * i + 6];
+        let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
         for i in 0..n {
-            normal[(i, i)] += size + 1e-14;
+            step[i] = dot(column(i), error.as_slice());
+            for j in 0..=i {
+                normal[j * n + i] = dot(column(i), column(j));
+            }
+            // Sugihara (13): the damping vanishes with the error, so the end is quadratic.
+            normal[i * n + i] += size + 1e-14;
         }
-        let slope: DVector<f64> = jacobian.tr_mul(&error);
-        let Some(factor) = normal.cholesky() else { return false };
-        let step = factor.solve(&slope);
-        let scale = (1.0 / step.amax()).min(1.0);
-        for i in 0..n {
+        if !cholesky::solve(&mut normal, &mut step) {
+            return false;
+        }
+        let longest = step.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let scale = (1.0 / longest).min(1.0);
+        for (i, joint) in robot.joints().iter().enumerate() {
             q[i] += scale * step[i];
             if keep_limits {
-                q[i] = q[i].clamp(robot.joints()[i].lower, robot.joints()[i].upper);
+                q[i] = q[i].clamp(joint.lower, joint.upper);
             }
         }
     }
     false
-}
-
-/// Goes as near to the target as the limits allow while the orientation is kept; returns the distance
-/// of the positions, m, or infinity if the orientation was not reached.
-fn approach(robot: &Robot, target: &Isometry3<f64>, q: &mut [f64]) -> f64 {
-    /// The orientation weighs so much more that it gives way by less than a thousandth of a radian.
-    const TURN_WEIGHT: f64 = 30.0;
-    let n = robot.n_joints();
-    let mut jacobian = Matrix6xX::zeros(n);
-    let mut damping = 1e-2;
-    let weigh = |mut e: nalgebra::Vector6<f64>| {
-        for i in 3..6 {
-            e[i] *= TURN_WEIGHT;
-        }
-        e
-    };
-    let mut error = weigh(pose_error(&robot.forward_unchecked(q), target));
-    for _ in 0..200 {
-        robot.jacobian_into(q, &mut jacobian);
-        for i in 3..6 {
-            jacobian.row_mut(i).scale_mut(TURN_WEIGHT);
-        }
-        let mut normal = jacobian.tr_mul(&jacobian);
-        let slope: DVector<f64> = jacobian.tr_mul(&error);
-        // A joint at a limit that the step would push further is held.
-        for i in 0..n {
-            let limits = &robot.joints()[i];
-            let held = (q[i] <= limits.lower && slope[i] < 0.0)
-                || (q[i] >= limits.upper && slope[i] > 0.0);
-            if held {
-                normal.row_mut(i).fill(0.0);
-                normal.column_mut(i).fill(0.0);
-                normal[(i, i)] = 1e12;
-            }
-            normal[(i, i)] += damping;
-        }
-        let Some(factor) = normal.cholesky() else { break };
-        let step = factor.solve(&slope);
-        let tried: Vec<f64> = (0..n)
-            .map(|i| (q[i] + step[i]).clamp(robot.joints()[i].lower, robot.joints()[i].upper))
-            .collect();
-        let next = weigh(pose_error(&robot.forward_unchecked(&tried), target));
-        if next.norm_squared() < error.norm_squared() {
-            let gain = error.norm_squared() - next.norm_squared();
-            q.copy_from_slice(&tried);
-            error = next;
-            damping = (damping * 0.3).max(1e-9);
-            if gain < 1e-14 {
-                break;
-            }
-        } else {
-            damping *= 5.0;
-            if damping > 1e6 {
-                break;
-            }
-        }
-    }
-    let e = pose_error(&robot.forward_unchecked(q), target);
-    if e.fixed_rows::<3>(3).norm() < 0.02 { e.fixed_rows::<3>(0).norm() } else { f64::INFINITY }
 }
 
 /// Draws joint positions, uniformly inside the limits; a full turn where there are none.
@@ -422,7 +403,8 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 
 /// Brings an angle into ±π.
 pub(super) fn wrap(angle: f64) -> f64 {
-    angle - TAU * (angle / TAU).round()
+    // Nearly all are there already, and rounding is a call on most processors.
+    if angle.abs() < 3.141_592 { angle } else { angle - TAU * (angle / TAU).round() }
 }
 
 /// The k-th number of a sequence that fills (0, 1) ever more finely (van der Corput, base 2).

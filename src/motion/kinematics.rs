@@ -8,6 +8,7 @@
 use nalgebra::{Isometry3, Matrix6xX, Translation3, UnitQuaternion, Vector3, Vector6};
 
 use super::error::Error;
+use super::frames::Frame;
 use super::robot::{Drive, Joint, Motion, Robot};
 use crate::world::frame::{Base, Flange, Pose, Tool};
 
@@ -94,12 +95,12 @@ impl Robot {
 
     /// As [`Self::forward`], for a `q` that is known to fit.
     pub(crate) fn forward_unchecked(&self, q: &[f64]) -> Isometry3<f64> {
-        let mut pose = Isometry3::identity();
-        for &link in &self.path {
-            let joint = &self.links[link].joint;
-            pose *= joint.parent_from_link(joint.value(q, 0.0));
-        }
-        pose
+        self.tip_frame(q).pose()
+    }
+
+    /// Returns where the tip is, for a `q` that is known to fit: the inner loop of planning.
+    pub(super) fn tip_frame(&self, q: &[f64]) -> Frame {
+        self.way.run(q, |_, _| {}).then(&self.way_end)
     }
 
     /// Carries points of the tool into the flange; constant, since the tool is rigid. Identity when the
@@ -130,28 +131,29 @@ impl Robot {
     pub fn jacobian(&self, q: &[f64]) -> Result<Matrix6xX<f64>, Error> {
         self.check(q)?;
         let mut jacobian = Matrix6xX::zeros(self.n_joints());
-        self.jacobian_into(q, &mut jacobian);
+        self.jacobian_into(q, jacobian.as_mut_slice());
         Ok(jacobian)
     }
 
-    /// Writes the Jacobian into a matrix of the right size and returns the tip's pose.
-    pub(super) fn jacobian_into(&self, q: &[f64], jacobian: &mut Matrix6xX<f64>) -> Isometry3<f64> {
-        jacobian.fill(0.0);
-        let tip = self.forward_unchecked(q);
-        let p = tip.translation.vector;
-        let mut pose = Isometry3::identity();
-        for &link in &self.path {
-            let joint = &self.links[link].joint;
-            pose *= joint.parent_from_link(joint.value(q, 0.0));
-            let Drive::Joint { index, multiplier, .. } = joint.drive else { continue };
-            let axis = pose.rotation * joint.axis.into_inner() * multiplier;
-            // A joint and its mimics share a column.
-            let mut column = jacobian.column_mut(index);
-            if joint.motion == Motion::Turn {
-                let lever = axis.cross(&(p - pose.translation.vector));
-                column += Vector6::new(lever.x, lever.y, lever.z, axis.x, axis.y, axis.z);
-            } else {
-                column += Vector6::new(axis.x, axis.y, axis.z, 0.0, 0.0, 0.0);
+    /// Writes the Jacobian into `columns`, six numbers a joint, and returns the tip's frame: one pass.
+    pub(super) fn jacobian_into(&self, q: &[f64], columns: &mut [f64]) -> Frame {
+        columns.fill(0.0);
+        // A joint and its mimics share a column. Linear parts are about the base's origin first.
+        let last = self.way.run(q, |node, frame| {
+            let axis = frame.z * node.multiplier;
+            let column = &mut columns[6 * node.index..6 * node.index + 6];
+            let linear = if node.slides { axis } else { frame.origin.cross(&axis) };
+            for i in 0..3 {
+                column[i] += linear[i];
+                column[i + 3] += if node.slides { 0.0 } else { axis[i] };
+            }
+        });
+        let tip = last.then(&self.way_end);
+        for column in columns.chunks_exact_mut(6) {
+            let axis = Vector3::new(column[3], column[4], column[5]);
+            let moved = axis.cross(&tip.origin);
+            for i in 0..3 {
+                column[i] += moved[i];
             }
         }
         tip
@@ -193,5 +195,23 @@ impl Robot {
 pub fn pose_error(from: &Isometry3<f64>, to: &Isometry3<f64>) -> Vector6<f64> {
     let shift = to.translation.vector - from.translation.vector;
     let turn = (to.rotation * from.rotation.inverse()).scaled_axis();
+    Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z)
+}
+
+/// As [`pose_error`], for frames.
+pub(super) fn frame_error(from: &Frame, to: &Frame) -> Vector6<f64> {
+    let shift = to.origin - from.origin;
+    // The columns crossed add up to the axis times twice the sine, their products to 1 + 2 cos.
+    let axis = (from.x.cross(&to.x) + from.y.cross(&to.y) + from.z.cross(&to.z)) * 0.5;
+    let cos = 0.5 * (from.x.dot(&to.x) + from.y.dot(&to.y) + from.z.dot(&to.z) - 1.0);
+    let sin = axis.norm();
+    let turn = if cos > 0.0 && sin < 1e-6 {
+        axis
+    } else if cos > -0.9 {
+        axis * (sin.atan2(cos) / sin)
+    } else {
+        // Near half a turn the axis is lost in this form.
+        return pose_error(&from.pose(), &to.pose());
+    };
     Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z)
 }

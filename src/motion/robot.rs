@@ -14,6 +14,7 @@ use nalgebra::{Isometry3, Point3, Translation3, Unit, Vector3};
 
 use super::error::Error;
 use super::fault::{Note, UrdfFault};
+use super::frames::{Frame, Frames};
 use super::inertial::Inertial;
 use super::solid::Placed;
 use super::tree;
@@ -153,6 +154,10 @@ pub struct Robot {
     pub(super) max_opening: f64,
     pub(super) notes: Vec<Note>,
     pub(super) has_side_file: bool,
+    /// The driven joints up to the tip, derived from `links` and `path`.
+    pub(super) way: Frames,
+    /// The tip in the last frame of `way`.
+    pub(super) way_end: Frame,
 }
 
 impl Robot {
@@ -222,10 +227,13 @@ impl Robot {
             max_opening: 0.0,
             notes: Vec::new(),
             has_side_file: false,
+            way: Frames::default(),
+            way_end: Frame::base(),
         };
         robot.add_links(&urdf, &order)?;
         robot.drive_joints(&urdf, &order, &jaws)?;
         side.apply(&mut robot)?;
+        robot.join_frames();
         robot.place_tool();
         Ok(robot)
     }
@@ -246,6 +254,16 @@ impl Robot {
         let beside = path.with_file_name("robot.toml");
         let side = if beside.is_file() { read(&beside)? } else { String::new() };
         Self::from_urdf_with(&text, &side, tip)
+    }
+
+    /// Joins what is rigid on the way to the tip.
+    fn join_frames(&mut self) {
+        let mut on_way = vec![false; self.links.len()];
+        for &link in &self.path {
+            on_way[link] = true;
+        }
+        self.way = Frames::of(&self.links, 0.0, |link| on_way[link]);
+        self.way_end = Frame::of(&self.way.links[self.tip].1);
     }
 
     /// Works out where the tool sits on the tip; both are rigid, so any `q` tells it.
@@ -307,6 +325,7 @@ impl Robot {
             let joint = &mut self.links[limits.link].joint;
             joint.parent_from_link = joint.parent_from_link(offset);
         }
+        self.join_frames();
         self
     }
 

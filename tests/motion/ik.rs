@@ -131,3 +131,28 @@ fn another_arm_is_solved_numerically() {
     assert_eq!(why.reason, Reason::OutOfReach);
     assert!(why.nearest > 0.9 && why.nearest < 1.4, "{}", why.nearest);
 }
+
+/// Limits are inclusive: of these, 33 of 1000 were once called unreachable, by 1e-16 to 1e-3 m.
+#[test]
+fn a_pose_taken_with_joints_2_4_and_6_at_their_limits_is_solved() {
+    let robot = Robot::gen3();
+    let solver = Solver::new(&robot);
+    let home = robot.pose("home").unwrap();
+    let mut random = StdRng::seed_from_u64(9);
+    for _ in 0..1000 {
+        let mut q = random_q(&robot, &mut random);
+        for i in [1, 3, 5] {
+            let joint = &robot.joints()[i];
+            q[i] = if random.random_bool(0.5) { joint.lower } else { joint.upper };
+        }
+        let target = robot.forward(&q).unwrap();
+        let found = solver.solve(&target, &Options::near(home), &|_| true);
+        let found = found.unwrap_or_else(|why| panic!("{q:?}: {why:?}"));
+        for q in &found {
+            assert!(robot.outside_limits(q, 0.0).is_none());
+            let pose = robot.forward(q).unwrap();
+            assert!((pose.origin() - target.origin()).norm() < 5e-9, "{q:?}");
+            assert!(pose.rotation().angle_to(&target.rotation()) < 1e-7, "{q:?}");
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Small symmetric systems, solved in place: the steps of Newton's method in the inner loops.
+//!
+//! Source: Golub and Van Loan, *Matrix Computations*, 4th edition, algorithm 4.2.1.
+
+/// Solves `A x = b` for a symmetric positive definite `A`, n × n by columns, of which the lower half is read.
+///
+/// `b` becomes `x` and `A` its factor. Returns whether `A` was positive definite; if not, both are spoilt.
+pub(super) fn solve(a: &mut [f64], b: &mut [f64]) -> bool {
+    let n = b.len();
+    for j in 0..n {
+        for k in 0..j {
+            let factor = a[k * n + j];
+            for i in j..n {
+                a[j * n + i] -= factor * a[k * n + i];
+            }
+        }
+        let pivot = a[j * n + j];
+        if pivot.is_nan() || pivot <= 0.0 {
+            return false;
+        }
+        let scale = 1.0 / pivot.sqrt();
+        for x in &mut a[j * n + j..(j + 1) * n] {
+            *x *= scale;
+        }
+    }
+    for j in 0..n {
+        b[j] /= a[j * n + j];
+        for i in j + 1..n {
+            b[i] -= a[j * n + i] * b[j];
+        }
+    }
+    for j in (0..n).rev() {
+        for i in j + 1..n {
+            b[j] -= a[j * n + i] * b[i];
+        }
+        b[j] /= a[j * n + j];
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_system_is_solved_and_an_indefinite_one_is_refused() {
+        // A = L L', x = (1, -2, 3).
+        let a = [4.0, 2.0, -2.0, 2.0, 10.0, 5.0, -2.0, 5.0, 9.0];
+        let mut b = [4.0 - 4.0 - 6.0, 2.0 - 20.0 + 15.0, -2.0 - 10.0 + 27.0];
+        assert!(solve(&mut a.clone(), &mut b));
+        for (found, expected) in b.iter().zip([1.0, -2.0, 3.0]) {
+            assert!((found - expected).abs() < 1e-14, "{found} {expected}");
+        }
+        assert!(!solve(&mut [1.0, 2.0, 2.0, 1.0], &mut [1.0, 1.0]));
+        assert!(!solve(&mut [0.0], &mut [1.0]));
+    }
+}

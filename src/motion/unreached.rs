@@ -1,0 +1,146 @@
+//! How near the tip can come to a pose that it cannot take.
+//!
+//! The orientation is kept and the position given way, inside the joint limits: a damped least-squares descent from
+//! a few starts. Where the arm has a closed form, these are its solutions for the pose moved to where its links
+//! reach, brought into the limits: they lie in the right valley already.
+//!
+//! Source: Levenberg-Marquardt; Nocedal and Wright, *Numerical Optimization*, 2006, §10.3.
+
+use nalgebra::Vector6;
+use rand::SeedableRng;
+use rand::rngs::StdRng;
+
+use super::cholesky;
+use super::closed_form::ClosedForm;
+use super::frames::Frame;
+use super::ik::{random_configuration, wrap};
+use super::kinematics::frame_error;
+use super::robot::Robot;
+
+/// The orientation weighs so much more that it gives way by less than a thousandth of a radian.
+const TURN_WEIGHT: f64 = 30.0;
+/// Starts when nothing is known of the arm.
+const BLIND: usize = 24;
+/// Starts from a closed form, besides the position at hand.
+const GUIDED: usize = 3;
+/// Values of joint 3 these are chosen from.
+const SWEEP: u32 = 12;
+
+/// Returns how near the tip comes with the wanted orientation, m: the least over several starts.
+pub(super) fn nearest_distance(
+    robot: &Robot,
+    form: Option<&ClosedForm>,
+    target: &Frame,
+    near: &[f64],
+    seed: u64,
+) -> f64 {
+    let mut starts = vec![near.to_vec()];
+    if let Some(form) = form {
+        starts.extend(guided(robot, form, target, near));
+    }
+    if starts.len() == 1 {
+        let mut random = StdRng::seed_from_u64(seed);
+        starts.extend((1..BLIND).map(|_| random_configuration(robot, &mut random)));
+    }
+    let mut least = f64::INFINITY;
+    for q in &mut starts {
+        least = least.min(approach(robot, target, q));
+    }
+    if least.is_infinite() {
+        // The orientation itself cannot be had: the position alone is what is left to say.
+        least = (robot.tip_frame(near).origin - target.origin).norm();
+    }
+    least
+}
+
+/// Positions of the joints inside the limits from which the tip is near the target, by the closed form.
+fn guided(robot: &Robot, form: &ClosedForm, target: &Frame, near: &[f64]) -> Vec<Vec<f64>> {
+    let reachable = form.within_reach(target);
+    let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
+    for k in 0..SWEEP {
+        let q3 = near[2] + std::f64::consts::TAU * f64::from(k) / f64::from(SWEEP);
+        for q in form.branches(robot, &reachable, q3, near).into_iter().flatten() {
+            let mut outside = 0.0;
+            let held = robot.joints().iter().zip(q).map(|(joint, x)| {
+                let x = if joint.continuous { x } else { wrap(x) };
+                let kept = x.clamp(joint.lower, joint.upper);
+                outside += (x - kept).abs();
+                kept
+            });
+            let held = held.collect();
+            found.push((outside, held));
+        }
+    }
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found.truncate(GUIDED);
+    found.into_iter().map(|(_, q)| q).collect()
+}
+
+/// Goes as near to the target as the limits allow while the orientation is kept; returns the distance
+/// of the positions, m, or infinity if the orientation was not reached.
+fn approach(robot: &Robot, target: &Frame, q: &mut [f64]) -> f64 {
+    let n = q.len();
+    let mut jacobian = vec![0.0; 6 * n];
+    let (mut normal, mut step, mut tried) = (vec![0.0; n * n], vec![0.0; n], vec![0.0; n]);
+    let mut damping = 1e-2;
+    let weigh = |mut e: Vector6<f64>| {
+        for i in 3..6 {
+            e[i] *= TURN_WEIGHT;
+        }
+        e
+    };
+    let mut error = weigh(frame_error(&robot.jacobian_into(q, &mut jacobian), target));
+    for _ in 0..200 {
+        for column in jacobian.chunks_exact_mut(6) {
+            for x in &mut column[3..] {
+                *x *= TURN_WEIGHT;
+            }
+        }
+        let column = |i: usize| &jacobian[6 * i..6 * i + 6];
+        let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+        for i in 0..n {
+            step[i] = dot(column(i), error.as_slice());
+            for j in 0..=i {
+                normal[j * n + i] = dot(column(i), column(j));
+            }
+        }
+        // A joint at a limit that the step would push further is held.
+        for i in 0..n {
+            let limits = &robot.joints()[i];
+            let held =
+                (q[i] <= limits.lower && step[i] < 0.0) || (q[i] >= limits.upper && step[i] > 0.0);
+            if held {
+                for j in 0..n {
+                    normal[i.min(j) * n + i.max(j)] = 0.0;
+                }
+                normal[i * n + i] = 1e12;
+            }
+            normal[i * n + i] += damping;
+        }
+        if !cholesky::solve(&mut normal, &mut step) {
+            break;
+        }
+        for (i, joint) in robot.joints().iter().enumerate() {
+            tried[i] = (q[i] + step[i]).clamp(joint.lower, joint.upper);
+        }
+        let next = weigh(frame_error(&robot.jacobian_into(&tried, &mut jacobian), target));
+        if next.norm_squared() < error.norm_squared() {
+            let gain = error.norm_squared() - next.norm_squared();
+            q.copy_from_slice(&tried);
+            let before = std::mem::replace(&mut error, next);
+            damping = (damping * 0.3).max(1e-9);
+            // What is left to gain is far below a millimetre.
+            if gain < 1e-14 + 1e-5 * before.norm_squared() {
+                break;
+            }
+        } else {
+            robot.jacobian_into(q, &mut jacobian);
+            damping *= 5.0;
+            if damping > 1e6 {
+                break;
+            }
+        }
+    }
+    let e = frame_error(&robot.tip_frame(q), target);
+    if e.fixed_rows::<3>(3).norm() < 0.02 { e.fixed_rows::<3>(0).norm() } else { f64::INFINITY }
+}
