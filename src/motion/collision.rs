@@ -4,18 +4,22 @@
 //! object are fixed. Links that no joint moves (the base) are not checked against obstacles, since no
 //! plan could change that. Distances are signed, m, negative by the depth of overlap.
 
+use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use nalgebra::{Isometry3, Vector3};
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 
+use super::broad::{Crowd, GROUP};
 use super::budget::Budget;
-use super::distance::{Body, distance_or_overlap, signed_distance};
+use super::distance::{Body, distance_or_overlap, is_beyond, signed_distance};
 use super::error::Error;
+use super::frames::{Frame, Frames};
 use super::ik::random_configuration;
 use super::kinematics::link_poses_into;
-use super::polyline::mix;
+use super::polyline::mix_into;
 use super::robot::{Drive, Motion, Robot};
 use super::solid::{Placed, Solid};
 use crate::world::Shape;
@@ -66,6 +70,31 @@ struct Part {
     moves: bool,
 }
 
+/// One solid of a part, ready to be placed.
+#[derive(Debug, Clone, Copy)]
+struct Ready {
+    /// The driven frame it is fixed to; `None` for the base.
+    node: Option<usize>,
+    /// In that frame.
+    body: Body,
+    /// The middle and radius of a ball around it, in that frame.
+    ball: (Vector3<f64>, f64),
+}
+
+/// The robot's solids at one configuration.
+#[derive(Debug, Default)]
+struct Scratch {
+    frames: Vec<Frame>,
+    bodies: Vec<Body>,
+    /// Balls around them, base coordinates.
+    balls: Vec<(Vector3<f64>, f64)>,
+}
+
+thread_local! {
+    /// Memory of the last look, used again: planning looks some ten thousand times a second.
+    static SCRATCH: Cell<Scratch> = Cell::default();
+}
+
 /// The robot among obstacles, at one moment.
 #[derive(Debug, Clone)]
 pub struct CollisionWorld<'a> {
@@ -77,8 +106,15 @@ pub struct CollisionWorld<'a> {
     pairs: Vec<(usize, usize)>,
     obstacles: Vec<(String, Body)>,
     ignored: BTreeSet<(String, String)>,
-    /// Per part and obstacle: whether the pair is checked. Derived from the above.
+    /// Pairs of part and obstacle that are checked. Derived from the above, as all below.
     watched: Vec<(usize, usize)>,
+    frames: Frames,
+    /// The solids of all parts, in their order, and where those of each part begin.
+    solids: Vec<Ready>,
+    first: Vec<usize>,
+    crowd: Crowd,
+    /// Per part and group of the crowd: a bit for each obstacle that is watched.
+    masks: Vec<u32>,
     /// Per joint, m/rad or m/m: how far any point beyond it can move for a unit of the joint.
     reach: Vec<f64>,
 }
@@ -95,6 +131,11 @@ impl<'a> CollisionWorld<'a> {
             obstacles: Vec::new(),
             ignored: BTreeSet::new(),
             watched: Vec::new(),
+            frames: Frames::of(&robot.links, robot.max_opening(), |_| true),
+            solids: Vec::new(),
+            first: Vec::new(),
+            crowd: Crowd::default(),
+            masks: Vec::new(),
             reach: Vec::new(),
         };
         let mut moves = vec![false; robot.links.len()];
@@ -208,6 +249,8 @@ impl<'a> CollisionWorld<'a> {
     /// Sets the gap between the jaws, m.
     pub fn set_opening(&mut self, opening: f64) {
         self.opening = opening;
+        self.frames = Frames::of(&self.robot.links, opening, |_| true);
+        self.refresh();
     }
 
     /// Asks for at least so much distance, m, before a configuration counts as free.
@@ -242,8 +285,7 @@ impl<'a> CollisionWorld<'a> {
 
     /// Returns whether `q` keeps its margin everywhere. `q` must have one entry per joint.
     pub fn free(&self, q: &[f64]) -> bool {
-        let bodies = self.place(q);
-        self.nearest(&bodies, self.margin, Look::TillNear)
+        self.nearest_at(q, self.margin, Look::TillNear)
             .is_none_or(|(distance, ..)| distance > self.margin)
     }
 
@@ -269,8 +311,7 @@ impl<'a> CollisionWorld<'a> {
     /// Returns the smallest distance at `q`, as far as is looked, and between what.
     fn looked(&self, q: &[f64], until: Look) -> Result<Clearance, Error> {
         self.robot.check(q)?;
-        let Some((distance, first, second)) = self.nearest(&self.place(q), f64::INFINITY, until)
-        else {
+        let Some((distance, first, second)) = self.nearest_at(q, f64::INFINITY, until) else {
             let (first, second) = (String::new(), String::new());
             return Ok(Clearance { distance: f64::INFINITY, first, second });
         };
@@ -283,14 +324,12 @@ impl<'a> CollisionWorld<'a> {
 
     /// As [`Self::clearance`] without the names: for loops.
     pub fn distance(&self, q: &[f64]) -> f64 {
-        let bodies = self.place(q);
-        self.nearest(&bodies, f64::INFINITY, Look::All)
+        self.nearest_at(q, f64::INFINITY, Look::All)
             .map_or(f64::INFINITY, |(distance, ..)| distance)
     }
 
     /// Returns every pair that is nearer than the margin and `room` m more, with its signed distance, m.
     pub(super) fn touching(&self, q: &[f64], room: f64) -> BTreeMap<Pair, f64> {
-        let bodies = self.place(q);
         let limit = self.margin + room;
         let mut found = BTreeMap::new();
         let mut look = |pair: Pair, a: &Body, b: &Body| {
@@ -304,18 +343,20 @@ impl<'a> CollisionWorld<'a> {
                 *least = distance.min(*least);
             }
         };
-        for &(part, obstacle) in &self.watched {
-            for a in &bodies[part] {
-                look(Pair::Obstacle(part, obstacle), a, &self.obstacles[obstacle].1);
-            }
-        }
-        for &(first, second) in &self.pairs {
-            for a in &bodies[first] {
-                for b in &bodies[second] {
-                    look(Pair::Parts(first, second), a, b);
+        self.placed(q, |placed| {
+            for &(part, obstacle) in &self.watched {
+                for a in &placed.bodies[self.of_part(part)] {
+                    look(Pair::Obstacle(part, obstacle), a, &self.obstacles[obstacle].1);
                 }
             }
-        }
+            for &(first, second) in &self.pairs {
+                for a in &placed.bodies[self.of_part(first)] {
+                    for b in &placed.bodies[self.of_part(second)] {
+                        look(Pair::Parts(first, second), a, b);
+                    }
+                }
+            }
+        });
         found
     }
 
@@ -359,19 +400,21 @@ impl<'a> CollisionWorld<'a> {
             return Ok(false);
         }
         let mut looked = 0;
+        let mut q = from.to_vec();
         while let Some((low, high)) = stack.pop() {
             looked += 1;
             budget.spend(cost)?;
             let middle = 0.5 * (low + high);
-            let bodies = self.place(&mix(from, to, middle));
-            // How deep it is in does not matter.
-            let nearest = self.nearest(&bodies, f64::INFINITY, Look::TillOverlap);
+            let moved = whole * 0.5 * (high - low);
+            // What is farther than anything moves does not matter, nor how deep it is in.
+            let within = self.margin + LEFT + moved;
+            mix_into(&mut q, from, to, middle);
+            let nearest = self.nearest_at(&q, within, Look::TillOverlap);
             let clear =
                 nearest.map_or(f64::INFINITY, |(distance, ..)| distance) - self.margin - LEFT;
             if clear <= 0.0 {
                 return Ok(false);
             }
-            let moved = whole * 0.5 * (high - low);
             if moved > clear {
                 if moved < LEFT || looked > PATIENCE {
                     return Ok(false);
@@ -383,61 +426,82 @@ impl<'a> CollisionWorld<'a> {
         Ok(true)
     }
 
-    fn place(&self, q: &[f64]) -> Vec<Vec<Body>> {
-        let mut poses = Vec::with_capacity(self.robot.links.len());
-        link_poses_into(self.robot, q, self.opening, &mut poses);
-        self.parts
-            .iter()
-            .map(|part| part.solids.iter().map(|solid| solid.moved(&poses[part.link])).collect())
-            .collect()
+    /// Places the robot's solids and shows them to `look`.
+    fn placed<T>(&self, q: &[f64], look: impl FnOnce(&Scratch) -> T) -> T {
+        let mut scratch = SCRATCH.take();
+        self.frames.place(q, &mut scratch.frames);
+        scratch.bodies.clear();
+        scratch.balls.clear();
+        for solid in &self.solids {
+            let (centre, radius) = solid.ball;
+            let Some(node) = solid.node else {
+                scratch.bodies.push(solid.body);
+                scratch.balls.push(solid.ball);
+                continue;
+            };
+            let frame = &scratch.frames[node];
+            scratch.bodies.push(solid.body.moved(frame));
+            scratch.balls.push((frame.point(&centre), radius));
+        }
+        let seen = look(&scratch);
+        SCRATCH.set(scratch);
+        seen
+    }
+
+    /// Returns the solids of a part.
+    fn of_part(&self, part: usize) -> Range<usize> {
+        self.first[part]..self.first[part + 1]
+    }
+
+    /// Returns the smallest distance below `limit` at `q`.
+    fn nearest_at(&self, q: &[f64], limit: f64, until: Look) -> Option<(f64, usize, Other)> {
+        self.placed(q, |placed| self.nearest(placed, limit, until))
     }
 
     /// Returns the smallest distance below `limit`.
-    fn nearest(
-        &self,
-        bodies: &[Vec<Body>],
-        limit: f64,
-        until: Look,
-    ) -> Option<(f64, usize, Other)> {
-        let mut best: Option<(f64, usize, Other)> = None;
-        let mut bound = limit;
-        let mut look = |first: usize, a: &Body, b: &Body, other: Other| {
-            let (centre, radius) = a.bounds();
-            if b.distance_to_ball(&centre, radius) > bound {
-                return false;
-            }
-            let distance = match until {
-                Look::All => signed_distance(a, b),
-                _ => distance_or_overlap(a, b).unwrap_or(f64::NEG_INFINITY),
-            };
-            if best.is_none_or(|(least, ..)| distance < least) {
-                best = Some((distance, first, other));
-                bound = bound.min(distance);
-            }
-            match until {
-                Look::All => false,
-                Look::TillOverlap => distance <= 0.0,
-                Look::TillNear => distance <= limit,
-            }
-        };
+    fn nearest(&self, placed: &Scratch, limit: f64, until: Look) -> Option<(f64, usize, Other)> {
+        let mut search = Nearest { best: None, bound: limit, limit, until };
+        let Scratch { bodies, balls, .. } = placed;
         // From the hand backwards: what is far out collides first.
-        for &(part, obstacle) in self.watched.iter().rev() {
-            for a in &bodies[part] {
-                if look(part, a, &self.obstacles[obstacle].1, Other::Obstacle(obstacle)) {
-                    return best;
+        let groups = self.crowd.len();
+        for part in (0..self.parts.len()).rev() {
+            for group in (0..groups).rev() {
+                let watched = self.masks[part * groups + group];
+                if watched == 0 {
+                    continue;
                 }
-            }
-        }
-        for &(first, second) in self.pairs.iter().rev() {
-            for a in &bodies[first] {
-                for b in &bodies[second] {
-                    if look(first, a, b, Other::Part(second)) {
-                        return best;
+                for at in self.of_part(part) {
+                    let (centre, radius) = &balls[at];
+                    let reach = radius + search.bound;
+                    let mut near = watched & self.crowd.near(group, centre, reach);
+                    while near != 0 {
+                        let lane = 31 - near.leading_zeros();
+                        near ^= 1 << lane;
+                        let obstacle = group * GROUP + lane as usize;
+                        let other = Other::Obstacle(obstacle);
+                        if search.look(part, &bodies[at], &self.obstacles[obstacle].1, other) {
+                            return search.best;
+                        }
                     }
                 }
             }
         }
-        best
+        for &(first, second) in self.pairs.iter().rev() {
+            for a in self.of_part(first) {
+                let (centre, radius) = &balls[a];
+                for b in self.of_part(second) {
+                    let (other, size) = &balls[b];
+                    let reach = radius + size + search.bound;
+                    if reach < 0.0 || (other - centre).norm_squared() > reach * reach {
+                        continue;
+                    }
+                    if search.look(first, &bodies[a], &bodies[b], Other::Part(second)) {
+                        return search.best;
+                    }
+                }
+            }
+        }
+        search.best
     }
 
     /// Numbers the sets of links that are rigidly joined.
@@ -487,11 +551,11 @@ impl<'a> CollisionWorld<'a> {
             let q = random_configuration(self.robot, &mut random);
             link_poses_into(self.robot, &q, self.opening, &mut poses);
             let near = self.parts[first].solids.iter().any(|a| {
-                let a = a.moved(&poses[self.parts[first].link]);
+                let a = a.moved(&Frame::of(&poses[self.parts[first].link]));
                 self.parts[second]
                     .solids
                     .iter()
-                    .map(|b| b.moved(&poses[self.parts[second].link]))
+                    .map(|b| b.moved(&Frame::of(&poses[self.parts[second].link])))
                     .any(|b| distance_or_overlap(&a, &b).is_none_or(|distance| distance <= 0.0))
             });
             touching += usize::from(near);
@@ -519,6 +583,25 @@ impl<'a> CollisionWorld<'a> {
                 }
             }
         }
+        self.crowd = Crowd::of(self.obstacles.iter().map(|(_, body)| body));
+        let groups = self.crowd.len();
+        self.masks.clear();
+        self.masks.resize(self.parts.len() * groups, 0);
+        for &(part, obstacle) in &self.watched {
+            self.masks[part * groups + obstacle / GROUP] |= 1 << (obstacle % GROUP);
+        }
+        self.solids.clear();
+        self.first.clear();
+        for part in &self.parts {
+            self.first.push(self.solids.len());
+            let (node, node_from_link) = self.frames.links[part.link];
+            let frame = Frame::of(&node_from_link);
+            self.solids.extend(part.solids.iter().map(|solid| {
+                let body = solid.moved(&frame);
+                Ready { node, body, ball: body.bounds() }
+            }));
+        }
+        self.first.push(self.solids.len());
         self.reach = self.reaches();
     }
 
@@ -556,6 +639,45 @@ impl<'a> CollisionWorld<'a> {
     }
 }
 
+/// A search for the smallest distance.
+struct Nearest {
+    best: Option<(f64, usize, Other)>,
+    /// What is farther is of no interest any more, m.
+    bound: f64,
+    limit: f64,
+    until: Look,
+}
+
+impl Nearest {
+    /// Looks at two bodies whose balls are near; returns whether that is enough.
+    #[inline]
+    fn look(&mut self, first: usize, a: &Body, b: &Body, other: Other) -> bool {
+        let (centre, radius) = a.bounds();
+        if b.distance_to_ball(&centre, radius) > self.bound {
+            return false;
+        }
+        let known = if self.until == Look::TillNear { is_beyond(a, b, self.bound) } else { None };
+        if known == Some(true) {
+            return false;
+        }
+        let distance = match self.until {
+            Look::All => signed_distance(a, b),
+            // How near is not asked.
+            Look::TillNear if known == Some(false) => f64::NEG_INFINITY,
+            _ => distance_or_overlap(a, b).unwrap_or(f64::NEG_INFINITY),
+        };
+        if self.best.is_none_or(|(least, ..)| distance < least) {
+            self.best = Some((distance, first, other));
+            self.bound = self.bound.min(distance);
+        }
+        match self.until {
+            Look::All => false,
+            Look::TillOverlap => distance <= 0.0,
+            Look::TillNear => distance <= self.limit,
+        }
+    }
+}
+
 /// How far pairs are looked at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Look {
@@ -581,4 +703,66 @@ pub(super) enum Pair {
 enum Other {
     Part(usize),
     Obstacle(usize),
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::RngExt;
+
+    use super::*;
+
+    /// Whatever the broad phase, the planes and the capsules leave out, the exact distances of all pairs confirm.
+    #[test]
+    fn what_is_called_free_is_free_by_the_exact_distances_of_all_pairs() {
+        let robot = Robot::gen3();
+        let mut random = StdRng::seed_from_u64(31);
+        let (mut free, mut touching) = (0, 0);
+        for scene in 0..40 {
+            let mut world = CollisionWorld::new(&robot);
+            for k in 0..9 {
+                let mut x = |reach: f64| random.random_range(-reach..reach);
+                let turn = nalgebra::UnitQuaternion::from_scaled_axis(Vector3::new(
+                    x(3.0),
+                    x(3.0),
+                    x(3.0),
+                ));
+                let at = Vector3::new(x(0.9), x(0.9), 0.4 + x(0.7));
+                let size =
+                    Vector3::new(0.02, 0.02, 0.02) + Vector3::new(x(0.2), x(0.2), x(0.2)).abs();
+                let (radius, half) = (0.5 * size.x, size.z);
+                let solid = match k % 4 {
+                    0 => Solid::Cuboid { half: size },
+                    1 => Solid::Cylinder { radius, half },
+                    2 => Solid::Capsule { radius, half },
+                    _ => Solid::Sphere { radius },
+                };
+                let pose = Isometry3::from_parts(at.into(), turn);
+                world.add(&Obstacle::new(&format!("o{k}"), solid, pose));
+            }
+            world.set_margin([0.0, 0.003, 0.05][scene % 3]);
+            if scene % 2 == 0 {
+                let shape = Shape::Cylinder { radius: 0.03, height: 0.12 };
+                world.attach("jar", &shape, Pose::identity());
+                world.set_opening(0.04);
+            }
+            for _ in 0..250 {
+                let q = random_configuration(&robot, &mut random);
+                let all = world.touching(&q, f64::INFINITY);
+                let least = all.values().copied().fold(f64::INFINITY, f64::min);
+                if world.free(&q) {
+                    assert!(least > world.margin() - 1e-9, "{q:?}: {least}");
+                    free += 1;
+                } else {
+                    // GJK may stop some ten micrometres short.
+                    assert!(least < world.margin() + 1e-4, "{q:?}: {least}");
+                    touching += 1;
+                }
+                // Which of several overlaps is the deepest is not searched for to the end.
+                let distance = world.distance(&q);
+                let same = if least > 0.0 { (distance - least).abs() < 1e-9 } else { distance <= 0.0 };
+                assert!(same, "{q:?}: {distance} {least}");
+            }
+        }
+        assert!(free > 3000 && touching > 3000, "{free} {touching}");
+    }
 }

@@ -6,13 +6,14 @@
 //!
 //! Source: Ericson, *Real-Time Collision Detection*, 2005, §5.1.9 (two segments).
 
-use nalgebra::{Isometry3, Vector3};
-use rapier3d_f64::parry::glamx::{DQuat, DVec3};
+use nalgebra::Vector3;
+use rapier3d_f64::parry::glamx::{DMat3, DQuat, DVec3};
 use rapier3d_f64::parry::math::Pose as EnginePose;
 use rapier3d_f64::parry::query;
 use rapier3d_f64::parry::shape::{Ball, Capsule, Cuboid, Cylinder, Shape};
 
 use super::depth::Difference;
+use super::frames::Frame;
 use super::solid::{Placed, Solid};
 
 /// A solid in the form distances are computed in, in some frame.
@@ -21,18 +22,18 @@ pub(super) enum Body {
     /// All points within `radius` of the segment from `a` to `b`.
     Round { a: Vector3<f64>, b: Vector3<f64>, radius: f64 },
     /// A box about the origin of its own frame.
-    Cuboid { frame: Isometry3<f64>, half: Vector3<f64> },
+    Cuboid { frame: Frame, half: Vector3<f64> },
     /// A cylinder along z of its own frame.
-    Cylinder { frame: Isometry3<f64>, radius: f64, half: f64 },
+    Cylinder { frame: Frame, radius: f64, half: f64 },
 }
 
 impl Body {
     pub(super) fn new(placed: &Placed) -> Self {
-        let frame = placed.pose;
-        let end = |half: f64| (frame * nalgebra::Point3::new(0.0, 0.0, half)).coords;
+        let frame = Frame::of(&placed.pose);
+        let end = |half: f64| frame.origin + frame.z * half;
         match placed.solid {
             Solid::Sphere { radius } => {
-                let centre = frame.translation.vector;
+                let centre = frame.origin;
                 Self::Round { a: centre, b: centre, radius }
             }
             Solid::Capsule { radius, half } => Self::Round { a: end(-half), b: end(half), radius },
@@ -42,15 +43,15 @@ impl Body {
     }
 
     /// Returns the body carried into another frame.
-    pub(super) fn moved(&self, pose: &Isometry3<f64>) -> Self {
+    #[inline]
+    pub(super) fn moved(&self, to: &Frame) -> Self {
         match *self {
             Self::Round { a, b, radius } => {
-                let shift = pose.translation.vector;
-                Self::Round { a: pose.rotation * a + shift, b: pose.rotation * b + shift, radius }
+                Self::Round { a: to.point(&a), b: to.point(&b), radius }
             }
-            Self::Cuboid { frame, half } => Self::Cuboid { frame: pose * frame, half },
+            Self::Cuboid { frame, half } => Self::Cuboid { frame: to.then(&frame), half },
             Self::Cylinder { frame, radius, half } => {
-                Self::Cylinder { frame: pose * frame, radius, half }
+                Self::Cylinder { frame: to.then(&frame), radius, half }
             }
         }
     }
@@ -59,10 +60,8 @@ impl Body {
     pub(super) fn bounds(&self) -> (Vector3<f64>, f64) {
         match *self {
             Self::Round { a, b, radius } => ((a + b) / 2.0, (b - a).norm() / 2.0 + radius),
-            Self::Cuboid { frame, half } => (frame.translation.vector, half.norm()),
-            Self::Cylinder { frame, radius, half } => {
-                (frame.translation.vector, radius.hypot(half))
-            }
+            Self::Cuboid { frame, half } => (frame.origin, half.norm()),
+            Self::Cylinder { frame, radius, half } => (frame.origin, radius.hypot(half)),
         }
     }
 
@@ -70,7 +69,7 @@ impl Body {
     pub(super) fn distance_to_ball(&self, centre: &Vector3<f64>, radius: f64) -> f64 {
         // A large box, as a table is, has a useless bounding ball.
         if let Self::Cuboid { frame, half } = self {
-            let p = frame.rotation.inverse() * (centre - frame.translation.vector);
+            let p = frame.local(&(centre - frame.origin));
             return (p.abs() - half).map(|x| x.max(0.0)).norm() - radius;
         }
         let (own, size) = self.bounds();
@@ -94,6 +93,86 @@ pub(super) fn distance_or_overlap(first: &Body, second: &Body) -> Option<f64> {
     })
 }
 
+/// Returns whether two bodies are certainly farther apart than `limit` m (true) or certainly not (false); `None` where
+/// only [`distance_or_overlap`] can tell. Cheap: boxes by the planes that may part them, cylinders by the capsules
+/// inside and around them.
+pub(super) fn is_beyond(first: &Body, second: &Body, limit: f64) -> Option<bool> {
+    /// Far more than rounding, m.
+    const SURE: f64 = 1e-9;
+    match (first, second) {
+        (Body::Cuboid { frame: a, half: x }, Body::Cuboid { frame: b, half: y }) => {
+            let gap = parted(a, x, b, y);
+            if gap > limit + SURE {
+                Some(true)
+            } else {
+                (limit >= 0.0 && gap < -SURE).then_some(false)
+            }
+        }
+        (Body::Cylinder { .. }, other) | (other, Body::Cylinder { .. }) => {
+            let cylinder = if matches!(first, Body::Cylinder { .. }) { first } else { second };
+            let Body::Cylinder { frame, radius, half } = cylinder else { return None };
+            let within = (half - radius).max(0.0);
+            let capsule = |half: f64, radius: f64| Body::Round {
+                a: frame.origin - frame.z * half,
+                b: frame.origin + frame.z * half,
+                radius,
+            };
+            let (around, inside) = (capsule(*half, *radius), capsule(within, radius.min(*half)));
+            let closed = |body: &Body| match other {
+                Body::Cylinder { .. } => None,
+                _ => apart_or_closed_form(body, other),
+            };
+            if let Body::Cylinder { frame: g, radius: r, half: h } = other {
+                // Two cylinders, each by its own capsule.
+                let (a, b) = (frame.z * *half, g.z * *h);
+                let (o, p) = (frame.origin, g.origin);
+                let gap = segments(&(o - a), &(o + a), &(p - b), &(p + b)) - radius - r;
+                return (gap > limit + SURE).then_some(true);
+            }
+            if closed(&around)? > limit + SURE {
+                Some(true)
+            } else {
+                (closed(&inside)? <= limit.min(0.0) - SURE).then_some(false)
+            }
+        }
+        _ => None,
+    }
+}
+
+/// Returns how far apart two boxes are at least, by the planes of their faces and of pairs of their edges, m; below
+/// zero where none of these parts them: then they overlap.
+///
+/// Source: Gottschalk, Lin and Manocha, "`OBBTree`", 1996.
+fn parted(a: &Frame, x: &Vector3<f64>, b: &Frame, y: &Vector3<f64>) -> f64 {
+    let between = a.local(&(b.origin - a.origin));
+    let turn = [a.local(&b.x), a.local(&b.y), a.local(&b.z)];
+    let mut most = f64::NEG_INFINITY;
+    for i in 0..3 {
+        let reach = y.x * turn[0][i].abs() + y.y * turn[1][i].abs() + y.z * turn[2][i].abs();
+        most = most.max(between[i].abs() - x[i] - reach);
+    }
+    for (i, axis) in turn.iter().enumerate() {
+        most = most.max(between.dot(axis).abs() - y[i] - x.dot(&axis.abs()));
+    }
+    for i in 0..3 {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        for (m, axis) in turn.iter().enumerate() {
+            // e_i × axis, in the first box's frame.
+            let size = axis[j].hypot(axis[k]);
+            if size < 1e-6 {
+                continue;
+            }
+            let own = x[j] * axis[k].abs() + x[k] * axis[j].abs();
+            let (n, o) = ((m + 1) % 3, (m + 2) % 3);
+            // The other box's edges across: |e_i × axis · b_n| = |b_o,i|.
+            let other = y[n] * turn[o][i].abs() + y[o] * turn[n][i].abs();
+            let gap = (between[k] * axis[j] - between[j] * axis[k]).abs();
+            most = most.max((gap - own - other) / size);
+        }
+    }
+    most
+}
+
 /// Returns the signed distance, or `None` where GJK finds no gap.
 fn apart_or_closed_form(first: &Body, second: &Body) -> Option<f64> {
     match (first, second) {
@@ -102,9 +181,8 @@ fn apart_or_closed_form(first: &Body, second: &Body) -> Option<f64> {
         }
         (Body::Round { a, b, radius }, Body::Cuboid { frame, half })
         | (Body::Cuboid { frame, half }, Body::Round { a, b, radius }) => {
-            let inverse = frame.inverse();
-            let a = inverse.rotation * a + inverse.translation.vector;
-            let b = inverse.rotation * b + inverse.translation.vector;
+            let a = frame.local(&(a - frame.origin));
+            let b = frame.local(&(b - frame.origin));
             Some(segment_and_box(&a, &b, half) - radius)
         }
         _ => Some(apart(first, second)).filter(|distance| *distance > 0.0),
@@ -208,10 +286,12 @@ fn segment_and_box(a: &Vector3<f64>, b: &Vector3<f64>, half: &Vector3<f64>) -> f
 
 /// Asks parry's GJK for the distance apart, m; 0 for an overlap.
 fn apart(first: &Body, second: &Body) -> f64 {
-    let (first_pose, first_shape) = engine(first);
-    let (second_pose, second_shape) = engine(second);
-    let (first, second) = (first_shape.as_ref(), second_shape.as_ref());
-    query::distance(&first_pose, first, &second_pose, second).map_or(0.0, |found| found.distance)
+    engine(first, |first_pose, first| {
+        engine(second, |second_pose, second| {
+            query::distance(&first_pose, first, &second_pose, second)
+                .map_or(0.0, |found| found.distance)
+        })
+    })
 }
 
 /// Returns how deep two overlapping bodies lie in each other, m: the least shift that parts them. Of bodies that
@@ -238,14 +318,11 @@ fn difference(first: &Body, second: &Body) -> Difference {
             Body::Round { a, b, .. } if a == b => {}
             Body::Round { a, b, .. } => difference.segments.push((b - a) / 2.0),
             Body::Cuboid { frame, half } => {
-                for i in 0..3 {
-                    let mut edge = Vector3::zeros();
-                    edge[i] = half[i];
-                    difference.segments.push(frame.rotation * edge);
-                }
+                let edges = [frame.x * half.x, frame.y * half.y, frame.z * half.z];
+                difference.segments.extend(edges);
             }
             Body::Cylinder { frame, radius, half } => {
-                let axis = frame.rotation * Vector3::z();
+                let axis = frame.z;
                 difference.segments.push(axis * *half);
                 difference.rounds.push((axis, *radius));
             }
@@ -269,25 +346,26 @@ impl Body {
     }
 }
 
-fn engine(body: &Body) -> (EnginePose, Box<dyn Shape>) {
-    let pose = |frame: &Isometry3<f64>| {
-        let (t, r) = (frame.translation.vector, frame.rotation);
-        EnginePose::from_parts(DVec3::new(t.x, t.y, t.z), DQuat::from_xyzw(r.i, r.j, r.k, r.w))
-    };
+/// Shows a body to `with` as the engine knows it.
+fn engine<T>(body: &Body, with: impl FnOnce(EnginePose, &dyn Shape) -> T) -> T {
     let vector = |v: &Vector3<f64>| DVec3::new(v.x, v.y, v.z);
+    let pose = |frame: &Frame| {
+        let turn = DMat3::from_cols(vector(&frame.x), vector(&frame.y), vector(&frame.z));
+        EnginePose::from_parts(vector(&frame.origin), DQuat::from_mat3(&turn))
+    };
     match body {
         Body::Round { a, b, radius } if (b - a).norm() < 1e-12 => {
-            (EnginePose::from_translation(vector(a)), Box::new(Ball::new(*radius)))
+            with(EnginePose::from_translation(vector(a)), &Ball::new(*radius))
         }
         Body::Round { a, b, radius } => {
-            (EnginePose::identity(), Box::new(Capsule::new(vector(a), vector(b), *radius)))
+            with(EnginePose::identity(), &Capsule::new(vector(a), vector(b), *radius))
         }
-        Body::Cuboid { frame, half } => (pose(frame), Box::new(Cuboid::new(vector(half)))),
+        Body::Cuboid { frame, half } => with(pose(frame), &Cuboid::new(vector(half))),
         Body::Cylinder { frame, radius, half } => {
             // The engine's cylinders lie along y.
             let upright =
                 EnginePose::from_rotation(DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2));
-            (pose(frame) * upright, Box::new(Cylinder::new(*half, *radius)))
+            with(pose(frame) * upright, &Cylinder::new(*half, *radius))
         }
     }
 }
@@ -295,7 +373,7 @@ fn engine(body: &Body) -> (EnginePose, Box<dyn Shape>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::UnitQuaternion;
+    use nalgebra::{Isometry3, UnitQuaternion};
     use rand::rngs::StdRng;
     use rand::{RngExt, SeedableRng};
 

@@ -7,6 +7,8 @@
 //!
 //! Source: the angles are Euler's (z, x, z); a tree of bodies: Featherstone, *Rigid Body Dynamics Algorithms*, §4.1.
 
+use std::f64::consts::PI;
+
 use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 
 use super::inertial::Inertial;
@@ -34,6 +36,13 @@ impl Frame {
     /// Returns the frame that is the base itself.
     pub(super) fn base() -> Self {
         Self { x: Vector3::x(), y: Vector3::y(), z: Vector3::z(), origin: Vector3::zeros() }
+    }
+
+    /// Returns a frame at the base's origin whose z lies along a vector.
+    pub(super) fn towards(along: &Vector3<f64>) -> Self {
+        let turn = UnitQuaternion::rotation_between(&Vector3::z(), along)
+            .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI));
+        Self::of(&Isometry3::from_parts(Vector3::zeros().into(), turn))
     }
 
     /// Returns the pose: the rotation's quaternion is worked out from the axes.
@@ -145,9 +154,7 @@ impl Frames {
             };
             let axis = joint.axis.into_inner();
             let link_from_node = UnitQuaternion::rotation_between(&Vector3::z(), &axis)
-                .unwrap_or_else(|| {
-                    UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
-                });
+                .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI));
             let fixed = node_from_parent * joint.parent_from_link * link_from_node;
             let [before, tilt, after] = zxz(&fixed.rotation);
             frames.links.push((

@@ -39,6 +39,7 @@ mod unreached;
 pub mod ik;
 mod depth;
 mod distance;
+mod broad;
 pub mod collision;
 pub mod polyline;
 mod cone;

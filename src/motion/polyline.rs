@@ -10,6 +10,13 @@ pub fn mix(a: &[f64], b: &[f64], t: f64) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a + t * (b - a)).collect()
 }
 
+/// As [`mix`], into memory that is there already.
+pub(super) fn mix_into(into: &mut [f64], a: &[f64], b: &[f64], t: f64) {
+    for ((x, a), b) in into.iter_mut().zip(a).zip(b) {
+        *x = a + t * (b - a);
+    }
+}
+
 /// The length of a path, rad.
 pub(super) fn length(corners: &[Vec<f64>]) -> f64 {
     corners.windows(2).map(|edge| l2(&edge[0], &edge[1])).sum()
