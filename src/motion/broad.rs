@@ -71,7 +71,7 @@ impl Crowd {
         let mut squared = f64x4::ZERO;
         for i in 0..3 {
             let [a, b, c] = four.axes[i];
-            let beyond = ((a * x + b * y + c * z).abs() - four.half[i]).max(f64x4::ZERO);
+            let beyond = ((a * x + b * y + c * z).abs() - four.half[i]).fast_max(f64x4::ZERO);
             squared += beyond * beyond;
         }
         // A hair more than asked for: rounding is no proof.

@@ -88,6 +88,8 @@ struct Scratch {
     bodies: Vec<Body>,
     /// Balls around them, base coordinates.
     balls: Vec<(Vector3<f64>, f64)>,
+    /// Balls around all solids of each part.
+    wholes: Vec<(Vector3<f64>, f64)>,
 }
 
 thread_local! {
@@ -112,6 +114,8 @@ pub struct CollisionWorld<'a> {
     /// The solids of all parts, in their order, and where those of each part begin.
     solids: Vec<Ready>,
     first: Vec<usize>,
+    /// Per part: the frame it is fixed to, and a ball around it in that frame.
+    wholes: Vec<(Option<usize>, Vector3<f64>, f64)>,
     crowd: Crowd,
     /// Per part and group of the crowd: a bit for each obstacle that is watched.
     masks: Vec<u32>,
@@ -134,6 +138,7 @@ impl<'a> CollisionWorld<'a> {
             frames: Frames::of(&robot.links, robot.max_opening(), |_| true),
             solids: Vec::new(),
             first: Vec::new(),
+            wholes: Vec::new(),
             crowd: Crowd::default(),
             masks: Vec::new(),
             reach: Vec::new(),
@@ -443,6 +448,11 @@ impl<'a> CollisionWorld<'a> {
             scratch.bodies.push(solid.body.moved(frame));
             scratch.balls.push((frame.point(&centre), radius));
         }
+        scratch.wholes.clear();
+        for &(node, centre, radius) in &self.wholes {
+            let centre = node.map_or(centre, |node| scratch.frames[node].point(&centre));
+            scratch.wholes.push((centre, radius));
+        }
         let seen = look(&scratch);
         SCRATCH.set(scratch);
         seen
@@ -461,16 +471,21 @@ impl<'a> CollisionWorld<'a> {
     /// Returns the smallest distance below `limit`.
     fn nearest(&self, placed: &Scratch, limit: f64, until: Look) -> Option<(f64, usize, Other)> {
         let mut search = Nearest { best: None, bound: limit, limit, until };
-        let Scratch { bodies, balls, .. } = placed;
+        let Scratch { bodies, balls, wholes, .. } = placed;
         // From the hand backwards: what is far out collides first.
         let groups = self.crowd.len();
         for part in (0..self.parts.len()).rev() {
             for group in (0..groups).rev() {
-                let watched = self.masks[part * groups + group];
+                let mut watched = self.masks[part * groups + group];
+                let solids = self.of_part(part);
+                if watched != 0 && solids.len() > 1 {
+                    let (centre, radius) = &wholes[part];
+                    watched &= self.crowd.near(group, centre, radius + search.bound);
+                }
                 if watched == 0 {
                     continue;
                 }
-                for at in self.of_part(part) {
+                for at in solids {
                     let (centre, radius) = &balls[at];
                     let reach = radius + search.bound;
                     let mut near = watched & self.crowd.near(group, centre, reach);
@@ -487,12 +502,15 @@ impl<'a> CollisionWorld<'a> {
             }
         }
         for &(first, second) in self.pairs.iter().rev() {
+            if are_apart(&wholes[first], &wholes[second], search.bound) {
+                continue;
+            }
             for a in self.of_part(first) {
-                let (centre, radius) = &balls[a];
+                if are_apart(&balls[a], &wholes[second], search.bound) {
+                    continue;
+                }
                 for b in self.of_part(second) {
-                    let (other, size) = &balls[b];
-                    let reach = radius + size + search.bound;
-                    if reach < 0.0 || (other - centre).norm_squared() > reach * reach {
+                    if are_apart(&balls[a], &balls[b], search.bound) {
                         continue;
                     }
                     if search.look(first, &bodies[a], &bodies[b], Other::Part(second)) {
@@ -602,6 +620,15 @@ impl<'a> CollisionWorld<'a> {
             }));
         }
         self.first.push(self.solids.len());
+        self.wholes.clear();
+        for at in 0..self.parts.len() {
+            let solids = &self.solids[self.of_part(at)];
+            let node = solids.first().and_then(|solid| solid.node);
+            let middle = solids.iter().map(|solid| solid.ball.0).sum::<Vector3<f64>>();
+            let middle = middle / solids.len().max(1) as f64;
+            let reach = solids.iter().map(|solid| (solid.ball.0 - middle).norm() + solid.ball.1);
+            self.wholes.push((node, middle, reach.fold(0.0, f64::max)));
+        }
         self.reach = self.reaches();
     }
 
@@ -637,6 +664,13 @@ impl<'a> CollisionWorld<'a> {
         }
         reach
     }
+}
+
+/// Whether two balls are farther apart than `bound` m.
+#[inline]
+fn are_apart(a: &(Vector3<f64>, f64), b: &(Vector3<f64>, f64), bound: f64) -> bool {
+    let reach = a.1 + b.1 + bound;
+    reach < 0.0 || (b.0 - a.0).norm_squared() > reach * reach * (1.0 + 1e-12)
 }
 
 /// A search for the smallest distance.
