@@ -19,7 +19,7 @@ pub use super::cone::Cone;
 use super::error::Error;
 use super::fault::NoWay;
 use super::ik::{Solver, wrap};
-use super::polyline::{l2, length, mix, point_at};
+use super::polyline::{l2, length, mix, mix_into, point_at};
 use super::robot::{Motion, Robot};
 
 /// Distance that is kept beyond the margin where the ends of a path allow it, m. Chosen.
@@ -27,6 +27,14 @@ const ROOM: f64 = 0.003;
 /// A straight motion that takes more looks than this is not tried: it is no motion of an arm. Chosen: the
 /// farthest motion of the Gen3 takes some 1500, and the finest search looks 16 times as often.
 const LONGEST_EDGE: f64 = 200_000.0;
+/// A step that is blocked is tried again this much shorter, while it is longer than [`SHORTEST`]; shares of the range.
+const SHORTER: f64 = 0.35;
+const SHORTEST: f64 = 0.05;
+/// A tree that could not grow to so many samples, but for those between, is stuck.
+const STUCK: usize = 20;
+/// How often the stretches that graze an obstacle are searched again, each time so much more finely.
+const MENDS: usize = 4;
+const FINER: f64 = 0.4;
 /// What bringing a sample into the cone costs, in units of [`Budget`].
 const PROJECTING: u64 = 200;
 
@@ -136,32 +144,28 @@ pub fn plan(
     let mut checks = 0;
     let mut samples = 0;
     for _ in 0..4 {
-        let mut search = Search { solver, world: &padded, cone, settings, checks, cost, budget };
+        let mut search = Search {
+            solver,
+            world: &padded,
+            cone,
+            settings,
+            checks,
+            cost,
+            budget,
+            between: Vec::new(),
+        };
         let (corners, goal) = search.run(start, &usable, &mut samples)?;
         let raw_length = length(&corners);
         let corners = search.shorten(corners)?;
+        let corners = search.mended(world, corners, &mut samples)?;
         checks = search.checks;
-        if certified(world, &corners, budget)? {
+        if let Some(corners) = corners {
             return Ok(Path { corners, goal, samples, checks, raw_length });
         }
-        settings.resolution *= 0.4;
+        settings.resolution *= FINER;
         settings.seed = settings.seed.wrapping_add(0x9e37_79b9);
     }
     Err(Error::NoPath { samples, why: NoWay::Grazes })
-}
-
-/// Returns whether every edge of a path is certified.
-fn certified(
-    world: &CollisionWorld<'_>,
-    corners: &[Vec<f64>],
-    budget: &Budget<'_>,
-) -> Result<bool, Error> {
-    for edge in corners.windows(2) {
-        if !world.certify_within(&edge[0], &edge[1], budget)? {
-            return Ok(false);
-        }
-    }
-    Ok(true)
 }
 
 struct Search<'s> {
@@ -173,12 +177,17 @@ struct Search<'s> {
     /// What one check costs.
     cost: u64,
     budget: &'s Budget<'s>,
+    /// Memory for configurations on an edge.
+    between: Vec<f64>,
 }
 
 /// Configurations grown from some roots, each knowing the one it grew from.
 struct Tree {
-    nodes: Vec<Vec<f64>>,
+    /// One after the other.
+    nodes: Vec<f64>,
     parents: Vec<Option<usize>>,
+    /// Numbers of a configuration.
+    n: usize,
 }
 
 enum Extended {
@@ -188,15 +197,31 @@ enum Extended {
 }
 
 impl Tree {
-    fn rooted(roots: impl IntoIterator<Item = Vec<f64>>) -> Self {
-        let nodes: Vec<_> = roots.into_iter().collect();
-        Self { parents: vec![None; nodes.len()], nodes }
+    fn rooted<'q>(roots: impl IntoIterator<Item = &'q Vec<f64>>) -> Self {
+        let mut tree = Self { nodes: Vec::new(), parents: Vec::new(), n: 1 };
+        for root in roots {
+            tree.n = root.len();
+            tree.nodes.extend_from_slice(root);
+            tree.parents.push(None);
+        }
+        tree
+    }
+
+    fn len(&self) -> usize {
+        self.parents.len()
+    }
+
+    fn node(&self, at: usize) -> &[f64] {
+        &self.nodes[at * self.n..(at + 1) * self.n]
     }
 
     fn nearest(&self, q: &[f64]) -> usize {
         let mut best = (f64::INFINITY, 0);
-        for (at, node) in self.nodes.iter().enumerate() {
-            let gap: f64 = node.iter().zip(q).map(|(a, b)| (a - b) * (a - b)).sum();
+        for (at, node) in self.nodes.chunks_exact(self.n).enumerate() {
+            let mut gap = 0.0;
+            for (a, b) in node.iter().zip(q) {
+                gap += (a - b) * (a - b);
+            }
             if gap < best.0 {
                 best = (gap, at);
             }
@@ -204,10 +229,10 @@ impl Tree {
         best.1
     }
 
-    fn push(&mut self, q: Vec<f64>, parent: usize) -> usize {
-        self.nodes.push(q);
+    fn push(&mut self, q: &[f64], parent: usize) -> usize {
+        self.nodes.extend_from_slice(q);
         self.parents.push(Some(parent));
-        self.nodes.len() - 1
+        self.len() - 1
     }
 
     /// Returns the way from a node back to its root.
@@ -215,7 +240,7 @@ impl Tree {
         let mut way = Vec::new();
         let mut at = Some(from);
         while let Some(node) = at {
-            way.push(self.nodes[node].clone());
+            way.push(self.node(node).to_vec());
             at = self.parents[node];
         }
         way
@@ -237,19 +262,34 @@ impl Search<'_> {
         let robot = self.solver.robot();
         let mut random = StdRng::seed_from_u64(self.settings.seed);
         let mut trees =
-            [Tree::rooted([start.to_vec()]), Tree::rooted(goals.iter().map(|(_, q)| q.clone()))];
+            [Tree::rooted([&start.to_vec()]), Tree::rooted(goals.iter().map(|(_, q)| q))];
         let mut active = 0;
+        // Samples to which each tree could not grow, halved whenever it could.
+        let mut stuck = [0_usize; 2];
         for _ in 0..self.settings.max_samples {
             *samples += 1;
-            let sample = self.sample(robot, start, &mut random)?;
-            let grown = match self.extend(&mut trees[active], &sample)? {
-                Extended::Trapped => {
-                    active = 1 - active;
-                    continue;
-                }
-                Extended::Reached(node) | Extended::Advanced(node) => node,
+            let is_stuck = stuck[active] > STUCK && random.random_bool(0.5);
+            let sample = if is_stuck {
+                beside(robot, &trees[active], &mut random)
+            } else {
+                self.sample(robot, start, &mut random)?
             };
-            let target = trees[active].nodes[grown].clone();
+            // A tree in a narrow place grows by short steps or not at all.
+            let mut step = 1.0;
+            let grown = loop {
+                match self.extend(&mut trees[active], &sample, step)? {
+                    Extended::Trapped if step > SHORTEST => step *= SHORTER,
+                    Extended::Trapped => break None,
+                    Extended::Reached(node) | Extended::Advanced(node) => break Some(node),
+                }
+            };
+            let Some(grown) = grown else {
+                stuck[active] += 1;
+                active = 1 - active;
+                continue;
+            };
+            stuck[active] /= 2;
+            let target = trees[active].node(grown).to_vec();
             let met = self.connect(&mut trees[1 - active], &target)?;
             if let Some(met) = met {
                 let (near, far) = if active == 0 { (grown, met) } else { (met, grown) };
@@ -266,12 +306,11 @@ impl Search<'_> {
                 way.extend(tail.into_iter().skip(1));
                 return Ok((way, goal));
             }
-            // The smaller tree grows: it has more to learn.
-            active = usize::from(trees[1].nodes.len() < trees[0].nodes.len());
+            active = 1 - active;
         }
         Err(Error::NoPath {
             samples: *samples,
-            why: NoWay::NeverMet { start: trees[0].nodes.len(), goal: trees[1].nodes.len() },
+            why: NoWay::NeverMet { start: trees[0].len(), goal: trees[1].len() },
         })
     }
 
@@ -281,7 +320,7 @@ impl Search<'_> {
     fn connect(&mut self, tree: &mut Tree, target: &[f64]) -> Result<Option<usize>, Error> {
         const STEPS: usize = 1000;
         for _ in 0..STEPS {
-            match self.extend(tree, target)? {
+            match self.extend(tree, target, 1.0)? {
                 Extended::Reached(node) => return Ok(Some(node)),
                 Extended::Advanced(_) => {}
                 Extended::Trapped => return Ok(None),
@@ -306,20 +345,21 @@ impl Search<'_> {
         Ok(cone.project(self.solver, &q).unwrap_or(q))
     }
 
-    fn extend(&mut self, tree: &mut Tree, target: &[f64]) -> Result<Extended, Error> {
+    fn extend(&mut self, tree: &mut Tree, target: &[f64], share: f64) -> Result<Extended, Error> {
         // A node is passed in about the time a tenth of a pair of solids is looked at.
-        self.budget.spend(1 + tree.nodes.len() as u64 / 10)?;
+        self.budget.spend(1 + tree.len() as u64 / 10)?;
         let from = tree.nearest(target);
-        let gap = l2(&tree.nodes[from], target);
+        let gap = l2(tree.node(from), target);
         if gap < 1e-9 {
             return Ok(Extended::Reached(from));
         }
         // A joint motion of that length leaves a narrow cone less often when it is short.
         let range =
             if self.cone.is_some() { self.settings.range.min(0.4) } else { self.settings.range };
+        let range = share * range;
         let reaches = gap <= range;
         let mut next =
-            if reaches { target.to_vec() } else { mix(&tree.nodes[from], target, range / gap) };
+            if reaches { target.to_vec() } else { mix(tree.node(from), target, range / gap) };
         let mut bent = false;
         if let Some(cone) = self.cone
             && !cone.holds(self.solver.robot(), &next)
@@ -335,10 +375,10 @@ impl Search<'_> {
             next = projected;
             bent = true;
         }
-        if !self.edge_free(&tree.nodes[from], &next)? {
+        if !self.edge_free(tree.node(from), &next)? {
             return Ok(Extended::Trapped);
         }
-        let node = tree.push(next, from);
+        let node = tree.push(&next, from);
         Ok(if reaches && !bent { Extended::Reached(node) } else { Extended::Advanced(node) })
     }
 
@@ -351,12 +391,27 @@ impl Search<'_> {
             return Ok(false);
         }
         let steps = steps as usize;
+        let mut between = std::mem::take(&mut self.between);
+        between.resize(from.len(), 0.0);
+        let is_free = self.inside_free(from, to, steps, &mut between);
+        self.between = between;
+        is_free
+    }
+
+    fn inside_free(
+        &mut self,
+        from: &[f64],
+        to: &[f64],
+        steps: usize,
+        between: &mut [f64],
+    ) -> Result<bool, Error> {
         // Strides halve: with stride s the odd multiples of s are new.
         let mut stride = steps.next_power_of_two() / 2;
         while stride > 0 {
             let mut k = stride;
             while k < steps {
-                if !self.free(&mix(from, to, k as f64 / steps as f64))? {
+                mix_into(between, from, to, k as f64 / steps as f64);
+                if !self.free(between)? {
                     return Ok(false);
                 }
                 k += 2 * stride;
@@ -371,6 +426,43 @@ impl Search<'_> {
         self.checks += 1;
         let holds = self.cone.is_none_or(|cone| cone.holds(self.solver.robot(), q));
         Ok(holds && self.world.free(q))
+    }
+
+    /// Certifies every edge in `world`, and searches again, more finely, along those that graze something between two
+    /// checks; `None` where that does not help.
+    fn mended(
+        &mut self,
+        world: &CollisionWorld<'_>,
+        corners: Vec<Vec<f64>>,
+        samples: &mut usize,
+    ) -> Result<Option<Vec<Vec<f64>>>, Error> {
+        let settings = self.settings;
+        let mut path = corners;
+        // Edges from here on are still to be certified.
+        let mut at = 0;
+        let mut mends = 0;
+        while at + 1 < path.len() {
+            if world.certify_within(&path[at], &path[at + 1], self.budget)? {
+                at += 1;
+                continue;
+            }
+            if mends == MENDS * path.len() {
+                self.settings = settings;
+                return Ok(None);
+            }
+            mends += 1;
+            self.settings.resolution = settings.resolution * FINER.powi(1 + (mends % MENDS) as i32);
+            self.settings.seed = self.settings.seed.wrapping_add(0x51_7cc1);
+            let (from, to) = (path[at].clone(), path[at + 1].clone());
+            let way = match self.run(&from, &[(0, to)], samples) {
+                Ok((way, _)) => self.shorten(way)?,
+                Err(Error::NoPath { .. }) => break,
+                Err(other) => return Err(other),
+            };
+            path.splice(at..=at + 1, way);
+        }
+        self.settings = settings;
+        Ok((at + 1 >= path.len()).then_some(path))
     }
 
     /// Replaces stretches of the path by straight motions where these are free.
@@ -416,6 +508,18 @@ impl Search<'_> {
         }
         Ok(corners)
     }
+}
+
+/// Draws a configuration beside one of a tree's own: any distance from a hundredth of a step to half of one is as likely.
+///
+/// Where hardly any way leads out, what is drawn from all over lies in the wrong direction nearly always.
+fn beside(robot: &Robot, tree: &Tree, random: &mut StdRng) -> Vec<f64> {
+    let node = tree.node(random.random_range(0..tree.len()));
+    let reach = 10.0_f64.powf(random.random_range(-2.3..-0.3));
+    let moved = robot.joints().iter().zip(node).map(|(joint, x)| {
+        (x + random.random_range(-reach..reach)).clamp(joint.lower, joint.upper)
+    });
+    moved.collect()
 }
 
 /// Checks that a path may begin or end at `q`.
