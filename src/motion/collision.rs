@@ -18,7 +18,6 @@ use super::distance::{Body, distance_or_overlap, is_beyond, signed_distance};
 use super::error::Error;
 use super::frames::{Frame, Frames};
 use super::ik::random_configuration;
-use super::kinematics::link_poses_into;
 use super::polyline::mix_into;
 use super::robot::{Drive, Motion, Robot};
 use super::solid::{Placed, Solid};
@@ -156,8 +155,8 @@ impl<'a> CollisionWorld<'a> {
                 });
             }
         }
-        world.pairs = world.self_pairs();
         world.refresh();
+        world.pairs = world.self_pairs();
         world
     }
 
@@ -553,32 +552,35 @@ impl<'a> CollisionWorld<'a> {
             }
         }
         if !self.robot.has_side_file {
-            pairs.retain(|&pair| !self.always_touches(pair));
+            let mut touches = self.always_touching(&pairs).into_iter();
+            pairs.retain(|_| !touches.next().unwrap_or(false));
         }
         pairs
     }
 
     /// Whether two parts overlap nearly everywhere, as neighbours of coarse solids do: then the overlap
     /// is the model's, not the motion's. Decided on 100 seeded configurations, as `MoveIt`'s assistant does.
-    fn always_touches(&self, (first, second): (usize, usize)) -> bool {
+    fn always_touching(&self, pairs: &[(usize, usize)]) -> Vec<bool> {
         const SAMPLES: usize = 100;
         let mut random = StdRng::seed_from_u64(0);
-        let mut touching = 0;
-        let mut poses = Vec::new();
+        let mut touching = vec![0; pairs.len()];
         for _ in 0..SAMPLES {
             let q = random_configuration(self.robot, &mut random);
-            link_poses_into(self.robot, &q, self.opening, &mut poses);
-            let near = self.parts[first].solids.iter().any(|a| {
-                let a = a.moved(&Frame::of(&poses[self.parts[first].link]));
-                self.parts[second]
-                    .solids
-                    .iter()
-                    .map(|b| b.moved(&Frame::of(&poses[self.parts[second].link])))
-                    .any(|b| distance_or_overlap(&a, &b).is_none_or(|distance| distance <= 0.0))
+            self.placed(&q, |placed| {
+                for (count, &(first, second)) in touching.iter_mut().zip(pairs) {
+                    if are_apart(&placed.wholes[first], &placed.wholes[second], 0.0) {
+                        continue;
+                    }
+                    let overlaps = |a: &Body| {
+                        placed.bodies[self.of_part(second)].iter().any(|b| {
+                            distance_or_overlap(a, b).is_none_or(|distance| distance <= 0.0)
+                        })
+                    };
+                    *count += usize::from(placed.bodies[self.of_part(first)].iter().any(overlaps));
+                }
             });
-            touching += usize::from(near);
         }
-        touching * 100 >= SAMPLES * 95
+        touching.into_iter().map(|count| count * 100 >= SAMPLES * 95).collect()
     }
 
     /// Names of the parts at and beyond the flange, without what is held.
@@ -793,7 +795,8 @@ mod tests {
                 }
                 // Which of several overlaps is the deepest is not searched for to the end.
                 let distance = world.distance(&q);
-                let same = if least > 0.0 { (distance - least).abs() < 1e-9 } else { distance <= 0.0 };
+                let same =
+                    if least > 0.0 { (distance - least).abs() < 1e-9 } else { distance <= 0.0 };
                 assert!(same, "{q:?}: {distance} {least}");
             }
         }

@@ -28,9 +28,13 @@ pub(super) struct Frame {
 impl Frame {
     /// Returns the frame of a pose.
     pub(super) fn of(pose: &Isometry3<f64>) -> Self {
-        let turn = pose.rotation.to_rotation_matrix();
-        let [x, y, z] = [0, 1, 2].map(|i| turn.matrix().column(i).into_owned());
-        Self { x, y, z, origin: pose.translation.vector }
+        let m = pose.rotation.to_rotation_matrix().into_inner();
+        Self {
+            x: Vector3::new(m.m11, m.m21, m.m31),
+            y: Vector3::new(m.m12, m.m22, m.m32),
+            z: Vector3::new(m.m13, m.m23, m.m33),
+            origin: pose.translation.vector,
+        }
     }
 
     /// Returns the frame that is the base itself.

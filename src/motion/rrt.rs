@@ -516,9 +516,10 @@ impl Search<'_> {
 fn beside(robot: &Robot, tree: &Tree, random: &mut StdRng) -> Vec<f64> {
     let node = tree.node(random.random_range(0..tree.len()));
     let reach = 10.0_f64.powf(random.random_range(-2.3..-0.3));
-    let moved = robot.joints().iter().zip(node).map(|(joint, x)| {
-        (x + random.random_range(-reach..reach)).clamp(joint.lower, joint.upper)
-    });
+    let moved =
+        robot.joints().iter().zip(node).map(|(joint, x)| {
+            (x + random.random_range(-reach..reach)).clamp(joint.lower, joint.upper)
+        });
     moved.collect()
 }
 
