@@ -24,6 +24,11 @@ struct Four {
     radius: f64x4,
 }
 
+/// A box, half its edges (m), and what it is rounded by (m).
+type RoundedBox = (Frame, Vector3<f64>, f64);
+/// One number of it.
+type Number<'a> = dyn Fn(&RoundedBox) -> f64 + 'a;
+
 /// Obstacles that stand still.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Crowd {
@@ -32,10 +37,10 @@ pub(super) struct Crowd {
 
 impl Crowd {
     pub(super) fn of<'b>(bodies: impl Iterator<Item = &'b Body>) -> Self {
-        let boxes: Vec<(Frame, Vector3<f64>, f64)> = bodies.map(rounded_box).collect();
-        let group = |four: &[(Frame, Vector3<f64>, f64)]| {
+        let boxes: Vec<RoundedBox> = bodies.map(rounded_box).collect();
+        let group = |four: &[RoundedBox]| {
             // What is missing in the last group is nowhere.
-            let lanes = |number: &dyn Fn(&(Frame, Vector3<f64>, f64)) -> f64, none: f64| {
+            let lanes = |number: &Number<'_>, none: f64| {
                 let mut lanes = [none; GROUP];
                 for (lane, body) in lanes.iter_mut().zip(four) {
                     *lane = number(body);
@@ -81,7 +86,7 @@ impl Crowd {
 }
 
 /// Returns a box that contains a body when it is rounded by so much.
-fn rounded_box(body: &Body) -> (Frame, Vector3<f64>, f64) {
+fn rounded_box(body: &Body) -> RoundedBox {
     match *body {
         Body::Cuboid { frame, half } => (frame, half, 0.0),
         Body::Cylinder { frame, radius, half } => (frame, Vector3::new(radius, radius, half), 0.0),

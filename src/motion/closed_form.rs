@@ -395,6 +395,7 @@ fn unwound(mut frame: Frame, axes: &[Vector3<f64>; 7]) -> (Frame, [f64; 7]) {
     (frame, zero)
 }
 
+#[expect(clippy::inline_always, reason = "a few instructions, dozens of times a pass")]
 #[inline(always)]
 fn three(v: &Vector3<f64>) -> Three {
     [f64x4::splat(v.x), f64x4::splat(v.y), f64x4::splat(v.z)]
@@ -402,6 +403,7 @@ fn three(v: &Vector3<f64>) -> Three {
 
 /// Returns the root of `a cos x + b sin x = c` that `sign` picks, `free` where any `x` will do; where there is one;
 /// and where the slack was needed.
+#[expect(clippy::inline_always, reason = "a few instructions, dozens of times a pass")]
 #[inline(always)]
 fn root(a: f64x4, b: f64x4, c: f64x4, sign: f64x4, free: f64) -> (Turn, f64x4, f64x4) {
     let size = a * a + b * b;
@@ -416,6 +418,7 @@ fn root(a: f64x4, b: f64x4, c: f64x4, sign: f64x4, free: f64) -> (Turn, f64x4, f
 }
 
 /// Returns the turn towards a direction; `free`, rad, where the direction's square is no more than `least`.
+#[expect(clippy::inline_always, reason = "a few instructions, dozens of times a pass")]
 #[inline(always)]
 fn unit(sin: f64x4, cos: f64x4, free: f64, least: f64) -> Turn {
     let squared = sin * sin + cos * cos;

@@ -489,7 +489,7 @@ impl<'a> CollisionWorld<'a> {
                     let reach = radius + search.bound;
                     let mut near = watched & self.crowd.near(group, centre, reach);
                     while near != 0 {
-                        let lane = 31 - near.leading_zeros();
+                        let lane = near.ilog2();
                         near ^= 1 << lane;
                         let obstacle = group * GROUP + lane as usize;
                         let other = Other::Obstacle(obstacle);

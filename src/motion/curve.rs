@@ -151,12 +151,19 @@ impl Curve {
 
     /// Evaluates the curve at `s`, clamped to its ends.
     pub(super) fn at(&self, s: f64) -> At {
+        let n = self.end().len();
+        let mut out = At { q: vec![0.0; n], dq: vec![0.0; n], ddq: vec![0.0; n] };
+        self.at_into(s, &mut out);
+        out
+    }
+
+    /// As [`Self::at`], into memory that is there already.
+    pub(super) fn at_into(&self, s: f64, out: &mut At) {
         let s = s.clamp(0.0, self.length());
         let piece = self.knots.partition_point(|knot| *knot <= s).clamp(1, self.pieces.len()) - 1;
         let h = self.knots[piece + 1] - self.knots[piece];
         let u = (s - self.knots[piece]) / h;
-        let n = self.end().len();
-        let mut out = At { q: vec![0.0; n], dq: vec![0.0; n], ddq: vec![0.0; n] };
+        let n = out.q.len();
         // Weights of the control points for the value and its derivatives by u.
         match &self.pieces[piece] {
             Piece::Line { from, to } => {
@@ -164,6 +171,7 @@ impl Curve {
                     let d = to[i] - from[i];
                     out.q[i] = if u < 1.0 { from[i] + u * d } else { to[i] };
                     out.dq[i] = d / h;
+                    out.ddq[i] = 0.0;
                 }
             }
             Piece::Corner { from, corner, to } => {
@@ -194,7 +202,6 @@ impl Curve {
                 }
             }
         }
-        out
     }
 }
 

@@ -148,13 +148,10 @@ impl Frames {
             };
             let (parent, node_from_parent) = frames.links[parent];
             let joint = &link.joint;
-            let (index, multiplier, offset) = match joint.drive {
-                Drive::Joint { index, multiplier, offset } => (index, multiplier, offset),
-                _ => {
-                    let step = joint.parent_from_link(joint.value(&[], opening));
-                    frames.links.push((parent, node_from_parent * step));
-                    continue;
-                }
+            let Drive::Joint { index, multiplier, offset } = joint.drive else {
+                let step = joint.parent_from_link(joint.value(&[], opening));
+                frames.links.push((parent, node_from_parent * step));
+                continue;
             };
             let axis = joint.axis.into_inner();
             let link_from_node = UnitQuaternion::rotation_between(&Vector3::z(), &axis)
@@ -230,7 +227,7 @@ impl Frames {
                 Some(parent) => placed[parent],
                 None => Frame::base(),
             },
-            |placed, frame| placed.push(frame),
+            Vec::push,
             placed,
         );
     }
@@ -252,6 +249,7 @@ impl Frames {
         state.0
     }
 
+    #[expect(clippy::inline_always, reason = "its closures are a few instructions each")]
     #[inline(always)]
     fn each<S>(
         &self,

@@ -404,7 +404,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 /// Brings an angle into ±π.
 pub(super) fn wrap(angle: f64) -> f64 {
     // Nearly all are there already, and rounding is a call on most processors.
-    if angle.abs() < 3.141_592 { angle } else { angle - TAU * (angle / TAU).round() }
+    if angle.abs() < 3.0 { angle } else { angle - TAU * (angle / TAU).round() }
 }
 
 /// The k-th number of a sequence that fills (0, 1) ever more finely (van der Corput, base 2).

@@ -451,7 +451,8 @@ impl Search<'_> {
                 return Ok(None);
             }
             mends += 1;
-            self.settings.resolution = settings.resolution * FINER.powi(1 + (mends % MENDS) as i32);
+            self.settings.resolution =
+                settings.resolution * FINER.powf(1.0 + (mends % MENDS) as f64);
             self.settings.seed = self.settings.seed.wrapping_add(0x51_7cc1);
             let (from, to) = (path[at].clone(), path[at + 1].clone());
             let way = match self.run(&from, &[(0, to)], samples) {

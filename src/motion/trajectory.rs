@@ -294,13 +294,16 @@ impl Part {
         // profile, it may pass them by a little. The whole is slowed by what that takes.
         let n = (duration / 2.5e-4).ceil().clamp(200.0, 40_000.0) as usize;
         let (mut stretch, mut worst) = (1.0, 0.0);
+        let mut at = part.curve.at(0.0);
         for k in 0..=n {
             let t = duration * k as f64 / n as f64;
-            let sample = part.sample(t);
-            for i in 0..sample.q.len() {
+            let [s, ds, dds] = part.along(t);
+            part.curve.at_into(s, &mut at);
+            for i in 0..at.q.len() {
+                let (dq, ddq) = (at.dq[i] * ds, at.dq[i] * dds + at.ddq[i] * ds * ds);
                 // Between two of these instants nothing grows by more than these margins.
-                let speed = sample.dq[i].abs() / limits.velocity[i] * 1.001;
-                let acc = (sample.ddq[i].abs() / limits.acceleration[i] * 1.003).sqrt();
+                let speed = dq.abs() / limits.velocity[i] * 1.001;
+                let acc = (ddq.abs() / limits.acceleration[i] * 1.003).sqrt();
                 if speed.max(acc) > stretch {
                     stretch = speed.max(acc);
                     worst = t;

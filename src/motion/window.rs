@@ -57,7 +57,7 @@ pub(super) fn crossings(
                 let middle = 0.5 * (at + high);
                 let q = look(middle);
                 if excess(robot, q.as_ref()) <= here.min(after) {
-                    found.extend(dip(robot, &look, [at, middle, high], Some(q)));
+                    found.extend(dip(robot, &look, [at, middle, high], q));
                 }
             }
         }
@@ -71,10 +71,10 @@ fn dip(
     robot: &Robot,
     look: &dyn Fn(f64) -> Option<[f64; 7]>,
     [mut low, mut at, mut high]: [f64; 3],
-    known: Option<Option<[f64; 7]>>,
+    known: Option<[f64; 7]>,
 ) -> Option<[f64; 7]> {
     const GOLDEN: f64 = 0.381_966_011_250_105;
-    let mut best = known.unwrap_or_else(|| look(at));
+    let mut best = known.or_else(|| look(at));
     let mut least = excess(robot, best.as_ref());
     for _ in 0..LOOKS {
         // A tenth of the slack: what is found is told apart from what nearly is.
@@ -90,9 +90,9 @@ fn dip(
         let found = excess(robot, q.as_ref());
         if found <= least {
             if next > at {
-                low = at
+                low = at;
             } else {
-                high = at
+                high = at;
             }
             (at, best, least) = (next, q, found);
         } else if next > at {
