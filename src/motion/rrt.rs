@@ -1,7 +1,7 @@
 //! RRT-Connect: a collision-free joint path from a configuration to one of several goals.
 //!
 //! One tree grows from the start and one from the goals until they touch. The path is then shortcut and
-//! every edge certified (see [`CollisionWorld::certify`]). It is a list of corners without time;
+//! every edge certified (see [`CollisionWorld::certify`]); one that is not is searched again by itself. It is a list of corners without time;
 //! [`super::trajectory`] rounds and times it. All chance comes from the seed.
 //!
 //! Continuous joints turn the short way: a goal is reached up to whole turns of these.
@@ -34,6 +34,8 @@ const SHORTEST: f64 = 0.05;
 const STUCK: usize = 20;
 /// How often the stretches that graze an obstacle are searched again, each time so much more finely.
 const MENDS: usize = 4;
+/// Stretches searched again in one path before all of it is: each may leave new ones behind.
+const MOST_MENDS: usize = 40;
 const FINER: f64 = 0.4;
 /// What bringing a sample into the cone costs, in units of [`Budget`].
 const PROJECTING: u64 = 200;
@@ -446,7 +448,7 @@ impl Search<'_> {
                 at += 1;
                 continue;
             }
-            if mends == MENDS * path.len() {
+            if mends == MOST_MENDS {
                 self.settings = settings;
                 return Ok(None);
             }
