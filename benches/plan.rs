@@ -7,6 +7,7 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use trueup::motion::collision::{CollisionWorld, Obstacle};
+use trueup::motion::dynamics::{Bodies, Dynamics};
 use trueup::motion::ik::{Options, Solver};
 use trueup::motion::rrt::{Settings, plan};
 use trueup::motion::solid::Solid;
@@ -53,5 +54,38 @@ fn planning(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, planning);
+/// What the inner loops ask: one pose, one solution, one step of a simulation.
+fn parts(criterion: &mut Criterion) {
+    let robot = Robot::gen3();
+    let solver = Solver::new(&robot);
+    let dynamics = Dynamics::new(&robot, Bodies::All);
+    let home = robot.pose("home").unwrap();
+    let q = [0.3, -0.7, 1.1, 0.9, -0.4, 1.2, 2.1];
+    let (dq, tau) = ([0.1, -0.2, 0.3, -0.4, 0.5, -0.6, 0.7], [1.0; 7]);
+    let target = robot.forward(&q).unwrap();
+    let far = Pose::from_parts(Vector3::new(0.9, 0.8, 0.5), target.rotation());
+    let mut group = criterion.benchmark_group("motion");
+    group.bench_function("jacobian", |bencher| bencher.iter(|| robot.jacobian(black_box(&q))));
+    group.bench_function("inverse kinematics, first solution", |bencher| {
+        bencher.iter(|| solver.solve(black_box(&target), &Options::first(home), &|_| true));
+    });
+    group.bench_function("inverse kinematics, one value of joint 3", |bencher| {
+        bencher.iter(|| solver.at_joint_3(black_box(&target), q[2], home));
+    });
+    group.bench_function("inverse kinematics, out of reach", |bencher| {
+        bencher.iter(|| solver.solve(black_box(&far), &Options::near(home), &|_| true));
+    });
+    group.bench_function("inverse dynamics", |bencher| {
+        bencher.iter(|| dynamics.inverse(black_box(&q), &dq, &dq));
+    });
+    group.bench_function("mass matrix", |bencher| {
+        bencher.iter(|| dynamics.mass_matrix(black_box(&q)));
+    });
+    group.bench_function("forward dynamics", |bencher| {
+        bencher.iter(|| dynamics.forward(black_box(&q), &dq, &tau));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, planning, parts);
 criterion_main!(benches);
