@@ -9,8 +9,8 @@ use crate::alignment::{files, image_map, offset};
 use crate::report::{Failure, Style};
 
 use super::answer::align::{IntrinsicsAnswer, MapAnswer, OffsetAnswer};
-use super::exit::Exit;
 use super::inputs::read;
+use crate::report::exit::Exit;
 
 #[derive(Debug, Subcommand)]
 pub(super) enum AlignCommand {

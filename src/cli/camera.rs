@@ -16,8 +16,8 @@ use crate::workcell;
 use crate::world::{Camera, Scene};
 
 use super::answer::see::Answer;
-use super::exit::Exit;
 use super::inputs::read;
+use crate::report::exit::Exit;
 
 #[derive(Debug, Subcommand)]
 pub(super) enum CameraCommand {

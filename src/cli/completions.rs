@@ -7,7 +7,7 @@ use serde_json::json;
 use crate::report::{self, Style};
 
 use super::Cli;
-use super::exit::Exit;
+use crate::report::exit::Exit;
 
 /// Write a script with which a shell completes commands and options.
 #[derive(Debug, Args)]

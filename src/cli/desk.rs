@@ -11,8 +11,8 @@ use crate::kortex::messages::base::ServoingMode;
 use crate::kortex::messages::common::ArmState;
 use crate::report::{self, Failure, Style};
 
-use super::exit::Exit;
 use super::{kortex, numbers, signals};
+use crate::report::exit::Exit;
 
 /// What is said once the emergency stop was called.
 const IN_FAULT: &str = "stopped; the arm is in fault until `trueup kortex clear-faults`";

@@ -10,9 +10,9 @@ use crate::report::{self, Failure, Style};
 use crate::workcell::{check, library};
 
 use super::cell::stdlib;
-use super::exit::Exit;
 use super::inputs::read;
 use super::shared::Shared;
+use crate::report::exit::Exit;
 
 /// Say what a task, an action, a fluent, a type or an object is.
 #[derive(Debug, Args)]

@@ -22,11 +22,11 @@ use crate::workcell::{Error, Stdlib, WorkCell, archive, check, library};
 
 use super::arm::{self, ArmAt};
 use super::cell::{options, stdlib};
-use super::exit::Exit;
 #[cfg(feature = "kortex")]
 use super::kortex;
 use super::shared::Shared;
 use super::{bridge, endpoint};
+use crate::report::exit::Exit;
 
 /// How long an arm may take to answer.
 const PATIENCE: Duration = Duration::from_secs(5);

@@ -15,9 +15,9 @@ use crate::report::{self, Failure, Style};
 use crate::workcell::{self, Laboratory};
 
 use super::cell::options;
-use super::exit::Exit;
 use super::shared::Shared;
 use super::signals;
+use crate::report::exit::Exit;
 
 /// Play a Gen3's controller.
 #[derive(Debug, Args)]

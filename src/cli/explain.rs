@@ -9,7 +9,7 @@ use crate::language::codes::{self, Explanation};
 use crate::language::nearest;
 use crate::report::{Failure, Style};
 
-use super::exit::Exit;
+use crate::report::exit::Exit;
 
 /// Say what the code of a mistake means.
 #[derive(Debug, Args)]

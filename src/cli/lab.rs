@@ -13,9 +13,9 @@ use crate::units::significant;
 use crate::workcell;
 
 use super::cell::stdlib;
-use super::exit::Exit;
 use super::inputs::read;
 use super::shared::Shared;
+use crate::report::exit::Exit;
 
 #[derive(Debug, Subcommand)]
 pub(super) enum LabCommand {

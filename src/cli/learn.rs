@@ -15,9 +15,9 @@ use crate::workcell::Run;
 use crate::workcell::archive::{self, Standing};
 use crate::workcell::learning::{self, Learnt};
 
-use super::exit::Exit;
 use super::inputs::{data, read};
 use super::shared::Shared;
+use crate::report::exit::Exit;
 
 /// Learn from stored runs which branches work.
 #[derive(Debug, Args)]

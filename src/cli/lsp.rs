@@ -8,8 +8,8 @@ use crate::lsp;
 use crate::report::Failure;
 
 use super::cell::stdlib;
-use super::exit::Exit;
 use super::shared::Shared;
+use crate::report::exit::Exit;
 
 /// `trueup lsp`.
 pub(super) fn serve(cli: &Shared) -> Result<Exit, Failure> {

@@ -54,7 +54,7 @@ use clap::{Parser, Subcommand};
 
 use crate::report::{Failure, Style, panics};
 
-pub use crate::report::exit::{self, Exit};
+pub use crate::report::exit::Exit;
 use shared::Shared;
 
 /// Script a robot arm against a digital twin that tells the truth.

@@ -17,11 +17,11 @@ use crate::workcell::{self, Run, WorkCell, archive};
 
 use super::cell::{open, stdlib};
 use super::clock::stamp;
-use super::exit::Exit;
-use super::exit::ended;
 use super::inputs::{read, steps};
 use super::shared::Shared;
 use super::signals::{self, stop_on_interrupt};
+use crate::report::exit::Exit;
+use crate::report::exit::ended;
 
 /// How often a wish to end is looked for, ms.
 const LOOK: u64 = 50;

@@ -7,8 +7,8 @@ use clap::Args;
 use crate::report::{self, Failure, Style, kept};
 use crate::workcell::archive;
 
-use super::exit::Exit;
 use super::shared::Shared;
+use crate::report::exit::Exit;
 
 /// Tell a recorded run again, without an arm.
 #[derive(Debug, Args)]

@@ -14,8 +14,8 @@ use crate::report::run_page::{Material, page};
 use crate::report::{self, Failure, Style, kept};
 use crate::workcell::archive;
 
-use super::exit::Exit;
 use super::shared::Shared;
+use crate::report::exit::Exit;
 
 /// How finely pictures are kept, of 100: a page of a dozen steps stays in a mail.
 const QUALITY: u8 = 80;

@@ -11,9 +11,9 @@ use crate::report::{Failure, Style};
 
 use super::answer::robot as answer;
 use super::clock::clock;
-use super::exit::Exit;
 use super::inputs::{data, read};
 use super::signals::{is_interrupted, watch_interrupt};
+use crate::report::exit::Exit;
 
 #[derive(Debug, Subcommand)]
 pub(super) enum RobotCommand {

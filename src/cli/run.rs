@@ -13,12 +13,12 @@ use crate::workcell::{Run, WorkCell};
 
 use super::cell::{home, model, open};
 use super::clock::stamp;
-use super::exit::{Exit, ended};
 use super::inputs::read;
 use super::shared::{CellArgs, Shared};
 use super::signals::{self, is_interrupted, stop_on_interrupt};
 use super::teach::Lead;
 use super::{gap, say};
+use crate::report::exit::{Exit, ended};
 
 /// Run a saved script; a run folder is written.
 #[derive(Debug, Args)]
@@ -100,7 +100,8 @@ pub(super) fn line(line: &str, cli: &Shared, style: Style) -> Result<Exit, Failu
 
 /// Whether a line that is no step means something at the prompt: a command, a name asked about, a sum, words.
 fn reads_at_prompt(line: &str) -> bool {
-    line.starts_with([':', '?', '!']) || !line.contains('(') || line.ends_with('?')
+    let is_call = line.trim().is_empty() || line.contains('(');
+    line.starts_with([':', '?', '!']) || !is_call || line.ends_with('?')
 }
 
 /// Whether a call asks for the value of a fluent.
@@ -158,13 +159,15 @@ pub(super) fn prompt(cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let cell = open(cli, None, style)?;
     stop_on_interrupt(&cell)?;
     signals::at_prompt();
-    let exit = with_hands(cli, style, |hands| crate::repl::run(cell, style, hands))?;
+    // At an open prompt `--yes` starts a real arm; before each call it is asked for all the same.
+    let is_sure = cli.cell.yes && matches!(cell.robot_name(), "lab" | "twin");
+    let exit = with_hands(cli, is_sure, style, |hands| crate::repl::run(cell, style, hands))?;
     Ok(if signals::LEAVE.is_asked() { Exit::Stopped } else { Exit::of(exit) })
 }
 
 /// Has the prompt take one line: a question, a sentence, what begins with a colon.
 fn at_prompt(line: &str, cell: WorkCell, cli: &Shared, style: Style) -> Result<Exit, Failure> {
-    let exit = with_hands(cli, style, |hands| {
+    let exit = with_hands(cli, cli.cell.yes, style, |hands| {
         crate::repl::run_on(cell, style, hands, &mut format!("{line}\n").as_bytes())
     })?;
     Ok(Exit::of(exit))
@@ -173,6 +176,7 @@ fn at_prompt(line: &str, cell: WorkCell, cli: &Shared, style: Style) -> Result<E
 /// Gives what the prompt can have done for it to `work`.
 fn with_hands(
     cli: &Shared,
+    is_sure: bool,
     style: Style,
     work: impl FnOnce(Hands<'_>) -> Result<u8, Failure>,
 ) -> Result<u8, Failure> {
@@ -203,7 +207,7 @@ fn with_hands(
         home: home.as_deref(),
         presses: &signals::PRESSES,
         leave: &signals::LEAVE,
-        is_sure: cli.cell.yes,
+        is_sure,
     })
 }
 

@@ -7,10 +7,10 @@ use serde_json::json;
 
 use crate::report::{self, Failure, Style, kept};
 
-use super::exit::Exit;
 use super::replay::{ReplayArgs, replay};
 use super::report::{ReportArgs, report};
 use super::shared::Shared;
+use crate::report::exit::Exit;
 
 /// Runs that are kept in the folder of `--record`.
 #[derive(Debug, Args)]

@@ -15,9 +15,9 @@ use crate::workcell::library;
 
 use super::cell::stdlib;
 use super::endpoint::{EndpointArgs, endpoint, no_answer};
-use super::exit::Exit;
 use super::inputs::read;
 use super::shared::Shared;
+use crate::report::exit::Exit;
 
 /// Say which call a sentence means.
 #[derive(Debug, Args)]

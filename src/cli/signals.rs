@@ -15,7 +15,7 @@ use crate::repl::Leave;
 use crate::report::{Failure, complain};
 use crate::workcell::WorkCell;
 
-use super::exit::Exit;
+use crate::report::exit::Exit;
 
 /// The wishes to stop of every cell that was opened, and of whatever else waits.
 static STOPS: Mutex<Vec<Cancel>> = Mutex::new(Vec::new());

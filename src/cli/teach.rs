@@ -20,12 +20,12 @@ use crate::teach::stops::Stops;
 use crate::teach::{answers, record};
 use crate::workcell::{self, Run, WorkCell, archive};
 
-use super::exit::Exit;
 use super::inputs::read;
 #[cfg(feature = "page")]
 use super::page;
 use super::run::{line_led, script_led};
 use super::shared::Shared;
+use crate::report::exit::Exit;
 
 /// Carry out a call or a script step by step, or step through a run that is over.
 #[derive(Debug, Args)]

@@ -16,11 +16,11 @@ use crate::workcell::{Ending, WorkCell, library};
 
 use super::cell::{options, stdlib};
 use super::clock::clock;
-use super::exit::Exit;
 use super::inputs::read;
 use super::shared::Shared;
 use super::signals::stop_on_interrupt;
 use super::text::task_files;
+use crate::report::exit::Exit;
 
 /// Carry out the examples in the documentation of task files, in the twin.
 #[derive(Debug, Args)]

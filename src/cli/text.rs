@@ -11,9 +11,9 @@ use crate::report::{self, Failure, Style};
 use crate::workcell::check;
 
 use super::cell::stdlib;
-use super::exit::Exit;
 use super::inputs::read;
 use super::shared::Shared;
+use crate::report::exit::Exit;
 
 /// Find mistakes in task files.
 #[derive(Debug, Args)]

@@ -26,11 +26,11 @@ use crate::workcell::{Ending, Error};
 
 use super::cell::{open, options, switches};
 use super::clock::{clock, stamp};
-use super::exit::Exit;
 use super::inputs::{read, steps};
 use super::shared::{CellArgs, Common, Shared};
 use super::signals::{is_interrupted, stop_on_interrupt, watch_interrupt};
 use super::{arm, numbers};
+use crate::report::exit::Exit;
 
 /// Carry out a task in one laboratory after the other, and count.
 #[derive(Debug, Args)]

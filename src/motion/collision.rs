@@ -4,22 +4,19 @@
 //! object are fixed. Links that no joint moves (the base) are not checked against obstacles, since no
 //! plan could change that. Distances are signed, m, negative by the depth of overlap.
 
-use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
-use std::ops::Range;
 
 use nalgebra::{Isometry3, Vector3};
-use rand::SeedableRng;
-use rand::rngs::StdRng;
 
 use super::broad::{Crowd, GROUP};
-use super::budget::Budget;
-use super::distance::{Body, distance_or_overlap, is_beyond, signed_distance};
+use super::contact_pairs::{checked_pairs, rigid_sets};
+use super::distance::{Body, signed_distance};
 use super::error::Error;
-use super::frames::{Frame, Frames};
-use super::ik::random_configuration;
-use super::polyline::mix_into;
-use super::robot::{Drive, Motion, Robot};
+use super::frames::Frames;
+use super::nearest::{Found, Look, Nearest, Other};
+use super::posture::{Posture, Solids, are_apart};
+use super::reach::reaches;
+use super::robot::{Drive, Robot};
 use super::solid::{Placed, Solid};
 use crate::world::Shape;
 use crate::world::frame::{Base, Flange, Object, Pose};
@@ -69,33 +66,6 @@ struct Part {
     moves: bool,
 }
 
-/// One solid of a part, ready to be placed.
-#[derive(Debug, Clone, Copy)]
-struct Ready {
-    /// The driven frame it is fixed to; `None` for the base.
-    node: Option<usize>,
-    /// In that frame.
-    body: Body,
-    /// The middle and radius of a ball around it, in that frame.
-    ball: (Vector3<f64>, f64),
-}
-
-/// The robot's solids at one configuration.
-#[derive(Debug, Default)]
-struct Scratch {
-    frames: Vec<Frame>,
-    bodies: Vec<Body>,
-    /// Balls around them, base coordinates.
-    balls: Vec<(Vector3<f64>, f64)>,
-    /// Balls around all solids of each part.
-    wholes: Vec<(Vector3<f64>, f64)>,
-}
-
-thread_local! {
-    /// Memory of the last look, used again: planning looks some ten thousand times a second.
-    static SCRATCH: Cell<Scratch> = Cell::default();
-}
-
 /// The robot among obstacles, at one moment.
 #[derive(Debug, Clone)]
 pub struct CollisionWorld<'a> {
@@ -110,11 +80,7 @@ pub struct CollisionWorld<'a> {
     /// Pairs of part and obstacle that are checked. Derived from the above, as all below.
     watched: Vec<(usize, usize)>,
     frames: Frames,
-    /// The solids of all parts, in their order, and where those of each part begin.
-    solids: Vec<Ready>,
-    first: Vec<usize>,
-    /// Per part: the frame it is fixed to, and a ball around it in that frame.
-    wholes: Vec<(Option<usize>, Vector3<f64>, f64)>,
+    solids: Solids,
     crowd: Crowd,
     /// Per part and group of the crowd: a bit for each obstacle that is watched.
     masks: Vec<u32>,
@@ -135,9 +101,7 @@ impl<'a> CollisionWorld<'a> {
             ignored: BTreeSet::new(),
             watched: Vec::new(),
             frames: Frames::of(&robot.links, robot.max_opening(), |_| true),
-            solids: Vec::new(),
-            first: Vec::new(),
-            wholes: Vec::new(),
+            solids: Solids::default(),
             crowd: Crowd::default(),
             masks: Vec::new(),
             reach: Vec::new(),
@@ -156,7 +120,8 @@ impl<'a> CollisionWorld<'a> {
             }
         }
         world.refresh();
-        world.pairs = world.self_pairs();
+        let part_links: Vec<usize> = world.parts.iter().map(|part| part.link).collect();
+        world.pairs = checked_pairs(robot, &part_links, &world.solids);
         world
     }
 
@@ -194,10 +159,10 @@ impl<'a> CollisionWorld<'a> {
             solids: vec![Body::new(&placed)],
             moves: true,
         });
-        let group = self.groups();
+        let set = rigid_sets(self.robot);
         for (at, part) in self.parts[..held].iter().enumerate() {
             let jaw = matches!(self.robot.links[part.link].joint.drive, Drive::Jaw { .. });
-            if group[part.link] != group[tip] && !jaw {
+            if set[part.link] != set[tip] && !jaw {
                 self.pairs.push((at, held));
             }
         }
@@ -347,15 +312,15 @@ impl<'a> CollisionWorld<'a> {
                 *least = distance.min(*least);
             }
         };
-        self.placed(q, |placed| {
+        self.solids.at(q, |posture| {
             for &(part, obstacle) in &self.watched {
-                for a in &placed.bodies[self.of_part(part)] {
+                for a in &posture.bodies[self.solids.of_part(part)] {
                     look(Pair::Obstacle(part, obstacle), a, &self.obstacles[obstacle].1);
                 }
             }
             for &(first, second) in &self.pairs {
-                for a in &placed.bodies[self.of_part(first)] {
-                    for b in &placed.bodies[self.of_part(second)] {
+                for a in &posture.bodies[self.solids.of_part(first)] {
+                    for b in &posture.bodies[self.solids.of_part(second)] {
                         look(Pair::Parts(first, second), a, b);
                     }
                 }
@@ -369,114 +334,21 @@ impl<'a> CollisionWorld<'a> {
         from.iter().zip(to).zip(&self.reach).map(|((a, b), reach)| (a - b).abs() * reach).sum()
     }
 
-    /// Returns whether the straight joint motion from `from` to `to` is free, not only at samples: an
-    /// interval counts once the clearance at its middle exceeds what any point can move on it.
-    ///
-    /// Everywhere on the way at least 0.1 mm is left over the margin: what comes nearer is refused,
-    /// and so is what takes too many intervals to tell.
-    ///
-    /// Source: conservative advancement; Schwarzer, Saha and Latombe, "Adaptive dynamic collision
-    /// checking", T-RO 2005.
-    pub fn certify(&self, from: &[f64], to: &[f64]) -> bool {
-        // Patience alone bounds it.
-        self.certify_within(from, to, &Budget::of(u64::MAX, || false)).unwrap_or(false)
-    }
-
-    /// As [`Self::certify`], on a budget.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Spent`] and [`Error::Cancelled`] when the budget ends it.
-    pub fn certify_within(
-        &self,
-        from: &[f64],
-        to: &[f64],
-        budget: &Budget<'_>,
-    ) -> Result<bool, Error> {
-        const LEFT: f64 = 1e-4;
-        // A motion that hugs an obstacle for its whole length would take thousands of intervals.
-        const PATIENCE: usize = 3000;
-        let cost = self.cost();
-        let whole = self.displacement(from, to);
-        let mut stack = vec![(0.0, 1.0)];
-        budget.spend(2 * cost)?;
-        if !self.free(from) || !self.free(to) {
-            return Ok(false);
-        }
-        let mut looked = 0;
-        let mut q = from.to_vec();
-        while let Some((low, high)) = stack.pop() {
-            looked += 1;
-            budget.spend(cost)?;
-            let middle = 0.5 * (low + high);
-            let moved = whole * 0.5 * (high - low);
-            // What is farther than anything moves does not matter, nor how deep it is in.
-            let within = self.margin + LEFT + moved;
-            mix_into(&mut q, from, to, middle);
-            let nearest = self.nearest_at(&q, within, Look::TillOverlap);
-            let clear =
-                nearest.map_or(f64::INFINITY, |(distance, ..)| distance) - self.margin - LEFT;
-            if clear <= 0.0 {
-                return Ok(false);
-            }
-            if moved > clear {
-                if moved < LEFT || looked > PATIENCE {
-                    return Ok(false);
-                }
-                stack.push((middle, high));
-                stack.push((low, middle));
-            }
-        }
-        Ok(true)
-    }
-
-    /// Places the robot's solids and shows them to `look`.
-    fn placed<T>(&self, q: &[f64], look: impl FnOnce(&Scratch) -> T) -> T {
-        let mut scratch = SCRATCH.take();
-        self.frames.place(q, &mut scratch.frames);
-        scratch.bodies.clear();
-        scratch.balls.clear();
-        for solid in &self.solids {
-            let (centre, radius) = solid.ball;
-            let Some(node) = solid.node else {
-                scratch.bodies.push(solid.body);
-                scratch.balls.push(solid.ball);
-                continue;
-            };
-            let frame = &scratch.frames[node];
-            scratch.bodies.push(solid.body.moved(frame));
-            scratch.balls.push((frame.point(&centre), radius));
-        }
-        scratch.wholes.clear();
-        for &(node, centre, radius) in &self.wholes {
-            let centre = node.map_or(centre, |node| scratch.frames[node].point(&centre));
-            scratch.wholes.push((centre, radius));
-        }
-        let seen = look(&scratch);
-        SCRATCH.set(scratch);
-        seen
-    }
-
-    /// Returns the solids of a part.
-    fn of_part(&self, part: usize) -> Range<usize> {
-        self.first[part]..self.first[part + 1]
-    }
-
     /// Returns the smallest distance below `limit` at `q`.
-    fn nearest_at(&self, q: &[f64], limit: f64, until: Look) -> Option<(f64, usize, Other)> {
-        self.placed(q, |placed| self.nearest(placed, limit, until))
+    pub(super) fn nearest_at(&self, q: &[f64], limit: f64, until: Look) -> Option<Found> {
+        self.solids.at(q, |posture| self.nearest(posture, limit, until))
     }
 
     /// Returns the smallest distance below `limit`.
-    fn nearest(&self, placed: &Scratch, limit: f64, until: Look) -> Option<(f64, usize, Other)> {
-        let mut search = Nearest { best: None, bound: limit, limit, until };
-        let Scratch { bodies, balls, wholes, .. } = placed;
+    fn nearest(&self, posture: &Posture, limit: f64, until: Look) -> Option<Found> {
+        let mut search = Nearest::below(limit, until);
+        let Posture { bodies, balls, wholes, .. } = posture;
         // From the hand backwards: what is far out collides first.
         let groups = self.crowd.len();
         for part in (0..self.parts.len()).rev() {
             for group in (0..groups).rev() {
                 let mut watched = self.masks[part * groups + group];
-                let solids = self.of_part(part);
+                let solids = self.solids.of_part(part);
                 if watched != 0 && solids.len() > 1 {
                     let (centre, radius) = &wholes[part];
                     watched &= self.crowd.near(group, centre, radius + search.bound);
@@ -504,11 +376,11 @@ impl<'a> CollisionWorld<'a> {
             if are_apart(&wholes[first], &wholes[second], search.bound) {
                 continue;
             }
-            for a in self.of_part(first) {
+            for a in self.solids.of_part(first) {
                 if are_apart(&balls[a], &wholes[second], search.bound) {
                     continue;
                 }
-                for b in self.of_part(second) {
+                for b in self.solids.of_part(second) {
                     if are_apart(&balls[a], &balls[b], search.bound) {
                         continue;
                     }
@@ -519,68 +391,6 @@ impl<'a> CollisionWorld<'a> {
             }
         }
         search.best
-    }
-
-    /// Numbers the sets of links that are rigidly joined.
-    fn groups(&self) -> Vec<usize> {
-        let mut group = vec![0; self.robot.links.len()];
-        for (at, link) in self.robot.links.iter().enumerate() {
-            group[at] = match link.parent {
-                Some(parent) if link.joint.motion == Motion::Fixed => group[parent],
-                _ => at,
-            };
-        }
-        group
-    }
-
-    fn self_pairs(&self) -> Vec<(usize, usize)> {
-        let links = &self.robot.links;
-        let group = self.groups();
-        let above = |link: usize| links[group[link]].parent.map(|parent| group[parent]);
-        let jaw = |link: usize| matches!(links[link].joint.drive, Drive::Jaw { .. });
-        let mut pairs = Vec::new();
-        for first in 0..self.parts.len() {
-            for second in first + 1..self.parts.len() {
-                let (a, b) = (self.parts[first].link, self.parts[second].link);
-                let joined = group[a] == group[b]
-                    || above(a) == Some(group[b])
-                    || above(b) == Some(group[a])
-                    || (jaw(a) && jaw(b));
-                if !joined && !self.robot.unchecked.contains(&(a.min(b), a.max(b))) {
-                    pairs.push((first, second));
-                }
-            }
-        }
-        if !self.robot.has_side_file {
-            let mut touches = self.always_touching(&pairs).into_iter();
-            pairs.retain(|_| !touches.next().unwrap_or(false));
-        }
-        pairs
-    }
-
-    /// Whether two parts overlap nearly everywhere, as neighbours of coarse solids do: then the overlap
-    /// is the model's, not the motion's. Decided on 100 seeded configurations, as `MoveIt`'s assistant does.
-    fn always_touching(&self, pairs: &[(usize, usize)]) -> Vec<bool> {
-        const SAMPLES: usize = 100;
-        let mut random = StdRng::seed_from_u64(0);
-        let mut touching = vec![0; pairs.len()];
-        for _ in 0..SAMPLES {
-            let q = random_configuration(self.robot, &mut random);
-            self.placed(&q, |placed| {
-                for (count, &(first, second)) in touching.iter_mut().zip(pairs) {
-                    if are_apart(&placed.wholes[first], &placed.wholes[second], 0.0) {
-                        continue;
-                    }
-                    let overlaps = |a: &Body| {
-                        placed.bodies[self.of_part(second)].iter().any(|b| {
-                            distance_or_overlap(a, b).is_none_or(|distance| distance <= 0.0)
-                        })
-                    };
-                    *count += usize::from(placed.bodies[self.of_part(first)].iter().any(overlaps));
-                }
-            });
-        }
-        touching.into_iter().map(|count| count * 100 >= SAMPLES * 95).collect()
     }
 
     /// Names of the parts at and beyond the flange, without what is held.
@@ -610,119 +420,10 @@ impl<'a> CollisionWorld<'a> {
         for &(part, obstacle) in &self.watched {
             self.masks[part * groups + obstacle / GROUP] |= 1 << (obstacle % GROUP);
         }
-        self.solids.clear();
-        self.first.clear();
-        for part in &self.parts {
-            self.first.push(self.solids.len());
-            let (node, node_from_link) = self.frames.links[part.link];
-            let frame = Frame::of(&node_from_link);
-            self.solids.extend(part.solids.iter().map(|solid| {
-                let body = solid.moved(&frame);
-                Ready { node, body, ball: body.bounds() }
-            }));
-        }
-        self.first.push(self.solids.len());
-        self.wholes.clear();
-        for at in 0..self.parts.len() {
-            let solids = &self.solids[self.of_part(at)];
-            let node = solids.first().and_then(|solid| solid.node);
-            let middle = solids.iter().map(|solid| solid.ball.0).sum::<Vector3<f64>>();
-            let middle = middle / solids.len().max(1) as f64;
-            let reach = solids.iter().map(|solid| (solid.ball.0 - middle).norm() + solid.ball.1);
-            self.wholes.push((node, middle, reach.fold(0.0, f64::max)));
-        }
-        self.reach = self.reaches();
+        let parts = self.parts.iter().map(|part| (part.link, &part.solids[..]));
+        self.solids = Solids::of(&self.frames, parts.clone());
+        self.reach = reaches(self.robot, self.opening, parts);
     }
-
-    /// How far beyond each joint the robot can extend, m: link offsets and solids added up.
-    fn reaches(&self) -> Vec<f64> {
-        let links = &self.robot.links;
-        let mut extent = vec![0.0_f64; links.len()];
-        for part in &self.parts {
-            for solid in &part.solids {
-                let (centre, radius) = solid.bounds();
-                extent[part.link] = extent[part.link].max(centre.norm() + radius);
-            }
-        }
-        for at in (1..links.len()).rev() {
-            let joint = &links[at].joint;
-            let slide = match (joint.motion, joint.drive) {
-                (Motion::Slide, Drive::Joint { .. }) => {
-                    joint.range.0.abs().max(joint.range.1.abs())
-                }
-                (Motion::Slide, _) => self.opening,
-                _ => 0.0,
-            };
-            let beyond = joint.parent_from_link.translation.vector.norm() + slide + extent[at];
-            let parent = links[at].parent.expect("only the root has no parent");
-            extent[parent] = extent[parent].max(beyond);
-        }
-        let mut reach = vec![0.0; self.robot.n_joints()];
-        for (at, link) in links.iter().enumerate() {
-            if let Drive::Joint { index, multiplier, .. } = link.joint.drive {
-                let arm = if link.joint.motion == Motion::Turn { extent[at] } else { 1.0 };
-                reach[index] += multiplier.abs() * arm;
-            }
-        }
-        reach
-    }
-}
-
-/// Whether two balls are farther apart than `bound` m.
-#[inline]
-fn are_apart(a: &(Vector3<f64>, f64), b: &(Vector3<f64>, f64), bound: f64) -> bool {
-    let reach = a.1 + b.1 + bound;
-    reach < 0.0 || (b.0 - a.0).norm_squared() > reach * reach * (1.0 + 1e-12)
-}
-
-/// A search for the smallest distance.
-struct Nearest {
-    best: Option<(f64, usize, Other)>,
-    /// What is farther is of no interest any more, m.
-    bound: f64,
-    limit: f64,
-    until: Look,
-}
-
-impl Nearest {
-    /// Looks at two bodies whose balls are near; returns whether that is enough.
-    #[inline]
-    fn look(&mut self, first: usize, a: &Body, b: &Body, other: Other) -> bool {
-        let (centre, radius) = a.bounds();
-        if b.distance_to_ball(&centre, radius) > self.bound {
-            return false;
-        }
-        let known = if self.until == Look::TillNear { is_beyond(a, b, self.bound) } else { None };
-        if known == Some(true) {
-            return false;
-        }
-        let distance = match self.until {
-            Look::All => signed_distance(a, b),
-            // How near is not asked.
-            Look::TillNear if known == Some(false) => f64::NEG_INFINITY,
-            _ => distance_or_overlap(a, b).unwrap_or(f64::NEG_INFINITY),
-        };
-        if self.best.is_none_or(|(least, ..)| distance < least) {
-            self.best = Some((distance, first, other));
-            self.bound = self.bound.min(distance);
-        }
-        match self.until {
-            Look::All => false,
-            Look::TillOverlap => distance <= 0.0,
-            Look::TillNear => distance <= self.limit,
-        }
-    }
-}
-
-/// How far pairs are looked at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Look {
-    /// All of them: the nearest, or the deepest.
-    All,
-    /// Until two overlap; how deep is not asked.
-    TillOverlap,
-    /// Until two are nearer than the limit; how near is not asked.
-    TillNear,
 }
 
 /// Two things that may touch, by their places in a [`CollisionWorld`].
@@ -734,17 +435,12 @@ pub(super) enum Pair {
     Obstacle(usize, usize),
 }
 
-/// The other side of a nearest pair.
-#[derive(Debug, Clone, Copy)]
-enum Other {
-    Part(usize),
-    Obstacle(usize),
-}
-
 #[cfg(test)]
 mod tests {
-    use rand::RngExt;
+    use rand::rngs::StdRng;
+    use rand::{RngExt, SeedableRng};
 
+    use super::super::ik::random_configuration;
     use super::*;
 
     /// Whatever the broad phase, the planes and the capsules leave out, the exact distances of all pairs confirm.

@@ -1,8 +1,9 @@
 //! RRT-Connect: a collision-free joint path from a configuration to one of several goals.
 //!
 //! One tree grows from the start and one from the goals until they touch. The path is then shortcut and
-//! every edge certified (see [`CollisionWorld::certify`]); one that is not is searched again by itself. It is a list of corners without time;
-//! [`super::trajectory`] rounds and times it. All chance comes from the seed.
+//! every edge certified (see [`CollisionWorld::certify`]); one that is not is searched again by itself.
+//! It is a list of corners without time; [`super::trajectory`] rounds and times it. All chance comes from
+//! the seed.
 //!
 //! Continuous joints turn the short way: a goal is reached up to whole turns of these.
 //!
@@ -18,6 +19,7 @@ use super::collision::CollisionWorld;
 pub use super::cone::Cone;
 use super::error::Error;
 use super::fault::NoWay;
+use super::growth::{Tree, beside};
 use super::ik::{Solver, wrap};
 use super::polyline::{l2, length, mix, mix_into, point_at};
 use super::robot::{Motion, Robot};
@@ -183,70 +185,10 @@ struct Search<'s> {
     between: Vec<f64>,
 }
 
-/// Configurations grown from some roots, each knowing the one it grew from.
-struct Tree {
-    /// One after the other.
-    nodes: Vec<f64>,
-    parents: Vec<Option<usize>>,
-    /// Numbers of a configuration.
-    n: usize,
-}
-
 enum Extended {
     Reached(usize),
     Advanced(usize),
     Trapped,
-}
-
-impl Tree {
-    fn rooted<'q>(roots: impl IntoIterator<Item = &'q Vec<f64>>) -> Self {
-        let mut tree = Self { nodes: Vec::new(), parents: Vec::new(), n: 1 };
-        for root in roots {
-            tree.n = root.len();
-            tree.nodes.extend_from_slice(root);
-            tree.parents.push(None);
-        }
-        tree
-    }
-
-    fn len(&self) -> usize {
-        self.parents.len()
-    }
-
-    fn node(&self, at: usize) -> &[f64] {
-        &self.nodes[at * self.n..(at + 1) * self.n]
-    }
-
-    fn nearest(&self, q: &[f64]) -> usize {
-        let mut best = (f64::INFINITY, 0);
-        for (at, node) in self.nodes.chunks_exact(self.n).enumerate() {
-            let mut gap = 0.0;
-            for (a, b) in node.iter().zip(q) {
-                gap += (a - b) * (a - b);
-            }
-            if gap < best.0 {
-                best = (gap, at);
-            }
-        }
-        best.1
-    }
-
-    fn push(&mut self, q: &[f64], parent: usize) -> usize {
-        self.nodes.extend_from_slice(q);
-        self.parents.push(Some(parent));
-        self.len() - 1
-    }
-
-    /// Returns the way from a node back to its root.
-    fn trace(&self, from: usize) -> Vec<Vec<f64>> {
-        let mut way = Vec::new();
-        let mut at = Some(from);
-        while let Some(node) = at {
-            way.push(self.node(node).to_vec());
-            at = self.parents[node];
-        }
-        way
-    }
 }
 
 impl Search<'_> {
@@ -511,19 +453,6 @@ impl Search<'_> {
         }
         Ok(corners)
     }
-}
-
-/// Draws a configuration beside one of a tree's own: any distance from a hundredth of a step to half of one is as likely.
-///
-/// Where hardly any way leads out, what is drawn from all over lies in the wrong direction nearly always.
-fn beside(robot: &Robot, tree: &Tree, random: &mut StdRng) -> Vec<f64> {
-    let node = tree.node(random.random_range(0..tree.len()));
-    let reach = 10.0_f64.powf(random.random_range(-2.3..-0.3));
-    let moved =
-        robot.joints().iter().zip(node).map(|(joint, x)| {
-            (x + random.random_range(-reach..reach)).clamp(joint.lower, joint.upper)
-        });
-    moved.collect()
 }
 
 /// Checks that a path may begin or end at `q`.

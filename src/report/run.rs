@@ -145,8 +145,16 @@ fn compared(record: &StepRecord) -> (usize, usize) {
 
 /// Words how well simulation and measurement agree after a step.
 pub(super) fn agreement(record: &StepRecord) -> String {
-    let (same, known) = compared(record);
-    format!("simulation and camera agree ({same} of {known})")
+    agree(compared(record), "")
+}
+
+/// Words of how many fluents both say the same: all of `same` and `known`, or by how many they differ.
+fn agree((same, known): (usize, usize), of_what: &str) -> String {
+    if same == known {
+        format!("simulation and camera agree ({same} of {known}{of_what})")
+    } else {
+        format!("simulation and camera disagree on {} of {known}{of_what}", known - same)
+    }
 }
 
 /// Words a step on one line; below it only why it failed, and what contradicts what was promised or simulated.
@@ -332,14 +340,13 @@ pub fn ending(run: &Run, style: Style) -> String {
     if let Some(water) = &run.water {
         let _ = write!(text, "\n  water on {}: {}", scales_of(&water.measured_by), volumes(water));
     }
-    let (same, known) =
-        run.steps.iter().map(compared).fold((0, 0), |all, step| (all.0 + step.0, all.1 + step.1));
-    if known > 0 {
-        let _ = write!(
-            text,
-            "\n  simulation and camera agree ({same} of {known} fluents after {} steps)",
-            run.steps.len()
-        );
+    let all = run.steps.iter().map(compared);
+    let all = all.fold((0, 0), |all, step| (all.0 + step.0, all.1 + step.1));
+    if all.1 > 0 {
+        let n_steps = run.steps.len();
+        let s = if n_steps == 1 { "" } else { "s" };
+        let told = agree(all, &format!(" fluents after {n_steps} step{s}"));
+        let _ = write!(text, "\n  {told}");
     }
     let t = &run.timing_s;
     if run.state == State::Ended {

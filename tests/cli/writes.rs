@@ -86,7 +86,7 @@ fn a_full_disk_is_told_at_the_prompt_which_goes_on() {
     let desk = Desk::new("writes-prompt");
     let said =
         desk.without_room_typed(0, &[], ":phrase \"empty the {o}\" = pour(o, cup)\n!6 * 7\n");
-    assert_eq!(said.code, 0, "{said:?}");
+    assert_eq!(said.code, 2, "{said:?}");
     assert!(said.err.contains("cannot be kept: no room left on the disk"), "{said:?}");
     assert!(said.out.contains("42"), "{said:?}");
     assert_eq!(halves(&desk), [""; 0]);

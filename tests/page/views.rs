@@ -62,7 +62,7 @@ fn questions_are_asked_blind_and_then_set_beside_geometry() {
     let path = format!("/run/{RUN}/2/after");
     let before = get(&host, &path).text();
     assert!(before.contains("Has the robot already picked up the transparent jar?"), "{before}");
-    for given_away in ["31 mm", "expected", "✗ failed", "it promised", "agree (1"] {
+    for given_away in ["31 mm", "expected", "✗ failed", "it promised", "disagree on"] {
         let shown = before.split("How the run ended").next().unwrap();
         assert!(!shown.contains(given_away), "{given_away} is given away: {shown}");
     }
@@ -90,7 +90,7 @@ fn questions_are_asked_blind_and_then_set_beside_geometry() {
         "hint 1: how close it is",
         "hint 2: which way",
         "hint 3: what to try",
-        "agree (1 of 2)",
+        "disagree on 1 of 2",
         "<td class=\"number\">-31 mm ± 1 mm",
         "jar 31 mm right",
         "✗ failed",

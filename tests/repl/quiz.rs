@@ -14,7 +14,7 @@ fn a_quiz_asks_shows_the_margin_and_counts() {
     desk.file(&format!("{run}/frames/01-after-real.png"), "a picture");
     desk.file(&format!("{run}/frames/02-after-real.png"), "a picture");
     let said = desk.typed(&[], ":quiz above\nmaybe\nn\n\n:quiz jump\n:quiz above\nquit\n:tasks\n");
-    assert_eq!(said.code, 0, "{}", said.out);
+    assert_eq!(said.code, 1, "{}", said.out);
     for part in [
         "frames/02-after-real.png",
         "`maybe` is no answer",

@@ -22,9 +22,9 @@ use crate::trace::StepRecord;
 use crate::units::significant;
 use crate::workcell;
 
-use super::exit::Exit;
 use super::inputs::read;
 use super::shared::Shared;
+use crate::report::exit::Exit;
 use inputs::{Inputs, Kind, inputs, plain, robot_of};
 
 /// The part of a single recording that is held out.

@@ -11,11 +11,11 @@ use crate::files;
 use crate::report::{self, Failure, Style};
 use crate::world::Camera;
 
-use super::super::exit::Exit;
 use super::super::inputs::{data, read};
 use super::super::shared::Shared;
 use super::inputs::scene_of;
 use super::{GapArgs, bar, change, failure, keep, model_of, tell};
+use crate::report::exit::Exit;
 
 /// Bytes in which the header of a table of points ends, with the notes before it.
 const HEADER: u64 = 1 << 16;

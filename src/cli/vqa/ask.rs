@@ -12,10 +12,10 @@ use crate::vqa::{self, Endpoint, FILE, Line, On, Picture, Probe, Reply, Said};
 use crate::workcell::picture;
 
 use super::super::endpoint::{EndpointArgs, endpoint, no_answer, tell_where};
-use super::super::exit::Exit;
 use super::super::shared::Shared;
 use super::super::signals;
 use super::{Stored, stored};
+use crate::report::exit::Exit;
 
 /// Put the questions of stored runs to a model, and keep what it answers.
 #[derive(Debug, Args)]

@@ -11,10 +11,10 @@ use crate::vqa::score::{self, GEOMETRY};
 use crate::vqa::{self, Line, Probe};
 use crate::workcell::questions::{Kept, cases};
 
-use super::super::exit::Exit;
 use super::super::shared::Shared;
 use super::super::trials::FormArgs;
 use super::{Stored, answers_beside, stored};
+use crate::report::exit::Exit;
 
 /// Precision, recall, F1 and consistency of all answers in stored runs.
 #[derive(Debug, Args)]

@@ -14,9 +14,9 @@ use crate::vqa::On;
 use crate::workcell::archive;
 use crate::workcell::picture;
 
-use super::super::exit::Exit;
 use super::super::shared::Shared;
 use super::answers_beside;
+use crate::report::exit::Exit;
 
 /// Answer the questions of a run as an expert, whose word is the truth for `eval`.
 #[derive(Debug, Args)]

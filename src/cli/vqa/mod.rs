@@ -17,8 +17,8 @@ use crate::workcell::{self, Run};
 
 use super::cell::stdlib;
 use super::endpoint::{EndpointArgs, endpoint, no_answer, tell_where};
-use super::exit::Exit;
 use super::shared::Shared;
+use crate::report::exit::Exit;
 
 #[derive(Debug, Subcommand)]
 pub(super) enum VqaCommand {
