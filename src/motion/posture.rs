@@ -54,7 +54,7 @@ struct Ready {
 pub(super) struct Solids {
     frames: Frames,
     /// Part by part.
-    solids: Vec<Ready>,
+    all: Vec<Ready>,
     /// Where those of each part begin, and where the last end.
     first: Vec<usize>,
     /// Per part: the frame it is fixed to, and a ball around it in that frame.
@@ -67,20 +67,20 @@ impl Solids {
         frames: &Frames,
         parts: impl Iterator<Item = (usize, &'p [Body])>,
     ) -> Self {
-        let mut all = Self { frames: frames.clone(), first: vec![0], ..Self::default() };
-        for (link, solids) in parts {
+        let mut solids = Self { frames: frames.clone(), first: vec![0], ..Self::default() };
+        for (link, bodies) in parts {
             let (node, node_from_link) = frames.links[link];
             let frame = Frame::of(&node_from_link);
-            let ready = solids.iter().map(|solid| {
-                let body = solid.moved(&frame);
+            let ready = bodies.iter().map(|body| {
+                let body = body.moved(&frame);
                 Ready { node, body, ball: body.bounds() }
             });
-            let from = all.solids.len();
-            all.solids.extend(ready);
-            all.first.push(all.solids.len());
-            all.wholes.push((node, around(&all.solids[from..])));
+            let from = solids.all.len();
+            solids.all.extend(ready);
+            solids.first.push(solids.all.len());
+            solids.wholes.push((node, around(&solids.all[from..])));
         }
-        all
+        solids
     }
 
     /// Returns which solids are those of a part.
@@ -95,7 +95,7 @@ impl Solids {
         self.frames.place(q, &mut posture.frames);
         posture.bodies.clear();
         posture.balls.clear();
-        for solid in &self.solids {
+        for solid in &self.all {
             let (centre, radius) = solid.ball;
             let Some(node) = solid.node else {
                 posture.bodies.push(solid.body);
