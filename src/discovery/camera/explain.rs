@@ -1,8 +1,8 @@
 //! The search's view of a camera: residuals in units of noise, and what could be missing.
 
 use super::bent::Bent;
-use super::data::Data;
 use super::term::{Channel, Feature, Law};
+use super::views::Data;
 use crate::discovery::selection::{Candidate, Residuals, Set, Slot};
 
 /// What a formula must explain more than a name.

@@ -1,12 +1,12 @@
 //! From files of points to a finding: tells noise and wrong matches, searches, answers.
 
-use super::answer::answer;
 use super::bent::Bent;
-use super::data::Data;
+use super::camera_finding::answer;
 use super::explain::CameraGap;
 use super::layout::{LEAST, LEAST_IN_VIEW, laid_out};
 use super::points::Points;
 use super::term::Law;
+use super::views::Data;
 use super::{error, pictures, robust, wording};
 use crate::discovery::finding::{SIGNIFICANT, above_noise};
 use crate::discovery::recording::Error;

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::data::{Data, Sight, Track, View};
 use super::lens::Lens;
 use super::points::Points;
+use super::views::{Data, Sight, Track, View};
 use super::{error, wording};
 use crate::alignment::camera_fit::{Refine, Sighting, refine_camera};
 use crate::discovery::recording::Error;

@@ -10,9 +10,9 @@
 //!
 //! Source of the lens: Brown, "Decentering Distortion of Lenses", 1966, in the form of `OpenCV`.
 
-mod answer;
+mod camera_finding;
 pub mod bent;
-pub mod data;
+pub mod views;
 pub mod explain;
 pub mod investigate;
 pub mod known;

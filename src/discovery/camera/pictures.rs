@@ -174,7 +174,7 @@ fn tried(gap: &CameraGap) -> Vec<Held> {
         .map(|s| data.views[s.view].camera_from_world.transform_point(&s.point.into()).z)
         .collect();
     let depth = depths.iter().sum::<f64>() / depths.len().max(1) as f64;
-    let on_table = data.sights.iter().any(super::data::Sight::on_table);
+    let on_table = data.sights.iter().any(super::views::Sight::on_table);
     let mut all = Vec::new();
     for (part, far) in wording::FAR {
         for (x, y, side) in wording::SIDES {

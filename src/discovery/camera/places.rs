@@ -2,9 +2,9 @@
 
 use nalgebra::Vector2;
 
-use super::data::{Data, Sight};
 use super::explain::CameraGap;
 use super::term::Channel;
+use super::views::{Data, Sight};
 use super::wording::FOLLOWS;
 use crate::discovery::finding;
 use crate::discovery::selection::{Set, sum_of_squares};

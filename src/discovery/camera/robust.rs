@@ -11,8 +11,8 @@
 use nalgebra::Vector2;
 
 use super::bent::Bent;
-use super::data::{Data, nudge};
 use super::term::Law;
+use super::views::{Data, nudge};
 use crate::fit::{self, Jacobian, Loss, Prior, Problem};
 
 /// Highest degree of the polynomial.

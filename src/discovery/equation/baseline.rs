@@ -2,8 +2,8 @@
 
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 
+use super::columns::{Data, rms};
 use super::compile::Compiled;
-use super::data::{Data, rms};
 use super::estimate::{Estimate, Point};
 use super::fitting::{Bench, FEWEST, Fitted};
 use super::simulate::{BlowUp, simulate_with_derivatives};

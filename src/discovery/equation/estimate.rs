@@ -15,8 +15,8 @@ use rayon::prelude::*;
 use crate::discovery::resample::is_unseen;
 use crate::fit::{self, Bound, Fit, Jacobian, Loss, Noise, Options, Problem};
 
+use super::columns::Data;
 use super::compile::Compiled;
-use super::data::Data;
 use super::simulate::{BlowUp, Scheme, simulate, simulate_with_derivatives};
 use super::windows::Window;
 
@@ -343,7 +343,7 @@ fn sums(residuals: &[Vec<f64>]) -> Vec<(f64, usize)> {
 
 /// Slope of a straight line through a few points.
 fn slope(time: &[f64], values: &[f64]) -> f64 {
-    let (tm, vm) = (super::data::mean(time), super::data::mean(values));
+    let (tm, vm) = (super::columns::mean(time), super::columns::mean(values));
     let (mut a, mut b) = (0.0, 0.0);
     for (t, v) in time.iter().zip(values) {
         a += (t - tm) * (v - vm);

@@ -8,7 +8,7 @@ use std::fmt::{self, Write as _};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 
 use super::candidates::velocities;
-use super::data::Data;
+use super::columns::Data;
 use super::estimate::{Point, Task};
 use super::hypothesis::{Hypothesis, Question};
 use super::linear::{Regression, dot};

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use super::columns::{Data, rms, std};
 use super::compile::{Compiled, compile};
-use super::data::{Data, rms, std};
 use super::edit::model_in;
 use super::estimate::{Estimate, Point, Task};
 use super::score::whiteness;
@@ -211,7 +211,7 @@ impl Bench {
         let n = model.states.len();
         let trained = &fitted.train.point.starts;
         let average: Vec<f64> = (0..n)
-            .map(|s| super::data::mean(&trained.iter().filter_map(|w| w[s]).collect::<Vec<_>>()))
+            .map(|s| super::columns::mean(&trained.iter().filter_map(|w| w[s]).collect::<Vec<_>>()))
             .collect();
         let first: Vec<f64> =
             (0..n).map(|s| trained.first().and_then(|w| w[s]).unwrap_or(0.0)).collect();

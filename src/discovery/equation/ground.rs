@@ -1,8 +1,8 @@
 //! What the candidates are made from: how far states, rates and signals go along the recordings.
 
 use super::candidates::{Ground, Range};
+use super::columns::Data;
 use super::compile::Compiled;
-use super::data::Data;
 use super::fitting::Fitted;
 use super::hypothesis::Question;
 use super::score::lines;

@@ -6,12 +6,12 @@ use super::super::Trace;
 use super::super::finding::Finding;
 use super::super::recording::Recording;
 use super::anchor::run_off;
-use super::answer::Report;
 use super::baseline::{NoFit, baseline};
 use super::compile::compile;
 use super::edit::model_in;
 use super::error::Error;
 use super::hypothesis::Question;
+use super::model_finding::Report;
 use super::prepare::{
     about_inputs, about_stretches, about_trade, about_work, free_starts, prepare,
 };

@@ -127,7 +127,7 @@ pub(super) fn says_nothing(kind: &str, patch: &Patch) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::data::Data;
+    use super::super::columns::Data;
     use super::super::edit::NewParam;
     use super::super::fitting::{Bench, Fitted};
     use super::super::simulate::{Hold, Scheme};

@@ -11,7 +11,7 @@ mod error;
 mod registers;
 pub mod compile;
 pub mod integrate;
-pub mod data;
+pub mod columns;
 pub mod simulate;
 pub mod windows;
 pub mod estimate;
@@ -37,7 +37,7 @@ mod experiment;
 mod place;
 mod prepare;
 mod wording;
-mod answer;
+mod model_finding;
 mod investigate;
 
 pub use edit::model_in;

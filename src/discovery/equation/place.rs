@@ -1,6 +1,6 @@
 //! Where in the state, the input or time a residual is largest, in words.
 
-use super::data::{mean, std};
+use super::columns::{mean, std};
 use super::hypothesis::{Hypothesis, Question};
 
 /// The state, input or time that a residual follows most, in words.

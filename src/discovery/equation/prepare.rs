@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::super::recording::Recording;
 use super::baseline::baseline;
+use super::columns::{Data, std};
 use super::compile::Compiled;
-use super::data::{Data, std};
 use super::error::Error;
 use super::fitting::{Bench, Fitted};
 use super::investigate::Options;

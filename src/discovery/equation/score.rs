@@ -12,7 +12,7 @@ pub fn whiteness(residuals: &[f64]) -> f64 {
     if n < 8 {
         return 1.0;
     }
-    let mean = super::data::mean(residuals);
+    let mean = super::columns::mean(residuals);
     let r: Vec<f64> = residuals.iter().map(|v| v - mean).collect();
     let c0: f64 = r.iter().map(|v| v * v).sum();
     if c0 <= 0.0 || !c0.is_finite() {
@@ -61,7 +61,7 @@ pub fn lines(time: &[f64], residuals: &[f64], n: usize) -> Vec<f64> {
     }
     let duration = time[m - 1] - time[0];
     let n_frequencies = (m / 2).min(1500);
-    let mean = super::data::mean(&residuals[..m]);
+    let mean = super::columns::mean(&residuals[..m]);
     let step = time[1] - time[0];
     let power: Vec<f64> = (1..n_frequencies)
         .map(|k| {
@@ -89,7 +89,7 @@ pub fn lines(time: &[f64], residuals: &[f64], n: usize) -> Vec<f64> {
                 .filter(|j| j.abs_diff(i) > 2)
                 .map(|j| power[j])
                 .collect();
-            power[i] > 8.0 * super::data::mean(&around)
+            power[i] > 8.0 * super::columns::mean(&around)
         })
         .map(|i| (power[i], (i + 1) as f64 / duration))
         .collect();

@@ -7,8 +7,8 @@
 
 use std::ops::Range;
 
+use super::columns::Data;
 use super::compile::Compiled;
-use super::data::Data;
 use super::integrate::{Rates, Work, rk4};
 use super::number::{Dual, Number};
 
@@ -343,7 +343,9 @@ pub(super) fn site_sizes(
     simulate(&probe, data, rows, scheme, params, start, &mut out).ok()?;
     Some(
         (0..n)
-            .map(|s| super::data::rms(&out.iter().skip(s).step_by(n).copied().collect::<Vec<_>>()))
+            .map(|s| {
+                super::columns::rms(&out.iter().skip(s).step_by(n).copied().collect::<Vec<_>>())
+            })
             .collect(),
     )
 }

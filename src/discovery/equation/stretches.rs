@@ -6,7 +6,7 @@
 //!
 //! Source: Bock, "Recent Advances in Parameter Identification Techniques for ODE", 1983 (multiple shooting).
 
-use super::data::Data;
+use super::columns::Data;
 use super::edit::Patch;
 use super::fitting::{Bench, Fitted};
 use super::hypothesis::Question;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::data::Data;
+use super::columns::Data;
 
 /// Rows of one recording that are run through from first values of their own.
 #[derive(Debug, Clone, PartialEq)]

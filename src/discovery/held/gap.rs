@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use super::data::Held;
+use super::held_record::Held;
 use super::slip::{Creep, crept};
 use crate::discovery::selection::{Candidate, Residuals, Set, Slot};
 use crate::discovery::wording::set_of;

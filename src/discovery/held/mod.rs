@@ -5,11 +5,11 @@
 //! (`slip`), was seen late, or was seen by a camera that stands elsewhere. How far the fingers were open says
 //! how wide the thing is, where it was seen standing how high it is.
 
-mod answer;
-mod data;
+mod held_finding;
+mod held_record;
 mod gap;
 mod slip;
 mod wording;
 
-pub use answer::investigate;
-pub use data::Held;
+pub use held_finding::investigate;
+pub use held_record::Held;

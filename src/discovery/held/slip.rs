@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 
-use super::data::Held;
+use super::held_record::Held;
 
 /// What the pads let a thing do.
 #[derive(Debug, Clone, Copy, PartialEq)]

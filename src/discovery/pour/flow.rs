@@ -6,7 +6,7 @@
 //! liquid leaves the more slowly the thinner the sheet over the lip, and what a full vessel is given runs over.
 //! What a vessel holds, and the thick sheet's law, are the twin's.
 
-use super::data::Pour;
+use super::pour_record::Pour;
 
 /// A vessel tilted by less than this is upright, rad; as in the twin.
 const UPRIGHT: f64 = 0.5;

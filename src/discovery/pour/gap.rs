@@ -1,7 +1,7 @@
 //! Pours as something to be explained: [`Residuals`] over what a vessel held, how it ran out and where it went.
 
-use super::data::Pour;
 use super::flow::{Flow, arrived};
+use super::pour_record::Pour;
 use crate::discovery::selection::{Candidate, Residuals, Set, Slot};
 use crate::discovery::wording::set_of;
 use crate::twin::hold::WATER;

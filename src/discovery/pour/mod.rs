@@ -4,11 +4,11 @@
 //! inside that one's mouth the lip was. `flow` is the model: water above the lip runs out, nearly at once.
 //! Its pace, a delay, and how level the grasp was are estimated along with any effects.
 
-mod answer;
-mod data;
+mod pour_finding;
+mod pour_record;
 mod flow;
 mod gap;
 mod wording;
 
-pub use answer::investigate;
-pub use data::Pour;
+pub use pour_finding::investigate;
+pub use pour_record::Pour;

@@ -3,7 +3,7 @@
 //! The correlation ratio of what is left over each state: the part of its variance that means over bins take away. Source: Pearson,
 //! "On the General Theory of Skew Correlation and Non-linear Regression", 1905.
 
-use super::data::{Channel, Quantity};
+use super::channels::{Channel, Quantity};
 use super::simulate::Model;
 use super::wording;
 use crate::discovery::finding::{self, Finding, Verdict};

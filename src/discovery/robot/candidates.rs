@@ -4,7 +4,7 @@
 //! and frequencies come from a scan of the residual, the others from a few values spread over what is
 //! physically sensible.
 
-use super::data::Quantity;
+use super::channels::Quantity;
 use super::scan::Scan;
 use super::simulate::Model;
 use super::term::{Feature, Law, SHIFTS, Term};

@@ -9,7 +9,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::data::{Quantity, SILENT};
+use super::channels::{Quantity, SILENT};
 use super::error::Misfit;
 use super::links::CREEPS;
 use super::simulate::Model;

@@ -12,7 +12,7 @@ use std::fmt::Write as _;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
-use super::data::{Channel, Data};
+use super::channels::{Channel, Data};
 use super::plant::Course;
 use super::simulate::Model;
 use super::term::Term;

@@ -1,7 +1,7 @@
 //! An arm's recordings as something to be explained: [`Residuals`] over laws and joints.
 
 use super::candidates::candidates;
-use super::data::{Channel, Quantity};
+use super::channels::{Channel, Quantity};
 use super::links::Links;
 use super::links::body::NUMBERS;
 use super::load::Thing;

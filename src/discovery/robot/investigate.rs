@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::against::hints;
-use super::answer::{answer, different, loaded, synonym};
+use super::arm_finding::{answer, different, loaded, synonym};
 use super::error::Misfit;
 use super::experiment::Experiment;
 use super::explain::ArmGap;

@@ -1,6 +1,6 @@
 //! Effects that a model file knows already → laws with fixed parameters.
 
-use super::data::Quantity;
+use super::channels::Quantity;
 use super::error::Misfit;
 use super::term::{Law, Term};
 use crate::language::ast::EffectItem;

@@ -2,8 +2,8 @@
 //!
 //! What is assumed on the way is noted. Nothing is fitted here but what an ampere is worth.
 
+use super::channels::{self, Data};
 use super::currents;
-use super::data::{self, Data};
 use super::error::Misfit;
 use super::explain::ArmGap;
 use super::known::known;
@@ -69,7 +69,7 @@ fn models(
         plausible::check(&arm, robot.joints(), &data, &recording.name)?;
         read.push((arm, data));
     }
-    data::settle_noise(read.iter_mut().map(|(_, data)| data));
+    channels::settle_noise(read.iter_mut().map(|(_, data)| data));
     let mut models = Vec::new();
     for (recording, (arm, data)) in train.iter().chain(heldout).zip(read) {
         notes.extend(recording.notes.iter().cloned());

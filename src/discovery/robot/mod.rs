@@ -3,7 +3,7 @@
 pub mod error;
 pub mod chain;
 mod colour;
-pub mod data;
+pub mod channels;
 pub mod spline;
 pub mod smooth;
 pub mod plant;
@@ -23,7 +23,7 @@ pub mod experiment;
 pub mod investigate;
 pub mod load;
 mod against;
-mod answer;
+mod arm_finding;
 mod currents;
 mod links;
 mod places;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::data::{Channel, Quantity};
+use super::channels::{Channel, Quantity};
 use super::explain::ArmGap;
 use super::simulate::Model;
 use super::term::Term;

@@ -7,7 +7,7 @@
 //! seconds then takes about two milliseconds instead of fifty.
 
 use super::chain::{Chain, MOST_JOINTS};
-use super::data::{Data, Quantity};
+use super::channels::{Data, Quantity};
 use super::spline::Spline;
 use crate::discovery::recording::sidecar::{Controller, TorqueSensor};
 use crate::discovery::resample;

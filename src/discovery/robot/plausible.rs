@@ -3,7 +3,7 @@
 //! Such a mistake is no effect of the arm; searched for effects it yields a list of absurd ones. Each check asks
 //! for strong evidence, so that a bad arm is never taken for a bad file.
 
-use super::data::{Data, Quantity};
+use super::channels::{Data, Quantity};
 use super::error::{Misfit, Pair};
 use super::plant::Arm;
 use super::simulate::Model;

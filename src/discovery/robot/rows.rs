@@ -4,7 +4,7 @@
 //! row stamped half a millisecond late at 1 rad/s is an angle wrong by half a milliradian; both would be
 //! accelerations of tens of rad/s².
 
-use super::data::{Channel, Quantity};
+use super::channels::{Channel, Quantity};
 use crate::discovery::recording::noise;
 
 /// Finds the rows that say something new: those in which some channel differs from the row before.

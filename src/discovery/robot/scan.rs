@@ -4,7 +4,7 @@
 
 use std::f64::consts::TAU;
 
-use super::data::Quantity;
+use super::channels::Quantity;
 use super::simulate::Model;
 
 /// Sine and cosine of `k·x` for every `x`, for one `k` after the other at even steps: each step turns every

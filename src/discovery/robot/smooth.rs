@@ -8,7 +8,7 @@
 //!
 //! Source: Eilers, "A Perfect Smoother", Anal. Chem. 75, 2003.
 
-use super::data::{Data, Quantity};
+use super::channels::{Data, Quantity};
 
 /// A joint's motion without its noise.
 pub struct Smooth {

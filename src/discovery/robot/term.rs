@@ -1,6 +1,6 @@
 //! The effects an arm may lack, as the simulation understands them: a law and its seat.
 
-use super::data::Quantity;
+use super::channels::Quantity;
 use super::load::Thing;
 use crate::discovery::selection::Slot;
 

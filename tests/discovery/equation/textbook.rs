@@ -127,7 +127,7 @@ fn a_sensor_that_bears_the_name_of_its_state_can_drift() {
 /// Cart and pole keep their energy when nothing pushes: the equations of the text are those of Lagrange.
 #[test]
 fn a_cart_with_a_pole_keeps_its_energy() {
-    use trueup::discovery::equation::data::Data;
+    use trueup::discovery::equation::columns::Data;
     use trueup::discovery::equation::simulate::{Hold, Scheme, simulate};
     let compiled = compile(&model_in(text("cart_pole"), "cart_pole").unwrap()).unwrap();
     let n = 400;

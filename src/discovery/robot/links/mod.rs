@@ -21,7 +21,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::chain::{Body, Chain};
-use super::data::{Channel, Quantity};
+use super::channels::{Channel, Quantity};
 use super::explain::ArmGap;
 use super::simulate::Model;
 use super::term::{Law, Term};

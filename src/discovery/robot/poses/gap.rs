@@ -6,7 +6,7 @@ use super::super::chain::MOST_JOINTS;
 use super::super::plant::Arm;
 use super::super::term::{Law, SENSIBLE_GAIN, SHIFTS, Term};
 use super::super::{known, told, wording};
-use super::data::Pose;
+use super::at_rest::Pose;
 use super::geometry::{Geometry, LEAST_BEYOND};
 use super::model::AtRest;
 use crate::alignment::rigid::motion_between;

@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector, Isometry3, Rotation3, Translation3, UnitQuatern
 
 use super::super::chain::{Body, Chain, MOST_JOINTS};
 use super::super::term::Term;
-use super::data::Pose;
+use super::at_rest::Pose;
 use super::model::AtRest;
 use crate::discovery::finding::Identified;
 use crate::motion::revise::{JointChange, Revision};

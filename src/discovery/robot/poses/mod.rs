@@ -5,7 +5,7 @@
 //! (`geometry`) predict the poses held out clearly better than those, the numbers are told instead, and what is missing is
 //! looked for beside them.
 
-mod data;
+mod at_rest;
 mod gap;
 mod geometry;
 mod model;
@@ -14,9 +14,9 @@ use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand::seq::SliceRandom;
 
-pub(in super::super) use data::are_poses;
+pub(in super::super) use at_rest::are_poses;
 
-use super::data::Data;
+use super::channels::Data;
 use super::error::Misfit;
 use super::links::BETTER;
 use super::plant::Arm;
@@ -30,7 +30,7 @@ use crate::discovery::selection::{self, Options, Outcome, Residuals as _, Set, s
 use crate::discovery::wording::{Worded as _, answer};
 use crate::language::ast::EffectItem;
 use crate::motion::Robot;
-use data::{Pose, poses};
+use at_rest::{Pose, poses};
 use gap::{AtPoses, Noise};
 use geometry::{Geometry, Seen};
 

@@ -4,7 +4,7 @@ use nalgebra::{Rotation3, Translation3, Vector3};
 
 use super::super::chain::{Chain, MOST_JOINTS, PointMass};
 use super::super::term::{Law, Term};
-use super::data::Pose;
+use super::at_rest::Pose;
 
 /// What of the joints, the sensors and the tracker differs from the model.
 pub(super) struct AtRest {

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix3, Vector3};
 
 use super::super::chain::{Chain, MOST_JOINTS, PointMass};
-use super::super::data::Quantity;
+use super::super::channels::Quantity;
 use super::super::term::{Law, Term};
 use super::Model;
 use super::friction::{Dry, Loop, Smooth};

@@ -1,7 +1,7 @@
 //! The torques that a measured motion needed, with effects.
 
 use super::super::chain::MOST_JOINTS;
-use super::super::data::Quantity;
+use super::super::channels::Quantity;
 use super::super::plant::Course;
 use super::acting::Acting;
 use super::friction::Dry;

@@ -18,7 +18,7 @@ use std::sync::{Arc as Shared, Mutex, OnceLock};
 use acting::Acting;
 
 use super::chain::Chain;
-use super::data::{Channel, Quantity};
+use super::channels::{Channel, Quantity};
 use super::links::body;
 use super::load::Load;
 use super::plant::{Arm, Course};

@@ -8,7 +8,7 @@
 use nalgebra::Vector3;
 
 use super::super::chain::MOST_JOINTS;
-use super::super::data::Quantity;
+use super::super::channels::Quantity;
 use super::super::plant::Course;
 use super::super::spline::Spline;
 use super::acting::{Acting, lengthen};

@@ -1,7 +1,7 @@
 //! Pours → a finding.
 
-use super::data::Pour;
 use super::gap::{BORNE, PourGap, Term};
+use super::pour_record::Pour;
 use super::wording;
 use crate::discovery::finding::{Channel, Told};
 use crate::discovery::recording::{Error, Recording};

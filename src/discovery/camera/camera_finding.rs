@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::data::Data;
 use super::explain::CameraGap;
 use super::places::places;
 use super::power::smallest_visible;
 use super::term::Law;
+use super::views::Data;
 use super::wording::{self, Number};
 use crate::discovery::finding::{
     self, Alternative, Effect, Finding, Gap, ModelChange, NextExperiment, Parameter, SIGNIFICANT,
@@ -198,7 +198,7 @@ fn alternatives(
         });
     }
     found.truncate(3);
-    if matches!(chosen, Law::Table(..)) && gap.data.sights.iter().all(super::data::Sight::on_table)
+    if matches!(chosen, Law::Table(..)) && gap.data.sights.iter().all(super::views::Sight::on_table)
     {
         found.retain(|other| other.name != "camera_shift");
         found.push(Alternative {

@@ -1,7 +1,7 @@
 //! Things held → a finding.
 
-use super::data::Held;
 use super::gap::{HeldGap, Term};
+use super::held_record::Held;
 use super::wording;
 use crate::discovery::finding::{Channel, Finding, Told};
 use crate::discovery::recording::{Error, Recording};

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::super::data::{Data, Quantity};
+use super::super::channels::{Data, Quantity};
 use super::super::plausible::COARSE;
 use crate::discovery::recording::Recording;
 use crate::units::Dimension;
