@@ -17,7 +17,7 @@
 //! | move an arm: kinematics, dynamics, collisions, paths, timing | [`motion::Robot`], [`motion::ik::Solver`], [`motion::rrt::plan`], [`motion::trajectory::Trajectory`] |
 //! | fit cameras and offsets, find things in a picture | [`alignment::image_map::fit_map`], [`alignment::intrinsics::calibrate`], [`alignment::offset::fit_offset`], [`alignment::vision::see`] |
 //! | name what a model lacks | [`discovery::investigate`] for arms, cameras, pours; [`discovery::equation::investigate`] for equations |
-//! | speak with a Gen3 | [`kortex::link::Link`], [`kortex::arm::KortexArm`], [`kortex::desk::Desk`] |
+//! | speak with a Gen3 | [`kortex::link::Link`], [`kortex::arm::KortexArm`], [`kortex::supervisor::Supervisor`] |
 //! | simulate an arm, things and water | [`twin::Twin`] |
 //! | read the task language | [`language::parse()`], [`language::Library`] |
 //!

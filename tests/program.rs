@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 use serde_json::Value;
 
 /// A folder of its own to run the program in, empty at the start.
-pub(crate) struct Desk {
+pub(crate) struct Scratch {
     dir: PathBuf,
 }
 
@@ -20,8 +20,8 @@ pub(crate) struct Said {
     pub(crate) err: String,
 }
 
-impl Desk {
-    /// Clears a desk; each test takes a name of its own, for tests run side by side.
+impl Scratch {
+    /// Clears a scratch; each test takes a name of its own, for tests run side by side.
     pub(crate) fn new(name: &str) -> Self {
         let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
         let _ = fs::remove_dir_all(&dir);
@@ -33,14 +33,14 @@ impl Desk {
         self.dir.join(name)
     }
 
-    /// Puts a file on the desk.
+    /// Puts a file on the scratch.
     pub(crate) fn file(&self, name: &str, text: impl AsRef<[u8]>) {
         let path = self.path(name);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(path, text).unwrap();
     }
 
-    /// Returns the program, ready to run on the desk, without the user's colours and history.
+    /// Returns the program, ready to run on the scratch, without the user's colours and history.
     pub(crate) fn command(&self, args: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_trueup"));
         command
@@ -126,7 +126,7 @@ impl Desk {
         Said { code, out, err: String::new() }
     }
 
-    /// Returns the names of everything on the desk, folders first searched, in order.
+    /// Returns the names of everything on the scratch, folders first searched, in order.
     pub(crate) fn everything(&self) -> Vec<String> {
         let (mut found, mut open) = (Vec::new(), vec![self.dir.clone()]);
         while let Some(dir) = open.pop() {

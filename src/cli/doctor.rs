@@ -15,7 +15,7 @@ use crate::execution::script::readable;
 use crate::execution::snapshot::{WebCamera, WebScales};
 use crate::http::Address;
 #[cfg(feature = "kortex")]
-use crate::kortex::desk::Desk;
+use crate::kortex::supervisor::Supervisor;
 use crate::language::Diagnostic;
 use crate::report::{Failure, Style};
 use crate::workcell::{Error, Stdlib, WorkCell, archive, check, library};
@@ -210,8 +210,8 @@ fn arm(cli: &Shared, style: Style) -> Result<Finding, Failure> {
 /// Asks a Gen3 how it is; nothing moves.
 #[cfg(feature = "kortex")]
 fn gen3(target: &kortex::Target, robot: &str, style: Style) -> Result<Finding, Failure> {
-    let (place, open) = kortex::desk(robot, style)?;
-    let status = Desk::open(&open.0, open.1, &open.2, PATIENCE).and_then(|desk| desk.status());
+    let (place, open) = kortex::supervised(robot, style)?;
+    let status = Supervisor::open(&open.0, open.1, &open.2, PATIENCE).and_then(|arm| arm.status());
     let status = match status {
         Ok(status) => status,
         Err(error) => {

@@ -86,7 +86,10 @@ fn login(target: &Target, style: Style) -> Result<Login, Failure> {
 
 /// Reads where an arm is, with or without the scheme, and gets the password: its name for people, then host,
 /// port and who connects.
-pub(super) fn desk(address: &str, style: Style) -> Result<(String, (String, u16, Login)), Failure> {
+pub(super) fn supervised(
+    address: &str,
+    style: Style,
+) -> Result<(String, (String, u16, Login)), Failure> {
     let target = target(address.strip_prefix(KORTEX).unwrap_or(address))?;
     let login = login(&target, style)?;
     Ok((target.to_string(), (target.host, target.port, login)))

@@ -10,7 +10,7 @@ mod cell;
 mod clock;
 mod completions;
 #[cfg(feature = "kortex")]
-mod desk;
+mod supervisor;
 mod doc;
 mod doctor;
 #[cfg(feature = "kortex")]
@@ -116,7 +116,7 @@ enum Command {
     /// Look after a Gen3 beside whoever commands it: status, stop, clear faults.
     #[command(subcommand)]
     #[cfg(feature = "kortex")]
-    Kortex(desk::KortexCommand),
+    Kortex(supervisor::KortexCommand),
     /// Find what the model lacks from recordings: the effect's name, place and size.
     Gap(gap::GapArgs),
     /// Carry out a task in one laboratory after the other, and count.
@@ -218,7 +218,7 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         #[cfg(feature = "kortex")]
         (Some(Command::Emulate(args)), _) => emulate::emulate(args, shared, style),
         #[cfg(feature = "kortex")]
-        (Some(Command::Kortex(command)), _) => desk::kortex(command, style),
+        (Some(Command::Kortex(command)), _) => supervisor::kortex(command, style),
         (Some(Command::Gap(args)), _) => gap::gap(args, shared, style),
         (Some(Command::Trials(args)), _) => trials::trials(args, shared, style),
         (Some(Command::Vqa(command)), _) => vqa::vqa(command, shared, style),

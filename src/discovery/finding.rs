@@ -318,13 +318,13 @@ impl Gap {
 }
 
 /// A number of an effect as it is told: name, value, standard deviation, unit.
-pub type Told = (String, f64, f64, String);
+pub type ParameterEstimate = (String, f64, f64, String);
 
 /// Groups the numbers of an effect as its kind does: a vector's components become one parameter.
 ///
 /// `numbers` are (name, value, standard deviation, unit), in the order of [`vocabulary::Kind::numbers`] or
 /// a part of it; a component that is missing is 0. A name the kind does not know stays a number.
-pub fn grouped(kind: &str, numbers: &[Told]) -> BTreeMap<String, Parameter> {
+pub fn grouped(kind: &str, numbers: &[ParameterEstimate]) -> BTreeMap<String, Parameter> {
     let mut grouped = BTreeMap::new();
     let kinds = vocabulary::kind_named(kind).map_or(&[][..], |kind| kind.parameters);
     for (name, value, std, unit) in numbers {

@@ -5,7 +5,7 @@
 
 use std::fmt::Write as _;
 
-use super::finding::Told;
+use super::finding::ParameterEstimate;
 use crate::language::ast::{EffectItem, Item, TwinItem};
 use crate::language::{self, Diagnostic};
 use crate::units::significant;
@@ -120,8 +120,8 @@ pub fn diff(name: &str, before: &str, after: &str) -> String {
 }
 
 /// Writes the line of a model file that holds an effect.
-pub fn line(name: &str, at: &str, told: &[Told]) -> String {
-    let parameters: Vec<String> = told
+pub fn line(name: &str, at: &str, estimates: &[ParameterEstimate]) -> String {
+    let parameters: Vec<String> = estimates
         .iter()
         .map(|(number, value, std, unit)| {
             // Digits enough that rounding is far below the uncertainty.

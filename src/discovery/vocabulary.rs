@@ -13,7 +13,7 @@ use crate::units::Unit;
 
 /// Where an effect may sit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Seat {
+pub enum SiteKind {
     /// `joint_n`.
     Joint,
     /// The name of a link, or `tool` for what is mounted on the last one.
@@ -88,7 +88,7 @@ pub struct Kind {
     /// How common it is beside the others.
     pub odds: Odds,
     /// Where it may sit.
-    pub seats: &'static [Seat],
+    pub sites: &'static [SiteKind],
     /// Its parameters.
     pub parameters: &'static [ParameterKind],
     /// What it does, in words.
@@ -110,12 +110,12 @@ const RPY: ParameterKind =
 const fn kind(
     name: &'static str,
     odds: Odds,
-    seats: &'static [Seat],
+    sites: &'static [SiteKind],
     parameters: &'static [ParameterKind],
     does: &'static str,
     shows: &'static str,
 ) -> Kind {
-    Kind { name, odds, seats, parameters, does, shows }
+    Kind { name, odds, sites, parameters, does, shows }
 }
 
 /// Every effect that has a name.
@@ -124,7 +124,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "coulomb_friction",
         Odds::Common,
-        &[Seat::Joint, Seat::State],
+        &[SiteKind::Joint, SiteKind::State],
         &[number("torque", "N*m"), number("creep", "rad/s")],
         "friction of constant size against the motion",
         "a two-level square with sign(dq)",
@@ -132,7 +132,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "viscous_friction",
         Odds::Common,
-        &[Seat::Joint, Seat::State],
+        &[SiteKind::Joint, SiteKind::State],
         &[number("coefficient", "N*m*s/rad")],
         "friction that grows with speed",
         "proportional to dq",
@@ -140,7 +140,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "quadratic_friction",
         Odds::Uncommon,
-        &[Seat::Joint, Seat::State],
+        &[SiteKind::Joint, SiteKind::State],
         &[number("coefficient", "N*m*s^2/rad^2")],
         "friction that grows with the square of speed",
         "grows with dq*abs(dq)",
@@ -148,7 +148,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "stribeck_friction",
         Odds::Uncommon,
-        &[Seat::Joint, Seat::State],
+        &[SiteKind::Joint, SiteKind::State],
         &[
             number("torque", "N*m"),
             number("stiction", "N*m"),
@@ -161,7 +161,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "asymmetric_friction",
         Odds::Uncommon,
-        &[Seat::Joint, Seat::State],
+        &[SiteKind::Joint, SiteKind::State],
         &[number("forward", "N*m"), number("backward", "N*m"), number("creep", "rad/s")],
         "friction that differs with direction",
         "two levels that are not symmetric about 0",
@@ -169,7 +169,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "payload",
         Odds::Common,
-        &[Seat::Link, Seat::Tool],
+        &[SiteKind::Link, SiteKind::Tool],
         &[number("mass", "kg"), COM],
         "a mass nobody modelled",
         "gravity and inertia of one point mass over all joints before it",
@@ -177,7 +177,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "link_mass",
         Odds::Common,
-        &[Seat::Joint],
+        &[SiteKind::Joint],
         &[number("mass", "kg")],
         "the link after the joint is heavier than modelled, its mass spread as before",
         "gravity and inertia of that link over all joints before it",
@@ -185,7 +185,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "armature",
         Odds::Common,
-        &[Seat::Joint],
+        &[SiteKind::Joint],
         &[number("inertia", "kg*m^2")],
         "rotor inertia",
         "proportional to ddq of that joint",
@@ -193,7 +193,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "base_tilt",
         Odds::Uncommon,
-        &[Seat::Base],
+        &[SiteKind::Base],
         &[number("roll", "rad"), number("pitch", "rad")],
         "the base is tilted, so gravity is not along its -z",
         "like a turned gravity vector",
@@ -201,7 +201,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "torque_offset",
         Odds::Common,
-        &[Seat::Joint],
+        &[SiteKind::Joint],
         &[number("torque", "N*m")],
         "bias of the torque sensor",
         "constant",
@@ -209,7 +209,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "torque_gain",
         Odds::Uncommon,
-        &[Seat::Joint],
+        &[SiteKind::Joint],
         &[number("gain", "")],
         "scale error of the torque sensor or the motor constant",
         "proportional to the predicted torque",
@@ -217,7 +217,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "torque_drift",
         Odds::Uncommon,
-        &[Seat::Joint],
+        &[SiteKind::Joint],
         &[number("rate", "N*m/s")],
         "bias of the torque sensor that grows",
         "proportional to t",
@@ -225,7 +225,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "torque_ripple",
         Odds::Uncommon,
-        &[Seat::Joint],
+        &[SiteKind::Joint],
         &[number("amplitude", "N*m"), number("order", ""), number("phase", "rad")],
         "torque periodic in the joint angle",
         "periodic in q",
@@ -234,7 +234,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "joint_compliance",
         Odds::Uncommon,
-        &[Seat::Joint],
+        &[SiteKind::Joint],
         &[number("compliance", "rad/(N*m)")],
         "a gear that gives between encoder and link",
         "the tip sags with load; the encoder does not see it",
@@ -242,7 +242,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "servo_sag",
         Odds::Uncommon,
-        &[Seat::Joint],
+        &[SiteKind::Joint],
         &[number("compliance", "rad/(N*m)")],
         "a position loop of finite gain",
         "q - q_cmd proportional to the load torque",
@@ -250,7 +250,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "backlash",
         Odds::Uncommon,
-        &[Seat::Joint],
+        &[SiteKind::Joint],
         &[number("width", "rad")],
         "play between encoder and link",
         "the tip shifts when the load changes sign",
@@ -258,7 +258,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "command_delay",
         Odds::Uncommon,
-        &[Seat::Robot],
+        &[SiteKind::Robot],
         &[number("delay", "s")],
         "commands act late",
         "every tracking residual is a shift in time",
@@ -266,7 +266,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "actuator_gain",
         Odds::Uncommon,
-        &[Seat::Joint],
+        &[SiteKind::Joint],
         &[number("gain", "")],
         "the drive delivers gain times the torque asked for",
         "asked torque and model differ by a factor",
@@ -274,7 +274,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "saturation",
         Odds::Uncommon,
-        &[Seat::Joint],
+        &[SiteKind::Joint],
         &[number("limit", "N*m")],
         "the drive's torque is clipped",
         "only above a level",
@@ -282,7 +282,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "sensor_delay",
         Odds::Uncommon,
-        &[Seat::Channel],
+        &[SiteKind::Channel],
         &[number("delay", "s")],
         "a channel is late",
         "that channel alone is shifted in time",
@@ -290,7 +290,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "encoder_quantization",
         Odds::Uncommon,
-        &[Seat::Joint],
+        &[SiteKind::Joint],
         &[number("step", "rad")],
         "an encoder with coarse steps",
         "a saw-tooth in q",
@@ -299,7 +299,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "joint_zero_offset",
         Odds::Uncommon,
-        &[Seat::Joint],
+        &[SiteKind::Joint],
         &[number("angle", "rad")],
         "the joint stands at encoder + angle",
         "tip error as J_j(q)*angle",
@@ -307,7 +307,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "link_length",
         Odds::Uncommon,
-        &[Seat::Joint, Seat::Link],
+        &[SiteKind::Joint, SiteKind::Link],
         &[number("dx", "m"), number("dy", "m"), number("dz", "m")],
         "a dimension of the link is off",
         "tip error fixed in that link's frame",
@@ -315,7 +315,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "tool_offset",
         Odds::Uncommon,
-        &[Seat::Tool],
+        &[SiteKind::Tool],
         &[number("dx", "m"), number("dy", "m"), number("dz", "m")],
         "the tip is elsewhere in the flange frame",
         "tip error fixed in the flange frame",
@@ -323,7 +323,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "base_shift",
         Odds::Uncommon,
-        &[Seat::Base],
+        &[SiteKind::Base],
         &[XYZ, RPY],
         "the arm stands elsewhere",
         "tip error is one rigid transform",
@@ -332,7 +332,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "radial_distortion",
         Odds::Uncommon,
-        &[Seat::Camera],
+        &[SiteKind::Camera],
         &[number("k1", ""), number("k2", "")],
         "barrel or pincushion",
         "radial, grows as r^3",
@@ -340,7 +340,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "tangential_distortion",
         Odds::Uncommon,
-        &[Seat::Camera],
+        &[SiteKind::Camera],
         &[number("p1", ""), number("p2", "")],
         "a decentred lens",
         "as in Brown's model",
@@ -348,7 +348,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "focal_error",
         Odds::Uncommon,
-        &[Seat::Camera],
+        &[SiteKind::Camera],
         &[number("fx_scale", ""), number("fy_scale", "")],
         "the focal length is off",
         "linear in image coordinates",
@@ -356,7 +356,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "principal_point_shift",
         Odds::Uncommon,
-        &[Seat::Camera],
+        &[SiteKind::Camera],
         &[number("du", "px"), number("dv", "px")],
         "the centre of the picture is off",
         "constant",
@@ -364,7 +364,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "camera_shift",
         Odds::Uncommon,
-        &[Seat::Camera],
+        &[SiteKind::Camera],
         &[XYZ, RPY],
         "the camera or tracker stands elsewhere than assumed",
         "one rigid transform of all it sees",
@@ -372,7 +372,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "table_tilt",
         Odds::Uncommon,
-        &[Seat::Table],
+        &[SiteKind::Table],
         &[number("roll", "rad"), number("pitch", "rad"), number("height", "m")],
         "the plane is not where it was assumed",
         "back-projected points are off along the ray",
@@ -380,7 +380,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "image_delay",
         Odds::Uncommon,
-        &[Seat::Camera],
+        &[SiteKind::Camera],
         &[number("delay", "s")],
         "old pictures",
         "object error along its velocity",
@@ -388,7 +388,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "rolling_shutter",
         Odds::Uncommon,
-        &[Seat::Camera],
+        &[SiteKind::Camera],
         &[number("row_time", "s")],
         "rows are read in turn",
         "proportional to v times velocity",
@@ -397,7 +397,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "object_mass",
         Odds::Common,
-        &[Seat::Object],
+        &[SiteKind::Object],
         &[number("mass", "kg")],
         "heavier or lighter than modelled",
         "effort step at lift",
@@ -405,7 +405,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "object_size",
         Odds::Uncommon,
-        &[Seat::Object],
+        &[SiteKind::Object],
         &[number("dx", "m"), number("dy", "m"), number("dz", "m")],
         "a wrong dimension",
         "contact earlier or later; contour scale",
@@ -413,7 +413,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "grip_slip",
         Odds::Uncommon,
-        &[Seat::Gripper],
+        &[SiteKind::Gripper],
         &[number("rate", "m/s"), number("friction", "")],
         "the object creeps in the fingers, always or only under load",
         "pose drifts while held",
@@ -421,7 +421,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "liquid_volume",
         Odds::Uncommon,
-        &[Seat::Object],
+        &[SiteKind::Object],
         &[number("volume", "m^3")],
         "another fill",
         "flow starts at another tilt",
@@ -429,7 +429,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "liquid_viscosity",
         Odds::Uncommon,
-        &[Seat::Object],
+        &[SiteKind::Object],
         &[number("viscosity", "Pa*s")],
         "slow flow",
         "the volume curve lags and stretches",
@@ -437,7 +437,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "lip_dribble",
         Odds::Uncommon,
-        &[Seat::Object],
+        &[SiteKind::Object],
         &[number("volume", "m^3"), number("delay", "s")],
         "liquid runs on after the vessel is upright",
         "volume still rises after the tilt back",
@@ -445,7 +445,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "overflow",
         Odds::Common,
-        &[Seat::State, Seat::Object],
+        &[SiteKind::State, SiteKind::Object],
         &[number("level", "?"), number("share", "")],
         "a vessel is full",
         "the state clips at a level; the excess may go on",
@@ -454,7 +454,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "output_offset",
         Odds::Common,
-        &[Seat::Output],
+        &[SiteKind::Output],
         &[number("value", "?")],
         "bias of a sensor",
         "constant",
@@ -462,7 +462,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "output_gain",
         Odds::Common,
-        &[Seat::Output],
+        &[SiteKind::Output],
         &[number("gain", "")],
         "scale error of a sensor",
         "proportional to the output",
@@ -470,7 +470,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "output_drift",
         Odds::Rare,
-        &[Seat::Output],
+        &[SiteKind::Output],
         &[number("rate", "?")],
         "bias of a sensor that grows",
         "proportional to t",
@@ -478,7 +478,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "input_offset",
         Odds::Common,
-        &[Seat::Input],
+        &[SiteKind::Input],
         &[number("value", "?")],
         "the actuator adds a constant to the command",
         "as the response to a constant input",
@@ -486,7 +486,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "input_gain",
         Odds::Common,
-        &[Seat::Input],
+        &[SiteKind::Input],
         &[number("gain", "")],
         "the actuator delivers gain times the command",
         "as the response to the input itself",
@@ -494,7 +494,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "input_delay",
         Odds::Uncommon,
-        &[Seat::Input],
+        &[SiteKind::Input],
         &[number("delay", "s")],
         "the command acts late",
         "as the response to the input's derivative",
@@ -502,7 +502,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "input_saturation",
         Odds::Rare,
-        &[Seat::Input],
+        &[SiteKind::Input],
         &[number("limit", "?")],
         "the command is clipped",
         "only above a level",
@@ -510,7 +510,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "input_deadzone",
         Odds::Uncommon,
-        &[Seat::Input],
+        &[SiteKind::Input],
         &[number("width", "?")],
         "small commands do nothing",
         "only near zero",
@@ -518,7 +518,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "output_saturation",
         Odds::Rare,
-        &[Seat::Output],
+        &[SiteKind::Output],
         &[number("limit", "?")],
         "the sensor reads no more than its limit",
         "only above a level",
@@ -526,7 +526,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "asymmetric_damping",
         Odds::Uncommon,
-        &[Seat::State, Seat::Input],
+        &[SiteKind::State, SiteKind::Input],
         &[number("forward", "?"), number("backward", "?")],
         "a force proportional to a velocity that differs with direction",
         "two slopes that meet at 0",
@@ -534,7 +534,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "linear_damping",
         Odds::Common,
-        &[Seat::State],
+        &[SiteKind::State],
         &[number("coefficient", "?")],
         "a force against a velocity",
         "proportional to the velocity",
@@ -542,7 +542,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "quadratic_drag",
         Odds::Common,
-        &[Seat::State],
+        &[SiteKind::State],
         &[number("coefficient", "?")],
         "a force against the square of a velocity",
         "grows with v*abs(v)",
@@ -550,7 +550,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "dry_friction",
         Odds::Common,
-        &[Seat::State],
+        &[SiteKind::State],
         &[number("coefficient", "?")],
         "a force of constant size against a velocity",
         "a square with sign(v)",
@@ -558,7 +558,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "linear_stiffness",
         Odds::Uncommon,
-        &[Seat::State, Seat::Joint],
+        &[SiteKind::State, SiteKind::Joint],
         &[number("coefficient", "?")],
         "a restoring force",
         "proportional to the displacement",
@@ -566,7 +566,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "cubic_stiffness",
         Odds::Uncommon,
-        &[Seat::State, Seat::Joint],
+        &[SiteKind::State, SiteKind::Joint],
         &[number("coefficient", "?")],
         "a restoring force that hardens",
         "grows with the cube of the displacement",
@@ -574,7 +574,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "hysteresis",
         Odds::Rare,
-        &[Seat::Joint, Seat::State],
+        &[SiteKind::Joint, SiteKind::State],
         &[
             number("torque", "N*m"),
             number("alpha", ""),
@@ -588,7 +588,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "lag",
         Odds::Uncommon,
-        &[Seat::Output, Seat::Input],
+        &[SiteKind::Output, SiteKind::Input],
         &[number("time", "s")],
         "a first-order lag",
         "late and smoothed",
@@ -596,7 +596,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "periodic_disturbance",
         Odds::Rare,
-        &[Seat::State, Seat::Joint],
+        &[SiteKind::State, SiteKind::Joint],
         &[number("amplitude", "?"), number("frequency", "Hz"), number("phase", "rad")],
         "hum",
         "a line in the spectrum of the residual",
@@ -604,7 +604,7 @@ pub const KINDS: &[Kind] = &[
     kind(
         "unknown",
         Odds::Uncommon,
-        &[Seat::Anywhere],
+        &[SiteKind::Anywhere],
         &[],
         "something none of the names covers, given by the formula that fits",
         "whatever the formula says",
@@ -637,7 +637,7 @@ pub fn check(twin: &TwinItem) -> Vec<Diagnostic> {
             found.push(unknown("effect", &effect.name, nearest(&effect.name.text, names)));
             continue;
         };
-        if kind.seats == [Seat::Joint] && !is_joint(&effect.at.text) {
+        if kind.sites == [SiteKind::Joint] && !is_joint(&effect.at.text) {
             let message = format!("`{}` sits at a joint", kind.name);
             found.push(
                 Diagnostic::error("task::effect", effect.at.span, message, "not a joint")
@@ -707,7 +707,7 @@ mod tests {
     fn names_are_unique_and_units_exist() {
         for (at, kind) in KINDS.iter().enumerate() {
             assert!(KINDS[..at].iter().all(|other| other.name != kind.name), "{}", kind.name);
-            assert!(!kind.seats.is_empty(), "{}", kind.name);
+            assert!(!kind.sites.is_empty(), "{}", kind.name);
             for (_, unit) in kind.numbers().filter(|(_, unit)| *unit != "?") {
                 assert!(Unit::parse(unit).is_ok(), "{}: {unit}", kind.name);
             }

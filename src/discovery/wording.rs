@@ -5,13 +5,13 @@
 //! and how large an effect would have been seen is the same for all.
 
 use super::finding::{
-    self, Alternative, Channel, Effect, Finding, Gap, ModelChange, SIGNIFICANT, Told, Verdict,
-    Visible, Worth, above_noise,
+    self, Alternative, Channel, Effect, Finding, Gap, ModelChange, ParameterEstimate, SIGNIFICANT,
+    Verdict, Visible, Worth, above_noise,
 };
 use super::model_file;
 use super::recording::{Error, Recording};
 use super::resample;
-use super::selection::{self, Hypothesis, Options, Outcome, Set, Slot, sum_of_squares};
+use super::selection::{self, Hypothesis, Options, Outcome, ParameterSpec, Set, sum_of_squares};
 use crate::world::Scene;
 
 /// Nothing was given to be looked at.
@@ -34,19 +34,19 @@ pub(super) trait Worded: selection::Residuals {
     /// Returns an effect's name in the vocabulary.
     fn name(&self, term: &Self::Term) -> &'static str;
     /// Returns where it sits.
-    fn seat(&self, term: &Self::Term) -> String;
-    /// Returns its equation; `told` are its numbers in everyday units.
-    fn equation(&self, term: &Self::Term, told: &[Told]) -> String;
+    fn site(&self, term: &Self::Term) -> String;
+    /// Returns its equation; `estimates` are its numbers in everyday units.
+    fn equation(&self, term: &Self::Term, estimates: &[ParameterEstimate]) -> String;
     /// Returns the numbers of one effect of a hypothesis.
-    fn told(&self, h: &Hypothesis<Self::Term>, at: usize) -> Vec<Told> {
-        let before: usize = h.terms[..at].iter().map(|term| self.slots(term).len()).sum();
+    fn estimates(&self, h: &Hypothesis<Self::Term>, at: usize) -> Vec<ParameterEstimate> {
+        let before: usize = h.terms[..at].iter().map(|term| self.specs(term).len()).sum();
         let from = self.nuisance().len() + before;
-        let of = |(i, slot): (usize, &Slot)| {
+        let of = |(i, spec): (usize, &ParameterSpec)| {
             let variance = h.covariance.get((from + i, from + i)).copied().unwrap_or(f64::NAN);
             let (value, std) = (h.parameters[from + i], variance.max(0.0).sqrt());
-            (slot.name.to_owned(), value, std, slot.unit.to_owned())
+            (spec.name.to_owned(), value, std, spec.unit.to_owned())
         };
-        self.slots(&h.terms[at]).iter().enumerate().map(of).collect()
+        self.specs(&h.terms[at]).iter().enumerate().map(of).collect()
     }
     /// Returns how large the gap of each channel is, and when, largest share first.
     fn places(&self, nothing: &Hypothesis<Self::Term>) -> Vec<Channel>;
@@ -112,15 +112,15 @@ pub(super) fn answer<G: Worded>(
                         rival.behind
                     )
                 };
-                let (name, at) = (gap.name(other).to_owned(), gap.seat(other));
+                let (name, at) = (gap.name(other).to_owned(), gap.site(other));
                 Some(Alternative { name, at, delta_bic: rival.behind, why_not })
             })
             .take(3)
             .collect();
         own.indistinguishable = !ties.is_empty();
         if ties.is_empty() {
-            let told = everyday(&gap.told(best, at));
-            lines.push(model_file::line(gap.name(term), &gap.seat(term), &told));
+            let estimates = everyday(&gap.estimates(best, at));
+            lines.push(model_file::line(gap.name(term), &gap.site(term), &estimates));
         }
         effects.push(own);
         for rival in ties {
@@ -143,7 +143,7 @@ pub(super) fn answer<G: Worded>(
         places: gap.places(&outcome.nothing),
         effects,
         gap: Gap::of(split(&outcome.nothing), split(best), 1.0),
-        path: selection::path(gap, outcome, |t| Some((gap.name(t).into(), gap.seat(t)))).1,
+        path: selection::path(gap, outcome, |t| Some((gap.name(t).into(), gap.site(t)))).1,
         model: ModelChange { added: lines, ..ModelChange::default() },
         next_experiment: None,
         reason,
@@ -156,19 +156,19 @@ pub(super) fn answer<G: Worded>(
 /// Tells one effect of a hypothesis.
 fn effect<G: Worded>(gap: &G, h: &Hypothesis<G::Term>, at: usize, worth: Worth) -> Effect {
     let term = &h.terms[at];
-    let told = gap.told(h, at);
-    let equation = gap.equation(term, &everyday(&told));
-    let parameters = finding::grouped(gap.name(term), &told);
-    Effect::new((gap.name(term), gap.seat(term)), parameters, worth, equation)
+    let estimates = gap.estimates(h, at);
+    let equation = gap.equation(term, &everyday(&estimates));
+    let parameters = finding::grouped(gap.name(term), &estimates);
+    Effect::new((gap.name(term), gap.site(term)), parameters, worth, equation)
 }
 
 /// Returns the numbers as people write them: what is poured is in millilitres.
-fn everyday(told: &[Told]) -> Vec<Told> {
-    let of = |(name, value, std, unit): &Told| match unit.as_str() {
+fn everyday(estimates: &[ParameterEstimate]) -> Vec<ParameterEstimate> {
+    let of = |(name, value, std, unit): &ParameterEstimate| match unit.as_str() {
         "m^3" => (name.clone(), value * 1e6, std * 1e6, "mL".to_owned()),
         _ => (name.clone(), *value, *std, unit.clone()),
     };
-    told.iter().map(of).collect()
+    estimates.iter().map(of).collect()
 }
 
 fn verdict<G: Worded>(gap: &G, effects: &[Effect], left: f64) -> (Verdict, String) {
@@ -206,13 +206,13 @@ fn visible<G: Worded>(gap: &G, outcome: &Outcome<G::Term>, options: &Options) ->
     let count = base.len() as f64;
     let mut found = Vec::new();
     for candidate in gap.candidates(&[], &base, None) {
-        let slots = gap.slots(&candidate.term);
+        let specs = gap.specs(&candidate.term);
         // A threshold that nothing reached has no size that would have been seen.
-        let Some(neutral) = slots[0].neutral else { continue };
+        let Some(neutral) = specs[0].neutral else { continue };
         let mut moved = candidate.starts[0].clone();
-        moved[0] = neutral + slots[0].scale;
-        if moved[0] > slots[0].range.1 {
-            moved[0] = neutral - slots[0].scale;
+        moved[0] = neutral + specs[0].scale;
+        if moved[0] > specs[0].range.1 {
+            moved[0] = neutral - specs[0].scale;
         }
         let parameters = [&own[..], &moved].concat();
         let Some(with) =
@@ -221,15 +221,15 @@ fn visible<G: Worded>(gap: &G, outcome: &Outcome<G::Term>, options: &Options) ->
             continue;
         };
         let change: Vec<f64> = with.iter().zip(&base).map(|(a, b)| a - b).collect();
-        let strength = sum_of_squares(&change).sqrt() / slots[0].scale;
-        if strength * slots[0].scale > BLIND {
-            let needed = options.least_gain + slots.len() as f64 * count.ln();
+        let strength = sum_of_squares(&change).sqrt() / specs[0].scale;
+        if strength * specs[0].scale > BLIND {
+            let needed = options.least_gain + specs.len() as f64 * count.ln();
             found.push(Visible {
                 name: gap.name(&candidate.term).into(),
-                at: gap.seat(&candidate.term),
-                parameter: slots[0].name.into(),
-                least: (needed.sqrt() / strength).max(slots[0].least),
-                unit: slots[0].unit.into(),
+                at: gap.site(&candidate.term),
+                parameter: specs[0].name.into(),
+                least: (needed.sqrt() / strength).max(specs[0].least),
+                unit: specs[0].unit.into(),
             });
         }
     }

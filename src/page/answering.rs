@@ -183,9 +183,11 @@ pub(super) fn keep(site: &Site, request: &Request) -> Result<(), Response> {
     let answer = answer.ok_or_else(|| Response::text(400, "say yes, no or can't tell"))?;
     let number: Option<usize> = request.sent("step").and_then(|step| step.parse().ok());
     let entry =
-        site.shelf.entry(&run).ok_or_else(|| Response::text(404, "there is no such run"))?;
-    let run =
-        site.shelf.run(&entry.dir).ok_or_else(|| Response::text(404, "the run cannot be read"))?;
+        site.run_index.entry(&run).ok_or_else(|| Response::text(404, "there is no such run"))?;
+    let run = site
+        .run_index
+        .run(&entry.dir)
+        .ok_or_else(|| Response::text(404, "the run cannot be read"))?;
     let step = run.steps.iter().find(|step| Some(step.number) == number);
     let step = step.ok_or_else(|| Response::text(404, "the run has no such step"))?;
     site.keep(&entry.name, step, &fluent, answer)

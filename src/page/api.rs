@@ -12,7 +12,7 @@ use super::site::Site;
 pub(super) fn answer(site: &Site, request: &Request, path: &[&str]) -> Response {
     match path {
         ["runs"] => {
-            let runs = site.shelf.runs();
+            let runs = site.run_index.runs();
             let each = runs.iter().map(|(entry, run)| {
                 json!({
                     "number": entry.number,
@@ -39,9 +39,9 @@ pub(super) fn answer(site: &Site, request: &Request, path: &[&str]) -> Response 
 }
 
 fn run(site: &Site, request: &Request, name: &str, rest: &[&str]) -> Response {
-    let found = site.shelf.entry(name);
+    let found = site.run_index.entry(name);
     let Some((entry, run)) = found
-        .and_then(|entry| Some((site.shelf.run(&entry.dir)?, entry)))
+        .and_then(|entry| Some((site.run_index.run(&entry.dir)?, entry)))
         .map(|(run, entry)| (entry, run))
     else {
         return Response::text(404, "there is no such run");

@@ -16,7 +16,7 @@ mod frame;
 mod live;
 mod overview;
 mod quiz;
-mod shelf;
+mod run_index;
 mod routes;
 mod site;
 mod step;

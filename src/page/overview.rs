@@ -12,8 +12,8 @@ use super::site::Site;
 
 pub(super) fn view(site: &Site) -> View {
     let mut main = "<h1>Runs</h1>\n".to_owned();
-    let entries = site.shelf.entries();
-    let root = site.shelf.root().display().to_string();
+    let entries = site.run_index.entries();
+    let root = site.run_index.root().display().to_string();
     if entries.is_empty() {
         let _ = writeln!(
             main,
@@ -34,7 +34,7 @@ pub(super) fn view(site: &Site) -> View {
     let by = site.by();
     let mine: Vec<_> = site.answers().into_iter().filter(|answered| answered.by == by).collect();
     for entry in entries.iter().rev() {
-        let Some(run) = site.shelf.run(&entry.dir) else {
+        let Some(run) = site.run_index.run(&entry.dir) else {
             let _ = writeln!(
                 main,
                 "<tr><td class=\"number\">{}<td colspan=\"6\">{} cannot be read</tr>",

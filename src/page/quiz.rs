@@ -20,7 +20,7 @@ use super::step::{At, When, pictures};
 pub(super) fn view(site: &Site, request: &Request) -> View {
     let seed = request.asked("seed").and_then(|seed| seed.parse().ok()).unwrap_or(site.seed);
     let at: usize = request.asked("at").and_then(|at| at.parse().ok()).unwrap_or(1).max(1);
-    let runs = site.shelf.runs();
+    let runs = site.run_index.runs();
     let items = ordered(&runs, seed);
     let mut main = "<h1>Quiz</h1>\n".to_owned();
     let Some(item) = items.get(at - 1) else {

@@ -40,7 +40,7 @@ impl Site {
             }
             ["run", run, number, when] => {
                 let at = number.parse().ok().zip(When::parse(when));
-                match (self.shelf.entry(run), at) {
+                match (self.run_index.entry(run), at) {
                     (Some(entry), Some((number, when))) => {
                         let why = request.asked("why");
                         step::view(self, &entry, At { number, when }, why.as_deref())

@@ -13,12 +13,12 @@ use crate::workcell::Run;
 use crate::workcell::archive::Entry;
 
 use super::live::Live;
-use super::shelf::Shelf;
+use super::run_index::RunIndex;
 use super::{Options, Place};
 
 /// Everything the page knows between requests.
 pub(super) struct Site {
-    pub(super) shelf: Shelf,
+    pub(super) run_index: RunIndex,
     pub(super) live: Option<Arc<Live>>,
     pub(super) seed: u64,
     answers: PathBuf,
@@ -36,7 +36,7 @@ impl Site {
     pub(super) fn new(options: Options, live: Option<Arc<Live>>) -> Self {
         let Options { root, answers, port: _, seed, place } = options;
         Self {
-            shelf: Shelf::new(root),
+            run_index: RunIndex::new(root),
             live,
             seed,
             answers,
@@ -55,7 +55,7 @@ impl Site {
 
     /// Returns the folder of a run that is kept or being made.
     pub(super) fn dir(&self, run: &str) -> Option<PathBuf> {
-        let kept = self.shelf.entry(run).map(|entry| entry.dir);
+        let kept = self.run_index.entry(run).map(|entry| entry.dir);
         let now = || self.live.as_ref().map(|live| live.now());
         kept.or_else(|| now().filter(|now| now.run() == Some(run)).and_then(|now| now.dir))
     }
@@ -124,7 +124,7 @@ impl Site {
         fluent: &str,
         ask: impl FnOnce(&Question<'_>) -> T,
     ) -> T {
-        let earlier = self.shelf.earlier(entry, run);
+        let earlier = self.run_index.earlier(entry, run);
         let number = Some(entry.number);
         ask(&Question { run, number, fluent: Some(fluent), earlier: &earlier, place: &*self.place })
     }

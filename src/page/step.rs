@@ -57,7 +57,7 @@ impl At {
 
 /// A moment of a run that is kept.
 pub(super) fn view(site: &Site, entry: &Entry, at: At, why: Option<&str>) -> View {
-    let Some(run) = site.shelf.run(&entry.dir) else {
+    let Some(run) = site.run_index.run(&entry.dir) else {
         return View::missing(
             "This run cannot be read",
             "Its `run.json` is not one, or not whole.",

@@ -22,8 +22,8 @@ pub(super) fn view(site: &Site, why: Option<&str>) -> View {
     };
     let now = live.now();
     let name = now.run().unwrap_or_default();
-    let entry = (!name.is_empty()).then(|| site.shelf.entry(name)).flatten();
-    let run = entry.as_ref().and_then(|entry| site.shelf.run(&entry.dir));
+    let entry = (!name.is_empty()).then(|| site.run_index.entry(name)).flatten();
+    let run = entry.as_ref().and_then(|entry| site.run_index.run(&entry.dir));
     // The last step that is over, unless another has begun since.
     let last = run.as_ref().and_then(|run| run.steps.last());
     // How the run ended would answer questions that are still open.

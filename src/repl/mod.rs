@@ -17,7 +17,7 @@ mod table;
 mod records;
 mod sentences;
 mod step;
-mod typist;
+mod line_source;
 mod values;
 mod work;
 
@@ -37,8 +37,8 @@ use crate::workcell::check::check_step;
 use crate::workcell::{Run, Stdlib, WorkCell};
 use calc::Calculator;
 use complete::Helper;
+use line_source::{LineSource, Pipe, Terminal, Typed};
 use sentences::{Confirm, Pending, Taught};
-use typist::{Pipe, Terminal, Typed, Typist};
 use values::Values;
 use work::Bench;
 
@@ -126,7 +126,7 @@ struct Session<'scope, 'env> {
     pending: Option<Pending>,
     taught: Taught,
     /// Where lines come from.
-    typist: Box<dyn Typist + 'env>,
+    lines: Box<dyn LineSource + 'env>,
     /// Breakpoints.
     stops: Stops,
     /// The step of the last run that is looked at.
@@ -198,9 +198,9 @@ fn talk<'a>(
     cell: WorkCell,
     style: Style,
     hands: Hands<'a>,
-    typist: Box<dyn Typist + 'a>,
+    lines: Box<dyn LineSource + 'a>,
 ) -> Result<u8, Failure> {
-    std::thread::scope(|scope| Session::new(cell, style, hands, typist, scope).talk())
+    std::thread::scope(|scope| Session::new(cell, style, hands, lines, scope).talk())
 }
 
 impl<'scope, 'env> Session<'scope, 'env> {
@@ -208,7 +208,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
         cell: WorkCell,
         style: Style,
         hands: Hands<'env>,
-        typist: Box<dyn Typist + 'env>,
+        lines: Box<dyn LineSource + 'env>,
         scope: &'scope Scope<'scope, 'env>,
     ) -> Self {
         let library = cell.library().clone();
@@ -230,7 +230,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
             confirm: if hands.is_sure { Confirm::None } else { Confirm::default() },
             pending: None,
             taught: Taught::read(hands.home, style),
-            typist,
+            lines,
             stops: Stops::default(),
             looking: None,
             edits: Edits::new(hands.home),
@@ -257,14 +257,14 @@ impl<'scope, 'env> Session<'scope, 'env> {
         // or is seen here.
         self.hands.leave.is_idle.store(self.bench.is_here(), Ordering::SeqCst);
         let typed =
-            if self.hands.leave.is_asked() { Ok(Typed::End) } else { self.typist.next(prompt) };
+            if self.hands.leave.is_asked() { Ok(Typed::End) } else { self.lines.next(prompt) };
         self.hands.leave.is_idle.store(false, Ordering::SeqCst);
         typed
     }
 
     /// Takes statements until there are none, or one that leaves; returns the worst exit code of them.
     fn talk(&mut self) -> Result<u8, Failure> {
-        if self.typist.is_person() {
+        if self.lines.is_person() {
             self.style.say(self.greeting());
         }
         loop {

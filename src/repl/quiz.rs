@@ -5,7 +5,7 @@ use crate::report::teach::compared;
 use crate::teach::answers::{self, Answer, Answered, TRAINEE};
 use crate::teach::quiz;
 
-use super::typist::Typed;
+use super::line_source::Typed;
 use super::{Next, Session};
 
 /// What a line says to a question.

@@ -19,7 +19,7 @@ use crate::teach::{answers, record};
 use crate::workcell::check::check_step;
 use crate::workcell::{Run, archive};
 
-use super::typist::Typed;
+use super::line_source::Typed;
 use super::{Last, Next, Session};
 
 /// How often a wish to stop is looked for while a word is waited for.
@@ -32,7 +32,7 @@ impl Session<'_, '_> {
     /// Carries out a step typed at the prompt. A person can be waited for, so breakpoints pause it.
     pub(super) fn perform(&mut self, step: Step) -> Result<Run, Failure> {
         let setup = Setup { stops: self.stops.clone(), ..Setup::default() };
-        if self.typist.is_person() {
+        if self.lines.is_person() {
             return self.led(step, setup);
         }
         let perform = self.hands.perform;
@@ -86,9 +86,9 @@ impl Session<'_, '_> {
     /// Reads lines until one is a word of stepping; does the others. `None` ends the run.
     fn word(&mut self, prompt: &str, is_stopped: &dyn Fn() -> bool) -> Option<String> {
         loop {
-            self.typist.stepping(true);
+            self.lines.stepping(true);
             let typed = self.typed(prompt);
-            self.typist.stepping(false);
+            self.lines.stepping(false);
             let line = match typed {
                 Ok(Typed::Statement(statement)) => statement,
                 Ok(Typed::Interrupted | Typed::End) => return None,
@@ -253,7 +253,7 @@ impl Session<'_, '_> {
             [] => self.style.say("no breakpoint is set"),
             stops => {
                 let only =
-                    if self.typist.is_person() { "" } else { ", in what `:step` carries out" };
+                    if self.lines.is_person() { "" } else { ", in what `:step` carries out" };
                 self.style.say(format!("pauses before {}{only}", stops.join(", ")));
             }
         }

@@ -4,27 +4,27 @@ use serde_json::Value;
 use trueup::lab::LabSettings;
 
 use super::reality::{Reality, serve};
-use crate::program::Desk;
+use crate::program::Scratch;
 use crate::workcell::dry;
 
-fn read(desk: &Desk, out: &str) -> Value {
-    let _ = desk;
+fn read(scratch: &Scratch, out: &str) -> Value {
+    let _ = scratch;
     serde_json::from_str(out).unwrap()
 }
 
 #[test]
 fn a_pick_over_a_bridge_is_the_pick_of_the_laboratory_behind_it() {
-    let desk = Desk::new("bridge-run");
-    desk.file("dry.task", &dry().text);
+    let scratch = Scratch::new("bridge-run");
+    scratch.file("dry.task", &dry().text);
     let mut reality = Reality::new(Some(dry()), LabSettings::default(), 3);
     let (place, asked) = serve(move |request| Some(reality.answer(request)));
     let robot = format!("bridge://{place}");
     let run = |robot: &str| {
         let args =
             ["-c", "pick(jar)", "--scene", "dry.task", "--seed", "3", "--robot", robot, "--json"];
-        let done = desk.trueup(&args);
+        let done = scratch.trueup(&args);
         assert_eq!(done.code, 0, "{}{}", done.out, done.err);
-        read(&desk, &done.out)
+        read(&scratch, &done.out)
     };
     let (over, home) = (run(&robot), run("lab"));
     assert_eq!(over["robot"], robot.as_str());
@@ -42,15 +42,15 @@ fn a_pick_over_a_bridge_is_the_pick_of_the_laboratory_behind_it() {
 
 #[test]
 fn addresses_that_are_not_whole_are_said_before_anything_is_asked() {
-    let desk = Desk::new("bridge-address");
+    let scratch = Scratch::new("bridge-address");
     for robot in
         ["bridge://", "bridge://host", "bridge://host:", "bridge://:5000", "bridge://h:99999"]
     {
-        let said = desk.trueup(&["-c", "pick(jar)", "--robot", robot]);
+        let said = scratch.trueup(&["-c", "pick(jar)", "--robot", robot]);
         assert_eq!(said.code, 2, "{robot}: {}", said.err);
         assert!(said.err.contains("bridge://HOST:PORT"), "{}", said.err);
     }
-    let nobody = desk.trueup(&["-c", "pick(jar)", "--robot", "bridge://127.0.0.1:1"]);
+    let nobody = scratch.trueup(&["-c", "pick(jar)", "--robot", "bridge://127.0.0.1:1"]);
     assert_ne!(nobody.code, 0);
     assert!(nobody.err.contains("no bridge at 127.0.0.1:1"), "{}", nobody.err);
     assert!(nobody.err.contains("start the server first"), "{}", nobody.err);

@@ -1,6 +1,6 @@
 //! Bad input: one clear message, the right exit code, nothing half-written, with and without `--json`.
 
-use crate::program::{Desk, project};
+use crate::program::{Scratch, project};
 
 /// One way to get it wrong, and what must be said.
 struct Case {
@@ -124,38 +124,38 @@ const CASES: &[Case] = &[
     ),
 ];
 
-fn desk(name: &str) -> Desk {
-    let desk = Desk::new(name);
-    desk.file("bytes.task", b"\xff\xfe\x00pour");
-    desk.file("empty.task", "// Nothing yet.\n");
-    desk.file("open.task", "pour(jar, cup\n");
+fn scratch(name: &str) -> Scratch {
+    let scratch = Scratch::new(name);
+    scratch.file("bytes.task", b"\xff\xfe\x00pour");
+    scratch.file("empty.task", "// Nothing yet.\n");
+    scratch.file("open.task", "pour(jar, cup\n");
     let kitchen = std::fs::read_to_string(project("stdlib/scenes/kitchen.task")).unwrap();
-    desk.file("ur5.task", kitchen.replace("robot gen3_2f85", "robot ur5"));
-    desk.file("kup.task", "pour(jar, kup)\n");
-    desk.file("puor.task", "puor(jar, cup)\n");
-    desk.file("unit.task", "pour(jar, cup, amount: 5 cm)\n");
-    desk.file("bad.toml", "[foo]\nx = 1\n");
-    desk.file("kettle.toml", "[placement.fixed.kettle]\nx_m = 0.5\ny_m = 0.0\n");
-    desk.file("afile", "a file where a folder is wanted");
+    scratch.file("ur5.task", kitchen.replace("robot gen3_2f85", "robot ur5"));
+    scratch.file("kup.task", "pour(jar, kup)\n");
+    scratch.file("puor.task", "puor(jar, cup)\n");
+    scratch.file("unit.task", "pour(jar, cup, amount: 5 cm)\n");
+    scratch.file("bad.toml", "[foo]\nx = 1\n");
+    scratch.file("kettle.toml", "[placement.fixed.kettle]\nx_m = 0.5\ny_m = 0.0\n");
+    scratch.file("afile", "a file where a folder is wanted");
     let zeros = "[0, 0, 0, 0, 0, 0, 0]";
-    desk.file(
+    scratch.file(
         "cone.json",
         format!(
             r#"{{"start": {zeros}, "goals": [{zeros}], "obstacles": [{{"shape": "cone",
                 "pose": {{"xyz_m": [1, 0, 0], "quat_wxyz": [1, 0, 0, 0]}}, "size_m": [0.1]}}]}}"#
         ),
     );
-    desk.file("broken.png", b"\x89PNG\r\n\x1a\nand then nothing");
-    image::RgbImage::new(8, 6).save(desk.path("tiny.png")).unwrap();
-    desk
+    scratch.file("broken.png", b"\x89PNG\r\n\x1a\nand then nothing");
+    image::RgbImage::new(8, 6).save(scratch.path("tiny.png")).unwrap();
+    scratch
 }
 
 #[test]
 fn each_mistake_is_one_json_error_and_nothing_else() {
-    let desk = desk("cli-bad-json");
-    let before = desk.everything();
+    let scratch = scratch("cli-bad-json");
+    let before = scratch.everything();
     for Case { args, exit, code, says, helps } in CASES {
-        let said = desk.trueup(&[*args, &["--json"]].concat());
+        let said = scratch.trueup(&[*args, &["--json"]].concat());
         assert_eq!(said.code, *exit, "{args:?}: {said:?}");
         assert_eq!(said.error("code"), *code, "{args:?}");
         let (message, place) = (said.error("message"), said.error("where"));
@@ -163,15 +163,15 @@ fn each_mistake_is_one_json_error_and_nothing_else() {
         assert!(said.error("help").contains(helps), "{args:?}: {}", said.error("help"));
         assert_eq!(said.err, "", "{args:?}");
     }
-    assert_eq!(desk.everything(), before, "nothing was written");
+    assert_eq!(scratch.everything(), before, "nothing was written");
 }
 
 #[test]
 fn each_mistake_is_told_once_to_a_person() {
-    let desk = desk("cli-bad-text");
-    let before = desk.everything();
+    let scratch = scratch("cli-bad-text");
+    let before = scratch.everything();
     for Case { args, exit, code, says, helps } in CASES {
-        let said = desk.trueup(args);
+        let said = scratch.trueup(args);
         assert_eq!(said.code, *exit, "{args:?}: {said:?}");
         assert_eq!(said.out, "", "{args:?}: a mistake is no answer");
         assert!(said.err.contains(says) && said.err.contains(helps), "{args:?}: {}", said.err);
@@ -186,26 +186,26 @@ fn each_mistake_is_told_once_to_a_person() {
             assert_eq!(said.err.matches(line).count(), 1, "{args:?}: twice `{line}`: {}", said.err);
         }
     }
-    assert_eq!(desk.everything(), before, "nothing was written");
+    assert_eq!(scratch.everything(), before, "nothing was written");
 }
 
 #[test]
 fn a_prompt_has_no_json_form() {
-    let said = Desk::new("cli-bad-prompt").trueup(&["--json"]);
+    let said = Scratch::new("cli-bad-prompt").trueup(&["--json"]);
     assert_eq!((said.code, said.error("code").as_str()), (2, "usage"));
 }
 
 /// A scene file with no scene in it, and one whose scene makes no sense.
 #[test]
 fn a_scene_file_must_have_a_scene() {
-    let desk = Desk::new("cli-bad-scene");
-    desk.file("none.task", "task nothing() { }\n");
-    let said = desk.trueup(&["-c", "pick(jar)", "--scene", "none.task", "--json"]);
+    let scratch = Scratch::new("cli-bad-scene");
+    scratch.file("none.task", "task nothing() { }\n");
+    let said = scratch.trueup(&["-c", "pick(jar)", "--scene", "none.task", "--json"]);
     assert_eq!((said.code, said.error("code").as_str()), (2, "scene::missing"), "{}", said.out);
     assert!(said.error("message").contains("none.task"), "{}", said.out);
     let kitchen = std::fs::read_to_string(project("stdlib/scenes/kitchen.task")).unwrap();
-    desk.file("odd.task", kitchen.replace("radius 80 mm", "radius 80 mL"));
-    let said = desk.trueup(&["-c", "pick(jar)", "--scene", "odd.task", "--json"]);
+    scratch.file("odd.task", kitchen.replace("radius 80 mm", "radius 80 mL"));
+    let said = scratch.trueup(&["-c", "pick(jar)", "--scene", "odd.task", "--json"]);
     assert_eq!((said.code, said.error("code").as_str()), (2, "task::unit"), "{}", said.out);
     assert!(said.error("where").starts_with("odd.task:"), "{}", said.out);
 }

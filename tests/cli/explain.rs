@@ -12,7 +12,7 @@ use trueup::language::{Diagnostic, Library, Source, parse_line};
 use trueup::workcell::check::{check_file, scope_of};
 use trueup::workcell::{Stdlib, library};
 
-use crate::program::Desk;
+use crate::program::Scratch;
 
 /// Codes that no text can raise: something else is wrong first, or the program itself would have to be.
 const BEYOND_TEXTS: &[&str] = &[
@@ -104,18 +104,18 @@ fn codes_in(text: &str) -> impl Iterator<Item = String> + '_ {
 #[test]
 fn a_short_code_is_enough_and_an_unknown_one_is_answered() {
     assert_eq!(explain("unit"), explain("task::unit"));
-    let desk = Desk::new("cli-explain");
-    let said = desk.trueup(&["explain", "task::tolerance"]);
+    let scratch = Scratch::new("cli-explain");
+    let said = scratch.trueup(&["explain", "task::tolerance"]);
     assert_eq!(said.code, 0);
     for part in ["task::tolerance", "never exactly equal", "wrong\n", "right\n", "within 10 mL"] {
         assert!(said.out.contains(part), "{part}: {}", said.out);
     }
-    let json = desk.trueup(&["explain", "unit", "--json"]).json();
+    let json = scratch.trueup(&["explain", "unit", "--json"]).json();
     assert_eq!(json["code"], "task::unit");
     assert_eq!(json["right"], "lift(jar, by: 12 cm)\n");
-    let said = desk.trueup(&["explain", "task::unti", "--json"]);
+    let said = scratch.trueup(&["explain", "task::unti", "--json"]);
     assert_eq!((said.code, said.error("help")), (2, "did you mean `task::unit`?".to_owned()));
-    let listed = desk.trueup(&["explain"]);
+    let listed = scratch.trueup(&["explain"]);
     assert_eq!(listed.out.lines().count(), explanations().count());
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::program::Desk;
+use crate::program::Scratch;
 
 fn recording(name: &str) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/discovery/recordings");
@@ -15,43 +15,43 @@ fn recording(name: &str) -> String {
 
 #[test]
 fn an_identified_geometry_becomes_a_copy_of_the_robots_file() {
-    let desk = Desk::new("cli-gap-poses");
+    let scratch = Scratch::new("cli-gap-poses");
     let (table, urdf) = crate::discovery::poses::off_everywhere();
-    desk.file("poses.csv", table);
-    desk.file("arm.urdf", &urdf);
+    scratch.file("poses.csv", table);
+    scratch.file("arm.urdf", &urdf);
     let args = ["gap", "poses.csv", "--robot-file", "arm.urdf", "--json"];
-    let said = desk.trueup(&args);
+    let said = scratch.trueup(&args);
     let finding: Value = serde_json::from_str(&said.out).unwrap();
     assert_eq!((said.code, &finding["verdict"]), (0, &"nothing_missing".into()), "{finding}");
     assert_eq!(finding["identified"][0]["unit"], "m");
-    assert!(!desk.path("arm.identified.urdf").exists(), "only --apply writes it");
+    assert!(!scratch.path("arm.identified.urdf").exists(), "only --apply writes it");
 
-    let said = desk.trueup(&[&args[..4], &["--apply", "--out", "found", "--quiet"]].concat());
+    let said = scratch.trueup(&[&args[..4], &["--apply", "--out", "found", "--quiet"]].concat());
     assert_eq!((said.code, said.err.as_str()), (0, ""), "{said:?}");
     assert!(said.out.contains("numbers of the model are off, nothing else is missing"), "{said:?}");
-    assert_eq!(fs::read_to_string(desk.path("arm.urdf")).unwrap(), urdf, "the file stays");
-    let copy = fs::read_to_string(desk.path("arm.identified.urdf")).unwrap();
+    assert_eq!(fs::read_to_string(scratch.path("arm.urdf")).unwrap(), urdf, "the file stays");
+    let copy = fs::read_to_string(scratch.path("arm.identified.urdf")).unwrap();
     assert!(copy.contains("<!-- numbers identified by trueup gap from poses.csv; arm.urdf is"));
-    assert_eq!(fs::read_to_string(desk.path("found/arm.identified.urdf")).unwrap(), copy);
-    assert!(fs::read_to_string(desk.path("found/gap.html")).unwrap().contains("<svg"));
+    assert_eq!(fs::read_to_string(scratch.path("found/arm.identified.urdf")).unwrap(), copy);
+    assert!(fs::read_to_string(scratch.path("found/gap.html")).unwrap().contains("<svg"));
 
     let again = ["gap", "poses.csv", "--robot-file", "arm.identified.urdf", "--json"];
-    let finding = desk.trueup(&again).json();
+    let finding = scratch.trueup(&again).json();
     assert_eq!(finding["verdict"], "nothing_missing");
     assert_eq!(finding["identified"], Value::Null);
-    let said = desk.typed(&[], ":undo-edit\n:undo-edit\n");
+    let said = scratch.typed(&[], ":undo-edit\n:undo-edit\n");
     assert_eq!(said.code, 0, "{said:?}");
-    assert!(!desk.path("arm.identified.urdf").exists(), "{said:?}");
+    assert!(!scratch.path("arm.identified.urdf").exists(), "{said:?}");
 }
 
 #[test]
 fn a_finding_is_written_into_the_twin_and_then_nothing_is_missing() {
-    let desk = Desk::new("cli-gap");
+    let scratch = Scratch::new("cli-gap");
     let model = "// Ours.\ntwin arm of kitchen {\n}\n";
-    desk.file("arm.task", model);
+    scratch.file("arm.task", model);
     let (a, b) = (recording("coulomb_a.csv"), recording("coulomb_b.csv"));
     let args = ["gap", &a, &b, "--model", "arm.task", "--json"];
-    let said = desk.trueup(&args);
+    let said = scratch.trueup(&args);
     assert_eq!((said.code, said.err.as_str()), (0, ""), "{}", said.out);
     let finding: Value = serde_json::from_str(&said.out).unwrap();
     assert_eq!(finding["verdict"], "named");
@@ -62,25 +62,25 @@ fn a_finding_is_written_into_the_twin_and_then_nothing_is_missing() {
     assert!(finding["model"]["diff"].as_str().unwrap().contains("+    effect coulomb_friction"));
     assert_eq!(finding["next_experiment"], Value::Null);
     assert_eq!(
-        fs::read_to_string(desk.path("arm.task")).unwrap(),
+        fs::read_to_string(scratch.path("arm.task")).unwrap(),
         model,
         "only --apply changes it"
     );
 
-    let said = desk.trueup(&[&args[..5], &["--apply", "--out", "found", "--quiet"]].concat());
+    let said = scratch.trueup(&[&args[..5], &["--apply", "--out", "found", "--quiet"]].concat());
     assert_eq!(said.code, 0, "{}", said.err);
     assert!(said.out.contains("one effect is missing"), "{}", said.out);
     assert!(said.out.contains("sign(dq_1)"), "{}", said.out);
-    let changed = fs::read_to_string(desk.path("arm.task")).unwrap();
+    let changed = fs::read_to_string(scratch.path("arm.task")).unwrap();
     assert!(
         changed.starts_with("// Ours.\n") && changed.contains("// found by gap in coulomb_a.csv")
     );
-    assert_eq!(fs::read_to_string(desk.path("arm.task.before-gap")).unwrap(), model);
-    let page = fs::read_to_string(desk.path("found/gap.html")).unwrap();
+    assert_eq!(fs::read_to_string(scratch.path("arm.task.before-gap")).unwrap(), model);
+    let page = fs::read_to_string(scratch.path("found/gap.html")).unwrap();
     assert!(page.contains("<svg") && !page.contains("src="), "the page is one file");
-    assert_eq!(desk.trueup(&["check", "arm.task"]).code, 0);
+    assert_eq!(scratch.trueup(&["check", "arm.task"]).code, 0);
 
-    let said = desk.trueup(&args);
+    let said = scratch.trueup(&args);
     let finding: Value = serde_json::from_str(&said.out).unwrap();
     assert_eq!(finding["verdict"], "nothing_missing", "{}", said.out);
 }
@@ -106,42 +106,42 @@ fn points_through_a_lens(seed: u64) -> String {
 
 #[test]
 fn a_lens_is_written_into_the_twin_and_then_nothing_is_missing() {
-    let desk = Desk::new("cli-gap-points");
-    desk.file("cell.task", "twin cell of kitchen {\n}\n");
+    let scratch = Scratch::new("cli-gap-points");
+    scratch.file("cell.task", "twin cell of kitchen {\n}\n");
     let camera = r#"{"camera": {"fx_px": 800, "fy_px": 800, "cx_px": 640, "cy_px": 360},
         "world_from_camera": {"xyz_m": [0, 0, 0], "quat_wxyz": [1, 0, 0, 0]}}"#;
     for (name, seed) in [("a", 1), ("b", 2)] {
-        desk.file(&format!("{name}.csv"), points_through_a_lens(seed));
-        desk.file(&format!("{name}.json"), camera);
+        scratch.file(&format!("{name}.csv"), points_through_a_lens(seed));
+        scratch.file(&format!("{name}.json"), camera);
     }
     let args = ["gap", "a.csv", "b.csv", "--model", "cell.task"];
-    let said = desk.trueup(&[&args[..], &["--apply", "--out", "found", "--json"]].concat());
+    let said = scratch.trueup(&[&args[..], &["--apply", "--out", "found", "--json"]].concat());
     assert_eq!((said.code, said.err.as_str()), (0, ""), "{}", said.out);
     let finding: Value = serde_json::from_str(&said.out).unwrap();
     assert_eq!(finding["verdict"], "named", "{finding:#}");
     assert_eq!(finding["effects"][0]["name"], "radial_distortion");
     let k1 = finding["effects"][0]["parameters"]["k1"]["value"].as_f64().unwrap();
     assert!((k1 + 0.1).abs() < 0.01, "{k1}");
-    let changed = fs::read_to_string(desk.path("cell.task")).unwrap();
+    let changed = fs::read_to_string(scratch.path("cell.task")).unwrap();
     assert!(changed.contains("effect radial_distortion(camera) { k1 = -0."), "{changed}");
-    assert!(fs::read_to_string(desk.path("found/gap.html")).unwrap().contains("<svg"));
-    assert_eq!(desk.trueup(&["check", "cell.task"]).code, 0);
+    assert!(fs::read_to_string(scratch.path("found/gap.html")).unwrap().contains("<svg"));
+    assert_eq!(scratch.trueup(&["check", "cell.task"]).code, 0);
 
-    let said = desk.trueup(&[&args[..], &["--json"]].concat());
+    let said = scratch.trueup(&[&args[..], &["--json"]].concat());
     let finding: Value = serde_json::from_str(&said.out).unwrap();
     assert_eq!(finding["verdict"], "nothing_missing", "{finding:#}");
 }
 
 #[test]
 fn mistakes_are_told_with_their_place() {
-    let desk = Desk::new("cli-gap-mistakes");
+    let scratch = Scratch::new("cli-gap-mistakes");
     let control = recording("control_a.csv");
-    desk.file("nan.csv", "t[s],q_cmd_1[rad],tau_1[N*m]\n0,0,0\n0.1,nan,0\n0.2,0,0\n0.3,0,0\n0.4,0,0\n0.5,0,0\n0.6,0,0\n0.7,0,0\n0.8,0,0\n0.9,0,0\n1,0,0\n");
-    desk.file("two.csv", "t[s],q_1[rad]\n0,0\n1,1\n");
-    desk.file("lost.csv", "t[s],q_1[rad]\n0,0\n1,1\n2,1\n");
-    desk.file("lost.json", r#"{"robot": "nowhere.urdf"}"#);
-    desk.file("blind.csv", "x[m],y[m],z[m],u[px],v[px]\n0,0,1,2,3\n");
-    desk.file("no_twin.task", "fluent f(o: Object) = true\n");
+    scratch.file("nan.csv", "t[s],q_cmd_1[rad],tau_1[N*m]\n0,0,0\n0.1,nan,0\n0.2,0,0\n0.3,0,0\n0.4,0,0\n0.5,0,0\n0.6,0,0\n0.7,0,0\n0.8,0,0\n0.9,0,0\n1,0,0\n");
+    scratch.file("two.csv", "t[s],q_1[rad]\n0,0\n1,1\n");
+    scratch.file("lost.csv", "t[s],q_1[rad]\n0,0\n1,1\n2,1\n");
+    scratch.file("lost.json", r#"{"robot": "nowhere.urdf"}"#);
+    scratch.file("blind.csv", "x[m],y[m],z[m],u[px],v[px]\n0,0,1,2,3\n");
+    scratch.file("no_twin.task", "fluent f(o: Object) = true\n");
     let cases: [(&[&str], &str, &str); 9] = [
         (&["gap"], "usage", "required"),
         (&["gap", "gone.csv"], "io::missing", "gone.csv"),
@@ -154,7 +154,7 @@ fn mistakes_are_told_with_their_place() {
         (&["gap", &control, "--model", "no_twin.task"], "gap::model", "no `twin`"),
     ];
     for (args, code, says) in cases {
-        let said = desk.trueup(&[args, &["--json"]].concat());
+        let said = scratch.trueup(&[args, &["--json"]].concat());
         assert_eq!(said.code, 2, "{args:?}: {}", said.out);
         let answer: Value = serde_json::from_str(&said.out).unwrap();
         let error = &answer["error"];
@@ -192,27 +192,27 @@ fn held(rate: f64, seed: u64) -> String {
 
 #[test]
 fn a_grip_that_slips_is_named_from_files_and_kept_in_the_twin() {
-    let desk = Desk::new("cli-gap-held");
-    desk.file("bench.task", "twin bench of kitchen {\n}\n");
+    let scratch = Scratch::new("cli-gap-held");
+    scratch.file("bench.task", "twin bench of kitchen {\n}\n");
     for (name, seed) in [("a", 1), ("b", 2)] {
-        desk.file(&format!("{name}.csv"), held(0.002, seed));
-        desk.file(&format!("{name}.json"), r#"{"held": {"object": "jar"}}"#);
+        scratch.file(&format!("{name}.csv"), held(0.002, seed));
+        scratch.file(&format!("{name}.json"), r#"{"held": {"object": "jar"}}"#);
     }
     let args = ["gap", "a.csv", "b.csv", "--model", "bench.task", "--apply", "--json"];
-    let finding = desk.trueup(&args).json();
+    let finding = scratch.trueup(&args).json();
     assert_eq!(finding["verdict"], "named", "{finding}");
     assert_eq!(finding["effects"][0]["name"], "grip_slip");
     let rate = finding["effects"][0]["parameters"]["rate"]["value"].as_f64().unwrap();
     assert!((rate - 0.002).abs() < 1e-4, "{rate} m/s");
     assert_eq!(finding["fluents"], Value::Null, "there is no run in it");
-    assert_eq!(desk.trueup(&["check", "bench.task"]).code, 0);
-    let again = desk.trueup(&args[..6]);
+    assert_eq!(scratch.trueup(&["check", "bench.task"]).code, 0);
+    let again = scratch.trueup(&args[..6]);
     assert!(again.out.contains("nothing is missing"), "{}{}", again.out, again.err);
 
-    let said = desk.trueup(&["gap", "a.csv", &recording("coulomb_a.csv"), "--json"]);
+    let said = scratch.trueup(&["gap", "a.csv", &recording("coulomb_a.csv"), "--json"]);
     assert_eq!((said.code, said.error("code").as_str()), (2, "gap::mixed"));
-    desk.file("a.json", r#"{"held": {"object": "jug"}}"#);
-    let said = desk.trueup(&["gap", "a.csv", "--json"]);
+    scratch.file("a.json", r#"{"held": {"object": "jug"}}"#);
+    let said = scratch.trueup(&["gap", "a.csv", "--json"]);
     assert_eq!((said.code, said.error("code").as_str()), (2, "gap::recording"));
     assert!(said.error("help").contains("jar"), "{}", said.out);
 }
@@ -236,10 +236,10 @@ fn copied(from: &Path, to: &Path, change: &dyn Fn(&str) -> String) {
 /// What a run did is kept by the bindings, so actions may be called anything.
 #[test]
 fn a_pour_by_any_other_name_is_a_pour_to_gap() {
-    let desk = Desk::new("cli-gap-renamed");
+    let scratch = Scratch::new("cli-gap-renamed");
     let stdlib = Path::new(env!("CARGO_MANIFEST_DIR")).join("stdlib");
     for folder in ["actions", "tasks"] {
-        copied(&stdlib.join(folder), &desk.path("own").join(folder), &|text| {
+        copied(&stdlib.join(folder), &scratch.path("own").join(folder), &|text| {
             let text = text.replace("grasp.rhai", "seize.rhai").replace("tilt.rhai", "tip.rhai");
             let text = text.replace("unseize", "ungrasp").replace("untip.rhai", "untilt.rhai");
             let text = text.replace("lower.rhai", "let_down.rhai").replace(" lower(", " let_down(");
@@ -250,18 +250,18 @@ fn a_pour_by_any_other_name_is_a_pour_to_gap() {
                 .replace("    tilt(source, target", "    tip(source, target")
         });
     }
-    desk.file(
+    scratch.file(
         "plain.toml",
         "[switches]\ncamera_pose = false\nlens = false\nsensor = false\nlight = false\n\
          zero_offsets = false\ntool_offset = false\njoint_friction = false\ncompliance = false\n\
          latency = false\nreadings = false\nsurfaces = false\nfill = false\n",
     );
     let with = ["--stdlib", "own", "--lab", "plain.toml", "--without-regression", "3"];
-    let said = desk.trueup(&[&["-c", "pour(jar, cup)", "--record", "runs"], &with[..]].concat());
+    let said = scratch.trueup(&[&["-c", "pour(jar, cup)", "--record", "runs"], &with[..]].concat());
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     assert!(said.out.contains("seize(jar") && said.out.contains("tip(jar, cup"), "{}", said.out);
-    let run = fs::read_dir(desk.path("runs")).unwrap().next().unwrap().unwrap().path();
-    let said = desk.trueup(&["gap", &run.display().to_string(), "--stdlib", "own"]);
+    let run = fs::read_dir(scratch.path("runs")).unwrap().next().unwrap().unwrap().path();
+    let said = scratch.trueup(&["gap", &run.display().to_string(), "--stdlib", "own"]);
     assert!(said.out.contains("the scale read what the model says"), "{}{}", said.out, said.err);
     assert!(said.out.contains("liquid_volume"), "{}", said.out);
 }

@@ -4,40 +4,43 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::program::Desk;
+use crate::program::Scratch;
 
 const BENCH: &str = "/// What is known of this bench beyond its scene.\n\
                      twin bench of kitchen {\n}\n\npour(jar, cup)\n";
 
 #[test]
 fn a_seal_hides_an_effect_and_opens_to_it() {
-    let desk = Desk::new("cli-seal");
-    let said = desk.trueup(&["lab", "hide", "--seed", "1", "--out", "hidden.toml"]);
+    let scratch = Scratch::new("cli-seal");
+    let said = scratch.trueup(&["lab", "hide", "--seed", "1", "--out", "hidden.toml"]);
     assert_eq!(said.code, 0, "{}", said.err);
-    let file = fs::read_to_string(desk.path("hidden.toml")).unwrap();
+    let file = fs::read_to_string(scratch.path("hidden.toml")).unwrap();
     assert!(!file.contains("dribble") && !file.contains("jar"), "{file}");
-    let shown = desk.trueup(&["lab", "reveal", "hidden.toml", "--json"]).json();
+    let shown = scratch.trueup(&["lab", "reveal", "hidden.toml", "--json"]).json();
     let (name, at) = (&shown["effects"][0]["name"], &shown["effects"][0]["at"]);
     let guess = format!("{}({})", name.as_str().unwrap(), at.as_str().unwrap());
-    assert_eq!(desk.trueup(&["lab", "reveal", "hidden.toml", "--guess", &guess]).code, 0);
-    assert_eq!(desk.trueup(&["lab", "reveal", "hidden.toml", "--guess", "payload(jar)"]).code, 1);
-    desk.file("broken.toml", "sealed = \"00ff\"\n");
-    let said = desk.trueup(&["lab", "reveal", "broken.toml", "--json"]);
+    assert_eq!(scratch.trueup(&["lab", "reveal", "hidden.toml", "--guess", &guess]).code, 0);
+    assert_eq!(
+        scratch.trueup(&["lab", "reveal", "hidden.toml", "--guess", "payload(jar)"]).code,
+        1
+    );
+    scratch.file("broken.toml", "sealed = \"00ff\"\n");
+    let said = scratch.trueup(&["lab", "reveal", "broken.toml", "--json"]);
     assert_eq!((said.code, said.error("code").as_str()), (2, "lab::settings"));
 }
 
 #[test]
 fn a_spill_is_explained_and_the_next_run_pours() {
-    let desk = Desk::new("cli-hidden");
-    desk.file("bench.task", BENCH);
+    let scratch = Scratch::new("cli-hidden");
+    scratch.file("bench.task", BENCH);
     // What `lab hide --seed 1` draws is of this kind; here it is open, to be compared with.
-    desk.file(
+    scratch.file(
         "lab.toml",
         "[[effects]]\nname = \"lip_dribble\"\nat = \"jar\"\n\
          numbers = { volume = 20e-6, delay = 2.0 }\n",
     );
     let run = || {
-        let said = desk.trueup(&["run", "bench.task", "--lab", "lab.toml", "--json"]);
+        let said = scratch.trueup(&["run", "bench.task", "--lab", "lab.toml", "--json"]);
         (said.code, said.json())
     };
     let spilt = |run: &Value| run["water"]["spilt_ml"].as_f64().unwrap();
@@ -46,7 +49,7 @@ fn a_spill_is_explained_and_the_next_run_pours() {
     assert!(spilt(&first) > 5.0, "{}", spilt(&first));
 
     let folder = first["run_dir"].as_str().unwrap().to_owned();
-    let said = desk.trueup(&["gap", &folder, "--model", "bench.task", "--apply", "--json"]);
+    let said = scratch.trueup(&["gap", &folder, "--model", "bench.task", "--apply", "--json"]);
     let finding = said.json();
     assert_eq!(finding["verdict"], "named", "{finding}");
     assert_eq!(finding["effects"][0]["name"], "lip_dribble");
@@ -61,7 +64,7 @@ fn a_spill_is_explained_and_the_next_run_pours() {
         "{fluents:?}"
     );
     assert!(fluents.iter().any(|change| change["kind"] == "undeclared"), "{fluents:?}");
-    let bench = fs::read_to_string(desk.path("bench.task")).unwrap();
+    let bench = fs::read_to_string(scratch.path("bench.task")).unwrap();
     assert!(bench.starts_with("/// What is known of this bench beyond its scene.\n"), "{bench}");
     assert!(bench.contains("    effect lip_dribble(jar) { "), "{bench}");
 
@@ -70,6 +73,6 @@ fn a_spill_is_explained_and_the_next_run_pours() {
     assert!(spilt(&second) < 2.0, "{} mL spilt", spilt(&second));
     // With the effect in the twin nothing is missing any more.
     let folder = second["run_dir"].as_str().unwrap().to_owned();
-    let again = desk.trueup(&["gap", &folder, "--model", "bench.task", "--json"]).json();
+    let again = scratch.trueup(&["gap", &folder, "--model", "bench.task", "--json"]).json();
     assert_eq!(again["verdict"], "nothing_missing", "{again}");
 }

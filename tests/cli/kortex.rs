@@ -14,7 +14,7 @@ use trueup::kortex::clock::Wall;
 use trueup::kortex::link::Login;
 
 use crate::kitchen::HOME;
-use crate::program::Desk;
+use crate::program::Scratch;
 
 /// A program that is ended with the test.
 struct Running(Child);
@@ -26,8 +26,8 @@ impl Drop for Running {
     }
 }
 
-fn start(desk: &Desk, args: &[&str]) -> (Running, BufReader<ChildStdout>) {
-    running(desk.command(args))
+fn start(scratch: &Scratch, args: &[&str]) -> (Running, BufReader<ChildStdout>) {
+    running(scratch.command(args))
 }
 
 fn running(mut command: Command) -> (Running, BufReader<ChildStdout>) {
@@ -47,9 +47,9 @@ fn places(out: &mut impl BufRead) -> Value {
 
 #[test]
 fn the_emulator_says_where_it_is_and_answers_there_with_the_labs_arm_and_camera() {
-    let desk = Desk::new("cli-emulate");
+    let scratch = Scratch::new("cli-emulate");
     let free = ["--tcp", "0", "--udp", "0", "--pictures", "0", "--json"];
-    let (_running, mut out) = start(&desk, &[&["emulate", "kortex"][..], &free].concat());
+    let (_running, mut out) = start(&scratch, &[&["emulate", "kortex"][..], &free].concat());
     let said = places(&mut out);
     let (host, port) = said["tcp"].as_str().unwrap().rsplit_once(':').unwrap();
     let mut arm = KortexArm::connect(Options {
@@ -83,13 +83,13 @@ fn the_emulator_says_where_it_is_and_answers_there_with_the_labs_arm_and_camera(
 
 #[test]
 fn an_ideal_arm_has_no_camera_and_ports_that_are_taken_are_told() {
-    let desk = Desk::new("cli-emulate-ideal");
+    let scratch = Scratch::new("cli-emulate-ideal");
     let ideal = ["emulate", "kortex", "--ideal", "--udp", "0", "--json"];
-    let (_running, mut out) = start(&desk, &[&ideal[..], &["--tcp", "0"]].concat());
+    let (_running, mut out) = start(&scratch, &[&ideal[..], &["--tcp", "0"]].concat());
     let said = places(&mut out);
     assert_eq!(said["photo"], Value::Null);
     let port = said["tcp"].as_str().unwrap().rsplit_once(':').unwrap().1.to_owned();
-    let second = desk.trueup(&[&ideal[..], &["--tcp", &port]].concat());
+    let second = scratch.trueup(&[&ideal[..], &["--tcp", &port]].concat());
     assert_eq!(second.code, 4);
     assert_eq!(second.error("code"), "emulate::port");
 }
@@ -100,9 +100,9 @@ fn an_ideal_arm_has_no_camera_and_ports_that_are_taken_are_told() {
 #[test]
 fn a_server_that_ran_out_of_files_takes_connections_again() {
     const FILES: usize = 48;
-    let desk = Desk::new("cli-emulate-files");
+    let scratch = Scratch::new("cli-emulate-files");
     let free = ["emulate", "kortex", "--tcp", "0", "--udp", "0", "--pictures", "0", "--json"];
-    let (running, mut out) = running(desk.limited(&format!("ulimit -n {FILES}"), &free));
+    let (running, mut out) = running(scratch.limited(&format!("ulimit -n {FILES}"), &free));
     let said = places(&mut out);
     let tcp = said["tcp"].as_str().unwrap();
     let scales = said["scales"].as_str().unwrap();
@@ -119,7 +119,7 @@ fn a_server_that_ran_out_of_files_takes_connections_again() {
         drop(crowd);
         assert!(WebScales(scales.parse().unwrap()).weigh().is_some(), "after {place}");
         let robot = format!("kortex://admin@{tcp}");
-        let mut status = desk.command(&["kortex", "status", &robot, "--json"]);
+        let mut status = scratch.command(&["kortex", "status", &robot, "--json"]);
         let status = status.env("KORTEX_PASSWORD", "admin").output().unwrap();
         assert!(status.status.success(), "after {place}: {status:?}");
     }
@@ -127,11 +127,11 @@ fn a_server_that_ran_out_of_files_takes_connections_again() {
 
 #[test]
 fn what_is_missing_for_a_real_arm_is_told_before_anything_is_tried() {
-    let desk = Desk::new("cli-kortex-missing");
+    let scratch = Scratch::new("cli-kortex-missing");
     let camera = ["--camera-at", "http://127.0.0.1:9/photo.png"];
     let run = |robot: &str, more: &[&str], password: Option<&str>| {
         let args = [&["-c", "pick(jar)", "--json", "--robot", robot][..], more].concat();
-        let mut command = desk.command(&args);
+        let mut command = scratch.command(&args);
         command.env_remove("KORTEX_PASSWORD");
         if let Some(password) = password {
             command.env("KORTEX_PASSWORD", password);
@@ -155,13 +155,13 @@ fn what_is_missing_for_a_real_arm_is_told_before_anything_is_tried() {
 
 #[test]
 fn nothing_moves_before_someone_said_it_may() {
-    let desk = Desk::new("cli-kortex-confirm");
+    let scratch = Scratch::new("cli-kortex-confirm");
     let ideal = ["emulate", "kortex", "--ideal", "--udp", "0", "--json", "--tcp", "0"];
-    let (_running, mut out) = start(&desk, &ideal);
+    let (_running, mut out) = start(&scratch, &ideal);
     let robot = format!("kortex://admin@{}", places(&mut out)["tcp"].as_str().unwrap());
     let camera = "http://127.0.0.1:9/photo.png";
     let args = ["-c", "pick(jar)", "--json", "--robot", &robot, "--camera-at", camera];
-    let output = desk.command(&args).env("KORTEX_PASSWORD", "admin").output().unwrap();
+    let output = scratch.command(&args).env("KORTEX_PASSWORD", "admin").output().unwrap();
     assert_eq!(output.status.code(), Some(3));
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.contains("motion not confirmed"), "{text}");
@@ -169,8 +169,8 @@ fn nothing_moves_before_someone_said_it_may() {
 
 #[test]
 fn mistakes_in_faults_are_told_with_what_there_is() {
-    let desk = Desk::new("cli-emulate-fault");
-    let said = desk.trueup(&["emulate", "kortex", "--fault", "flood=1", "--json"]);
+    let scratch = Scratch::new("cli-emulate-fault");
+    let said = scratch.trueup(&["emulate", "kortex", "--fault", "flood=1", "--json"]);
     assert_eq!((said.code, said.error("code")), (2, "emulate::fault".to_owned()));
     assert!(said.error("help").contains("drop=0.01"));
 }

@@ -17,7 +17,7 @@ use trueup::lab::{Lab, LabSettings};
 use trueup::motion::robot::Robot;
 
 use crate::kitchen::{self, HOME};
-use crate::program::{Desk, Said};
+use crate::program::{Said, Scratch};
 
 fn emulator(faults: &str) -> Emulator {
     let faults = faults.parse().unwrap();
@@ -31,8 +31,8 @@ fn link(emulator: &Emulator) -> Link {
 }
 
 /// The program with a password in its environment.
-fn with_password(desk: &Desk, args: &[&str], password: &str) -> Said {
-    let output = desk.command(args).env("KORTEX_PASSWORD", password).output().unwrap();
+fn with_password(scratch: &Scratch, args: &[&str], password: &str) -> Said {
+    let output = scratch.command(args).env("KORTEX_PASSWORD", password).output().unwrap();
     Said {
         code: output.status.code().unwrap(),
         out: String::from_utf8(output.stdout).unwrap(),
@@ -45,11 +45,11 @@ fn address(emulator: &Emulator) -> String {
 }
 
 /// Runs a call on an arm that refuses at once; returns what was said of it, and what would help.
-fn refused(desk: &Desk, emulator: &Emulator, password: &str) -> (String, String) {
+fn refused(scratch: &Scratch, emulator: &Emulator, password: &str) -> (String, String) {
     let robot = address(emulator);
     let camera = "http://127.0.0.1:9/photo.png";
     let args = ["-c", "home()", "--json", "--yes", "--robot", &robot, "--camera-at", camera];
-    let said = with_password(desk, &args, password);
+    let said = with_password(scratch, &args, password);
     assert_eq!(said.code, 4, "{said:?}");
     assert_eq!(said.error("code"), "device");
     (said.error("message"), said.error("help"))
@@ -57,14 +57,14 @@ fn refused(desk: &Desk, emulator: &Emulator, password: &str) -> (String, String)
 
 #[test]
 fn what_keeps_one_from_an_arm_is_told_with_what_would_help() {
-    let desk = Desk::new("cli-kortex-refused");
+    let scratch = Scratch::new("cli-kortex-refused");
     let well = emulator("");
-    let (what, help) = refused(&desk, &well, "guess");
+    let (what, help) = refused(&scratch, &well, "guess");
     assert!(what.contains("does not take this password"), "{what}");
     assert!(help.contains("KORTEX_PASSWORD"), "{help}");
 
     // A number nobody knows is told as one.
-    let (what, help) = refused(&desk, &emulator("unknown=1"), "admin");
+    let (what, help) = refused(&scratch, &emulator("unknown=1"), "admin");
     assert!(what.contains("a reason this program does not know (sub-code 999"), "{what}");
     assert!(help.contains("firmware"), "{help}");
 
@@ -73,24 +73,25 @@ fn what_keeps_one_from_an_arm_is_told_with_what_would_help() {
     let spin = JointSpeed { joint_identifier: 0, value: 5.0, duration: 0 };
     let spin = JointSpeeds { joint_speeds: vec![spin], duration: 0 };
     let () = other.call(base::SEND_JOINT_SPEEDS_COMMAND, &spin).unwrap();
-    let (what, help) = refused(&desk, &well, "admin");
+    let (what, help) = refused(&scratch, &well, "admin");
     assert!(what.contains("someone else moves the arm now: TCP"), "{what}");
     assert!(help.contains("wait until they are done"), "{help}");
 
     // In fault.
     let () = other.call(base::APPLY_EMERGENCY_STOP, &()).unwrap();
-    let (what, help) = refused(&desk, &well, "admin");
+    let (what, help) = refused(&scratch, &well, "admin");
     assert!(what.contains("the arm is in fault: the emergency stop is active"), "{what}");
     assert!(help.contains("trueup kortex clear-faults"), "{help}");
 }
 
 #[test]
 fn an_arm_is_looked_after_from_the_command_line_while_someone_else_moves_it() {
-    let desk = Desk::new("cli-kortex-desk");
+    let scratch = Scratch::new("cli-kortex-scratch");
     let emulator = emulator("");
     let robot = address(&emulator);
-    let kortex =
-        |args: &[&str]| with_password(&desk, &[&["kortex"][..], args, &[&robot]].concat(), "admin");
+    let kortex = |args: &[&str]| {
+        with_password(&scratch, &[&["kortex"][..], args, &[&robot]].concat(), "admin")
+    };
     let said = kortex(&["status", "--json"]);
     assert_eq!(said.code, 0, "{said:?}");
     let told = said.json();
@@ -128,23 +129,24 @@ fn an_arm_is_looked_after_from_the_command_line_while_someone_else_moves_it() {
 
 #[test]
 fn nobody_there_and_no_address_are_told_by_the_desk_too() {
-    let desk = Desk::new("cli-kortex-nobody");
-    let said = with_password(&desk, &["kortex", "stop", "127.0.0.1:9", "--json"], "admin");
+    let scratch = Scratch::new("cli-kortex-nobody");
+    let said = with_password(&scratch, &["kortex", "stop", "127.0.0.1:9", "--json"], "admin");
     assert_eq!((said.code, said.error("code")), (4, "device".to_owned()));
     assert!(said.error("message").contains("no arm answers at 127.0.0.1:9"));
-    let said = with_password(&desk, &["kortex", "status", "kortex://a:b@host", "--json"], "admin");
+    let said =
+        with_password(&scratch, &["kortex", "status", "kortex://a:b@host", "--json"], "admin");
     assert_eq!((said.code, said.error("code")), (2, "robot::password".to_owned()));
 }
 
 #[test]
 fn the_prompt_asks_before_an_arm_is_moved_unless_told_not_to() {
-    let desk = Desk::new("cli-kortex-prompt");
+    let scratch = Scratch::new("cli-kortex-prompt");
     let emulator = emulator("");
     let robot = address(&emulator);
     let camera = "http://127.0.0.1:9/photo.png";
     let args = ["--yes", "--robot", &robot, "--camera-at", camera];
     let keys = ":confirm\nhome()\nn\n:confirm all\nhome()\nn\n:confirm none\nhome()\n:quit\n";
-    let said = desk.typed_with(&args, keys, ("KORTEX_PASSWORD", "admin"));
+    let said = scratch.typed_with(&args, keys, ("KORTEX_PASSWORD", "admin"));
     let asked = said.out.matches("carry it out with the kortex://").count();
     assert_eq!((asked, said.out.matches("left undone").count()), (2, 2), "{}", said.out);
     // Without a question it goes to work, and the camera is not there.
@@ -152,7 +154,7 @@ fn the_prompt_asks_before_an_arm_is_moved_unless_told_not_to() {
 }
 
 /// Lets the program move the lab's arm over the wire and does something to it as soon as it moves.
-fn meanwhile(desk: &Desk, act: impl FnOnce(&Link, &Mutex<Option<Emulator>>)) -> Said {
+fn meanwhile(scratch: &Scratch, act: impl FnOnce(&Link, &Mutex<Option<Emulator>>)) -> Said {
     let robot = Arc::new(Robot::gen3());
     let scene = Arc::new(kitchen::scene());
     let lab = Lab::new(&robot, &scene, LabSettings::perfect(), 1).unwrap();
@@ -180,7 +182,7 @@ fn meanwhile(desk: &Desk, act: impl FnOnce(&Link, &Mutex<Option<Emulator>>)) -> 
                 "--camera-at",
                 &place,
             ];
-            let said = with_password(desk, &args, "admin");
+            let said = with_password(scratch, &args, "admin");
             is_over.store(true, Ordering::SeqCst);
             said
         });
@@ -199,8 +201,8 @@ fn meanwhile(desk: &Desk, act: impl FnOnce(&Link, &Mutex<Option<Emulator>>)) -> 
 
 #[test]
 fn an_emergency_stop_on_the_way_ends_the_run_with_advice() {
-    let desk = Desk::new("cli-kortex-estop");
-    let said = meanwhile(&desk, |link, _| {
+    let scratch = Scratch::new("cli-kortex-estop");
+    let said = meanwhile(&scratch, |link, _| {
         let () = link.call(base::APPLY_EMERGENCY_STOP, &()).unwrap();
     });
     assert_eq!(said.code, 4, "{said:?}");
@@ -211,8 +213,8 @@ fn an_emergency_stop_on_the_way_ends_the_run_with_advice() {
 
 #[test]
 fn a_link_lost_on_the_way_ends_the_run_with_advice() {
-    let desk = Desk::new("cli-kortex-lost");
-    let said = meanwhile(&desk, |_, emulator| drop(emulator.lock().unwrap().take()));
+    let scratch = Scratch::new("cli-kortex-lost");
+    let said = meanwhile(&scratch, |_, emulator| drop(emulator.lock().unwrap().take()));
     assert_eq!(said.code, 4, "{said:?}");
     let all = format!("{}{}", said.out, said.err);
     assert!(all.contains("the connection to the arm is gone"), "{all}");

@@ -5,7 +5,7 @@ use trueup::graph::{self, infer::Given};
 use trueup::language::{Library, Source, parse_line};
 use trueup::world::{Pose, WorldState};
 
-use crate::program::Desk;
+use crate::program::Scratch;
 
 /// A stored run of `pick(jar)` whose grasp by `branch` worked or did not.
 fn run(branch: &str, worked: bool, robot: &str) -> Value {
@@ -51,23 +51,23 @@ fn run(branch: &str, worked: bool, robot: &str) -> Value {
     })
 }
 
-pub(super) fn folders(desk: &Desk) {
+pub(super) fn folders(scratch: &Scratch) {
     for (name, branch, worked, robot) in [
         ("a", "level_side", true, "lab"),
         ("b", "level_side", false, "lab"),
         ("c", "tilted_side", true, "lab"),
         ("d", "level_side", true, "twin"),
     ] {
-        desk.file(&format!("runs/{name}/run.json"), run(branch, worked, robot).to_string());
+        scratch.file(&format!("runs/{name}/run.json"), run(branch, worked, robot).to_string());
     }
 }
 
 #[test]
 fn runs_are_counted_once_by_domain_and_only_when_asked() {
-    let desk = Desk::new("cli-learn");
-    folders(&desk);
-    let read = |name: &str| std::fs::read_to_string(desk.path(name)).unwrap_or_default();
-    let said = desk.trueup(&["learn", "runs", "--dry"]);
+    let scratch = Scratch::new("cli-learn");
+    folders(&scratch);
+    let read = |name: &str| std::fs::read_to_string(scratch.path(name)).unwrap_or_default();
+    let said = scratch.trueup(&["learn", "runs", "--dry"]);
     assert_eq!(said.code, 0, "{}", said.err);
     assert!(
         said.out.contains("pick/either.level_side  on the arm  worked 0 of 0, now worked 1 of 2"),
@@ -81,41 +81,41 @@ fn runs_are_counted_once_by_domain_and_only_when_asked() {
     );
     assert_eq!(read("runs/outcomes-real.jsonl"), "", "--dry changes nothing");
 
-    desk.trueup(&["learn", "runs/a", "--quiet"]);
+    scratch.trueup(&["learn", "runs/a", "--quiet"]);
     let first = read("runs/outcomes-real.jsonl");
     assert_eq!(first.lines().count(), 1);
     // The rest is added at the end; what stands there is left alone, and nothing is counted twice.
-    let json = desk.trueup(&["learn", "runs", "--json"]).json();
+    let json = scratch.trueup(&["learn", "runs", "--json"]).json();
     assert_eq!((json["runs"].as_u64(), json["known_before"].as_u64()), (Some(3), Some(1)));
     let all = read("runs/outcomes-real.jsonl");
     assert!(all.starts_with(&first) && all.lines().count() == 3);
     assert_eq!(read("runs/outcomes-twin.jsonl").lines().count(), 1);
-    assert_eq!(desk.trueup(&["learn", "runs", "--json"]).json()["runs"], 0);
+    assert_eq!(scratch.trueup(&["learn", "runs", "--json"]).json()["runs"], 0);
     // The graph shows what is known.
-    let said = desk.trueup(&["graph", "pick(jar)"]);
+    let said = scratch.trueup(&["graph", "pick(jar)"]);
     assert!(said.out.contains("worked 1 of 2"), "{}", said.out);
 }
 
 #[test]
 fn demonstrations_move_the_priors_and_nothing_else() {
-    let desk = Desk::new("cli-learn-shown");
-    folders(&desk);
-    let json = desk.trueup(&["learn", "runs", "--demonstrations", "--json"]).json();
+    let scratch = Scratch::new("cli-learn-shown");
+    folders(&scratch);
+    let json = scratch.trueup(&["learn", "runs", "--demonstrations", "--json"]).json();
     assert_eq!(json["counts"], json!({"pick/either.level_side": 3, "pick/either.tilted_side": 1}));
-    assert!(!desk.path("runs/outcomes-real.jsonl").exists());
-    let said = desk.trueup(&["graph", "pick(jar)"]);
+    assert!(!scratch.path("runs/outcomes-real.jsonl").exists());
+    let said = scratch.trueup(&["graph", "pick(jar)"]);
     // Ten earlier ones at 0.6 and three of four shown: 9 of 14.
     assert!(said.out.contains("prior 0.64"), "{}", said.out);
 }
 
 #[test]
 fn what_is_no_run_is_refused() {
-    let desk = Desk::new("cli-learn-bad");
-    desk.file("empty/notes.txt", "nothing");
-    assert_eq!(desk.trueup(&["learn", "empty", "--json"]).error("code"), "learn::none");
-    desk.file("spoilt/run.json", "{}");
-    assert_eq!(desk.trueup(&["learn", "spoilt", "--json"]).error("code"), "learn::run");
-    folders(&desk);
-    desk.file("runs/outcomes-real.jsonl", "nonsense}\n");
-    assert_eq!(desk.trueup(&["learn", "runs/a", "--json"]).error("code"), "learn::file");
+    let scratch = Scratch::new("cli-learn-bad");
+    scratch.file("empty/notes.txt", "nothing");
+    assert_eq!(scratch.trueup(&["learn", "empty", "--json"]).error("code"), "learn::none");
+    scratch.file("spoilt/run.json", "{}");
+    assert_eq!(scratch.trueup(&["learn", "spoilt", "--json"]).error("code"), "learn::run");
+    folders(&scratch);
+    scratch.file("runs/outcomes-real.jsonl", "nonsense}\n");
+    assert_eq!(scratch.trueup(&["learn", "runs/a", "--json"]).error("code"), "learn::file");
 }

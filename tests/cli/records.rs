@@ -1,46 +1,46 @@
 //! `trueup replay` and `trueup report` on a run that is kept: no arm, no file from outside.
 
-use crate::program::Desk;
+use crate::program::Scratch;
 use crate::repl::kept;
 
 #[test]
 fn a_run_is_told_again_by_its_folder_its_name_or_its_number() {
-    let desk = Desk::new("cli-replay");
-    kept::lay_out(&desk);
-    let whole = desk.trueup(&["replay", "runs/20260102-110000-pour"]);
+    let scratch = Scratch::new("cli-replay");
+    kept::lay_out(&scratch);
+    let whole = scratch.trueup(&["replay", "runs/20260102-110000-pour"]);
     assert_eq!(whole.code, 0, "{}", whole.err);
     assert!(whole.out.contains("move_over(jar, cup") && whole.out.contains("does not move"));
-    let step = desk.trueup(&["replay", "3", "--step", "2", "--json"]);
+    let step = scratch.trueup(&["replay", "3", "--step", "2", "--json"]);
     assert_eq!(step.code, 0, "{}", step.out);
     assert_eq!(step.json()["number"], 2);
-    let named = desk.trueup(&["replay", "20260102-110000-pour", "--json"]);
+    let named = scratch.trueup(&["replay", "20260102-110000-pour", "--json"]);
     assert_eq!(named.json()["steps"][1]["outcome"], "failure");
     for wrong in [["replay", "9"], ["replay", "no/such/run"]] {
-        let said = desk.trueup(&wrong);
+        let said = scratch.trueup(&wrong);
         assert_eq!(said.code, 2, "{}", said.err);
         assert!(said.err.contains("there is no run"), "{}", said.err);
     }
-    let late = desk.trueup(&["replay", "3", "--step", "5", "--json"]);
+    let late = scratch.trueup(&["replay", "3", "--step", "5", "--json"]);
     assert_eq!((late.code, late.error("code").as_str()), (2, "replay::step"));
 }
 
 #[test]
 fn a_page_holds_all_of_a_run_and_needs_nothing_else() {
-    let desk = Desk::new("cli-report");
-    kept::lay_out(&desk);
+    let scratch = Scratch::new("cli-report");
+    kept::lay_out(&scratch);
     let picture = image::RgbImage::from_pixel(8, 6, image::Rgb([200, 30, 30]));
-    std::fs::create_dir_all(desk.path("runs/20260102-110000-pour/frames")).unwrap();
+    std::fs::create_dir_all(scratch.path("runs/20260102-110000-pour/frames")).unwrap();
     for whose in ["real", "twin"] {
         let name = format!("runs/20260102-110000-pour/frames/02-after-{whose}.png");
-        picture.save(desk.path(&name)).unwrap();
+        picture.save(scratch.path(&name)).unwrap();
     }
-    desk.file(
+    scratch.file(
         "runs/20260102-110000-pour/graph.svg",
         "<?xml version=\"1.0\"?><svg id=\"drawn\"></svg>",
     );
-    let said = desk.trueup(&["report", "runs/20260102-110000-pour", "-o", "page.html"]);
+    let said = scratch.trueup(&["report", "runs/20260102-110000-pour", "-o", "page.html"]);
     assert_eq!(said.code, 0, "{}", said.err);
-    let page = std::fs::read_to_string(desk.path("page.html")).unwrap();
+    let page = std::fs::read_to_string(scratch.path("page.html")).unwrap();
     assert_eq!(page.matches("data:image/jpeg;base64,").count(), 2);
     assert_eq!(page.matches("<section class=\"step card\">").count(), 2);
     for part in ["above(jar, cup)", "-31 mm ± 1 mm", "&lt;= rim(cup) - 5 mm", "id=\"drawn\""] {
@@ -49,6 +49,6 @@ fn a_page_holds_all_of_a_run_and_needs_nothing_else() {
     for outside in ["://", "src=\"/", "href", "<?xml", "hidden>"] {
         assert!(!page.contains(outside), "the page mentions {outside}");
     }
-    let nothing = desk.trueup(&["report", "runs/not-a-run"]);
+    let nothing = scratch.trueup(&["report", "runs/not-a-run"]);
     assert_eq!(nothing.code, 2);
 }

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::program::Desk;
+use crate::program::Scratch;
 
 /// Reference configurations of the Gen3: joint positions, flange pose, gravity torques of the arm.
 const REFERENCE: &str = include_str!("../motion/reference.csv");
@@ -31,9 +31,9 @@ fn close(a: &[f64], b: &[f64], by: f64) -> bool {
 
 #[test]
 fn fk_agrees_with_the_reference_poses() {
-    let desk = Desk::new("cli-fk");
-    desk.file("q.csv", REFERENCE);
-    let said = desk.trueup(&["robot", "fk", "--q-file", "q.csv", "--json"]);
+    let scratch = Scratch::new("cli-fk");
+    scratch.file("q.csv", REFERENCE);
+    let said = scratch.trueup(&["robot", "fk", "--q-file", "q.csv", "--json"]);
     assert_eq!((said.code, said.err.as_str()), (0, ""));
     let document = said.json();
     let poses = document["poses"].as_array().unwrap();
@@ -49,16 +49,16 @@ fn fk_agrees_with_the_reference_poses() {
         assert!((same.abs() - 1.0).abs() < 1e-9, "{pose} against {expected:?}");
     }
     // One row on the line, and a negative number is not an option.
-    let said = desk.trueup(&["robot", "fk", "--q", "-2.3,1.2,0.4,-1.9,2.6,-1.3,-1.7", "--json"]);
+    let said = scratch.trueup(&["robot", "fk", "--q", "-2.3,1.2,0.4,-1.9,2.6,-1.3,-1.7", "--json"]);
     let xyz = numbers(&said.json()["poses"][0]["xyz_m"]);
     assert!(close(&xyz, &[-0.342_948_612_576, 0.078_961_164_678_8, 0.746_965_256_435], 1e-9));
 }
 
 #[test]
 fn gravity_torques_agree_with_the_reference() {
-    let desk = Desk::new("cli-dynamics");
-    desk.file("q.csv", REFERENCE);
-    let said = desk.trueup(&["robot", "dynamics", "--q-file", "q.csv", "--json"]);
+    let scratch = Scratch::new("cli-dynamics");
+    scratch.file("q.csv", REFERENCE);
+    let said = scratch.trueup(&["robot", "dynamics", "--q-file", "q.csv", "--json"]);
     assert_eq!((said.code, said.err.as_str()), (0, ""));
     let document = said.json();
     let rows = document["rows"].as_array().unwrap();
@@ -83,12 +83,12 @@ fn gravity_torques_agree_with_the_reference() {
 /// What `ik` finds, `fk` confirms; what it does not find has a reason and a distance.
 #[test]
 fn ik_finds_what_fk_reaches_and_says_how_far_off_the_rest_is() {
-    let desk = Desk::new("cli-ik");
+    let scratch = Scratch::new("cli-ik");
     let poses = columns(&["px", "py", "pz", "qw", "qx", "qy", "qz"]);
     // `home`, and a point three metres away.
     let home: Vec<String> = poses[1].iter().map(f64::to_string).collect();
-    desk.file("poses.csv", format!("x,y,z,qw,qx,qy,qz\n{}\n3,0,0.3,1,0,0,0\n", home.join(",")));
-    let said = desk.trueup(&["robot", "ik", "--pose-file", "poses.csv", "--json"]);
+    scratch.file("poses.csv", format!("x,y,z,qw,qx,qy,qz\n{}\n3,0,0.3,1,0,0,0\n", home.join(",")));
+    let said = scratch.trueup(&["robot", "ik", "--pose-file", "poses.csv", "--json"]);
     assert_eq!((said.code, said.err.as_str()), (1, ""), "one of them is not found");
     let document = said.json();
     let [found, far] = &document["solutions"].as_array().unwrap()[..] else {
@@ -99,7 +99,7 @@ fn ik_finds_what_fk_reaches_and_says_how_far_off_the_rest_is() {
     assert!(found["rotation_error_rad"].as_f64().unwrap() < 1e-6);
     assert!(found["time_us"].as_f64().unwrap() >= 0.0);
     let q: Vec<String> = numbers(&found["q_rad"]).iter().map(f64::to_string).collect();
-    let back = desk.trueup(&["robot", "fk", "--q", &q.join(","), "--json"]).json();
+    let back = scratch.trueup(&["robot", "fk", "--q", &q.join(","), "--json"]).json();
     assert!(close(&numbers(&back["poses"][0]["xyz_m"]), &poses[1][..3], 1e-6));
     assert_eq!(far["found"], false);
     assert_eq!(far["reason"], "out_of_reach");
@@ -110,7 +110,7 @@ fn ik_finds_what_fk_reaches_and_says_how_far_off_the_rest_is() {
 
 #[test]
 fn a_plan_goes_round_an_obstacle_and_a_walled_in_goal_has_none() {
-    let desk = Desk::new("cli-plan");
+    let scratch = Scratch::new("cli-plan");
     let post = r#"{"shape": "cylinder", "pose": {"xyz_m": [0.5, 0.0, 0.4], "quat_wxyz": [1, 0, 0, 0]},
                    "size_m": [0.05, 0.8]}"#;
     let (start, goal) =
@@ -118,8 +118,9 @@ fn a_plan_goes_round_an_obstacle_and_a_walled_in_goal_has_none() {
     let problem = |obstacle: &str| {
         format!(r#"{{"start": {start:?}, "goals": [{goal:?}], "obstacles": [{obstacle}]}}"#)
     };
-    desk.file("post.json", problem(post));
-    let said = desk.trueup(&["robot", "plan", "--problem", "post.json", "--json", "--seed", "3"]);
+    scratch.file("post.json", problem(post));
+    let said =
+        scratch.trueup(&["robot", "plan", "--problem", "post.json", "--json", "--seed", "3"]);
     assert_eq!((said.code, said.err.as_str()), (0, ""), "{}", said.out);
     let plan = said.json();
     assert_eq!(plan["found"], true);
@@ -134,14 +135,15 @@ fn a_plan_goes_round_an_obstacle_and_a_walled_in_goal_has_none() {
     assert_eq!(t.len(), plan["trajectory"]["q_rad"].as_array().unwrap().len());
     assert!(plan["min_clearance_m"].as_f64().unwrap() > 0.0);
     assert!(plan["length_rad"].as_f64().unwrap() > 1.8);
-    let again =
-        desk.trueup(&["robot", "plan", "--problem", "post.json", "--json", "--seed", "3"]).json();
+    let again = scratch
+        .trueup(&["robot", "plan", "--problem", "post.json", "--json", "--seed", "3"])
+        .json();
     assert_eq!(again["path_rad"], plan["path_rad"], "same seed, same path");
 
     let on_the_goal = r#"{"shape": "sphere", "pose": {"xyz_m": [0.0, 0.0, 0.6], "quat_wxyz": [1, 0, 0, 0]},
                           "size_m": [0.6]}"#;
-    desk.file("walled.json", problem(on_the_goal));
-    let said = desk.trueup(&["robot", "plan", "--problem", "walled.json", "--json"]);
+    scratch.file("walled.json", problem(on_the_goal));
+    let said = scratch.trueup(&["robot", "plan", "--problem", "walled.json", "--json"]);
     assert_eq!(said.code, 1, "{}", said.out);
     assert_eq!(said.json()["found"], false);
     assert!(!said.json()["reason"].as_str().unwrap().is_empty());
@@ -149,12 +151,12 @@ fn a_plan_goes_round_an_obstacle_and_a_walled_in_goal_has_none() {
 
 #[test]
 fn bad_numbers_are_one_message_and_exit_code_2() {
-    let desk = Desk::new("cli-robot-numbers");
-    desk.file(
+    let scratch = Scratch::new("cli-robot-numbers");
+    scratch.file(
         "far.json",
         r#"{"start": [1e300, 0, 0, 0, 0, 0, 0], "goals": [[0, 0, 0, 0, 0, 0, 0]]}"#,
     );
-    desk.file("none.json", r#"{"start": [0, 0, 0, 0, 0, 0, 0], "goals": []}"#);
+    scratch.file("none.json", r#"{"start": [0, 0, 0, 0, 0, 0, 0], "goals": []}"#);
     for args in [
         &["fk", "--q", "1e308,0,0,0,0,0,0"][..],
         &["fk", "--q", "nan,0,0,0,0,0,0"],
@@ -164,7 +166,7 @@ fn bad_numbers_are_one_message_and_exit_code_2() {
         &["plan", "--problem", "far.json"],
         &["plan", "--problem", "none.json"],
     ] {
-        let said = desk.trueup(&[&["robot"], args, &["--json"]].concat());
+        let said = scratch.trueup(&[&["robot"], args, &["--json"]].concat());
         assert_eq!((said.code, said.err.as_str()), (2, ""), "{args:?}: {}", said.out);
         assert!(!said.error("message").is_empty(), "{args:?}");
     }

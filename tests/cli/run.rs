@@ -8,7 +8,7 @@ use serde_json::Value;
 use trueup::units::parse_column;
 use trueup::workcell::{Ending, Run};
 
-use crate::program::{Desk, project};
+use crate::program::{Scratch, project};
 
 fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
@@ -17,9 +17,9 @@ fn number(value: &Value) -> f64 {
 /// The main job: a stranger runs the script that comes with the project.
 #[test]
 fn the_script_that_is_shipped_pours() {
-    let desk = Desk::new("cli-run");
+    let scratch = Scratch::new("cli-run");
     let script = project("scripts/pour.task");
-    let said = desk.trueup(&["run", &script, "--json", "--record", "records", "--seed", "1"]);
+    let said = scratch.trueup(&["run", &script, "--json", "--record", "records", "--seed", "1"]);
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     let run = said.json();
 
@@ -71,7 +71,7 @@ fn the_script_that_is_shipped_pours() {
     }
 
     // The folder: what was printed, and everything beside it.
-    let folder = desk.run_folder("records");
+    let folder = scratch.run_folder("records");
     assert!(folder.ends_with(Path::new(run["run_dir"].as_str().unwrap()).file_name().unwrap()));
     let kept: Value =
         serde_json::from_str(&fs::read_to_string(folder.join("run.json")).unwrap()).unwrap();
@@ -138,10 +138,10 @@ fn recording(folder: &Path) {
 /// A cup beyond the arm's reach: said before anything moves, with the distance.
 #[test]
 fn an_unreachable_cup_is_said_before_anything_moves() {
-    let desk = Desk::new("cli-far");
-    desk.file("far.toml", "[placement.fixed.cup]\nx_m = 1.05\ny_m = 0.0\nyaw_rad = 0.0\n");
+    let scratch = Scratch::new("cli-far");
+    scratch.file("far.toml", "[placement.fixed.cup]\nx_m = 1.05\ny_m = 0.0\nyaw_rad = 0.0\n");
     let script = project("scripts/pour.task");
-    let said = desk.trueup(&["run", &script, "--lab", "far.toml", "--json"]);
+    let said = scratch.trueup(&["run", &script, "--lab", "far.toml", "--json"]);
     assert_eq!(said.code, 1, "{}{}", said.out, said.err);
     assert_eq!(said.error("code"), "plan::out_of_reach");
     assert_eq!(said.error("where"), "cup");
@@ -154,7 +154,7 @@ fn an_unreachable_cup_is_said_before_anything_moves() {
     // The tool reaches 0.9026 + 0.12 m from a shoulder 0.285 m up; the cup is taken 5 to 22 cm up.
     assert!((15.0..60.0).contains(&distance), "{message}");
     // Nothing moved: there is no joint reading in the recording, and the folder is whole.
-    let folder = desk.run_folder("runs");
+    let folder = scratch.run_folder("runs");
     assert_eq!(fs::read_to_string(folder.join("arm.csv")).unwrap(), "");
     let kept: Run =
         serde_json::from_str(&fs::read_to_string(folder.join("run.json")).unwrap()).unwrap();
@@ -165,15 +165,15 @@ fn an_unreachable_cup_is_said_before_anything_moves() {
 /// A cup that is not on the table: the camera cannot find it, and that is what is said.
 #[test]
 fn an_object_that_is_not_there_is_said_before_anything_moves_towards_it() {
-    let desk = Desk::new("cli-away");
-    desk.file("away.toml", "[placement.fixed.cup]\nx_m = 0.5\ny_m = 3.0\nyaw_rad = 0.0\n");
+    let scratch = Scratch::new("cli-away");
+    scratch.file("away.toml", "[placement.fixed.cup]\nx_m = 0.5\ny_m = 3.0\nyaw_rad = 0.0\n");
     let script = project("scripts/pour.task");
-    let said = desk.trueup(&["run", &script, "--lab", "away.toml", "--json"]);
+    let said = scratch.trueup(&["run", &script, "--lab", "away.toml", "--json"]);
     assert_eq!(said.code, 1, "{}{}", said.out, said.err);
     assert_eq!(said.error("code"), "camera::not_seen");
     assert_eq!(said.error("where"), "cup");
     assert!(said.error("message").contains("cannot be seen"), "{}", said.error("message"));
-    let folder = desk.run_folder("runs");
+    let folder = scratch.run_folder("runs");
     let kept: Run =
         serde_json::from_str(&fs::read_to_string(folder.join("run.json")).unwrap()).unwrap();
     assert_eq!((kept.outcome, kept.reached, kept.steps.len()), (Ending::Failure, false, 0));

@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use crate::program::{Desk, Said};
+use crate::program::{Said, Scratch};
 
 /// A screen, in bytes, and one for each kind of mistake that is drawn.
 const SCREENS: usize = 60_000;
@@ -17,14 +17,14 @@ fn refused(said: &Said, code: &str, says: &str) {
 
 #[test]
 fn a_line_with_thousands_of_mistakes_is_told_in_windows() {
-    let desk = Desk::new("cli-strangers-line");
-    desk.file("line.task", format!("task t() {{ {}}}\n", "kup(a) ".repeat(4000)));
-    let said = desk.trueup(&["check", "line.task"]);
+    let scratch = Scratch::new("cli-strangers-line");
+    scratch.file("line.task", format!("task t() {{ {}}}\n", "kup(a) ".repeat(4000)));
+    let said = scratch.trueup(&["check", "line.task"]);
     assert_eq!(said.code, 1);
     assert!(said.out.len() < SCREENS, "{} bytes", said.out.len());
     assert!(said.out.contains("more of task::unknown_name"), "{}", said.out);
     assert!(said.out.contains("more mistakes are not listed"), "{}", said.out);
-    let listed = desk.trueup(&["check", "line.task", "--json"]).json();
+    let listed = scratch.trueup(&["check", "line.task", "--json"]).json();
     let listed = listed["diagnostics"].as_array().unwrap();
     assert!((1000..1010).contains(&listed.len()), "{}", listed.len());
     let last = listed.last().unwrap();
@@ -34,45 +34,45 @@ fn a_line_with_thousands_of_mistakes_is_told_in_windows() {
 
 #[test]
 fn a_name_of_a_megabyte_is_told_by_its_ends() {
-    let desk = Desk::new("cli-strangers-name");
+    let scratch = Scratch::new("cli-strangers-name");
     let name = "a".repeat(1_000_000);
-    desk.file("name.task", format!("pick({name})\n"));
+    scratch.file("name.task", format!("pick({name})\n"));
     for args in [["check", "name.task"], ["run", "name.task"]] {
-        let said = desk.trueup(&args);
+        let said = scratch.trueup(&args);
         let words = said.out + said.err.as_str();
         assert!(words.contains('…') && words.len() < 4000, "{args:?}: {} bytes", words.len());
     }
-    desk.file("head.csv", format!("{name}[m]\n1\n2\n3\n"));
-    refused(&desk.trueup(&["gap", "head.csv", "--json"]), "gap::recording", "no time column");
-    refused(&desk.trueup(&["align", "map", "head.csv", "--json"]), "align::table", "u_x");
+    scratch.file("head.csv", format!("{name}[m]\n1\n2\n3\n"));
+    refused(&scratch.trueup(&["gap", "head.csv", "--json"]), "gap::recording", "no time column");
+    refused(&scratch.trueup(&["align", "map", "head.csv", "--json"]), "align::table", "u_x");
 }
 
 #[test]
 fn what_a_terminal_would_obey_is_shown_and_not_sent() {
-    // Each call of the program is looked through for escapes by the desk.
-    let desk = Desk::new("cli-strangers-escape");
+    // Each call of the program is looked through for escapes by the scratch.
+    let scratch = Scratch::new("cli-strangers-escape");
     let hostile = "\u{1b}]0;owned\u{7}\u{1b}[2J\u{9b}31m\u{202e}";
-    desk.file(
+    scratch.file(
         "e.task",
         format!("pick(jar) // {hostile}\nsay \"{hostile}\"\nimport \"{hostile}\"\n"),
     );
-    let said = desk.trueup(&["check", "e.task"]);
+    let said = scratch.trueup(&["check", "e.task"]);
     assert!(said.out.contains("␛[2J"), "{}", said.out);
     assert!(!said.out.contains(['\u{7}', '\u{9b}', '\u{202e}']), "{:?}", said.out);
-    desk.file("e.csv", format!("t[s],{hostile}[rad]\n0,1\n1,2\n2,3\n"));
-    let said = desk.trueup(&["gap", "e.csv"]);
+    scratch.file("e.csv", format!("t[s],{hostile}[rad]\n0,1\n1,2\n2,3\n"));
+    let said = scratch.trueup(&["gap", "e.csv"]);
     assert!(said.err.contains("␛[2J") && said.code == 2, "{}", said.err);
-    desk.file(
+    scratch.file(
         "e.toml",
         format!("[\"{}\"]\n", hostile.replace('\u{1b}', "\\u001b").replace('\u{7}', "")),
     );
-    let said = desk.trueup(&["-c", "pick(jar)", "--lab", "e.toml"]);
+    let said = scratch.trueup(&["-c", "pick(jar)", "--lab", "e.toml"]);
     assert!(said.err.contains('␛') && said.code == 2, "{}", said.err);
-    let said = desk.trueup(&[hostile]);
+    let said = scratch.trueup(&[hostile]);
     // The usage errors are clap's, which leaves escapes out.
     assert!(said.err.contains("unrecognized") && said.code == 2, "{}", said.err);
     assert!(!said.err.contains(['\u{1b}', '\u{7}', '\u{9b}', '\u{202e}']), "{:?}", said.err);
-    let said = desk.trueup(&["check", hostile, "--json"]);
+    let said = scratch.trueup(&["check", hostile, "--json"]);
     assert!(said.error("where").contains("\u{9b}"), "JSON says what it is");
     assert!(!said.out.contains('\u{9b}'), "{:?}", said.out);
 }
@@ -80,8 +80,8 @@ fn what_a_terminal_would_obey_is_shown_and_not_sent() {
 #[cfg(unix)]
 #[test]
 fn a_pipe_or_a_device_is_not_waited_for() {
-    let desk = Desk::new("cli-strangers-pipe");
-    let made = std::process::Command::new("mkfifo").arg(desk.path("pipe")).status();
+    let scratch = Scratch::new("cli-strangers-pipe");
+    let made = std::process::Command::new("mkfifo").arg(scratch.path("pipe")).status();
     assert!(made.is_ok_and(|status| status.success()), "mkfifo is part of every unix");
     for name in ["pipe", "/dev/zero"] {
         for args in [
@@ -93,13 +93,13 @@ fn a_pipe_or_a_device_is_not_waited_for() {
             &["-c", "pick(jar)", "--lab", name],
             &["robot", "plan", "--problem", name],
         ] {
-            let said = desk.trueup(&[args, &["--json"]].concat());
+            let said = scratch.trueup(&[args, &["--json"]].concat());
             refused(&said, "io::read", "not a regular file");
         }
-        let said = desk.trueup(&["camera", "see", name, "--json"]);
+        let said = scratch.trueup(&["camera", "see", name, "--json"]);
         refused(&said, "io::image", "not a regular file");
-        desk.file("i.task", format!("import \"{name}\"\npick(jar)\n"));
-        let said = desk.trueup(&["check", "i.task"]);
+        scratch.file("i.task", format!("import \"{name}\"\npick(jar)\n"));
+        let said = scratch.trueup(&["check", "i.task"]);
         assert!(said.code == 1 && said.out.contains("not a regular file"), "{}", said.out);
     }
 }
@@ -116,7 +116,7 @@ fn swing(times: &[f64]) -> String {
 
 #[test]
 fn a_clock_that_shows_what_no_clock_shows_is_told() {
-    let desk = Desk::new("cli-strangers-clock");
+    let scratch = Scratch::new("cli-strangers-clock");
     let even: Vec<f64> = (0..60).map(|k| f64::from(k) * 0.01).collect();
     let with = |times: &[f64]| swing(times);
     let cases = [
@@ -130,40 +130,40 @@ fn a_clock_that_shows_what_no_clock_shows_is_told() {
         ("t[s],q_1[rad],q_1[rad]\n".into(), "two columns are called"),
     ];
     for (text, says) in cases {
-        desk.file("r.csv", text);
-        refused(&desk.trueup(&["gap", "r.csv", "--json"]), "gap::recording", says);
+        scratch.file("r.csv", text);
+        refused(&scratch.trueup(&["gap", "r.csv", "--json"]), "gap::recording", says);
     }
 }
 
 #[test]
 fn a_hundred_thousand_columns_are_read_at_once() {
-    let desk = Desk::new("cli-strangers-columns");
+    let scratch = Scratch::new("cli-strangers-columns");
     let names: Vec<String> = (1..=100_000).map(|i| format!("q_{i}")).collect();
     let zeros = vec!["0"; 100_000].join(",");
     let rows: Vec<String> = (0..9).map(|k| format!("{k},{zeros}")).collect();
-    desk.file("wide.csv", format!("t[s],{}\n{}\n", names.join(","), rows.join("\n")));
-    let said = desk.trueup(&["gap", "wide.csv", "--json"]);
+    scratch.file("wide.csv", format!("t[s],{}\n{}\n", names.join(","), rows.join("\n")));
+    let said = scratch.trueup(&["gap", "wide.csv", "--json"]);
     refused(&said, "gap::recording", "100000 columns `q_*`");
 }
 
 #[test]
 fn robots_too_deep_or_too_large_are_refused_before_they_are_read() {
-    let desk = Desk::new("cli-strangers-urdf");
+    let scratch = Scratch::new("cli-strangers-urdf");
     let (open, close) = ("<a>".repeat(30_000), "</a>".repeat(30_000));
-    desk.file("deep.urdf", format!("<robot name=\"r\">{open}{close}</robot>"));
-    desk.file(
+    scratch.file("deep.urdf", format!("<robot name=\"r\">{open}{close}</robot>"));
+    scratch.file(
         "large.urdf",
         format!("<robot name=\"r\">{}</robot>", "<link name=\"l\"/>".repeat(100_000)),
     );
     for (file, says) in [("deep.urdf", "64 deep"), ("large.urdf", "1000 links")] {
-        let said = desk.trueup(&["robot", "fk", "--q", "0", "--robot-file", file, "--json"]);
+        let said = scratch.trueup(&["robot", "fk", "--q", "0", "--robot-file", file, "--json"]);
         refused(&said, "robot::input", says);
     }
 }
 
 #[test]
 fn texts_nested_without_end_are_refused() {
-    let desk = Desk::new("cli-strangers-nested");
+    let scratch = Scratch::new("cli-strangers-nested");
     let mut chain = "1".to_owned();
     for _ in 0..60 {
         chain = format!("({chain}{})", "+1".repeat(60));
@@ -175,32 +175,32 @@ fn texts_nested_without_end_are_refused() {
         format!("model m {{ input u state x = 0 x' = {}2 output y = x }}\n", "x^".repeat(100_000)),
         "{".repeat(100_000),
     ] {
-        desk.file("n.task", text);
-        let said = desk.trueup(&["check", "n.task"]);
+        scratch.file("n.task", text);
+        let said = scratch.trueup(&["check", "n.task"]);
         assert!(said.code == 1 && said.out.contains("task::depth"), "{said:?}");
     }
     let deep = format!("{}{}", "[".repeat(200_000), "]".repeat(200_000));
-    desk.file("deep.json", &deep);
-    refused(&desk.trueup(&["graph", "deep.json", "--json"]), "graph::file", "recursion limit");
-    desk.file("deep.toml", format!("a = {deep}\n"));
-    let said = desk.trueup(&["-c", "pick(jar)", "--lab", "deep.toml", "--json"]);
+    scratch.file("deep.json", &deep);
+    refused(&scratch.trueup(&["graph", "deep.json", "--json"]), "graph::file", "recursion limit");
+    scratch.file("deep.toml", format!("a = {deep}\n"));
+    let said = scratch.trueup(&["-c", "pick(jar)", "--lab", "deep.toml", "--json"]);
     refused(&said, "lab::settings", "");
 }
 
 #[test]
 fn thousands_of_tasks_that_call_the_next_are_checked_at_once() {
-    let desk = Desk::new("cli-strangers-tasks");
+    let scratch = Scratch::new("cli-strangers-tasks");
     let chain = |last: &str| {
         let mut text = String::new();
         (0..2000).for_each(|i| _ = writeln!(text, "task t{i}() {{ t{}() }}", i + 1));
         format!("{text}task t2000() {{ {last} }}\nt0()\n")
     };
-    desk.file("chain.task", chain("pick(jar)"));
-    assert_eq!(desk.trueup(&["check", "chain.task"]).code, 0);
-    let said = desk.trueup(&["graph", "chain.task", "--json"]);
+    scratch.file("chain.task", chain("pick(jar)"));
+    assert_eq!(scratch.trueup(&["check", "chain.task"]).code, 0);
+    let said = scratch.trueup(&["graph", "chain.task", "--json"]);
     refused(&said, "graph::too_large", "200 deep");
-    desk.file("ring.task", chain("t0()"));
-    let said = desk.trueup(&["check", "ring.task"]);
+    scratch.file("ring.task", chain("t0()"));
+    let said = scratch.trueup(&["check", "ring.task"]);
     assert!(said.code == 1 && said.out.contains("leads back to"), "{}", said.out);
     assert!(said.out.len() < SCREENS, "{} bytes", said.out.len());
 }

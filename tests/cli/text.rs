@@ -2,18 +2,18 @@
 
 use serde_json::Value;
 
-use crate::program::{Desk, project};
+use crate::program::{Scratch, project};
 
 #[test]
 fn what_the_project_ships_has_no_mistakes_and_is_laid_out() {
-    let desk = Desk::new("cli-shipped");
+    let scratch = Scratch::new("cli-shipped");
     let (stdlib, scripts) = (project("stdlib"), project("scripts"));
-    let said = desk.trueup(&["check", &stdlib, &scripts]);
+    let said = scratch.trueup(&["check", &stdlib, &scripts]);
     assert_eq!((said.code, said.out.trim()), (0, "no mistakes found"), "{}", said.err);
-    let said = desk.trueup(&["check", "--json", &stdlib, &scripts]);
+    let said = scratch.trueup(&["check", "--json", &stdlib, &scripts]);
     assert_eq!((said.code, said.err.as_str()), (0, ""));
     assert_eq!(said.json(), serde_json::json!({ "diagnostics": [] }));
-    let said = desk.trueup(&["fmt", "--check", &scripts]);
+    let said = scratch.trueup(&["fmt", "--check", &scripts]);
     assert_eq!((said.code, said.out.as_str()), (0, ""), "{}", said.err);
 }
 
@@ -21,9 +21,9 @@ fn what_the_project_ships_has_no_mistakes_and_is_laid_out() {
 /// see them, by the program itself.
 #[test]
 fn five_planted_mistakes_are_told_as_designed() {
-    let desk = Desk::new("cli-golden");
-    desk.file("bad.task", include_str!("golden/bad.task"));
-    let said = desk.trueup(&["check", "bad.task"]);
+    let scratch = Scratch::new("cli-golden");
+    scratch.file("bad.task", include_str!("golden/bad.task"));
+    let said = scratch.trueup(&["check", "bad.task"]);
     assert_eq!((said.code, said.err.as_str()), (1, ""));
     assert_eq!(said.out, include_str!("golden/bad.txt"));
 }
@@ -31,24 +31,24 @@ fn five_planted_mistakes_are_told_as_designed() {
 /// What cannot go on at the same time is refused before anything is opened, also in a script that is run.
 #[test]
 fn two_motions_at_a_time_are_refused_when_the_text_is_read() {
-    let desk = Desk::new("cli-together");
-    desk.file("both.task", "together { home() lift(jar) }\n");
+    let scratch = Scratch::new("cli-together");
+    scratch.file("both.task", "together { home() lift(jar) }\n");
     for args in [&["check", "both.task", "--json"][..], &["run", "both.task", "--json"]] {
-        let said = desk.trueup(args);
+        let said = scratch.trueup(args);
         assert_ne!(said.code, 0);
         assert!(said.out.contains("task::together"), "{args:?}: {said:?}");
         assert!(said.out.contains("both need the arm"), "{args:?}: {said:?}");
     }
-    assert_eq!(desk.everything(), ["both.task"], "nothing was recorded");
+    assert_eq!(scratch.everything(), ["both.task"], "nothing was recorded");
 }
 
 /// The JSON of `check`, key by key as the interface has it, for one wrong unit.
 #[test]
 fn a_diagnostic_in_json_has_every_key_of_the_interface() {
-    let desk = Desk::new("cli-check-json");
+    let scratch = Scratch::new("cli-check-json");
     let text = "// Half of it.\npour(jar, cup, amount: 5 cm)\n";
-    desk.file("half.task", text);
-    let said = desk.trueup(&["check", "half.task", "--json"]);
+    scratch.file("half.task", text);
+    let said = scratch.trueup(&["check", "half.task", "--json"]);
     assert_eq!((said.code, said.err.as_str()), (1, ""));
     let document = said.json();
     let found = document["diagnostics"].as_array().unwrap();
@@ -67,11 +67,11 @@ fn a_diagnostic_in_json_has_every_key_of_the_interface() {
 
 #[test]
 fn all_mistakes_of_all_files_are_told_at_once() {
-    let desk = Desk::new("cli-check-many");
-    desk.file("many/a.task", "puor(jar, cup)\npour(jar, kup)\n");
-    desk.file("many/deep/b.task", "pour(jar\n");
-    desk.file("many/notes.txt", "pour(nothing\n");
-    let said = desk.trueup(&["check", "--json", "many"]);
+    let scratch = Scratch::new("cli-check-many");
+    scratch.file("many/a.task", "puor(jar, cup)\npour(jar, kup)\n");
+    scratch.file("many/deep/b.task", "pour(jar\n");
+    scratch.file("many/notes.txt", "pour(nothing\n");
+    let said = scratch.trueup(&["check", "--json", "many"]);
     assert_eq!(said.code, 1);
     let document = said.json();
     let found: Vec<(&str, &str, u64)> = document["diagnostics"]
@@ -91,7 +91,7 @@ fn all_mistakes_of_all_files_are_told_at_once() {
             ("many/deep/b.task", "task::unclosed", 1),
         ]
     );
-    let plain = desk.trueup(&["check", "many"]);
+    let plain = scratch.trueup(&["check", "many"]);
     assert_eq!(plain.code, 1);
     for (near, excerpt) in [("`pour`", "puor(jar, cup)"), ("`cup`", "pour(jar, kup)")] {
         assert!(plain.out.contains(&format!("did you mean {near}?")), "{}", plain.out);
@@ -101,10 +101,10 @@ fn all_mistakes_of_all_files_are_told_at_once() {
 
 #[test]
 fn a_folder_without_task_files_is_not_called_faultless() {
-    let desk = Desk::new("cli-check-empty");
-    desk.file("empty/readme.txt", "nothing here");
+    let scratch = Scratch::new("cli-check-empty");
+    scratch.file("empty/readme.txt", "nothing here");
     for command in ["check", "fmt"] {
-        let said = desk.trueup(&[command, "empty", "--json"]);
+        let said = scratch.trueup(&[command, "empty", "--json"]);
         assert_eq!(said.code, 2, "{}", said.out);
         assert_eq!(said.error("where"), "empty");
     }
@@ -112,36 +112,36 @@ fn a_folder_without_task_files_is_not_called_faultless() {
 
 #[test]
 fn fmt_says_first_and_changes_only_when_asked() {
-    let desk = Desk::new("cli-fmt");
+    let scratch = Scratch::new("cli-fmt");
     let (good, loose) = ("pour(jar, cup)\n", "pour( jar,cup )\n");
-    desk.file("good.task", good);
-    desk.file("loose.task", loose);
-    let read = |name: &str| std::fs::read_to_string(desk.path(name)).unwrap();
+    scratch.file("good.task", good);
+    scratch.file("loose.task", loose);
+    let read = |name: &str| std::fs::read_to_string(scratch.path(name)).unwrap();
 
-    let said = desk.trueup(&["fmt", "--check", "good.task", "loose.task", "--json"]);
+    let said = scratch.trueup(&["fmt", "--check", "good.task", "loose.task", "--json"]);
     assert_eq!(said.code, 1);
     assert_eq!(said.json(), serde_json::json!({ "changed": ["loose.task"] }));
     assert_eq!(read("loose.task"), loose, "--check changes nothing");
 
     // A mistake in the last file: the first is left alone as well.
-    desk.file("zbad.task", "pour(jar\n");
-    let said = desk.trueup(&["fmt", "loose.task", "zbad.task"]);
+    scratch.file("zbad.task", "pour(jar\n");
+    let said = scratch.trueup(&["fmt", "loose.task", "zbad.task"]);
     assert_eq!(said.code, 2, "{}", said.out);
     assert_eq!(read("loose.task"), loose, "nothing is half done");
 
-    let said = desk.trueup(&["fmt", "good.task", "loose.task"]);
+    let said = scratch.trueup(&["fmt", "good.task", "loose.task"]);
     assert_eq!((said.code, said.out.trim()), (0, "formatted: loose.task"));
     assert_eq!((read("good.task").as_str(), read("loose.task").as_str()), (good, good));
-    assert_eq!(desk.trueup(&["fmt", "--check", "good.task", "loose.task"]).code, 0);
+    assert_eq!(scratch.trueup(&["fmt", "--check", "good.task", "loose.task"]).code, 0);
 }
 
 /// A call and the script that makes it are one graph, in all its forms.
 #[test]
 fn a_graph_is_drawn_for_people_programs_and_graphviz() {
-    let desk = Desk::new("cli-graph");
+    let scratch = Scratch::new("cli-graph");
     let script = project("scripts/pour.task");
     let draw = |what: &str, format: &str| {
-        let said = desk.trueup(&["graph", what, "--format", format]);
+        let said = scratch.trueup(&["graph", what, "--format", format]);
         assert_eq!((said.code, said.err.as_str()), (0, ""), "{format}");
         said
     };
@@ -168,7 +168,7 @@ fn a_graph_is_drawn_for_people_programs_and_graphviz() {
     let or: Vec<&Value> =
         nodes.iter().filter(|node| node["ao"] == "or" && node["decides"] == "choice").collect();
     assert_eq!(or.len(), 1, "pick has one choice: {or:?}");
-    assert_eq!(desk.trueup(&["graph", "pour(jar, cup)", "--json"]).json(), graph);
+    assert_eq!(scratch.trueup(&["graph", "pour(jar, cup)", "--json"]).json(), graph);
 
     let mut of_script = draw(&script, "json").json();
     let own = |graph: &mut Value| {
@@ -182,22 +182,22 @@ fn a_graph_is_drawn_for_people_programs_and_graphviz() {
 
     let outline = draw("pick(jar)", "text").out;
     assert!(outline.contains("└─") && outline.contains("grasp(jar, side)"), "{outline}");
-    assert_eq!(desk.everything(), [""; 0], "drawing leaves nothing behind");
+    assert_eq!(scratch.everything(), [""; 0], "drawing leaves nothing behind");
 }
 
 #[test]
 fn a_graph_of_something_unknown_is_refused_with_the_nearest_name() {
-    let desk = Desk::new("cli-graph-bad");
+    let scratch = Scratch::new("cli-graph-bad");
     for (call, near) in [("pour(jar, kup)", "`cup`"), ("puor(jar, cup)", "`pour`")] {
-        let said = desk.trueup(&["graph", call, "--json"]);
+        let said = scratch.trueup(&["graph", call, "--json"]);
         assert_eq!(said.code, 2);
         assert_eq!(said.error("code"), "task::unknown_name");
         assert_eq!(said.error("help"), format!("did you mean {near}?"));
-        let said = desk.trueup(&["graph", call]);
+        let said = scratch.trueup(&["graph", call]);
         assert_eq!((said.code, said.out.as_str()), (2, ""));
         assert_eq!(said.err.matches("did you mean").count(), 1, "said once: {}", said.err);
     }
-    let said = desk.trueup(&["graph", "pour(jar, cup)", "--format", "png", "--json"]);
+    let said = scratch.trueup(&["graph", "pour(jar, cup)", "--format", "png", "--json"]);
     assert_eq!(said.code, 2);
     assert!(said.error("message").contains("png"));
 }

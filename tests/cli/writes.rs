@@ -16,12 +16,12 @@ use trueup::workcell::record::Recorder;
 use trueup::workcell::{Run, State};
 
 use crate::absent::skipped;
-use crate::program::{Desk, Said, project};
+use crate::program::{Said, Scratch, project};
 use crate::repl::kept;
 
 /// Whether a folder holds anything that was begun and not finished.
-fn halves(desk: &Desk) -> Vec<String> {
-    let all = desk.everything().into_iter();
+fn halves(scratch: &Scratch) -> Vec<String> {
+    let all = scratch.everything().into_iter();
     all.filter(|name| name.contains(".part") || name.contains(".trueup-")).collect()
 }
 
@@ -34,20 +34,20 @@ fn is_full(said: &Said, code: i32) {
 /// Every command that writes one file, on a disk without room: it says so, and what was there is as it was.
 #[test]
 fn a_full_disk_costs_no_file_that_was_there() {
-    let desk = Desk::new("writes-full");
-    kept::lay_out(&desk);
-    super::learn::folders(&desk);
-    desk.file("messy.task", "pour(  jar,cup )\n");
-    desk.file("there", "as it was\n");
-    desk.file("runs/priors.json", "{\"counts\":{}}\n");
-    desk.file("runs/outcomes-real.jsonl", "");
-    fs::create_dir_all(desk.path("pages")).unwrap();
-    let before = desk.everything();
-    let texts = |desk: &Desk| {
+    let scratch = Scratch::new("writes-full");
+    kept::lay_out(&scratch);
+    super::learn::folders(&scratch);
+    scratch.file("messy.task", "pour(  jar,cup )\n");
+    scratch.file("there", "as it was\n");
+    scratch.file("runs/priors.json", "{\"counts\":{}}\n");
+    scratch.file("runs/outcomes-real.jsonl", "");
+    fs::create_dir_all(scratch.path("pages")).unwrap();
+    let before = scratch.everything();
+    let texts = |scratch: &Scratch| {
         ["messy.task", "there", "runs/priors.json", "runs/outcomes-real.jsonl"]
-            .map(|name| fs::read_to_string(desk.path(name)).unwrap())
+            .map(|name| fs::read_to_string(scratch.path(name)).unwrap())
     };
-    let contents = texts(&desk);
+    let contents = texts(&scratch);
     for args in [
         &["fmt", "messy.task"][..],
         &["lab", "hide", "--out", "there"],
@@ -56,40 +56,43 @@ fn a_full_disk_costs_no_file_that_was_there() {
         &["learn", "runs"],
         &["learn", "runs", "--demonstrations"],
     ] {
-        let said = desk.without_room(0, args);
+        let said = scratch.without_room(0, args);
         is_full(&said, 2);
-        assert_eq!(desk.without_room(0, &[args, &["--json"]].concat()).error("code"), "io::full");
-        assert_eq!(desk.everything(), before, "{args:?}");
-        assert_eq!(texts(&desk), contents, "{args:?}");
+        assert_eq!(
+            scratch.without_room(0, &[args, &["--json"]].concat()).error("code"),
+            "io::full"
+        );
+        assert_eq!(scratch.everything(), before, "{args:?}");
+        assert_eq!(texts(&scratch), contents, "{args:?}");
     }
 }
 
 /// `gap --apply` changes the model file and keeps a copy, a page and the finding.
 #[test]
 fn a_full_disk_costs_no_model_file() {
-    let desk = Desk::new("writes-gap");
+    let scratch = Scratch::new("writes-gap");
     let model = "// Ours.\ntwin arm of kitchen {\n}\n";
-    desk.file("arm.task", model);
+    scratch.file("arm.task", model);
     let of = |name: &str| project(&format!("tests/discovery/recordings/{name}"));
     let (a, b) = (of("coulomb_a.csv"), of("coulomb_b.csv"));
     for more in [&["--apply"][..], &["--out", "found"]] {
         let args = [&["gap", &a, &b, "--model", "arm.task", "--quiet"][..], more].concat();
-        is_full(&desk.without_room(0, &args), 2);
-        assert_eq!(fs::read_to_string(desk.path("arm.task")).unwrap(), model);
-        assert_eq!(halves(&desk), [""; 0]);
+        is_full(&scratch.without_room(0, &args), 2);
+        assert_eq!(fs::read_to_string(scratch.path("arm.task")).unwrap(), model);
+        assert_eq!(halves(&scratch), [""; 0]);
     }
 }
 
 /// What is typed at the prompt and kept: phrases, and the list of changes that can be undone.
 #[test]
 fn a_full_disk_is_told_at_the_prompt_which_goes_on() {
-    let desk = Desk::new("writes-prompt");
+    let scratch = Scratch::new("writes-prompt");
     let said =
-        desk.without_room_typed(0, &[], ":phrase \"empty the {o}\" = pour(o, cup)\n!6 * 7\n");
+        scratch.without_room_typed(0, &[], ":phrase \"empty the {o}\" = pour(o, cup)\n!6 * 7\n");
     assert_eq!(said.code, 2, "{said:?}");
     assert!(said.err.contains("cannot be kept: no room left on the disk"), "{said:?}");
     assert!(said.out.contains("42"), "{said:?}");
-    assert_eq!(halves(&desk), [""; 0]);
+    assert_eq!(halves(&scratch), [""; 0]);
 }
 
 /// `:save` of calls that were made while there was room.
@@ -99,10 +102,10 @@ fn a_full_disk_costs_no_file_of_calls() {
     if Command::new("prlimit").arg("--version").output().is_err() {
         return skipped("prlimit is not here");
     }
-    let desk = Desk::new("writes-save");
-    desk.file("there.task", "home()\n");
+    let scratch = Scratch::new("writes-save");
+    scratch.file("there.task", "home()\n");
     let args = ["--robot", "twin", "--quiet", "--without-regression", "3"];
-    let mut child = desk.limited("trap '' XFSZ", &args).stdin(Stdio::piped()).spawn().unwrap();
+    let mut child = scratch.limited("trap '' XFSZ", &args).stdin(Stdio::piped()).spawn().unwrap();
     let mut keys = child.stdin.take().unwrap();
     keys.write_all(b"home()\n").unwrap();
     let mut out = BufReader::new(child.stdout.take().unwrap());
@@ -119,8 +122,8 @@ fn a_full_disk_costs_no_file_of_calls() {
     let err = String::from_utf8(output.stderr).unwrap();
     assert!(err.contains("calls.task") && err.contains("no room left on the disk"), "{err}");
     assert!(said.contains("42"), "{said}");
-    assert!(!desk.path("calls.task").exists() && halves(&desk).is_empty());
-    assert_eq!(fs::read_to_string(desk.path("there.task")).unwrap(), "home()\n");
+    assert!(!scratch.path("calls.task").exists() && halves(&scratch).is_empty());
+    assert_eq!(fs::read_to_string(scratch.path("there.task")).unwrap(), "home()\n");
 }
 
 /// Lines typed at a terminal, which are kept one by one.
@@ -129,7 +132,7 @@ fn a_full_disk_is_told_once_where_typed_lines_are_kept() {
     if Command::new("script").arg("--version").output().is_err() {
         return skipped("script, which plays a terminal, is not here");
     }
-    let desk = Desk::new("writes-history");
+    let scratch = Scratch::new("writes-history");
     let mut child = Command::new("script")
         .args([
             "-qec",
@@ -139,8 +142,8 @@ fn a_full_disk_is_told_once_where_typed_lines_are_kept() {
             ),
         ])
         .arg("/dev/null")
-        .current_dir(desk.path(""))
-        .env("XDG_STATE_HOME", desk.path(""))
+        .current_dir(scratch.path(""))
+        .env("XDG_STATE_HOME", scratch.path(""))
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()
@@ -172,54 +175,54 @@ fn a_full_disk_is_told_once_where_typed_lines_are_kept() {
     assert_eq!(screen.matches("what is typed is not kept").count(), 1, "{screen}");
     assert!(screen.contains("no room left on the disk"), "{screen}");
     assert!(screen.contains("42") && screen.contains("49"), "{screen}");
-    assert_eq!(halves(&desk), [""; 0]);
+    assert_eq!(halves(&scratch), [""; 0]);
 }
 
 /// `:undo-edit` of a file that had another text before.
 #[test]
 fn a_full_disk_is_told_where_a_change_is_taken_back() {
-    let desk = Desk::new("writes-undo");
+    let scratch = Scratch::new("writes-undo");
     let phrases =
         ":phrase \"empty the {o}\" = pour(o, cup)\n:phrase \"tip the {o}\" = pour(o, cup)\n";
-    let said = desk.typed(&[], phrases);
+    let said = scratch.typed(&[], phrases);
     assert_eq!(said.code, 0, "{said:?}");
-    let said = desk.without_room_typed(0, &[], ":undo-edit\n:phrase\n!6 * 7\n");
+    let said = scratch.without_room_typed(0, &[], ":undo-edit\n:phrase\n!6 * 7\n");
     assert!(said.err.contains("no room left on the disk"), "{said:?}");
     assert!(said.out.contains("tip the {o}") && said.out.contains("42"), "{said:?}");
-    let said = desk.typed(&[], ":undo-edit\n:phrase\n");
+    let said = scratch.typed(&[], ":undo-edit\n:phrase\n");
     assert!(said.out.contains("empty the {o}") && !said.out.contains("tip the {o}"), "{said:?}");
-    assert_eq!(halves(&desk), [""; 0]);
+    assert_eq!(halves(&scratch), [""; 0]);
 }
 
 /// The picture of what was seen.
 #[test]
 fn a_full_disk_leaves_no_half_of_a_picture() {
-    let desk = Desk::new("writes-picture");
+    let scratch = Scratch::new("writes-picture");
     let blank = image::RgbImage::from_pixel(1280, 720, image::Rgb([120, 120, 120]));
-    blank.save(desk.path("blank.png")).unwrap();
+    blank.save(scratch.path("blank.png")).unwrap();
     let see = ["camera", "see", "blank.png", "--out", "seen"];
-    is_full(&desk.without_room(0, &see), 2);
-    assert_eq!(fs::read_dir(desk.path("seen")).unwrap().count(), 0);
-    assert_eq!(desk.trueup(&see).code, 1);
-    assert!(image::open(desk.path("seen/seen.png")).is_ok());
+    is_full(&scratch.without_room(0, &see), 2);
+    assert_eq!(fs::read_dir(scratch.path("seen")).unwrap().count(), 0);
+    assert_eq!(scratch.trueup(&see).code, 1);
+    assert!(image::open(scratch.path("seen/seen.png")).is_ok());
 }
 
 /// Files that only grow: what does not fit is not there by half.
 #[test]
 fn a_line_that_does_not_fit_leaves_the_file_as_it_was() {
-    let desk = Desk::new("writes-lines");
-    kept::lay_out(&desk);
+    let scratch = Scratch::new("writes-lines");
+    kept::lay_out(&scratch);
     let picture = image::RgbImage::from_pixel(8, 6, image::Rgb([200, 30, 30]));
-    fs::create_dir_all(desk.path("runs/20260101-090000-pour/frames")).unwrap();
+    fs::create_dir_all(scratch.path("runs/20260101-090000-pour/frames")).unwrap();
     for (number, whose) in [(1, "real"), (1, "twin"), (2, "real"), (2, "twin")] {
         let name = format!("runs/20260101-090000-pour/frames/{number:02}-after-{whose}.png");
-        picture.save(desk.path(&name)).unwrap();
+        picture.save(scratch.path(&name)).unwrap();
     }
     // 512 bytes are one block: the second answer does not fit.
-    let file = desk.path("labels.jsonl");
+    let file = scratch.path("labels.jsonl");
     let label = |blocks| {
         let args = ["vqa", "label", "runs/20260101-090000-pour", "--answers", "labels.jsonl"];
-        desk.without_room_typed(blocks, &args, "y\ny\ny\n")
+        scratch.without_room_typed(blocks, &args, "y\ny\ny\n")
     };
     let said = label(0);
     assert_eq!(said.code, 2, "{said:?}");
@@ -235,16 +238,16 @@ fn a_line_that_does_not_fit_leaves_the_file_as_it_was() {
 /// Where not even the run's first document fits, nothing moves; where a picture does not, the arm is stopped.
 #[test]
 fn a_disk_that_fills_up_during_a_run_stops_the_arm() {
-    let desk = Desk::new("writes-run");
-    let said = desk.without_room(0, &["-c", "home()", "--quiet"]);
+    let scratch = Scratch::new("writes-run");
+    let said = scratch.without_room(0, &["-c", "home()", "--quiet"]);
     is_full(&said, 2);
-    assert_eq!(halves(&desk), [""; 0]);
+    assert_eq!(halves(&scratch), [""; 0]);
 
     // 512 blocks are 256 kB: documents fit, the first photograph does not.
-    let said = desk.without_room(512, &["-c", "home()", "--record", "short", "--quiet"]);
+    let said = scratch.without_room(512, &["-c", "home()", "--record", "short", "--quiet"]);
     assert_eq!(said.code, 3, "{said:?}");
     assert!(said.err.contains("no room left on the disk; the arm was stopped"), "{said:?}");
-    let folder = desk.run_folder("short");
+    let folder = scratch.run_folder("short");
     assert!(said.err.contains(folder.file_name().unwrap().to_str().unwrap()), "{said:?}");
     let run = archive::load(&folder).unwrap();
     assert_eq!(standing(&folder, &run), Standing::Ended(trueup::workcell::Ending::Stopped));
@@ -253,17 +256,17 @@ fn a_disk_that_fills_up_during_a_run_stops_the_arm() {
         let text = fs::read_to_string(folder.join(file)).unwrap();
         assert!(text.is_empty() || text.ends_with(&format!("{is_whole}\n")), "{file}");
     }
-    assert_eq!(halves(&desk), [""; 0]);
-    assert_eq!(desk.trueup(&["replay", "1", "--record", "short"]).code, 0);
+    assert_eq!(halves(&scratch), [""; 0]);
+    assert_eq!(scratch.trueup(&["replay", "1", "--record", "short"]).code, 0);
 }
 
 /// A trial that could not be kept is told as that, and is none.
 #[test]
 fn a_full_disk_ends_trials() {
-    let desk = Desk::new("writes-trials");
-    let said = desk.without_room(0, &["trials", "--task", "home()", "-n", "1", "--quiet"]);
+    let scratch = Scratch::new("writes-trials");
+    let said = scratch.without_room(0, &["trials", "--task", "home()", "-n", "1", "--quiet"]);
     is_full(&said, 2);
-    let kept = fs::read_to_string(desk.path("trials/home/trials.jsonl")).unwrap_or_default();
+    let kept = fs::read_to_string(scratch.path("trials/home/trials.jsonl")).unwrap_or_default();
     assert_eq!(kept, "");
 }
 
@@ -277,9 +280,9 @@ fn copy(from: &Path, to: &Path, events: &str) {
 /// with every step whose end was told.
 #[test]
 fn a_run_that_is_killed_at_any_step_is_listed_and_told_again() {
-    let desk = Desk::new("writes-killed");
+    let scratch = Scratch::new("writes-killed");
     let whole = kept::pour("level_side", 0.1, 0.064, 0.001);
-    let mut recorder = Recorder::create(&desk.path("made"), "20260101-000000", "pour").unwrap();
+    let mut recorder = Recorder::create(&scratch.path("made"), "20260101-000000", "pour").unwrap();
     let dir = recorder.dir().to_path_buf();
     let mut run =
         Run { state: State::Running, steps: Vec::new(), questions: Vec::new(), ..whole.clone() };
@@ -287,8 +290,11 @@ fn a_run_that_is_killed_at_any_step_is_listed_and_told_again() {
     let mut moments = Vec::new();
     let mut moment = |run: &Run, told: usize| {
         let events = fs::read_to_string(dir.join("events.jsonl")).unwrap();
-        let to =
-            desk.path(&format!("cut/2026010{}-00000{}-pour", run.steps.len() + 1, moments.len()));
+        let to = scratch.path(&format!(
+            "cut/2026010{}-00000{}-pour",
+            run.steps.len() + 1,
+            moments.len()
+        ));
         copy(&dir, &to, &events);
         moments.push((to, told, events));
     };
@@ -309,7 +315,7 @@ fn a_run_that_is_killed_at_any_step_is_listed_and_told_again() {
     assert_eq!(standing(&dir, &run), Standing::Running);
     drop(recorder);
     assert_eq!(standing(&dir, &run), Standing::CutOff);
-    let listed = desk.trueup(&["runs", "--record", "cut", "--json"]).json();
+    let listed = scratch.trueup(&["runs", "--record", "cut", "--json"]).json();
     assert_eq!(listed["runs"].as_array().unwrap().len(), moments.len());
     for (at, (to, told, events)) in moments.iter().enumerate() {
         let entry = listed["runs"].as_array().unwrap().iter();
@@ -329,18 +335,18 @@ fn a_run_that_is_killed_at_any_step_is_listed_and_told_again() {
         }
     }
     let (last, ..) = moments.last().unwrap();
-    let again = desk.trueup(&["replay", last.to_str().unwrap()]);
+    let again = scratch.trueup(&["replay", last.to_str().unwrap()]);
     assert_eq!(again.code, 0, "{again:?}");
     assert!(again.out.contains("it was cut off") && again.out.contains("move_over(jar, cup"));
-    let first = desk.trueup(&["replay", moments[0].0.to_str().unwrap()]);
+    let first = scratch.trueup(&["replay", moments[0].0.to_str().unwrap()]);
     assert!(first.code == 0 && first.out.contains("0 steps"), "{first:?}");
 }
 
-/// Waits until a run on the desk has told so many events of a kind.
-fn wait_for(desk: &Desk, root: &str, kind: &str, count: usize) {
+/// Waits until a run on the scratch has told so many events of a kind.
+fn wait_for(scratch: &Scratch, root: &str, kind: &str, count: usize) {
     // Much longer than it takes, for machines that are busy.
     for _ in 0..12_000 {
-        let folders = fs::read_dir(desk.path(root)).into_iter().flatten().flatten();
+        let folders = fs::read_dir(scratch.path(root)).into_iter().flatten().flatten();
         let told = folders
             .filter_map(|entry| fs::read_to_string(entry.path().join("events.jsonl")).ok())
             .any(|text| text.matches(&format!("\"event\":\"{kind}\"")).count() >= count);
@@ -355,8 +361,8 @@ fn wait_for(desk: &Desk, root: &str, kind: &str, count: usize) {
 /// The program itself, killed: from the first moment on, and at the beginning and the end of every step.
 #[test]
 fn a_program_that_is_killed_leaves_a_run_that_can_be_told() {
-    let desk = Desk::new("writes-kill");
-    desk.file("tour.task", "task tour() { home() open_gripper() home() }\ntour()\n");
+    let scratch = Scratch::new("writes-kill");
+    scratch.file("tour.task", "task tour() { home() open_gripper() home() }\ntour()\n");
     for (at, (kind, count)) in [
         ("phase", 1),
         ("step_start", 1),
@@ -369,23 +375,23 @@ fn a_program_that_is_killed_leaves_a_run_that_can_be_told() {
     .enumerate()
     {
         let root = &format!("{at}-{kind}");
-        let mut child = desk
+        let mut child = scratch
             .command(&["run", "tour.task", "--quiet", "--robot", "twin", "--record", root])
             .args(["--without-regression", "3"])
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
-        wait_for(&desk, root, kind, count);
+        wait_for(&scratch, root, kind, count);
         child.kill().unwrap();
         child.wait().unwrap();
-        let folder = desk.run_folder(root);
+        let folder = scratch.run_folder(root);
         let events = fs::read_to_string(folder.join("events.jsonl")).unwrap();
         let told = events.matches("\"event\":\"step_end\"").count();
-        let cut = desk.trueup(&["runs", "--record", root, "--json"]).json();
+        let cut = scratch.trueup(&["runs", "--record", root, "--json"]).json();
         assert_eq!(cut["runs"][0]["ended"], "cut off", "{root}: {cut}");
         assert_eq!(cut["runs"][0]["steps"], told, "{root}: {cut}");
-        let again = desk.trueup(&["replay", "1", "--record", root]);
+        let again = scratch.trueup(&["replay", "1", "--record", root]);
         assert_eq!(again.code, 0, "{again:?}");
         assert!(again.out.contains("it was cut off"), "{again:?}");
         assert_eq!(again.out.contains("home()"), told > 0, "{again:?}");
@@ -404,15 +410,15 @@ fn a_program_that_is_killed_leaves_a_run_that_can_be_told() {
 /// A run that goes on is listed as that.
 #[test]
 fn a_run_that_goes_on_is_listed_as_running() {
-    let desk = Desk::new("writes-running");
-    let mut child = desk
+    let scratch = Scratch::new("writes-running");
+    let mut child = scratch
         .command(&["-c", "home()", "--quiet", "--robot", "twin"])
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
-    wait_for(&desk, "runs", "phase", 1);
-    let running = desk.trueup(&["runs", "--json"]).json();
+    wait_for(&scratch, "runs", "phase", 1);
+    let running = scratch.trueup(&["runs", "--json"]).json();
     child.kill().unwrap();
     child.wait().unwrap();
     assert_eq!(running["runs"][0]["ended"], "running", "{running}");
@@ -421,24 +427,24 @@ fn a_run_that_goes_on_is_listed_as_running() {
 /// A system that ends programs, and a terminal that is closed: the arm is stopped as by Ctrl-C.
 #[test]
 fn what_asks_the_program_to_end_stops_the_arm_first() {
-    let desk = Desk::new("writes-signals");
+    let scratch = Scratch::new("writes-signals");
     // Under `nohup` a closed terminal means nothing, to the tests as to the program.
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     let ignored = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
     for signal in ["TERM", "HUP", "INT"].into_iter().filter(|s| *s != "HUP" || ignored & 1 == 0) {
-        let mut child = desk
+        let mut child = scratch
             .command(&["-c", "home()", "--json", "--record", signal])
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
-        wait_for(&desk, signal, "phase", 1);
+        wait_for(&scratch, signal, "phase", 1);
         let pid = child.id().to_string();
         assert!(Command::new("kill").args(["-s", signal, &pid]).status().unwrap().success());
         let mut out = String::new();
         std::io::Read::read_to_string(&mut child.stdout.take().unwrap(), &mut out).unwrap();
         assert_eq!(child.wait().unwrap().code(), Some(3), "{signal}: {out}");
-        let folder = desk.run_folder(signal);
+        let folder = scratch.run_folder(signal);
         let run = archive::load(&folder).unwrap();
         let stopped = Standing::Ended(trueup::workcell::Ending::Stopped);
         assert_eq!(standing(&folder, &run), stopped, "{signal}");
@@ -450,14 +456,14 @@ fn what_asks_the_program_to_end_stops_the_arm_first() {
 /// A prompt at which nothing is under way ends when it is asked to; `nohup` keeps it from minding a terminal.
 #[test]
 fn an_idle_prompt_ends_when_it_is_asked_to() {
-    let desk = Desk::new("writes-idle");
+    let scratch = Scratch::new("writes-idle");
     for (shell, signal, ends) in
         [("exec \"$@\"", "TERM", true), ("trap '' HUP; exec \"$@\"", "HUP", false)]
     {
         let mut child = Command::new("sh")
             .args(["-c", shell, "sh", env!("CARGO_BIN_EXE_trueup")])
-            .current_dir(desk.path(""))
-            .env("XDG_STATE_HOME", desk.path(""))
+            .current_dir(scratch.path(""))
+            .env("XDG_STATE_HOME", scratch.path(""))
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())

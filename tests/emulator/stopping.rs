@@ -8,7 +8,6 @@ use trueup::arm::{Arm, Cancel, DeviceError, Feedback};
 use trueup::emulator::{Emulator, Options};
 use trueup::kortex::arm::{KortexArm, Options as Client};
 use trueup::kortex::clock::{Clock as _, Wall};
-use trueup::kortex::desk::{Desk, Stopped};
 use trueup::kortex::link::{Datagrams, LinkError};
 use trueup::kortex::messages::base::{ServoingMode, ServoingModeInformation};
 use trueup::kortex::messages::cyclic::{ActuatorCommand, Command, Feedback as Told};
@@ -16,6 +15,7 @@ use trueup::kortex::messages::motion::{JointSpeed, JointSpeeds};
 use trueup::kortex::refusal;
 use trueup::kortex::rpc::{base, base_cyclic};
 use trueup::kortex::stream::Cyclic;
+use trueup::kortex::supervisor::{Stopped, Supervisor};
 use trueup::motion::robot::Robot;
 
 use super::arm::{client, largest, turned};
@@ -23,8 +23,8 @@ use super::soak::streaming;
 use super::{admin, emulator, link};
 use crate::kitchen::HOME;
 
-fn desk(emulator: &Emulator) -> Desk {
-    Desk::open("127.0.0.1", emulator.tcp().port(), &admin(), Duration::from_secs(10)).unwrap()
+fn scratch(emulator: &Emulator) -> Supervisor {
+    Supervisor::open("127.0.0.1", emulator.tcp().port(), &admin(), Duration::from_secs(10)).unwrap()
 }
 
 fn spin() -> JointSpeeds {
@@ -36,14 +36,14 @@ fn spin() -> JointSpeeds {
 fn a_stop_ends_a_stream_that_would_go_on_and_the_stream_does_not_come_back() {
     let emulator = emulator(&Options::default());
     let mut arm = streaming(&emulator);
-    let desk = desk(&emulator);
+    let scratch = scratch(&emulator);
     let (cleared, end) = turned(&HOME, 1.6, 0.1);
     let mut stopped = None;
     std::thread::scope(|scope| {
         let (moving, moves) = std::sync::mpsc::channel();
         let stopping = scope.spawn(move || {
             moves.recv().unwrap();
-            desk.stop(2.0).unwrap()
+            scratch.stop(2.0).unwrap()
         });
         let followed = arm.follow(&cleared, &Cancel::default(), &mut |tick: &Feedback| {
             if tick.q[0] > 0.05 {
@@ -92,7 +92,7 @@ fn an_arm_that_does_not_obey_a_stop_is_stopped_by_its_emergency_stop() {
     let other = link(&emulator);
     let () = other.call(base::SEND_JOINT_SPEEDS_COMMAND, &spin()).unwrap();
     Wall.sleep(0.1);
-    assert_eq!(desk(&emulator).stop(0.1).unwrap(), Stopped::Emergency);
+    assert_eq!(scratch(&emulator).stop(0.1).unwrap(), Stopped::Emergency);
     let refused = other.call::<()>(base::SEND_JOINT_SPEEDS_COMMAND, &spin()).unwrap_err();
     assert!(refused.is_refusal(refusal::ROBOT_IN_EMERGENCY_STOP), "{refused}");
 }
@@ -129,7 +129,7 @@ impl Plant for Runaway {
 fn an_arm_that_still_moves_is_not_called_stopped() {
     let robot = Arc::new(Robot::gen3());
     let emulator = Emulator::start(robot, Box::new(Runaway(0.0)), &Options::default()).unwrap();
-    let error = desk(&emulator).stop(0.0).unwrap_err();
+    let error = scratch(&emulator).stop(0.0).unwrap_err();
     assert!(error.to_string().contains("the arm still moves"), "{error}");
     assert!(error.help().contains("press the emergency stop button"), "{}", error.help());
 }
@@ -138,7 +138,7 @@ fn an_arm_that_still_moves_is_not_called_stopped() {
 fn what_streams_is_measured_by_holding_the_arm_where_it_is() {
     let emulator = emulator(&Options::default());
     let udp = emulator.udp().port();
-    let held = desk(&emulator).hold("127.0.0.1", udp, &admin(), 1.0, &Cancel::default());
+    let held = scratch(&emulator).hold("127.0.0.1", udp, &admin(), 1.0, &Cancel::default());
     let beat = held.unwrap();
     assert!(beat.sent > 10 && beat.answered > 0, "{beat:?}");
     // A second and the rest at its end, or longer where the machine is busy.

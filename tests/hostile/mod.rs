@@ -18,7 +18,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-use crate::program::Desk;
+use crate::program::Scratch;
 
 /// Bad input, and nothing else.
 const REFUSED: &[i32] = &[2];
@@ -37,21 +37,21 @@ const SCREEN: (usize, usize) = (32 << 10, 1000);
 
 /// Where cases are tried, and what was wrong with them.
 pub(super) struct Bench {
-    desk: Desk,
+    scratch: Scratch,
     tried: usize,
     faults: Vec<String>,
 }
 
 impl Bench {
     pub(super) fn new(name: &str) -> Self {
-        Self { desk: Desk::new(&format!("hostile-{name}")), tried: 0, faults: Vec::new() }
+        Self { scratch: Scratch::new(&format!("hostile-{name}")), tried: 0, faults: Vec::new() }
     }
 
-    /// Tries one case: files on an empty desk, arguments, the exit codes that are an answer to it. Every
+    /// Tries one case: files on an empty scratch, arguments, the exit codes that are an answer to it. Every
     /// other case is asked for JSON.
     pub(super) fn case(&mut self, files: &[(&str, &[u8])], args: &[&str], exits: &[i32]) {
         for (name, content) in files {
-            self.desk.file(name, content);
+            self.scratch.file(name, content);
         }
         let as_json = self.tried % 2 == 1 && takes_json(args);
         self.tried += 1;
@@ -68,15 +68,15 @@ impl Bench {
             self.faults.push(format!("{shown:?} on {sizes:?}: {fault}"));
         }
         for (name, _) in files {
-            let _ = fs::remove_file(self.desk.path(name));
+            let _ = fs::remove_file(self.scratch.path(name));
         }
     }
 
     fn run(&self, args: &[&str], exits: &[i32], as_json: bool) -> Result<(), String> {
-        let (out, err) = (self.desk.path("stdout"), self.desk.path("stderr"));
+        let (out, err) = (self.scratch.path("stdout"), self.scratch.path("stderr"));
         let (space, time) = LIMITS;
         let limited = format!("ulimit -v {space}; ulimit -t {time}; exec \"$@\"");
-        let program = self.desk.command(&[]);
+        let program = self.scratch.command(&[]);
         let mut command = Command::new("sh");
         command.args(["-c", &limited, "sh"]).arg(program.get_program()).args(args);
         for (name, value) in program.get_envs() {
@@ -86,7 +86,7 @@ impl Bench {
             };
         }
         let mut child = command
-            .current_dir(self.desk.path("."))
+            .current_dir(self.scratch.path("."))
             .stdin(Stdio::null())
             .stdout(File::create(&out).unwrap())
             .stderr(File::create(&err).unwrap())

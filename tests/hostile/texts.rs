@@ -98,7 +98,7 @@ fn texts_are_checked_laid_out_run_and_drawn() {
 #[test]
 fn what_is_no_file_is_not_read() {
     let mut bench = Bench::new("no-files");
-    let pipe = bench.desk.path("pipe.task");
+    let pipe = bench.scratch.path("pipe.task");
     assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
     for command in ["check", "fmt", "run", "graph"] {
         for file in ["pipe.task", "/dev/zero", "."] {

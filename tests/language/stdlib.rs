@@ -19,12 +19,12 @@ fn a_later_file_replaces_by_name_and_knows_where_each_came_from() {
     assert_eq!(library.default_scene(), "kitchen");
     let (_, source) = library.task("pick").unwrap();
     assert_eq!(source.name, "stdlib/tasks/std.task");
-    let mine = "task pick(o: Graspable) { look() }\nscene desk { }\npick(jar)\n";
+    let mine = "task pick(o: Graspable) { look() }\nscene scratch { }\npick(jar)\n";
     let file = library.add(Source::new("mine.task", mine));
     let (task, source) = library.task("pick").unwrap();
     assert_eq!((task.steps.len(), source.name.as_str()), (1, "mine.task"));
     assert!(library.task("pour").is_some() && library.action("grasp").is_some());
-    assert_eq!((library.default_scene(), library.runs(file).count()), ("desk", 1));
+    assert_eq!((library.default_scene(), library.runs(file).count()), ("scratch", 1));
     // The same name again is the same file, edited.
     assert_eq!(library.add(Source::new("mine.task", "look()")), file);
     assert_eq!(library.task("pick").unwrap().1.name, "stdlib/tasks/std.task");

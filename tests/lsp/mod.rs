@@ -8,9 +8,9 @@ use serde_json::{Value, json};
 use trueup::lsp::{Places, serve};
 use trueup::workcell::Stdlib;
 
-use crate::program::Desk;
+use crate::program::Scratch;
 
-const URI: &str = "file:///desk/mine.task";
+const URI: &str = "file:///scratch/mine.task";
 
 /// A session with the built program.
 struct Editor {
@@ -21,9 +21,9 @@ struct Editor {
 }
 
 impl Editor {
-    fn open(desk: &Desk) -> Self {
+    fn open(scratch: &Scratch) -> Self {
         let mut child =
-            desk.command(&["lsp"]).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+            scratch.command(&["lsp"]).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         let (to, from) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
         let mut editor = Self { child, to, from: BufReader::new(from), id: 0 };
         let said = editor
@@ -107,8 +107,8 @@ impl Editor {
 
 #[test]
 fn a_session_from_a_mistake_to_a_tidy_file() {
-    let desk = Desk::new("lsp-session");
-    let mut editor = Editor::open(&desk);
+    let scratch = Scratch::new("lsp-session");
+    let mut editor = Editor::open(&scratch);
     // A degree sign before the mistake: columns count in UTF-16.
     let wrong = "task turn(o: Container) {\n    check tilt(o) <= 5 ° and hieght(o) <= 1 cm\n}\n";
     let found = editor.write(1, wrong);
@@ -150,8 +150,8 @@ fn a_session_from_a_mistake_to_a_tidy_file() {
 /// What is embedded in the program can be gone to as a file: a copy in the user's cache.
 #[test]
 fn the_embedded_library_can_be_gone_to() {
-    let desk = Desk::new("lsp-embedded");
-    let mut editor = Editor::open(&desk);
+    let scratch = Scratch::new("lsp-embedded");
+    let mut editor = Editor::open(&scratch);
     editor.write(1, "pour(jar, cup)\n");
     let place = editor.at("textDocument/definition", 0, 1);
     let path = place["uri"].as_str().unwrap().strip_prefix("file://").unwrap().to_owned();
@@ -172,8 +172,8 @@ fn the_embedded_library_can_be_gone_to() {
 
 #[test]
 fn a_hover_over_a_task_tells_what_it_needs_and_gives() {
-    let desk = Desk::new("lsp-hover");
-    let mut editor = Editor::open(&desk);
+    let scratch = Scratch::new("lsp-hover");
+    let mut editor = Editor::open(&scratch);
     editor.write(1, "pour(jar, cup)\n");
     let hover = editor.at("textDocument/hover", 0, 1);
     let said = hover["contents"]["value"].as_str().unwrap();

@@ -16,7 +16,7 @@ use trueup::page::Live;
 use super::live::walk;
 use super::{served, served_with};
 use crate::absent::skipped;
-use crate::program::Desk;
+use crate::program::Scratch;
 
 const BROWSER: &str = "/usr/bin/chromium";
 
@@ -33,20 +33,20 @@ struct Browser {
 
 impl Browser {
     /// Opens an address; `None` where there is no browser.
-    fn open(desk: &Desk, url: &str) -> Option<Self> {
+    fn open(scratch: &Scratch, url: &str) -> Option<Self> {
         if !Path::new(BROWSER).is_file() {
             skipped(&format!("there is no {BROWSER}"));
             return None;
         }
-        let (to, from) = (desk.path("to"), desk.path("from"));
+        let (to, from) = (scratch.path("to"), scratch.path("from"));
         assert!(Command::new("mkfifo").args([&to, &from]).status().unwrap().success());
         let child = Command::new("sh")
             .args(["-c", "exec \"$0\" \"$@\" 3<to 4>from", BROWSER])
             .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic"])
             .args(["--no-first-run", "--disable-background-networking"])
             .args(["--disable-component-update", "--disable-sync", "--remote-debugging-pipe"])
-            .arg(format!("--user-data-dir={}", desk.path("browser").display()))
-            .current_dir(desk.path(""))
+            .arg(format!("--user-data-dir={}", scratch.path("browser").display()))
+            .current_dir(scratch.path(""))
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::null())
@@ -129,10 +129,10 @@ impl Drop for Browser {
 
 #[test]
 fn a_person_answers_by_keys_and_slides_through_a_run() {
-    let desk = Desk::new("page-browser");
-    let page = served(&desk);
+    let scratch = Scratch::new("page-browser");
+    let page = served(&scratch);
     let url = format!("{}run/20260102-110000-pour/2/after", page.address());
-    let Some(mut browser) = Browser::open(&desk, &url) else { return };
+    let Some(mut browser) = Browser::open(&scratch, &url) else { return };
     browser.until("document.documentElement.classList.contains('scripts')");
     browser.until("document.images.length == 2 && [...document.images].every(i => i.naturalWidth)");
     browser.until("document.getElementById('question').textContent.includes('picked up')");
@@ -171,11 +171,11 @@ fn a_person_answers_by_keys_and_slides_through_a_run() {
 
 #[test]
 fn a_person_leads_a_live_run_by_keys() {
-    let desk = Desk::new("page-browser-live");
+    let scratch = Scratch::new("page-browser-live");
     let live = Arc::new(Live::new("pour(jar, cup)".into(), Cancel::default(), Dial::default()));
-    let page = served_with(&desk, Some(live.clone()));
+    let page = served_with(&scratch, Some(live.clone()));
     let run = walk(&live);
-    let Some(mut browser) = Browser::open(&desk, &format!("{}live", page.address())) else {
+    let Some(mut browser) = Browser::open(&scratch, &format!("{}live", page.address())) else {
         live.stop();
         run.join().unwrap();
         return;

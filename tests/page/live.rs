@@ -11,7 +11,7 @@ use trueup::trace::{Event, Observer};
 use trueup::workcell::archive;
 
 use super::{get, host, post};
-use crate::program::Desk;
+use crate::program::Scratch;
 use crate::repl::kept;
 
 fn part(path: &str, label: &str, first: usize, last: usize) -> Part {
@@ -50,12 +50,12 @@ struct Cell {
 }
 
 fn cell(name: &str) -> Cell {
-    let desk = Desk::new(name);
+    let scratch = Scratch::new(name);
     let (cancel, dial) = (Cancel::default(), Dial::default());
     let live = Arc::new(Live::new("pour(jar, cup)".into(), cancel.clone(), dial.clone()));
     let options = Options {
-        root: desk.path("runs"),
-        answers: desk.path("answers.jsonl"),
+        root: scratch.path("runs"),
+        answers: scratch.path("answers.jsonl"),
         port: 0,
         seed: 1,
         place: Box::new(|_| None),
@@ -157,11 +157,11 @@ fn a_breakpoint_set_by_name_pauses_what_goes_on() {
 fn a_picture_of_a_live_run_is_shown_when_it_is_whole() {
     let cell = cell("page-pictures");
     let host = host(&cell.page);
-    let desk = Desk::new("page-pictures-run");
+    let scratch = Scratch::new("page-pictures-run");
     let (mut lead, mut watch) = (Lead::new(cell.live.clone()), Watch(cell.live.clone()));
-    lead.begins("pour(jar, cup)", Some(&desk.path("runs/now-pour")));
+    lead.begins("pour(jar, cup)", Some(&scratch.path("runs/now-pour")));
     let picture = |name: &str| {
-        desk.file(&format!("runs/now-pour/frames/{name}.png"), "half a picture");
+        scratch.file(&format!("runs/now-pour/frames/{name}.png"), "half a picture");
         Event::Picture { name: name.into(), image: image::RgbImage::new(1, 1) }
     };
     let address = "/run/now-pour/frames/01-before-real.png";
@@ -177,9 +177,9 @@ fn a_picture_of_a_live_run_is_shown_when_it_is_whole() {
 fn after_a_step_that_failed_the_run_waits_before_anything_is_done_about_it() {
     let cell = cell("page-failed");
     let host = host(&cell.page);
-    let desk = Desk::new("page-failed-run");
-    kept::lay_out(&desk);
-    let run = archive::load(&desk.path("runs/20260102-110000-pour")).unwrap();
+    let scratch = Scratch::new("page-failed-run");
+    kept::lay_out(&scratch);
+    let run = archive::load(&scratch.path("runs/20260102-110000-pour")).unwrap();
     let (done, failed) = (run.steps[0].clone(), run.steps[1].clone());
     let live = cell.live.clone();
     let led = thread::spawn(move || {

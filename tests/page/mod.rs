@@ -10,19 +10,19 @@ use std::sync::Arc;
 
 use trueup::page::{Live, Options, Page};
 
-use crate::program::Desk;
+use crate::program::Scratch;
 use crate::repl::kept;
 
 /// A page over the three runs that are kept, with pictures and a drawing in the third.
-pub(crate) fn served(desk: &Desk) -> Page {
-    served_with(desk, None)
+pub(crate) fn served(scratch: &Scratch) -> Page {
+    served_with(scratch, None)
 }
 
 /// The same, with a live run beside them.
-pub(crate) fn served_with(desk: &Desk, live: Option<Arc<Live>>) -> Page {
-    kept::lay_out(desk);
+pub(crate) fn served_with(scratch: &Scratch, live: Option<Arc<Live>>) -> Page {
+    kept::lay_out(scratch);
     for folder in ["20260101-090000-pour", "20260102-110000-pour"] {
-        if !desk.path(&format!("runs/{folder}")).is_dir() {
+        if !scratch.path(&format!("runs/{folder}")).is_dir() {
             continue;
         }
         for (name, colour) in [
@@ -35,15 +35,15 @@ pub(crate) fn served_with(desk: &Desk, live: Option<Arc<Live>>) -> Page {
             ("02-after-real", [200, 30, 30]),
             ("02-after-twin", [160, 30, 30]),
         ] {
-            let file = desk.path(&format!("runs/{folder}/frames/{name}.png"));
+            let file = scratch.path(&format!("runs/{folder}/frames/{name}.png"));
             std::fs::create_dir_all(file.parent().unwrap()).unwrap();
             image::RgbImage::from_pixel(64, 36, image::Rgb(colour)).save(file).unwrap();
         }
-        desk.file(&format!("runs/{folder}/graph.svg"), GRAPH);
+        scratch.file(&format!("runs/{folder}/graph.svg"), GRAPH);
     }
     let options = Options {
-        root: desk.path("runs"),
-        answers: desk.path("runs/answers.jsonl"),
+        root: scratch.path("runs"),
+        answers: scratch.path("runs/answers.jsonl"),
         port: 0,
         seed: 1,
         place: Box::new(|name| (name == "above").then(|| "tasks/std.task:29".into())),

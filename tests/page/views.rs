@@ -1,14 +1,14 @@
 //! What each view shows, what it does not give away, and who is turned away.
 
 use super::{get, host, post, post_from, raw, served};
-use crate::program::Desk;
+use crate::program::Scratch;
 
 const RUN: &str = "20260102-110000-pour";
 
 #[test]
 fn the_list_leads_to_every_run_and_a_run_to_every_step() {
-    let desk = Desk::new("page-list");
-    let page = served(&desk);
+    let scratch = Scratch::new("page-list");
+    let page = served(&scratch);
     let host = host(&page);
     let list = get(&host, "/");
     assert_eq!(list.status, 200);
@@ -42,7 +42,8 @@ fn the_list_leads_to_every_run_and_a_run_to_every_step() {
         }
     }
     let picture = get(&host, &format!("/run/{RUN}/frames/02-after-real.png"));
-    let kept = std::fs::read(desk.path(&format!("runs/{RUN}/frames/02-after-real.png"))).unwrap();
+    let kept =
+        std::fs::read(scratch.path(&format!("runs/{RUN}/frames/02-after-real.png"))).unwrap();
     assert_eq!((picture.status, picture.body), (200, kept));
     for missing in
         ["/run/9", "/run/nothing/1/after", &format!("/run/{RUN}/7/after"), "/nothing", "/live"]
@@ -56,8 +57,8 @@ fn the_list_leads_to_every_run_and_a_run_to_every_step() {
 /// Nothing of geometry's answer to a question is on the page before the answer.
 #[test]
 fn questions_are_asked_blind_and_then_set_beside_geometry() {
-    let desk = Desk::new("page-blind");
-    let page = served(&desk);
+    let scratch = Scratch::new("page-blind");
+    let page = served(&scratch);
     let host = host(&page);
     let path = format!("/run/{RUN}/2/after");
     let before = get(&host, &path).text();
@@ -100,7 +101,7 @@ fn questions_are_asked_blind_and_then_set_beside_geometry() {
     }
     let why = get(&host, &format!("{path}?why=above%28jar%2C%20cup%29")).text();
     assert!(why.contains("tasks/std.task:29") && why.contains("limit 35 mm"), "{why}");
-    let kept = std::fs::read_to_string(desk.path("runs/answers.jsonl")).unwrap();
+    let kept = std::fs::read_to_string(scratch.path("runs/answers.jsonl")).unwrap();
     assert_eq!(kept.lines().count(), 2);
     assert!(kept.lines().all(|line| line.contains("\"by\":\"person:trainee\"")), "{kept}");
     let progress = get(&host, "/api/progress").json();
@@ -114,8 +115,8 @@ fn questions_are_asked_blind_and_then_set_beside_geometry() {
 
 #[test]
 fn whoever_only_looks_is_not_asked() {
-    let desk = Desk::new("page-look");
-    let page = served(&desk);
+    let scratch = Scratch::new("page-look");
+    let page = served(&scratch);
     let host = host(&page);
     let path = format!("/run/{RUN}/2/after");
     assert_eq!(post(&host, "/show", &format!("run={RUN}&step=2&back={path}")).status, 303);
@@ -124,13 +125,13 @@ fn whoever_only_looks_is_not_asked() {
     assert!(get(&host, &format!("/run/{RUN}/1/after")).text().contains("id=\"question\""));
     post(&host, "/asks", "asks=no&back=/");
     assert!(!get(&host, &format!("/run/{RUN}/1/after")).text().contains("id=\"question\""));
-    assert!(!desk.path("runs/answers.jsonl").exists());
+    assert!(!scratch.path("runs/answers.jsonl").exists());
 }
 
 #[test]
 fn a_quiz_has_an_order_of_its_own_and_counts_per_person() {
-    let desk = Desk::new("page-quiz");
-    let page = served(&desk);
+    let scratch = Scratch::new("page-quiz");
+    let page = served(&scratch);
     let host = host(&page);
     let questions = |seed: u32| -> Vec<String> {
         let each = (1..=30).map_while(|at| {
@@ -168,14 +169,14 @@ fn a_quiz_has_an_order_of_its_own_and_counts_per_person() {
 
 #[test]
 fn the_same_is_there_as_json() {
-    let desk = Desk::new("page-json");
-    let page = served(&desk);
+    let scratch = Scratch::new("page-json");
+    let page = served(&scratch);
     let host = host(&page);
     let runs = get(&host, "/api/runs").json();
     assert_eq!(runs["runs"].as_array().unwrap().len(), 3);
-    let replayed = desk.trueup(&["replay", "3", "--step", "2", "--json"]).json();
+    let replayed = scratch.trueup(&["replay", "3", "--step", "2", "--json"]).json();
     assert_eq!(get(&host, "/api/run/3/2").json(), replayed);
-    assert_eq!(get(&host, "/api/run/3").json(), desk.trueup(&["replay", "3", "--json"]).json());
+    assert_eq!(get(&host, "/api/run/3").json(), scratch.trueup(&["replay", "3", "--json"]).json());
     let why = get(&host, "/api/run/3/2/why?fluent=above(jar,%20cup)").json();
     assert!(why["why"].as_str().unwrap().contains("is false by 31 mm"), "{why}");
     assert_eq!(why["hints"].as_array().unwrap().len(), 3);
@@ -183,10 +184,10 @@ fn the_same_is_there_as_json() {
 
 #[test]
 fn other_pages_and_other_paths_are_turned_away() {
-    let desk = Desk::new("page-guard");
-    let page = served(&desk);
+    let scratch = Scratch::new("page-guard");
+    let page = served(&scratch);
     let host = host(&page);
-    desk.file("secret.txt", "not for you");
+    scratch.file("secret.txt", "not for you");
     let port = host.split(':').nth(1).unwrap();
     for name in [
         "evil.example",
@@ -209,7 +210,7 @@ fn other_pages_and_other_paths_are_turned_away() {
         let form = format!("run={RUN}&step=2&fluent=holding%28jar%29&answer=yes");
         assert_eq!(post_from(&host, "/answer", &form, origin).status, 403, "{origin}");
     }
-    assert!(!desk.path("runs/answers.jsonl").exists());
+    assert!(!scratch.path("runs/answers.jsonl").exists());
     for path in [
         "/../secret.txt",
         "/run/../secret.txt",
@@ -241,8 +242,8 @@ fn other_pages_and_other_paths_are_turned_away() {
 
 #[test]
 fn the_page_ends_with_its_owner() {
-    let desk = Desk::new("page-end");
-    let page = served(&desk);
+    let scratch = Scratch::new("page-end");
+    let page = served(&scratch);
     let host = host(&page);
     assert!(host.starts_with("127.0.0.1:"));
     drop(page);

@@ -11,7 +11,7 @@ use trueup::trace::{FluentRow, Measure, Outcome, StepRecord, TermRow};
 use trueup::workcell::{Ending, Run, State, Timing};
 use trueup::world::{ObjectState, Pose, WorldState};
 
-use crate::program::Desk;
+use crate::program::Scratch;
 
 fn length(value: f64) -> Measure {
     Measure { value, unit: "m".into() }
@@ -186,23 +186,23 @@ pub(crate) fn pour(branch: &str, held: f64, off: f64, sigma: f64) -> Run {
     }
 }
 
-fn keep(desk: &Desk, root: &str, name: &str, mut run: Run) {
+fn keep(scratch: &Scratch, root: &str, name: &str, mut run: Run) {
     run.run_dir = Some(format!("{root}/{name}"));
     let text = serde_json::to_string(&run).unwrap();
-    desk.file(&format!("{root}/{name}/run.json"), text);
+    scratch.file(&format!("{root}/{name}/run.json"), text);
 }
 
-/// Puts the runs on the desk: three in `runs`, one whose last answer nobody can give in `doubtful`.
-pub(crate) fn lay_out(desk: &Desk) {
-    keep(desk, "runs", "20260101-090000-pour", pour("tilted_side", 0.11, 0.013, 0.001));
-    keep(desk, "runs", "20260101-100000-pour", pour("level_side", 0.10, 0.064, 0.001));
-    keep(desk, "runs", "20260102-110000-pour", pour("level_side", 0.11, 0.066, 0.001));
-    keep(desk, "doubtful", "20260103-120000-pour", pour("level_side", 0.11, 0.036, 0.002));
-    fs::create_dir_all(desk.path("runs/not-a-run")).unwrap();
-    keep(desk, "bias", "20260101-100000-pour", pour("level_side", 0.10, 0.064, 0.001));
-    keep(desk, "bias", "20260101-110000-pour", pour("level_side", 0.10, 0.063, 0.001));
-    keep(desk, "bias", "20260102-110000-pour", pour("level_side", 0.11, 0.066, 0.001));
-    keep(desk, "chance", "20260101-100000-pour", pour("level_side", 0.10, 0.01, 0.001));
-    keep(desk, "chance", "20260101-110000-pour", pour("level_side", 0.10, 0.09, 0.001));
-    keep(desk, "chance", "20260102-110000-pour", pour("level_side", 0.11, 0.066, 0.001));
+/// Puts the runs on the scratch: three in `runs`, one whose last answer nobody can give in `doubtful`.
+pub(crate) fn lay_out(scratch: &Scratch) {
+    keep(scratch, "runs", "20260101-090000-pour", pour("tilted_side", 0.11, 0.013, 0.001));
+    keep(scratch, "runs", "20260101-100000-pour", pour("level_side", 0.10, 0.064, 0.001));
+    keep(scratch, "runs", "20260102-110000-pour", pour("level_side", 0.11, 0.066, 0.001));
+    keep(scratch, "doubtful", "20260103-120000-pour", pour("level_side", 0.11, 0.036, 0.002));
+    fs::create_dir_all(scratch.path("runs/not-a-run")).unwrap();
+    keep(scratch, "bias", "20260101-100000-pour", pour("level_side", 0.10, 0.064, 0.001));
+    keep(scratch, "bias", "20260101-110000-pour", pour("level_side", 0.10, 0.063, 0.001));
+    keep(scratch, "bias", "20260102-110000-pour", pour("level_side", 0.11, 0.066, 0.001));
+    keep(scratch, "chance", "20260101-100000-pour", pour("level_side", 0.10, 0.01, 0.001));
+    keep(scratch, "chance", "20260101-110000-pour", pour("level_side", 0.10, 0.09, 0.001));
+    keep(scratch, "chance", "20260102-110000-pour", pour("level_side", 0.11, 0.066, 0.001));
 }

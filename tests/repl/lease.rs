@@ -10,7 +10,7 @@ use trueup::trace::Nobody;
 use trueup::workcell::{Ending, Options, Run, WorkCell};
 
 use super::step::{options, talk};
-use crate::program::Desk;
+use crate::program::Scratch;
 
 static SECONDS: AtomicU64 = AtomicU64::new(0);
 
@@ -36,7 +36,12 @@ fn asked(lines: &str, minutes: u64) -> Vec<String> {
     };
     // Time goes on while a line is waited for, not while one is carried out.
     let lines = lines.split_inclusive('\n').map(str::to_owned).collect();
-    talk(bench(), &Desk::new("repl-lease"), &work, &mut Slow { lines, minutes, line: Vec::new() });
+    talk(
+        bench(),
+        &Scratch::new("repl-lease"),
+        &work,
+        &mut Slow { lines, minutes, line: Vec::new() },
+    );
     done.into_inner().unwrap()
 }
 

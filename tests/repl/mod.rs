@@ -16,7 +16,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::program::Desk;
+use crate::program::Scratch;
 
 /// Asking for this has a known answer, which shows where the answer before it ends.
 const MARK: &str = "?end-of-answer";
@@ -70,15 +70,15 @@ struct Script {
 
 /// Types transcripts at one prompt and returns what each came to, every answer ending with a newline.
 fn play(heading: Option<&str>, scripts: &[Script]) -> Vec<String> {
-    let desk = Desk::new("repl-transcripts");
-    kept::lay_out(&desk);
+    let scratch = Scratch::new("repl-transcripts");
+    kept::lay_out(&scratch);
     let args = heading.and_then(|heading| heading.strip_prefix("// with "));
     let args: Vec<&str> = args.map_or_else(Vec::new, |args| args.split(' ').collect());
     let mut input = format!("{MARK}\n");
     for (_, statement) in scripts.iter().flat_map(|script| &script.statements) {
         writeln!(input, "{}\n{MARK}", statement.join("\n")).unwrap();
     }
-    let said = desk.typed(&args, &input);
+    let said = scratch.typed(&args, &input);
     // Asking for the mark, which is no name, is the worst line.
     assert_eq!(said.code, 2, "{}", said.out);
     assert!(!said.out.contains("panicked") && !said.out.contains('\x1b'), "{}", said.out);
@@ -142,7 +142,7 @@ fn transcripts_are_answered_as_written() {
 /// Input that ends in the middle of a call is a mistake that is told, not a call that is waited for.
 #[test]
 fn input_that_ends_too_early_is_told() {
-    let said = Desk::new("repl-end").typed(&[], "pour(jar,\n");
+    let said = Scratch::new("repl-end").typed(&[], "pour(jar,\n");
     assert_eq!(said.code, 2);
     assert!(said.out.contains("never closed"), "{}", said.out);
 }
@@ -150,14 +150,14 @@ fn input_that_ends_too_early_is_told() {
 /// Neither nothing nor noise nor a thousand lines bring the prompt down.
 #[test]
 fn the_prompt_outlives_what_is_typed() {
-    let desk = Desk::new("repl-noise");
-    assert_eq!(desk.typed(&[], "").out, "");
+    let scratch = Scratch::new("repl-noise");
+    assert_eq!(scratch.typed(&[], "").out, "");
     let noise =
         "?\n:\n::\n: help\n? pour\n)\n(\n)\n\u{1f600}\nlab> :tasks\n//\nlab>\npour\npour(\n)\n\t\n";
-    let said = desk.typed(&[], &format!("{noise}:help\n"));
+    let said = scratch.typed(&[], &format!("{noise}:help\n"));
     assert_eq!(said.code, 2, "{}", said.out);
     assert!(!said.out.contains("panicked"), "{}", said.out);
     assert!(said.out.contains("Ctrl-C"), "`:help` at the end is still answered: {}", said.out);
     let many = ":objects\n".repeat(300);
-    assert_eq!(desk.typed(&[], &many).out.matches("not seen yet").count(), 600);
+    assert_eq!(scratch.typed(&[], &many).out.matches("not seen yet").count(), 600);
 }

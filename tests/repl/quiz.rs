@@ -1,19 +1,20 @@
 //! `:quiz` through the binary: pictures of kept runs, answers, and how often they were geometry's.
 
 use super::kept;
-use crate::program::Desk;
+use crate::program::Scratch;
 
 #[test]
 fn a_quiz_asks_shows_the_margin_and_counts() {
-    let desk = Desk::new("repl-quiz");
-    kept::lay_out(&desk);
-    let said = desk.typed(&[], ":quiz\n");
+    let scratch = Scratch::new("repl-quiz");
+    kept::lay_out(&scratch);
+    let said = scratch.typed(&[], ":quiz\n");
     assert!(said.out.contains("no run that is kept has a question"), "{}", said.out);
     // The first run has pictures after both of its steps.
     let run = "runs/20260101-090000-pour";
-    desk.file(&format!("{run}/frames/01-after-real.png"), "a picture");
-    desk.file(&format!("{run}/frames/02-after-real.png"), "a picture");
-    let said = desk.typed(&[], ":quiz above\nmaybe\nn\n\n:quiz jump\n:quiz above\nquit\n:tasks\n");
+    scratch.file(&format!("{run}/frames/01-after-real.png"), "a picture");
+    scratch.file(&format!("{run}/frames/02-after-real.png"), "a picture");
+    let said =
+        scratch.typed(&[], ":quiz above\nmaybe\nn\n\n:quiz jump\n:quiz above\nquit\n:tasks\n");
     assert_eq!(said.code, 1, "{}", said.out);
     for part in [
         "frames/02-after-real.png",
@@ -25,7 +26,7 @@ fn a_quiz_asks_shows_the_margin_and_counts() {
     ] {
         assert!(said.out.contains(part), "{part} is missing: {}", said.out);
     }
-    let kept = std::fs::read_to_string(desk.path("runs/answers.jsonl")).unwrap();
+    let kept = std::fs::read_to_string(scratch.path("runs/answers.jsonl")).unwrap();
     assert_eq!(kept.lines().count(), 1, "{kept}");
     assert!(kept.contains("\"person:trainee\"") && kept.contains("\"no\""), "{kept}");
 }

@@ -14,7 +14,7 @@ use trueup::report::{Failure, Style};
 use trueup::trace::Nobody;
 use trueup::workcell::{CANDIDATES, Ending, Options, Run, Stdlib, WorkCell};
 
-use crate::program::Desk;
+use crate::program::Scratch;
 use crate::workcell::dry;
 
 /// A laboratory that is as assumed, so that regression 3 can be spared.
@@ -51,8 +51,8 @@ pub(super) fn carry_out(cell: &mut WorkCell, step: &Step) -> Result<Run, Failure
 }
 
 /// A prompt over a cell, without a terminal.
-pub(super) fn talk(cell: WorkCell, desk: &Desk, work: &Work<'_>, input: &mut dyn BufRead) {
-    let record = desk.path("runs");
+pub(super) fn talk(cell: WorkCell, scratch: &Scratch, work: &Work<'_>, input: &mut dyn BufRead) {
+    let record = scratch.path("runs");
     let presses = AtomicUsize::new(0);
     let hands = Hands {
         propose: None,
@@ -71,14 +71,18 @@ pub(super) fn talk(cell: WorkCell, desk: &Desk, work: &Work<'_>, input: &mut dyn
 }
 
 /// Types lines at a prompt; returns what was carried out and how it ended.
-fn typed(desk: &Desk, cell: WorkCell, input: &mut dyn BufRead) -> Vec<(String, Ending, usize)> {
+fn typed(
+    scratch: &Scratch,
+    cell: WorkCell,
+    input: &mut dyn BufRead,
+) -> Vec<(String, Ending, usize)> {
     let done = Mutex::new(Vec::new());
     let work = |cell: &mut WorkCell, step: &Step| -> Result<Run, Failure> {
         let run = carry_out(cell, step)?;
         done.lock().unwrap().push((text::step(step), run.outcome, run.steps.len()));
         Ok(run)
     };
-    talk(cell, desk, &work, input);
+    talk(cell, scratch, &work, input);
     done.into_inner().unwrap()
 }
 
@@ -123,7 +127,7 @@ fn a_stop_swallows_no_line() {
         cancel: cell.cancel(),
         line: Vec::new(),
     };
-    let done = typed(&Desk::new("repl-press"), cell, &mut input);
+    let done = typed(&Scratch::new("repl-press"), cell, &mut input);
     let done: Vec<_> = done.iter().map(|(call, end, n)| (call.as_str(), *end, *n)).collect();
     assert_eq!(
         done,
@@ -137,7 +141,7 @@ fn a_stop_swallows_no_line() {
 
 #[test]
 fn a_stop_while_stepping_keeps_the_names_and_the_arm_is_there_for_the_next_line() {
-    let desk = Desk::new("repl-step");
+    let scratch = Scratch::new("repl-step");
     let lines = "let view = jar\n\
                  :step look() look()\n\
                  pick(jar)\n\
@@ -145,7 +149,7 @@ fn a_stop_while_stepping_keeps_the_names_and_the_arm_is_there_for_the_next_line(
                  :stop\n\
                  check visible(view)\n\
                  :step look()\n";
-    let done = typed(&desk, cell(), &mut Cursor::new(lines.to_owned()));
+    let done = typed(&scratch, cell(), &mut Cursor::new(lines.to_owned()));
     let done: Vec<_> = done.iter().map(|(call, end, n)| (call.as_str(), *end, *n)).collect();
     assert_eq!(
         done,

@@ -5,7 +5,7 @@ use std::fs;
 use trueup::teach::answers::{Answer, Answered, TRAINEE, Tally, append, progress, read};
 use trueup::trace::{FluentRow, Measure};
 
-use crate::program::Desk;
+use crate::program::Scratch;
 use crate::repl::kept::pour;
 
 fn answered(answer: Answer, off: f64, sigma: f64) -> Answered {
@@ -17,8 +17,8 @@ fn answered(answer: Answer, off: f64, sigma: f64) -> Answered {
 
 #[test]
 fn an_answer_is_kept_with_what_geometry_said_and_never_as_a_label() {
-    let desk = Desk::new("teach-answers");
-    let path = desk.path("deep/answers.jsonl");
+    let scratch = Scratch::new("teach-answers");
+    let path = scratch.path("deep/answers.jsonl");
     assert_eq!(read(&path).unwrap(), (Vec::new(), 0));
     let wrong = answered(Answer::Yes, 0.066, 0.001);
     append(&path, &wrong).unwrap();

@@ -10,59 +10,59 @@ use trueup::workcell::{CANDIDATES, Ending, Error, Options, Stdlib, WorkCell};
 
 use super::server::Server;
 use super::{endpoint, endpoint_at, no_time};
-use crate::program::Desk;
+use crate::program::Scratch;
 use crate::repl::kept::lay_out;
 
 /// Three runs, the last with a picture of each world after each step: red where the model `sees` says yes.
-fn desk(name: &str) -> Desk {
-    let desk = Desk::new(name);
-    lay_out(&desk);
+fn scratch(name: &str) -> Scratch {
+    let scratch = Scratch::new(name);
+    lay_out(&scratch);
     for (picture, colour) in [
         ("01-after-real", [200, 20, 20]),
         ("01-after-twin", [200, 20, 20]),
         ("02-after-real", [20, 20, 200]),
         ("02-after-twin", [200, 20, 20]),
     ] {
-        let file = desk.path(&format!("runs/20260102-110000-pour/frames/{picture}.png"));
+        let file = scratch.path(&format!("runs/20260102-110000-pour/frames/{picture}.png"));
         std::fs::create_dir_all(file.parent().unwrap()).unwrap();
         image::RgbImage::from_pixel(64, 36, image::Rgb(colour)).save(file).unwrap();
     }
-    desk
+    scratch
 }
 
 /// An answer that does not fit on the disk is not there by half, and those that do are kept.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_keeps_the_answers_that_fitted() {
-    let (desk, server) = (desk("vqa-full"), Server::start());
+    let (scratch, server) = (scratch("vqa-full"), Server::start());
     let ask = ["vqa", "ask", "runs", "--endpoint", &server.base(), "--model", "sees"];
     for blocks in [0, 1] {
-        let said = desk.without_room(blocks, &ask);
+        let said = scratch.without_room(blocks, &ask);
         assert_eq!(said.code, 2, "{said:?}");
         assert!(said.err.contains("no room left on the disk"), "{said:?}");
-        for name in desk.everything().into_iter().filter(|name| name.ends_with("vqa.jsonl")) {
-            let text = std::fs::read_to_string(desk.path(&name)).unwrap();
+        for name in scratch.everything().into_iter().filter(|name| name.ends_with("vqa.jsonl")) {
+            let text = std::fs::read_to_string(scratch.path(&name)).unwrap();
             assert!(text.is_empty() || text.ends_with('\n'), "{name}: {text}");
         }
     }
-    assert_eq!(desk.trueup(&ask).code, 0);
+    assert_eq!(scratch.trueup(&ask).code, 0);
 }
 
 #[test]
 fn a_model_is_asked_once_and_judged_by_geometry() {
-    let (desk, server) = (desk("vqa-ask"), Server::start());
+    let (scratch, server) = (scratch("vqa-ask"), Server::start());
     let ask = ["vqa", "ask", "runs", "--endpoint", &server.base(), "--model", "sees", "--json"];
-    let said = desk.trueup(&ask);
+    let said = scratch.trueup(&ask);
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     let json = said.json();
     // Two questions after the second step, one after the first, on two pictures each.
     assert_eq!((json["asked"].as_u64(), json["open"].as_u64()), (Some(6), Some(6)));
     assert_eq!((json["yes"].as_u64(), json["no"].as_u64()), (Some(4), Some(2)));
     assert_eq!(json["probe"]["sees"], true);
-    let again = desk.trueup(&ask).json();
+    let again = scratch.trueup(&ask).json();
     assert_eq!(again["asked"], 0, "what was answered is not asked again");
 
-    let table = desk.trueup(&["vqa", "eval", "runs", "--json"]);
+    let table = scratch.trueup(&["vqa", "eval", "runs", "--json"]);
     assert_eq!(table.code, 0, "{}", table.out);
     let table = table.json();
     // Nine questions on two pictures; of one run alone the model was asked.
@@ -83,17 +83,17 @@ fn a_model_is_asked_once_and_judged_by_geometry() {
     assert!(groups.iter().all(|group| group["by"] == "vlm:sees"), "geometry is the truth here");
     assert_eq!(table["probes"][0]["blank"][0]["answer"], "unsure");
 
-    let told = desk.trueup(&["vqa", "eval", "runs"]).out;
+    let told = scratch.trueup(&["vqa", "eval", "runs"]).out;
     assert!(told.lines().next().unwrap().starts_with("answered by"), "{told}");
     assert!(told.contains("geometry is the truth here"), "{told}");
     assert!(told.ends_with("again: trueup vqa eval runs --seed 1\n"), "{told}");
-    let markdown = desk.trueup(&["vqa", "eval", "runs", "--md"]).out;
+    let markdown = scratch.trueup(&["vqa", "eval", "runs", "--md"]).out;
     assert!(markdown.starts_with("| answered by | real P |"), "{markdown}");
-    let csv = desk.trueup(&["vqa", "eval", "runs", "--csv", "--answerers", "vlm"]).out;
+    let csv = scratch.trueup(&["vqa", "eval", "runs", "--csv", "--answerers", "vlm"]).out;
     let mut rows = csv::Reader::from_reader(csv.as_bytes());
     let holding = rows.records().map(Result::unwrap).find(|row| &row[0] == "holding").unwrap();
     assert_eq!((&holding[1], &holding[2], &holding[3]), ("vlm:sees", "real", "2"));
-    let none = desk.trueup(&["vqa", "eval", "runs", "--answerers", "person"]).out;
+    let none = scratch.trueup(&["vqa", "eval", "runs", "--answerers", "person"]).out;
     assert!(none.starts_with("nobody is judged yet"), "{none}");
     server.check();
 }
@@ -101,24 +101,25 @@ fn a_model_is_asked_once_and_judged_by_geometry() {
 /// An expert's word is the truth, and then geometry is judged as well.
 #[test]
 fn an_expert_labels_blind_and_geometry_has_a_judge() {
-    let desk = desk("vqa-label");
+    let scratch = scratch("vqa-label");
     let run = "runs/20260102-110000-pour";
     // After step 1, then after step 2: real, then twin. What cannot be read is asked again.
     let typed = "y\ny\nperhaps\ny\ny\n\nn\nq\n";
-    let said = desk.typed(&["vqa", "label", run], typed);
+    let said = scratch.typed(&["vqa", "label", run], typed);
     assert_eq!(said.code, 0, "{}", said.out);
     assert!(said.out.contains("Is the transparent jar above the blue cup?"), "{}", said.out);
     assert!(!said.out.contains("mm") && !said.out.contains("geometry"), "blind: {}", said.out);
     assert!(said.out.contains("`perhaps` is not y, n, u, q or Enter"), "{}", said.out);
     assert!(said.out.contains("5 labels added"), "{}", said.out);
-    let again = desk.typed(&["vqa", "label", run, "--json"], "");
+    let again = scratch.typed(&["vqa", "label", run, "--json"], "");
     assert!(
         again.out.contains("\"labelled\": 0") && again.out.contains("\"open\": 1"),
         "{}",
         again.out
     );
 
-    let table = desk.trueup(&["vqa", "eval", "runs", "--answerers", "geometry", "--json"]).json();
+    let table =
+        scratch.trueup(&["vqa", "eval", "runs", "--answerers", "geometry", "--json"]).json();
     assert_eq!(table["truth_by"], serde_json::json!({"geometry": 13, "person:expert": 5}));
     let above = &table["groups"]
         .as_array()
@@ -136,9 +137,10 @@ fn an_expert_labels_blind_and_geometry_has_a_judge() {
 
 #[test]
 fn whoever_is_not_there_or_cannot_see_is_told_so() {
-    let (desk, server) = (desk("vqa-wrong"), Server::start());
+    let (scratch, server) = (scratch("vqa-wrong"), Server::start());
     let base = server.base();
-    let probe = |model: &str| desk.trueup(&["vqa", "probe", "--endpoint", &base, "--model", model]);
+    let probe =
+        |model: &str| scratch.trueup(&["vqa", "probe", "--endpoint", &base, "--model", model]);
     let good = probe("sees");
     assert_eq!(good.code, 0, "{}", good.out);
     assert!(
@@ -153,12 +155,12 @@ fn whoever_is_not_there_or_cannot_see_is_told_so() {
         "{}",
         blind.out
     );
-    let many = desk.trueup(&["vqa", "probe", "--endpoint", &base, "--json"]);
+    let many = scratch.trueup(&["vqa", "probe", "--endpoint", &base, "--json"]);
     assert_eq!((many.code, many.error("code")), (2, "vqa::model".to_owned()));
     assert!(many.error("help").contains("sees, essay"));
-    let none = desk.trueup(&["vqa", "probe", "--json"]);
+    let none = scratch.trueup(&["vqa", "probe", "--json"]);
     assert_eq!((none.code, none.error("code")), (2, "vqa::endpoint".to_owned()));
-    let gone = desk.trueup(&[
+    let gone = scratch.trueup(&[
         "vqa",
         "probe",
         "--endpoint",
@@ -168,19 +170,19 @@ fn whoever_is_not_there_or_cannot_see_is_told_so() {
         "--json",
     ]);
     assert_eq!((gone.code, gone.error("code")), (4, "vqa::unavailable".to_owned()));
-    let no_runs = desk.trueup(&["vqa", "eval", "runs/not-a-run", "--json"]);
+    let no_runs = scratch.trueup(&["vqa", "eval", "runs/not-a-run", "--json"]);
     assert_eq!((no_runs.code, no_runs.error("code")), (2, "vqa::none".to_owned()));
-    let typo = desk.trueup(&["vqa", "eval", "rnus", "--json"]);
+    let typo = scratch.trueup(&["vqa", "eval", "rnus", "--json"]);
     assert_eq!((typo.code, typo.error("help")), (2, "did you mean `runs`?".to_owned()));
 }
 
 /// A model proposes only what parses and checks, and only where no template fits.
 #[test]
 fn a_sentence_may_be_proposed_a_call() {
-    let (desk, server) = (Desk::new("vqa-say"), Server::start());
+    let (scratch, server) = (Scratch::new("vqa-say"), Server::start());
     let base = server.base();
     let say = |sentence: &str| {
-        desk.trueup(&["say", sentence, "--endpoint", &base, "--model", "sees", "--json"])
+        scratch.trueup(&["say", sentence, "--endpoint", &base, "--model", "sees", "--json"])
     };
     let proposed = say("what I want is call pick( jar )");
     assert_eq!(proposed.code, 1, "somebody has to say yes first: {}", proposed.out);
@@ -205,10 +207,10 @@ fn a_sentence_may_be_proposed_a_call() {
 
 #[test]
 fn at_the_prompt_a_proposal_waits_for_a_yes() {
-    let (desk, server) = (Desk::new("vqa-prompt"), Server::start());
+    let (scratch, server) = (Scratch::new("vqa-prompt"), Server::start());
     let base = server.base();
     let args = ["--ask-endpoint", base.as_str(), "--ask-model", "sees"];
-    let said = desk.typed(&args, ":confirm none\nwhat I want is call home\nn\n");
+    let said = scratch.typed(&args, ":confirm none\nwhat I want is call home\nn\n");
     assert!(said.out.contains("= home()\n  proposed by the model"), "{}", said.out);
     assert!(said.out.contains("carry it out with the lab? y or n"), "{}", said.out);
     assert!(said.out.contains("left undone"), "{}", said.out);

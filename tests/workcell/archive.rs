@@ -5,12 +5,12 @@ use std::fs;
 use trueup::trace::{Deed, StepRecord};
 use trueup::workcell::{Aims, archive};
 
-use crate::program::Desk;
+use crate::program::Scratch;
 use crate::repl::kept::pour;
 
 #[test]
 fn what_an_older_program_did_to_things_is_told_by_the_names_of_its_actions() {
-    let desk = Desk::new("old-record");
+    let scratch = Scratch::new("old-record");
     let mut run = pour("level_side", 0.1, 0.01, 0.001);
     run.steps[0].action = "grasp(jar, side)".into();
     run.steps[1].action = "tilt(jar, cup, amount: 50 mL)".into();
@@ -21,7 +21,7 @@ fn what_an_older_program_did_to_things_is_told_by_the_names_of_its_actions() {
             step.remove(newer);
         }
     }
-    let dir = desk.path("run");
+    let dir = scratch.path("run");
     fs::create_dir(&dir).unwrap();
     fs::write(dir.join("run.json"), old.to_string()).unwrap();
     let read = archive::load(&dir).unwrap();

@@ -5,12 +5,12 @@ use trueup::workcell::record::Recorder;
 use trueup::workcell::{Ending, Error, Options, WorkCell};
 
 use super::{call, dry, kept, plain};
-use crate::program::Desk;
+use crate::program::Scratch;
 
 #[test]
 fn the_rest_or_another_call_is_rehearsed_from_a_past_step_and_nothing_moves() {
-    let desk = Desk::new("workcell-fork");
-    let recorder = Recorder::create(&desk.path("runs"), "now", "test").unwrap();
+    let scratch = Scratch::new("workcell-fork");
+    let recorder = Recorder::create(&scratch.path("runs"), "now", "test").unwrap();
     let folder = recorder.dir().to_path_buf();
     let mut cell = WorkCell::open(Options { scene: Some(dry()), ..plain() }).unwrap();
     let run = cell.run(&call("pick(jar)"), Some(recorder), Box::new(Nobody)).unwrap();

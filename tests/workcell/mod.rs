@@ -25,7 +25,7 @@ use trueup::trace::{Event, Nobody, Observer, Outcome};
 use trueup::workcell::record::Recorder;
 use trueup::workcell::{CANDIDATES, Ending, Options, Run, State, Stdlib, WorkCell};
 
-use crate::program::Desk;
+use crate::program::Scratch;
 
 fn no_time() -> f64 {
     0.0
@@ -93,11 +93,11 @@ impl Observer for Press {
 /// Runs a call into a folder of its own.
 fn recorded(
     cell: &mut WorkCell,
-    desk: &Desk,
+    scratch: &Scratch,
     text: &str,
     watcher: Box<dyn Observer + Send>,
 ) -> (Run, PathBuf) {
-    let recorder = Recorder::create(&desk.path("runs"), "now", "test").unwrap();
+    let recorder = Recorder::create(&scratch.path("runs"), "now", "test").unwrap();
     let folder = recorder.dir().to_path_buf();
     (cell.run(&call(text), Some(recorder), watcher).unwrap(), folder)
 }
@@ -109,11 +109,11 @@ fn kept(folder: &std::path::Path) -> Run {
 /// Ctrl-C while the arm moves: the run is stopped, recorded whole, and the cell goes on from there.
 #[test]
 fn a_stop_in_a_step_is_recorded_and_the_cell_goes_on() {
-    let desk = Desk::new("workcell-stop");
+    let scratch = Scratch::new("workcell-stop");
     let mut cell = WorkCell::open(plain()).unwrap();
     let press =
         Press { cancel: cell.cancel(), on: |event| matches!(event, Event::Tick(_)), left: 150 };
-    let (run, folder) = recorded(&mut cell, &desk, "pick(jar)", Box::new(press));
+    let (run, folder) = recorded(&mut cell, &scratch, "pick(jar)", Box::new(press));
     assert_eq!((run.outcome, run.reached), (Ending::Stopped, false));
     let last = run.steps.last().unwrap();
     assert!(last.action.starts_with("approach(jar"), "{}", last.action);
@@ -132,12 +132,12 @@ fn a_stop_in_a_step_is_recorded_and_the_cell_goes_on() {
     assert!(run.water.unwrap().spilt_ml < 0.5);
 
     // The wish is still there: nothing moves before it is forgotten.
-    let (run, folder) = recorded(&mut cell, &desk, "home()", Box::new(Nobody));
+    let (run, folder) = recorded(&mut cell, &scratch, "home()", Box::new(Nobody));
     assert_eq!((run.outcome, run.steps.len()), (Ending::Stopped, 0));
     assert_eq!(kept(&folder), run);
     assert_eq!(fs::read_to_string(folder.join("arm.csv")).unwrap(), "");
     cell.cancel().clear();
-    let (run, _) = recorded(&mut cell, &desk, "home()", Box::new(Nobody));
+    let (run, _) = recorded(&mut cell, &scratch, "home()", Box::new(Nobody));
     assert_eq!(run.outcome, Ending::Success, "{:?}", run.reason);
 }
 
@@ -156,9 +156,9 @@ impl Observer for Mistaken {
 /// the next call begins where the arm is.
 #[test]
 fn a_panic_in_a_run_stops_the_arm_and_keeps_the_record() {
-    let desk = Desk::new("workcell-panic");
+    let scratch = Scratch::new("workcell-panic");
     let mut cell = WorkCell::open(plain()).unwrap();
-    let recorder = Recorder::create(&desk.path("runs"), "now", "test").unwrap();
+    let recorder = Recorder::create(&scratch.path("runs"), "now", "test").unwrap();
     let folder = recorder.dir().to_path_buf();
     let ran = catch_unwind(AssertUnwindSafe(|| {
         cell.run(&call("home()"), Some(recorder), Box::new(Mistaken(150)))
@@ -167,18 +167,18 @@ fn a_panic_in_a_run_stops_the_arm_and_keeps_the_record() {
     let run = kept(&folder);
     assert_eq!((run.state, run.outcome), (State::Ended, Ending::Stopped));
     assert!(run.reason.unwrap().contains("the arm was brought to rest"));
-    let (run, _) = recorded(&mut cell, &desk, "home()", Box::new(Nobody));
+    let (run, _) = recorded(&mut cell, &scratch, "home()", Box::new(Nobody));
     assert_eq!(run.outcome, Ending::Success, "{:?}", run.reason);
 }
 
 /// Ctrl-C during the touch-off, before there is any step.
 #[test]
 fn a_stop_while_calibrating_leaves_a_whole_run_without_steps() {
-    let desk = Desk::new("workcell-stop-early");
+    let scratch = Scratch::new("workcell-stop-early");
     let mut cell = WorkCell::open(options(LabSettings::default(), 1)).unwrap();
     let press =
         Press { cancel: cell.cancel(), on: |event| matches!(event, Event::Tick(_)), left: 40 };
-    let (run, folder) = recorded(&mut cell, &desk, "pick(jar)", Box::new(press));
+    let (run, folder) = recorded(&mut cell, &scratch, "pick(jar)", Box::new(press));
     assert_eq!((run.outcome, run.steps.len()), (Ending::Stopped, 0));
     assert_eq!(kept(&folder), run);
 }

@@ -9,7 +9,7 @@ use trueup::workcell::Stdlib;
 use trueup::workcell::record::Recorder;
 use trueup::world::{ObjectState, Pose, WorldState};
 
-use crate::program::Desk;
+use crate::program::Scratch;
 
 fn tick(time: f64) -> Event {
     let values = |x: f64| vec![x; 7];
@@ -26,8 +26,8 @@ fn tick(time: f64) -> Event {
 
 #[test]
 fn runs_of_one_second_get_folders_of_their_own() {
-    let desk = Desk::new("recorder-names");
-    let root = desk.path("deep/runs");
+    let scratch = Scratch::new("recorder-names");
+    let root = scratch.path("deep/runs");
     let names: Vec<String> = (0..3)
         .map(|_| {
             let recorder = Recorder::create(&root, "20260101-000000", "pour(jar)/..").unwrap();
@@ -41,19 +41,19 @@ fn runs_of_one_second_get_folders_of_their_own() {
 
 #[test]
 fn what_cannot_be_made_is_said_with_its_path() {
-    let desk = Desk::new("recorder-refused");
-    desk.file("file", "");
-    let (path, error) = Recorder::create(&desk.path("file/runs"), "now", "x").unwrap_err();
+    let scratch = Scratch::new("recorder-refused");
+    scratch.file("file", "");
+    let (path, error) = Recorder::create(&scratch.path("file/runs"), "now", "x").unwrap_err();
     assert!(path.ends_with("file/runs"), "{}", path.display());
     assert!(!error.to_string().is_empty());
-    assert_eq!(desk.everything(), ["file"]);
+    assert_eq!(scratch.everything(), ["file"]);
 }
 
 /// Events are on disk as they happen: a reader that comes before the end finds every one of them.
 #[test]
 fn events_are_on_disk_at_once_and_ticks_at_a_hundred_a_second() {
-    let desk = Desk::new("recorder-events");
-    let mut recorder = Recorder::create(&desk.path("runs"), "now", "x").unwrap();
+    let scratch = Scratch::new("recorder-events");
+    let mut recorder = Recorder::create(&scratch.path("runs"), "now", "x").unwrap();
     let dir = recorder.dir().to_path_buf();
     for n in 0..5 {
         recorder.event(&Event::Note { text: format!("line \"{n}\"\n") });
@@ -81,8 +81,8 @@ fn events_are_on_disk_at_once_and_ticks_at_a_hundred_a_second() {
 /// A picture that could not be written is told when the run is saved, not lost.
 #[test]
 fn what_could_not_be_written_is_told() {
-    let desk = Desk::new("recorder-trouble");
-    let mut recorder = Recorder::create(&desk.path("runs"), "now", "x").unwrap();
+    let scratch = Scratch::new("recorder-trouble");
+    let mut recorder = Recorder::create(&scratch.path("runs"), "now", "x").unwrap();
     fs::remove_dir(recorder.dir().join("frames")).unwrap();
     let image = image::RgbImage::new(4, 4);
     recorder.event(&Event::Picture { name: "01-before-real".into(), image });
@@ -115,12 +115,12 @@ fn an_object_nobody_has_seen_is_read_back_as_it_was() {
 /// A user's folder comes before what is embedded, file by file.
 #[test]
 fn a_folder_overrides_the_stdlib_file_by_file() {
-    let desk = Desk::new("stdlib-folder");
-    desk.file("mine/actions/grasp.rhai", "arm.close(o, 5.0 * N);\n");
-    desk.file("mine/tasks/extra.task", "task wave() { home() }\n");
-    desk.file("mine/notes.txt", "not a part of it");
+    let scratch = Scratch::new("stdlib-folder");
+    scratch.file("mine/actions/grasp.rhai", "arm.close(o, 5.0 * N);\n");
+    scratch.file("mine/tasks/extra.task", "task wave() { home() }\n");
+    scratch.file("mine/notes.txt", "not a part of it");
     let embedded = Stdlib::embedded();
-    let mine = embedded.clone().with_folder(&desk.path("mine")).unwrap();
+    let mine = embedded.clone().with_folder(&scratch.path("mine")).unwrap();
     assert_eq!(mine.file("actions/grasp.rhai"), Some("arm.close(o, 5.0 * N);\n"));
     assert_eq!(mine.file("actions/lift.rhai"), embedded.file("actions/lift.rhai"));
     assert_eq!(mine.file("notes.txt"), None);
@@ -130,6 +130,6 @@ fn a_folder_overrides_the_stdlib_file_by_file() {
     let mut added = names(&mine);
     added.retain(|path| !names(&embedded).contains(path));
     assert_eq!(added, ["tasks/extra.task"]);
-    let (path, _) = embedded.with_folder(&desk.path("gone")).unwrap_err();
+    let (path, _) = embedded.with_folder(&scratch.path("gone")).unwrap_err();
     assert!(path.ends_with("gone"));
 }

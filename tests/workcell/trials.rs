@@ -5,7 +5,7 @@ use trueup::execution::calibrate::Switches;
 use trueup::workcell::trials::{Trial, table};
 use trueup::workcell::{Aims, Ending, Water};
 
-use crate::program::Desk;
+use crate::program::Scratch;
 use crate::repl::kept::pour;
 
 /// A pour that ended with so much water in the cup, the jar and on the table, mL.
@@ -99,11 +99,11 @@ const PLAIN: &str = "[switches]\ncamera_pose = false\nlens = false\nsensor = fal
 
 #[test]
 fn trials_go_on_where_they_ended_and_shards_make_one_table() {
-    let desk = Desk::new("trials");
-    desk.file("plain.toml", PLAIN);
+    let scratch = Scratch::new("trials");
+    scratch.file("plain.toml", PLAIN);
     let with = ["--lab", "plain.toml", "--without-regression", "3", "--out", "t"];
     let try_it = |more: &[&str]| {
-        let said = desk.trueup(&[&["trials", "--task", "look()"], more, &with].concat());
+        let said = scratch.trueup(&[&["trials", "--task", "look()"], more, &with].concat());
         assert_eq!(said.code, 0, "{}{}", said.out, said.err);
         said
     };
@@ -122,31 +122,31 @@ fn trials_go_on_where_they_ended_and_shards_make_one_table() {
         (&row["pick_up"], &row["pour_water"]),
         (&serde_json::Value::Null, &serde_json::Value::Null)
     );
-    let kept = std::fs::read_to_string(desk.path("t/trials.jsonl")).unwrap();
+    let kept = std::fs::read_to_string(scratch.path("t/trials.jsonl")).unwrap();
     assert_eq!(kept.lines().count(), 2, "the first was not made again: {kept}");
-    let runs = trueup::workcell::archive::entries(&desk.path("t"));
+    let runs = trueup::workcell::archive::entries(&scratch.path("t"));
     let seeds: Vec<u64> = runs.iter().map(|run| run.load().unwrap().seed).collect();
     assert_eq!(seeds, [1, 2]);
     // What another machine made of its part.
     let other = kept.lines().last().unwrap().replace("\"seed\":2", "\"seed\":3");
-    desk.file("t/trials-2of2.jsonl", other);
-    let whole = desk.trueup(&["trials", "merge", "t", "--csv"]);
+    scratch.file("t/trials-2of2.jsonl", other);
+    let whole = scratch.trueup(&["trials", "merge", "t", "--csv"]);
     let row = whole.out.lines().nth(1).unwrap();
     assert!(row.starts_with("without regression 3,3,,,,,,,3,"), "{}", whole.out);
     let spoilt = kept.lines().next().unwrap().replace("\"setup\":\"", "\"setup\":\"0");
-    desk.file("t/trials-1of2.jsonl", spoilt);
-    let said = desk.trueup(&["trials", "merge", "t", "--json"]);
+    scratch.file("t/trials-1of2.jsonl", spoilt);
+    let said = scratch.trueup(&["trials", "merge", "t", "--json"]);
     assert_eq!((said.code, said.error("code")), (2, "trials::setup".to_owned()));
     // Another task is another table.
-    let said = desk.trueup(&["trials", "--task", "home()", "--n", "1", "--out", "t", "--json"]);
+    let said = scratch.trueup(&["trials", "--task", "home()", "--n", "1", "--out", "t", "--json"]);
     assert_eq!((said.code, said.error("code")), (2, "trials::setup".to_owned()));
 }
 
 /// A seed that takes too long is a trial that failed, and the next has its turn.
 #[test]
 fn a_trial_beyond_its_budget_has_failed_and_trials_go_on() {
-    let desk = Desk::new("trials-budget");
-    desk.file("plain.toml", PLAIN);
+    let scratch = Scratch::new("trials-budget");
+    scratch.file("plain.toml", PLAIN);
     let args = [
         "trials",
         "--task",
@@ -158,7 +158,7 @@ fn a_trial_beyond_its_budget_has_failed_and_trials_go_on() {
         "--lab",
         "plain.toml",
     ];
-    let said = desk.trueup(&[&args[..], &["--out", "t", "--json"]].concat());
+    let said = scratch.trueup(&[&args[..], &["--out", "t", "--json"]].concat());
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     let document = said.json();
     assert_eq!(document["done"], 2);
@@ -170,16 +170,16 @@ fn a_trial_beyond_its_budget_has_failed_and_trials_go_on() {
     }
     assert_eq!(document["rows"][0]["failures"][1]["reason"], "not within 0.3 s");
     for bad in ["0", "-1", "nan", "1e300", "soon"] {
-        let said = desk.trueup(&["trials", "--task", "look()", "--budget", bad, "--json"]);
+        let said = scratch.trueup(&["trials", "--task", "look()", "--budget", bad, "--json"]);
         assert_eq!((said.code, said.error("code")), (2, "usage".to_owned()), "{bad}");
     }
 }
 
 #[test]
 fn what_cannot_be_tried_is_said() {
-    let desk = Desk::new("trials-wrong");
+    let scratch = Scratch::new("trials-wrong");
     let code = |args: &[&str]| {
-        let said = desk.trueup(&[&["trials"], args, &["--json"]].concat());
+        let said = scratch.trueup(&[&["trials"], args, &["--json"]].concat());
         assert_eq!(said.code, 2, "{}", said.out);
         said.error("code")
     };
@@ -188,7 +188,7 @@ fn what_cannot_be_tried_is_said() {
     assert_eq!(code(&["--task", "look()", "--robot", "kortex://me@10.0.0.9"]), "trials::robot");
     assert_eq!(code(&["--task", "lok()"]), "task::unknown_name");
     assert_eq!(code(&["--task", "look()", "--ablate", "4"]), "usage::regression");
-    desk.file("empty/trials.jsonl", "");
+    scratch.file("empty/trials.jsonl", "");
     assert_eq!(code(&["merge", "empty"]), "trials::none");
-    assert!(desk.path("trials").read_dir().is_err(), "nothing was made for a mistake");
+    assert!(scratch.path("trials").read_dir().is_err(), "nothing was made for a mistake");
 }

@@ -26,7 +26,7 @@ fn turn(roll: f64, pitch: f64, yaw: f64) -> UnitQuaternion<f64> {
 }
 
 impl Bent {
-    /// Bends a lens: effects in order, `parameters` one after the other as [`Law::slots`] has them; `vertical` is
+    /// Bends a lens: effects in order, `parameters` one after the other as [`Law::specs`] has them; `vertical` is
     /// the world's z in the camera's axes.
     pub fn new(lens: &Lens, vertical: Vector3<f64>, laws: &[Law], parameters: &[f64]) -> Self {
         let mut bent = Self {

@@ -51,7 +51,7 @@ pub(super) fn answer(
         places,
         effects,
         gap: Gap::of(split(&outcome.nothing), split(best), 1.0),
-        path: selection::path(gap, outcome, |t| Some((t.name().into(), t.seat().into()))).1,
+        path: selection::path(gap, outcome, |t| Some((t.name().into(), t.site().into()))).1,
         model: ModelChange { added, ..ModelChange::default() },
         next_experiment,
         reason,
@@ -89,14 +89,14 @@ fn effects(
         let rivals: Vec<&Rival<Law>> =
             outcome.rivals.iter().filter(|rival| rival.instead_of == at).collect();
         let ties = ties(&rivals, *law, options);
-        let told = told(&all.data, &fitted, at);
-        let mut effect = effect(&all.data, *law, &told, outcome.worth(at));
+        let estimates = estimates(&all.data, &fitted, at);
+        let mut effect = effect(&all.data, *law, &estimates, outcome.worth(at));
         effect.alternatives = alternatives(&all, &rivals, *law, options);
         effect.indistinguishable = !ties.is_empty();
         if let Law::Feature(_) = law {
             lines.push(format!("// unknown at camera: {}", effect.equation));
         } else if ties.is_empty() {
-            lines.push(wording::line(*law, &told));
+            lines.push(wording::line(*law, &estimates));
         }
         if let (Law::Feature(_), Some(first)) = (law, unnamed) {
             // Several formulas are one unknown effect.
@@ -110,9 +110,9 @@ fn effects(
         for rival in ties {
             let h = last(&rival.hypothesis);
             let at = h.terms.len() - 1;
-            let told = self::told(&all.data, &h, at);
+            let estimates = self::estimates(&all.data, &h, at);
             let worth = outcome.worth_of(rival);
-            let mut other = self::effect(&all.data, h.terms[at], &told, worth);
+            let mut other = self::effect(&all.data, h.terms[at], &estimates, worth);
             other.indistinguishable = true;
             effects.push(other);
         }
@@ -135,9 +135,9 @@ fn ties<'a>(rivals: &[&'a Rival<Law>], chosen: Law, options: &Options) -> Vec<&'
     found
 }
 
-fn effect(data: &Data, law: Law, told: &[Number], worth: Worth) -> Effect {
-    let equation = wording::equation(law, told, &data.lens);
-    Effect::new((law.name(), law.seat().into()), parameters(law, told), worth, equation)
+fn effect(data: &Data, law: Law, estimates: &[Number], worth: Worth) -> Effect {
+    let equation = wording::equation(law, estimates, &data.lens);
+    Effect::new((law.name(), law.site().into()), parameters(law, estimates), worth, equation)
 }
 
 /// Adds a second formula to the first.
@@ -156,17 +156,17 @@ fn join(first: &mut Effect, more: &Effect) {
     first.stability = first.stability.min(more.stability);
 }
 
-fn parameters(law: Law, told: &[Number]) -> BTreeMap<String, Parameter> {
+fn parameters(law: Law, estimates: &[Number]) -> BTreeMap<String, Parameter> {
     let numbers: Vec<(String, f64, f64, String)> =
-        told.iter().map(|n| (n.name.to_owned(), n.value, n.std, n.unit.to_owned())).collect();
+        estimates.iter().map(|n| (n.name.to_owned(), n.value, n.std, n.unit.to_owned())).collect();
     finding::grouped(law.name(), &numbers)
 }
 
-fn told(data: &Data, h: &Hypothesis<Law>, at: usize) -> Vec<Number> {
-    let from: usize = h.terms[..at].iter().map(|law| law.slots(data.extent).len()).sum();
-    let count = h.terms[at].slots(data.extent).len();
+fn estimates(data: &Data, h: &Hypothesis<Law>, at: usize) -> Vec<Number> {
+    let from: usize = h.terms[..at].iter().map(|law| law.specs(data.extent).len()).sum();
+    let count = h.terms[at].specs(data.extent).len();
     let covariance = h.covariance.view((from, from), (count, count)).into_owned();
-    wording::told(h.terms[at], &h.parameters[from..from + count], &covariance, data.up())
+    wording::estimates(h.terms[at], &h.parameters[from..from + count], &covariance, data.up())
 }
 
 /// Returns the runners-up, one a name.
@@ -192,7 +192,7 @@ fn alternatives(
         };
         found.push(Alternative {
             name: law.name().into(),
-            at: law.seat().into(),
+            at: law.site().into(),
             delta_bic: rival.behind,
             why_not,
         });

@@ -68,17 +68,21 @@ pub(super) fn behind(file: &str, line: usize) -> Error {
 }
 
 /// The search ran away.
-pub(super) fn runs_away(what: String, file: &str) -> Error {
+pub(super) fn unfitted(what: String, file: &str) -> Error {
     Error::new(what, file, "are the units and the camera's numbers right?")
 }
 
 pub(super) fn not_fitted(why: &impl ToString, file: &str) -> Error {
-    runs_away(format!("the points cannot be fitted by any camera: {}", why.to_string()), file)
+    unfitted(format!("the points cannot be fitted by any camera: {}", why.to_string()), file)
 }
 
 /// An effect that the model has already is not read.
-pub(super) fn not_an_effect(what: String, effect: String) -> Error {
-    Error::new(what, effect, "see the vocabulary of effects for names, places and parameters")
+pub(super) fn not_an_effect(bad: &BadParameter, effect: String) -> Error {
+    Error::new(
+        bad.to_string(),
+        effect,
+        "see the vocabulary of effects for names, places and parameters",
+    )
 }
 
 pub(super) fn noise_unknown(n: usize, file: &str) -> Error {
@@ -172,12 +176,37 @@ pub(super) fn no_noise(px: f64, place: &str) -> Error {
     sidecar(format!("`noise.px` is {px}; it must be above 0"), place)
 }
 
-/// A parameter of an effect measures something else.
-pub(super) fn parameter_unit(
-    parameter: &str,
-    effect: &str,
-    is: Dimension,
-    expected: Dimension,
-) -> String {
-    format!("`{parameter}` of `{effect}` is {}, but it must be {}", is.words(), expected.words())
+/// A parameter of an effect in a model file that cannot be used.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum BadParameter {
+    /// The effect has no such parameter.
+    #[error("`{effect}` has no `{parameter}`, but {}", .known.join(", "))]
+    Unknown {
+        /// Name and site of the effect.
+        effect: String,
+        /// What was given.
+        parameter: String,
+        /// What the effect has.
+        known: Vec<&'static str>,
+    },
+    /// A parameter that the effect cannot do without is not given.
+    #[error("`{effect}` needs `{parameter}`")]
+    Missing {
+        /// Name and site of the effect.
+        effect: String,
+        /// What is missing.
+        parameter: &'static str,
+    },
+    /// The parameter measures something else.
+    #[error("`{parameter}` of `{effect}` is {}, but it must be {}", .is.words(), .expected.words())]
+    Unit {
+        /// Name and site of the effect.
+        effect: String,
+        /// What was given.
+        parameter: &'static str,
+        /// What it measures.
+        is: Dimension,
+        /// What it must measure.
+        expected: Dimension,
+    },
 }

@@ -3,7 +3,7 @@
 use super::bent::Bent;
 use super::term::{Channel, Feature, Law};
 use super::views::Data;
-use crate::discovery::selection::{Candidate, Residuals, Set, Slot};
+use crate::discovery::selection::{Candidate, ParameterSpec, Residuals, Set};
 
 /// What a formula must explain more than a name.
 const UNNAMED: f64 = 20.0;
@@ -81,8 +81,8 @@ impl CameraGap {
 impl Residuals for CameraGap {
     type Term = Law;
 
-    fn slots(&self, term: &Law) -> Vec<Slot> {
-        term.slots(self.data.extent)
+    fn specs(&self, term: &Law) -> Vec<ParameterSpec> {
+        term.specs(self.data.extent)
     }
 
     fn residuals(&self, set: Set, terms: &[Law], parameters: &[f64]) -> Option<Vec<f64>> {
@@ -102,7 +102,7 @@ impl Residuals for CameraGap {
         _instead_of: Option<&Law>,
     ) -> Vec<Candidate<Law>> {
         let start = |law: Law| -> Vec<f64> {
-            law.slots(self.data.extent).iter().map(|slot| slot.neutral.unwrap_or(0.0)).collect()
+            law.specs(self.data.extent).iter().map(|spec| spec.neutral.unwrap_or(0.0)).collect()
         };
         let mut found: Vec<Candidate<Law>> = self
             .named()

@@ -10,7 +10,7 @@ use super::views::Data;
 use super::{error, pictures, robust, wording};
 use crate::discovery::finding::{SIGNIFICANT, above_noise};
 use crate::discovery::recording::Error;
-use crate::discovery::selection::{self, Hypothesis, Outcome, Residuals as _, Set};
+use crate::discovery::selection::{self, Diverged, Hypothesis, Outcome, Residuals as _, Set};
 use crate::discovery::{Investigation, Options, Trace, by_channel};
 use crate::language::ast::EffectItem;
 use crate::world::Camera;
@@ -42,9 +42,9 @@ pub fn investigate(
     clean(&mut data, (&known.0, &known.1), files, &mut notes)?;
     let mut gap = CameraGap { data, known };
     let place = files[0].name.clone();
-    let runs_away = |what: String| error::runs_away(what, &place);
+    let diverged = |what: Diverged| error::unfitted(what.to_string(), &place);
     let search = selection::Options { shortlist: SHORTLIST, ..options.search };
-    let mut outcome = selection::search(&gap, &search, progress).map_err(runs_away)?;
+    let mut outcome = selection::search(&gap, &search, progress).map_err(diverged)?;
     if outcome.best.terms.is_empty()
         && above_noise(outcome.nothing.train, gap.count(Set::Train)) < SIGNIFICANT
         && above_noise(outcome.nothing.heldout, gap.count(Set::Heldout)) > SIGNIFICANT
@@ -54,7 +54,7 @@ pub fn investigate(
             sight.set = if sight.set == Set::Train { Set::Heldout } else { Set::Train };
         }
         gap.data.set_aside(LEAST_IN_VIEW);
-        outcome = selection::search(&gap, &search, progress).map_err(runs_away)?;
+        outcome = selection::search(&gap, &search, progress).map_err(diverged)?;
         notes.push(wording::ROLES_EXCHANGED.into());
     }
     progress("writing the answer", 0.98);
@@ -79,7 +79,7 @@ fn known_laws(
     for effect in known {
         let here = format!("effect {}({})", effect.name.text, effect.at.text);
         let read =
-            super::known::known(effect).map_err(|what| error::not_an_effect(what, here.clone()))?;
+            super::known::known(effect).map_err(|bad| error::not_an_effect(&bad, here.clone()))?;
         match read {
             Some((law, values)) => {
                 laws.0.push(law);

@@ -1,5 +1,6 @@
 //! Effects that a model file knows already → laws with fixed parameters.
 
+pub use super::error::BadParameter;
 use super::term::Law;
 use crate::language::ast::EffectItem;
 use crate::units::Unit;
@@ -8,8 +9,8 @@ use crate::units::Unit;
 ///
 /// # Errors
 ///
-/// A sentence for a parameter that is unknown, missing or of the wrong unit.
-pub fn known(effect: &EffectItem) -> Result<Option<(Law, Vec<f64>)>, String> {
+/// [`BadParameter`] for a parameter that is unknown, missing or of the wrong unit.
+pub fn known(effect: &EffectItem) -> Result<Option<(Law, Vec<f64>)>, BadParameter> {
     let law = match effect.name.text.as_str() {
         "radial_distortion" => Law::Radial(true),
         "tangential_distortion" => Law::Tangential,
@@ -22,15 +23,18 @@ pub fn known(effect: &EffectItem) -> Result<Option<(Law, Vec<f64>)>, String> {
         _ => return Ok(None),
     };
     let here = format!("{}({})", effect.name.text, effect.at.text);
-    let told = law.told();
+    let numbers = law.shown();
     for given in &effect.parameters {
-        if !told.iter().any(|(name, ..)| *name == given.name.text) {
-            let names: Vec<&str> = told.iter().map(|(name, ..)| *name).collect();
-            return Err(format!("`{here}` has no `{}`, but {}", given.name.text, names.join(", ")));
+        if !numbers.iter().any(|(name, ..)| *name == given.name.text) {
+            return Err(BadParameter::Unknown {
+                effect: here,
+                parameter: given.name.text.clone(),
+                known: numbers.iter().map(|(name, ..)| *name).collect(),
+            });
         }
     }
     let mut values = Vec::new();
-    for (name, unit, _) in told {
+    for (name, unit, _) in numbers {
         let given = effect.parameters.iter().find(|given| given.name.text == name);
         // What is not given is as if it were not there; a delay must be given.
         let missing = match law {
@@ -39,13 +43,19 @@ pub fn known(effect: &EffectItem) -> Result<Option<(Law, Vec<f64>)>, String> {
             _ => Some(0.0),
         };
         let Some(given) = given else {
-            values.push(missing.ok_or_else(|| format!("`{here}` has no `{name}`"))?);
+            values.push(
+                missing.ok_or_else(|| BadParameter::Missing {
+                    effect: here.clone(),
+                    parameter: name,
+                })?,
+            );
             continue;
         };
         let quantity = given.value.quantity;
         let expected = Unit::parse(unit).map_or(quantity.dimension, |unit| unit.dimension);
         if quantity.dimension != expected {
-            return Err(super::error::parameter_unit(name, &here, quantity.dimension, expected));
+            let is = quantity.dimension;
+            return Err(BadParameter::Unit { effect: here, parameter: name, is, expected });
         }
         values.push(quantity.value);
     }

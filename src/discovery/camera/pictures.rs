@@ -137,11 +137,11 @@ impl Foreseen {
         let here = foreseen(other, &other.parameters)?;
         let difference =
             foreseen(one, &one.parameters)?.iter().zip(&here).map(|(a, b)| a - b).collect();
-        let slots = other.terms.iter().flat_map(|term| gap.slots(term));
+        let specs = other.terms.iter().flat_map(|term| gap.specs(term));
         let mut columns = Vec::new();
-        for (at, slot) in slots.enumerate() {
+        for (at, spec) in specs.enumerate() {
             let mut moved = other.parameters.clone();
-            moved[at] += slot.scale;
+            moved[at] += spec.scale;
             let there = foreseen(other, &moved)?;
             columns.push(there.iter().zip(&here).map(|(a, b)| a - b).collect());
         }

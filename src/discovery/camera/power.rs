@@ -27,26 +27,26 @@ pub(super) fn smallest_visible(gap: &CameraGap, options: &Options) -> (Vec<Visib
         if !shown {
             continue;
         }
-        let slots = gap.slots(&law);
-        let start: Vec<f64> = slots.iter().map(|slot| slot.neutral.unwrap_or(0.0)).collect();
-        for (at, slot) in slots.iter().enumerate() {
+        let specs = gap.specs(&law);
+        let start: Vec<f64> = specs.iter().map(|spec| spec.neutral.unwrap_or(0.0)).collect();
+        for (at, spec) in specs.iter().enumerate() {
             let mut moved = start.clone();
-            moved[at] += slot.scale;
+            moved[at] += spec.scale;
             let Some(with) = gap.residuals(Set::Train, &[law], &moved) else { continue };
             let difference: Vec<f64> = with.iter().zip(&base).map(|(a, b)| a - b).collect();
-            let strength = sum_of_squares(&difference).sqrt() / slot.scale;
-            let needed = (options.least_gain + slots.len() as f64 * count.ln()).sqrt();
+            let strength = sum_of_squares(&difference).sqrt() / spec.scale;
+            let needed = (options.least_gain + specs.len() as f64 * count.ln()).sqrt();
             let least = needed / strength.max(1e-300);
-            if least > NEVER * slot.scale {
-                blind.push(format!("{} ({})", law.name(), slot.name));
+            if least > NEVER * spec.scale {
+                blind.push(format!("{} ({})", law.name(), spec.name));
                 continue;
             }
             visible.push(Visible {
                 name: law.name().into(),
-                at: law.seat().into(),
-                parameter: slot.name.into(),
+                at: law.site().into(),
+                parameter: spec.name.into(),
                 least,
-                unit: slot.unit.into(),
+                unit: spec.unit.into(),
             });
         }
     }

@@ -32,7 +32,7 @@ const MEDIAN_OF_PAIR: f64 = 1.177_410;
 
 /// What the flexible model says.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Told {
+pub struct ParameterEstimate {
     /// Standard deviation of a pixel coordinate, px; `None` if nothing is left to tell it from.
     pub sigma: Option<f64>,
     /// Indices of the wrong matches.
@@ -68,8 +68,8 @@ impl<'a> General<'a> {
         if !data.tracks.is_empty() {
             laws.extend([Law::Delay, Law::Shutter]);
         }
-        let slots: Vec<_> = laws.iter().flat_map(|law| law.slots(data.extent)).collect();
-        let n_law = slots.len();
+        let specs: Vec<_> = laws.iter().flat_map(|law| law.specs(data.extent)).collect();
+        let n_law = specs.len();
         let pose_parameters = if data.posed { 0 } else { 6 * data.views.len() };
         let budget = SPEND * 2.0 * data.sights.len() as f64 - (n_law + pose_parameters) as f64;
         let terms = |degree: u8| usize::from((degree + 1) * (degree + 2) / 2);
@@ -82,7 +82,7 @@ impl<'a> General<'a> {
         } else {
             (0..data.views.len()).map(|view| first_pose + 6 * view).collect()
         };
-        let mut scales: Vec<f64> = slots.iter().map(|slot| slot.scale).collect();
+        let mut scales: Vec<f64> = specs.iter().map(|spec| spec.scale).collect();
         scales.resize(first_pose, 1.0);
         scales.resize(first_pose + pose_parameters, 1e-3);
         let n = scales.len();
@@ -200,7 +200,7 @@ impl Problem for General<'_> {
 /// # Errors
 ///
 /// As [`fit::solve`].
-pub fn tell(data: &mut Data, known: (&[Law], &[f64])) -> Result<Told, fit::Error> {
+pub fn tell(data: &mut Data, known: (&[Law], &[f64])) -> Result<ParameterEstimate, fit::Error> {
     let copy = data.clone();
     let mut general = General::new(&copy, known);
     let rows = copy.sights.len();
@@ -275,5 +275,5 @@ pub fn tell(data: &mut Data, known: (&[Law], &[f64])) -> Result<Told, fit::Error
     for &at in &wrong {
         data.sights[at].wrong = true;
     }
-    Ok(Told { sigma, wrong })
+    Ok(ParameterEstimate { sigma, wrong })
 }

@@ -1,6 +1,6 @@
 //! The effects on a camera as laws with parameters: what may be wrong, on what scale, and under which name.
 
-use crate::discovery::selection::Slot;
+use crate::discovery::selection::ParameterSpec;
 
 /// A coordinate of the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,7 +32,7 @@ pub enum Feature {
     Drift(Channel),
 }
 
-/// What may be wrong with a camera. Parameters are in the order of [`Law::slots`].
+/// What may be wrong with a camera. Parameters are in the order of [`Law::specs`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Law {
     /// `k1`, and `k2` if so.
@@ -62,13 +62,13 @@ pub enum Law {
 pub const SHIFT: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
 
 /// One number of an effect in the vocabulary's words: name, unit, the parameter it is or the value it has.
-pub type Told = (&'static str, &'static str, Result<usize, f64>);
+pub type Shown = (&'static str, &'static str, Result<usize, f64>);
 
 const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
-fn slot(name: &'static str, unit: &'static str, scale: f64, range: (f64, f64)) -> Slot {
+fn spec(name: &'static str, unit: &'static str, scale: f64, range: (f64, f64)) -> ParameterSpec {
     // A thousandth of what is visible at a glance is below what a model of a lens can mean.
-    Slot { name, unit, scale, range, neutral: Some(0.0), least: 1e-3 * scale }
+    ParameterSpec { name, unit, scale, range, neutral: Some(0.0), least: 1e-3 * scale }
 }
 
 impl Law {
@@ -88,30 +88,31 @@ impl Law {
     }
 
     /// Returns where it sits.
-    pub fn seat(self) -> &'static str {
+    pub fn site(self) -> &'static str {
         if matches!(self, Self::Table(..)) { "table" } else { "camera" }
     }
 
     /// Returns the parameters. `extent` is the largest normalised coordinate in the data: how far a formula's
     /// coefficient must move to be seen depends on it.
-    pub fn slots(self, extent: f64) -> Vec<Slot> {
-        let factor = |name| Slot { neutral: Some(1.0), ..slot(name, "", 2e-3, (0.1, 10.0)) };
-        let metres = |name| slot(name, "m", 1e-3, ANY);
-        let angle = |name| slot(name, "rad", 1e-3, (-1.5, 1.5));
+    pub fn specs(self, extent: f64) -> Vec<ParameterSpec> {
+        let factor =
+            |name| ParameterSpec { neutral: Some(1.0), ..spec(name, "", 2e-3, (0.1, 10.0)) };
+        let metres = |name| spec(name, "m", 1e-3, ANY);
+        let angle = |name| spec(name, "rad", 1e-3, (-1.5, 1.5));
         match self {
-            Self::Radial(false) => vec![slot("k1", "", 0.01, (-3.0, 3.0))],
+            Self::Radial(false) => vec![spec("k1", "", 0.01, (-3.0, 3.0))],
             Self::Radial(true) => {
-                vec![slot("k1", "", 0.01, (-3.0, 3.0)), slot("k2", "", 0.02, (-20.0, 20.0))]
+                vec![spec("k1", "", 0.01, (-3.0, 3.0)), spec("k2", "", 0.02, (-20.0, 20.0))]
             }
             Self::Tangential => {
-                vec![slot("p1", "", 1e-3, (-1.0, 1.0)), slot("p2", "", 1e-3, (-1.0, 1.0))]
+                vec![spec("p1", "", 1e-3, (-1.0, 1.0)), spec("p2", "", 1e-3, (-1.0, 1.0))]
             }
             Self::Focal(false) => vec![factor("fx_scale")],
             Self::Focal(true) => vec![factor("fx_scale"), factor("fy_scale")],
             Self::Principal(u, v) => {
                 let names = [("du", u), ("dv", v)];
                 let free = names.into_iter().filter(|(_, free)| *free);
-                free.map(|(name, _)| slot(name, "px", 1.0, ANY)).collect()
+                free.map(|(name, _)| spec(name, "px", 1.0, ANY)).collect()
             }
             Self::Shift(free) => SHIFT
                 .into_iter()
@@ -121,30 +122,30 @@ impl Law {
                 .collect(),
             Self::Lift => vec![metres("lift")],
             Self::Table(tilt, height) => {
-                let mut slots = Vec::new();
+                let mut specs = Vec::new();
                 if tilt {
-                    slots.extend([angle("roll"), angle("pitch")]);
+                    specs.extend([angle("roll"), angle("pitch")]);
                 }
                 if height {
-                    slots.push(metres("height"));
+                    specs.push(metres("height"));
                 }
-                slots
+                specs
             }
-            Self::Delay => vec![slot("delay", "s", 1e-3, (-1.0, 1.0))],
-            Self::Shutter => vec![slot("row_time", "s", 2e-6, (-1e-3, 1e-3))],
+            Self::Delay => vec![spec("delay", "s", 1e-3, (-1.0, 1.0))],
+            Self::Shutter => vec![spec("row_time", "s", 2e-6, (-1e-3, 1e-3))],
             Self::Feature(feature) => {
                 let (unit, reach) = match feature {
                     Feature::Monomial(_, x, y) => ("px", extent.powi(i32::from(x + y))),
                     Feature::Radial => ("px", extent.powi(7)),
                     Feature::Drift(_) => ("px/s", 10.0),
                 };
-                vec![slot("coefficient", unit, 0.3 / reach.max(1e-9), ANY)]
+                vec![spec("coefficient", unit, 0.3 / reach.max(1e-9), ANY)]
             }
         }
     }
 
     /// Returns every number of the effect, those that are not fitted with the value they keep.
-    pub fn told(self) -> Vec<Told> {
+    pub fn shown(self) -> Vec<Shown> {
         let shown = |free: bool, at: usize| if free { Ok(at) } else { Err(0.0) };
         match self {
             Self::Radial(k2) => vec![("k1", "", Ok(0)), ("k2", "", shown(k2, 1))],
@@ -158,9 +159,9 @@ impl Law {
             Self::Shift(free) => {
                 let mut at = 0;
                 let numbers = SHIFT.into_iter().enumerate().map(|(i, name)| {
-                    let told = shown(free[i], at);
+                    let shown = shown(free[i], at);
                     at += usize::from(free[i]);
-                    (name, if i < 3 { "m" } else { "rad" }, told)
+                    (name, if i < 3 { "m" } else { "rad" }, shown)
                 });
                 numbers.collect()
             }
@@ -218,11 +219,12 @@ mod tests {
         ];
         for law in laws {
             let kind = kind_named(law.name()).unwrap();
-            let told: Vec<_> = law.told().iter().map(|(name, unit, _)| (*name, *unit)).collect();
-            assert_eq!(told, kind.numbers().collect::<Vec<_>>(), "{law:?}");
-            let free: Vec<usize> = law.told().iter().filter_map(|(.., told)| told.ok()).collect();
-            let slots = law.slots(0.5).len();
-            assert_eq!(free.iter().max().map(|most| most + 1), Some(slots), "{law:?}");
+            let shown: Vec<_> = law.shown().iter().map(|(name, unit, _)| (*name, *unit)).collect();
+            assert_eq!(shown, kind.numbers().collect::<Vec<_>>(), "{law:?}");
+            let free: Vec<usize> =
+                law.shown().iter().filter_map(|(.., shown)| shown.ok()).collect();
+            let specs = law.specs(0.5).len();
+            assert_eq!(free.iter().max().map(|most| most + 1), Some(specs), "{law:?}");
         }
     }
 

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::lens::Lens;
 use super::term::{Feature, Law, SHIFT};
-use crate::discovery::finding::Told;
+use crate::discovery::finding::ParameterEstimate;
 use crate::discovery::model_file;
 use crate::units::{Dimension, significant};
 
@@ -25,7 +25,7 @@ pub struct Number {
 
 /// Returns the effect's numbers in the order of the vocabulary; `covariance` is that of `parameters`, `up` the world's
 /// vertical in the camera's axes.
-pub fn told(
+pub fn estimates(
     law: Law,
     parameters: &[f64],
     covariance: &DMatrix<f64>,
@@ -49,7 +49,7 @@ pub fn told(
             })
             .collect();
     }
-    law.told()
+    law.shown()
         .into_iter()
         .map(|(name, unit, at)| match at {
             Ok(at) => Number { name, value: parameters[at], std: std(at), unit, fitted: true },
@@ -59,8 +59,8 @@ pub fn told(
 }
 
 /// Writes what the effect changes in the model. `x`, `y` are `X/Z`, `Y/Z` in the camera's axes, `r` their length.
-pub fn equation(law: Law, told: &[Number], lens: &Lens) -> String {
-    let v = |at: usize| told.get(at).map_or(0.0, |number| number.value);
+pub fn equation(law: Law, estimates: &[Number], lens: &Lens) -> String {
+    let v = |at: usize| estimates.get(at).map_or(0.0, |number| number.value);
     let n = |at: usize| significant(v(at), 4);
     match law {
         Law::Radial(false) => format!("(x_d, y_d) = (x, y) * (1 + {} * r^2)", n(0)),
@@ -117,13 +117,13 @@ pub fn formula(feature: Feature, coefficient: f64) -> String {
 }
 
 /// Writes the line of a model file: the numbers that were fitted.
-pub fn line(law: Law, told: &[Number]) -> String {
-    let fitted: Vec<Told> = told
+pub fn line(law: Law, estimates: &[Number]) -> String {
+    let fitted: Vec<ParameterEstimate> = estimates
         .iter()
         .filter(|number| number.fitted)
         .map(|n| (n.name.to_owned(), n.value, n.std, n.unit.to_owned()))
         .collect();
-    model_file::line(law.name(), law.seat(), &fitted)
+    model_file::line(law.name(), law.site(), &fitted)
 }
 
 pub(super) const LAYING_OUT: &str = "laying out the points";

@@ -338,8 +338,8 @@ fn effect(at: &Hypothesis, chosen: &Chosen, gain: Gain, stability: f64) -> Effec
         parameters.insert(param.role.to_string(), parameter);
     }
     let evidence = Evidence { delta_bic: gain.bic, heldout_gain: gain.told.clamp(0.0, 1.0) };
-    let seat = (chosen.candidate.kind, chosen.candidate.at.clone());
-    Effect::new(seat, parameters, (evidence, stability), equation)
+    let site = (chosen.candidate.kind, chosen.candidate.at.clone());
+    Effect::new(site, parameters, (evidence, stability), equation)
 }
 
 /// A rival of an effect, with why it was not chosen.

@@ -44,7 +44,7 @@ pub(super) fn about_trade(fitted: &Fitted) -> impl Iterator<Item = String> {
 }
 
 /// The noise that a sidecar gives for a column such as `q_2` or `tcp_x`.
-fn told_noise(recording: &Recording, name: &str) -> Option<f64> {
+fn known_noise(recording: &Recording, name: &str) -> Option<f64> {
     let levels = &recording.sidecar.noise;
     let (stem, number) = name.rsplit_once('_').unwrap_or((name, "1"));
     let of = match stem {
@@ -68,7 +68,7 @@ pub(super) fn prepare(
     for recording in recordings {
         let (mut data, said) = Data::from_recording(recording, model)?;
         for (noise, output) in data.noise.iter_mut().zip(&model.outputs) {
-            if let Some(told) = told_noise(recording, &output.name) {
+            if let Some(told) = known_noise(recording, &output.name) {
                 *noise = told;
             }
         }

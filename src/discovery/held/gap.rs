@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::held_record::Held;
 use super::slip::{Creep, crept};
-use crate::discovery::selection::{Candidate, Residuals, Set, Slot};
+use crate::discovery::selection::{Candidate, ParameterSpec, Residuals, Set};
 use crate::discovery::wording::set_of;
 
 /// What can be missing from what is known of a thing in the hand.
@@ -36,12 +36,17 @@ pub(super) struct HeldGap {
 /// A slip that comes to less than this in all is not told from a hand that bends, m.
 const LEAST: f64 = 1e-3;
 
-const fn slot(name: &'static str, unit: &'static str, scale: f64, range: (f64, f64)) -> Slot {
-    Slot { name, unit, scale, range, neutral: Some(0.0), least: 0.0 }
+const fn spec(
+    name: &'static str,
+    unit: &'static str,
+    scale: f64,
+    range: (f64, f64),
+) -> ParameterSpec {
+    ParameterSpec { name, unit, scale, range, neutral: Some(0.0), least: 0.0 }
 }
 
 /// The effects of one hypothesis, sorted.
-struct Acting {
+struct ActiveEffects {
     creep: Option<Creep>,
     late: f64,
     camera: Isometry3<f64>,
@@ -60,43 +65,43 @@ impl HeldGap {
         set != Set::Unseen && self.sets[at].is_none_or(|own| own == set)
     }
 
-    fn acting(&self, terms: &[Term], parameters: &[f64]) -> Acting {
-        let mut acting =
-            Acting { creep: None, late: 0.0, camera: Isometry3::identity(), size: [0.0; 3] };
+    fn active(&self, terms: &[Term], parameters: &[f64]) -> ActiveEffects {
+        let mut active =
+            ActiveEffects { creep: None, late: 0.0, camera: Isometry3::identity(), size: [0.0; 3] };
         for (terms, mut numbers) in [(&self.known.0[..], &self.known.1[..]), (terms, parameters)] {
             for term in terms {
-                let (mine, rest) = numbers.split_at(self.slots(term).len());
+                let (mine, rest) = numbers.split_at(self.specs(term).len());
                 numbers = rest;
                 match term {
-                    Term::Rate => acting.creep = Some(Creep::Rate(mine[0])),
-                    Term::Friction => acting.creep = Some(Creep::Friction(mine[0])),
-                    Term::Width(axis) => acting.size[*axis] += mine[0],
-                    Term::Height => acting.size[2] += mine[0],
-                    Term::Late => acting.late += mine[0],
+                    Term::Rate => active.creep = Some(Creep::Rate(mine[0])),
+                    Term::Friction => active.creep = Some(Creep::Friction(mine[0])),
+                    Term::Width(axis) => active.size[*axis] += mine[0],
+                    Term::Height => active.size[2] += mine[0],
+                    Term::Late => active.late += mine[0],
                     Term::Shift => {
                         let turn = UnitQuaternion::from_euler_angles(mine[3], mine[4], mine[5]);
                         let place = Vector3::new(mine[0], mine[1], mine[2]);
-                        acting.camera *= Isometry3::from_parts(place.into(), turn);
+                        active.camera *= Isometry3::from_parts(place.into(), turn);
                     }
                 }
             }
         }
-        acting
+        active
     }
 
     /// Returns where the thing was seen in the hand less where it should have been, m: stretch by stretch, row by
     /// row, before the mean of the stretch is taken away.
-    fn drift(&self, at: usize, acting: &Acting) -> Option<Vec<Vec<Vector3<f64>>>> {
+    fn drift(&self, at: usize, active: &ActiveEffects) -> Option<Vec<Vec<Vector3<f64>>>> {
         let held = &self.held[at];
-        let base_from_camera = acting.camera.inverse();
-        let crept = match acting.creep {
+        let base_from_camera = active.camera.inverse();
+        let crept = match active.creep {
             Some(law) => Some(crept(held, law)?),
             None => None,
         };
         let mut all = Vec::new();
         for (stretch, rows) in held.stretches.iter().enumerate() {
             let one = |(i, &row): (usize, &usize)| {
-                let hand = held.hand_at(held.time[row] - acting.late);
+                let hand = held.hand_at(held.time[row] - active.late);
                 let place = base_from_camera * nalgebra::Point3::from(held.seen[row]);
                 let in_hand = hand.inverse() * place;
                 let moved = crept.as_ref().map_or_else(Vector3::zeros, |crept| crept[stretch][i]);
@@ -116,7 +121,7 @@ impl HeldGap {
         terms: &[Term],
         parameters: &[f64],
     ) -> Option<Vec<(usize, Vector3<f64>)>> {
-        let drift = self.drift(at, &self.acting(terms, parameters))?;
+        let drift = self.drift(at, &self.active(terms, parameters))?;
         let held = &self.held[at];
         let mut found = Vec::new();
         for (rows, values) in held.stretches.iter().zip(drift) {
@@ -145,24 +150,24 @@ impl HeldGap {
 impl Residuals for HeldGap {
     type Term = Term;
 
-    fn slots(&self, term: &Term) -> Vec<Slot> {
-        let length = |name| slot(name, "m", 1e-3, (-0.5, 0.5));
+    fn specs(&self, term: &Term) -> Vec<ParameterSpec> {
+        let length = |name| spec(name, "m", 1e-3, (-0.5, 0.5));
         match term {
             Term::Rate => {
-                let rate = slot("rate", "m/s", 1e-4, (0.0, 1.0));
-                vec![Slot { least: LEAST / self.longest().max(1e-3), ..rate }]
+                let rate = spec("rate", "m/s", 1e-4, (0.0, 1.0));
+                vec![ParameterSpec { least: LEAST / self.longest().max(1e-3), ..rate }]
             }
             Term::Friction => {
-                vec![Slot { neutral: None, ..slot("friction", "", 2e-3, (1e-3, 5.0)) }]
+                vec![ParameterSpec { neutral: None, ..spec("friction", "", 2e-3, (1e-3, 5.0)) }]
             }
-            Term::Width(0) => vec![Slot { least: Held::PADS, ..length("dx") }],
-            Term::Width(_) => vec![Slot { least: Held::PADS, ..length("dy") }],
-            Term::Height => vec![Slot { least: 2.0 * Held::HEIGHT, ..length("dz") }],
+            Term::Width(0) => vec![ParameterSpec { least: Held::PADS, ..length("dx") }],
+            Term::Width(_) => vec![ParameterSpec { least: Held::PADS, ..length("dy") }],
+            Term::Height => vec![ParameterSpec { least: 2.0 * Held::HEIGHT, ..length("dz") }],
             Term::Late => {
-                vec![Slot { least: 2e-3, ..slot("delay", "s", 5e-3, (-0.2, 1.0)) }]
+                vec![ParameterSpec { least: 2e-3, ..spec("delay", "s", 5e-3, (-0.2, 1.0)) }]
             }
             Term::Shift => {
-                let turn = |name| slot(name, "rad", 2e-3, (-1.0, 1.0));
+                let turn = |name| spec(name, "rad", 2e-3, (-1.0, 1.0));
                 let (x, y, z) = (length("x"), length("y"), length("z"));
                 vec![x, y, z, turn("roll"), turn("pitch"), turn("yaw")]
             }
@@ -170,7 +175,7 @@ impl Residuals for HeldGap {
     }
 
     fn residuals(&self, set: Set, terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
-        let size = self.acting(terms, parameters).size;
+        let size = self.active(terms, parameters).size;
         let mut all = Vec::new();
         for (at, held) in self.held.iter().enumerate() {
             for (_, value) in self.left(at, Some(set), terms, parameters)? {
@@ -231,7 +236,7 @@ impl Residuals for HeldGap {
                 Term::Friction => {
                     [0.99, 0.97, 0.94, 0.9, 0.85, 0.8].map(|part| vec![part * most]).to_vec()
                 }
-                _ => vec![vec![0.0; self.slots(&term).len()]],
+                _ => vec![vec![0.0; self.specs(&term).len()]],
             };
             Candidate { term, with: Vec::new(), starts, surcharge: 0.0 }
         };

@@ -3,7 +3,7 @@
 use super::gap::{HeldGap, Term};
 use super::held_record::Held;
 use super::wording;
-use crate::discovery::finding::{Channel, Finding, Told};
+use crate::discovery::finding::{Channel, Finding, ParameterEstimate};
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Hypothesis, Options, Residuals as _, Set};
 use crate::discovery::wording::{Worded, answer, sets};
@@ -39,7 +39,7 @@ pub fn investigate(
     let mut gap = HeldGap { held, sets, known: (Vec::new(), Vec::new()) };
     notes.extend(take_known(&mut gap, known));
     let outcome = selection::search(&gap, options, progress)
-        .map_err(|what| wording::runs_away(what, &recordings[0].name))?;
+        .map_err(|what| wording::diverged(what, &recordings[0].name))?;
     progress("writing the answer", 0.98);
     let traces = traces(&gap, &outcome.nothing, &outcome.best);
     let finding: Finding = answer(&gap, &outcome, options, notes);
@@ -60,16 +60,16 @@ fn take_known(gap: &mut HeldGap, known: &[EffectItem]) -> Vec<String> {
             Term::Late,
             Term::Shift,
         ] {
-            let slots = gap.slots(&term);
+            let specs = gap.specs(&term);
             let number = |name: &str| {
                 let parameter = item.parameters.iter().find(|p| p.name.text == name);
                 parameter.map(|parameter| parameter.value.quantity.value)
             };
             let mine: Vec<f64> =
-                slots.iter().map(|slot| number(slot.name).unwrap_or(0.0)).collect();
+                specs.iter().map(|spec| number(spec.name).unwrap_or(0.0)).collect();
             let is_it = gap.name(&term) == item.name.text
-                && gap.seat(&term) == item.at.text
-                && slots.iter().any(|slot| number(slot.name).is_some());
+                && gap.site(&term) == item.at.text
+                && specs.iter().any(|spec| number(spec.name).is_some());
             if is_it {
                 gap.known.0.push(term);
                 gap.known.1.extend(mine);
@@ -120,7 +120,7 @@ impl Worded for HeldGap {
         }
     }
 
-    fn seat(&self, term: &Term) -> String {
+    fn site(&self, term: &Term) -> String {
         match term {
             Term::Rate | Term::Friction => "gripper".into(),
             Term::Width(_) | Term::Height => self.held[0].object.clone(),
@@ -128,8 +128,8 @@ impl Worded for HeldGap {
         }
     }
 
-    fn equation(&self, term: &Term, told: &[Told]) -> String {
-        wording::equation(&self.held[0].object, term, told)
+    fn equation(&self, term: &Term, estimates: &[ParameterEstimate]) -> String {
+        wording::equation(&self.held[0].object, term, estimates)
     }
 
     fn places(&self, nothing: &Hypothesis<Term>) -> Vec<Channel> {

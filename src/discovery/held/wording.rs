@@ -1,8 +1,9 @@
 //! What is said of a thing held in the hand: what was assumed, what was refused, how an effect reads.
 
 use super::gap::Term;
-use crate::discovery::finding::Told;
+use crate::discovery::finding::ParameterEstimate;
 use crate::discovery::recording::Error;
+use crate::discovery::selection::Diverged;
 use crate::language::ast::EffectItem;
 use crate::units::significant;
 
@@ -23,8 +24,12 @@ pub(super) fn not_this_robot(error: &impl ToString, recording: &str) -> Error {
 }
 
 /// A fit that ran away.
-pub(super) fn runs_away(what: String, recording: &str) -> Error {
-    Error::new(what, recording, "are the object's columns in m, in the frame of the robot's base?")
+pub(super) fn diverged(what: Diverged, recording: &str) -> Error {
+    Error::new(
+        what.to_string(),
+        recording,
+        "are the object's columns in m, in the frame of the robot's base?",
+    )
 }
 
 pub(super) fn hand_does_not_turn(recording: &str) -> String {
@@ -67,9 +72,9 @@ pub(super) fn not_of_holding(effect: &EffectItem) -> String {
 }
 
 /// How an effect reads with its numbers.
-pub(super) fn equation(object: &str, term: &Term, told: &[Told]) -> String {
+pub(super) fn equation(object: &str, term: &Term, estimates: &[ParameterEstimate]) -> String {
     let number = |i: usize| {
-        let (_, value, _, unit) = &told[i];
+        let (_, value, _, unit) = &estimates[i];
         format!("{} {unit}", significant(*value, 3)).trim_end().to_owned()
     };
     match term {

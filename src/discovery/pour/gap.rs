@@ -2,7 +2,7 @@
 
 use super::flow::{Flow, arrived};
 use super::pour_record::Pour;
-use crate::discovery::selection::{Candidate, Residuals, Set, Slot};
+use crate::discovery::selection::{Candidate, ParameterSpec, Residuals, Set};
 use crate::discovery::wording::set_of;
 use crate::twin::hold::WATER;
 use crate::world::WATER_DENSITY;
@@ -72,14 +72,19 @@ const FILLED: f64 = 0.03;
 const BESIDE: f64 = 5e-6;
 
 /// Parameters of the model itself, the same for all pours.
-const OWN: [(Slot, f64); 3] = [
-    (slot("pace", "s", 0.02, (0.02, 1.5)), 0.2),
-    (slot("delay", "s", 0.02, (0.0, 0.8)), 0.15),
-    (slot("lean", "rad", 0.01, (-0.2, 0.2)), 0.0),
+const OWN: [(ParameterSpec, f64); 3] = [
+    (spec("pace", "s", 0.02, (0.02, 1.5)), 0.2),
+    (spec("delay", "s", 0.02, (0.0, 0.8)), 0.15),
+    (spec("lean", "rad", 0.01, (-0.2, 0.2)), 0.0),
 ];
 
-const fn slot(name: &'static str, unit: &'static str, scale: f64, range: (f64, f64)) -> Slot {
-    Slot { name, unit, scale, range, neutral: None, least: 0.0 }
+const fn spec(
+    name: &'static str,
+    unit: &'static str,
+    scale: f64,
+    range: (f64, f64),
+) -> ParameterSpec {
+    ParameterSpec { name, unit, scale, range, neutral: None, least: 0.0 }
 }
 
 impl PourGap {
@@ -117,7 +122,7 @@ impl PourGap {
         let lists = [(&self.known.0[..], &self.known.1[..]), (terms, found)];
         for (terms, mut numbers) in lists {
             for term in terms {
-                let (mine, rest) = numbers.split_at(self.slots(term).len());
+                let (mine, rest) = numbers.split_at(self.specs(term).len());
                 numbers = rest;
                 match term {
                     // What scales said of this very pour is better than what holds for all.
@@ -154,7 +159,7 @@ impl PourGap {
         let found = &parameters[OWN.len()..];
         for (terms, mut numbers) in [(&self.known.0[..], &self.known.1[..]), (terms, found)] {
             for term in terms {
-                let (mine, rest) = numbers.split_at(self.slots(term).len());
+                let (mine, rest) = numbers.split_at(self.specs(term).len());
                 numbers = rest;
                 if *term == wanted {
                     said = Some(mine[0]);
@@ -191,35 +196,38 @@ impl PourGap {
 impl Residuals for PourGap {
     type Term = Term;
 
-    fn nuisance(&self) -> Vec<(Slot, f64)> {
+    fn nuisance(&self) -> Vec<(ParameterSpec, f64)> {
         OWN.to_vec()
     }
 
-    fn slots(&self, term: &Term) -> Vec<Slot> {
+    fn specs(&self, term: &Term) -> Vec<ParameterSpec> {
         let declared = self.pours[0].declared;
-        let with =
-            |slot: Slot, neutral: f64, least: f64| Slot { neutral: Some(neutral), least, ..slot };
+        let with = |spec: ParameterSpec, neutral: f64, least: f64| ParameterSpec {
+            neutral: Some(neutral),
+            least,
+            ..spec
+        };
         match term {
             Term::Volume => {
                 // Two millilitres stay on the walls, or came with the last guest.
-                vec![with(slot("volume", "m^3", 2e-6, (0.0, 1e-2)), declared, 2e-6)]
+                vec![with(spec("volume", "m^3", 2e-6, (0.0, 1e-2)), declared, 2e-6)]
             }
             Term::Dribble => vec![
-                with(slot("volume", "m^3", 1e-6, (0.0, 1e-3)), 0.0, 1e-6),
-                slot("delay", "s", 0.1, (0.1, 20.0)),
+                with(spec("volume", "m^3", 1e-6, (0.0, 1e-3)), 0.0, 1e-6),
+                spec("delay", "s", 0.1, (0.1, 20.0)),
             ],
-            Term::Gain => vec![with(slot("gain", "", 0.01, (0.2, 5.0)), 1.0, 0.005)],
+            Term::Gain => vec![with(spec("gain", "", 0.01, (0.2, 5.0)), 1.0, 0.005)],
             Term::Viscosity => {
                 // Ten times water looks like water that was poured a little later.
-                vec![with(slot("viscosity", "Pa*s", 0.01, (WATER, 100.0)), WATER, 0.01)]
+                vec![with(spec("viscosity", "Pa*s", 0.01, (WATER, 100.0)), WATER, 0.01)]
             }
             Term::Mass => {
                 // As well as it is weighed; a glass is as heavy as it says to a few grams.
-                vec![with(slot("mass", "kg", 5e-3, (1e-3, 50.0)), self.pours[0].empty, BORNE)]
+                vec![with(spec("mass", "kg", 5e-3, (1e-3, 50.0)), self.pours[0].empty, BORNE)]
             }
-            Term::Overflow => vec![slot("level", "m^3", 1e-6, (1e-6, 1e-2))],
-            Term::Clip => vec![slot("limit", "kg", 1e-3, (1e-3, 10.0))],
-            Term::Drift => vec![with(slot("rate", "kg/s", 1e-5, (-1e-2, 1e-2)), 0.0, 1e-5)],
+            Term::Overflow => vec![spec("level", "m^3", 1e-6, (1e-6, 1e-2))],
+            Term::Clip => vec![spec("limit", "kg", 1e-3, (1e-3, 10.0))],
+            Term::Drift => vec![with(spec("rate", "kg/s", 1e-5, (-1e-2, 1e-2)), 0.0, 1e-5)],
         }
     }
 

@@ -3,7 +3,7 @@
 use super::gap::{BORNE, PourGap, Term};
 use super::pour_record::Pour;
 use super::wording;
-use crate::discovery::finding::{Channel, Told};
+use crate::discovery::finding::{Channel, ParameterEstimate};
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Hypothesis, Options, Outcome, Set};
 use crate::discovery::wording::{Worded, answer, sets};
@@ -34,7 +34,7 @@ pub fn investigate(
     let mut gap = PourGap { pours, sets, known: (Vec::new(), Vec::new()) };
     notes.extend(take_known(&mut gap, known));
     let outcome = selection::search(&gap, options, progress)
-        .map_err(|what| wording::runs_away(what, &recordings[0].name))?;
+        .map_err(|what| wording::diverged(what, &recordings[0].name))?;
     progress("writing the answer", 0.98);
     let traces = traces(&gap, &outcome);
     let finding = answer(&gap, &outcome, options, notes);
@@ -47,14 +47,14 @@ fn take_known(gap: &mut PourGap, known: &[EffectItem]) -> Vec<String> {
     for item in known {
         let term = Term::ALL
             .into_iter()
-            .find(|term| term.name() == item.name.text && gap.seat(term) == item.at.text);
+            .find(|term| term.name() == item.name.text && gap.site(term) == item.at.text);
         let number = |name: &str| {
             let parameter = item.parameters.iter().find(|parameter| parameter.name.text == name);
             parameter.map(|parameter| parameter.value.quantity.value)
         };
         let mine: Option<Vec<f64>> = term.and_then(|term| {
-            let slots = selection::Residuals::slots(gap, &term);
-            slots.iter().map(|slot| number(slot.name)).collect()
+            let specs = selection::Residuals::specs(gap, &term);
+            specs.iter().map(|spec| number(spec.name)).collect()
         });
         match term.zip(mine) {
             Some((term, mine)) => {
@@ -96,7 +96,7 @@ impl Worded for PourGap {
         term.name()
     }
 
-    fn seat(&self, term: &Term) -> String {
+    fn site(&self, term: &Term) -> String {
         let [source, target] = &self.pours[0].vessels;
         match term {
             Term::Volume | Term::Dribble | Term::Viscosity | Term::Mass => source.clone(),
@@ -105,8 +105,8 @@ impl Worded for PourGap {
         }
     }
 
-    fn equation(&self, term: &Term, told: &[Told]) -> String {
-        wording::equation(&self.pours[0].vessels, *term, told)
+    fn equation(&self, term: &Term, estimates: &[ParameterEstimate]) -> String {
+        wording::equation(&self.pours[0].vessels, *term, estimates)
     }
 
     fn places(&self, nothing: &Hypothesis<Term>) -> Vec<Channel> {

@@ -1,8 +1,9 @@
 //! What is said of a pour: what was assumed, what was refused, how an effect reads.
 
 use super::gap::Term;
-use crate::discovery::finding::Told;
+use crate::discovery::finding::ParameterEstimate;
 use crate::discovery::recording::{Error, Recording};
+use crate::discovery::selection::Diverged;
 use crate::language::ast::EffectItem;
 use crate::units::significant;
 use crate::world::Scene;
@@ -29,8 +30,12 @@ pub(super) fn no_second(recording: &Recording, scene: &Scene) -> Error {
 }
 
 /// A fit that ran away.
-pub(super) fn runs_away(what: String, recording: &str) -> Error {
-    Error::new(what, recording, "is the scale's column in kg, and the tilt in rad or deg?")
+pub(super) fn diverged(what: Diverged, recording: &str) -> Error {
+    Error::new(
+        what.to_string(),
+        recording,
+        "is the scale's column in kg, and the tilt in rad or deg?",
+    )
 }
 
 pub(super) fn inside_unknown(recording: &str, target: &str) -> String {
@@ -49,9 +54,13 @@ pub(super) fn not_of_pouring(effect: &EffectItem) -> String {
 }
 
 /// How an effect reads with its numbers.
-pub(super) fn equation([source, target]: &[String; 2], term: Term, told: &[Told]) -> String {
+pub(super) fn equation(
+    [source, target]: &[String; 2],
+    term: Term,
+    estimates: &[ParameterEstimate],
+) -> String {
     let number = |i: usize| {
-        let (_, value, _, unit) = &told[i];
+        let (_, value, _, unit) = &estimates[i];
         format!("{} {unit}", significant(*value, 3)).trim_end().to_owned()
     };
     match term {

@@ -3,17 +3,17 @@
 use std::collections::BTreeMap;
 
 use super::colour::coloured_noise;
+use super::estimates;
 use super::explain::ArmGap;
 use super::links::Carried;
 use super::load::Thing;
 use super::places::{most_of, places, staying};
 use super::power::smallest_visible;
 use super::term::{Law, Term};
-use super::told;
 use super::wording::{self, Explained, Reason, WhyNot};
 use crate::discovery::finding::{
     self, Alternative, Effect, Finding, Gap, Identified, ModelChange, NextExperiment, Parameter,
-    SIGNIFICANT, Told, Value, Verdict, Visible, Worth, above_noise,
+    ParameterEstimate, SIGNIFICANT, Value, Verdict, Visible, Worth, above_noise,
 };
 use crate::discovery::selection::{self, Hypothesis, Options, Outcome, Residuals as _, Rival, Set};
 
@@ -108,7 +108,7 @@ impl Judged {
         let counts = (gap.count(Set::Train), gap.count(Set::Heldout));
         let split = |h| selection::split(gap, h);
         let (with_numbers, path) = selection::path(gap, outcome, |term| {
-            (!is_number(term, gap)).then(|| (term.law.name().into(), term.seat(&gap.things)))
+            (!is_number(term, gap)).then(|| (term.law.name().into(), term.site(&gap.things)))
         });
         let best = &outcome.best;
         let is_off = best.terms.iter().any(|term| is_number(term, gap));
@@ -152,17 +152,17 @@ impl Answered {
         let mut found = Self::default();
         let mut unnamed: BTreeMap<usize, usize> = BTreeMap::new();
         for (at, term) in best.terms.iter().enumerate() {
-            let told = told_of(all, &last, at);
+            let estimates = estimates_of(all, &last, at);
             let mine = || outcome.rivals.iter().filter(|rival| rival.instead_of == at);
             let ties: Vec<&Rival<Term>> = mine()
                 .filter(|rival| rival.behind < options.tie && !synonym(rival, term))
                 .collect();
             if is_number(term, all) {
-                found.identified.extend(told.iter().map(|told| off(all, term, told)));
-                found.number_lines.push(told::line(term, &told, things));
+                found.identified.extend(estimates.iter().map(|estimate| off(all, term, estimate)));
+                found.number_lines.push(estimates::line(term, &estimates, things));
                 continue;
             }
-            let mut own = effect(term, &told, things, outcome.worth(at));
+            let mut own = effect(term, &estimates, things, outcome.worth(at));
             own.alternatives = alternatives(mine(), term, options, things);
             if term.law == Law::TorqueGain && all.is_along() {
                 own.alternatives.push(Alternative {
@@ -177,7 +177,7 @@ impl Answered {
                 // The twin has no law for it; a reader of the file should know all the same.
                 found.lines.push(format!("// unknown at {}: {}", own.at, own.equation));
             } else if ties.is_empty() {
-                found.lines.push(told::line(term, &told, things));
+                found.lines.push(estimates::line(term, &estimates, things));
             }
             // Several formulas at one joint are one unknown effect.
             let is_unnamed = own.name == "unknown";
@@ -215,22 +215,22 @@ fn tied(all: &ArmGap, rival: &Rival<Term>, outcome: &Outcome<Term>) -> Effect {
         all.has_own_links() && is_gain(instead_of) && is_gain(&rival.hypothesis.terms[last_at]);
     let again = if has_others { None } else { fit_all(all, &rival.hypothesis) };
     let h = again.unwrap_or_else(|| rival.hypothesis.clone());
-    let told = told_of(all, &h, last_at);
-    let mut other = effect(&h.terms[last_at], &told, &all.things, outcome.worth_of(rival));
+    let estimates = estimates_of(all, &h, last_at);
+    let mut other = effect(&h.terms[last_at], &estimates, &all.things, outcome.worth_of(rival));
     other.indistinguishable = true;
     other
 }
 
 /// Tells a rotor as a number of the model: what it knew, and what the recordings say.
-fn off(all: &ArmGap, term: &Term, (parameter, more, std, unit): &Told) -> Identified {
+fn off(all: &ArmGap, term: &Term, (parameter, more, std, unit): &ParameterEstimate) -> Identified {
     let (terms, values) = &all.known;
     let known = terms.iter().position(|known| known == term).map_or(0.0, |at| {
-        values[terms[..at].iter().map(|term| term.law.slots().len()).sum::<usize>()]
+        values[terms[..at].iter().map(|term| term.law.specs().len()).sum::<usize>()]
     });
     let file = all.train[0].arm.armature[term.joint] + known;
     Identified {
         name: term.law.name().into(),
-        at: term.seat(&all.things),
+        at: term.site(&all.things),
         parameter: parameter.clone(),
         file,
         value: file + more,
@@ -267,12 +267,12 @@ pub(super) fn loaded(
 ) -> Finding {
     let outcome = selection::judged(&carried.gap, carried.load.clone(), options);
     let (best, things) = (&outcome.best, &carried.gap.things);
-    let told = told_of(&carried.gap, best, 0);
-    let (mass, std) = told.first().map_or((0.0, 0.0), |told| (told.1, told.2));
+    let estimates = estimates_of(&carried.gap, best, 0);
+    let (mass, std) = estimates.first().map_or((0.0, 0.0), |estimate| (estimate.1, estimate.2));
     let reason = wording::bear_more(who, mass, std);
     let [nothing, with] = [&outcome.nothing, best].map(|h| selection::split(&carried.gap, h));
     Finding {
-        effects: vec![effect(&best.terms[0], &told, things, outcome.worth(0))],
+        effects: vec![effect(&best.terms[0], &estimates, things, outcome.worth(0))],
         places: places(&carried.gap, &[], &[]),
         gap: Gap::of(nothing, with, 1.0),
         reason,
@@ -294,10 +294,10 @@ fn nearest(leads: &[Effect], explained: f64) -> Effect {
 }
 
 /// Tells an effect.
-fn effect(term: &Term, told: &[Told], things: &[Thing], worth: Worth) -> Effect {
+fn effect(term: &Term, estimates: &[ParameterEstimate], things: &[Thing], worth: Worth) -> Effect {
     let name = term.law.name();
-    let equation = wording::equation(term, told);
-    Effect::new((name, term.seat(things)), parameters(name, told), worth, equation)
+    let equation = wording::equation(term, estimates);
+    Effect::new((name, term.site(things)), parameters(name, estimates), worth, equation)
 }
 
 /// Returns whether the rival is the same thing under another name, so that no doubt about the machine
@@ -305,7 +305,7 @@ fn effect(term: &Term, told: &[Told], things: &[Thing], worth: Worth) -> Effect 
 pub(super) fn synonym(rival: &Rival<Term>, chosen: &Term) -> bool {
     let other = rival.hypothesis.terms.last();
     other.is_some_and(|other| {
-        other.law.name() == chosen.law.name() && other.seat(&[]) == chosen.seat(&[])
+        other.law.name() == chosen.law.name() && other.site(&[]) == chosen.site(&[])
     })
 }
 
@@ -337,16 +337,16 @@ fn verdict(
     of: Rest,
     gap: &Gap,
 ) -> (Verdict, String) {
-    let told = |verdict, reason: Reason| (verdict, reason.to_string());
+    let estimates = |verdict, reason: Reason| (verdict, reason.to_string());
     if effects.is_empty() {
         return match of {
-            Rest::Noise => told(Verdict::NothingMissing, Reason::Noise),
-            Rest::Coloured(part) => told(Verdict::NothingMissing, Reason::Coloured(part)),
-            Rest::More => told(Verdict::Unknown, Reason::Unexplained(left)),
+            Rest::Noise => estimates(Verdict::NothingMissing, Reason::Noise),
+            Rest::Coloured(part) => estimates(Verdict::NothingMissing, Reason::Coloured(part)),
+            Rest::More => estimates(Verdict::Unknown, Reason::Unexplained(left)),
         };
     }
     if ambiguous {
-        return told(Verdict::Ambiguous, Reason::Doubt);
+        return estimates(Verdict::Ambiguous, Reason::Doubt);
     }
     let is_small = gap.after.heldout < NEAR_NOISE;
     let rest = gap.after.heldout;
@@ -354,31 +354,31 @@ fn verdict(
         let is_lead = effects.len() <= LEADS;
         let verdict = if is_lead { Verdict::Unknown } else { Verdict::ModelInadequate };
         let at = &most_of(at);
-        return told(verdict, Reason::TooLittle { explained: gap.shrink_heldout, rest, at });
+        return estimates(verdict, Reason::TooLittle { explained: gap.shrink_heldout, rest, at });
     }
     let explained =
         if is_small { Explained::All } else { Explained::Part { part: gap.shrink_heldout, rest } };
     let unnamed = effects.iter().filter(|effect| effect.name == "unknown").count();
     if unnamed == effects.len() {
-        return told(Verdict::Unknown, Reason::Formula(explained));
+        return estimates(Verdict::Unknown, Reason::Formula(explained));
     }
     match effects {
-        [one] => told(Verdict::Named, Reason::One(one, explained)),
-        more => told(Verdict::Several, Reason::Several(more.len(), explained)),
+        [one] => estimates(Verdict::Named, Reason::One(one, explained)),
+        more => estimates(Verdict::Several, Reason::Several(more.len(), explained)),
     }
 }
 
 /// Returns the numbers of one effect of a hypothesis.
-fn told_of(gap: &ArmGap, h: &Hypothesis<Term>, at: usize) -> Vec<Told> {
-    let before: usize = h.terms[..at].iter().map(|term| term.law.slots().len()).sum();
+fn estimates_of(gap: &ArmGap, h: &Hypothesis<Term>, at: usize) -> Vec<ParameterEstimate> {
+    let before: usize = h.terms[..at].iter().map(|term| term.law.specs().len()).sum();
     let from = gap.nuisance().len() + before;
-    let count = h.terms[at].law.slots().len();
+    let count = h.terms[at].law.specs().len();
     let covariance = h.covariance.view((from, from), (count, count)).into_owned();
-    told::told(&h.terms[at], &h.parameters[from..from + count], &covariance, &gap.things)
+    estimates::estimates(&h.terms[at], &h.parameters[from..from + count], &covariance, &gap.things)
 }
 
-fn parameters(name: &str, told: &[Told]) -> BTreeMap<String, Parameter> {
-    let mut grouped = finding::grouped(name, told);
+fn parameters(name: &str, estimates: &[ParameterEstimate]) -> BTreeMap<String, Parameter> {
+    let mut grouped = finding::grouped(name, estimates);
     // A creep that the motion does not show is no number to pass on.
     grouped.retain(|name, parameter| {
         name != "creep"
@@ -402,9 +402,9 @@ fn alternatives<'a>(
     let mut found: Vec<Alternative> = Vec::new();
     for rival in rivals {
         let Some(term) = rival.hypothesis.terms.last() else { continue };
-        let (name, at) = (term.law.name().to_owned(), term.seat(things));
+        let (name, at) = (term.law.name().to_owned(), term.site(things));
         let again = found.iter().any(|other| other.name == name && other.at == at);
-        if again || (name == chosen.law.name() && at == chosen.seat(things)) {
+        if again || (name == chosen.law.name() && at == chosen.site(things)) {
             continue;
         }
         let is_tied = rival.behind < options.tie;

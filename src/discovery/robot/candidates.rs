@@ -212,7 +212,7 @@ impl<'m> Draft<'m> {
 
 /// Returns the parameters at which a law does nothing.
 fn neutral(law: Law) -> Vec<f64> {
-    law.slots().iter().map(|slot| slot.neutral.unwrap_or(0.0)).collect()
+    law.specs().iter().map(|spec| spec.neutral.unwrap_or(0.0)).collect()
 }
 
 /// Returns whether more than noise is left of what a joint's own sensors read, or it has none: a torque without a name shows

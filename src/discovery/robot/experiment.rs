@@ -144,14 +144,14 @@ fn difference(like: &Model, commands: &[Vec<f64>], rivals: [&Hypothesis<Term>; 2
     let truth = read(&first.terms, &first.parameters)?;
     let other = read(&second.terms, &second.parameters)?;
     let apart: Vec<f64> = other.iter().zip(&truth).map(|(a, b)| a - b).collect();
-    let slots: Vec<_> = second.terms.iter().flat_map(|term| term.law.slots()).collect();
+    let specs: Vec<_> = second.terms.iter().flat_map(|term| term.law.specs()).collect();
     let mut columns = Vec::new();
-    for (i, slot) in slots.iter().enumerate() {
+    for (i, spec) in specs.iter().enumerate() {
         let mut moved = second.parameters.clone();
-        moved[own + i] += slot.scale;
+        moved[own + i] += spec.scale;
         let at = read(&second.terms, &moved)?;
         columns
-            .push(at.iter().zip(&other).map(|(a, b)| (a - b) / slot.scale).collect::<Vec<f64>>());
+            .push(at.iter().zip(&other).map(|(a, b)| (a - b) / spec.scale).collect::<Vec<f64>>());
     }
     let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
     Some(left_after(&columns, &apart).unwrap_or_else(|| sum_of_squares(&apart)))

@@ -7,7 +7,7 @@ use super::links::body::NUMBERS;
 use super::load::Thing;
 use super::simulate::{Model, is_in};
 use super::term::{Law, SENSIBLE_GAIN, Term};
-use crate::discovery::selection::{Block, Candidate, Hypothesis, Residuals, Set, Slot};
+use crate::discovery::selection::{Block, Candidate, Hypothesis, ParameterSpec, Residuals, Set};
 use crate::discovery::vocabulary::{Odds, kind_named};
 
 /// Recordings of one arm, some to fit and some to judge.
@@ -158,38 +158,38 @@ impl ArmGap {
 impl Residuals for ArmGap {
     type Term = Term;
 
-    fn slots(&self, term: &Term) -> Vec<Slot> {
-        let mut slots = term.law.slots();
+    fn specs(&self, term: &Term) -> Vec<ParameterSpec> {
+        let mut specs = term.law.specs();
         let measured = self.train.iter().find(|model| !model.course.closed_loop);
         if let (Law::SensorDelay(_), Some(model)) = (term.law, measured) {
             // A measured motion is smoothed between its rows: what is shorter than half a step of them
             // is the smoother's.
             let step = model.course.data.time.windows(2).map(|t| t[1] - t[0]).fold(0.0, f64::max);
-            slots[0].least = slots[0].least.max(0.5 * step);
+            specs[0].least = specs[0].least.max(0.5 * step);
         }
         if let (Law::Hysteresis, Some(model)) = (term.law, measured) {
             // A joint that passes a loop from one row to the next shows dry friction.
             let step = model.course.typical_step(term.joint);
-            slots[1].range.0 = slots[1].range.0.max(step.min(0.5 * slots[1].range.1));
+            specs[1].range.0 = specs[1].range.0.max(step.min(0.5 * specs[1].range.1));
         }
         if term.law == Law::Armature {
             // What the model knows of a rotor may be too much, but no rotor has less than nothing.
             let known = self.train.iter().map(|model| model.arm.armature[term.joint]);
-            slots[0].range.0 = -known.fold(f64::INFINITY, f64::min);
+            specs[0].range.0 = -known.fold(f64::INFINITY, f64::min);
         }
         // Smoothing takes torque away that is not missing; twice as much is beyond doubt.
         for model in self.train.iter().filter(|model| !model.course.smoothing.is_empty()) {
             let of = |which: usize| 2.0 * model.course.smoothing[term.joint][which].abs();
             match term.law {
-                Law::TorqueGain => slots[0].least = slots[0].least.max(of(0)),
-                Law::Armature => slots[0].least = slots[0].least.max(of(1)),
+                Law::TorqueGain => specs[0].least = specs[0].least.max(of(0)),
+                Law::Armature => specs[0].least = specs[0].least.max(of(1)),
                 _ => {}
             }
         }
-        slots
+        specs
     }
 
-    fn nuisance(&self) -> Vec<(Slot, f64)> {
+    fn nuisance(&self) -> Vec<(ParameterSpec, f64)> {
         self.train.first().map_or(Vec::new(), Model::own)
     }
 
@@ -279,7 +279,7 @@ impl Residuals for ArmGap {
             }
             // One as narrow as may be is none.
             Law::Hysteresis if self.is_along() => {
-                return parameters[1] > NARROW * self.slots(term)[1].range.0;
+                return parameters[1] > NARROW * self.specs(term)[1].range.0;
             }
             Law::LinkMass => {
                 let of_one =
@@ -319,11 +319,11 @@ impl Residuals for ArmGap {
         at.and_then(|at| rows.get(at)).copied().unwrap_or(0.0)
     }
 
-    fn is_usual(&self, term: &Term) -> bool {
+    fn is_common(&self, term: &Term) -> bool {
         kind_named(term.law.name()).is_some_and(|kind| kind.odds == Odds::Common)
     }
 
-    fn usual(&self) -> Vec<Term> {
+    fn common(&self) -> Vec<Term> {
         let n = self.train[0].course.data.n;
         let has = |quantity| self.train.iter().all(|model| model.course.data.has(quantity));
         if !self.is_along() || !has(Quantity::Torque) {
@@ -338,14 +338,14 @@ impl Residuals for ArmGap {
         links.chain((0..n).flat_map(joint)).collect()
     }
 
-    fn plainer(&self, terms: &[Term], parameters: &[f64]) -> Option<(Vec<Term>, Vec<f64>)> {
+    fn simplified(&self, terms: &[Term], parameters: &[f64]) -> Option<(Vec<Term>, Vec<f64>)> {
         // Along a measured motion friction that differs with direction is plain friction beside an offset of the sensor,
         // which the other sensors have as well.
         let offset = |joint| Term { law: Law::TorqueOffset, joint };
         let any = terms.iter().any(|term| term.law == Law::TorqueOffset);
         let found = terms.iter().position(|term| term.law == Law::Asymmetric);
         let at = found.filter(|_| any && self.is_along())?;
-        let from: usize = terms[..at].iter().map(|term| term.law.slots().len()).sum();
+        let from: usize = terms[..at].iter().map(|term| term.law.specs().len()).sum();
         let [forward, backward, creep] = parameters[from..from + 3] else { return None };
         let (mut terms, mut parameters) = (terms.to_vec(), parameters.to_vec());
         let joint = terms[at].joint;
@@ -353,7 +353,7 @@ impl Residuals for ArmGap {
         parameters.splice(from..from + 3, [(0.5 * (forward + backward)).max(0.0), creep]);
         terms.push(offset(joint));
         parameters.push(0.5 * (forward - backward));
-        Some(self.plainer(&terms, &parameters).unwrap_or((terms, parameters)))
+        Some(self.simplified(&terms, &parameters).unwrap_or((terms, parameters)))
     }
 
     fn blocks(&self, set: Set) -> Vec<Block> {

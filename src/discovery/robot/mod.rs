@@ -11,7 +11,7 @@ pub mod term;
 mod traces;
 pub mod simulate;
 mod note;
-mod told;
+mod estimates;
 mod scan;
 mod arm;
 mod laid_out;

@@ -25,26 +25,26 @@ pub(super) fn smallest_visible(gap: &ArmGap, own: &[f64], options: &Options) -> 
                 | Law::CommandDelay
                 | Law::ToolOffset
         );
-        let slots = law.slots();
-        let (Some(slot), Some(start)) = (slots.first(), candidate.starts.first()) else { continue };
+        let specs = law.specs();
+        let (Some(spec), Some(start)) = (specs.first(), candidate.starts.first()) else { continue };
         if !wanted {
             continue;
         }
         let mut moved = [own, start].concat();
-        moved[own.len()] += slot.scale;
+        moved[own.len()] += spec.scale;
         let Some(with) = gap.residuals(Set::Train, &[candidate.term], &moved) else { continue };
         let difference: Vec<f64> = with.iter().zip(&base).map(|(a, b)| a - b).collect();
-        let strength = sum_of_squares(&difference).sqrt() / slot.scale;
+        let strength = sum_of_squares(&difference).sqrt() / spec.scale;
         if strength <= 0.0 {
             continue;
         }
-        let needed = options.least_gain + slots.len() as f64 * count.ln();
+        let needed = options.least_gain + specs.len() as f64 * count.ln();
         visible.push(Visible {
             name: law.name().into(),
-            at: candidate.term.seat(&gap.things),
-            parameter: slot.name.into(),
-            least: (needed.sqrt() / strength).max(slot.least),
-            unit: slot.unit.into(),
+            at: candidate.term.site(&gap.things),
+            parameter: spec.name.into(),
+            least: (needed.sqrt() / strength).max(spec.least),
+            unit: spec.unit.into(),
         });
     }
     visible

@@ -2,7 +2,7 @@
 
 use super::channels::Quantity;
 use super::load::Thing;
-use crate::discovery::selection::Slot;
+use crate::discovery::selection::ParameterSpec;
 
 /// What a feature of an unnamed torque looks at.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -122,27 +122,27 @@ pub struct Term {
     pub joint: usize,
 }
 
-const fn slot(
+const fn spec(
     name: &'static str,
     unit: &'static str,
     scale: f64,
     range: (f64, f64),
     neutral: Option<f64>,
-) -> Slot {
-    Slot { name, unit, scale, range, neutral, least: 0.0 }
+) -> ParameterSpec {
+    ParameterSpec { name, unit, scale, range, neutral, least: 0.0 }
 }
 
 const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 const UP: (f64, f64) = (0.0, f64::INFINITY);
 
 /// Names of the shift's six numbers.
-const SHIFT: [Slot; 6] = [
-    slot("x", "m", 1e-3, ANY, Some(0.0)),
-    slot("y", "m", 1e-3, ANY, Some(0.0)),
-    slot("z", "m", 1e-3, ANY, Some(0.0)),
-    slot("roll", "rad", 1e-3, ANY, Some(0.0)),
-    slot("pitch", "rad", 1e-3, ANY, Some(0.0)),
-    slot("yaw", "rad", 1e-3, ANY, Some(0.0)),
+const SHIFT: [ParameterSpec; 6] = [
+    spec("x", "m", 1e-3, ANY, Some(0.0)),
+    spec("y", "m", 1e-3, ANY, Some(0.0)),
+    spec("z", "m", 1e-3, ANY, Some(0.0)),
+    spec("roll", "rad", 1e-3, ANY, Some(0.0)),
+    spec("pitch", "rad", 1e-3, ANY, Some(0.0)),
+    spec("yaw", "rad", 1e-3, ANY, Some(0.0)),
 ];
 
 /// Which numbers of a tracker's shift are tried free together: all, as it stands on a level floor, shifts, its turn about the
@@ -260,94 +260,94 @@ impl Law {
 
     /// Returns its parameters in order, as they are fitted: linear wherever they can be. What they are
     /// called in a model file is [`super::wording`]'s business.
-    pub fn slots(self) -> Vec<Slot> {
-        let torque = slot("torque", "N*m", 0.05, UP, Some(0.0));
+    pub fn specs(self) -> Vec<ParameterSpec> {
+        let torque = spec("torque", "N*m", 0.05, UP, Some(0.0));
         // Below this speed dry friction gives way like a thick fluid: a held joint creeps.
-        let creep = slot("creep", "rad/s", 2e-4, (1e-5, 0.05), None);
-        let length = |name| slot(name, "m", 1e-3, ANY, Some(0.0));
+        let creep = spec("creep", "rad/s", 2e-4, (1e-5, 0.05), None);
+        let length = |name| spec(name, "m", 1e-3, ANY, Some(0.0));
         match self {
             Self::Coulomb | Self::SmoothCoulomb => vec![torque, creep],
             Self::Viscous => {
-                vec![slot("coefficient", "N*m*s/rad", 0.1, UP, Some(0.0))]
+                vec![spec("coefficient", "N*m*s/rad", 0.1, UP, Some(0.0))]
             }
             Self::Quadratic => {
-                vec![slot("coefficient", "N*m*s^2/rad^2", 0.1, UP, Some(0.0))]
+                vec![spec("coefficient", "N*m*s^2/rad^2", 0.1, UP, Some(0.0))]
             }
             Self::Stribeck => vec![
                 torque,
-                slot("peak", "N*m", 0.05, UP, Some(0.0)),
-                slot("velocity", "rad/s", 0.005, (0.002, 1.0), None),
+                spec("peak", "N*m", 0.05, UP, Some(0.0)),
+                spec("velocity", "rad/s", 0.005, (0.002, 1.0), None),
                 creep,
             ],
             // One side may help the motion as long as both together resist: a constant load is in it.
             Self::Asymmetric => vec![
-                slot("forward", "N*m", 0.05, ANY, Some(0.0)),
-                slot("backward", "N*m", 0.05, ANY, Some(0.0)),
+                spec("forward", "N*m", 0.05, ANY, Some(0.0)),
+                spec("backward", "N*m", 0.05, ANY, Some(0.0)),
                 creep,
             ],
             Self::Payload => vec![
-                slot("mass", "kg", 0.02, ANY, Some(0.0)),
-                slot("moment_x", "kg*m", 2e-3, ANY, Some(0.0)),
-                slot("moment_y", "kg*m", 2e-3, ANY, Some(0.0)),
-                slot("moment_z", "kg*m", 2e-3, ANY, Some(0.0)),
+                spec("mass", "kg", 0.02, ANY, Some(0.0)),
+                spec("moment_x", "kg*m", 2e-3, ANY, Some(0.0)),
+                spec("moment_y", "kg*m", 2e-3, ANY, Some(0.0)),
+                spec("moment_z", "kg*m", 2e-3, ANY, Some(0.0)),
             ],
-            Self::LinkMass => vec![slot("mass", "kg", 0.02, ANY, Some(0.0))],
+            Self::LinkMass => vec![spec("mass", "kg", 0.02, ANY, Some(0.0))],
             // A sip more or less, or what sticks to the outside.
             Self::ObjectMass => {
-                vec![Slot { least: 5e-3, ..slot("mass", "kg", 0.02, ANY, Some(0.0)) }]
+                vec![ParameterSpec { least: 5e-3, ..spec("mass", "kg", 0.02, ANY, Some(0.0)) }]
             }
-            Self::Armature => vec![slot("inertia", "kg*m^2", 0.01, ANY, Some(0.0))],
+            Self::Armature => vec![spec("inertia", "kg*m^2", 0.01, ANY, Some(0.0))],
             Self::BaseTilt => vec![
-                slot("roll", "rad", 1e-3, (-1.5, 1.5), Some(0.0)),
-                slot("pitch", "rad", 1e-3, (-1.5, 1.5), Some(0.0)),
+                spec("roll", "rad", 1e-3, (-1.5, 1.5), Some(0.0)),
+                spec("pitch", "rad", 1e-3, (-1.5, 1.5), Some(0.0)),
             ],
-            Self::TorqueOffset => vec![slot("torque", "N*m", 0.05, ANY, Some(0.0))],
-            Self::TorqueGain => vec![slot("gain", "", 0.01, (-10.0, 10.0), Some(1.0))],
-            Self::TorqueDrift => vec![slot("rate", "N*m/s", 0.01, ANY, Some(0.0))],
+            Self::TorqueOffset => vec![spec("torque", "N*m", 0.05, ANY, Some(0.0))],
+            Self::TorqueGain => vec![spec("gain", "", 0.01, (-10.0, 10.0), Some(1.0))],
+            Self::TorqueDrift => vec![spec("rate", "N*m/s", 0.01, ANY, Some(0.0))],
             Self::Ripple => vec![
-                slot("sine", "N*m", 0.05, ANY, Some(0.0)),
-                slot("cosine", "N*m", 0.05, ANY, Some(0.0)),
-                slot("order", "", 0.02, (0.3, 400.0), None),
+                spec("sine", "N*m", 0.05, ANY, Some(0.0)),
+                spec("cosine", "N*m", 0.05, ANY, Some(0.0)),
+                spec("order", "", 0.02, (0.3, 400.0), None),
             ],
             Self::Compliance | Self::ServoSag => {
-                vec![slot("compliance", "rad/(N*m)", 5e-5, UP, Some(0.0))]
+                vec![spec("compliance", "rad/(N*m)", 5e-5, UP, Some(0.0))]
             }
-            Self::Backlash => vec![slot("width", "rad", 1e-3, UP, Some(0.0))],
+            Self::Backlash => vec![spec("width", "rad", 1e-3, UP, Some(0.0))],
             // A controller samples once a millisecond or slower: what happens within is not modelled.
             Self::CommandDelay | Self::SensorDelay(_) => {
-                let delay = slot("delay", "s", 1e-3, (-0.5, 0.5), Some(0.0));
-                vec![Slot { least: 1e-3, ..delay }]
+                let delay = spec("delay", "s", 1e-3, (-0.5, 0.5), Some(0.0));
+                vec![ParameterSpec { least: 1e-3, ..delay }]
             }
-            Self::ActuatorGain => vec![slot("gain", "", 0.01, (0.1, 5.0), Some(1.0))],
-            Self::Saturation => vec![slot("limit", "N*m", 0.05, (1e-3, 1e4), None)],
-            Self::ZeroOffset => vec![slot("angle", "rad", 1e-3, ANY, Some(0.0))],
+            Self::ActuatorGain => vec![spec("gain", "", 0.01, (0.1, 5.0), Some(1.0))],
+            Self::Saturation => vec![spec("limit", "N*m", 0.05, (1e-3, 1e4), None)],
+            Self::ZeroOffset => vec![spec("angle", "rad", 1e-3, ANY, Some(0.0))],
             Self::LinkLength | Self::ToolOffset => vec![length("dx"), length("dy"), length("dz")],
             Self::CameraShift(free) => {
-                SHIFT.iter().zip(free).filter(|(_, free)| *free).map(|(slot, _)| *slot).collect()
+                SHIFT.iter().zip(free).filter(|(_, free)| *free).map(|(spec, _)| *spec).collect()
             }
-            Self::Hysteresis => vec![torque, slot("width", "rad", 2e-3, (1e-4, 3.0), None)],
-            Self::Stiffness => vec![slot("coefficient", "N*m/rad", 0.1, ANY, Some(0.0))],
-            Self::CubicStiffness => vec![slot("coefficient", "N*m/rad^3", 0.1, ANY, Some(0.0))],
+            Self::Hysteresis => vec![torque, spec("width", "rad", 2e-3, (1e-4, 3.0), None)],
+            Self::Stiffness => vec![spec("coefficient", "N*m/rad", 0.1, ANY, Some(0.0))],
+            Self::CubicStiffness => vec![spec("coefficient", "N*m/rad^3", 0.1, ANY, Some(0.0))],
             Self::Periodic => vec![
-                slot("sine", "N*m", 0.05, ANY, Some(0.0)),
-                slot("cosine", "N*m", 0.05, ANY, Some(0.0)),
-                slot("frequency", "Hz", 2e-3, (0.01, 500.0), None),
+                spec("sine", "N*m", 0.05, ANY, Some(0.0)),
+                spec("cosine", "N*m", 0.05, ANY, Some(0.0)),
+                spec("frequency", "Hz", 2e-3, (0.01, 500.0), None),
             ],
-            Self::Feature(_) => vec![slot("coefficient", "", 0.05, ANY, Some(0.0))],
+            Self::Feature(_) => vec![spec("coefficient", "", 0.05, ANY, Some(0.0))],
             Self::LoadRipple => vec![
-                slot("sine", "", 0.01, ANY, Some(0.0)),
-                slot("cosine", "", 0.01, ANY, Some(0.0)),
-                slot("order", "", 0.02, (0.3, 400.0), None),
+                spec("sine", "", 0.01, ANY, Some(0.0)),
+                spec("cosine", "", 0.01, ANY, Some(0.0)),
+                spec("order", "", 0.02, (0.3, 400.0), None),
             ],
             // What fades within a few rows, or over hours, is something else.
-            Self::FadingDry => vec![torque, slot("time", "s", 0.5, (0.5, 1e3), None)],
+            Self::FadingDry => vec![torque, spec("time", "s", 0.5, (0.5, 1e3), None)],
             Self::FadingFluid => vec![
-                slot("coefficient", "N*m*s/rad", 0.1, UP, Some(0.0)),
-                slot("time", "s", 0.5, (0.5, 1e3), None),
+                spec("coefficient", "N*m*s/rad", 0.1, UP, Some(0.0)),
+                spec("time", "s", 0.5, (0.5, 1e3), None),
             ],
             Self::Above | Self::Below => vec![
-                slot("coefficient", "N*m/rad", 0.05, ANY, Some(0.0)),
-                slot("q0", "rad", 0.01, ANY, None),
+                spec("coefficient", "N*m/rad", 0.05, ANY, Some(0.0)),
+                spec("q0", "rad", 0.01, ANY, None),
             ],
         }
     }
@@ -393,7 +393,7 @@ impl Term {
     }
 
     /// Returns the name of its seat; `things` are what was carried.
-    pub fn seat(&self, things: &[Thing]) -> String {
+    pub fn site(&self, things: &[Thing]) -> String {
         match self.law {
             Law::ObjectMass => {
                 things.get(self.joint).map_or_else(|| "object".into(), |thing| thing.name.clone())

@@ -4,7 +4,7 @@
 use std::fmt;
 
 use super::term::{Feature, Law, Term};
-use crate::discovery::finding::{Effect, Told};
+use crate::discovery::finding::{Effect, ParameterEstimate};
 use crate::units::significant;
 
 /// Said while the links' numbers are fitted.
@@ -53,12 +53,13 @@ pub(super) fn depends_on(channel: &str, state: &str, part: f64) -> String {
 
 /// What the drives turn an ampere into, N·m/A, joint by joint; `None` where the motion does not tell.
 pub(super) fn currents(constants: &[Option<f64>]) -> String {
-    let told = |k: &Option<f64>| k.map_or_else(|| "not told".to_owned(), |k| significant(k, 3));
-    let told: Vec<String> = constants.iter().map(told).collect();
+    let estimates =
+        |k: &Option<f64>| k.map_or_else(|| "not told".to_owned(), |k| significant(k, 3));
+    let estimates: Vec<String> = constants.iter().map(estimates).collect();
     format!(
         "torques are currents: what the drives turn an ampere into is fitted to the arm's file, joint by joint {} N·m/A; what it is \
          off by, every torque here is (`torque_constant_nm_per_a` in the sidecar says it)",
-        told.join(", ")
+        estimates.join(", ")
     )
 }
 
@@ -189,7 +190,7 @@ impl fmt::Display for WhyNot {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoCommands => f.write_str(
-                "the same where nobody recorded what the drive was told: only its commands tell whether \
+                "the same where nobody recorded what the drive was estimates: only its commands tell whether \
                  the drive gives less or the sensor shows more",
             ),
             Self::Tied => {
@@ -301,9 +302,9 @@ pub(super) fn poses(fitted: usize, held_out: usize) -> String {
 }
 
 /// How many numbers of a geometry are told, and what is left, m an axis.
-pub(super) fn geometry(count: usize, rank: usize, told: f64, left: f64) -> String {
+pub(super) fn geometry(count: usize, rank: usize, estimates: f64, left: f64) -> String {
     format!(
-        "of the {count} numbers of the geometry {rank} show by themselves; the poses tell {told:.0}, the rest is the file's; \
+        "of the {count} numbers of the geometry {rank} show by themselves; the poses tell {estimates:.0}, the rest is the file's; \
          what is left is {} mm an axis",
         significant(1e3 * left, 2)
     )
@@ -314,7 +315,7 @@ pub(super) fn tracker(place: [f64; 3], (roll, pitch, yaw): (f64, f64, f64)) -> S
     let [x, y, z] = place;
     format!(
         "the tracker's frame is not the base's: the base stands at ({x:.3}, {y:.3}, {z:.3}) m in it, turned by roll {roll:.3}, \
-         pitch {pitch:.3}, yaw {yaw:.3} rad; the tips are told from the base"
+         pitch {pitch:.3}, yaw {yaw:.3} rad; the tips are estimates from the base"
     )
 }
 
@@ -325,12 +326,13 @@ fn number(value: f64, unit: &str) -> String {
 }
 
 /// Writes what the effect adds to the model. Torques are what the motor must give more than modelled.
-pub fn equation(term: &Term, told: &[Told]) -> String {
+pub fn equation(term: &Term, estimates: &[ParameterEstimate]) -> String {
     let j = term.joint + 1;
-    let n = |i: usize| told.get(i).map_or(String::new(), |(_, v, _, unit)| number(*v, unit));
-    let v = |i: usize| told.get(i).map_or(0.0, |(_, value, _, _)| *value);
-    let minus =
-        |i: usize| told.get(i).map_or(String::new(), |(_, value, _, unit)| number(-value, unit));
+    let n = |i: usize| estimates.get(i).map_or(String::new(), |(_, v, _, unit)| number(*v, unit));
+    let v = |i: usize| estimates.get(i).map_or(0.0, |(_, value, _, _)| *value);
+    let minus = |i: usize| {
+        estimates.get(i).map_or(String::new(), |(_, value, _, unit)| number(-value, unit))
+    };
     match term.law {
         Law::Coulomb | Law::SmoothCoulomb => format!("tau_{j} += {} * sign(dq_{j})", n(0)),
         Law::Viscous => format!("tau_{j} += {} * dq_{j}", n(0)),
@@ -394,7 +396,7 @@ pub fn equation(term: &Term, told: &[Told]) -> String {
             significant(v(2), 3)
         ),
         Law::CameraShift(_) => {
-            let parts: Vec<String> = told
+            let parts: Vec<String> = estimates
                 .iter()
                 .map(|(name, value, _, unit)| format!("{name} {}", number(*value, unit)))
                 .collect();

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::screen::sum_of_squares;
-use super::{Block, Candidate, Hypothesis, Residuals, Set, Slot};
+use super::{Block, Candidate, Hypothesis, ParameterSpec, Residuals, Set};
 
 /// A gap pressed into few rows, linear about a hypothesis.
 pub(super) struct Linear<'a, G: Residuals> {
@@ -24,7 +24,7 @@ pub(super) struct Linear<'a, G: Residuals> {
 /// An effect in one shape.
 struct Entry<T> {
     term: T,
-    slots: Vec<Slot>,
+    specs: Vec<ParameterSpec>,
     /// Where it is linear about; its shape.
     at: Vec<f64>,
 }
@@ -63,10 +63,10 @@ impl<'a, G: Residuals> Linear<'a, G> {
         let mut entries: Vec<Entry<G::Term>> = Vec::new();
         let mut at = 0;
         for (term, surcharge) in best.terms.iter().zip(&best.surcharges) {
-            let slots = gap.slots(term);
-            let own = best.parameters[at..at + slots.len()].to_vec();
-            at += slots.len();
-            let start = slots.iter().zip(&own).map(|(slot, own)| slot.neutral.unwrap_or(*own));
+            let specs = gap.specs(term);
+            let own = best.parameters[at..at + specs.len()].to_vec();
+            at += specs.len();
+            let start = specs.iter().zip(&own).map(|(spec, own)| spec.neutral.unwrap_or(*own));
             let alone = |c: &&mut Candidate<G::Term>| c.term == *term && c.with.is_empty();
             match list.iter_mut().find(alone) {
                 Some(known) => known.starts.insert(0, start.collect()),
@@ -77,15 +77,15 @@ impl<'a, G: Residuals> Linear<'a, G> {
                     surcharge: *surcharge,
                 }),
             }
-            entries.push(Entry { term: term.clone(), slots, at: own });
+            entries.push(Entry { term: term.clone(), specs, at: own });
         }
         let own = entries.len();
         for candidate in &list {
             for start in &candidate.starts {
                 let known = |e: &Entry<G::Term>| e.is(&candidate.term, start);
                 if !entries.iter().any(known) {
-                    let slots = gap.slots(&candidate.term);
-                    entries.push(Entry { term: candidate.term.clone(), slots, at: start.clone() });
+                    let specs = gap.specs(&candidate.term);
+                    entries.push(Entry { term: candidate.term.clone(), specs, at: start.clone() });
                 }
             }
         }
@@ -122,10 +122,10 @@ impl<T: PartialEq> Entry<T> {
 
     /// Returns whether its shape is the one that the parameters have.
     fn has(&self, parameters: &[f64]) -> bool {
-        let same = |((slot, a), b): ((&Slot, &f64), &f64)| {
-            slot.neutral.is_some() || a.to_bits() == b.to_bits()
+        let same = |((spec, a), b): ((&ParameterSpec, &f64), &f64)| {
+            spec.neutral.is_some() || a.to_bits() == b.to_bits()
         };
-        self.slots.iter().zip(&self.at).zip(parameters).all(same)
+        self.specs.iter().zip(&self.at).zip(parameters).all(same)
     }
 }
 
@@ -150,7 +150,7 @@ impl Pressed {
         };
         let mut from = vec![0; own];
         for i in 1..own {
-            from[i] = from[i - 1] + entries[i - 1].slots.len();
+            from[i] = from[i - 1] + entries[i - 1].specs.len();
         }
         // One list per entry: what it does by itself, then one column per parameter.
         let columns: Vec<Vec<Blocked>> = entries
@@ -167,7 +167,7 @@ impl Pressed {
                     parameters.len() - entry.at.len()
                 };
                 let start;
-                let is_new = i >= own && entry.slots.iter().all(|slot| slot.neutral.is_none());
+                let is_new = i >= own && entry.specs.iter().all(|spec| spec.neutral.is_none());
                 let base = if is_new {
                     start = gap.residuals(set, &terms, &parameters)?;
                     &start
@@ -176,14 +176,14 @@ impl Pressed {
                 };
                 let itself: Vec<f64> = base.iter().zip(&here).map(|(a, b)| a - b).collect();
                 let mut found = vec![blocked(&itself)];
-                for (k, slot) in entry.slots.iter().enumerate() {
-                    if slot.neutral.is_none() {
+                for (k, spec) in entry.specs.iter().enumerate() {
+                    if spec.neutral.is_none() {
                         found.push(Vec::new());
                         continue;
                     }
                     let mut moved = parameters.clone();
-                    let up = moved[at + k] + slot.scale <= slot.range.1;
-                    let step = if up { slot.scale } else { -slot.scale };
+                    let up = moved[at + k] + spec.scale <= spec.range.1;
+                    let step = if up { spec.scale } else { -spec.scale };
                     moved[at + k] += step;
                     let there = gap.residuals(set, &terms, &moved)?;
                     let change = there.iter().zip(base).map(|(a, b)| (a - b) / step);
@@ -195,8 +195,8 @@ impl Pressed {
         // Back to where nothing acts.
         let mut nothing = here;
         for (entry, columns) in entries.iter().zip(&columns).take(own) {
-            for ((slot, at), column) in entry.slots.iter().zip(&entry.at).zip(&columns[1..]) {
-                let back = slot.neutral.map_or(0.0, |neutral| neutral - at);
+            for ((spec, at), column) in entry.specs.iter().zip(&entry.at).zip(&columns[1..]) {
+                let back = spec.neutral.map_or(0.0, |neutral| neutral - at);
                 for (block, values) in column {
                     let rows = &mut nothing[blocks[*block].rows.clone()];
                     rows.iter_mut().zip(values).for_each(|(to, value)| *to += back * value);
@@ -243,15 +243,15 @@ impl Pressed {
         let mut at = 0;
         for term in terms {
             let entry = linear.entry(term, &parameters[at..])?;
-            let (columns, slots) = (&self.columns[entry], &linear.entries[entry].slots);
+            let (columns, specs) = (&self.columns[entry], &linear.entries[entry].specs);
             add(&columns[0], 1.0);
-            for (k, slot) in slots.iter().enumerate() {
-                let by = slot.neutral.map_or(0.0, |neutral| parameters[at + k] - neutral);
+            for (k, spec) in specs.iter().enumerate() {
+                let by = spec.neutral.map_or(0.0, |neutral| parameters[at + k] - neutral);
                 if by.abs() > 0.0 {
                     add(&columns[k + 1], by);
                 }
             }
-            at += slots.len();
+            at += specs.len();
         }
         Some(all)
     }
@@ -347,10 +347,10 @@ pub fn related(left: &[f64]) -> f64 {
 impl<G: Residuals> Residuals for Linear<'_, G> {
     type Term = G::Term;
 
-    fn slots(&self, term: &G::Term) -> Vec<Slot> {
+    fn specs(&self, term: &G::Term) -> Vec<ParameterSpec> {
         // The slots of a gap may ask its recordings; here they are asked once.
         let known = self.entries.iter().find(|entry| entry.term == *term);
-        known.map_or_else(|| self.gap.slots(term), |entry| entry.slots.clone())
+        known.map_or_else(|| self.gap.specs(term), |entry| entry.specs.clone())
     }
 
     fn residuals(&self, set: Set, terms: &[G::Term], parameters: &[f64]) -> Option<Vec<f64>> {
@@ -395,16 +395,16 @@ impl<G: Residuals> Residuals for Linear<'_, G> {
         self.gap.is_broad(term)
     }
 
-    fn usual(&self) -> Vec<G::Term> {
-        self.gap.usual()
+    fn common(&self) -> Vec<G::Term> {
+        self.gap.common()
     }
 
     fn is_exact(&self, term: &G::Term) -> bool {
         self.gap.is_exact(term)
     }
 
-    fn is_usual(&self, term: &G::Term) -> bool {
-        self.gap.is_usual(term)
+    fn is_common(&self, term: &G::Term) -> bool {
+        self.gap.is_common(term)
     }
 
     fn unexplained(&self, set: Set, term: &G::Term) -> f64 {

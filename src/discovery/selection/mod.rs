@@ -17,6 +17,7 @@
 //! Source: Schwarz, "Estimating the Dimension of a Model", 1978; Kass and Raftery, "Bayes Factors", 1995,
 //! for the scale of evidence.
 
+mod error;
 mod linear;
 mod refit;
 mod rounds;
@@ -29,6 +30,7 @@ use nalgebra::DMatrix;
 
 use super::finding::{Evidence, MATTERS, TIE, Worth};
 
+pub use error::Diverged;
 pub use linear::related;
 pub use refit::refit;
 pub use rounds::{floors, search_linear};
@@ -38,7 +40,7 @@ pub use steady::{judge, judged, left, path, reported, split};
 
 /// How a parameter enters, and on what scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Slot {
+pub struct ParameterSpec {
     /// Its name.
     pub name: &'static str,
     /// SI unit.
@@ -111,12 +113,12 @@ pub trait Residuals: Sync {
 
     /// Returns the parameters of the model itself that are estimated along with any effects, with
     /// their values to begin from.
-    fn nuisance(&self) -> Vec<(Slot, f64)> {
+    fn nuisance(&self) -> Vec<(ParameterSpec, f64)> {
         Vec::new()
     }
 
     /// Returns the parameters of an effect.
-    fn slots(&self, term: &Self::Term) -> Vec<Slot>;
+    fn specs(&self, term: &Self::Term) -> Vec<ParameterSpec>;
 
     /// Returns the residuals in units of noise for the model's own parameters followed by those of the
     /// effects in order; `None` when the model runs away.
@@ -188,20 +190,20 @@ pub trait Residuals: Sync {
     }
 
     /// Returns whether an effect is one that machines of this kind commonly have.
-    fn is_usual(&self, term: &Self::Term) -> bool {
+    fn is_common(&self, term: &Self::Term) -> bool {
         let _ = term;
         true
     }
 
     /// Returns what every machine of this kind may have at once: where many effects act, one after the other stands for
     /// others before it is its turn, so these are tried together as well.
-    fn usual(&self) -> Vec<Self::Term> {
+    fn common(&self) -> Vec<Self::Term> {
         Vec::new()
     }
 
     /// Returns effects that do the same as those of a hypothesis and are more usual beside each other, if there are any; further
     /// ones come last.
-    fn plainer(
+    fn simplified(
         &self,
         terms: &[Self::Term],
         parameters: &[f64],

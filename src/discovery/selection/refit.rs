@@ -4,15 +4,15 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::screen::sum_of_squares;
-use super::{Hypothesis, Residuals, Set, Slot};
+use super::{Hypothesis, ParameterSpec, Residuals, Set};
 use crate::fit;
 
-pub(super) fn all_slots<G: Residuals>(gap: &G, terms: &[G::Term]) -> Vec<Slot> {
-    let mut slots: Vec<Slot> = gap.nuisance().into_iter().map(|(slot, _)| slot).collect();
+pub(super) fn all_specs<G: Residuals>(gap: &G, terms: &[G::Term]) -> Vec<ParameterSpec> {
+    let mut specs: Vec<ParameterSpec> = gap.nuisance().into_iter().map(|(spec, _)| spec).collect();
     for term in terms {
-        slots.extend(gap.slots(term));
+        specs.extend(gap.specs(term));
     }
-    slots
+    specs
 }
 
 /// Returns for every parameter whether it is the model's own or of an effect related to one of `near`: the
@@ -26,8 +26,8 @@ pub(super) fn near_parameters<G: Residuals>(
     let mut moves = vec![true; gap.nuisance().len()];
     for term in terms {
         let is_near = near.iter().any(|other| other == term || gap.related(other, term));
-        let slots = gap.slots(term);
-        moves.extend(slots.iter().map(|slot| is_near && !(stay && slot.neutral.is_none())));
+        let specs = gap.specs(term);
+        moves.extend(specs.iter().map(|spec| is_near && !(stay && spec.neutral.is_none())));
     }
     moves
 }
@@ -38,9 +38,9 @@ pub(super) fn same_terms<T: PartialEq>(a: &[T], b: &[T]) -> bool {
 }
 
 /// Returns for every parameter whether it may move.
-pub(super) fn movable<G: Residuals>(gap: &G, slots: &[Slot]) -> Vec<bool> {
+pub(super) fn movable<G: Residuals>(gap: &G, specs: &[ParameterSpec]) -> Vec<bool> {
     let (stay, own) = (gap.shapes_stay(), gap.nuisance().len());
-    slots.iter().enumerate().map(|(i, slot)| i < own || !stay || slot.neutral.is_some()).collect()
+    specs.iter().enumerate().map(|(i, spec)| i < own || !stay || spec.neutral.is_some()).collect()
 }
 
 /// Derivatives of the residuals, one column per parameter that moves; one-sided, towards the inside of its
@@ -49,7 +49,7 @@ pub(super) fn columns<G: Residuals>(
     gap: &G,
     terms: &[G::Term],
     parameters: &[f64],
-    slots: &[Slot],
+    specs: &[ParameterSpec],
     moves: &[bool],
     residuals: &[f64],
 ) -> Option<Vec<Vec<f64>>> {
@@ -58,8 +58,8 @@ pub(super) fn columns<G: Residuals>(
         .filter(|i| moves[*i])
         .map(|i| {
             let mut moved = parameters.to_vec();
-            let mut step = 0.1 * slots[i].scale;
-            if moved[i] + step > slots[i].range.1 {
+            let mut step = 0.1 * specs[i].scale;
+            if moved[i] + step > specs[i].range.1 {
                 step = -step;
             }
             moved[i] += step;
@@ -73,7 +73,7 @@ pub(super) fn columns<G: Residuals>(
 struct Problem<'a, G: Residuals> {
     gap: &'a G,
     terms: &'a [G::Term],
-    slots: &'a [Slot],
+    specs: &'a [ParameterSpec],
     /// Which parameters are fitted.
     moves: &'a [bool],
     n: usize,
@@ -93,7 +93,7 @@ impl<G: Residuals> fit::Problem for Problem<'_, G> {
 
     fn jacobian(&self, x: &[f64], j: &mut fit::Jacobian) -> bool {
         let Some(here) = self.gap.residuals(Set::Train, self.terms, x) else { return false };
-        let Some(columns) = columns(self.gap, self.terms, x, self.slots, self.moves, &here) else {
+        let Some(columns) = columns(self.gap, self.terms, x, self.specs, self.moves, &here) else {
             return false;
         };
         for row in 0..self.n {
@@ -116,7 +116,7 @@ pub fn refit<G: Residuals>(
     start: Vec<f64>,
     surcharges: Vec<f64>,
 ) -> Option<Hypothesis<G::Term>> {
-    let moves = movable(gap, &all_slots(gap, &terms));
+    let moves = movable(gap, &all_specs(gap, &terms));
     refit_some(gap, terms, start, surcharges, &moves)
 }
 
@@ -128,15 +128,15 @@ pub(super) fn refit_some<G: Residuals>(
     surcharges: Vec<f64>,
     moves: &[bool],
 ) -> Option<Hypothesis<G::Term>> {
-    let slots = all_slots(gap, &terms);
+    let specs = all_specs(gap, &terms);
     let first = gap.residuals(Set::Train, &terms, &start)?;
     let count = gap.count(Set::Train);
     let (parameters, covariance, train) = if moves.contains(&true) {
-        let problem = Problem { gap, terms: &terms, slots: &slots, moves, n: first.len() };
-        let bounds = slots
+        let problem = Problem { gap, terms: &terms, specs: &specs, moves, n: first.len() };
+        let bounds = specs
             .iter()
             .enumerate()
-            .filter(|(_, slot)| slot.range.0.is_finite() || slot.range.1.is_finite());
+            .filter(|(_, spec)| spec.range.0.is_finite() || spec.range.1.is_finite());
         let options = fit::Options {
             noise: fit::Noise::Known,
             fixed: (0..moves.len()).filter(|i| !moves[*i]).collect(),
@@ -145,10 +145,10 @@ pub(super) fn refit_some<G: Residuals>(
             step_tolerance: 1e-6,
             cost_tolerance: 5e-7,
             bounds: bounds
-                .map(|(parameter, slot)| fit::Bound {
+                .map(|(parameter, spec)| fit::Bound {
                     parameter,
-                    lower: slot.range.0,
-                    upper: slot.range.1,
+                    lower: spec.range.0,
+                    upper: spec.range.1,
                 })
                 .collect(),
             ..fit::Options::default()

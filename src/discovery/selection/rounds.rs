@@ -7,8 +7,8 @@ use super::linear::Linear;
 use super::refit::same_terms;
 use super::search::{Grown, is_sensible, left_out, pays, sensible, sensible_at, weighed};
 use super::steady::{least_steady, steadied};
-use super::wording::{RUNS_AWAY, WRITING_OUT};
-use super::{Hypothesis, Options, Outcome, Residuals, refit};
+use super::wording::WRITING_OUT;
+use super::{Diverged, Hypothesis, Options, Outcome, Residuals, refit};
 
 /// Times the gap is written out; what was found rarely changes after the second.
 const ROUNDS: usize = 3;
@@ -38,14 +38,14 @@ pub fn floors<G: Residuals>(gap: &G) -> Option<(Hypothesis<G::Term>, Vec<f64>)> 
 ///
 /// # Errors
 ///
-/// A sentence if the model cannot be evaluated or fitted.
+/// [`Diverged`] if the model cannot be evaluated or fitted.
 pub fn search_linear<G: Residuals>(
     gap: &G,
     about: Hypothesis<G::Term>,
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
-) -> Result<Outcome<G::Term>, String> {
-    let nothing = refit(gap, Vec::new(), Vec::new(), Vec::new()).ok_or(RUNS_AWAY)?;
+) -> Result<Outcome<G::Term>, Diverged> {
+    let nothing = refit(gap, Vec::new(), Vec::new(), Vec::new()).ok_or(Diverged::WithEffects)?;
     let options = &Options { shortlist: options.shortlist.max(SHORTLIST), ..*options };
     let mut best = about;
     let (mut round, mut unsteady) = (0, 0);
@@ -54,12 +54,13 @@ pub fn search_linear<G: Residuals>(
     loop {
         progress(WRITING_OUT, round as f64 / ROUNDS as f64);
         let wanted = |term: &G::Term| !refused.contains(term);
-        let linear = Linear::about(gap, &best, &wanted).ok_or(RUNS_AWAY)?;
+        let linear = Linear::about(gap, &best, &wanted).ok_or(Diverged::WithEffects)?;
         let grown = if round == 0 {
-            begun(&linear, &best, options, progress).ok_or(RUNS_AWAY)?
+            begun(&linear, &best, options, progress).ok_or(Diverged::WithEffects)?
         } else {
             let Hypothesis { terms, parameters, surcharges, gains, .. } = best.clone();
-            let here = refit(&linear, terms, parameters, surcharges).ok_or(RUNS_AWAY)?;
+            let here =
+                refit(&linear, terms, parameters, surcharges).ok_or(Diverged::WithEffects)?;
             let mut grown = Grown::from(&linear, Hypothesis { gains, ..here });
             grown.grow(&linear, options, &|_| false, progress);
             grown
@@ -68,14 +69,14 @@ pub fn search_linear<G: Residuals>(
         let Hypothesis { mut terms, mut parameters, mut surcharges, mut gains, .. } =
             outcome.best.clone();
         let last = round + 1 >= ROUNDS;
-        let plainer = gap.plainer(&terms, &parameters).filter(|_| !last);
-        let is_plain = plainer.is_none();
-        if let Some(plainer) = plainer {
-            (terms, parameters) = plainer;
+        let simplified = gap.simplified(&terms, &parameters).filter(|_| !last);
+        let is_plain = simplified.is_none();
+        if let Some(simplified) = simplified {
+            (terms, parameters) = simplified;
             surcharges.resize(terms.len(), 0.0);
             gains.resize(terms.len(), 0.0);
         }
-        let fitted = refit(gap, terms, parameters, surcharges).ok_or(RUNS_AWAY)?;
+        let fitted = refit(gap, terms, parameters, surcharges).ok_or(Diverged::WithEffects)?;
         let settled = same_terms(&fitted.terms, &best.terms);
         let fitted = Hypothesis { gains, ..fitted };
         // What stood for something that is left out by now may make no sense once it is fitted as it is; what makes none
@@ -132,7 +133,7 @@ fn begun<G: Residuals>(
 
 /// Fits everything usual at once, each effect in the best of its shapes.
 fn usual<G: Residuals>(gap: &G, nothing: &Hypothesis<G::Term>) -> Option<Hypothesis<G::Term>> {
-    let terms = gap.usual();
+    let terms = gap.common();
     if terms.is_empty() {
         return None;
     }

@@ -2,15 +2,15 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::refit::{all_slots, columns, movable, near_parameters};
-use super::{Hypothesis, Residuals, Set, Slot};
+use super::refit::{all_specs, columns, movable, near_parameters};
+use super::{Hypothesis, ParameterSpec, Residuals, Set};
 
 /// The model linearised about a hypothesis.
 pub(super) struct Local {
     pub(super) residuals: Vec<f64>,
     /// One for each parameter there is already that was asked for.
     columns: Vec<(usize, Vec<f64>)>,
-    slots: Vec<Slot>,
+    specs: Vec<ParameterSpec>,
 }
 
 /// What is added to the diagonal of scaled normal equations: far below what the data determine.
@@ -24,25 +24,25 @@ impl Local {
         near: Option<&G::Term>,
     ) -> Option<Self> {
         let residuals = gap.residuals(Set::Train, &best.terms, &best.parameters)?;
-        let slots = all_slots(gap, &best.terms);
+        let specs = all_specs(gap, &best.terms);
         let moves = near.map_or_else(
-            || movable(gap, &slots),
+            || movable(gap, &specs),
             |near| near_parameters(gap, &best.terms, std::slice::from_ref(near)),
         );
-        let columns = columns(gap, &best.terms, &best.parameters, &slots, &moves, &residuals)?;
-        let moving = (0..slots.len()).filter(|i| moves[*i]);
+        let columns = columns(gap, &best.terms, &best.parameters, &specs, &moves, &residuals)?;
+        let moving = (0..specs.len()).filter(|i| moves[*i]);
         let columns = moving.zip(columns).collect();
-        Some(Self { residuals, columns, slots })
+        Some(Self { residuals, columns, specs })
     }
 
     /// Returns the sum of squares that a linear fit leaves when `joining` join, and where that fit
-    /// ends; `slots` and `start` are of all that join, and shape parameters stay as they start.
+    /// ends; `specs` and `start` are of all that join, and shape parameters stay as they start.
     pub(super) fn screen<G: Residuals>(
         &self,
         gap: &G,
         best: &Hypothesis<G::Term>,
         joining: &[G::Term],
-        slots: &[Slot],
+        specs: &[ParameterSpec],
         start: &[f64],
     ) -> Option<(f64, Vec<f64>)> {
         let mut terms = best.terms.clone();
@@ -50,10 +50,10 @@ impl Local {
         let mut parameters = best.parameters.clone();
         let from = parameters.len();
         parameters.extend_from_slice(start);
-        let absent = slots.iter().zip(start).any(|(slot, value)| {
-            slot.neutral.is_some_and(|neutral| (neutral - value).abs() < 1e-15)
-        }) && slots.iter().zip(start).all(|(slot, value)| {
-            slot.neutral.is_none_or(|neutral| (neutral - value).abs() < 1e-15)
+        let absent = specs.iter().zip(start).any(|(spec, value)| {
+            spec.neutral.is_some_and(|neutral| (neutral - value).abs() < 1e-15)
+        }) && specs.iter().zip(start).all(|(spec, value)| {
+            spec.neutral.is_none_or(|neutral| (neutral - value).abs() < 1e-15)
         });
         let here;
         let residuals = if absent {
@@ -63,14 +63,14 @@ impl Local {
             &here
         };
         let mut solved: Vec<(usize, Vec<f64>)> = Vec::new();
-        for (i, slot) in slots.iter().enumerate() {
-            if slot.neutral.is_none() {
+        for (i, spec) in specs.iter().enumerate() {
+            if spec.neutral.is_none() {
                 continue;
             }
             let mut moved = parameters.clone();
-            moved[from + i] += slot.scale;
+            moved[from + i] += spec.scale;
             let at = gap.residuals(Set::Train, &terms, &moved)?;
-            let column = at.iter().zip(residuals).map(|(a, r)| (a - r) / slot.scale).collect();
+            let column = at.iter().zip(residuals).map(|(a, r)| (a - r) / spec.scale).collect();
             solved.push((i, column));
         }
         let near = near_parameters(gap, &best.terms, joining);
@@ -79,15 +79,15 @@ impl Local {
             old.iter().copied().chain(&solved).map(|(_, column)| column.as_slice()).collect();
         let (step, left) = least_squares(&all, residuals)?;
         for ((i, _), change) in old.iter().zip(&step) {
-            let slot = &self.slots[*i];
-            parameters[*i] = (parameters[*i] + change).clamp(slot.range.0, slot.range.1);
+            let spec = &self.specs[*i];
+            parameters[*i] = (parameters[*i] + change).clamp(spec.range.0, spec.range.1);
         }
         let mut outside = false;
         for ((i, _), change) in solved.iter().zip(step.iter().skip(old.len())) {
-            let slot = &slots[*i];
+            let spec = &specs[*i];
             let value = parameters[from + i] + change;
-            outside |= value < slot.range.0 || value > slot.range.1;
-            parameters[from + i] = value.clamp(slot.range.0, slot.range.1);
+            outside |= value < spec.range.0 || value > spec.range.1;
+            parameters[from + i] = value.clamp(spec.range.0, spec.range.1);
         }
         if outside {
             // A negative friction explains nothing: judge where the range ends.

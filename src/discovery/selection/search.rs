@@ -5,7 +5,10 @@ use rayon::prelude::*;
 use super::refit::{near_parameters, refit_some, same_terms};
 use super::screen::Local;
 use super::steady::{judge_all, least_steady, steadied};
-use super::{Candidate, Hypothesis, Options, Outcome, Residuals, Rival, Set, Slot, refit, wording};
+use super::{
+    Candidate, Diverged, Hypothesis, Options, Outcome, ParameterSpec, Residuals, Rival, Set, refit,
+    wording,
+};
 
 /// Searches for the effects that are missing.
 ///
@@ -13,14 +16,14 @@ use super::{Candidate, Hypothesis, Options, Outcome, Residuals, Rival, Set, Slot
 ///
 /// # Errors
 ///
-/// A sentence if the model without effects cannot be evaluated or fitted.
+/// [`Diverged`] if the model without effects cannot be evaluated or fitted.
 pub fn search<G: Residuals>(
     gap: &G,
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
-) -> Result<Outcome<G::Term>, String> {
+) -> Result<Outcome<G::Term>, Diverged> {
     let start: Vec<f64> = gap.nuisance().iter().map(|(_, value)| *value).collect();
-    let nothing = refit(gap, Vec::new(), start, Vec::new()).ok_or(wording::BARE_RUNS_AWAY)?;
+    let nothing = refit(gap, Vec::new(), start, Vec::new()).ok_or(Diverged::Bare)?;
     let mut grown = Grown::from(gap, nothing.clone());
     grown.grow(gap, options, &|_| false, progress);
     let mut others = grown.best.terms.iter().filter(|term| gap.is_broad(term));
@@ -191,7 +194,7 @@ fn simplest<'a, G: Residuals>(
 /// Returns the evidence against a hypothesis, with what is asked of effects that are not usual: to be more than a part of what
 /// is left in any case, wherever they stand in the place of others.
 pub(super) fn weighed<G: Residuals>(gap: &G, h: &Hypothesis<G::Term>, options: &Options) -> f64 {
-    let rare = h.terms.iter().filter(|term| !gap.is_usual(term));
+    let rare = h.terms.iter().filter(|term| !gap.is_common(term));
     let left =
         rare.map(|term| gap.unexplained(Set::Train, term) + gap.unexplained(Set::Heldout, term));
     h.evidence() + options.matter * left.sum::<f64>()
@@ -229,19 +232,19 @@ const DETERMINED: f64 = 2.0;
 /// Returns whether the last effect is larger than what the model itself can resolve.
 fn matters<G: Residuals>(gap: &G, with: &Hypothesis<G::Term>) -> bool {
     let Some(term) = with.terms.last() else { return false };
-    let slots = gap.slots(term);
-    let from = with.parameters.len() - slots.len();
+    let specs = gap.specs(term);
+    let from = with.parameters.len() - specs.len();
     let values = &with.parameters[from..];
     if !gap.is_sensible(term, values) {
         return false;
     }
-    let is_there = |(i, (slot, value)): (usize, (&Slot, &f64))| {
+    let is_there = |(i, (spec, value)): (usize, (&ParameterSpec, &f64))| {
         let std = with.covariance[(from + i, from + i)].max(0.0).sqrt();
-        slot.neutral
-            .is_some_and(|neutral| (value - neutral).abs() > slot.least.max(DETERMINED * std))
+        spec.neutral
+            .is_some_and(|neutral| (value - neutral).abs() > spec.least.max(DETERMINED * std))
     };
-    slots.iter().zip(values).enumerate().any(is_there)
-        || slots.iter().all(|slot| slot.neutral.is_none())
+    specs.iter().zip(values).enumerate().any(is_there)
+        || specs.iter().all(|spec| spec.neutral.is_none())
 }
 
 /// Returns `best` with one more effect, with or without those that have no name, best first: screened by
@@ -267,16 +270,17 @@ fn extended<G: Residuals>(
         .enumerate()
         .filter_map(|(at, candidate)| {
             let joining: Vec<G::Term> = candidate.joining().cloned().collect();
-            let slots: Vec<Slot> = joining.iter().flat_map(|term| gap.slots(term)).collect();
-            let absent = &slots[..slots.len() - gap.slots(&candidate.term).len()];
+            let specs: Vec<ParameterSpec> =
+                joining.iter().flat_map(|term| gap.specs(term)).collect();
+            let absent = &specs[..specs.len() - gap.specs(&candidate.term).len()];
             let absent: Vec<f64> = absent.iter().map(|s| s.neutral.unwrap_or(s.scale)).collect();
             let (left, parameters) = candidate
                 .starts
                 .iter()
                 .map(|start| [&absent[..], start].concat())
-                .filter_map(|start| local.screen(gap, best, &joining, &slots, &start))
+                .filter_map(|start| local.screen(gap, best, &joining, &specs, &start))
                 .min_by(|a, b| a.0.total_cmp(&b.0))?;
-            let score = left + slots.len() as f64 * ln_count + candidate.surcharge;
+            let score = left + specs.len() as f64 * ln_count + candidate.surcharge;
             Some((score, at, parameters))
         })
         .collect();
@@ -402,7 +406,7 @@ pub(super) fn sensible<G: Residuals>(
 /// Returns whether an effect of a hypothesis is one that could be.
 pub(super) fn sensible_at<G: Residuals>(gap: &G, h: &Hypothesis<G::Term>, at: usize) -> bool {
     let from = begins(gap, h, at);
-    let count = gap.slots(&h.terms[at]).len();
+    let count = gap.specs(&h.terms[at]).len();
     gap.is_sensible(&h.terms[at], &h.parameters[from..from + count])
 }
 
@@ -413,7 +417,7 @@ pub fn is_sensible<G: Residuals>(gap: &G, h: &Hypothesis<G::Term>) -> bool {
 
 /// Returns where the parameters of an effect begin.
 pub(super) fn begins<G: Residuals>(gap: &G, best: &Hypothesis<G::Term>, at: usize) -> usize {
-    let before = best.terms[..at].iter().map(|term| gap.slots(term).len());
+    let before = best.terms[..at].iter().map(|term| gap.specs(term).len());
     gap.nuisance().len() + before.sum::<usize>()
 }
 
@@ -471,7 +475,7 @@ pub(super) fn left_out<G: Residuals>(
     surcharges.remove(at);
     gains.remove(at);
     let from = begins(gap, best, at);
-    let count = gap.slots(&terms[at]).len();
+    let count = gap.specs(&terms[at]).len();
     terms.remove(at);
     let mut parameters = best.parameters.clone();
     parameters.drain(from..from + count);

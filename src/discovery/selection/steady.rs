@@ -57,10 +57,10 @@ pub(super) fn steadied<G: Residuals>(gap: &G, outcome: &mut Outcome<G::Term>, op
             let others = others.iter_mut().map(|other| other.draw(&draw));
             let others = others.map(|h| (h, h.terms.len() - 1));
             let all = std::iter::once((chosen.draw(&draw), at)).chain(others);
-            let weighed = all.map(|(h, seat)| (weighed(gap, h, options), h, seat));
+            let weighed = all.map(|(h, site)| (weighed(gap, h, options), h, site));
             let winner = weighed.enumerate().min_by(|(_, a), (_, b)| a.0.total_cmp(&b.0));
-            if let Some((winner, (_, h, seat))) = winner
-                && pays(gap, h, seat, rest, options)
+            if let Some((winner, (_, h, site))) = winner
+                && pays(gap, h, site, rest, options)
             {
                 wins[winner] += 1.0 / resample::DRAWS as f64;
             }
@@ -164,7 +164,7 @@ pub fn path<G: Residuals>(
         let from = begins(gap, best, at);
         terms.push(best.terms[at].clone());
         parameters
-            .extend_from_slice(&best.parameters[from..from + gap.slots(&best.terms[at]).len()]);
+            .extend_from_slice(&best.parameters[from..from + gap.specs(&best.terms[at]).len()]);
         if let Some((name, at)) = told {
             steps.push(Step { name, at, gap: split_at(gap, &terms, &parameters) });
         }

@@ -1,4 +1,4 @@
-//! What is said while effects are searched for, and why a search has no outcome.
+//! What is said while effects are searched for.
 
 /// Said while a gap is written out, linear in its effects.
 pub(super) const WRITING_OUT: &str = "writing the gap out";
@@ -10,10 +10,3 @@ pub(super) const EXCHANGING: &str = "trying to exchange and to leave out";
 pub(super) const EXCHANGING_ALL: &str = "trying to exchange and to leave out, all of them";
 /// Said while it is judged how far behind the others are.
 pub(super) const COMPARING: &str = "comparing rivals";
-
-/// The model becomes infinite along the data.
-pub(super) const RUNS_AWAY: &str =
-    "the model runs away on the data; check its parameters and units";
-/// It does so before any effect joins.
-pub(super) const BARE_RUNS_AWAY: &str =
-    "the model without effects runs away on the data; check its parameters and units";

@@ -88,8 +88,8 @@ impl Gain {
     /// Returns it in the place of the gain chosen, which is the effect of a hypothesis at `at`.
     pub(super) fn instead_of(&self, chosen: &Self, at: usize, h: &Hypothesis<Term>) -> Rival<Term> {
         let behind = chosen.explained - self.explained;
-        let own = h.parameters.len() - h.terms.iter().map(|t| t.law.slots().len()).sum::<usize>();
-        let before: usize = h.terms[..at].iter().map(|term| term.law.slots().len()).sum();
+        let own = h.parameters.len() - h.terms.iter().map(|t| t.law.specs().len()).sum::<usize>();
+        let before: usize = h.terms[..at].iter().map(|term| term.law.specs().len()).sum();
         let mut other = h.clone();
         let last = h.parameters.len() - 1;
         other.terms.remove(at);

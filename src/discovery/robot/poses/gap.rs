@@ -5,16 +5,16 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::super::chain::MOST_JOINTS;
 use super::super::plant::Arm;
 use super::super::term::{Law, SENSIBLE_GAIN, SHIFTS, Term};
-use super::super::{known, told, wording};
+use super::super::{estimates, known, wording};
 use super::at_rest::Pose;
 use super::geometry::{Geometry, LEAST_BEYOND};
 use super::model::AtRest;
 use crate::alignment::rigid::motion_between;
 use crate::discovery::Trace;
-use crate::discovery::finding::{Channel, Told};
+use crate::discovery::finding::{Channel, ParameterEstimate};
 use crate::discovery::recording::Error;
 use crate::discovery::resample;
-use crate::discovery::selection::{Candidate, Hypothesis, Residuals, Set, Slot};
+use crate::discovery::selection::{Candidate, Hypothesis, ParameterSpec, Residuals, Set};
 use crate::discovery::wording::Worded;
 use crate::language::ast::EffectItem;
 
@@ -213,13 +213,13 @@ fn torques(gap: &AtPoses) -> Option<(Vec<f64>, f64)> {
     let mut columns: Vec<Vec<f64>> = Vec::new();
     let mut add = |law: Law, joint: usize| {
         let term = Term { law, joint };
-        let slots = law.slots();
-        let neutral: Vec<f64> = slots.iter().map(|slot| slot.neutral.unwrap_or(0.0)).collect();
-        for (k, slot) in slots.iter().enumerate() {
+        let specs = law.specs();
+        let neutral: Vec<f64> = specs.iter().map(|spec| spec.neutral.unwrap_or(0.0)).collect();
+        for (k, spec) in specs.iter().enumerate() {
             let mut moved = neutral.clone();
-            moved[k] += slot.scale;
+            moved[k] += spec.scale;
             let there = taus(&[term], &moved);
-            columns.push(here.iter().zip(&there).map(|(a, b)| (a - b) / slot.scale).collect());
+            columns.push(here.iter().zip(&there).map(|(a, b)| (a - b) / spec.scale).collect());
         }
     };
     for joint in 0..n {
@@ -234,20 +234,20 @@ fn torques(gap: &AtPoses) -> Option<(Vec<f64>, f64)> {
     let svd = matrix.svd(true, false);
     let u = svd.u?;
     let most = svd.singular_values.amax();
-    let told: Vec<usize> =
+    let estimates: Vec<usize> =
         (0..svd.singular_values.len()).filter(|k| svd.singular_values[*k] > 1e-9 * most).collect();
-    let beyond = here.len() as f64 - told.len() as f64;
+    let beyond = here.len() as f64 - estimates.len() as f64;
     if beyond < LEAST_BEYOND {
         return None;
     }
     let mut left = DVector::from_vec(here.clone());
-    for k in &told {
+    for k in &estimates {
         let along = u.column(*k).dot(&left);
         left -= u.column(*k) * along;
     }
     let common = (left.norm_squared() / beyond).max(1e-18);
     // A reading that some number could explain by itself says nothing of the noise.
-    let free = |row: usize| 1.0 - told.iter().map(|k| u[(row, *k)].powi(2)).sum::<f64>();
+    let free = |row: usize| 1.0 - estimates.iter().map(|k| u[(row, *k)].powi(2)).sum::<f64>();
     let own = |joint: usize| {
         let rows = joint * rows..(joint + 1) * rows;
         let square: f64 = left.as_slice()[rows.clone()].iter().map(|value| value * value).sum();
@@ -260,8 +260,8 @@ fn torques(gap: &AtPoses) -> Option<(Vec<f64>, f64)> {
 impl Residuals for AtPoses {
     type Term = Term;
 
-    fn slots(&self, term: &Term) -> Vec<Slot> {
-        term.law.slots()
+    fn specs(&self, term: &Term) -> Vec<ParameterSpec> {
+        term.law.specs()
     }
 
     fn residuals(&self, set: Set, terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
@@ -322,7 +322,7 @@ impl Residuals for AtPoses {
         }
         found.retain(|term| !terms.contains(term));
         let candidate = |term: Term| {
-            let start = term.law.slots().iter().map(|slot| slot.neutral.unwrap_or(0.0)).collect();
+            let start = term.law.specs().iter().map(|spec| spec.neutral.unwrap_or(0.0)).collect();
             Candidate { term, with: Vec::new(), starts: vec![start], surcharge: 0.0 }
         };
         found.into_iter().map(candidate).collect()
@@ -363,19 +363,19 @@ impl Worded for AtPoses {
         term.law.name()
     }
 
-    fn seat(&self, term: &Term) -> String {
-        term.seat(&[])
+    fn site(&self, term: &Term) -> String {
+        term.site(&[])
     }
 
-    fn told(&self, h: &Hypothesis<Term>, at: usize) -> Vec<Told> {
-        let from: usize = h.terms[..at].iter().map(|term| term.law.slots().len()).sum();
-        let count = h.terms[at].law.slots().len();
+    fn estimates(&self, h: &Hypothesis<Term>, at: usize) -> Vec<ParameterEstimate> {
+        let from: usize = h.terms[..at].iter().map(|term| term.law.specs().len()).sum();
+        let count = h.terms[at].law.specs().len();
         let covariance = h.covariance.view((from, from), (count, count)).into_owned();
-        told::told(&h.terms[at], &h.parameters[from..from + count], &covariance, &[])
+        estimates::estimates(&h.terms[at], &h.parameters[from..from + count], &covariance, &[])
     }
 
-    fn equation(&self, term: &Term, told: &[Told]) -> String {
-        wording::equation(term, told)
+    fn equation(&self, term: &Term, estimates: &[ParameterEstimate]) -> String {
+        wording::equation(term, estimates)
     }
 
     fn places(&self, nothing: &Hypothesis<Term>) -> Vec<Channel> {

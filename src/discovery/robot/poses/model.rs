@@ -31,7 +31,7 @@ impl AtRest {
         };
         let mut at = 0;
         for term in terms {
-            let count = term.law.slots().len();
+            let count = term.law.specs().len();
             arm.add(chain, term, &parameters[at..at + count]);
             at += count;
         }

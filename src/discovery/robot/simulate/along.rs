@@ -3,7 +3,7 @@
 use super::super::chain::MOST_JOINTS;
 use super::super::channels::Quantity;
 use super::super::plant::Course;
-use super::acting::Acting;
+use super::active::ActiveEffects;
 use super::friction::Dry;
 use super::{GridPoint, Model, Motion};
 
@@ -42,14 +42,14 @@ impl Bare {
 }
 
 /// Takes the path of the plant as the motion and works out the torques it needed.
-pub(super) fn measured(model: &Model, acting: &Acting) -> Motion {
+pub(super) fn measured(model: &Model, active: &ActiveEffects) -> Motion {
     let Course { data, plant, .. } = &model.course;
     let n = plant.n;
     let rows = data.n_rows();
     let has_position = data.has(Quantity::Position);
     // The path is the measured motion, or the command where no motion was measured; only a command
     // can be late, or be followed with a sag.
-    let delay = if has_position { 0.0 } else { acting.delay };
+    let delay = if has_position { 0.0 } else { active.delay };
     let late;
     let bare = if delay.abs() > 0.0 {
         late = Bare::of(model, delay);
@@ -64,14 +64,14 @@ pub(super) fn measured(model: &Model, acting: &Acting) -> Motion {
         tau: vec![0.0; rows * n],
         gap: vec![0.0; rows * n],
     };
-    let mut loops = acting.loops.clone();
+    let mut loops = active.loops.clone();
     let mut last = data.time[0];
     for (row, &time) in data.time.iter().enumerate() {
         let at = row * n..(row + 1) * n;
-        if !acting.needed.is_empty() {
+        if !active.needed.is_empty() {
             let here = GridPoint::at(plant, time - delay);
             for j in 0..n {
-                motion.load[row * n + j] += here.of(&acting.needed, j);
+                motion.load[row * n + j] += here.of(&active.needed, j);
             }
         }
         let (q, dq, load) = (&bare.q[at.clone()], &bare.dq[at.clone()], &motion.load[at.clone()]);
@@ -79,7 +79,7 @@ pub(super) fn measured(model: &Model, acting: &Acting) -> Motion {
         for j in 0..n {
             motor[j] = load[j] + model.arm.armature[j] * bare.ddq[row * n + j];
         }
-        for &(j, law) in &acting.smooth {
+        for &(j, law) in &active.smooth {
             motor[j] -= law.torque(q[j], dq[j], time - data.time[0], load[j]);
         }
         for each in &mut loops {
@@ -94,7 +94,7 @@ pub(super) fn measured(model: &Model, acting: &Acting) -> Motion {
             }
             motor[j] += each.torque * each.z;
         }
-        for dry in &acting.dry {
+        for dry in &active.dry {
             let j = dry.joint;
             // Near standstill the measured speed does not tell the sign.
             let unsure = model.course.speed_error.get(j).copied().unwrap_or(0.0);
@@ -103,13 +103,13 @@ pub(super) fn measured(model: &Model, acting: &Acting) -> Motion {
         }
         for j in 0..n {
             let at = row * n + j;
-            motion.gap[at] = -play(acting.play[j], load[j]);
-            let asked = motor[j] / acting.gain[j];
-            motion.tau[at] = asked.clamp(-acting.limit[j], acting.limit[j]);
+            motion.gap[at] = -play(active.play[j], load[j]);
+            let asked = motor[j] / active.gain[j];
+            motion.tau[at] = asked.clamp(-active.limit[j], active.limit[j]);
         }
         if !has_position {
             for j in 0..n {
-                motion.q[row * n + j] -= acting.sag[j] * motion.load[row * n + j];
+                motion.q[row * n + j] -= active.sag[j] * motion.load[row * n + j];
             }
         }
         last = time;

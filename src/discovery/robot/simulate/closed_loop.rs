@@ -6,14 +6,19 @@
 
 use super::super::chain::MOST_JOINTS;
 use super::super::plant::Course;
-use super::acting::Acting;
+use super::active::ActiveEffects;
 use super::friction::{Gapped, Loop, Smooth};
 use super::{GridPoint, Model, Motion};
 use crate::discovery::recording::sidecar::Controller;
-use crate::discovery::selection::Slot;
+use crate::discovery::selection::ParameterSpec;
 
-const fn own(name: &'static str, unit: &'static str, scale: f64, range: (f64, f64)) -> Slot {
-    Slot { name, unit, scale, range, neutral: None, least: 0.0 }
+const fn own(
+    name: &'static str,
+    unit: &'static str,
+    scale: f64,
+    range: (f64, f64),
+) -> ParameterSpec {
+    ParameterSpec { name, unit, scale, range, neutral: None, least: 0.0 }
 }
 
 /// What is known neither of an arm nor of who simulates one, with the values to begin from; both are fitted beside any effects.
@@ -22,7 +27,7 @@ const fn own(name: &'static str, unit: &'static str, scale: f64, range: (f64, f6
 /// simulator that takes one semi-implicit step a tick; two half steps are between. At 1 rad/s the two differ by more than an
 /// encoder's noise. And how fast a joint caught by dry friction comes to rest: within a hundredth of a second or so, as gears
 /// that give a little and the soft constraints of simulators do.
-pub(super) const OWN: [(Slot, f64); 2] = [
+pub(super) const OWN: [(ParameterSpec, f64); 2] = [
     (own("stepping", "", 0.1, (0.5, 1.0)), 0.75),
     (own("stopping", "1/s", 5.0, (20.0, 1000.0)), 100.0),
 ];
@@ -50,7 +55,7 @@ struct Run<'a> {
     course: &'a Course,
     controller: &'a Controller,
     armature: &'a [f64],
-    acting: &'a Acting,
+    active: &'a ActiveEffects,
     /// Ticks are divided by this where contact is lost and made again, which a millisecond is coarse for.
     fine: usize,
     tick: f64,
@@ -73,13 +78,13 @@ struct Run<'a> {
 
 /// Simulates arm and controller from the commands. `None` without a controller, or if the motion runs
 /// away.
-pub(super) fn simulate(model: &Model, acting: &Acting, own: &[f64]) -> Option<Motion> {
+pub(super) fn simulate(model: &Model, active: &ActiveEffects, own: &[f64]) -> Option<Motion> {
     let course = &model.course;
-    let mut run = Run::begin(model, acting, own)?;
+    let mut run = Run::begin(model, active, own)?;
     for k in 0..course.ticks * run.fine {
         let time = course.plant.start + k as f64 * run.tick;
         // Where the reference and the bodies along it stand at this instant.
-        let late = (time - acting.delay - course.plant.start).max(0.0);
+        let late = (time - active.delay - course.plant.start).max(0.0);
         let here = GridPoint::at(&course.plant, course.plant.start + late);
         if k % (course.hold * run.fine) == 0 {
             run.control(here, late);
@@ -106,17 +111,17 @@ pub(super) fn simulate(model: &Model, acting: &Acting, own: &[f64]) -> Option<Mo
 
 impl<'a> Run<'a> {
     /// Lays the arm at the start of its reference. `None` without a controller.
-    fn begin(model: &'a Model, acting: &'a Acting, own: &[f64]) -> Option<Self> {
+    fn begin(model: &'a Model, active: &'a ActiveEffects, own: &[f64]) -> Option<Self> {
         let course = &model.course;
         let n = course.plant.n;
         let (mut q, mut dq) = ([0.0; MOST_JOINTS], [0.0; MOST_JOINTS]);
         q[..n].copy_from_slice(&course.reference[..n]);
         dq[..n].copy_from_slice(&course.reference_speed[..n]);
         let gapped: Vec<Gapped> = (0..n)
-            .filter(|&j| acting.play[j] > 0.0)
+            .filter(|&j| active.play[j] > 0.0)
             .map(|j| Gapped {
                 joint: j,
-                width: acting.play[j],
+                width: active.play[j],
                 rotor: model.arm.armature[j].max(LEAST_ROTOR),
                 angle: q[j],
                 speed: dq[j],
@@ -132,16 +137,16 @@ impl<'a> Run<'a> {
             course,
             controller: model.arm.controller.as_ref()?,
             armature: &model.arm.armature,
-            acting,
+            active,
             fine,
             tick: course.tick / fine as f64,
             part,
             stop,
-            loops: acting.loops.clone(),
+            loops: active.loops.clone(),
             gapped,
             q,
             dq,
-            flex: acting.zero,
+            flex: active.zero,
             now,
             last: now,
             row: 0,
@@ -166,7 +171,7 @@ impl<'a> Run<'a> {
             if with_gravity {
                 asked += feedforward[j];
             }
-            self.now.tau[j] = asked.clamp(-self.acting.limit[j], self.acting.limit[j]);
+            self.now.tau[j] = asked.clamp(-self.active.limit[j], self.active.limit[j]);
         }
     }
 
@@ -195,7 +200,7 @@ impl<'a> Run<'a> {
     /// Returns the torques of everything in the joints that is not stiff, N·m.
     fn pushes(&mut self, time: f64) -> Joints {
         let mut friction = [0.0; MOST_JOINTS];
-        for &(j, law) in &self.acting.smooth {
+        for &(j, law) in &self.active.smooth {
             if !matches!(law, Smooth::Viscous(_)) {
                 friction[j] += law.torque(self.now.q[j], self.now.dq[j], time, self.now.load[j]);
             }
@@ -217,12 +222,12 @@ impl<'a> Run<'a> {
         let (mut off, mut off_speed) = ([0.0; MOST_JOINTS], [0.0; MOST_JOINTS]);
         let [bias, q, dq] = [&plant.bias, &plant.q, &plant.dq].map(|values| here.all(values));
         for j in 0..n {
-            push[j] = self.acting.gain[j] * self.now.tau[j] - bias[j];
+            push[j] = self.active.gain[j] * self.now.tau[j] - bias[j];
             off[j] = self.q[j] + self.flex[j] - q[j];
             off_speed[j] = self.dq[j] - dq[j];
         }
-        if !self.acting.needed.is_empty() {
-            let needed = here.all(&self.acting.needed);
+        if !self.active.needed.is_empty() {
+            let needed = here.all(&self.active.needed);
             push.iter_mut().zip(needed).for_each(|(push, needed)| *push -= needed);
         }
         push.iter_mut().zip(friction).for_each(|(push, friction)| *push += friction);
@@ -257,7 +262,7 @@ impl<'a> Run<'a> {
     /// Fluid friction, implicitly: a thick fluid on a light joint is stiff.
     fn thick_fluid(&self, inverse: &[f64], ddq: &mut Joints, friction: &mut Joints) {
         let n = self.course.plant.n;
-        for &(j, law) in &self.acting.smooth {
+        for &(j, law) in &self.active.smooth {
             if let Smooth::Viscous(c) = law {
                 let ahead = self.part * self.tick;
                 let own = inverse[j * n + j] * ahead;
@@ -271,7 +276,7 @@ impl<'a> Run<'a> {
     /// Dry friction, joint by joint.
     fn dry_friction(&self, inverse: &[f64], ddq: &mut Joints, friction: &mut Joints) {
         let n = self.course.plant.n;
-        for dry in &self.acting.dry {
+        for dry in &self.active.dry {
             let j = dry.joint;
             let own = inverse[j * n + j] * self.tick;
             let free = self.dq[j] + self.tick * ddq[j];
@@ -289,7 +294,7 @@ impl<'a> Run<'a> {
         for gap in &mut self.gapped {
             let j = gap.joint;
             let own = inverse[j * n + j];
-            let motor = self.acting.gain[j] * self.now.tau[j] + friction[j];
+            let motor = self.active.gain[j] * self.now.tau[j] + friction[j];
             let share = (1.0 - gap.rotor * own).max(1e-3);
             // Without rotor and motor torque: the inverse of the mass matrix less the rotor.
             Self::push(inverse, ddq, n, j, (ddq[j] * gap.rotor - motor) / share);
@@ -312,13 +317,13 @@ impl<'a> Run<'a> {
         for j in 0..self.course.plant.n {
             // What goes through the gear: the motor's torque and what acts beside it, less what turns the
             // rotor.
-            if self.acting.play[j] <= 0.0 {
-                let motor = self.acting.gain[j] * self.now.tau[j] + friction[j];
+            if self.active.play[j] <= 0.0 {
+                let motor = self.active.gain[j] * self.now.tau[j] + friction[j];
                 self.now.load[j] = motor - self.armature[j] * ddq[j];
             }
             self.q[j] += tick * (self.dq[j] + self.part * tick * ddq[j]);
             self.dq[j] += tick * ddq[j];
-            self.flex[j] = self.acting.zero[j] - self.acting.compliance[j] * self.now.load[j];
+            self.flex[j] = self.active.zero[j] - self.active.compliance[j] * self.now.load[j];
         }
         (self.now.q, self.now.dq) = (self.q, self.dq);
         // The encoders see the motor's side of a gap.

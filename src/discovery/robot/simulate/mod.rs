@@ -2,12 +2,12 @@
 //!
 //! [`Model::predict`] gives every channel of a recording. With a known controller the motion is simulated
 //! from the commands at the controller's rate (`closed_loop`); without one the measured motion is taken
-//! as it is, and torque and tip are predicted from it (`along`). `acting` sorts the effects by where they
+//! as it is, and torque and tip are predicted from it (`along`). `active` sorts the effects by where they
 //! act, `friction` has the laws of the joints, `sensors` turns a motion into readings. Which effects to
 //! try is not decided here.
 
 mod model;
-mod acting;
+mod active;
 mod along;
 mod closed_loop;
 mod friction;
@@ -15,7 +15,7 @@ mod sensors;
 
 use std::sync::{Arc as Shared, Mutex, OnceLock};
 
-use acting::Acting;
+use active::ActiveEffects;
 
 use super::chain::Chain;
 use super::channels::{Channel, Quantity};
@@ -24,7 +24,7 @@ use super::load::Load;
 use super::plant::{Arm, Course};
 use super::term::Term;
 use crate::discovery::recording::sidecar::TorqueSensor;
-use crate::discovery::selection::{Set, Slot};
+use crate::discovery::selection::{ParameterSpec, Set};
 use model::{ColumnKey, GridPoint, Motion, REMEMBERED, Remembered, STRAY};
 pub use model::{Model, is_in};
 
@@ -66,16 +66,16 @@ impl Model {
 
     /// Returns the parameters of the simulation itself, fitted beside those of any effects: where the motion is
     /// simulated, how the arm moves within a tick and how friction stops it.
-    pub fn own(&self) -> Vec<(Slot, f64)> {
+    pub fn own(&self) -> Vec<(ParameterSpec, f64)> {
         if self.course.closed_loop { closed_loop::OWN.to_vec() } else { Vec::new() }
     }
 
     /// Returns what each predicted channel would have read, one list of rows after the other, SI, with the
     /// simulation's `own` parameters (empty for the usual ones). `None` if the motion runs away.
     pub fn predict(&self, own: &[f64], terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
-        let acting = Acting::sorted(self, terms, parameters);
-        let motion = self.motion(&acting, own, terms, parameters)?;
-        Some(sensors::read(self, &acting, &motion))
+        let active = ActiveEffects::sorted(self, terms, parameters);
+        let motion = self.motion(&active, own, terms, parameters)?;
+        Some(sensors::read(self, &active, &motion))
     }
 
     /// Lays the arm out again about the motion that these effects give it, if that is far from the path there is:
@@ -85,10 +85,10 @@ impl Model {
         if !course.closed_loop {
             return None;
         }
-        let acting = Acting::sorted(self, terms, parameters);
-        let motion = self.motion(&acting, own, terms, parameters)?;
+        let active = ActiveEffects::sorted(self, terms, parameters);
+        let motion = self.motion(&active, own, terms, parameters)?;
         let n = course.plant.n;
-        let late = if course.follows_command { acting.delay } else { 0.0 };
+        let late = if course.follows_command { active.delay } else { 0.0 };
         let stray = course.data.time.iter().enumerate().map(|(row, time)| {
             let here = GridPoint::at(&course.plant, time - late);
             let off = |j: usize| (motion.q[row * n + j] - here.of(&course.plant.q, j)).abs();
@@ -108,7 +108,7 @@ impl Model {
     /// Returns the motion, simulated or remembered.
     fn motion(
         &self,
-        acting: &Acting,
+        active: &ActiveEffects,
         own: &[f64],
         terms: &[Term],
         parameters: &[f64],
@@ -116,7 +116,7 @@ impl Model {
         let mut moving = (Vec::new(), Vec::new());
         let mut at = 0;
         for term in terms {
-            let count = term.law.slots().len();
+            let count = term.law.specs().len();
             if term.law.moves() {
                 moving.0.push(*term);
                 moving.1.extend_from_slice(&parameters[at..at + count]);
@@ -124,7 +124,7 @@ impl Model {
             at += count;
         }
         // How friction stops a joint shows only where there is any.
-        let is_stopped = acting.dry.iter().any(|dry| dry.sharp);
+        let is_stopped = active.dry.iter().any(|dry| dry.sharp);
         let own = if is_stopped { own } else { own.split_at(own.len().min(1)).0 };
         let same = |known: &&Remembered| {
             known.own == own && known.terms == moving.0 && known.parameters == moving.1
@@ -135,9 +135,9 @@ impl Model {
         }
         drop(remembered);
         let motion = Shared::new(if self.course.closed_loop {
-            closed_loop::simulate(self, acting, own)?
+            closed_loop::simulate(self, active, own)?
         } else {
-            along::measured(self, acting)
+            along::measured(self, active)
         });
         let mut motions = self.motions.lock().expect("no thread panics while it holds the lock");
         if motions.len() == REMEMBERED {

@@ -11,12 +11,12 @@ use super::super::chain::MOST_JOINTS;
 use super::super::channels::Quantity;
 use super::super::plant::Course;
 use super::super::spline::Spline;
-use super::acting::{Acting, lengthen};
+use super::active::{ActiveEffects, lengthen};
 use super::{Model, Motion};
 use crate::discovery::recording::sidecar::TorqueSensor;
 
 /// Turns a motion into what the sensors read.
-pub(super) fn read(model: &Model, acting: &Acting, motion: &Motion) -> Vec<f64> {
+pub(super) fn read(model: &Model, active: &ActiveEffects, motion: &Motion) -> Vec<f64> {
     let Course { data, plant, .. } = &model.course;
     let n = plant.n;
     let rows = data.n_rows();
@@ -37,19 +37,19 @@ pub(super) fn read(model: &Model, acting: &Acting, motion: &Motion) -> Vec<f64> 
                     TorqueSensor::Link => &motion.load,
                 };
                 out.extend((0..rows).map(|row| {
-                    acting.torque_gain[j] * read[row * n + j]
-                        + acting.torque_offset[j]
-                        + acting.torque_drift[j] * (data.time[row] - data.time[0])
+                    active.torque_gain[j] * read[row * n + j]
+                        + active.torque_offset[j]
+                        + active.torque_drift[j] * (data.time[row] - data.time[0])
                 }));
             }
             Quantity::Tip => {
                 if places.is_empty() {
-                    places = tips(model, acting, motion);
+                    places = tips(model, active, motion);
                 }
                 out.extend(places.iter().map(|tip| tip[j]));
             }
         }
-        if let Some(delay) = acting.late.get(&channel.quantity) {
+        if let Some(delay) = active.late.get(&channel.quantity) {
             let shifted = delayed(&data.time, &out[from..], *delay);
             out[from..].copy_from_slice(&shifted);
         }
@@ -58,12 +58,12 @@ pub(super) fn read(model: &Model, acting: &Acting, motion: &Motion) -> Vec<f64> 
 }
 
 /// Returns where the tracker sees the tip at every row.
-fn tips(model: &Model, acting: &Acting, motion: &Motion) -> Vec<Vector3<f64>> {
+fn tips(model: &Model, active: &ActiveEffects, motion: &Motion) -> Vec<Vector3<f64>> {
     let n = model.course.plant.n;
     let mut chain = None;
-    if acting.has_lengths {
+    if active.has_lengths {
         let mut longer = model.arm.chain.clone();
-        for (j, length) in acting.lengths.iter().take(n).enumerate() {
+        for (j, length) in active.lengths.iter().take(n).enumerate() {
             for axis in 0..3 {
                 lengthen(&mut longer, j, axis, length[axis]);
             }
@@ -71,11 +71,11 @@ fn tips(model: &Model, acting: &Acting, motion: &Motion) -> Vec<Vector3<f64>> {
         chain = Some(longer);
     }
     let chain = chain.as_ref().unwrap_or(&model.arm.chain);
-    let moved = acting.tool.norm() > 0.0;
+    let moved = active.tool.norm() > 0.0;
     let mut chain_with_tool;
     let chain = if moved {
         chain_with_tool = chain.clone();
-        chain_with_tool.body_from_tip *= nalgebra::Translation3::from(acting.tool);
+        chain_with_tool.body_from_tip *= nalgebra::Translation3::from(active.tool);
         &chain_with_tool
     } else {
         chain
@@ -85,10 +85,10 @@ fn tips(model: &Model, acting: &Acting, motion: &Motion) -> Vec<Vector3<f64>> {
         .map(|row| {
             for j in 0..n {
                 let load = motion.load[row * n + j];
-                q[j] = motion.q[row * n + j] + motion.gap[row * n + j] + acting.zero[j]
-                    - acting.compliance[j] * load;
+                q[j] = motion.q[row * n + j] + motion.gap[row * n + j] + active.zero[j]
+                    - active.compliance[j] * load;
             }
-            acting.turn * chain.tip(&q[..n]) + acting.shift
+            active.turn * chain.tip(&q[..n]) + active.shift
         })
         .collect()
 }

@@ -36,7 +36,7 @@ pub const COMING_TO_REST: f64 = 1.5;
 
 /// A session that only looks and stops.
 #[derive(Debug)]
-pub struct Desk(Link);
+pub struct Supervisor(Link);
 
 /// What it took to stop an arm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,7 +62,7 @@ pub struct Status {
     pub faults: Vec<String>,
 }
 
-impl Desk {
+impl Supervisor {
     /// Connects.
     ///
     /// # Errors

@@ -26,7 +26,7 @@ pub(super) enum Typed {
 }
 
 /// Someone who types.
-pub(super) trait Typist {
+pub(super) trait LineSource {
     /// Returns whether it is a person at a terminal, who can be waited for.
     fn is_person(&self) -> bool;
 
@@ -96,7 +96,7 @@ impl Terminal {
     }
 }
 
-impl Typist for Terminal {
+impl LineSource for Terminal {
     fn is_person(&self) -> bool {
         true
     }
@@ -147,7 +147,7 @@ impl<'a> Pipe<'a> {
     }
 }
 
-impl Typist for Pipe<'_> {
+impl LineSource for Pipe<'_> {
     fn is_person(&self) -> bool {
         false
     }

@@ -6,9 +6,9 @@ use clap::{Args, Subcommand};
 use serde_json::json;
 
 use crate::arm::{Cancel, DeviceError, Pacing};
-use crate::kortex::desk::{COMING_TO_REST, Desk, Status, Stopped};
 use crate::kortex::messages::base::ServoingMode;
 use crate::kortex::messages::common::ArmState;
+use crate::kortex::supervisor::{COMING_TO_REST, Status, Stopped, Supervisor};
 use crate::report::{self, Failure, Style};
 
 use super::{kortex, numbers, signals};
@@ -71,18 +71,18 @@ pub(super) fn kortex(command: &KortexCommand, style: Style) -> Result<Exit, Fail
         KortexCommand::Beat(args) => return beat(args, style),
         KortexCommand::Stop(args) => (&args.whom, false),
     };
-    let (place, open) = kortex::desk(&whom.address, style)?;
+    let (place, open) = kortex::supervised(&whom.address, style)?;
     let failed = |error: DeviceError| {
         Failure::unavailable("device", error.to_string()).at(place.clone()).help(error.help())
     };
-    let desk = Desk::open(&open.0, open.1, &open.2, PATIENCE).map_err(failed)?;
+    let arm = Supervisor::open(&open.0, open.1, &open.2, PATIENCE).map_err(failed)?;
     let done = match command {
         KortexCommand::Status(_) | KortexCommand::Beat(_) => "",
         KortexCommand::Stop(StopArgs { emergency: true, .. }) => {
-            desk.emergency_stop(COMING_TO_REST).map_err(failed)?;
+            arm.emergency_stop(COMING_TO_REST).map_err(failed)?;
             IN_FAULT
         }
-        KortexCommand::Stop(_) => match desk.stop(COMING_TO_REST).map_err(failed)? {
+        KortexCommand::Stop(_) => match arm.stop(COMING_TO_REST).map_err(failed)? {
             Stopped::Held => "stopped; the arm rests and holds its position",
             Stopped::Emergency => {
                 style.note("the arm went on after a stop; its emergency stop was called");
@@ -90,7 +90,7 @@ pub(super) fn kortex(command: &KortexCommand, style: Style) -> Result<Exit, Fail
             }
         },
         KortexCommand::ClearFaults(_) => {
-            desk.clear_faults().map_err(failed)?;
+            arm.clear_faults().map_err(failed)?;
             "the arm has no faults"
         }
     };
@@ -101,7 +101,7 @@ pub(super) fn kortex(command: &KortexCommand, style: Style) -> Result<Exit, Fail
         style.say(done);
         return Ok(Exit::Yes);
     }
-    let status = desk.status().map_err(failed)?;
+    let status = arm.status().map_err(failed)?;
     if style.json {
         style.document(&document(&place, &status));
     } else {
@@ -112,15 +112,15 @@ pub(super) fn kortex(command: &KortexCommand, style: Style) -> Result<Exit, Fail
 
 /// Holds the arm where it is for a while and says how evenly the positions left.
 fn beat(args: &BeatArgs, style: Style) -> Result<Exit, Failure> {
-    let (place, (host, port, login)) = kortex::desk(&args.whom.address, style)?;
+    let (place, (host, port, login)) = kortex::supervised(&args.whom.address, style)?;
     let failed = |error: DeviceError| {
         Failure::unavailable("device", error.to_string()).at(place.clone()).help(error.help())
     };
-    let desk = Desk::open(&host, port, &login, PATIENCE).map_err(failed)?;
+    let arm = Supervisor::open(&host, port, &login, PATIENCE).map_err(failed)?;
     let udp = args.udp.unwrap_or(port.saturating_add(1));
     let over = Cancel::default();
     signals::stop(over.clone())?;
-    let beat = desk.hold(&host, udp, &login, args.seconds, &over).map_err(failed)?;
+    let beat = arm.hold(&host, udp, &login, args.seconds, &over).map_err(failed)?;
     let told = Pacing::from(&beat);
     if style.json {
         style.document(&told);

@@ -8,25 +8,25 @@ use nalgebra::DMatrix;
 
 use super::load::Thing;
 use super::term::{Feature, Law, Term};
-use crate::discovery::finding::Told;
+use crate::discovery::finding::ParameterEstimate;
 use crate::discovery::model_file;
 
 /// Returns the effect's numbers in the order of the vocabulary. `covariance` is that of `parameters`; `things`
 /// are what was carried.
-pub(super) fn told(
+pub(super) fn estimates(
     term: &Term,
     parameters: &[f64],
     covariance: &DMatrix<f64>,
     things: &[Thing],
-) -> Vec<Told> {
+) -> Vec<ParameterEstimate> {
     let names = names(term.law);
-    let slots = term.law.slots();
+    let specs = term.law.specs();
     let here = values(term.law, parameters);
     // ∂told/∂fitted, by central differences.
     let mut stds = vec![0.0; here.len()];
     let columns: Vec<Vec<f64>> = (0..parameters.len())
         .map(|i| {
-            let step = 1e-3 * slots[i].scale;
+            let step = 1e-3 * specs[i].scale;
             let mut moved = parameters.to_vec();
             moved[i] += step;
             let up = values(term.law, &moved);
@@ -69,7 +69,7 @@ fn names(law: Law) -> Vec<(&'static str, &'static str)> {
         Law::Periodic => vec![("amplitude", "N*m"), ("frequency", "Hz"), ("phase", "rad")],
         Law::Hysteresis => vec![("torque", "N*m"), ("width", "rad"), ("n", "")],
         Law::Feature(feature) => vec![("coefficient", unit(feature))],
-        _ => law.slots().iter().map(|slot| (slot.name, slot.unit)).collect(),
+        _ => law.specs().iter().map(|spec| (spec.name, spec.unit)).collect(),
     }
 }
 
@@ -113,6 +113,6 @@ fn unit(feature: Feature) -> &'static str {
 }
 
 /// Writes the line of a model file.
-pub(super) fn line(term: &Term, told: &[Told], things: &[Thing]) -> String {
-    model_file::line(term.law.name(), &term.seat(things), told)
+pub(super) fn line(term: &Term, estimates: &[ParameterEstimate], things: &[Thing]) -> String {
+    model_file::line(term.law.name(), &term.site(things), estimates)
 }

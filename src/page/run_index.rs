@@ -19,12 +19,12 @@ type Stamp = (u64, Option<SystemTime>);
 type Known = (Stamp, Option<Arc<Run>>);
 
 /// Run folders below one root.
-pub(super) struct Shelf {
+pub(super) struct RunIndex {
     root: PathBuf,
     known: Mutex<BTreeMap<PathBuf, Known>>,
 }
 
-impl Shelf {
+impl RunIndex {
     pub(super) fn new(root: PathBuf) -> Self {
         Self { root, known: Mutex::default() }
     }

@@ -14,7 +14,7 @@ use super::Model;
 use super::friction::{Dry, Loop, Smooth};
 
 /// The effects sorted by where they act.
-pub(super) struct Acting {
+pub(super) struct ActiveEffects {
     pub(super) delay: f64,
     pub(super) gain: [f64; MOST_JOINTS],
     pub(super) limit: [f64; MOST_JOINTS],
@@ -38,10 +38,10 @@ pub(super) struct Acting {
     pub(super) late: BTreeMap<Quantity, f64>,
 }
 
-impl Acting {
+impl ActiveEffects {
     /// Sorts effects by where they act.
     pub(super) fn sorted(model: &Model, terms: &[Term], parameters: &[f64]) -> Self {
-        let mut acting = Self {
+        let mut active = Self {
             delay: 0.0,
             gain: [1.0; MOST_JOINTS],
             limit: [f64::INFINITY; MOST_JOINTS],
@@ -64,17 +64,17 @@ impl Acting {
             late: BTreeMap::new(),
         };
         if let Some(controller) = &model.arm.controller {
-            for (limit, known) in acting.limit.iter_mut().zip(&controller.torque_limit_nm) {
+            for (limit, known) in active.limit.iter_mut().zip(&controller.torque_limit_nm) {
                 *limit = *known;
             }
         }
         let mut at = 0;
         for term in terms {
-            let count = term.law.slots().len();
-            acting.add(model, term, &parameters[at..at + count]);
+            let count = term.law.specs().len();
+            active.add(model, term, &parameters[at..at + count]);
             at += count;
         }
-        acting
+        active
     }
 
     fn add(&mut self, model: &Model, term: &Term, p: &[f64]) {
