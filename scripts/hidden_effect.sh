@@ -10,7 +10,7 @@ trueup=${TRUEUP:-"$root/target/release/trueup"}
 cp "$root/scripts/hidden_effect.task" "$work/bench.task"
 cd "$work"
 
-echo "== an effect is drawn and sealed"
+echo "== an effect is drawn and hidden"
 "$trueup" lab hide --seed "$seed" --out hidden.toml
 echo "== two runs with it"
 for n in 1 2; do
@@ -21,7 +21,7 @@ echo "== what is missing from the twin?"
 echo "== the same laboratory again, with what was found"
 # A cup that runs over is not poured into beyond its brim: then the run is refused, and says how much goes in.
 "$trueup" run bench.task --lab hidden.toml --seed 1 --quiet || echo "   exit $?"
-echo "== the seal is opened"
+echo "== what was hidden"
 guess=$(sed -n 's/^ *effect \([a-z_]*([a-z_0-9]*)\).*/\1/p' bench.task | head -n 1)
 "$trueup" lab reveal hidden.toml --guess "$guess"
 echo "everything is in $work"

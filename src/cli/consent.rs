@@ -14,7 +14,7 @@ pub(super) fn confirm(arm: &str, args: &CellArgs) -> Result<(), Failure> {
     let stopped = || {
         Failure::stopped("motion not confirmed")
             .at(arm.to_owned())
-            .help("see that nobody is in its reach, then type `move` when asked, or give `--yes`")
+            .help("make sure that no person is in its reach, then type `move` when asked, or give `--yes`")
     };
     if !io::stdin().is_terminal() {
         return Err(stopped());

@@ -237,7 +237,8 @@ fn gen3(target: &kortex::Target, robot: &str, style: Style) -> Result<Finding, F
         return Ok(Finding::new("arm", State::Mind, says)
             .help("close the web application and other programs before the arm is to move"));
     }
-    let says = format!("{target}: {} joints, no faults, nobody commands it", status.about.joints);
+    let says =
+        format!("{target}: {} joints, no faults, not commanded by anyone", status.about.joints);
     Ok(Finding::new("arm", State::Well, says))
 }
 

@@ -72,7 +72,7 @@ fn hide(args: &HideArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let text = match &cli.cell.lab {
         // Whoever reads the file sees what they changed, and the seal.
         None => format!(
-            "# One effect is hidden here. `trueup lab reveal {path}` opens the seal.\nsealed = \"{}\"\n",
+            "# One effect is hidden here. `trueup lab reveal {path}` shows it.\nsealed = \"{}\"\n",
             with.sealed
         ),
         Some(_) => toml::to_string(&with)

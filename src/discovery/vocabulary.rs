@@ -171,7 +171,7 @@ pub const KINDS: &[Kind] = &[
         Odds::Common,
         &[SiteKind::Link, SiteKind::Tool],
         &[number("mass", "kg"), COM],
-        "a mass nobody modelled",
+        "a mass that the model lacks",
         "gravity and inertia of one point mass over all joints before it",
     ),
     kind(
@@ -325,7 +325,7 @@ pub const KINDS: &[Kind] = &[
         Odds::Uncommon,
         &[SiteKind::Base],
         &[XYZ, RPY],
-        "the arm stands elsewhere",
+        "the base is not where it is assumed to be",
         "tip error is one rigid transform",
     ),
     // Camera.
@@ -366,7 +366,7 @@ pub const KINDS: &[Kind] = &[
         Odds::Uncommon,
         &[SiteKind::Camera],
         &[XYZ, RPY],
-        "the camera or tracker stands elsewhere than assumed",
+        "the camera or tracker is not where it is assumed to be",
         "one rigid transform of all it sees",
     ),
     kind(

@@ -140,7 +140,7 @@ pub(super) enum Refused {
     BelowMinimum,
     #[error("the bus is not enabled")]
     BusOff,
-    #[error("nobody answers at this address")]
+    #[error("no answer at this address")]
     NobodyOnBus,
     #[error("this sensor has no such option")]
     NoOption,

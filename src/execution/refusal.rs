@@ -90,10 +90,10 @@ pub enum Refusal {
     #[error("there is no `{0}`")]
     NoObject(String),
     /// Nobody knows where an object is.
-    #[error("nobody knows where `{0}` is")]
+    #[error("the position of `{0}` has not been measured")]
     UnknownPlace(String),
     /// Nobody knows how much water an object holds.
-    #[error("nobody knows how much is in `{0}`")]
+    #[error("the volume in `{0}` has not been measured")]
     UnknownVolume(String),
     /// The fingers may not press as hard as a thing would need.
     #[error(

@@ -137,7 +137,7 @@ pub fn inside_together() -> String {
 pub(super) fn leans(held: &str, tilt: Option<f64>) -> String {
     match tilt {
         Some(tilt) => format!("the {held} is tilted by {:.0} deg", tilt.to_degrees()),
-        None => format!("nobody knows how the {held} leans"),
+        None => format!("the tilt of the {held} has not been measured"),
     }
 }
 

@@ -3,11 +3,11 @@
 //! Only sentences; when each is said is decided in [`super::builtin`] and [`super::eval`].
 
 /// Nothing tells whether the gripper touches the table.
-pub(super) const TABLE_NOT_FELT: &str = "nobody felt for the table";
+pub(super) const TABLE_NOT_FELT: &str = "contact with the table was not measured";
 /// Two things may touch or not.
-pub(super) const CLOSE: &str = "they are close, and nobody measured whether they touch";
+pub(super) const CLOSE: &str = "they are close; contact was not measured";
 /// Reach is for planning to say, and nothing was planned.
-pub(super) const NO_WAY_PLANNED: &str = "nobody has planned a way to it yet";
+pub(super) const NO_WAY_PLANNED: &str = "no path to it has been planned yet";
 /// One side of `==` has no value.
 pub(super) const ONE_SIDE: &str = "one side is not known";
 /// A comparison without a margin and without a reason.
@@ -19,22 +19,22 @@ pub(super) const A_COMPARISON: &str = "a comparison before `within`";
 
 /// Why the volume in a vessel is unknown.
 pub(super) fn water(object: &str) -> String {
-    format!("nobody measured the water in `{object}`")
+    format!("the water in `{object}` has not been measured")
 }
 
 /// Why the volume on the table is unknown.
 pub(super) fn spilt() -> String {
-    "nobody measured what was spilt".to_owned()
+    "spilt water has not been measured".to_owned()
 }
 
 /// Why the speed of an object is unknown.
 pub(super) fn speed(object: &str) -> String {
-    format!("nobody measured how fast `{object}` moves")
+    format!("the speed of `{object}` has not been measured")
 }
 
 /// Why what depends on a place is unknown.
 pub(super) fn place(object: &str) -> String {
-    format!("nobody knows where `{object}` is")
+    format!("the position of `{object}` has not been measured")
 }
 
 /// Why a limit is neither kept nor broken.

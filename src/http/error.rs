@@ -6,7 +6,7 @@ use super::Address;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Trouble {
     /// Nobody answers at the address.
-    #[error("nobody answers: {0}")]
+    #[error("no answer: {0}")]
     Unreachable(#[from] Unreachable),
     /// Somebody took longer than this, s.
     #[error("no answer within {0} s")]

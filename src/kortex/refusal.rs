@@ -100,7 +100,7 @@ sub_codes! {
     8 FRAME_DECODING_ERR "the arm could not read the frame" "check that nothing else writes to this connection";
     9 INCOMPATIBLE_HEADER_VERSION "the arm speaks another version of the protocol" "use an arm of the Gen3 family with firmware 2.x";
     10 UNSUPPORTED_FRAME_TYPE "the arm does not take frames of this kind" "update the arm's firmware";
-    11 UNREGISTERED_NOTIFICATION_RECEIVED "a notification came that nobody asked for" "connect again";
+    11 UNREGISTERED_NOTIFICATION_RECEIVED "an unrequested notification came" "connect again";
     12 INVALID_SESSION "the session is no more: it was closed, or silent for too long" "connect again";
     13 PAYLOAD_DECODING_ERR "the arm could not read what the call carries" "tell the project which call it was";
     14 UNREGISTERED_FRAME_RECEIVED "an answer came that belongs to no question" "connect again";
@@ -114,7 +114,7 @@ sub_codes! {
     22 ROBOT_IN_FAULT "the arm is in fault" "see what it touches, then clear the faults";
     23 ROBOT_IN_MAINTENANCE "the arm is in maintenance mode" "leave maintenance in the arm's web page";
     24 ROBOT_IN_UPDATE_MODE "the arm is updating its firmware" "wait until the update is done";
-    25 ROBOT_IN_EMERGENCY_STOP "the arm is in emergency stop" "release the stop, see that nobody is in reach, then clear the faults";
+    25 ROBOT_IN_EMERGENCY_STOP "the arm is in emergency stop" "release the stop, make sure that no person is in reach, then clear the faults";
     26 SINGLE_LEVEL_SERVOING "the arm follows high-level commands now" "set low-level servoing first";
     27 LOW_LEVEL_SERVOING "the arm follows low-level commands now" "set single-level servoing first";
     28 MAPPING_GROUP_NON_ROOT "the controller mapping group is no root" "change the mapping in the arm's web page";

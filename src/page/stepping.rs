@@ -226,7 +226,7 @@ fn coming(ahead: &Ahead) -> String {
         _ if stated.asks => stated.text.clone(),
         Some(true) => format!("{}   (holds now)", stated.text),
         Some(false) => format!("{}   (not yet)", stated.text),
-        None => format!("{}   (nobody can tell now)", stated.text),
+        None => format!("{}   (not measured now)", stated.text),
     };
     let list = |all: &[Stated]| all.iter().map(worth).collect::<Vec<_>>();
     let mut text = format!(

@@ -254,7 +254,7 @@ pub fn during(row: &DuringRow) -> Option<String> {
     if *ends {
         return Some(match (measured.became_true_s, twin.as_ref().and_then(|t| t.became_true_s)) {
             (Some(at), _) if measured.by_rehearsal => format!(
-                "until {name}: {at:.2} s into the step as in the rehearsal; nobody could measure it"
+                "until {name}: {at:.2} s into the step, as simulated; it could not be measured"
             ),
             (Some(at), Some(twin)) => {
                 format!("until {name}: true {at:.2} s into the step; in the twin after {twin:.2} s")

@@ -16,7 +16,7 @@ pub fn table(table: &Table, probes: &[Probe], command: &str, form: Form) -> Stri
         Form::Text => {
             let mut text = String::new();
             if table.groups.is_empty() {
-                text += "nobody is judged yet: there is no answer beside the truth\n\n";
+                text += "no answers to score yet\n\n";
                 text += &bases(table).form(form);
                 text += "\n\n";
             } else {

@@ -50,7 +50,7 @@ impl std::fmt::Display for NoWay {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "no way {}: ", self.what)?;
         match &self.why {
-            Why::NotSeen(o) => write!(f, "nobody knows where `{o}` is"),
+            Why::NotSeen(o) => write!(f, "the position of `{o}` has not been measured"),
             Why::TooWide { width, opening } => write!(
                 f,
                 "it is {:.0} mm wide and the fingers open {:.0} mm",

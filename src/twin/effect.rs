@@ -1,7 +1,7 @@
 //! The effects of the vocabulary that the twin has a law for: what was found missing, put in.
 //!
 //! An [`Effect`] changes numbers the twin is built from, before it is built: the scene (a mass, a filling, a size) or
-//! the [`Settings`] (friction, soft gears, how a rim lets go of liquid, how pads hold). Finding effects and fitting
+//! the [`Settings`] (friction, rotors, soft gears, how a rim lets go of liquid, how pads hold). Finding effects and fitting
 //! their numbers is done in a layer above; what only changes a reading is corrected where it is read.
 
 use nalgebra::Vector3;
@@ -19,6 +19,8 @@ pub enum Effect {
     ViscousFriction(usize, f64),
     /// `joint_compliance(joint)`: rad/(N·m).
     JointCompliance(usize, f64),
+    /// `armature(joint)`: the rotor's inertia at the joint, kg·m², all of it.
+    Armature(usize, f64),
     /// `object_mass(object)`: kg, without what is in it.
     ObjectMass(String, f64),
     /// `object_size(object)`: so much larger along its own axes, m.
@@ -47,6 +49,7 @@ impl Effect {
             "coulomb_friction" => Self::CoulombFriction(joint()?, number("torque")?),
             "viscous_friction" => Self::ViscousFriction(joint()?, number("coefficient")?),
             "joint_compliance" => Self::JointCompliance(joint()?, number("compliance")?),
+            "armature" => Self::Armature(joint()?, number("inertia")?),
             "object_mass" => Self::ObjectMass(object(), number("mass")?),
             "object_size" => {
                 let by = ["dx", "dy", "dz"].map(&number);
@@ -74,7 +77,8 @@ impl Effect {
         let (name, vessel) = match self {
             Self::CoulombFriction(joint, _)
             | Self::ViscousFriction(joint, _)
-            | Self::JointCompliance(joint, _) => {
+            | Self::JointCompliance(joint, _)
+            | Self::Armature(joint, _) => {
                 let beyond = *joint >= joints;
                 return beyond.then_some(Hindrance::NoJoint(joints));
             }
@@ -131,6 +135,12 @@ impl Effect {
             Self::CoulombFriction(joint, by) => add(&mut arm.coulomb, *joint, *by),
             Self::ViscousFriction(joint, by) => add(&mut arm.viscous, *joint, *by),
             Self::JointCompliance(joint, by) => add(&mut arm.compliance, *joint, *by),
+            // Of a model that says it, not added to the one that a twin has for its servo's sake.
+            Self::Armature(joint, inertia) => {
+                if let Some(own) = arm.armature.get_mut(*joint) {
+                    *own = *inertia;
+                }
+            }
             Self::LipDribble(name, dribble) => rim(name, &|rim| rim.dribble = Some(*dribble)),
             Self::LiquidViscosity(name, value) => rim(name, &|rim| rim.viscosity = Some(*value)),
             Self::Overflow(name, level) => rim(name, &|rim| rim.brim = Some(*level)),

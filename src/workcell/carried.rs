@@ -10,7 +10,7 @@ use crate::trace::{Outcome, StepRecord};
 use crate::units::Dimension;
 use crate::world::{Object, Scene, WATER_DENSITY};
 
-use super::Run;
+use super::{Run, wording};
 
 /// A scale is read so often, s.
 const SCALE: f64 = 0.1;
@@ -18,13 +18,20 @@ const SCALE: f64 = 0.1;
 /// Before the fingers open the table may bear the thing already, s.
 const SET_DOWN: f64 = 0.3;
 
-/// Adds to the arm's recording of a run what the run says: its steps, what was carried, and on which side of the
-/// gears the embedded arms feel torques. What a sidecar of the recording's own says stays.
+/// Adds to the arm's recording of a run what the run says: its steps, what was carried, the encoders' zeros that its
+/// calibration found, and on which side of the gears the embedded arms feel torques. What a sidecar of the recording's own says stays.
 pub fn carried(run: &Run, recording: &mut Recording, robot: &Robot, scene: &Scene) {
     let own = &mut recording.sidecar;
     if own.segments.is_empty() {
         own.segments = run.steps.iter().map(segment).collect();
     }
+    // What the run's calibration found of the encoders is no gap of the model.
+    let calibrated = run.calibration.as_ref().map_or(&[][..], |found| &found.zeros);
+    if own.zero_offset.is_empty() && !calibrated.is_empty() {
+        own.zero_offset = calibrated.to_vec();
+        recording.notes.push(wording::zeros_calibrated(&recording.name));
+    }
+    let own = &mut recording.sidecar;
     if matches!(run.robot.as_str(), "lab" | "twin") {
         own.torque_sensor = TorqueSensor::Link;
     }

@@ -154,11 +154,18 @@ pub(super) fn replies(replies: &[(usize, Reply)]) -> String {
     format!("the model: {} answers in {seconds:.1} s, {unparsed} unparsed{why}", replies.len())
 }
 
+// What a run says of its recording.
+
+/// The encoders' zeros are those of the run's calibration.
+pub(super) fn zeros_calibrated(recording: &str) -> String {
+    format!("{recording}: the joint zeros found by the run's calibration are used")
+}
+
 // How the twin of a cell differs from it.
 
 /// Nobody knows where a thing is.
 pub(super) fn stands_anywhere(object: &str) -> String {
-    format!("nobody knows where the {object} is: it stands anywhere")
+    format!("the position of the {object} is unknown; the twin puts it anywhere")
 }
 
 /// A twin does not begin with a full hand.

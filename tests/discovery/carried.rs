@@ -132,6 +132,31 @@ fn a_joint_that_stands_elsewhere_than_its_encoder_says_shows_in_what_the_links_w
     assert!((zero - 0.012).abs() < 0.001, "{zero} rad");
 }
 
+/// What a run's calibration knows of the encoders is in the sidecar, and is no gap any more.
+#[test]
+fn a_zero_that_the_sidecar_says_is_no_gap() {
+    let robot = Robot::gen3();
+    let mut recordings =
+        [1, 2].map(|seed| carried(Hidden { zero: 0.012, ..Hidden::default() }, seed));
+    for recording in &mut recordings {
+        recording.sidecar.zero_offset = vec![0.0, 0.012, 0.0, 0.0, 0.0, 0.0, 0.0];
+    }
+    let subject = Subject::Arm(&robot, &[]);
+    let found = |recordings: &[Recording]| {
+        investigate(recordings, subject, &Options::default(), &mut |_, _| {})
+    };
+    let finding = found(&recordings).unwrap().finding;
+    assert_eq!(finding.verdict, Verdict::NothingMissing, "{:#?}", finding.effects);
+
+    recordings[0].sidecar.zero_offset.pop();
+    let error = found(&recordings).unwrap_err();
+    assert!(error.what.contains("`zero_offset_rad` has 6 values"), "{error:?}");
+    let degrees = Some(("a.json", r#"{"zero_offset_rad": [0, 12.0]}"#));
+    let csv = "t[s],q_1[rad]\n0,0\n1,0\n2,0\n";
+    let error = Recording::read("a", csv, degrees, &Map::default()).unwrap_err();
+    assert!(error.what.contains("zero_offset_rad"), "{error:?}");
+}
+
 #[test]
 fn times_that_go_back_are_told() {
     let text = r#"{"carried": [{"object": "jar", "taken_s": [5, 4], "left_s": [15, 16], "mass_kg": 0.1,

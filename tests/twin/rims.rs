@@ -115,6 +115,9 @@ fn effects_change_the_scene_and_say_when_they_change_nothing() {
     known("overflow", "jar", &[("level", 9e-5)]).unwrap().change_settings(&mut settings);
     let expected = Rim { dribble: None, viscosity: Some(0.4), brim: Some(9e-5) };
     assert_eq!(settings.rims["jar"], expected);
+    // A rotor is said whole: what is found is in the place of what a twin has for its servo's sake.
+    known("armature", "joint_3", &[("inertia", 0.15)]).unwrap().change_settings(&mut settings);
+    assert!((settings.arm.armature[2] - 0.15).abs() < 1e-12);
 
     // A slip has one law; a place that is not there has none.
     assert!(known("grip_slip", "gripper", &[("rate", 1e-3), ("friction", 0.2)]).is_none());

@@ -81,7 +81,7 @@ fn nobody_at_the_address_is_asked_twice_and_is_no_answer() {
     let gone = endpoint_at(&format!("http://127.0.0.1:{port}/v1"), "yes");
     let reply = gone.ask("Is it?", On::Twin, &photo(), &|| false);
     assert_eq!((reply.answer, reply.tries, reply.on), (Said::Unparsed, 2, On::Twin));
-    assert!(reply.why.unwrap().starts_with("nobody answers: "));
+    assert!(reply.why.unwrap().starts_with("no answer: "));
     assert!(gone.probe(&[], &|| false).is_err());
 }
 

@@ -94,7 +94,7 @@ fn a_model_is_asked_once_and_judged_by_geometry() {
     let holding = rows.records().map(Result::unwrap).find(|row| &row[0] == "holding").unwrap();
     assert_eq!((&holding[1], &holding[2], &holding[3]), ("vlm:sees", "real", "2"));
     let none = scratch.trueup(&["vqa", "eval", "runs", "--answerers", "person"]).out;
-    assert!(none.starts_with("nobody is judged yet"), "{none}");
+    assert!(none.starts_with("no answers to score yet"), "{none}");
     server.check();
 }
 

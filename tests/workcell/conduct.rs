@@ -183,7 +183,7 @@ fn an_arm_is_left_standing_only_where_nothing_can_run_out_and_nothing_is_half_do
     state.objects[0].world_from_object = tilted(8.0);
     assert_eq!(safe(None, None, &state), None);
     state.objects[0].world_from_object = None;
-    assert_eq!(safe(None, None, &state).unwrap(), "nobody knows how the jar leans");
+    assert_eq!(safe(None, None, &state).unwrap(), "the tilt of the jar has not been measured");
 }
 
 #[test]

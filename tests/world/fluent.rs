@@ -293,7 +293,10 @@ fn unknown_spreads_as_in_three_valued_logic() {
     let yes = || two(m(0.0), BinaryOp::Lt, m(1.0));
     let no = || two(m(1.0), BinaryOp::Lt, m(0.0));
     assert_eq!(read(&s, &lost()).truth, None);
-    assert_eq!(read(&s, &lost()).unknown.as_deref(), Some("nobody knows where `jar` is"));
+    assert_eq!(
+        read(&s, &lost()).unknown.as_deref(),
+        Some("the position of `jar` has not been measured")
+    );
     assert_eq!(read(&s, &not(lost())).truth, None);
     assert_eq!(read(&s, &and(lost(), yes())).truth, None);
     assert_eq!(read(&s, &and(lost(), no())).truth, Some(false));

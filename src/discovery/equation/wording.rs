@@ -91,7 +91,10 @@ pub(super) fn validity(seen: &[Seen]) -> String {
         )
     };
     let seen: Vec<String> = seen.iter().map(one).collect();
-    format!("the formula was seen to hold for {}; outside nobody knows", seen.join(", "))
+    format!(
+        "the formula was seen to hold for {}; outside that range it is not known",
+        seen.join(", ")
+    )
 }
 
 /// A parameter of the model as it was fitted.

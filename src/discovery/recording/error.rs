@@ -274,6 +274,9 @@ pub enum SidecarFlaw {
     /// The controller has more gains of one kind.
     #[error("`controller` has unequal numbers of kp and kd")]
     UnequalGains,
+    /// A zero of an encoder is more than a half turn, rad.
+    #[error("`{0}` holds {1}, which is no angle in rad below a half turn")]
+    NotAngle(&'static str, f64),
     /// Gravity is infinite.
     #[error("`gravity_m_s2` is not a number")]
     Gravity,
@@ -300,7 +303,7 @@ impl Flaw {
         let help = match self {
             Self::SeveralRuns(_) => "give each run a file of its own",
             Self::TooManyRuns(..) => "is `t` the time? give the runs in several files",
-            Self::TooMuch { .. } => "leave out columns that nobody needs, or give a part of it",
+            Self::TooMuch { .. } => "leave out columns that are not needed, or give a part of it",
             Self::NotSplit(_) => "record for longer, or give a second recording",
             Self::NoColumn { name, known, dimension } => {
                 let (known, unit) = (known.join(", "), dimension.si());
@@ -322,7 +325,7 @@ impl Flaw {
                 return format!("{is} a CSV file that begins with a line such as `{header}`");
             }
             Self::TooManyColumns(..) => {
-                "leave out the columns that nobody needs; are rows and columns exchanged?"
+                "leave out the columns that are not needed; are rows and columns exchanged?"
             }
             Self::Ragged(..) => {
                 "every row must have a cell per column; was the file cut off while being written?"

@@ -1,5 +1,7 @@
 //! `RECORDING.json`: what is known of the machine that made a recording. Every key is optional.
 
+use std::f64::consts::PI;
+
 use serde::{Deserialize, Serialize};
 
 use super::{Error, Flaw, Segment, SidecarFlaw};
@@ -92,6 +94,8 @@ pub struct Sidecar {
     pub gravity: Option<f64>,
     /// Rotor inertia of each joint as seen at the joint, kg·m².
     pub armature: Vec<f64>,
+    /// Zeros of the encoders that are known: real angle less the reported one, rad, a joint each; none for none.
+    pub zero_offset: Vec<f64>,
     /// What each drive turns an ampere into, N·m at the joint.
     pub torque_constant: Option<PerChannel>,
     /// The controller, if known.
@@ -197,6 +201,7 @@ struct Raw {
     torque_sensor: TorqueSensor,
     gravity_m_s2: Option<f64>,
     armature_kg_m2: Option<PerChannel>,
+    zero_offset_rad: Vec<f64>,
     torque_constant_nm_per_a: Option<PerChannel>,
     controller: Option<Controller>,
     noise: NoiseLevels,
@@ -275,6 +280,11 @@ impl Sidecar {
         if let Some(mistake) = raw.carried.iter().find_map(Carried::mistake) {
             return Err(wrong(mistake));
         }
+        if let Some(zero) =
+            raw.zero_offset_rad.iter().find(|zero| zero.abs().total_cmp(&PI).is_gt())
+        {
+            return Err(wrong(SidecarFlaw::NotAngle("zero_offset_rad", *zero)));
+        }
         if let Some(g) = raw.gravity_m_s2
             && !g.is_finite()
         {
@@ -297,6 +307,7 @@ impl Sidecar {
             torque_sensor: raw.torque_sensor,
             gravity: raw.gravity_m_s2,
             armature,
+            zero_offset: raw.zero_offset_rad,
             torque_constant: raw.torque_constant_nm_per_a,
             controller: raw.controller,
             noise: raw.noise,

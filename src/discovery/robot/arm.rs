@@ -21,10 +21,15 @@ impl Arm {
         let sidecar = &recording.sidecar;
         let n = robot.n_joints();
         let gravity = sidecar.gravity.unwrap_or(crate::motion::dynamics::GRAVITY);
-        let chain = Chain::new(robot, sidecar.tip.as_deref(), gravity)?;
-        if !sidecar.armature.is_empty() && sidecar.armature.len() < n {
-            return Err(Misfit::Armature { given: sidecar.armature.len(), n });
+        let lists =
+            [("armature_kg_m2", &sidecar.armature), ("zero_offset_rad", &sidecar.zero_offset)];
+        for (key, list) in lists {
+            if !list.is_empty() && list.len() < n {
+                return Err(Misfit::JointList { key, given: list.len(), n });
+            }
         }
+        let robot = &robot.clone().with_zero_offsets(&sidecar.zero_offset);
+        let chain = Chain::new(robot, sidecar.tip.as_deref(), gravity)?;
         if let Some(controller) = &sidecar.controller {
             check(controller, n)?;
         }

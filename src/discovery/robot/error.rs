@@ -31,9 +31,11 @@ pub enum Misfit {
     /// The tip is not at the end of the chain.
     #[error("the tip must sit on the last moving link")]
     TipElsewhere,
-    /// A list of rotors is too short.
-    #[error("`armature_kg_m2` has {given} values, the robot {n} joints")]
-    Armature {
+    /// A list of rotors or zeros is too short.
+    #[error("`{key}` has {given} values, the robot {n} joints")]
+    JointList {
+        /// What the sidecar calls it.
+        key: &'static str,
         /// How many values there are.
         given: usize,
         /// How many joints.
@@ -297,7 +299,7 @@ impl Misfit {
             | Self::NoTip(_)
             | Self::NoChain { .. }
             | Self::TipElsewhere => "name the robot's file and tip, or another robot",
-            Self::Armature { .. } | Self::TorqueConstants { .. } => "give one value per joint",
+            Self::JointList { .. } | Self::TorqueConstants { .. } => "give one value per joint",
             Self::Controller { .. } => {
                 "give one gain and one limit per joint; is it the right robot?"
             }

@@ -190,7 +190,7 @@ impl fmt::Display for WhyNot {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoCommands => f.write_str(
-                "the same where nobody recorded what the drive was estimates: only its commands tell whether \
+                "not distinguishable without the commands of the drive: only they tell whether \
                  the drive gives less or the sensor shows more",
             ),
             Self::Tied => {
@@ -302,9 +302,9 @@ pub(super) fn poses(fitted: usize, held_out: usize) -> String {
 }
 
 /// How many numbers of a geometry are told, and what is left, m an axis.
-pub(super) fn geometry(count: usize, rank: usize, estimates: f64, left: f64) -> String {
+pub(super) fn geometry(count: usize, rank: usize, determined: f64, left: f64) -> String {
     format!(
-        "of the {count} numbers of the geometry {rank} show by themselves; the poses tell {estimates:.0}, the rest is the file's; \
+        "of the {count} numbers of the geometry {rank} show by themselves; the poses determine {determined:.0}, the rest is the file's; \
          what is left is {} mm an axis",
         significant(1e3 * left, 2)
     )

@@ -14,7 +14,7 @@ pub(in crate::report) fn verdict(row: &FluentRow) -> String {
         Some(false) => format!("{} is false{}", row.name, by.unwrap_or_default()),
         None => {
             let why = row.why.as_deref().unwrap_or("it was not measured");
-            format!("nobody can tell whether {}: {why}", row.name)
+            format!("unknown: {} ({why})", row.name)
         }
     }
 }

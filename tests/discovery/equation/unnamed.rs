@@ -24,7 +24,7 @@ fn a_spring_that_begins_within_the_way_has_no_name_but_a_formula() {
     assert!((factor(&effect.equation, "max(q - 0.") + 3.0).abs() < 0.1, "{}", effect.equation);
     assert!(finding.gap.shrink_heldout > 0.9, "{:?}", finding.gap);
     assert!(
-        finding.notes.iter().any(|n| n.contains("outside nobody knows")),
+        finding.notes.iter().any(|n| n.contains("outside that range it is not known")),
         "{:?}",
         finding.notes
     );
