@@ -8,8 +8,10 @@ use crate::motion::dynamics::Bodies;
 use crate::motion::robot::Robot;
 use crate::motion::{self, Budget, rrt};
 use crate::report::{Failure, Style};
+use crate::workcell::Stdlib;
 
 use super::answer::robot as answer;
+use super::answer::robot_check;
 use super::clock::clock;
 use super::inputs::{data, read};
 use super::signals::{is_interrupted, watch_interrupt};
@@ -25,6 +27,8 @@ pub(super) enum RobotCommand {
     Dynamics(DynamicsArgs),
     /// A collision-free path, timed.
     Plan(PlanArgs),
+    /// What a robot's files have, and what is missing for planning, the twin and a pour.
+    Check(CheckArgs),
 }
 
 #[derive(Debug, Args)]
@@ -74,6 +78,15 @@ pub(super) struct IkArgs {
 }
 
 #[derive(Debug, Args)]
+pub(super) struct CheckArgs {
+    /// A URDF, a folder with one, or the name of a robot of the stdlib.
+    file: PathBuf,
+    /// The link whose pose is meant; `tip` of robot.toml or the end of the chain when left out.
+    #[arg(long, value_name = "LINK")]
+    tip: Option<String>,
+}
+
+#[derive(Debug, Args)]
 pub(super) struct PlanArgs {
     #[command(flatten)]
     which: Which,
@@ -90,6 +103,18 @@ fn robot_of(which: &Which) -> Result<Robot, Failure> {
         (None, Some(tip)) => Robot::gen3_to(tip).map_err(|error| failure(&error)),
         (None, None) => Ok(Robot::gen3()),
     }
+}
+
+/// Reads the robot that is to be checked.
+fn checked(args: &CheckArgs) -> Result<Robot, Failure> {
+    let name = args.file.to_string_lossy();
+    let known = Stdlib::embedded().robot(&name);
+    if let (Ok(robot), false) = (known, args.file.exists()) {
+        return Ok(robot);
+    }
+    let tip = args.tip.as_deref();
+    Robot::from_file(&args.file, tip)
+        .map_err(|error| failure(&error).at(args.file.display().to_string()))
 }
 
 fn failure(error: &motion::Error) -> Failure {
@@ -149,6 +174,15 @@ pub(super) fn robot(command: &RobotCommand, seed: u64, style: Style) -> Result<E
             } else {
                 Exit::No
             })
+        }
+        RobotCommand::Check(args) => {
+            let found = robot_check::check(&checked(args)?);
+            if style.json {
+                style.document(&found);
+            } else {
+                style.say(found.lines());
+            }
+            Ok(if found.is_ready() { Exit::Yes } else { Exit::No })
         }
         RobotCommand::Plan(args) => {
             let robot = robot_of(&args.which)?;

@@ -161,7 +161,7 @@ impl<'a> CollisionWorld<'a> {
         });
         let set = rigid_sets(self.robot);
         for (at, part) in self.parts[..held].iter().enumerate() {
-            let jaw = matches!(self.robot.links[part.link].joint.drive, Drive::Jaw { .. });
+            let jaw = self.robot.links[set[part.link]].joint.drive.is_of_gripper();
             if set[part.link] != set[tip] && !jaw {
                 self.pairs.push((at, held));
             }

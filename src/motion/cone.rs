@@ -54,7 +54,7 @@ impl Cone {
         let candidates = if solver.closed_form().is_some() {
             solver.at_joint_3(&target, q[2], q)
         } else {
-            solver.descend_from(&target, q).into_iter().collect()
+            solver.descend_from(&target, q, 0.0).into_iter().collect()
         };
         candidates.into_iter().min_by(|a, b| l2(a, q).total_cmp(&l2(b, q)))
     }

@@ -9,7 +9,7 @@ use rand::rngs::StdRng;
 use super::distance::{Body, distance_or_overlap};
 use super::ik::random_configuration;
 use super::posture::{Solids, are_apart};
-use super::robot::{Drive, Motion, Robot};
+use super::robot::{Motion, Robot};
 
 /// Numbers the sets of links that are rigidly joined, link by link.
 pub(super) fn rigid_sets(robot: &Robot) -> Vec<usize> {
@@ -32,7 +32,7 @@ pub(super) fn checked_pairs(
     let links = &robot.links;
     let set = rigid_sets(robot);
     let above = |link: usize| links[set[link]].parent.map(|parent| set[parent]);
-    let jaw = |link: usize| matches!(links[link].joint.drive, Drive::Jaw { .. });
+    let jaw = |link: usize| links[set[link]].joint.drive.is_of_gripper();
     let mut pairs = Vec::new();
     for (first, &a) in part_links.iter().enumerate() {
         for (second, &b) in part_links.iter().enumerate().skip(first + 1) {

@@ -20,6 +20,12 @@ pub enum UrdfFault {
         /// As many as it may have.
         most: usize,
     },
+    /// A folder that does not say which robot is meant.
+    #[error("{folder} has several files that end in .urdf: name one")]
+    SeveralFiles {
+        /// The folder.
+        folder: String,
+    },
     /// Nothing to build.
     #[error("it has no <link>")]
     NoLink,
@@ -150,6 +156,9 @@ pub enum SideFault {
     /// A marker of no size or nowhere.
     #[error("marker: centre_m and radius_m must be finite, the radius positive")]
     MarkerNumbers,
+    /// A tool centre point nowhere.
+    #[error("tool: xyz_m and rpy_deg must be finite")]
+    ToolNumbers,
     /// Limits that are none, or too few.
     #[error("max_acceleration_rad_s2 needs {joints} positive numbers")]
     Accelerations {
@@ -236,14 +245,51 @@ pub enum Untimed {
     Limits,
 }
 
+/// Why a mesh is none.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum MeshFault {
+    /// No such file.
+    #[error("it is not found beside the URDF or in a folder of its package above it")]
+    Missing,
+    /// A file that cannot be read.
+    #[error("it cannot be read: {0}")]
+    Unread(String),
+    /// A format that is not read.
+    #[error("{} is not read, only STL and OBJ are", if .0.is_empty() { "a file without an ending" } else { .0 })]
+    Format(String),
+    /// Text or bytes that are not what the name says.
+    #[error("it is damaged")]
+    Broken,
+    /// Nothing in it.
+    #[error("it has no triangle")]
+    Empty,
+    /// More in it than a part of a robot has.
+    #[error("it has more than {0} triangles")]
+    TooLarge(usize),
+}
+
 /// What was assumed or left out while a URDF was read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Note {
-    /// A shape that is not known here.
-    #[error("link {link}: a mesh is left out; only boxes, cylinders, spheres and capsules count")]
+    /// A mesh that could not be used.
+    #[error("link {link}: the mesh {file} is left out: {what}")]
     Mesh {
         /// The link.
         link: String,
+        /// The mesh, as the URDF names it.
+        file: String,
+        /// What is wrong with it.
+        what: MeshFault,
+    },
+    /// Jaws on knuckles, taken as sliding ones.
+    #[error(
+        "the jaws turn on coupled knuckles and open {opening_mm} mm; they are taken as sliding, and come forward by {advance_mm} mm that are left out"
+    )]
+    Coupled {
+        /// How wide they open, mm.
+        opening_mm: u32,
+        /// How far they come forward while they close, mm.
+        advance_mm: u32,
     },
     /// A joint that may go anywhere.
     #[error("joint {joint} has no position limits")]

@@ -1,5 +1,7 @@
 //! What planning a grasp needs to know of the gripper: which links are jaws, and where the palm is.
 
+use nalgebra::{Isometry3, Vector3};
+
 use super::Robot;
 use super::robot::{Drive, Joint, Motion};
 use super::solid::Solid;
@@ -22,9 +24,21 @@ impl Robot {
         (0..self.links.len()).filter(move |&link| slides(&self.links[link].joint))
     }
 
-    /// Returns the names of the links that slide with the gripper's opening.
+    /// Returns the names of the links that slide with the gripper's opening, and of what is fixed to them.
     pub fn jaw_links(&self) -> impl Iterator<Item = &str> {
-        self.jaws().map(|link| self.links[link].name.as_str())
+        let jaws: Vec<usize> = self.jaws().collect();
+        let is_jaw = move |link: usize| {
+            let mut at = link;
+            while let (Motion::Fixed, Some(parent)) =
+                (self.links[at].joint.motion, self.links[at].parent)
+            {
+                at = parent;
+            }
+            jaws.contains(&at)
+        };
+        (0..self.links.len())
+            .filter(move |&link| is_jaw(link))
+            .map(|link| self.links[link].name.as_str())
     }
 
     /// Returns the palm: the foremost face of what carries the jaws; `None` without jaws or a tool.
@@ -34,22 +48,39 @@ impl Robot {
         let poses = self.link_poses(&vec![0.0; self.n_joints()], 0.0).ok()?;
         let tool_from_hand = poses[tool].inverse() * poses[hand];
         let faces = self.links[hand].collision.iter().map(|placed| {
-            let pose = tool_from_hand * placed.pose;
-            let reach = match placed.solid {
-                Solid::Sphere { radius } => [radius; 3],
-                Solid::Capsule { radius, half } => [radius, radius, half + radius],
-                Solid::Cylinder { radius, half } => [radius, radius, half],
-                Solid::Cuboid { half } => [half.x, half.y, half.z],
-            };
-            // Half extents along the tool's axes of a box of this reach, however it is turned.
-            let turn = pose.rotation.to_rotation_matrix();
-            let along =
-                |axis: usize| -> f64 { (0..3).map(|k| turn[(axis, k)].abs() * reach[k]).sum() };
-            let centre = pose.translation.vector;
-            Palm { z: centre.z + along(2), half_height: centre.y.abs() + along(1) }
+            let (centre, along) = extents(&(tool_from_hand * placed.pose), &placed.solid);
+            Palm { z: centre.z + along.z, half_height: centre.y.abs() + along.y }
         });
         faces.max_by(|a, b| a.z.total_cmp(&b.z))
     }
+
+    /// Returns how far the fingertips reach past the tool centre point along the tool's z, m; `None` without jaws
+    /// or a tool.
+    pub fn fingers_ahead(&self) -> Option<f64> {
+        let tool = self.tool?;
+        let poses = self.link_poses(&vec![0.0; self.n_joints()], self.max_opening).ok()?;
+        let tool_from_base = poses[tool].inverse();
+        let tips = self.jaws().flat_map(|jaw| {
+            let tool_from_jaw = tool_from_base * poses[jaw];
+            self.links[jaw].collision.iter().map(move |placed| {
+                let (centre, along) = extents(&(tool_from_jaw * placed.pose), &placed.solid);
+                centre.z + along.z
+            })
+        });
+        tips.max_by(f64::total_cmp)
+    }
+}
+
+/// Returns the centre of a solid and half extents along the frame's axes of the box that holds it, m.
+fn extents(pose: &Isometry3<f64>, solid: &Solid) -> (Vector3<f64>, Vector3<f64>) {
+    let reach = match *solid {
+        Solid::Sphere { radius } => Vector3::repeat(radius),
+        Solid::Capsule { radius, half } => Vector3::new(radius, radius, half + radius),
+        Solid::Cylinder { radius, half } => Vector3::new(radius, radius, half),
+        Solid::Cuboid { half } => half,
+    };
+    let turn = pose.rotation.to_rotation_matrix();
+    (pose.translation.vector, turn.matrix().abs() * reach)
 }
 
 #[cfg(test)]
@@ -64,5 +95,7 @@ mod tests {
         // Box of the gripper's base: 0.0437 + 0.0926/2 = 0.09 m ahead of the flange, the tool at 0.12 m.
         let palm = robot.palm().unwrap();
         assert!((palm.z + 0.03).abs() < 1e-9 && (palm.half_height - 0.0375).abs() < 1e-9);
+        // Boxes of the jaws: 0.1336 - 0.0136 + 0.0647/2 = 0.15235 m ahead of the flange.
+        assert!((robot.fingers_ahead().unwrap() - 0.03235).abs() < 1e-9);
     }
 }

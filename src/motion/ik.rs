@@ -16,7 +16,7 @@ use super::cholesky;
 use super::closed_form::{Branches, ClosedForm};
 use super::frames::Frame;
 use super::kinematics::frame_error;
-use super::robot::{Motion, Robot};
+use super::robot::{JointLimits, Motion, Robot};
 use super::unreached::nearest_distance;
 use super::window;
 use crate::world::frame::{Base, Flange, Pose};
@@ -25,6 +25,10 @@ use crate::world::frame::{Base, Flange, Pose};
 const EXACT: f64 = 1e-10;
 /// Iterations from one start: Sugihara's method needs about 20 on the arms tried.
 const ITERATIONS: usize = 80;
+
+/// Starts of the numerical method that differ from where the arm is in joint 3 alone: every 40 deg of a range of 330.
+/// Chosen: half of the solutions that are wanted come from them and half from anywhere, as another posture does.
+const SWIVELS: usize = 8;
 
 /// Limits are inclusive: rounding may put a solution at a limit this far past it, rad.
 pub(super) const SLACK: f64 = 1e-9;
@@ -173,10 +177,21 @@ impl<'a> Solver<'a> {
         raw.into_iter().filter_map(|q| self.fit(q, near)).map(|q| q.to_vec()).collect()
     }
 
-    /// Descends from `q` to the target without leaving the limits: the solution a small motion leads to.
-    pub fn descend_from(&self, target: &Pose<Base, Flange>, q: &[f64]) -> Option<Vec<f64>> {
+    /// Descends from `q` to the target, `reserve` rad inside the limits or where `q` is farther out: the solution a
+    /// small motion leads to.
+    pub fn descend_from(
+        &self,
+        target: &Pose<Base, Flange>,
+        q: &[f64],
+        reserve: f64,
+    ) -> Option<Vec<f64>> {
+        let ends = |(joint, q): (&JointLimits, &f64)| {
+            let (lower, upper) = (joint.lower + reserve, joint.upper - reserve);
+            (lower.min(*q).max(joint.lower), upper.max(*q).min(joint.upper))
+        };
+        let ranges: Vec<_> = self.robot.joints().iter().zip(q).map(ends).collect();
         let mut q = q.to_vec();
-        descend(self.robot, &Frame::of(target.isometry()), &mut q, true).then_some(q)
+        descend(self.robot, &Frame::of(target.isometry()), &mut q, Some(&ranges)).then_some(q)
     }
 
     /// Brings `q` near `near` by whole turns, inside the limits; `None` if it does not fit.
@@ -220,7 +235,7 @@ impl<'a> Solver<'a> {
         let mut free = near.to_vec();
         let mut random = StdRng::seed_from_u64(options.seed);
         for _ in 0..if outside || self.closed_form.is_some() { 0 } else { 20 } {
-            outside |= descend(self.robot, target, &mut free, false);
+            outside |= descend(self.robot, target, &mut free, None);
             free = random_configuration(self.robot, &mut random);
         }
         let reason = if outside { Reason::Limits } else { Reason::OutOfReach };
@@ -325,24 +340,35 @@ impl<'s> Search<'s> {
     }
 
     fn descend(&mut self, target: &Frame, options: &Options, restarts: usize) {
+        let robot = self.solver.robot;
+        let ranges: Vec<_> = robot.joints().iter().map(|j| (j.lower, j.upper)).collect();
         let mut random = StdRng::seed_from_u64(options.seed);
         // Many starts end in the same few solutions; a handful is enough to choose from.
         let enough = options.enough.min(8);
+        // An arm with a joint to spare has the nearest solutions with its elbow turned; joint 3 turns it.
+        let is_swept = self.solver.closed_form.is_some();
+        let swivels = if robot.n_joints() > 6 && !is_swept { SWIVELS } else { 0 };
         let mut q = self.near.to_vec();
-        for _ in 0..restarts {
-            if descend(self.solver.robot, target, &mut q, true) {
+        for start in 1..=restarts {
+            if descend(robot, target, &mut q, Some(&ranges)) {
                 self.take(&q.clone());
             }
             if self.found.len() >= enough {
                 return;
             }
-            q = random_configuration(self.solver.robot, &mut random);
+            if start <= swivels {
+                q.copy_from_slice(self.near);
+                let (low, high) = (ranges[2].0.max(-PI), ranges[2].1.min(PI));
+                q[2] = low + (high - low) * coarse_to_fine(start);
+            } else {
+                q = random_configuration(robot, &mut random);
+            }
         }
     }
 }
 
-/// Runs Levenberg-Marquardt from `q`; returns whether it ended on the target.
-fn descend(robot: &Robot, target: &Frame, q: &mut [f64], keep_limits: bool) -> bool {
+/// Runs Levenberg-Marquardt from `q`, inside `ranges` if there are any, rad; returns whether it ended on the target.
+fn descend(robot: &Robot, target: &Frame, q: &mut [f64], ranges: Option<&[(f64, f64)]>) -> bool {
     let n = robot.n_joints();
     let mut jacobian = vec![0.0; 6 * n];
     let (mut normal, mut step) = (vec![0.0; n * n], vec![0.0; n]);
@@ -374,10 +400,10 @@ fn descend(robot: &Robot, target: &Frame, q: &mut [f64], keep_limits: bool) -> b
         }
         let longest = step.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         let scale = (1.0 / longest).min(1.0);
-        for (i, joint) in robot.joints().iter().enumerate() {
+        for i in 0..n {
             q[i] += scale * step[i];
-            if keep_limits {
-                q[i] = q[i].clamp(joint.lower, joint.upper);
+            if let Some(ranges) = ranges {
+                q[i] = q[i].clamp(ranges[i].0, ranges[i].1);
             }
         }
     }

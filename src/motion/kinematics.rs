@@ -9,6 +9,7 @@ use nalgebra::{Isometry3, Matrix6xX, Translation3, UnitQuaternion, Vector3, Vect
 
 use super::error::Error;
 use super::frames::Frame;
+use super::knuckle;
 use super::robot::{Drive, Joint, Motion, Robot};
 use crate::world::frame::{Base, Flange, Pose, Tool};
 
@@ -21,6 +22,10 @@ impl Joint {
             Drive::Joint { index, multiplier, offset } => multiplier * q[index] + offset,
             Drive::Jaw { multiplier, offset } => {
                 (multiplier * opening + offset).clamp(self.range.0, self.range.1)
+            }
+            Drive::Knuckle { angle, multiplier, offset } => {
+                let value = multiplier * knuckle::value(&angle, opening) + offset;
+                value.clamp(self.range.0, self.range.1)
             }
         }
     }

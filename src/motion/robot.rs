@@ -8,7 +8,9 @@
 //! take theirs from it. An arm that differs from its file (zeros, mounting) is another [`Robot`].
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, Point3, Translation3, Unit, Vector3};
 
@@ -16,6 +18,7 @@ use super::error::Error;
 use super::fault::{Note, UrdfFault};
 use super::frames::{Frame, Frames};
 use super::inertial::Inertial;
+use super::mesh;
 use super::solid::Placed;
 use super::tree;
 use crate::files;
@@ -58,6 +61,22 @@ pub enum Drive {
         /// Summand, rad or m.
         offset: f64,
     },
+    /// The gripper's opening, through the angle that its leading knuckle has then.
+    Knuckle {
+        /// The angle, rad, as a cubic of the opening in m, constant term first.
+        angle: [f64; 4],
+        /// Factor on the angle.
+        multiplier: f64,
+        /// Summand, rad.
+        offset: f64,
+    },
+}
+
+impl Drive {
+    /// Returns whether the gripper's opening moves it.
+    pub fn is_of_gripper(&self) -> bool {
+        matches!(self, Self::Jaw { .. } | Self::Knuckle { .. })
+    }
 }
 
 /// The joint that carries a link, seen from the link.
@@ -154,6 +173,8 @@ pub struct Robot {
     pub(super) max_opening: f64,
     pub(super) notes: Vec<Note>,
     pub(super) has_side_file: bool,
+    /// Whether the files say how fast every joint may gain speed.
+    pub(super) states_accelerations: bool,
     /// The driven joints up to the tip, derived from `links` and `path`.
     pub(super) way: Frames,
     /// The tip in the last frame of `way`.
@@ -193,6 +214,21 @@ impl Robot {
     ///
     /// As [`Self::from_urdf`], and [`Error::SideFile`].
     pub fn from_urdf_with(text: &str, side: &str, tip: Option<&str>) -> Result<Self, Error> {
+        Self::from_urdf_beside(text, side, tip, &mesh::nowhere)
+    }
+
+    /// As [`Self::from_urdf_with`], with the meshes that the text names from `meshes`. A mesh that there is none of, or
+    /// that is not read, is left out and noted.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::from_urdf_with`].
+    pub fn from_urdf_beside(
+        text: &str,
+        side: &str,
+        tip: Option<&str>,
+        meshes: &mesh::Source<'_>,
+    ) -> Result<Self, Error> {
         let side = super::side::SideFile::parse(side)?;
         super::bounds::check(text)?;
         let mut urdf = urdf_rs::read_from_string(text)
@@ -227,10 +263,11 @@ impl Robot {
             max_opening: 0.0,
             notes: Vec::new(),
             has_side_file: false,
+            states_accelerations: true,
             way: Frames::default(),
             way_end: Frame::base(),
         };
-        robot.add_links(&urdf, &order)?;
+        robot.add_links(&urdf, &order, meshes)?;
         robot.drive_joints(&urdf, &order, &jaws)?;
         side.apply(&mut robot)?;
         robot.join_frames();
@@ -238,12 +275,15 @@ impl Robot {
         Ok(robot)
     }
 
-    /// Reads a robot from a URDF file, and from `robot.toml` beside it if there is one.
+    /// Reads a robot from a URDF file, or from the one in a folder, and from `robot.toml` and meshes beside it if there
+    /// are any.
     ///
     /// # Errors
     ///
     /// [`Error::File`] if a file cannot be read; otherwise as [`Self::from_urdf_with`].
     pub fn from_file(path: &Path, tip: Option<&str>) -> Result<Self, Error> {
+        let inside = if path.is_dir() { only_urdf(path)? } else { None };
+        let path = inside.as_deref().unwrap_or(path);
         let read = |path: &Path| {
             files::read::text(path).map_err(|error| Error::File {
                 path: path.display().to_string(),
@@ -253,7 +293,8 @@ impl Robot {
         let text = read(path)?;
         let beside = path.with_file_name("robot.toml");
         let side = if beside.is_file() { read(&beside)? } else { String::new() };
-        Self::from_urdf_with(&text, &side, tip)
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Self::from_urdf_beside(&text, &side, tip, &|name: &str| mesh::beside(folder, name))
     }
 
     /// Joins what is rigid on the way to the tip.
@@ -418,6 +459,11 @@ impl Robot {
         self.has_side_file
     }
 
+    /// Returns whether the files say how fast every joint may gain speed; else it is assumed.
+    pub fn states_accelerations(&self) -> bool {
+        self.states_accelerations
+    }
+
     /// Returns what was left out or assumed when the file was read, one sentence each.
     pub fn notes(&self) -> &[Note] {
         &self.notes
@@ -450,6 +496,26 @@ impl Robot {
         (0..self.n_joints())
             .find(|&i| q[i] < self.joints[i].lower - slack || q[i] > self.joints[i].upper + slack)
     }
+}
+
+/// Returns the URDF in a folder, if there is one and no other.
+fn only_urdf(folder: &Path) -> Result<Option<PathBuf>, Error> {
+    let no = |error: io::Error| Error::File {
+        path: folder.display().to_string(),
+        what: error.to_string(),
+    };
+    let mut found = None;
+    for entry in fs::read_dir(folder).map_err(no)? {
+        let path = entry.map_err(no)?.path();
+        if path.extension().is_some_and(|ending| ending == "urdf") {
+            if found.is_some() {
+                let folder = folder.display().to_string();
+                return Err(Error::Urdf { what: UrdfFault::SeveralFiles { folder } });
+            }
+            found = Some(path);
+        }
+    }
+    Ok(found)
 }
 
 #[cfg(test)]

@@ -2,11 +2,15 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
 use super::error::Error;
 use super::fault::SideFault;
-use super::robot::{Marker, Robot};
+use super::robot::{Drive, Joint, Link, Marker, Motion, Robot};
+
+/// What the link is called that a tool centre point without a link of its own becomes.
+const TOOL: &str = "tool (robot.toml)";
 
 /// The file, key by key.
 #[derive(Debug, Default, Deserialize)]
@@ -14,13 +18,61 @@ use super::robot::{Marker, Robot};
 pub(super) struct SideFile {
     /// The tip when no other is named.
     pub(super) tip: Option<String>,
-    tool: Option<String>,
+    tool: Option<ToolPoint>,
     marker: Option<MarkerBall>,
     max_acceleration_rad_s2: Option<Vec<f64>>,
     #[serde(default)]
     poses_deg: BTreeMap<String, Vec<f64>>,
     #[serde(default)]
     unchecked: Vec<Unchecked>,
+}
+
+/// Where the tool centre point is: at a link of the URDF, or at a place on one.
+#[derive(Debug, Deserialize)]
+#[serde(untagged)]
+enum ToolPoint {
+    Link(String),
+    Place(ToolPlace),
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ToolPlace {
+    link: String,
+    #[serde(default)]
+    xyz_m: [f64; 3],
+    #[serde(default)]
+    rpy_deg: [f64; 3],
+}
+
+impl ToolPoint {
+    /// Returns the index of the tool's link; a place becomes one.
+    fn on(&self, robot: &mut Robot) -> Result<usize, Error> {
+        let place = match self {
+            Self::Link(name) => return robot.link(name),
+            Self::Place(place) => place,
+        };
+        if place.xyz_m.iter().chain(&place.rpy_deg).any(|x| !x.is_finite()) {
+            return Err(Error::SideFile { what: SideFault::ToolNumbers });
+        }
+        let parent = robot.link(&place.link)?;
+        let [roll, pitch, yaw] = place.rpy_deg.map(f64::to_radians);
+        let joint = Joint {
+            name: String::new(),
+            parent_from_link: Isometry3::from_parts(
+                Translation3::from(Vector3::from(place.xyz_m)),
+                UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+            ),
+            motion: Motion::Fixed,
+            axis: Vector3::z_axis(),
+            drive: Drive::None,
+            range: (0.0, 0.0),
+        };
+        let (visual, collision) = (Vec::new(), Vec::new());
+        let (name, parent) = (TOOL.to_owned(), Some(parent));
+        robot.links.push(Link { name, parent, joint, inertial: None, visual, collision });
+        Ok(robot.links.len() - 1)
+    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -68,7 +120,7 @@ impl SideFile {
     /// Adds what the file says to a robot that was just read.
     pub(super) fn apply(self, robot: &mut Robot) -> Result<(), Error> {
         if let Some(tool) = &self.tool {
-            robot.tool = Some(robot.link(tool)?);
+            robot.tool = Some(tool.on(robot)?);
         }
         if let Some(marker) = &self.marker {
             robot.marker = Some(marker.on(robot)?);
@@ -88,6 +140,7 @@ impl SideFile {
                 let what = SideFault::Accelerations { joints: n };
                 return Err(Error::SideFile { what });
             }
+            robot.states_accelerations = true;
             for (joint, limit) in robot.joints.iter_mut().zip(limits) {
                 joint.acceleration = *limit;
             }

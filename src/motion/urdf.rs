@@ -1,7 +1,8 @@
 //! Reading a URDF into a [`Robot`]: links, joints, solids, and what drives each joint.
 //!
-//! The only file of the program that reads the format. Meshes are not read; what was left out or
-//! assumed is said in [`Robot::notes`].
+//! The only file of the program that reads the format. Meshes become the solids that cover them ([`super::cover`]); a
+//! link that is drawn as a mesh is drawn as its collision solids. What was left out or assumed is said in
+//! [`Robot::notes`].
 //!
 //! Source: the URDF specification, <http://wiki.ros.org/urdf/XML>; fixed-axis roll, pitch, yaw; inertia
 //! about the centre of mass.
@@ -10,9 +11,12 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
 
+use super::cover::cover;
 use super::error::Error;
-use super::fault::{Note, UrdfFault};
+use super::fault::{MeshFault, Note, UrdfFault};
 use super::inertial::Inertial;
+use super::knuckle::Knuckle;
+use super::mesh;
 use super::robot::{Drive, Joint, JointLimits, Link, Motion, Robot, Visual};
 use super::solid::{Placed, Solid, merge_capsules};
 use super::tree;
@@ -27,6 +31,7 @@ impl Robot {
         &mut self,
         urdf: &urdf_rs::Robot,
         order: &[tree::Step],
+        meshes: &mesh::Source<'_>,
     ) -> Result<(), Error> {
         let materials: BTreeMap<&str, &urdf_rs::Material> =
             urdf.materials.iter().map(|material| (material.name.as_str(), material)).collect();
@@ -43,30 +48,24 @@ impl Robot {
                 },
                 Some(at) => joint_of(&urdf.joints[at])?,
             };
-            let mut placed = |origin: &urdf_rs::Pose, geometry: &urdf_rs::Geometry| {
-                let solid = solid_of(geometry);
-                if solid.is_none() {
-                    self.notes.push(Note::Mesh { link: link.name.clone() });
+            let mut collision = Vec::new();
+            for part in &link.collision {
+                match solids_of(&part.geometry, meshes) {
+                    Ok(solids) => collision.extend(placed(&part.origin, solids)),
+                    Err((file, what)) => {
+                        let link = link.name.clone();
+                        self.notes.push(Note::Mesh { link, file, what });
+                    }
                 }
-                Some(Placed { solid: solid?, pose: pose_of(origin) })
-            };
-            let visual = link
-                .visual
-                .iter()
-                .filter_map(|visual| {
-                    let placed = placed(&visual.origin, &visual.geometry)?;
-                    Some(Visual { placed, colour: colour_of(visual, &materials) })
-                })
-                .collect();
-            let collision =
-                link.collision.iter().filter_map(|c| placed(&c.origin, &c.geometry)).collect();
+            }
+            let collision = merge_capsules(collision);
             self.links.push(Link {
                 name: link.name.clone(),
                 parent: step.parent,
                 joint,
                 inertial: inertial_of(&link.inertial, &link.name)?,
-                visual,
-                collision: merge_capsules(collision),
+                visual: visual_of(link, &collision, &materials),
+                collision,
             });
         }
         Ok(())
@@ -79,11 +78,19 @@ impl Robot {
         order: &[tree::Step],
         jaws: &[bool],
     ) -> Result<(), Error> {
+        self.add_entries(urdf, order, jaws);
+        if self.joints.is_empty() {
+            return Err(Error::NoJoints { tip: self.links[self.tip].name.clone() });
+        }
+        self.drive_followers(urdf, order, jaws)
+    }
+
+    /// Makes the moving joints on the way to the tip the entries of q, base first.
+    fn add_entries(&mut self, urdf: &urdf_rs::Robot, order: &[tree::Step], jaws: &[bool]) {
         let mut on_path = vec![false; order.len()];
         for &link in &self.path {
             on_path[link] = true;
         }
-        // Masters on the path first: they are the entries of q, base first.
         for (link, step) in order.iter().enumerate() {
             let Some(joint) = step.joint.map(|at| &urdf.joints[at]) else { continue };
             let moves = self.links[link].joint.motion != Motion::Fixed;
@@ -107,6 +114,7 @@ impl Robot {
             let acceleration = if limit.acceleration.is_finite() && limit.acceleration > 0.0 {
                 limit.acceleration
             } else {
+                self.states_accelerations = false;
                 velocity / TIME_TO_FULL_SPEED
             };
             self.joints.push(JointLimits {
@@ -121,16 +129,22 @@ impl Robot {
             });
             self.links[link].joint.drive = Drive::Joint { index, multiplier: 1.0, offset: 0.0 };
         }
-        if self.joints.is_empty() {
-            return Err(Error::NoJoints { tip: self.links[self.tip].name.clone() });
-        }
-        // Followers of an entry of q move with it; everything else that moves is the gripper's.
+    }
+
+    /// Drives what follows an entry of q with it, and everything else that moves with the gripper.
+    fn drive_followers(
+        &mut self,
+        urdf: &urdf_rs::Robot,
+        order: &[tree::Step],
+        jaws: &[bool],
+    ) -> Result<(), Error> {
         let slides = (0..order.len())
             .filter(|&link| {
                 self.links[link].joint.motion == Motion::Slide
                     && self.links[link].joint.drive == Drive::None
             })
             .count();
+        let (mut idle, mut knuckles, mut leads) = (Vec::new(), Vec::new(), Vec::new());
         for (link, step) in order.iter().enumerate() {
             let Some(joint) = step.joint.map(|at| &urdf.joints[at]) else { continue };
             if self.links[link].joint.motion == Motion::Fixed
@@ -153,7 +167,7 @@ impl Robot {
             }
             self.links[link].joint.drive = match index {
                 Some(index) => Drive::Joint { index, multiplier, offset },
-                // Each of two jaws goes half the opening; a jaw that turns is not modelled.
+                // Each of two jaws goes half the opening.
                 None if self.links[link].joint.motion == Motion::Slide => {
                     let share = multiplier / slides as f64;
                     let travel = self.links[link].joint.range.1;
@@ -163,10 +177,22 @@ impl Robot {
                     Drive::Jaw { multiplier: share, offset }
                 }
                 None => {
-                    self.notes.push(Note::OffPath { joint: joint.name.clone() });
+                    idle.push(Note::OffPath { joint: joint.name.clone() });
+                    knuckles.extend(jaws[link].then_some(Knuckle { link, multiplier, offset }));
+                    if jaws[link] && master.is_none() {
+                        leads.push(self.links[link].joint.range);
+                    }
                     Drive::Jaw { multiplier: 0.0, offset: 0.0 }
                 }
             };
+        }
+        // Jaws that turn: one joint leads, all others follow it.
+        let is_gripper = match leads[..] {
+            [range] if slides == 0 && knuckles.len() == idle.len() => self.couple(&knuckles, range),
+            _ => false,
+        };
+        if !is_gripper {
+            self.notes.append(&mut idle);
         }
         Ok(())
     }
@@ -221,6 +247,55 @@ fn joint_of(joint: &urdf_rs::Joint) -> Result<Joint, Error> {
         drive: Drive::None,
         range,
     })
+}
+
+/// Puts solids, given in the frame of their geometry, into the frame of their link.
+fn placed(origin: &urdf_rs::Pose, solids: Vec<Placed>) -> impl Iterator<Item = Placed> {
+    let origin = pose_of(origin);
+    solids.into_iter().map(move |part| Placed { pose: origin * part.pose, ..part })
+}
+
+/// Returns what is drawn of a link: its plain shapes, or where it is drawn as a mesh its collision solids.
+fn visual_of(
+    link: &urdf_rs::Link,
+    collision: &[Placed],
+    materials: &BTreeMap<&str, &urdf_rs::Material>,
+) -> Vec<Visual> {
+    let plain = |visual: &urdf_rs::Visual| {
+        let solids =
+            vec![Placed { solid: solid_of(&visual.geometry)?, pose: Isometry3::identity() }];
+        let placed = placed(&visual.origin, solids).next()?;
+        Some(Visual { placed, colour: colour_of(visual, materials) })
+    };
+    let drawn: Vec<Visual> = link.visual.iter().filter_map(plain).collect();
+    let has_mesh = link.visual.iter().any(|visual| solid_of(&visual.geometry).is_none());
+    if drawn.is_empty() && has_mesh {
+        let colour = link.visual.iter().find_map(|visual| colour_of(visual, materials));
+        return collision.iter().map(|&placed| Visual { placed, colour }).collect();
+    }
+    drawn
+}
+
+/// Returns the solids of a geometry in its own frame; of a mesh those that cover it, or its name and why there are none.
+fn solids_of(
+    geometry: &urdf_rs::Geometry,
+    meshes: &mesh::Source<'_>,
+) -> Result<Vec<Placed>, (String, MeshFault)> {
+    let urdf_rs::Geometry::Mesh { filename, scale } = geometry else {
+        let solid = solid_of(geometry);
+        return Ok(solid
+            .map(|solid| Placed { solid, pose: Isometry3::identity() })
+            .into_iter()
+            .collect());
+    };
+    let scale = scale.map_or(Vector3::repeat(1.0), |scale| Vector3::from(scale.0));
+    let covered = || {
+        // What is not read needs no looking for.
+        mesh::reader_of(filename)?;
+        let triangles = mesh::triangles(filename, &meshes(filename)?, &scale)?;
+        Ok(cover(&triangles))
+    };
+    covered().map_err(|what| (filename.clone(), what))
 }
 
 fn solid_of(geometry: &urdf_rs::Geometry) -> Option<Solid> {

@@ -10,6 +10,7 @@ use include_dir::{Dir, DirEntry, include_dir};
 use crate::execution::walk::Texts;
 use crate::files::read;
 use crate::motion;
+use crate::motion::mesh;
 use crate::motion::robot::Robot;
 
 /// Why a scene's robot is none.
@@ -42,6 +43,8 @@ const TEXTS: [&str; 4] = ["task", "rhai", "urdf", "toml"];
 #[derive(Debug, Clone)]
 pub struct Stdlib {
     files: BTreeMap<String, String>,
+    /// The folder on the disk that a URDF of this path lies in, for its meshes.
+    beside: BTreeMap<String, PathBuf>,
     read: fn(&str) -> io::Result<String>,
 }
 
@@ -54,6 +57,7 @@ impl Default for Stdlib {
     fn default() -> Self {
         Self {
             files: BTreeMap::new(),
+            beside: BTreeMap::new(),
             read: |_| Err(io::Error::new(io::ErrorKind::Unsupported, NoFiles)),
         }
     }
@@ -102,7 +106,9 @@ impl Stdlib {
                 } else if path.extension().is_some_and(|e| TEXTS.iter().any(|text| e == *text)) {
                     let text = read::text(&path).map_err(|error| (path.clone(), error))?;
                     let name = path.strip_prefix(folder).unwrap_or(&path);
-                    self.files.insert(name.to_string_lossy().replace('\\', "/"), text);
+                    let name = name.to_string_lossy().replace('\\', "/");
+                    self.beside.insert(name.clone(), dir.clone());
+                    self.files.insert(name, text);
                 }
             }
         }
@@ -139,7 +145,11 @@ impl Stdlib {
             return Err(RobotError::None { name: name.to_owned(), known });
         };
         let side = self.file(&format!("{folder}robot.toml")).unwrap_or_default();
-        Robot::from_urdf_with(urdf, side, None)
+        let meshes = |name: &str| match self.beside.get(path) {
+            Some(folder) => mesh::beside(folder, name),
+            None => mesh::nowhere(name),
+        };
+        Robot::from_urdf_beside(urdf, side, None, &meshes)
             .map_err(|error| RobotError::Text { path: path.clone(), error })
     }
 

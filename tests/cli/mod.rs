@@ -11,6 +11,7 @@ mod learn;
 mod panics;
 mod records;
 mod robot;
+mod robot_check;
 mod run;
 mod say;
 mod strangers;

@@ -1,5 +1,6 @@
 //! Motion: published reference values, laws, closed forms.
 
+mod arms;
 mod benchmaker;
 mod cartesian;
 mod collision;

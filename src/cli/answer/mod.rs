@@ -3,4 +3,5 @@
 
 pub mod align;
 pub mod robot;
+pub mod robot_check;
 pub mod see;

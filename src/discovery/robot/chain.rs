@@ -108,7 +108,7 @@ impl Chain {
                     });
                     (Some(index), Isometry3::identity())
                 }
-                Drive::None | Drive::Jaw { .. } => {
+                Drive::None | Drive::Jaw { .. } | Drive::Knuckle { .. } => {
                     let step = joint.parent_from_link(joint.value(&zero, 0.0));
                     (body, body_from_parent * step)
                 }

@@ -10,10 +10,10 @@ use crate::world::{Point, Pose, Shape};
 use super::super::wording;
 use super::{Dropped, NoWay, Planner, REACHING, STRAIGHT_STEP, TRACKING, Why, straight};
 
-/// How far before the object the hand stops first, m. The fingertips reach 32 mm past the tool point (the jaws' boxes
-/// in `gen3_2f85.urdf`), and the nearest side of an object is at most 25 mm before it (30 mm to the palm, less
-/// [`PALM_ROOM`]): from 57 mm on the tips are before the object, and 53 mm are left for an arm that is beside where it
-/// was sent. With half of it the hand would come from aside into the object; with twice as much the way in to most
+/// How far before the object the hand stops first, m. A 2F-85's fingertips reach 32 mm past the tool point (the jaws'
+/// boxes in `gen3_2f85.urdf`), and the nearest side of an object is at most 25 mm before it (30 mm to the palm, less
+/// [`PALM_ROOM`]): from 57 mm on the tips are before the object (a Panda's from 42 mm on: 9.5 and 32 mm), and 53 mm are
+/// left for an arm that is beside where it was sent. With half of it the hand would come from aside into the object; with twice as much the way in to most
 /// places on the table begins at less than 0.5 m from the base, where joint 4 ends (2.57 rad) for a level hand.
 const STANDOFF: f64 = 0.11;
 /// Room left on each side when the fingers slide along the object, m. Chosen: with half of it an object that is seen
@@ -28,14 +28,14 @@ const KEPT: usize = 8;
 /// height the wrist is near the table and the thing hangs top-heavy; above two thirds the pads, 22 mm high, come near
 /// the lip of what is low.
 pub(super) const SHARES_UP: [f64; 3] = [0.60, 0.52, 0.68];
-/// The lowest a level hand takes an object, m. The gripper's box reaches 37.5 mm below the tool point
-/// (`gen3_2f85.urdf`), and 17.5 mm are left above the table. Chosen between: at half of it the hand would be in the
-/// table, at twice as much it would be over whatever is lower than 110 mm.
-const LOWEST: f64 = 0.055;
-/// A hand that points down more steeply than this, rad, is lowest at its fingertips, which are 32 mm ahead of the tool
-/// point; 5 mm are left above the table.
+/// How much is left between the table and the palm of a level hand, m: a 2F-85, whose box reaches 37.5 mm below the
+/// tool point, takes an object no lower than 55 mm. Chosen between: with none of it the hand would be on the table, at
+/// 55 mm more it would be over whatever is lower than 110 mm.
+const UNDER_PALM: f64 = 0.0175;
+/// A hand that points down more steeply than this, rad, is lowest at its fingertips; so much is left between them and
+/// the table, m.
 const STEEP: f64 = std::f64::consts::FRAC_PI_4;
-const LOWEST_STEEP: f64 = 0.037;
+const UNDER_TIPS: f64 = 0.005;
 /// So many joint positions of one hand pose are tried, nearest first. Chosen: there are up to eight for each of the 25
 /// values of joint 3 that are looked at, neighbours nearly alike. With half as many a branch that is farther from where
 /// the arm is may not be reached; twice as many cost more than the next heading, which differs more.
@@ -64,10 +64,12 @@ const PALM_ROOM: f64 = 0.005;
 /// as an object may be held deeper or higher than seen; none would let a lip strike the palm's edge, twice as much
 /// draws back from what passes below the hand.
 const BESIDE_PALM: f64 = 0.01;
-/// How far the hand is drawn back at most, m. The fingertips are 32 mm ahead of the tool point (`gen3_2f85.urdf`):
-/// 10 mm of finger are still past the object's middle. With half of it things deeper than 72 mm are refused; with twice
-/// as much the tips would end before the middle, where a round thing slips out.
+/// How far the hand is drawn back at most, m. With half of it things deeper than 72 mm are refused by a 2F-85; with
+/// twice as much what has flat sides is held by its last centimetre.
 const MOST_BACK: f64 = 0.022;
+/// So much of the fingers stays past the middle of a round object, m, or it slips out. With it a 2F-85, whose tips are
+/// 32 mm ahead of the tool point, is drawn back by no more than [`MOST_BACK`], and a Panda's, 9.5 mm ahead, not at all.
+const PAST_MIDDLE: f64 = 0.010;
 /// Points around a round object for the distance to the palm: at 24 a point is at most 7.5 deg from the nearest one,
 /// and for a radius of 42 mm the distance is overestimated by 0.4 mm (`r (1 - cos 7.5 deg)`), a tenth of the room.
 const AROUND: usize = 24;
@@ -132,13 +134,17 @@ impl Planner {
         }
         let mut dropped = Dropped::new();
         let mut ways: Vec<Lifted> = Vec::new();
-        let lowest = if pitch < STEEP { LOWEST } else { LOWEST_STEEP };
+        let lowest = self.lowest(pitch);
         // Above the middle, where there is room for the wrist below and the lip stays free.
         'looking: for share in SHARES_UP {
             let height = (share * object.shape.height()).max(lowest - pose.origin().z);
             for &heading in &headings {
                 let middle = side_pose(pose.origin() + Vector3::z() * height, heading, pitch);
-                let Some(at) = self.clear_of_palm(&middle, o) else { continue };
+                let Some(at) = self.clear_of_palm(&middle, o) else {
+                    dropped.tried += 1;
+                    dropped.touches(self.palm_link(), o);
+                    continue;
+                };
                 let back = -at.axis(2) * STANDOFF;
                 if !self.goes_on(REACHING, ways.len()).map_err(no)? {
                     break 'looking;
@@ -203,6 +209,23 @@ impl Planner {
         Ok(kept)
     }
 
+    /// Returns the lowest that the tool may be over the table with the hand pitched down by `pitch` rad, m.
+    fn lowest(&self, pitch: f64) -> f64 {
+        let robot = self.robot();
+        if pitch < STEEP {
+            robot.palm().map_or(0.0, |palm| palm.half_height) + UNDER_PALM
+        } else {
+            robot.fingers_ahead().unwrap_or(0.0) + UNDER_TIPS
+        }
+    }
+
+    /// Returns the name of the link that carries the jaws.
+    fn palm_link(&self) -> &str {
+        let robot = self.robot();
+        let hand = robot.jaws().next().and_then(|jaw| robot.links()[jaw].parent);
+        hand.map_or("", |hand| &robot.links()[hand].name)
+    }
+
     /// Draws a grasp back until the palm stays clear of the object; `None` when the fingers are too short.
     fn clear_of_palm(&self, at: &Pose<World, Tool>, o: &str) -> Option<Pose<World, Tool>> {
         let object = self.cell.scene.object(o)?;
@@ -219,8 +242,13 @@ impl Planner {
             .map(|p| p.z)
             .fold(f64::INFINITY, f64::min);
         let back = (palm.z + PALM_ROOM - nearest).max(0.0);
-        (back <= MOST_BACK)
-            .then(|| Pose::from_parts(at.origin() - at.axis(2) * back, at.rotation()))
+        let most = match object.shape {
+            Shape::Cuboid { .. } => MOST_BACK,
+            Shape::Cylinder { .. } => {
+                (self.robot().fingers_ahead()? - PAST_MIDDLE).clamp(0.0, MOST_BACK)
+            }
+        };
+        (back <= most).then(|| Pose::from_parts(at.origin() - at.axis(2) * back, at.rotation()))
     }
 
     /// Returns how close the joints are to the ends of their ranges, 0 in the middle.

@@ -368,8 +368,7 @@ impl Planner {
         for q in path {
             let nearest = world.clearance_or_overlap(q).expect("the path has one angle per joint");
             if nearest.distance <= 0.0 {
-                let pair = format!("{} with {}", nearest.first, nearest.second);
-                *dropped.blocked.entry(pair).or_default() += 1;
+                dropped.touches(&nearest.first, &nearest.second);
                 return None;
             }
             least = least.min(nearest.distance);
@@ -397,6 +396,10 @@ impl Dropped {
         self.nearest = self.nearest.min(shortfall);
     }
 
+    fn touches(&mut self, first: &str, second: &str) {
+        *self.blocked.entry(format!("{first} with {second}")).or_default() += 1;
+    }
+
     fn why(self) -> Why {
         match self.blocked.into_iter().max_by_key(|(_, count)| *count) {
             Some((by, _)) => Why::Blocked { tried: self.tried, by },
@@ -415,6 +418,9 @@ pub fn follow(
     tip: &Pose<Base, Flange>,
     last: &[f64],
 ) -> Result<Vec<f64>, f64> {
+    if solver.closed_form().is_none() {
+        return follow_numerically(solver, tip, last).ok_or(0.0);
+    }
     let step = |q: &Vec<f64>| distance(q, last);
     let inside = |q: &Vec<f64>| solver.robot().outside_limits(q, -FOLLOWED * RESERVE).is_none();
     let nearest = |found: Vec<Vec<f64>>| {
@@ -429,6 +435,23 @@ pub fn follow(
     }
     let q = solver.nearest(tip, last).map_err(|unreachable| unreachable.nearest)?;
     if step(&q) <= JUMP && inside(&q) { Ok(q) } else { Err(0.0) }
+}
+
+/// As [`follow`], for an arm without a closed form: from where it is, then from joint positions a little beside. Where
+/// none of these ends near, there is nothing to follow; a search from anywhere would only find a jump.
+fn follow_numerically(
+    solver: &Solver<'_>,
+    tip: &Pose<Base, Flange>,
+    last: &[f64],
+) -> Option<Vec<f64>> {
+    ELBOW_SHIFTS.into_iter().find_map(|shift| {
+        let mut start = last.to_vec();
+        if let Some(elbow) = start.get_mut(2) {
+            *elbow += shift;
+        }
+        let q = solver.descend_from(tip, &start, FOLLOWED * RESERVE)?;
+        (distance(&q, last) <= JUMP).then_some(q)
+    })
 }
 
 /// Returns poses every [`STRAIGHT_STEP`] along a straight line from `from` by `by` m, the start left out.

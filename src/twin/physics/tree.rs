@@ -55,8 +55,8 @@ impl Tree {
             let joint = &link.joint;
             match parent {
                 Some(body) if !moves(link) => {
-                    // Nothing drives it, so no q and no opening enter its value.
-                    let stays_at = joint.parent_from_link(joint.value(&[], 0.0));
+                    // Nothing drives it, so no q enters its value; knuckles stay where the jaws are open.
+                    let stays_at = joint.parent_from_link(joint.value(&[], robot.max_opening()));
                     let body_from_link = body_from_parent * stays_at;
                     let part = inertial.seen_from(&body_from_link);
                     bodies[body].inertial = bodies[body].inertial.welded(&part);
@@ -85,9 +85,9 @@ impl Tree {
 /// Returns whether `q` or the opening moves a link against its parent.
 fn moves(link: &Link) -> bool {
     match link.joint.drive {
-        Drive::None => false,
         Drive::Joint { .. } => true,
         Drive::Jaw { .. } => link.joint.motion == Motion::Slide,
+        Drive::None | Drive::Knuckle { .. } => false,
     }
 }
 
@@ -95,7 +95,7 @@ fn moves(link: &Link) -> bool {
 fn jaws(robot: &Robot) -> Result<[usize; 2], Error> {
     let share = |link: usize| match robot.links()[link].joint.drive {
         Drive::Jaw { multiplier, offset } => (multiplier, offset),
-        Drive::None | Drive::Joint { .. } => (0.0, 0.0),
+        Drive::None | Drive::Joint { .. } | Drive::Knuckle { .. } => (0.0, 0.0),
     };
     let jaws: Vec<usize> = robot.jaws().collect();
     if let [left, right] = jaws[..] {

@@ -1,0 +1,496 @@
+//! `robot check`: what a robot's files say, and what is missing for kinematics, planning, the twin and a pour.
+//!
+//! A robot in, findings out; every finding that is not in order says what to write. What is checked is what the other
+//! layers ask of a robot: no rule of theirs is repeated here, they are asked.
+
+use std::fmt::Write as _;
+
+use nalgebra::{Isometry3, Vector3};
+use serde::Serialize;
+
+use crate::execution::plan::side_pose;
+use crate::motion::collision::{CollisionWorld, Obstacle};
+use crate::motion::fault::Note;
+use crate::motion::ik::{Options, Solver};
+use crate::motion::robot::{Drive, Motion, Robot};
+use crate::motion::solid::Solid;
+use crate::world::frame::{Base, Flange, Pose};
+
+/// Where a level hand is tried, m: the places of the laboratory's objects lie between these distances from the base
+/// (`radius_m` of its `placement`), and a jar of 14 cm is taken this high.
+const DISTANCES: [f64; 4] = [0.55, 0.60, 0.65, 0.70];
+const HEIGHT: f64 = 0.09;
+/// How far the hand points down in `level_side` and `tilted_side` of `pick`, rad.
+const PITCHES: [f64; 2] = [0.0, 20.0 * std::f64::consts::PI / 180.0];
+/// Directions further from parallel than this are another axis: the cosine of 2.5 deg.
+const ALONG: f64 = 0.999;
+
+/// What a robot may be used for, each with what the one before needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Use {
+    /// `robot fk`, `robot ik`.
+    Kinematics,
+    /// `robot plan`.
+    Planning,
+    /// The physics of the twin.
+    Twin,
+    /// `pour(jar, cup)`.
+    Pour,
+}
+
+/// How something stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum State {
+    /// In order.
+    Ok,
+    /// Assumed; it works, perhaps not as the robot does.
+    Assumed,
+    /// Not there, or wrong.
+    Missing,
+}
+
+/// One thing that was looked at.
+#[derive(Debug, Clone, Serialize)]
+pub struct Finding {
+    /// What it is about: `jaws`, `tool`.
+    pub name: &'static str,
+    /// How it stands.
+    pub state: State,
+    /// What cannot be done without it, and what builds on that.
+    pub needed_for: Use,
+    /// What was found.
+    pub found: String,
+    /// What to write where it is not in order.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub write: Option<String>,
+}
+
+/// `robot check`.
+#[derive(Debug, Clone, Serialize)]
+pub struct CheckAnswer {
+    /// The robot's name in its file.
+    pub robot: String,
+    /// What it can be used for, in order.
+    pub usable_for: Vec<Use>,
+    /// What was looked at.
+    pub checks: Vec<Finding>,
+}
+
+impl CheckAnswer {
+    /// Returns whether everything can be done.
+    pub fn is_ready(&self) -> bool {
+        self.usable_for.len() == 4
+    }
+
+    /// Returns the findings as lines for people.
+    pub fn lines(&self) -> String {
+        let mut text = String::new();
+        for check in &self.checks {
+            let state = match check.state {
+                State::Ok => "ok",
+                State::Assumed => "assumed",
+                State::Missing => "missing",
+            };
+            let _ = writeln!(text, "{state:<8} {:<14} {}", check.name, check.found);
+            if let Some(write) = &check.write {
+                let _ = writeln!(text, "{:<8} {:<14} write {write}", "", "");
+            }
+        }
+        let word = |to: &Use| match to {
+            Use::Kinematics => "kinematics",
+            Use::Planning => "planning",
+            Use::Twin => "the twin",
+            Use::Pour => "pour(jar, cup)",
+        };
+        let words: Vec<&str> = self.usable_for.iter().map(word).collect();
+        let words = if words.is_empty() { "nothing yet".to_owned() } else { words.join(", ") };
+        let _ = write!(text, "{}: usable for {words}", self.robot);
+        text
+    }
+}
+
+/// Answers `robot check`.
+pub fn check(robot: &Robot) -> CheckAnswer {
+    let mut list = List { robot, checks: Vec::new() };
+    list.joints();
+    list.limits();
+    list.shapes();
+    list.pairs();
+    list.masses();
+    list.coupled();
+    list.jaws();
+    list.tool();
+    list.marker();
+    list.poses();
+    list.reach();
+    let blocked = |to: Use| {
+        list.checks.iter().any(|check| check.state == State::Missing && check.needed_for <= to)
+    };
+    let all = [Use::Kinematics, Use::Planning, Use::Twin, Use::Pour];
+    let usable_for = all.into_iter().filter(|to| !blocked(*to)).collect();
+    CheckAnswer { robot: robot.name().to_owned(), usable_for, checks: list.checks }
+}
+
+struct List<'a> {
+    robot: &'a Robot,
+    checks: Vec<Finding>,
+}
+
+impl List<'_> {
+    fn add(&mut self, name: &'static str, needed_for: Use, found: impl Into<String>) {
+        let found = found.into();
+        self.checks.push(Finding { name, state: State::Ok, needed_for, found, write: None });
+    }
+
+    fn wrong(
+        &mut self,
+        (name, state, needed_for): (&'static str, State, Use),
+        found: impl Into<String>,
+        write: impl Into<String>,
+    ) {
+        let (found, write) = (found.into(), Some(write.into()));
+        self.checks.push(Finding { name, state, needed_for, found, write });
+    }
+
+    fn joints(&mut self) {
+        let robot = self.robot;
+        let (root, tip) = (&robot.links()[0].name, &robot.links()[robot.tip()].name);
+        let n = robot.n_joints();
+        self.add("joints", Use::Kinematics, format!("{n} from {root} to {tip}"));
+    }
+
+    /// Ranges, speeds, accelerations and torques of the joints.
+    fn limits(&mut self) {
+        let robot = self.robot;
+        let joints = robot.joints();
+        let names = |wrong: &dyn Fn(usize) -> bool| {
+            let names = (0..joints.len()).filter(|&i| wrong(i)).map(|i| joints[i].name.as_str());
+            names.collect::<Vec<_>>().join(", ")
+        };
+        let noted = |of: &dyn Fn(&Note) -> Option<&String>| {
+            robot.notes().iter().filter_map(of).map(String::as_str).collect::<Vec<_>>().join(", ")
+        };
+        let open = noted(&|note| match note {
+            Note::NoRange { joint } => Some(joint),
+            _ => None,
+        });
+        if open.is_empty() {
+            self.add("ranges", Use::Planning, "every joint has one, or turns without end");
+        } else {
+            let write = "<limit lower=\"..\" upper=\"..\"/> (rad) in these joints of the URDF";
+            self.wrong(("ranges", State::Assumed, Use::Planning), format!("none: {open}"), write);
+        }
+        let slow = noted(&|note| match note {
+            Note::NoSpeed { joint } => Some(joint),
+            _ => None,
+        });
+        if slow.is_empty() {
+            self.add("speeds", Use::Planning, "every joint has a limit");
+        } else {
+            let found = format!("1 rad/s for {slow}, which have none");
+            let write = "<limit velocity=\"..\"/> (rad/s) in these joints of the URDF";
+            self.wrong(("speeds", State::Assumed, Use::Planning), found, write);
+        }
+        if robot.states_accelerations() {
+            self.add("accelerations", Use::Planning, "every joint has a limit");
+        } else {
+            let each: Vec<String> =
+                joints.iter().map(|joint| format!("{:.1}", joint.acceleration)).collect();
+            let found = format!("full speed in 0.25 s: {} rad/s^2", each.join(", "));
+            let write =
+                format!("max_acceleration_rad_s2 = [{} numbers] in robot.toml", joints.len());
+            self.wrong(("accelerations", State::Assumed, Use::Planning), found, write);
+        }
+        let strong = names(&|i| joints[i].effort.is_infinite());
+        if strong.is_empty() {
+            self.add("torques", Use::Twin, "every joint has a limit");
+        } else {
+            let write = "<limit effort=\"..\"/> (N*m) in these joints of the URDF";
+            self.wrong(
+                ("torques", State::Assumed, Use::Twin),
+                format!("no limit: {strong}"),
+                write,
+            );
+        }
+    }
+
+    /// Collision shapes, and the meshes that make none.
+    fn shapes(&mut self) {
+        let robot = self.robot;
+        let bodies = bodies(robot);
+        let bare: Vec<&str> = bodies
+            .iter()
+            .filter(|body| body.iter().all(|&link| robot.links()[link].collision.is_empty()))
+            .map(|body| robot.links()[body[0]].name.as_str())
+            .collect();
+        let solids: usize = robot.links().iter().map(|link| link.collision.len()).sum();
+        let write = "<collision> with a box, cylinder or sphere, or a mesh in STL or OBJ";
+        if solids == 0 {
+            let found = "no link has a collision shape that is read";
+            self.wrong(("shapes", State::Missing, Use::Planning), found, write);
+        } else if bare.is_empty() {
+            self.add("shapes", Use::Planning, format!("{solids} solids, on every moving part"));
+        } else {
+            let found = format!("{solids} solids; none on {}", bare.join(", "));
+            self.wrong(("shapes", State::Assumed, Use::Planning), found, write);
+        }
+        for note in robot.notes() {
+            if let Note::Mesh { link, file, what } = note {
+                let found = format!("{link}: {file} is left out: {what}");
+                self.wrong(("mesh", State::Assumed, Use::Planning), found, write);
+            }
+        }
+    }
+
+    /// Pairs of links that are not checked, and whether the named poses are free of the others.
+    fn pairs(&mut self) {
+        let robot = self.robot;
+        if robot.has_side_file() {
+            let found = format!("{} pairs of links are not checked", robot.unchecked().len());
+            self.add("pairs", Use::Planning, found);
+        } else {
+            let found = "pairs that touched at 95 of 100 random positions are not checked";
+            let write = "[[unchecked]] link = \"a\" with = [\"b\"] in robot.toml, for pairs that never touch";
+            self.wrong(("pairs", State::Assumed, Use::Planning), found, write);
+        }
+        let world = CollisionWorld::new(robot);
+        for (name, q) in robot.poses().iter().filter(|(_, q)| q.len() == robot.n_joints()) {
+            if let Ok(nearest) = world.clearance(q)
+                && nearest.distance <= 0.0
+            {
+                let (first, second) = (nearest.first, nearest.second);
+                let found = format!(
+                    "at `{name}` {first} and {second} overlap by {:.1} mm",
+                    -1e3 * nearest.distance
+                );
+                let write = "another pose, or smaller shapes, or the pair into [[unchecked]]";
+                self.wrong(("self_collision", State::Missing, Use::Planning), found, write);
+            }
+        }
+    }
+
+    /// Masses of what the joints carry.
+    fn masses(&mut self) {
+        let robot = self.robot;
+        let light: Vec<&str> = bodies(robot)
+            .iter()
+            .filter(|body| body.iter().all(|&link| robot.links()[link].inertial.is_none()))
+            .map(|body| robot.links()[body[0]].name.as_str())
+            .collect();
+        let masses = robot.links().iter().filter_map(|link| link.inertial).map(|own| own.mass);
+        let kg = masses.fold(0.0, |sum, mass| sum + mass);
+        if light.is_empty() {
+            self.add("inertias", Use::Twin, format!("{kg:.2} kg, on every moving part"));
+        } else {
+            let found = format!("{kg:.2} kg; none on {}", light.join(", "));
+            let write = "<inertial> with <mass> and <inertia> into these links of the URDF";
+            self.wrong(("inertias", State::Missing, Use::Twin), found, write);
+        }
+    }
+
+    /// Joints of the arm that follow each other, which the physics cannot couple.
+    fn coupled(&mut self) {
+        let robot = self.robot;
+        let driven =
+            robot.links().iter().filter(|l| matches!(l.joint.drive, Drive::Joint { .. })).count();
+        if driven != robot.n_joints() {
+            let found = format!("{} joints of the arm mimic others", driven - robot.n_joints());
+            let write = "a joint each in the place of <mimic>; the twin couples jaws only";
+            self.wrong(("mimic", State::Missing, Use::Twin), found, write);
+        }
+    }
+
+    fn jaws(&mut self) {
+        let robot = self.robot;
+        let jaws: Vec<usize> = robot.jaws().collect();
+        let coupled = robot.notes().iter().find(|note| matches!(note, Note::Coupled { .. }));
+        let idle = |note: &Note| match note {
+            Note::OffPath { joint } => Some(joint.clone()),
+            _ => None,
+        };
+        let idle: Vec<String> = robot.notes().iter().filter_map(idle).collect();
+        let write = "two fingers on prismatic joints, or on revolute ones, the second with <mimic joint=\"the first\"/>";
+        let kind = ("jaws", State::Missing, Use::Twin);
+        if jaws.len() != 2 {
+            let besides = if idle.is_empty() {
+                String::new()
+            } else {
+                format!("; joints beside the arm that nothing moves: {}", idle.join(", "))
+            };
+            self.wrong(kind, format!("{} jaws that slide{besides}", jaws.len()), write);
+            return;
+        }
+        let halves = |&jaw: &usize| match robot.links()[jaw].joint.drive {
+            Drive::Jaw { multiplier, offset } => (multiplier - 0.5).abs() + offset.abs() < 1e-9,
+            _ => false,
+        };
+        if !jaws.iter().all(halves) {
+            self.wrong(kind, "the two jaws do not move alike, from where they meet", write);
+            return;
+        }
+        let mm = 1e3 * robot.max_opening();
+        match coupled {
+            Some(note) => self.add("jaws", Use::Twin, note.to_string()),
+            None => self.add("jaws", Use::Twin, format!("2, which open {mm:.0} mm")),
+        }
+        // The kitchen's jar is 65 mm wide, and needs 4 mm on each side.
+        if mm < 73.0 {
+            let found = format!("they open {mm:.0} mm; the kitchen's jar needs 73 mm");
+            let write = "a scene with a narrower jar";
+            self.wrong(("opening", State::Assumed, Use::Pour), found, write);
+        }
+    }
+
+    /// The tool centre point: between the fingers, z ahead, the fingers opening along x.
+    fn tool(&mut self) {
+        let robot = self.robot;
+        let tip = &robot.links()[robot.tip()].name;
+        let kind = ("tool", State::Missing, Use::Pour);
+        let Some(tool) = robot.tool() else {
+            let write = format!(
+                "tool = {{ link = \"{tip}\", xyz_m = [0, 0, ..], rpy_deg = [0, 0, ..] }} in robot.toml: the point between the fingertips, z ahead, fingers opening along x"
+            );
+            self.wrong(kind, "no tool centre point", write);
+            return;
+        };
+        let rigid = rigid_root(robot, tool) == rigid_root(robot, robot.tip());
+        let at = robot.flange_from_tool().origin();
+        let found = format!("{:.0} mm from {tip}", 1e3 * at.norm());
+        if !rigid {
+            let write = "tool on a link that is fixed to the tip";
+            self.wrong(kind, format!("it moves against {tip}"), write);
+            return;
+        }
+        let zero = vec![0.0; robot.n_joints()];
+        let place = |opening: f64| robot.link_poses(&zero, opening).ok();
+        let (Some(jaw), Some(shut), Some(open)) =
+            (robot.jaws().next(), place(0.0), place(robot.max_opening()))
+        else {
+            self.add("tool", Use::Pour, found);
+            return;
+        };
+        let travel = open[jaw].translation.vector - shut[jaw].translation.vector;
+        let along = open[tool].rotation.inverse() * travel.normalize();
+        if along.x.abs() < ALONG {
+            let found = format!(
+                "the fingers open along ({:.2}, {:.2}, {:.2}) of the tool",
+                along.x, along.y, along.z
+            );
+            let write = "rpy_deg of the tool in robot.toml so that they open along its x, z ahead";
+            self.wrong(kind, found, write);
+            return;
+        }
+        let (palm, tips) = (robot.palm().map_or(0.0, |palm| palm.z), robot.fingers_ahead());
+        let tips = tips.unwrap_or(0.0);
+        let reach = format!(
+            "{found}; the palm is {:.0} mm behind it, the fingertips {:.0} mm ahead",
+            -1e3 * palm,
+            1e3 * tips
+        );
+        if palm < 0.0 && tips > 0.0 {
+            self.add("tool", Use::Pour, reach);
+        } else {
+            let write = "xyz_m of the tool in robot.toml between palm and fingertips, along z";
+            self.wrong(kind, reach, write);
+        }
+    }
+
+    fn marker(&mut self) {
+        let robot = self.robot;
+        if let Some(marker) = robot.marker() {
+            let (on, mm) = (&robot.links()[marker.link].name, 1e3 * marker.radius);
+            self.add("marker", Use::Pour, format!("a ball of {mm:.0} mm radius on {on}"));
+        } else {
+            let found = "none: the camera does not see where the hand is (regression 3)";
+            let write = "[marker] link = \"..\" centre_m = [..] radius_m = 0.014 colour_srgb = [208, 32, 143] in robot.toml";
+            self.wrong(("marker", State::Missing, Use::Pour), found, write);
+        }
+    }
+
+    /// The two poses that scripts name.
+    fn poses(&mut self) {
+        let robot = self.robot;
+        for (name, what) in
+            [("home", "where the arm begins"), ("retract", "where it hides nothing on the table")]
+        {
+            let kind = (name, State::Missing, Use::Pour);
+            match robot.poses().get(name) {
+                None => {
+                    let n = robot.n_joints();
+                    let write = format!("{name} = [{n} angles] under [poses_deg] in robot.toml");
+                    self.wrong(kind, format!("no such pose: {what}"), write);
+                }
+                Some(q) => match robot.outside_limits(q, 1e-9) {
+                    Some(i) => {
+                        let found = format!("{} is outside its range", robot.joints()[i].name);
+                        self.wrong(kind, found, "angles inside the ranges of the joints");
+                    }
+                    None => self.add(name, Use::Pour, what),
+                },
+            }
+        }
+    }
+
+    /// Whether a level hand comes to where jars stand.
+    fn reach(&mut self) {
+        let robot = self.robot;
+        if robot.tool().is_none() {
+            return;
+        }
+        let solver = Solver::new(robot);
+        let mut world = CollisionWorld::new(robot);
+        let slab = Solid::Cuboid { half: Vector3::new(1.0, 1.0, 0.01) };
+        world.add(&Obstacle::new("table", slab, Isometry3::translation(0.5, 0.0, -0.01)));
+        world.ignore(&robot.links()[0].name, "table");
+        world.set_opening(robot.max_opening());
+        let near = robot.pose("home").unwrap_or_default().to_vec();
+        let (mut tried, mut reached) = (0, 0);
+        for distance in DISTANCES {
+            for pitch in PITCHES {
+                let tool = side_pose(Vector3::new(distance, 0.0, HEIGHT), 0.0, pitch);
+                let base_from_tip = tool.isometry() * robot.flange_from_tool().inverse().isometry();
+                let target: Pose<Base, Flange> = Pose::new(base_from_tip);
+                tried += 1;
+                let free = |q: &[f64]| world.free(q);
+                reached += i32::from(solver.solve(&target, &Options::first(&near), &free).is_ok());
+            }
+        }
+        let found = format!(
+            "a hand that is level or points 20 deg down comes to {reached} of {tried} places 0.55 to 0.70 m ahead, 9 cm over the table"
+        );
+        if reached == 0 {
+            let write = "another place of the base in the scene: `robot NAME at (x, y, z)`";
+            self.wrong(("reach", State::Missing, Use::Pour), found, write);
+        } else {
+            self.add("reach", Use::Pour, found);
+        }
+    }
+}
+
+/// Returns the link whose joint moves what this link is fixed to.
+fn rigid_root(robot: &Robot, link: usize) -> usize {
+    let mut at = link;
+    while let (Motion::Fixed, Some(parent)) =
+        (robot.links()[at].joint.motion, robot.links()[at].parent)
+    {
+        at = parent;
+    }
+    at
+}
+
+/// Returns the parts that `q` or the opening moves, as links that are fixed to each other; the first is the one with
+/// the joint.
+fn bodies(robot: &Robot) -> Vec<Vec<usize>> {
+    let moves = |link: usize| {
+        let joint = &robot.links()[link].joint;
+        matches!(joint.drive, Drive::Joint { .. })
+            || (joint.motion == Motion::Slide && joint.drive.is_of_gripper())
+    };
+    let all = 0..robot.links().len();
+    let roots = all.clone().filter(|&link| moves(link));
+    roots
+        .map(|root| all.clone().filter(|&link| rigid_root(robot, link) == root).collect())
+        .collect()
+}

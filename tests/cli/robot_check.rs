@@ -1,0 +1,85 @@
+//! `robot check`, and the kitchen with the other arms of the stdlib.
+
+use serde_json::Value;
+
+use crate::program::{Desk, project};
+
+/// An arm of one joint, as somebody begins.
+const BARE: &str = r#"<robot name="bare"><link name="base"/><link name="arm"/>
+  <joint name="a" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/>
+    <limit lower="-1" upper="1" velocity="0" effort="0"/></joint></robot>"#;
+
+fn states(document: &Value) -> Vec<(&str, &str)> {
+    let checks = document["checks"].as_array().unwrap();
+    checks.iter().map(|c| (c["name"].as_str().unwrap(), c["state"].as_str().unwrap())).collect()
+}
+
+#[test]
+fn the_stdlibs_robots_are_ready_for_a_pour() {
+    let desk = Desk::new("cli-robot-check");
+    for name in ["gen3_2f85", "panda", "ur5e_2f85"] {
+        let said = desk.trueup(&["robot", "check", name, "--json"]);
+        let document = said.json();
+        assert_eq!(said.code, 0, "{document}");
+        let all = ["kinematics", "planning", "twin", "pour"];
+        assert_eq!(document["usable_for"], serde_json::json!(all), "{name}");
+        assert!(states(&document).iter().all(|(_, state)| *state == "ok"), "{document}");
+    }
+}
+
+#[test]
+fn what_a_bare_urdf_lacks_is_said_with_what_to_write() {
+    let desk = Desk::new("cli-robot-check-bare");
+    desk.file("bare.urdf", BARE);
+    let said = desk.trueup(&["robot", "check", "bare.urdf", "--json"]);
+    let document = said.json();
+    assert_eq!(said.code, 1);
+    assert_eq!(document["usable_for"], serde_json::json!(["kinematics"]));
+    let states = states(&document);
+    for missing in ["shapes", "inertias", "jaws", "tool", "marker", "home", "retract"] {
+        assert!(states.contains(&(missing, "missing")), "{missing}: {states:?}");
+    }
+    for assumed in ["speeds", "accelerations", "torques", "pairs"] {
+        assert!(states.contains(&(assumed, "assumed")), "{assumed}: {states:?}");
+    }
+    for check in document["checks"].as_array().unwrap() {
+        assert_eq!(check["state"] == "ok", check["write"].is_null(), "{check}");
+    }
+    let said = desk.trueup(&["robot", "check", "bare.urdf"]);
+    assert_eq!(said.code, 1);
+    assert!(
+        said.out.contains("missing  marker") && said.out.contains("write [marker]"),
+        "{}",
+        said.out
+    );
+    assert!(said.out.trim_end().ends_with("bare: usable for kinematics"), "{}", said.out);
+    // What is no robot is bad input.
+    desk.file("no.urdf", "<robot/>");
+    assert_eq!(desk.trueup(&["robot", "check", "no.urdf"]).code, 2);
+    assert_eq!(desk.trueup(&["robot", "check", "nothing.urdf"]).code, 2);
+}
+
+/// The cheapest run that grasps: the twin alone, which is as its model says, and one candidate.
+#[test]
+fn the_other_arms_pick_up_the_kitchens_jar() {
+    for arm in ["panda", "ur5e"] {
+        let desk = Desk::new(&format!("cli-pick-{arm}"));
+        let scene = project(&format!("stdlib/scenes/kitchen_{arm}.task"));
+        let said = desk.trueup(&[
+            "--scene",
+            &scene,
+            "--robot",
+            "twin",
+            "--without-regression",
+            "3",
+            "--candidates",
+            "1",
+            "-c",
+            "pick(jar)",
+            "--json",
+        ]);
+        let document = said.json();
+        assert_eq!(said.code, 0, "{arm}: {document} {}", said.err);
+        assert_eq!(document["outcome"], "success", "{arm}");
+    }
+}
