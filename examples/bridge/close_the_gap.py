@@ -108,7 +108,7 @@ def draw(results):
         parts.append(text(x + slot * (k + 0.5), top + side + 18, f"cell {result['cell']}", 'text-anchor="middle"'))
     parts.append(f'<line x1="{x}" y1="{top + side - high(1):.1f}" x2="{x + wide}" y2="{top + side - high(1):.1f}" stroke="#444" stroke-dasharray="4 3"/>')
     parts.append(text(x + wide + 4, top + side - high(1) + 4, "noise"))
-    parts.append(text(x, top + side + 38, "grey: the twin as it was; green: with what gap wrote into its file"))
+    parts.append(text(x, top + side + 38, "grey: twin as it was · green: with what gap added"))
     width, height = x + wide + 60, top + side + 55
     return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" font-family="sans-serif" font-size="13">'
             f'<rect width="{width}" height="{height}" fill="white"/>{"".join(parts)}</svg>\n')

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::program::{Desk, project};
+use crate::program::{Scratch, project};
 
 /// An arm of one joint, as somebody begins.
 const BARE: &str = r#"<robot name="bare"><link name="base"/><link name="arm"/>
@@ -16,9 +16,9 @@ fn states(document: &Value) -> Vec<(&str, &str)> {
 
 #[test]
 fn the_stdlibs_robots_are_ready_for_a_pour() {
-    let desk = Desk::new("cli-robot-check");
+    let scratch = Scratch::new("cli-robot-check");
     for name in ["gen3_2f85", "panda", "ur5e_2f85"] {
-        let said = desk.trueup(&["robot", "check", name, "--json"]);
+        let said = scratch.trueup(&["robot", "check", name, "--json"]);
         let document = said.json();
         assert_eq!(said.code, 0, "{document}");
         let all = ["kinematics", "planning", "twin", "pour"];
@@ -29,9 +29,9 @@ fn the_stdlibs_robots_are_ready_for_a_pour() {
 
 #[test]
 fn what_a_bare_urdf_lacks_is_said_with_what_to_write() {
-    let desk = Desk::new("cli-robot-check-bare");
-    desk.file("bare.urdf", BARE);
-    let said = desk.trueup(&["robot", "check", "bare.urdf", "--json"]);
+    let scratch = Scratch::new("cli-robot-check-bare");
+    scratch.file("bare.urdf", BARE);
+    let said = scratch.trueup(&["robot", "check", "bare.urdf", "--json"]);
     let document = said.json();
     assert_eq!(said.code, 1);
     assert_eq!(document["usable_for"], serde_json::json!(["kinematics"]));
@@ -45,7 +45,7 @@ fn what_a_bare_urdf_lacks_is_said_with_what_to_write() {
     for check in document["checks"].as_array().unwrap() {
         assert_eq!(check["state"] == "ok", check["write"].is_null(), "{check}");
     }
-    let said = desk.trueup(&["robot", "check", "bare.urdf"]);
+    let said = scratch.trueup(&["robot", "check", "bare.urdf"]);
     assert_eq!(said.code, 1);
     assert!(
         said.out.contains("missing  marker") && said.out.contains("write [marker]"),
@@ -54,18 +54,18 @@ fn what_a_bare_urdf_lacks_is_said_with_what_to_write() {
     );
     assert!(said.out.trim_end().ends_with("bare: usable for kinematics"), "{}", said.out);
     // What is no robot is bad input.
-    desk.file("no.urdf", "<robot/>");
-    assert_eq!(desk.trueup(&["robot", "check", "no.urdf"]).code, 2);
-    assert_eq!(desk.trueup(&["robot", "check", "nothing.urdf"]).code, 2);
+    scratch.file("no.urdf", "<robot/>");
+    assert_eq!(scratch.trueup(&["robot", "check", "no.urdf"]).code, 2);
+    assert_eq!(scratch.trueup(&["robot", "check", "nothing.urdf"]).code, 2);
 }
 
 /// The cheapest run that grasps: the twin alone, which is as its model says, and one candidate.
 #[test]
 fn the_other_arms_pick_up_the_kitchens_jar() {
     for arm in ["panda", "ur5e"] {
-        let desk = Desk::new(&format!("cli-pick-{arm}"));
+        let scratch = Scratch::new(&format!("cli-pick-{arm}"));
         let scene = project(&format!("stdlib/scenes/kitchen_{arm}.task"));
-        let said = desk.trueup(&[
+        let said = scratch.trueup(&[
             "--scene",
             &scene,
             "--robot",
