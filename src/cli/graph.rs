@@ -4,7 +4,7 @@ use std::path::Path;
 
 use clap::{Args, ValueEnum};
 
-use crate::graph::{self, Graph, exchange};
+use crate::graph::{self, Graph, InScene, exchange};
 use crate::language::ast::{Item, Program, Span, Step};
 use crate::language::{self, Diagnostic, Library, Source, text};
 use crate::report::{self, Failure, Style};
@@ -152,7 +152,9 @@ fn from_text(what: &str, is_file: bool, cli: &Shared, style: Style) -> Result<Dr
         all => all,
     };
     let call = library.define(&source, drawn);
-    let graph = graph::build(&library, &call)
+    let scene = first_scene(&program);
+    let scene = scene.as_deref().unwrap_or(own);
+    let graph = graph::build(&InScene { library: &library, scene }, &call)
         .map_err(|problems| report::problems_failure(&problems, &library, &source))?;
     let beside = if is_file { beside(&program, &source, &library) } else { Vec::new() };
     Ok(Drawn { graph, beside })

@@ -12,7 +12,7 @@ use crate::language::Library;
 use crate::language::ast::Expr;
 use crate::trace::{NoWay, Unmet, Why};
 use crate::units::{Dimension, Quantity};
-use crate::world::{Scene, WorldState};
+use crate::world::{Region, Scene, WorldState};
 
 use super::context::ActionContext;
 use super::during::unmet;
@@ -75,6 +75,11 @@ impl<'a> Reader<'a> {
     /// Returns what a closed quantity is worth now; `None` when nobody knows, or it is none.
     pub fn quantity(&self, expr: &Expr, state: &WorldState) -> Option<Quantity> {
         self.evaluate(state, |evaluator| evaluator.quantity(expr)).ok().flatten()
+    }
+
+    /// Returns the region that a closed expression names, such as `left_of(cup)`; `None` when it names none.
+    pub fn region(&self, expr: &Expr, state: &WorldState) -> Option<Region> {
+        self.evaluate(state, |evaluator| evaluator.region(expr))
     }
 
     fn evaluate<T>(&self, state: &WorldState, ask: impl FnOnce(&Evaluator<'_>) -> T) -> T {

@@ -14,6 +14,8 @@ use std::sync::{Arc, Mutex, MutexGuard};
 
 use rhai::{Dynamic, Engine, EvalAltResult, Position, Scope};
 
+use crate::world::Region;
+
 use super::bounds::{self, CALLS, OPERATIONS};
 use super::context::ActionContext;
 use super::error::ActionError;
@@ -30,6 +32,8 @@ pub enum ScriptValue {
     Number(f64),
     /// Yes or no.
     Truth(bool),
+    /// Where something may stand: `left_of(cup)`.
+    Region(Region),
 }
 
 /// Why a script ended early.
@@ -136,6 +140,7 @@ impl Scripts {
                 ScriptValue::Name(text) => scope.push(name.clone(), text.clone()),
                 ScriptValue::Number(number) => scope.push(name.clone(), *number),
                 ScriptValue::Truth(truth) => scope.push(name.clone(), *truth),
+                ScriptValue::Region(region) => scope.push(name.clone(), region.clone()),
             };
         }
         self.context()

@@ -250,6 +250,9 @@ impl<'a> Walker<'a> {
             ExprKind::Literal(quantity) => ScriptValue::Number(quantity.value),
             _ => {
                 let reader = self.reader();
+                if let Some(region) = reader.region(expr, state) {
+                    return ScriptValue::Region(region);
+                }
                 match reader.quantity(expr, state) {
                     Some(quantity) => ScriptValue::Number(quantity.value),
                     None => match reader.read(expr, state).truth {

@@ -6,7 +6,8 @@ use std::fmt::{Display, Write as _};
 
 use crate::alignment::vision::Sighting;
 use crate::http::Address;
-use crate::world::Intrinsics;
+use crate::world::region::TABLE;
+use crate::world::{Intrinsics, Region};
 
 use super::calibrate::arm::ArmFit;
 
@@ -114,6 +115,19 @@ pub(super) fn notes_end(most: usize) -> String {
 /// To take an object.
 pub(super) fn to_grasp(object: &str) -> String {
     format!("to grasp `{object}`")
+}
+
+/// To put an object somewhere.
+pub(super) fn to_put(object: &str, at: &Region) -> String {
+    match at {
+        Region::On(name) if name == TABLE => format!("to put `{object}` down"),
+        Region::On(name) => format!("to put `{object}` on `{name}`"),
+        Region::Point(_) | Region::Spot { .. } => format!("to put `{object}` at that point"),
+        Region::Beside { of, .. } => format!("to put `{object}` beside `{of}`"),
+        Region::Between(a, b) => format!("to put `{object}` between `{a}` and `{b}`"),
+        Region::Away(_) => format!("to put `{object}` aside"),
+        Region::Unknown(of) => format!("to put `{object}` where `{of}` was"),
+    }
 }
 
 /// To pour.

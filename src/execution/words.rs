@@ -17,6 +17,8 @@ use super::plan::{Grasp, Placement, Pour};
 use super::refusal::Refusal;
 use super::wording;
 use crate::trace::Deed;
+use crate::world::Region;
+use crate::world::region::TABLE;
 
 /// Binds all of them.
 pub(super) fn bind(engine: &mut Engine, context: &Arc<Mutex<ActionContext>>) {
@@ -71,7 +73,8 @@ fn bind_values(engine: &mut Engine) {
             Path::doing(place.way_down.clone(), Deed::SetDown { object: place.object.clone() })
         })
         .register_get("way_out", |place: &mut Placement| Path::plain(place.way_out.clone()))
-        .register_type_with_name::<Path>("Path");
+        .register_type_with_name::<Path>("Path")
+        .register_type_with_name::<Region>("Region");
 }
 
 /// The words of `camera`.
@@ -97,10 +100,15 @@ fn bind_twin(engine: &mut Engine) {
             twin.plans()?.pours(o, at, clearance).map(list).map_err(raise)
         })
         .register_fn("placements", |twin: &mut Twin, o: &str| {
-            twin.plans()?.placements(o, "table").map(list).map_err(raise)
+            let table = Region::On(TABLE.to_owned());
+            twin.plans()?.placements(o, &table).map(list).map_err(raise)
         })
         .register_fn("placements", |twin: &mut Twin, o: &str, at: &str| {
-            twin.plans()?.placements(o, at).map(list).map_err(raise)
+            let at = Region::On(at.to_owned());
+            twin.plans()?.placements(o, &at).map(list).map_err(raise)
+        })
+        .register_fn("placements", |twin: &mut Twin, o: &str, at: Region| {
+            twin.plans()?.placements(o, &at).map(list).map_err(raise)
         })
         .register_fn("pose_named", |twin: &mut Twin, name: &str| {
             twin.context().named_pose(name).map(array).map_err(raise)

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 use super::eval::{self, Comparison, Measure, Value};
 use super::reading::{Error, Reading};
-use super::{Evaluator, rim, wording};
+use super::{Evaluator, region, rim, wording};
 use crate::language::ast::{Call, Expr};
 use crate::language::text;
 use crate::units::{Dimension, Quantity};
@@ -26,26 +26,23 @@ const TOUCHES: f64 = 0.003;
 /// A level hand takes things this high above the table, m: its box reaches 37.5 mm below the point between the fingers
 /// (`gen3_2f85.urdf`), and 17.5 mm are left to the table.
 const LEVEL_HAND: f64 = 0.055;
-/// An object rests on what is at most this far below it, m: what `upright` allows (`stdlib/fluents/std.task`).
-const STANDS: f64 = 0.005;
-
 /// A place: a point, or while a vessel stands the whole rim any of which may become the lip.
 #[derive(Debug, Clone)]
 pub(super) struct Place {
     /// m, in the world; `None` when nobody knows.
-    at: Option<Vector3<f64>>,
+    pub(super) at: Option<Vector3<f64>>,
     /// Other points that will do as well.
     open: Vec<Vector3<f64>>,
     sigma: f64,
     /// What moves when the place moves.
-    of: String,
+    pub(super) of: String,
 }
 
 /// A thing of the scene as it stands.
-struct Standing<'a> {
-    object: &'a Object,
-    pose: Option<Pose<frame::World, frame::Object>>,
-    sigma: f64,
+pub(super) struct Standing<'a> {
+    pub(super) object: &'a Object,
+    pub(super) pose: Option<Pose<frame::World, frame::Object>>,
+    pub(super) sigma: f64,
 }
 
 /// Calls a function of the language.
@@ -58,10 +55,13 @@ pub(super) fn call(
     let name = call.name.text.as_str();
     let wanted = match name {
         "spilt" | "opening" => 0..=0,
-        "contact" | "distance" | "offset" | "gap" | "rests_on" => 2..=2,
-        "reachable" => 1..=2,
+        "contact" | "distance" | "offset" | "gap" | "rests_on" | "between" | "point"
+        | "away_from" => 2..=2,
+        "reachable" | "left_of" | "right_of" | "in_front_of" | "behind" => 1..=2,
         "height" | "drop" | "lip" | "center" | "rim" | "tilt" | "volume" | "filled"
-        | "capacity" | "visible" | "tall" | "held" | "width" | "speed" => 1..=1,
+        | "capacity" | "visible" | "tall" | "held" | "width" | "speed" | "next_to" | "start_of" => {
+            1..=1
+        }
         _ => return Err(Error::UnknownFunction { name: name.to_owned() }),
     };
     if !wanted.contains(&call.args.len()) {
@@ -77,8 +77,11 @@ pub(super) fn call(
         // Whether two things touch.
         "contact" => contact(on, expr, thing(on, &args[0])?, thing(on, &args[1])?),
         "height" => height(on, thing(on, &args[0])?).map(Value::Measure),
-        // Whether a thing stands on the table or on another, or in it.
-        "rests_on" => Ok(rests_on(on, expr, &standing(on, &args[0])?, thing(on, &args[1])?)),
+        // Whether a thing stands in a region: on the table, on another or in it, beside it.
+        "rests_on" => {
+            let region = region::of(on, &args[1])?;
+            Ok(region::rests_on(on, expr, &standing(on, &args[0])?, &region))
+        }
         // Between the middles of two things, seen from above.
         "distance" => Ok(Value::Measure(apart(&middle(on, &args[0])?, &middle(on, &args[1])?))),
         // Between two places, seen from above.
@@ -88,6 +91,8 @@ pub(super) fn call(
         "spilt" => Ok(Value::Measure(known(on.state.spilt, VOLUME, 0.0, None, wording::spilt))),
         // Between the finger pads.
         "opening" => Ok(Value::Measure(Measure::exact(on.state.opening, LENGTH))),
+        "next_to" | "left_of" | "right_of" | "in_front_of" | "behind" | "between" | "point"
+        | "start_of" | "away_from" => region::relation(on, name, &args),
         "lip" | "center" => Ok(Value::Place(on_the_rim(name, &standing(on, &args[0])?))),
         "visible" | "held" | "tall" => Ok(said_of(on, expr, name, &standing(on, &args[0])?)),
         // Whether planning finds a way to it.
@@ -262,20 +267,10 @@ fn contact(on: &Evaluator<'_>, expr: &Expr, a: &str, b: &str) -> Result<Value, E
 }
 
 /// Returns how far a thing would fall, m, and onto what.
-fn support(on: &Evaluator<'_>, a: &Standing<'_>) -> Option<(f64, Support)> {
+pub(super) fn support(on: &Evaluator<'_>, a: &Standing<'_>) -> Option<(f64, Support)> {
     let pose = a.pose?;
     let below = support::below(on.scene, &on.state.objects, a.object, &pose);
     Some((rim::lowest_of(a.object, &pose) - below.height, below))
-}
-
-fn rests_on(on: &Evaluator<'_>, expr: &Expr, a: &Standing<'_>, at: &str) -> Value {
-    let Some((drop, below)) = support(on, a) else {
-        return yes_no(expr, None, &unseen(&[a]));
-    };
-    if below.name.as_deref().unwrap_or("table") != at {
-        return yes_no(expr, Some(false), "");
-    }
-    limit(on, expr, drop, STANDS, STANDS - drop, a.sigma)
 }
 
 /// The lowest point of an object (the tool point of the gripper) above the table.
@@ -347,7 +342,7 @@ fn tool(on: &Evaluator<'_>) -> Place {
     Place { at, open: Vec::new(), sigma: 0.0, of: "gripper".into() }
 }
 
-fn thing<'v>(on: &Evaluator<'_>, arg: &'v (&Expr, Value)) -> Result<&'v str, Error> {
+pub(super) fn thing<'v>(on: &Evaluator<'_>, arg: &'v (&Expr, Value)) -> Result<&'v str, Error> {
     match &arg.1 {
         Value::Thing(name) => Ok(name),
         Value::Word(word) => Err(eval::unknown_name(on, word)),
@@ -359,7 +354,7 @@ fn standing<'a>(on: &Evaluator<'a>, arg: &(&Expr, Value)) -> Result<Standing<'a>
     known_object(on, thing(on, arg)?)
 }
 
-fn known_object<'a>(on: &Evaluator<'a>, name: &str) -> Result<Standing<'a>, Error> {
+pub(super) fn known_object<'a>(on: &Evaluator<'a>, name: &str) -> Result<Standing<'a>, Error> {
     let object = on.scene.object(name).ok_or_else(|| eval::unknown_name(on, name))?;
     let state = on.state.object(name);
     let finite = |p: &Pose<frame::World, frame::Object>| p.origin().iter().all(|v| v.is_finite());
@@ -381,7 +376,7 @@ fn known(
     }
 }
 
-fn unseen(things: &[&Standing<'_>]) -> String {
+pub(super) fn unseen(things: &[&Standing<'_>]) -> String {
     let lost = things.iter().find(|thing| thing.pose.is_none()).or(things.first());
     let name = lost.map_or("it", |thing| thing.object.name.as_str());
     wording::place(name)
@@ -391,12 +386,12 @@ fn not_a_vessel(object: &Object, what: &str) -> Error {
     Error::NotAVessel { object: object.name.clone(), what: what.to_owned() }
 }
 
-fn yes_no(expr: &Expr, truth: Option<bool>, why: &str) -> Value {
+pub(super) fn yes_no(expr: &Expr, truth: Option<bool>, why: &str) -> Value {
     Value::Truth(Box::new(Reading::plain(expr, truth, Some(why.to_owned()))))
 }
 
 /// A length against a limit, with the margin given.
-fn limit(
+pub(super) fn limit(
     on: &Evaluator<'_>,
     expr: &Expr,
     value: f64,

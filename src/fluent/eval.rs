@@ -10,6 +10,7 @@ use crate::language::ast::{Arg, BinaryOp, Call, Expr, ExprKind};
 use crate::language::bind::{self, Scope};
 use crate::language::text;
 use crate::units::{Dimension, Quantity};
+use crate::world::Region;
 
 /// Fluents inside fluents inside fluents: past this depth one is defined in terms of itself.
 const DEEPEST: usize = 64;
@@ -50,6 +51,8 @@ pub(super) enum Value {
     Measure(Measure),
     Truth(Box<Reading>),
     Place(builtin::Place),
+    /// Where something may stand.
+    Region(Region),
     /// An object, `gripper`, `table` or `any`.
     Thing(String),
     /// Any other word: `side`, `top`.
@@ -62,6 +65,7 @@ impl Value {
             Self::Measure(_) => "a quantity",
             Self::Truth(_) => "true or false",
             Self::Place(_) => "a place",
+            Self::Region(_) => wording::A_REGION,
             Self::Thing(_) => "a thing",
             Self::Word(_) => "a word",
         }

@@ -16,6 +16,7 @@
 mod builtin;
 mod eval;
 mod reading;
+mod region;
 mod rim;
 mod score;
 mod wording;
@@ -25,7 +26,7 @@ use std::collections::BTreeMap;
 use crate::language::Library;
 use crate::language::ast::{Expr, FluentItem, Item, Program};
 use crate::units::Quantity;
-use crate::world::{Scene, WorldState};
+use crate::world::{Region, Scene, WorldState};
 
 pub use reading::{Direction, Error, Reading, Term};
 pub use rim::{lowest_of, rim_centre};
@@ -114,6 +115,12 @@ impl Evaluator<'_> {
     /// Returns what a condition is worth. Mistakes in it are in [`Reading::error`], with truth unknown.
     pub fn read(&self, condition: &Expr) -> Reading {
         eval::truth(self, condition, 0).unwrap_or_else(|error| Reading::wrong(condition, error))
+    }
+
+    /// Returns the region that an expression names: `table`, `left_of(cup)`; `None` when it names none.
+    pub fn region(&self, expr: &Expr) -> Option<Region> {
+        let value = eval::value(self, expr, 0).ok()?;
+        region::of(self, &(expr, value)).ok()
     }
 
     /// Returns what a quantity is worth, `None` when nobody knows.

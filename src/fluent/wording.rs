@@ -14,6 +14,12 @@ pub(super) const ONE_SIDE: &str = "one side is not known";
 pub(super) const NO_VALUE: &str = "it has no value";
 /// What a condition has to be.
 pub(super) const A_TRUTH: &str = "something true or false";
+/// What a point is made of.
+pub(super) const A_KNOWN_LENGTH: &str = "a length that is known";
+/// Where something may stand.
+pub(super) const A_REGION: &str = "a place with room in it, not a point";
+/// Who looks.
+pub(super) const A_VIEW: &str = "`robot` or `camera`";
 /// What `within` stands after.
 pub(super) const A_COMPARISON: &str = "a comparison before `within`";
 

@@ -60,6 +60,10 @@ pub trait Definitions {
     fn script(&self, _path: &str) -> Option<&str> {
         None
     }
+    /// Returns the names of the things of a type that stand in the scene, in its order; none where no scene is known.
+    fn things(&self, _kind: &str) -> Vec<String> {
+        Vec::new()
+    }
 }
 
 /// One file by itself; a later item of the same name replaces an earlier one.
@@ -118,6 +122,43 @@ impl Definitions for Library {
         let of_callable = self.callable(name).map(|(_, source)| source);
         let source = of_callable.or_else(|| self.fluent(name).map(|(_, source)| source))?;
         Some(&source.name)
+    }
+}
+
+/// A library beside a scene, whose things `for` goes through.
+#[derive(Clone, Copy)]
+pub struct InScene<'a> {
+    /// What tasks, actions and fluents mean.
+    pub library: &'a Library,
+    /// The name of the scene.
+    pub scene: &'a str,
+}
+
+impl Definitions for InScene<'_> {
+    fn task(&self, name: &str) -> Option<&TaskItem> {
+        Definitions::task(self.library, name)
+    }
+
+    fn action(&self, name: &str) -> Option<&ActionItem> {
+        Definitions::action(self.library, name)
+    }
+
+    fn fluent(&self, name: &str) -> Option<&FluentItem> {
+        Definitions::fluent(self.library, name)
+    }
+
+    fn file_of(&self, name: &str) -> Option<&str> {
+        Definitions::file_of(self.library, name)
+    }
+
+    fn script(&self, path: &str) -> Option<&str> {
+        Definitions::script(self.library, path)
+    }
+
+    fn things(&self, kind: &str) -> Vec<String> {
+        let Some((scene, _)) = self.library.scene(self.scene) else { return Vec::new() };
+        let things = scene.things.iter().filter(|thing| self.library.is_a(&thing.ty.text, kind));
+        things.map(|thing| thing.name.text.clone()).filter(|name| name != "table").collect()
     }
 }
 

@@ -18,6 +18,8 @@ pub enum Ty {
     Place,
     /// A side to take hold of: `side`, `top`.
     Face,
+    /// Who looks, for left and right: `robot`, `camera`.
+    View,
     /// A text.
     Text,
     /// Not known, because something else is wrong; fits everything.
@@ -45,8 +47,9 @@ pub const OBJECT: &str = "Object";
 /// The types that exist without a definition, beside the dimensions.
 pub const TYPES: &[(&str, &str)] = &[
     (OBJECT, "Anything that stands on the table, the table and the gripper."),
-    ("Place", "A place on or above the table; an object is one, too."),
+    ("Place", "A place on or above the table; an object is one, and so is what lies beside it."),
     ("Face", "A side of an object to take hold of: `side` or `top`."),
+    ("View", "Who looks, for left and right, in front and behind: `robot` or `camera`."),
     ("Bool", "True, false or unknown."),
     ("Text", "A text in quotes."),
 ];
@@ -58,6 +61,8 @@ pub const CONSTANTS: &[(&str, &str, &str)] = &[
     ("any", OBJECT, "Some object or other: `not holding(any)`."),
     ("side", "Face", "From the side, fingers level."),
     ("top", "Face", "From above, fingers down."),
+    ("robot", "View", "As the robot looks from its base over the table."),
+    ("camera", "View", "As the camera's picture shows it."),
 ];
 
 /// Members of constants: object, member, type, one line.
@@ -78,6 +83,11 @@ const fn of(
     doc: &'static str,
 ) -> Builtin {
     Builtin { name, params, optional: 0, result, doc }
+}
+
+/// A place on one side of a thing, as somebody sees it.
+const fn side(name: &'static str, doc: &'static str) -> Builtin {
+    Builtin { optional: 1, ..of(name, &[("o", OBJECT), ("view", "View")], "Place", doc) }
 }
 
 const ONE: &[(&str, &str)] = &[("o", OBJECT)];
@@ -106,6 +116,25 @@ pub const FUNCTIONS: &[Builtin] = &[
         "How far `o` would fall if let go, onto the table or what is below it.",
     ),
     of("rests_on", &[("o", OBJECT), ("at", "Place")], "Bool", "`o` stands on `at`, or in it."),
+    of("next_to", ONE, "Place", "Beside `o`, on any side of it: at most 12 cm away."),
+    side("left_of", "Left of `o`, as the robot sees it, or the camera: at most 12 cm away."),
+    side("right_of", "Right of `o`."),
+    side("in_front_of", "In front of `o`: nearer to who looks."),
+    side("behind", "Behind `o`: farther from who looks."),
+    of("between", TWO, "Place", "Between `a` and `b`: the middle half of the way."),
+    of(
+        "point",
+        &[("x", "Length"), ("y", "Length")],
+        "Place",
+        "A point of the table, in the world: `point(50 cm, -20 cm)`.",
+    ),
+    of(
+        "away_from",
+        TWO,
+        "Place",
+        "On the table, away from where `a` and `b` stood when the run began, so that others may stand there.",
+    ),
+    of("start_of", ONE, "Place", "Where `o` stood when the run began."),
     of("distance", TWO, "Length", "Horizontal distance between the axes of `a` and `b`."),
     of(
         "offset",
@@ -159,6 +188,7 @@ impl Ty {
             "Bool" => Self::Bool,
             "Place" => Self::Place,
             "Face" => Self::Face,
+            "View" => Self::View,
             "Text" => Self::Text,
             name => {
                 Dimension::named(name).map_or_else(|| Self::Object(name.into()), Self::Quantity)
@@ -177,6 +207,7 @@ impl Ty {
             Self::Bool => "true or false".into(),
             Self::Place => "a place".into(),
             Self::Face => "a face".into(),
+            Self::View => "a view, `robot` or `camera`".into(),
             Self::Text => "a text".into(),
             Self::Any => "anything".into(),
         }

@@ -60,6 +60,7 @@ impl std::fmt::Display for NoWay {
             Why::OutOfReach { nearest } => {
                 write!(f, "it is {:.0} mm out of reach", nearest * 1e3)
             }
+            Why::Blocked { tried: 0, by } => write!(f, "there is no room; `{by}` is in the way"),
             Why::Blocked { tried, by } => {
                 write!(f, "all {tried} reachable ways touch something, mostly {by}")
             }

@@ -54,7 +54,7 @@ use crate::execution::decisions::DecisionLog;
 use crate::execution::error::ActionError;
 use crate::execution::real::RealBody;
 use crate::execution::script::Scripts;
-use crate::graph::{self, Graph};
+use crate::graph::{self, Graph, InScene};
 use crate::language::ast::{Call, Step};
 use crate::language::{Diagnostic, Library, Source};
 use crate::motion::robot::Robot;
@@ -236,7 +236,9 @@ impl WorkCell {
     ///
     /// Every reason why the call has none.
     pub fn graph(&self, call: &Call) -> Result<Graph, Error> {
-        graph::build(&self.setup.library, call).map_err(Error::Graph)
+        let definitions =
+            InScene { library: &self.setup.library, scene: &self.model.cell.scene.name };
+        graph::build(&definitions, call).map_err(Error::Graph)
     }
 
     /// Returns the world as far as it is known now.

@@ -6,6 +6,7 @@
 pub mod camera;
 pub mod frame;
 pub mod object;
+pub mod region;
 pub mod scene;
 pub mod support;
 
@@ -14,6 +15,7 @@ use serde::{Deserialize, Serialize};
 pub use camera::{Camera, Intrinsics, Pixel, Ray};
 pub use frame::{Point, Pose};
 pub use object::{Cavity, Material, Object, Shape, WATER_DENSITY};
+pub use region::Region;
 pub use scene::{Mark, Scene, Table};
 pub use support::Support;
 

@@ -46,6 +46,10 @@ pub enum Region {
     },
     /// Between two things, on what bears the first.
     Between(String, String),
+    /// On the table, away from circles that are to stay free: x, y and radius, m.
+    Away(Vec<[f64; 3]>),
+    /// Nobody knows, because nobody has seen this thing.
+    Unknown(String),
 }
 
 /// What bears what stands in a region.
@@ -55,6 +59,15 @@ pub enum Bearer {
     This(String),
     /// Whatever is there.
     Any,
+}
+
+impl std::fmt::Display for Bearer {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::This(name) => name,
+            Self::Any => TABLE,
+        })
+    }
 }
 
 /// What tables are called.
@@ -70,7 +83,7 @@ impl Region {
         match self {
             Self::On(name) | Self::Beside { of: name, .. } => vec![name],
             Self::Between(a, b) => vec![a, b],
-            Self::Point(_) | Self::Spot { .. } => Vec::new(),
+            Self::Point(_) | Self::Spot { .. } | Self::Away(_) | Self::Unknown(_) => Vec::new(),
         }
     }
 
@@ -84,6 +97,8 @@ impl Region {
         match self {
             Self::On(name) => Ok(Bearer::This(name.clone())),
             Self::Point(_) => Ok(Bearer::Any),
+            Self::Away(_) => Ok(named(None)),
+            Self::Unknown(name) => Err(Unseen(name.clone())),
             Self::Spot { on, .. } => Ok(named(on.clone())),
             Self::Beside { of, .. } | Self::Between(of, _) => {
                 let unseen = || Unseen(of.clone());
@@ -111,8 +126,15 @@ impl Region {
         let at = Vector2::from(at);
         match self {
             Self::On(_) => Ok(f64::INFINITY),
+            Self::Unknown(name) => Err(Unseen(name.clone())),
             Self::Point(point) | Self::Spot { at: point, .. } => {
                 Ok(AT - (at - Vector2::from(*point)).norm())
+            }
+            Self::Away(circles) => {
+                let clear = circles.iter().map(|[x, y, radius]| {
+                    (at - Vector2::new(*x, *y)).norm() - radius - o.shape.outer_radius() - NEAR
+                });
+                Ok(clear.fold(f64::INFINITY, f64::min))
             }
             Self::Beside { of, way } => {
                 let (middle, radius) = standing(scene, objects, of)?;
@@ -148,7 +170,8 @@ impl Region {
         o: &Object,
     ) -> Result<Option<([f64; 2], f64)>, Unseen> {
         Ok(match self {
-            Self::On(_) => None,
+            Self::On(_) | Self::Away(_) => None,
+            Self::Unknown(name) => return Err(Unseen(name.clone())),
             Self::Point(point) | Self::Spot { at: point, .. } => Some((*point, AT)),
             Self::Beside { of, .. } => {
                 let (middle, radius) = standing(scene, objects, of)?;

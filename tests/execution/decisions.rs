@@ -7,6 +7,7 @@ use trueup::execution::decisions::{DecisionLog, Entry, Kind};
 use trueup::execution::error::ActionError;
 use trueup::execution::script::ScriptError;
 use trueup::trace::{NoWay, Why};
+use trueup::world::Region;
 
 use super::scripts;
 
@@ -81,6 +82,6 @@ fn what_failed_in_the_twin_is_not_on_the_tape() {
     let mut log = scripts.context().log().rewound();
     assert_eq!(log.next(Kind::Choice, choice), Ok(Some(0)));
     assert!(log.next(Kind::Choice, choice).is_err());
-    let error = scripts.context().placements("jar", "table").unwrap_err();
+    let error = scripts.context().placements("jar", &Region::On("table".into())).unwrap_err();
     assert!(matches!(&error, ActionError::NoWay(NoWay { why: Why::EmptyHand, .. })), "{error}");
 }

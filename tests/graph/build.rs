@@ -326,3 +326,45 @@ fn an_if_with_an_else_has_two_branches() {
     assert!(graph.find("maybe/if.then/open_gripper").is_some());
     assert!(graph.find("maybe/if.else/untilt").is_some());
 }
+
+/// `for` goes through the things of a type in the scene's order, and backwards as another way.
+#[test]
+fn for_is_once_for_each_thing_of_a_type() {
+    use trueup::graph::{InScene, build};
+    use trueup::language::{Library, Source, parse_line};
+    let mut library = Library::standard();
+    let scene = "scene three {
+        table: Surface = box(120 cm, 80 cm, 2 cm) at (0.5 m, 0 m)
+        z: Graspable = cuboid(5 cm, 5 cm, 5 cm)
+        tray: Surface = cuboid(20 cm, 16 cm, 2 cm)
+        a: Container = cylinder(radius 4 cm, height 9 cm)
+    }
+    task all() { for o in Graspable when tall(o) { pick(o) place(o) } }";
+    library.add(Source::new("three.task", scene));
+    let (step, _) = parse_line("all()");
+    let Some(Step::Act(act)) = step else { panic!() };
+    let graph = build(&InScene { library: &library, scene: "three" }, &act.call).unwrap();
+    let NodeKind::Or(order) = &graph.find("all/for").unwrap().kind else { panic!("not an Or") };
+    let names: Vec<_> = order.branches.iter().map(|b| b.name.as_str()).collect();
+    assert_eq!(names, ["in_order", "backwards"]);
+    let below = |path: &str| -> Vec<String> {
+        graph
+            .below(graph.find(path).unwrap())
+            .iter()
+            .map(|id| graph.node(*id).label.clone())
+            .collect()
+    };
+    // A cup is something to grasp, a tray is not.
+    assert_eq!(below("all/for.in_order"), ["z", "a"]);
+    assert_eq!(below("all/for.backwards"), ["a", "z"]);
+    let NodeKind::Or(when) = &graph.find("all/for.in_order/z/if").unwrap().kind else { panic!() };
+    assert!(matches!(when.decides, Decides::Condition(_)));
+    assert!(graph.find("all/for.in_order/z/if.then/pick").is_some());
+    // Without a scene there is nothing to go through.
+    let graph = build(&library, &act.call).unwrap();
+    assert!(below_none(&graph));
+}
+
+fn below_none(graph: &trueup::graph::Graph) -> bool {
+    graph.below(graph.find("all/for").unwrap()).is_empty()
+}

@@ -34,6 +34,7 @@ fn every_form_of_step_reads_as_written() {
              either a prior 0.7 when tall(o) { f(o) } or b prior 0.3 { g(o) then h() } or c { }\n\
              if x(o) { f(o) } else if y(o) { g(o) } else { h() }\n\
              repeat upto 3 times { f(o) } until x(o)\n\
+             for p in A when x(p) { f(p) } for q in A { g(q) }\n\
              together { f(o) as p  g(o) while x(o) until y(o) as q  timing p overlaps q by 300 ms }\n\
              check x(o)  let d = 2 * by\n\
              { f(o) on failure { abort } } while x(o) as inner\n\
@@ -49,7 +50,8 @@ fn every_form_of_step_reads_as_written() {
     let counts = (conditions.needs.len(), conditions.keeps.len(), conditions.gives.len());
     assert_eq!(counts, (1, 1, 1));
     assert!((task.limit.unwrap().quantity.value - 120.0).abs() < 1e-12);
-    let [either, branch, repeat, together, check, bind, block, choice] = task.steps.as_slice()
+    let [either, branch, repeat, some, all, together, check, bind, block, choice] =
+        task.steps.as_slice()
     else {
         panic!("{:#?}", task.steps)
     };
@@ -64,6 +66,8 @@ fn every_form_of_step_reads_as_written() {
     let inner = &branch.otherwise.as_ref().unwrap().steps[0];
     assert!(matches!(inner, Step::If(inner) if inner.otherwise.is_some()));
     assert!(matches!(repeat, Step::Repeat(r) if r.times == 3 && r.until.is_some()));
+    assert!(matches!(some, Step::Each(each) if each.kind.text == "A" && each.when.is_some()));
+    assert!(matches!(all, Step::Each(each) if each.name.text == "q" && each.when.is_none()));
     let Step::Together(together) = together else { panic!() };
     assert_eq!(together.timings[0].relation, Allen::Overlaps);
     assert!((together.timings[0].by.unwrap().quantity.value - 0.3).abs() < 1e-12);

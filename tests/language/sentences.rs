@@ -172,7 +172,7 @@ const SAID: &[(&str, &str)] = &[
     ("take the jar", "pick(jar)"),
     ("set the die down", "place(die)"),
     ("move the die to the tray", "put(die, at: tray)"),
-    ("stack the die on top of the tray", "put(die, at: tray)"),
+    ("stack the die on top of the tray", "stack(die, tray)"),
     ("bring the red cup to the table", "put(red, at: table)"),
     ("pour the jar into the red cup", "pour(jar, red)"),
     ("pour water from the jar to the blue cup", "pour(jar, blue)"),
@@ -220,6 +220,18 @@ const SAID: &[(&str, &str)] = &[
     ("pick up the cup, then put it down", "? which cup: red cup or blue cup?"),
     ("pick up the die, then fly to the moon", "-"),
     ("pick up the die and the jar", "! there is no die and jar here"),
+    // Places told by others.
+    ("move the die to the left of the red cup", "put(die, at: left_of(red))"),
+    ("bring the die next to the jar", "put(die, at: next_to(jar))"),
+    ("move the die in front of the cup", "? in front of which cup: red cup or blue cup?"),
+    ("move the jar between the red cup and the blue cup", "put(jar, at: between(red, blue))"),
+    ("move the jar between the red cup", "! what is between is between two things"),
+    ("move the die behind the kettle", "! there is no kettle here"),
+    // Several things.
+    ("swap the red cup and the blue cup", "swap(red, blue)"),
+    ("clear the tray", "clear(tray)"),
+    ("put everything on the tray", "collect(tray)"),
+    ("take out the die", "unstack(die)"),
     // Not here, not so, not known.
     ("put it down", "! nothing was named before \"it\""),
     ("pour the jar into the cup", "? which cup: red cup or blue cup?"),

@@ -58,6 +58,53 @@ fn a_tower_on_a_tray_stands_where_it_was_put_and_is_seen_there() {
 }
 
 #[test]
+fn beside_is_beside_and_swapped_is_swapped() {
+    let mut cell = WorkCell::open(cubes()).unwrap();
+    let first = run(&mut cell, "put(a, at: right_of(b)) then home() then look()");
+    assert_eq!(first.outcome, Ending::Success, "{:?}", first.reason);
+    // The robot looks along x, so that its right is at a smaller y; the camera looks at it.
+    for (condition, truth) in [
+        ("rests_on(a, right_of(b))", true),
+        ("rests_on(a, next_to(b))", true),
+        ("rests_on(a, left_of(b))", false),
+        ("rests_on(a, left_of(tray))", false),
+        ("rests_on(a, point(60 cm, 22 cm))", false),
+        ("rests_on(a, left_of(b, camera))", true),
+    ] {
+        assert_eq!(seen(&mut cell, condition), Some(truth), "{condition}");
+    }
+    let second = run(&mut cell, "swap(a, b)");
+    assert_eq!((second.outcome, second.reached), (Ending::Success, true), "{:?}", second.reason);
+}
+
+#[test]
+fn everything_is_collected_and_cleared_again() {
+    let mut cell = WorkCell::open(cubes()).unwrap();
+    let first = run(&mut cell, "collect(tray)");
+    assert_eq!(first.outcome, Ending::Success, "{:?}", first.reason);
+    for cube in ["a", "b"] {
+        assert_eq!(seen(&mut cell, &format!("rests_on({cube}, tray)")), Some(true), "{cube}");
+    }
+    let second = run(&mut cell, "clear(tray)");
+    assert_eq!(second.outcome, Ending::Success, "{:?}", second.reason);
+    assert_eq!(seen(&mut cell, "rests_on(any, tray)"), Some(false));
+}
+
+#[test]
+fn a_place_that_is_taken_is_named() {
+    let mut cell = WorkCell::open(cubes()).unwrap();
+    let source = Source::new("a line", "put(a, at: between(b, tray))");
+    let (step, _) = parse_line(&source.text);
+    let call = cell.define(&source, &[step.unwrap()]);
+    let wrong = match cell.run(&call, None, Box::new(Nobody)) {
+        Ok(run) => run.reason.unwrap_or_default(),
+        Err(error) => error.to_string(),
+    };
+    assert!(wrong.contains("no way to put `a` between `b` and `tray`"), "{wrong}");
+    assert!(wrong.contains("there is no room"), "{wrong}");
+}
+
+#[test]
 fn what_nobody_can_judge_is_not_called_a_success() {
     let task = "task still(o: Graspable) {\n    gives speed(o) <= 1 mm/s\n    look()\n}\n";
     let script = Some(Source::new("still.task", task));

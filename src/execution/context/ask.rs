@@ -9,7 +9,7 @@ use super::super::plan::{Grasp, Placement, Pour};
 use super::super::refusal::Refusal;
 use super::ActionContext;
 use crate::motion::dynamics::GRAVITY;
-use crate::world::WATER_DENSITY;
+use crate::world::{Region, WATER_DENSITY};
 
 /// The force of each finger with which things are held, N, and how many times the weight pads should hold.
 const SQUEEZE: f64 = 40.0;
@@ -59,9 +59,9 @@ impl ActionContext {
         Ok(ways)
     }
 
-    /// `twin.placements(o, at)`: ways to put `o` down on a free place of the table, or on or in another thing, best
-    /// first.
-    pub fn placements(&mut self, o: &str, at: &str) -> Result<Vec<Placement>, ActionError> {
+    /// `twin.placements(o, at)`: ways to put `o` down on a free place of the table, on or in another thing, or beside
+    /// others, best first.
+    pub fn placements(&mut self, o: &str, at: &Region) -> Result<Vec<Placement>, ActionError> {
         let logged = self.run.log.next(Kind::Placements, |entry| match entry {
             Entry::Placements(ways) => Some(ways.clone()),
             _ => None,

@@ -5,8 +5,10 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use nalgebra::Vector3;
 
 use crate::world::frame::Object;
-use crate::world::{self as scene, Point, Pose, Shape, frame, support};
+use crate::world::region::{self, Bearer, TABLE};
+use crate::world::{self as scene, Point, Pose, Region, Shape, frame, support};
 
+use super::super::wording;
 use super::grasp::distance;
 use super::{Dropped, NoWay, Planner, REACHING, STRAIGHT_STEP, TRACKING, Why, straight};
 
@@ -38,8 +40,6 @@ const TURN_COST: f64 = 0.5;
 /// So many ways are enough. Chosen: a run rehearses four candidates (`CANDIDATES` in `workcell::attempt`); with half as
 /// many there is not one for each, with twice as many the search costs as much again.
 const ENOUGH: usize = 6;
-/// What the table is called.
-const TABLE: &str = "table";
 /// Higher than anything that stands on a table, m: what is below is looked for from there.
 const FAR_ABOVE: f64 = 3.0;
 /// How far the point between the fingers stays above the rim of a vessel that it lowers something into, m: half of a
@@ -62,6 +62,17 @@ const FROM_EDGE: f64 = 0.02;
 /// as much a full table has no place.
 const BETWEEN: f64 = 0.06;
 
+/// So far inside a region a place is looked for, m: half of what [`region::AT`] allows, so that an arm that is a
+/// centimetre beside where it is sent still ends inside.
+const INSIDE: f64 = 0.5 * region::AT;
+/// From here on inside a region no place is better than another, m. Chosen: half of what "next to" allows
+/// ([`region::NEAR`]); with twice as much what is put next to something touches it, since that is farthest inside.
+const WELL_INSIDE: f64 = 0.5 * region::NEAR;
+/// Room that is left between a thing and what it is put beside, m. Chosen: an open 2F-85 stands out by 24 mm on each side
+/// of a thing ([`BETWEEN`]), and 6 mm are left for an arm that is beside where it says; whether the hand touches is
+/// looked at for every way.
+const CLOSE: f64 = 0.03;
+
 /// One way to put an object down.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Placement {
@@ -80,30 +91,32 @@ pub struct Placement {
 }
 
 impl Planner {
-    /// Returns ways to put down `o`, which is in the hand, upright on a free place of `at`: the table, or another thing
-    /// on which, or in which, it may stand.
+    /// Returns ways to put down `o`, which is in the hand, upright on a free place of `at`: the table, another thing on
+    /// which, or in which, it may stand, or beside others.
     ///
     /// # Errors
     ///
     /// [`NoWay`] when the hand is empty, nobody knows where `at` is, or no free place is reachable.
-    pub fn placements(&self, o: &str, at: &str) -> Result<Vec<Placement>, NoWay> {
-        let what = if at == TABLE {
-            format!("to put `{o}` down")
-        } else {
-            format!("to put `{o}` on `{at}`")
-        };
+    pub fn placements(&self, o: &str, at: &Region) -> Result<Vec<Placement>, NoWay> {
+        let what = wording::to_put(o, at);
         let no = |why| NoWay { what: what.clone(), why };
         let (held, tool_from_object) = self.in_hand().ok_or_else(|| no(Why::EmptyHand))?;
         let object = self.cell.scene.object(o).filter(|_| held == o);
         let object = object.ok_or_else(|| no(Why::EmptyHand))?;
 
-        let places = if at == TABLE {
-            let free = self.free_places(o, object.shape.outer_radius());
-            free.into_iter().map(|(x, y)| Vector3::new(x, y, 0.0)).collect()
-        } else {
-            self.places_on(object, at).map_err(no)?
+        let places = match at {
+            Region::On(name) if name == TABLE => {
+                let free = self.free_places(o, object.shape.outer_radius());
+                free.into_iter().map(|(x, y)| Vector3::new(x, y, 0.0)).collect()
+            }
+            Region::On(name) => self.places_on(object, name).map_err(no)?,
+            region => self.places_in(object, region).map_err(no)?,
         };
         // A vessel is solid to the planner; what goes into it comes straight down, the hand above its rim.
+        let at = match at {
+            Region::On(name) => name.as_str(),
+            _ => "",
+        };
         let into = self.cell.scene.object(at).and_then(scene::Object::inside);
         let into = into.filter(|inside| support::fits(object, inside));
         let around: &[&str] = if into.is_some() { &[at] } else { &[] };
@@ -208,31 +221,90 @@ impl Planner {
                     taken = taken.or(below.name);
                     continue;
                 }
-                let beside =
-                    scene.objects.iter().filter(|other| other.name != o.name && other.name != at);
-                let blocked = beside.clone().find(|other| {
-                    let known = self.state.object(&other.name).and_then(|s| s.world_from_object);
-                    known.is_some_and(|known| {
-                        let near = (known.origin().xy() - spot.xy()).norm();
-                        let is_level = known.origin().z + other.shape.height() > below.height;
-                        is_level && near < other.shape.outer_radius() + radius
-                    })
-                });
-                if let Some(other) = blocked {
-                    taken = taken.or(Some(other.name.clone()));
+                let spot = Vector3::new(spot.x, spot.y, below.height);
+                if let Some(other) = self.beside(o, at, spot, 0.0) {
+                    taken = taken.or(Some(other));
                     continue;
                 }
                 let far = (spot - base).xy().norm();
                 let rank = if is_wide { -far } else { dx.hypot(dy) };
-                places.push((rank, Vector3::new(spot.x, spot.y, below.height)));
+                // Where there is room for a hand beside it, it can be taken again.
+                let is_close = self.beside(o, at, spot, CLOSE).is_some();
+                places.push((is_close, rank, spot));
             }
         }
         if places.is_empty() {
             let by = taken.unwrap_or_else(|| at.to_owned());
             return Err(Why::Blocked { tried: 0, by });
         }
-        places.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Ok(places.into_iter().map(|(_, place)| place).collect())
+        places.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        Ok(places.into_iter().map(|(.., place)| place).collect())
+    }
+
+    /// Returns free places in a region that relations bound: those that are well inside first, and of these the ones
+    /// nearest to the hand, m.
+    fn places_in(&self, o: &scene::Object, region: &Region) -> Result<Vec<Vector3<f64>>, Why> {
+        let (scene, objects) = (&self.cell.scene, &self.state.objects);
+        let unseen = |lost: region::Unseen| Why::NotSeen(lost.0);
+        let extent = region.extent(scene, objects, o).map_err(unseen)?;
+        let bearer = region.bearer(scene, objects).map_err(unseen)?;
+        let (middle, reach) = extent.unwrap_or((scene.table.centre, scene.table.size.max()));
+        let hand = self.state.world_from_tool.origin();
+        let most = (reach / GRID).ceil() as i32;
+        let mut places = Vec::new();
+        let mut taken: Option<String> = None;
+        for ix in -most..=most {
+            for iy in -most..=most {
+                let (x, y) = (middle[0] + GRID * f64::from(ix), middle[1] + GRID * f64::from(iy));
+                let inside = region.margin(scene, objects, o, [x, y]).map_err(unseen)?;
+                if inside < INSIDE {
+                    continue;
+                }
+                let below = support::below(scene, objects, o, &Pose::upright(x, y, FAR_ABOVE, 0.0));
+                let bears = below.name.clone().unwrap_or_else(|| TABLE.to_owned());
+                let edge = o.shape.outer_radius() + FROM_EDGE;
+                if bearer != Bearer::Any && bearer != Bearer::This(bears.clone()) {
+                    taken = taken.or(below.name);
+                    continue;
+                }
+                if bears == TABLE && !scene.table.holds(x, y, edge) {
+                    continue;
+                }
+                if let Some(other) = self.beside(o, &bears, Vector3::new(x, y, below.height), CLOSE)
+                {
+                    taken = taken.or(Some(other));
+                    continue;
+                }
+                let far = (x - hand.x).hypot(y - hand.y);
+                places.push((inside.min(WELL_INSIDE), far, Vector3::new(x, y, below.height)));
+            }
+        }
+        if places.is_empty() {
+            return Err(Why::Blocked { tried: 0, by: taken.unwrap_or_else(|| bearer.to_string()) });
+        }
+        places.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1)));
+        Ok(places.into_iter().map(|(.., place)| place).collect())
+    }
+
+    /// Returns a thing that stands so near a place, with less than `room` m between, that `o` has no room beside it.
+    fn beside(
+        &self,
+        o: &scene::Object,
+        bears: &str,
+        place: Vector3<f64>,
+        room: f64,
+    ) -> Option<String> {
+        let others = self.cell.scene.objects.iter();
+        let mut others = others.filter(|other| other.name != o.name && other.name != bears);
+        let near = others.find(|other| {
+            let known = self.state.object(&other.name).and_then(|s| s.world_from_object);
+            known.is_some_and(|known| {
+                let gap = (known.origin().xy() - place.xy()).norm();
+                let is_level = known.origin().z + other.shape.height() > place.z;
+                is_level && gap < other.shape.outer_radius() + o.shape.outer_radius() + room
+            })
+        });
+        near.map(|other| other.name.clone())
     }
 
     /// Returns places on the table that nothing stands near, nearest to the hand first.

@@ -7,11 +7,15 @@ use crate::graph::{
     Terminal,
 };
 use crate::language::ast::{
-    self, Act, Allen, Block, Either, Expr, ExprKind, If, Param, Recovery, Repeat, Span, Step,
+    self, Act, Allen, Block, Each, Either, Expr, ExprKind, If, Param, Recovery, Repeat, Span, Step,
     Together,
 };
 use crate::language::bind::{self, Scope};
 use crate::language::text;
+
+/// The orders in which a `for` goes through its things, and how likely people take them. Chosen: the order of the scene
+/// is what a person expects; backwards is another way where that one is blocked.
+const ORDERS: [(&str, f64); 2] = [("in_order", 0.7), ("backwards", 0.3)];
 
 impl Builder<'_> {
     /// Expands steps that follow one another, and notes that each meets the next.
@@ -55,6 +59,7 @@ impl Builder<'_> {
             Step::Either(either) => into.extend(self.either(either, scope, place)),
             Step::If(branch) => into.push(self.decided(branch, scope, place)),
             Step::Repeat(repeat) => into.extend(self.repeat(repeat, scope, place)),
+            Step::Each(each) => into.extend(self.each(each, scope, place)),
             Step::Together(together) => into.push(self.together(together, scope, place)),
             Step::Check(what, span) => into.push(self.check(what, *span, scope, place)),
             Step::Let(name, value, span) => {
@@ -197,6 +202,69 @@ impl Builder<'_> {
         self.meets(&children);
         self.set(id, NodeKind::And(And { children, ..And::empty(Form::Repeat) }));
         Some(id)
+    }
+
+    /// `for o in Type when φ {…}`: once for each thing of the type that stands in the scene, in its order or backwards,
+    /// since one may be in the way of another. Which of them φ leaves out is decided as by an `if`, when the plan is made.
+    fn each(&mut self, each: &Each, scope: &Scope, place: &Place) -> Option<NodeId> {
+        let definitions = self.definitions;
+        let (name, kind) = (&each.name.text, &each.kind.text);
+        let (id, inside) = self.open(place, "for", format!("for {name} in {kind}"), each.span);
+        let mut things = definitions.things(kind);
+        if things.len() < 2 {
+            let children = self.pass(each, &things, scope, &inside)?;
+            self.set(id, NodeKind::And(And { children, ..And::empty(Form::Sequence) }));
+            return Some(id);
+        }
+        let mut branches = Vec::new();
+        for (order, prior) in ORDERS {
+            let (node, below) =
+                self.open_as(&inside, &format!(".{order}"), order.into(), each.span);
+            let children = self.pass(each, &things, scope, &below)?;
+            self.set(node, NodeKind::And(And { children, ..And::empty(Form::Sequence) }));
+            let text = self.fingerprint_block(&each.block);
+            branches.push(Branch { text, ..self.branch(order, prior, node) });
+            things.reverse();
+        }
+        self.set(id, NodeKind::Or(Or { decides: Decides::Choice, via: None, branches }));
+        Some(id)
+    }
+
+    /// The body of a `for` once for each of these things; `None` when there is no room for more nodes.
+    fn pass(
+        &mut self,
+        each: &Each,
+        things: &[String],
+        scope: &Scope,
+        place: &Place,
+    ) -> Option<Vec<NodeId>> {
+        let mut children = Vec::new();
+        for thing in things {
+            if self.is_full(each.span, &place.within) {
+                return None;
+            }
+            let stands_for = Expr { kind: ExprKind::Name(thing.clone()), span: each.name.span };
+            let mut scope = scope.clone();
+            scope.insert(each.name.text.clone(), stands_for);
+            let (one, below) = self.open(place, thing, thing.clone(), each.span);
+            let made = match &each.when {
+                None => self.block(&each.block, &scope, &below, "/block"),
+                Some(when) => {
+                    let branch = If {
+                        condition: when.clone(),
+                        then: each.block.clone(),
+                        otherwise: None,
+                        span: each.span,
+                    };
+                    self.decided(&branch, &scope, &below)
+                }
+            };
+            let and = And { children: vec![made], ..And::empty(Form::Sequence) };
+            self.set(one, NodeKind::And(and));
+            children.push(one);
+        }
+        self.meets(&children);
+        Some(children)
     }
 
     /// The rounds from `round` on: an Or between being done and going round again.

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use super::Builder;
 use crate::language::ast::{
-    Act, Block, Branch, Call, Either, If, Name, Recovery, Repeat, Step, Together,
+    Act, Block, Branch, Call, Each, Either, If, Name, Recovery, Repeat, Step, Together,
 };
 use crate::language::text;
 
@@ -43,6 +43,7 @@ impl Builder<'_> {
                 blocks.extend(branch.otherwise.iter().map(|b| b.steps.as_slice()));
             }
             Step::Repeat(repeat) => blocks.push(&repeat.block.steps),
+            Step::Each(each) => blocks.push(&each.block.steps),
             Step::Together(together) => blocks.push(&together.steps),
             Step::Check(..) | Step::Let(..) | Step::Break(_) | Step::Bad(_) => {}
         }
@@ -125,6 +126,10 @@ impl Builder<'_> {
             Step::Repeat(repeat) => {
                 let block = self.canonical_block(&repeat.block);
                 Step::Repeat(Repeat { block, ..repeat.clone() })
+            }
+            Step::Each(each) => {
+                let block = self.canonical_block(&each.block);
+                Step::Each(Each { block, ..each.clone() })
             }
             Step::Together(together) => {
                 Step::Together(Together { steps: all(&together.steps), ..together.clone() })

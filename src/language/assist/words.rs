@@ -7,6 +7,7 @@ pub(super) const STARTERS: &[&str] = &[
     "either",
     "if",
     "repeat",
+    "for",
     "together",
     "check",
     "let",
@@ -53,6 +54,9 @@ pub(super) fn keyword(word: &str) -> Option<&'static str> {
         "else" => "else { … }\nDone when the condition is false.",
         "repeat" => {
             "repeat upto 3 times { … } until condition\nDone again until the condition holds, at most so often."
+        }
+        "for" | "in" => {
+            "for o in Type when condition { … }\nOnce for every thing of a type in the scene."
         }
         "upto" | "times" => "repeat upto 3 times { … }\nEvery loop has an end.",
         "together" => {

@@ -17,8 +17,8 @@ pub use model::{
 };
 pub use scene::{Property, SceneCamera, SceneItem, SceneMarks, SceneRobot, SceneThing};
 pub use step::{
-    Act, Allen, Block, Branch, Break, Either, Hold, If, Recovery, Remedy, Repeat, Step, Timing,
-    Together,
+    Act, Allen, Block, Branch, Break, Each, Either, Hold, If, Recovery, Remedy, Repeat, Step,
+    Timing, Together,
 };
 
 /// A range of bytes of one source text.

@@ -19,6 +19,8 @@ pub enum Step {
     If(If),
     /// `repeat upto n times {…} until φ`.
     Repeat(Repeat),
+    /// `for o in Type when φ {…}`.
+    Each(Each),
     /// `together {…}` with `timing a overlaps b by 300 ms`.
     Together(Together),
     /// `check φ`.
@@ -43,6 +45,7 @@ impl Step {
                 step.then.steps.iter().chain(otherwise).collect()
             }
             Self::Repeat(repeat) => repeat.block.steps.iter().collect(),
+            Self::Each(each) => each.block.steps.iter().collect(),
             Self::Together(together) => together.steps.iter().collect(),
             Self::Act(_) | Self::Check(..) | Self::Let(..) | Self::Break(_) | Self::Bad(_) => {
                 Vec::new()
@@ -58,6 +61,7 @@ impl Step {
             Self::Either(either) => either.span,
             Self::If(step) => step.span,
             Self::Repeat(repeat) => repeat.span,
+            Self::Each(each) => each.span,
             Self::Together(together) => together.span,
             Self::Break(stop) => stop.span,
             Self::Let(_, _, span)
@@ -162,6 +166,21 @@ pub struct Repeat {
     pub block: Block,
     /// When to stop early.
     pub until: Option<Expr>,
+    /// Where.
+    pub span: Span,
+}
+
+/// `for o in Type when φ {…}`: once for every thing of a type.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Each {
+    /// What each is called inside.
+    pub name: Name,
+    /// The type.
+    pub kind: Name,
+    /// Left out where this is false.
+    pub when: Option<Expr>,
+    /// What is done with each.
+    pub block: Block,
     /// Where.
     pub span: Span,
 }

@@ -212,6 +212,7 @@ impl Checker<'_> {
                 found.help(format!("write `{}`, without quotes", text.trim_matches('"')))
             }
             (Ty::Face, _) => found.help("write `side` or `top`"),
+            (Ty::View, _) => found.help("write `robot` or `camera`"),
             _ => found,
         };
         self.tell(found);

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::super::ast::{
     Act, Allen, Block, Call, Hold, Name, Recovery, Span, Step, TaskItem, Text, Together,
 };
-use super::super::builtins;
+use super::super::builtins::{self, Ty};
 use super::super::diagnostic::Diagnostic;
 use super::super::library::Library;
 use super::super::text;
@@ -115,6 +115,15 @@ impl Checker<'_> {
                 if let Some(until) = &repeat.until {
                     self.condition("until", until, names);
                 }
+            }
+            Step::Each(each) => {
+                self.object_type(&each.kind);
+                let mut inside = names.clone();
+                inside.insert(each.name.text.clone(), Ty::Object(each.kind.text.clone()));
+                if let Some(when) = &each.when {
+                    self.condition("when", when, &inside);
+                }
+                self.block(&each.block, &inside);
             }
             Step::Together(together) => self.together(together, names),
             Step::Check(expr, _) => self.condition("check", expr, names),

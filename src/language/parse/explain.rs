@@ -287,7 +287,7 @@ impl Unexpected<'_> {
         if text == "%" {
             return found.help("a probability is a number from 0 to 1, such as `0.7`");
         }
-        let opens = matches!(self.first, "if" | "repeat" | "either" | "together");
+        let opens = matches!(self.first, "if" | "repeat" | "for" | "either" | "together");
         if self.could_be(Rule::lbr) && opens {
             return found.help("what is done stands in braces: `{ … }`");
         }

@@ -225,14 +225,20 @@ const HABITS: &[Habit] = &[
         help: |_| "write `then`, or nothing at all: steps run one after the other".into(),
     },
     Habit {
-        is_met: |w| matches!(w.text(0), "while" | "for" | "loop"),
+        is_met: |w| {
+            matches!(w.text(0), "while" | "loop") || (w.text(0) == "for" && w.text(2) != "in")
+        },
         at: 0,
         code: "task::loop",
         message: |w| format!("there is no `{}` loop: every loop has an end", w.text(0)),
         label: "not a step",
-        help: |_| {
-            "write `repeat upto 10 times { … } until …`; after a call, `while` says what must hold"
-                .into()
+        help: |w| {
+            if w.text(0) == "for" {
+                "write `for o in Graspable { … }`, or `repeat upto 10 times { … }`".into()
+            } else {
+                "write `repeat upto 10 times { … } until …`; after a call, `while` says what must hold"
+                    .into()
+            }
         },
     },
     Habit {

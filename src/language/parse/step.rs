@@ -1,8 +1,8 @@
 //! The grammar's pairs → steps, blocks and recoveries.
 
 use super::super::ast::{
-    Act, Allen, Block, Branch, Break, Call, Either, Hold, If, Name, Recovery, Remedy, Repeat, Span,
-    Step, Timing, Together,
+    Act, Allen, Block, Branch, Break, Call, Each, Either, Hold, If, Name, Recovery, Remedy, Repeat,
+    Span, Step, Timing, Together,
 };
 use super::super::diagnostic::Diagnostic;
 use super::build::{Body, Builder, find, number};
@@ -23,6 +23,18 @@ impl Builder<'_> {
                     times,
                     block: self.block(&block),
                     until: find(&inner, Rule::expr).map(|p| self.expr(&p)),
+                    span,
+                })
+            }
+            Rule::each => {
+                let mut names = inner.clone().into_inner().filter(|p| p.as_rule() == Rule::id);
+                let (name, kind) = (names.next()?, names.next()?);
+                let when = find(&inner, Rule::guard).and_then(|guard| find(&guard, Rule::expr));
+                Step::Each(Each {
+                    name: self.name(&name),
+                    kind: self.name(&kind),
+                    when: when.map(|when| self.expr(&when)),
+                    block: self.block(&find(&inner, Rule::block)?),
                     span,
                 })
             }

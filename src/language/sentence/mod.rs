@@ -8,6 +8,7 @@
 //!
 //! Source of clear, ambiguous and impossible: Park et al., "CLARA", 2023 (arXiv 2306.10376).
 
+mod relation;
 mod resolve;
 mod sequence;
 mod template;
@@ -198,7 +199,7 @@ pub fn phrase(text: &str) -> Result<Phrase, Wrong> {
 
 /// Reads a sentence.
 pub fn understand(sentence: &str, with: &Knowledge<'_>) -> Meaning {
-    let said = words(sentence);
+    let said = relation::marked(&words(sentence));
     match one(&said, with) {
         whole @ (Meaning::Clear(_) | Meaning::Ambiguous { .. }) => whole,
         whole => sequence::understand(&said, with).unwrap_or(whole),
@@ -368,7 +369,7 @@ fn which(ways: &[Vec<(String, String, String)>], with: &Knowledge<'_>) -> Option
         .find(|(at, (_, _, value))| ways.iter().any(|way| way[*at].2 != *value))?;
     let mut names: Vec<&str> = Vec::new();
     for way in ways {
-        let value = way[at].2.as_str();
+        let value = relation::of(&way[at].2);
         let thing = with.things.iter().find(|thing| thing.name == value);
         let name = thing.map_or(value, Thing::shown);
         if !names.contains(&name) {
@@ -376,7 +377,8 @@ fn which(ways: &[Vec<(String, String, String)>], with: &Knowledge<'_>) -> Option
         }
     }
     let what = if said.is_empty() { slot } else { said };
-    Some(format!("which {what}: {}?", either(&names)))
+    let (before, what) = relation::split(what);
+    Some(format!("{before}which {what}: {}?", either(&names)))
 }
 
 /// Puts the whole into what was said as a part of it: half of `filled(source)` is `filled(jar) / 2`.

@@ -111,6 +111,11 @@ pub(super) fn resolve(
     if PRONOUNS.contains(&said) && !matches!(ty, Ty::Quantity(_) | Ty::Face) {
         return it(said, with);
     }
+    if *ty == Ty::Place
+        && let Some(found) = super::relation::resolve(said, slot, with)
+    {
+        return found;
+    }
     match ty {
         Ty::Quantity(dimension) => quantity(said, *dimension, slot),
         Ty::Face => {
@@ -123,7 +128,7 @@ pub(super) fn resolve(
                 }
             }
         }
-        Ty::Object(kind) => objects(said, Some(kind), slot, library, things),
+        Ty::Object(kind) if !kind.is_empty() => objects(said, Some(kind), slot, library, things),
         _ => objects(said, None, slot, library, things),
     }
 }

@@ -12,8 +12,8 @@ use std::str::Chars;
 
 /// Brackets inside brackets beyond this are refused.
 const MAX_DEPTH: usize = 8;
-/// The most words that one slot stands for.
-const MAX_WORDS: usize = 6;
+/// The most words that one slot stands for: "between the red cube and the green one" and two to spare.
+const MAX_WORDS: usize = 10;
 
 /// A sentence with blanks to fill in.
 #[derive(Debug, Clone, PartialEq, Eq)]

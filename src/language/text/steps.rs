@@ -104,6 +104,12 @@ pub(super) fn lines(step: &Step) -> String {
             }
             text
         }
+        Step::Each(each) => {
+            let when = each.when.as_ref().map(|when| format!(" when {}", expr(when)));
+            let (name, kind) = (&each.name.text, &each.kind.text);
+            let when = when.unwrap_or_default();
+            format!("for {name} in {kind}{when} {}", block_lines(&each.block))
+        }
         Step::Together(together) => {
             let mut parts: Vec<String> = together.steps.iter().map(lines).collect();
             parts.extend(together.timings.iter().map(|timing| {

@@ -117,6 +117,11 @@ fn steps(all: &mut [Step], each: &mut dyn FnMut(&mut Expr)) {
                 recoveries(&mut repeat.block.recoveries, each);
                 repeat.until.iter_mut().for_each(&mut *each);
             }
+            Step::Each(repeated) => {
+                steps(&mut repeated.block.steps, each);
+                recoveries(&mut repeated.block.recoveries, each);
+                repeated.when.iter_mut().for_each(&mut *each);
+            }
             Step::Together(together) => steps(&mut together.steps, each),
             Step::Check(condition, _) => each(condition),
             Step::Let(_, value, _) => each(value),

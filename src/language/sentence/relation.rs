@@ -1,0 +1,126 @@
+//! Places told by their relation to things: "to the left of the cup" → `left_of(cup)`.
+//!
+//! A sentence's words for a relation are joined into the language's own before templates are matched, so that `{at}`
+//! after "at" is one slot: "put the jar next to the cup" is read as "put the jar at next_to the cup".
+
+use super::Knowledge;
+use super::resolve::{self, Found, Hindrance};
+use crate::language::builtins::Ty;
+
+/// What people say, and what the language calls it; the longer before those that they hold.
+const SAID: &[(&str, &str)] = &[
+    ("on the left hand side of", "left_of"),
+    ("to the left hand side of", "left_of"),
+    ("on the left side of", "left_of"),
+    ("to the left side of", "left_of"),
+    ("on the left of", "left_of"),
+    ("to the left of", "left_of"),
+    ("left of", "left_of"),
+    ("on the right hand side of", "right_of"),
+    ("to the right hand side of", "right_of"),
+    ("on the right side of", "right_of"),
+    ("to the right side of", "right_of"),
+    ("on the right of", "right_of"),
+    ("to the right of", "right_of"),
+    ("right of", "right_of"),
+    ("in front of", "in_front_of"),
+    ("in between", "between"),
+    ("between", "between"),
+    ("behind", "behind"),
+    ("right next to", "next_to"),
+    ("next to", "next_to"),
+    ("beside", "next_to"),
+    ("close to", "next_to"),
+    ("near", "next_to"),
+];
+
+/// Returns a sentence with its first relation, between words, as the language writes it, after "at".
+pub(super) fn marked(said: &str) -> String {
+    let found = SAID.iter().filter_map(|(phrase, word)| {
+        let at = said.find(&format!(" {phrase} "))?;
+        Some((at, phrase.len(), word))
+    });
+    // Where two begin at one place, the longer is listed first.
+    match found.min_by_key(|(at, len, _)| (*at, usize::MAX - len)) {
+        Some((at, len, word)) => {
+            let (before, after) = (said[..at].trim_end_matches(" at"), &said[at + 1 + len..]);
+            format!("{before} at {word}{after}")
+        }
+        None => said.to_owned(),
+    }
+}
+
+/// Returns what the words of a relation may mean; `None` when they are none.
+pub(super) fn resolve(
+    said: &str,
+    slot: &str,
+    with: &Knowledge<'_>,
+) -> Option<Result<Vec<Found>, Hindrance>> {
+    // An article may stand before it, as it does in templates.
+    let said = said.strip_prefix("the ").unwrap_or(said);
+    let (word, rest) = said.split_once(' ')?;
+    SAID.iter().any(|(_, known)| *known == word).then(|| {
+        let thing = |said: &str| resolve::resolve(said, &Ty::Object(String::new()), slot, with);
+        let shown = word.replace('_', " ");
+        if word != "between" {
+            let things = thing(rest)?.into_iter();
+            return Ok(things
+                .map(|of| Found {
+                    value: format!("{word}({})", of.value),
+                    shown: format!("{shown} {}", of.shown),
+                })
+                .collect());
+        }
+        let Some((a, b)) = rest.split_once(" and ") else {
+            let help = Some("say \"between the jar and the cup\"".into());
+            return Err(Hindrance::new("what is between is between two things", help));
+        };
+        let (first, second) = (thing(a)?, thing(b)?);
+        let pairs = first.iter().flat_map(|a| second.iter().map(move |b| (a, b)));
+        Ok(pairs
+            .filter(|(a, b)| a.value != b.value)
+            .map(|(a, b)| Found {
+                value: format!("between({}, {})", a.value, b.value),
+                shown: format!("{shown} {} and {}", a.shown, b.shown),
+            })
+            .collect())
+    })
+}
+
+/// Returns the thing that a relation with one thing is told by: `cup` of `left_of(cup)`; any other value as it is.
+pub(super) fn of(value: &str) -> &str {
+    let inside = value.split_once('(').and_then(|(word, rest)| {
+        let inside = rest.strip_suffix(')')?;
+        (!inside.contains(',') && SAID.iter().any(|(_, known)| *known == word)).then_some(inside)
+    });
+    inside.unwrap_or(value)
+}
+
+/// Splits what was said into its relation, with a blank after it, and the thing: `in front of ` and `cup`.
+pub(super) fn split(said: &str) -> (String, &str) {
+    match said.split_once(' ') {
+        Some((word, rest)) if SAID.iter().any(|(_, known)| *known == word) => {
+            (format!("{} ", word.replace('_', " ")), rest.trim_start_matches("the "))
+        }
+        _ => (String::new(), said),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::marked;
+
+    #[test]
+    fn relations_are_one_word_after_at() {
+        for (said, read) in [
+            ("put the jar to the left of the cup", "put the jar at left_of the cup"),
+            ("put the jar right next to the cup", "put the jar at next_to the cup"),
+            ("put it in between the jar and the cup", "put it at between the jar and the cup"),
+            ("put the jar at in front of it", "put the jar at in_front_of it"),
+            ("pick up the jar", "pick up the jar"),
+            ("put the rightmost jar down", "put the rightmost jar down"),
+        ] {
+            assert_eq!(marked(said), read);
+        }
+    }
+}
