@@ -80,6 +80,16 @@ impl Shape {
         }
     }
 
+    /// Returns how far a point `x`, `y` of its own frame is from its side, seen from above, m; 0 where it is below it.
+    pub fn beside(&self, x: f64, y: f64) -> f64 {
+        match *self {
+            Self::Cuboid { size } => {
+                (x.abs() - 0.5 * size.x).max(0.0).hypot((y.abs() - 0.5 * size.y).max(0.0))
+            }
+            Self::Cylinder { radius, .. } => (x.hypot(y) - radius).max(0.0),
+        }
+    }
+
     /// Returns the radius of the upright cylinder that just contains the shape, m.
     pub fn outer_radius(&self) -> f64 {
         match *self {

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::world::frame::{Object, Tool, World};
-use crate::world::{Point, Pose, Shape};
+use crate::world::{Point, Pose, Shape, support};
 
 use super::super::wording;
 use super::{Dropped, NoWay, Planner, REACHING, STRAIGHT_STEP, TRACKING, Why, straight};
@@ -128,7 +128,8 @@ impl Planner {
             .map_err(|width| no(Why::TooWide { width, opening: stroke }))?;
 
         // The jaws are meant to come close to the object, the palm is not.
-        let mut world = self.obstacles(&[], stroke);
+        let within = support::below(&self.cell.scene, &self.state.objects, object, &pose).name;
+        let mut world = self.obstacles_around(&[], within.as_deref(), stroke);
         for jaw in self.robot().jaw_links() {
             world.ignore(jaw, o);
         }

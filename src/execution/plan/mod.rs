@@ -5,6 +5,7 @@
 
 mod brim;
 mod grasp;
+mod hollow;
 mod place;
 mod pour;
 
@@ -213,6 +214,16 @@ impl Planner {
     /// What is in the way now: the table and every object whose place is known, but for `except`, and
     /// what is in the hand.
     fn obstacles(&self, except: &[&str], opening: f64) -> CollisionWorld<'_> {
+        self.obstacles_around(except, None, opening)
+    }
+
+    /// As [`Self::obstacles`], with one vessel as its walls and its floor.
+    fn obstacles_around(
+        &self,
+        except: &[&str],
+        vessel: Option<&str>,
+        opening: f64,
+    ) -> CollisionWorld<'_> {
         let scene = &self.cell.scene;
         let base_from_world = scene.world_from_base.inverse();
         let mut world = CollisionWorld::new(self.robot());
@@ -231,6 +242,12 @@ impl Planner {
             let known = self.state.object(&object.name).and_then(|o| o.world_from_object);
             if let Some(pose) = known.filter(|_| !in_hand && !except.contains(&&*object.name)) {
                 let pose = base_from_world * pose;
+                if vessel == Some(&*object.name) && object.cavity.is_some() {
+                    for (solid, at) in hollow::walls(object, self.doubt) {
+                        world.add(&Obstacle::new(&object.name, solid, pose.isometry() * at));
+                    }
+                    continue;
+                }
                 let shape = object.shape.grown(self.doubt);
                 world.add(&Obstacle::of_object(&object.name, &shape, pose));
             }

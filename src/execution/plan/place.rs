@@ -4,9 +4,9 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::Vector3;
 
-use crate::world::frame::Object;
+use crate::world::frame::{Object, World};
 use crate::world::region::{self, Bearer, TABLE};
-use crate::world::{self as scene, Point, Pose, Region, Shape, frame, support};
+use crate::world::{self as scene, Point, Pose, Region, Shape, support};
 
 use super::super::wording;
 use super::grasp::distance;
@@ -42,9 +42,6 @@ const TURN_COST: f64 = 0.5;
 const ENOUGH: usize = 6;
 /// Higher than anything that stands on a table, m: what is below is looked for from there.
 const FAR_ABOVE: f64 = 3.0;
-/// How far the point between the fingers stays above the rim of a vessel that it lowers something into, m: half of a
-/// jaw is 11 mm high (`gen3_2f85.urdf`), and as much for an arm that is a centimetre low.
-const HAND: f64 = 0.02;
 /// How far apart the places are that are looked at around the base, m. Chosen: a free place is missed by at most 18 mm (half of the diagonal). With half
 /// of it four times as many are looked at, with twice as much gaps that are 35 mm wider than needed are missed.
 const GRID: f64 = 0.025;
@@ -112,16 +109,16 @@ impl Planner {
             Region::On(name) => self.places_on(object, name).map_err(no)?,
             region => self.places_in(object, region).map_err(no)?,
         };
-        // A vessel is solid to the planner; what goes into it comes straight down, the hand above its rim.
+        // What goes into a vessel comes straight down from above its rim.
         let at = match at {
             Region::On(name) => name.as_str(),
             _ => "",
         };
         let into = self.cell.scene.object(at).and_then(scene::Object::inside);
         let into = into.filter(|inside| support::fits(object, inside));
-        let around: &[&str] = if into.is_some() { &[at] } else { &[] };
-        let world = self.obstacles(around, self.state.opening);
-        let empty = self.obstacles(&[&[o], around].concat(), self.robot().max_opening());
+        let vessel = into.map(|_| at);
+        let world = self.obstacles_around(&[], vessel, self.state.opening);
+        let empty = self.obstacles_around(&[o], vessel, self.robot().max_opening());
         let object_from_tool = tool_from_object.inverse();
         let ahead = object_from_tool.axis(2);
         let mut dropped = Dropped::new();
@@ -131,14 +128,8 @@ impl Planner {
             let heading = y.atan2(x);
             for turn in TURNS {
                 let yaw = heading + turn - ahead.y.atan2(ahead.x);
-                let stands: Pose<frame::World, Object> = Pose::upright(x, y, place.z + DROP, yaw);
+                let stands: Pose<World, Object> = Pose::upright(x, y, place.z + DROP, yaw);
                 let down = stands * object_from_tool;
-                if let Some(inside) = into
-                    && down.origin().z < place.z + inside.height() + HAND
-                {
-                    *dropped.blocked.entry(format!("the hand with {at}")).or_default() += 1;
-                    continue;
-                }
                 let above = into.map_or(0.0, |inside| inside.height()) + ABOVE;
                 let up = Vector3::z() * above;
                 let poses = ((above + BACK) / STRAIGHT_STEP).round() as u64;
@@ -200,14 +191,15 @@ impl Planner {
         let pose = self.state.object(at).and_then(|known| known.world_from_object);
         let pose = pose.ok_or_else(unseen)?;
         let radius = o.shape.outer_radius();
-        let half = match bears.shape {
+        let inside = bears.inside().filter(|inside| support::fits(o, inside));
+        let half = match inside.unwrap_or(bears.shape) {
             Shape::Cuboid { size } => [0.5 * size.x, 0.5 * size.y],
             Shape::Cylinder { radius, .. } => [radius * FRAC_1_SQRT_2; 2],
         };
         let spread = half.map(|half| (half - radius).max(0.0));
         let steps = spread.map(|spread| (spread / GRID).floor() as i32);
         // On what is hardly larger than the thing the middle is safest; a larger one is filled from its far end.
-        let is_wide = spread.iter().any(|spread| *spread >= radius);
+        let is_wide = inside.is_none() && spread.iter().any(|spread| *spread >= radius);
         let base = scene.world_from_base.origin();
         let mut places = Vec::new();
         let mut taken: Option<String> = None;
@@ -222,14 +214,14 @@ impl Planner {
                     continue;
                 }
                 let spot = Vector3::new(spot.x, spot.y, below.height);
-                if let Some(other) = self.beside(o, at, spot, 0.0) {
+                if let Some(other) = self.beside(o, at, spot, radius) {
                     taken = taken.or(Some(other));
                     continue;
                 }
                 let far = (spot - base).xy().norm();
                 let rank = if is_wide { -far } else { dx.hypot(dy) };
                 // Where there is room for a hand beside it, it can be taken again.
-                let is_close = self.beside(o, at, spot, CLOSE).is_some();
+                let is_close = self.beside(o, at, spot, radius + CLOSE).is_some();
                 places.push((is_close, rank, spot));
             }
         }
@@ -250,6 +242,11 @@ impl Planner {
         let bearer = region.bearer(scene, objects).map_err(unseen)?;
         let (middle, reach) = extent.unwrap_or((scene.table.centre, scene.table.size.max()));
         let hand = self.state.world_from_tool.origin();
+        // At a point that somebody named, whether it goes there is for the ways to say.
+        let room = match region {
+            Region::Point(_) | Region::Spot { .. } => o.shape.inner_radius(),
+            _ => o.shape.outer_radius() + CLOSE,
+        };
         let most = (reach / GRID).ceil() as i32;
         let mut places = Vec::new();
         let mut taken: Option<String> = None;
@@ -270,7 +267,7 @@ impl Planner {
                 if bears == TABLE && !scene.table.holds(x, y, edge) {
                     continue;
                 }
-                if let Some(other) = self.beside(o, &bears, Vector3::new(x, y, below.height), CLOSE)
+                if let Some(other) = self.beside(o, &bears, Vector3::new(x, y, below.height), room)
                 {
                     taken = taken.or(Some(other));
                     continue;
@@ -286,7 +283,7 @@ impl Planner {
         Ok(places.into_iter().map(|(.., place)| place).collect())
     }
 
-    /// Returns a thing that stands so near a place, with less than `room` m between, that `o` has no room beside it.
+    /// Returns a thing whose side is nearer than `room` m to a place, so that `o` cannot stand there.
     fn beside(
         &self,
         o: &scene::Object,
@@ -299,9 +296,10 @@ impl Planner {
         let near = others.find(|other| {
             let known = self.state.object(&other.name).and_then(|s| s.world_from_object);
             known.is_some_and(|known| {
-                let gap = (known.origin().xy() - place.xy()).norm();
+                let at = Point::<World>::from(Vector3::new(place.x, place.y, known.origin().z));
+                let at = (known.inverse() * at).coords();
                 let is_level = known.origin().z + other.shape.height() > place.z;
-                is_level && gap < other.shape.outer_radius() + o.shape.outer_radius() + room
+                is_level && other.shape.beside(at.x, at.y) < room
             })
         });
         near.map(|other| other.name.clone())
