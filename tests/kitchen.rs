@@ -93,6 +93,7 @@ pub(crate) fn state(jar: [f64; 3], cup: [f64; 3]) -> WorldState {
         held: None,
         objects: vec![at("jar", jar, 150e-6), at("cup", cup, 0.0)],
         spilt: Some(0.0),
+        unknown: Vec::new(),
     }
 }
 

@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 use crate::alignment::vision::Sighting;
 use crate::fluent;
 use crate::world::frame::{Object, Tool, World};
-use crate::world::{ObjectState, Pose, Scene, WATER_DENSITY, WorldState, support};
+use crate::world::{ObjectState, Pose, Scene, Unknown, WATER_DENSITY, WorldState, support};
 
 use super::cell::Pads;
 use crate::arm::{Feedback, Grip};
@@ -94,6 +94,8 @@ pub struct Belief {
     mass: Option<f64>,
     /// How fast things creep along the pads, m/s.
     creep: f64,
+    /// What else was seen on the table.
+    unknown: Vec<Unknown>,
 }
 
 impl Belief {
@@ -109,12 +111,21 @@ impl Belief {
                 water: object.cavity.map(|cavity| cavity.filled),
             })
             .collect();
-        Self { scene, objects, held: None, below: None, mass: None, creep: 0.0 }
+        Self {
+            scene,
+            objects,
+            held: None,
+            below: None,
+            mass: None,
+            creep: 0.0,
+            unknown: Vec::new(),
+        }
     }
 
     /// Knows where things are in this world, and how much water is in them; what is held stands below the hand.
     pub fn knowing(scene: Arc<Scene>, state: &WorldState) -> Self {
         let mut belief = Self::new(scene);
+        belief.unknown.clone_from(&state.unknown);
         for object in &mut belief.objects {
             let Some(known) = state.object(&object.name) else { continue };
             *object = known.clone();
@@ -168,6 +179,14 @@ impl Belief {
             object.std = f64::INFINITY;
         }
         self.mass = None;
+    }
+
+    /// Takes what a photograph showed that nothing explains. While something is in the hand nothing is said of it, since
+    /// what hangs over the table hides it.
+    pub fn saw_unknown(&mut self, unknown: Vec<Unknown>) {
+        if self.held.is_none() {
+            self.unknown = unknown;
+        }
     }
 
     /// Knows how the finger pads hold.
@@ -266,6 +285,7 @@ impl Belief {
             objects,
             // No one weighs the table during a run.
             spilt: None,
+            unknown: self.unknown.clone(),
         }
     }
 }

@@ -11,7 +11,7 @@ use crate::alignment::overlay::annotate;
 use crate::alignment::vision::{self, Sighting};
 use crate::twin::render::{ArmLook, NOTHING, Options, TABLE, View, render};
 use crate::world::frame::{Tool, World};
-use crate::world::{Pose, WorldState};
+use crate::world::{Pose, Unknown, WorldState};
 
 use super::belief::Belief;
 use super::body::Sight;
@@ -38,8 +38,11 @@ pub struct RealBody {
     looking: Option<Looking>,
 }
 
+/// What is found in a photograph: the scene's objects, and what else there is.
+type Found = Result<(Vec<Sighting>, Vec<Unknown>), vision::Error>;
+
 /// A photograph and what is found in it, on a thread of its own.
-type Looking = std::thread::JoinHandle<(RgbImage, Result<Vec<Sighting>, vision::Error>)>;
+type Looking = std::thread::JoinHandle<(RgbImage, Found)>;
 
 impl RealBody {
     /// Takes devices in a context with what is known so far.
@@ -150,7 +153,10 @@ impl Body for RealBody {
             ..vision::Options::default()
         };
         self.looking = Some(std::thread::spawn(move || {
-            let seen = vision::see(&photo, &camera, &scene, &options);
+            let seen = vision::see(&photo, &camera, &scene, &options).and_then(|sightings| {
+                let others = vision::unexplained(&photo, &camera, &scene, &sightings, &options)?;
+                Ok((sightings, others))
+            });
             (photo, seen)
         }));
         Ok(())
@@ -161,7 +167,7 @@ impl Body for RealBody {
         let no_use = |error| DeviceError::Unavailable(wording::image_of_no_use(error));
         // A mistake of the program's own is no fault of the photograph.
         let (photo, seen) = looking.join().unwrap_or_else(|panic| resume_unwind(panic));
-        let sightings = seen.map_err(no_use)?;
+        let (sightings, others) = seen.map_err(no_use)?;
         self.photos += 1;
         if let Ok(mut watcher) = self.watcher.lock() {
             let image = annotate(&photo, &sightings);
@@ -169,8 +175,12 @@ impl Body for RealBody {
             for sighting in &sightings {
                 watcher.event(&Event::Note { text: wording::seen(sighting) });
             }
+            for other in &others {
+                watcher.event(&Event::Note { text: wording::seen_unknown(other) });
+            }
         }
         self.belief.saw(&sightings);
+        self.belief.saw_unknown(others);
         Ok(())
     }
 

@@ -7,7 +7,7 @@ use std::fmt::{Display, Write as _};
 use crate::alignment::vision::Sighting;
 use crate::http::Address;
 use crate::world::region::TABLE;
-use crate::world::{Intrinsics, Region};
+use crate::world::{Intrinsics, Region, Unknown};
 
 use super::calibrate::arm::ArmFit;
 
@@ -174,6 +174,18 @@ pub(super) fn seen(sighting: &Sighting) -> String {
         pose.yaw().to_degrees(),
         sighting.std * 1e3,
         sighting.confidence
+    )
+}
+
+/// What was seen on the table that the scene does not declare.
+pub(super) fn seen_unknown(other: &Unknown) -> String {
+    format!(
+        "camera: something that the scene does not declare at ({:.0}, {:.0}) cm, at most {:.0} cm wide and {:.0} cm high; the \
+         arm keeps clear of it",
+        other.at[0] * 100.0,
+        other.at[1] * 100.0,
+        other.radius * 200.0,
+        other.height * 100.0
     )
 }
 

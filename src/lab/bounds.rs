@@ -63,6 +63,12 @@ impl LabSettings {
         size("start.opening_m", self.start.opening_m, 1.0)?;
         size("scale.sigma_kg", self.scale.sigma_kg, 10.0)?;
         size("scale.step_kg", self.scale.step_kg, 10.0)?;
+        for (number, thing) in self.clutter.iter().enumerate() {
+            for (axis, size) in ["x", "y", "z"].iter().zip(thing.size_m) {
+                within(&format!("clutter[{number}].size_m.{axis}"), size, [1e-3, 1.0])?;
+            }
+            within(&format!("clutter[{number}].mass_kg"), thing.mass_kg, [1e-3, 100.0])?;
+        }
         self.laws()?;
         for (name, spot) in &placement.fixed {
             let key = |what: &str| format!("placement.fixed.{name}.{what}");

@@ -29,8 +29,8 @@ use crate::world::{ObjectState, Pose, Scene, WorldState};
 pub use hidden::{HiddenEffect, draw, seal, unseal};
 pub use negative::Negative;
 pub use settings::{
-    CameraError, JointError, LabSettings, Latency, LensError, LightError, Mounting, Placement,
-    Range, Readings, Scale, Sensor, Spot, Start, Switches, Things,
+    CameraError, Clutter, JointError, LabSettings, Latency, LensError, LightError, Mounting,
+    Placement, Range, Readings, Scale, Sensor, Spot, Start, Switches, Things,
 };
 
 pub use error::{Error, Unsound};
@@ -147,14 +147,16 @@ impl Lab {
         seed: u64,
     ) -> Result<Self, Error> {
         settings.check()?;
+        let mut scene = scene.clone();
+        let clutter = settings.clutter.iter().enumerate();
+        scene.objects.extend(clutter.map(|(k, thing)| thing.object(k + 1)));
         let efforts: Vec<f64> = robot.joints().iter().map(|joint| joint.effort).collect();
-        let truth = Truth::draw(scene, &efforts, &settings, seed)?;
+        let truth = Truth::draw(&scene, &efforts, &settings, seed)?;
         let arm = robot.clone().with_zero_offsets(&truth.zeros).with_tool_shift(truth.tool);
         let laws = settings.laws()?;
-        if let Some(why) = laws.iter().find_map(|law| law.hindrance(scene, efforts.len())) {
+        if let Some(why) = laws.iter().find_map(|law| law.hindrance(&scene, efforts.len())) {
             return Err(Unsound::from(why).into());
         }
-        let mut scene = scene.clone();
         let (shift, turn) = truth.base;
         let beside = Isometry3::from_parts(
             Translation3::from(shift),
@@ -188,6 +190,7 @@ impl Lab {
             held: None,
             objects: objects.collect(),
             spilt: Some(0.0),
+            unknown: Vec::new(),
         };
         let mut physics = twin::Settings::for_arm(&arm);
         physics.arm.coulomb.clone_from(&truth.coulomb);

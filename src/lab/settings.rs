@@ -24,6 +24,7 @@ use serde::{Deserialize, Serialize};
 use super::hidden::{self, HiddenEffect};
 use super::{Error, Unsound};
 use crate::twin::Effect;
+use crate::world::{Material, Object, Shape};
 
 /// Lowest and highest value of an even draw.
 pub type Range = [f64; 2];
@@ -58,6 +59,9 @@ pub struct LabSettings {
     pub things: Things,
     /// Where objects are put.
     pub placement: Placement,
+    /// Things that stand on the table and in no scene.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub clutter: Vec<Clutter>,
     /// Where the arm waits at the start.
     pub start: Start,
     /// The kitchen scale that is read while the arm moves.
@@ -301,6 +305,40 @@ pub struct Spot {
     /// About the table's normal, rad.
     #[serde(default)]
     pub yaw_rad: f64,
+}
+
+/// A thing that stands on the table and in no scene: a box.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Clutter {
+    /// Its edges along x, y and z, m.
+    pub size_m: [f64; 3],
+    /// Its colour, sRGB.
+    pub colour: [u8; 3],
+    /// Its mass, kg.
+    #[serde(default = "Clutter::usual_mass")]
+    pub mass_kg: f64,
+}
+
+impl Clutter {
+    /// A cup of tea, kg.
+    fn usual_mass() -> f64 {
+        0.3
+    }
+
+    /// Returns it as an object of the laboratory's own scene; `number` tells it from others.
+    pub(super) fn object(&self, number: usize) -> Object {
+        Object {
+            name: format!("clutter_{number}"),
+            kind: "Object".to_owned(),
+            shape: Shape::Cuboid { size: self.size_m.into() },
+            cavity: None,
+            looks: String::new(),
+            material: Material::Opaque,
+            colour: self.colour,
+            mass: self.mass_kg,
+        }
+    }
 }
 
 section! {

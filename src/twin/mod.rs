@@ -46,6 +46,7 @@
 //!         water: None,
 //!     }],
 //!     spilt: None,
+//!     unknown: Vec::new(),
 //! };
 //! let mut twin = Twin::new(&robot, &scene, &start, Settings::for_arm(&robot)).unwrap();
 //! twin.run(1.0).unwrap();
@@ -74,7 +75,7 @@ pub use settings::{ArmSettings, FrictionSettings, GripperSettings, Settings};
 
 use crate::motion::Robot;
 use crate::motion::dynamics::{Bodies, Dynamics};
-use crate::world::{ObjectState, Pose, Scene, WorldState};
+use crate::world::{ObjectState, Pose, Scene, Unknown, WorldState};
 use fluid::{Filling, Vessel};
 use physics::{Part, Physics};
 
@@ -105,6 +106,8 @@ pub struct Twin {
     stride: u64,
     steps: u64,
     began: f64,
+    /// What else was seen on the table; nothing of it is simulated.
+    unknown: Vec<Unknown>,
     command: (Vec<f64>, Vec<f64>),
     grip: Grip,
     /// Speeds (rad/s) and accelerations (rad/s²) of the arm's joints in the last step.
@@ -188,6 +191,7 @@ impl Twin {
             stride: stride as u64,
             steps: 0,
             began: state.time,
+            unknown: state.unknown.clone(),
             command: (state.q.clone(), vec![0.0; n]),
             grip: Grip { aim: goal, goal, speed: 0.0, force: settings.gripper.force },
             motion: (vec![0.0; n], vec![0.0; n]),
@@ -471,6 +475,7 @@ impl Twin {
             held: self.held_index().map(|i| self.scene.objects[i].name.clone()),
             objects: objects.collect(),
             spilt: Some(self.fluid.spilt()),
+            unknown: self.unknown.clone(),
         }
     }
 

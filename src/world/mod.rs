@@ -33,6 +33,17 @@ pub struct ObjectState {
     pub water: Option<f64>,
 }
 
+/// Something on the table that no scene declares, bounded by an upright cylinder.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Unknown {
+    /// The middle of the cylinder on the table, m.
+    pub at: [f64; 2],
+    /// Its radius, m.
+    pub radius: f64,
+    /// Its height, m: nothing of the thing is higher.
+    pub height: f64,
+}
+
 /// Everything that changes, at one instant.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WorldState {
@@ -50,6 +61,9 @@ pub struct WorldState {
     pub objects: Vec<ObjectState>,
     /// Water on the table, m³, `None` when nobody knows.
     pub spilt: Option<f64>,
+    /// What else was seen on the table.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unknown: Vec<Unknown>,
 }
 
 /// Reads a number, `null` as infinity.

@@ -29,6 +29,7 @@ fn run(branch: &str, worked: bool, robot: &str) -> Value {
         held: None,
         objects: Vec::new(),
         spilt: None,
+        unknown: Vec::new(),
     };
     let inside = pg.steps.iter().filter(|step| step.path.contains(&format!(".{branch}/")));
     let steps: Vec<Value> = inside

@@ -203,6 +203,7 @@ fn the_evidence_of_a_run_weighs_as_it_was_planted() {
             held: None,
             objects: Vec::new(),
             spilt: None,
+            unknown: Vec::new(),
         },
         twin: None,
     };

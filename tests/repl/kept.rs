@@ -32,6 +32,7 @@ fn state(time: f64) -> WorldState {
         held: Some("jar".into()),
         objects: vec![object("jar", 0.5), object("cup", 0.55)],
         spilt: None,
+        unknown: Vec::new(),
     }
 }
 

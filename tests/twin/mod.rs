@@ -90,6 +90,7 @@ pub(crate) fn state(q: &[f64], objects: &[(&str, Isometry3<f64>, f64)]) -> World
         held: None,
         objects: objects.collect(),
         spilt: Some(0.0),
+        unknown: Vec::new(),
     }
 }
 

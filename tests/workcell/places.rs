@@ -1,7 +1,7 @@
 //! Where things are put: on a tray, on one another, into a vessel; and what is said of it is what is so.
 
 use trueup::execution::calibrate::Switches;
-use trueup::lab::{LabSettings, Spot};
+use trueup::lab::{Clutter, LabSettings, Spot};
 use trueup::language::ast::Step;
 use trueup::language::{Source, parse_line};
 use trueup::trace::Nobody;
@@ -129,4 +129,31 @@ fn a_parameter_that_no_script_reads_is_a_mistake() {
     let codes: Vec<_> = found.iter().map(|(wrong, _)| wrong.code).collect();
     assert_eq!(codes, ["task::unread"], "`at` is nowhere, `o` is in a condition");
     assert!(found[0].0.message.contains("never reads `at`"), "{}", found[0].0.message);
+}
+
+#[test]
+fn what_no_scene_declares_is_seen_and_kept_clear_of() {
+    let mut options = cubes();
+    let box_ = Clutter { size_m: [0.06, 0.05, 0.08], colour: [90, 90, 95], mass_kg: 0.2 };
+    options.lab.clutter.push(box_);
+    let spot = Spot { x_m: 0.72, y_m: -0.22, yaw_rad: 0.4 };
+    options.lab.placement.fixed.insert("clutter_1".into(), spot);
+    let mut cell = WorkCell::open(options).unwrap();
+    let run = run(&mut cell, "put(a, at: next_to(b)) then home() then look()");
+    assert_eq!(run.outcome, Ending::Success, "{:?}", run.reason);
+    let state = cell.state().unwrap();
+    let [other] = state.unknown.as_slice() else { panic!("{:?}", state.unknown) };
+    let off = (other.at[0] - 0.72).hypot(other.at[1] + 0.22);
+    assert!(off < other.radius, "{other:?}");
+    assert!(other.radius < 0.12 && other.height > 0.08 && other.height < 0.25, "{other:?}");
+    // Put beside another thing, and not into what nobody knows.
+    let put = state.object("a").unwrap().world_from_object.unwrap().origin();
+    assert!((put.x - 0.72).hypot(put.y + 0.22) > 0.06, "{put}");
+}
+
+#[test]
+fn a_table_that_is_as_declared_has_nothing_unknown_on_it() {
+    let mut cell = WorkCell::open(cubes()).unwrap();
+    run(&mut cell, "look()");
+    assert_eq!(cell.state().unwrap().unknown, []);
 }

@@ -106,6 +106,7 @@ fn an_object_nobody_has_seen_is_read_back_as_it_was() {
             water: None,
         }],
         spilt: None,
+        unknown: Vec::new(),
     };
     let text = serde_json::to_string(&state).unwrap();
     assert!(text.contains("\"std\":null"), "{text}");

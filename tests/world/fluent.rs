@@ -69,6 +69,7 @@ fn state() -> WorldState {
         held: None,
         objects: vec![at("jar", 0.5, 0.2), at("cup", 0.5, -0.2), at("block", 0.3, 0.0)],
         spilt: Some(0.0),
+        unknown: Vec::new(),
     }
 }
 

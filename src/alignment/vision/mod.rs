@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 
 mod judge;
 mod together;
+mod unexplained;
 mod verify;
 mod wording;
 
@@ -31,6 +32,7 @@ use crate::world::{Camera, Scene};
 use together::Sought;
 
 pub use super::overlay::annotate;
+pub use unexplained::unexplained;
 pub use verify::verify;
 
 /// Why a picture could not be used at all. An object that is not found is an answer, not an error.

@@ -24,7 +24,7 @@ use crate::motion::rrt::{self, Cone};
 use crate::motion::solid::Solid;
 use crate::motion::trajectory::{self, Trajectory};
 use crate::world::frame::{Base, Flange, Object, Tool, World};
-use crate::world::{Pose, WorldState};
+use crate::world::{Pose, Shape, WorldState};
 
 use crate::trace::{NoWay, Why};
 
@@ -60,6 +60,8 @@ pub struct Way {
     pub on: Vec<Vec<f64>>,
 }
 
+/// What is called that was seen on the table and no scene declares.
+const UNKNOWN: &str = "something unknown";
 /// What the point between the fingers is called where it may not go.
 const TOOL: &str = "the tool";
 /// What finding the joint positions of one pose costs, in units of [`Budget`]: 0.5 ms at 20 million units a second. It
@@ -251,6 +253,13 @@ impl Planner {
                 let shape = object.shape.grown(self.doubt);
                 world.add(&Obstacle::of_object(&object.name, &shape, pose));
             }
+        }
+        for other in &self.state.unknown {
+            let shape =
+                Shape::Cylinder { radius: other.radius, height: other.height }.grown(self.doubt);
+            let stands = Pose::<World, Object>::upright(other.at[0], other.at[1], 0.0, 0.0);
+            world.add(&Obstacle::of_object(UNKNOWN, &shape, base_from_world * stands));
+            world.ignore(TOOL, UNKNOWN);
         }
         world.set_opening(opening);
         // The limits look at the point between the fingers, which no solid of theirs need hold.

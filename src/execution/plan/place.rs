@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use crate::world::frame::{Object, World};
 use crate::world::region::{self, Bearer, TABLE};
-use crate::world::{self as scene, Point, Pose, Region, Shape, support};
+use crate::world::{self as scene, Point, Pose, Region, Shape, Unknown, support};
 
 use super::super::wording;
 use super::grasp::distance;
@@ -264,7 +264,7 @@ impl Planner {
                     taken = taken.or(below.name);
                     continue;
                 }
-                if bears == TABLE && !scene.table.holds(x, y, edge) {
+                if bears == TABLE && !(scene.table.holds(x, y, edge) && self.is_known(x, y, room)) {
                     continue;
                 }
                 if let Some(other) = self.beside(o, &bears, Vector3::new(x, y, below.height), room)
@@ -281,6 +281,12 @@ impl Planner {
         }
         places.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1)));
         Ok(places.into_iter().map(|(.., place)| place).collect())
+    }
+
+    /// Whether nothing that the scene does not declare is nearer than `room` m to a point of the table.
+    fn is_known(&self, x: f64, y: f64, room: f64) -> bool {
+        let gap = |other: &Unknown| (other.at[0] - x).hypot(other.at[1] - y) - other.radius;
+        self.state.unknown.iter().all(|other| gap(other) > room)
     }
 
     /// Returns a thing whose side is nearer than `room` m to a place, so that `o` cannot stand there.
@@ -319,13 +325,15 @@ impl Planner {
                 if !COMFORTABLE.contains(&reach) || !scene.table.holds(x, y, radius + FROM_EDGE) {
                     continue;
                 }
-                let free = scene.objects.iter().filter(|other| other.name != o).all(|other| {
-                    let known = self.state.object(&other.name).and_then(|s| s.world_from_object);
-                    known.is_none_or(|pose| {
-                        let gap = (pose.origin().x - x).hypot(pose.origin().y - y);
-                        gap > other.shape.outer_radius() + radius + BETWEEN
-                    })
-                });
+                let free = self.is_known(x, y, radius)
+                    && scene.objects.iter().filter(|other| other.name != o).all(|other| {
+                        let known =
+                            self.state.object(&other.name).and_then(|s| s.world_from_object);
+                        known.is_none_or(|pose| {
+                            let gap = (pose.origin().x - x).hypot(pose.origin().y - y);
+                            gap > other.shape.outer_radius() + radius + BETWEEN
+                        })
+                    });
                 if free {
                     places.push((x, y));
                 }

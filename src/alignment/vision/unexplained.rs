@@ -1,0 +1,182 @@
+//! What the picture shows on the table that no object of the scene explains.
+//!
+//! Bare table has one colour up to its light, so the chromaticity of a pixel tells what is not table and leaves shadows
+//! alone. What is in the table's colour, or clear as glass, is not noticed. A region is bounded, not measured: what
+//! stands somewhere under it is inside a cylinder over its extent on the table, at most so high as the region is long
+//! in the direction of view.
+
+use image::{GrayImage, Luma, RgbImage};
+use imageproc::region_labelling::{Connectivity, connected_components};
+use nalgebra::Vector2;
+
+use super::{Error, Options, Sighting, check_size};
+use crate::alignment::picture::Picture;
+use crate::world::{Camera, Pixel, Scene, Unknown};
+
+/// Pixels of the picture to one of its quarter size.
+const QUARTER: f64 = 4.0;
+/// From so many spreads on a colour is not the table's: of normal noise one pixel in five hundred million is, and wood
+/// has streaks of twice its spread.
+const NOT_TABLE: f64 = 6.0;
+/// Added to the spread of the table's chromaticity: a grey value of 8 bits is a hundredth of it in the shade.
+const LEAST_SPREAD: f32 = 0.004;
+/// So far around a known object nothing is said, px: its outline is known to a few pixels, and what it reflects and
+/// refracts is around it.
+const AROUND_KNOWN_PX: f64 = 24.0;
+/// The same around a printed dot, m.
+const AROUND_MARK: f64 = 0.012;
+/// The same along the edge of the table, m.
+const AROUND_EDGE: f64 = 0.02;
+/// The same around the axis of the arm's base, m: its foot is 7 cm wide (`gen3_2f85.urdf`), cables and bolts are beside
+/// it, and nothing that stands there can be worked with.
+const AROUND_BASE: f64 = 0.20;
+/// The smallest region that is told, m²: a cube of 2 cm.
+const LEAST_AREA: f64 = 4e-4;
+/// Nothing on a table is taken to be higher, m.
+const HIGHEST: f64 = 0.4;
+
+/// Returns what is on the table and in no sighting, largest first.
+///
+/// # Errors
+///
+/// [`Error::WrongSize`] when the picture is not the camera's size.
+pub fn unexplained(
+    image: &RgbImage,
+    camera: &Camera,
+    scene: &Scene,
+    sightings: &[Sighting],
+    options: &Options,
+) -> Result<Vec<Unknown>, Error> {
+    check_size(image, camera)?;
+    let picture = Picture::new(image);
+    if picture.is_grey {
+        return Ok(Vec::new());
+    }
+    let (w, h) = (picture.small[0].width, picture.small[0].height);
+    let ground = |x: usize, y: usize| -> Option<Vector2<f64>> {
+        let pixel = Pixel { u: QUARTER * x as f64 + 1.5, v: QUARTER * y as f64 + 1.5 };
+        let at = camera.on_plane(pixel, 0.0)?.coords().xy();
+        let is_open = scene.table.holds(at.x, at.y, AROUND_EDGE)
+            && !explained(pixel, at, scene, sightings, options);
+        is_open.then_some(at)
+    };
+    let open: Vec<(usize, usize, Vector2<f64>)> = (0..h)
+        .flat_map(|y| (0..w).map(move |x| (x, y)))
+        .filter_map(|(x, y)| Some((x, y, ground(x, y)?)))
+        .collect();
+    let bare: Vec<(f32, f32)> = picture
+        .chromaticity
+        .iter()
+        .map(|plane| middle(open.iter().map(|(x, y, _)| plane.data[y * w + x]).collect()))
+        .collect();
+    let mut other = GrayImage::new(w as u32, h as u32);
+    for (x, y, _) in &open {
+        let far = picture.chromaticity.iter().zip(&bare).map(|(plane, (middle, spread))| {
+            f64::from((plane.data[y * w + x] - middle) / (spread + LEAST_SPREAD))
+        });
+        if far.fold(0.0, f64::hypot) > NOT_TABLE {
+            other.put_pixel(*x as u32, *y as u32, Luma([255]));
+        }
+    }
+    Ok(bounded(&other, &open, camera))
+}
+
+/// Whether a pixel shows something that is known, or is not to be judged.
+fn explained(
+    pixel: Pixel,
+    at: Vector2<f64>,
+    scene: &Scene,
+    sightings: &[Sighting],
+    options: &Options,
+) -> bool {
+    let base = scene.world_from_base.origin().xy();
+    if (at - base).norm() < AROUND_BASE {
+        return true;
+    }
+    let marked = scene
+        .marks
+        .iter()
+        .any(|mark| (at - Vector2::new(mark.x, mark.y)).norm() < mark.radius + AROUND_MARK);
+    let (u, v) = (pixel.u.max(0.0) as u32, pixel.v.max(0.0) as u32);
+    let ignored = options
+        .ignore
+        .as_ref()
+        .is_some_and(|mask| u < mask.width() && v < mask.height() && mask.get_pixel(u, v)[0] > 0);
+    let known = || {
+        sightings.iter().filter(|sighting| sighting.found).any(|sighting| {
+            distance_to(&sighting.hull, Vector2::new(pixel.u, pixel.v)) < AROUND_KNOWN_PX
+        })
+    };
+    marked || ignored || known()
+}
+
+/// Returns how far a point is outside a convex outline, px; 0 inside.
+fn distance_to(hull: &[[f64; 2]], p: Vector2<f64>) -> f64 {
+    let corners: Vec<Vector2<f64>> = hull.iter().map(|c| Vector2::from(*c)).collect();
+    if corners.len() < 3 {
+        return f64::INFINITY;
+    }
+    if crate::alignment::outline::inside_convex(&corners, p) {
+        return 0.0;
+    }
+    let sides = corners.iter().zip(corners.iter().cycle().skip(1));
+    let apart = sides.map(|(a, b)| {
+        let along = (b - a).dot(&(p - a)) / (b - a).norm_squared().max(1e-12);
+        (p - a - (b - a) * along.clamp(0.0, 1.0)).norm()
+    });
+    apart.fold(f64::INFINITY, f64::min)
+}
+
+/// Returns the median and the robust standard deviation.
+fn middle(mut values: Vec<f32>) -> (f32, f32) {
+    if values.is_empty() {
+        return (0.0, 1.0);
+    }
+    let half = values.len() / 2;
+    let middle = *values.select_nth_unstable_by(half, f32::total_cmp).1;
+    let mut off: Vec<f32> = values.iter().map(|value| (value - middle).abs()).collect();
+    // 1.4826: the standard deviation over the median of absolute deviations of a normal distribution.
+    (middle, 1.4826 * *off.select_nth_unstable_by(half, f32::total_cmp).1)
+}
+
+/// Bounds each connected region by a cylinder on the table.
+fn bounded(
+    other: &GrayImage,
+    open: &[(usize, usize, Vector2<f64>)],
+    camera: &Camera,
+) -> Vec<Unknown> {
+    let labels = connected_components(other, Connectivity::Eight, Luma([0]));
+    let count = labels.pixels().map(|label| label[0]).max().unwrap_or(0) as usize;
+    let mut regions: Vec<Vec<Vector2<f64>>> = vec![Vec::new(); count + 1];
+    for (x, y, at) in open {
+        let label = labels.get_pixel(*x as u32, *y as u32)[0] as usize;
+        if label > 0 {
+            regions[label].push(*at);
+        }
+    }
+    let eye = camera.world_from_camera.origin();
+    let mut found: Vec<Unknown> = Vec::new();
+    for region in &regions {
+        let Some(first) = region.first() else { continue };
+        let (low, high) =
+            region.iter().fold((*first, *first), |(low, high), p| (low.inf(p), high.sup(p)));
+        let centre = 0.5 * (low + high);
+        // A pixel covers the more table the farther and the flatter it is seen.
+        let ray = nalgebra::Vector3::new(centre.x, centre.y, 0.0) - eye;
+        let side = QUARTER * ray.norm() / camera.intrinsics.fx;
+        let area = region.len() as f64 * side * side * ray.norm() / ray.z.abs().max(1e-6);
+        if area < LEAST_AREA {
+            continue;
+        }
+        let radius = region.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max);
+        let away = ray.xy().try_normalize(1e-9).unwrap_or_else(Vector2::x);
+        let along = region.iter().map(|p| (p - centre).dot(&away));
+        let (near, far) = along
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(near, far), d| (near.min(d), far.max(d)));
+        let slope = eye.z / ray.xy().norm().max(1e-6);
+        let height = ((far - near) * slope).clamp(0.0, HIGHEST);
+        found.push(Unknown { at: centre.into(), radius, height });
+    }
+    found.sort_by(|a, b| b.radius.total_cmp(&a.radius));
+    found
+}
