@@ -30,6 +30,7 @@
 pub mod decode;
 pub mod picture;
 pub mod marks;
+pub mod chessboard;
 pub mod ball;
 pub mod outline;
 pub mod placement;

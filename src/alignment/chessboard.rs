@@ -1,0 +1,241 @@
+//! A printed chessboard in a photograph: its inner corners, to a fraction of a pixel and in order.
+//!
+//! In comes a picture and the size of the board; out come the corners row by row. Places where two dark and two
+//! bright sectors meet are found at several sizes of the picture ([`saddle`]), joined into grids along the edges
+//! between them ([`grid`]), and put to a fraction of a pixel at full size ([`subpixel`]). Brightness, contrast, turn and
+//! the size of the squares are not known beforehand. A board is found whole or not at all; what was seen instead is
+//! said. Finding the camera from the corners is [`super::intrinsics`]'s work.
+
+mod grid;
+mod saddle;
+mod subpixel;
+
+use image::RgbImage;
+use nalgebra::Vector2;
+
+use self::grid::Grid;
+use self::saddle::Saddles;
+use super::picture::Plane;
+use crate::world::{Pixel, Point, frame};
+
+/// A chessboard by its inner corners, where four squares meet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Board {
+    /// Inner corners along a row.
+    pub columns: usize,
+    /// Inner corners along a column.
+    pub rows: usize,
+    /// Side of a square, m.
+    pub square: f64,
+}
+
+/// Why a text is no board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum BadBoard {
+    /// Fewer inner corners than a grid has.
+    #[error("a board has at least 3 x 2 inner corners")]
+    TooSmall,
+    /// More inner corners than a photograph shows.
+    #[error("a board has at most {MOST} inner corners a side")]
+    TooLarge,
+    /// A square without a size.
+    #[error("a square has a side longer than 0")]
+    NoSide,
+}
+
+/// Most inner corners a side. Chosen: with squares of 8 px a picture 4000 px wide shows 500, and nobody prints that.
+const MOST: usize = 200;
+
+impl Board {
+    /// Returns the board, if it is one that can be looked for; `square` in m.
+    ///
+    /// # Errors
+    ///
+    /// [`BadBoard`].
+    pub fn new(columns: usize, rows: usize, square: f64) -> Result<Self, BadBoard> {
+        if columns.min(rows) < 2 || columns.max(rows) < 3 {
+            return Err(BadBoard::TooSmall);
+        }
+        if columns.max(rows) > MOST {
+            return Err(BadBoard::TooLarge);
+        }
+        if !(square > 0.0 && square.is_finite()) {
+            return Err(BadBoard::NoSide);
+        }
+        Ok(Self { columns, rows, square })
+    }
+
+    /// Returns the corners on the board's plane z = 0, m, row by row.
+    pub fn points(&self) -> Vec<Point<frame::World>> {
+        let place = |i: usize| self.square * i as f64;
+        (0..self.rows)
+            .flat_map(|r| (0..self.columns).map(move |c| Point::new(place(c), place(r), 0.0)))
+            .collect()
+    }
+}
+
+/// Why a board was not found.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum NotFound {
+    /// Nothing like a chessboard.
+    #[error("no chessboard seen")]
+    Nothing,
+    /// A whole board, but another one.
+    #[error("found {columns}x{rows}, asked for {}x{}", asked.0, asked.1)]
+    OtherSize {
+        /// Columns of what was seen.
+        columns: usize,
+        /// Rows of it.
+        rows: usize,
+        /// Columns and rows asked for.
+        asked: (usize, usize),
+    },
+    /// A board with corners hidden or outside the picture.
+    #[error(
+        "found {seen} corners of a board with at least {columns}x{rows}, asked for {}x{}: part of it is hidden, \
+         blurred or outside the picture",
+        asked.0, asked.1
+    )]
+    Partly {
+        /// Corners that were seen.
+        seen: usize,
+        /// Columns they span.
+        columns: usize,
+        /// Rows they span.
+        rows: usize,
+        /// Columns and rows asked for.
+        asked: (usize, usize),
+    },
+    /// Corners that are not where edges cross.
+    #[error("found the board, but {corners} of its corners are too blurred to be placed")]
+    Blurred {
+        /// How many.
+        corners: usize,
+    },
+}
+
+/// The long side of the picture that is searched first, px. Chosen: a board that fills a third of it has squares of
+/// 30 px or so; with half of it small boards are lost at first, with twice as much time is.
+const FIRST: usize = 1300;
+/// The smallest long side that is searched, px: a board of ten squares of 8 px and as much around it.
+const LEAST: usize = 160;
+/// Saddles that are kept: so many per corner of the board, and so many beside it. Chosen: the board's are among the
+/// strongest of a picture, and print beside it has some hundreds.
+const KEPT: (usize, usize) = (8, 600);
+/// Half of the window of a corner, as a part of the least distance to its neighbours, and px at least. Chosen: with
+/// half of it few pixels speak, with twice as much the neighbour's edges do.
+const WINDOW: (f64, f64) = (0.35, 2.0);
+
+/// Finds a chessboard's inner corners in a picture, row by row, px.
+///
+/// The first corner is the one whose square inside the board is dark, where colours tell it; of two that colours do
+/// not tell apart, the one nearer to the picture's top left corner. Rows follow clockwise to columns as seen.
+///
+/// # Errors
+///
+/// [`NotFound`], with what was seen instead.
+pub fn find(image: &RgbImage, board: &Board) -> Result<Vec<Pixel>, NotFound> {
+    let mut levels = vec![Plane::grey(image)];
+    while let Some(last) = levels.last()
+        && last.width.max(last.height) >= 2 * LEAST
+    {
+        levels.push(last.halved());
+    }
+    let long = |level: usize| levels[level].width.max(levels[level].height);
+    let first = (0..levels.len()).find(|&level| long(level) <= FIRST).unwrap_or(0);
+    // Finer ones find small squares, coarser ones those in blur and noise.
+    let order = (0..=first).rev().chain(first + 1..levels.len());
+    let mut best: Option<(Grid, usize)> = None;
+    for level in order {
+        for grid in in_plane(&levels[level], board) {
+            if let Some(grid) = ordered(&grid, board) {
+                return refined(&levels, level, &grid);
+            }
+            if best.as_ref().is_none_or(|(other, _)| grid.n_seen() > other.n_seen()) {
+                best = Some((grid, level));
+            }
+        }
+    }
+    Err(best.map_or(NotFound::Nothing, |(grid, _)| seen(&grid, board)))
+}
+
+fn in_plane(plane: &Plane, board: &Board) -> Vec<Grid> {
+    let saddles = Saddles::new(plane);
+    let most = KEPT.0 * board.columns * board.rows + KEPT.1;
+    grid::grids(&saddles, &saddles.all(most))
+}
+
+/// What to say of a grid that is not the board asked for.
+fn seen(grid: &Grid, board: &Board) -> NotFound {
+    let asked = (board.columns, board.rows);
+    // Named the way it was asked: the long side where the asked one has it.
+    let (long, short) = (grid.n_columns.max(grid.n_rows), grid.n_columns.min(grid.n_rows));
+    let (columns, rows) = if asked.0 >= asked.1 { (long, short) } else { (short, long) };
+    let seen = grid.n_seen();
+    if seen == columns * rows && (columns, rows) != asked {
+        NotFound::OtherSize { columns, rows, asked }
+    } else {
+        NotFound::Partly { seen, columns, rows, asked }
+    }
+}
+
+/// Returns the grid turned so that its columns and rows are the board's, `None` if it is not that board.
+fn ordered(grid: &Grid, board: &Board) -> Option<Grid> {
+    if grid.corners.iter().any(Option::is_none) {
+        return None;
+    }
+    let mut turns = vec![grid.clone()];
+    for _ in 0..3 {
+        turns.extend(turns.last().map(Grid::turned));
+    }
+    turns.retain(|g| (g.n_columns, g.n_rows) == (board.columns, board.rows));
+    let from_top_left = |g: &Grid| g.corners[0].map_or(f64::INFINITY, |p| p.x + p.y);
+    turns.into_iter().min_by(|a, b| {
+        b.is_dark.cmp(&a.is_dark).then(from_top_left(a).total_cmp(&from_top_left(b)))
+    })
+}
+
+/// Puts corners that were found at one size of the picture to a fraction of a pixel at full size.
+fn refined(levels: &[Plane], level: usize, grid: &Grid) -> Result<Vec<Pixel>, NotFound> {
+    let mut corners: Vec<Vector2<f64>> = grid.corners.iter().copied().flatten().collect();
+    let mut lost = 0;
+    for plane in levels[..=level].iter().rev().enumerate().map(|(i, plane)| (i > 0, plane)) {
+        let (is_finer, plane) = plane;
+        if is_finer {
+            // Pixels' centres are whole numbers, so a pixel of half the size begins at -0.5.
+            corners.iter_mut().for_each(|c| *c = *c * 2.0 + Vector2::new(0.5, 0.5));
+        }
+        lost = 0;
+        for i in 0..corners.len() {
+            let half = (WINDOW.0 * nearest(&corners, i, grid)).max(WINDOW.1);
+            match subpixel::refine(plane, corners[i], half) {
+                Some(at) => corners[i] = at,
+                None => lost += 1,
+            }
+        }
+    }
+    if lost > 0 {
+        return Err(NotFound::Blurred { corners: lost });
+    }
+    Ok(corners.iter().map(|c| Pixel::new(c.x, c.y)).collect())
+}
+
+/// The distance to the nearest of a corner's neighbours in the grid, px.
+fn nearest(corners: &[Vector2<f64>], i: usize, grid: &Grid) -> f64 {
+    let (column, row, w) = (i % grid.n_columns, i / grid.n_columns, grid.n_columns);
+    let mut least = f64::INFINITY;
+    let mut to = |other: usize| least = least.min((corners[other] - corners[i]).norm());
+    if column > 0 {
+        to(i - 1);
+    }
+    if column + 1 < w {
+        to(i + 1);
+    }
+    if row > 0 {
+        to(i - w);
+    }
+    if row + 1 < grid.n_rows {
+        to(i + w);
+    }
+    least
+}
