@@ -27,8 +27,10 @@ const NEAREST: usize = 40;
 const FILLED: f64 = 0.25;
 /// A line of the grid at its border of which less than this part is there is no line of the board.
 const BARE: f64 = 0.5;
-/// Least strength of a filled-in corner, as a part of its neighbours'. Chosen: a shadow's border on a board.
-const WEAK: f64 = 0.15;
+/// Least contrast of a corner as a part of its neighbour's, and least step of the edge between two as a part of the
+/// lower contrast of both. Chosen: a shadow on a board takes away three quarters of the light; noise and the blocks of
+/// a JPEG have some hundredths of the board's contrast.
+const WEAK: f64 = 0.2;
 
 /// Corners by column and row.
 #[derive(Debug, Clone)]
@@ -139,22 +141,25 @@ fn neighbour(
         let backs = (0..4).filter(|k| k % 2 != ray % 2);
         let back = backs.map(|k| (turn(saddles[b].rays[k] + std::f64::consts::PI, angle).abs(), k));
         let Some((off, back)) = back.min_by(|p, q| p.0.total_cmp(&q.0)) else { continue };
-        if off <= ASIDE && has_edge(plane, saddles[a].at, way, ray % 2 == 0) {
+        let contrasts = [saddles[a].contrast, saddles[b].contrast];
+        let (least, most) = (contrasts[0].min(contrasts[1]), contrasts[0].max(contrasts[1]));
+        let bright = if ray % 2 == 0 { WEAK * least } else { -WEAK * least };
+        if off <= ASIDE && least > WEAK * most && has_edge(plane, saddles[a].at, way, bright) {
             best = Some((cost, (b, back)));
         }
     }
     best.map(|(_, link)| link)
 }
 
-/// Whether one side of the way is brighter than the other all along.
-fn has_edge(plane: &Saddles, from: Vector2<f64>, way: Vector2<f64>, is_bright_right: bool) -> bool {
+/// Whether the right side of the way is brighter than the left one all along, by so much at least; negative for darker.
+fn has_edge(plane: &Saddles, from: Vector2<f64>, way: Vector2<f64>, bright: f64) -> bool {
     let length = way.norm();
     let right = Vector2::new(-way.y, way.x) / length;
     let beside = right * (BESIDE.0 * length).clamp(BESIDE.1, BESIDE.2);
     ALONG.iter().all(|t| {
         let at = from + way * *t;
-        let side = |p: Vector2<f64>| plane.smooth.sample(p.x, p.y);
-        (side(at + beside) > side(at - beside)) == is_bright_right
+        let side = |p: Vector2<f64>| f64::from(plane.smooth.sample(p.x, p.y));
+        (side(at + beside) - side(at - beside)) * bright.signum() > bright.abs()
     })
 }
 
@@ -195,7 +200,7 @@ fn fill(plane: &Saddles, nodes: &mut Nodes) {
                     continue;
                 };
                 let side = node.saddle.at - before.saddle.at;
-                let guess = (node.saddle.at + side, side.norm(), node.saddle.strength, node.ray);
+                let guess = (node.saddle.at + side, side.norm(), node.saddle.contrast, node.ray);
                 gaps.entry(gap).or_default().push(guess);
             }
         }
@@ -207,13 +212,13 @@ fn fill(plane: &Saddles, nodes: &mut Nodes) {
             let n = guesses.len() as f64;
             let place = guesses.iter().map(|g| g.0).sum::<Vector2<f64>>() / n;
             let side = guesses.iter().map(|g| g.1).fold(f64::INFINITY, f64::min);
-            let strength = guesses.iter().map(|g| g.2).sum::<f64>() / n;
+            let contrast = guesses.iter().map(|g| g.2).sum::<f64>() / n;
             let Some(saddle) = plane.near(place, FILLED * side) else { continue };
             let is_free = nodes.values().all(|node| (node.saddle.at - saddle.at).norm() > 1.0);
             // Colours alternate: the rays' order is that of a neighbour, moved on by one. Which of the two that fit
             // points along the columns is told by the neighbour's own direction.
             let Some(ray) = aligned(nodes, gap, &saddle) else { continue };
-            if is_free && saddle.strength > WEAK * strength && ray % 2 != guesses[0].3 % 2 {
+            if is_free && saddle.contrast > WEAK * contrast && ray % 2 != guesses[0].3 % 2 {
                 nodes.insert(gap, Node { saddle, ray });
                 is_new = true;
             }

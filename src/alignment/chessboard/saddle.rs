@@ -40,6 +40,8 @@ pub(super) struct Saddle {
     pub(super) at: Vector2<f64>,
     /// Root of minus the Hessian's determinant, grey levels per px².
     pub(super) strength: f64,
+    /// The brightest less the darkest on the circle around it, grey levels.
+    pub(super) contrast: f64,
     /// The angles of the edges that leave it, rad, clockwise as seen (v is down); the sector after the first
     /// and the third is bright.
     pub(super) rays: [f64; 4],
@@ -120,7 +122,8 @@ impl Saddles {
     fn at(&self, x: usize, y: usize) -> Option<Saddle> {
         let strength = f64::from(self.strength.data[y * self.strength.width + x]);
         let at = self.stationary(x, y)?;
-        Some(Saddle { at, strength, rays: self.rays(at)? })
+        let (rays, contrast) = self.rays(at)?;
+        Some(Saddle { at, strength, contrast, rays })
     }
 
     /// The place where the quadratic through the pixel's neighbours has no slope.
@@ -140,19 +143,17 @@ impl Saddles {
         (step.norm() < 1.5).then(|| Vector2::new(x as f64, y as f64) + step)
     }
 
-    /// The four edges that leave a place; `None` where there are not two dark and two bright sectors.
-    fn rays(&self, at: Vector2<f64>) -> Option<[f64; 4]> {
+    /// The four edges that leave a place, and the contrast around it; `None` where there are not two dark and two bright sectors.
+    fn rays(&self, at: Vector2<f64>) -> Option<([f64; 4], f64)> {
         let mut ring = [0.0; SAMPLES];
         for (k, value) in ring.iter_mut().enumerate() {
             let angle = TAU * k as f64 / SAMPLES as f64;
             let place = at + RING * Vector2::new(angle.cos(), angle.sin());
             *value = f64::from(self.smooth.sample(place.x, place.y));
         }
-        let middle = {
-            let most = ring.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let least = ring.iter().copied().fold(f64::INFINITY, f64::min);
-            f64::midpoint(most, least)
-        };
+        let most = ring.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let least = ring.iter().copied().fold(f64::INFINITY, f64::min);
+        let middle = f64::midpoint(most, least);
         let half = SAMPLES / 2;
         let (mut odd, mut total) = (0.0, 0.0);
         for k in 0..half {
@@ -181,7 +182,7 @@ impl Saddles {
         let rays = [0, 1, 2, 3].map(|k: usize| crossings[k].0);
         let is_spread = (0..4).all(|k| turn(rays[k], rays[(k + 1) % 4]).abs() > NARROW);
         let is_cross = (0..2).all(|k| PI - turn(rays[k], rays[k + 2]).abs() < OPPOSITE);
-        (is_spread && is_cross).then_some(rays)
+        (is_spread && is_cross).then_some((rays, most - least))
     }
 }
 
