@@ -52,5 +52,6 @@ pub mod intrinsics;
 pub mod camera_fit;
 pub mod offset;
 pub mod files;
+pub mod camera_file;
 
 pub use error::{Error, TooAlike};

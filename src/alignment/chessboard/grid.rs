@@ -114,7 +114,8 @@ fn links(plane: &Saddles, saddles: &[Saddle]) -> Links {
             [0, 1, 2, 3].map(|ray| neighbour(plane, saddles, a, ray, &near))
         })
         .collect();
-    let is_mutual = |a: usize, ray: usize, (b, back): (usize, usize)| chosen[b][back] == Some((a, ray));
+    let is_mutual =
+        |a: usize, ray: usize, (b, back): (usize, usize)| chosen[b][back] == Some((a, ray));
     (0..saddles.len())
         .map(|a| [0, 1, 2, 3].map(|ray| chosen[a][ray].filter(|&link| is_mutual(a, ray, link))))
         .collect()

@@ -38,8 +38,6 @@ const OPPOSITE: f64 = 0.5;
 pub(super) struct Saddle {
     /// Where, px of its plane.
     pub(super) at: Vector2<f64>,
-    /// Root of minus the Hessian's determinant, grey levels per px².
-    pub(super) strength: f64,
     /// The brightest less the darkest on the circle around it, grey levels.
     pub(super) contrast: f64,
     /// The angles of the edges that leave it, rad, clockwise as seen (v is down); the sector after the first
@@ -50,6 +48,7 @@ pub(super) struct Saddle {
 /// The smoothed plane and the strength of saddles in it.
 pub(super) struct Saddles {
     pub(super) smooth: Plane,
+    /// Root of minus the Hessian's determinant, grey levels per px².
     strength: Plane,
 }
 
@@ -120,10 +119,9 @@ impl Saddles {
 
     /// Returns the saddle at a pixel, if there are four sectors around it.
     fn at(&self, x: usize, y: usize) -> Option<Saddle> {
-        let strength = f64::from(self.strength.data[y * self.strength.width + x]);
         let at = self.stationary(x, y)?;
         let (rays, contrast) = self.rays(at)?;
-        Some(Saddle { at, strength, contrast, rays })
+        Some(Saddle { at, contrast, rays })
     }
 
     /// The place where the quadratic through the pixel's neighbours has no slope.

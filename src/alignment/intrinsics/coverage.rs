@@ -1,0 +1,219 @@
+//! What views of a planar target lack, and which picture to take next.
+//!
+//! In comes a calibration and its views, out come how the target was held, where in the picture it was, and advice
+//! in the order of what it is worth. What is said is in each advice's `Display`.
+//!
+//! Source: Zhang, "A Flexible New Technique for Camera Calibration", PAMI 2000, §5.1 (the number of planes and their
+//! tilt).
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::fmt;
+
+use super::{Calibration, View, lens};
+use crate::alignment::picture::median;
+
+/// How the target was held in one view.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Held {
+    /// Between the target's normal and the optical axis, rad: 0 is face-on.
+    pub tilt: f64,
+    /// Which way it leans in the picture, rad from u towards v, modulo half a turn.
+    pub direction: f64,
+}
+
+/// Where the corners are and how the target was held.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coverage {
+    /// View by view.
+    pub held: Vec<Held>,
+    /// Whether the lens can be undone everywhere in the picture.
+    pub is_one_to_one: bool,
+    /// Points in each ninth of the picture, rows from the top, columns from the left.
+    pub ninths: [[usize; 3]; 3],
+}
+
+/// What a further picture should show.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Advice {
+    /// Few pictures.
+    FewViews {
+        /// How many there are.
+        views: usize,
+    },
+    /// One view: the principal point is not measured.
+    OneView,
+    /// The target is nearly face-on in all of them.
+    FaceOn {
+        /// The largest tilt, rad.
+        tilt: f64,
+    },
+    /// The target leans to one side and its opposite only.
+    OneDirection {
+        /// Whether it leans left or right; otherwise up or down.
+        is_sideways: bool,
+    },
+    /// Parts of the picture without a corner.
+    Empty {
+        /// Rows and columns of the ninths, from the top and the left.
+        places: Vec<(usize, usize)>,
+    },
+    /// The lens, where no corner was, shows one place twice.
+    Folds,
+    /// The focal length is loosely held.
+    Unsure {
+        /// Its standard deviation as a part of it.
+        relative: f64,
+    },
+    /// A picture that fits worse than the others.
+    Poor {
+        /// Its name.
+        view: String,
+        /// Its root mean square error, px.
+        rms_px: f64,
+        /// The median of all views', px.
+        median_px: f64,
+    },
+}
+
+/// Fewer views than this are few: Zhang's errors (§5.1, Fig. 2) fall fast to five planes and slowly after.
+const FEW: usize = 5;
+/// A target that is nowhere tilted by this is face-on, rad (15°): Zhang's error at 20° (§5.1, Fig. 3) is twice that at
+/// 45°, and below it grows without bound.
+const FACE_ON: f64 = 0.262;
+/// Directions within this of each other are one, rad (30°). Chosen: a third of the way to the other axis.
+const ALIKE: f64 = 0.524;
+/// A focal length less sure than this is said to be, as a part. Chosen: 1 cm at a distance of 1 m.
+const UNSURE: f64 = 0.01;
+/// A view that fits so many times worse than the median. Chosen: noise of 50 corners alters its rms by a tenth.
+const POOR: f64 = 2.5;
+
+impl Coverage {
+    /// Returns what the views show.
+    pub fn of(calibration: &Calibration, views: &[View]) -> Self {
+        let held = calibration.views.iter().map(|view| {
+            let normal = view.camera_from_world.rotation() * nalgebra::Vector3::z();
+            Held {
+                tilt: normal.z.abs().min(1.0).acos(),
+                direction: normal.y.atan2(normal.x).rem_euclid(PI),
+            }
+        });
+        let (w, h) = (calibration.intrinsics.width, calibration.intrinsics.height);
+        let third = |at: f64, size: u32| {
+            (3.0 * (at + 0.5) / f64::from(size.max(1))).clamp(0.0, 2.0) as usize
+        };
+        let mut ninths = [[0; 3]; 3];
+        for (_, pixel) in views.iter().flat_map(|view| &view.points) {
+            ninths[third(pixel.v, h)][third(pixel.u, w)] += 1;
+        }
+        let is_one_to_one = lens::is_one_to_one(&calibration.intrinsics, views);
+        Self { held: held.collect(), is_one_to_one, ninths }
+    }
+
+    /// Returns what the next pictures should show, most useful first.
+    pub fn advice(&self, calibration: &Calibration) -> Vec<Advice> {
+        let mut advice = Vec::new();
+        let views = self.held.len();
+        let tilt = self.held.iter().map(|held| held.tilt).fold(0.0, f64::max);
+        if tilt < FACE_ON {
+            advice.push(Advice::FaceOn { tilt });
+        }
+        if views == 1 {
+            advice.push(Advice::OneView);
+        } else if views < FEW {
+            advice.push(Advice::FewViews { views });
+        }
+        let leaning: Vec<f64> =
+            self.held.iter().filter(|h| h.tilt >= FACE_ON).map(|h| h.direction).collect();
+        let apart = |a: f64, b: f64| {
+            let d = (a - b).abs();
+            d.min(PI - d)
+        };
+        if let Some(&first) = leaning.first()
+            && views > 1
+            && leaning.iter().all(|&other| apart(first, other) < ALIKE)
+        {
+            let is_sideways = apart(first, 0.0) < apart(first, FRAC_PI_2);
+            advice.push(Advice::OneDirection { is_sideways });
+        }
+        let places: Vec<_> = (0..9).map(|i| (i / 3, i % 3)).collect();
+        let places: Vec<_> = places.into_iter().filter(|&(r, c)| self.ninths[r][c] == 0).collect();
+        if !places.is_empty() {
+            advice.push(Advice::Empty { places });
+        }
+        if !self.is_one_to_one {
+            advice.push(Advice::Folds);
+        }
+        let k = &calibration.intrinsics;
+        let relative = (calibration.std[0] / k.fx).max(calibration.std[1] / k.fy).abs();
+        if relative > UNSURE {
+            advice.push(Advice::Unsure { relative });
+        }
+        let median_px = median(&mut calibration.views.iter().map(|v| v.rms_px).collect::<Vec<_>>());
+        for view in calibration.views.iter().filter(|v| v.rms_px > POOR * median_px) {
+            let (view, rms_px) = (view.name.clone(), view.rms_px);
+            advice.push(Advice::Poor { view, rms_px, median_px });
+        }
+        advice
+    }
+}
+
+impl fmt::Display for Advice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::FewViews { views } => write!(
+                f,
+                "only {views} pictures; take {} more, the board tilted by 30 to 45 deg to another side in each",
+                2 * FEW - views
+            ),
+            Self::OneView => write!(
+                f,
+                "one picture: pixels are taken as square and the principal point as the picture's centre; take four \
+                 or more, the board tilted by 30 to 45 deg to another side in each, to measure them"
+            ),
+            Self::FaceOn { tilt } => write!(
+                f,
+                "the board is tilted by {:.0} deg at most, so focal length and distance trade; tilt it by 30 to 45 deg \
+                 to the left, to the right, up and down",
+                tilt.to_degrees()
+            ),
+            Self::OneDirection { is_sideways: true } => write!(
+                f,
+                "the board leans to the left or right in all pictures; tilt it up and down as well, by 30 to 45 deg"
+            ),
+            Self::OneDirection { is_sideways: false } => write!(
+                f,
+                "the board leans up or down in all pictures; tilt it to the left and right as well, by 30 to 45 deg"
+            ),
+            Self::Empty { places } => {
+                let names: Vec<&str> =
+                    places.iter().map(|&(row, column)| PLACES[row][column]).collect();
+                write!(
+                    f,
+                    "no corner lies in the {} of the picture, where the lens is not measured; hold the board there",
+                    names.join(", ")
+                )
+            }
+            Self::Folds => write!(
+                f,
+                "where no corner was seen the lens shows one place twice, so it means nothing there; hold the board \
+                 in the picture's corners"
+            ),
+            Self::Unsure { relative } => write!(
+                f,
+                "the focal length is known to {:.1} % only; take more pictures with the board tilted by 30 to 45 deg",
+                100.0 * relative
+            ),
+            Self::Poor { view, rms_px, median_px } => write!(
+                f,
+                "{view} fits to {rms_px:.2} px, the median picture to {median_px:.2} px: is it blurred, or the board \
+                 bent? Take it again or leave it out"
+            ),
+        }
+    }
+}
+
+const PLACES: [[&str; 3]; 3] = [
+    ["top left", "top middle", "top right"],
+    ["middle left", "middle", "middle right"],
+    ["bottom left", "bottom middle", "bottom right"],
+];
