@@ -236,3 +236,179 @@ fn free(corners: &[Vector2<f64>], i: usize, grid: &Grid) -> f64 {
     }
     least
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Rotation3, Vector3};
+    use rand::rngs::StdRng;
+    use rand::{RngExt as _, SeedableRng as _};
+
+    use super::*;
+    use crate::world::{Camera, Intrinsics, Pose};
+
+    /// How a board is photographed.
+    struct Photo {
+        board: Board,
+        /// Turns about x, y, z of the camera, rad, and the distance to the board's middle, m.
+        turns: [f64; 3],
+        distance: f64,
+        /// Dark and bright, grey levels.
+        ink: [f64; 2],
+        blur: f32,
+        noise: f64,
+    }
+
+    fn board(columns: usize, rows: usize) -> Board {
+        Board::new(columns, rows, 0.025).unwrap()
+    }
+
+    fn photo(board: Board, turns: [f64; 3]) -> Photo {
+        Photo { board, turns, distance: 0.5, ink: [30.0, 220.0], blur: 0.7, noise: 2.0 }
+    }
+
+    fn lens() -> Intrinsics {
+        let mut k = Intrinsics::centred(600.0, 640, 480);
+        (k.k1, k.k2, k.p1, k.p2) = (-0.2, 0.06, 1e-3, -5e-4);
+        k
+    }
+
+    impl Photo {
+        fn camera(&self) -> Camera {
+            let [x, y, z] = self.turns;
+            let turn = Rotation3::from_euler_angles(x, y, z);
+            let side = self.board.square;
+            let middle = Vector3::new(
+                0.5 * side * (self.board.columns as f64 - 1.0),
+                0.5 * side * (self.board.rows as f64 - 1.0),
+                0.0,
+            );
+            let eye = middle - turn.inverse() * Vector3::new(0.0, 0.0, self.distance);
+            let world_from_camera = Pose::from_parts(eye, turn.inverse().into());
+            Camera { intrinsics: lens(), world_from_camera }
+        }
+
+        fn truth(&self) -> Vec<Pixel> {
+            let camera = self.camera();
+            self.board.points().into_iter().map(|p| camera.project(p).unwrap()).collect()
+        }
+
+        /// Squares around the inner corners, a margin as wide, and a grey table.
+        fn taken(&self) -> RgbImage {
+            let camera = self.camera();
+            let (w, h) = (640, 480);
+            let shade = |u: f64, v: f64| {
+                let Some(p) = camera.on_plane(Pixel::new(u, v), 0.0) else { return 90.0 };
+                let (x, y) = (p.coords().x / self.board.square, p.coords().y / self.board.square);
+                let (c, r) = (self.board.columns as f64, self.board.rows as f64);
+                if x < -2.0 || y < -2.0 || x > c + 1.0 || y > r + 1.0 {
+                    90.0
+                } else if x < -1.0 || y < -1.0 || x > c || y > r {
+                    self.ink[1]
+                } else {
+                    // The first square inside is dark.
+                    self.ink[usize::from((x.floor() + y.floor()).rem_euclid(2.0) > 0.5)]
+                }
+            };
+            let mut plane = Plane::zeros(w, h);
+            for v in 0..h {
+                for u in 0..w {
+                    // Hammersley's points: an edge along an axis is seen to a sixteenth of a pixel.
+                    let sum: f64 = (0_u8..16)
+                        .map(|i| {
+                            let (a, b) =
+                                (f64::from(i) - 7.5, f64::from(i.reverse_bits() >> 4) - 7.5);
+                            shade(u as f64 + a / 16.0, v as f64 + b / 16.0)
+                        })
+                        .sum();
+                    plane.data[v * w + u] = (sum / 16.0) as f32;
+                }
+            }
+            let plane = plane.blurred(self.blur);
+            let mut random = StdRng::seed_from_u64(7);
+            RgbImage::from_fn(w as u32, h as u32, |u, v| {
+                // Twelve even draws have a variance of 1 and are nearly normal.
+                let noise: f64 = (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
+                let value = f64::from(plane.at(i64::from(u), i64::from(v))) + self.noise * noise;
+                image::Rgb([value.round().clamp(0.0, 255.0) as u8; 3])
+            })
+        }
+
+        /// Root mean square and largest distance from the truth, px.
+        fn errors(&self) -> (f64, f64) {
+            let found = find(&self.taken(), &self.board).unwrap();
+            let truth = self.truth();
+            assert_eq!(found.len(), truth.len());
+            let far: Vec<f64> = found.iter().zip(&truth).map(|(a, b)| a.distance(*b)).collect();
+            let rms = (far.iter().map(|d| d * d).sum::<f64>() / far.len() as f64).sqrt();
+            (rms, far.iter().copied().fold(0.0, f64::max))
+        }
+    }
+
+    #[test]
+    fn boards_of_any_size_and_turn_are_found_in_order_to_a_twentieth_of_a_pixel() {
+        for (columns, rows, turns) in [
+            (9, 6, [0.0, 0.0, 0.0]),
+            (9, 6, [0.5, 0.2, 0.3]),
+            (9, 6, [-0.4, 0.7, -0.6]),
+            (6, 9, [0.2, -0.6, 0.1]),
+            (7, 4, [0.3, 0.3, 2.0]),
+            (8, 5, [0.6, -0.3, -2.8]),
+            (4, 3, [0.3, 0.3, 0.8]),
+        ] {
+            let (rms, most) = photo(board(columns, rows), turns).errors();
+            assert!(rms < 0.05 && most < 0.2, "{columns}x{rows} {turns:?}: {rms} {most}");
+        }
+    }
+
+    #[test]
+    fn dark_bright_blurred_noisy_and_small_boards_are_found() {
+        let plain = || photo(board(9, 6), [0.3, 0.4, 0.2]);
+        for (name, photo, within) in [
+            ("dark", Photo { ink: [5.0, 40.0], ..plain() }, 0.15),
+            ("bright", Photo { ink: [190.0, 250.0], ..plain() }, 0.1),
+            ("blurred", Photo { blur: 3.0, ..plain() }, 0.1),
+            ("noisy", Photo { noise: 12.0, ..plain() }, 0.2),
+            ("small", Photo { distance: 1.6, ..plain() }, 0.1),
+        ] {
+            let (rms, _) = photo.errors();
+            assert!(rms < within, "{name}: {rms}");
+        }
+    }
+
+    #[test]
+    fn a_board_of_another_size_is_named() {
+        let image = photo(board(8, 6), [0.2, 0.3, 0.1]).taken();
+        let error = find(&image, &board(9, 6)).unwrap_err();
+        assert_eq!(error, NotFound::OtherSize { columns: 8, rows: 6, asked: (9, 6) });
+        assert_eq!(error.to_string(), "found 8x6, asked for 9x6");
+    }
+
+    #[test]
+    fn a_hidden_corner_and_an_empty_table_are_told() {
+        let photo = photo(board(9, 6), [0.2, 0.3, 0.1]);
+        let mut image = photo.taken();
+        let hidden = photo.truth()[22];
+        for v in 0..24 {
+            for u in 0..24 {
+                let (u, v) = (hidden.u as u32 - 12 + u, hidden.v as u32 - 12 + v);
+                image.put_pixel(u, v, image::Rgb([140; 3]));
+            }
+        }
+        match find(&image, &photo.board) {
+            Err(NotFound::Partly { seen, .. }) => assert!((50..54).contains(&seen), "{seen}"),
+            other => panic!("{other:?}"),
+        }
+        let empty = RgbImage::from_pixel(320, 240, image::Rgb([120; 3]));
+        assert_eq!(find(&empty, &photo.board), Err(NotFound::Nothing));
+        for (w, h) in [(1, 1), (3, 400), (17, 9)] {
+            assert!(find(&RgbImage::new(w, h), &photo.board).is_err());
+        }
+    }
+
+    #[test]
+    fn noise_alone_has_no_board() {
+        let mut random = StdRng::seed_from_u64(3);
+        let image = RgbImage::from_fn(320, 240, |_, _| image::Rgb([random.random::<u8>(); 3]));
+        assert!(find(&image, &board(9, 6)).is_err());
+    }
+}

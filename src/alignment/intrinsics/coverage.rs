@@ -217,3 +217,82 @@ const PLACES: [[&str; 3]; 3] = [
     ["middle left", "middle", "middle right"],
     ["bottom left", "bottom middle", "bottom right"],
 ];
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Rotation3, Vector3};
+    use rand::rngs::StdRng;
+    use rand::{RngExt as _, SeedableRng as _};
+
+    use super::super::lens::choose;
+    use super::super::{Error, Options};
+    use super::*;
+    use crate::world::{Camera, Intrinsics, Point, Pose};
+
+    /// Views of a board of 9 x 6 squares of 25 mm, turned by these angles about the camera's x and y, with noise of
+    /// 0.15 px, at 0.4 m in the middle of the picture.
+    fn views(turns: &[(f64, f64)], seed: u64) -> Vec<View> {
+        let mut random = StdRng::seed_from_u64(seed);
+        let mut intrinsics = Intrinsics::centred(540.0, 640, 480);
+        (intrinsics.k1, intrinsics.k2) = (-0.25, 0.1);
+        let middle = Vector3::new(0.1, 0.0625, 0.0);
+        let mut view = |i: usize, &(x, y): &(f64, f64)| {
+            let turn = Rotation3::from_euler_angles(x, y, 0.0).inverse();
+            let eye = middle - turn * Vector3::new(0.0, 0.0, 0.4);
+            let world_from_camera = Pose::from_parts(eye, turn.into());
+            let camera = Camera { intrinsics, world_from_camera };
+            // Twelve even draws have a variance of 1 and are nearly normal.
+            let mut noise = || 0.15 * ((0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0);
+            let points = (0..54).map(|k| {
+                let point = Point::new(0.025 * f64::from(k % 9), 0.025 * f64::from(k / 9), 0.0);
+                let mut pixel = camera.project(point).unwrap();
+                pixel.u += noise();
+                pixel.v += noise();
+                (point, pixel)
+            });
+            View { name: format!("{i}"), points: points.collect(), world_from_camera: None }
+        };
+        turns.iter().enumerate().map(|(i, turn)| view(i, turn)).collect()
+    }
+
+    fn options() -> Options {
+        Options { skew: Some(false), image_size: Some((640, 480)), ..Options::default() }
+    }
+
+    #[test]
+    fn one_view_that_is_face_on_is_refused_whatever_the_noise() {
+        for seed in 0..40 {
+            let refused = choose(&views(&[(0.0, 0.0)], seed), &options());
+            assert!(matches!(refused, Err(Error::Views { .. })), "seed {seed}: {refused:?}");
+        }
+    }
+
+    #[test]
+    fn views_of_one_direction_or_of_a_corner_are_told_and_good_ones_are_not() {
+        let advice = |turns: &[(f64, f64)]| {
+            let views = views(turns, 1);
+            let (fit, _) = choose(&views, &options()).unwrap();
+            Coverage::of(&fit, &views).advice(&fit)
+        };
+        let sideways = advice(&[(0.0, 0.5), (0.02, -0.5), (0.0, 0.7), (0.0, -0.4), (0.05, 0.6)]);
+        assert!(sideways.contains(&Advice::OneDirection { is_sideways: true }), "{sideways:?}");
+        let few = advice(&[(0.5, 0.0), (0.0, 0.6)]);
+        assert!(few.contains(&Advice::FewViews { views: 2 }), "{few:?}");
+        let good = [(0.5, 0.0), (0.0, 0.6), (-0.6, 0.1), (0.1, -0.5), (0.4, 0.4), (0.1, 0.0)];
+        assert_eq!(advice(&good), []);
+        let one = advice(&[(0.6, 0.3)]);
+        assert!(one.contains(&Advice::OneView), "{one:?}");
+    }
+
+    #[test]
+    fn the_lens_has_the_terms_that_were_planted() {
+        let good = [(0.5, 0.0), (0.0, 0.6), (-0.6, 0.1), (0.1, -0.5), (0.4, 0.4), (0.1, 0.0)];
+        for seed in 0..5 {
+            let (fit, compared) = choose(&views(&good, seed), &options()).unwrap();
+            assert_eq!(compared.len(), 7);
+            assert!((fit.intrinsics.fx - 540.0).abs() < 4.0 * fit.std[0], "seed {seed}");
+            assert!((fit.intrinsics.k1 + 0.25).abs() < 4.0 * fit.std[5], "seed {seed}");
+            assert!(fit.intrinsics.is_radial(), "seed {seed}: {:?}", fit.intrinsics);
+        }
+    }
+}

@@ -6,6 +6,7 @@ use clap::Args;
 
 use crate::alignment;
 use crate::alignment::chessboard::{self, Board};
+use crate::alignment::decode;
 use crate::alignment::intrinsics::coverage::Coverage;
 use crate::alignment::intrinsics::{self, Distortion, View, lens};
 use crate::files::write;
@@ -15,7 +16,7 @@ use crate::report::{Failure, Style};
 use crate::units::{Dimension, Unit};
 
 use super::super::answer::calibrate::Answer;
-use super::{picture, unwritten};
+use super::unwritten;
 
 #[derive(Debug, Args)]
 pub(in crate::cli) struct CalibrateArgs {
@@ -113,8 +114,8 @@ fn look(args: &CalibrateArgs) -> (Vec<Picture>, Vec<View>, Option<(u32, u32)>) {
     let points = args.board.points();
     for path in &args.images {
         let name = path.display().to_string();
-        let seen = match picture(path) {
-            Err(failure) => Seen::Unreadable(failure.message),
+        let seen = match decode::read(path) {
+            Err(error) => Seen::Unreadable(format!("cannot be read: {error}")),
             Ok(image) if size.is_some_and(|size| size != image.dimensions()) => {
                 Seen::OtherSize(image.dimensions())
             }
