@@ -124,11 +124,11 @@ mod tests {
             r#""fx_px": 800, "cx_px": 319.5, "cy_px": 239.5, "k1": -0.2, "image_px": [640, 480]"#;
         let full = r#""intrinsics": {"fx": 800, "fy": 800, "cx": 319.5, "cy": 239.5, "skew": 0, "k1": -0.2,
             "k2": 0, "width": 640, "height": 480}"#;
-        let read = |text: String| super::read(&text).unwrap();
-        let a = read(format!("{{\"camera\": {{{full}, {pose}}}}}"));
-        assert_eq!(a, read(format!("{{\"camera\": {{{flat}}}, {pose}}}")));
-        assert_eq!(a, read(format!("{{{flat}, {pose}}}")));
-        let bare = read(format!("{{{flat}}}"));
+        let camera = |text: String| read(&text).unwrap();
+        let a = camera(format!("{{\"camera\": {{{full}, {pose}}}}}"));
+        assert_eq!(a, camera(format!("{{\"camera\": {{{flat}}}, {pose}}}")));
+        assert_eq!(a, camera(format!("{{{flat}, {pose}}}")));
+        let bare = camera(format!("{{{flat}}}"));
         assert_eq!((bare.intrinsics, bare.world_from_camera), (a.intrinsics, None));
     }
 

@@ -52,7 +52,7 @@ pub enum Advice {
         /// Whether it leans left or right; otherwise up or down.
         is_sideways: bool,
     },
-    /// Parts of the picture without a corner.
+    /// Parts of the picture with few corners or none.
     Empty {
         /// Rows and columns of the ninths, from the top and the left.
         places: Vec<(usize, usize)>,
@@ -82,6 +82,9 @@ const FEW: usize = 5;
 const FACE_ON: f64 = 0.262;
 /// Directions within this of each other are one, rad (30°). Chosen: a third of the way to the other axis.
 const ALIKE: f64 = 0.524;
+/// A ninth of the picture with less than this part of an even share of the corners is bare. Chosen: with half of it a
+/// row of corners at the rim of a ninth hides that the rest is empty.
+const BARE: f64 = 0.1;
 /// A focal length less sure than this is said to be, as a part. Chosen: 1 cm at a distance of 1 m.
 const UNSURE: f64 = 0.01;
 /// A view that fits so many times worse than the median. Chosen: noise of 50 corners alters its rms by a tenth.
@@ -136,7 +139,10 @@ impl Coverage {
             advice.push(Advice::OneDirection { is_sideways });
         }
         let places: Vec<_> = (0..9).map(|i| (i / 3, i % 3)).collect();
-        let places: Vec<_> = places.into_iter().filter(|&(r, c)| self.ninths[r][c] == 0).collect();
+        let all: usize = self.ninths.iter().flatten().sum();
+        let bare = BARE * all as f64 / 9.0;
+        let places: Vec<_> =
+            places.into_iter().filter(|&(r, c)| (self.ninths[r][c] as f64) < bare).collect();
         if !places.is_empty() {
             advice.push(Advice::Empty { places });
         }
@@ -189,13 +195,14 @@ impl fmt::Display for Advice {
                     places.iter().map(|&(row, column)| PLACES[row][column]).collect();
                 write!(
                     f,
-                    "no corner lies in the {} of the picture, where the lens is not measured; hold the board there",
+                    "few corners or none lie in the {} of the picture, where the lens is hardly measured; hold the board \
+                     there",
                     names.join(", ")
                 )
             }
             Self::Folds => write!(
                 f,
-                "where no corner was seen the lens shows one place twice, so it means nothing there; hold the board \
+                "where no corner was seen, the lens shows one place twice, so it means nothing there; hold the board \
                  in the picture's corners"
             ),
             Self::Unsure { relative } => write!(
@@ -279,7 +286,9 @@ mod tests {
         let few = advice(&[(0.5, 0.0), (0.0, 0.6)]);
         assert!(few.contains(&Advice::FewViews { views: 2 }), "{few:?}");
         let good = [(0.5, 0.0), (0.0, 0.6), (-0.6, 0.1), (0.1, -0.5), (0.4, 0.4), (0.1, 0.0)];
-        assert_eq!(advice(&good), []);
+        // The board is in the middle of all of them.
+        let places = vec![(0, 0), (0, 2), (2, 0), (2, 2)];
+        assert_eq!(advice(&good), [Advice::Empty { places }]);
         let one = advice(&[(0.6, 0.3)]);
         assert!(one.contains(&Advice::OneView), "{one:?}");
     }
