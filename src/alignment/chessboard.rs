@@ -200,11 +200,12 @@ fn ordered(grid: &Grid, board: &Board) -> Option<Grid> {
 fn refined(levels: &[Plane], level: usize, grid: &Grid) -> Result<Vec<Pixel>, NotFound> {
     let mut corners: Vec<Vector2<f64>> = grid.corners.iter().copied().flatten().collect();
     let mut lost = 0;
-    for plane in levels[..=level].iter().rev().enumerate().map(|(i, plane)| (i > 0, plane)) {
-        let (is_finer, plane) = plane;
-        if is_finer {
+    for (step, plane) in levels[..=level].iter().rev().enumerate() {
+        if step > 0 {
             // Pixels' centres are whole numbers, so a pixel of half the size begins at -0.5.
-            corners.iter_mut().for_each(|c| *c = *c * 2.0 + Vector2::new(0.5, 0.5));
+            for corner in &mut corners {
+                *corner = *corner * 2.0 + Vector2::new(0.5, 0.5);
+            }
         }
         lost = 0;
         for i in 0..corners.len() {

@@ -63,16 +63,13 @@ pub fn text(
     let width = pictures.iter().map(|p| p.name.chars().count()).max().unwrap_or(0);
     for picture in pictures {
         let name = &picture.name;
-        let _ = match picture.seen {
-            Seen::Board(view) => {
-                let (rms, n) = (fit.views[view].rms_px, fit.residuals[view].len());
-                let tilt = coverage.held[view].tilt.to_degrees();
-                writeln!(text, "{name:<width$}  {n} corners, rms {rms:.2} px, tilted {tilt:.0} deg")
-            }
-            _ => {
-                let why = picture.why_not().unwrap_or_default();
-                writeln!(text, "{name:<width$}  not used: {why}")
-            }
+        let _ = if let Seen::Board(view) = picture.seen {
+            let (rms, n) = (fit.views[view].rms_px, fit.residuals[view].len());
+            let tilt = coverage.held[view].tilt.to_degrees();
+            writeln!(text, "{name:<width$}  {n} corners, rms {rms:.2} px, tilted {tilt:.0} deg")
+        } else {
+            let why = picture.why_not().unwrap_or_default();
+            writeln!(text, "{name:<width$}  not used: {why}")
         };
     }
     let k = &fit.intrinsics;

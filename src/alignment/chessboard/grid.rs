@@ -144,7 +144,7 @@ fn neighbour(
         let Some((off, back)) = back.min_by(|p, q| p.0.total_cmp(&q.0)) else { continue };
         let contrasts = [saddles[a].contrast, saddles[b].contrast];
         let (least, most) = (contrasts[0].min(contrasts[1]), contrasts[0].max(contrasts[1]));
-        let bright = if ray % 2 == 0 { WEAK * least } else { -WEAK * least };
+        let bright = if ray.is_multiple_of(2) { WEAK * least } else { -WEAK * least };
         if off <= ASIDE && least > WEAK * most && has_edge(plane, saddles[a].at, way, bright) {
             best = Some((cost, (b, back)));
         }
@@ -190,10 +190,21 @@ fn grow(seed: usize, saddles: &[Saddle], links: &Links, is_taken: &mut [bool]) -
     nodes
 }
 
+/// Where two corners of a line put the next one.
+struct Guess {
+    at: Vector2<f64>,
+    /// How far it is from the last one, px.
+    side: f64,
+    /// Of the last one.
+    contrast: f64,
+    /// The last one's ray along the columns.
+    ray: usize,
+}
+
 /// Adds corners that were not linked where two or more lines of neighbours put them.
 fn fill(plane: &Saddles, nodes: &mut Nodes) {
     loop {
-        let mut gaps: BTreeMap<(i32, i32), Vec<(Vector2<f64>, f64, f64, usize)>> = BTreeMap::new();
+        let mut gaps: BTreeMap<(i32, i32), Vec<Guess>> = BTreeMap::new();
         for (&(x, y), node) in nodes.iter() {
             for (dx, dy) in STEPS {
                 let (gap, behind) = ((x + dx, y + dy), (x - dx, y - dy));
@@ -201,7 +212,12 @@ fn fill(plane: &Saddles, nodes: &mut Nodes) {
                     continue;
                 };
                 let side = node.saddle.at - before.saddle.at;
-                let guess = (node.saddle.at + side, side.norm(), node.saddle.contrast, node.ray);
+                let guess = Guess {
+                    at: node.saddle.at + side,
+                    side: side.norm(),
+                    contrast: node.saddle.contrast,
+                    ray: node.ray,
+                };
                 gaps.entry(gap).or_default().push(guess);
             }
         }
@@ -211,15 +227,15 @@ fn fill(plane: &Saddles, nodes: &mut Nodes) {
                 continue;
             }
             let n = guesses.len() as f64;
-            let place = guesses.iter().map(|g| g.0).sum::<Vector2<f64>>() / n;
-            let side = guesses.iter().map(|g| g.1).fold(f64::INFINITY, f64::min);
-            let contrast = guesses.iter().map(|g| g.2).sum::<f64>() / n;
+            let place = guesses.iter().map(|g| g.at).sum::<Vector2<f64>>() / n;
+            let side = guesses.iter().map(|g| g.side).fold(f64::INFINITY, f64::min);
+            let contrast = guesses.iter().map(|g| g.contrast).sum::<f64>() / n;
             let Some(saddle) = plane.near(place, FILLED * side) else { continue };
             let is_free = nodes.values().all(|node| (node.saddle.at - saddle.at).norm() > 1.0);
             // Colours alternate: the rays' order is that of a neighbour, moved on by one. Which of the two that fit
             // points along the columns is told by the neighbour's own direction.
             let Some(ray) = aligned(nodes, gap, &saddle) else { continue };
-            if is_free && saddle.contrast > WEAK * contrast && ray % 2 != guesses[0].3 % 2 {
+            if is_free && saddle.contrast > WEAK * contrast && ray % 2 != guesses[0].ray % 2 {
                 nodes.insert(gap, Node { saddle, ray });
                 is_new = true;
             }

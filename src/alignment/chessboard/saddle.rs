@@ -8,6 +8,8 @@
 //! shot", ICRA 2012 (two edge directions per corner); Chen and Zhang, "A new sub-pixel detector for x-corners in
 //! camera calibration targets", WSCG 2005 (the Hessian's determinant).
 
+#![expect(clippy::cast_possible_wrap, reason = "a picture has far fewer than 2^63 pixels")]
+
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Matrix2, Vector2};
@@ -159,7 +161,7 @@ impl Saddles {
             odd += 0.5 * (a - b) * (a - b);
             total += a * a + b * b;
         }
-        if !(total > 0.0) || odd > ODD * total {
+        if total <= 0.0 || odd > ODD * total {
             return None;
         }
         // Where the sign changes, to a fraction of a sample; upwards first.

@@ -42,7 +42,8 @@ pub(super) fn refine(grey: &Plane, start: Vector2<f64>, radius: f64) -> Option<V
         }
         let step = square.try_inverse()? * right;
         at += step;
-        if !((at - start).norm() < 0.5 * radius) {
+        let gone = (at - start).norm();
+        if gone.is_nan() || gone >= 0.5 * radius {
             return None;
         }
         if step.norm() < REST {
