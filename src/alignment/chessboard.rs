@@ -1,8 +1,8 @@
 //! A printed chessboard in a photograph: its inner corners, to a fraction of a pixel and in order.
 //!
 //! In comes a picture and the size of the board; out come the corners row by row. Places where two dark and two
-//! bright sectors meet are found at several sizes of the picture ([`saddle`]), joined into grids along the edges
-//! between them ([`grid`]), and put to a fraction of a pixel at full size ([`subpixel`]). Brightness, contrast, turn and
+//! bright sectors meet are found at several sizes of the picture (`saddle.rs`), joined into grids along the edges
+//! between them (`grid.rs`), and put to a fraction of a pixel at full size (`subpixel.rs`). Brightness, contrast, turn and
 //! the size of the squares are not known beforehand. A board is found whole or not at all; what was seen instead is
 //! said. Finding the camera from the corners is [`super::intrinsics`]'s work.
 
