@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use trueup::alignment::files::{read_map_pairs, read_views};
 use trueup::alignment::image_map::{self, fit_map};
-use trueup::alignment::intrinsics::{Options, calibrate};
+use trueup::alignment::intrinsics::{Distortion, NAMES, Options, calibrate};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut data = PathBuf::from("../shared/data/public");
@@ -46,23 +46,22 @@ fn main() -> Result<(), Box<dyn Error>> {
             "zhang_planar" => show_camera(
                 &table,
                 Some(true),
-                &[832.5, 832.53, 303.959, 206.585, 0.204_494, -0.228_601, 0.190_353],
+                Distortion::K1K2,
+                &[832.5, 832.53, 303.959, 206.585, 0.204_494, -0.228_601, 0.190_353, 0.0, 0.0, 0.0],
                 "published",
                 0.335,
             )?,
             _ => show_camera(
                 &table,
                 Some(false),
-                &[532.827, 532.946, 342.487, 233.856, 0.0, -0.280_88, 0.025_18],
+                Distortion::K1K2P1P2K3,
+                &[
+                    532.827, 532.946, 342.487, 233.856, 0.0, -0.280_88, 0.025_18, 0.001_22,
+                    -0.000_14, 0.163_44,
+                ],
                 "cv2",
-                0.204_17,
+                0.195_42,
             )?,
-        }
-        if set == "opencv_chessboard" {
-            println!(
-                "cv2's parameters come with p1, p2 and k3 (rms 0.19542 px), which our lens lacks;"
-            );
-            println!("its rms above is with k1 and k2 alone, as ours.");
         }
         println!();
     }
@@ -115,16 +114,17 @@ fn graffiti(dir: &Path) -> Result<String, Box<dyn Error>> {
 fn show_camera(
     table: &str,
     skew: Option<bool>,
-    published: &[f64; 7],
+    distortion: Distortion,
+    published: &[f64; NAMES.len()],
     whose: &str,
     rms: f64,
 ) -> Result<(), Box<dyn Error>> {
-    let fit = calibrate(&read_views(table, None)?, &Options { skew, ..Options::default() })?;
+    let fit =
+        calibrate(&read_views(table, None)?, &Options { skew, distortion, ..Options::default() })?;
     let k = fit.intrinsics;
-    let ours = [k.fx, k.fy, k.cx, k.cy, k.skew, k.k1, k.k2];
-    let names = ["fx [px]", "fy [px]", "cx [px]", "cy [px]", "skew [px]", "k1", "k2"];
+    let ours = [k.fx, k.fy, k.cx, k.cy, k.skew, k.k1, k.k2, k.p1, k.p2, k.k3];
     println!("{:>10} {:>12} {:>12} {:>10}", "", whose, "ours", "±");
-    for (i, name) in names.iter().enumerate() {
+    for (i, name) in NAMES.iter().enumerate() {
         println!("{name:>10} {:>12.5} {:>12.5} {:>10.5}", published[i], ours[i], fit.std[i]);
     }
     println!("{:>10} {rms:>12.5} {:>12.5}", "rms [px]", fit.rms_px);

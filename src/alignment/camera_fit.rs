@@ -109,11 +109,11 @@ impl Refine {
     }
 }
 
-/// The thirteen parameters in the order of [`CameraFit::covariance`]: turns about the camera's axes in
+/// The parameters in the order of [`CameraFit::covariance`]: turns about the camera's axes in
 /// rad, shifts along the world's in m.
 pub const PARAMETERS: [&str; INTRINSIC + POSE] = [
-    NAMES[0], NAMES[1], NAMES[2], NAMES[3], NAMES[4], NAMES[5], NAMES[6], "turn_x", "turn_y",
-    "turn_z", "x", "y", "z",
+    NAMES[0], NAMES[1], NAMES[2], NAMES[3], NAMES[4], NAMES[5], NAMES[6], NAMES[7], NAMES[8],
+    NAMES[9], "turn_x", "turn_y", "turn_z", "x", "y", "z",
 ];
 
 /// The camera and what is known about it.
@@ -250,7 +250,8 @@ pub fn refine_camera(
 
 fn options(k: &Intrinsics, refine: &Refine) -> fit::Options {
     // fy follows fx, and one view of a plane cannot tell skew.
-    let mut fixed = vec![1, 4];
+    // The lens's further terms stay as guessed: one view does not tell them.
+    let mut fixed = vec![1, 4, 7, 8, 9];
     let mut priors = Vec::new();
     let p = refine.priors;
     let mut free = |on: bool, parameter: usize, mean: f64, std: f64| {

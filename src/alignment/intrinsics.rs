@@ -2,16 +2,19 @@
 //!
 //! [`calibrate`] takes views. Where all extrinsics are known, `u = fx (X/Z) + cx` and `v = fy (Y/Z) + cy`
 //! are two straight lines, polished together with the distortion. Where none are, every view is one of a
-//! planar target (z = 0) and the camera comes from Zhang's closed form, polished over all poses. Finding
+//! planar target (z = 0) and the camera comes from Zhang's closed form, polished over all poses. Which terms
+//! a lens needs is [`lens::choose`]'s question, what views lack [`coverage`]'s. Finding
 //! the one camera of the scene from a rough guess is [`crate::alignment::camera_fit`]'s work.
 //!
 //! Source: Zhang, "A Flexible New Technique for Camera Calibration", PAMI 2000, §3 and Appendix B.
 
+pub mod coverage;
+pub mod lens;
 mod zhang;
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use super::reprojection::{INTRINSIC, POSE, Reprojection, Seen};
+use super::reprojection::{INTRINSIC, LENS, POSE, Reprojection, Seen};
 use super::{Error, TooAlike};
 use crate::fit::{self, Fit, Noise, Prior};
 use crate::world::{Intrinsics, Pixel, Point, Pose, frame};
@@ -27,7 +30,7 @@ pub struct View {
     pub world_from_camera: Option<Pose<frame::World, frame::Camera>>,
 }
 
-/// How many radial distortion coefficients to fit.
+/// Which terms of the lens to fit; the others are 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Distortion {
     /// None: a pinhole.
@@ -37,17 +40,58 @@ pub enum Distortion {
     /// `k1` and `k2`.
     #[default]
     K1K2,
+    /// `k1`, `k2` and `k3`.
+    K1K2K3,
+    /// `k1`, and the tangential `p1` and `p2`.
+    K1P1P2,
+    /// `k1`, `k2`, `p1` and `p2`.
+    K1K2P1P2,
+    /// All five.
+    K1K2P1P2K3,
 }
 
 impl Distortion {
+    /// All choices, those with fewer terms first.
+    pub const ALL: [Self; 7] = [
+        Self::None,
+        Self::K1,
+        Self::K1K2,
+        Self::K1K2K3,
+        Self::K1P1P2,
+        Self::K1K2P1P2,
+        Self::K1K2P1P2K3,
+    ];
+
     /// Returns the choice of that name on the command line.
     pub fn from_name(name: &str) -> Option<Self> {
-        match name {
-            "none" => Some(Self::None),
-            "k1" => Some(Self::K1),
-            "k1k2" => Some(Self::K1K2),
-            _ => None,
+        Self::ALL.into_iter().find(|choice| choice.name() == name)
+    }
+
+    /// Returns its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::K1 => "k1",
+            Self::K1K2 => "k1k2",
+            Self::K1K2K3 => "k1k2k3",
+            Self::K1P1P2 => "k1p1p2",
+            Self::K1K2P1P2 => "k1k2p1p2",
+            Self::K1K2P1P2K3 => "k1k2p1p2k3",
         }
+    }
+
+    /// Returns which of `k1, k2, p1, p2, k3` are fitted.
+    pub fn terms(self) -> [bool; 5] {
+        let (k2, p, k3) = match self {
+            Self::None => return [false; 5],
+            Self::K1 => (false, false, false),
+            Self::K1K2 => (true, false, false),
+            Self::K1K2K3 => (true, false, true),
+            Self::K1P1P2 => (false, true, false),
+            Self::K1K2P1P2 => (true, true, false),
+            Self::K1K2P1P2K3 => (true, true, true),
+        };
+        [true, k2, p, p, k3]
     }
 }
 
@@ -121,10 +165,12 @@ pub struct ViewFit {
 pub struct Calibration {
     /// The camera; width and height are 0 where no image size was given.
     pub intrinsics: Intrinsics,
-    /// Standard deviations in the same places: px, and 1 for `k1`, `k2`; 0 for what was not fitted.
-    pub std: [f64; 7],
-    /// Covariance of `fx, fy, cx, cy, skew, k1, k2`.
-    pub covariance: nalgebra::SMatrix<f64, 7, 7>,
+    /// Standard deviations of [`NAMES`]: px, and 1 for the lens's terms; 0 for what was not fitted.
+    pub std: [f64; INTRINSIC],
+    /// Covariance of [`NAMES`].
+    pub covariance: nalgebra::SMatrix<f64, INTRINSIC, INTRINSIC>,
+    /// Where each point of each view appears less where it was seen, px, in the order given.
+    pub residuals: Vec<Vec<Vector2<f64>>>,
     /// Root mean square reprojection error per point, px.
     pub rms_px: f64,
     /// Standard deviation of the noise of one pixel coordinate, px.
@@ -212,7 +258,7 @@ fn with_extrinsics(views: &[View], options: &Options) -> Result<Calibration, Err
     };
     let ((fx, cx), (fy, cy)) = (line(0, |p| p.u), line(1, |p| p.v));
     let (width, height) = options.image_size.unwrap_or((0, 0));
-    let start = Intrinsics { fx, fy, cx, cy, skew: 0.0, k1: 0.0, k2: 0.0, width, height };
+    let start = Intrinsics { fx, fy, cx, cy, width, height, ..Intrinsics::centred(fx, 0, 0) };
     let mut fixed = Vec::new();
     let mut priors = Vec::new();
     for view in 0..poses.len() {
@@ -246,11 +292,8 @@ fn polish(
     aspect: Option<f64>,
     options: &Options,
 ) -> Result<Calibration, Error> {
-    match options.distortion {
-        Distortion::None => fixed.extend([5, 6]),
-        Distortion::K1 => fixed.push(6),
-        Distortion::K1K2 => {}
-    }
+    let terms = options.distortion.terms();
+    fixed.extend((0..terms.len()).filter(|&term| !terms[term]).map(|term| LENS + term));
     if aspect.is_some() {
         fixed.push(1);
     }
@@ -283,7 +326,7 @@ fn polish(
 }
 
 /// Names of the intrinsic parameters, in order.
-pub const NAMES: [&str; 7] = ["fx", "fy", "cx", "cy", "skew", "k1", "k2"];
+pub const NAMES: [&str; INTRINSIC] = ["fx", "fy", "cx", "cy", "skew", "k1", "k2", "p1", "p2", "k3"];
 
 fn name_direction(direction: &fit::Direction) -> TooAlike {
     let names: Vec<&'static str> = direction
@@ -297,7 +340,7 @@ fn name_direction(direction: &fit::Direction) -> TooAlike {
 
 fn summary(views: &[View], problem: &Reprojection, fit: &Fit, sigma: f64) -> Calibration {
     let intrinsics = problem.intrinsics(&fit.x);
-    let mut covariance = nalgebra::SMatrix::<f64, 7, 7>::zeros();
+    let mut covariance = nalgebra::SMatrix::<f64, INTRINSIC, INTRINSIC>::zeros();
     covariance.copy_from(&fit.covariance.view((0, 0), (INTRINSIC, INTRINSIC)));
     if problem.aspect.is_some() {
         // fy follows fx.
@@ -307,7 +350,7 @@ fn summary(views: &[View], problem: &Reprojection, fit: &Fit, sigma: f64) -> Cal
         let column = covariance.column(0) * a;
         covariance.column_mut(1).copy_from(&column);
     }
-    let mut std = [0.0; 7];
+    let mut std = [0.0; INTRINSIC];
     for (i, s) in std.iter_mut().enumerate() {
         *s = covariance[(i, i)].max(0.0).sqrt();
     }
@@ -316,6 +359,9 @@ fn summary(views: &[View], problem: &Reprojection, fit: &Fit, sigma: f64) -> Cal
         .chunks_exact(2)
         .map(|r| (r[0] * r[0] + r[1] * r[1]) * sigma * sigma)
         .collect();
+    let mut rest = fit.residuals.chunks_exact(2).map(|r| Vector2::new(r[0], r[1]) * sigma);
+    let residuals =
+        views.iter().map(|view| rest.by_ref().take(view.points.len()).collect()).collect();
     let mut from = 0;
     let fits = views
         .iter()
@@ -338,6 +384,7 @@ fn summary(views: &[View], problem: &Reprojection, fit: &Fit, sigma: f64) -> Cal
         intrinsics,
         std,
         covariance,
+        residuals,
         rms_px: (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt(),
         noise_px: fit.noise_std.unwrap_or(0.0) * sigma,
         views: fits,

@@ -16,6 +16,7 @@
 use image::RgbImage;
 use nalgebra::{DMatrix, Matrix3, Vector2, Vector3};
 
+use super::picture::GREY;
 use super::vision::Error;
 use crate::world::{Camera, Mark, Pixel, Point, Scene};
 
@@ -43,8 +44,6 @@ const CLOSE_PX: f64 = 4.0;
 /// A homography has eight unknowns; five dots leave two numbers to contradict it.
 const NEEDED: usize = 5;
 
-/// Weights of red, green and blue in grey: Rec. ITU-R BT.601, §2.5.1.
-const GREY: [f64; 3] = [0.299, 0.587, 0.114];
 /// A pixel is dark when it is below this share of the mean of its surroundings, and by so many grey levels of 255.
 /// Chosen: at a share of 0.9 the soft shadow of a thing is dark as well, at 0.6 a dot of grey ink is not; half of the
 /// levels is noise in a dim room, twice as many hide dots in it.

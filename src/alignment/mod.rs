@@ -30,6 +30,7 @@
 pub mod decode;
 pub mod picture;
 pub mod marks;
+pub mod chessboard;
 pub mod ball;
 pub mod outline;
 pub mod placement;
@@ -51,5 +52,6 @@ pub mod intrinsics;
 pub mod camera_fit;
 pub mod offset;
 pub mod files;
+pub mod camera_file;
 
 pub use error::{Error, TooAlike};

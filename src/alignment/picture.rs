@@ -29,6 +29,15 @@ impl Plane {
         Self { width, height, data: vec![0.0; width * height] }
     }
 
+    /// Returns the grey of a picture, 0 to 255.
+    pub fn grey(image: &RgbImage) -> Self {
+        let data = image
+            .pixels()
+            .map(|p| (0..3).map(|c| GREY[c] as f32 * f32::from(p.0[c])).sum())
+            .collect();
+        Self { width: image.width() as usize, height: image.height() as usize, data }
+    }
+
     /// Returns the value of a pixel; coordinates outside are moved to the border.
     pub fn at(&self, x: i64, y: i64) -> f32 {
         let x = x.clamp(0, self.width as i64 - 1) as usize;
@@ -101,6 +110,8 @@ impl Plane {
     }
 }
 
+/// Weights of red, green and blue in grey: Rec. ITU-R BT.601, §2.5.1.
+pub(super) const GREY: [f64; 3] = [0.299, 0.587, 0.114];
 /// What turns a median of absolute deviations into a standard deviation: `1 / Φ⁻¹(3/4)` (Rousseeuw and Croux,
 /// "Alternatives to the median absolute deviation", JASA 1993).
 pub(super) const ROBUST: f64 = 1.4826;

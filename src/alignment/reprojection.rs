@@ -1,6 +1,6 @@
 //! The residuals that every camera fit shares: where points should appear less where they were seen.
 //!
-//! Parameters: `fx, fy, cx, cy, skew, k1, k2`, then per view a turn `w` (rad, camera axes) and a shift `d`
+//! Parameters: `fx, fy, cx, cy, skew, k1, k2, p1, p2, k3`, then per view a turn `w` (rad, camera axes) and a shift `d`
 //! (m, world axes) from the pose the view started with: `world_from_camera = (c0 + d, R0 exp([w]×))`. So
 //! a prior on `d` is one on where the camera stands.
 //!
@@ -12,7 +12,9 @@ use crate::fit::{Jacobian, Problem};
 use crate::world::{Intrinsics, Pixel, Pose, frame};
 
 /// Number of intrinsic parameters.
-pub(super) const INTRINSIC: usize = 7;
+pub(super) const INTRINSIC: usize = 10;
+/// Where the lens's terms begin among them.
+pub(super) const LENS: usize = 5;
 /// Number of parameters of a pose.
 pub(super) const POSE: usize = 6;
 
@@ -64,7 +66,8 @@ impl Reprojection {
     /// The parameters of intrinsics with every pose where it started.
     pub(super) fn start(&self, k: &Intrinsics) -> Vec<f64> {
         let mut x = vec![0.0; self.n_parameters()];
-        x[..INTRINSIC].copy_from_slice(&[k.fx, k.fy, k.cx, k.cy, k.skew, k.k1, k.k2]);
+        x[..INTRINSIC]
+            .copy_from_slice(&[k.fx, k.fy, k.cx, k.cy, k.skew, k.k1, k.k2, k.p1, k.p2, k.k3]);
         x
     }
 
@@ -77,6 +80,9 @@ impl Reprojection {
             skew: x[4],
             k1: x[5],
             k2: x[6],
+            p1: x[7],
+            p2: x[8],
+            k3: x[9],
             width: self.size.0,
             height: self.size.1,
         }
@@ -159,22 +165,30 @@ impl Problem for Reprojection {
             let d = k.distort(n);
             let per = 1.0 / seen.sigma;
             let pixel_from_distorted = Matrix2::new(k.fx, k.skew, 0.0, k.fy) * per;
-            let distorted_from_normal = Matrix2::identity() * (1.0 + r2 * (k.k1 + r2 * k.k2))
-                + n * n.transpose() * (2.0 * (k.k1 + 2.0 * k.k2 * r2));
+            let distorted_from_normal = k.distortion_slope(n);
             let normal_from_point =
                 Matrix2x3::new(1.0 / p.z, 0.0, -n.x / p.z, 0.0, 1.0 / p.z, -n.y / p.z);
             let pixel_from_point = pixel_from_distorted * distorted_from_normal * normal_from_point;
             let by_turn = pixel_from_point * p.cross_matrix() * at.left;
             let by_shift = -pixel_from_point * at.camera_from_world;
-            let (by_k1, by_k2) =
-                (pixel_from_distorted * (n * r2), pixel_from_distorted * (n * (r2 * r2)));
+            let xy = 2.0 * n.x * n.y;
+            // In the order of the parameters: k1, k2, p1, p2, k3.
+            let by_lens = [
+                n * r2,
+                n * (r2 * r2),
+                Vector2::new(xy, r2 + 2.0 * n.y * n.y),
+                Vector2::new(r2 + 2.0 * n.x * n.x, xy),
+                n * (r2 * r2 * r2),
+            ]
+            .map(|slope| pixel_from_distorted * slope);
             let column = INTRINSIC + POSE * seen.view;
             let u = j.row_mut(2 * i);
             u[0] = d.x * per;
             u[2] = per;
             u[4] = d.y * per;
-            u[5] = by_k1.x;
-            u[6] = by_k2.x;
+            for (c, slope) in by_lens.iter().enumerate() {
+                u[LENS + c] = slope.x;
+            }
             for c in 0..3 {
                 u[column + c] = by_turn[(0, c)];
                 u[column + 3 + c] = by_shift[(0, c)];
@@ -185,8 +199,9 @@ impl Problem for Reprojection {
                 None => v[1] = d.y * per,
             }
             v[3] = per;
-            v[5] = by_k1.y;
-            v[6] = by_k2.y;
+            for (c, slope) in by_lens.iter().enumerate() {
+                v[LENS + c] = slope.y;
+            }
             for c in 0..3 {
                 v[column + c] = by_turn[(1, c)];
                 v[column + 3 + c] = by_shift[(1, c)];
@@ -205,6 +220,7 @@ mod tests {
     fn derivatives_agree_with_differences() {
         let mut k = Intrinsics::centred(800.0, 1280, 720);
         (k.fy, k.skew, k.k1, k.k2) = (790.0, 0.7, -0.2, 0.1);
+        (k.p1, k.p2, k.k3) = (2e-3, -1e-3, 0.05);
         let camera = Camera::looking(k, Vector3::new(1.0, 0.3, 0.9), Vector3::new(0.4, 0.0, 0.0));
         let seen: Vec<Seen> = (0..12)
             .map(|i| {
@@ -226,11 +242,11 @@ mod tests {
             };
             let mut x = problem.start(&k);
             x[INTRINSIC..].copy_from_slice(&[0.2, -0.3, 0.15, 0.02, -0.03, 0.05]);
-            let mut exact = Jacobian::zeros(24, 13);
+            let mut exact = Jacobian::zeros(24, INTRINSIC + POSE);
             problem.jacobian(&x, &mut exact);
             let h = 1e-6;
             let (mut up, mut down) = (vec![0.0; 24], vec![0.0; 24]);
-            for c in 0..13 {
+            for c in 0..INTRINSIC + POSE {
                 let mut at = x.clone();
                 at[c] += h;
                 problem.residuals(&at, &mut up);

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 
-use crate::alignment::intrinsics::{self, Distortion, calibrate};
+use crate::alignment::intrinsics::{self, Distortion, calibrate, lens};
 use crate::alignment::{files, image_map, offset};
 use crate::report::{Failure, Style};
 
@@ -43,8 +43,12 @@ pub(super) struct IntrinsicsArgs {
     /// Points: `x[m],y[m],z[m],u[px],v[px],view`; where the views were seen from may stand in
     /// `POINTS.extrinsics.json` beside it. A planar target (z = 0) needs no extrinsics.
     file: PathBuf,
-    /// Which distortion is fitted.
-    #[arg(long, default_value = "k1k2", value_parser = ["none", "k1", "k1k2"])]
+    /// Which terms of the lens are fitted; `auto` keeps those that the views pay for.
+    #[arg(
+        long,
+        default_value = "k1k2",
+        value_parser = ["none", "k1", "k1k2", "k1k2k3", "k1p1p2", "k1k2p1p2", "k1k2p1p2k3", "auto"]
+    )]
     distortion: String,
     /// Size of the pictures, px: `1280x720`; needed for a single planar view only.
     #[arg(long, value_parser = size)]
@@ -75,12 +79,15 @@ pub(super) fn align(command: &AlignCommand, style: Style) -> Result<Exit, Failur
             let extrinsics = if beside.exists() { Some(read(&beside)?) } else { None };
             let views = files::read_views(&read(file)?, extrinsics.as_deref())
                 .map_err(|e| table(&e, file))?;
-            let options = intrinsics::Options {
-                distortion: Distortion::from_name(&args.distortion).unwrap_or_default(),
-                image_size: args.image,
-                ..intrinsics::Options::default()
+            let options =
+                intrinsics::Options { image_size: args.image, ..intrinsics::Options::default() };
+            let fit = match Distortion::from_name(&args.distortion) {
+                Some(distortion) => {
+                    calibrate(&views, &intrinsics::Options { distortion, ..options })
+                }
+                None => lens::choose(&views, &options).map(|(fit, _)| fit),
             };
-            let fit = calibrate(&views, &options).map_err(|error| degenerate(&error, file))?;
+            let fit = fit.map_err(|error| degenerate(&error, file))?;
             style.answer(&IntrinsicsAnswer::from(&fit));
         }
         AlignCommand::Offset { file, model } => {

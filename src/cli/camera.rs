@@ -1,19 +1,20 @@
-//! `trueup camera`: find objects in a picture.
+//! `trueup camera`: find objects in a picture; calibrate a camera from pictures of a board.
+
+mod calibrate;
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Subcommand};
-use image::RgbImage;
-use serde::Deserialize;
-
+use crate::alignment::camera_file::{self, CameraFile};
 use crate::alignment::decode;
 use crate::alignment::vision::{self, Options};
-use crate::execution::calibrate::{self, Switches};
+use crate::execution::calibrate::{self as marks, Switches};
 use crate::files::write;
 use crate::language::{self, Source};
 use crate::report::{self, Failure, Style};
 use crate::workcell;
 use crate::world::{Camera, Scene};
+use clap::{Args, Subcommand};
+use image::RgbImage;
 
 use super::answer::see::Answer;
 use super::inputs::read;
@@ -23,14 +24,17 @@ use crate::report::exit::Exit;
 pub(super) enum CameraCommand {
     /// Find the scene's objects in a picture: mask, key points, pose, confidence.
     See(SeeArgs),
+    /// Find what is inside a camera from pictures of a chessboard: focal lengths, centre, lens.
+    Calibrate(calibrate::CalibrateArgs),
 }
 
 #[derive(Debug, Args)]
 pub(super) struct SeeArgs {
     /// The picture (PNG or JPEG).
     image: PathBuf,
-    /// The camera as calibrated: `{"camera": {"intrinsics": .., "world_from_camera": ..}}`. Without it the
-    /// camera is aligned by the scene's marks in the picture, if they are seen.
+    /// The camera as calibrated: what `camera calibrate --write` or `align intrinsics --json` gives, or
+    /// `{"camera": {"intrinsics": .., "world_from_camera": ..}}`. What it does not tell, the scene's marks in the picture
+    /// do, if they are seen.
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
     /// Where masks and an annotated copy of the picture go.
@@ -38,15 +42,9 @@ pub(super) struct SeeArgs {
     out: Option<PathBuf>,
 }
 
-/// The part of a calibration file that seeing needs.
-#[derive(Debug, Deserialize)]
-struct CalibrationFile {
-    camera: Camera,
-}
-
 /// Aligns the scene's camera by the table's dots where there are enough of them; says so where not.
-fn aligned(image: &RgbImage, scene: &Scene, style: Style) -> Camera {
-    match calibrate::from_marks(image, scene, Switches::default()) {
+fn aligned(image: &RgbImage, scene: &Scene, switches: Switches, style: Style) -> Camera {
+    match marks::from_marks(image, scene, switches) {
         Ok((camera, notes)) => {
             for note in notes {
                 style.note(&format!("  {note}"));
@@ -79,7 +77,53 @@ pub(super) fn camera(
     scene: Option<&PathBuf>,
     style: Style,
 ) -> Result<Exit, Failure> {
-    let CameraCommand::See(args) = command;
+    match command {
+        CameraCommand::See(args) => see(args, scene, style),
+        CameraCommand::Calibrate(args) => calibrate::calibrate(args, style),
+    }
+}
+
+/// The camera that took the picture: as calibrated, as far as a file says, the rest by the scene's marks.
+fn seen_by(
+    args: &SeeArgs,
+    image: &RgbImage,
+    mut scene: Scene,
+    style: Style,
+) -> Result<Camera, Failure> {
+    let mut switches = Switches::default();
+    if let Some(path) = &args.calibration {
+        let CameraFile { mut intrinsics, world_from_camera } = calibration(path)?;
+        if (intrinsics.width, intrinsics.height) == (0, 0) {
+            (intrinsics.width, intrinsics.height) = image.dimensions();
+        }
+        if let Some(world_from_camera) = world_from_camera {
+            return Ok(Camera { intrinsics, world_from_camera });
+        }
+        // The file knows what is inside better than one picture of the table does.
+        scene.camera.intrinsics = intrinsics;
+        switches.intrinsics = false;
+    }
+    let sensor = (scene.camera.intrinsics.width, scene.camera.intrinsics.height);
+    // A picture of another size is refused where it is looked at, in one message.
+    if image.dimensions() != sensor {
+        return Ok(scene.camera);
+    }
+    Ok(aligned(image, &scene, switches, style))
+}
+
+/// Reads a calibrated camera, with an error that says what is wrong with the file.
+fn calibration(path: &Path) -> Result<CameraFile, Failure> {
+    camera_file::read(&read(path)?).map_err(|error| {
+        Failure::input("camera::calibration", format!("not a calibration: {error}"))
+            .at(path.display().to_string())
+            .help(
+                "`camera calibrate --write FILE` makes one; by hand it is \
+                 {\"camera\": {\"intrinsics\": .., \"world_from_camera\": ..}}",
+            )
+    })
+}
+
+fn see(args: &SeeArgs, scene: Option<&PathBuf>, style: Style) -> Result<Exit, Failure> {
     let library = workcell::library(&workcell::Stdlib::embedded());
     let scene = match scene {
         None => workcell::scene_of(&library, None),
@@ -97,22 +141,7 @@ pub(super) fn camera(
     let scene = scene.map_err(|error| report::cell_failure(&error, style))?;
     let place = args.image.display().to_string();
     let image = picture(&args.image)?;
-    let sensor = (scene.camera.intrinsics.width, scene.camera.intrinsics.height);
-    let camera = match &args.calibration {
-        // A picture of another size is refused below, in one message.
-        None if image.dimensions() != sensor => scene.camera,
-        None => aligned(&image, &scene, style),
-        Some(path) => {
-            let place = path.display().to_string();
-            serde_json::from_str::<CalibrationFile>(&read(path)?)
-                .map_err(|error| {
-                    Failure::input("camera::calibration", format!("not a calibration: {error}"))
-                        .at(place)
-                        .help("it holds {\"camera\": {\"intrinsics\": .., \"world_from_camera\": ..}}")
-                })?
-                .camera
-        }
-    };
+    let camera = seen_by(args, &image, scene.clone(), style)?;
     let sightings = vision::see(&image, &camera, &scene, &Options::default())
         .map_err(|error| Failure::input("camera::picture", error.to_string()).at(&place))?;
     if let Some(dir) = &args.out {

@@ -209,7 +209,7 @@ pub(super) fn camera_aligned(used: usize, dots: usize, rms_px: f64, in_force: bo
 
 /// Regression 2: what it found, its residual, px, and whether it is in force.
 pub(super) fn lens_fitted(lens: &Intrinsics, rms_px: f64, in_force: bool) -> String {
-    let left_out = if in_force { "" } else { " (left out: the scene file's lens is believed)" };
+    let left_out = if in_force { "" } else { " (left out: the lens is believed as given)" };
     format!(
         "regression 2: focal {:.1} px, centre ({:.1}, {:.1}), k1 {:.4}, rms {rms_px:.2} px{left_out}",
         lens.fx, lens.cx, lens.cy, lens.k1

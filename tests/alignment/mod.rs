@@ -4,5 +4,6 @@ mod support;
 mod image_map;
 mod intrinsics;
 mod camera_fit;
+mod chessboard;
 mod offset;
 mod files;

@@ -109,6 +109,15 @@ const CASES: &[Case] = &[
     ),
     case(&["robot", "plan", "--problem", "cone.json"], 2, "robot::input", "cone", ""),
     // Camera.
+    case(&["camera", "calibrate", "tiny.png"], 2, "usage", "--board", ""),
+    case(&["camera", "calibrate", "tiny.png", "--board", "9x6"], 2, "usage", "25mm", ""),
+    case(
+        &["camera", "calibrate", "gone.png", "tiny.png", "--board", "chessboard:9x6:25mm"],
+        2,
+        "camera::board",
+        "no chessboard seen",
+        "inner corners",
+    ),
     case(&["camera", "see", "gone.png"], 2, "io::image", "gone.png", "PNG"),
     case(&["camera", "see", "kup.task"], 2, "io::image", "kup.task", "PNG"),
     case(&["camera", "see", "broken.png"], 2, "io::image", "broken.png", "PNG"),

@@ -2,6 +2,7 @@
 
 mod answer;
 mod bad_input;
+mod calibrate;
 mod explain;
 mod gap;
 mod hidden;

@@ -59,6 +59,9 @@ pub(super) fn planar(views: &[View], options: &Options) -> Result<Calibration, E
         skew: if skew { k[(0, 1)] } else { 0.0 },
         k1: 0.0,
         k2: 0.0,
+        p1: 0.0,
+        p2: 0.0,
+        k3: 0.0,
         width,
         height,
     };

@@ -114,6 +114,12 @@ pub struct IntrinsicsStd {
     pub k1: f64,
     /// Without unit.
     pub k2: f64,
+    /// Without unit.
+    pub p1: f64,
+    /// Without unit.
+    pub p2: f64,
+    /// Without unit.
+    pub k3: f64,
 }
 
 /// One view, regression 2.
@@ -157,6 +163,15 @@ pub struct IntrinsicsAnswer {
     pub k1: f64,
     /// Second radial distortion.
     pub k2: f64,
+    /// First tangential distortion.
+    pub p1: f64,
+    /// Second tangential distortion.
+    pub p2: f64,
+    /// Third radial distortion.
+    pub k3: f64,
+    /// Width and height of the pictures, px, where known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub image_px: Option<[u32; 2]>,
     /// Standard deviations.
     pub std: IntrinsicsStd,
     /// Root mean square reprojection error per point, px.
@@ -170,13 +185,13 @@ pub struct IntrinsicsAnswer {
     /// Covariance in the order of `parameters`.
     pub covariance: Vec<Vec<f64>>,
     /// Names of the rows of `covariance`.
-    pub parameters: [&'static str; 7],
+    pub parameters: [&'static str; NAMES.len()],
 }
 
 impl From<&Calibration> for IntrinsicsAnswer {
     fn from(fit: &Calibration) -> Self {
         let k = &fit.intrinsics;
-        let [fx_px, fy_px, cx_px, cy_px, skew_px, k1, k2] = fit.std;
+        let [fx_px, fy_px, cx_px, cy_px, skew_px, k1, k2, p1, p2, k3] = fit.std;
         Self {
             fx_px: k.fx,
             fy_px: k.fy,
@@ -185,7 +200,11 @@ impl From<&Calibration> for IntrinsicsAnswer {
             skew_px: k.skew,
             k1: k.k1,
             k2: k.k2,
-            std: IntrinsicsStd { fx_px, fy_px, cx_px, cy_px, skew_px, k1, k2 },
+            p1: k.p1,
+            p2: k.p2,
+            k3: k.k3,
+            image_px: (k.width > 0 && k.height > 0).then_some([k.width, k.height]),
+            std: IntrinsicsStd { fx_px, fy_px, cx_px, cy_px, skew_px, k1, k2, p1, p2, k3 },
             rms_px: fit.rms_px,
             noise_px: fit.noise_px,
             views: fit

@@ -2,6 +2,7 @@
 //! the JSON and tables that commands are given → data. Nothing here reads a file or a clock.
 
 pub mod align;
+pub mod calibrate;
 pub mod robot;
 pub mod robot_check;
 pub mod see;

@@ -168,10 +168,6 @@ pub(super) fn no_sidecar(why: &impl ToString, place: &str) -> Error {
     sidecar(format!("not a camera's file: {}", why.to_string()), place)
 }
 
-pub(super) fn no_focal(fx: f64, fy: f64, place: &str) -> Error {
-    sidecar(format!("a focal length of {fx} px by {fy} px is none"), place)
-}
-
 pub(super) fn no_noise(px: f64, place: &str) -> Error {
     sidecar(format!("`noise.px` is {px}; it must be above 0"), place)
 }

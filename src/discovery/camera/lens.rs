@@ -26,16 +26,11 @@ pub struct Lens {
 impl Lens {
     /// Returns the pixel of normalised coordinates `x = X/Z`, `y = Y/Z`, px.
     pub fn pixel(&self, n: Vector2<f64>) -> Vector2<f64> {
-        let (x, y) = (n.x, n.y);
-        let r2 = n.norm_squared();
-        let radial = 1.0 + r2 * (self.k[0] + r2 * (self.k[1] + r2 * self.k[2]));
-        let [p1, p2] = self.p;
-        let dx = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x);
-        let dy = y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y;
-        Vector2::new(self.fx * dx + self.skew * dy + self.cx, self.fy * dy + self.cy)
+        let pixel = self.intrinsics().pixel(n);
+        Vector2::new(pixel.u, pixel.v)
     }
 
-    /// Returns the part of it that the world's camera model has: all but `k3`, `p1` and `p2`.
+    /// Returns it as the world's camera model, without the size of the picture.
     pub fn intrinsics(&self) -> Intrinsics {
         Intrinsics {
             fx: self.fx,
@@ -45,6 +40,9 @@ impl Lens {
             skew: self.skew,
             k1: self.k[0],
             k2: self.k[1],
+            p1: self.p[0],
+            p2: self.p[1],
+            k3: self.k[2],
             width: 0,
             height: 0,
         }
@@ -59,8 +57,8 @@ impl From<Intrinsics> for Lens {
             cx: i.cx,
             cy: i.cy,
             skew: i.skew,
-            k: [i.k1, i.k2, 0.0],
-            p: [0.0; 2],
+            k: [i.k1, i.k2, i.k3],
+            p: [i.p1, i.p2],
         }
     }
 }
@@ -70,9 +68,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_agrees_with_the_worlds_lens_where_both_have_the_terms() {
+    fn it_is_the_worlds_lens() {
         let mut inside = Intrinsics::centred(800.0, 640, 480);
         (inside.k1, inside.k2, inside.skew) = (-0.2, 0.05, 0.4);
+        (inside.p1, inside.p2, inside.k3) = (1e-3, -2e-3, 0.1);
         let lens = Lens::from(inside);
         for n in [Vector2::new(0.3, -0.2), Vector2::new(-0.5, 0.4)] {
             let (ours, theirs) = (lens.pixel(n), inside.pixel(n));

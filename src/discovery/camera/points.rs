@@ -12,6 +12,7 @@ use serde::Deserialize;
 
 use super::lens::Lens;
 use super::{error, wording};
+use crate::alignment::camera_file;
 use crate::alignment::files::{Extrinsics, read_extrinsics};
 use crate::discovery::recording::{Error, Map, Sheet};
 use crate::units::{self, Dimension};
@@ -222,26 +223,6 @@ fn table(name: &str, text: &str, map: &Map) -> Result<Points, Error> {
     Ok(points)
 }
 
-#[derive(Deserialize)]
-struct RawLens {
-    fx_px: f64,
-    fy_px: Option<f64>,
-    cx_px: f64,
-    cy_px: f64,
-    #[serde(default)]
-    skew_px: f64,
-    #[serde(default)]
-    k1: f64,
-    #[serde(default)]
-    k2: f64,
-    #[serde(default)]
-    k3: f64,
-    #[serde(default)]
-    p1: f64,
-    #[serde(default)]
-    p2: f64,
-}
-
 #[derive(Deserialize, Default)]
 struct RawNoise {
     px: Option<f64>,
@@ -249,42 +230,30 @@ struct RawNoise {
 
 #[derive(Deserialize)]
 struct Raw {
-    camera: Option<RawLens>,
     world_from_camera: Option<Pose<frame::World, frame::Camera>>,
     #[serde(default)]
     noise: RawNoise,
 }
 
-/// Reads `POINTS.json`. The answer of `trueup align intrinsics --json`, whose numbers stand at the top, serves as
-/// well.
+/// Reads `POINTS.json`. What `trueup camera calibrate --write` and `trueup align intrinsics --json` give serves as well.
 fn known(place: &str, text: &str) -> Result<Known, Error> {
     let no_sidecar = |why: serde_json::Error| error::no_sidecar(&why, place);
     let value: serde_json::Value = serde_json::from_str(text).map_err(no_sidecar)?;
-    let at_top = value.get("fx_px").is_some();
-    let mut raw: Raw = serde_json::from_value(value.clone()).map_err(no_sidecar)?;
-    if at_top && raw.camera.is_none() {
-        raw.camera = Some(serde_json::from_value(value).map_err(no_sidecar)?);
-    }
-    let lens = raw.camera.map(|c| Lens {
-        fx: c.fx_px,
-        fy: c.fy_px.unwrap_or(c.fx_px),
-        cx: c.cx_px,
-        cy: c.cy_px,
-        skew: c.skew_px,
-        k: [c.k1, c.k2, c.k3],
-        p: [c.p1, c.p2],
-    });
-    if let Some(lens) = &lens
-        && !(lens.fx > 0.0 && lens.fy > 0.0)
-    {
-        return Err(error::no_focal(lens.fx, lens.fy, place));
-    }
+    let is_told = |key: &str| value.get(key).is_some_and(|value| !value.is_null());
+    let camera = if is_told("camera") || is_told("fx_px") {
+        Some(camera_file::read(text).map_err(|why| error::no_sidecar(&why, place))?)
+    } else {
+        None
+    };
+    let raw: Raw = serde_json::from_value(value).map_err(no_sidecar)?;
+    let lens = camera.map(|camera| Lens::from(camera.intrinsics));
     if let Some(noise) = raw.noise.px
         && !(noise > 0.0 && noise.is_finite())
     {
         return Err(error::no_noise(noise, place));
     }
-    let world_from_camera = raw.world_from_camera.map(|pose| *pose.isometry());
+    let stands = raw.world_from_camera.or(camera.and_then(|camera| camera.world_from_camera));
+    let world_from_camera = stands.map(|pose| *pose.isometry());
     Ok(Known { lens, world_from_camera, noise_px: raw.noise.px })
 }
 

@@ -1,0 +1,117 @@
+//! What `trueup camera calibrate` prints and writes: the answer of `align intrinsics`, the camera as
+//! [`crate::alignment::camera_file`] reads it, the pictures, and what to photograph next.
+
+use serde::Serialize;
+
+use crate::alignment::chessboard::Board;
+use crate::alignment::intrinsics::Calibration;
+use crate::alignment::intrinsics::coverage::Coverage;
+use crate::alignment::intrinsics::lens::Compared;
+use crate::report::calibrated::{Picture, Seen};
+use crate::world::Intrinsics;
+
+use super::align::IntrinsicsAnswer;
+
+/// The answer of `camera calibrate`, and the file that `--write` makes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Answer {
+    /// The camera as a calibration file has it.
+    pub camera: CameraAnswer,
+    /// The answer of `align intrinsics`.
+    #[serde(flatten)]
+    pub intrinsics: IntrinsicsAnswer,
+    /// The board.
+    pub board: BoardAnswer,
+    /// Every picture given.
+    pub pictures: Vec<PictureAnswer>,
+    /// The choices of the lens's terms side by side; empty where they were asked for.
+    pub compared: Vec<LensCompared>,
+    /// Points in each ninth of the picture, rows from the top.
+    pub corners_in_ninths: [[usize; 3]; 3],
+    /// What the next pictures should show.
+    pub advice: Vec<String>,
+}
+
+/// The camera; where it stands is not known from a board.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CameraAnswer {
+    /// What is inside.
+    pub intrinsics: Intrinsics,
+}
+
+/// The board.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct BoardAnswer {
+    /// Inner corners along a row.
+    pub columns: usize,
+    /// Inner corners along a column.
+    pub rows: usize,
+    /// Side of a square, m.
+    pub square_m: f64,
+}
+
+/// One picture.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PictureAnswer {
+    /// Its file.
+    pub picture: String,
+    /// Whether the board was found in it.
+    pub found: bool,
+    /// Why not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// Between the board's normal and the optical axis, rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tilt_rad: Option<f64>,
+}
+
+/// One choice of the lens's terms.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LensCompared {
+    /// The terms.
+    pub distortion: &'static str,
+    /// Root mean square reprojection error, px.
+    pub rms_px: f64,
+    /// `-BIC/2`; more is better.
+    pub evidence: f64,
+}
+
+impl Answer {
+    /// Words a calibration as the answer.
+    pub fn new(
+        fit: &Calibration,
+        coverage: &Coverage,
+        compared: &[Compared],
+        board: &Board,
+        pictures: &[Picture],
+    ) -> Self {
+        let pictures = pictures.iter().map(|picture| {
+            let tilt_rad = match picture.seen {
+                Seen::Board(view) => coverage.held.get(view).map(|held| held.tilt),
+                _ => None,
+            };
+            PictureAnswer {
+                picture: picture.name.clone(),
+                found: matches!(picture.seen, Seen::Board(_)),
+                reason: picture.why_not(),
+                tilt_rad,
+            }
+        });
+        Self {
+            camera: CameraAnswer { intrinsics: fit.intrinsics },
+            intrinsics: IntrinsicsAnswer::from(fit),
+            board: BoardAnswer { columns: board.columns, rows: board.rows, square_m: board.square },
+            pictures: pictures.collect(),
+            compared: compared
+                .iter()
+                .map(|c| LensCompared {
+                    distortion: c.distortion.name(),
+                    rms_px: c.rms_px,
+                    evidence: c.evidence,
+                })
+                .collect(),
+            corners_in_ninths: coverage.ninths,
+            advice: coverage.advice(fit).iter().map(ToString::to_string).collect(),
+        }
+    }
+}
