@@ -2,7 +2,7 @@
 //!
 //! In goes the name as the URDF has it (`package://ur_description/meshes/base.stl`), out come triangles in m of the
 //! mesh's own frame. STL (binary and text) and OBJ are read; a COLLADA file (`.dae`) is not, nor is anything else. Which
-//! solids stand for a mesh is [`super::cover`]'s to say.
+//! solids stand for a mesh is `super::cover`'s to say.
 //!
 //! Source: 3D Systems, "`StereoLithography` Interface Specification", 1988; Wavefront, "Object Files (.obj)", 1992.
 

@@ -1,7 +1,7 @@
 //! Places told by their relation to things: "to the left of the cup" → `left_of(cup)`.
 //!
 //! A sentence's words for a relation are joined into the language's own before templates are matched, so that `{at}`
-//! after "at" is one slot: "put the jar next to the cup" is read as "put the jar at next_to the cup".
+//! after "at" is one slot: "put the jar next to the cup" is read as "put the jar at `next_to` the cup".
 
 use super::Knowledge;
 use super::resolve::{self, Found, Hindrance};
