@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// What is less out of reach is reached, m: half of the millimetre that messages are rounded to.
+const FOLLOWED: f64 = 5e-4;
+
 /// There is no way, and why.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NoWay {
@@ -57,6 +60,9 @@ impl std::fmt::Display for NoWay {
                 width * 1e3,
                 opening * 1e3
             ),
+            Why::OutOfReach { nearest } if *nearest < FOLLOWED => {
+                write!(f, "the arm reaches it but cannot follow the straight way there and back")
+            }
             Why::OutOfReach { nearest } => {
                 write!(f, "it is {:.0} mm out of reach", nearest * 1e3)
             }

@@ -344,7 +344,7 @@ fn for_is_once_for_each_thing_of_a_type() {
     let (step, _) = parse_line("all()");
     let Some(Step::Act(act)) = step else { panic!() };
     let graph = build(&InScene { library: &library, scene: "three" }, &act.call).unwrap();
-    let NodeKind::Or(order) = &graph.find("all/for").unwrap().kind else { panic!("not an Or") };
+    let NodeKind::Or(order) = &graph.find("all/either").unwrap().kind else { panic!("not an Or") };
     let names: Vec<_> = order.branches.iter().map(|b| b.name.as_str()).collect();
     assert_eq!(names, ["in_order", "backwards"]);
     let below = |path: &str| -> Vec<String> {
@@ -355,11 +355,13 @@ fn for_is_once_for_each_thing_of_a_type() {
             .collect()
     };
     // A cup is something to grasp, a tray is not.
-    assert_eq!(below("all/for.in_order"), ["z", "a"]);
-    assert_eq!(below("all/for.backwards"), ["a", "z"]);
-    let NodeKind::Or(when) = &graph.find("all/for.in_order/z/if").unwrap().kind else { panic!() };
+    assert_eq!(below("all/either.in_order"), ["z", "a"]);
+    assert_eq!(below("all/either.backwards"), ["a", "z"]);
+    let NodeKind::Or(when) = &graph.find("all/either.in_order/z/if").unwrap().kind else {
+        panic!()
+    };
     assert!(matches!(when.decides, Decides::Condition(_)));
-    assert!(graph.find("all/for.in_order/z/if.then/pick").is_some());
+    assert!(graph.find("all/either.in_order/z/if.then/pick").is_some());
     // Without a scene there is nothing to go through.
     let graph = build(&library, &act.call).unwrap();
     assert!(below_none(&graph));

@@ -145,10 +145,13 @@ impl Planner {
                     }
                 };
                 dropped.tried += 1;
-                let Ok(mut way_down) = self.track(&q_down, &straight(&down, up)) else { continue };
-                way_down.reverse();
                 let back = -down.axis(2) * BACK;
-                let Ok(way_out) = self.track(&q_down, &straight(&down, back)) else { continue };
+                let ways_of = [up, back].map(|by| self.track(&q_down, &straight(&down, by)));
+                let [Ok(mut way_down), Ok(way_out)] = ways_of else {
+                    dropped.out_of_reach(0.0);
+                    continue;
+                };
+                way_down.reverse();
                 // The object itself may come close to the table at the very end of the way down.
                 let high = &way_down[..way_down.len().saturating_sub(MEANT)];
                 if Self::clear(&world, high, &mut dropped).is_none()

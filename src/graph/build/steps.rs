@@ -206,16 +206,16 @@ impl Builder<'_> {
 
     /// `for o in Type when φ {…}`: once for each thing of the type that stands in the scene, in its order or backwards,
     /// since one may be in the way of another. Which of them φ leaves out is decided as by an `if`, when the plan is made.
+    /// The nodes are those of the `either`, `if` and blocks that say the same.
     fn each(&mut self, each: &Each, scope: &Scope, place: &Place) -> Option<NodeId> {
-        let definitions = self.definitions;
-        let (name, kind) = (&each.name.text, &each.kind.text);
-        let (id, inside) = self.open(place, "for", format!("for {name} in {kind}"), each.span);
-        let mut things = definitions.things(kind);
+        let mut things = self.definitions.things(&each.kind.text);
         if things.len() < 2 {
+            let (id, inside) = self.open(place, "for", "for".into(), each.span);
             let children = self.pass(each, &things, scope, &inside)?;
             self.set(id, NodeKind::And(And { children, ..And::empty(Form::Sequence) }));
             return Some(id);
         }
+        let (id, inside) = self.open(place, "either", "either".into(), each.span);
         let mut branches = Vec::new();
         for (order, prior) in ORDERS {
             let (node, below) =
