@@ -3,6 +3,8 @@
 use image::{Rgb, RgbImage};
 
 use super::vision::Sighting;
+use crate::world::frame::World;
+use crate::world::{Camera, Point, Unknown};
 
 /// Colours that stay apart for the colour-blind (Okabe and Ito), one per object in turn.
 const COLOURS: [[u8; 3]; 6] =
@@ -51,6 +53,22 @@ pub fn annotate(image: &RgbImage, sightings: &[Sighting]) -> RgbImage {
         text(&mut out, (at.0 as u32, at.1), scale, colour, &label);
     }
     out
+}
+
+/// Draws the circle on the table that bounds each thing that no scene declares, in red.
+pub fn outline_unknown(image: &mut RgbImage, camera: &Camera, others: &[Unknown]) {
+    const CORNERS: u32 = 48;
+    for other in others {
+        let rim = (0..=CORNERS).filter_map(|k| {
+            let turn = std::f64::consts::TAU * f64::from(k) / f64::from(CORNERS);
+            let (x, y) = (other.radius * turn.cos(), other.radius * turn.sin());
+            camera.project(Point::<World>::new(other.at[0] + x, other.at[1] + y, 0.0))
+        });
+        let rim: Vec<[f64; 2]> = rim.map(|pixel| [pixel.u, pixel.v]).collect();
+        for pair in rim.windows(2) {
+            stroke(image, pair[0], pair[1], [230, 20, 20]);
+        }
+    }
 }
 
 fn put(image: &mut RgbImage, u: f64, v: f64, colour: [u8; 3]) {

@@ -7,7 +7,7 @@ use std::panic::resume_unwind;
 
 use image::{GrayImage, RgbImage};
 
-use crate::alignment::overlay::annotate;
+use crate::alignment::overlay::{annotate, outline_unknown};
 use crate::alignment::vision::{self, Sighting};
 use crate::twin::render::{ArmLook, NOTHING, Options, TABLE, View, render};
 use crate::world::frame::{Tool, World};
@@ -170,7 +170,8 @@ impl Body for RealBody {
         let (sightings, others) = seen.map_err(no_use)?;
         self.photos += 1;
         if let Ok(mut watcher) = self.watcher.lock() {
-            let image = annotate(&photo, &sightings);
+            let mut image = annotate(&photo, &sightings);
+            outline_unknown(&mut image, &self.calibration.camera, &others);
             watcher.event(&Event::Picture { name: format!("look-{}", self.photos), image });
             for sighting in &sightings {
                 watcher.event(&Event::Note { text: wording::seen(sighting) });

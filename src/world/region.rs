@@ -48,7 +48,7 @@ pub enum Region {
     Between(String, String),
     /// On the table, away from circles that are to stay free: x, y and radius, m.
     Away(Vec<[f64; 3]>),
-    /// Nobody knows, because nobody has seen this thing.
+    /// Unknown, because this thing has not been seen.
     Unknown(String),
 }
 
@@ -73,7 +73,7 @@ impl std::fmt::Display for Bearer {
 /// What tables are called.
 pub const TABLE: &str = "table";
 
-/// The thing whose position a region depends on and nobody knows.
+/// The thing that a region depends on and whose position is unknown.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Unseen(pub String);
 
@@ -91,7 +91,7 @@ impl Region {
     ///
     /// # Errors
     ///
-    /// [`Unseen`] when nobody knows where a thing is that it depends on.
+    /// [`Unseen`] when the position of a thing that it depends on is unknown.
     pub fn bearer(&self, scene: &Scene, objects: &[ObjectState]) -> Result<Bearer, Unseen> {
         let named = |name: Option<String>| Bearer::This(name.unwrap_or_else(|| TABLE.to_owned()));
         match self {
@@ -115,7 +115,7 @@ impl Region {
     ///
     /// # Errors
     ///
-    /// [`Unseen`] when nobody knows where a thing is that it depends on.
+    /// [`Unseen`] when the position of a thing that it depends on is unknown.
     pub fn margin(
         &self,
         scene: &Scene,
@@ -162,7 +162,7 @@ impl Region {
     ///
     /// # Errors
     ///
-    /// [`Unseen`] when nobody knows where a thing is that it depends on.
+    /// [`Unseen`] when the position of a thing that it depends on is unknown.
     pub fn extent(
         &self,
         scene: &Scene,

@@ -1,7 +1,7 @@
 //! A camera against points of known place: where the picture shows them, and where the model says it should.
 //!
 //! Files of points come in ([`points`]), a finding goes out ([`investigate()`]). The model is a lens and a pose
-//! ([`lens`], [`views`]); effects bend it ([`term`], [`bent`]). Where nobody knows the camera's pose in a view, the
+//! ([`lens`], [`views`]); effects bend it ([`term`], [`bent`]). Where the camera's pose in a view is unknown, the
 //! pose is fitted again for every hypothesis, so that only what no pose explains is called a gap. Wrong matches and
 //! the noise are told before the search by a model more flexible than any effect ([`robust`]); the search itself is
 //! [`super::selection`]. What two explanations leave open is settled by other pictures ([`pictures`]).
