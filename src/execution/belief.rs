@@ -181,6 +181,14 @@ impl Belief {
         self.mass = None;
     }
 
+    /// Takes note that a thing is not where it was believed to be.
+    pub fn lost(&mut self, name: &str) {
+        if let Some(object) = self.objects.iter_mut().find(|object| object.name == name) {
+            object.world_from_object = None;
+            object.std = f64::INFINITY;
+        }
+    }
+
     /// Takes what a photograph showed that nothing explains. While something is in the hand nothing is said of it, since
     /// what hangs over the table hides it.
     pub fn saw_unknown(&mut self, unknown: Vec<Unknown>) {

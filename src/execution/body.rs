@@ -53,6 +53,12 @@ pub trait Body: Send {
         Ok(())
     }
 
+    /// Looks whether things that were put down stand where they were put, and takes what the picture shows for what is
+    /// so; a thing that is not to be seen where it should be in full view is nowhere.
+    fn confirm(&mut self, _names: &[String]) -> Result<(), DeviceError> {
+        Ok(())
+    }
+
     /// Takes note of how a grip on `aim` ended.
     fn gripped(&mut self, grip: Grip, aim: Option<&str>) -> Result<(), DeviceError>;
 

@@ -15,6 +15,7 @@ pub mod uses;
 pub mod beside;
 mod together;
 pub mod conduct;
+mod confirm;
 pub mod lines;
 pub mod refusal;
 pub mod error;

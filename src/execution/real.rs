@@ -18,6 +18,7 @@ use super::body::Sight;
 use super::body::{Body, Watcher};
 use super::calibration::Calibration;
 use super::cell::Cell;
+use super::confirm::Confirmation;
 use super::wording;
 use crate::arm::patience::Patient;
 use crate::arm::{Arm, Camera, DeviceError, Feedback, Grip};
@@ -182,6 +183,38 @@ impl Body for RealBody {
         }
         self.belief.saw(&sightings);
         self.belief.saw_unknown(others);
+        Ok(())
+    }
+
+    fn confirm(&mut self, names: &[String]) -> Result<(), DeviceError> {
+        if names.is_empty() {
+            return Ok(());
+        }
+        let photo = self.camera.photo()?;
+        let feedback = self.arm.feedback()?;
+        let tool = self.tool(&feedback.q);
+        let state = self.belief.state(&feedback, tool);
+        let no_use = |error| DeviceError::Unavailable(wording::image_of_no_use(error));
+        let mask = self.arm_in_picture(&self.calibration.camera, &feedback.q);
+        let checking = Confirmation {
+            photo: &photo,
+            camera: &self.calibration.camera,
+            scene: &self.cell.scene,
+            raised: self.belief.raised(),
+            mask: &mask,
+        };
+        let (gone, seen) = checking.judge(names, &state).map_err(no_use)?;
+        self.photos += 1;
+        if let Ok(mut watcher) = self.watcher.lock() {
+            let image = annotate(&photo, &seen);
+            watcher.event(&Event::Picture { name: format!("look-{}", self.photos), image });
+            for name in &gone {
+                watcher.event(&Event::Note { text: wording::gone(name) });
+            }
+        }
+        for name in &gone {
+            self.belief.lost(name);
+        }
         Ok(())
     }
 

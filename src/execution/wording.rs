@@ -189,6 +189,11 @@ pub(super) fn seen_unknown(other: &Unknown) -> String {
     )
 }
 
+/// That a thing is not seen upright where it was put.
+pub(super) fn gone(object: &str) -> String {
+    format!("camera: {object} is not seen upright where it was put")
+}
+
 /// Before any regression was fitted.
 pub(super) fn nothing_calibrated() -> String {
     "nothing has been calibrated".to_owned()

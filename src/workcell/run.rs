@@ -173,6 +173,8 @@ impl WorkCell {
         weighing: Option<&Weighing>,
         run: &mut Run,
     ) -> Result<(), Error> {
+        let moved = moved(start, &self.state()?);
+        self.scripts.context().body().confirm(&moved).map_err(ActionError::from)?;
         let mut state = self.state()?;
         if let Some(weighing) = weighing {
             state.spilt = Some(weighing.spilt);
@@ -293,4 +295,19 @@ fn keep(run: &Run, recorder: Option<&SharedRecorder>) -> Result<(), Error> {
     let mut recorder = recorder.lock().unwrap_or_else(PoisonError::into_inner);
     let dir = recorder.dir().to_path_buf();
     recorder.save(run).map_err(|error| Error::Unrecorded { dir, error })
+}
+
+/// Returns the things that stand elsewhere than at the start.
+fn moved(start: &WorldState, now: &WorldState) -> Vec<String> {
+    /// What a picture of the same thing in the same place may differ by, m: three standard deviations of a sighting
+    /// (0.3 to 1.6 mm in `docs/results.md`).
+    const ELSEWHERE: f64 = 0.005;
+    let stands = now.objects.iter().filter(|object| now.held.as_ref() != Some(&object.name));
+    let elsewhere = stands.filter(|object| {
+        let before = start.object(&object.name).and_then(|known| known.world_from_object);
+        before
+            .zip(object.world_from_object)
+            .is_some_and(|(before, after)| (before.origin() - after.origin()).norm() > ELSEWHERE)
+    });
+    elsewhere.map(|object| object.name.clone()).collect()
 }
