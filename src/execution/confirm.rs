@@ -80,7 +80,7 @@ impl Confirmation<'_> {
     fn leaning(&self, object: &Object, pose: &Pose<frame::World, frame::Object>) -> f64 {
         let far = (pose.origin() - self.camera.world_from_camera.origin()).norm();
         let aside = object.shape.height() * (0.5 * LEANS).sin();
-        (self.camera.intrinsics.fx * aside / far.max(1e-6) / 12f64.sqrt()).max(1.0)
+        (self.camera.intrinsics.fx * aside / far.max(1e-6) / 12_f64.sqrt()).max(1.0)
     }
 
     /// Returns the share of a thing's outline that the arm, or another thing before it, hides.
