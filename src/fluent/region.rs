@@ -53,15 +53,15 @@ pub(super) fn relation(
         "next_to" => Region::Beside { of: thing(0)?, way: None },
         "start_of" => start_of(on, &thing(0)?),
         "away_from" => {
-            let stood = [thing(0)?, thing(1)?].map(|name| {
-                let known = on.start.object(&name).and_then(|known| known.world_from_object);
-                let object = on.scene.object(&name);
-                known.zip(object).map(|(pose, object)| {
-                    let [x, y]: [f64; 2] = pose.origin().xy().into();
-                    [x, y, object.shape.outer_radius()]
-                })
-            });
-            Region::Away(stood.into_iter().flatten().collect())
+            let mut circles = Vec::new();
+            for name in [thing(0)?, thing(1)?] {
+                let Region::Spot { at: [x, y], .. } = start_of(on, &name) else {
+                    return Ok(Value::Region(Region::Unknown(name)));
+                };
+                let radius = on.scene.object(&name).map_or(0.0, |o| o.shape.outer_radius());
+                circles.push([x, y, radius]);
+            }
+            Region::Away(circles)
         }
         side => {
             let way = way(on, side, view(args.get(1))?);
