@@ -122,10 +122,19 @@ pub trait Arm: Send {
     }
 }
 
+/// A photograph that has been taken, to be had by whoever calls it, in a thread of its own if it takes long.
+pub type Shot = Box<dyn FnOnce() -> RgbImage + Send>;
+
 /// A colour camera that stands still.
 pub trait Camera: Send {
     /// Takes a photograph.
     fn photo(&mut self) -> Result<RgbImage, DeviceError>;
+
+    /// Takes a photograph of this instant that may be had later, while the arm goes on.
+    fn shoot(&mut self) -> Result<Shot, DeviceError> {
+        let image = self.photo()?;
+        Ok(Box::new(move || image))
+    }
 }
 
 /// Scales under the vessels and the table, read when a run is over to say what became of the water.

@@ -11,5 +11,5 @@ pub mod patience;
 pub mod ticked;
 
 pub use cancel::Cancel;
-pub use device::{Arm, Camera, Feedback, Grip, Pacing, Scales, Weighing};
+pub use device::{Arm, Camera, Feedback, Grip, Pacing, Scales, Shot, Weighing};
 pub use error::DeviceError;

@@ -63,7 +63,7 @@ pub(super) struct CellArgs {
     /// Try branches in proportion to how likely they are the best, instead of the best known.
     #[arg(long, global = true)]
     pub(super) explore: bool,
-    /// How many plans are tried in the twin before the arm moves, from 1 to 64.
+    /// How many plans are tried in the twin at most before the arm moves, from 1 to 64; one that spills nothing is enough.
     #[arg(long, global = true, value_name = "N", default_value_t = CANDIDATES, value_parser = numbers::candidates)]
     pub(super) candidates: usize,
     /// Leave a regression out, to see what it is worth: 1 camera alignment, 2 intrinsics, 3 robot offset.

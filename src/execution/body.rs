@@ -2,9 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use image::RgbImage;
-
-use crate::arm::{Arm, DeviceError, Feedback, Grip};
+use crate::arm::{Arm, DeviceError, Feedback, Grip, Shot};
 use crate::trace::Observer;
 use crate::world::WorldState;
 
@@ -77,7 +75,7 @@ pub trait Body: Send {
     }
 
     /// Takes a photograph, where there is a camera.
-    fn photo(&mut self) -> Result<Option<RgbImage>, DeviceError> {
+    fn photo(&mut self) -> Result<Option<Shot>, DeviceError> {
         Ok(None)
     }
 

@@ -5,7 +5,7 @@
 
 use std::panic::resume_unwind;
 
-use image::{GrayImage, RgbImage};
+use image::GrayImage;
 
 use crate::alignment::overlay::{annotate, outline_unknown};
 use crate::alignment::vision::{self, Sighting};
@@ -21,7 +21,7 @@ use super::cell::Cell;
 use super::confirm::Confirmation;
 use super::wording;
 use crate::arm::patience::Patient;
-use crate::arm::{Arm, Camera, DeviceError, Feedback, Grip};
+use crate::arm::{Arm, Camera, DeviceError, Feedback, Grip, Shot};
 use crate::trace::Event;
 
 /// An arm and a camera as a body in a context.
@@ -39,11 +39,11 @@ pub struct RealBody {
     looking: Option<Looking>,
 }
 
-/// What is found in a photograph: the scene's objects, and what else there is.
-type Found = Result<(Vec<Sighting>, Vec<Unknown>), vision::Error>;
+/// What is found in a photograph: its picture, the scene's objects, and what else there is.
+type Found = Result<(Event, Vec<Sighting>, Vec<Unknown>), vision::Error>;
 
-/// A photograph and what is found in it, on a thread of its own.
-type Looking = std::thread::JoinHandle<(RgbImage, Found)>;
+/// What is found in a photograph, worked out in a thread of its own.
+type Looking = std::thread::JoinHandle<Found>;
 
 impl RealBody {
     /// Takes devices in a context with what is known so far.
@@ -89,6 +89,12 @@ impl RealBody {
             GrayImage::from_raw(w, h, bodies.collect()).unwrap_or_else(|| GrayImage::new(w, h));
         // The arm is not quite where it says, and it casts a soft edge.
         imageproc::morphology::dilate(&mask, imageproc::distance_transform::Norm::LInf, 12)
+    }
+
+    /// Returns the name of the picture of the next look.
+    fn next_look(&mut self) -> String {
+        self.photos += 1;
+        format!("look-{}", self.photos)
     }
 
     /// Returns where the tool really is at these reported joint positions.
@@ -144,7 +150,7 @@ impl Body for RealBody {
     }
 
     fn look_begin(&mut self) -> Result<(), DeviceError> {
-        let photo = self.camera.photo()?;
+        let shot = self.camera.shoot()?;
         let scene = self.cell.scene.clone();
         let camera = self.calibration.camera;
         let q = self.arm.feedback()?.q;
@@ -153,12 +159,14 @@ impl Body for RealBody {
             raised: self.belief.raised(),
             ..vision::Options::default()
         };
+        let name = self.next_look();
         self.looking = Some(std::thread::spawn(move || {
-            let seen = vision::see(&photo, &camera, &scene, &options).and_then(|sightings| {
-                let others = vision::unexplained(&photo, &camera, &scene, &sightings, &options)?;
-                Ok((sightings, others))
-            });
-            (photo, seen)
+            let photo = shot();
+            let seen = vision::see(&photo, &camera, &scene, &options)?;
+            let others = vision::unexplained(&photo, &camera, &scene, &seen, &options)?;
+            let mut image = annotate(&photo, &seen);
+            outline_unknown(&mut image, &camera, &others);
+            Ok((Event::picture(name, &image), seen, others))
         }));
         Ok(())
     }
@@ -167,13 +175,10 @@ impl Body for RealBody {
         let Some(looking) = self.looking.take() else { return Ok(()) };
         let no_use = |error| DeviceError::Unavailable(wording::image_of_no_use(error));
         // A mistake of the program's own is no fault of the photograph.
-        let (photo, seen) = looking.join().unwrap_or_else(|panic| resume_unwind(panic));
-        let (sightings, others) = seen.map_err(no_use)?;
-        self.photos += 1;
+        let found = looking.join().unwrap_or_else(|panic| resume_unwind(panic));
+        let (picture, sightings, others) = found.map_err(no_use)?;
         if let Ok(mut watcher) = self.watcher.lock() {
-            let mut image = annotate(&photo, &sightings);
-            outline_unknown(&mut image, &self.calibration.camera, &others);
-            watcher.event(&Event::Picture { name: format!("look-{}", self.photos), image });
+            watcher.event(&picture);
             for sighting in &sightings {
                 watcher.event(&Event::Note { text: wording::seen(sighting) });
             }
@@ -204,10 +209,9 @@ impl Body for RealBody {
             mask: &mask,
         };
         let (gone, seen) = checking.judge(names, &state).map_err(no_use)?;
-        self.photos += 1;
+        let picture = Event::picture(self.next_look(), &annotate(&photo, &seen));
         if let Ok(mut watcher) = self.watcher.lock() {
-            let image = annotate(&photo, &seen);
-            watcher.event(&Event::Picture { name: format!("look-{}", self.photos), image });
+            watcher.event(&picture);
             for name in &gone {
                 watcher.event(&Event::Note { text: wording::gone(name) });
             }
@@ -233,8 +237,8 @@ impl Body for RealBody {
         self.belief.bears(mass);
     }
 
-    fn photo(&mut self) -> Result<Option<RgbImage>, DeviceError> {
-        Ok(Some(self.camera.photo()?))
+    fn photo(&mut self) -> Result<Option<Shot>, DeviceError> {
+        Ok(Some(self.camera.shoot()?))
     }
 
     fn calibrate(&mut self, calibration: Calibration, cell: &Cell) {

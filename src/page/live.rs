@@ -85,8 +85,6 @@ pub(super) struct Now {
     pub(super) ended: Option<String>,
     /// Pictures that are on disk by now, by name.
     pub(super) pictures: BTreeSet<String>,
-    /// A picture that is being written.
-    writing: Option<String>,
     wish: Option<Wish>,
 }
 
@@ -121,7 +119,6 @@ impl Live {
             now.ended = Some(words.to_owned());
             now.is_done = true;
             now.waits = None;
-            now.written();
         });
     }
 
@@ -199,23 +196,15 @@ impl Live {
     }
 }
 
-impl Now {
-    /// The recorder has written the last picture by the time anything else happens.
-    fn written(&mut self) {
-        self.pictures.extend(self.writing.take());
-    }
-}
-
 /// Watches the run for the page.
 pub struct Watch(pub Arc<Live>);
 
 impl Observer for Watch {
     fn event(&mut self, event: &Event) {
-        if matches!(event, Event::Tick(_)) && self.0.lock().writing.is_none() {
+        if matches!(event, Event::Tick(_)) {
             return;
         }
         self.0.change(|now| {
-            now.written();
             match event {
                 Event::Phase { name, detail } => now.doing = format!("{name}: {detail}"),
                 Event::Progress { what, fraction } => {
@@ -233,7 +222,10 @@ impl Observer for Watch {
                     now.is_done = false;
                 }
                 Event::StepEnd { .. } => now.is_done = true,
-                Event::Picture { name, .. } => now.writing = Some(name.clone()),
+                // The recorder is told before the page.
+                Event::Picture { name, .. } => {
+                    now.pictures.insert(name.clone());
+                }
                 Event::Tick(_) => {}
             }
         });
@@ -256,7 +248,6 @@ impl Lead {
     /// Waits at a place where the arm holds still; `None` when the run is to stop.
     fn wait(&self, at: Pause, stop: Option<String>, doing: String) -> Option<Wish> {
         self.live.change(|now| {
-            now.written();
             now.doing = doing;
             now.waits = Some(at);
             now.passed = None;

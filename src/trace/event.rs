@@ -1,5 +1,9 @@
 //! What happens during a run, in order, and who may watch.
 
+use std::sync::Arc;
+
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder as _, RgbImage};
 use serde::{Deserialize, Serialize};
 
 use crate::arm::Feedback;
@@ -48,14 +52,27 @@ pub enum Event {
     /// One control tick of the arm.
     #[serde(skip)]
     Tick(Feedback),
-    /// A picture: name and PNG-ready pixels go to the recorder, not to the event file.
+    /// A picture: it goes to the recorder, not to the event file.
     #[serde(skip)]
     Picture {
         /// File name without ending.
         name: String,
-        /// The picture.
-        image: image::RgbImage,
+        /// The picture as a PNG file; empty when it cannot be one. Two names may share one picture.
+        png: Arc<[u8]>,
     },
+}
+
+impl Event {
+    /// Returns the event of a picture, encoded here so that whoever watches has nothing long to do.
+    pub fn picture(name: impl Into<String>, image: &RgbImage) -> Self {
+        let mut png = Vec::new();
+        let encoder = PngEncoder::new(&mut png);
+        let (width, height) = image.dimensions();
+        if encoder.write_image(image, width, height, ExtendedColorType::Rgb8).is_err() {
+            png.clear();
+        }
+        Self::Picture { name: name.into(), png: png.into() }
+    }
 }
 
 /// Someone who watches a run.

@@ -3,13 +3,12 @@
 //! While it is waited for the arm holds still. Its answers are kept and scored; what the run does rests on
 //! measurements alone.
 
-use image::RgbImage;
-
 use crate::execution::reader::question;
 use crate::fluent::score;
 use crate::graph::Graph;
 use crate::vqa::{Endpoint, On, Picture};
 
+use super::album::Pending;
 use super::{Error, Run, WorkCell, wording};
 
 impl WorkCell {
@@ -63,8 +62,8 @@ impl WorkCell {
     pub(super) fn ask_model(
         &mut self,
         run: &mut Run,
-        real: Option<&RgbImage>,
-        twin: Option<&RgbImage>,
+        real: Option<Pending>,
+        twin: Option<Pending>,
     ) -> bool {
         let Some(model) = self.audience.answerer.clone() else { return false };
         let Some(answers) = run.questions.last_mut().filter(|asked| !asked.is_empty()) else {
@@ -72,7 +71,7 @@ impl WorkCell {
         };
         let shown = [(On::Real, real), (On::Twin, twin)].into_iter();
         let pictures: Vec<(On, Picture)> =
-            shown.filter_map(|(on, image)| Some((on, Picture::photo(image?)))).collect();
+            shown.filter_map(|(on, image)| Some((on, Picture::photo(&image?.wait()?)))).collect();
         let questions: Vec<&str> = answers.iter().map(|answer| answer.question.as_str()).collect();
         self.audience.phase("ask", &wording::model_looks(&model));
         let cancel = self.controls.cancel.clone();

@@ -144,7 +144,7 @@ impl WorkCell {
             seed: self.setup.seed,
             cancel: &self.controls.cancel,
         }
-        .all(candidates, &|_| {
+        .all(&candidates, &|_| {
             let mut finished = finished.lock().unwrap_or_else(PoisonError::into_inner);
             *finished += 1;
             tell(

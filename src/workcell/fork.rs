@@ -138,7 +138,7 @@ impl WorkCell {
             seed: self.setup.seed,
             cancel: &self.controls.cancel,
         }
-        .all(candidates, &|_| {})?
+        .all(&candidates, &|_| {})?
         .into_iter()
         .next()
         .ok_or(Error::NothingToDo)?;

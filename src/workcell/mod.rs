@@ -22,6 +22,7 @@ pub mod rehearse;
 pub mod stdlib;
 mod together;
 pub mod trials;
+mod album;
 mod asking;
 mod attempt;
 mod choice;
@@ -40,10 +41,8 @@ mod run;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-use image::RgbImage;
-
 use crate::arm::limits::Limits;
-use crate::arm::{Cancel, Scales};
+use crate::arm::{Cancel, Scales, Shot};
 use crate::execution::belief::Belief;
 use crate::execution::calibrate;
 use crate::execution::calibration::Calibration;
@@ -58,7 +57,7 @@ use crate::graph::{self, Graph, InScene};
 use crate::language::ast::{Call, Step};
 use crate::language::{Diagnostic, Library, Source};
 use crate::motion::robot::Robot;
-use crate::trace::{Event, Observer};
+use crate::trace::Observer;
 use crate::twin::Settings;
 use crate::twin::render::{ArmLook, View};
 use crate::world::{Scene, WorldState};
@@ -321,18 +320,15 @@ impl WorkCell {
         (self.setup.clock)()
     }
 
-    fn photo_for_run(&mut self, name: &str) -> Result<Option<RgbImage>, Error> {
-        let image = self.scripts.context().body().photo().map_err(ActionError::from)?;
-        if let Some(image) = &image {
-            self.audience.tell(&Event::Picture { name: name.into(), image: image.clone() });
-        }
-        Ok(image)
+    /// Takes a photograph, where there is a camera.
+    fn shoot(&mut self) -> Result<Option<Shot>, Error> {
+        Ok(self.scripts.context().body().photo().map_err(ActionError::from)?)
     }
 
-    fn twin_picture(&mut self, name: &str, view: &View) -> RgbImage {
+    /// Returns the picture of a view through the camera as it is known.
+    fn shoot_twin(&mut self, view: &View) -> Shot {
         let camera = self.scripts.context().body().calibration().map(|found| found.camera);
-        let image = picture::draw(&camera.unwrap_or(self.model.cell.scene.camera), view);
-        self.audience.tell(&Event::Picture { name: name.into(), image: image.clone() });
-        image
+        let (camera, view) = (camera.unwrap_or(self.model.cell.scene.camera), view.clone());
+        Box::new(move || picture::draw(&camera, &view))
     }
 }

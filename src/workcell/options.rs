@@ -5,8 +5,8 @@ use crate::execution::calibrate::Switches;
 use crate::lab::LabSettings;
 use crate::language::Source;
 
-/// How many candidates are rehearsed unless somebody says otherwise. Chosen: two cores rehearse four pours in the time
-/// that the arm needs for one; more pay where things stand close together.
+/// How many candidates are rehearsed at most unless somebody says otherwise. Chosen: two cores rehearse four pours in
+/// the time that the arm needs for one; more pay where things stand close together.
 pub const CANDIDATES: usize = 4;
 
 /// How to open a cell.
@@ -26,7 +26,7 @@ pub struct Options {
     pub seed: u64,
     /// Which regressions are in force.
     pub switches: Switches,
-    /// How many candidates are rehearsed for one attempt, 1 or more; [`CANDIDATES`] unless there is a reason.
+    /// How many candidates are rehearsed at most for one attempt, 1 or more; [`CANDIDATES`] unless there is a reason.
     pub candidates: usize,
     /// Returns seconds since some instant; only differences are used.
     pub clock: fn() -> f64,

@@ -10,6 +10,7 @@ use crate::monitor::questionnaire;
 use crate::monitor::{self, Comparison};
 use crate::trace::{Call, Event, Outcome, StepRecord};
 
+use super::album::Pending;
 use super::lead::Turn;
 use super::rehearse::Rehearsal;
 use super::run::UnderWay;
@@ -62,10 +63,7 @@ impl WorkCell {
         for (k, index) in (rehearsal.candidate.from..pg.steps.len()).enumerate() {
             let number = on.run.steps.len() + 1;
             let turn = Turn { graph: on.graph, pg, index, number, follows: k > 0, start: on.start };
-            // Whoever is asked sees what there is before the step.
-            self.photo_for_run(&format!("{number:02}-before-real"))?;
-            let before = if k == 0 { &rehearsal.start } else { &rehearsal.views[k - 1] };
-            self.twin_picture(&format!("{number:02}-before-twin"), before);
+            self.show_before(on, rehearsal, k, number)?;
             let ahead = self.ask_before(&turn)?;
             self.open_gate(ahead.as_ref(), &pg.steps[index]);
             self.audience.tell(&Event::StepStart {
@@ -115,12 +113,12 @@ impl WorkCell {
             self.experience.moments.keep(number, memory, past);
             on.run.steps.push(record);
             on.keep()?;
-            let real = self.photo_for_run(&picture::after(number, "real"))?;
+            let real = self.shoot()?.map(|shot| on.album.add(picture::after(number, "real"), shot));
             let twin = rehearsal
                 .views
                 .get(k)
-                .map(|view| self.twin_picture(&picture::after(number, "twin"), view));
-            if cut_short.is_none() && self.ask_model(on.run, real.as_ref(), twin.as_ref()) {
+                .map(|view| on.album.add(picture::after(number, "twin"), self.shoot_twin(view)));
+            if cut_short.is_none() && self.ask_model(on.run, real, twin) {
                 on.keep()?;
             }
             let asked = self.ask_after(&turn, ahead, on.run.steps.last());
@@ -134,6 +132,32 @@ impl WorkCell {
         }
         self.scripts.context().set_log(DecisionLog::recording());
         Ok(failed)
+    }
+
+    /// Takes the pictures before step `number`, which is number `k` of a rehearsal. What nobody can have touched
+    /// since the step before looks as it did after it; whoever leads the run has the pictures before being asked.
+    fn show_before(
+        &mut self,
+        on: &UnderWay<'_>,
+        rehearsal: &Rehearsal,
+        k: usize,
+        number: usize,
+    ) -> Result<(), Error> {
+        let is_led = self.audience.lead.is_some();
+        if k > 0 && !is_led {
+            for whose in ["real", "twin"] {
+                on.album.again(picture::before(number, whose), picture::after(number - 1, whose));
+            }
+            return Ok(());
+        }
+        let view = if k == 0 { &rehearsal.start } else { &rehearsal.views[k - 1] };
+        let real = self.shoot()?.map(|shot| on.album.add(picture::before(number, "real"), shot));
+        let twin = on.album.add(picture::before(number, "twin"), self.shoot_twin(view));
+        if is_led {
+            real.map(Pending::wait);
+            twin.wait();
+        }
+        Ok(())
     }
 }
 

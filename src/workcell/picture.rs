@@ -11,6 +11,11 @@ pub fn after(number: usize, whose: &str) -> String {
     format!("{number:02}-after-{whose}")
 }
 
+/// Returns the name, without ending, of the picture before step `number`: `03-before-real`.
+pub fn before(number: usize, whose: &str) -> String {
+    format!("{number:02}-before-{whose}")
+}
+
 /// Returns what there is to draw of a twin now.
 pub fn view(twin: &Twin, look: &ArmLook) -> View {
     View::of(twin.scene(), &twin.state(), look, &twin.link_poses())

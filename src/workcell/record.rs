@@ -10,6 +10,7 @@ use std::fmt::Write as _;
 use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::Serialize;
 
@@ -32,6 +33,8 @@ pub struct Recorder {
     rows: String,
     arm_has_header: bool,
     last_tick: f64,
+    /// The last pictures, real and twin.
+    pictures: Vec<(PathBuf, Arc<[u8]>)>,
     /// Whom to ask to stop when nothing can be recorded any more.
     stop: Option<Cancel>,
     /// The first thing that could not be written; later events are dropped.
@@ -108,6 +111,7 @@ impl Recorder {
             rows: String::new(),
             arm_has_header: false,
             last_tick: f64::NEG_INFINITY,
+            pictures: Vec::new(),
             stop: None,
             trouble: None,
             is_told: false,
@@ -207,13 +211,27 @@ impl Recorder {
         if self.rows.len() < GATHERED { Ok(()) } else { self.write_rows() }
     }
 
+    /// Writes a picture; one that is there by another name is linked.
+    fn picture(&mut self, name: &str, png: &Arc<[u8]>) -> io::Result<()> {
+        let path = self.dir.join("frames").join(format!("{name}.png"));
+        if png.is_empty() {
+            return Err(io::ErrorKind::InvalidData.into());
+        }
+        let twin = self.pictures.iter().find(|(_, last)| Arc::ptr_eq(last, png));
+        // Where the file system has no links it is written again.
+        if twin.is_some_and(|(twin, _)| fs::hard_link(twin, &path).is_ok()) {
+            return Ok(());
+        }
+        write::place(&path, png)?;
+        self.pictures.truncate(1);
+        self.pictures.insert(0, (path, png.clone()));
+        Ok(())
+    }
+
     fn keep(&mut self, event: &Event) -> io::Result<()> {
         match event {
             Event::Tick(feedback) => self.tick(feedback),
-            Event::Picture { name, image } => {
-                let path = self.dir.join("frames").join(format!("{name}.png"));
-                write::picture(&path, image)
-            }
+            Event::Picture { name, png } => self.picture(name, png),
             Event::Progress { .. } => Ok(()),
             other => {
                 // Rows first: the arm's recording is as long as what is said of it.

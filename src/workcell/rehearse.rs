@@ -1,6 +1,7 @@
 //! Tries parse graphs in the twin, several at a time, and ranks what survives.
 //!
-//! Each candidate is one parse graph and one set of choices inside its scripts. A rehearsal starts from
+//! They are tried [`AT_ONCE`] by [`AT_ONCE`], likeliest first, until one does all it promised and spills nothing: the
+//! rest could only be a little faster. Each candidate is one parse graph and one set of choices inside its scripts. A rehearsal starts from
 //! the world as it is believed to be, runs the same scripts as the arm will, with rigid bodies and water,
 //! and ends with every decision in a decision log.
 
@@ -33,6 +34,10 @@ const LONGEST: f64 = 1200.0;
 /// What a rehearsal may plan, in units of [`budget::Budget`]: a few times what one search may cost.
 const PLANNED: u64 = 3 * budget::USUAL;
 
+/// How many candidates are rehearsed at once, whatever the machine has: which one wins must not depend on it. The
+/// best ways of the two likeliest parse graphs come first, one for each of two processors.
+const AT_ONCE: usize = 2;
+
 /// One parse graph with one set of choices.
 #[derive(Debug, Clone)]
 pub struct Candidate {
@@ -58,6 +63,11 @@ pub struct Worth {
 }
 
 impl Worth {
+    /// Returns whether nothing could be better but the time.
+    fn is_clean(&self) -> bool {
+        self.success && self.spilt <= 0.0
+    }
+
     /// Returns one number to sort by, less is better: success, then spill, then time.
     fn cost(&self) -> f64 {
         let failed = if self.success { 0.0 } else { 1e6 * (2.0 - self.progress) };
@@ -120,25 +130,32 @@ pub struct Rehearsals<'a> {
 }
 
 impl Rehearsals<'_> {
-    /// Rehearses every candidate and returns them, best first; `done` is told after each.
+    /// Rehearses candidates until one is clean and returns those that were tried, best first; `done` is told after
+    /// each.
     ///
     /// # Errors
     ///
     /// Only when a person stopped it or the twin itself cannot be built.
     pub fn all(
         &self,
-        candidates: Vec<Candidate>,
+        candidates: &[Candidate],
         done: &(dyn Fn(&Rehearsal) + Sync),
     ) -> Result<Vec<Rehearsal>, ActionError> {
-        let tried: Result<Vec<Rehearsal>, ActionError> = candidates
-            .into_par_iter()
-            .map(|candidate| {
-                let rehearsal = self.one(candidate)?;
-                done(&rehearsal);
-                Ok(rehearsal)
-            })
-            .collect();
-        let mut tried = tried?;
+        let mut tried: Vec<Rehearsal> = Vec::new();
+        for few in candidates.chunks(AT_ONCE) {
+            let few: Result<Vec<Rehearsal>, ActionError> = few
+                .par_iter()
+                .map(|candidate| {
+                    let rehearsal = self.one(candidate.clone())?;
+                    done(&rehearsal);
+                    Ok(rehearsal)
+                })
+                .collect();
+            tried.extend(few?);
+            if tried.iter().any(|rehearsal| rehearsal.worth.is_clean()) {
+                break;
+            }
+        }
         tried.sort_by(|a, b| a.worth.cost().total_cmp(&b.worth.cost()));
         Ok(tried)
     }

@@ -14,6 +14,7 @@ use crate::language::text;
 use crate::trace::{Event, Observer};
 use crate::world::WorldState;
 
+use super::album::Album;
 use super::record::Recorder;
 use super::{Ending, Error, Run, State, Water, WorkCell, wording};
 
@@ -31,10 +32,12 @@ impl WorkCell {
         watcher: Box<dyn Observer + Send>,
     ) -> Result<Run, Error> {
         let recorder = recorder.map(|recorder| Arc::new(Mutex::new(recorder)));
-        let mut observers = vec![watcher];
+        let mut observers: Vec<Box<dyn Observer + Send>> = Vec::new();
+        // First: whoever watches finds on disk what it is told of.
         if let Some(recorder) = &recorder {
             observers.push(Box::new(Shared(recorder.clone())));
         }
+        observers.push(watcher);
         self.watched_by(observers);
         let total = self.now();
         let mut run = self.nothing_done(call);
@@ -149,8 +152,10 @@ impl WorkCell {
         let start = self.state()?;
         run.start = Some(start.clone());
         run.calibration = self.scripts.context().body().calibration().cloned();
-        let mut on = UnderWay { graph: &graph, start: &start, run: &mut *run, recorder };
+        let album = Album::new(self.audience.fan.clone());
+        let mut on = UnderWay { graph: &graph, start: &start, run: &mut *run, recorder, album };
         let attempted = self.attempt(&mut on);
+        on.album.finish();
         let weighing = self.scales.as_mut().and_then(|scales| scales.weigh());
         let has_vessels = self.scene().objects.iter().any(|object| object.cavity.is_some());
         if let Some(weighing) = weighing.as_ref().filter(|_| has_vessels) {
@@ -254,6 +259,8 @@ pub(super) struct UnderWay<'a> {
     pub(super) start: &'a WorldState,
     pub(super) run: &'a mut Run,
     pub(super) recorder: Option<&'a SharedRecorder>,
+    /// The pictures of its steps.
+    pub(super) album: Album,
 }
 
 impl UnderWay<'_> {

@@ -34,7 +34,7 @@ pub(super) fn arm_moves() -> &'static str {
 pub(super) fn rehearsing(candidates: usize, effects: &[&str]) -> String {
     let with =
         if effects.is_empty() { String::new() } else { format!(" with {}", effects.join(", ")) };
-    format!("{candidates} candidates in the twin{with}")
+    format!("up to {candidates} candidates in the twin{with}")
 }
 
 /// An effect that the twin of a rehearsal does not have.

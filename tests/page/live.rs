@@ -152,7 +152,7 @@ fn a_breakpoint_set_by_name_pauses_what_goes_on() {
     assert_eq!(run.join().unwrap(), [1, 2, 3, 4, 5]);
 }
 
-/// A picture is shown once the recorder has written it, which is when anything else happens.
+/// A picture is shown once the recorder, which is told first, has written it.
 #[test]
 fn a_picture_of_a_live_run_is_shown_when_it_is_whole() {
     let cell = cell("page-pictures");
@@ -161,13 +161,13 @@ fn a_picture_of_a_live_run_is_shown_when_it_is_whole() {
     let (mut lead, mut watch) = (Lead::new(cell.live.clone()), Watch(cell.live.clone()));
     lead.begins("pour(jar, cup)", Some(&scratch.path("runs/now-pour")));
     let picture = |name: &str| {
-        scratch.file(&format!("runs/now-pour/frames/{name}.png"), "half a picture");
-        Event::Picture { name: name.into(), image: image::RgbImage::new(1, 1) }
+        scratch.file(&format!("runs/now-pour/frames/{name}.png"), "a picture");
+        Event::picture(name, &image::RgbImage::new(1, 1))
     };
     let address = "/run/now-pour/frames/01-before-real.png";
-    watch.event(&picture("01-before-real"));
+    let event = picture("01-before-real");
     assert_eq!(get(&host, address).status, 404, "it may still be written");
-    watch.event(&picture("01-before-twin"));
+    watch.event(&event);
     assert_eq!(get(&host, address).status, 200);
     assert!(get(&host, "/live").text().contains(address));
     assert!(!get(&host, "/live").text().contains("01-before-twin.png"));

@@ -85,9 +85,26 @@ fn what_could_not_be_written_is_told() {
     let mut recorder = Recorder::create(&scratch.path("runs"), "now", "x").unwrap();
     fs::remove_dir(recorder.dir().join("frames")).unwrap();
     let image = image::RgbImage::new(4, 4);
-    recorder.event(&Event::Picture { name: "01-before-real".into(), image });
+    recorder.event(&Event::picture("01-before-real", &image));
     assert!(recorder.save(&serde_json::json!({})).is_err());
     assert!(recorder.save(&serde_json::json!({})).is_ok(), "told once; the rest is kept");
+}
+
+/// A picture that is asked for by two names is kept once and found by both.
+#[test]
+fn one_picture_by_two_names_is_there_twice() {
+    let scratch = Scratch::new("recorder-pictures");
+    let mut recorder = Recorder::create(&scratch.path("runs"), "now", "x").unwrap();
+    let image = image::RgbImage::from_pixel(4, 4, image::Rgb([1, 2, 3]));
+    let event = Event::picture("01-after-real", &image);
+    let Event::Picture { png, .. } = event.clone() else { unreachable!("a picture is asked for") };
+    recorder.event(&event);
+    recorder.event(&Event::Picture { name: "02-before-real".into(), png });
+    for name in ["01-after-real", "02-before-real"] {
+        let path = recorder.dir().join("frames").join(format!("{name}.png"));
+        assert_eq!(image::open(path).unwrap().to_rgb8(), image);
+    }
+    assert!(recorder.save(&serde_json::json!({})).is_ok());
 }
 
 /// What nobody knows is `null` in JSON and infinite when it is read again.

@@ -4,6 +4,9 @@
 //! points, regression 3 has the arm visit points and asks the camera where the marker ball on the gripper
 //! is ([`arm`]). Each can be left out, to see what it is worth. The other fits are [`crate::alignment`]'s.
 
+use std::panic::resume_unwind;
+use std::thread::{JoinHandle, spawn};
+
 use nalgebra::Vector3;
 
 use crate::alignment::ball::find_marker_ball;
@@ -77,7 +80,8 @@ pub enum Error {
 pub fn camera(context: &mut ActionContext, switches: Switches) -> Result<(), Error> {
     let scene = context.declared().scene.clone();
     let mut calibration = Calibration::nominal(&scene);
-    if let Some(photo) = context.body().photo().map_err(ActionError::from)? {
+    if let Some(shot) = context.body().photo().map_err(ActionError::from)? {
+        let photo = shot();
         (calibration.camera, calibration.notes) = from_marks(&photo, &scene, switches)?;
     }
     in_force(context, calibration, 0)
@@ -183,14 +187,23 @@ const BACK_SPEED: f64 = 0.8;
 /// Regression 3: the arm visits points, the camera says where the marker ball is.
 fn align_robot(context: &mut ActionContext, calibration: &mut Calibration) -> Result<(), Error> {
     let Cell { scene, robot, .. } = context.declared().clone();
-    let (Some(ball), Some(marker)) = (robot.marker(), robot.marker_in_flange()) else {
+    let (Some(ball), Some(marker)) = (robot.marker().copied(), robot.marker_in_flange()) else {
         return Err(Error::NoMarker);
     };
     let start = context.planned_q().to_vec();
     let mut stops = Vec::new();
+    // The ball is looked for while the arm goes on.
+    let mut looking: Option<JoinHandle<Option<arm::Stop>>> = None;
+    let found = |looking: &mut Option<JoinHandle<_>>| {
+        let stop = looking.take().map(JoinHandle::join)?;
+        stop.unwrap_or_else(|panic| resume_unwind(panic))
+    };
     let visits = visits(&scene);
     let visited = visits.len();
     for (n, at) in visits.into_iter().enumerate() {
+        if stops.len() + usize::from(looking.is_some()) >= WANTED {
+            stops.extend(found(&mut looking));
+        }
         if stops.len() >= WANTED {
             break;
         }
@@ -205,14 +218,15 @@ fn align_robot(context: &mut ActionContext, calibration: &mut Calibration) -> Re
             Err(error) => return Err(error.into()),
         }
         context.wait(REST)?;
-        let Some(photo) = context.body().photo().map_err(ActionError::from)? else { continue };
-        let camera = &calibration.camera;
-        let Some(seen) = find_marker_ball(&photo, camera, ball.radius, ball.colour) else {
-            continue;
-        };
-        let q = context.reported_q()?;
-        stops.push(arm::Stop { q, pixel: seen.pixel, sigma: seen.sigma });
+        let Some(shot) = context.body().photo().map_err(ActionError::from)? else { continue };
+        let (camera, q) = (calibration.camera, context.reported_q()?);
+        stops.extend(found(&mut looking));
+        looking = Some(spawn(move || {
+            let seen = find_marker_ball(&shot(), &camera, ball.radius, ball.colour)?;
+            Some(arm::Stop { q, pixel: seen.pixel, sigma: seen.sigma })
+        }));
     }
+    stops.extend(found(&mut looking));
     // Back to where it hid nothing.
     context.move_to(&start, None, BACK_SPEED)?;
     if stops.len() < arm::NEEDED {

@@ -1,0 +1,114 @@
+//! The pictures of a run, drawn and encoded beside it: the arm does not wait for them.
+//!
+//! One thread draws them in the order they were asked for and tells the run's observers of each. What a picture
+//! shows is fixed when it is asked for; here it is only drawn. Where pictures are kept is the recorder's to know.
+
+use std::panic::resume_unwind;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+
+use image::RgbImage;
+
+use crate::arm::Shot;
+use crate::trace::Event;
+
+use super::roles::{Fan, tell};
+
+/// How many pictures back one may be asked for again: real and twin of the step before.
+const BACK: usize = 2;
+
+/// What is to be done.
+enum Job {
+    /// Draw a picture and tell of it.
+    Draw { name: String, shot: Shot, drawn: Sender<RgbImage> },
+    /// Tell of an earlier picture by another name.
+    Again { name: String, of: String },
+}
+
+/// A picture that is being drawn.
+pub(super) struct Pending(Receiver<RgbImage>);
+
+impl Pending {
+    /// Waits until it is drawn and told of; `None` when it never will be.
+    pub(super) fn wait(self) -> Option<RgbImage> {
+        self.0.recv().ok()
+    }
+}
+
+/// The pictures of one run.
+pub(super) struct Album {
+    /// Hung up to end the thread.
+    jobs: Option<Sender<Job>>,
+    worker: Option<JoinHandle<()>>,
+}
+
+impl Album {
+    /// Begins an album whose pictures `fan` is told of.
+    pub(super) fn new(fan: Arc<Mutex<Fan>>) -> Self {
+        let (jobs, todo) = channel();
+        let worker = std::thread::spawn(move || work(&todo, &fan));
+        Self { jobs: Some(jobs), worker: Some(worker) }
+    }
+
+    /// Asks for a picture under a name without ending.
+    pub(super) fn add(&self, name: String, shot: Shot) -> Pending {
+        let (drawn, pending) = channel();
+        self.send(Job::Draw { name, shot, drawn });
+        Pending(pending)
+    }
+
+    /// Asks for one of the last pictures under another name.
+    pub(super) fn again(&self, name: String, of: String) {
+        self.send(Job::Again { name, of });
+    }
+
+    /// A thread that is gone has panicked, which [`Self::finish`] passes on.
+    fn send(&self, job: Job) {
+        if let Some(jobs) = &self.jobs {
+            let _ = jobs.send(job);
+        }
+    }
+
+    /// Waits until all pictures are drawn and told of.
+    pub(super) fn finish(mut self) {
+        self.jobs = None;
+        if let Some(Err(panic)) = self.worker.take().map(JoinHandle::join) {
+            resume_unwind(panic);
+        }
+    }
+}
+
+impl Drop for Album {
+    fn drop(&mut self) {
+        self.jobs = None;
+        if let Some(worker) = self.worker.take() {
+            // A run that ends early has its own reason to tell.
+            let _ = worker.join();
+        }
+    }
+}
+
+fn work(todo: &Receiver<Job>, fan: &Mutex<Fan>) {
+    let mut last: Vec<(String, Arc<[u8]>)> = Vec::new();
+    while let Ok(job) = todo.recv() {
+        match job {
+            Job::Draw { name, shot, drawn } => {
+                let image = shot();
+                let event = Event::picture(name, &image);
+                tell(fan, &event);
+                if let Event::Picture { name, png } = event {
+                    last.truncate(BACK - 1);
+                    last.insert(0, (name, png));
+                }
+                // Few wait for it.
+                let _ = drawn.send(image);
+            }
+            Job::Again { name, of } => {
+                if let Some((_, png)) = last.iter().find(|(name, _)| *name == of) {
+                    tell(fan, &Event::Picture { name, png: png.clone() });
+                }
+            }
+        }
+    }
+}
