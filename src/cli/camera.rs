@@ -9,15 +9,13 @@ use crate::alignment::decode;
 use crate::alignment::vision::{self, Options};
 use crate::execution::calibrate::{self as marks, Switches};
 use crate::files::write;
-use crate::language::{self, Source};
 use crate::report::{self, Failure, Style};
-use crate::workcell;
 use crate::world::{Camera, Scene};
 use clap::{Args, Subcommand};
 use image::RgbImage;
 
 use super::answer::see::Answer;
-use super::inputs::read;
+use super::inputs::{read, scene};
 use crate::report::exit::Exit;
 
 #[derive(Debug, Subcommand)]
@@ -124,21 +122,7 @@ fn calibration(path: &Path) -> Result<CameraFile, Failure> {
 }
 
 fn see(args: &SeeArgs, scene: Option<&PathBuf>, style: Style) -> Result<Exit, Failure> {
-    let library = workcell::library(&workcell::Stdlib::embedded());
-    let scene = match scene {
-        None => workcell::scene_of(&library, None),
-        Some(path) => {
-            let source = Source::new(path.display().to_string(), read(path)?);
-            let (_, diagnostics) = language::parse(&source.text);
-            if diagnostics.iter().any(language::Diagnostic::is_error) {
-                return Err(report::text_failure(&diagnostics, &source, style));
-            }
-            let mut library = library;
-            let file = library.add(source);
-            workcell::scene_of(&library, Some(file))
-        }
-    };
-    let scene = scene.map_err(|error| report::cell_failure(&error, style))?;
+    let scene = self::scene(scene.map(PathBuf::as_path), style)?;
     let place = args.image.display().to_string();
     let image = picture(&args.image)?;
     let camera = seen_by(args, &image, scene.clone(), style)?;

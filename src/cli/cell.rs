@@ -15,7 +15,7 @@ use super::clock::clock;
 use super::inputs::read;
 #[cfg(feature = "kortex")]
 use super::kortex;
-use super::shared::{CellArgs, Shared};
+use super::shared::{CellArgs, Pace, Shared};
 use super::{bridge, consent, endpoint, learn};
 
 /// Returns which regressions are in force when these are left out.
@@ -81,6 +81,7 @@ pub(super) fn options(cli: &Shared, script: Option<Source>) -> Result<Options, F
         seed: cli.common.seed,
         switches,
         candidates: cli.cell.candidates,
+        is_real_time: cli.cell.pace == Pace::Real,
         clock,
     })
 }

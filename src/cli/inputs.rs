@@ -6,6 +6,8 @@ use crate::files;
 use crate::language::ast::{Item, Step};
 use crate::language::{self, Source};
 use crate::report::{self, Failure, Style};
+use crate::workcell;
+use crate::world::Scene;
 
 /// Reads a text file, with an error that says which and why.
 pub(super) fn read(path: &Path) -> Result<String, Failure> {
@@ -16,6 +18,23 @@ pub(super) fn read(path: &Path) -> Result<String, Failure> {
 pub(super) fn data(path: &Path) -> Result<String, Failure> {
     let text = files::read::text_of(path, files::read::DATA);
     text.map_err(|error| Failure::unread(path, &error))
+}
+
+/// Returns the scene of a file, or the kitchen when none is named.
+pub(super) fn scene(file: Option<&Path>, style: Style) -> Result<Scene, Failure> {
+    let mut library = workcell::library(&workcell::Stdlib::embedded());
+    let file = match file {
+        None => None,
+        Some(path) => {
+            let source = Source::new(path.display().to_string(), read(path)?);
+            let (_, diagnostics) = language::parse(&source.text);
+            if diagnostics.iter().any(language::Diagnostic::is_error) {
+                return Err(report::text_failure(&diagnostics, &source, style));
+            }
+            Some(library.add(source))
+        }
+    };
+    workcell::scene_of(&library, file).map_err(|error| report::cell_failure(&error, style))
 }
 
 /// Returns the steps of a call or of a script.

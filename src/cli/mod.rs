@@ -17,6 +17,7 @@ mod doctor;
 mod emulate;
 mod endpoint;
 mod explain;
+mod export;
 mod gap;
 mod graph;
 mod inputs;
@@ -29,6 +30,8 @@ mod lab;
 mod learn;
 #[cfg(feature = "lsp")]
 mod lsp;
+mod marks;
+mod new;
 mod numbers;
 #[cfg(feature = "page")]
 mod page;
@@ -74,6 +77,8 @@ struct Cli {
 enum Command {
     /// Run a saved script; a run folder is written.
     Run(run::RunArgs),
+    /// Write a file to begin with: a scene or a task.
+    New(new::NewArgs),
     /// Find mistakes in task files.
     Check(text::CheckArgs),
     /// Lay task files out in the one canonical way.
@@ -101,12 +106,16 @@ enum Command {
     Teach(teach::TeachArgs),
     /// Write a run folder as one HTML page.
     Report(report::ReportArgs),
+    /// Write a run folder as one file for other programs: MCAP, CSV.
+    Export(export::ExportArgs),
     /// Kinematics, dynamics and planning of a robot.
     #[command(subcommand)]
     Robot(robot::RobotCommand),
     /// Find objects in a picture.
     #[command(subcommand)]
     Camera(camera::CameraCommand),
+    /// Write the dots of a scene as a page to print, in true size.
+    Marks(marks::MarksArgs),
     /// The three regressions on files.
     #[command(subcommand)]
     Align(align::AlignCommand),
@@ -194,6 +203,8 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
     arm::at(&shared.cell.robot)?;
     match (&cli.command, &cli.line) {
         (Some(Command::Run(args)), _) => run::script(args, shared, style),
+        (Some(Command::New(args)), _) => new::new(args, style),
+        (Some(Command::Marks(args)), _) => marks::marks(args, shared, style),
         (Some(Command::Check(args)), _) => text::check(args, shared, style),
         (Some(Command::Fmt(args)), _) => text::fmt(args, style),
         #[cfg(feature = "lsp")]
@@ -202,6 +213,7 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         (Some(Command::Replay(args)), _) => replay::replay(args, shared, style),
         (Some(Command::Teach(args)), _) => teach::teach(args, shared, style),
         (Some(Command::Report(args)), _) => report::report(args, shared, style),
+        (Some(Command::Export(args)), _) => export::export(args, shared, style),
         (Some(Command::Say(args)), _) => say::say(args, shared, style),
         (Some(Command::Test(args)), _) => test::test(args, shared, style),
         (Some(Command::Doc(args)), _) => doc::doc(args, shared, style),

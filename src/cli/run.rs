@@ -14,7 +14,7 @@ use crate::workcell::{Run, WorkCell};
 use super::cell::{home, model, open};
 use super::clock::stamp;
 use super::inputs::read;
-use super::shared::{CellArgs, Shared};
+use super::shared::{CellArgs, Common, Shared};
 use super::signals::{self, is_interrupted, stop_on_interrupt};
 use super::teach::Lead;
 use super::{gap, say};
@@ -195,9 +195,9 @@ fn with_hands(
         },
         propose: propose.as_ref().map(|propose| propose as &Propose),
         gap: &|runs| gap::over(runs, cli, style),
-        open: &|robot| {
+        open: &|robot, seed| {
             let cell = CellArgs { robot: robot.to_owned(), ..cli.cell.clone() };
-            let other = Shared { common: cli.common.clone(), cell };
+            let other = Shared { common: Common { seed, ..cli.common.clone() }, cell };
             let cell = open(&other, None, style)?;
             signals::obey(cell.cancel());
             Ok(cell)

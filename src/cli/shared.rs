@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use crate::http::Address;
 use crate::workcell::CANDIDATES;
@@ -26,6 +26,15 @@ pub(super) struct Common {
     pub(super) seed: u64,
 }
 
+/// How fast the laboratory's time passes while the arm moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Pace {
+    /// As fast as it can be computed.
+    Fast,
+    /// No faster than time passes.
+    Real,
+}
+
 /// What a command works with.
 #[derive(Debug, Clone, Args)]
 pub(super) struct CellArgs {
@@ -45,6 +54,9 @@ pub(super) struct CellArgs {
     /// Send a Gen3 positions at 1 kHz over UDP, at the port after its TCP port, instead of waypoints.
     #[arg(long, global = true)]
     pub(super) stream: bool,
+    /// How fast the laboratory's arm moves: as fast as it can be computed, or as a real one.
+    #[arg(long, global = true, value_name = "PACE", default_value = "fast")]
+    pub(super) pace: Pace,
     /// Let a real arm move without asking first.
     #[arg(long, global = true)]
     pub(super) yes: bool,

@@ -70,6 +70,8 @@ impl Session<'_, '_> {
                 self.ask_real();
                 Ok(())
             }
+            "reset" => self.reset(),
+            "seed" => self.seed(rest),
             "confirm" => self.set_confirm(rest),
             "phrase" => self.phrase(rest),
             "set" => self.set(rest),
@@ -142,9 +144,11 @@ impl Session<'_, '_> {
 
     /// Lets lines move the robot again, once a person has said so.
     pub(super) fn take_real(&mut self) -> Result<(), Failure> {
-        let cell = match self.aside.take() {
-            Some(cell) => cell,
-            None => (self.hands.open)(self.hands.real)?,
+        let cell = if let Some(cell) = self.aside.take() {
+            cell
+        } else {
+            let seed = self.bench.cell()?.seed();
+            (self.hands.open)(self.hands.real, seed)?
         };
         cell.robot_name().clone_into(&mut self.robot);
         self.bench.exchange(cell)?;
@@ -178,17 +182,40 @@ impl Session<'_, '_> {
             (name, "") => Err(Failure::input("repl::set", format!("`:set {name}` lacks a value"))
                 .help("`:set seed 7`, `:set dose 40 mL`; `:set` alone lists what is set")),
             ("confirm", word) => self.set_confirm(word),
-            ("seed", number) => {
-                let seed = number.parse().map_err(|_| {
-                    Failure::input("repl::set", format!("`{number}` is not a seed"))
-                        .help("a seed is a whole number, such as 7")
-                })?;
-                self.bench.cell()?.set_seed(seed);
-                self.style.say(format!("chance in the twin comes from {seed} from now on"));
-                Ok(())
-            }
+            ("seed", number) => self.seed(number),
             (name, value) => self.statement(&format!("let {name} = {value}")),
         }
+    }
+
+    /// Shows or changes the number that chance comes from.
+    fn seed(&mut self, number: &str) -> Result<(), Failure> {
+        if number.is_empty() {
+            let seed = self.bench.cell()?.seed();
+            self.style.say(format!("seed {seed}"));
+            return Ok(());
+        }
+        let seed = number.parse().map_err(|_| {
+            Failure::input("repl::set", format!("`{number}` is not a seed"))
+                .help("a seed is a whole number, such as 7")
+        })?;
+        self.bench.cell()?.set_seed(seed);
+        let laboratory =
+            if self.robot == "lab" { ", in the laboratory after `:reset`" } else { "" };
+        self.style.say(format!("chance in the twin comes from {seed} from now on{laboratory}"));
+        Ok(())
+    }
+
+    /// Opens the laboratory or the twin anew: everything stands and is filled as at the start.
+    fn reset(&mut self) -> Result<(), Failure> {
+        if !matches!(self.robot.as_str(), "lab" | "twin") {
+            return Err(Failure::input("repl::reset", "a real table cannot be reset from here")
+                .help("put things back and fill them by hand, then `:look`"));
+        }
+        let seed = self.bench.cell()?.seed();
+        let cell = (self.hands.open)(&self.robot, seed)?;
+        self.bench.exchange(cell)?;
+        self.style.say(format!("everything stands and is filled as at the start (seed {seed})"));
+        Ok(())
     }
 
     /// Writes the calls of this session as a script that `trueup run` takes.

@@ -61,6 +61,8 @@ pub(super) const COMMANDS: &[Command] = &[
     command("diff", "RUN RUN", "what was different in two runs"),
     command("twin", "", "lines from now on are for the twin alone, as things stand now"),
     command("real", "", "lines from now on move the robot again"),
+    command("reset", "", "a fresh laboratory: things stand and are filled as at the start"),
+    command("seed", "[N]", "the number all chance comes from; another one from now on"),
     command("confirm", "all|risky|none", "when to ask before acting"),
     command("phrase", "\"…\" = CALL", "teach a sentence"),
     command("set", "NAME VALUE", "a setting (confirm, seed), or a name for a value"),

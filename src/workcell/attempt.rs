@@ -29,7 +29,7 @@ impl WorkCell {
         self.scripts.context().set_past(Past::default());
         let mut tried_branches = BTreeMap::new();
         let mut used: BTreeMap<String, u32> = BTreeMap::new();
-        let mut best = self.rehearse(candidates, on)?;
+        let mut best = self.rehearse(&candidates, on)?;
         let mut again = 0;
         loop {
             self.audience.phase("execute", wording::arm_moves());
@@ -43,7 +43,7 @@ impl WorkCell {
             if plan_again && again < AGAIN {
                 again += 1;
                 self.audience.note(wording::planning_again());
-                match self.rehearse(self.of_variants(pg, index), on) {
+                match self.rehearse(&self.of_variants(pg, index), on) {
                     Ok(rest) => {
                         best = rest;
                         continue;
@@ -75,7 +75,7 @@ impl WorkCell {
                         None
                     };
                     let (pg, from) = from.unwrap_or_else(|| (pg.clone(), first_of(pg, index)));
-                    best = self.rehearse(self.of_variants(&pg, from), on)?;
+                    best = self.rehearse(&self.of_variants(&pg, from), on)?;
                 }
                 Some(Remedy::Abort(why)) => {
                     on.run.reason = Some(match why {
@@ -115,7 +115,7 @@ impl WorkCell {
     /// Rehearses candidates from the present and returns the best survivor.
     fn rehearse(
         &mut self,
-        candidates: Vec<Candidate>,
+        candidates: &[Candidate],
         on: &mut UnderWay<'_>,
     ) -> Result<Rehearsal, Error> {
         let begin = self.now();
@@ -144,7 +144,7 @@ impl WorkCell {
             seed: self.setup.seed,
             cancel: &self.controls.cancel,
         }
-        .all(&candidates, &|_| {
+        .all(candidates, &|_| {
             let mut finished = finished.lock().unwrap_or_else(PoisonError::into_inner);
             *finished += 1;
             tell(
@@ -186,9 +186,9 @@ impl WorkCell {
             recoveries: Vec::new(),
             log_p: 0.0,
         };
-        let candidates =
+        let candidates: Vec<Candidate> =
             (0..2).map(|variant| Candidate { pg: pg.clone(), from: 0, variant }).collect();
-        let best = self.rehearse(candidates, on)?;
+        let best = self.rehearse(&candidates, on)?;
         self.perform(on, &best)?;
         Ok(())
     }

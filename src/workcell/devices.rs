@@ -4,6 +4,8 @@
 
 use std::sync::{Arc, Mutex};
 
+use crate::arm::paced::Paced;
+use crate::arm::ticked::Ticked;
 use crate::arm::{Arm, Camera, Scales};
 use crate::execution::lab_arm::{self, LabCamera, LabPlant, LabScales, SharedLab};
 use crate::lab::{Lab, LabSettings};
@@ -73,7 +75,12 @@ pub(super) fn laboratory_devices(
     scene: &Scene,
     options: &Options,
 ) -> Result<Devices, Error> {
-    Ok(of_lab(lab_of(robot, scene, options)?))
+    let lab = lab_of(robot, scene, options)?;
+    let mut devices = of_lab(lab.clone());
+    if options.is_real_time {
+        devices.arm = Box::new(Ticked::new(Paced::new(lab_arm::plant(lab), options.clock)));
+    }
+    Ok(devices)
 }
 
 /// Returns the devices of a laboratory with these settings.

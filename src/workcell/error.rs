@@ -84,6 +84,12 @@ pub enum Error {
         /// What was to be poured, m³.
         amount: f64,
     },
+    /// There is nothing in the vessel that is to be poured from; nothing has moved.
+    #[error("`{source_name}` is empty")]
+    Empty {
+        /// What it was to come from.
+        source_name: String,
+    },
     /// Less is to be poured than can be weighed; nothing has moved.
     #[error("{:.1} mL cannot be measured by weighing in the hand; the least is {:.0} mL", 1e6 * .amount, 1e6 * .least)]
     NotWeighable {

@@ -9,6 +9,9 @@ use crate::units::Quantity;
 
 use super::{Error, WorkCell};
 
+/// A vessel with less in it is empty, m³: a drop and a half, which is what stays on its walls.
+const DRY: f64 = 0.1e-6;
+
 impl WorkCell {
     /// Returns what a condition is worth now.
     ///
@@ -55,7 +58,8 @@ impl WorkCell {
         let reader = Reader::new(&mut self.scripts, &self.setup.library, &scene, &state);
         let root = &graph.root().path;
         let own = first.needs.iter().filter(|need| need.owner == *root);
-        for part in own.flat_map(|need| parts(&need.expr)) {
+        let all: Vec<&Expr> = own.flat_map(|need| parts(&need.expr)).collect();
+        for &part in &all {
             let reading = reader.read(part, &state);
             // A thing that is still nowhere once the camera has looked is not there.
             let is_unseen = reading.truth.is_none() && matches!(about(part), Some(("visible", _)));
@@ -80,7 +84,12 @@ impl WorkCell {
                 Some(("visible", object)) => Error::NotSeen(object),
                 None if is_call(part, "weighable") => {
                     let amount = amount_at(0).unwrap_or(0.0);
-                    Error::NotWeighable { amount, least: amount + by }
+                    let source = all.iter().filter_map(|part| about(part));
+                    let source = source.filter(|(name, _)| *name == "has").map(|(_, o)| o).next();
+                    match source.filter(|_| amount < DRY) {
+                        Some(source_name) => Error::Empty { source_name },
+                        None => Error::NotWeighable { amount, least: amount + by },
+                    }
                 }
                 _ => Error::Needs {
                     call: graph.root().label.clone(),

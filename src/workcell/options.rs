@@ -28,6 +28,8 @@ pub struct Options {
     pub switches: Switches,
     /// How many candidates are rehearsed at most for one attempt, 1 or more; [`CANDIDATES`] unless there is a reason.
     pub candidates: usize,
+    /// Whether the laboratory's arm moves no faster than time passes by `clock`.
+    pub is_real_time: bool,
     /// Returns seconds since some instant; only differences are used.
     pub clock: fn() -> f64,
 }

@@ -65,6 +65,7 @@ impl Reality {
             seed,
             switches: Switches::default(),
             candidates: CANDIDATES,
+            is_real_time: false,
             clock: || 0.0,
         };
         Self { laboratory: laboratory(options).unwrap() }

@@ -4,6 +4,7 @@ mod answer;
 mod bad_input;
 mod calibrate;
 mod explain;
+mod export;
 mod gap;
 mod hidden;
 mod kortex;

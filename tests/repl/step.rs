@@ -36,6 +36,7 @@ pub(super) fn options() -> Options {
         seed: 1,
         switches: Switches { offset: false, ..Switches::default() },
         candidates: CANDIDATES,
+        is_real_time: false,
         clock: || 0.0,
     }
 }
@@ -58,7 +59,7 @@ pub(super) fn talk(cell: WorkCell, scratch: &Scratch, work: &Work<'_>, input: &m
         propose: None,
         perform: work,
         gap: &|_| Ok(()),
-        open: &|_| Err(Failure::input("test", "no other robot here")),
+        open: &|_, _| Err(Failure::input("test", "no other robot here")),
         real: "lab",
         record: &record,
         home: None,

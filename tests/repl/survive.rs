@@ -24,6 +24,7 @@ fn cell() -> WorkCell {
         seed: 1,
         switches: Switches::default(),
         candidates: CANDIDATES,
+        is_real_time: false,
         clock: || 0.0,
     };
     WorkCell::open(options).unwrap()
@@ -37,7 +38,7 @@ fn typed(work: &Work<'_>, presses: &AtomicUsize, lines: &str) {
         propose: None,
         perform: work,
         gap: &|_| Ok(()),
-        open: &|_| Err(Failure::input("test", "no other robot here")),
+        open: &|_, _| Err(Failure::input("test", "no other robot here")),
         real: "lab",
         record: Path::new("no-such-folder"),
         home: None,
@@ -166,7 +167,7 @@ fn two_interrupts_bring_the_prompt_back_at_once() {
         propose: None,
         perform: &work,
         gap: &|_| Ok(()),
-        open: &|_| Err(Failure::input("test", "no other robot here")),
+        open: &|_, _| Err(Failure::input("test", "no other robot here")),
         real: "lab",
         record: Path::new("no-such-folder"),
         home: None,

@@ -232,6 +232,7 @@ fn options() -> Options {
         seed: 1,
         switches: Switches { offset: false, ..Switches::default() },
         candidates: CANDIDATES,
+        is_real_time: false,
         clock: no_time,
     }
 }

@@ -41,6 +41,7 @@ fn options(lab: LabSettings, seed: u64) -> Options {
         seed,
         switches: Switches::default(),
         candidates: CANDIDATES,
+        is_real_time: false,
         clock: no_time,
     }
 }

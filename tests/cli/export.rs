@@ -1,0 +1,132 @@
+//! `trueup export`, `trueup new` and `trueup marks`: files for others, as others read them.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs;
+
+use trueup::discovery::recording::{Map, Recording};
+use trueup::units::Dimension;
+
+use crate::program::Scratch;
+use crate::repl::kept;
+
+const RUN: &str = "runs/20260101-100000-pour";
+
+/// A run folder with a recording of two joints and a picture after its first step.
+fn with_rows(scratch: &Scratch) {
+    kept::lay_out(scratch);
+    let mut rows = String::from(
+        "t[s],q_cmd_1[rad],q_cmd_2[rad],q_1[rad],q_2[rad],dq_1[rad/s],dq_2[rad/s],\
+         tau_1[N*m],tau_2[N*m],gripper[m],mass[kg]\n",
+    );
+    for k in 0..500 {
+        let t = 0.01 * f64::from(k);
+        writeln!(rows, "{t},{t},0.5,{t},0.25,1,0,-2,{t},0.06,0.4").unwrap();
+    }
+    scratch.file(&format!("{RUN}/arm.csv"), rows);
+    scratch.file(&format!("{RUN}/frames/01-after-real.png"), b"a picture");
+}
+
+#[test]
+fn an_exported_run_is_read_back_as_it_was() {
+    let scratch = Scratch::new("export-mcap");
+    with_rows(&scratch);
+    let said = scratch.trueup(&["export", RUN, "--mcap", "run.mcap", "--csv", "run.csv"]);
+    assert_eq!(said.code, 0, "{said:?}");
+    let bytes = fs::read(scratch.path("run.mcap")).unwrap();
+    let mut read = Recording::read_bag("run.mcap", &bytes, None, &Map::default()).unwrap();
+    read.number_joints(&["joint_1".into(), "joint_2".into()]);
+    assert_eq!(read.time.len(), 500);
+    let group = |stem, dimension| read.group(stem, 2, dimension).unwrap().unwrap();
+    let (q, tau) = (group("q", Dimension::ANGLE), group("tau", Dimension::TORQUE));
+    for (k, time) in read.time.iter().enumerate() {
+        assert!((q[0][k] - time).abs() < 1e-9 && (q[1][k] - 0.25).abs() < 1e-12);
+        assert!((tau[0][k] + 2.0).abs() < 1e-12 && (tau[1][k] - time).abs() < 1e-9);
+    }
+    let mut topics: BTreeMap<String, usize> = BTreeMap::new();
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let message = message.unwrap();
+        let schema = message.channel.schema.as_ref().unwrap();
+        assert!(!schema.data.is_empty(), "{} says what it is", message.channel.topic);
+        *topics.entry(message.channel.topic.clone()).or_default() += 1;
+    }
+    let steps = trueup::workcell::archive::load(&scratch.path(RUN)).unwrap().steps.len();
+    let count = |topic: &str| topics.get(topic).copied().unwrap_or_default();
+    assert_eq!((count("/joint_states"), count("/joint_commands")), (500, 500), "{topics:?}");
+    assert_eq!((count("/gripper/opening"), count("/scale/mass")), (500, 500), "{topics:?}");
+    assert_eq!((count("/steps"), count("/fluents")), (2 * steps, steps), "{topics:?}");
+    assert_eq!(count("/camera/real/compressed"), 1, "{topics:?}");
+}
+
+#[test]
+fn the_table_has_the_step_and_the_fluents_beside_the_arm() {
+    let scratch = Scratch::new("export-csv");
+    with_rows(&scratch);
+    assert_eq!(scratch.trueup(&["export", RUN, "--csv", "run.csv"]).code, 0);
+    let run = trueup::workcell::archive::load(&scratch.path(RUN)).unwrap();
+    let mut table = csv::Reader::from_path(scratch.path("run.csv")).unwrap();
+    let names = table.headers().unwrap().clone();
+    let column = |name: &str| names.iter().position(|known| known == name).unwrap();
+    let (step, holding) = (column("step"), column("holding(jar)"));
+    let rows: Vec<csv::StringRecord> = table.records().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), 500);
+    let first = &run.steps[0];
+    for row in &rows {
+        let time: f64 = row[0].parse().unwrap();
+        if time < first.interval_s[1] {
+            assert_eq!(&row[holding], "", "nothing is known before the first step has ended");
+        }
+        if (first.interval_s[0]..first.interval_s[1]).contains(&time) {
+            assert_eq!(&row[step], "1");
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_exported_says_what_helps() {
+    let scratch = Scratch::new("export-wrong");
+    with_rows(&scratch);
+    for (args, words) in [
+        (&["export", RUN][..], "--mcap run.mcap"),
+        (&["export", RUN, "--rrd", "run.rrd"], "Rerun opens MCAP files"),
+        (&["export", "7", "--csv", "run.csv"], "trueup runs"),
+    ] {
+        let said = scratch.trueup(args);
+        assert_eq!(said.code, 2, "{said:?}");
+        assert!(said.err.contains(words), "{said:?}");
+    }
+    scratch.file(&format!("{RUN}/arm.csv"), "t[s],q_1[rad]\n0,here\n");
+    let said = scratch.trueup(&["export", RUN, "--mcap", "run.mcap"]);
+    assert_eq!(said.code, 2, "{said:?}");
+    assert!(said.err.contains("line 2: `here` is not a number"), "{said:?}");
+    assert!(!scratch.path("run.mcap").exists());
+}
+
+#[test]
+fn a_new_file_passes_its_check_and_is_never_written_over() {
+    let scratch = Scratch::new("cli-new");
+    for kind in ["scene", "task"] {
+        let name = format!("my_{kind}");
+        let said = scratch.trueup(&["new", kind, &name]);
+        assert_eq!(said.code, 0, "{said:?}");
+        let file = format!("{name}.task");
+        let checked = scratch.trueup(&["check", &file]);
+        assert_eq!((checked.code, checked.err.as_str()), (0, ""), "{checked:?}");
+        let laid = scratch.trueup(&["fmt", "--check", &file]);
+        assert_eq!(laid.code, 0, "{laid:?}");
+        scratch.file(&file, "// mine\n");
+        assert_eq!(scratch.trueup(&["new", kind, &name]).code, 2);
+        assert_eq!(fs::read_to_string(scratch.path(&file)).unwrap(), "// mine\n");
+    }
+    let said = scratch.trueup(&["new", "task", "2nd"]);
+    assert!(said.code == 2 && said.err.contains("is not a name"), "{said:?}");
+    assert!(!scratch.path("2nd.task").exists());
+}
+
+#[test]
+fn the_dots_of_a_scene_are_a_page_to_print() {
+    let scratch = Scratch::new("cli-marks");
+    let said = scratch.trueup(&["marks", "--pdf", "dots.pdf"]);
+    assert!(said.code == 0 && said.out.contains("13 dots of `kitchen`"), "{said:?}");
+    assert!(fs::read(scratch.path("dots.pdf")).unwrap().starts_with(b"%PDF-"));
+}
