@@ -218,7 +218,8 @@ pub(crate) fn painted(ground: &Ground, seed: u64) -> Case {
     }
     // One thing more that nobody asks for.
     let last = all.remove(chance.below(all.len()));
-    let mut more = if seed % 3 == 0 { hand(&mut chance) } else { vec![other(&last, &mut chance)] };
+    let mut more =
+        if seed.is_multiple_of(3) { hand(&mut chance) } else { vec![other(&last, &mut chance)] };
     if let Some(at) = spot(ground, &more[0], &things, &mut chance) {
         for part in &mut more {
             part.at = at;
@@ -228,7 +229,7 @@ pub(crate) fn painted(ground: &Ground, seed: u64) -> Case {
     Case {
         name: format!("painted {seed} on {}", ground.name),
         image: draw(&ground.camera, &ground.image, &things, seed),
-        scene: scene(ground.camera, ground.table.clone(), objects),
+        scene: scene(ground.camera, ground.table, objects),
         truth,
     }
 }
@@ -338,7 +339,7 @@ pub(crate) fn pasted(folder: &Path, ground: &Ground, which: usize, seed: u64) ->
         return Some(Case {
             name: format!("pasted {seed} bottle {which} on {}", ground.name),
             image,
-            scene: scene(ground.camera, ground.table.clone(), objects),
+            scene: scene(ground.camera, ground.table, objects),
             truth: vec![vec![[at.x, at.y]], Vec::new(), Vec::new()],
         });
     }
@@ -414,7 +415,7 @@ pub(crate) fn desk(folder: &Path, frame: u32) -> Vec<Case> {
         name: format!("desk {frame}, absent"),
         image,
         truth: vec![Vec::new(); wanted.len()],
-        scene: scene(seen.camera, seen.scene.table.clone(), wanted),
+        scene: scene(seen.camera, seen.scene.table, wanted),
     };
     vec![there, absent]
 }

@@ -117,7 +117,7 @@ pub(crate) fn desk(folder: &Path, frame: u32) -> Ground {
         name: format!("desk {frame}"),
         image: seen.image(frame),
         camera: seen.camera,
-        table: seen.scene.table.clone(),
+        table: seen.scene.table,
         room: vec![[440.0, 230.0, 600.0, 380.0], [150.0, 340.0, 330.0, 400.0]],
     }
 }
