@@ -41,8 +41,8 @@ struct Part {
     /// How far they are from the frame's axis and from its origin at most, m.
     arm: [f64; 2],
     spheres: Range<usize>,
-    /// Obstacles it must not touch, by place.
-    watched: Vec<u32>,
+    /// Obstacles it must not touch, by place, the nearest first; and what is left to each at full stretch, m.
+    watched: Vec<(u32, f32)>,
 }
 
 /// A robot and what is around it, ready for eight configurations at once.
@@ -107,6 +107,7 @@ impl Batch {
             is_exact: true,
             slack: 0.0,
         };
+        let obstacles: Vec<&Body> = obstacles.collect();
         // How far coordinates reach: every shift between joints and the parts on them.
         let mut reach: f64 = frames.nodes.iter().map(|node| node.shift.norm()).sum();
         let mut largest = 0.0_f64;
@@ -125,11 +126,19 @@ impl Batch {
             let far = |to: &Vector3<f64>| {
                 spheres.iter().map(|s| (s.0 - to).norm() + s.1).fold(0.0, f64::max)
             };
-            largest = largest.max(far(&Vector3::zeros()));
             batch.spheres.extend(spheres.iter().map(|&(centre, radius)| ball(&centre, radius)));
             let most = |size: &dyn Fn(&Vector3<f64>) -> f64| {
                 spheres.iter().map(|s| size(&s.0)).fold(0.0, f64::max)
             };
+            let (shoulder, stretch) = batch.stretch(node);
+            let size = far(&Vector3::zeros());
+            largest = largest.max(size);
+            let left = |place: u32| {
+                obstacles[place as usize].distance_to_ball(&shoulder, stretch + size) as f32
+            };
+            let mut watched: Vec<(u32, f32)> =
+                watched.into_iter().map(|place| (place, left(place))).collect();
+            watched.sort_by(|a, b| a.1.total_cmp(&b.1));
             batch.parts.push(Part {
                 node,
                 ball: ball(&middle, far(&middle)),
@@ -141,8 +150,23 @@ impl Batch {
         }
         reach += largest;
         batch.slack = (SLACK * (1.0 + reach)) as f32;
-        batch.things = obstacles.map(Thing::of).collect();
+        batch.things = obstacles.into_iter().map(Thing::of).collect();
         batch
+    }
+
+    /// Returns the point that the first joint before a frame turns about, in base coordinates, and how far the frame's origin
+    /// can be from it, m; infinitely far where a joint slides.
+    fn stretch(&self, node: Option<usize>) -> (Vector3<f64>, f64) {
+        let (mut shoulder, mut stretch, mut last) = (Vector3::zeros(), 0.0, 0.0);
+        let mut at = node;
+        while let Some(node) = at {
+            let joint = &self.joints[node];
+            stretch += last;
+            last = if joint.slides { f64::INFINITY } else { joint.length };
+            shoulder = Vector3::from(joint.shift.map(f64::from));
+            at = joint.parent;
+        }
+        (shoulder, if last.is_finite() { stretch } else { f64::INFINITY })
     }
 
     /// Returns a bit for each of eight configurations in which something is nearer than asked for, or may be.
@@ -214,7 +238,8 @@ impl Job for Looking<'_> {
         let ends = (question.from, question.to);
         place(simd, &batch.joints, ends, &question.at, sweeps, &mut work.placed);
         let Placed8 { frames, speeds } = &work.placed;
-        let room = Eight::all(simd, question.room as f32 + batch.slack);
+        let most = question.room as f32 + batch.slack;
+        let room = Eight::all(simd, most);
         let half = Eight::of(simd, packed(&question.half));
         let mut found = 0;
         work.balls.clear();
@@ -239,7 +264,10 @@ impl Job for Looking<'_> {
             let more = room + grown;
             let reach = more + Eight::all(simd, part.ball.radius);
             work.near.clear();
-            for &thing in &part.watched {
+            for &(thing, left) in &part.watched {
+                if left > most {
+                    break;
+                }
                 if batch.things[thing as usize].beyond(simd, ball, reach).below_zero() != 0 {
                     work.near.push(thing);
                 }

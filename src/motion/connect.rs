@@ -1,11 +1,12 @@
 //! RRT-Connect: two trees of free motions, one from the start and one from the goals, that grow until they touch.
 //!
 //! The smaller tree grows towards a sample; from where it comes to it goes on straight to the other tree, as far as that is
-//! free. A tree that hardly grows takes shorter steps, and draws half its samples beside itself. All chance comes from the
-//! seed.
+//! free. A node that was blocked listens to near samples only. A tree that hardly grows takes shorter steps, and draws half
+//! its samples beside itself. All chance comes from the seed.
 //!
 //! Source: Kuffner and LaValle, "RRT-Connect", ICRA 2000; balanced as in Kuffner and LaValle, "An efficient approach to
-//! path planning using balanced bidirectional RRT search", CMU-RI-TR-05-34, 2005.
+//! path planning using balanced bidirectional RRT search", CMU-RI-TR-05-34, 2005; Jaillet, Yershova, LaValle and Siméon,
+//! "Adaptive tuning of the sampling domain for dynamic-domain RRTs", IROS 2005.
 
 use std::f64::consts::PI;
 
@@ -87,6 +88,10 @@ impl Search<'_, '_> {
             };
             let from = trees[active].nearest(&sample);
             self.motions.budget.spend(1 + trees[active].len() as u64 / 100)?;
+            if l2(trees[active].node(from), &sample) > trees[active].domain(from) {
+                // Most likely what has stopped it lies in this way, too.
+                continue;
+            }
             let mut share = 1.0;
             let grown = loop {
                 match self.extend(&mut trees[active], from, &sample, share)? {
@@ -97,10 +102,12 @@ impl Search<'_, '_> {
                 }
             };
             let Some(grown) = grown else {
+                trees[active].was_blocked(from);
                 stuck[active] += 1;
                 continue;
             };
             stuck[active] /= 2;
+            trees[active].has_grown(from);
             let met = trees[1 - active].nearest(trees[active].node(grown));
             self.motions.budget.spend(1 + trees[1 - active].len() as u64 / 100)?;
             let target = trees[1 - active].node(met).to_vec();

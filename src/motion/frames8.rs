@@ -4,10 +4,10 @@
 
 #![expect(clippy::inline_always, reason = "what is not inlined into the look misses the registers")]
 
+use std::f64::consts::{FRAC_2_PI, TAU};
+
 use super::frames::{Frames, Node};
 use super::lanes::{Eight, LANES, Three, Vectors, Wide, packed, short};
-use super::polyline::mixed;
-use super::sin_cos::sin_cos;
 
 /// A frame of eight configurations: its axes and its origin, in base coordinates.
 pub(super) type Frame8 = [Vectors; 4];
@@ -20,7 +20,7 @@ pub(super) struct Joint {
     pub(super) multiplier: f64,
     pub(super) offset: f64,
     pub(super) slides: bool,
-    shift: [f32; 3],
+    pub(super) shift: [f32; 3],
     /// Of the shift, m.
     pub(super) length: f64,
     before: Option<[f32; 2]>,
@@ -70,14 +70,17 @@ pub(super) fn place<S: Wide>(
     speeds.clear();
     for joint in joints {
         let (from, to) = (ends.0[joint.index], ends.1[joint.index]);
-        let (mut value, mut angles) = ([0.0; LANES], [joint.after; LANES]);
-        for lane in 0..LANES {
-            value[lane] = joint.multiplier * mixed(from, to, at[lane]) + joint.offset;
-            angles[lane] = if joint.slides { joint.after } else { value[lane] + joint.after };
-        }
-        let (sines, cosines) = sin_cos(&angles);
-        let sin = Eight::of(simd, packed(&sines));
-        let cos = Eight::of(simd, packed(&cosines));
+        let along = Eight::of(simd, packed(at));
+        let (first, rate) =
+            (joint.multiplier * from + joint.offset, joint.multiplier * (to - from));
+        let (sin, cos) = if joint.slides {
+            sin_cos(Eight::all(simd, joint.after as f32))
+        } else {
+            // Whole turns are taken out where they cost no digits.
+            let angle = first + joint.after;
+            let angle = (angle - (angle / TAU).round_ties_even() * TAU) as f32;
+            sin_cos(Eight::all(simd, angle) + along * Eight::all(simd, rate as f32))
+        };
         let [x, y, z, origin] = match joint.parent {
             Some(parent) => frames[parent],
             None => [
@@ -100,7 +103,8 @@ pub(super) fn place<S: Wide>(
         let [s, c] = joint.tilt;
         let (y, z) = turned(y, z, Eight::all(simd, s), Eight::all(simd, c));
         if joint.slides {
-            origin = origin + z.scaled(Eight::of(simd, packed(&value)));
+            let value = Eight::all(simd, first as f32) + along * Eight::all(simd, rate as f32);
+            origin = origin + z.scaled(value);
         }
         let (x, y) = turned(x, y, sin, cos);
         if sweeps {
@@ -108,7 +112,7 @@ pub(super) fn place<S: Wide>(
             let [speed, turning] = joint.parent.map_or([still; 2], |parent| speeds[parent]);
             let (mut speed, mut turning) = (Three::of(simd, speed), Three::of(simd, turning));
             speed = speed + turning.cross(origin - start);
-            let rate = Eight::all(simd, (joint.multiplier * (to - from)) as f32);
+            let rate = Eight::all(simd, rate as f32);
             if joint.slides {
                 speed = speed + z.scaled(rate);
             } else {
@@ -124,6 +128,33 @@ pub(super) fn place<S: Wide>(
 #[inline(always)]
 fn turned<S: Wide>(a: Three<S>, b: Three<S>, sin: Eight<S>, cos: Eight<S>) -> (Three<S>, Three<S>) {
     (a.scaled(cos) + b.scaled(sin), b.scaled(cos) - a.scaled(sin))
+}
+
+/// Returns sines and cosines of angles, rad; off by 3e-7 at most for angles up to some turns.
+///
+/// Source: Moshier's Cephes, `sinf.c`: polynomials on ±π/4, and π/2 in three pieces (Cody and Waite).
+#[inline(always)]
+fn sin_cos<S: Wide>(angle: Eight<S>) -> (Eight<S>, Eight<S>) {
+    let simd = angle.simd();
+    let quarters = (angle * Eight::all(simd, FRAC_2_PI as f32)).rounded();
+    let x = angle - quarters * Eight::all(simd, 1.570_312_5);
+    let x = x - quarters * Eight::all(simd, 4.837_512_97e-4);
+    let x = x - quarters * Eight::all(simd, 7.549_789_95e-8);
+    let z = x * x;
+    let sin = Eight::all(simd, 8.332_161_0e-3) - z * Eight::all(simd, 1.951_529_6e-4);
+    let sin = x + x * z * (z * sin - Eight::all(simd, 1.666_665_5e-1));
+    let cos = Eight::all(simd, 4.166_664_6e-2)
+        + z * (z * Eight::all(simd, 2.443_315_7e-5) - Eight::all(simd, 1.388_731_6e-3));
+    let cos = Eight::all(simd, 1.0) - z * Eight::all(simd, 0.5) + z * z * cos;
+    // Which quarter it is, as numbers: odd ones change places, then signs.
+    let half = (quarters * Eight::all(simd, 0.5) - Eight::all(simd, 0.25)).rounded();
+    let odd = quarters - half * Eight::all(simd, 2.0);
+    let even = Eight::all(simd, 1.0) - odd;
+    // A half turn more or less changes both signs.
+    let sign = half
+        - (half * Eight::all(simd, 0.5) - Eight::all(simd, 0.25)).rounded() * Eight::all(simd, 2.0);
+    let sign = Eight::all(simd, 1.0) - sign * Eight::all(simd, 2.0);
+    (sign * (even * sin + odd * cos), sign * (even * cos - odd * sin))
 }
 
 /// Carries a point of a frame into the base; without a frame it is there already.

@@ -9,6 +9,12 @@ use rand::rngs::StdRng;
 use super::lanes::{Eight, Job, LANES, Wide, run};
 use super::robot::Robot;
 
+/// How far samples may be from a node that was blocked once, and from one that was blocked many times, rad, and by what share
+/// that changes: as VAMP has them. Narrower ones find shorter ways with fewer looks, where they find one.
+const WIDEST: f64 = 4.0;
+const NARROWEST: f64 = 1.0;
+const TUNING: f64 = 1e-4;
+
 /// Configurations grown from some roots, each knowing the one it grew from.
 pub(super) struct Tree {
     /// One after the other.
@@ -16,13 +22,21 @@ pub(super) struct Tree {
     /// The same, eight beside each other, joint by joint: to be looked through. What is missing is infinitely far.
     eights: Vec<[f32; LANES]>,
     parents: Vec<Option<usize>>,
+    /// Of each: samples farther than this are none of its business, rad.
+    domains: Vec<f64>,
     /// Numbers of a configuration.
     n: usize,
 }
 
 impl Tree {
     pub(super) fn rooted<'q>(roots: impl IntoIterator<Item = &'q Vec<f64>>) -> Self {
-        let mut tree = Self { nodes: Vec::new(), eights: Vec::new(), parents: Vec::new(), n: 1 };
+        let mut tree = Self {
+            nodes: Vec::new(),
+            eights: Vec::new(),
+            parents: Vec::new(),
+            domains: Vec::new(),
+            n: 1,
+        };
         for root in roots {
             tree.n = root.len();
             tree.add(root, None);
@@ -43,6 +57,23 @@ impl Tree {
         run(Nearest { tree: self, q })
     }
 
+    /// Returns how far samples may be that a node listens to, rad.
+    pub(super) fn domain(&self, at: usize) -> f64 {
+        self.domains[at]
+    }
+
+    /// Takes note that a node could not grow towards a sample: it then listens to nearer ones only.
+    pub(super) fn was_blocked(&mut self, at: usize) {
+        let domain = &mut self.domains[at];
+        *domain =
+            if domain.is_finite() { (*domain * (1.0 - TUNING)).max(NARROWEST) } else { WIDEST };
+    }
+
+    /// Takes note that a node could grow.
+    pub(super) fn has_grown(&mut self, at: usize) {
+        self.domains[at] *= 1.0 + TUNING;
+    }
+
     pub(super) fn push(&mut self, q: &[f64], parent: usize) -> usize {
         self.add(q, Some(parent))
     }
@@ -58,6 +89,7 @@ impl Tree {
         }
         self.nodes.extend_from_slice(q);
         self.parents.push(parent);
+        self.domains.push(f64::INFINITY);
         at
     }
 

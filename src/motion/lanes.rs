@@ -88,6 +88,12 @@ impl<S: Wide> Eight<S> {
         Self { simd, lanes }
     }
 
+    /// Returns the means to reckon with them.
+    #[inline(always)]
+    pub(super) fn simd(self) -> S {
+        self.simd
+    }
+
     /// Returns one number eight times.
     #[inline(always)]
     pub(super) fn all(simd: S, x: f32) -> Self {
@@ -97,6 +103,14 @@ impl<S: Wide> Eight<S> {
     #[inline(always)]
     pub(super) fn abs(self) -> Self {
         Self { lanes: self.simd.abs_f32s(self.lanes), ..self }
+    }
+
+    /// Returns the nearest whole numbers; of numbers up to 2^22.
+    #[inline(always)]
+    pub(super) fn rounded(self) -> Self {
+        // Adding it leaves no bits for what is behind the point: 3 · 2^22.
+        let shift = Self::all(self.simd, 12_582_912.0);
+        (self + shift) - shift
     }
 
     #[inline(always)]

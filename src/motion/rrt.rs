@@ -41,7 +41,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { seed: 0, max_samples: 20_000, range: 0.5, resolution: 0.1, shortcuts: 10 }
+        Self { seed: 0, max_samples: 20_000, range: 0.5, resolution: 0.15, shortcuts: 10 }
     }
 }
 

@@ -37,8 +37,7 @@ const COSINE: [f64; 6] = [
 ];
 
 /// Returns the sines and the cosines of angles, rad.
-#[expect(clippy::inline_always, reason = "in a loop for wide registers it is worked out in these")]
-#[inline(always)]
+#[inline]
 pub(super) fn sin_cos(angles: &[f64; LANES]) -> ([f64; LANES], [f64; LANES]) {
     let (mut sines, mut cosines) = ([0.0; LANES], [0.0; LANES]);
     for i in 0..LANES {
