@@ -5,9 +5,11 @@
 //! plan could change that. Distances are signed, m, negative by the depth of overlap.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::OnceLock;
 
 use nalgebra::{Isometry3, Vector3};
 
+use super::batch::Batch;
 use super::broad::{Crowd, GROUP};
 use super::contact_pairs::{checked_pairs, rigid_sets};
 use super::distance::{Body, signed_distance};
@@ -86,6 +88,8 @@ pub struct CollisionWorld<'a> {
     masks: Vec<u32>,
     /// Per joint, m/rad or m/m: how far any point beyond it can move for a unit of the joint.
     reach: Vec<f64>,
+    /// For eight configurations at once; made when it is first asked for.
+    batch: OnceLock<Batch>,
 }
 
 impl<'a> CollisionWorld<'a> {
@@ -105,6 +109,7 @@ impl<'a> CollisionWorld<'a> {
             crowd: Crowd::default(),
             masks: Vec::new(),
             reach: Vec::new(),
+            batch: OnceLock::new(),
         };
         let mut moves = vec![false; robot.links.len()];
         for (at, link) in robot.links.iter().enumerate() {
@@ -245,17 +250,26 @@ impl<'a> CollisionWorld<'a> {
         (self.robot.links.len() + watched + pairs) as u64
     }
 
-    /// Returns the world with the margin larger by `extra` m.
-    pub(super) fn padded(&self, extra: f64) -> Self {
-        let mut padded = self.clone();
-        padded.margin += extra;
-        padded
+    /// Returns the robot and the obstacles for eight configurations at once.
+    pub(super) fn batch(&self) -> &Batch {
+        self.batch.get_or_init(|| {
+            let parts = self.parts.iter().enumerate().map(|(at, part)| {
+                let watched = self.watched.iter().filter(|(part, _)| *part == at);
+                (part.link, &part.solids[..], watched.map(|(_, o)| *o as u32).collect())
+            });
+            let obstacles = self.obstacles.iter().map(|(_, body)| body);
+            Batch::of(&self.frames, parts, &self.pairs, obstacles)
+        })
     }
 
     /// Returns whether `q` keeps its margin everywhere. `q` must have one entry per joint.
     pub fn free(&self, q: &[f64]) -> bool {
-        self.nearest_at(q, self.margin, Look::TillNear)
-            .is_none_or(|(distance, ..)| distance > self.margin)
+        self.is_clear(q, self.margin)
+    }
+
+    /// Returns whether everything is farther than `room` m at `q`.
+    pub(super) fn is_clear(&self, q: &[f64], room: f64) -> bool {
+        self.nearest_at(q, room, Look::TillNear).is_none_or(|(distance, ..)| distance > room)
     }
 
     /// Returns the smallest distance at `q` and between what.
@@ -423,6 +437,7 @@ impl<'a> CollisionWorld<'a> {
         let parts = self.parts.iter().map(|part| (part.link, &part.solids[..]));
         self.solids = Solids::of(&self.frames, parts.clone());
         self.reach = reaches(self.robot, self.opening, parts);
+        self.batch = OnceLock::new();
     }
 }
 

@@ -180,9 +180,6 @@ pub enum SideFault {
 /// Why a search found no path.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoWay {
-    /// What was found cannot be certified.
-    #[error("what was found grazes an obstacle between two checks")]
-    Grazes,
     /// The samples were used up.
     #[error("the trees from start and goal hold {start} and {goal} configurations and never met")]
     NeverMet {

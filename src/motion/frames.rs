@@ -113,17 +113,17 @@ pub(super) struct Node {
     pub(super) index: usize,
     /// Its value is `multiplier × q[index] + offset`, rad or m.
     pub(super) multiplier: f64,
-    offset: f64,
+    pub(super) offset: f64,
     /// Whether it slides along z, instead of turning about it.
     pub(super) slides: bool,
     /// From the parent's origin, in the parent's frame, m.
-    shift: Vector3<f64>,
+    pub(super) shift: Vector3<f64>,
     /// Sine and cosine of the turn about the parent's z, unless the parent has taken it into its own.
-    before: Option<(f64, f64)>,
+    pub(super) before: Option<(f64, f64)>,
     /// Sine and cosine of the tilt about x.
-    tilt: (f64, f64),
+    pub(super) tilt: (f64, f64),
     /// The angle about z besides the joint's own, rad.
-    after: f64,
+    pub(super) after: f64,
 }
 
 /// The driven joints of some links, parents first.

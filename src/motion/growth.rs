@@ -2,27 +2,44 @@
 //!
 //! Nothing here knows what is in the way.
 
+use pulp::f32x8;
 use rand::RngExt;
 use rand::rngs::StdRng;
 
+use super::lanes::{Eight, Job, LANES, Wide, run};
 use super::robot::Robot;
+
+/// How far samples may be from a node that was blocked once, and from one that was blocked many times, rad, and by what share
+/// that changes: as VAMP has them. Narrower ones find shorter ways with fewer looks, where they find one.
+const WIDEST: f64 = 4.0;
+const NARROWEST: f64 = 1.0;
+const TUNING: f64 = 1e-4;
 
 /// Configurations grown from some roots, each knowing the one it grew from.
 pub(super) struct Tree {
     /// One after the other.
     nodes: Vec<f64>,
+    /// The same, eight beside each other, joint by joint: to be looked through. What is missing is infinitely far.
+    eights: Vec<[f32; LANES]>,
     parents: Vec<Option<usize>>,
+    /// Of each: samples farther than this are none of its business, rad.
+    domains: Vec<f64>,
     /// Numbers of a configuration.
     n: usize,
 }
 
 impl Tree {
     pub(super) fn rooted<'q>(roots: impl IntoIterator<Item = &'q Vec<f64>>) -> Self {
-        let mut tree = Self { nodes: Vec::new(), parents: Vec::new(), n: 1 };
+        let mut tree = Self {
+            nodes: Vec::new(),
+            eights: Vec::new(),
+            parents: Vec::new(),
+            domains: Vec::new(),
+            n: 1,
+        };
         for root in roots {
             tree.n = root.len();
-            tree.nodes.extend_from_slice(root);
-            tree.parents.push(None);
+            tree.add(root, None);
         }
         tree
     }
@@ -35,24 +52,45 @@ impl Tree {
         &self.nodes[at * self.n..(at + 1) * self.n]
     }
 
+    /// Returns the node nearest to `q`, up to rounding to 24 bits.
     pub(super) fn nearest(&self, q: &[f64]) -> usize {
-        let mut best = (f64::INFINITY, 0);
-        for (at, node) in self.nodes.chunks_exact(self.n).enumerate() {
-            let mut gap = 0.0;
-            for (a, b) in node.iter().zip(q) {
-                gap += (a - b) * (a - b);
-            }
-            if gap < best.0 {
-                best = (gap, at);
-            }
-        }
-        best.1
+        run(Nearest { tree: self, q })
+    }
+
+    /// Returns how far samples may be that a node listens to, rad.
+    pub(super) fn domain(&self, at: usize) -> f64 {
+        self.domains[at]
+    }
+
+    /// Takes note that a node could not grow towards a sample: it then listens to nearer ones only.
+    pub(super) fn was_blocked(&mut self, at: usize) {
+        let domain = &mut self.domains[at];
+        *domain =
+            if domain.is_finite() { (*domain * (1.0 - TUNING)).max(NARROWEST) } else { WIDEST };
+    }
+
+    /// Takes note that a node could grow.
+    pub(super) fn has_grown(&mut self, at: usize) {
+        self.domains[at] *= 1.0 + TUNING;
     }
 
     pub(super) fn push(&mut self, q: &[f64], parent: usize) -> usize {
+        self.add(q, Some(parent))
+    }
+
+    fn add(&mut self, q: &[f64], parent: Option<usize>) -> usize {
+        let at = self.len();
+        if at.is_multiple_of(LANES) {
+            self.eights.resize(self.eights.len() + self.n, [f32::INFINITY; LANES]);
+        }
+        let eight = &mut self.eights[at / LANES * self.n..];
+        for (lanes, x) in eight.iter_mut().zip(q) {
+            lanes[at % LANES] = *x as f32;
+        }
         self.nodes.extend_from_slice(q);
-        self.parents.push(Some(parent));
-        self.len() - 1
+        self.parents.push(parent);
+        self.domains.push(f64::INFINITY);
+        at
     }
 
     /// Returns the way from a node back to its root.
@@ -64,6 +102,36 @@ impl Tree {
             at = self.parents[node];
         }
         way
+    }
+}
+
+struct Nearest<'a> {
+    tree: &'a Tree,
+    q: &'a [f64],
+}
+
+impl Job for Nearest<'_> {
+    type Found = usize;
+
+    #[expect(clippy::inline_always, reason = "what is not inlined misses the registers")]
+    #[inline(always)]
+    fn with<S: Wide>(self, simd: S) -> usize {
+        let mut best = (f32::INFINITY, 0);
+        for (at, eight) in self.tree.eights.chunks_exact(self.tree.n).enumerate() {
+            let mut squared = Eight::all(simd, 0.0);
+            for (lanes, x) in eight.iter().zip(self.q) {
+                let [a, b, c, d, e, f, g, h] = *lanes;
+                let gap =
+                    Eight::of(simd, f32x8(a, b, c, d, e, f, g, h)) - Eight::all(simd, *x as f32);
+                squared = squared + gap * gap;
+            }
+            let least = squared.least();
+            if least < best.0 {
+                let lane = (squared - Eight::all(simd, least.next_up())).below_zero();
+                best = (least, at * LANES + lane.trailing_zeros() as usize);
+            }
+        }
+        best.1
     }
 }
 

@@ -7,13 +7,19 @@ pub fn l2(a: &[f64], b: &[f64]) -> f64 {
 
 /// Returns the point a share `t` of the way from `a` to `b`.
 pub fn mix(a: &[f64], b: &[f64], t: f64) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| a + t * (b - a)).collect()
+    a.iter().zip(b).map(|(a, b)| mixed(*a, *b, t)).collect()
+}
+
+/// Returns the number a share `t` of the way from `a` to `b`.
+#[inline]
+pub(super) fn mixed(a: f64, b: f64, t: f64) -> f64 {
+    a + t * (b - a)
 }
 
 /// As [`mix`], into memory that is there already.
 pub(super) fn mix_into(into: &mut [f64], a: &[f64], b: &[f64], t: f64) {
     for ((x, a), b) in into.iter_mut().zip(a).zip(b) {
-        *x = a + t * (b - a);
+        *x = mixed(*a, *b, t);
     }
 }
 

@@ -1,0 +1,116 @@
+//! How far eight points are from an obstacle: whether a squared distance exceeds that of a reach, without a branch and
+//! almost without a root.
+//!
+//! Boxes, capsules and cylinders are themselves; radii are larger by far more than rounding to 24 bits makes.
+
+#![expect(clippy::inline_always, reason = "what is not inlined into the look misses the registers")]
+
+use nalgebra::Vector3;
+
+use super::distance::Body;
+use super::frames::Frame;
+use super::lanes::{Eight, Three, Wide, short};
+
+/// What is added to radii, m for each m that coordinates reach: rounding to 24 bits makes less than a tenth of it.
+pub(super) const SLACK: f64 = 5e-6;
+
+/// What an obstacle is, besides where.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    Cuboid,
+    /// A box whose z is the base's: nearly all of them.
+    Upright,
+    /// All within the radius of the segment along z.
+    Round,
+    /// Along z.
+    Cylinder,
+}
+
+/// An obstacle, ready to be compared with points.
+#[derive(Debug, Clone)]
+pub(super) struct Thing {
+    kind: Kind,
+    axes: [[f32; 3]; 3],
+    origin: [f32; 3],
+    /// Of a capsule and a cylinder only z counts.
+    half: [f32; 3],
+    /// Of a cylinder.
+    across: f32,
+    /// What is added all around.
+    radius: f32,
+}
+
+impl Thing {
+    /// Returns a body that stands still.
+    pub(super) fn of(body: &Body) -> Self {
+        let (frame, half, across, radius) = match *body {
+            Body::Cuboid { frame, half } => (frame, half, 0.0, 0.0),
+            Body::Cylinder { frame, radius, half } => (frame, Vector3::z() * half, radius, 0.0),
+            Body::Round { a, b, radius } => {
+                let along = b - a;
+                let frame = Frame { origin: (a + b) * 0.5, ..Frame::towards(&along) };
+                (frame, Vector3::z() * (0.5 * along.norm()), 0.0, radius)
+            }
+        };
+        let kind = match body {
+            Body::Cuboid { .. } if frame.z == Vector3::z() => Kind::Upright,
+            Body::Cuboid { .. } => Kind::Cuboid,
+            Body::Cylinder { .. } => Kind::Cylinder,
+            Body::Round { .. } => Kind::Round,
+        };
+        let slack = SLACK * (frame.origin.norm() + half.norm() + across + radius);
+        Self {
+            kind,
+            axes: [short(&frame.x), short(&frame.y), short(&frame.z)],
+            origin: short(&frame.origin),
+            half: short(&half),
+            across: across as f32,
+            radius: (radius + slack) as f32,
+        }
+    }
+
+    /// Returns by how much the squared distance of a point exceeds that of `reach`.
+    #[inline(always)]
+    pub(super) fn beyond<S: Wide>(&self, simd: S, point: Three<S>, reach: Eight<S>) -> Eight<S> {
+        let reach = reach + Eight::all(simd, self.radius);
+        let limit = reach * reach;
+        let p = point - Three::all(simd, self.origin);
+        let [a, b, c] = self.axes;
+        let half = Three::all(simd, self.half);
+        match self.kind {
+            Kind::Upright => {
+                let x = p.x * Eight::all(simd, a[0]) + p.y * Eight::all(simd, a[1]);
+                let y = p.x * Eight::all(simd, b[0]) + p.y * Eight::all(simd, b[1]);
+                let (x, y) = (over(simd, x, half.x), over(simd, y, half.y));
+                let z = over(simd, p.z, half.z);
+                x * x + y * y + (z * z - limit)
+            }
+            Kind::Cuboid => {
+                let x = over(simd, p.dot(Three::all(simd, a)), half.x);
+                let y = over(simd, p.dot(Three::all(simd, b)), half.y);
+                let z = over(simd, p.dot(Three::all(simd, c)), half.z);
+                x * x + y * y + (z * z - limit)
+            }
+            Kind::Round => {
+                let axis = Three::all(simd, c);
+                let t = p.dot(axis).min(half.z).max(Eight::all(simd, 0.0) - half.z);
+                let across = p - axis.scaled(t);
+                across.dot(across) - limit
+            }
+            Kind::Cylinder => {
+                let axis = Three::all(simd, c);
+                let t = p.dot(axis);
+                let across = p - axis.scaled(t);
+                let aside = over(simd, across.dot(across).sqrt(), Eight::all(simd, self.across));
+                let above = over(simd, t, half.z);
+                aside * aside + (above * above - limit)
+            }
+        }
+    }
+}
+
+/// Returns how far a coordinate lies beyond half an edge; 0 within.
+#[inline(always)]
+fn over<S: Wide>(simd: S, x: Eight<S>, half: Eight<S>) -> Eight<S> {
+    (x.abs() - half).max(Eight::all(simd, 0.0))
+}

@@ -1,0 +1,214 @@
+//! RRT-Connect: two trees of free motions, one from the start and one from the goals, that grow until they touch.
+//!
+//! The smaller tree grows towards a sample; from where it comes to it goes on straight to the other tree, as far as that is
+//! free. A node that was blocked listens to near samples only. A tree that hardly grows takes shorter steps, and draws half
+//! its samples beside itself. All chance comes from the seed.
+//!
+//! Source: Kuffner and LaValle, "RRT-Connect", ICRA 2000; balanced as in Kuffner and LaValle, "An efficient approach to
+//! path planning using balanced bidirectional RRT search", CMU-RI-TR-05-34, 2005; Jaillet, Yershova, LaValle and Siméon,
+//! "Adaptive tuning of the sampling domain for dynamic-domain RRTs", IROS 2005.
+
+use std::f64::consts::PI;
+
+use rand::rngs::StdRng;
+use rand::{RngExt, SeedableRng};
+
+use super::error::Error;
+use super::fault::NoWay;
+use super::growth::{Tree, beside};
+use super::ik::Solver;
+use super::motions::Motions;
+use super::polyline::{l2, mix};
+
+/// A step that is blocked is tried again this much shorter, while it is longer than [`SHORTEST`]; shares of the range.
+const SHORTER: f64 = 0.35;
+const SHORTEST: f64 = 0.05;
+/// A tree that could not grow to so many samples, but for those between, is stuck.
+const STUCK: usize = 20;
+/// Steps straight to the other tree at most; bent ones each lead a tenth of the range nearer.
+const STEPS: usize = 1000;
+/// A joint motion of this length, rad, leaves a narrow cone less often than a longer one.
+const RANGE_IN_CONE: f64 = 0.4;
+/// What bringing a sample into the cone costs, in units of [`super::Budget`].
+const PROJECTING: u64 = 200;
+
+/// One search between two sets of configurations.
+pub(super) struct Search<'a, 's> {
+    pub(super) solver: &'s Solver<'s>,
+    pub(super) motions: &'a mut Motions<'s>,
+    /// Longest step of a tree, rad.
+    pub(super) range: f64,
+    pub(super) max_samples: usize,
+    pub(super) seed: u64,
+    /// Samples drawn so far.
+    pub(super) samples: &'a mut usize,
+}
+
+/// Where a step has led.
+enum Extended {
+    Reached(usize),
+    Advanced(usize),
+    Trapped,
+}
+
+impl Search<'_, '_> {
+    /// Returns corners of a free path from `start` to one of `goals`, and which.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoPath`] when the samples are used up; [`Error::Spent`] and [`Error::Cancelled`].
+    pub(super) fn run(
+        &mut self,
+        start: &[f64],
+        goals: &[(usize, Vec<f64>)],
+    ) -> Result<(Vec<Vec<f64>>, usize), Error> {
+        for (index, goal) in goals {
+            if self.motions.are_free(start, goal)? {
+                return Ok((vec![start.to_vec(), goal.clone()], *index));
+            }
+        }
+        let robot = self.motions.robot;
+        let mut random = StdRng::seed_from_u64(self.seed);
+        let mut trees =
+            [Tree::rooted([&start.to_vec()]), Tree::rooted(goals.iter().map(|(_, q)| q))];
+        let mut active = 1;
+        // Samples to which each tree could not grow, halved whenever it could.
+        let mut stuck = [0_usize; 2];
+        for _ in 0..self.max_samples {
+            *self.samples += 1;
+            // The smaller one grows; in turns while neither has twice the nodes of the other.
+            if trees[active].len() * 2 > trees[1 - active].len() {
+                active = 1 - active;
+            }
+            let is_stuck = stuck[active] > STUCK;
+            let sample = if is_stuck && random.random_bool(0.5) {
+                beside(robot, &trees[active], &mut random)
+            } else {
+                self.sample(start, &mut random)?
+            };
+            let from = trees[active].nearest(&sample);
+            self.motions.budget.spend(1 + trees[active].len() as u64 / 100)?;
+            if l2(trees[active].node(from), &sample) > trees[active].domain(from) {
+                // Most likely what has stopped it lies in this way, too.
+                continue;
+            }
+            let mut share = 1.0;
+            let grown = loop {
+                match self.extend(&mut trees[active], from, &sample, share)? {
+                    // A tree in a narrow place grows by short steps or not at all.
+                    Extended::Trapped if is_stuck && share > SHORTEST => share *= SHORTER,
+                    Extended::Trapped => break None,
+                    Extended::Reached(node) | Extended::Advanced(node) => break Some(node),
+                }
+            };
+            let Some(grown) = grown else {
+                trees[active].was_blocked(from);
+                stuck[active] += 1;
+                continue;
+            };
+            stuck[active] /= 2;
+            trees[active].has_grown(from);
+            let met = trees[1 - active].nearest(trees[active].node(grown));
+            self.motions.budget.spend(1 + trees[1 - active].len() as u64 / 100)?;
+            let target = trees[1 - active].node(met).to_vec();
+            if let Some(end) = self.connect(&mut trees[active], grown, &target)? {
+                let (near, far) = if active == 0 { (end, met) } else { (met, end) };
+                return Ok(joined(&trees, near, far, goals));
+            }
+        }
+        Err(Error::NoPath {
+            samples: *self.samples,
+            why: NoWay::NeverMet { start: trees[0].len(), goal: trees[1].len() },
+        })
+    }
+
+    /// Grows a tree from one of its nodes straight towards a configuration; returns the node that reaches it.
+    fn connect(
+        &mut self,
+        tree: &mut Tree,
+        from: usize,
+        target: &[f64],
+    ) -> Result<Option<usize>, Error> {
+        let mut at = from;
+        for _ in 0..STEPS {
+            match self.extend(tree, at, target, 1.0)? {
+                Extended::Reached(node) => return Ok(Some(node)),
+                Extended::Advanced(node) => at = node,
+                Extended::Trapped => break,
+            }
+        }
+        Ok(None)
+    }
+
+    /// Draws a configuration: in the limits, and half a turn about the start where there are none.
+    fn sample(&self, start: &[f64], random: &mut StdRng) -> Result<Vec<f64>, Error> {
+        let joints = self.motions.robot.joints().iter().zip(start);
+        let q: Vec<f64> = joints
+            .map(|(joint, start)| {
+                let (low, high) = (joint.lower.max(start - PI), joint.upper.min(start + PI));
+                if low < high { random.random_range(low..high) } else { low }
+            })
+            .collect();
+        let Some(cone) = self.motions.cone else { return Ok(q) };
+        self.motions.budget.spend(PROJECTING)?;
+        Ok(cone.project(self.solver, &q).unwrap_or(q))
+    }
+
+    /// Grows a tree from one of its nodes by one step, a share of the range, towards a configuration.
+    fn extend(
+        &mut self,
+        tree: &mut Tree,
+        from: usize,
+        target: &[f64],
+        share: f64,
+    ) -> Result<Extended, Error> {
+        let gap = l2(tree.node(from), target);
+        if gap < 1e-9 {
+            return Ok(Extended::Reached(from));
+        }
+        let cone = self.motions.cone;
+        let range = if cone.is_some() { self.range.min(RANGE_IN_CONE) } else { self.range };
+        let range = share * range;
+        let reaches = gap <= range;
+        let mut next =
+            if reaches { target.to_vec() } else { mix(tree.node(from), target, range / gap) };
+        let mut bent = false;
+        if let Some(cone) = cone
+            && !cone.holds(self.motions.robot, &next)
+        {
+            self.motions.budget.spend(PROJECTING)?;
+            let Some(projected) = cone.project(self.solver, &next) else {
+                return Ok(Extended::Trapped);
+            };
+            // Another branch of the arm is no continuation, and a step back is no progress.
+            if l2(&projected, &next) > range || l2(&projected, target) > gap - 0.1 * range {
+                return Ok(Extended::Trapped);
+            }
+            next = projected;
+            bent = true;
+        }
+        if !self.motions.are_free(tree.node(from), &next)? {
+            return Ok(Extended::Trapped);
+        }
+        let node = tree.push(&next, from);
+        Ok(if reaches && !bent { Extended::Reached(node) } else { Extended::Advanced(node) })
+    }
+}
+
+/// Returns the way through both trees, which meet at these nodes, and the goal it leads to.
+fn joined(
+    trees: &[Tree; 2],
+    near: usize,
+    far: usize,
+    goals: &[(usize, Vec<f64>)],
+) -> (Vec<Vec<f64>>, usize) {
+    let mut way = trees[0].trace(near);
+    way.reverse();
+    let tail = trees[1].trace(far);
+    let end = tail.last().expect("a way holds at least its root");
+    let goal = goals.iter().find(|(_, q)| q == end);
+    let goal = goal.expect("the far tree is rooted in the goals").0;
+    // Where the trees meet, both hold the same configuration.
+    way.extend(tail.into_iter().skip(1));
+    (way, goal)
+}

@@ -1,0 +1,239 @@
+//! Eight numbers at once, in whatever registers the machine at hand has.
+//!
+//! [`run`] finds out what the processor can do and runs a [`Job`] with it: on AVX2 eight numbers are one register; anywhere
+//! else they are eight numbers which the compiler joins as it can. No product is fused with a sum and every lane is worked
+//! out as one number would be, so all machines find the same bits. Single precision: about seven digits.
+
+#![expect(clippy::inline_always, reason = "what is not inlined into the job misses the registers")]
+
+use std::ops::{Add, Mul, Sub};
+
+use nalgebra::Vector3;
+use pulp::{Scalar256b, Simd, f32x8};
+
+/// How many numbers are done at once.
+pub(super) const LANES: usize = 8;
+
+/// What a machine has for eight numbers.
+pub(super) trait Wide: Simd<f32s = f32x8> {
+    /// Returns a bit for each number whose sign is set.
+    fn signs(self, x: f32x8) -> u8;
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Wide for pulp::x86::V3 {
+    #[inline(always)]
+    fn signs(self, x: f32x8) -> u8 {
+        self.avx._mm256_movemask_ps(pulp::cast(x)) as u8
+    }
+}
+
+impl Wide for Scalar256b {
+    #[inline(always)]
+    fn signs(self, x: f32x8) -> u8 {
+        let f32x8(a, b, c, d, e, f, g, h) = x;
+        let lanes = [a, b, c, d, e, f, g, h].into_iter().enumerate();
+        lanes.fold(0, |bits, (lane, x)| bits | u8::from(x.is_sign_negative()) << lane)
+    }
+}
+
+/// Something worked out eight numbers at a time.
+pub(super) trait Job {
+    /// What comes out.
+    type Found;
+
+    /// Works it out with what a machine has. It and all it calls must be inlined to be quick.
+    fn with<S: Wide>(self, simd: S) -> Self::Found;
+}
+
+/// Works out a job with the widest registers the processor has.
+#[inline]
+pub(super) fn run<J: Job>(job: J) -> J::Found {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(simd) = pulp::x86::V3::try_new() {
+        return simd.vectorize(
+            #[inline(always)]
+            || job.with(simd),
+        );
+    }
+    job.with(Scalar256b)
+}
+
+/// Returns eight numbers as memory holds them.
+#[inline(always)]
+pub(super) fn packed(numbers: &[f64; LANES]) -> f32x8 {
+    let [a, b, c, d, e, f, g, h] = *numbers;
+    f32x8(a as f32, b as f32, c as f32, d as f32, e as f32, f as f32, g as f32, h as f32)
+}
+
+/// Returns a vector in single precision.
+pub(super) fn short(v: &Vector3<f64>) -> [f32; 3] {
+    [v.x as f32, v.y as f32, v.z as f32]
+}
+
+/// Eight points or directions as memory holds them, by axis.
+pub(super) type Vectors = [f32x8; 3];
+
+/// Eight numbers and the means to reckon with them.
+#[derive(Clone, Copy)]
+pub(super) struct Eight<S: Wide> {
+    simd: S,
+    pub(super) lanes: f32x8,
+}
+
+impl<S: Wide> Eight<S> {
+    /// Returns numbers that memory holds.
+    #[inline(always)]
+    pub(super) fn of(simd: S, lanes: f32x8) -> Self {
+        Self { simd, lanes }
+    }
+
+    /// Returns the means to reckon with them.
+    #[inline(always)]
+    pub(super) fn simd(self) -> S {
+        self.simd
+    }
+
+    /// Returns one number eight times.
+    #[inline(always)]
+    pub(super) fn all(simd: S, x: f32) -> Self {
+        Self { simd, lanes: simd.splat_f32s(x) }
+    }
+
+    #[inline(always)]
+    pub(super) fn abs(self) -> Self {
+        Self { lanes: self.simd.abs_f32s(self.lanes), ..self }
+    }
+
+    /// Returns the nearest whole numbers; of numbers up to 2^22.
+    #[inline(always)]
+    pub(super) fn rounded(self) -> Self {
+        // Adding it leaves no bits for what is behind the point: 3 · 2^22.
+        let shift = Self::all(self.simd, 12_582_912.0);
+        (self + shift) - shift
+    }
+
+    #[inline(always)]
+    pub(super) fn sqrt(self) -> Self {
+        Self { lanes: self.simd.sqrt_f32s(self.lanes), ..self }
+    }
+
+    #[inline(always)]
+    pub(super) fn min(self, other: Self) -> Self {
+        Self { lanes: self.simd.min_f32s(self.lanes, other.lanes), ..self }
+    }
+
+    #[inline(always)]
+    pub(super) fn max(self, other: Self) -> Self {
+        Self { lanes: self.simd.max_f32s(self.lanes, other.lanes), ..self }
+    }
+
+    /// Returns the least of the eight.
+    #[inline(always)]
+    pub(super) fn least(self) -> f32 {
+        self.simd.reduce_min_f32s(self.lanes)
+    }
+
+    /// Returns a bit for each that is below zero.
+    #[inline(always)]
+    pub(super) fn below_zero(self) -> u8 {
+        self.simd.signs(self.lanes)
+    }
+}
+
+/// Eight points or directions and the means to reckon with them.
+#[derive(Clone, Copy)]
+pub(super) struct Three<S: Wide> {
+    pub(super) x: Eight<S>,
+    pub(super) y: Eight<S>,
+    pub(super) z: Eight<S>,
+}
+
+impl<S: Wide> Three<S> {
+    /// Returns vectors that memory holds.
+    #[inline(always)]
+    pub(super) fn of(simd: S, [x, y, z]: Vectors) -> Self {
+        Self { x: Eight::of(simd, x), y: Eight::of(simd, y), z: Eight::of(simd, z) }
+    }
+
+    /// Returns one vector eight times.
+    #[inline(always)]
+    pub(super) fn all(simd: S, [x, y, z]: [f32; 3]) -> Self {
+        Self { x: Eight::all(simd, x), y: Eight::all(simd, y), z: Eight::all(simd, z) }
+    }
+
+    /// Returns them as memory holds them.
+    #[inline(always)]
+    pub(super) fn lanes(self) -> Vectors {
+        [self.x.lanes, self.y.lanes, self.z.lanes]
+    }
+
+    #[inline(always)]
+    pub(super) fn scaled(self, by: Eight<S>) -> Self {
+        Self { x: self.x * by, y: self.y * by, z: self.z * by }
+    }
+
+    #[inline(always)]
+    pub(super) fn cross(self, other: Self) -> Self {
+        Self {
+            x: self.y * other.z - self.z * other.y,
+            y: self.z * other.x - self.x * other.z,
+            z: self.x * other.y - self.y * other.x,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn norm(self) -> Eight<S> {
+        self.dot(self).sqrt()
+    }
+
+    #[inline(always)]
+    pub(super) fn dot(self, other: Self) -> Eight<S> {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+}
+
+impl<S: Wide> Add for Three<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
+    }
+}
+
+impl<S: Wide> Sub for Three<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
+    }
+}
+
+impl<S: Wide> Add for Eight<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self { lanes: self.simd.add_f32s(self.lanes, other.lanes), ..self }
+    }
+}
+
+impl<S: Wide> Sub for Eight<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self { lanes: self.simd.sub_f32s(self.lanes, other.lanes), ..self }
+    }
+}
+
+impl<S: Wide> Mul for Eight<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self { lanes: self.simd.mul_f32s(self.lanes, other.lanes), ..self }
+    }
+}
