@@ -138,10 +138,10 @@ fn sin_cos<S: Wide>(angle: Eight<S>) -> (Eight<S>, Eight<S>) {
     let simd = angle.simd();
     let quarters = (angle * Eight::all(simd, FRAC_2_PI as f32)).rounded();
     let x = angle - quarters * Eight::all(simd, 1.570_312_5);
-    let x = x - quarters * Eight::all(simd, 4.837_512_97e-4);
-    let x = x - quarters * Eight::all(simd, 7.549_789_95e-8);
+    let x = x - quarters * Eight::all(simd, 4.837_513e-4);
+    let x = x - quarters * Eight::all(simd, 7.549_79e-8);
     let z = x * x;
-    let sin = Eight::all(simd, 8.332_161_0e-3) - z * Eight::all(simd, 1.951_529_6e-4);
+    let sin = Eight::all(simd, 8.332_161e-3) - z * Eight::all(simd, 1.951_529_6e-4);
     let sin = x + x * z * (z * sin - Eight::all(simd, 1.666_665_5e-1));
     let cos = Eight::all(simd, 4.166_664_6e-2)
         + z * (z * Eight::all(simd, 2.443_315_7e-5) - Eight::all(simd, 1.388_731_6e-3));
