@@ -25,6 +25,8 @@ const SHORTER: f64 = 0.35;
 const SHORTEST: f64 = 0.05;
 /// A tree that could not grow to so many samples, but for those between, is stuck.
 const STUCK: usize = 20;
+/// Samples drawn for one that a node listens to, at most.
+const DRAWN: usize = 10;
 /// Steps straight to the other tree at most; bent ones each lead a tenth of the range nearer.
 const STEPS: usize = 1000;
 /// A joint motion of this length, rad, leaves a narrow cone less often than a longer one.
@@ -74,7 +76,9 @@ impl Search<'_, '_> {
         let mut active = 1;
         // Samples to which each tree could not grow, halved whenever it could.
         let mut stuck = [0_usize; 2];
-        for _ in 0..self.max_samples {
+        let (mut drawn, mut tried) = (0, 0);
+        while tried < self.max_samples && drawn < self.max_samples.saturating_mul(DRAWN) {
+            drawn += 1;
             *self.samples += 1;
             // The smaller one grows; in turns while neither has twice the nodes of the other.
             if trees[active].len() * 2 > trees[1 - active].len() {
@@ -88,10 +92,12 @@ impl Search<'_, '_> {
             };
             let from = trees[active].nearest(&sample);
             self.motions.budget.spend(1 + trees[active].len() as u64 / 100)?;
-            if l2(trees[active].node(from), &sample) > trees[active].domain(from) {
-                // Most likely what has stopped it lies in this way, too.
+            let gap = l2(trees[active].node(from), &sample);
+            if gap > trees[active].domain(from) && self.motions.cone.is_none() {
+                // Most likely what has stopped the node lies in this way, too.
                 continue;
             }
+            tried += 1;
             let mut share = 1.0;
             let grown = loop {
                 match self.extend(&mut trees[active], from, &sample, share)? {

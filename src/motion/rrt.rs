@@ -29,7 +29,7 @@ const SAMPLES_TO_MEND: usize = 500;
 pub struct Settings {
     /// Seed of all chance.
     pub seed: u64,
-    /// How many samples are drawn before giving up.
+    /// How many samples a tree is grown towards before giving up; ten times as many are drawn at most.
     pub max_samples: usize,
     /// Longest step of a tree, rad (Euclidean over the joints).
     pub range: f64,
