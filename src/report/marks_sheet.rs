@@ -142,7 +142,7 @@ mod tests {
             let place = format!("({}:  x {:.1} cm, y -36.0 cm)", k + 1, 10.0 * f64::from(k));
             assert!(text.contains(&place), "{place}");
         }
-        assert!(text.contains("page 2 of 2"));
+        assert!(text.contains("page 1 of 3") && text.contains("page 3 of 3"));
     }
 
     #[test]
