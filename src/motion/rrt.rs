@@ -1,7 +1,7 @@
 //! A collision-free joint path from a configuration to one of several goals.
 //!
-//! The path is searched for by [`super::connect`] and made shorter by [`super::simplify`], both with quick looks at motions
-//! ([`super::motions`]); then every edge is certified (see [`CollisionWorld::certify`]), and one that is not is searched
+//! The path is searched for by `connect` and made shorter by `simplify`, both with quick looks at motions
+//! (`motions`); then every edge is certified (see [`CollisionWorld::certify`]), and one that is not is searched
 //! again by itself with motions that are.
 //! It is a list of corners without time; [`super::trajectory`] rounds and times it. All chance comes from
 //! the seed.

@@ -1,6 +1,6 @@
 //! Tries parse graphs in the twin, several at a time, and ranks what survives.
 //!
-//! They are tried [`AT_ONCE`] by [`AT_ONCE`], likeliest first, until one does all it promised and spills nothing: the
+//! They are tried two at a time, likeliest first, until one does all it promised and spills nothing: the
 //! rest could only be a little faster. Each candidate is one parse graph and one set of choices inside its scripts. A rehearsal starts from
 //! the world as it is believed to be, runs the same scripts as the arm will, with rigid bodies and water,
 //! and ends with every decision in a decision log.
