@@ -10,7 +10,7 @@ use super::lanes::{Eight, Job, LANES, Wide, run};
 use super::robot::Robot;
 
 /// How far samples may be from a node that was blocked once, and from one that was blocked many times, rad, and by what share
-/// that changes: as VAMP has them. Narrower ones find shorter ways with fewer looks, where they find one.
+/// that changes: as VAMP has them. With faster tuning, from 0.02 on, 2 to 100 of 419 problems were not solved.
 const WIDEST: f64 = 4.0;
 const NARROWEST: f64 = 1.0;
 const TUNING: f64 = 1e-4;
