@@ -22,7 +22,7 @@ pub(super) struct ExportArgs {
     #[cfg(feature = "bags")]
     #[arg(long, value_name = "FILE")]
     mcap: Option<PathBuf>,
-    /// A table: the arm's recording with the step under way and every fluent.
+    /// A table: the arm's recording with the current step and every fluent as measured last.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Not written: Rerun opens the file of `--mcap`.

@@ -9,6 +9,7 @@ use crate::language::{self, Source};
 
 use crate::report::exit::Exit;
 use crate::report::{Failure, Style};
+use crate::workcell::{self, Stdlib};
 
 /// What stands for the name in a template.
 const NAME: &str = "NAME";
@@ -43,6 +44,18 @@ pub(super) fn new(args: &NewArgs, style: Style) -> Result<Exit, Failure> {
         // The template is right, so the name is not one.
         return Err(Failure::input("new::name", format!("`{}` is not a name", args.name))
             .help("lower-case letters, digits and `_`, a letter first, such as `breakfast`"));
+    }
+    let library = workcell::library(&Stdlib::embedded());
+    let is_taken = match args.kind {
+        Kind::Scene => library.scenes().any(|(scene, _)| scene.name.text == args.name),
+        Kind::Task => library.task(&args.name).is_some(),
+    };
+    if is_taken {
+        return Err(Failure::input(
+            "new::name",
+            format!("the standard library has a `{}` already", args.name),
+        )
+        .help(format!("take another name, such as `my_{}`", args.name)));
     }
     if path.exists() {
         return Err(Failure::input("new::there", "there is a file of that name already")

@@ -126,16 +126,20 @@ pub fn plan(
 
     let mut motions = Motions::new(robot, world, cone, (pad, settings.resolution), budget);
     let mut samples = 0;
-    let mut found = searched(solver, &mut motions, settings, (start, &usable), &mut samples)?;
-    let mut corners = mended(solver, &mut motions, settings, found.1, &mut samples)?;
-    if corners.is_none() {
+    let ends = (start, usable.as_slice());
+    let (mut goal, corners, mut raw_length) =
+        searched(solver, &mut motions, settings, ends, &mut samples)?;
+    let mended = mended(solver, &mut motions, settings, corners, &mut samples)?;
+    let corners = if let Some(corners) = mended {
+        corners
+    } else {
         // What grazes something between two looks and has no way around it there: nothing but certain motions, then.
         motions.is_certain = true;
-        found = searched(solver, &mut motions, settings, (start, &usable), &mut samples)?;
-        corners = Some(found.1);
-    }
-    let corners = corners.unwrap_or_default();
-    Ok(Path { corners, goal: found.0, samples, checks: motions.checks, raw_length: found.2 })
+        let found = searched(solver, &mut motions, settings, ends, &mut samples)?;
+        (goal, raw_length) = (found.0, found.2);
+        found.1
+    };
+    Ok(Path { corners, goal, samples, checks: motions.checks, raw_length })
 }
 
 /// Returns the goal that is reached, the corners of a simplified path to it, and how long it was before, rad.

@@ -121,6 +121,9 @@ fn a_new_file_passes_its_check_and_is_never_written_over() {
     let said = scratch.trueup(&["new", "task", "2nd"]);
     assert!(said.code == 2 && said.err.contains("is not a name"), "{said:?}");
     assert!(!scratch.path("2nd.task").exists());
+    let said = scratch.trueup(&["new", "task", "pour"]);
+    assert!(said.code == 2 && said.err.contains("my_pour"), "{said:?}");
+    assert!(!scratch.path("pour.task").exists());
 }
 
 #[test]

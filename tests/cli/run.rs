@@ -162,6 +162,38 @@ fn an_unreachable_cup_is_said_before_anything_moves() {
     assert!(kept.reason.unwrap().contains("out of reach"));
 }
 
+/// A jar with nothing in it: said before anything moves, with what to do about it.
+#[test]
+fn an_empty_jar_is_said_to_be_empty() {
+    let scratch = Scratch::new("cli-empty");
+    let kitchen = fs::read_to_string(project("stdlib/scenes/kitchen.task")).unwrap();
+    scratch.file("dry.task", kitchen.replace(" filled 150 mL", "").replace("kitchen", "dry"));
+    let said = scratch.trueup(&["-c", "pour(jar, cup)", "--scene", "dry.task", "--robot", "twin"]);
+    assert_eq!(said.code, 1, "{said:?}");
+    assert!(said.err.contains("`jar` is empty") && said.err.contains(":reset"), "{said:?}");
+}
+
+/// `--pace real` holds the arm to the clock; that it is not much slower is the machine's affair.
+#[test]
+fn an_arm_at_real_pace_takes_the_time_it_says() {
+    let scratch = Scratch::new("cli-pace");
+    let args = ["--robot", "twin", "--without-regression", "3", "--json", "--pace"];
+    let said = scratch.trueup(&[&["-c", "approach(jar)"][..], &args, &["real"]].concat());
+    assert_eq!(said.code, 0, "{said:?}");
+    let run: Run = serde_json::from_str(&said.out).unwrap();
+    let arm: f64 = run.steps.iter().map(|step| step.interval_s[1] - step.interval_s[0]).sum();
+    assert!(arm > 0.5 && run.timing_s.execute > 0.95 * arm, "{arm} s, {:?}", run.timing_s);
+}
+
+/// `:reset` opens a fresh laboratory or twin, by the seed that `:seed` names.
+#[test]
+fn a_reset_begins_anew_with_the_seed_of_the_session() {
+    let said = Scratch::new("cli-reset")
+        .typed(&["--robot", "twin"], ":seed 4\n:reset\n:seed\n:seed four\n");
+    assert!(said.out.contains("filled as at the start (seed 4)\nseed 4\n"), "{said:?}");
+    assert!(said.code == 2 && said.err.contains("a whole number"), "{said:?}");
+}
+
 /// A cup that is not on the table: the camera cannot find it, and that is what is said.
 #[test]
 fn an_object_that_is_not_there_is_said_before_anything_moves_towards_it() {

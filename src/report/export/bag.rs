@@ -19,12 +19,16 @@ use super::ros::{
     COMPRESSED_IMAGE, CompressedImage, FLOAT64, Float64, Header, JOINT_STATE, JointState, Stamp,
     TF_MESSAGE, TfMessage, TransformStamped, cdr,
 };
-use super::{Error, Material, Rows};
+use super::{Error, Material};
 
 /// Foxglove's level of a message that is no warning.
 const INFO: u8 = 2;
 /// As [`INFO`], of one that is.
 const WARNING: u8 = 3;
+
+/// The topics of pictures, and whose they are.
+const CAMERAS: [(&str, &str); 2] =
+    [("/camera/real/compressed", "real"), ("/camera/twin/compressed", "twin")];
 
 /// A message that is not yet in the file.
 struct Message {
@@ -32,6 +36,40 @@ struct Message {
     /// When, ns.
     at: u64,
     data: Vec<u8>,
+}
+
+/// The recording of an arm: the columns' names, without units, and its rows in SI.
+struct Rows {
+    names: Vec<String>,
+    rows: Vec<Vec<f64>>,
+}
+
+impl Rows {
+    /// Reads a run's `arm.csv`.
+    fn read(text: &str) -> Result<Self, Error> {
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let name = |header: &str| header.split('[').next().unwrap_or_default().to_owned();
+        let names = reader.headers()?.iter().map(name).collect();
+        let mut rows = Vec::new();
+        for (n, record) in reader.records().enumerate() {
+            let number = |text: &str| {
+                text.parse().map_err(|_| Error::Cell { line: n + 2, text: text.to_owned() })
+            };
+            rows.push(record?.iter().map(number).collect::<Result<Vec<f64>, _>>()?);
+        }
+        Ok(Self { names, rows })
+    }
+
+    /// Returns the places of `stem_1`, `stem_2`, … among the columns.
+    fn group(&self, stem: &str) -> Vec<usize> {
+        let at = |n: usize| self.names.iter().position(|name| *name == format!("{stem}_{n}"));
+        (1..).map_while(at).collect()
+    }
+
+    /// Returns the place of a column.
+    fn column(&self, name: &str) -> Option<usize> {
+        self.names.iter().position(|known| known == name)
+    }
 }
 
 /// Returns an MCAP file of the run.
@@ -50,22 +88,16 @@ pub fn bag(material: &Material<'_>) -> Result<Vec<u8>, Error> {
     for (k, step) in material.run.steps.iter().enumerate() {
         steps(step, &mut messages)?;
         messages.push(poses(&step.measured)?);
-        // What is seen before a later step is what was seen after the one before.
-        let before = picture::before(step.number, "real");
-        let times = [
-            (before, step.interval_s[0]),
-            (picture::after(step.number, "real"), step.interval_s[1]),
-        ];
-        for (name, time) in times.into_iter().skip(usize::from(k > 0)) {
-            for (topic, whose) in
-                [("/camera/real/compressed", "real"), ("/camera/twin/compressed", "twin")]
+        let [begin, end] = step.interval_s;
+        for (topic, whose) in CAMERAS {
+            // What is seen before a later step is what was seen after the one before.
+            let before = (k == 0).then(|| (picture::before(step.number, whose), begin));
+            for (name, time) in
+                before.into_iter().chain([(picture::after(step.number, whose), end)])
             {
-                let name = name.replace("real", whose);
-                if let Some(data) = (material.picture)(&name) {
-                    let image =
-                        CompressedImage { header: header(time, "camera"), format: "png", data };
-                    messages.push(Message { topic, at: nanoseconds(time), data: cdr(&image)? });
-                }
+                let Some(data) = (material.picture)(&name) else { continue };
+                let image = CompressedImage { header: header(time, "camera"), format: "png", data };
+                messages.push(Message { topic, at: nanoseconds(time), data: cdr(&image)? });
             }
         }
     }

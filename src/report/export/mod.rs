@@ -43,37 +43,3 @@ pub enum Error {
     #[error("the file cannot be put together: {0}")]
     Format(String),
 }
-
-/// The recording of an arm: the columns' names, without units, and its rows in SI.
-struct Rows {
-    names: Vec<String>,
-    rows: Vec<Vec<f64>>,
-}
-
-impl Rows {
-    /// Reads a run's `arm.csv`.
-    fn read(text: &str) -> Result<Self, Error> {
-        let mut reader = csv::Reader::from_reader(text.as_bytes());
-        let name = |header: &str| header.split('[').next().unwrap_or_default().to_owned();
-        let names = reader.headers()?.iter().map(name).collect();
-        let mut rows = Vec::new();
-        for (n, record) in reader.records().enumerate() {
-            let number = |text: &str| {
-                text.parse().map_err(|_| Error::Cell { line: n + 2, text: text.to_owned() })
-            };
-            rows.push(record?.iter().map(number).collect::<Result<Vec<f64>, _>>()?);
-        }
-        Ok(Self { names, rows })
-    }
-
-    /// Returns the places of `stem_1`, `stem_2`, … among the columns.
-    fn group(&self, stem: &str) -> Vec<usize> {
-        let at = |n: usize| self.names.iter().position(|name| *name == format!("{stem}_{n}"));
-        (1..).map_while(at).collect()
-    }
-
-    /// Returns the place of a column.
-    fn column(&self, name: &str) -> Option<usize> {
-        self.names.iter().position(|known| known == name)
-    }
-}

@@ -1,11 +1,11 @@
-//! A run as one table: the arm's recording, with the step that was under way and what was measured after the last.
+//! A run as one table: the arm's recording, with the current step and the fluents as measured last.
 
 use std::collections::BTreeSet;
 
 use super::{Error, Material};
 
 /// Returns the rows of `arm.csv` with `step` and `action` (empty between steps) and a column for each fluent: 1 or 0
-/// as measured after the last step that has ended, empty while nobody knows.
+/// as measured after the latest step that is over, empty where it is unknown.
 ///
 /// # Errors
 ///
