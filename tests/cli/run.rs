@@ -191,7 +191,7 @@ fn a_reset_begins_anew_with_the_seed_of_the_session() {
     let said = Scratch::new("cli-reset")
         .typed(&["--robot", "twin"], ":seed 4\n:reset\n:seed\n:seed four\n");
     assert!(said.out.contains("filled as at the start (seed 4)\nseed 4\n"), "{said:?}");
-    assert!(said.code == 2 && said.err.contains("a whole number"), "{said:?}");
+    assert!(said.code == 2 && said.out.contains("a whole number"), "{said:?}");
 }
 
 /// A cup that is not on the table: the camera cannot find it, and that is what is said.
