@@ -112,6 +112,8 @@ pub(super) const WAIT: Range = Range::new(0.0, 600.0, ("s", 1.0));
 pub(super) const HEFT: Range = Range::new(0.02, 60.0, ("s", 1.0));
 /// A place on a path; a script may ask for a little before its beginning, and gets the beginning.
 pub(super) const SHARE: Range = Range::new(-1.0, 2.0, ("", 1.0));
+/// A flow: a litre a second either way, more than any arm pours.
+pub(super) const FLOW: Range = Range::new(-1e-3, 1e-3, ("mL/s", 1e-6));
 /// Water, also less than none where a sum runs below it.
 pub(super) const VOLUME: Range = Range::new(-0.1, 0.1, ("mL", 1e-6));
 /// A mass as it was weighed, also less than none.

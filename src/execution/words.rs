@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 use rhai::{Array, Dynamic, Engine, NativeCallContext};
 
 use super::bounds::{
-    self, CLEARANCE, HEFT, MASS, PITCH, RATE, Range, SHARE, SPEED, TILT, VOLUME, WAIT, WAY,
+    self, CLEARANCE, FLOW, HEFT, MASS, PITCH, RATE, Range, SHARE, SPEED, TILT, VOLUME, WAIT, WAY,
 };
 use super::context::ActionContext;
 use super::handle::{Arm, Camera, Fallible, Twin, lock, raise};
@@ -66,6 +66,10 @@ fn bind_values(engine: &mut Engine) {
         .register_fn("share_holding", |pour: &mut Pour, volume: f64| {
             Ok(pour.share_holding(within("share_holding", "the volume", volume, VOLUME)?))
                 as Fallible<f64>
+        })
+        .register_fn("runs_on", |pour: &mut Pour, share: f64, rate: f64| {
+            let share = within("runs_on", "the share", share, SHARE)?;
+            Ok(pour.runs_on(share, within("runs_on", "the rate", rate, FLOW)?)) as Fallible<f64>
         })
         .register_type_with_name::<Placement>("Placement")
         .register_get("above", |place: &mut Placement| array(place.above.iter().copied()))

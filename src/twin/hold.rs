@@ -18,12 +18,15 @@ pub const WATER: f64 = 1e-3;
 /// Discharge coefficient of a sharp crest with little depth over it, no unit (Bos, §5.1, table 5.1).
 const DISCHARGE: f64 = 0.611;
 
+/// How often what stands above a lip is halved to find it: to a millionth of the vessel.
+const HALVINGS: usize = 20;
+
 /// Slices of the vessel, and steps of the tilt, of the table of what it holds.
 const SLICES: usize = 200;
 const STEPS: usize = 360;
 
 /// What a vessel holds at a tilt, and how wide the liquid is then.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Hold {
     /// m³ at even steps of the tilt from upright to level.
     volume: Vec<f64>,
@@ -101,6 +104,16 @@ impl Hold {
         };
         let falls = (tilt.abs() - FRAC_PI_2).max(0.0).sin();
         over + above * (0.5 * GRAVITY * falls / self.wall).sqrt()
+    }
+
+    /// Returns how much water (m³) stands above the lip when it leaves at a rate, m³/s.
+    pub fn above_at(&self, tilt: f64, rate: f64) -> f64 {
+        let (mut low, mut high) = (0.0, self.volume[0]);
+        for _ in 0..HALVINGS {
+            let middle = f64::midpoint(low, high);
+            if self.outflow(tilt, middle) < rate { low = middle } else { high = middle }
+        }
+        low
     }
 
     /// Returns how long a time constant a liquid's viscosity (Pa·s) adds when so much of it (m³) stands above

@@ -7,6 +7,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 
+use crate::twin::hold::Hold;
 use crate::world::frame::{self, Tool, World};
 use crate::world::{Object, Pose, Shape};
 
@@ -77,6 +78,8 @@ pub struct Pour {
     pub clearance: f64,
     /// How much the source still holds at each point of the turn, m³.
     pub holds: Vec<f64>,
+    /// How water leaves the source; `None` of a thing that holds none.
+    hold: Option<Hold>,
     /// What the ways are sorted by; less is better.
     cost: f64,
 }
@@ -90,6 +93,14 @@ impl Pour {
         let (before, after) = (self.holds[next - 1], self.holds[next]);
         let part = if before > after { (before - volume) / (before - after) } else { 0.0 };
         (((next - 1) as f64 + part) / last as f64).clamp(0.0, 1.0)
+    }
+
+    /// Returns how much still stands above the lip at a share of the turn, m³, when water leaves at a rate, m³/s: what
+    /// will run on if the hand holds still.
+    pub fn runs_on(&self, share: f64, rate: f64) -> f64 {
+        let turned = self.turn.len().saturating_sub(1) as f64 * STEP;
+        let tilt = share.clamp(0.0, 1.0) * turned;
+        self.hold.as_ref().map_or(0.0, |hold| hold.above_at(tilt, rate.max(0.0)))
     }
 }
 
@@ -115,6 +126,7 @@ impl Planner {
         let cup = self.pose(target, &what)?;
         let inside = scene.object(source).and_then(Object::inside).unwrap_or(source_shape);
         let opening = scene.object(target).and_then(Object::inside).unwrap_or(target_shape);
+        let hold = scene.object(source).and_then(Hold::of);
         let most = (opening.inner_radius() - INSIDE_RIM).max(0.0);
         let mut before_middle = BEFORE_MIDDLE.map(|back| back.min(most)).to_vec();
         before_middle.dedup();
@@ -182,6 +194,7 @@ impl Planner {
                             turn: path,
                             lip: lip.into(),
                             holds: holds.clone(),
+                            hold: hold.clone(),
                             clearance,
                             cost,
                         });
