@@ -3,6 +3,8 @@
 use image::{GrayImage, Luma};
 use nalgebra::Vector2;
 
+use super::identity;
+use super::probability::{self, Says};
 use super::{Checks, FOUND, Sighting, Way, belief, wording};
 use crate::alignment::contour::Smoothness;
 use crate::alignment::doubt::{Doubt, TableDoubt};
@@ -21,6 +23,7 @@ fn unseen(name: &str) -> Sighting {
         reason: None,
         ambiguous: None,
         world_from_object: None,
+        likeliest: None,
         std: 0.0,
         yaw_std: 0.0,
         confidence: 0.0,
@@ -111,15 +114,13 @@ pub(super) fn judge(
     view: &Projector,
     table: &Table,
     evidence: &Evidence,
-    best: Option<Candidate>,
-    rivals: &[Candidate],
+    (best, rivals, alike): (Option<Candidate>, &[Candidate], &[f64]),
 ) -> (Sighting, Option<Doubt>) {
     let object = evidence.object;
     let mut sighting = unseen(&object.name);
-    let Some(best) = best else {
-        let nearest = rivals.first();
-        sighting.score = nearest.map(|c| c.score).unwrap_or_default();
-        sighting.reason = Some(wording::nothing_like_it(nearest));
+    let is_chosen = best.is_some();
+    let Some(best) = best.or(rivals.first().copied()) else {
+        sighting.reason = Some(wording::nothing_like_it(None));
         return (sighting, None);
     };
     let mut best = if evidence.hidden.hulls.is_empty() { best } else { evidence.fit(&best) };
@@ -163,26 +164,32 @@ pub(super) fn judge(
     let apart = (RIVAL * object.shape.inner_radius()).max(RIVAL_LEAST);
     let rival = rivals.iter().find(|c| c.distance(&best) > apart);
     let gap = rival.map_or(1.0, |r| 1.0 - r.score.total / best.score.total.max(TINY));
+    let other = identity::ask(evidence, &best, alike);
+    let gap = gap.min(other.ahead);
     sighting.gap = gap;
-    sighting.confidence = belief(&best.score) * (TIED + gap / GAP).clamp(0.0, 1.0);
-    if let Some(rival) = rival.filter(|_| gap < NEAR_TIE) {
-        sighting.reason = Some(wording::two_places(&best, rival));
+    sighting.checks.identity = other;
+    if other.shape < 0.0 {
+        sighting.std =
+            sighting.std.hypot(other.shape_apart * (1.0 - (other.shape / SHAPE_WIDTH).exp()));
     }
-    // What looks like the thing tells of the table, whether or not its outline is whole.
-    let doubt = doubt.filter(|_| sighting.confidence >= FOUND);
-    object_to(&mut sighting, &best, object.material);
-
     let silhouette = fill(&outline, evidence, sighting.bbox, (w as u32, h as u32));
-    if let Some(own) = &own {
-        let (mut both, mut mine, mut theirs) = (0.0, 0.0, 0.0);
-        for (a, b) in own.mask.pixels().zip(silhouette.pixels()) {
-            let (a, b) = (a.0[0] > 0, b.0[0] > 0);
-            both += f64::from(u8::from(a && b));
-            mine += f64::from(u8::from(a));
-            theirs += f64::from(u8::from(b));
-        }
-        sighting.checks.mask_iou = Some(both / f64::max(mine + theirs - both, 1.0));
+    sighting.checks.mask_iou = own.as_ref().map(|own| overlap(&own.mask, &silhouette));
+    let tie = believe(&mut sighting, &best, object.material, rival);
+    if !is_chosen {
+        sighting.confidence = 0.0;
+        sighting.reason = Some(wording::nothing_like_it(Some(&best)));
+    } else if !table.holds(best.x, best.y, 0.0) {
+        sighting.confidence = 0.0;
+        sighting.reason = Some(wording::off_the_table(&best));
     }
+    // What is not there is anywhere: its place is as far off as its rivals are.
+    sighting.checks.elsewhere = elsewhere(&best, rivals, table);
+    // What looks like the thing tells of the table, whether or not its outline is whole.
+    let doubt = doubt.filter(|_| belief(&best.score) * tie >= FOUND);
+    if hardly_in_view(&mut sighting, &best, object.material) {
+        sighting.reason = Some(wording::hardly_in_view(&best));
+    }
+
     sighting.key_points = match placed {
         // The contour's own key points, when they belong to this pose.
         Some(found)
@@ -209,6 +216,49 @@ pub(super) fn judge(
     (sighting, doubt)
 }
 
+/// Says how probable a placement is and what speaks most against it; returns what the nearest rival leaves of it.
+fn believe(
+    sighting: &mut Sighting,
+    best: &Candidate,
+    material: Material,
+    rival: Option<&Candidate>,
+) -> f64 {
+    let (gap, missing) = (sighting.gap, sighting.checks.missing);
+    let said = probability::Evidence {
+        score: best.score.total,
+        weakest: best.score.weakest,
+        cut: sighting.checks.mask_iou,
+        elsewhere: sighting.checks.identity.elsewhere,
+        shape: sighting.checks.identity.shape,
+        gap,
+        missing,
+    };
+    let (likely, against) = probability::of(&said, material == Material::Transparent);
+    let tie = (TIED + gap / GAP).clamp(0.0, 1.0);
+    sighting.confidence = likely * tie;
+    if let Some(rival) = rival.filter(|_| gap < NEAR_TIE) {
+        sighting.reason = Some(wording::two_places(best, rival));
+    } else if likely < TOLD {
+        sighting.reason = Some(told(against, best, &sighting.checks));
+    }
+    if missing > MISSING && material == Material::Opaque {
+        sighting.confidence *= LEFT_BY_MISSING;
+        sighting.reason = Some(wording::missing_edges(best, missing));
+    }
+    tie
+}
+
+/// Returns the overlap of two masks: what both have over what either has.
+fn overlap(one: &GrayImage, other: &GrayImage) -> f64 {
+    let (mut both, mut either) = (0.0, 0.0);
+    for (a, b) in one.pixels().zip(other.pixels()) {
+        let (a, b) = (a.0[0] > 0, b.0[0] > 0);
+        both += f64::from(u8::from(a && b));
+        either += f64::from(u8::from(a || b));
+    }
+    both / f64::max(either, 1.0)
+}
+
 /// Returns one standard deviation of a fit's position, m, and turn, rad, were the scene right.
 fn spread(best: &Candidate, object: &Object) -> (f64, f64) {
     let turns = object.shape.symmetry() > 0.0;
@@ -220,28 +270,28 @@ fn spread(best: &Candidate, object: &Object) -> (f64, f64) {
     (std, fit.covariance[(2, 2)].max(0.0).sqrt())
 }
 
-/// Support of the weakest part of an outline at which a pose is as likely wrong as right. Of opaque things,
-/// right poses have at least 0.56 on real photographs, those with a wrong height or table at most 0.45. Of
-/// clear ones, whose edges come and go, a place inside something else has up to 0.3.
-const WEAK: [f64; 2] = [0.5, 0.4];
-/// Width of the step at [`WEAK`]. Chosen: on either side of the measured gap of opaque things it comes to 0.16 (at
-/// 0.45) and 0.88 (at 0.56). With half of it a score in the gap decides everything, with twice as much what is right
-/// loses a quarter of its confidence.
-const WEAK_WIDTH: f64 = 0.03;
-/// Share left by the step at [`WEAK`] below which a person is told: a weakest part of 0.04 above the middle or less,
-/// which is where right poses begin (0.56 is 0.06 above).
+/// Probability below which a person is told what speaks most against a place: one in five is wrong.
 const TOLD: f64 = 0.8;
+/// How much better another solid must fit for its place to count in full in the deviation, score. Chosen: a tenth of
+/// the step between what is absent and what is there; with half of it chance moves a place that is right, with twice
+/// as much a bottle's place is believed to a fraction of a millimetre.
+const SHAPE_WIDTH: f64 = 0.04;
 /// What is in view by chance of rounding does not count against [`IN_VIEW`]: a tenth of it.
 const NEARLY_IN_VIEW: f64 = 0.9;
 /// How the confidence falls with the share in view: its power, so that a half of [`IN_VIEW`] leaves an eighth.
 /// Chosen: at 1.5 a quarter of an outline would leave more than a third, and by belief alone a thing is found at 0.5;
 /// at 6 a hidden tenth more is the end of it.
 const SEEN_POWER: i32 = 3;
-/// What missing edges and two ways that differ leave of the confidence. Chosen: a thing that is certain else falls
-/// below [`FOUND`] by the first, and by the second only if anything else speaks against it. At half of either nothing
-/// is found that has one fault; at 1 the fault would have no weight.
+/// Share of the silhouette, in whole edges, that may show no edge, and what more leaves of the confidence. Chosen: below
+/// one of the six edges of a cuboid's silhouette (0.17), of which none may be missing; with half of the share a short
+/// edge in the dark refuses a right pose, with twice as much a whole side may be missing.
+const MISSING: f64 = 0.12;
 const LEFT_BY_MISSING: f64 = 0.4;
-const LEFT_BY_APART: f64 = 0.6;
+/// What two ways that differ leave of the confidence. Chosen: a thing that is sure by three in four falls below [`FOUND`]
+/// only if anything else speaks against it; the overlap of the cut, which falls with the same fault, is weighed already.
+/// At half of it nothing is found that has this fault; at 1 it would have no weight. Too few placements of the battery
+/// have it to be fitted.
+const LEFT_BY_APART: f64 = 0.7;
 /// The least deviation that has a reason told, m. Chosen: ten times the 0.3 mm of a good sighting
 /// (`docs/results.md`), and less than the room of a grasp (4 mm a side); at half of it every sighting tells one, at
 /// twice it a grasp may fail unwarned.
@@ -284,10 +334,6 @@ const AGREES: f64 = 0.85;
 /// from 3 mm and 0.03 rad. With half of it a place is believed more than it was looked at; twice as much is what the
 /// coarse grid knows already.
 const UNFITTED: (f64, f64) = (0.004, 0.03);
-/// Share of the silhouette, in whole edges, that may show no edge. Chosen: below one of the six edges of a cuboid's
-/// silhouette (0.17). With half of it a short edge in the dark refuses a right pose, with twice as much a whole side
-/// may be missing.
-const MISSING: f64 = 0.12;
 /// Share of the outline that must be in view for edges alone to name a thing. Chosen: less than half of an outline
 /// leaves a side open, along which the place is not known; with twice as much nothing at the edge of the picture
 /// would be found.
@@ -300,24 +346,33 @@ const APART: (f64, f64) = (0.01, 3.0);
 /// How far off, m, a place may be before it is as good as unknown: twice what a gripper forgives.
 const OF_USE: f64 = 0.025;
 
-/// Lowers the confidence by what a thing's outline lacks in the picture, and says it.
-fn object_to(sighting: &mut Sighting, at: &Candidate, material: Material) {
+/// Returns what speaks most against a place in words.
+fn told(against: Says, at: &Candidate, checks: &Checks) -> String {
+    match against {
+        Says::Weakest => wording::weak_part(at),
+        Says::Cut => wording::cut_differs(at, checks.mask_iou),
+        Says::Elsewhere | Says::Gap => wording::common_look(at, checks.identity.elsewhere),
+        Says::Shape => wording::other_solid(at),
+        Says::Whole => wording::missing_edges(at, checks.missing),
+        Says::Score => wording::not_convincing([at.x, at.y], at.score.edge, at.score.weakest),
+    }
+}
+
+/// Lowers the confidence in a thing without colour of which too little is in view, and returns whether it did.
+fn hardly_in_view(sighting: &mut Sighting, at: &Candidate, material: Material) -> bool {
     let score = at.score;
-    let clear = material == Material::Transparent;
-    if score.visible > NEARLY_IN_VIEW * IN_VIEW {
-        let weak = 1.0 / (1.0 + (-(score.weakest - WEAK[usize::from(clear)]) / WEAK_WIDTH).exp());
-        sighting.confidence *= weak;
-        if weak < TOLD {
-            sighting.reason = Some(wording::weak_part(at));
-        }
-    } else if score.colour.is_none() && !clear {
-        sighting.confidence *= (score.visible / IN_VIEW).powi(SEEN_POWER);
-        sighting.reason = Some(wording::hardly_in_view(at));
+    let has_none = score.colour.is_none() && material == Material::Opaque;
+    if !has_none || score.visible > NEARLY_IN_VIEW * IN_VIEW {
+        return false;
     }
-    if sighting.checks.missing > MISSING && !clear {
-        sighting.confidence *= LEFT_BY_MISSING;
-        sighting.reason = Some(wording::missing_edges(at, sighting.checks.missing));
-    }
+    sighting.confidence *= (score.visible / IN_VIEW).powi(SEEN_POWER);
+    true
+}
+
+/// How far away the places are that a thing may be at instead, m: those of its rivals, or anywhere on the table.
+fn elsewhere(best: &Candidate, rivals: &[Candidate], table: &Table) -> f64 {
+    let apart = rivals.iter().map(|rival| rival.distance(best));
+    apart.fold(0.5 * table.size.x.hypot(table.size.y) / 3.0_f64.sqrt(), f64::max)
 }
 
 /// Weighs what speaks against the scene, and how far the two ways are apart.
@@ -372,7 +427,7 @@ pub(super) fn suspect(
     }
 }
 
-/// Decides whether an object is found; what is not found has a reason and no place.
+/// Decides whether an object is found; what is not found has a reason, and the likeliest place in place of its place.
 pub(super) fn decide(sighting: &mut Sighting) {
     let Some(pose) = sighting.world_from_object else { return };
     sighting.found = sighting.confidence >= FOUND;
@@ -380,10 +435,12 @@ pub(super) fn decide(sighting: &mut Sighting) {
         sighting.ambiguous = sighting.reason.take();
         return;
     }
-    sighting.world_from_object = None;
-    sighting.mask = None;
+    sighting.likeliest = sighting.world_from_object.take();
+    // It is there with this probability, else where its rivals are.
+    let sure = sighting.confidence;
+    let (here, there) = (sighting.std.powi(2), sighting.checks.elsewhere.powi(2));
+    sighting.std = (sure * here + (1.0 - sure) * there).sqrt();
     sighting.key_points.clear();
-    sighting.hull.clear();
     let at = pose.origin();
     let score = sighting.score;
     sighting

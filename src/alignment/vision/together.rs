@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::super::doubt::Doubt;
 use super::super::outline::Projector;
 use super::super::picture::{Picture, Plane};
-use super::super::placement::{Candidate, Evidence, Hidden, Window, assign, overlap};
+use super::super::placement::{Candidate, Evidence, Hidden, Searched, Window, assign, overlap};
 use super::{FOUND, Options, Sighting, belief, judge};
 use crate::world::{Camera, Object, Pose, Table};
 
@@ -67,7 +67,8 @@ pub(super) struct Everything<'a> {
 impl Everything<'_> {
     /// Returns what is to be said of each thing, before they are weighed against each other.
     pub(super) fn judged(&self) -> Vec<(Sighting, Option<Doubt>)> {
-        let candidates = self.candidates();
+        let searched = self.searched();
+        let candidates: Vec<Vec<Candidate>> = searched.iter().map(|s| s.best.clone()).collect();
         let conflict = |a: (usize, &Candidate), b: (usize, &Candidate)| self.is_same_place(a, b);
         let best: Vec<Option<Candidate>> = assign(&candidates, ABSENT, &conflict)
             .iter()
@@ -80,12 +81,29 @@ impl Everything<'_> {
                 let evidence = self.evidence(i, self.hidden(i, &best));
                 let rivals = self.rivals(i, &candidates[i], &best);
                 let view = &self.sought[i].view;
-                judge::judge(&self.picture, view, self.table, &evidence, best[i], &rivals)
+                let alike = self.alike(i, &searched[i].alike, &best);
+                judge::judge(&self.picture, view, self.table, &evidence, (best[i], &rivals, &alike))
             })
             .collect()
     }
 
-    fn candidates(&self) -> Vec<Vec<Candidate>> {
+    /// The scores of what looks like a thing elsewhere and is nothing else that is known.
+    fn alike(&self, i: usize, alike: &[Candidate], best: &[Option<Candidate>]) -> Vec<f64> {
+        let is_known = |c: &Candidate| {
+            best.iter().enumerate().any(|(j, other)| {
+                other.is_some_and(|o| {
+                    (j == i || belief(&o.score) > FOUND) && {
+                        let apart = self.sought[i].object.shape.outer_radius()
+                            + self.sought[j].object.shape.outer_radius();
+                        o.distance(c) < apart
+                    }
+                })
+            })
+        };
+        alike.iter().filter(|c| !is_known(c)).map(|c| c.score.total).collect()
+    }
+
+    fn searched(&self) -> Vec<Searched> {
         let [low, _, high, _] = self.table.corners();
         let everywhere = Window { x: [low[0], high[0]], y: [low[1], high[1]] };
         let search = |i: usize| {

@@ -87,6 +87,44 @@ pub(super) fn size_is_other(meaning: &Meaning, off: f64) -> String {
     )
 }
 
+/// The best place is beside the table.
+pub(super) fn off_the_table(at: &Candidate) -> String {
+    format!("the best place, ({:.3}, {:.3}) m, is not on the table", at.x, at.y)
+}
+
+/// The picture's own cut is not the silhouette: their overlap.
+pub(super) fn cut_differs(at: &Candidate, overlap: Option<f64>) -> String {
+    overlap.map_or_else(
+        || format!("at ({:.3}, {:.3}) m nothing stands out from its surroundings", at.x, at.y),
+        |overlap| {
+            format!(
+                "what stands out at ({:.3}, {:.3}) m has another outline: the two overlap by {:.0} %; \
+                 check its shape and size in the scene",
+                at.x,
+                at.y,
+                100.0 * overlap
+            )
+        },
+    )
+}
+
+/// Other places look as much like it: how far the best is ahead, as a score.
+pub(super) fn common_look(at: &Candidate, ahead: f64) -> String {
+    format!(
+        "at ({:.3}, {:.3}) m it looks hardly more like it than other things in the picture do: \
+         ahead by {ahead:.2}; clear the table or tell where to look",
+        at.x, at.y
+    )
+}
+
+/// Another solid fits there better.
+pub(super) fn other_solid(at: &Candidate) -> String {
+    format!(
+        "at ({:.3}, {:.3}) m a solid of another size or kind fits as well; check its shape in the scene",
+        at.x, at.y
+    )
+}
+
 /// Outline and key points differ: by how much, m.
 pub(super) fn two_ways_differ(apart: f64) -> String {
     format!(
