@@ -9,10 +9,55 @@ const RIGHT: f64 = 0.020;
 pub(crate) struct Tally {
     /// There, found, off by (m), right, confidence.
     rows: Vec<(bool, bool, f64, bool, f64)>,
+    /// Of each refusal with a likeliest place of a thing that is there: off by (m), its deviation if it is there (m).
+    refused: Vec<(f64, f64)>,
+    /// What each placement rests on, as `scripts/sight_weights.py` reads it.
+    evidence: Vec<String>,
 }
 
+/// The columns of [`Tally::evidence`].
+pub(crate) const COLUMNS: &str = "picture,object,is_clear,is_right,is_there,confidence,score,weakest,cut,elsewhere,shape,gap,missing,apart,std,off";
+
 impl Tally {
-    pub(crate) fn add(&mut self, case: &str, s: &Sighting, truth: &[[f64; 2]]) {
+    /// What every placement rests on, found or not, and whether it was right.
+    pub(crate) fn evidence(&self) -> String {
+        format!("{COLUMNS}\n{}\n", self.evidence.join("\n"))
+    }
+
+    /// Keeps what a placement rests on, and of a refusal how far off its likeliest place is.
+    pub(crate) fn keep(&mut self, case: &str, s: &Sighting, truth: &[[f64; 2]], is_clear: bool) {
+        let Some(pose) = s.world_from_object.or(s.likeliest) else { return };
+        let at = pose.origin();
+        let far = |t: &[f64; 2]| (at.x - t[0]).hypot(at.y - t[1]);
+        let off = truth.iter().map(far).fold(f64::INFINITY, f64::min);
+        if !s.found && !truth.is_empty() {
+            self.refused.push((off, s.std_if_there));
+        }
+        let is_right = off < RIGHT || off < 2.0 * s.std_if_there;
+        let of = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.5}"));
+        let identity = s.checks.identity;
+        self.evidence.push(format!(
+            "{},{},{},{},{},{:.4},{:.5},{:.5},{},{:.5},{:.5},{:.5},{:.5},{},{:.5},{off:.4}",
+            case.replace(',', ";"),
+            s.name,
+            u8::from(is_clear),
+            u8::from(is_right),
+            u8::from(!truth.is_empty()),
+            s.confidence,
+            s.score.total,
+            s.score.weakest,
+            of(s.checks.mask_iou),
+            identity.elsewhere,
+            identity.shape,
+            s.gap,
+            s.checks.missing,
+            of(s.checks.apart),
+            s.std_if_there,
+        ));
+    }
+
+    pub(crate) fn add(&mut self, case: &str, s: &Sighting, truth: &[[f64; 2]], is_clear: bool) {
+        self.keep(case, s, truth, is_clear);
         let off = s.world_from_object.map_or(f64::NAN, |pose| {
             let at = pose.origin();
             truth.iter().map(|t| (at.x - t[0]).hypot(at.y - t[1])).fold(f64::INFINITY, f64::min)
@@ -43,6 +88,12 @@ impl Tally {
         println!(
             "\n{} asked, {there} there: {found} found and right, {wrong} found and wrong",
             self.rows.len()
+        );
+        let near = self.refused.iter().filter(|r| r.0 < RIGHT).count();
+        let honest = self.refused.iter().filter(|r| r.0 < RIGHT && r.0 < 2.0 * r.1).count();
+        println!(
+            "{} refused with a likeliest place: {near} of them within 20 mm, of which {honest} within two deviations",
+            self.refused.len()
         );
         for (low, high) in [(0.0, 0.1), (0.1, 0.5), (0.5, 0.7), (0.7, 0.9), (0.9, 1.01)] {
             let said: Vec<_> =

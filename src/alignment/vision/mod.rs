@@ -153,6 +153,8 @@ pub struct Sighting {
     /// One standard deviation of its position, m: of the worst direction on the table. Of what was not found it counts
     /// that it may be elsewhere.
     pub std: f64,
+    /// One standard deviation of its position if it stands there at all, m; what was found has no other.
+    pub std_if_there: f64,
     /// One standard deviation of its turn about z, rad; 0 for a cylinder.
     pub yaw_std: f64,
     /// How probable it is that it stands there, 0 to 1.

@@ -117,10 +117,28 @@ pub(super) fn common_look(at: &Candidate, ahead: f64) -> String {
     )
 }
 
+/// Another place fits nearly as well: by how much less, as a share.
+pub(super) fn another_place(at: &Candidate, behind: f64) -> String {
+    format!(
+        "at ({:.3}, {:.3}) m it fits only {:.0} % better than at another place; clear the table or tell where to look",
+        at.x,
+        at.y,
+        100.0 * behind
+    )
+}
+
 /// Another solid fits there better.
 pub(super) fn other_solid(at: &Candidate) -> String {
     format!(
         "at ({:.3}, {:.3}) m a solid of another size or kind fits as well; check its shape in the scene",
+        at.x, at.y
+    )
+}
+
+/// The contour has no key points.
+pub(super) fn no_key_points(at: &Candidate) -> String {
+    format!(
+        "at ({:.3}, {:.3}) m its contour does not show its corners or its rim; clear the view, or check its shape in the scene",
         at.x, at.y
     )
 }

@@ -40,6 +40,9 @@ pub struct ObjectAnswer {
     /// One standard deviation of its position, m; of the likeliest place, when it was not found.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub std_m: Option<f64>,
+    /// One standard deviation of the likeliest place if it stands there at all, m, when it was not found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub std_if_there_m: Option<f64>,
     /// One standard deviation of its turn, rad.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub yaw_std_rad: Option<f64>,
@@ -78,6 +81,7 @@ impl Answer {
                 world_from_object: s.world_from_object,
                 likeliest: s.likeliest,
                 std_m: (s.found || s.likeliest.is_some()).then_some(s.std),
+                std_if_there_m: s.likeliest.map(|_| s.std_if_there),
                 yaw_std_rad: s.found.then_some(s.yaw_std),
                 way: s.found.then_some(s.way),
                 ways_apart_m: s.checks.apart.filter(|_| s.found),
