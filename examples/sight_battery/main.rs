@@ -1,10 +1,11 @@
 //! The battery of sight: photographs of real tables and pictures painted into them, with the truth known.
 //!
-//! `cargo run --release --example sight_battery -- real|developed|held [--pictures DIR] [--out DIR]` sees every
+//! `cargo run --release --example sight_battery -- real|developed|held|cuts [--pictures DIR] [--out DIR] [--rows FILE]` sees every
 //! picture of that part and prints, for each object that a scene declares, whether it is there, whether it was found,
 //! how far off and how sure; at the end how often what was said with how much confidence was right. Half of what is
 //! declared is not there. `held` has other backgrounds and other seeds than `developed`, from which constants were
-//! taken. DIR holds the photographs of clear things, in place of the shared ones.
+//! taken. `cuts` cuts things out without a scene and compares with the photographs' masks. DIR holds the photographs of clear things, in place of the shared ones. FILE gets what every placement rests on,
+//! from which `scripts/sight_weights.py` fits the weights of `alignment::vision::probability`.
 #![expect(clippy::print_stdout, reason = "an example talks to a person")]
 #![expect(clippy::unwrap_used, reason = "an example that cannot go on may say so by panicking")]
 #![expect(clippy::disallowed_methods, reason = "how long it takes is one of the scores")]
@@ -14,10 +15,12 @@ use std::time::Instant;
 
 use cases::Case;
 use trueup::alignment::vision::{Options, Sighting, annotate, see};
+use trueup::world::Material;
 
 #[path = "../../tests/absent.rs"]
 mod absent;
 mod cases;
+mod cuts;
 mod photos;
 mod score;
 mod trace;
@@ -35,6 +38,10 @@ fn main() {
     let desk = absent::public("visp_cube_cylinder");
     let out = after("--out");
     let part = arguments.first().map_or("real", String::as_str);
+    if part == "cuts" {
+        folder.iter().for_each(|folder| cuts::all(folder));
+        return;
+    }
     let mut tally = score::Tally::default();
     let mut seconds = Vec::new();
     let mut run = |case: Case| {
@@ -42,7 +49,8 @@ fn main() {
         let seen = see(&case.image, &case.scene.camera, &case.scene, &Options::default()).unwrap();
         seconds.push(start.elapsed().as_secs_f64());
         for (k, sighting) in seen.iter().enumerate() {
-            tally.add(&case.name, sighting, &case.truth[k]);
+            let is_clear = case.scene.objects[k].material == Material::Transparent;
+            tally.add(&case.name, sighting, &case.truth[k], is_clear);
         }
         if let Some(out) = &out {
             write(&case, &seen, out);
@@ -54,6 +62,9 @@ fn main() {
         _ => real(folder.as_deref(), desk.as_deref(), &mut run),
     }
     tally.print();
+    if let Some(rows) = after("--rows") {
+        std::fs::write(rows, tally.evidence()).unwrap();
+    }
     seconds.sort_by(f64::total_cmp);
     if let (Some(most), Some(middle)) = (seconds.last(), seconds.get(seconds.len() / 2)) {
         println!("{} pictures, seconds each: median {middle:.2}, most {most:.2}", seconds.len());

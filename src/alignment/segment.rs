@@ -7,9 +7,12 @@
 //!
 //! Source: Rother, Kolmogorov and Blake, "`GrabCut`", SIGGRAPH 2004; Dinitz's maximal flow.
 
+mod everything;
 mod flow;
 mod palette;
 mod prompt;
+mod referee;
+mod snap;
 
 use image::{GrayImage, Luma, imageops};
 use imageproc::distance_transform::Norm;
@@ -23,7 +26,8 @@ use crate::world::Table;
 use flow::Flow;
 use palette::Palette;
 
-pub use prompt::{Prompt, Segment, segment};
+pub use everything::everything;
+pub use prompt::{LEAST_SIDE, Prompt, Segment, segment};
 
 type Coefficients = SVector<f64, 6>;
 
@@ -46,13 +50,18 @@ impl TableModel {
     /// Objects, dots and the arm are outliers as long as bare table is the commonest thing to be seen.
     /// `None` when the table covers less than some hundred pixels.
     pub fn fit(picture: &Picture, view: &Projector, table: &Table) -> Option<Self> {
-        let (w, h) = (picture.small[0].width, picture.small[0].height);
         let polygon = table_polygon(view, table)?;
+        Self::fit_where(picture, |p| inside_convex(&polygon, p))
+    }
+
+    /// Fits the surface to the part of the picture that may be table; `None` of less than some hundred pixels.
+    fn fit_where(picture: &Picture, is_table: impl Fn(Vector2<f64>) -> bool) -> Option<Self> {
+        let (w, h) = (picture.small[0].width, picture.small[0].height);
         let mut rows: Vec<(usize, Coefficients)> = Vec::new();
         for y in (0..h).step_by(2) {
             for x in (0..w).step_by(2) {
                 let p = Vector2::new(4.0 * x as f64 + 1.5, 4.0 * y as f64 + 1.5);
-                if inside_convex(&polygon, p) {
+                if is_table(p) {
                     rows.push((y * w + x, basis(x as f64 / w as f64, y as f64 / h as f64)));
                 }
             }
