@@ -1,18 +1,22 @@
 //! What a vessel holds at a tilt, and how slowly a thick liquid leaves it.
 //!
-//! Quasi-static: liquid stands up to a level plane through the lip; what is above leaves. The law of a thick one is
-//! that of a sheet falling over the lip, `Q = w ρ g h³ s / (3 μ)` for a head `h` over a lip `w` wide and a slope `s`.
+//! Quasi-static: liquid stands up to a level plane through the lip; what is above leaves. Water leaves as over a weir,
+//! `Q = 2/3 c w √(2g) h^(3/2)` for a head `h` over a lip `w` wide, and slides off a wall that falls towards the lip; a
+//! thick one as a sheet falling over the lip, `Q = w ρ g h³ s / (3 μ)` for a slope `s`.
 //!
-//! Source: Bird, Stewart and Lightfoot, *Transport Phenomena*, 2nd ed. 2002, §2.2, a film falling down an
-//! inclined wall.
+//! Sources: Poleni's formula with the sharp crest's coefficient, Bos, *Discharge Measurement Structures*, 3rd ed. 1989,
+//! ch. 5; Bird, Stewart and Lightfoot, *Transport Phenomena*, 2nd ed. 2002, §2.2, a film falling down an inclined wall.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use crate::motion::dynamics::GRAVITY;
 use crate::world::{Object, Shape, WATER_DENSITY};
 
 /// Viscosity of water, Pa·s.
 pub const WATER: f64 = 1e-3;
+
+/// Discharge coefficient of a sharp crest with little depth over it, no unit (Bos, §5.1, table 5.1).
+const DISCHARGE: f64 = 0.611;
 
 /// Slices of the vessel, and steps of the tilt, of the table of what it holds.
 const SLICES: usize = 200;
@@ -27,6 +31,8 @@ pub struct Hold {
     surface: Vec<f64>,
     /// How wide the lip is, m: the side of a box, the radius of a round vessel.
     lip: f64,
+    /// Whether the lip is a circle's edge, of radius `lip`.
+    round: bool,
     /// How long the wall is that the liquid leaves along, m.
     wall: f64,
 }
@@ -63,7 +69,8 @@ impl Hold {
         let mut volumes: Vec<f64> = (0..STEPS).map(|i| volume(angle(i))).collect();
         volumes.push(0.0);
         let surface = (0..=STEPS).map(|i| surface(angle(i))).collect();
-        Some(Self { volume: volumes, surface, lip, wall: height })
+        let round = matches!(inside, Shape::Cylinder { .. });
+        Some(Self { volume: volumes, surface, lip, round, wall: height })
     }
 
     /// Returns what is held at a tilt, m³.
@@ -74,6 +81,26 @@ impl Hold {
     /// Returns how high so much liquid (m³) beyond what is held at a tilt stands over the lip, m.
     fn head(&self, tilt: f64, above: f64) -> f64 {
         above / between(&self.surface, tilt)
+    }
+
+    /// Returns how fast water leaves when so much of it (m³) stands above the lip, m³/s.
+    ///
+    /// Over the edge of a box as over a rectangular weir; over a circle's edge as over a parabolic one, which is the
+    /// circle near its lowest point, and never faster than over all of its diameter. On a wall that falls by `β` towards
+    /// the lip it slides as well: all along the wall, `L`, it gains `√(2 g L sin β)`, half of that on the mean.
+    pub fn outflow(&self, tilt: f64, above: f64) -> f64 {
+        let head = self.head(tilt, above).max(0.0);
+        let speed = DISCHARGE * (2.0 * GRAVITY * head).sqrt();
+        let straight = |width: f64| 2.0 / 3.0 * width * head * speed;
+        let over = if self.round {
+            // The edge is √(2 r z / sin θ) to either side at a height z; ∫ √(z (h - z)) dz = π h² / 8.
+            let opens = 2.0 * (2.0 * self.lip / tilt.sin().abs().max(1e-3)).sqrt();
+            (opens * FRAC_PI_4 * 0.5 * head.powf(1.5) * speed).min(straight(2.0 * self.lip))
+        } else {
+            straight(self.lip)
+        };
+        let falls = (tilt.abs() - FRAC_PI_2).max(0.0).sin();
+        over + above * (0.5 * GRAVITY * falls / self.wall).sqrt()
     }
 
     /// Returns how long a time constant a liquid's viscosity (Pa·s) adds when so much of it (m³) stands above

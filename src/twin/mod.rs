@@ -60,6 +60,7 @@ pub mod physics;
 pub mod fluid;
 pub mod effect;
 mod error;
+pub mod basin;
 pub mod hold;
 pub mod render;
 mod settings;
@@ -422,9 +423,9 @@ impl Twin {
         self.physics.object_velocity(object)
     }
 
-    /// Returns the centres of the water's particles in the world, m.
-    pub fn water(&self) -> &[Vector3<f32>] {
-        self.fluid.positions()
+    /// Returns the centres of the water's particles that stand in no vessel, in the world, m.
+    pub fn water(&self) -> Vec<Vector3<f32>> {
+        self.fluid.free()
     }
 
     /// Returns the water that clings to the lip of a vessel and will still run from it, m³.

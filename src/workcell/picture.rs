@@ -19,7 +19,7 @@ pub fn before(number: usize, whose: &str) -> String {
 /// Returns what there is to draw of a twin now.
 pub fn view(twin: &Twin, look: &ArmLook) -> View {
     View::of(twin.scene(), &twin.state(), look, &twin.link_poses())
-        .with_water(twin.water(), twin.fluid().radius())
+        .with_water(&twin.water(), twin.fluid().radius())
 }
 
 /// Draws a view through a camera, small enough to keep a whole run of them.

@@ -39,7 +39,7 @@ fn poured(water: f64, dribble: Option<Dribble>, seed: u64) -> Recording {
         filling(&jar, pose(0.0, 0.0), water, dribble),
         filling(&cup, Isometry3::identity(), 0.0, None),
     ];
-    let settings = FluidSettings { freeze: false, ..FluidSettings::default() };
+    let settings = FluidSettings::default();
     let table = kitchen::scene().table;
     let gravity = Vector3::new(0.0, 0.0, -9.81);
     let mut fluid = Fluid::new(&settings, &fillings, table, gravity, DT, seed).unwrap();

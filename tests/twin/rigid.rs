@@ -100,7 +100,7 @@ fn restoring_a_snapshot_and_stepping_equals_stepping() {
     let snapshot = twin.snapshot();
     let finish = |twin: &mut Twin| {
         twin.run(0.3).unwrap();
-        (twin.state(), twin.water().to_vec(), twin.torques())
+        (twin.state(), twin.water(), twin.torques())
     };
     let first = finish(&mut twin);
     twin.restore(&snapshot);

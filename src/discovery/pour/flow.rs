@@ -1,10 +1,9 @@
 //! How water leaves a tilted vessel, and where it goes.
 //!
-//! Quasi-static: what stands above a level plane through the lip runs out with a short time constant.
-//! `V' = -(V - V_hold(tilt))/pace` where positive. The first of it may cling to the lip; that drains
-//! exponentially once the vessel is upright, into the other vessel only while the lip is over it. A thick
-//! liquid leaves the more slowly the thinner the sheet over the lip, and what a full vessel is given runs over.
-//! What a vessel holds, and the thick sheet's law, are the twin's.
+//! Quasi-static: what stands above a level plane through the lip runs out as over a weir whose discharge is left open.
+//! The first of it may cling to the lip; that drains exponentially once the vessel is upright, into the other vessel
+//! only while the lip is over it. A thick liquid leaves the more slowly the thinner the sheet over the lip, and what a
+//! full vessel is given runs over. What a vessel holds, the weir's law and the thick sheet's are the twin's.
 
 use super::pour_record::Pour;
 
@@ -16,8 +15,8 @@ const UPRIGHT: f64 = 0.5;
 pub(super) struct Flow {
     /// What the vessel holds at first, m³.
     pub(super) volume: f64,
-    /// Time constant of the flow, s.
-    pub(super) pace: f64,
+    /// How fast water leaves over what a sharp-crested weir lets through.
+    pub(super) discharge: f64,
     /// From the lip to the scale's reading, s.
     pub(super) delay: f64,
     /// Tilt beyond what was measured, rad.
@@ -50,10 +49,12 @@ pub(super) fn arrived(pour: &Pour, flow: &Flow) -> (Vec<f64>, f64) {
             let between = |values: &[f64]| values[row - 1] + part * (values[row] - values[row - 1]);
             let tilt = between(&pour.tilt);
             let over = between(&pour.inside) > 0.0;
-            // Exact for a tilt that stands still, so that no pace is too short for the step.
+            // As if the time constant stood still for a step, so that none is too short for it.
             let above = (left - pour.hold.at(tilt + flow.lean)).max(0.0);
-            let pace = flow.pace + pour.hold.lag(flow.viscosity, tilt + flow.lean, above);
-            let mut leaves = above * (1.0 - (-h / pace).exp());
+            let lean = tilt + flow.lean;
+            let pace = above / (flow.discharge * pour.hold.outflow(lean, above))
+                + pour.hold.lag(flow.viscosity, lean, above);
+            let mut leaves = if above > 0.0 { above * (1.0 - (-h / pace).exp()) } else { 0.0 };
             left -= leaves;
             if !was_full {
                 let clings = leaves.min(flow.film.0 - film);

@@ -73,7 +73,7 @@ const BESIDE: f64 = 5e-6;
 
 /// Parameters of the model itself, the same for all pours.
 const OWN: [(ParameterSpec, f64); 3] = [
-    (spec("pace", "s", 0.02, (0.02, 1.5)), 0.2),
+    (spec("discharge", "", 0.1, (0.1, 4.0)), 1.0),
     (spec("delay", "s", 0.02, (0.0, 0.8)), 0.15),
     (spec("lean", "rad", 0.01, (-0.2, 0.2)), 0.0),
 ];
@@ -111,7 +111,7 @@ impl PourGap {
         let (own, found) = parameters.split_at(OWN.len());
         let mut flow = Flow {
             volume: pour.held.unwrap_or(pour.declared),
-            pace: own[0],
+            discharge: own[0],
             delay: own[1],
             lean: own[2],
             film: (0.0, 1.0),
@@ -130,7 +130,7 @@ impl PourGap {
                     Term::Dribble => flow.film = (mine[0], mine[1]),
                     Term::Gain => gain *= mine[0],
                     Term::Drift => drift += mine[0],
-                    // What water's own does is in the pace.
+                    // What water's own does is in the discharge.
                     Term::Viscosity => flow.viscosity = (mine[0] - WATER).max(0.0),
                     Term::Overflow => flow.brim = mine[0],
                     Term::Clip => most = mine[0],

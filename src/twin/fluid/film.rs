@@ -55,10 +55,9 @@ impl Film {
 }
 
 impl Fluid {
-    /// Lets a particle that has just left the vessels `left` (bits) cling to a lip that is not yet wet.
-    pub(super) fn wet(&mut self, i: usize, left: u32) {
-        let dry = |k: &usize| left & (1 << k) != 0 && self.films[*k].caught < self.films[*k].room;
-        if let Some(k) = (0..self.vessels.len()).find(dry) {
+    /// Lets a particle that has just left vessel `k` cling to its lip if that is not yet wet.
+    pub(super) fn wet(&mut self, i: usize, k: usize) {
+        if self.films[k].caught < self.films[k].room {
             self.films[k].caught += 1;
             self.films[k].upright = 0.0;
             self.phase[i] = Phase::Clinging(k);

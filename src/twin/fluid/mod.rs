@@ -1,14 +1,14 @@
-//! Water as particles: what pours, splashes, and is never lost.
+//! Water: at rest in vessels, as particles on its way, and never lost.
 //!
-//! A position-based fluid: particles are moved by gravity, then pushed apart until their density is
-//! that of water, and their velocity is what they moved. Vessels are analytic (`vessel.rs`) and moved
-//! from outside; the water answers by its mass and centre of mass. Each particle carries the same
-//! volume, so what is in a vessel is counted, and nothing is created or lost.
+//! In a vessel it stands as a level surface ([`super::basin`]) that leans and swings as the first mode of sloshing does
+//! (`slosh.rs`), and leaves over the rim as over a weir (`rim.rs`). What has left is particles: a position-based
+//! fluid moved by gravity and pushed apart until its density is that of water. One that falls through a mouth
+//! (`vessel.rs`) joins what stands there. Each particle carries the same volume, also where it stands, so what is in a
+//! vessel is counted, and nothing is created or lost.
 //!
-//! Water that has settled in a vessel that is carried gently rides along frozen and costs nothing; it
-//! wakes when the vessel tilts, is accelerated, or something falls in. The arm and objects that are not
-//! vessels do not touch the water. All of it runs in the caller's thread, so the result has the same bits
-//! for any number of threads.
+//! Vessels are moved from outside; water answers by its mass and centre of mass. The arm and objects that are not
+//! vessels do not touch the water. All of it runs in the caller's thread, so the result has the same bits for any
+//! number of threads.
 //!
 //! Source: Macklin and Müller, "Position based fluids", 2013; Schechter and Bridson, "Ghost SPH for
 //! animating water", 2012 (XSPH viscosity).
@@ -18,9 +18,11 @@ mod grid;
 mod kernel;
 mod placed;
 mod rim;
-mod sleep;
+mod slosh;
 mod solve;
 mod vessel;
+
+use std::sync::Arc;
 
 use nalgebra::{Isometry3, Vector3};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
@@ -30,18 +32,26 @@ pub use kernel::Kernel;
 pub use rim::Rim;
 pub use vessel::Vessel;
 
+use super::basin::{Basin, Stand};
 use crate::motion::Inertial;
 use crate::world::{Table, WATER_DENSITY};
 use film::Film;
 use placed::Placed;
 use rim::Lip;
+use slosh::{Mode, Slosh};
 use solve::Scratch;
 
 /// Time constant with which a vessel feels its water move, s: the grasp would feel every particle's
 /// knock otherwise.
 const FEEDBACK_TIME: f64 = 0.03;
 
-/// How the water is resolved and when it sleeps.
+/// A surface that turned by less than this since it was last measured lies as it lay, rad: a tenth of a millimetre in
+/// a vessel of 10 cm.
+const STILL: f64 = 1e-3;
+/// After how long on the table a drop stays where it is, s.
+const DROP_TIME: f32 = 0.4;
+
+/// How the water is resolved.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FluidSettings {
     /// Number of particles all the water in the scene is divided into.
@@ -52,28 +62,11 @@ pub struct FluidSettings {
     pub iterations: usize,
     /// Share of the difference to its neighbours' velocity that a particle gives up per step.
     pub viscosity: f32,
-    /// Share of the velocity along a wall that a particle at it gives up per step.
-    pub wall_drag: f32,
-    /// Whether settled water in a quiet vessel rides along frozen.
-    pub freeze: bool,
-    /// Tilt since it froze that wakes water, rad.
-    pub wake_tilt: f64,
-    /// Acceleration of the vessel that wakes water, m/s².
-    pub wake_acceleration: f64,
 }
 
 impl Default for FluidSettings {
     fn default() -> Self {
-        Self {
-            particles: 600,
-            dt: 1.0 / 240.0,
-            iterations: 4,
-            viscosity: 0.05,
-            wall_drag: 0.02,
-            freeze: true,
-            wake_tilt: 0.04,
-            wake_acceleration: 1.0,
-        }
+        Self { particles: 600, dt: 1.0 / 240.0, iterations: 4, viscosity: 0.05 }
     }
 }
 
@@ -82,8 +75,8 @@ impl Default for FluidSettings {
 enum Phase {
     /// It moves.
     Live,
-    /// It rides in a vessel, frozen.
-    Riding(usize),
+    /// It stands in a vessel.
+    Standing(usize),
     /// It clings to the lip of a vessel.
     Clinging(usize),
     /// It came to rest on the table.
@@ -106,13 +99,12 @@ struct Moving {
     out: Placed,
     velocity: Vector3<f32>,
     spin: Vector3<f32>,
-    /// Smoothed acceleration of the middle, m/s².
-    acceleration: Vector3<f32>,
-    frozen: bool,
-    /// Direction of up in the vessel's frame when its water froze.
-    up_when_frozen: Vector3<f32>,
-    /// For how long the water has been calm, s.
-    calm: f32,
+    /// The inside of the vessel, and how its liquid swings.
+    basin: Arc<Basin>,
+    mode: Mode,
+    slosh: Slosh,
+    /// How its liquid stands, with the direction of up in the vessel's frame and the number of particles then.
+    stand: (Stand, Vector3<f64>, usize),
     /// Mass, kg, and centre of mass, m, in the vessel's frame, as the vessel feels them.
     felt: (f64, Vector3<f64>),
 }
@@ -163,7 +155,7 @@ pub struct Fluid {
     phase: Vec<Phase>,
     touched_table: Vec<bool>,
     rest_time: Vec<f32>,
-    /// Places of frozen and clinging particles in their vessel's frame.
+    /// Places of clinging particles in their vessel's frame.
     ride: Vec<Vector3<f32>>,
     scratch: Scratch,
 }
@@ -182,7 +174,7 @@ pub struct Filling {
 }
 
 impl Fluid {
-    /// Fills the vessels and lets the water come to rest; at most 32 vessels.
+    /// Fills the vessels; at most 32 of them.
     ///
     /// `dt` is the time between calls of [`Self::step`], s; gravity in the world, m/s².
     ///
@@ -222,80 +214,68 @@ impl Fluid {
             ride: Vec::new(),
             scratch: Scratch::default(),
         };
+        // Where along a lip the first particle leaves is chance.
         let mut rng = StdRng::seed_from_u64(seed);
         for (k, filling) in fillings.iter().enumerate() {
-            let n = (filling.water / volume).round() as usize;
-            let places = filling.vessel.fill(n, spacing).ok_or(k)?;
-            let pose = vessel::single(&filling.pose);
-            for place in places {
-                let jitter = Vector3::from_fn(|_, _| rng.random_range(-0.02..0.02) * spacing);
-                let place = pose * nalgebra::Point3::from(place + jitter);
-                fluid.position.push(place.coords);
-                fluid.velocity.push(Vector3::zeros());
-                fluid.inside.push(1 << k);
-                fluid.phase.push(Phase::Live);
-                fluid.touched_table.push(false);
-                fluid.rest_time.push(0.0);
-                fluid.ride.push(Vector3::zeros());
-            }
-            let vessel = &filling.vessel;
-            fluid.films.push(Film::new(filling.rim.dribble, volume));
-            let to_rim = f64::from(vessel.volume());
-            fluid.lips.push(Lip::new(filling.rim, to_rim, volume));
-            fluid.vessels.push(Moving {
-                vessel: filling.vessel.clone(),
-                reach2: (filling.vessel.bound() + 0.03).powi(2),
-                now: pose,
-                into_before: Placed::new(&pose.inverse()),
-                into: Placed::new(&pose.inverse()),
-                out: Placed::new(&pose),
-                velocity: Vector3::zeros(),
-                spin: Vector3::zeros(),
-                acceleration: Vector3::zeros(),
-                frozen: false,
-                up_when_frozen: Vector3::z(),
-                calm: 0.0,
-                felt: (0.0, Vector3::zeros()),
-            });
+            fluid.fill(k, filling, rng.random_range(0.0..1.0))?;
         }
-        fluid.settle();
         Ok(fluid)
     }
 
-    /// Lets the lattice of the filling become water at rest, with strong damping.
-    fn settle(&mut self) {
-        let steps = (0.5 / self.dt).ceil() as usize;
-        for step in 0..steps {
-            self.solve();
-            // Damped to rest at first, then let go so that the last of it is the water's own.
-            let keep = if step * 2 < steps { 0.9 } else { 0.97 };
-            for v in &mut self.velocity {
-                *v *= keep;
-            }
+    /// Adds a vessel with what is in it; the first to leave does so at `start` of its lip, 0 to 1.
+    fn fill(&mut self, k: usize, filling: &Filling, start: f64) -> Result<(), usize> {
+        let (vessel, rim) = (&filling.vessel, filling.rim);
+        let to_rim = f64::from(vessel.volume());
+        let n = (filling.water / self.volume).round() as usize;
+        // Half a particle is what rounding may add.
+        if n as f64 * self.volume > to_rim + 0.5 * self.volume {
+            return Err(k);
         }
-        for v in &mut self.velocity {
-            *v = Vector3::zeros();
-        }
-        for k in 0..self.vessels.len() {
-            self.vessels[k].felt = self.measure(k);
-            if self.settings.freeze {
-                self.freeze(k);
-            }
-        }
+        let pose = vessel::single(&filling.pose);
+        self.films.push(Film::new(rim.dribble, self.volume));
+        self.lips.push(Lip::new(rim, to_rim, self.volume, start));
+        let basin = vessel.basin();
+        let up = pose.rotation.inverse() * Vector3::z();
+        let stand = basin.stand(&up.cast(), n as f64 * self.volume);
+        self.vessels.push(Moving {
+            vessel: vessel.clone(),
+            reach2: (vessel.bound() + 0.03).powi(2),
+            now: pose,
+            into_before: Placed::new(&pose.inverse()),
+            into: Placed::new(&pose.inverse()),
+            out: Placed::new(&pose),
+            velocity: Vector3::zeros(),
+            spin: Vector3::zeros(),
+            basin,
+            mode: Mode::of(&vessel.inside(), rim.viscosity.unwrap_or(0.0)),
+            slosh: Slosh::calm(),
+            stand: (stand, up.cast(), n),
+            felt: (n as f64 * self.volume * WATER_DENSITY, stand.centre),
+        });
+        let place = self.vessels[k].world(&stand.centre.cast());
+        self.position.extend(vec![place; n]);
+        self.velocity.extend(vec![Vector3::zeros(); n]);
+        self.inside.extend(vec![1 << k; n]);
+        self.phase.extend(vec![Phase::Standing(k); n]);
+        self.touched_table.extend(vec![false; n]);
+        self.rest_time.extend(vec![0.0; n]);
+        self.ride.extend(vec![Vector3::zeros(); n]);
+        Ok(())
     }
 
     /// Advances the water by one step while the vessels move to `poses` (in the order of the fillings).
     pub fn step(&mut self, poses: &[Isometry3<f64>]) {
         self.move_vessels(poses);
-        self.wake();
         self.ride();
         self.solve();
+        self.join();
         self.let_go();
         self.drain();
         self.rest();
+        self.stand();
+        let share = (f64::from(self.dt) / FEEDBACK_TIME).min(1.0);
         for k in 0..self.vessels.len() {
             let (mass, com) = self.measure(k);
-            let share = (f64::from(self.dt) / FEEDBACK_TIME).min(1.0);
             let felt = &mut self.vessels[k].felt;
             // Water that comes in brings its own place; the rest moves there gradually.
             felt.1 = if felt.0 > 0.0 { felt.1 + (com - felt.1) * share } else { com };
@@ -314,25 +294,78 @@ impl Fluid {
             let shift = moving.now.translation.vector - before.translation.vector;
             let turn = moving.now.rotation * before.rotation.inverse();
             let velocity = shift / dt;
-            let share = (dt / 0.05).min(1.0);
             let acceleration = (velocity - moving.velocity) / dt;
-            moving.acceleration += (acceleration - moving.acceleration) * share;
             moving.velocity = velocity;
             moving.spin = turn.scaled_axis() / dt;
+            let depth = moving.stand.2 as f64 * self.volume / f64::from(moving.vessel.area());
+            let falls = (self.gravity - acceleration).cast();
+            moving.slosh.swing(&moving.mode, depth, &falls, f64::from(dt));
+        }
+    }
+
+    /// Moves what stands in vessels, or clings to them, with them.
+    fn ride(&mut self) {
+        for i in 0..self.phase.len() {
+            let (k, place) = match self.phase[i] {
+                Phase::Standing(k) => (k, self.vessels[k].stand.0.centre.cast()),
+                Phase::Clinging(k) => (k, self.ride[i]),
+                _ => continue,
+            };
+            self.position[i] = self.vessels[k].world(&place);
+            self.velocity[i] = self.vessels[k].velocity_at(&self.position[i]);
+        }
+    }
+
+    /// Lets what has fallen into a vessel join what stands there.
+    fn join(&mut self) {
+        for i in 0..self.phase.len() {
+            if self.phase[i] != Phase::Live || self.inside[i] == 0 {
+                continue;
+            }
+            let Some(k) = self.vessel_of(i) else { continue };
+            let moving = &self.vessels[k];
+            let place: Vector3<f64> = moving.local(&self.position[i]).cast();
+            let (stand, up, _) = &moving.stand;
+            if up.dot(&place) < stand.height + 0.5 * f64::from(self.spacing) {
+                self.phase[i] = Phase::Standing(k);
+            }
+        }
+    }
+
+    /// Finds how the liquid of each vessel stands, where something has changed.
+    fn stand(&mut self) {
+        for k in 0..self.vessels.len() {
+            let n = self.phase.iter().filter(|phase| **phase == Phase::Standing(k)).count();
+            let moving = &mut self.vessels[k];
+            let up = moving.now.rotation.cast::<f64>().inverse() * moving.slosh.up;
+            let (_, before, had) = &moving.stand;
+            if n != *had || (up - before).norm() > STILL {
+                moving.stand = (moving.basin.stand(&up, n as f64 * self.volume), up, n);
+            }
+        }
+    }
+
+    /// Lets drops that came to rest on the table stay there, and forgets what fell past it.
+    fn rest(&mut self) {
+        for i in 0..self.phase.len() {
+            if self.phase[i] != Phase::Live {
+                continue;
+            }
+            if self.position[i].z < -0.5 {
+                self.phase[i] = Phase::Gone;
+            } else if self.touched_table[i] && self.inside[i] == 0 {
+                self.rest_time[i] += self.dt;
+                if self.rest_time[i] > DROP_TIME {
+                    self.phase[i] = Phase::Spilt;
+                    self.velocity[i] = Vector3::zeros();
+                }
+            }
         }
     }
 
     /// Returns mass (kg) and centre of mass (m, in the vessel's frame) of the water in vessel `k`.
     fn measure(&self, k: usize) -> (f64, Vector3<f64>) {
-        let (mut n, mut sum) = (0_u32, Vector3::zeros());
-        for i in 0..self.phase.len() {
-            if self.vessel_of(i) == Some(k) {
-                sum += self.vessels[k].local(&self.position[i]).cast::<f64>();
-                n += 1;
-            }
-        }
-        let com = if n > 0 { sum / f64::from(n) } else { Vector3::zeros() };
-        (f64::from(n) * self.volume * WATER_DENSITY, com)
+        (self.volume_in(k) * WATER_DENSITY, self.vessels[k].stand.0.centre)
     }
 
     /// Returns the vessel a particle is in; of vessels in each other, the smaller.
@@ -379,14 +412,16 @@ impl Fluid {
         self.phase.len() as f64 * self.volume
     }
 
-    /// Returns whether no particle is being simulated.
-    pub fn is_frozen(&self) -> bool {
-        self.phase.iter().all(|phase| *phase != Phase::Live)
-    }
-
-    /// Returns the particles' centres in the world, m.
+    /// Returns the particles' centres in the world, m; where one stands in a vessel, the middle of all that does.
     pub fn positions(&self) -> &[Vector3<f32>] {
         &self.position
+    }
+
+    /// Returns the centres of the particles that stand in no vessel, m.
+    pub fn free(&self) -> Vec<Vector3<f32>> {
+        let is_free = |phase: &Phase| !matches!(phase, Phase::Standing(_));
+        let places = self.position.iter().zip(&self.phase);
+        places.filter(|(_, phase)| is_free(phase)).map(|(place, _)| *place).collect()
     }
 
     /// Returns the radius of the ball whose volume one particle carries, m.

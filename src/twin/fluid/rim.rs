@@ -1,20 +1,17 @@
-//! What the particles cannot do by themselves at a vessel's rim: flow thickly, and run over.
+//! What the particles cannot do by themselves at a vessel's rim: flow out, and run over.
 //!
-//! Particles of a quarter of a millilitre have no calibrated viscosity, and pile up over a rim rather than run over
-//! it. So a vessel of thick liquid has a lid: a particle leaves when the law of a sheet falling over the lip
-//! ([`crate::twin::hold`]) says that its volume has left, and then the one next to the lip does. A full vessel lets go of what
-//! is uppermost, beside the nearest wall. What falls, splashes and is counted afterwards is the particles' own.
+//! Particles of a quarter of a millilitre are 6 mm wide. They pile up over a rim rather than run over it, so that a jar
+//! turned at 4 deg/s would hold 50 mL more than a real one, and they have no calibrated viscosity. So a particle leaves
+//! when the laws of a weir and of a sheet falling over the lip ([`crate::twin::hold`]) say that its volume has left. The
+//! tilt that counts is that against the liquid's surface, which swings. A full vessel lets go beside its wall. What
+//! falls, splashes and is counted afterwards is the particles' own.
 
 use nalgebra::Vector3;
 
 use super::{Dribble, Fluid, Moving, Phase};
 use crate::twin::hold::WATER;
 
-/// Time constant with which what stands above a lip leaves, s: that of the particles themselves, where nothing
-/// holds them back.
-const PACE: f64 = 0.15;
-
-/// No sheet leaves faster, m/s.
+/// No sheet leaves faster, m/s: as fast as water falls from 13 mm, about the most that stands over a lip.
 const TOP_SPEED: f64 = 0.5;
 
 /// How one vessel's rim lets go of liquid, beyond what water in a rigid vessel does.
@@ -32,90 +29,84 @@ pub struct Rim {
 #[derive(Debug, Clone)]
 pub(super) struct Lip {
     /// The liquid's viscosity beyond water's, Pa·s.
-    thick: Option<f64>,
+    thick: f64,
     /// Most particles it holds.
     most: usize,
     /// How many should have left and did not, as far as a whole one is not yet due.
     due: f64,
     /// How many have left.
     left: u32,
+    /// Where along the lip the first one does, 0 to 1.
+    start: f64,
 }
 
 impl Lip {
     /// Makes the rim of a vessel that holds `volume` m³ up to its edge; `particle` is the volume of one, m³.
-    pub(super) fn new(rim: Rim, volume: f64, particle: f64) -> Self {
+    pub(super) fn new(rim: Rim, volume: f64, particle: f64, start: f64) -> Self {
         let brim = rim.brim.map_or(volume, |brim| brim.clamp(0.0, volume));
-        let thick = rim.viscosity.map(|viscosity| viscosity - WATER).filter(|more| *more > 0.0);
+        let thick = rim.viscosity.map_or(0.0, |viscosity| (viscosity - WATER).max(0.0));
         // Rounding must not let a vessel run over that is filled to the brim.
         let most = (brim / particle + 0.5) as usize;
-        Self { thick, most, due: 0.0, left: 0 }
+        Self { thick, most, due: 0.0, left: 0, start }
     }
 
-    /// Returns whether particles leave only when they are let go.
-    pub(super) fn has_lid(&self) -> bool {
-        self.thick.is_some()
+    /// Returns where along the lip the next one leaves, -0.5 to 0.5: one beside the other, since steps of the golden
+    /// ratio never come together.
+    fn next(&mut self) -> f32 {
+        self.left = self.left.wrapping_add(1);
+        (f64::from(self.left) * 0.618_033_988_75 + self.start).fract() as f32 - 0.5
     }
 }
 
 impl Fluid {
-    /// Lets thick liquid leave over its lip, and full vessels run over.
+    /// Lets liquid leave over its lip, and full vessels run over.
     pub(super) fn let_go(&mut self) {
         for k in 0..self.vessels.len() {
-            if let Some(viscosity) = self.lips[k].thick {
-                self.creep_out(k, viscosity);
-            }
+            self.flow_out(k);
             self.run_over(k);
         }
     }
 
-    /// Returns the particles inside a vessel that do not cling to its lip.
-    fn loose_in(&self, k: usize) -> Vec<usize> {
-        let loose = |i: &usize| {
-            !matches!(self.phase[*i], Phase::Clinging(_)) && self.vessel_of(*i) == Some(k)
-        };
-        (0..self.phase.len()).filter(loose).collect()
+    /// Returns a particle that stands in a vessel.
+    fn one_in(&self, k: usize) -> Option<usize> {
+        self.phase.iter().rposition(|phase| *phase == Phase::Standing(k))
     }
 
-    /// Lets as many particles leave as the law of a falling sheet says.
-    fn creep_out(&mut self, k: usize, viscosity: f64) {
-        let mut inside = self.loose_in(k);
-        let down = self.vessels[k].now.rotation.inverse() * -Vector3::z();
-        let tilt = f64::from(down.angle(&-Vector3::z()));
-        let hold = self.vessels[k].vessel.hold();
-        let above = inside.len() as f64 * self.volume - hold.at(tilt);
+    /// Lets as many particles leave as the laws of a weir and of a falling sheet say, one after the other.
+    fn flow_out(&mut self, k: usize) {
+        let moving = &self.vessels[k];
+        let (_, up, standing) = moving.stand;
+        let tilt = up.angle(&Vector3::z());
+        let hold = moving.vessel.hold();
+        let above = standing as f64 * self.volume - hold.at(tilt);
         if above <= 0.0 {
             return;
         }
-        let pace = PACE + hold.lag(viscosity, tilt, above);
+        let pace = above / hold.outflow(tilt, above) + hold.lag(self.lips[k].thick, tilt, above);
         let leaves = above * (1.0 - (-f64::from(self.dt) / pace).exp());
         let speed = hold.sheet_speed(tilt, above, leaves / f64::from(self.dt)).min(TOP_SPEED);
+        let out = moving.turned(&Vector3::z()) * speed as f32;
+        let down = -up.cast();
         self.lips[k].due += leaves / self.volume;
-        while self.lips[k].due >= 1.0 && !inside.is_empty() {
+        while self.lips[k].due >= 1.0 {
+            let Some(i) = self.one_in(k) else { break };
             self.lips[k].due -= 1.0;
-            self.lips[k].left = self.lips[k].left.wrapping_add(1);
-            // One beside the other along the lip: steps of the golden ratio never come together.
-            let along = (f64::from(self.lips[k].left) * 0.618_033_988_75).fract() as f32 - 0.5;
-            let moving = &self.vessels[k];
-            let lip = moving.vessel.on_lip(&down, along, 0.5 * self.spacing);
-            let far = |i: usize| (moving.local(&self.position[i]) - lip).norm_squared();
-            let nearest =
-                (0..inside.len()).min_by(|&a, &b| far(inside[a]).total_cmp(&far(inside[b])));
-            let i = inside.swap_remove(nearest.unwrap_or(0));
-            let out = moving.turned(&Vector3::z()) * speed as f32;
+            let along = self.lips[k].next();
+            let lip = self.vessels[k].vessel.on_lip(&down, along, 0.5 * self.spacing);
             self.release(i, k, &lip, &out);
         }
     }
 
     /// Lets go of what a vessel holds beyond its brim.
     fn run_over(&mut self, k: usize) {
-        let mut inside = self.loose_in(k);
-        while inside.len() > self.lips[k].most {
+        let standing = self.phase.iter().filter(|phase| **phase == Phase::Standing(k)).count();
+        for _ in self.lips[k].most..standing {
+            let Some(i) = self.one_in(k) else { break };
+            let turn = std::f32::consts::TAU * self.lips[k].next();
             let moving = &self.vessels[k];
-            let local = |i: usize| moving.local(&self.position[i]);
-            let highest = (0..inside.len())
-                .max_by(|&a, &b| local(inside[a]).z.total_cmp(&local(inside[b]).z));
-            let i = inside.swap_remove(highest.unwrap_or(0));
-            let place = moving.vessel.beside_lip(&local(i), self.spacing);
+            let side = Vector3::new(turn.cos(), turn.sin(), 0.0);
+            let lip = moving.vessel.on_lip(&side, 0.0, 0.0);
+            let place = moving.vessel.beside_lip(&lip, self.spacing);
             self.release(i, k, &place, &Vector3::zeros());
         }
     }
@@ -125,8 +116,12 @@ impl Fluid {
         let moving: &Moving = &self.vessels[k];
         self.position[i] = moving.world(place);
         self.velocity[i] = moving.velocity_at(&self.position[i]) + more;
-        self.inside[i] = 0;
+        // A lip may dip into another vessel.
+        let into =
+            |(_, other): &(usize, &Moving)| other.vessel.holds(&other.local(&self.position[i]));
+        let others = self.vessels.iter().enumerate().filter(|(other, _)| *other != k);
+        self.inside[i] = others.filter(into).fold(0, |bits, (other, _)| bits | 1 << other);
         self.phase[i] = Phase::Live;
-        self.wet(i, 1 << k);
+        self.wet(i, k);
     }
 }

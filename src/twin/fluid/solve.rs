@@ -83,16 +83,12 @@ impl Fluid {
             }
         }
         let v: Vec<Vector3<f32>> = x.iter().zip(&start).map(|(x, s)| (x - s) / dt).collect();
-        let smooth = self.smoothed(&x, &v, &sides, &scratch.pairs);
+        let smooth = self.smoothed(&x, &v, &scratch.pairs);
         for (a, &i) in live.iter().enumerate() {
             let (place, side) = self.confine(&start[a], sides[a], &x[a]);
             self.position[i] = place;
             self.velocity[i] = smooth[a];
-            let left = self.inside[i] & !side;
             self.inside[i] = side;
-            if left != 0 {
-                self.wet(i, left);
-            }
             let low = place.z < 0.6 * self.spacing && side == 0;
             if low && self.table.holds(f64::from(place.x), f64::from(place.y), 0.0) {
                 self.touched_table[i] = true;
@@ -112,7 +108,7 @@ impl Fluid {
         let Scratch { pairs, gradients, sums, .. } = scratch;
         sums.clear();
         sums.extend(x.iter().map(|p| {
-            let (density, wall) = self.walls(p);
+            let (density, wall) = self.ground(p);
             Sums { density: alone + density, own: wall, squares: 0.0, wall, lambda: 0.0 }
         }));
         gradients.clear();
@@ -178,19 +174,9 @@ impl Fluid {
         }
     }
 
-    /// Returns the density that vessels and table lend to a particle at `p`, and its gradient, 1/m.
-    fn walls(&self, p: &Vector3<f32>) -> (f32, Vector3<f32>) {
+    /// Returns the density that the table lends to a particle at `p`, and its gradient, 1/m.
+    fn ground(&self, p: &Vector3<f32>) -> (f32, Vector3<f32>) {
         let h = self.kernel.h;
-        for moving in &self.vessels {
-            let local = moving.local(p);
-            if moving.vessel.above_floor(&local) && local.z < moving.vessel.rim() + h {
-                if moving.vessel.wall_distance(&local) >= h {
-                    return (0.0, Vector3::zeros());
-                }
-                let (density, gradient) = moving.vessel.wall_density(&local, &self.kernel);
-                return (density, moving.turned(&gradient));
-            }
-        }
         if p.z < h && p.z > -h && self.table.holds(f64::from(p.x), f64::from(p.y), 0.0) {
             let slope = self.kernel.beyond_slope(p.z);
             return (self.kernel.beyond(p.z), Vector3::new(0.0, 0.0, -slope));
@@ -198,14 +184,8 @@ impl Fluid {
         (0.0, Vector3::zeros())
     }
 
-    /// Returns the particles' velocities after the drag of neighbours and walls.
-    fn smoothed(
-        &self,
-        x: &[Vector3<f32>],
-        v: &[Vector3<f32>],
-        sides: &[u32],
-        pairs: &Pairs,
-    ) -> Vec<Vector3<f32>> {
+    /// Returns the particles' velocities after the drag of neighbours.
+    fn smoothed(&self, x: &[Vector3<f32>], v: &[Vector3<f32>], pairs: &Pairs) -> Vec<Vector3<f32>> {
         let share = self.volume as f32 * self.settings.viscosity;
         let mut smooth = v.to_vec();
         for a in 0..x.len() {
@@ -218,17 +198,6 @@ impl Fluid {
                 smooth[b] -= pull;
             }
             smooth[a] += drag;
-        }
-        for (k, moving) in self.vessels.iter().enumerate() {
-            for a in 0..x.len() {
-                if sides[a] & (1 << k) != 0
-                    && moving.vessel.wall_distance(&moving.local(&x[a])) < self.spacing
-                {
-                    let wall = moving.velocity_at(&x[a]);
-                    let slip = wall - smooth[a];
-                    smooth[a] += slip * self.settings.wall_drag;
-                }
-            }
         }
         smooth
     }
@@ -264,12 +233,12 @@ impl Fluid {
                     now &= !bit;
                     continue;
                 }
-                let from = moving.local_before(start);
                 let to = moving.local(&p);
-                let (mut held, mut is_in) = moving.vessel.confine(&from, inside, &to, margin);
-                if inside && self.lips[k].has_lid() {
-                    (held, is_in) = (moving.vessel.under_lid(&held, margin), true);
-                }
+                let (held, is_in) = if inside {
+                    (moving.vessel.under_lid(&to, margin), true)
+                } else {
+                    moving.vessel.confine(&moving.local_before(start), &to, margin)
+                };
                 if held != to {
                     p = moving.world(&held);
                     again |= asked || below_top(&p);

@@ -1,15 +1,15 @@
 //! Analytic open vessels: a prism with a floor, walls of some thickness and an open top.
 //!
-//! A particle knows for each vessel whether it is inside, and the only way in or out is through the
-//! mouth: [`Vessel::confine`] looks at the path since the last step, relative to the moving vessel, and
-//! at the side the particle was on. So nothing crosses a wall, however fast, and also when the lip of
-//! one vessel dips below the rim of another.
+//! A particle knows for each vessel whether it is inside. The only way in is through the mouth:
+//! [`Vessel::confine`] looks at the path since the last step, relative to the moving vessel. What is inside stays
+//! there ([`Vessel::under_lid`]) until the rim lets go of it. So nothing crosses a wall, however fast, and also when the
+//! lip of one vessel dips below the rim of another.
 
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::kernel::Kernel;
+use crate::twin::basin::Basin;
 use crate::twin::hold::Hold;
 use crate::world::{Object, Shape};
 
@@ -76,28 +76,6 @@ impl Outline {
             }
         }
     }
-
-    /// Returns the fraction of the way from `a` (inside) to `b` (outside) where the path leaves.
-    fn leaves_at(self, a: &Vector3<f32>, b: &Vector3<f32>) -> f32 {
-        match self {
-            Self::Box(x, y) => {
-                let axis = |a: f32, b: f32, half: f32| {
-                    if b.abs() > half { (half.copysign(b) - a) / (b - a) } else { 1.0 }
-                };
-                axis(a.x, b.x, x).min(axis(a.y, b.y, y)).clamp(0.0, 1.0)
-            }
-            Self::Round(r) => {
-                let (dx, dy) = (b.x - a.x, b.y - a.y);
-                let square = dx * dx + dy * dy;
-                let along = a.x * dx + a.y * dy;
-                let rest = (a.x * a.x + a.y * a.y - r * r).min(0.0);
-                if square < 1e-18 {
-                    return 1.0;
-                }
-                ((-along + (along * along - square * rest).sqrt()) / square).clamp(0.0, 1.0)
-            }
-        }
-    }
 }
 
 /// Returns the distance from the axis, m; lengths here are far from where `hypot` would be needed.
@@ -112,8 +90,10 @@ pub struct Vessel {
     outer: Outline,
     floor: f32,
     rim: f32,
+    inside: Shape,
     /// What it holds at a tilt.
     hold: Arc<Hold>,
+    basin: Arc<Basin>,
 }
 
 impl Vessel {
@@ -128,8 +108,20 @@ impl Vessel {
             outer: outline(object.shape),
             floor: object.cavity?.wall as f32,
             rim: object.shape.height() as f32,
+            inside: object.inside()?,
             hold: Arc::new(Hold::of(object)?),
+            basin: Arc::new(Basin::new(&object.shape, object.cavity?.wall)),
         })
+    }
+
+    /// Returns the solid that is hollow.
+    pub(super) fn inside(&self) -> Shape {
+        self.inside
+    }
+
+    /// Returns its inside, to ask how liquid stands there.
+    pub(super) fn basin(&self) -> Arc<Basin> {
+        Arc::clone(&self.basin)
     }
 
     /// Returns what it holds at a tilt.
@@ -156,11 +148,6 @@ impl Vessel {
         across.hypot(self.rim)
     }
 
-    /// Returns whether a point is between the inside walls or above them.
-    pub fn above_floor(&self, p: &Vector3<f32>) -> bool {
-        p.z > 0.0 && self.inner.contains(p)
-    }
-
     /// Returns the area of the inside floor, m².
     pub fn area(&self) -> f32 {
         match self.inner {
@@ -169,60 +156,9 @@ impl Vessel {
         }
     }
 
-    /// Returns `n` places for particles about `spacing` m apart, filling the vessel from the floor, or
-    /// `None` when they do not fit below the rim.
-    pub fn fill(&self, n: usize, spacing: f32) -> Option<Vec<Vector3<f32>>> {
-        let mut layer = Vec::new();
-        let reach = match self.inner {
-            Outline::Box(x, y) => x.max(y),
-            Outline::Round(r) => r,
-        };
-        let half = (reach / spacing).ceil() as i32;
-        let allowed = self.inner.grown(-0.45 * spacing);
-        // A lattice symmetric about the axis, with or without a row through it, whichever holds more.
-        for shift in [0.0, 0.5] {
-            let mut rows = Vec::new();
-            for i in -half..=half {
-                for j in -half..=half {
-                    let x = (i as f32 + shift) * spacing;
-                    let p = Vector3::new(x, (j as f32 + shift) * spacing, 0.0);
-                    if allowed.contains(&p) {
-                        rows.push(p);
-                    }
-                }
-            }
-            if rows.len() > layer.len() {
-                layer = rows;
-            }
-        }
-        if n == 0 {
-            return Some(Vec::new());
-        }
-        if layer.is_empty() {
-            return None;
-        }
-        let layers = n.div_ceil(layer.len());
-        let height = self.rim - self.floor;
-        // A nearly full vessel may need the layers a little closer than the rows.
-        let step = spacing.min(height / layers as f32);
-        if step < 0.7 * spacing {
-            return None;
-        }
-        let places = (0..layers).flat_map(|k| {
-            let z = self.floor + (k as f32 + 0.5) * step;
-            layer.iter().map(move |p| Vector3::new(p.x, p.y, z))
-        });
-        Some(places.take(n).collect())
-    }
-
     /// Returns whether a point (in the vessel's frame) lies between floor and rim, inside the walls.
     pub fn holds(&self, p: &Vector3<f32>) -> bool {
         p.z < self.rim && p.z >= 0.0 && self.inner.grown(1e-5).contains(p)
-    }
-
-    /// Returns whether a point is near the vessel or above its mouth: where a particle matters to it.
-    pub fn near(&self, p: &Vector3<f32>, reach: f32) -> bool {
-        p.z < self.rim + reach && p.z > -reach && self.outer.grown(reach).contains(p)
     }
 
     /// Returns the place beside the wall, just below the rim, that is nearest to a point on the lip; `gap` m
@@ -264,39 +200,18 @@ impl Vessel {
         kept
     }
 
-    /// Returns where a particle may be that was at `from` and wants to be at `to` (both in the vessel's
+    /// Returns where a particle may be that was outside at `from` and wants to be at `to` (both in the vessel's
     /// frame, then and now), and whether it is inside now. `margin` m is kept from the surfaces.
     pub fn confine(
         &self,
         from: &Vector3<f32>,
-        inside: bool,
         to: &Vector3<f32>,
         margin: f32,
     ) -> (Vector3<f32>, bool) {
+        if self.enters(from, to) {
+            return (self.under_lid(to, margin), true);
+        }
         let mut p = *to;
-        if inside
-            && p.z < self.rim
-            && p.z >= self.floor + margin
-            && self.inner.grown(-margin).contains(&p)
-        {
-            return (p, true);
-        }
-        let came_in = !inside && self.enters(from, to);
-        if inside || came_in {
-            if p.z >= self.rim {
-                let out = !self.inner.contains(&p);
-                if out && inside {
-                    let t = self.inner.leaves_at(from, &p);
-                    if from.z + t * (p.z - from.z) < self.rim {
-                        self.inner.grown(-margin).pull_in(&mut p);
-                    }
-                }
-                return (p, false);
-            }
-            self.inner.grown(-margin).pull_in(&mut p);
-            p.z = p.z.max(self.floor + margin);
-            return (p, true);
-        }
         let hull = self.outer.grown(margin);
         if p.z >= self.rim || p.z <= -margin || !hull.contains(&p) {
             return (p, false);
@@ -323,56 +238,6 @@ impl Vessel {
         let t = if drop > 1e-9 { ((from.z - self.rim) / drop).clamp(0.0, 1.0) } else { 1.0 };
         from + (to - from) * t
     }
-
-    /// Returns the density that the walls lend to a particle inside, and its gradient, 1/m.
-    pub fn wall_density(&self, p: &Vector3<f32>, kernel: &Kernel) -> (f32, Vector3<f32>) {
-        let h = kernel.h;
-        if p.z > self.rim + h {
-            return (0.0, Vector3::zeros());
-        }
-        // Walls end at the rim: what a particle near it lacks is only the part below.
-        let below = 1.0 - kernel.beyond(self.rim - p.z);
-        let mut free = 1.0;
-        let mut walls: [(f32, f32, Vector3<f32>); 4] = [(0.0, 0.0, Vector3::zeros()); 4];
-        let mut n_walls = 0;
-        let mut add = |distance: f32, outward: Vector3<f32>, share: f32| {
-            if distance < h {
-                let lack = kernel.beyond(distance) * share;
-                walls[n_walls] = (lack, kernel.beyond_slope(distance) * share, outward);
-                n_walls += 1;
-                free *= 1.0 - lack;
-            }
-        };
-        add(p.z - self.floor, -Vector3::z(), 1.0);
-        match self.inner {
-            Outline::Box(x, y) => {
-                // The nearer wall of each pair; a vessel is wider than two kernels.
-                add(x - p.x.abs(), Vector3::x() * p.x.signum(), below);
-                add(y - p.y.abs(), Vector3::y() * p.y.signum(), below);
-            }
-            Outline::Round(r) => {
-                let d = across(p);
-                if d > 1e-6 {
-                    add(r - d, Vector3::new(p.x / d, p.y / d, 0.0), below);
-                }
-            }
-        }
-        // Walls at right angles overlap in the corner; the free parts multiply.
-        let mut gradient = Vector3::zeros();
-        for &(lack, slope, outward) in &walls[..n_walls] {
-            gradient += outward * (slope * free / (1.0 - lack).max(1e-3));
-        }
-        (1.0 - free, gradient)
-    }
-
-    /// Returns the distance to the nearest inside surface, m, for a particle inside.
-    pub fn wall_distance(&self, p: &Vector3<f32>) -> f32 {
-        let side = match self.inner {
-            Outline::Box(x, y) => (x - p.x.abs()).min(y - p.y.abs()),
-            Outline::Round(r) => r - across(p),
-        };
-        side.min(p.z - self.floor)
-    }
 }
 
 /// Returns a pose in single precision.
@@ -398,21 +263,20 @@ mod tests {
     }
 
     #[test]
-    fn no_path_leaves_through_a_wall_but_any_through_the_mouth() {
+    fn what_is_inside_stays_between_walls_floor_and_lid() {
         let inside = Vector3::new(0.02, 0.0, 0.05);
         for vessel in [jar(), cup()] {
+            assert_eq!(vessel.under_lid(&inside, 0.001), inside);
             for to in [
                 Vector3::new(0.2, 0.0, 0.05),
                 Vector3::new(0.02, -0.3, 0.07),
                 Vector3::new(0.0, 0.0, -0.1),
                 Vector3::new(0.5, 0.0, 0.2),
             ] {
-                let (p, still) = vessel.confine(&inside, true, &to, 0.001);
-                assert!(still == (p.z < vessel.rim), "{to:?} became {p:?}");
-                assert!(vessel.inner.contains(&p) && p.z >= vessel.floor, "{to:?} became {p:?}");
+                let p = vessel.under_lid(&to, 0.001);
+                assert!(vessel.inner.contains(&p) && vessel.holds(&p), "{to:?} became {p:?}");
+                assert!(p.z >= vessel.floor, "{to:?} became {p:?}");
             }
-            let up = Vector3::new(0.02, 0.0, 0.2);
-            assert_eq!(vessel.confine(&inside, true, &up, 0.001), (up, false));
         }
     }
 
@@ -425,18 +289,18 @@ mod tests {
                 Vector3::new(0.0, 0.0, -0.05),
                 Vector3::new(0.2, 0.0, vessel.rim + 0.001),
             ] {
-                let (p, inside) = vessel.confine(&from, false, &target, 0.001);
+                let (p, inside) = vessel.confine(&from, &target, 0.001);
                 assert!(!inside && !vessel.holds(&p), "{from:?} became {p:?}");
             }
             let above = Vector3::new(0.0, 0.01, vessel.rim + 0.02);
-            assert_eq!(vessel.confine(&above, false, &target, 0.001), (target, true));
+            assert_eq!(vessel.confine(&above, &target, 0.001), (target, true));
         }
     }
 
     #[test]
     fn a_drop_on_the_rim_stays_on_the_rim() {
         let from = Vector3::new(0.0315, 0.0, 0.142);
-        let (p, inside) = jar().confine(&from, false, &Vector3::new(0.0315, 0.0, 0.13), 0.001);
+        let (p, inside) = jar().confine(&from, &Vector3::new(0.0315, 0.0, 0.13), 0.001);
         assert!(!inside && (p.z - 0.14).abs() < 1e-6);
     }
 }

@@ -4,6 +4,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::solid::{Solid, TOP, times};
 use super::view::{Body, FIRST_BODY, MARKER, Paint, Shape, TABLE, View, WATER};
+use crate::twin::basin::Basin;
 use crate::world::object;
 
 /// A solid in the world.
@@ -290,7 +291,8 @@ fn of_body(body: &Body, id: u16) -> Vec<Thing> {
         Shape::Vessel { outside, wall, water } => {
             let (outer, cavity) = (standing(outside, 0.0, 0.0), standing(outside, *wall, *wall));
             let up = pose.rotation.inverse() * Vector3::z();
-            let level = (*water > 1e-9).then(|| (up, surface(&cavity, up, *water)));
+            let stands = || Basin::new(outside, *wall).stand(&up, *water).height;
+            let level = (*water > 1e-9).then(|| (up, stands()));
             let rim = outside.height();
             one(Kind::Vessel(Hollow { outer, cavity, rim, level }))
         }
@@ -320,52 +322,6 @@ fn standing(shape: &object::Shape, wall: f64, floor: f64) -> Solid {
             Solid::Cylinder { radius: radius - wall, bottom: floor, top: height }
         }
     }
-}
-
-/// Returns how far along `up` (unit, vessel frame) the level surface of `volume` m³ of water lies in a
-/// cavity of any tilt, m: the height whose half-space holds that part of it. Beyond the cavity's capacity
-/// it is full. Found by bisection over the volume of a fine grid of columns, each measured exactly.
-pub(super) fn surface(cavity: &Solid, up: Vector3<f64>, volume: f64) -> f64 {
-    const N: usize = 32;
-    let (low, high) = cavity.bounds();
-    let size = high - low;
-    let capacity = match *cavity {
-        Solid::Cylinder { radius, bottom, top } => {
-            std::f64::consts::PI * radius * radius * (top - bottom)
-        }
-        _ => size.x * size.y * size.z,
-    };
-    let columns: Vec<Vector3<f64>> = (0..N * N)
-        .map(|k| {
-            let part = |i: usize| (i as f64 + 0.5) / N as f64;
-            low + Vector3::new(part(k % N) * size.x, part(k / N) * size.y, 0.0)
-        })
-        .filter(|p| cavity.holds(p + Vector3::z() * (size.z / 2.0)))
-        .collect();
-    let share = (volume / capacity).clamp(0.0, 1.0);
-    let filled = |height: f64| -> f64 {
-        let parts = columns.iter().map(|foot| {
-            let (at_foot, at_top) = (up.dot(foot), up.dot(foot) + up.z * size.z);
-            let (a, b) = (at_foot.min(at_top), at_foot.max(at_top));
-            if b - a < 1e-9 {
-                f64::from(height > a)
-            } else {
-                ((height - a) / (b - a)).clamp(0.0, 1.0)
-            }
-        });
-        parts.sum::<f64>() / columns.len() as f64
-    };
-    let reach = low.norm().max(high.norm()) + size.norm();
-    let (mut below, mut above) = (-reach, reach);
-    for _ in 0..48 {
-        let middle = f64::midpoint(below, above);
-        if filled(middle) < share {
-            below = middle;
-        } else {
-            above = middle;
-        }
-    }
-    f64::midpoint(below, above)
 }
 
 /// Water outside every vessel: drops in flight joined to their neighbours, flat drops on the table.
@@ -428,28 +384,4 @@ pub(super) fn linear(colour: [u8; 3]) -> Vector3<f64> {
         let c = f64::from(c) / 255.0;
         if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
     }))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn water_stands_level_in_a_tilted_box_as_geometry_says() {
-        let cavity = Solid::Cuboid {
-            centre: Vector3::new(0.0, 0.0, 0.07),
-            half: Vector3::new(0.03, 0.03, 0.07),
-        };
-        let volume = 0.06 * 0.06 * 0.08;
-        // As long as the surface meets only the four walls, the height above the middle of the floor
-        // along the box's axis stays the depth of the upright water, whatever the tilt.
-        for tilt in [0.0_f64, 0.2, 0.5, 0.7] {
-            let up = Vector3::new(tilt.sin(), 0.0, tilt.cos());
-            let height = surface(&cavity, up, volume);
-            assert!((height / tilt.cos() - 0.08).abs() < 1e-4, "{tilt}: {height}");
-        }
-        // Lying on its side, a box filled to 4/7 is filled to 4/7 of its width.
-        let side = surface(&cavity, Vector3::x(), volume);
-        assert!((side - (-0.03 + 0.06 * 4.0 / 7.0)).abs() < 0.002, "{side}");
-    }
 }

@@ -1,0 +1,156 @@
+//! How liquid stands in a vessel at any tilt: where its surface is, and where its weight.
+//!
+//! The inside is cut into upright columns, each measured exactly; the surface is a plane at right angles to an `up`
+//! that need not be the vessel's axis. Everything is in the vessel's frame, m. How it leaves is [`super::hold`]'s.
+
+use nalgebra::Vector3;
+
+use crate::world::Shape;
+
+/// Columns across. The level in a leaning box is right within 0.1 mm of geometry with 16, 24 or 32 of them; a round
+/// inside has its area to 1 % before it is scaled to it.
+const ACROSS: usize = 24;
+/// A vessel that lies closer to level than this (its axis' part along `up`) is taken as lying so: a column would be
+/// cut nowhere.
+const LEVEL: f64 = 1e-3;
+/// Steps to find the height of the surface: bisection alone would come within 1e-8 of the vessel's size.
+const STEPS: usize = 27;
+
+/// The inside of a vessel.
+#[derive(Debug, Clone)]
+pub struct Basin {
+    /// Feet of the columns, m.
+    feet: Vec<[f64; 2]>,
+    /// What each column has of the inside's area, m².
+    column: f64,
+    floor: f64,
+    rim: f64,
+}
+
+/// How so much liquid stands in a basin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stand {
+    /// How far along `up` the surface is, m.
+    pub height: f64,
+    /// Its centre of mass, m; on the floor where there is nothing.
+    pub centre: Vector3<f64>,
+}
+
+impl Basin {
+    /// Cuts the inside of a vessel with that outside into columns; wall and floor are `wall` m thick.
+    pub fn new(outside: &Shape, wall: f64) -> Self {
+        let inside = |half: f64| half - wall;
+        let (x, y, area, round) = match *outside {
+            Shape::Cuboid { size } => {
+                let (x, y) = (inside(0.5 * size.x), inside(0.5 * size.y));
+                (x, y, 4.0 * x * y, false)
+            }
+            Shape::Cylinder { radius, .. } => {
+                let r = inside(radius);
+                (r, r, std::f64::consts::PI * r * r, true)
+            }
+        };
+        let place = |k: usize| 2.0 * (k as f64 + 0.5) / ACROSS as f64 - 1.0;
+        let feet: Vec<[f64; 2]> = (0..ACROSS * ACROSS)
+            .map(|k| [place(k % ACROSS), place(k / ACROSS)])
+            .filter(|[a, b]| !round || a * a + b * b <= 1.0)
+            .map(|[a, b]| [a * x, b * y])
+            .collect();
+        let column = area / feet.len() as f64;
+        Self { feet, column, floor: wall, rim: outside.height() }
+    }
+
+    /// Returns how `volume` m³ stand when `up` (unit) is up. More than it holds fills it.
+    pub fn stand(&self, up: &Vector3<f64>, volume: f64) -> Stand {
+        let z = if up.z.abs() < LEVEL { LEVEL.copysign(up.z) } else { up.z };
+        let reach = |foot: &[f64; 2]| up.x * foot[0] + up.y * foot[1];
+        let heights = self
+            .feet
+            .iter()
+            .flat_map(|foot| [reach(foot) + z * self.floor, reach(foot) + z * self.rim]);
+        let (mut low, mut high) =
+            heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (a.min(h), b.max(h)));
+        let mut height = f64::midpoint(low, high);
+        // Newton's step where it stays between what is too low and too high, else half of that.
+        for _ in 0..STEPS {
+            let (mut held, mut surface) = (0.0, 0.0);
+            for foot in &self.feet {
+                let [from, to] = self.wet(reach(foot), z, height);
+                held += to - from;
+                if to > from && to - from < self.rim - self.floor {
+                    surface += 1.0;
+                }
+            }
+            let missing = volume / self.column - held;
+            if missing > 0.0 {
+                low = height
+            } else {
+                high = height
+            }
+            let step = height + missing * z.abs() / f64::max(surface, 1.0);
+            let next = if step > low && step < high { step } else { f64::midpoint(low, high) };
+            let moved = (next - height).abs();
+            height = next;
+            if moved < 1e-9 {
+                break;
+            }
+        }
+        let (mut held, mut sum) = (0.0, Vector3::zeros());
+        for foot in &self.feet {
+            let [from, to] = self.wet(reach(foot), z, height);
+            held += to - from;
+            sum += Vector3::new(foot[0], foot[1], f64::midpoint(from, to)) * (to - from);
+        }
+        let centre = if held > 0.0 { sum / held } else { Vector3::z() * self.floor };
+        Stand { height, centre }
+    }
+
+    /// Returns from where to where a column is wet when the surface is at `height`; `reach` is how far along up its
+    /// foot at the origin's height is, `z` what the axis has of up.
+    fn wet(&self, reach: f64, z: f64, height: f64) -> [f64; 2] {
+        let cut = ((height - reach) / z).clamp(self.floor, self.rim);
+        if z > 0.0 { [self.floor, cut] } else { [cut, self.rim] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A box of 60 mm by 60 mm by 140 mm inside.
+    fn jar() -> Basin {
+        Basin::new(&Shape::Cuboid { size: Vector3::new(0.066, 0.066, 0.143) }, 0.003)
+    }
+
+    const VOLUME: f64 = 0.06 * 0.06 * 0.08;
+
+    #[test]
+    fn it_stands_level_in_a_tilted_box_as_geometry_says() {
+        // As long as the surface meets only the four walls, the depth along the box's axis stays that of the upright
+        // one, whatever the tilt.
+        for tilt in [0.0_f64, 0.2, 0.5, 0.7] {
+            let up = Vector3::new(tilt.sin(), 0.0, tilt.cos());
+            let stand = jar().stand(&up, VOLUME);
+            assert!((stand.height / tilt.cos() - 0.083).abs() < 1e-4, "{tilt}: {stand:?}");
+            // The centre moves to the lower side by b² tan θ / (12 h), and up by half of that times tan θ.
+            let aside = -0.06_f64.powi(2) * tilt.tan() / (12.0 * 0.08);
+            assert!((stand.centre.x - aside).abs() < 1e-4, "{tilt}: {stand:?}");
+            let z = 0.003 + 0.04 - 0.5 * aside * tilt.tan();
+            assert!((stand.centre.z - z).abs() < 1e-4, "{tilt}: {stand:?}");
+        }
+        // Lying on its side, a box filled to 4/7 is filled to 4/7 of its width.
+        let side = jar().stand(&Vector3::x(), VOLUME);
+        assert!((side.height - (-0.03 + 0.06 * 4.0 / 7.0)).abs() < 1e-3, "{side:?}");
+    }
+
+    #[test]
+    fn upside_down_it_stands_on_the_lid_and_what_is_not_there_lies_on_the_floor() {
+        let stand = jar().stand(&-Vector3::z(), VOLUME);
+        assert!((stand.height + 0.063).abs() < 1e-6 && (stand.centre.z - 0.103).abs() < 1e-6);
+        let empty = jar().stand(&Vector3::z(), 0.0);
+        assert!((empty.height - 0.003).abs() < 1e-6 && (empty.centre.z - 0.003).abs() < 1e-6);
+        let full = Basin::new(&Shape::Cylinder { radius: 0.04, height: 0.1 }, 0.002);
+        let stand = full.stand(&Vector3::z(), 1.0);
+        assert!((stand.height - 0.1).abs() < 1e-6, "{stand:?}");
+    }
+}
