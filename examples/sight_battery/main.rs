@@ -1,11 +1,14 @@
 //! The battery of sight: photographs of real tables and pictures painted into them, with the truth known.
 //!
-//! `cargo run --release --example sight_battery -- real|developed|held|cuts [--pictures DIR] [--out DIR] [--rows FILE]` sees every
-//! picture of that part and prints, for each object that a scene declares, whether it is there, whether it was found,
-//! how far off and how sure; at the end how often what was said with how much confidence was right. Half of what is
-//! declared is not there. `held` has other backgrounds and other seeds than `developed`, from which constants were
-//! taken. `cuts` cuts things out without a scene and compares with the photographs' masks. DIR holds the photographs of clear things, in place of the shared ones. FILE gets what every placement rests on,
-//! from which `scripts/sight_weights.py` fits the weights of `alignment::vision::probability`.
+//! `cargo run --release --example sight_battery -- real|developed|held|fresh|cuts [--pictures DIR] [--out DIR] [--rows
+//! FILE]` sees every picture of that part and prints, for each object that a scene declares, whether it is there, whether it
+//! was found, how far off and how sure; at the end how often what was said with how much confidence was right. Half of what
+//! is declared is not there. `held` has other backgrounds and other seeds than `developed`, from which constants were taken;
+//! the weights of the probability were then fitted to `real`, `developed` and `held`. `fresh` has other things in other
+//! places, which nothing was fitted to; the photographs beneath are in part the same. `cuts` cuts things out without a scene
+//! and compares with the photographs' masks. DIR holds the photographs of clear things, in place of the shared ones. FILE
+//! gets what every placement rests on, from which `scripts/sight_weights.py` fits the weights of
+//! `alignment::vision::probability`.
 #![expect(clippy::print_stdout, reason = "an example talks to a person")]
 #![expect(clippy::unwrap_used, reason = "an example that cannot go on may say so by panicking")]
 #![expect(clippy::disallowed_methods, reason = "how long it takes is one of the scores")]
@@ -59,6 +62,7 @@ fn main() {
     match part {
         "developed" => developed(folder.as_deref(), &mut run),
         "held" => held(folder.as_deref(), desk.as_deref(), &mut run),
+        "fresh" => fresh(folder.as_deref(), desk.as_deref(), &mut run),
         _ => real(folder.as_deref(), desk.as_deref(), &mut run),
     }
     tally.print();
@@ -105,6 +109,23 @@ fn held(folder: Option<&Path>, desk: Option<&Path>, run: &mut dyn FnMut(Case)) {
     }
     for k in 0..24 {
         run(cases::painted(&cases::own_ground(3 + k % 2, 6000 + k as u64), 6000 + k as u64));
+    }
+}
+
+/// Pictures that no weight or constant was fitted to: other things on all kinds of tables of our own, on frames of the
+/// sequence that were not painted into, and on photographs whose twins were.
+fn fresh(folder: Option<&Path>, desk: Option<&Path>, run: &mut dyn FnMut(Case)) {
+    grounds(
+        folder,
+        &[("080", "transparent"), ("123", "transparent"), ("130", "opaque")],
+        9000,
+        run,
+    );
+    for (frame, seed) in [(20, 9500_u64), (40, 9501), (80, 9502), (120, 9503), (140, 9504)] {
+        desk.iter().for_each(|d| run(cases::painted(&photos::desk(d, frame), seed)));
+    }
+    for k in 0..20 {
+        run(cases::painted(&cases::own_ground(k % 5, 9600 + k as u64), 9600 + k as u64));
     }
 }
 

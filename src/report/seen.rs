@@ -1,6 +1,8 @@
 //! What a picture shows, in words: a thing with its place and how probable it is, or why it is not found and where it
 //! would be; and what was cut out of a picture.
 
+use std::fmt::Write as _;
+
 use crate::alignment::segment::Segment;
 use crate::alignment::vision::Sighting;
 
@@ -18,7 +20,7 @@ pub fn sighting(seen: &Sighting) -> String {
             seen.confidence
         );
         if let Some(ambiguous) = &seen.ambiguous {
-            text += &format!("\n{:<8} but {ambiguous}", "");
+            let _ = write!(text, "\n{:<8} but {ambiguous}", "");
         }
         return text;
     }
@@ -29,7 +31,8 @@ pub fn sighting(seen: &Sighting) -> String {
     );
     if let Some(pose) = seen.likeliest {
         let at = pose.origin();
-        text += &format!(
+        let _ = write!(
+            text,
             "\n{:<8} likeliest place ({:.1}, {:.1}) mm, probability {:.2}, ± {:.1} mm if it is there",
             "",
             at.x * 1e3,

@@ -53,13 +53,13 @@ fn a_disc_is_cut_out_whatever_is_said_of_where_it_is() {
         let mask = image::open(scratch.path(&format!("{dir}/mask-1.png"))).unwrap().to_luma8();
         assert!(overlap(&mask) > 0.95, "{dir}: {}", overlap(&mask));
         assert_eq!(cut["mask"], format!("{dir}/mask-1.png"));
-        // The contour runs round the disc, within two pixels of its border.
+        // The contour runs round the disc, within three pixels of its border: half of a cell and the smoothing.
         let contour = cut["contour_px"].as_array().unwrap();
         assert!(contour.len() > 200, "{dir}: {}", contour.len());
         for point in contour {
             let [u, v] = [0, 1].map(|k| point[k].as_f64().unwrap());
             let off = (u - 150.0).hypot(v - 110.0) - RADIUS;
-            assert!(off.abs() < 2.0, "{dir}: {off}");
+            assert!(off.abs() < 3.0, "{dir}: {off}");
         }
         assert!(cut["is_smooth"] == true && cut["agreement"].as_f64().unwrap() > 0.9, "{cut}");
         assert!(fs::metadata(scratch.path(&format!("{dir}/segmented.png"))).is_ok());
