@@ -4,15 +4,14 @@ use image::{GrayImage, Luma};
 use nalgebra::Vector2;
 
 use super::identity;
+use super::own_cut::{overlap, own_cut};
 use super::probability::{self, Says};
 use super::{Checks, FOUND, Sighting, Way, belief, wording};
 use crate::alignment::contour::Smoothness;
 use crate::alignment::doubt::{Doubt, TableDoubt};
-use crate::alignment::key_points::{self, Placed};
 use crate::alignment::outline::{Outline, Projector};
 use crate::alignment::picture::Picture;
 use crate::alignment::placement::{Candidate, Evidence, Score};
-use crate::alignment::segment::{BORDERS, Expect, cut};
 use crate::world::{Material, Object, Table};
 
 /// Returns a sighting that says nothing was seen.
@@ -43,69 +42,6 @@ fn unseen(name: &str) -> Sighting {
 fn bounds(outline: &Outline, (w, h): (f64, f64)) -> [f64; 4] {
     let [u0, v0, u1, v1] = outline.bounds();
     [u0.max(0.0), v0.max(0.0), u1.min(w - 1.0), v1.min(h - 1.0)]
-}
-
-/// The picture's own cut of an object, and where its contour's key points put it.
-struct OwnCut {
-    mask: GrayImage,
-    placed: Result<Placed, key_points::Refused>,
-    /// Whether it was cut near the fit's outline.
-    helped: bool,
-}
-
-/// How far from the fit's outline a border is looked for when the box alone does not separate, px. Chosen: 1 cm
-/// in the kitchen (840 px/m), what a fit that is right to some pixels and a size that is wrong by some per cent come to
-/// together. With half of it a border that is there is not within, with twice as much the neighbour's is.
-const BAND_PX: f64 = 9.0;
-
-/// Goes the paper's way: cuts the object out, and places it by its contour's key points.
-///
-/// The first cuts start from the box alone and share nothing else with the fit. Where they give no contour
-/// of use (a thing's own pattern, a neighbour of its colour) the border is looked for near the fit's outline.
-fn own_cut(
-    picture: &Picture,
-    view: &Projector,
-    evidence: &Evidence,
-    outline: &Outline,
-    bbox: [f64; 4],
-) -> Option<OwnCut> {
-    let boxed = |p: Vector2<f64>| {
-        let inside = p.x > bbox[0] && p.y > bbox[1] && p.x < bbox[2] && p.y < bbox[3];
-        match (evidence.hidden.covers(p), inside) {
-            (true, _) => Expect::Ground,
-            (_, true) => Expect::Inside,
-            _ => Expect::Outside,
-        }
-    };
-    let band = |p: Vector2<f64>| {
-        let far = outline.depth(p);
-        if far > BAND_PX || evidence.hidden.covers(p) {
-            Expect::Ground
-        } else if far > 0.0 {
-            Expect::Outside
-        } else if far > -BAND_PX {
-            Expect::Inside
-        } else {
-            Expect::Object
-        }
-    };
-    let mut first = None;
-    for (border, helped) in [(BORDERS[0], false), (BORDERS[1], false), (BORDERS[0], true)] {
-        let mask = if helped {
-            cut(picture, bbox, band, border)
-        } else {
-            cut(picture, bbox, boxed, border)
-        };
-        let Some(mask) = mask else { continue };
-        let placed = key_points::place(&mask, picture, view, evidence.object, &evidence.hidden);
-        let done = placed.is_ok();
-        let own = OwnCut { mask, placed, helped };
-        if done {
-            return Some(own);
-        }
-        first = first.or(Some(own));
-    }
-    first
 }
 
 /// Fits the chosen candidate once more with what is hidden left out, asks the other way, and says how sure
@@ -180,7 +116,11 @@ pub(super) fn judge(
     let tie = believe(&mut sighting, &best, object.material, rival);
     if !is_chosen {
         sighting.confidence = 0.0;
-        sighting.reason = Some(wording::nothing_like_it(Some(&best)));
+        sighting.reason = Some(if is_explained {
+            wording::is_something_else(&best)
+        } else {
+            wording::nothing_like_it(Some(&best))
+        });
     } else if !table.holds(best.x, best.y, 0.0) {
         sighting.confidence = 0.0;
         sighting.reason = Some(wording::off_the_table(&best));
@@ -250,17 +190,6 @@ fn believe(
         sighting.reason = Some(wording::missing_edges(best, missing));
     }
     tie
-}
-
-/// Returns the overlap of two masks: what both have over what either has.
-fn overlap(one: &GrayImage, other: &GrayImage) -> f64 {
-    let (mut both, mut either) = (0.0, 0.0);
-    for (a, b) in one.pixels().zip(other.pixels()) {
-        let (a, b) = (a.0[0] > 0, b.0[0] > 0);
-        both += f64::from(u8::from(a && b));
-        either += f64::from(u8::from(a || b));
-    }
-    both / f64::max(either, 1.0)
 }
 
 /// Returns one standard deviation of a fit's position, m, and turn, rad, were the scene right.

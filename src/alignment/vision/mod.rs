@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 
 mod identity;
 mod judge;
+mod own_cut;
 mod probability;
 mod together;
 mod unexplained;

@@ -18,6 +18,15 @@ pub(super) fn nothing_like_it(nearest: Option<&Candidate>) -> String {
     )
 }
 
+/// All that looks like it is another thing, or the arm.
+pub(super) fn is_something_else(at: &Candidate) -> String {
+    format!(
+        "what looks most like it, at ({:.3}, {:.3}) m, is another thing that stands there, or the arm; \
+         clear the view, or what hides it",
+        at.x, at.y
+    )
+}
+
 /// A rival is as good.
 pub(super) fn two_places(best: &Candidate, rival: &Candidate) -> String {
     format!(
