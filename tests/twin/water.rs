@@ -261,21 +261,6 @@ fn an_overfull_jar_is_refused() {
     assert_eq!(made.err(), Some(0));
 }
 
-#[test]
-fn the_number_of_threads_does_not_change_a_bit() {
-    let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| {
-            let settings = FluidSettings { particles: 1500, ..FluidSettings::default() };
-            let lip = Vector3::new(0.5, 0.02, 0.14);
-            let mut fluid = fluid(&[(jar(), tipped(&lip, 1.0), 1.5e-4)], &settings);
-            (0..50).for_each(|i| fluid.step(&[tipped(&lip, 1.0 + 0.01 * f64::from(i))]));
-            fluid.positions().to_vec()
-        })
-    };
-    assert_eq!(run(1), run(3));
-}
-
 /// A jar is turned over a bowl and back; what clings to its lip comes later, as a film drains.
 #[test]
 fn water_clings_to_a_lip_and_drains_exponentially_once_the_vessel_is_upright() {

@@ -1,25 +1,19 @@
 //! Water: at rest in vessels, as particles on its way, and never lost.
 //!
 //! In a vessel it stands as a level surface ([`super::basin`]) that leans and swings as the first mode of sloshing does
-//! (`slosh.rs`), and leaves over the rim as over a weir (`rim.rs`). What has left is particles: a position-based
-//! fluid moved by gravity and pushed apart until its density is that of water. One that falls through a mouth
-//! (`vessel.rs`) joins what stands there. Each particle carries the same volume, also where it stands, so what is in a
-//! vessel is counted, and nothing is created or lost.
+//! (`slosh.rs`), and leaves over the rim as over a weir (`rim.rs`). What has left is particles that fall (`fall.rs`). One
+//! that falls through a mouth (`vessel.rs`) joins what stands there. Each particle carries the same volume, also where
+//! it stands, so what is in a vessel is counted, and nothing is created or lost.
 //!
 //! Vessels are moved from outside; water answers by its mass and centre of mass. The arm and objects that are not
 //! vessels do not touch the water. All of it runs in the caller's thread, so the result has the same bits for any
 //! number of threads.
-//!
-//! Source: Macklin and Müller, "Position based fluids", 2013; Schechter and Bridson, "Ghost SPH for
-//! animating water", 2012 (XSPH viscosity).
 
+mod fall;
 mod film;
-mod grid;
-mod kernel;
 mod placed;
 mod rim;
 mod slosh;
-mod solve;
 mod vessel;
 
 use std::sync::Arc;
@@ -28,7 +22,6 @@ use nalgebra::{Isometry3, Vector3};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 
 pub use film::Dribble;
-pub use kernel::Kernel;
 pub use rim::Rim;
 pub use vessel::Vessel;
 
@@ -39,7 +32,6 @@ use film::Film;
 use placed::Placed;
 use rim::Lip;
 use slosh::{Mode, Slosh};
-use solve::Scratch;
 
 /// Time constant with which a vessel feels its water move, s: the grasp would feel every particle's
 /// knock otherwise.
@@ -58,15 +50,11 @@ pub struct FluidSettings {
     pub particles: usize,
     /// Time step, s; rounded to a whole number of the rigid bodies' steps.
     pub dt: f64,
-    /// Density iterations per step.
-    pub iterations: usize,
-    /// Share of the difference to its neighbours' velocity that a particle gives up per step.
-    pub viscosity: f32,
 }
 
 impl Default for FluidSettings {
     fn default() -> Self {
-        Self { particles: 600, dt: 1.0 / 240.0, iterations: 4, viscosity: 0.05 }
+        Self { particles: 600, dt: 1.0 / 240.0 }
     }
 }
 
@@ -134,14 +122,12 @@ impl Moving {
 /// All the water.
 #[derive(Debug, Clone)]
 pub struct Fluid {
-    settings: FluidSettings,
     dt: f32,
     gravity: Vector3<f32>,
-    kernel: Kernel,
     /// Volume of one particle, m³.
     volume: f64,
+    /// How wide a particle is, m: the edge of the cube of its volume.
     spacing: f32,
-    relaxation: f32,
     table: Table,
     vessels: Vec<Moving>,
     /// The water on each vessel's lip.
@@ -157,7 +143,6 @@ pub struct Fluid {
     rest_time: Vec<f32>,
     /// Places of clinging particles in their vessel's frame.
     ride: Vec<Vector3<f32>>,
-    scratch: Scratch,
 }
 
 /// A vessel to fill: what it is, where, and with how much water, m³.
@@ -192,15 +177,11 @@ impl Fluid {
         let total: f64 = fillings.iter().map(|filling| filling.water).sum();
         let volume = if total > 0.0 { total / settings.particles.max(1) as f64 } else { 1e-7 };
         let spacing = volume.cbrt() as f32;
-        let kernel = Kernel::new(solve::SUPPORT * spacing);
         let mut fluid = Self {
-            settings: settings.clone(),
             dt: dt as f32,
             gravity: gravity.cast(),
-            kernel,
             volume,
             spacing,
-            relaxation: solve::relaxation(&kernel, spacing),
             table,
             vessels: Vec::new(),
             films: Vec::new(),
@@ -212,7 +193,6 @@ impl Fluid {
             touched_table: Vec::new(),
             rest_time: Vec::new(),
             ride: Vec::new(),
-            scratch: Scratch::default(),
         };
         // Where along a lip the first particle leaves is chance.
         let mut rng = StdRng::seed_from_u64(seed);
@@ -267,7 +247,7 @@ impl Fluid {
     pub fn step(&mut self, poses: &[Isometry3<f64>]) {
         self.move_vessels(poses);
         self.ride();
-        self.solve();
+        self.fall();
         self.join();
         self.let_go();
         self.drain();

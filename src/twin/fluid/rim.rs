@@ -1,10 +1,9 @@
-//! What the particles cannot do by themselves at a vessel's rim: flow out, and run over.
+//! How liquid leaves a vessel: it flows out over the lip, and a full one runs over.
 //!
-//! Particles of a quarter of a millilitre are 6 mm wide. They pile up over a rim rather than run over it, so that a jar
-//! turned at 4 deg/s would hold 50 mL more than a real one, and they have no calibrated viscosity. So a particle leaves
-//! when the laws of a weir and of a sheet falling over the lip ([`crate::twin::hold`]) say that its volume has left. The
-//! tilt that counts is that against the liquid's surface, which swings. A full vessel lets go beside its wall. What
-//! falls, splashes and is counted afterwards is the particles' own.
+//! A particle leaves when the laws of a weir and of a sheet falling over the lip ([`crate::twin::hold`]) say that its
+//! volume has left. The tilt that counts is that against the liquid's surface, which swings. A full vessel lets go
+//! beside its wall. (Particles that push each other over a rim of their own pile up before it: at 6 mm each, a jar
+//! turned at 4 deg/s held 50 mL more than hydraulics allow.)
 
 use nalgebra::Vector3;
 
