@@ -42,7 +42,9 @@ fn main() {
     let out = after("--out");
     let part = arguments.first().map_or("real", String::as_str);
     if part == "cuts" {
-        folder.iter().for_each(|folder| cuts::all(folder));
+        if let Some(folder) = folder {
+            cuts::all(&folder);
+        }
         return;
     }
     let mut tally = score::Tally::default();
@@ -122,7 +124,9 @@ fn fresh(folder: Option<&Path>, desk: Option<&Path>, run: &mut dyn FnMut(Case)) 
         run,
     );
     for (frame, seed) in [(20, 9500_u64), (40, 9501), (80, 9502), (120, 9503), (140, 9504)] {
-        desk.iter().for_each(|d| run(cases::painted(&photos::desk(d, frame), seed)));
+        if let Some(desk) = desk {
+            run(cases::painted(&photos::desk(desk, frame), seed));
+        }
     }
     for k in 0..20 {
         run(cases::painted(&cases::own_ground(k % 5, 9600 + k as u64), 9600 + k as u64));
