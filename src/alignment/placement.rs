@@ -95,7 +95,7 @@ impl Candidate {
 /// What a search came to.
 #[derive(Debug, Clone, Default)]
 pub struct Searched {
-    /// Up to [`FITTED`] distinct places, fitted, best first.
+    /// Up to eight distinct places, fitted, best first.
     pub best: Vec<Candidate>,
     /// The places that look most like the thing, as scored at half size, best first.
     pub alike: Vec<Candidate>,
