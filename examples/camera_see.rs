@@ -8,7 +8,7 @@
 //!
 //! `cargo run --example camera_see -- lab 30 [OUT]` does the same for the laboratory: thirty of them, nine
 //! kinds of photograph each, truth known; a table of how far off, how often found, and how honest the
-//! standard deviations are.
+//! standard deviations are. OUT also gets `rows.csv`, what each placement rests on (`scripts/sight_weights.py`).
 #![expect(clippy::print_stdout, reason = "an example talks to a person")]
 #![expect(clippy::unwrap_used, reason = "an example that cannot go on may say so by panicking")]
 
@@ -19,6 +19,7 @@ use std::path::Path;
 use lab_photos::{Bench, Kind, Photo, off};
 use nalgebra::Vector3;
 use trueup::alignment::vision::{Options, Sighting, annotate, see};
+use trueup::world::Material;
 
 #[path = "../tests/absent.rs"]
 mod absent;
@@ -27,6 +28,9 @@ mod absent;
 mod kitchen;
 #[path = "../tests/alignment_vision/lab_photos.rs"]
 mod lab_photos;
+#[path = "sight_battery/score.rs"]
+#[expect(dead_code, reason = "shared with the battery, which uses more of it")]
+mod score;
 #[path = "../tests/alignment_vision/visp.rs"]
 mod visp;
 
@@ -56,6 +60,7 @@ fn main() {
 fn lab(n: u64, out: Option<&Path>) {
     let symmetry = [FRAC_PI_2, 0.0];
     let mut rows: BTreeMap<(Kind, usize), Vec<Row>> = BTreeMap::new();
+    let mut tally = score::Tally::default();
     for seed in 1..=n {
         let bench = Bench::new(seed);
         for kind in Kind::ALL {
@@ -67,6 +72,9 @@ fn lab(n: u64, out: Option<&Path>) {
             }
             for (idx, s) in seen.iter().enumerate() {
                 let off = photo.truth[idx].and_then(|truth| off(s, truth, symmetry[idx]));
+                let place: Vec<[f64; 2]> = photo.truth[idx].iter().map(|t| [t[0], t[1]]).collect();
+                let is_clear = photo.scene.objects[idx].material == Material::Transparent;
+                tally.keep(&format!("lab{seed:02}-{}", kind.words()), s, &place, is_clear);
                 let there = photo.truth[idx].is_some();
                 let bad = s.found != there || off.is_some_and(|o| o.0 > 2.0 || o.1 > 0.02);
                 if bad {
@@ -86,6 +94,9 @@ fn lab(n: u64, out: Option<&Path>) {
                 rows.entry((kind, idx)).or_default().push(row);
             }
         }
+    }
+    if let Some(out) = out {
+        std::fs::write(out.join("rows.csv"), tally.evidence()).unwrap();
     }
     println!(
         "{:15} {:3} {:>9} {:>5} {:>23} {:>9} {:>13}",

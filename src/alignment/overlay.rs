@@ -10,9 +10,13 @@ use crate::world::{Camera, Point, Unknown};
 const COLOURS: [[u8; 3]; 6] =
     [[230, 159, 0], [86, 180, 233], [0, 158, 115], [240, 228, 66], [213, 94, 0], [204, 121, 167]];
 
+/// Steps of a dashed line, px of a picture 640 px wide: a dash and a gap are each this long.
+const DASH: f64 = 6.0;
+
 /// Draws outlines, key points, names and how sure over a copy of the picture.
 ///
-/// Objects that were not found are listed in the top left corner.
+/// Objects that were not found are listed in the top left corner, and where each most probably is if it is there at all
+/// is dashed.
 pub fn annotate(image: &RgbImage, sightings: &[Sighting]) -> RgbImage {
     let mut out = image.clone();
     let scale = (image.width() / 640).max(1);
@@ -25,9 +29,12 @@ pub fn annotate(image: &RgbImage, sightings: &[Sighting]) -> RgbImage {
                 (8, f64::from(8 + 10 * line * scale)),
                 scale,
                 colour,
-                &format!("{}: not found", s.name),
+                &format!("{}: not found {:.0}%", s.name, 100.0 * s.confidence),
             );
             line += 1;
+            if s.likeliest.is_some() {
+                dashed(&mut out, &s.hull, f64::from(scale) * DASH, colour);
+            }
             continue;
         }
         for (k, a) in s.hull.iter().enumerate() {
@@ -53,6 +60,35 @@ pub fn annotate(image: &RgbImage, sightings: &[Sighting]) -> RgbImage {
         text(&mut out, (at.0 as u32, at.1), scale, colour, &label);
     }
     out
+}
+
+/// Draws a closed line of dashes of `dash` px.
+fn dashed(image: &mut RgbImage, closed: &[[f64; 2]], dash: f64, colour: [u8; 3]) {
+    let mut gone = 0.0;
+    for (k, a) in closed.iter().enumerate() {
+        let b = closed[(k + 1) % closed.len()];
+        let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+        // Hulls of what is not wholly in view may reach far beyond the picture.
+        let steps = length.clamp(1.0, 10_000.0).ceil() as u32;
+        for i in 0..steps {
+            let t = f64::from(i) / f64::from(steps);
+            if ((gone + t * length) / dash).rem_euclid(2.0) < 1.0 {
+                put(image, a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t, colour);
+            }
+        }
+        gone += length;
+    }
+}
+
+/// Draws a closed outline two pixels wide, in the colour of the `k`-th thing.
+pub fn outline(image: &mut RgbImage, contour: &[[f64; 2]], k: usize) {
+    let colour = COLOURS[k % COLOURS.len()];
+    for (i, a) in contour.iter().enumerate() {
+        let b = contour[(i + 1) % contour.len()];
+        for (du, dv) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)] {
+            stroke(image, [a[0] + du, a[1] + dv], [b[0] + du, b[1] + dv], colour);
+        }
+    }
 }
 
 /// Draws the circle on the table that bounds each thing that no scene declares, in red.

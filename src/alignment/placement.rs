@@ -92,6 +92,15 @@ impl Candidate {
     }
 }
 
+/// What a search came to.
+#[derive(Debug, Clone, Default)]
+pub struct Searched {
+    /// Up to eight distinct places, fitted, best first.
+    pub best: Vec<Candidate>,
+    /// The places that look most like the thing, as scored at half size, best first.
+    pub alike: Vec<Candidate>,
+}
+
 /// Where to look: a rectangle of the table, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Window {
@@ -337,8 +346,18 @@ impl<'a> Evidence<'a> {
         (change, colour)
     }
 
+    /// Returns the same evidence asked for another object, whose colour is that of this one.
+    pub fn of<'b>(&'b self, object: &'b Object) -> Evidence<'b> {
+        Evidence { object, colour: self.colour.clone(), hidden: self.hidden.clone(), ..*self }
+    }
+
+    /// Climbs from a candidate at half size, where scores of several solids are compared.
+    pub fn nearby(&self, from: &Candidate) -> Candidate {
+        self.climb(from, 1, POINTS[1], CLIMB)
+    }
+
     /// Searches a window of the table; returns up to `FITTED` distinct candidates, best first.
-    pub fn search(&self, window: &Window) -> Vec<Candidate> {
+    pub fn search(&self, window: &Window) -> Searched {
         let symmetry = self.object.shape.symmetry();
         let n_yaw = if symmetry > 0.0 { (symmetry / GRID_YAW).round() as usize } else { 1 };
         let steps = |range: [f64; 2]| {
@@ -365,9 +384,10 @@ impl<'a> Evidence<'a> {
         let coarse = distinct(all, COARSE, symmetry);
         let finer: Vec<Candidate> =
             coarse.par_iter().map(|c| self.climb(c, 1, POINTS[1], CLIMB)).collect();
+        let alike = distinct(finer.clone(), COARSE, symmetry);
         let finer = distinct(finer, FINER, symmetry);
         let fitted: Vec<Candidate> = finer.par_iter().map(|c| self.fit(c)).collect();
-        distinct(fitted, (FITTED, FINER.1, FINER.2), symmetry)
+        Searched { best: distinct(fitted, (FITTED, FINER.1, FINER.2), symmetry), alike }
     }
 
     /// Climbs to a nearby best score with halving steps.

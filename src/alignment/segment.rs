@@ -7,6 +7,13 @@
 //!
 //! Source: Rother, Kolmogorov and Blake, "`GrabCut`", SIGGRAPH 2004; Dinitz's maximal flow.
 
+mod everything;
+mod flow;
+mod palette;
+mod prompt;
+mod referee;
+mod snap;
+
 use image::{GrayImage, Luma, imageops};
 use imageproc::distance_transform::Norm;
 use imageproc::morphology;
@@ -16,6 +23,11 @@ use nalgebra::{SMatrix, SVector, Vector2};
 use super::outline::{Projector, inside_convex};
 use super::picture::{Picture, Plane, median};
 use crate::world::Table;
+use flow::Flow;
+use palette::Palette;
+
+pub use everything::everything;
+pub use prompt::{LEAST_SIDE, Prompt, Segment, segment};
 
 type Coefficients = SVector<f64, 6>;
 
@@ -38,13 +50,18 @@ impl TableModel {
     /// Objects, dots and the arm are outliers as long as bare table is the commonest thing to be seen.
     /// `None` when the table covers less than some hundred pixels.
     pub fn fit(picture: &Picture, view: &Projector, table: &Table) -> Option<Self> {
-        let (w, h) = (picture.small[0].width, picture.small[0].height);
         let polygon = table_polygon(view, table)?;
+        Self::fit_where(picture, |p| inside_convex(&polygon, p))
+    }
+
+    /// Fits the surface to the part of the picture that may be table; `None` of less than some hundred pixels.
+    fn fit_where(picture: &Picture, is_table: impl Fn(Vector2<f64>) -> bool) -> Option<Self> {
+        let (w, h) = (picture.small[0].width, picture.small[0].height);
         let mut rows: Vec<(usize, Coefficients)> = Vec::new();
         for y in (0..h).step_by(2) {
             for x in (0..w).step_by(2) {
                 let p = Vector2::new(4.0 * x as f64 + 1.5, 4.0 * y as f64 + 1.5);
-                if inside_convex(&polygon, p) {
+                if is_table(p) {
                     rows.push((y * w + x, basis(x as f64 / w as f64, y as f64 / h as f64)));
                 }
             }
@@ -128,70 +145,6 @@ const STAIRS_PX: f32 = 2.0;
 /// Price of a border between two cells of one colour, in units of log-likelihood: a low one follows faint
 /// borders, a high one is not led astray by a thing's own pattern.
 pub const BORDERS: [f64; 2] = [25.0, 40.0];
-
-/// A mixture of a few colours with their spreads and shares.
-struct Palette {
-    colours: Vec<([f64; 3], [f64; 3], f64)>,
-}
-
-impl Palette {
-    /// Learns four colours by k-means from seeds spread over the lightness order; `None` of too few cells.
-    fn learn(cells: &[[f64; 3]]) -> Option<Self> {
-        const K: usize = 4;
-        if cells.len() < 4 * K {
-            return None;
-        }
-        let mut sorted: Vec<[f64; 3]> = cells.to_vec();
-        sorted.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        let mut means: Vec<[f64; 3]> =
-            (0..K).map(|k| sorted[(2 * k + 1) * sorted.len() / (2 * K)]).collect();
-        let far = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>();
-        let nearest = |means: &[[f64; 3]], cell: &[f64; 3]| {
-            (0..K)
-                .min_by(|&i, &j| far(&means[i], cell).total_cmp(&far(&means[j], cell)))
-                .unwrap_or(0)
-        };
-        let mut colours = Vec::new();
-        for _ in 0..6 {
-            let mut sums = [([0.0; 3], [0.0; 3], 0.0); K];
-            for cell in cells {
-                let slot = &mut sums[nearest(&means, cell)];
-                for (c, value) in cell.iter().enumerate() {
-                    slot.0[c] += value;
-                    slot.1[c] += value * value;
-                }
-                slot.2 += 1.0;
-            }
-            colours.clear();
-            for (k, (sum, square, n)) in sums.into_iter().enumerate() {
-                if n < 3.0 {
-                    continue;
-                }
-                let mean = sum.map(|s| s / n);
-                means[k] = mean;
-                // A floor of one CIELAB keeps a flat colour from being infinitely sure of itself.
-                let variance =
-                    [0, 1, 2].map(|c| (square[c] / n - mean[c] * mean[c]).max(0.0) + 1.0);
-                colours.push((mean, variance, n / cells.len() as f64));
-            }
-        }
-        Some(Self { colours })
-    }
-
-    /// Returns the negative log-likelihood of a colour.
-    fn cost(&self, cell: &[f64; 3]) -> f64 {
-        self.colours
-            .iter()
-            .map(|(mean, variance, share)| {
-                (0..3)
-                    .map(|c| (cell[c] - mean[c]).powi(2) / variance[c] + variance[c].ln())
-                    .sum::<f64>()
-                    / 2.0
-                    - share.ln()
-            })
-            .fold(40.0, f64::min)
-    }
-}
 
 /// What a pixel is expected to be before the picture is asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -338,118 +291,9 @@ fn tidy(mask: &GrayImage, [x0, y0, x1, y1]: [usize; 4]) -> GrayImage {
     out
 }
 
-/// A maximal flow on a graph with a source and a sink, by Dinitz's blocking flows.
-struct Flow {
-    /// Per arc: where it leads and what it can still carry; arc `k ^ 1` is its reverse.
-    arcs: Vec<(usize, f64)>,
-    out: Vec<Vec<usize>>,
-    source: usize,
-    sink: usize,
-}
-
-impl Flow {
-    fn new(n: usize) -> Self {
-        Self { arcs: Vec::new(), out: vec![Vec::new(); n + 2], source: n, sink: n + 1 }
-    }
-
-    fn arc(&mut self, from: usize, to: usize, there: f64, back: f64) {
-        self.out[from].push(self.arcs.len());
-        self.arcs.push((to, there));
-        self.out[to].push(self.arcs.len());
-        self.arcs.push((from, back));
-    }
-
-    /// A positive preference ties a node to the source, a negative one to the sink.
-    fn terminal(&mut self, node: usize, preference: f64) {
-        if preference > 0.0 {
-            self.arc(self.source, node, preference, 0.0);
-        } else {
-            self.arc(node, self.sink, -preference, 0.0);
-        }
-    }
-
-    fn link(&mut self, a: usize, b: usize, capacity: f64) {
-        self.arc(a, b, capacity, capacity);
-    }
-
-    /// Saturates the graph and returns, for each node, whether the source still reaches it.
-    fn source_side(mut self) -> Vec<bool> {
-        const LEAST: f64 = 1e-9;
-        let n = self.out.len();
-        loop {
-            let mut level = vec![usize::MAX; n];
-            level[self.source] = 0;
-            let mut queue = vec![self.source];
-            let mut head = 0;
-            while head < queue.len() {
-                let node = queue[head];
-                head += 1;
-                for &arc in &self.out[node] {
-                    let (to, left) = self.arcs[arc];
-                    if left > LEAST && level[to] == usize::MAX {
-                        level[to] = level[node] + 1;
-                        queue.push(to);
-                    }
-                }
-            }
-            if level[self.sink] == usize::MAX {
-                return (0..n - 2).map(|node| level[node] != usize::MAX).collect();
-            }
-            // Walk forward along the levels, push the least that fits, step back from dead ends.
-            let mut next = vec![0_usize; n];
-            let mut path: Vec<usize> = Vec::new();
-            let mut node = self.source;
-            loop {
-                if node == self.sink {
-                    let least = path.iter().map(|&a| self.arcs[a].1).fold(f64::INFINITY, f64::min);
-                    let mut back = 0;
-                    for (k, &arc) in path.iter().enumerate().rev() {
-                        self.arcs[arc].1 -= least;
-                        self.arcs[arc ^ 1].1 += least;
-                        if self.arcs[arc].1 <= LEAST {
-                            back = k;
-                        }
-                    }
-                    node = self.arcs[path[back] ^ 1].0;
-                    path.truncate(back);
-                    continue;
-                }
-                if let Some(&arc) = self.out[node].get(next[node]) {
-                    let (to, left) = self.arcs[arc];
-                    if left > LEAST && level[to] == level[node] + 1 {
-                        path.push(arc);
-                        node = to;
-                    } else {
-                        next[node] += 1;
-                    }
-                } else if let Some(arc) = path.pop() {
-                    level[node] = usize::MAX;
-                    node = self.arcs[arc ^ 1].0;
-                    next[node] += 1;
-                } else {
-                    break;
-                }
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// The minimal cut of a small graph, by hand: the two weak links part it.
-    #[test]
-    fn a_cut_goes_through_the_weak_links() {
-        let mut flow = Flow::new(4);
-        flow.terminal(0, 10.0);
-        flow.terminal(3, -10.0);
-        flow.link(0, 1, 5.0);
-        flow.link(1, 2, 1.0);
-        flow.link(2, 3, 5.0);
-        flow.link(0, 2, 0.5);
-        assert_eq!(flow.source_side(), vec![true, true, false, false]);
-    }
 
     #[test]
     fn a_disc_is_cut_out_of_a_gradient() {

@@ -1,6 +1,7 @@
-//! `trueup camera`: find objects in a picture; calibrate a camera from pictures of a board.
+//! `trueup camera`: find objects in a picture; cut things out of one; calibrate a camera from pictures of a board.
 
 mod calibrate;
+mod segment;
 
 use std::path::{Path, PathBuf};
 
@@ -24,6 +25,8 @@ pub(super) enum CameraCommand {
     See(SeeArgs),
     /// Find what is inside a camera from pictures of a chessboard: focal lengths, centre, lens.
     Calibrate(calibrate::CalibrateArgs),
+    /// Cut a thing out of a picture, from a box, a point or a rough mask: its mask and contour, without a pose.
+    Segment(segment::SegmentArgs),
 }
 
 #[derive(Debug, Args)]
@@ -78,6 +81,7 @@ pub(super) fn camera(
     match command {
         CameraCommand::See(args) => see(args, scene, style),
         CameraCommand::Calibrate(args) => calibrate::calibrate(args, style),
+        CameraCommand::Segment(args) => segment::segment_picture(args, style),
     }
 }
 

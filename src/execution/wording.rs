@@ -161,14 +161,22 @@ pub(super) fn leans(held: &str, tilt: Option<f64>) -> String {
 pub(super) fn seen(sighting: &Sighting) -> String {
     let name = &sighting.name;
     let Some(pose) = sighting.world_from_object else {
-        return match &sighting.reason {
-            Some(why) => format!("camera: {name} not found: {why}"),
-            None => format!("camera: {name} not found: nothing in the picture looks like it"),
-        };
+        let why = sighting.reason.as_deref();
+        let why = why.unwrap_or("nothing in the picture looks like it");
+        let likeliest = sighting.likeliest.map_or_else(String::new, |pose| {
+            let at = pose.origin();
+            format!(
+                "; likeliest at ({:.1}, {:.1}) cm, probability {:.2}",
+                at.x * 100.0,
+                at.y * 100.0,
+                sighting.confidence
+            )
+        });
+        return format!("camera: {name} not found: {why}{likeliest}");
     };
     let at = pose.origin();
     format!(
-        "camera: {name} at ({:.1}, {:.1}) cm, turned {:.1} deg, ± {:.1} mm, confidence {:.2}",
+        "camera: {name} at ({:.1}, {:.1}) cm, turned {:.1} deg, ± {:.1} mm, probability {:.2}",
         at.x * 100.0,
         at.y * 100.0,
         pose.yaw().to_degrees(),

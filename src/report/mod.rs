@@ -21,6 +21,7 @@ pub mod panics;
 pub mod record;
 pub mod run;
 pub mod run_page;
+pub mod seen;
 pub mod sentence;
 pub mod teach;
 pub mod trials;
@@ -34,8 +35,8 @@ use std::io::{self, IsTerminal, Write as _};
 use serde_json::{Value, json};
 
 pub use failure::{Failure, cell_failure, problems_failure, text_failure};
+pub use seen::{segments, sighting};
 
-use crate::alignment::vision::Sighting;
 use crate::language::ast::Param;
 use crate::language::{self, Diagnostic, Source};
 use crate::plain::{coloured, picture, shortened, visible};
@@ -237,29 +238,6 @@ pub fn diagnostics_json(wrong: &[(Diagnostic, Source)]) -> Vec<Value> {
         known.map_or(&nowhere, |(_, source)| source)
     };
     limited.iter().map(|each| each.to_json(source(&each.file))).collect()
-}
-
-/// Words what a picture shows of one object.
-pub fn sighting(seen: &Sighting) -> String {
-    match seen.world_from_object {
-        Some(pose) => {
-            let at = pose.origin();
-            format!(
-                "{:<8} at ({:.1}, {:.1}) mm, turned {:.1} deg, ± {:.1} mm, confidence {:.2}",
-                seen.name,
-                at.x * 1e3,
-                at.y * 1e3,
-                pose.yaw().to_degrees(),
-                seen.std * 1e3,
-                seen.confidence
-            )
-        }
-        None => format!(
-            "{:<8} not found: {}",
-            seen.name,
-            seen.reason.as_deref().unwrap_or("nothing in the picture looks like it")
-        ),
-    }
 }
 
 /// Words what is on the table.

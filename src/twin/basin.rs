@@ -83,9 +83,9 @@ impl Basin {
             }
             let missing = volume / self.column - held;
             if missing > 0.0 {
-                low = height
+                low = height;
             } else {
-                high = height
+                high = height;
             }
             let step = height + missing * z.abs() / f64::max(surface, 1.0);
             let next = if step > low && step < high { step } else { f64::midpoint(low, high) };

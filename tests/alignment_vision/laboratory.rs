@@ -45,3 +45,24 @@ fn jar_and_cup_are_found_on_laboratory_photographs() {
     }
     assert!(by_key_points >= 7, "the contour's way was taken {by_key_points} times");
 }
+
+/// Seen: a jar beside the arm was refused as "hardly more like it than other things", since the rim of what hides the table,
+/// the arm and its shadow, was taken for a second place of the jar. What the arm covers is explained, and no look-alike.
+#[test]
+fn the_arm_is_no_second_jar() {
+    let photo = Bench::new(3).photo(Kind::ArmInView);
+    let jar = &photo.see()[0];
+    assert!(jar.found && jar.confidence > 0.8, "{jar:?}");
+    assert!(jar.gap > 0.3, "something is as good as the jar: {jar:?}");
+}
+
+/// A jar that is not there is refused with a reason, a likeliest place, a mask and both deviations: of that place if it is
+/// there, and of where it may be at all.
+#[test]
+fn what_is_refused_has_a_likeliest_place_and_a_mask() {
+    let photo = Bench::new(8).photo(Kind::JarAbsent);
+    let jar = &photo.see()[0];
+    assert!(!jar.found && jar.reason.is_some() && jar.world_from_object.is_none(), "{jar:?}");
+    assert!(jar.likeliest.is_some() && jar.mask.is_some(), "{jar:?}");
+    assert!(jar.std_if_there < 0.05 && jar.std > 0.1, "{jar:?}");
+}

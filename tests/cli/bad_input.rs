@@ -118,6 +118,8 @@ const CASES: &[Case] = &[
         "no chessboard seen",
         "inner corners",
     ),
+    case(&["camera", "segment", "gone.png"], 2, "io::image", "gone.png", "PNG"),
+    case(&["camera", "segment", "tiny.png", "--point", "9,999"], 2, "camera::prompt", "px", "left"),
     case(&["camera", "see", "gone.png"], 2, "io::image", "gone.png", "PNG"),
     case(&["camera", "see", "kup.task"], 2, "io::image", "kup.task", "PNG"),
     case(&["camera", "see", "broken.png"], 2, "io::image", "broken.png", "PNG"),

@@ -3,14 +3,15 @@
 use image::{GrayImage, Luma};
 use nalgebra::Vector2;
 
+use super::identity;
+use super::own_cut::{overlap, own_cut};
+use super::probability::{self, Says};
 use super::{Checks, FOUND, Sighting, Way, belief, wording};
 use crate::alignment::contour::Smoothness;
 use crate::alignment::doubt::{Doubt, TableDoubt};
-use crate::alignment::key_points::{self, Placed};
 use crate::alignment::outline::{Outline, Projector};
 use crate::alignment::picture::Picture;
 use crate::alignment::placement::{Candidate, Evidence, Score};
-use crate::alignment::segment::{BORDERS, Expect, cut};
 use crate::world::{Material, Object, Table};
 
 /// Returns a sighting that says nothing was seen.
@@ -21,7 +22,9 @@ fn unseen(name: &str) -> Sighting {
         reason: None,
         ambiguous: None,
         world_from_object: None,
+        likeliest: None,
         std: 0.0,
+        std_if_there: 0.0,
         yaw_std: 0.0,
         confidence: 0.0,
         score: Score::default(),
@@ -41,85 +44,22 @@ fn bounds(outline: &Outline, (w, h): (f64, f64)) -> [f64; 4] {
     [u0.max(0.0), v0.max(0.0), u1.min(w - 1.0), v1.min(h - 1.0)]
 }
 
-/// The picture's own cut of an object, and where its contour's key points put it.
-struct OwnCut {
-    mask: GrayImage,
-    placed: Result<Placed, key_points::Refused>,
-    /// Whether it was cut near the fit's outline.
-    helped: bool,
-}
-
-/// How far from the fit's outline a border is looked for when the box alone does not separate, px. Chosen: 1 cm
-/// in the kitchen (840 px/m), what a fit that is right to some pixels and a size that is wrong by some per cent come to
-/// together. With half of it a border that is there is not within, with twice as much the neighbour's is.
-const BAND_PX: f64 = 9.0;
-
-/// Goes the paper's way: cuts the object out, and places it by its contour's key points.
-///
-/// The first cuts start from the box alone and share nothing else with the fit. Where they give no contour
-/// of use (a thing's own pattern, a neighbour of its colour) the border is looked for near the fit's outline.
-fn own_cut(
-    picture: &Picture,
-    view: &Projector,
-    evidence: &Evidence,
-    outline: &Outline,
-    bbox: [f64; 4],
-) -> Option<OwnCut> {
-    let boxed = |p: Vector2<f64>| {
-        let inside = p.x > bbox[0] && p.y > bbox[1] && p.x < bbox[2] && p.y < bbox[3];
-        match (evidence.hidden.covers(p), inside) {
-            (true, _) => Expect::Ground,
-            (_, true) => Expect::Inside,
-            _ => Expect::Outside,
-        }
-    };
-    let band = |p: Vector2<f64>| {
-        let far = outline.depth(p);
-        if far > BAND_PX || evidence.hidden.covers(p) {
-            Expect::Ground
-        } else if far > 0.0 {
-            Expect::Outside
-        } else if far > -BAND_PX {
-            Expect::Inside
-        } else {
-            Expect::Object
-        }
-    };
-    let mut first = None;
-    for (border, helped) in [(BORDERS[0], false), (BORDERS[1], false), (BORDERS[0], true)] {
-        let mask = if helped {
-            cut(picture, bbox, band, border)
-        } else {
-            cut(picture, bbox, boxed, border)
-        };
-        let Some(mask) = mask else { continue };
-        let placed = key_points::place(&mask, picture, view, evidence.object, &evidence.hidden);
-        let done = placed.is_ok();
-        let own = OwnCut { mask, placed, helped };
-        if done {
-            return Some(own);
-        }
-        first = first.or(Some(own));
-    }
-    first
-}
-
 /// Fits the chosen candidate once more with what is hidden left out, asks the other way, and says how sure
-/// the picture leaves one; what it says against the scene is returned for [`weigh`].
+/// the picture leaves one; what it says against the scene is returned for [`weigh`]. Of what was not chosen the best rival
+/// is looked at, else any place at all.
 pub(super) fn judge(
     picture: &Picture,
     view: &Projector,
     table: &Table,
     evidence: &Evidence,
-    best: Option<Candidate>,
-    rivals: &[Candidate],
+    (best, rivals, alike, any): (Option<Candidate>, &[Candidate], &[f64], Option<Candidate>),
 ) -> (Sighting, Option<Doubt>) {
     let object = evidence.object;
     let mut sighting = unseen(&object.name);
-    let Some(best) = best else {
-        let nearest = rivals.first();
-        sighting.score = nearest.map(|c| c.score).unwrap_or_default();
-        sighting.reason = Some(wording::nothing_like_it(nearest));
+    let is_chosen = best.is_some();
+    let is_explained = best.is_none() && rivals.is_empty();
+    let Some(best) = best.or(rivals.first().copied()).or(any) else {
+        sighting.reason = Some(wording::nothing_like_it(None));
         return (sighting, None);
     };
     let mut best = if evidence.hidden.hulls.is_empty() { best } else { evidence.fit(&best) };
@@ -163,26 +103,36 @@ pub(super) fn judge(
     let apart = (RIVAL * object.shape.inner_radius()).max(RIVAL_LEAST);
     let rival = rivals.iter().find(|c| c.distance(&best) > apart);
     let gap = rival.map_or(1.0, |r| 1.0 - r.score.total / best.score.total.max(TINY));
+    let other = identity::ask(evidence, &best, alike);
+    let gap = gap.min(other.ahead);
     sighting.gap = gap;
-    sighting.confidence = belief(&best.score) * (TIED + gap / GAP).clamp(0.0, 1.0);
-    if let Some(rival) = rival.filter(|_| gap < NEAR_TIE) {
-        sighting.reason = Some(wording::two_places(&best, rival));
+    sighting.checks.identity = other;
+    if other.shape < 0.0 {
+        sighting.std =
+            sighting.std.hypot(other.shape_apart * (1.0 - (other.shape / SHAPE_WIDTH).exp()));
     }
-    // What looks like the thing tells of the table, whether or not its outline is whole.
-    let doubt = doubt.filter(|_| sighting.confidence >= FOUND);
-    object_to(&mut sighting, &best, object.material);
-
     let silhouette = fill(&outline, evidence, sighting.bbox, (w as u32, h as u32));
-    if let Some(own) = &own {
-        let (mut both, mut mine, mut theirs) = (0.0, 0.0, 0.0);
-        for (a, b) in own.mask.pixels().zip(silhouette.pixels()) {
-            let (a, b) = (a.0[0] > 0, b.0[0] > 0);
-            both += f64::from(u8::from(a && b));
-            mine += f64::from(u8::from(a));
-            theirs += f64::from(u8::from(b));
-        }
-        sighting.checks.mask_iou = Some(both / f64::max(mine + theirs - both, 1.0));
+    sighting.checks.mask_iou = own.as_ref().map(|own| overlap(&own.mask, &silhouette));
+    let tie = believe(&mut sighting, &best, object.material, rival);
+    if !is_chosen {
+        sighting.confidence = 0.0;
+        sighting.reason = Some(if is_explained {
+            wording::is_something_else(&best)
+        } else {
+            wording::nothing_like_it(Some(&best))
+        });
+    } else if !table.holds(best.x, best.y, 0.0) {
+        sighting.confidence = 0.0;
+        sighting.reason = Some(wording::off_the_table(&best));
     }
+    // What is not there is anywhere: its place is as far off as its rivals are.
+    sighting.checks.elsewhere = elsewhere(&best, rivals, table);
+    // What looks like the thing tells of the table, whether or not its outline is whole; what is something else does not.
+    let doubt = doubt.filter(|_| !is_explained && belief(&best.score) * tie >= FOUND);
+    if hardly_in_view(&mut sighting, &best, object.material) {
+        sighting.reason = Some(wording::hardly_in_view(&best));
+    }
+
     sighting.key_points = match placed {
         // The contour's own key points, when they belong to this pose.
         Some(found)
@@ -209,6 +159,39 @@ pub(super) fn judge(
     (sighting, doubt)
 }
 
+/// Says how probable a placement is and what speaks most against it; returns what the nearest rival leaves of it.
+fn believe(
+    sighting: &mut Sighting,
+    best: &Candidate,
+    material: Material,
+    rival: Option<&Candidate>,
+) -> f64 {
+    let (gap, missing) = (sighting.gap, sighting.checks.missing);
+    let said = probability::Evidence {
+        score: best.score.total,
+        weakest: best.score.weakest,
+        cut: sighting.checks.mask_iou,
+        elsewhere: sighting.checks.identity.elsewhere,
+        shape: sighting.checks.identity.shape,
+        gap,
+        missing,
+        apart: sighting.checks.apart,
+    };
+    let (likely, against) = probability::of(&said, material == Material::Transparent);
+    let tie = (TIED + gap / GAP).clamp(0.0, 1.0);
+    sighting.confidence = likely * tie;
+    if let Some(rival) = rival.filter(|_| gap < NEAR_TIE) {
+        sighting.reason = Some(wording::two_places(best, rival));
+    } else if likely < TOLD {
+        sighting.reason = Some(told(against, best, sighting));
+    }
+    if missing > MISSING && material == Material::Opaque {
+        sighting.confidence *= LEFT_BY_MISSING;
+        sighting.reason = Some(wording::missing_edges(best, missing));
+    }
+    tie
+}
+
 /// Returns one standard deviation of a fit's position, m, and turn, rad, were the scene right.
 fn spread(best: &Candidate, object: &Object) -> (f64, f64) {
     let turns = object.shape.symmetry() > 0.0;
@@ -220,28 +203,24 @@ fn spread(best: &Candidate, object: &Object) -> (f64, f64) {
     (std, fit.covariance[(2, 2)].max(0.0).sqrt())
 }
 
-/// Support of the weakest part of an outline at which a pose is as likely wrong as right. Of opaque things,
-/// right poses have at least 0.56 on real photographs, those with a wrong height or table at most 0.45. Of
-/// clear ones, whose edges come and go, a place inside something else has up to 0.3.
-const WEAK: [f64; 2] = [0.5, 0.4];
-/// Width of the step at [`WEAK`]. Chosen: on either side of the measured gap of opaque things it comes to 0.16 (at
-/// 0.45) and 0.88 (at 0.56). With half of it a score in the gap decides everything, with twice as much what is right
-/// loses a quarter of its confidence.
-const WEAK_WIDTH: f64 = 0.03;
-/// Share left by the step at [`WEAK`] below which a person is told: a weakest part of 0.04 above the middle or less,
-/// which is where right poses begin (0.56 is 0.06 above).
+/// Probability below which a person is told what speaks most against a place: one in five is wrong.
 const TOLD: f64 = 0.8;
+/// How much better another solid must fit for its place to count in full in the deviation, score. Chosen: a tenth of
+/// the step between what is absent and what is there; with half of it chance moves a place that is right, with twice
+/// as much a bottle's place is believed to a fraction of a millimetre.
+const SHAPE_WIDTH: f64 = 0.04;
 /// What is in view by chance of rounding does not count against [`IN_VIEW`]: a tenth of it.
 const NEARLY_IN_VIEW: f64 = 0.9;
 /// How the confidence falls with the share in view: its power, so that a half of [`IN_VIEW`] leaves an eighth.
 /// Chosen: at 1.5 a quarter of an outline would leave more than a third, and by belief alone a thing is found at 0.5;
 /// at 6 a hidden tenth more is the end of it.
 const SEEN_POWER: i32 = 3;
-/// What missing edges and two ways that differ leave of the confidence. Chosen: a thing that is certain else falls
-/// below [`FOUND`] by the first, and by the second only if anything else speaks against it. At half of either nothing
-/// is found that has one fault; at 1 the fault would have no weight.
+/// Share of the silhouette, in whole edges, that may show no edge, and what more leaves of the confidence. Chosen: below
+/// one of the six edges of a cuboid's silhouette (0.17), of which none may be missing; with half of the share a short
+/// edge in the dark refuses a right pose, with twice as much a whole side may be missing. It is beside the regression: the
+/// battery's scenes are true, and it is in wrong ones that whole edges are missing (`a_wrong_scene_is_objected_to`).
+const MISSING: f64 = 0.12;
 const LEFT_BY_MISSING: f64 = 0.4;
-const LEFT_BY_APART: f64 = 0.6;
 /// The least deviation that has a reason told, m. Chosen: ten times the 0.3 mm of a good sighting
 /// (`docs/results.md`), and less than the room of a grasp (4 mm a side); at half of it every sighting tells one, at
 /// twice it a grasp may fail unwarned.
@@ -284,10 +263,6 @@ const AGREES: f64 = 0.85;
 /// from 3 mm and 0.03 rad. With half of it a place is believed more than it was looked at; twice as much is what the
 /// coarse grid knows already.
 const UNFITTED: (f64, f64) = (0.004, 0.03);
-/// Share of the silhouette, in whole edges, that may show no edge. Chosen: below one of the six edges of a cuboid's
-/// silhouette (0.17). With half of it a short edge in the dark refuses a right pose, with twice as much a whole side
-/// may be missing.
-const MISSING: f64 = 0.12;
 /// Share of the outline that must be in view for edges alone to name a thing. Chosen: less than half of an outline
 /// leaves a side open, along which the place is not known; with twice as much nothing at the edge of the picture
 /// would be found.
@@ -300,24 +275,38 @@ const APART: (f64, f64) = (0.01, 3.0);
 /// How far off, m, a place may be before it is as good as unknown: twice what a gripper forgives.
 const OF_USE: f64 = 0.025;
 
-/// Lowers the confidence by what a thing's outline lacks in the picture, and says it.
-fn object_to(sighting: &mut Sighting, at: &Candidate, material: Material) {
-    let score = at.score;
-    let clear = material == Material::Transparent;
-    if score.visible > NEARLY_IN_VIEW * IN_VIEW {
-        let weak = 1.0 / (1.0 + (-(score.weakest - WEAK[usize::from(clear)]) / WEAK_WIDTH).exp());
-        sighting.confidence *= weak;
-        if weak < TOLD {
-            sighting.reason = Some(wording::weak_part(at));
+/// Returns what speaks most against a place in words.
+fn told(against: Says, at: &Candidate, sighting: &Sighting) -> String {
+    let checks = &sighting.checks;
+    match against {
+        Says::Weakest => wording::weak_part(at),
+        Says::Cut => wording::cut_differs(at, checks.mask_iou),
+        Says::Elsewhere => wording::common_look(at, checks.identity.elsewhere),
+        Says::Gap => wording::another_place(at, sighting.gap),
+        Says::Shape => wording::other_solid(at),
+        Says::Whole => wording::missing_edges(at, checks.missing),
+        Says::Agree => {
+            checks.apart.map_or_else(|| wording::no_key_points(at), wording::two_ways_differ)
         }
-    } else if score.colour.is_none() && !clear {
-        sighting.confidence *= (score.visible / IN_VIEW).powi(SEEN_POWER);
-        sighting.reason = Some(wording::hardly_in_view(at));
+        Says::Score => wording::not_convincing([at.x, at.y], at.score.edge, at.score.weakest),
     }
-    if sighting.checks.missing > MISSING && !clear {
-        sighting.confidence *= LEFT_BY_MISSING;
-        sighting.reason = Some(wording::missing_edges(at, sighting.checks.missing));
+}
+
+/// Lowers the confidence in a thing without colour of which too little is in view, and returns whether it did.
+fn hardly_in_view(sighting: &mut Sighting, at: &Candidate, material: Material) -> bool {
+    let score = at.score;
+    let has_none = score.colour.is_none() && material == Material::Opaque;
+    if !has_none || score.visible > NEARLY_IN_VIEW * IN_VIEW {
+        return false;
     }
+    sighting.confidence *= (score.visible / IN_VIEW).powi(SEEN_POWER);
+    true
+}
+
+/// How far away the places are that a thing may be at instead, m: those of its rivals, or anywhere on the table.
+fn elsewhere(best: &Candidate, rivals: &[Candidate], table: &Table) -> f64 {
+    let apart = rivals.iter().map(|rival| rival.distance(best));
+    apart.fold(0.5 * table.size.x.hypot(table.size.y) / 3.0_f64.sqrt(), f64::max)
 }
 
 /// Weighs what speaks against the scene, and how far the two ways are apart.
@@ -349,7 +338,6 @@ pub(super) fn weigh(
     if let Some(apart) = sighting.checks.apart
         && apart > APART.0.max(APART.1 * sigma)
     {
-        sighting.confidence *= LEFT_BY_APART;
         sighting.reason = Some(wording::two_ways_differ(apart));
     }
 }
@@ -372,18 +360,21 @@ pub(super) fn suspect(
     }
 }
 
-/// Decides whether an object is found; what is not found has a reason and no place.
+/// Decides whether an object is found; what is not found has a reason, and the likeliest place in place of its place.
 pub(super) fn decide(sighting: &mut Sighting) {
     let Some(pose) = sighting.world_from_object else { return };
     sighting.found = sighting.confidence >= FOUND;
+    sighting.std_if_there = sighting.std;
     if sighting.found {
         sighting.ambiguous = sighting.reason.take();
         return;
     }
-    sighting.world_from_object = None;
-    sighting.mask = None;
+    sighting.likeliest = sighting.world_from_object.take();
+    // It is there with this probability, else where its rivals are.
+    let sure = sighting.confidence;
+    let (here, there) = (sighting.std.powi(2), sighting.checks.elsewhere.powi(2));
+    sighting.std = (sure * here + (1.0 - sure) * there).sqrt();
     sighting.key_points.clear();
-    sighting.hull.clear();
     let at = pose.origin();
     let score = sighting.score;
     sighting

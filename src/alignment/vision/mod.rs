@@ -11,7 +11,10 @@
 
 use std::collections::BTreeMap;
 
+mod identity;
 mod judge;
+mod own_cut;
+mod probability;
 mod together;
 mod unexplained;
 mod verify;
@@ -124,6 +127,10 @@ pub struct Checks {
     pub refused: Option<Refused>,
     /// Whether the contour was cut near the fit's outline, because the box alone gave none of use.
     pub helped: bool,
+    /// What speaks for something else.
+    pub identity: identity::Identity,
+    /// How far away the places are that it may be at instead, m.
+    pub elsewhere: f64,
     /// What the edges say against the table's place and the object's size.
     pub meaning: Meaning,
 }
@@ -142,11 +149,16 @@ pub struct Sighting {
     pub ambiguous: Option<String>,
     /// Where it stands, when found; upright by assumption, and as high as [`Options::raised`] says.
     pub world_from_object: Option<ObjectPose>,
-    /// One standard deviation of its position, m: of the worst direction on the table.
+    /// Where it most probably is when it was not found, if anywhere.
+    pub likeliest: Option<ObjectPose>,
+    /// One standard deviation of its position, m: of the worst direction on the table. Of what was not found it counts
+    /// that it may be elsewhere.
     pub std: f64,
+    /// One standard deviation of its position if it stands there at all, m; what was found has no other.
+    pub std_if_there: f64,
     /// One standard deviation of its turn about z, rad; 0 for a cylinder.
     pub yaw_std: f64,
-    /// How sure, 0 to 1.
+    /// How probable it is that it stands there, 0 to 1.
     pub confidence: f64,
     /// What the best pose scored, found or not.
     pub score: Score,
@@ -158,7 +170,7 @@ pub struct Sighting {
     pub key_points: Vec<[f64; 2]>,
     /// The silhouette's outline, px.
     pub hull: Vec<[f64; 2]>,
-    /// 255 where the picture shows the object; the picture's size.
+    /// 255 where the picture shows the object, or would if it were at its likeliest place; the picture's size.
     pub mask: Option<GrayImage>,
     /// Which way the pose came.
     pub way: Way,
@@ -239,9 +251,11 @@ pub fn see(
     blame(&mut sightings, view.eye().z);
     for ((sighting, _), sought) in sightings.iter_mut().zip(&everything.sought) {
         judge::decide(sighting);
-        sighting.world_from_object = sighting.world_from_object.map(|pose| {
+        let raised = |pose: ObjectPose| {
             ObjectPose::from_parts(pose.origin() + Vector3::z() * sought.height, pose.rotation())
-        });
+        };
+        sighting.world_from_object = sighting.world_from_object.map(raised);
+        sighting.likeliest = sighting.likeliest.map(raised);
     }
     Ok(sightings.into_iter().map(|s| s.0).collect())
 }

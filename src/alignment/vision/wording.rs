@@ -18,6 +18,15 @@ pub(super) fn nothing_like_it(nearest: Option<&Candidate>) -> String {
     )
 }
 
+/// All that looks like it is another thing, or the arm.
+pub(super) fn is_something_else(at: &Candidate) -> String {
+    format!(
+        "what looks most like it, at ({:.3}, {:.3}) m, is another thing that stands there, or the arm; \
+         clear the view, or what hides it",
+        at.x, at.y
+    )
+}
+
 /// A rival is as good.
 pub(super) fn two_places(best: &Candidate, rival: &Candidate) -> String {
     format!(
@@ -84,6 +93,62 @@ pub(super) fn size_is_other(meaning: &Meaning, off: f64) -> String {
         if whole > 0.0 { "wider" } else { "narrower" },
         (whole + height).abs(),
         if whole + height > 0.0 { "taller" } else { "lower" },
+    )
+}
+
+/// The best place is beside the table.
+pub(super) fn off_the_table(at: &Candidate) -> String {
+    format!("the best place, ({:.3}, {:.3}) m, is not on the table", at.x, at.y)
+}
+
+/// The picture's own cut is not the silhouette: their overlap.
+pub(super) fn cut_differs(at: &Candidate, overlap: Option<f64>) -> String {
+    overlap.map_or_else(
+        || format!("at ({:.3}, {:.3}) m nothing stands out from its surroundings", at.x, at.y),
+        |overlap| {
+            format!(
+                "what stands out at ({:.3}, {:.3}) m has another outline: the two overlap by {:.0} %; \
+                 check its shape and size in the scene",
+                at.x,
+                at.y,
+                100.0 * overlap
+            )
+        },
+    )
+}
+
+/// Other places look as much like it: how far the best is ahead, as a score.
+pub(super) fn common_look(at: &Candidate, ahead: f64) -> String {
+    format!(
+        "at ({:.3}, {:.3}) m it looks hardly more like it than other things in the picture do: \
+         ahead by {ahead:.2}; clear the table or tell where to look",
+        at.x, at.y
+    )
+}
+
+/// Another place fits nearly as well: by how much less, as a share.
+pub(super) fn another_place(at: &Candidate, behind: f64) -> String {
+    format!(
+        "at ({:.3}, {:.3}) m it fits only {:.0} % better than at another place; clear the table or tell where to look",
+        at.x,
+        at.y,
+        100.0 * behind
+    )
+}
+
+/// Another solid fits there better.
+pub(super) fn other_solid(at: &Candidate) -> String {
+    format!(
+        "at ({:.3}, {:.3}) m a solid of another size or kind fits as well; check its shape in the scene",
+        at.x, at.y
+    )
+}
+
+/// The contour has no key points.
+pub(super) fn no_key_points(at: &Candidate) -> String {
+    format!(
+        "at ({:.3}, {:.3}) m its contour does not show its corners or its rim; clear the view, or check its shape in the scene",
+        at.x, at.y
     )
 }
 

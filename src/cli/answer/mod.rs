@@ -6,3 +6,4 @@ pub mod calibrate;
 pub mod robot;
 pub mod robot_check;
 pub mod see;
+pub mod segment;

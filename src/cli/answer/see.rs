@@ -34,9 +34,15 @@ pub struct ObjectAnswer {
     /// Its pose.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub world_from_object: Option<ObjectPose>,
-    /// One standard deviation of its position, m.
+    /// Where it most probably is when it was not found, if anywhere.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub likeliest: Option<ObjectPose>,
+    /// One standard deviation of its position, m; of the likeliest place, when it was not found.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub std_m: Option<f64>,
+    /// One standard deviation of the likeliest place if it stands there at all, m, when it was not found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub std_if_there_m: Option<f64>,
     /// One standard deviation of its turn, rad.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub yaw_std_rad: Option<f64>,
@@ -64,8 +70,8 @@ impl Answer {
             .map(|s| ObjectAnswer {
                 name: s.name.clone(),
                 found: s.found,
-                mask: if s.found { mask_path(s) } else { None },
-                bbox_px: s.found.then_some(s.bbox),
+                mask: mask_path(s),
+                bbox_px: (s.found || s.likeliest.is_some()).then_some(s.bbox),
                 key_points_px: s.found.then(|| s.key_points.clone()),
                 key_points_are: s.found.then_some(if s.checks.measured {
                     "measured"
@@ -73,7 +79,9 @@ impl Answer {
                     "projected"
                 }),
                 world_from_object: s.world_from_object,
-                std_m: s.found.then_some(s.std),
+                likeliest: s.likeliest,
+                std_m: (s.found || s.likeliest.is_some()).then_some(s.std),
+                std_if_there_m: s.likeliest.map(|_| s.std_if_there),
                 yaw_std_rad: s.found.then_some(s.yaw_std),
                 way: s.found.then_some(s.way),
                 ways_apart_m: s.checks.apart.filter(|_| s.found),

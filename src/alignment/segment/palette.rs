@@ -1,0 +1,67 @@
+//! Colours of a region as a mixture of a few, and how well another colour fits them. Regions are the caller's.
+//!
+//! Source: Lloyd, "Least squares quantization in PCM", 1982 (k-means).
+
+/// A mixture of a few colours with their spreads and shares.
+pub(super) struct Palette {
+    colours: Vec<([f64; 3], [f64; 3], f64)>,
+}
+
+impl Palette {
+    /// Learns four colours by k-means from seeds spread over the lightness order; `None` of too few cells.
+    pub(super) fn learn(cells: &[[f64; 3]]) -> Option<Self> {
+        const K: usize = 4;
+        if cells.len() < 4 * K {
+            return None;
+        }
+        let mut sorted: Vec<[f64; 3]> = cells.to_vec();
+        sorted.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let mut means: Vec<[f64; 3]> =
+            (0..K).map(|k| sorted[(2 * k + 1) * sorted.len() / (2 * K)]).collect();
+        let far = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>();
+        let nearest = |means: &[[f64; 3]], cell: &[f64; 3]| {
+            (0..K)
+                .min_by(|&i, &j| far(&means[i], cell).total_cmp(&far(&means[j], cell)))
+                .unwrap_or(0)
+        };
+        let mut colours = Vec::new();
+        for _ in 0..6 {
+            let mut sums = [([0.0; 3], [0.0; 3], 0.0); K];
+            for cell in cells {
+                let slot = &mut sums[nearest(&means, cell)];
+                for (c, value) in cell.iter().enumerate() {
+                    slot.0[c] += value;
+                    slot.1[c] += value * value;
+                }
+                slot.2 += 1.0;
+            }
+            colours.clear();
+            for (k, (sum, square, n)) in sums.into_iter().enumerate() {
+                if n < 3.0 {
+                    continue;
+                }
+                let mean = sum.map(|s| s / n);
+                means[k] = mean;
+                // A floor of one CIELAB keeps a flat colour from being infinitely sure of itself.
+                let variance =
+                    [0, 1, 2].map(|c| (square[c] / n - mean[c] * mean[c]).max(0.0) + 1.0);
+                colours.push((mean, variance, n / cells.len() as f64));
+            }
+        }
+        Some(Self { colours })
+    }
+
+    /// Returns the negative log-likelihood of a colour.
+    pub(super) fn cost(&self, cell: &[f64; 3]) -> f64 {
+        self.colours
+            .iter()
+            .map(|(mean, variance, share)| {
+                (0..3)
+                    .map(|c| (cell[c] - mean[c]).powi(2) / variance[c] + variance[c].ln())
+                    .sum::<f64>()
+                    / 2.0
+                    - share.ln()
+            })
+            .fold(40.0, f64::min)
+    }
+}

@@ -1,0 +1,69 @@
+//! What a picture shows, in words: a thing with its place and how probable it is, or why it is not found and where it
+//! would be; and what was cut out of a picture.
+
+use std::fmt::Write as _;
+
+use crate::alignment::segment::Segment;
+use crate::alignment::vision::Sighting;
+
+/// Words one thing: where it stands and how probable that is; or why it is not found, and the likeliest place.
+pub fn sighting(seen: &Sighting) -> String {
+    if let Some(pose) = seen.world_from_object {
+        let at = pose.origin();
+        let mut text = format!(
+            "{:<8} at ({:.1}, {:.1}) mm, turned {:.1} deg, ± {:.1} mm, probability {:.2}",
+            seen.name,
+            at.x * 1e3,
+            at.y * 1e3,
+            pose.yaw().to_degrees(),
+            seen.std * 1e3,
+            seen.confidence
+        );
+        if let Some(ambiguous) = &seen.ambiguous {
+            let _ = write!(text, "\n{:<8} but {ambiguous}", "");
+        }
+        return text;
+    }
+    let mut text = format!(
+        "{:<8} not found: {}",
+        seen.name,
+        seen.reason.as_deref().unwrap_or("nothing in the picture looks like it")
+    );
+    if let Some(pose) = seen.likeliest {
+        let at = pose.origin();
+        let _ = write!(
+            text,
+            "\n{:<8} likeliest place ({:.1}, {:.1}) mm, probability {:.2}, ± {:.1} mm if it is there",
+            "",
+            at.x * 1e3,
+            at.y * 1e3,
+            seen.confidence,
+            seen.std_if_there * 1e3
+        );
+    }
+    text
+}
+
+/// Words what was cut out of a picture, and where the masks were written; `is_asked` when somebody said where to look.
+pub fn segments(cuts: &[Segment], masks: &[String], is_asked: bool) -> String {
+    if cuts.is_empty() {
+        return if is_asked {
+            "nothing separates from its surroundings there; try a larger box, or a point in its middle".into()
+        } else {
+            "nothing stands out; say where to look with --box or --point".into()
+        };
+    }
+    let lines = cuts.iter().enumerate().map(|(k, cut)| {
+        let ([u0, v0, u1, v1], area) = cut.extent();
+        let is_smooth = if cut.is_smooth { "smooth" } else { "not smooth" };
+        let mask = masks.get(k).map_or_else(String::new, |path| format!("; {path}"));
+        format!(
+            "{:>2}  box ({u0:.0}, {v0:.0}) to ({u1:.0}, {v1:.0}) px, {area} px, contour of {} points, {is_smooth}, agreement \
+             {:.2}{mask}",
+            k + 1,
+            cut.contour.len(),
+            cut.agreement
+        )
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
