@@ -1,11 +1,12 @@
 //! What a vessel holds at a tilt, and how slowly a thick liquid leaves it.
 //!
 //! Quasi-static: liquid stands up to a level plane through the lip; what is above leaves. Water leaves as over a weir,
-//! `Q = 2/3 c w √(2g) h^(3/2)` for a head `h` over a lip `w` wide, and slides off a wall that falls towards the lip; a
-//! thick one as a sheet falling over the lip, `Q = w ρ g h³ s / (3 μ)` for a slope `s`.
+//! `Q = 2/3 c w √(2g) h^(3/2)` for a head `h` over a lip `w` wide, and slides off a wall that falls towards the lip, the
+//! last of it as a film drains; a thick one as a sheet falling over the lip, `Q = w ρ g h³ s / (3 μ)` for a slope `s`.
 //!
 //! Sources: Poleni's formula with the sharp crest's coefficient, Bos, *Discharge Measurement Structures*, 3rd ed. 1989,
-//! ch. 5; Bird, Stewart and Lightfoot, *Transport Phenomena*, 2nd ed. 2002, §2.2, a film falling down an inclined wall.
+//! ch. 5; Bird, Stewart and Lightfoot, *Transport Phenomena*, 2nd ed. 2002, §2.2, a film falling down an inclined wall;
+//! Jeffreys, *The draining of a vertical plate*, Math. Proc. Camb. Phil. Soc. 26 (1930).
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -90,7 +91,7 @@ impl Hold {
     ///
     /// Over the edge of a box as over a rectangular weir; over a circle's edge as over a parabolic one, which is the
     /// circle near its lowest point, and never faster than over all of its diameter. On a wall that falls by `β` towards
-    /// the lip it slides as well: all along the wall, `L`, it gains `√(2 g L sin β)`, half of that on the mean.
+    /// the lip it slides as well.
     pub fn outflow(&self, tilt: f64, above: f64) -> f64 {
         let head = self.head(tilt, above).max(0.0);
         let speed = DISCHARGE * (2.0 * GRAVITY * head).sqrt();
@@ -102,8 +103,22 @@ impl Hold {
         } else {
             straight(self.lip)
         };
-        let falls = (tilt.abs() - FRAC_PI_2).max(0.0).sin();
-        over + above * (0.5 * GRAVITY * falls / self.wall).sqrt()
+        over + above.max(0.0) / self.wall * self.slide_speed(tilt, head)
+    }
+
+    /// Returns how fast a sheet of a mean thickness (m) slides off a wall that falls towards the lip by `β`, m/s.
+    ///
+    /// All along the wall, `L`, it gains `√(2 g L sin β)`, half of that on the mean. A thin one is held back by its
+    /// viscosity: draining, it is `3/2` as thick at the lip as on the mean, and so much leaves there as from a film,
+    /// `g sin β h³ / (3 ν)` (Jeffreys). The times of both add up.
+    fn slide_speed(&self, tilt: f64, mean: f64) -> f64 {
+        let falls = GRAVITY * (tilt.abs() - FRAC_PI_2).max(0.0).sin();
+        if falls <= 0.0 || mean <= 0.0 {
+            return 0.0;
+        }
+        let free = (0.5 * falls * self.wall).sqrt();
+        let film = falls * (1.5 * mean).powi(3) / (3.0 * WATER / WATER_DENSITY * mean);
+        free * film / (free + film)
     }
 
     /// Returns how much water (m³) stands above the lip when it leaves at a rate, m³/s.
