@@ -22,69 +22,160 @@ const DISCHARGE: f64 = 0.611;
 /// How often what stands above a lip is halved to find it: to a millionth of the vessel.
 const HALVINGS: usize = 20;
 
-/// Slices of the vessel, and steps of the tilt, of the table of what it holds.
-const SLICES: usize = 200;
-const STEPS: usize = 360;
+/// A vessel is level where the liquid's depth changes along it by less than this share of its width: less than a
+/// micrometre.
+const LEVEL: f64 = 1e-5;
 
-/// What a vessel holds at a tilt, and how wide the liquid is then.
+/// A head is found to this share of the vessel's width: less than a micrometre.
+const FINE: f64 = 1e-6;
+/// Newton's method, kept between bounds that are halved where it leaves them, needs 3 to 6 steps; a bound on them all.
+const STEPS: usize = 60;
+
+/// What is inside a vessel, cut across: its outline from the lowest wall up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Section {
+    /// A box of a width and so much from wall to wall, m.
+    Straight { width: f64, reach: f64 },
+    /// A circle of that radius, m.
+    Round { radius: f64 },
+}
+
+impl Section {
+    /// Returns the distance from the lowest wall to the highest, m.
+    fn reach(self) -> f64 {
+        match self {
+            Self::Straight { reach, .. } => reach,
+            Self::Round { radius } => 2.0 * radius,
+        }
+    }
+
+    /// Returns half the angle of the circle's segment that is so deep (m), rad.
+    fn half_angle(radius: f64, depth: f64) -> f64 {
+        (1.0 - depth / radius).clamp(-1.0, 1.0).acos()
+    }
+
+    /// Returns how wide it is at a depth, m.
+    fn width(self, depth: f64) -> f64 {
+        match self {
+            Self::Straight { width, .. } => width,
+            Self::Round { radius } => 2.0 * (depth * (2.0 * radius - depth)).max(0.0).sqrt(),
+        }
+    }
+
+    /// Returns how much of it lies below a depth, m².
+    fn area(self, depth: f64) -> f64 {
+        let depth = depth.clamp(0.0, self.reach());
+        match self {
+            Self::Straight { width, .. } => width * depth,
+            Self::Round { radius } => {
+                let half = Self::half_angle(radius, depth);
+                radius * radius * (half - half.sin() * half.cos())
+            }
+        }
+    }
+
+    /// Returns the integral of [`Self::area`] over the depth, m³.
+    fn wedge(self, depth: f64) -> f64 {
+        let inside = depth.clamp(0.0, self.reach());
+        let wedge = match self {
+            Self::Straight { width, .. } => 0.5 * width * inside * inside,
+            Self::Round { radius } => {
+                let half = Self::half_angle(radius, inside);
+                let (sin, cos) = half.sin_cos();
+                radius.powi(3) * (sin - half * cos - sin.powi(3) / 3.0)
+            }
+        };
+        wedge + (depth - inside).max(0.0) * self.area(self.reach())
+    }
+}
+
+/// What a vessel holds at a tilt, and how high liquid stands over its lip then.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hold {
-    /// m³ at even steps of the tilt from upright to level.
-    volume: Vec<f64>,
-    /// The liquid's surface then, m².
-    surface: Vec<f64>,
+    section: Section,
     /// How wide the lip is, m: the side of a box, the radius of a round vessel.
     lip: f64,
-    /// Whether the lip is a circle's edge, of radius `lip`.
-    round: bool,
     /// How long the wall is that the liquid leaves along, m.
     wall: f64,
 }
 
 impl Hold {
-    /// Tabulates a vessel; `None` for an object that holds nothing.
-    ///
-    /// Liquid stands up to a plane through the lip's lowest edge. A box tilts about an edge.
+    /// Makes that of an object; `None` for one that holds nothing. A box tilts about an edge.
     pub fn of(object: &Object) -> Option<Self> {
-        let inside = object.inside()?;
-        let height = object.shape.height() - object.cavity?.wall;
-        let (reach, lip, width): (f64, f64, Box<dyn Fn(f64) -> f64>) = match inside {
-            Shape::Cuboid { size } => (size.x, size.y, Box::new(move |_| size.y)),
-            Shape::Cylinder { radius, .. } => (
-                2.0 * radius,
-                radius,
-                Box::new(move |s| 2.0 * (radius * radius - (radius - s).powi(2)).max(0.0).sqrt()),
-            ),
+        let wall = object.shape.height() - object.cavity?.wall;
+        let (section, lip) = match object.inside()? {
+            Shape::Cuboid { size } => (Section::Straight { width: size.y, reach: size.x }, size.y),
+            Shape::Cylinder { radius, .. } => (Section::Round { radius }, radius),
         };
-        let sum = |reach: f64, of: &dyn Fn(f64) -> f64| -> f64 {
-            let slice = reach / SLICES as f64;
-            (0..SLICES).map(|i| of((i as f64 + 0.5) * slice) * slice).sum()
-        };
-        let angle = |i: usize| FRAC_PI_2 * i as f64 / STEPS as f64;
-        let volume = |tilt: f64| {
-            let slope = tilt.tan();
-            sum(reach, &|s| (height - s * slope).clamp(0.0, height) * width(s))
-        };
-        let surface = |tilt: f64| {
-            // Level, the surface is the wall that lies below; a hundredth of a degree short of that is as good.
-            let tilt = tilt.min(FRAC_PI_2 - 2e-4);
-            sum(reach.min(height / tilt.tan()), &width) / tilt.cos()
-        };
-        let mut volumes: Vec<f64> = (0..STEPS).map(|i| volume(angle(i))).collect();
-        volumes.push(0.0);
-        let surface = (0..=STEPS).map(|i| surface(angle(i))).collect();
-        let round = matches!(inside, Shape::Cylinder { .. });
-        Some(Self { volume: volumes, surface, lip, round, wall: height })
+        Some(Self { section, lip, wall })
     }
 
-    /// Returns what is held at a tilt, m³.
+    /// Returns what is held at a tilt, m³: as much as stands below a level plane through the lip's lowest place.
     pub fn at(&self, tilt: f64) -> f64 {
-        between(&self.volume, tilt)
+        self.below(tilt, 0.0)
+    }
+
+    /// Returns what stands below a level plane that meets the mouth so far (m) above the lip's lowest place, m³.
+    ///
+    /// From the mouth to the floor the depth over the lowest wall grows evenly, by `cot θ`.
+    fn below(&self, tilt: f64, over: f64) -> f64 {
+        let tilt = tilt.abs().min(FRAC_PI_2);
+        let grows = self.wall * (FRAC_PI_2 - tilt).tan();
+        if !grows.is_finite() || tilt < f64::EPSILON {
+            return self.volume();
+        }
+        if grows < LEVEL * self.section.reach() {
+            return self.wall * self.section.area(over + 0.5 * grows);
+        }
+        let between = self.section.wedge(over + grows) - self.section.wedge(over);
+        between * self.wall / grows
+    }
+
+    /// Returns the volume to the rim, m³.
+    fn volume(&self) -> f64 {
+        self.wall * self.section.area(self.section.reach())
     }
 
     /// Returns how high so much liquid (m³) beyond what is held at a tilt stands over the lip, m.
     fn head(&self, tilt: f64, above: f64) -> f64 {
-        above / between(&self.surface, tilt)
+        if above <= 0.0 {
+            return 0.0;
+        }
+        let (section, tilt) = (self.section, tilt.abs().clamp(f64::EPSILON, FRAC_PI_2));
+        let grows = self.wall * (FRAC_PI_2 - tilt).tan();
+        let wanted = self.at(tilt) + above;
+        let slope = |over: f64| {
+            if grows < LEVEL * section.reach() {
+                self.wall * section.width(over + 0.5 * grows)
+            } else {
+                (section.area(over + grows) - section.area(over)) * self.wall / grows
+            }
+        };
+        let (mut low, mut high) = (0.0, section.reach());
+        // As if the vessel were level: of a circle, near its lowest point, 4/3 √(2 r) d^(3/2) lies below.
+        let mut over = match section {
+            Section::Straight { width, .. } => above / (width * self.wall),
+            Section::Round { radius } => {
+                (0.75 * above / (self.wall * (2.0 * radius).sqrt())).powf(2.0 / 3.0)
+            }
+        }
+        .min(high);
+        for _ in 0..STEPS {
+            let off = self.below(tilt, over) - wanted;
+            if off < 0.0 {
+                low = over
+            } else {
+                high = over
+            }
+            let next = over - off / slope(over);
+            let next = if next > low && next < high { next } else { f64::midpoint(low, high) };
+            let moved = (next - over).abs();
+            over = next;
+            if moved < FINE * section.reach() {
+                break;
+            }
+        }
+        over * tilt.sin()
     }
 
     /// Returns how fast water leaves when so much of it (m³) stands above the lip, m³/s.
@@ -96,14 +187,14 @@ impl Hold {
         let head = self.head(tilt, above).max(0.0);
         let speed = DISCHARGE * (2.0 * GRAVITY * head).sqrt();
         let straight = |width: f64| 2.0 / 3.0 * width * head * speed;
-        let over = if self.round {
+        let over = if let Section::Round { .. } = self.section {
             // The edge is √(2 r z / sin θ) to either side at a height z; ∫ √(z (h - z)) dz = π h² / 8.
             let opens = 2.0 * (2.0 * self.lip / tilt.sin().abs().max(1e-3)).sqrt();
             (opens * FRAC_PI_4 * 0.5 * head.powf(1.5) * speed).min(straight(2.0 * self.lip))
         } else {
             straight(self.lip)
         };
-        over + above.max(0.0) / self.wall * self.slide_speed(tilt, head)
+        over + above.max(0.0) / self.wall * self.slide_speed(tilt, self.mean_depth(head))
     }
 
     /// Returns how fast a sheet of a mean thickness (m) slides off a wall that falls towards the lip by `β`, m/s.
@@ -121,9 +212,15 @@ impl Hold {
         free * film / (free + film)
     }
 
+    /// Returns the mean depth of liquid that stands so high (m) over the lowest wall, m.
+    fn mean_depth(&self, head: f64) -> f64 {
+        let width = self.section.width(head);
+        if width > 0.0 { self.section.area(head) / width } else { 0.0 }
+    }
+
     /// Returns how much water (m³) stands above the lip when it leaves at a rate, m³/s.
     pub fn above_at(&self, tilt: f64, rate: f64) -> f64 {
-        let (mut low, mut high) = (0.0, self.volume[0]);
+        let (mut low, mut high) = (0.0, self.volume());
         for _ in 0..HALVINGS {
             let middle = f64::midpoint(low, high);
             if self.outflow(tilt, middle) < rate { low = middle } else { high = middle }
@@ -146,14 +243,55 @@ impl Hold {
 
     /// Returns how fast a sheet of so much flow (m³/s) leaves over the lip, m/s.
     pub fn sheet_speed(&self, tilt: f64, above: f64, flow: f64) -> f64 {
-        let across = self.lip * self.head(tilt, above);
+        let across = self.section.area(self.head(tilt, above));
         if across > 0.0 { flow / across } else { 0.0 }
     }
 }
 
-/// Returns a table's value at a tilt; beyond level it is that of level.
-fn between(table: &[f64], tilt: f64) -> f64 {
-    let at = (tilt.abs() / FRAC_PI_2 * STEPS as f64).min(STEPS as f64);
-    let i = (at as usize).min(STEPS - 1);
-    table[i] + (at - i as f64) * (table[i + 1] - table[i])
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::object;
+
+    fn hold(shape: Shape) -> Hold {
+        Hold::of(&object::vessel(shape, 1e-3)).unwrap()
+    }
+
+    /// What stands below the plane, by the sum over small cells.
+    fn counted(hold: &Hold, tilt: f64, head: f64) -> f64 {
+        let (n, reach) = (400, hold.section.reach());
+        let (ds, dz) = (reach / n as f64, hold.wall / n as f64);
+        let cell = |i: usize, k: usize| {
+            let (s, z) = ((i as f64 + 0.5) * ds, (k as f64 + 0.5) * dz);
+            // How high a place `s` from the lowest wall and `z` over the floor is above the lip.
+            let high = s * tilt.sin() + (z - hold.wall) * tilt.cos();
+            if high < head { hold.section.width(s) * ds * dz } else { 0.0 }
+        };
+        (0..n).flat_map(|i| (0..n).map(move |k| (i, k))).map(|(i, k)| cell(i, k)).sum()
+    }
+
+    #[test]
+    fn what_is_held_and_how_high_it_stands_is_what_geometry_says() {
+        let round = hold(Shape::Cylinder { radius: 0.032, height: 0.12 });
+        let straight = hold(Shape::Cuboid { size: nalgebra::Vector3::new(0.066, 0.05, 0.14) });
+        for hold in [round, straight] {
+            assert!((hold.at(0.0) - hold.volume()).abs() < 1e-12);
+            for degrees in [1.0_f64, 20.0, 60.0, 80.0, 87.0, 89.9, 90.0] {
+                let tilt = degrees.to_radians();
+                let expected = counted(&hold, tilt, 0.0);
+                assert!((hold.at(tilt) - expected).abs() < 4e-3 * hold.volume(), "{degrees} deg");
+                for head in [0.001, 0.005, 0.02] {
+                    let above = hold.below(tilt, head / tilt.sin()) - hold.at(tilt);
+                    let expected = counted(&hold, tilt, head) - expected;
+                    let off = (above - expected).abs();
+                    assert!(off < 6e-3 * hold.volume(), "{degrees} deg: {above}, not {expected}");
+                    // Where the mouth is all under liquid, no head is higher than another.
+                    if above + hold.at(tilt) < 0.99 * hold.volume() {
+                        let found = hold.head(tilt, above);
+                        assert!((found - head).abs() < 1e-6, "{degrees} deg: {found}, not {head}");
+                    }
+                }
+            }
+        }
+    }
 }
