@@ -178,7 +178,8 @@ impl WorkCell {
         weighing: Option<&Weighing>,
         run: &mut Run,
     ) -> Result<(), Error> {
-        let moved = moved(start, &self.state()?);
+        let believed = self.state()?;
+        let moved = moved(start, &believed);
         self.scripts.context().body().confirm(&moved).map_err(ActionError::from)?;
         let mut state = self.state()?;
         if let Some(weighing) = weighing {
@@ -192,14 +193,21 @@ impl WorkCell {
         let scene = self.model.cell.scene.clone();
         let reader = Reader::new(&mut self.scripts, &self.setup.library, &scene, start);
         let root = &graph.root().path;
+        let truth = |given: &Condition| reader.read(&given.expr, &state).truth;
         let given: Vec<_> = promises(run, root)
-            // What a part of the call made true may have been undone since, as it should.
+            // What a part of the call made true may have been undone since, as it should; not what was believed
+            // until the last photograph.
             .filter(|(given, after)| {
-                given.owner == *root || reader.read(&given.expr, after).truth.is_none()
+                let is_doubted = || {
+                    reader.read(&given.expr, &believed).truth == Some(true)
+                        && truth(given).is_none()
+                };
+                given.owner == *root
+                    || reader.read(&given.expr, after).truth.is_none()
+                    || is_doubted()
             })
             .map(|(given, _)| given.clone())
             .collect();
-        let truth = |given: &Condition| reader.read(&given.expr, &state).truth;
         if let Some(broken) = reader.unmet(&given, &state) {
             run.outcome = Ending::Failure;
             run.reason = Some(wording::promise_broken(&broken));
