@@ -416,7 +416,7 @@ pub fn softly(dq: f64) -> f64 {
 impl Feature {
     /// Returns the feature's value where the joint bears `load`, N·m.
     pub fn value(self, q: f64, dq: f64, time: f64, load: f64) -> f64 {
-        let sign = softly(dq);
+        let sign = || softly(dq);
         match self {
             Self::Square => q * q,
             Self::Sine(k) => (k * q).sin(),
@@ -427,10 +427,10 @@ impl Feature {
             Self::Decay(tau) => (-time / tau).exp(),
             Self::Time => time,
             Self::One => 1.0,
-            Self::FrictionTimesDistance => sign * q.abs(),
-            Self::FrictionTimesSine => sign * q.sin(),
-            Self::FrictionTimesCosine => sign * q.cos(),
-            Self::FrictionTimesLoad => sign * load.abs(),
+            Self::FrictionTimesDistance => sign() * q.abs(),
+            Self::FrictionTimesSine => sign() * q.sin(),
+            Self::FrictionTimesCosine => sign() * q.cos(),
+            Self::FrictionTimesLoad => sign() * load.abs(),
         }
     }
 }

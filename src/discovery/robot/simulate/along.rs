@@ -1,14 +1,19 @@
 //! The torques that a measured motion needed, with effects.
 
+use std::sync::{Arc as Shared, Mutex, PoisonError};
+
 use super::super::chain::MOST_JOINTS;
 use super::super::channels::Quantity;
 use super::super::plant::Course;
 use super::active::ActiveEffects;
-use super::friction::Dry;
+use super::friction::{self, Dry};
 use super::{GridPoint, Model, Motion};
 
 /// A load smaller than this leaves a joint with play somewhere inside its gap, N·m; chosen.
 const PLAY_LOAD: f64 = 0.05;
+
+/// So many creeps of a joint are remembered: that of the effects, and two that a derivative looks at.
+const KEPT: usize = 3;
 
 /// A path row by row, and the torques its bodies need, `rows × n` each.
 #[derive(Debug)]
@@ -17,6 +22,8 @@ pub(super) struct Bare {
     dq: Vec<f64>,
     ddq: Vec<f64>,
     load: Vec<f64>,
+    /// How dry friction bends with the speeds: by joint and creep, oldest first.
+    bends: Mutex<Vec<(usize, f64, Shared<Vec<f64>>)>>,
 }
 
 impl Bare {
@@ -37,7 +44,28 @@ impl Bare {
             let chain = &model.arm.chain;
             chain.inverse(&q[at.clone()], &dq[at.clone()], &ddq[at.clone()], &mut load[at]);
         }
-        Self { q, dq, ddq, load }
+        Self { q, dq, ddq, load, bends: Mutex::default() }
+    }
+
+    /// Returns [`friction::bent`] of a joint's speed over a creep (rad/s), row by row: most changes of the effects leave
+    /// it as it was.
+    fn bend(&self, joint: usize, n: usize, creep: f64) -> Shared<Vec<f64>> {
+        let lock = || self.bends.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_same = |(j, c, _): &&(usize, f64, _)| *j == joint && c.to_bits() == creep.to_bits();
+        if let Some((_, _, bend)) = lock().iter().find(is_same) {
+            return Shared::clone(bend);
+        }
+        let speeds = self.dq.iter().skip(joint).step_by(n);
+        let bend: Shared<Vec<f64>> =
+            Shared::new(speeds.map(|dq| friction::bent(dq / creep)).collect());
+        let mut bends = lock();
+        let of_joint = bends.iter().filter(|(j, _, _)| *j == joint).count();
+        let oldest = bends.iter().position(|(j, _, _)| *j == joint);
+        if let Some(oldest) = oldest.filter(|_| of_joint >= KEPT) {
+            bends.remove(oldest);
+        }
+        bends.push((joint, creep, Shared::clone(&bend)));
+        bend
     }
 }
 
@@ -65,6 +93,15 @@ pub(super) fn measured(model: &Model, active: &ActiveEffects) -> Motion {
         gap: vec![0.0; rows * n],
     };
     let mut loops = active.loops.clone();
+    let dry: Vec<(&Dry, Shared<Vec<f64>>)> = active
+        .dry
+        .iter()
+        .map(|dry| {
+            // Near standstill the measured speed does not tell the sign.
+            let unsure = model.course.speed_error.get(dry.joint).copied().unwrap_or(0.0);
+            (dry, bare.bend(dry.joint, n, dry.creep.max(unsure)))
+        })
+        .collect();
     let mut last = data.time[0];
     for (row, &time) in data.time.iter().enumerate() {
         let at = row * n..(row + 1) * n;
@@ -94,12 +131,8 @@ pub(super) fn measured(model: &Model, active: &ActiveEffects) -> Motion {
             }
             motor[j] += each.torque * each.z;
         }
-        for dry in &active.dry {
-            let j = dry.joint;
-            // Near standstill the measured speed does not tell the sign.
-            let unsure = model.course.speed_error.get(j).copied().unwrap_or(0.0);
-            let softer = Dry { creep: dry.creep.max(unsure), ..*dry };
-            motor[j] -= softer.torque(dq[j], dq[j]);
+        for (dry, bend) in &dry {
+            motor[dry.joint] += dry.level(dq[dry.joint], dq[dry.joint]) * bend[row];
         }
         for j in 0..n {
             let at = row * n + j;

@@ -5,6 +5,14 @@
 
 use super::super::term::{Feature, softly};
 
+/// Beyond this `tanh` is 1 and `exp(-x)` of 1 is nothing, to double precision: both are called for every joint of every row.
+const FADED: f64 = 40.0;
+
+/// Returns `tanh x`.
+pub(super) fn bent(x: f64) -> f64 {
+    if x.abs() > FADED { x.signum() } else { x.tanh() }
+}
+
 /// Dry friction: level over speed, per direction.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Dry {
@@ -24,18 +32,25 @@ pub(super) struct Dry {
 impl Dry {
     /// Returns the torque against the motion, its peak judged at `dq`, its creep at `speed`.
     pub(super) fn torque(&self, dq: f64, speed: f64) -> f64 {
-        let level = if speed > 0.0 { self.forward } else { self.backward };
-        let peak = self.peak * (-(dq / self.velocity).powi(2)).exp();
-        -(level + peak) * (speed / self.creep).tanh()
+        -self.level(dq, speed) * bent(speed / self.creep)
+    }
+
+    /// Returns the level in the direction of a speed, with what is left of the peak at `dq`, N·m.
+    pub(super) fn level(&self, dq: f64, speed: f64) -> f64 {
+        (if speed > 0.0 { self.forward } else { self.backward }) + self.peak_at(dq)
+    }
+
+    /// Returns what is left of the peak at a speed, N·m.
+    fn peak_at(&self, dq: f64) -> f64 {
+        let share = (dq / self.velocity).powi(2);
+        if self.peak == 0.0 || share > FADED { 0.0 } else { self.peak * (-share).exp() }
     }
 
     /// Returns the torque over a step in which the joint would reach the speed `free` without friction;
     /// `own` is the speed that 1 N·m adds in the step, of `tick` s, and `stop` how fast it is brought to rest, 1/s. Implicit, since
     /// a creep is stiff.
     pub(super) fn held(&self, dq: f64, free: f64, own: f64, (tick, stop): (f64, f64)) -> f64 {
-        let level = if free > 0.0 { self.forward } else { self.backward };
-        let peak = self.peak * (-(dq / self.velocity).powi(2)).exp();
-        let level = level + peak;
+        let level = self.level(dq, free);
         if level <= 1e-12 {
             return self.torque(dq, free);
         }
@@ -54,11 +69,11 @@ impl Dry {
             free / (1.0 + slope)
         };
         for _ in 0..3 {
-            let tanh = (v / self.creep).tanh();
+            let tanh = bent(v / self.creep);
             let error = v - free + own * level * tanh;
             v -= error / (1.0 + slope * (1.0 - tanh * tanh));
         }
-        -level * (v / self.creep).tanh()
+        -level * bent(v / self.creep)
     }
 }
 
