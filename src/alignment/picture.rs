@@ -9,6 +9,8 @@
 
 #![expect(clippy::cast_possible_wrap, reason = "a picture has far fewer than 2^63 pixels")]
 
+use std::sync::LazyLock;
+
 use image::RgbImage;
 use nalgebra::Vector2;
 
@@ -128,10 +130,15 @@ pub(super) fn median(values: &mut [f64]) -> f64 {
     *values.select_nth_unstable_by(mid, f64::total_cmp).1
 }
 
-/// Returns linear light (0 to 1) of an 8-bit sRGB value.
+/// Returns linear light (0 to 1) of an 8-bit sRGB value, from a table: a picture asks three million times.
 pub(super) fn linear(value: u8) -> f32 {
-    let c = f32::from(value) / 255.0;
-    if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+    static TABLE: LazyLock<[f32; 256]> = LazyLock::new(|| {
+        std::array::from_fn(|value| {
+            let c = value as f32 / 255.0;
+            if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+        })
+    });
+    TABLE[usize::from(value)]
 }
 
 /// Returns CIELAB (D65) of linear sRGB light.

@@ -16,6 +16,9 @@ use crate::world::{Region, support};
 /// An object rests on what is at most this far below it, m: what `upright` allows (`stdlib/fluents/std.task`).
 const STANDS: f64 = 0.005;
 
+/// What is so near to what bears it was put there by sight or by the hand that let it go, m: rounding of its pose.
+const STOOD: f64 = 1e-6;
+
 /// Who looks when somebody says left.
 #[derive(Debug, Clone, Copy)]
 enum View {
@@ -141,16 +144,26 @@ pub(super) fn rests_on(
     if !stands {
         return builtin::yes_no(expr, Some(false), "");
     }
-    let rests = builtin::limit(on, expr, drop, STANDS, STANDS - drop, a.sigma);
+    // What a photograph shows standing was looked for at the heights of what bears things: it is off to a side, and
+    // may miss its bearer, but hangs no higher over it.
+    let sigma = if drop.abs() < STOOD { 0.0 } else { a.sigma };
+    let rests = builtin::limit(on, expr, drop, STANDS, STANDS - drop, sigma);
+    let Value::Truth(rests) = rests else { return rests };
+    let sigma_of = |others: &[&str]| {
+        let others = others.iter().filter_map(|name| on.state.object(name));
+        others.map(|other| other.std).fold(a.sigma, f64::hypot)
+    };
+    let rests = match &below.name {
+        Some(name) => rests.joined(within(on, expr, below.inset, sigma_of(&[name])), true),
+        None => *rests,
+    };
     let at = a.pose.map_or([f64::NAN; 2], |pose| pose.origin().xy().into());
     let inside = match region.margin(on.scene, objects, a.object, at) {
         Err(lost) => return unseen(&lost.0),
-        Ok(inside) if inside.is_infinite() => return rests,
+        Ok(inside) if inside.is_infinite() => return Value::Truth(Box::new(rests)),
         Ok(inside) => inside,
     };
-    let Value::Truth(rests) = rests else { return rests };
-    let others = region.things().into_iter().filter_map(|name| on.state.object(name));
-    let sigma = others.map(|other| other.std).fold(a.sigma, f64::hypot);
+    let sigma = sigma_of(&region.things());
     Value::Truth(Box::new(rests.joined(within(on, expr, inside, sigma), true)))
 }
 

@@ -74,9 +74,14 @@ impl Shape {
 
     /// Returns whether the shape is below a point `x`, `y` of its own frame, m.
     pub fn is_below(&self, x: f64, y: f64) -> bool {
+        self.inset(x, y) >= 0.0
+    }
+
+    /// Returns how far inside its side a point `x`, `y` of its own frame is, seen from above, m; negative outside.
+    pub fn inset(&self, x: f64, y: f64) -> f64 {
         match *self {
-            Self::Cuboid { size } => x.abs() <= 0.5 * size.x && y.abs() <= 0.5 * size.y,
-            Self::Cylinder { radius, .. } => x.hypot(y) <= radius,
+            Self::Cuboid { size } => (0.5 * size.x - x.abs()).min(0.5 * size.y - y.abs()),
+            Self::Cylinder { radius, .. } => radius - x.hypot(y),
         }
     }
 

@@ -19,6 +19,8 @@ pub struct Support {
     pub name: Option<String>,
     /// How high its top, or its inside floor, is above the table, m.
     pub height: f64,
+    /// How far inside its side the middle of the base is, m; infinite on the table.
+    pub inset: f64,
 }
 
 /// Returns what is below the base of `o`, which stands or hangs at `pose`.
@@ -31,32 +33,35 @@ pub fn below(
     let base = pose.origin();
     let bears = scene.objects.iter().filter(|other| other.name != o.name).filter_map(|other| {
         let known = objects.iter().find(|known| known.name == other.name)?;
-        let top = top_of(other, &known.world_from_object?, o, base)?;
-        (top <= base.z + SUNK).then(|| Support { name: Some(other.name.clone()), height: top })
+        let (height, inset) = top_of(other, &known.world_from_object?, o, base)?;
+        let name = Some(other.name.clone());
+        (height <= base.z + SUNK).then_some(Support { name, height, inset })
     });
-    let table = Support { name: None, height: 0.0 };
+    let table = Support { name: None, height: 0.0, inset: f64::INFINITY };
     bears.fold(table, |highest, next| if next.height > highest.height { next } else { highest })
 }
 
-/// Returns how high `other` bears `o` with its base at `base`, m; `None` when it is not below it.
+/// Returns how high `other` bears `o` with its base at `base`, and how far inside its side that is, m; `None` when it is
+/// not below it.
 fn top_of(
     other: &Object,
     pose: &Pose<World, ObjectFrame>,
     o: &Object,
     base: nalgebra::Vector3<f64>,
-) -> Option<f64> {
+) -> Option<(f64, f64)> {
     if pose.tilt() > LEANS {
         return None;
     }
     let local = pose.isometry().inverse_transform_point(&base.into());
-    if !other.shape.is_below(local.x, local.y) {
+    let inset = other.shape.inset(local.x, local.y);
+    if inset < 0.0 {
         return None;
     }
     let floor = other
         .inside()
         .filter(|inside| fits(o, inside))
         .map(|inside| other.shape.height() - inside.height());
-    Some(pose.origin().z + floor.unwrap_or_else(|| other.shape.height()))
+    Some((pose.origin().z + floor.unwrap_or_else(|| other.shape.height()), inset))
 }
 
 /// Whether a thing goes into a space whichever way it is turned about the vertical.
@@ -94,9 +99,13 @@ mod tests {
         let of = |name: &str, x: f64, z: f64| {
             below(&scene, &objects, scene.object(name).unwrap(), &Pose::upright(x, 0.0, z, 0.0))
         };
-        assert_eq!(of("high", 0.51, 0.061), Support { name: Some("low".into()), height: 0.06 });
+        let on_low = of("high", 0.51, 0.061);
+        assert_eq!((on_low.name.as_deref(), on_low.height), (Some("low"), 0.06));
+        // The low cube is turned by 0.3 rad, and the middle is 1 cm aside.
+        assert!((on_low.inset - (0.03 - 0.01 * 0.3_f64.cos())).abs() < 1e-12, "{on_low:?}");
         assert_eq!(of("high", 0.51, 0.2).name.as_deref(), Some("low"), "it would fall onto it");
-        assert_eq!(of("high", 0.60, 0.2), Support { name: None, height: 0.0 });
+        let on_table = Support { name: None, height: 0.0, inset: f64::INFINITY };
+        assert_eq!(of("high", 0.60, 0.2), on_table);
         assert_eq!(of("low", 0.5, 0.0).name, None, "what is above does not bear");
         // In the bowl, on its floor; what is too wide stands on its rim.
         let inside = of("high", 0.8, 0.05);
