@@ -163,9 +163,9 @@ impl Hold {
         for _ in 0..STEPS {
             let off = self.below(tilt, over) - wanted;
             if off < 0.0 {
-                low = over
+                low = over;
             } else {
-                high = over
+                high = over;
             }
             let next = over - off / slope(over);
             let next = if next > low && next < high { next } else { f64::midpoint(low, high) };

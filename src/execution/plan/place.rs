@@ -27,6 +27,14 @@ const BACK: f64 = 0.12;
 /// half of them the hand comes to a place behind a thing over that thing; at twice them it points across the table,
 /// where the next place is reached more easily.
 const TURNS: [f64; 5] = [0.0, 0.35, -0.35, 0.7, -0.7];
+/// Further turns of a hand that comes from above, rad: it hides nothing and points nowhere, whichever way it is turned.
+const AROUND: [f64; 4] = [1.4, -1.4, 2.1, -2.1];
+/// Shares of [`ABOVE`] and [`BACK`] that are tried: near the end of the arm's reach the short way is the only one, and
+/// after 60 mm of it the fingertips are behind the thing.
+const SHORT: [f64; 2] = [1.0, 0.5];
+/// So many joint positions of a place are tried, nearest first. Chosen: with one of them a high place is given up where
+/// only that branch of the arm cannot come down straight, with twice as many a place out of reach costs twice as much.
+const BRANCHES: usize = 4;
 /// Poses at the low end of a way that may touch: `4 x` [`STRAIGHT_STEP`] = 20 mm. The table, and on the way out the
 /// pads, are touched there because that is meant. Chosen: with half of it a table that is known to a centimetre
 /// blocks every place, with twice as much a thing beside the place is struck unseen.
@@ -121,12 +129,14 @@ impl Planner {
         let empty = self.obstacles_around(&[o], vessel, self.robot().max_opening());
         let object_from_tool = tool_from_object.inverse();
         let ahead = object_from_tool.axis(2);
+        let is_level = ahead.xy().norm() > FRAC_1_SQRT_2;
         let mut dropped = Dropped::new();
         let mut ways = Vec::new();
         'looking: for place in places {
             let (x, y) = (place.x, place.y);
             let heading = y.atan2(x);
-            for turn in TURNS {
+            let around = if is_level { &[][..] } else { &AROUND[..] };
+            for &turn in TURNS.iter().chain(around) {
                 let yaw = heading + turn - ahead.y.atan2(ahead.x);
                 let stands: Pose<World, Object> = Pose::upright(x, y, place.z + DROP, yaw);
                 let down = stands * object_from_tool;
@@ -137,8 +147,8 @@ impl Planner {
                 if !self.goes_on(work, ways.len()).map_err(no)? {
                     break 'looking;
                 }
-                let q_down = match self.reach(&down, &self.q) {
-                    Ok(mut found) => found.swap_remove(0),
+                let starts = match self.reach(&down, &self.q) {
+                    Ok(found) => found,
                     Err(nearest) => {
                         dropped.out_of_reach(nearest);
                         continue;
@@ -146,8 +156,17 @@ impl Planner {
                 };
                 dropped.tried += 1;
                 let back = -down.axis(2) * BACK;
-                let ways_of = [up, back].map(|by| self.track(&q_down, &straight(&down, by)));
-                let [Ok(mut way_down), Ok(way_out)] = ways_of else {
+                let both = |q_down: &Vec<f64>, short: f64| {
+                    let short_up = if into.is_some() { up } else { up * short };
+                    let ways = [short_up, back * short];
+                    let [down, out] = ways.map(|by| self.track(q_down, &straight(&down, by)));
+                    down.ok().zip(out.ok())
+                };
+                let starts = &starts[..starts.len().min(BRANCHES)];
+                let ways_of = SHORT
+                    .iter()
+                    .find_map(|&short| starts.iter().find_map(|q_down| both(q_down, short)));
+                let Some((mut way_down, way_out)) = ways_of else {
                     dropped.out_of_reach(0.0);
                     continue;
                 };
@@ -243,19 +262,37 @@ impl Planner {
         let unseen = |lost: region::Unseen| Why::NotSeen(lost.0);
         let extent = region.extent(scene, objects, o).map_err(unseen)?;
         let bearer = region.bearer(scene, objects).map_err(unseen)?;
-        let (middle, reach) = extent.unwrap_or((scene.table.centre, scene.table.size.max()));
+        let extent = extent.unwrap_or((scene.table.centre, scene.table.size.max()));
+        // Between a thing and the edge of the table there may be room for the finer of two grids only.
+        match self.places_apart(o, region, &bearer, extent, GRID) {
+            Err(Why::Blocked { .. }) => self.places_apart(o, region, &bearer, extent, 0.5 * GRID),
+            found => found,
+        }
+    }
+
+    /// As [`Self::places_in`], so far apart, m.
+    fn places_apart(
+        &self,
+        o: &scene::Object,
+        region: &Region,
+        bearer: &Bearer,
+        (middle, reach): ([f64; 2], f64),
+        grid: f64,
+    ) -> Result<Vec<Vector3<f64>>, Why> {
+        let (scene, objects) = (&self.cell.scene, &self.state.objects);
+        let unseen = |lost: region::Unseen| Why::NotSeen(lost.0);
         let hand = self.state.world_from_tool.origin();
         // At a point that somebody named, whether it goes there is for the ways to say.
         let room = match region {
             Region::Point(_) | Region::Spot { .. } => o.shape.inner_radius(),
             _ => o.shape.outer_radius() + CLOSE,
         };
-        let most = (reach / GRID).ceil() as i32;
+        let most = (reach / grid).ceil() as i32;
         let mut places = Vec::new();
         let mut taken: Option<String> = None;
         for ix in -most..=most {
             for iy in -most..=most {
-                let (x, y) = (middle[0] + GRID * f64::from(ix), middle[1] + GRID * f64::from(iy));
+                let (x, y) = (middle[0] + grid * f64::from(ix), middle[1] + grid * f64::from(iy));
                 let inside = region.margin(scene, objects, o, [x, y]).map_err(unseen)?;
                 if inside < INSIDE {
                     continue;
@@ -263,7 +300,7 @@ impl Planner {
                 let below = support::below(scene, objects, o, &Pose::upright(x, y, FAR_ABOVE, 0.0));
                 let bears = below.name.clone().unwrap_or_else(|| TABLE.to_owned());
                 let edge = o.shape.outer_radius() + FROM_EDGE;
-                if bearer != Bearer::Any && bearer != Bearer::This(bears.clone()) {
+                if *bearer != Bearer::Any && *bearer != Bearer::This(bears.clone()) {
                     taken = taken.or(below.name);
                     continue;
                 }
@@ -280,7 +317,8 @@ impl Planner {
             }
         }
         if places.is_empty() {
-            return Err(Why::Blocked { tried: 0, by: taken.unwrap_or_else(|| bearer.to_string()) });
+            let by = taken.unwrap_or_else(|| bearer.to_string());
+            return Err(Why::Blocked { tried: 0, by });
         }
         places.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1)));
         Ok(places.into_iter().map(|(.., place)| place).collect())

@@ -278,7 +278,7 @@ impl Physics {
                 || (last.com - inertial.com).norm() > SAME
         });
         if is_new {
-            *last = Some(inertial.clone());
+            *last = Some(*inertial);
             self.bodies[handle].set_additional_mass_properties(inertia_to_engine(inertial), true);
         }
     }

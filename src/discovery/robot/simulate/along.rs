@@ -15,6 +15,15 @@ const PLAY_LOAD: f64 = 0.05;
 /// So many creeps of a joint are remembered: that of the effects, and two that a derivative looks at.
 const KEPT: usize = 3;
 
+/// How dry friction of a joint bends with its speed.
+#[derive(Debug)]
+struct Bend {
+    joint: usize,
+    /// rad/s.
+    creep: f64,
+    by_row: Shared<Vec<f64>>,
+}
+
 /// A path row by row, and the torques its bodies need, `rows × n` each.
 #[derive(Debug)]
 pub(super) struct Bare {
@@ -22,8 +31,8 @@ pub(super) struct Bare {
     dq: Vec<f64>,
     ddq: Vec<f64>,
     load: Vec<f64>,
-    /// How dry friction bends with the speeds: by joint and creep, oldest first.
-    bends: Mutex<Vec<(usize, f64, Shared<Vec<f64>>)>>,
+    /// Oldest first.
+    bends: Mutex<Vec<Bend>>,
 }
 
 impl Bare {
@@ -51,21 +60,21 @@ impl Bare {
     /// it as it was.
     fn bend(&self, joint: usize, n: usize, creep: f64) -> Shared<Vec<f64>> {
         let lock = || self.bends.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_same = |(j, c, _): &&(usize, f64, _)| *j == joint && c.to_bits() == creep.to_bits();
-        if let Some((_, _, bend)) = lock().iter().find(is_same) {
-            return Shared::clone(bend);
+        let is_same = |bend: &&Bend| bend.joint == joint && bend.creep.to_bits() == creep.to_bits();
+        if let Some(bend) = lock().iter().find(is_same) {
+            return Shared::clone(&bend.by_row);
         }
         let speeds = self.dq.iter().skip(joint).step_by(n);
-        let bend: Shared<Vec<f64>> =
+        let by_row: Shared<Vec<f64>> =
             Shared::new(speeds.map(|dq| friction::bent(dq / creep)).collect());
         let mut bends = lock();
-        let of_joint = bends.iter().filter(|(j, _, _)| *j == joint).count();
-        let oldest = bends.iter().position(|(j, _, _)| *j == joint);
+        let of_joint = bends.iter().filter(|bend| bend.joint == joint).count();
+        let oldest = bends.iter().position(|bend| bend.joint == joint);
         if let Some(oldest) = oldest.filter(|_| of_joint >= KEPT) {
             bends.remove(oldest);
         }
-        bends.push((joint, creep, Shared::clone(&bend)));
-        bend
+        bends.push(Bend { joint, creep, by_row: Shared::clone(&by_row) });
+        by_row
     }
 }
 
