@@ -39,6 +39,7 @@ pub mod doubt;
 pub mod segment;
 pub mod contour;
 pub mod key_points;
+pub mod measure;
 pub mod vision;
 pub mod overlay;
 

@@ -86,14 +86,14 @@ pub(super) fn camera(
 }
 
 /// The camera that took the picture: as calibrated, as far as a file says, the rest by the scene's marks.
-fn seen_by(
-    args: &SeeArgs,
+pub(super) fn calibrated(
+    file: Option<&Path>,
     image: &RgbImage,
     mut scene: Scene,
     style: Style,
 ) -> Result<Camera, Failure> {
     let mut switches = Switches::default();
-    if let Some(path) = &args.calibration {
+    if let Some(path) = file {
         let CameraFile { mut intrinsics, world_from_camera } = calibration(path)?;
         if (intrinsics.width, intrinsics.height) == (0, 0) {
             (intrinsics.width, intrinsics.height) = image.dimensions();
@@ -129,7 +129,7 @@ fn see(args: &SeeArgs, scene: Option<&PathBuf>, style: Style) -> Result<Exit, Fa
     let scene = self::scene(scene.map(PathBuf::as_path), style)?;
     let place = args.image.display().to_string();
     let image = picture(&args.image)?;
-    let camera = seen_by(args, &image, scene.clone(), style)?;
+    let camera = calibrated(args.calibration.as_deref(), &image, scene.clone(), style)?;
     let sightings = vision::see(&image, &camera, &scene, &Options::default())
         .map_err(|error| Failure::input("camera::picture", error.to_string()).at(&place))?;
     if let Some(dir) = &args.out {

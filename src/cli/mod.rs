@@ -41,6 +41,7 @@ mod robot;
 mod run;
 mod runs;
 mod say;
+mod scene;
 mod shared;
 mod signals;
 mod teach;
@@ -114,6 +115,9 @@ enum Command {
     /// Find objects in a picture.
     #[command(subcommand)]
     Camera(camera::CameraCommand),
+    /// Scenes from photographs.
+    #[command(subcommand)]
+    Scene(scene::SceneCommand),
     /// Write the dots of a scene as a page to print, in true size.
     Marks(marks::MarksArgs),
     /// The three regressions on files.
@@ -225,6 +229,9 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         (Some(Command::Robot(command)), _) => robot::robot(command, shared.common.seed, style),
         (Some(Command::Camera(command)), _) => {
             camera::camera(command, shared.cell.scene.as_ref(), style)
+        }
+        (Some(Command::Scene(command)), _) => {
+            scene::scene(command, shared.cell.scene.as_ref(), style)
         }
         (Some(Command::Align(command)), _) => align::align(command, style),
         #[cfg(feature = "kortex")]

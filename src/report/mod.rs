@@ -35,7 +35,7 @@ use std::io::{self, IsTerminal, Write as _};
 use serde_json::{Value, json};
 
 pub use failure::{Failure, cell_failure, problems_failure, text_failure};
-pub use seen::{segments, sighting};
+pub use seen::{measured, segments, sighting};
 
 use crate::language::ast::Param;
 use crate::language::{self, Diagnostic, Source};

@@ -3,8 +3,10 @@
 
 use std::fmt::Write as _;
 
+use crate::alignment::measure::Measured;
 use crate::alignment::segment::Segment;
 use crate::alignment::vision::Sighting;
+use crate::world::Shape;
 
 /// Words one thing: where it stands and how probable that is; or why it is not found, and the likeliest place.
 pub fn sighting(seen: &Sighting) -> String {
@@ -66,4 +68,45 @@ pub fn segments(cuts: &[Segment], masks: &[String], is_asked: bool) -> String {
         )
     });
     lines.collect::<Vec<_>>().join("\n")
+}
+
+/// Words what a photograph showed for a scene: what stays as declared, what was measured, what could not be.
+pub fn measured(
+    seen: &[Sighting],
+    things: &[(&str, &Measured)],
+    missed: &[([f64; 2], String)],
+) -> String {
+    let mut lines: Vec<String> = seen.iter().map(sighting).collect();
+    for (name, thing) in things {
+        let size = match thing.shape {
+            Shape::Cuboid { size } => {
+                let [x, y, z] = [size.x, size.y, size.z].map(|side| side * 1e3);
+                format!("box {x:.0} x {y:.0} x {z:.0} mm")
+            }
+            Shape::Cylinder { radius, height } => {
+                format!("can of {:.0} mm radius, {:.0} mm high", radius * 1e3, height * 1e3)
+            }
+        };
+        let at = thing.world_from_object.origin() * 1e3;
+        let worst = thing.size_std.iter().fold(0.0_f64, |worst, std| worst.max(*std));
+        lines.push(format!(
+            "{name:<8} measured: {size} (± {:.1} mm) at ({:.1}, {:.1}) mm (± {:.1} mm), outline off by {:.1} px",
+            worst * 1e3,
+            at.x,
+            at.y,
+            thing.std * 1e3,
+            thing.rms_px
+        ));
+    }
+    for ([x, y], why) in missed {
+        lines.push(format!(
+            "not measured: what stands at about ({:.0}, {:.0}) mm: {why}",
+            x * 1e3,
+            y * 1e3
+        ));
+    }
+    if lines.is_empty() {
+        lines.push("nothing stands on the table that differs from it in colour".into());
+    }
+    lines.join("\n")
 }

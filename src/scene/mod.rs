@@ -5,6 +5,7 @@
 mod error;
 mod read;
 mod thing;
+pub mod write;
 
 use crate::language::ast::SceneItem;
 use crate::language::{Diagnostic, Source};

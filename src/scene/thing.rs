@@ -9,7 +9,7 @@ use crate::units::Dimension;
 use crate::world::{Cavity, Material, Object, Shape};
 
 /// Colour words that `looks` may hold, with sRGB.
-const COLOURS: &[(&str, [u8; 3])] = &[
+pub(super) const COLOURS: &[(&str, [u8; 3])] = &[
     ("red", [192, 40, 40]),
     ("green", [40, 150, 70]),
     ("blue", [32, 80, 192]),

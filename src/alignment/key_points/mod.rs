@@ -100,7 +100,7 @@ const SNAP_PX: f64 = 3.0;
 const MISFIT: f64 = 0.06;
 
 impl Contour {
-    fn of(
+    pub(super) fn of(
         mask: &GrayImage,
         picture: &Picture,
         hidden: &Hidden,

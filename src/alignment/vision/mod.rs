@@ -35,7 +35,7 @@ use crate::world::{Camera, Scene};
 use together::Sought;
 
 pub use super::overlay::annotate;
-pub use unexplained::unexplained;
+pub use unexplained::{Unexplained, unexplained, unexplained_regions};
 pub use verify::verify;
 
 /// Why a picture could not be used at all. An object that is not found is an answer, not an error.

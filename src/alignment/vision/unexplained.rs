@@ -47,6 +47,31 @@ pub fn unexplained(
     sightings: &[Sighting],
     options: &Options,
 ) -> Result<Vec<Unknown>, Error> {
+    let regions = unexplained_regions(image, camera, scene, sightings, options)?;
+    Ok(regions.into_iter().map(|region| region.bound).collect())
+}
+
+/// What no sighting explains: where it may be, and where it is in the picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unexplained {
+    /// What bounds it on the table.
+    pub bound: Unknown,
+    /// Its box in the picture, `[u0, v0, u1, v1]`, px.
+    pub in_picture: [f64; 4],
+}
+
+/// As [`unexplained`], with the box of each in the picture.
+///
+/// # Errors
+///
+/// [`Error::WrongSize`] when the picture is not the camera's size.
+pub fn unexplained_regions(
+    image: &RgbImage,
+    camera: &Camera,
+    scene: &Scene,
+    sightings: &[Sighting],
+    options: &Options,
+) -> Result<Vec<Unexplained>, Error> {
     check_size(image, camera)?;
     let picture = Picture::new(image);
     if picture.is_grey {
@@ -144,19 +169,24 @@ fn bounded(
     other: &GrayImage,
     open: &[(usize, usize, Vector2<f64>)],
     camera: &Camera,
-) -> Vec<Unknown> {
+) -> Vec<Unexplained> {
     let labels = connected_components(other, Connectivity::Eight, Luma([0]));
     let count = labels.pixels().map(|label| label[0]).max().unwrap_or(0) as usize;
-    let mut regions: Vec<Vec<Vector2<f64>>> = vec![Vec::new(); count + 1];
+    let nowhere = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+    let mut regions: Vec<(Vec<Vector2<f64>>, [f64; 4])> = vec![(Vec::new(), nowhere); count + 1];
     for (x, y, at) in open {
         let label = labels.get_pixel(*x as u32, *y as u32)[0] as usize;
         if label > 0 {
-            regions[label].push(*at);
+            let (region, [u0, v0, u1, v1]) = &mut regions[label];
+            region.push(*at);
+            let (u, v) = (QUARTER * *x as f64, QUARTER * *y as f64);
+            (*u0, *v0) = (u0.min(u), v0.min(v));
+            (*u1, *v1) = (u1.max(u + QUARTER - 1.0), v1.max(v + QUARTER - 1.0));
         }
     }
     let eye = camera.world_from_camera.origin();
-    let mut found: Vec<Unknown> = Vec::new();
-    for region in &regions {
+    let mut found: Vec<Unexplained> = Vec::new();
+    for (region, in_picture) in &regions {
         let Some(first) = region.first() else { continue };
         let (low, high) =
             region.iter().fold((*first, *first), |(low, high), p| (low.inf(p), high.sup(p)));
@@ -175,8 +205,9 @@ fn bounded(
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(near, far), d| (near.min(d), far.max(d)));
         let slope = eye.z / ray.xy().norm().max(1e-6);
         let height = ((far - near) * slope).clamp(0.0, HIGHEST);
-        found.push(Unknown { at: centre.into(), radius, height });
+        let bound = Unknown { at: centre.into(), radius, height };
+        found.push(Unexplained { bound, in_picture: *in_picture });
     }
-    found.sort_by(|a, b| b.radius.total_cmp(&a.radius));
+    found.sort_by(|a, b| b.bound.radius.total_cmp(&a.bound.radius));
     found
 }

@@ -3,6 +3,7 @@
 
 pub mod align;
 pub mod calibrate;
+pub mod measured;
 pub mod robot;
 pub mod robot_check;
 pub mod see;

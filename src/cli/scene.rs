@@ -1,0 +1,180 @@
+//! `trueup scene from PHOTO`: what stands on the table, measured and written down as a scene to edit.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+use image::RgbImage;
+
+use crate::alignment::measure::{Measured, measure};
+use crate::alignment::outline::{Outline, Projector};
+use crate::alignment::overlay;
+use crate::alignment::picture::Picture;
+use crate::alignment::segment::{Prompt, segment};
+use crate::alignment::vision::{self, Options, Sighting};
+use crate::files::write;
+use crate::report::exit::Exit;
+use crate::report::{self, Failure, Style};
+use crate::scene::write::{colour_word, to_text};
+use crate::world::{Camera, Material, Object, Scene, Shape};
+
+use super::camera::{calibrated, picture};
+use super::inputs;
+
+#[derive(Debug, Subcommand)]
+pub(super) enum SceneCommand {
+    /// Write the scene that a photograph shows: what stands on the table is measured.
+    From(FromArgs),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct FromArgs {
+    /// The photograph (PNG or JPEG). Table, printed dots, camera and robot are those of `--scene`; of its things those that
+    /// are seen stay as declared, all others are measured.
+    image: PathBuf,
+    /// The camera as calibrated, as for `camera see`.
+    #[arg(long, value_name = "FILE")]
+    calibration: Option<PathBuf>,
+    /// The scene file to write; its name is the scene's.
+    #[arg(long, value_name = "FILE", default_value = "photographed.task")]
+    out: PathBuf,
+    /// A copy of the photograph with what was measured drawn over it.
+    #[arg(long, value_name = "FILE")]
+    drawn: Option<PathBuf>,
+}
+
+/// Room around a region, as a share of its box: a box drawn by hand is as loose, and the cut expects that.
+const ROOM: f64 = 0.15;
+/// So probable a thing of the scene must be to stay as declared: what `docs/seeing.md` calls sure.
+const SURE: f64 = 0.9;
+/// Density of what nobody weighed, kg/m³: a hard wood, as for a solid without a mass in a scene.
+const DENSITY: f64 = 700.0;
+
+/// `trueup scene ...`.
+pub(super) fn scene(
+    command: &SceneCommand,
+    base: Option<&PathBuf>,
+    style: Style,
+) -> Result<Exit, Failure> {
+    let SceneCommand::From(args) = command;
+    from(args, base.map(PathBuf::as_path), style)
+}
+
+fn from(args: &FromArgs, base: Option<&Path>, style: Style) -> Result<Exit, Failure> {
+    let base = inputs::scene(base, style)?;
+    let name = name_of(&args.out)?;
+    if args.out.exists() {
+        return Err(Failure::input("new::there", "there is a file of that name already")
+            .at(args.out.display().to_string())
+            .help("take another name with --out, or move the file away"));
+    }
+    let image = picture(&args.image)?;
+    let camera = calibrated(args.calibration.as_deref(), &image, base.clone(), style)?;
+    let wrong = |error: vision::Error| {
+        Failure::input("camera::picture", error.to_string()).at(args.image.display().to_string())
+    };
+    let mut seen = vision::see(&image, &camera, &base, &Options::default()).map_err(wrong)?;
+    seen.retain(|sighting| sighting.found && sighting.confidence >= SURE);
+    let regions = vision::unexplained_regions(&image, &camera, &base, &seen, &Options::default());
+    let looked = Picture::new(&image);
+    let (mut things, mut missed) = (Vec::new(), Vec::new());
+    for region in regions.map_err(wrong)? {
+        let cut = segment(&looked, &Prompt::Box(loose(region.in_picture)));
+        match cut.map(|cut| measure(&image, &camera, &cut.mask)) {
+            Some(Ok(found)) => things.push(found),
+            Some(Err(why)) => missed.push((region.bound.at, why.to_string())),
+            None => missed.push((region.bound.at, "it cannot be cut out".to_owned())),
+        }
+    }
+    // From left to right, as a person would count them.
+    things
+        .sort_by(|a, b| b.world_from_object.origin().y.total_cmp(&a.world_from_object.origin().y));
+    let (scene, comments) = described(&base, &name, &camera, &seen, &things);
+    let doc = format!("What stood on the table of `{}` in a photograph.", base.name);
+    let text = to_text(&scene, &doc, &comments);
+    write::replace(&args.out, &text).map_err(|error| Failure::unwritten(&args.out, &error))?;
+    if let Some(path) = &args.drawn {
+        let drawn = drawn(&image, &camera, &seen, &things);
+        write::picture(path, &drawn).map_err(|error| Failure::unwritten(path, &error))?;
+    }
+    let names: Vec<&str> = scene.objects.iter().map(|o| o.name.as_str()).skip(seen.len()).collect();
+    let measured: Vec<(&str, &Measured)> = names.into_iter().zip(&things).collect();
+    if style.json {
+        style.document(&super::answer::measured::Answer::new(&args.out, &seen, &measured, &missed));
+    } else {
+        style.say(report::measured(&seen, &measured, &missed));
+        style.say(format!("{} is written; edit it, then `trueup --scene {0}`", args.out.display()));
+    }
+    Ok(if scene.objects.is_empty() || !missed.is_empty() { Exit::No } else { Exit::Yes })
+}
+
+/// The scene's name: that of its file.
+fn name_of(path: &Path) -> Result<String, Failure> {
+    let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+    let is_name = stem.starts_with(|c: char| c.is_ascii_lowercase())
+        && stem.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
+    if is_name {
+        return Ok(stem.to_owned());
+    }
+    Err(Failure::input("new::name", format!("`{stem}` is not a name"))
+        .at(path.display().to_string())
+        .help("lower-case letters, digits and `_`, a letter first, such as `breakfast.task`"))
+}
+
+fn loose([u0, v0, u1, v1]: [f64; 4]) -> [f64; 4] {
+    let (du, dv) = (ROOM * (u1 - u0), ROOM * (v1 - v0));
+    [u0 - du, v0 - dv, u1 + du, v1 + dv]
+}
+
+/// Returns the scene with what was seen and measured, and what to say of each thing.
+fn described(
+    base: &Scene,
+    name: &str,
+    camera: &Camera,
+    seen: &[Sighting],
+    things: &[Measured],
+) -> (Scene, Vec<(String, String)>) {
+    let mut objects: Vec<Object> =
+        seen.iter().filter_map(|sighting| base.object(&sighting.name).cloned()).collect();
+    let mut comments = Vec::new();
+    for thing in things {
+        let word = colour_word(thing.colour);
+        let form = match thing.shape {
+            Shape::Cuboid { .. } => "box",
+            Shape::Cylinder { .. } => "can",
+        };
+        let is_taken = |name: &str| objects.iter().any(|object| object.name == name);
+        let plain = format!("{word}_{form}");
+        let numbered = (2..).map(|n| format!("{plain}_{n}"));
+        let name = std::iter::once(plain.clone()).chain(numbered).find(|name| !is_taken(name));
+        let name = name.unwrap_or(plain);
+        let worst = thing.size_std.iter().fold(0.0_f64, |worst, std| worst.max(*std));
+        comments.push((
+            name.clone(),
+            format!("sizes ± {:.1} mm; nobody weighed it, nor looked inside", worst * 1e3),
+        ));
+        objects.push(Object {
+            name,
+            kind: "Graspable".into(),
+            shape: thing.shape,
+            cavity: None,
+            looks: format!("{word} {form}"),
+            material: Material::Opaque,
+            colour: thing.colour,
+            mass: (DENSITY * thing.shape.volume()).max(1e-3),
+        });
+    }
+    let scene = Scene { name: name.to_owned(), objects, camera: *camera, ..base.clone() };
+    (scene, comments)
+}
+
+/// Returns the photograph with outlines of what was seen and measured.
+fn drawn(image: &RgbImage, camera: &Camera, seen: &[Sighting], things: &[Measured]) -> RgbImage {
+    let mut drawn = vision::annotate(image, seen);
+    let view = Projector::new(camera);
+    for (k, thing) in things.iter().enumerate() {
+        let outline = Outline::new(&view, &thing.shape, &thing.world_from_object, 2);
+        let hull: Vec<[f64; 2]> = outline.hull.iter().map(|p| [p.x, p.y]).collect();
+        overlay::outline(&mut drawn, &hull, seen.len() + k);
+    }
+    drawn
+}
