@@ -12,13 +12,14 @@ use super::layers::rust_files;
 /// Rooms that speak to people, and files beside them that do nothing else.
 const SPEAKING: &[&str] = &["report", "cli", "repl", "page", "language"];
 const FILES: &[&str] = &["error.rs", "wording.rs", "refusal.rs"];
-/// Tables of words, and drawings that have words in them.
+/// Tables of words, drawings that have words in them, and what writes the language.
 const CATALOGUES: &[&str] = &[
     "discovery/vocabulary.rs",
     "graph/draw",
     "graph/exchange/dot.rs",
     "kortex/frame.rs",
     "kortex/safety.rs",
+    "scene/write.rs",
     "units/spelling.rs",
 ];
 /// So many words are a sentence.

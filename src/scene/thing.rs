@@ -18,6 +18,7 @@ pub(super) const COLOURS: &[(&str, [u8; 3])] = &[
     ("white", [235, 235, 235]),
     ("black", [35, 35, 35]),
     ("brown", [120, 80, 50]),
+    ("grey", [128, 128, 128]),
 ];
 
 /// Density of an empty vessel's walls, kg/m³: between polystyrene and acrylic (data sheets: 1050, 1190).

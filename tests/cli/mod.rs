@@ -16,6 +16,7 @@ mod robot;
 mod robot_check;
 mod run;
 mod say;
+mod scene;
 mod segment;
 mod strangers;
 mod text;
