@@ -205,16 +205,12 @@ impl Start {
 /// Returns the solid that some numbers are, and its pose: four of a cylinder, six of a cuboid.
 fn solid(x: &[f64]) -> (Shape, ObjectPose) {
     let height = x[2].exp();
-    match *x {
-        [x, y, _, side_x, side_y, yaw] => {
-            let size = Vector3::new(side_x.exp(), side_y.exp(), height);
-            (Shape::Cuboid { size }, ObjectPose::upright(x, y, 0.0, yaw))
-        }
-        _ => {
-            let shape = Shape::Cylinder { radius: x[3].exp(), height };
-            (shape, ObjectPose::upright(x[0], x[1], 0.0, 0.0))
-        }
+    if let [x, y, _, side_x, side_y, yaw] = *x {
+        let size = Vector3::new(side_x.exp(), side_y.exp(), height);
+        return (Shape::Cuboid { size }, ObjectPose::upright(x, y, 0.0, yaw));
     }
+    let shape = Shape::Cylinder { radius: x[3].exp(), height };
+    (shape, ObjectPose::upright(x[0], x[1], 0.0, 0.0))
 }
 
 /// Fits a solid to an outline from several beginnings and returns the best.
