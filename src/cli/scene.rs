@@ -150,7 +150,7 @@ fn described(
         let worst = thing.size_std.iter().fold(0.0_f64, |worst, std| worst.max(*std));
         comments.push((
             name.clone(),
-            format!("sizes ± {:.1} mm; nobody weighed it, nor looked inside", worst * 1e3),
+            format!("sizes ± {:.1} mm; its mass is a guess, its inside unknown", worst * 1e3),
         ));
         objects.push(Object {
             name,
