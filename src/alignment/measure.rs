@@ -24,8 +24,7 @@ use crate::fit::{self, Fit, Loss, Residuals};
 use crate::world::frame::Object;
 use crate::world::{Camera, Material, Point, Shape};
 
-/// Points of the outline that are compared: one every some pixels of a thing in a picture of a megapixel. Chosen: with
-/// half as many a small box has two on a short side, with twice as many the fit takes twice as long and ends at the same.
+/// Points of the outline that are compared. Chosen: one every few pixels of a thing in a picture of a megapixel.
 const POINTS: usize = 160;
 /// Heights that are begun with, in the thing's width: of a plate, of a cube, of a can and of a bottle.
 const HEIGHTS: [f64; 4] = [0.3, 0.9, 1.6, 3.0];

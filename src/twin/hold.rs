@@ -28,7 +28,7 @@ const LEVEL: f64 = 1e-5;
 
 /// A head is found to this share of the vessel's width: less than a micrometre.
 const FINE: f64 = 1e-6;
-/// Newton's method, kept between bounds that are halved where it leaves them, needs 3 to 6 steps; a bound on them all.
+/// Most steps of Newton's method, which is kept between bounds that are halved where it leaves them.
 const STEPS: usize = 60;
 
 /// What is inside a vessel, cut across: its outline from the lowest wall up.
