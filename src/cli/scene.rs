@@ -14,6 +14,7 @@ use crate::alignment::vision::{self, Options, Sighting};
 use crate::files::write;
 use crate::report::exit::Exit;
 use crate::report::{self, Failure, Style};
+use crate::scene::SOLID_DENSITY;
 use crate::scene::write::{colour_word, to_text};
 use crate::world::{Camera, Material, Object, Scene, Shape};
 
@@ -46,8 +47,6 @@ pub(super) struct FromArgs {
 const ROOM: f64 = 0.15;
 /// So probable a thing of the scene must be to stay as declared: what `docs/seeing.md` calls sure.
 const SURE: f64 = 0.9;
-/// Density of what nobody weighed, kg/m³: a hard wood, as for a solid without a mass in a scene.
-const DENSITY: f64 = 700.0;
 
 /// `trueup scene ...`.
 pub(super) fn scene(
@@ -160,7 +159,7 @@ fn described(
             looks: format!("{word} {form}"),
             material: Material::Opaque,
             colour: thing.colour,
-            mass: (DENSITY * thing.shape.volume()).max(1e-3),
+            mass: (SOLID_DENSITY * thing.shape.volume()).max(1e-3),
         });
     }
     let scene = Scene { name: name.to_owned(), objects, camera: *camera, ..base.clone() };

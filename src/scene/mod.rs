@@ -7,6 +7,8 @@ mod read;
 mod thing;
 pub mod write;
 
+pub use thing::SOLID_DENSITY;
+
 use crate::language::ast::SceneItem;
 use crate::language::{Diagnostic, Source};
 use crate::world::Scene;

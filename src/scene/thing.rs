@@ -25,7 +25,7 @@ pub(super) const COLOURS: &[(&str, [u8; 3])] = &[
 const WALL_DENSITY: f64 = 1100.0;
 
 /// Density of a solid thing, kg/m³: a hard wood. Chosen.
-const SOLID_DENSITY: f64 = 700.0;
+pub const SOLID_DENSITY: f64 = 700.0;
 
 impl Reader<'_> {
     pub(super) fn object(&mut self, thing: &SceneThing) -> Option<Object> {
