@@ -6,7 +6,7 @@
 use rand::RngExt;
 use rand::rngs::StdRng;
 use trueup::language::ast::Item;
-use trueup::language::sentence::{Template, words};
+use trueup::language::sentence::{Reach, Template, words};
 use trueup::language::{Library, Source, format, is_incomplete, parse};
 
 /// The texts of the standard library, which are damaged.
@@ -77,7 +77,7 @@ pub(super) fn survives(text: &str, standard: &Library) {
     assert!(!is_bad || !found.is_empty(), "a silent loss: {text:?}");
     assert!(found.iter().all(|d| d.span.to <= text.len() && text.is_char_boundary(d.span.from)));
     is_incomplete(text);
-    let _ = Template::read(text).map(|template| template.fit(&words(text)));
+    let _ = Template::read(text).map(|template| template.fit(&words(text), Reach::Long));
     let laid_out = format(text);
     assert_eq!(format(&laid_out), laid_out, "{text:?}");
     let mut library = standard.clone();

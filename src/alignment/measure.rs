@@ -136,6 +136,8 @@ pub fn measure(
         Shape::Cylinder { radius, height } => {
             [of_size(3, radius), of_size(3, radius), of_size(2, height)]
         }
+        // Only boxes and cans are measured.
+        Shape::Lathe { .. } => [f64::INFINITY; 3],
     };
     let worst = size_std.iter().fold(0.0_f64, |worst, std| worst.max(*std));
     if worst > TOLD * shape.height().max(shape.outer_radius()) {
@@ -296,7 +298,10 @@ fn refined(view: &Projector, picture: &Picture, start: Vec<f64>) -> Option<Fit> 
 fn extent(shape: &Shape) -> Vector3<f64> {
     match *shape {
         Shape::Cuboid { size } => size,
-        Shape::Cylinder { radius, height } => Vector3::new(radius, radius, height),
+        Shape::Cylinder { .. } | Shape::Lathe { .. } => {
+            let radius = shape.outer_radius();
+            Vector3::new(radius, radius, shape.height())
+        }
     }
 }
 

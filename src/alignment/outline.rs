@@ -6,6 +6,8 @@
 //! as the cylinder moves, this is right to first order (the envelope). Other objects in front are the
 //! caller's business.
 
+mod lathe;
+
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use crate::world::{Camera, Intrinsics, Pixel, Pose, Shape, frame};
@@ -113,6 +115,7 @@ impl Outline {
         match *shape {
             Shape::Cuboid { size } => cuboid(view, size, pose, per_edge),
             Shape::Cylinder { radius, height } => cylinder(view, radius, height, pose, per_edge),
+            Shape::Lathe { profile } => lathe::outline(view, &profile, pose, per_edge),
         }
         .unwrap_or_default()
     }
@@ -348,6 +351,7 @@ fn cylinder(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::world::Profile;
 
     fn view() -> Projector {
         Projector::new(&Camera::looking(
@@ -369,10 +373,30 @@ mod tests {
     }
 
     #[test]
+    fn a_lathe_of_straight_sides_is_seen_as_a_cylinder() {
+        let pose = ObjectPose::upright(0.6, 0.1, 0.0, 0.4);
+        let (radius, height) = (0.04, 0.1);
+        let can = Outline::new(&view(), &Shape::Cylinder { radius, height }, &pose, 10);
+        let profile = Profile::new(&[[radius, 0.0], [radius, 0.5 * height], [radius, height]]);
+        let turned = Shape::Lathe { profile: profile.unwrap() };
+        let turned = Outline::new(&view(), &turned, &pose, 10);
+        for sample in &turned.samples {
+            let near = can.samples.iter().filter(|other| other.kind == sample.kind);
+            let near = near.map(|other| (other.pixel - sample.pixel).norm());
+            assert!(near.fold(f64::INFINITY, f64::min) < 8.0, "{sample:?}");
+        }
+        let length = |outline: &Outline| outline.samples.iter().map(|s| s.length).sum::<f64>();
+        assert!((length(&turned) / length(&can) - 1.0).abs() < 0.02);
+    }
+
+    #[test]
     fn silhouette_points_lie_on_the_hull_and_their_normals_leave_it() {
         for shape in [
             Shape::Cuboid { size: Vector3::new(0.06, 0.1, 0.14) },
             Shape::Cylinder { radius: 0.08, height: 0.095 },
+            Shape::Lathe { profile: Profile::cone(0.03, 0.045, 0.12).unwrap() },
+            Shape::Lathe { profile: Profile::cone(0.05, 0.0, 0.12).unwrap() },
+            Shape::Lathe { profile: Profile::ball(0.04).unwrap() },
         ] {
             let outline =
                 Outline::new(&view(), &shape, &ObjectPose::upright(0.55, -0.1, 0.0, 0.9), 12);

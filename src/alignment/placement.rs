@@ -604,8 +604,9 @@ pub fn overlap(a: &Object, at: &Candidate, b: &Object, bt: &Candidate) -> bool {
                     centre + nalgebra::Rotation2::new(c.yaw) * corner
                 })
                 .to_vec(),
-            Shape::Cylinder { radius, .. } => (0..CIRCLE)
+            Shape::Cylinder { .. } | Shape::Lathe { .. } => (0..CIRCLE)
                 .map(|i| {
+                    let radius = object.shape.outer_radius();
                     let (sin, cos) = (f64::from(i) * FRAC_PI_2 / 6.0).sin_cos();
                     centre + radius * Vector2::new(cos, sin)
                 })

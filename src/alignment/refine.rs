@@ -164,7 +164,7 @@ pub fn refine(
     covariance[(0, 0)] += floor;
     covariance[(1, 1)] += floor;
     if turns {
-        covariance[(2, 2)] += floor / shape.inner_radius().powi(2);
+        covariance[(2, 2)] += floor / shape.outer_radius().powi(2);
     } else {
         covariance[(2, 2)] = 0.0;
     }

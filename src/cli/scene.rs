@@ -140,6 +140,7 @@ fn described(
         let form = match thing.shape {
             Shape::Cuboid { .. } => "box",
             Shape::Cylinder { .. } => "can",
+            Shape::Lathe { .. } => "lathe",
         };
         let is_taken = |name: &str| objects.iter().any(|object| object.name == name);
         let plain = format!("{word}_{form}");

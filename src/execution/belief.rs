@@ -225,6 +225,10 @@ impl Belief {
         let widths = match object.shape {
             crate::world::Shape::Cuboid { size } => vec![size.x, size.y],
             crate::world::Shape::Cylinder { radius, .. } => vec![2.0 * radius],
+            // Wherever between its narrowest and its widest place it is held.
+            crate::world::Shape::Lathe { profile } => {
+                vec![grip.opening.clamp(2.0 * profile.narrowest(), 2.0 * profile.widest())]
+            }
         };
         let fits = widths.iter().any(|width| (grip.opening - width).abs() < PAD_TOLERANCE);
         let Some(known) = self.objects.iter_mut().find(|o| o.name == aim) else { return };

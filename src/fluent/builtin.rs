@@ -152,7 +152,7 @@ fn said_of(on: &Evaluator<'_>, expr: &Expr, name: &str, a: &Standing<'_>) -> Val
         _ => {
             let wide = match object.shape {
                 Shape::Cuboid { size } => size.x.max(size.y),
-                Shape::Cylinder { radius, .. } => 2.0 * radius,
+                Shape::Cylinder { .. } | Shape::Lathe { .. } => 2.0 * object.shape.outer_radius(),
             };
             let high = object.shape.height();
             let least = wide.max(LEVEL_HAND);
@@ -169,7 +169,7 @@ fn measured(on: &Evaluator<'_>, name: &str, a: &Standing<'_>) -> Result<Measure,
         // Inner radius of the rim: of the largest circle that fits.
         "rim" => {
             let inside = object.inside().ok_or_else(|| not_a_vessel(object, "rim"))?;
-            Measure::exact(inside.inner_radius(), LENGTH)
+            Measure::exact(inside.rim_radius(), LENGTH)
         }
         // Between the object's axis and the vertical.
         "tilt" => {
@@ -199,7 +199,7 @@ fn measured(on: &Evaluator<'_>, name: &str, a: &Standing<'_>) -> Result<Measure,
         "width" => {
             let width = match object.shape {
                 Shape::Cuboid { size } => size.x.min(size.y),
-                Shape::Cylinder { radius, .. } => 2.0 * radius,
+                Shape::Cylinder { .. } | Shape::Lathe { .. } => 2.0 * object.shape.inner_radius(),
             };
             Measure::exact(width, LENGTH)
         }

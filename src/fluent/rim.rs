@@ -26,12 +26,17 @@ pub(super) fn middle(object: &Object, world_from_object: &WorldFromObject) -> Ve
 
 /// Returns the height of the lowest point of the whole object in the world, m.
 ///
-/// Source: the support function of a box or a cylinder along −z.
+/// Source: the support function of a box, a cylinder or a stack of circles along −z.
 pub fn lowest_of(object: &Object, world_from_object: &WorldFromObject) -> f64 {
     let down = world_from_object.rotation().inverse() * -Vector3::z();
     let reach = match object.shape {
         Shape::Cuboid { size } => 0.5 * (size.x * down.x.abs() + size.y * down.y.abs()),
         Shape::Cylinder { radius, .. } => radius * down.x.hypot(down.y),
+        Shape::Lathe { profile } => {
+            let across = down.x.hypot(down.y);
+            let reaches = profile.points().iter().map(|[r, z]| r * across + z * down.z);
+            return world_from_object.origin().z - reaches.fold(f64::NEG_INFINITY, f64::max);
+        }
     };
     let end = (object.shape.height() * down.z).max(0.0);
     world_from_object.origin().z - reach - end
@@ -42,8 +47,9 @@ pub(super) fn outline(object: &Object, world_from_object: &WorldFromObject) -> V
     let z = object.shape.height();
     let at = |x: f64, y: f64| (*world_from_object * Point::new(x, y, z)).coords();
     match object.shape {
-        Shape::Cylinder { radius, .. } => (0..FINENESS)
+        Shape::Cylinder { .. } | Shape::Lathe { .. } => (0..FINENESS)
             .map(|i| {
+                let radius = object.shape.rim_radius();
                 let (sin, cos) = (std::f64::consts::TAU * i as f64 / FINENESS as f64).sin_cos();
                 at(radius * cos, radius * sin)
             })

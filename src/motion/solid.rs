@@ -49,12 +49,16 @@ impl Solid {
         }
     }
 
-    /// Returns the solid of an object's outside and where it stands in the object's own frame, whose
+    /// Returns the solid that is, or holds, an object's outside and where it stands in the object's own frame, whose
     /// origin is the centre of the base.
     pub fn of_object(shape: &Shape) -> Placed {
         let solid = match *shape {
             Shape::Cuboid { size } => Self::Cuboid { half: size / 2.0 },
             Shape::Cylinder { radius, height } => Self::Cylinder { radius, half: height / 2.0 },
+            // The cylinder around it: nothing of the thing is outside.
+            Shape::Lathe { profile } => {
+                Self::Cylinder { radius: profile.widest(), half: profile.height() / 2.0 }
+            }
         };
         Placed { solid, pose: Isometry3::translation(0.0, 0.0, shape.height() / 2.0) }
     }

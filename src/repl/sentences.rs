@@ -3,7 +3,7 @@
 //! A line that is no call is tried as a sentence. What it comes to is shown first; only a person's `y` has
 //! it done.
 
-use std::cell::RefCell;
+use std::cell::{LazyCell, RefCell};
 use std::path::{Path, PathBuf};
 
 use crate::files::{self, write};
@@ -170,6 +170,7 @@ impl Session<'_, '_> {
         let says_it = sentence::words(said).split(' ').any(|word| word == "it");
         let held = if says_it { cell.state().ok().and_then(|state| state.held) } else { None };
         let cell = RefCell::new(cell);
+        let spots = LazyCell::new(|| cell.borrow_mut().spots().unwrap_or_default());
         let meaning = sentence::understand(
             said,
             &Knowledge {
@@ -177,6 +178,9 @@ impl Session<'_, '_> {
                 things: &things,
                 phrases: &phrases,
                 it: held.as_deref(),
+                spot: &|name| {
+                    spots.iter().find(|(known, _)| known == name).map(|(_, spot)| spot.clone())
+                },
                 hindrance: &|call| cell.borrow_mut().hindrance(call),
             },
         );

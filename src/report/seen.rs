@@ -86,6 +86,10 @@ pub fn measured(
             Shape::Cylinder { radius, height } => {
                 format!("can of {:.0} mm radius, {:.0} mm high", radius * 1e3, height * 1e3)
             }
+            Shape::Lathe { profile } => {
+                let [radius, high] = [profile.widest(), profile.height()].map(|side| side * 1e3);
+                format!("round thing of {radius:.0} mm radius, {high:.0} mm high")
+            }
         };
         let at = thing.world_from_object.origin() * 1e3;
         let worst = thing.size_std.iter().fold(0.0_f64, |worst, std| worst.max(*std));

@@ -5,12 +5,13 @@
 
 use crate::language::nearest;
 use crate::units::{Dimension, Quantity, known_units};
+use crate::world::profile::Fault;
 
 /// Properties a thing may have.
 const PROPERTIES: &[&str] = &["wall", "holds", "filled", "mass", "looks", "colour"];
 
 /// Shapes a thing may have.
-const SHAPES: [&str; 3] = ["box", "cuboid", "cylinder"];
+const SHAPES: [&str; 6] = ["box", "cuboid", "cylinder", "cone", "ball", "lathe"];
 
 /// One thing that is wrong with a scene. Lengths in m, volumes in m³.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -61,6 +62,12 @@ pub(super) enum Mistake<'a> {
     UnknownShape { name: &'a str },
     #[error("a {shape} takes {}", slots.join(", "))]
     ShapeTakes { shape: &'a str, slots: &'static [&'static str] },
+    #[error("a lathe takes a radius and a height for each point, by turns")]
+    LathePairs,
+    #[error("{0}")]
+    NoProfile(Fault),
+    #[error("the vessel `{thing}` has a neck, and liquid in a neck is not simulated")]
+    Neck { thing: &'a str },
     #[error("this is not a colour")]
     NoColour,
     #[error("a thing has no `{name}`")]
@@ -123,7 +130,9 @@ impl Mistake<'_> {
             Self::TableCentre => ("task::point", "too few"),
             Self::UnknownShape { .. } => ("task::unknown_name", "not a shape"),
             Self::UnknownProperty { .. } => ("task::unknown_name", "not known"),
-            Self::ShapeTakes { .. } => ("task::argument", "not what it takes"),
+            Self::ShapeTakes { .. } | Self::LathePairs => ("task::argument", "not what it takes"),
+            Self::NoProfile(_) => ("task::size", "not a profile"),
+            Self::Neck { .. } => ("task::size", "narrower above than a straight side would be"),
             Self::NoColour => ("task::colour", "expected red, green and blue"),
         }
     }
@@ -151,6 +160,16 @@ impl Mistake<'_> {
             Self::ThickWalls { .. } => "give the thickness of one wall, such as `wall 3 mm`",
             Self::HoldsTooMuch { .. } => "correct `holds`, the outside, or `wall`",
             Self::Overfilled { .. } => "correct `filled` or `holds`",
+            Self::LathePairs | Self::NoProfile(_) => {
+                "write `lathe(30 mm, 0 mm, 40 mm, 60 mm, 42 mm, 95 mm)`: radius and height, from the foot up"
+            }
+            Self::Neck { .. } => {
+                "make it a thing without `wall`, or give it sides that do not bend inwards"
+            }
+            Self::ShapeTakes { shape: "cone", .. } => {
+                "write `cone(bottom 30 mm, top 40 mm, height 95 mm)`: two radii and a height"
+            }
+            Self::ShapeTakes { shape: "ball", .. } => "write `ball(radius 35 mm)`",
             Self::ShapeTakes { slots, .. } if slots.len() == 3 => {
                 "write three sides, such as `cuboid(65 mm, 65 mm, 140 mm)`"
             }

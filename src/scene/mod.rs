@@ -99,6 +99,42 @@ mod tests {
     }
 
     #[test]
+    fn what_a_lathe_makes_is_read_or_refused_with_the_reason() {
+        let rest = "table: Surface = box(120 cm, 80 cm, 2 cm) at (0.5 m, 0 m)\n\
+             camera c { image 640 x 480 focal ~ 600 px at (1 m, 0 m, 1 m) looking (0.5 m, 0 m, 0 m) }\n\
+             robot gen3_2f85 at (0 m, 0 m, 0 m) }";
+        let scene = read(&format!(
+            "scene s {{ top: Graspable = cone(bottom 4 cm, top 0 cm, height 9 cm)\n\
+             pot: Container = lathe(4 cm, 0 cm, 6 cm, 3 cm, 6.5 cm, 8 cm) {{ wall 3 mm }}\n\
+             ball: Graspable = ball(diameter 6 cm)\n{rest}"
+        ));
+        let scene = scene.unwrap();
+        let shape = |name: &str| scene.object(name).unwrap().shape;
+        assert!((shape("top").outer_radius() - 0.04).abs() < 1e-12);
+        assert!((shape("pot").rim_radius() - 0.065).abs() < 1e-12);
+        assert!((shape("ball").outer_radius() - 0.03).abs() < 5e-4);
+        let pot = scene.object("pot").unwrap();
+        let inside = pot.inside().unwrap();
+        assert!((inside.rim_radius() - 0.062).abs() < 1e-12);
+        assert!((pot.cavity.unwrap().capacity - inside.volume()).abs() < 1e-12);
+        let found = read(&format!(
+            "scene s {{ a: Graspable = lathe(4 cm, 0 cm, 6 cm)\n\
+             b: Graspable = lathe(4 cm, 0 cm, 6 cm, 0 cm)\n\
+             c: Container = lathe(4 cm, 0 cm, 2 cm, 6 cm, 2 cm, 9 cm) {{ wall 3 mm }}\n\
+             d: Graspable = cone(bottom 4 cm, top 2 cm)\n\
+             e: Container = cone(bottom 2 mm, top 4 cm, height 9 cm) {{ wall 3 mm }}\n{rest}"
+        ));
+        let expected = [
+            "a lathe takes a radius and a height for each point, by turns",
+            "heights of a profile begin at 0 and rise",
+            "the vessel `c` has a neck, and liquid in a neck is not simulated",
+            "a cone takes bottom, top, height",
+            "the walls of `e` leave no room inside",
+        ];
+        assert_eq!(found.unwrap_err(), expected);
+    }
+
+    #[test]
     fn a_bare_scene_says_what_it_lacks() {
         let found = read("scene s { }").unwrap_err();
         let expected =

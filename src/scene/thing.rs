@@ -5,8 +5,9 @@ use nalgebra::Vector3;
 use super::error::{Mistake, Side};
 use super::read::Reader;
 use crate::language::ast::{Expr, ExprKind, Literal, Property, SceneThing};
-use crate::units::Dimension;
-use crate::world::{Cavity, Material, Object, Shape};
+use crate::units::{Dimension, Quantity};
+use crate::world::profile::Fault;
+use crate::world::{Cavity, Material, Object, Profile, Shape};
 
 /// Colour words that `looks` may hold, with sRGB.
 pub(super) const COLOURS: &[(&str, [u8; 3])] = &[
@@ -62,6 +63,12 @@ impl Reader<'_> {
         let mut solid = shape.volume() * SOLID_DENSITY;
         if vessel {
             let wall = given.wall.unwrap_or(0.003);
+            if let Shape::Lathe { profile } = shape
+                && !profile.is_convex()
+            {
+                self.tell(thing.span, &Mistake::Neck { thing: &thing.name.text });
+                return None;
+            }
             if wall >= shape.inner_radius() || wall >= shape.height() {
                 self.tell(thing.span, &Mistake::ThickWalls { thing: &thing.name.text });
                 return None;
@@ -88,21 +95,29 @@ impl Reader<'_> {
         Some(object)
     }
 
-    /// Reads `cuboid(x, y, z)`, `box(…)` or `cylinder(radius r, height h)`; no side above `most` m.
+    /// Reads `cuboid(x, y, z)`, `box(…)`, `cylinder(radius r, height h)`, `cone(bottom r, top r, height h)`, `ball(radius r)`
+    /// or `lathe(r, h, r, h, …)`; no side above `most` m.
     pub(super) fn shape(&mut self, thing: &SceneThing, most: f64) -> Option<Shape> {
         let call = &thing.shape;
         let mut named: Vec<(Option<&str>, f64)> = Vec::new();
         for arg in &call.args {
             let literal = literal(arg.values.first()?)?;
-            let of = Side::Of(&thing.name.text);
-            named.push((
-                arg.name.as_ref().map(|n| n.text.as_str()),
-                self.length(literal, of, most)?,
-            ));
+            // A profile begins at height 0, and a cone may end in a tip.
+            let may_be_none = matches!(call.name.text.as_str(), "lathe" | "cone");
+            let quantity = literal.quantity;
+            let length = if may_be_none && quantity == Quantity::metres(0.0) {
+                0.0
+            } else {
+                self.length(literal, Side::Of(&thing.name.text), most)?
+            };
+            named.push((arg.name.as_ref().map(|n| n.text.as_str()), length));
         }
         let slots: &'static [&'static str] = match call.name.text.as_str() {
             "box" | "cuboid" => &["x", "y", "z"],
             "cylinder" => &["radius", "height"],
+            "cone" => &["bottom", "top", "height"],
+            "ball" => &["radius"],
+            "lathe" => return self.lathe(thing, &named),
             name => {
                 self.tell(call.name.span, &Mistake::UnknownShape { name });
                 return None;
@@ -128,11 +143,40 @@ impl Reader<'_> {
             }
         }
         let complete: Option<Vec<f64>> = sides.into_iter().collect();
+        let profile = match (call.name.text.as_str(), complete.as_deref()) {
+            ("cone", Some([bottom, top, height])) => Some(Profile::cone(*bottom, *top, *height)),
+            ("ball", Some([radius])) => Some(Profile::ball(*radius)),
+            _ => None,
+        };
+        if let Some(profile) = profile {
+            return self.turned(thing, profile);
+        }
         match complete.as_deref() {
             Some([x, y, z]) => Some(Shape::Cuboid { size: Vector3::new(*x, *y, *z) }),
             Some([radius, height]) => Some(Shape::Cylinder { radius: *radius, height: *height }),
             _ => {
                 self.tell(call.span, &Mistake::ShapeTakes { shape: &call.name.text, slots });
+                None
+            }
+        }
+    }
+
+    /// Reads radii and heights by turns.
+    fn lathe(&mut self, thing: &SceneThing, named: &[(Option<&str>, f64)]) -> Option<Shape> {
+        if named.len() % 2 == 1 || named.iter().any(|(name, _)| name.is_some()) {
+            self.tell(thing.shape.span, &Mistake::LathePairs);
+            return None;
+        }
+        let points: Vec<[f64; 2]> =
+            named.chunks_exact(2).map(|pair| [pair[0].1, pair[1].1]).collect();
+        self.turned(thing, Profile::new(&points))
+    }
+
+    fn turned(&mut self, thing: &SceneThing, profile: Result<Profile, Fault>) -> Option<Shape> {
+        match profile {
+            Ok(profile) => Some(Shape::Lathe { profile }),
+            Err(fault) => {
+                self.tell(thing.shape.span, &Mistake::NoProfile(fault));
                 None
             }
         }

@@ -107,6 +107,10 @@ fn thing(object: &Object) -> String {
         Shape::Cylinder { radius, height } => {
             format!("cylinder(radius {}, height {})", mm(radius), mm(height))
         }
+        Shape::Lathe { profile } => {
+            let points = profile.points().iter().map(|[r, z]| format!("{}, {}", mm(*r), mm(*z)));
+            format!("lathe({})", points.collect::<Vec<_>>().join(", "))
+        }
     };
     let mut words = format!("{}: {} = {shape} {{", object.name, object.kind);
     if let Some(cavity) = object.cavity {
@@ -157,6 +161,8 @@ mod tests {
             include_str!("../../stdlib/scenes/kitchen.task"),
             include_str!("../../tests/tables/shelf.task"),
             include_str!("../../tests/tables/two_cups.task"),
+            include_str!("../../tests/tables/turned.task"),
+            include_str!("../../tests/tables/tumbler.task"),
         ] {
             let scene = read(text);
             let again = read(&to_text(&scene, "Again.", &[]));

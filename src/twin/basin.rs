@@ -21,6 +21,8 @@ const STEPS: usize = 27;
 pub struct Basin {
     /// Feet of the columns, m.
     feet: Vec<[f64; 2]>,
+    /// From where to where each column is inside, m.
+    room: Vec<[f64; 2]>,
     /// What each column has of the inside's area, m².
     column: f64,
     floor: f64,
@@ -40,6 +42,7 @@ impl Basin {
     /// Cuts the inside of a vessel with that outside into columns; wall and floor are `wall` m thick.
     pub fn new(outside: &Shape, wall: f64) -> Self {
         let inside = |half: f64| half - wall;
+        let rim = outside.height();
         let (x, y, area, round) = match *outside {
             Shape::Cuboid { size } => {
                 let (x, y) = (inside(0.5 * size.x), inside(0.5 * size.y));
@@ -49,6 +52,10 @@ impl Basin {
                 let r = inside(radius);
                 (r, r, std::f64::consts::PI * r * r, true)
             }
+            Shape::Lathe { profile } => {
+                let r = inside(profile.widest());
+                (r, r, std::f64::consts::PI * r * r, true)
+            }
         };
         let place = |k: usize| 2.0 * (k as f64 + 0.5) / ACROSS as f64 - 1.0;
         let feet: Vec<[f64; 2]> = (0..ACROSS * ACROSS)
@@ -56,8 +63,19 @@ impl Basin {
             .filter(|[a, b]| !round || a * a + b * b <= 1.0)
             .map(|[a, b]| [a * x, b * y])
             .collect();
-        let column = area / feet.len() as f64;
-        Self { feet, column, floor: wall, rim: outside.height() }
+        let mut column = area / feet.len() as f64;
+        let mut room = vec![[wall, rim]; feet.len()];
+        if let Shape::Lathe { profile } = outside
+            && let Some(hollow) = profile.inside(wall)
+        {
+            for (room, foot) in room.iter_mut().zip(&feet) {
+                let heights = hollow.heights_at(foot[0].hypot(foot[1]));
+                *room = heights.map_or([rim, rim], |heights| heights.map(|z| z + wall));
+            }
+            let lengths: f64 = room.iter().map(|[from, to]| to - from).sum();
+            column = hollow.volume() / lengths;
+        }
+        Self { feet, room, column, floor: wall, rim }
     }
 
     /// Returns how `volume` m³ stand when `up` (unit) is up. More than it holds fills it.
@@ -74,10 +92,10 @@ impl Basin {
         // Newton's step where it stays between what is too low and too high, else half of that.
         for _ in 0..STEPS {
             let (mut held, mut surface) = (0.0, 0.0);
-            for foot in &self.feet {
-                let [from, to] = self.wet(reach(foot), z, height);
+            for (foot, room) in self.feet.iter().zip(&self.room) {
+                let [from, to] = wet(room, reach(foot), z, height);
                 held += to - from;
-                if to > from && to - from < self.rim - self.floor {
+                if to > from && to - from < room[1] - room[0] {
                     surface += 1.0;
                 }
             }
@@ -96,21 +114,21 @@ impl Basin {
             }
         }
         let (mut held, mut sum) = (0.0, Vector3::zeros());
-        for foot in &self.feet {
-            let [from, to] = self.wet(reach(foot), z, height);
+        for (foot, room) in self.feet.iter().zip(&self.room) {
+            let [from, to] = wet(room, reach(foot), z, height);
             held += to - from;
             sum += Vector3::new(foot[0], foot[1], f64::midpoint(from, to)) * (to - from);
         }
         let centre = if held > 0.0 { sum / held } else { Vector3::z() * self.floor };
         Stand { height, centre }
     }
+}
 
-    /// Returns from where to where a column is wet when the surface is at `height`; `reach` is how far along up its
-    /// foot at the origin's height is, `z` what the axis has of up.
-    fn wet(&self, reach: f64, z: f64, height: f64) -> [f64; 2] {
-        let cut = ((height - reach) / z).clamp(self.floor, self.rim);
-        if z > 0.0 { [self.floor, cut] } else { [cut, self.rim] }
-    }
+/// Returns from where to where a column with that room is wet when the surface is at `height`; `reach` is how far along up
+/// its foot at the origin's height is, `z` what the axis has of up.
+fn wet([floor, rim]: &[f64; 2], reach: f64, z: f64, height: f64) -> [f64; 2] {
+    let cut = ((height - reach) / z).clamp(*floor, *rim);
+    if z > 0.0 { [*floor, cut] } else { [cut, *rim] }
 }
 
 #[cfg(test)]
@@ -141,6 +159,20 @@ mod tests {
         // Lying on its side, a box filled to 4/7 is filled to 4/7 of its width.
         let side = jar().stand(&Vector3::x(), VOLUME);
         assert!((side.height - (-0.03 + 0.06 * 4.0 / 7.0)).abs() < 1e-3, "{side:?}");
+    }
+
+    #[test]
+    fn in_a_cone_it_stands_as_high_as_its_volume_says() {
+        let profile = crate::world::Profile::cone(0.03, 0.05, 0.1).unwrap();
+        let basin = Basin::new(&Shape::Lathe { profile }, 0.002);
+        let hollow = profile.inside(0.002).unwrap();
+        // What is below 5 cm of the inside: a stump from 28.4 to 38.4 mm.
+        let (low, high) = (hollow.foot(), hollow.radius_at(0.05));
+        let volume = std::f64::consts::PI / 3.0 * 0.05 * (low * low + low * high + high * high);
+        let stand = basin.stand(&Vector3::z(), volume);
+        assert!((stand.height - 0.052).abs() < 5e-4, "{stand:?}");
+        let full = basin.stand(&Vector3::z(), hollow.volume());
+        assert!((full.height - 0.1).abs() < 1e-6, "{full:?}");
     }
 
     #[test]

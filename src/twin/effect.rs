@@ -162,6 +162,10 @@ fn grow(object: &mut Object, by: &Vector3<f64>) {
             let wider = if by.x.abs() > by.y.abs() { by.x } else { by.y };
             Shape::Cylinder { radius: radius + 0.5 * wider, height: height + by.z }
         }
+        Shape::Lathe { profile } => {
+            let wider = if by.x.abs() > by.y.abs() { by.x } else { by.y };
+            Shape::Lathe { profile: profile.grown(0.5 * wider, by.z) }
+        }
     };
     let after = inside(object);
     if let Some(cavity) = &mut object.cavity {

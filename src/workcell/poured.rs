@@ -141,7 +141,8 @@ fn lip(object: &Object, down: &Vector3<f64>) -> Point3<f64> {
             Point3::new(0.5 * size.x * down.x.signum(), 0.0, z)
         }
         Shape::Cuboid { size } => Point3::new(0.0, 0.5 * size.y * down.y.signum(), z),
-        Shape::Cylinder { radius, .. } => {
+        Shape::Cylinder { .. } | Shape::Lathe { .. } => {
+            let radius = object.shape.rim_radius();
             let across = down.x.hypot(down.y).max(1e-9);
             Point3::new(radius * down.x / across, radius * down.y / across, z)
         }
@@ -150,8 +151,9 @@ fn lip(object: &Object, down: &Vector3<f64>) -> Point3<f64> {
 
 /// Returns how far inside a vessel's mouth a point is, seen from above, m; negative outside.
 fn inside(vessel: &Object, place: &Point3<f64>) -> f64 {
-    match vessel.inside().unwrap_or(vessel.shape) {
+    let mouth = vessel.inside().unwrap_or(vessel.shape);
+    match mouth {
         Shape::Cuboid { size } => (0.5 * size.x - place.x.abs()).min(0.5 * size.y - place.y.abs()),
-        Shape::Cylinder { radius, .. } => radius - place.x.hypot(place.y),
+        Shape::Cylinder { .. } | Shape::Lathe { .. } => mouth.rim_radius() - place.x.hypot(place.y),
     }
 }

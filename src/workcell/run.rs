@@ -195,16 +195,12 @@ impl WorkCell {
         let root = &graph.root().path;
         let truth = |given: &Condition| reader.read(&given.expr, &state).truth;
         let given: Vec<_> = promises(run, root)
-            // What a part of the call made true may have been undone since, as it should; not what was believed
-            // until the last photograph.
+            // What a part of the call made true may have been undone since, as it should; not what nobody knows any more,
+            // since a photograph does not show it.
             .filter(|(given, after)| {
-                let is_doubted = || {
-                    reader.read(&given.expr, &believed).truth == Some(true)
-                        && truth(given).is_none()
-                };
                 given.owner == *root
                     || reader.read(&given.expr, after).truth.is_none()
-                    || is_doubted()
+                    || truth(given).is_none()
             })
             .map(|(given, _)| given.clone())
             .collect();

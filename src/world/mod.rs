@@ -6,6 +6,7 @@
 pub mod camera;
 pub mod frame;
 pub mod object;
+pub mod profile;
 pub mod region;
 pub mod scene;
 pub mod support;
@@ -15,6 +16,7 @@ use serde::{Deserialize, Serialize};
 pub use camera::{Camera, Intrinsics, Pixel, Ray};
 pub use frame::{Point, Pose};
 pub use object::{Cavity, Material, Object, Shape, WATER_DENSITY};
+pub use profile::Profile;
 pub use region::Region;
 pub use scene::{Mark, Scene, Table};
 pub use support::Support;

@@ -6,6 +6,8 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use super::Profile;
+
 /// Density of water, kg/m³.
 pub const WATER_DENSITY: f64 = 1000.0;
 
@@ -24,7 +26,7 @@ pub(crate) fn vessel(shape: Shape, capacity: f64) -> Object {
     }
 }
 
-/// The two solids of the paper (section 2.2): cuboids and upright cylinders.
+/// The two solids of the paper (section 2.2), cuboids and upright cylinders, and what a lathe makes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Shape {
@@ -40,6 +42,11 @@ pub enum Shape {
         /// Height, m.
         height: f64,
     },
+    /// A round thing about z whose radius changes with the height: a cup that opens upwards, a bowl, a bottle, a ball.
+    Lathe {
+        /// Radii over heights, m.
+        profile: Profile,
+    },
 }
 
 impl Shape {
@@ -53,6 +60,7 @@ impl Shape {
             Self::Cylinder { radius, height } => {
                 Self::Cylinder { radius: radius + by, height: height + by }
             }
+            Self::Lathe { profile } => Self::Lathe { profile: profile.grown(by, by) },
         }
     }
 
@@ -61,6 +69,7 @@ impl Shape {
         match *self {
             Self::Cuboid { size } => size.z,
             Self::Cylinder { height, .. } => height,
+            Self::Lathe { profile } => profile.height(),
         }
     }
 
@@ -69,6 +78,7 @@ impl Shape {
         match *self {
             Self::Cuboid { size } => size.x * size.y * size.z,
             Self::Cylinder { radius, height } => std::f64::consts::PI * radius * radius * height,
+            Self::Lathe { profile } => profile.volume(),
         }
     }
 
@@ -77,11 +87,12 @@ impl Shape {
         self.inset(x, y) >= 0.0
     }
 
-    /// Returns how far inside its side a point `x`, `y` of its own frame is, seen from above, m; negative outside.
+    /// Returns how far inside the edge of its top a point `x`, `y` of its own frame is, seen from above, m; negative outside.
     pub fn inset(&self, x: f64, y: f64) -> f64 {
         match *self {
             Self::Cuboid { size } => (0.5 * size.x - x.abs()).min(0.5 * size.y - y.abs()),
             Self::Cylinder { radius, .. } => radius - x.hypot(y),
+            Self::Lathe { profile } => profile.top() - x.hypot(y),
         }
     }
 
@@ -92,6 +103,7 @@ impl Shape {
                 (x.abs() - 0.5 * size.x).max(0.0).hypot((y.abs() - 0.5 * size.y).max(0.0))
             }
             Self::Cylinder { radius, .. } => (x.hypot(y) - radius).max(0.0),
+            Self::Lathe { profile } => (x.hypot(y) - profile.widest()).max(0.0),
         }
     }
 
@@ -100,6 +112,7 @@ impl Shape {
         match *self {
             Self::Cuboid { size } => 0.5 * size.x.hypot(size.y),
             Self::Cylinder { radius, .. } => radius,
+            Self::Lathe { profile } => profile.widest(),
         }
     }
 
@@ -108,6 +121,15 @@ impl Shape {
         match *self {
             Self::Cuboid { size } => 0.5 * size.x.min(size.y),
             Self::Cylinder { radius, .. } => radius,
+            Self::Lathe { profile } => profile.narrowest(),
+        }
+    }
+
+    /// Returns the radius of the largest circle inside its upper end, m.
+    pub fn rim_radius(&self) -> f64 {
+        match *self {
+            Self::Lathe { profile } => profile.top(),
+            _ => self.inner_radius(),
         }
     }
 
@@ -122,9 +144,18 @@ impl Shape {
             Self::Cylinder { radius, .. } => (0..around)
                 .map(|i| (radius * (i as f64 * turn).cos(), radius * (i as f64 * turn).sin()))
                 .collect(),
+            Self::Lathe { .. } => {
+                (0..around).map(|i| ((i as f64 * turn).cos(), (i as f64 * turn).sin())).collect()
+            }
         };
         let levels = (0..=10).map(|k| self.height() * f64::from(k) / 10.0);
-        levels.flat_map(|z| ring.iter().map(move |&(x, y)| Vector3::new(x, y, z))).collect()
+        let wide = |z: f64| match *self {
+            Self::Lathe { profile } => profile.radius_at(z),
+            _ => 1.0,
+        };
+        levels
+            .flat_map(|z| ring.iter().map(move |&(x, y)| Vector3::new(wide(z) * x, wide(z) * y, z)))
+            .collect()
     }
 
     /// Returns the angle, rad, by which the shape may be turned about z without looking different;
@@ -134,7 +165,7 @@ impl Shape {
         match *self {
             Self::Cuboid { size } if (size.x - size.y).abs() < 1e-6 => FRAC_PI_2,
             Self::Cuboid { .. } => PI,
-            Self::Cylinder { .. } => 0.0,
+            Self::Cylinder { .. } | Self::Lathe { .. } => 0.0,
         }
     }
 }
@@ -192,6 +223,7 @@ impl Object {
             Shape::Cylinder { radius, height } => {
                 Shape::Cylinder { radius: radius - wall, height: height - wall }
             }
+            Shape::Lathe { profile } => Shape::Lathe { profile: profile.inside(wall)? },
         })
     }
 }

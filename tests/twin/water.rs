@@ -49,6 +49,9 @@ impl Witness {
                         local.x.abs() <= size.x / 2.0 && local.y.abs() <= size.y / 2.0
                     }
                     Shape::Cylinder { radius, .. } => local.x.hypot(local.y) <= radius,
+                    Shape::Lathe { profile } => {
+                        local.x.hypot(local.y) <= profile.radius_at(local.z)
+                    }
                 };
                 // A particle on the rim is neither in nor beside.
                 if local.z > object.shape.height() - 1e-4 {

@@ -11,6 +11,7 @@ mod conduct;
 mod corrected;
 mod recorder;
 mod trials;
+mod turned;
 
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -48,6 +48,7 @@ fn others(object: &Object) -> Vec<Object> {
                 Shape::Cylinder { radius, height } => {
                     Shape::Cylinder { radius: wide * radius, height: high * height }
                 }
+                Shape::Lathe { profile } => Shape::Lathe { profile: profile.scaled(*wide, *high) },
             })
         })
         .collect();
@@ -56,6 +57,10 @@ fn others(object: &Object) -> Vec<Object> {
         Shape::Cuboid { size } => Shape::Cylinder { radius: mean, height: size.z },
         Shape::Cylinder { radius, height } => {
             Shape::Cuboid { size: Vector3::new(1.8 * radius, 1.8 * radius, height) }
+        }
+        Shape::Lathe { profile } => {
+            let side = 1.8 * profile.widest();
+            Shape::Cuboid { size: Vector3::new(side, side, profile.height()) }
         }
     }));
     all

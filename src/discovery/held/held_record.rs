@@ -390,6 +390,11 @@ fn between(object: &Object, opening: f64, across: Option<Vector3<f64>>) -> (f64,
     let size = match object.shape {
         Shape::Cuboid { size } => [size.x, size.y],
         Shape::Cylinder { radius, .. } => return (opening - 2.0 * radius, 0),
+        // Where between its narrowest and its widest place it is held nobody says.
+        Shape::Lathe { profile } => {
+            let [least, most] = [2.0 * profile.narrowest(), 2.0 * profile.widest()];
+            return (opening - opening.clamp(least, most), 0);
+        }
     };
     let axis = match across {
         Some(across) => usize::from(across.y.abs() > across.x.abs()),

@@ -29,14 +29,17 @@ fn volume(inside: &Shape, toward: &Vector3<f64>, tilt: f64) -> f64 {
     let (half_x, half_y) = match *inside {
         Shape::Cuboid { size } => (0.5 * size.x, 0.5 * size.y),
         Shape::Cylinder { radius, .. } => (radius, radius),
+        Shape::Lathe { profile } => (profile.widest(), profile.widest()),
     };
-    let is_in = |x: f64, y: f64| match *inside {
-        Shape::Cuboid { .. } => true,
-        Shape::Cylinder { radius, .. } => x.hypot(y) <= radius,
+    // From where to where there is room over a place.
+    let room = |x: f64, y: f64| match *inside {
+        Shape::Cuboid { .. } => Some([0.0, height]),
+        Shape::Cylinder { radius, .. } => (x.hypot(y) <= radius).then_some([0.0, height]),
+        Shape::Lathe { profile } => profile.heights_at(x.hypot(y)),
     };
     let reach = match *inside {
         Shape::Cuboid { .. } => half_x * toward.x.abs() + half_y * toward.y.abs(),
-        Shape::Cylinder { radius, .. } => radius,
+        Shape::Cylinder { .. } | Shape::Lathe { .. } => inside.rim_radius(),
     };
     let place = |k: i32| (2.0 * (f64::from(k) + 0.5) / f64::from(COLUMNS)) - 1.0;
     let column = 4.0 * half_x * half_y / f64::from(COLUMNS * COLUMNS);
@@ -45,9 +48,9 @@ fn volume(inside: &Shape, toward: &Vector3<f64>, tilt: f64) -> f64 {
     for i in 0..COLUMNS {
         for j in 0..COLUMNS {
             let (x, y) = (half_x * place(i), half_y * place(j));
-            if is_in(x, y) {
+            if let Some([low, high]) = room(x, y) {
                 let below_lip = (reach - x * toward.x - y * toward.y) * slope;
-                held += column * (height - below_lip).clamp(0.0, height);
+                held += column * ((height - below_lip).clamp(low, high) - low);
             }
         }
     }

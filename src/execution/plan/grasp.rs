@@ -70,6 +70,16 @@ const MOST_BACK: f64 = 0.022;
 /// So much of the fingers stays past the middle of a round object, m, or it slips out. With it a 2F-85, whose tips are
 /// 32 mm ahead of the tool point, is drawn back by no more than [`MOST_BACK`], and a Panda's, 9.5 mm ahead, not at all.
 const PAST_MIDDLE: f64 = 0.010;
+/// Where a thing whose radius changes may be taken: from this share of its height, in steps. Chosen: from a third, below
+/// which it hangs over, to nine tenths, above which the pads pass its top.
+const LOWEST_SHARE: f64 = 0.36;
+const SHARE_STEP: f64 = 0.06;
+const SHARES: i32 = 8;
+/// Slopes of a side that differ by less are held alike, no unit. Chosen: 6 deg; a cup that opens upwards by 3 deg was taken
+/// and poured at any height, a skittle by a side of 14 deg leant in the hand and fell.
+const SLOPES: f64 = 0.1;
+/// Half the height of the pads of the fingers, m: those of a 2F-85 are 22 mm high.
+const PAD: f64 = 0.011;
 /// Points around a round object for the distance to the palm: at 24 a point is at most 7.5 deg from the nearest one,
 /// and for a radius of 42 mm the distance is overestimated by 0.4 mm (`r (1 - cos 7.5 deg)`), a tenth of the room.
 const AROUND: usize = 24;
@@ -137,8 +147,11 @@ impl Planner {
         let mut ways: Vec<Lifted> = Vec::new();
         let lowest = self.lowest(pitch);
         // Above the middle, where there is room for the wrist below and the lip stays free.
-        'looking: for share in SHARES_UP {
+        'looking: for share in shares_up(&object.shape) {
             let height = (share * object.shape.height()).max(lowest - pose.origin().z);
+            if girth(&object.shape, height).is_some_and(|width| width + 2.0 * ROOM > stroke) {
+                continue;
+            }
             for &heading in &headings {
                 let middle = side_pose(pose.origin() + Vector3::z() * height, heading, pitch);
                 let Some(at) = self.clear_of_palm(&middle, o) else {
@@ -245,7 +258,7 @@ impl Planner {
         let back = (palm.z + PALM_ROOM - nearest).max(0.0);
         let most = match object.shape {
             Shape::Cuboid { .. } => MOST_BACK,
-            Shape::Cylinder { .. } => {
+            Shape::Cylinder { .. } | Shape::Lathe { .. } => {
                 (self.robot().fingers_ahead()? - PAST_MIDDLE).clamp(0.0, MOST_BACK)
             }
         };
@@ -306,10 +319,43 @@ fn headings(shape: &Shape, yaw: f64, stroke: f64) -> Result<Vec<f64>, f64> {
                 .collect();
             if found.is_empty() { Err(size.x.min(size.y)) } else { Ok(found) }
         }
-        Shape::Cylinder { radius, .. } if fits(2.0 * radius) => Ok((0..AROUND_CYLINDER)
-            .map(|i| f64::from(i) * TAU / f64::from(AROUND_CYLINDER))
-            .collect()),
-        Shape::Cylinder { radius, .. } => Err(2.0 * radius),
+        Shape::Cylinder { .. } | Shape::Lathe { .. } => {
+            let shares = shares_up(shape);
+            let widths = shares.iter().filter_map(|up| girth(shape, up * shape.height()));
+            let width = widths.fold(f64::INFINITY, f64::min);
+            let each = 0..AROUND_CYLINDER;
+            let around = each.map(|i| f64::from(i) * TAU / f64::from(AROUND_CYLINDER));
+            if fits(width) { Ok(around.collect()) } else { Err(width) }
+        }
+    }
+}
+
+/// Returns where along its height an object is taken, as shares of it: of a thing whose radius changes where its side is
+/// steepest, for on a slope the pads touch along a line and the thing leans.
+fn shares_up(shape: &Shape) -> [f64; 3] {
+    let Shape::Lathe { profile } = shape else { return SHARES_UP };
+    let slope = |share: f64| {
+        let z = share * profile.height();
+        let slopes = [-PAD, 0.0, PAD].map(|up| profile.slope_at(z + up).abs());
+        // What differs by less than a pad gives way is alike; then as near to where others are taken as can be.
+        let steps = (slopes.into_iter().fold(0.0, f64::max) / SLOPES).floor();
+        (steps, (share - SHARES_UP[0]).abs())
+    };
+    let mut shares: Vec<f64> =
+        (0..=SHARES).map(|k| LOWEST_SHARE + f64::from(k) * SHARE_STEP).collect();
+    shares.sort_by(|a, b| slope(*a).partial_cmp(&slope(*b)).unwrap_or(std::cmp::Ordering::Equal));
+    [shares[0], shares[1], shares[2]]
+}
+
+/// Returns how wide a round thing is between pads at a height, m; `None` for what has faces.
+fn girth(shape: &Shape, height: f64) -> Option<f64> {
+    match *shape {
+        Shape::Cuboid { .. } => None,
+        Shape::Cylinder { radius, .. } => Some(2.0 * radius),
+        Shape::Lathe { profile } => {
+            let at = |up: f64| profile.radius_at(height + up);
+            Some(2.0 * at(-PAD).max(at(0.0)).max(at(PAD)))
+        }
     }
 }
 

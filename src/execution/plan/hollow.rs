@@ -43,13 +43,14 @@ pub(super) fn walls(object: &Object, doubt: f64) -> Vec<(Solid, Isometry3<f64>)>
             });
             (walls, Vector3::new(size.x, size.y, floor))
         }
-        (Shape::Cylinder { radius, .. }, inner) => {
+        (Shape::Cylinder { .. } | Shape::Lathe { .. }, inner) => {
+            let radius = object.shape.outer_radius();
             let thick = radius - inner.inner_radius();
             let long = 2.0 * radius * (0.5 * TAU / f64::from(SLABS)).tan();
             let walls = around(SLABS, &|_| (radius - 0.5 * thick, thick, long));
             (walls, Vector3::new(2.0 * radius, 2.0 * radius, floor))
         }
-        (Shape::Cuboid { .. }, Shape::Cylinder { .. }) => return Vec::new(),
+        (Shape::Cuboid { .. }, Shape::Cylinder { .. } | Shape::Lathe { .. }) => return Vec::new(),
     };
     walls.push(slab(0.0, 0.0, 0.5 * floor, 0.0, under));
     walls

@@ -217,6 +217,11 @@ impl Planner {
         let half = match inside.unwrap_or(bears.shape) {
             Shape::Cuboid { size } => [0.5 * size.x, 0.5 * size.y],
             Shape::Cylinder { radius, .. } => [radius * FRAC_1_SQRT_2; 2],
+            // On its top, or on its floor.
+            Shape::Lathe { profile } => {
+                let radius = if inside.is_some() { profile.narrowest() } else { profile.top() };
+                [radius * FRAC_1_SQRT_2; 2]
+            }
         };
         let spread = half.map(|half| (half - radius).max(0.0));
         let steps = spread.map(|spread| (spread / GRID).floor() as i32);

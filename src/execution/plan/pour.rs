@@ -127,7 +127,7 @@ impl Planner {
         let inside = scene.object(source).and_then(Object::inside).unwrap_or(source_shape);
         let opening = scene.object(target).and_then(Object::inside).unwrap_or(target_shape);
         let hold = scene.object(source).and_then(Hold::of);
-        let most = (opening.inner_radius() - INSIDE_RIM).max(0.0);
+        let most = (opening.rim_radius() - INSIDE_RIM).max(0.0);
         let mut before_middle = BEFORE_MIDDLE.map(|back| back.min(most)).to_vec();
         before_middle.dedup();
 
@@ -242,7 +242,7 @@ fn upright_under(
 /// Returns how far the rim reaches from the axis in a level direction of the object's frame, m.
 fn rim_reach(shape: &Shape, direction: &Vector3<f64>) -> f64 {
     match *shape {
-        Shape::Cylinder { radius, .. } => radius,
+        Shape::Cylinder { .. } | Shape::Lathe { .. } => shape.rim_radius(),
         Shape::Cuboid { size } => {
             let (x, y) = (direction.x.abs(), direction.y.abs());
             let along = |half: f64, share: f64| if share > 1e-9 { half / share } else { f64::MAX };

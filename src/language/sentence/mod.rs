@@ -8,6 +8,7 @@
 //!
 //! Source of clear, ambiguous and impossible: Park et al., "CLARA", 2023 (arXiv 2306.10376).
 
+mod describe;
 mod relation;
 mod resolve;
 mod sequence;
@@ -23,7 +24,7 @@ use super::parse::parse_line;
 use super::text;
 pub use resolve::Thing;
 use resolve::{Found, Hindrance};
-pub use template::{Template, Wrong};
+pub use template::{Reach, Template, Wrong};
 
 /// Words that say how a wish is meant and not what is wished, at the edges of a sentence.
 const POLITE: &[&str] = &[
@@ -120,8 +121,29 @@ pub struct Knowledge<'a> {
     pub phrases: &'a [Phrase],
     /// What was handled last, which "it" means.
     pub it: Option<&'a str>,
+    /// Says where a thing stands and what it holds, if somebody has seen it.
+    pub spot: &'a dyn Fn(&str) -> Option<Spot>,
     /// Says why a call cannot be done now, if somebody knows: which need fails, and by how much.
     pub hindrance: &'a dyn Fn(&Call) -> Option<String>,
+}
+
+/// Where a thing stands, how big it is and what it holds, as the robot looks from its base.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Spot {
+    /// Its middle, m to the left of the base.
+    pub left: f64,
+    /// Its middle, m ahead of the base.
+    pub ahead: f64,
+    /// The radius of the upright cylinder around it, m.
+    pub radius: f64,
+    /// Its height, m.
+    pub height: f64,
+    /// Its volume from outside, m³.
+    pub volume: f64,
+    /// What it stands on or in; `None` is the table.
+    pub on: Option<String>,
+    /// Water in it, m³; `None` when nobody knows.
+    pub water: Option<f64>,
 }
 
 /// Returns the things of a scene as sentences may name them.
@@ -199,36 +221,63 @@ pub fn phrase(text: &str) -> Result<Phrase, Wrong> {
 
 /// Reads a sentence.
 pub fn understand(sentence: &str, with: &Knowledge<'_>) -> Meaning {
-    let said = relation::marked(&words(sentence));
+    let said = words(sentence);
     match one(&said, with) {
         whole @ (Meaning::Clear(_) | Meaning::Ambiguous { .. }) => whole,
         whole => sequence::understand(&said, with).unwrap_or(whole),
     }
 }
 
-/// Reads a sentence as one wish; `said` as [`words`] makes it.
+/// Reads a sentence as one wish; `said` as [`words`] makes it. Of its ways to be read the first that is a call counts.
 fn one(said: &str, with: &Knowledge<'_>) -> Meaning {
-    let mut readings: Vec<Understood> = Vec::new();
     let mut hindrances: Vec<Hindrance> = Vec::new();
-    let mut question = None;
-    for phrase in with.phrases {
-        if let Some(slots) = phrase.template.fit(said) {
-            let reading = taught(phrase, &slots, with);
-            collect(reading, &mut readings, &mut hindrances, &mut question);
-        }
-    }
-    // What has been taught goes before what was there.
-    if readings.is_empty() && hindrances.is_empty() {
-        for (task, _) in with.library.tasks() {
-            for say in &task.say {
-                let Ok(template) = Template::read(&say.text) else { continue };
-                let Some(slots) = template.fit(said) else { continue };
-                let reading = filled(&task.name.text, &task.params, &template, &slots, with);
-                collect(reading, &mut readings, &mut hindrances, &mut question);
+    for reading in relation::readings(said) {
+        for reach in [Reach::Short, Reach::Long] {
+            let (calls, question) = calls(&reading, reach, with, &mut hindrances);
+            if !calls.is_empty() {
+                return conclude(calls, question, with);
             }
         }
     }
-    conclude(said, readings, hindrances, question, with)
+    match hindrances.into_iter().rev().max_by_key(|hindrance| hindrance.after) {
+        Some(Hindrance { why, help, .. }) => Meaning::Impossible { why, help },
+        None => Meaning::Unknown { help: nearest_sentence(said, with) },
+    }
+}
+
+/// Returns the calls that a sentence may be, read in one way, and what to ask if there are several.
+fn calls(
+    said: &str,
+    reach: Reach,
+    with: &Knowledge<'_>,
+    hindrances: &mut Vec<Hindrance>,
+) -> (Vec<Understood>, Option<String>) {
+    let (mut readings, mut question) = (Vec::new(), None);
+    let before = hindrances.len();
+    let is_broken = |said: &String| relation::holds_place(said);
+    for phrase in with.phrases {
+        if let Some(slots) = phrase.template.fit(said, reach)
+            && !slots.values().any(is_broken)
+        {
+            let reading = taught(phrase, &slots, with);
+            collect(reading, &mut readings, hindrances, &mut question);
+        }
+    }
+    // What has been taught goes before what was there.
+    if readings.is_empty() && hindrances.len() == before {
+        for (task, _) in with.library.tasks() {
+            for say in &task.say {
+                let Ok(template) = Template::read(&say.text) else { continue };
+                let slots = template.fit(said, reach);
+                let Some(slots) = slots.filter(|slots| !slots.values().any(is_broken)) else {
+                    continue;
+                };
+                let reading = filled(&task.name.text, &task.params, &template, &slots, with);
+                collect(reading, &mut readings, hindrances, &mut question);
+            }
+        }
+    }
+    (readings, question)
 }
 
 /// What one template makes of a sentence.
@@ -256,10 +305,9 @@ fn collect(
     }
 }
 
+/// Chooses among calls, one at least.
 fn conclude(
-    said: &str,
     mut readings: Vec<Understood>,
-    hindrances: Vec<Hindrance>,
     question: Option<String>,
     with: &Knowledge<'_>,
 ) -> Meaning {
@@ -271,24 +319,16 @@ fn conclude(
             readings = possible;
         }
     }
-    match readings.len() {
-        0 => match hindrances.into_iter().rev().max_by_key(|hindrance| hindrance.after) {
-            Some(Hindrance { why, help, .. }) => Meaning::Impossible { why, help },
-            None => Meaning::Unknown { help: nearest_sentence(said, with) },
-        },
-        1 => {
-            let reading = readings.swap_remove(0);
-            match hindrance(&reading, with) {
-                Some(why) => Meaning::Impossible { why, help: None },
-                None => Meaning::Clear(reading),
-            }
-        }
-        _ => {
-            readings.truncate(MOST_CHOICES);
-            let question = question.unwrap_or_else(|| "which of these?".into());
-            Meaning::Ambiguous { question, choices: readings }
-        }
+    if readings.len() == 1 {
+        let reading = readings.swap_remove(0);
+        return match hindrance(&reading, with) {
+            Some(why) => Meaning::Impossible { why, help: None },
+            None => Meaning::Clear(reading),
+        };
     }
+    readings.truncate(MOST_CHOICES);
+    let question = question.unwrap_or_else(|| "which of these?".into());
+    Meaning::Ambiguous { question, choices: readings }
 }
 
 /// Says why a reading cannot be done now: its first call, for the others follow what it does.
@@ -378,7 +418,7 @@ fn which(ways: &[Vec<(String, String, String)>], with: &Knowledge<'_>) -> Option
     }
     let what = if said.is_empty() { slot } else { said };
     let (before, what) = relation::split(what);
-    Some(format!("{before}which {what}: {}?", either(&names)))
+    Some(format!("{before}which {}: {}?", relation::spoken(what), either(&names)))
 }
 
 /// Puts the whole into what was said as a part of it: half of `filled(source)` is `filled(jar) / 2`.

@@ -34,20 +34,54 @@ const SAID: &[(&str, &str)] = &[
     ("near", "next_to"),
 ];
 
-/// Returns a sentence with its first relation, between words, as the language writes it, after "at".
-pub(super) fn marked(said: &str) -> String {
-    let found = SAID.iter().filter_map(|(phrase, word)| {
-        let at = said.find(&format!(" {phrase} "))?;
-        Some((at, phrase.len(), word))
-    });
-    // Where two begin at one place, the longer is listed first.
-    match found.min_by_key(|(at, len, _)| (*at, usize::MAX - len)) {
-        Some((at, len, word)) => {
-            let (before, after) = (said[..at].trim_end_matches(" at"), &said[at + 1 + len..]);
-            format!("{before} at {word}{after}")
-        }
-        None => said.to_owned(),
+/// Returns the ways to read a sentence in which relations are one word each, as the language writes them: one of them
+/// tells the place, after "at", the last first; or none does, and each tells which thing is meant.
+pub(super) fn readings(said: &str) -> Vec<String> {
+    let (mut rest, mut parts, mut words) = (said, Vec::new(), Vec::new());
+    loop {
+        let found = SAID.iter().filter_map(|(phrase, word)| {
+            let at = rest.find(&format!(" {phrase} "))?;
+            Some((at, phrase.len(), *word))
+        });
+        // Where two begin at one place, the longer is listed first.
+        let Some((at, len, word)) = found.min_by_key(|(at, len, _)| (*at, usize::MAX - len)) else {
+            break;
+        };
+        parts.push(&rest[..at]);
+        words.push(word);
+        rest = &rest[at + 1 + len..];
     }
+    let read = |place: Option<usize>| {
+        let mut read = String::new();
+        for (k, (part, word)) in parts.iter().zip(&words).enumerate() {
+            let is_place = place == Some(k);
+            read += if is_place { part.trim_end_matches(" at") } else { part };
+            read += if is_place { " at " } else { " " };
+            read += word;
+        }
+        read + rest
+    };
+    (0..words.len()).rev().map(Some).chain([None]).map(read).collect()
+}
+
+/// Whether words hold the place of a reading: then they name no thing.
+pub(super) fn holds_place(said: &str) -> bool {
+    SAID.iter().any(|(_, word)| said.contains(&format!(" at {word} ")))
+}
+
+/// What is said of what is between one thing.
+pub(super) fn between_two() -> Hindrance {
+    let help = Some("say \"between the jar and the cup\"".into());
+    Hindrance::new("what is between is between two things", help)
+}
+
+/// Returns words with their relations as people say them: `in front of`.
+pub(super) fn spoken(words: &str) -> String {
+    let each = words.split(' ').map(|word| {
+        let is_one = SAID.iter().any(|(_, known)| *known == word);
+        if is_one { word.replace('_', " ") } else { word.to_owned() }
+    });
+    each.collect::<Vec<_>>().join(" ")
 }
 
 /// Returns what the words of a relation may mean; `None` when they are none.
@@ -72,8 +106,7 @@ pub(super) fn resolve(
                 .collect());
         }
         let Some((a, b)) = rest.split_once(" and ") else {
-            let help = Some("say \"between the jar and the cup\"".into());
-            return Err(Hindrance::new("what is between is between two things", help));
+            return Err(between_two());
         };
         let (first, second) = (thing(a)?, thing(b)?);
         let pairs = first.iter().flat_map(|a| second.iter().map(move |b| (a, b)));
@@ -108,10 +141,10 @@ pub(super) fn split(said: &str) -> (String, &str) {
 
 #[cfg(test)]
 mod tests {
-    use super::marked;
+    use super::readings;
 
     #[test]
-    fn relations_are_one_word_after_at() {
+    fn relations_are_one_word_and_one_of_them_may_be_the_place() {
         for (said, read) in [
             ("put the jar to the left of the cup", "put the jar at left_of the cup"),
             ("put the jar right next to the cup", "put the jar at next_to the cup"),
@@ -120,7 +153,15 @@ mod tests {
             ("pick up the jar", "pick up the jar"),
             ("put the rightmost jar down", "put the rightmost jar down"),
         ] {
-            assert_eq!(marked(said), read);
+            assert_eq!(readings(said)[0], read);
         }
+        assert_eq!(
+            readings("put the cup beside the jar left of the tray"),
+            [
+                "put the cup next_to the jar at left_of the tray",
+                "put the cup at next_to the jar left_of the tray",
+                "put the cup next_to the jar left_of the tray",
+            ]
+        );
     }
 }

@@ -21,6 +21,9 @@ pub struct Thing {
     pub looks: String,
 }
 
+/// Words that every thing answers to.
+const ANYTHING: &[&str] = &["one", "thing", "object", "item"];
+
 /// Words for what was named before.
 const PRONOUNS: &[&str] = &["it", "that", "this", "that one", "this one"];
 
@@ -107,7 +110,6 @@ pub(super) fn resolve(
     slot: &str,
     with: &Knowledge<'_>,
 ) -> Result<Vec<Found>, Hindrance> {
-    let (library, things) = (with.library, with.things);
     if PRONOUNS.contains(&said) && !matches!(ty, Ty::Quantity(_) | Ty::Face) {
         return it(said, with);
     }
@@ -128,8 +130,8 @@ pub(super) fn resolve(
                 }
             }
         }
-        Ty::Object(kind) if !kind.is_empty() => objects(said, Some(kind), slot, library, things),
-        _ => objects(said, None, slot, library, things),
+        Ty::Object(kind) if !kind.is_empty() => objects(said, Some(kind), slot, with),
+        _ => objects(said, None, slot, with),
     }
 }
 
@@ -159,18 +161,36 @@ fn bare(said: &str) -> String {
     words.collect::<Vec<_>>().join(" ")
 }
 
-fn objects(
+/// Returns the things that words may mean: by name or by looks, else by where they stand and how they are.
+pub(super) fn objects(
     said: &str,
     kind: Option<&str>,
     slot: &str,
-    library: &Library,
-    things: &[Thing],
+    with: &Knowledge<'_>,
 ) -> Result<Vec<Found>, Hindrance> {
     let phrase = bare(said);
+    if PRONOUNS.contains(&phrase.as_str()) {
+        return it(&phrase, with);
+    }
+    let by_name = named(&phrase, kind, slot, with);
+    if by_name.is_ok() {
+        return by_name;
+    }
+    super::describe::described(&phrase, kind, slot, with).unwrap_or(by_name)
+}
+
+fn named(
+    phrase: &str,
+    kind: Option<&str>,
+    slot: &str,
+    with: &Knowledge<'_>,
+) -> Result<Vec<Found>, Hindrance> {
+    let (library, things) = (with.library, with.things);
     let wanted: Vec<&str> = phrase.split(' ').filter(|word| !word.is_empty()).collect();
     let named = |thing: &&Thing| {
         let words = thing.words();
-        !wanted.is_empty() && wanted.iter().all(|word| words.iter().any(|known| known == word))
+        let fits = |word: &&str| ANYTHING.contains(word) || words.iter().any(|known| known == word);
+        !wanted.is_empty() && wanted.iter().all(fits)
     };
     // A name or a description that fits exactly leaves no doubt.
     let exact = |thing: &&Thing| {
@@ -194,7 +214,7 @@ fn objects(
         let why = format!("`{slot}` is {}, and the {phrase} is {}", of(kind), of(&thing.kind));
         return Err(Hindrance::new(why, list(kind, library, things)));
     }
-    Err(missing(&phrase, kind.unwrap_or(builtins::OBJECT), library, things))
+    Err(missing(phrase, kind.unwrap_or(builtins::OBJECT), library, things))
 }
 
 /// `a Container`.

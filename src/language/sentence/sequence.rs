@@ -20,8 +20,10 @@ pub(super) fn understand(said: &str, with: &Knowledge<'_>) -> Option<Meaning> {
         let mut longer = Vec::new();
         for way in ways {
             // Whether a later wish can be done is known when those before it are.
+            let touched = way.as_ref().map(touched).unwrap_or_default();
             let later = Knowledge {
                 it: way.as_ref().and_then(handled).or(with.it),
+                spot: &|name| (with.spot)(name).filter(|_| !touched.contains(&name)),
                 hindrance: &|_| None,
                 ..*with
             };
@@ -62,6 +64,16 @@ fn handled(before: &Understood) -> Option<&str> {
         ExprKind::Name(name) => Some(name),
         _ => None,
     }
+}
+
+/// Returns what the calls so far may have moved or filled: everything that they name.
+fn touched(before: &Understood) -> Vec<&str> {
+    let values = before.calls.iter().flat_map(|call| &call.args).flat_map(|arg| &arg.values);
+    let named = values.filter_map(|value| match &value.kind {
+        ExprKind::Name(name) => Some(name.as_str()),
+        _ => None,
+    });
+    named.collect()
 }
 
 /// Returns one reading after another.

@@ -33,6 +33,15 @@ pub struct Wrong {
     pub help: String,
 }
 
+/// How many words a slot takes where it could take fewer or more: "put the die on the tray on the table".
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reach {
+    /// As few as do: the die.
+    Short,
+    /// As many as do: the die on the tray.
+    Long,
+}
+
 /// One instruction of the matcher.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Op {
@@ -74,7 +83,7 @@ impl Template {
 
     /// Returns the words that each slot stands for, when the whole sentence fits: lower case, one blank
     /// between words, as [`super::words`] makes it.
-    pub fn fit(&self, sentence: &str) -> Option<BTreeMap<String, String>> {
+    pub fn fit(&self, sentence: &str, reach: Reach) -> Option<BTreeMap<String, String>> {
         let chars: Vec<char> = sentence.chars().collect();
         let mut tried = vec![false; (self.code.len() + 1) * (chars.len() + 1)];
         let mut open = vec![(0, 0, vec![None; self.slots.len()])];
@@ -96,6 +105,11 @@ impl Template {
                 Op::Blank if chars.get(pos) == Some(&' ') => open.push((at + 1, pos + 1, slots)),
                 Op::Blank if after_blank || pos == chars.len() => open.push((at + 1, pos, slots)),
                 Op::Split(first, second) => {
+                    let is_slot = self.code.get(*second) == Some(&Op::Any);
+                    let (first, second) = match reach {
+                        Reach::Long if is_slot => (second, first),
+                        _ => (first, second),
+                    };
                     // The last pushed is tried first.
                     open.push((*second, pos, slots.clone()));
                     open.push((*first, pos, slots));
@@ -285,7 +299,7 @@ mod tests {
     use super::*;
 
     fn fits(template: &str, sentence: &str) -> Option<Vec<(String, String)>> {
-        let found = Template::read(template).unwrap().fit(sentence)?;
+        let found = Template::read(template).unwrap().fit(sentence, Reach::Short)?;
         Some(found.into_iter().collect())
     }
 
@@ -334,7 +348,7 @@ mod tests {
     fn a_hard_template_is_still_quick() {
         let template = "[a] ".repeat(40) + "{x} b";
         let sentence = "a ".repeat(80) + "c";
-        assert_eq!(Template::read(&template).unwrap().fit(&sentence), None);
+        assert_eq!(Template::read(&template).unwrap().fit(&sentence, Reach::Short), None);
     }
 
     #[test]

@@ -40,6 +40,12 @@ impl Mode {
                 (std::f64::consts::PI / side, 0.5 * side)
             }
             Shape::Cylinder { radius, .. } => (MODE / radius, radius),
+            // That of a glass as high that holds as much.
+            Shape::Lathe { profile } => {
+                let area = profile.volume() / profile.height();
+                let radius = (area / std::f64::consts::PI).sqrt();
+                (MODE / radius, radius)
+            }
         };
         Self { wave, radius, viscosity: viscosity.max(WATER) / WATER_DENSITY }
     }

@@ -11,7 +11,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use crate::twin::basin::Basin;
 use crate::twin::hold::Hold;
-use crate::world::{Object, Shape};
+use crate::world::{Object, Profile, Shape};
 
 /// The outline of a prism, seen from above.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,6 +20,24 @@ enum Outline {
     Box(f32, f32),
     /// Radius, m.
     Round(f32),
+    /// Radii over heights, m.
+    Turned(Turned),
+}
+
+/// A round outline whose radius changes with the height.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Turned {
+    profile: Profile,
+    /// How high its foot is, m.
+    foot: f32,
+    /// How much larger it is, m.
+    grown: f32,
+}
+
+impl Turned {
+    fn radius_at(&self, z: f32) -> f32 {
+        (self.profile.radius_at(f64::from(z - self.foot)) as f32 + self.grown).max(0.0)
+    }
 }
 
 impl Outline {
@@ -28,6 +46,7 @@ impl Outline {
         match self {
             Self::Box(x, y) => Self::Box((x + d).max(0.0), (y + d).max(0.0)),
             Self::Round(r) => Self::Round((r + d).max(0.0)),
+            Self::Turned(turned) => Self::Turned(Turned { grown: turned.grown + d, ..turned }),
         }
     }
 
@@ -35,6 +54,7 @@ impl Outline {
         match self {
             Self::Box(x, y) => p.x.abs() <= x && p.y.abs() <= y,
             Self::Round(r) => p.x * p.x + p.y * p.y <= r * r,
+            Self::Turned(turned) => Self::Round(turned.radius_at(p.z)).contains(p),
         }
     }
 
@@ -52,6 +72,7 @@ impl Outline {
                     p.y *= r / d;
                 }
             }
+            Self::Turned(turned) => Self::Round(turned.radius_at(p.z)).pull_in(p),
         }
     }
 
@@ -74,6 +95,7 @@ impl Outline {
                     p.x = r;
                 }
             }
+            Self::Turned(turned) => Self::Round(turned.radius_at(p.z)).push_out(p),
         }
     }
 }
@@ -99,13 +121,16 @@ pub struct Vessel {
 impl Vessel {
     /// Returns the vessel an object is, if it is one.
     pub fn new(object: &Object) -> Option<Self> {
-        let outline = |shape: Shape| match shape {
+        let outline = |shape: Shape, foot: f64| match shape {
             Shape::Cuboid { size } => Outline::Box((size.x / 2.0) as f32, (size.y / 2.0) as f32),
             Shape::Cylinder { radius, .. } => Outline::Round(radius as f32),
+            Shape::Lathe { profile } => {
+                Outline::Turned(Turned { profile, foot: foot as f32, grown: 0.0 })
+            }
         };
         Some(Self {
-            inner: outline(object.inside()?),
-            outer: outline(object.shape),
+            inner: outline(object.inside()?, object.cavity?.wall),
+            outer: outline(object.shape, 0.0),
             floor: object.cavity?.wall as f32,
             rim: object.shape.height() as f32,
             inside: object.inside()?,
@@ -131,7 +156,10 @@ impl Vessel {
 
     /// Returns the volume to the rim, m³.
     pub fn volume(&self) -> f32 {
-        self.area() * (self.rim - self.floor)
+        match self.inner {
+            Outline::Turned(turned) => turned.profile.volume() as f32,
+            _ => self.area() * (self.rim - self.floor),
+        }
     }
 
     /// Returns the height of the rim above the base, m.
@@ -144,6 +172,7 @@ impl Vessel {
         let across = match self.outer {
             Outline::Box(x, y) => x.hypot(y),
             Outline::Round(r) => r,
+            Outline::Turned(turned) => turned.profile.widest() as f32 + turned.grown,
         };
         across.hypot(self.rim)
     }
@@ -153,6 +182,10 @@ impl Vessel {
         match self.inner {
             Outline::Box(x, y) => 4.0 * x * y,
             Outline::Round(r) => std::f32::consts::PI * r * r,
+            Outline::Turned(turned) => {
+                let r = turned.profile.foot() as f32;
+                std::f32::consts::PI * r * r
+            }
         }
     }
 
@@ -179,15 +212,17 @@ impl Vessel {
     /// a `gap` (m) over the rim.
     pub(super) fn on_lip(&self, down: &Vector3<f32>, along: f32, gap: f32) -> Vector3<f32> {
         // Nine tenths of an edge, or a sixth of the way round: further aside the lip is higher.
+        let around = |r: f32| {
+            let turn = down.y.atan2(down.x) + along * std::f32::consts::FRAC_PI_3;
+            (r * turn.cos(), r * turn.sin())
+        };
         let (x, y) = match self.outer {
             Outline::Box(x, y) if down.x.abs() > down.y.abs() => {
                 (x.copysign(down.x), 1.8 * along * y)
             }
             Outline::Box(x, y) => (1.8 * along * x, y.copysign(down.y)),
-            Outline::Round(r) => {
-                let turn = down.y.atan2(down.x) + along * std::f32::consts::FRAC_PI_3;
-                (r * turn.cos(), r * turn.sin())
-            }
+            Outline::Round(r) => around(r),
+            Outline::Turned(turned) => around(turned.radius_at(self.rim)),
         };
         Vector3::new(x, y, self.rim + gap)
     }
@@ -195,8 +230,8 @@ impl Vessel {
     /// Returns the nearest place inside, `margin` m from walls, floor and a lid on the rim.
     pub(super) fn under_lid(&self, p: &Vector3<f32>, margin: f32) -> Vector3<f32> {
         let mut kept = *p;
-        self.inner.grown(-margin).pull_in(&mut kept);
         kept.z = kept.z.clamp(self.floor + margin, self.rim - margin);
+        self.inner.grown(-margin).pull_in(&mut kept);
         kept
     }
 

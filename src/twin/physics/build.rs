@@ -11,16 +11,18 @@ use rapier3d_f64::geometry::{
 };
 use rapier3d_f64::pipeline::ActiveHooks;
 
-use super::super::convert::{inertia_to_engine, pose_to_engine};
+use super::super::convert::{inertia_to_engine, pose_to_engine, to_engine};
 use super::super::{Error, Settings};
 use super::{Body, Joint, Physics};
 use crate::motion::Robot;
 use crate::motion::robot::{self, Motion};
 use crate::motion::solid::Solid;
-use crate::world::{Object, Scene, Shape, WorldState};
+use crate::world::{Object, Profile, Scene, Shape, WorldState};
 
 /// Sides of the polygon that stands for a round wall.
 const SIDES: usize = 16;
+/// Corners of the polygons that stand for circles: as many as the feet have, twice.
+const CORNERS: usize = 24;
 /// Squares of which a round foot is made: a polygon of 12 corners tips 3 % earlier than the circle.
 const SQUARES: usize = 3;
 /// How thick the feet of a solid cylinder are, m: what lies on its side touches along all the rest.
@@ -343,6 +345,7 @@ fn object_shape(object: &Object) -> SharedShape {
             let feet = [0.5 * FOOT, height - 0.5 * FOOT].map(|z| foot(radius, 0.5 * FOOT, up(z)));
             between.into_iter().chain(feet.into_iter().flatten()).collect()
         }
+        (None, Shape::Lathe { profile }) => turned(&profile),
         (None, shape) => solid(&shape),
     })
 }
@@ -353,7 +356,10 @@ fn object_mass(object: &Object) -> MassProperties {
         Some(cavity) => vessel(&object.shape, cavity.wall, |radius, half, at| {
             round(radius, half, at.translation.z)
         }),
-        None => solid(&object.shape),
+        None => match object.shape {
+            Shape::Lathe { profile } => turned(&profile),
+            shape => solid(&shape),
+        },
     };
     let mut properties = compound(parts).mass_properties(1.0);
     properties.set_mass(object.mass, true);
@@ -392,6 +398,52 @@ fn foot(radius: f64, half: f64, at: Isometry3<f64>) -> Vec<Part> {
     (0..SQUARES).map(square).collect()
 }
 
+/// Returns a round thing whose radius changes as polygons over each other; each stands on an edge of corners, as a
+/// [`foot`] does.
+fn turned(profile: &Profile) -> Vec<Part> {
+    let ring = |[r, z]: [f64; 2]| {
+        (0..CORNERS).map(move |k| {
+            let (sin, cos) = (std::f64::consts::TAU * k as f64 / CORNERS as f64).sin_cos();
+            Vector3::new(r * cos, r * sin, z)
+        })
+    };
+    if profile.is_convex() {
+        return hull(profile.points().iter().flat_map(|point| ring(*point)));
+    }
+    profile.stretches().flat_map(|(low, high)| hull(ring(low).chain(ring(high)))).collect()
+}
+
+/// Returns the convex hull of points, m; nothing where they enclose nothing.
+fn hull(points: impl Iterator<Item = Vector3<f64>>) -> Vec<Part> {
+    let points: Vec<_> = points.map(|point| to_engine(&point)).collect();
+    let hull = SharedShape::convex_hull(&points);
+    hull.map(|hull| (Isometry3::identity(), hull)).into_iter().collect()
+}
+
+/// Returns the walls over the floor of a round vessel whose radius changes: flat pieces, `thick` m thick, level.
+fn leaning_walls(profile: &Profile, thick: f64) -> Vec<Part> {
+    let half_angle = std::f64::consts::PI / SIDES as f64;
+    let heights = profile.points().iter().map(|[_, z]| *z).filter(|z| *z > thick);
+    let heights: Vec<f64> = std::iter::once(thick).chain(heights).collect();
+    let mut walls = Vec::new();
+    for side in 0..SIDES {
+        let turn = Isometry3::rotation(Vector3::z() * (2.0 * half_angle * side as f64));
+        for pair in heights.windows(2) {
+            let corner = |z: f64, inward: f64, hand: f64| {
+                let r = profile.radius_at(z);
+                turn * nalgebra::Point3::new(r - inward, hand * r * half_angle.tan(), z)
+            };
+            let corners = pair.iter().flat_map(|z| {
+                [0.0, thick]
+                    .into_iter()
+                    .flat_map(move |inward| [-1.0, 1.0].map(|hand| corner(*z, inward, hand).coords))
+            });
+            walls.extend(hull(corners));
+        }
+    }
+    walls
+}
+
 /// Returns floor and walls of a vessel; a round floor is made by `disc` of its radius, half its height and its place.
 fn vessel(
     outside: &Shape,
@@ -425,12 +477,15 @@ fn vessel(
             let floor = disc(radius, half_wall, at(0.0, 0.0, half_wall));
             floor.into_iter().chain((0..SIDES).map(wall)).collect()
         }
+        Shape::Lathe { profile } => {
+            let floor = disc(profile.foot(), half_wall, at(0.0, 0.0, half_wall));
+            floor.into_iter().chain(leaning_walls(&profile, thick)).collect()
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::convert::to_engine;
     use super::*;
     use crate::world::object;
     use rapier3d_f64::math::Pose as EnginePose;
@@ -440,12 +495,17 @@ mod tests {
         for shape in [
             Shape::Cuboid { size: Vector3::new(0.065, 0.065, 0.14) },
             Shape::Cylinder { radius: 0.08, height: 0.095 },
+            Shape::Lathe { profile: Profile::cone(0.03, 0.042, 0.1).unwrap() },
         ] {
             let solid = object_shape(&object::vessel(shape, 2.5e-4));
             let inside = |x: f64, y: f64, z: f64| {
                 solid.contains_point(&EnginePose::IDENTITY, to_engine(&Vector3::new(x, y, z)))
             };
-            let outer = shape.inner_radius();
+            let at_half = match shape {
+                Shape::Lathe { profile } => profile.radius_at(0.5 * shape.height()),
+                _ => shape.inner_radius(),
+            };
+            let outer = at_half;
             assert!(inside(0.0, 0.0, 0.001), "the floor is solid");
             assert!(!inside(0.0, 0.0, 0.004), "the cavity is empty");
             assert!(!inside(0.0, 0.0, shape.height() - 1e-4), "the mouth is open");

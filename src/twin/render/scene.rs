@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 use super::solid::{Solid, TOP, times};
 use super::view::{Body, FIRST_BODY, MARKER, Paint, Shape, TABLE, View, WATER};
 use crate::twin::basin::Basin;
-use crate::world::object;
+use crate::world::{Profile, object};
 
 /// A solid in the world.
 #[derive(Debug, Clone)]
@@ -287,6 +287,14 @@ fn of_body(body: &Body, id: u16) -> Vec<Thing> {
         Shape::Sphere(radius) => {
             one(Kind::Solid(Solid::Capsule { radius: *radius, bottom: 0.0, top: 0.0 }))
         }
+        Shape::Standing(object::Shape::Lathe { profile }) if !profile.is_convex() => profile
+            .stretches()
+            .filter_map(|([r0, z0], [r1, z1])| {
+                let part = Profile::cone(r0, r1, z1 - z0).ok()?;
+                let solid = Solid::Lathe { profile: part, bottom: z0 };
+                Some(Thing::new(Kind::Solid(solid), pose, body.paint, id))
+            })
+            .collect(),
         Shape::Standing(shape) => one(Kind::Solid(standing(shape, 0.0, 0.0))),
         Shape::Vessel { outside, wall, water } => {
             let (outer, cavity) = (standing(outside, 0.0, 0.0), standing(outside, *wall, *wall));
@@ -320,6 +328,10 @@ fn standing(shape: &object::Shape, wall: f64, floor: f64) -> Solid {
         },
         object::Shape::Cylinder { radius, height } => {
             Solid::Cylinder { radius: radius - wall, bottom: floor, top: height }
+        }
+        object::Shape::Lathe { profile } => {
+            let inside = (wall > 0.0).then(|| profile.inside(wall)).flatten();
+            Solid::Lathe { profile: inside.unwrap_or(profile), bottom: floor }
         }
     }
 }

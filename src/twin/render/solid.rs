@@ -6,6 +6,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::world::Profile;
+
 /// A convex solid about its own z axis, lengths in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Solid {
@@ -24,6 +26,13 @@ pub(super) enum Solid {
         bottom: f64,
         /// Height of the upper end.
         top: f64,
+    },
+    /// A convex round thing about z: radii over heights from `bottom` up.
+    Lathe {
+        /// The radii, each as much larger as `grown`.
+        profile: Profile,
+        /// Height of the lower end.
+        bottom: f64,
     },
     /// All points within a radius of a stretch of the z axis; a sphere when the stretch is 0.
     Capsule {
@@ -54,7 +63,7 @@ pub(super) struct Span {
     pub(super) leave_face: u8,
 }
 
-/// The round side of a cylinder.
+/// The round side of a cylinder, or of what a lathe made.
 pub(super) const SIDE: u8 = 0;
 /// The lower end of a cylinder or box.
 pub(super) const BOTTOM: u8 = 4;
@@ -71,6 +80,9 @@ impl Solid {
             }
             Self::Capsule { radius, bottom, top } => {
                 capsule(origin, direction, radius, bottom, top)
+            }
+            Self::Lathe { ref profile, bottom } => {
+                lathe(origin - Vector3::z() * bottom, direction, profile)
             }
             Self::Ellipsoid { half } => {
                 let span = ball(origin.component_div(&half), direction.component_div(&half), 1.0)?;
@@ -91,6 +103,15 @@ impl Solid {
                 BOTTOM => -Vector3::z(),
                 TOP => Vector3::z(),
                 _ => Vector3::new(at.x, at.y, 0.0).normalize(),
+            },
+            Self::Lathe { ref profile, bottom } => match face {
+                BOTTOM => -Vector3::z(),
+                TOP => Vector3::z(),
+                _ => {
+                    let slope = profile.slope_at(at.z - bottom);
+                    let level = Vector3::new(at.x, at.y, 0.0).try_normalize(0.0);
+                    (level.unwrap_or_default() - Vector3::z() * slope).normalize()
+                }
             },
             Self::Capsule { bottom, top, .. } => {
                 (at - Vector3::z() * at.z.clamp(bottom, top)).normalize()
@@ -113,6 +134,11 @@ impl Solid {
             Self::Capsule { radius, bottom, top } => {
                 Self::Capsule { radius: radius + d, bottom, top }
             }
+            Self::Lathe { ref profile, bottom } => Self::Cylinder {
+                radius: profile.widest() + d,
+                bottom: bottom - d,
+                top: bottom + profile.height() + d,
+            },
             // What lies near an ellipsoid is no ellipsoid; a ball is simple and drops are small.
             Self::Ellipsoid { half } => {
                 Self::Capsule { radius: half.max() + d, bottom: 0.0, top: 0.0 }
@@ -131,6 +157,10 @@ impl Solid {
                 Vector3::new(-radius, -radius, bottom - radius),
                 Vector3::new(radius, radius, top + radius),
             ),
+            Self::Lathe { ref profile, bottom } => {
+                let (r, top) = (profile.widest(), bottom + profile.height());
+                (Vector3::new(-r, -r, bottom), Vector3::new(r, r, top))
+            }
             Self::Ellipsoid { half } => (-half, half),
         }
     }
@@ -147,6 +177,10 @@ impl Solid {
             }
             Self::Capsule { radius, bottom, top } => {
                 (p - Vector3::z() * p.z.clamp(bottom, top)).norm_squared() <= radius * radius
+            }
+            Self::Lathe { ref profile, bottom } => {
+                let z = p.z - bottom;
+                z >= 0.0 && z <= profile.height() && p.x.hypot(p.y) <= profile.radius_at(z)
             }
             Self::Ellipsoid { half } => p.component_div(&half).norm_squared() <= 1.0,
         }
@@ -237,6 +271,76 @@ fn cylinder(o: Vector3<f64>, d: Vector3<f64>, radius: f64, bottom: f64, top: f64
     (span.enter < span.leave).then_some(span)
 }
 
+/// What a lathe made is inside each of the cones that its stretches lie on, and between its ends.
+fn lathe(o: Vector3<f64>, d: Vector3<f64>, profile: &Profile) -> Option<Span> {
+    let mut span =
+        Span { enter: f64::NEG_INFINITY, enter_face: SIDE, leave: f64::INFINITY, leave_face: SIDE };
+    let mut cut = |near: f64, near_face: u8, far: f64, far_face: u8| {
+        if near > span.enter {
+            (span.enter, span.enter_face) = (near, near_face);
+        }
+        if far < span.leave {
+            (span.leave, span.leave_face) = (far, far_face);
+        }
+        span.enter < span.leave
+    };
+    if d.z.abs() < 1e-12 {
+        if o.z < 0.0 || o.z > profile.height() {
+            return None;
+        }
+    } else {
+        let (low, high) = (-o.z / d.z, (profile.height() - o.z) / d.z);
+        let is_rising = d.z > 0.0;
+        let inside =
+            if is_rising { cut(low, BOTTOM, high, TOP) } else { cut(high, TOP, low, BOTTOM) };
+        if !inside {
+            return None;
+        }
+    }
+    for ([r0, z0], [r1, z1]) in profile.stretches() {
+        let slope = (r1 - r0) / (z1 - z0);
+        // x² + y² ≤ (radius + slope z)², on the side of the tip where the radius is not negative.
+        let (radius, grows) = (r0 + slope * (o.z - z0), slope * d.z);
+        let (near, far) = cone(o, d, radius, grows)?;
+        if !cut(near, SIDE, far, SIDE) {
+            return None;
+        }
+    }
+    Some(span)
+}
+
+/// Returns where a line is inside a cone whose radius along it is `radius + t grows`.
+fn cone(o: Vector3<f64>, d: Vector3<f64>, radius: f64, grows: f64) -> Option<(f64, f64)> {
+    let a = d.x * d.x + d.y * d.y - grows * grows;
+    let b = o.x * d.x + o.y * d.y - radius * grows;
+    let c = o.x * o.x + o.y * o.y - radius * radius;
+    if a.abs() < 1e-15 {
+        // Along the cone's side: it is met once, or never.
+        if b.abs() < 1e-15 {
+            return (c <= 0.0 && radius >= 0.0).then_some((f64::NEG_INFINITY, f64::INFINITY));
+        }
+        let met = -0.5 * c / b;
+        return Some(if b > 0.0 { (f64::NEG_INFINITY, met) } else { (met, f64::INFINITY) });
+    }
+    let left = b * b - a * c;
+    if a > 0.0 {
+        if left <= 0.0 {
+            return None;
+        }
+        let (middle, reach) = (-b / a, left.sqrt() / a);
+        // Both places are on one side of the tip.
+        return (radius + middle * grows >= 0.0).then_some((middle - reach, middle + reach));
+    }
+    // Steeper than the cone: inside from the side of its tip on that opens, or up to there.
+    let reach = left.max(0.0).sqrt() / -a;
+    let middle = -b / a;
+    Some(if grows > 0.0 {
+        (middle + reach, f64::INFINITY)
+    } else {
+        (f64::NEG_INFINITY, middle - reach)
+    })
+}
+
 /// A capsule lies in the endless cylinder around it: where the line enters and leaves that between the ends
 /// of the stretch, it enters and leaves the capsule; beyond an end it does so through the ball there.
 fn capsule(o: Vector3<f64>, d: Vector3<f64>, radius: f64, bottom: f64, top: f64) -> Option<Span> {
@@ -286,6 +390,13 @@ mod tests {
             Solid::Capsule { radius: 0.2, bottom: -0.1, top: 0.4 },
             Solid::Capsule { radius: 0.25, bottom: 0.0, top: 0.0 },
             Solid::Ellipsoid { half: Vector3::new(0.3, 0.2, 0.1) },
+            Solid::Lathe { profile: Profile::cone(0.2, 0.35, 0.5).unwrap(), bottom: -0.2 },
+            Solid::Lathe { profile: Profile::cone(0.4, 0.0, 0.4).unwrap(), bottom: -0.1 },
+            Solid::Lathe { profile: Profile::ball(0.3).unwrap(), bottom: -0.3 },
+            Solid::Lathe {
+                profile: Profile::new(&[[0.1, 0.0], [0.3, 0.2], [0.32, 0.5]]).unwrap(),
+                bottom: -0.1,
+            },
         ]
     }
 

@@ -1,0 +1,39 @@
+//! Where things stand, how big they are and what they hold, for sentences that tell things by that.
+
+use nalgebra::Vector3;
+
+use super::{Error, WorkCell};
+use crate::language::sentence::Spot;
+use crate::world::support;
+
+impl WorkCell {
+    /// Returns where each thing that was seen stands; looks at the table first if nobody has yet.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::perceive`].
+    pub fn spots(&mut self) -> Result<Vec<(String, Spot)>, Error> {
+        if !self.experience.is_camera_aligned {
+            self.perceive()?;
+        }
+        let state = self.state()?;
+        let scene = self.scene();
+        let spots = scene.objects.iter().filter_map(|object| {
+            let known = state.object(&object.name)?;
+            let pose = known.world_from_object?;
+            let middle = pose.isometry() * Vector3::new(0.0, 0.0, 0.5 * object.shape.height());
+            let seen = scene.world_from_base.isometry().inverse_transform_point(&middle.into());
+            let spot = Spot {
+                left: seen.y,
+                ahead: seen.x,
+                radius: object.shape.outer_radius(),
+                height: object.shape.height(),
+                volume: object.shape.volume(),
+                on: support::below(scene, &state.objects, object, &pose).name,
+                water: known.water,
+            };
+            Some((object.name.clone(), spot))
+        });
+        Ok(spots.collect())
+    }
+}
