@@ -141,6 +141,7 @@ pub(super) fn described(
     let nouns = |said: &str| resolve::objects(said, kind, slot, with);
     for (end, quality) in CONTENTS {
         if let Some(noun) = phrase.strip_suffix(end) {
+            let noun = noun.trim_end_matches(" which");
             return Some(nouns(noun).and_then(|found| chosen(found, *quality, noun, end, with)));
         }
     }
