@@ -9,10 +9,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use crate::arm::Feedback;
 
 /// What a script wants done beside a motion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Order {
-    /// Fingers as wide as they go.
-    Open,
+    /// Fingers to so many m between the pads, or as wide as they go.
+    Open(Option<f64>),
     /// A photograph, and what it shows.
     Look,
 }

@@ -3,12 +3,14 @@
 //!
 //! An argument that is out of its range is refused in the line that gives it, with the range.
 
+use nalgebra::{UnitVector3, Vector3};
 use rhai::module_resolvers::DummyModuleResolver;
 use rhai::{Array, Dynamic, Engine, EvalAltResult, Map};
 
 use super::path::Path;
 use super::plan::{Grasp, Placement, Pour};
 use super::refusal::{NoMemory, OutOfRange, Refusal};
+use super::tool_pose::ToolPose;
 
 /// How many operations of the engine a script may take.
 pub(super) const OPERATIONS: u64 = 2_000_000;
@@ -106,6 +108,12 @@ pub(super) const ANGLE: Range = Range::new(-720.0 * DEG.1, 720.0 * DEG.1, DEG);
 pub(super) const CLEARANCE: Range = Range::new(-0.1, 1.0, ("m", 1.0));
 /// A straight way; no arm that is known reaches further from one side to the other.
 pub(super) const WAY: Range = Range::new(0.0, 2.0, ("m", 1.0));
+/// A place; twice as far as any arm that is known reaches.
+const PLACE: Range = Range::new(-4.0, 4.0, ("m", 1.0));
+/// A turn of the hand, either way round.
+pub(super) const TURN: Range = Range::new(-360.0 * DEG.1, 360.0 * DEG.1, DEG);
+/// What the joints are to feel: less is lost in their noise, and more is pressed with than feeling needs.
+pub(super) const FORCE: Range = Range::new(1.0, 40.0, ("N", 1.0));
 /// How long the arm holds still.
 pub(super) const WAIT: Range = Range::new(0.0, 600.0, ("s", 1.0));
 /// How long it weighs: one reading at least.
@@ -162,6 +170,37 @@ pub(super) fn way(word: &str, array: &Array) -> Fallible<[f64; 3]> {
     Ok([x, y, z])
 }
 
+/// Returns a place.
+///
+/// # Errors
+///
+/// Says what it should be.
+pub(super) fn place(word: &str, array: &Array) -> Fallible<[f64; 3]> {
+    let at = numbers(word, array)?;
+    let [x, y, z] = at[..] else {
+        return Err(Refusal::Way { word: word.to_owned(), given: at.len() });
+    };
+    for (along, value) in ["x", "y", "z"].into_iter().zip([x, y, z]) {
+        PLACE.check(word, along, value)?;
+    }
+    Ok([x, y, z])
+}
+
+/// Returns a direction.
+///
+/// # Errors
+///
+/// Says what it should be.
+pub(super) fn axis(word: &str, array: &Array) -> Fallible<UnitVector3<f64>> {
+    let at = numbers(word, array)?;
+    let [x, y, z] = at[..] else {
+        return Err(Refusal::Way { word: word.to_owned(), given: at.len() });
+    };
+    let axis = Vector3::new(x, y, z);
+    let known = UnitVector3::try_new(axis, 1e-9).filter(|axis| axis.iter().all(|x| x.is_finite()));
+    known.ok_or_else(|| Refusal::Axis { word: word.to_owned() })
+}
+
 /// Returns a note as it is kept: of many characters the first.
 pub(super) fn short(text: &str) -> String {
     let (_, most) = NOTES;
@@ -209,6 +248,7 @@ fn plain(value: Dynamic, depth: usize, left: &mut usize) -> Result<Dynamic, NoMe
         || value.is::<Grasp>()
         || value.is::<Pour>()
         || value.is::<Placement>()
-        || value.is::<Path>();
+        || value.is::<Path>()
+        || value.is::<ToolPose>();
     if is_value { Ok(value) } else { Err(NoMemory::Handle) }
 }

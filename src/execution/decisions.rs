@@ -25,6 +25,8 @@ pub enum Entry {
     Choice(usize),
     /// A joint path, rad.
     Path(Vec<Vec<f64>>),
+    /// How far a way went that ended where something was felt, m.
+    Felt(f64),
     /// A step of that path in the graph begins.
     Begin(String),
     /// What ends the step became true.
@@ -91,6 +93,8 @@ pub enum Kind {
     Answer,
     /// A joint path.
     Path,
+    /// How far a way went until something was felt.
+    Felt,
     /// The beginning of a step.
     Begin,
     /// When a step was over.
@@ -110,6 +114,7 @@ impl fmt::Display for Kind {
             Self::Choice => "a choice",
             Self::Answer => "a yes or no",
             Self::Path => "a path",
+            Self::Felt => "a touch",
             Self::Begin => "the next step",
             Self::Ended => "the end of the step",
             Self::Turned => "a turn by measuring",
@@ -131,6 +136,7 @@ impl Entry {
             Self::Placements(_) => Kind::Placements,
             Self::Choice(_) => Kind::Choice,
             Self::Path(_) => Kind::Path,
+            Self::Felt(_) => Kind::Felt,
             Self::Begin(_) => Kind::Begin,
             Self::Ended(_) => Kind::Ended,
             Self::Turned(_) => Kind::Turned,

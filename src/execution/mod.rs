@@ -24,6 +24,7 @@ pub mod body;
 pub mod done;
 pub mod context;
 mod path;
+mod tool_pose;
 mod bounds;
 mod handle;
 mod words;

@@ -51,6 +51,12 @@ pub enum Refusal {
         /// How many numbers there are.
         given: usize,
     },
+    /// An axis has no direction.
+    #[error("`{word}` takes an axis [x, y, z] that points somewhere")]
+    Axis {
+        /// The word of the script.
+        word: String,
+    },
     /// The name of what is to be remembered is empty or too long.
     #[error("the name of what is remembered should have 1 to {longest} characters")]
     MemoryName {
@@ -133,6 +139,17 @@ pub enum Refusal {
         /// How far it is above, m.
         above: f64,
     },
+    /// Nothing was felt on a way that was to end where something is.
+    #[error("nothing was felt with {force:.1} N on the way of {:.0} mm", .way * 1e3)]
+    NothingFelt {
+        /// The force that was to be felt, N.
+        force: f64,
+        /// How far the hand went, m.
+        way: f64,
+    },
+    /// The joints cannot feel a force along this way.
+    #[error("the joints do not feel what pushes that way")]
+    Numb,
     /// What holds the arm is to be done beside a motion.
     #[error("this holds the arm, so it cannot be done beside a motion")]
     HoldsArm,

@@ -252,7 +252,7 @@ impl Walker<'_> {
         let mut context = self.scripts.context();
         for order in going.iter().flat_map(|side| &side.orders) {
             match order {
-                Order::Open => context.open()?,
+                Order::Open(width) => context.move_fingers(*width)?,
                 Order::Look => context.body().look_end()?,
             }
         }
@@ -309,7 +309,7 @@ impl Walker<'_> {
         let mut from = before.time + after;
         for order in &orders {
             match order {
-                Order::Open => context.open_beside(after)?,
+                Order::Open(width) => context.open_beside(*width, after)?,
                 Order::Look => {
                     // A picture is taken now or never: the camera is not asked while the arm moves.
                     from = before.time;
@@ -349,7 +349,7 @@ impl Walker<'_> {
         let to = match orders.first() {
             // A look is over for the arm once the picture is taken.
             Some(Order::Look) => from,
-            Some(Order::Open) => openings.rest().map_or(state.time, |rest| rest.max(from)),
+            Some(Order::Open(_)) => openings.rest().map_or(state.time, |rest| rest.max(from)),
             // What does nothing lasts as long as the rest.
             None => state.time,
         };

@@ -48,7 +48,7 @@ impl Plant for TwinPlant {
             q_cmd: Vec::new(),
             q: twin.q(),
             dq: twin.dq(),
-            tau: twin.torques(),
+            tau: twin.torques_felt(),
             opening: twin.opening(),
             mass: None,
         }

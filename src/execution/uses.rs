@@ -3,27 +3,8 @@
 //! Read off the words the script uses, without running it, so that `together` can be judged when a text is
 //! checked. A script that only asks (`twin.…`) works with nothing.
 
+use crate::language::script_words::{Part, words_of};
 use crate::trace::Shared;
-
-/// Words that move the arm or need it to hold still.
-const JOINTS: [&str; 13] = [
-    "move_to",
-    "carry_to",
-    "follow",
-    "draw_back",
-    "turn",
-    "turn_back",
-    "turn_to",
-    "move_by",
-    "rise",
-    "weigh",
-    "heft",
-    "wait",
-    // Before the fingers close, the empty hand is weighed, for which the arm holds still.
-    "close",
-];
-/// Words that move the fingers.
-const FINGERS: [&str; 2] = ["open", "close"];
 
 /// What something works with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -41,11 +22,18 @@ impl Uses {
     pub fn of_script(text: &str) -> Self {
         let mut uses = Self::default();
         for code in code(text) {
-            for word in words_after(code, "arm.") {
-                uses.joints |= JOINTS.contains(&word);
-                uses.fingers |= FINGERS.contains(&word);
+            for handle in ["arm", "camera"] {
+                for said in words_after(code, &format!("{handle}.")) {
+                    let parts = words_of(handle).filter(|word| word.name == said);
+                    for part in parts.flat_map(|word| word.works_with) {
+                        match part {
+                            Part::Joints => uses.joints = true,
+                            Part::Fingers => uses.fingers = true,
+                            Part::Camera => uses.camera = true,
+                        }
+                    }
+                }
             }
-            uses.camera |= words_after(code, "camera.").next().is_some();
         }
         uses
     }

@@ -89,6 +89,28 @@ pub(super) fn moves_straight(by: [f64; 3], speed: f64) -> String {
     format!("{text}{}", at_speed(speed))
 }
 
+/// What `arm.line_to` does, at a share of full speed.
+pub(super) fn moves_to(at: [f64; 3], speed: f64) -> String {
+    let [x, y, z] = at.map(|along| 100.0 * along);
+    format!("move straight to ({x:.1}, {y:.1}, {z:.1}) cm{}", at_speed(speed))
+}
+
+/// What `arm.turn_about` does, by so many rad.
+pub(super) fn turns_about(angle: f64) -> String {
+    format!("turn the hand in its place by {:.0} deg", angle.to_degrees())
+}
+
+/// What `arm.move_until` does: by so many m at most, until so many N are felt.
+pub(super) fn moves_until(by: [f64; 3], force: f64) -> String {
+    let way = by[0].hypot(by[1]).hypot(by[2]);
+    format!("move straight until {force:.1} N are felt, at most {:.1} cm", 100.0 * way)
+}
+
+/// What `arm.open_to` does, to so many m.
+pub(super) fn opens_to(width: f64) -> String {
+    format!("move the fingers to {:.0} mm between the pads", 1e3 * width)
+}
+
 /// What `arm.turn` does, at so many rad/s.
 pub(super) fn turns(rate: f64) -> String {
     format!("turn the hand along its path at {:.0} deg/s", rate.to_degrees())
@@ -138,6 +160,11 @@ pub(super) fn to_pour(source: &str, target: &str) -> String {
 /// To move the tool straight by so many m.
 pub(super) fn to_move(by: f64) -> String {
     format!("to move the tool by {:.0} mm", by * 1e3)
+}
+
+/// To turn the tool in its place by so many rad.
+pub(super) fn to_turn(angle: f64) -> String {
+    format!("to turn the tool by {:.0} deg", angle.to_degrees())
 }
 
 // Where the arm must not be left standing.

@@ -1,20 +1,22 @@
 //! The words of a script, bound to the action context that its handles lend.
 //!
 //! What the words do is in [`super::context`], what may be asked of them in [`super::bounds`], and what a line of them
-//! does in words in [`super::wording`].
+//! does in words in [`super::wording`]. Which there are is listed in [`crate::language::script_words`], for everyone.
 
 use std::sync::{Arc, Mutex};
 
 use rhai::{Array, Dynamic, Engine, NativeCallContext};
 
 use super::bounds::{
-    self, CLEARANCE, FLOW, HEFT, MASS, PITCH, RATE, Range, SHARE, SPEED, TILT, VOLUME, WAIT, WAY,
+    self, ANGLE, CLEARANCE, FLOW, FORCE, HEFT, MASS, PITCH, RATE, Range, SHARE, SPEED, TILT, TURN,
+    VOLUME, WAIT, WAY,
 };
 use super::context::ActionContext;
 use super::handle::{Arm, Camera, Fallible, Twin, lock, raise};
 use super::path::Path;
 use super::plan::{Grasp, Placement, Pour};
 use super::refusal::Refusal;
+use super::tool_pose::ToolPose;
 use super::wording;
 use crate::trace::Deed;
 use crate::world::Region;
@@ -23,6 +25,7 @@ use crate::world::region::TABLE;
 /// Binds all of them.
 pub(super) fn bind(engine: &mut Engine, context: &Arc<Mutex<ActionContext>>) {
     bind_values(engine);
+    bind_poses(engine);
     bind_camera(engine);
     bind_twin(engine);
     bind_arm(engine);
@@ -53,6 +56,7 @@ fn bind_values(engine: &mut Engine) {
         })
         .register_get("clearance", |grasp: &mut Grasp| grasp.clearance)
         .register_get("face", |grasp: &mut Grasp| grasp.face().to_owned())
+        .register_get("heading", |grasp: &mut Grasp| grasp.heading)
         .register_type_with_name::<Pour>("Pour")
         .register_get("start", |pour: &mut Pour| array(pour.start.iter().copied()))
         .register_get("turn", |pour: &mut Pour| {
@@ -77,8 +81,33 @@ fn bind_values(engine: &mut Engine) {
             Path::doing(place.way_down.clone(), Deed::SetDown { object: place.object.clone() })
         })
         .register_get("way_out", |place: &mut Placement| Path::plain(place.way_out.clone()))
+        .register_get("at", |place: &mut Placement| array(place.at))
         .register_type_with_name::<Path>("Path")
         .register_type_with_name::<Region>("Region");
+}
+
+/// Poses of the tool.
+fn bind_poses(engine: &mut Engine) {
+    engine
+        .register_type_with_name::<ToolPose>("Pose")
+        .register_fn("pose", |at: Array, heading: f64, pitch: f64| {
+            let at = bounds::place("pose", &at).map_err(raise)?;
+            let heading = within("pose", "the heading", heading, ANGLE)?;
+            let pitch = within("pose", "the pitch", pitch, PITCH)?;
+            Ok(ToolPose::new(at, heading, pitch)) as Fallible<ToolPose>
+        })
+        .register_get("at", |pose: &mut ToolPose| array(pose.at()))
+        .register_get("heading", |pose: &mut ToolPose| pose.heading())
+        .register_get("pitch", |pose: &mut ToolPose| pose.pitch())
+        .register_fn("moved", |pose: &mut ToolPose, by: Array| {
+            let by = bounds::way("moved", &by).map_err(raise)?;
+            Ok(pose.moved(by)) as Fallible<ToolPose>
+        })
+        .register_fn("turned", |pose: &mut ToolPose, axis: Array, angle: f64| {
+            let axis = bounds::axis("turned", &axis).map_err(raise)?;
+            let angle = within("turned", "the angle", angle, TURN)?;
+            Ok(pose.turned(axis, angle)) as Fallible<ToolPose>
+        });
 }
 
 /// The words of `camera`.
@@ -114,6 +143,14 @@ fn bind_twin(engine: &mut Engine) {
         .register_fn("placements", |twin: &mut Twin, o: &str, at: Region| {
             twin.plans()?.placements(o, &at).map(list).map_err(raise)
         })
+        .register_fn("reach", |twin: &mut Twin, at: ToolPose| {
+            let found = twin.plans()?.reach(&at).map_err(raise)?;
+            Ok(found.into_iter().map(|q| Dynamic::from(array(q))).collect()) as Fallible<Array>
+        })
+        .register_fn("turned", |twin: &mut Twin, o: &str| twin.context().turned(o).map_err(raise))
+        .register_fn("size", |twin: &mut Twin, o: &str| {
+            twin.context().size(o).map(array).map_err(raise)
+        })
         .register_fn("pose_named", |twin: &mut Twin, name: &str| {
             twin.context().named_pose(name).map(array).map_err(raise)
         })
@@ -134,7 +171,9 @@ fn bind_arm(engine: &mut Engine) {
     engine.register_type_with_name::<Arm>("Arm");
     bind_hand(engine);
     bind_ways(engine);
+    bind_lines(engine);
     bind_turns(engine);
+    bind_senses(engine);
 }
 
 /// The fingers, and holding still.
@@ -142,6 +181,10 @@ fn bind_hand(engine: &mut Engine) {
     engine
         .register_fn("open", |at: NativeCallContext<'_>, arm: &mut Arm| {
             arm.acts_on(&at, wording::opens(), Some(Deed::Released))?.open().map_err(raise)
+        })
+        .register_fn("open_to", |at: NativeCallContext<'_>, arm: &mut Arm, width: f64| {
+            let does = wording::opens_to(width);
+            arm.acts_on(&at, does, Some(Deed::Released))?.open_to(width).map_err(raise)
         })
         .register_fn("close", |at: NativeCallContext<'_>, arm: &mut Arm, o: &str, force: f64| {
             let (does, took) = (wording::closes(o, force), Deed::Took { object: o.to_owned() });
@@ -164,7 +207,6 @@ fn bind_hand(engine: &mut Engine) {
             arm.context().bears(mass);
             Ok(()) as Fallible<()>
         })
-        .register_fn("opening", |arm: &mut Arm| arm.context().opening().map_err(raise))
         .register_fn("wait", |at: NativeCallContext<'_>, arm: &mut Arm, seconds: f64| {
             let seconds = within("wait", "the time", seconds, WAIT)?;
             arm.acts(&at, wording::waits(seconds))?.wait(seconds).map_err(raise)
@@ -203,7 +245,12 @@ fn bind_ways(engine: &mut Engine) {
                 let does = wording::draws_back(speed);
                 arm.acts_on(&at, does, path.deed)?.draw_back(&path.points, speed).map_err(raise)
             },
-        )
+        );
+}
+
+/// Straight ways of the tool.
+fn bind_lines(engine: &mut Engine) {
+    engine
         .register_fn("rise", |at: NativeCallContext<'_>, arm: &mut Arm, by: f64, speed: f64| {
             let by = within("rise", "the way up", by, WAY)?;
             let speed = within("rise", "the speed", speed, SPEED)?;
@@ -218,7 +265,40 @@ fn bind_ways(engine: &mut Engine) {
                 let does = wording::moves_straight(by, speed);
                 arm.acts(&at, does)?.move_by(by, speed).map_err(raise)
             },
+        )
+        .register_fn("move_to", |at: NativeCallContext<'_>, arm: &mut Arm, to: ToolPose| {
+            arm.acts(&at, wording::moves_round())?.move_to_pose(&to).map_err(raise)
+        })
+        .register_fn(
+            "line_to",
+            |at: NativeCallContext<'_>, arm: &mut Arm, to: ToolPose, speed: f64| {
+                let speed = within("line_to", "the speed", speed, SPEED)?;
+                let does = wording::moves_to(to.at(), speed);
+                arm.acts(&at, does)?.line_to(&to, speed).map_err(raise)
+            },
+        )
+        .register_fn(
+            "move_until",
+            |at: NativeCallContext<'_>, arm: &mut Arm, by: Array, force: f64| {
+                let by = bounds::way("move_until", &by).map_err(raise)?;
+                let force = within("move_until", "the force", force, FORCE)?;
+                let does = wording::moves_until(by, force);
+                arm.acts(&at, does)?.move_until(by, force).map_err(raise)
+            },
         );
+}
+
+/// What the arm measures of itself.
+fn bind_senses(engine: &mut Engine) {
+    engine
+        .register_fn("opening", |arm: &mut Arm| arm.context().opening().map_err(raise))
+        .register_fn("joints", |arm: &mut Arm| {
+            arm.context().measured().map(|(q, _)| array(q)).map_err(raise)
+        })
+        .register_fn("torques", |arm: &mut Arm| {
+            arm.context().measured().map(|(_, tau)| array(tau)).map_err(raise)
+        })
+        .register_fn("pose", |arm: &mut Arm| arm.context().tool_pose());
 }
 
 /// Turns of the hand.
@@ -237,6 +317,14 @@ fn bind_turns(engine: &mut Engine) {
                 arm.acts_on(&at, does, Some(Deed::TurnedBack))?
                     .turn_back(&path.points, rate)
                     .map_err(raise)
+            },
+        )
+        .register_fn(
+            "turn_about",
+            |at: NativeCallContext<'_>, arm: &mut Arm, axis: Array, angle: f64| {
+                let axis = bounds::axis("turn_about", &axis).map_err(raise)?;
+                let angle = within("turn_about", "the angle", angle, TURN)?;
+                arm.acts(&at, wording::turns_about(angle))?.turn_about(axis, angle).map_err(raise)
             },
         )
         .register_fn(

@@ -22,6 +22,7 @@ pub mod codes;
 pub mod diagnostic;
 pub mod format;
 pub mod library;
+pub mod script_words;
 pub mod sentence;
 pub mod text;
 mod check;

@@ -11,6 +11,7 @@ use rustyline::validate::{ValidationContext, ValidationResult, Validator};
 use rustyline::{Context, Result};
 
 use crate::language::assist::{self, Place};
+use crate::language::script_words::words_of;
 use crate::language::{Library, Scope};
 use crate::report::Style;
 use crate::teach::wording::WORDS;
@@ -68,13 +69,21 @@ impl Helper {
             Some('!') => return (pos, Vec::new()),
             _ => 0,
         };
+        let asks = line.starts_with('?');
+        if let Some((of, begun)) = before[from..].split_once('.').filter(|_| asks) {
+            let found = words_of(of).filter(|word| word.name.starts_with(begun));
+            let pairs = found.map(|word| Pair {
+                display: format!("{}   {}", word.written(), word.does),
+                replacement: word.full_name(),
+            });
+            return (from, pairs.collect());
+        }
         let text = &line[from..];
         let place = Place { library: &self.library, scope: &self.scope, text, at: pos - from };
         let is_name = |c: char| c.is_alphanumeric() || c == '_';
         let start = before[from..].rfind(|c| !is_name(c)).map_or(from, |at| {
             from + at + before[from + at..].chars().next().map_or(1, char::len_utf8)
         });
-        let asks = line.starts_with('?');
         let pairs = assist::complete(&place).into_iter().map(|offer| {
             let doc = offer.doc.lines().next().unwrap_or_default().trim();
             let detail = if offer.detail.is_empty() { &offer.label } else { &offer.detail };
@@ -173,6 +182,10 @@ mod tests {
         assert_eq!(offered(":gra"), (0, vec![":graph ".into()]));
         assert_eq!(offered(":graph po"), (7, vec!["pour(".into()]));
         assert_eq!(offered("?po"), (1, vec!["pour".into()]));
+        assert_eq!(
+            offered("?arm.open"),
+            (1, vec!["arm.open".into(), "arm.open_to".into(), "arm.opening".into()])
+        );
         let mut paused = helper();
         paused.steps = true;
         let (_, words) = paused.offers("con", 3);

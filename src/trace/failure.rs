@@ -130,6 +130,13 @@ pub enum Unrehearsed {
         /// How far the rehearsal turned it, rad.
         rehearsed: f64,
     },
+    /// Something that was to be felt was not there.
+    Touch {
+        /// How far the hand went, m.
+        went: f64,
+        /// How far it went in the rehearsal, m.
+        rehearsed: f64,
+    },
     /// A joint is elsewhere than where the rehearsal went on.
     Start {
         /// How far off the worst joint is, rad.
@@ -146,6 +153,13 @@ impl fmt::Display for Unrehearsed {
                  too far to go unrehearsed",
                 needed.to_degrees(),
                 rehearsed.to_degrees()
+            ),
+            Self::Touch { went, rehearsed } => write!(
+                f,
+                "nothing was felt {:.0} mm along the way; the rehearsal felt it after {:.0} mm, and further is too far \
+                 to go unrehearsed",
+                went * 1e3,
+                rehearsed * 1e3
             ),
             Self::Start { off } => write!(
                 f,

@@ -349,7 +349,7 @@ impl Twin {
     /// Returns what torque sensors in the joints say, base first, N·m: what it takes to carry and
     /// accelerate links, gripper and the held object with its water.
     ///
-    /// Positive as the joint turns. Contacts other than the grasp are not felt.
+    /// Positive as the joint turns. Contacts other than the grasp are not in it.
     pub fn torques(&self) -> Vec<f64> {
         self.torques_at(&self.motion.1)
     }
@@ -364,7 +364,37 @@ impl Twin {
         let span = 4.0 * self.settings.dt;
         let now = self.motion.0.iter().zip(two).zip(four);
         let ddq = now.map(|((now, two), four)| (3.0 * now - 4.0 * two + four) / span);
-        self.torques_at(&ddq.collect::<Vec<f64>>())
+        self.with_pushes(self.torques_at(&ddq.collect::<Vec<f64>>()))
+    }
+
+    /// Returns what ideal torque sensors say, N·m: as [`Self::torques`], and what pushes on the hand or on what it holds.
+    /// What touches the arm elsewhere is not felt.
+    pub fn torques_felt(&self) -> Vec<f64> {
+        self.with_pushes(self.torques())
+    }
+
+    fn with_pushes(&self, mut tau: Vec<f64>) -> Vec<f64> {
+        let pushes = self.physics.pushes(self.held_index(), self.settings.dt);
+        if pushes.is_empty() {
+            return tau;
+        }
+        let q = self.q();
+        let (Ok(jacobian), Ok(tip)) = (self.robot.jacobian(&q), self.robot.forward(&q)) else {
+            return tau;
+        };
+        let base_from_world = self.scene.world_from_base.inverse();
+        for (point, force) in pushes {
+            let at = base_from_world.isometry() * nalgebra::Point3::from(point);
+            let force = base_from_world.rotation() * force;
+            let moment = (at.coords - tip.origin()).cross(&force);
+            for (joint, tau) in tau.iter_mut().enumerate() {
+                let column = jacobian.column(joint);
+                let moves = Vector3::new(column[0], column[1], column[2]);
+                let turns = Vector3::new(column[3], column[4], column[5]);
+                *tau -= moves.dot(&force) + turns.dot(&moment);
+            }
+        }
+        tau
     }
 
     fn torques_at(&self, ddq: &[f64]) -> Vec<f64> {

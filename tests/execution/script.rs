@@ -343,3 +343,48 @@ fn the_cup_is_too_wide_to_be_taken_and_that_is_said_without_a_search() {
     let error = run(&mut scripts, r#"twin.grasps("cup", "side", 0.0);"#).unwrap_err();
     assert!(error.to_string().contains("160 mm wide"), "{error}");
 }
+
+/// A pose is reached, left straight and turned in; what is in the way is named and nothing moves.
+#[test]
+fn the_tool_goes_to_poses_and_keeps_clear() {
+    let mut scripts = open();
+    let text = "let at = pose([0.5, 0.15, 0.3], 0.3, 90.0 * deg);\n\
+                let ways = twin.reach(at);\n\
+                if ways.len() == 0 || ways[0].len() != arm.joints().len() { throw \"reach\" }\n\
+                arm.move_to(at);\n\
+                let here = arm.pose();\n\
+                for k in 0..3 { if abs(here.at[k] - at.at[k]) > 0.001 { throw \"elsewhere\" } }\n\
+                arm.line_to(at.moved([0.05, 0.0, -0.04]).turned([0.0, 0.0, 1.0], 20.0 * deg), 0.3);\n\
+                if abs(arm.pose().at[0] - 0.55) > 0.001 { throw \"not there\" }\n\
+                arm.turn_about([0.0, 0.0, 1.0], -20.0 * deg);\n\
+                if abs(arm.pose().heading - 0.3) > 0.001 { throw `heading ${arm.pose().heading}` }\n\
+                arm.open_to(3.0 * cm);\n\
+                if abs(arm.opening() - 0.03) > 0.001 { throw \"opening\" }\n\
+                if twin.size(\"jar\")[2] != 0.14 || abs(twin.turned(\"jar\")) > 0.01 { throw \"jar\" }\n\
+                if arm.torques().len() != 7 { throw \"torques\" }\n\
+                fn abs(x) { if x < 0.0 { -x } else { x } }";
+    run(&mut scripts, text).unwrap();
+    // The jar stands at (0.60, -0.10) m: a hand 6 cm above the table is in it.
+    let text =
+        "arm.move_to(pose([0.45, -0.10, 0.07], 0.0, 0.0));\narm.move_by([0.15, 0.0, 0.0], 0.3);";
+    let error = run(&mut scripts, text).unwrap_err().to_string();
+    assert!(error.contains("jar") && error.contains("touch"), "{error}");
+    assert!(run(&mut scripts, "twin.reach(pose([0.6, -0.1, 0.07], 0.0, 0.0));").is_err());
+    assert!(run(&mut scripts, "twin.reach(pose([2.0, 0.0, 0.1], 0.0, 0.0));").is_err());
+}
+
+/// The joints feel the table under the fingers, and say so when there is nothing.
+#[test]
+fn a_way_ends_where_something_is_felt() {
+    let mut scripts = open();
+    let text = "arm.open_to(0.0);\n\
+                arm.move_to(pose([0.5, 0.15, 0.07], 0.3, 90.0 * deg));\n\
+                remember(\"went\", arm.move_until([0.0, 0.0, -0.06], 5.0));";
+    run(&mut scripts, text).unwrap();
+    let went = scripts.context().recall("went").unwrap().as_float().unwrap();
+    // The fingertips are 32.35 mm ahead of the tool; a servo gives way by some tenths of a millimetre.
+    assert!((went - (0.07 - 0.03235)).abs() < 0.002, "{went}");
+    let error =
+        run(&mut scripts, "arm.move_until([0.0, 0.0, 0.03], 5.0);").unwrap_err().to_string();
+    assert!(error.contains("nothing was felt"), "{error}");
+}

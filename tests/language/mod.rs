@@ -7,6 +7,7 @@ mod layout;
 mod model;
 mod reading;
 mod robust;
+mod script_words;
 mod sentences;
 mod stdlib;
 

@@ -99,3 +99,43 @@ fn what_torque_sensors_feel_is_of_now_and_not_of_a_moment_ago() {
     assert!(off(0) < 0.02, "{} N·m", off(0));
     assert!(off(0) < 0.2 * off(1), "{} N·m now, {} N·m two steps ago", off(0), off(1));
 }
+
+/// A hand that is pressed onto the table is pushed back, and what it pushes with follows from the torques that are felt.
+#[test]
+fn what_pushes_on_the_hand_is_felt_in_the_joints() {
+    let robot = gen3();
+    let q = {
+        let mut q = HOME;
+        // Fingers down, tips on the table: found by lowering the second joint until they touch.
+        q[5] = 0.6;
+        q
+    };
+    let mut twin = twin(vec![], &state(&q, &[]));
+    let lower = |twin: &mut Twin, by: f64| {
+        let mut q = q;
+        q[1] += by;
+        twin.command(&q, &[0.0; 7]).unwrap();
+        twin.run(0.02).unwrap();
+        ["left_jaw_link", "right_jaw_link", "gripper_base_link"]
+            .iter()
+            .any(|l| twin.contacts(l, "table"))
+    };
+    let touched = (0..2000).map(|k| f64::from(k) * 0.0005).find(|by| lower(&mut twin, *by));
+    let by = touched.expect("the hand comes down to the table");
+    lower(&mut twin, by + 0.004);
+    twin.run(1.0).unwrap();
+    let (free, felt) = (twin.torques(), twin.torques_felt());
+    let (q_now, kp) = (twin.q(), twin.settings().arm.kp.clone());
+    let mut q_cmd = q;
+    q_cmd[1] += by + 0.004;
+    assert!(felt.iter().zip(&free).any(|(a, b)| (a - b).abs() > 1.0), "{felt:?} {free:?}");
+    // At rest the servo's own torque carries nothing but what pushes: the links' weight is compensated.
+    for joint in 0..robot.n_joints() {
+        let servo = kp[joint] * (q_cmd[joint] - q_now[joint]);
+        let pushed = felt[joint] - free[joint];
+        assert!(
+            (servo - pushed).abs() < 0.05 * servo.abs() + 0.3,
+            "joint {joint}: {servo} {pushed}"
+        );
+    }
+}

@@ -11,26 +11,43 @@ use crate::arm::{Feedback, Grip};
 /// How fast the fingers go, m/s, and with how much force they open, N.
 const FINGER_SPEED: f64 = 0.06;
 const OPEN_FORCE: f64 = 60.0;
+/// Fingers that have opened by so much hold nothing any more, m: pads give way by less.
+const LET_GO: f64 = 0.002;
 /// What a grip's progress is counted in, s: nobody knows beforehand how long it takes.
 const GRIP: f64 = 1.0;
 
 impl ActionContext {
-    /// Opens the fingers once `after` s have passed, beside whatever the arm does then.
-    pub fn open_beside(&mut self, after: f64) -> Result<(), ActionError> {
-        let widest = self.setting.cell.robot.max_opening();
-        let grip = self.setting.cell.clear_grip(widest, FINGER_SPEED, OPEN_FORCE)?;
+    /// Opens the fingers, to so many m or as wide as they go, once `after` s have passed, beside whatever the arm does
+    /// then.
+    pub fn open_beside(&mut self, width: Option<f64>, after: f64) -> Result<(), ActionError> {
+        let width = width.unwrap_or_else(|| self.setting.cell.robot.max_opening());
+        let grip = self.setting.cell.clear_grip(width, FINGER_SPEED, OPEN_FORCE)?;
         Ok(self.body.arm().send_fingers(&grip, after)?)
     }
 
     /// `arm.open()`: fingers as wide as they go.
     pub fn open(&mut self) -> Result<(), ActionError> {
+        self.move_fingers(None)
+    }
+
+    /// `arm.open_to(width)`: fingers to so many m between the pads, closed when that is less than they are open.
+    pub fn open_to(&mut self, width: f64) -> Result<(), ActionError> {
+        self.move_fingers(Some(width))
+    }
+
+    /// Moves the fingers to so many m between the pads, or as wide as they go; what they hold is let go when they open.
+    pub fn move_fingers(&mut self, width: Option<f64>) -> Result<(), ActionError> {
         if let Some(orders) = &mut self.step.orders {
-            orders.push(Order::Open);
+            orders.push(Order::Open(width));
             return Ok(());
         }
-        let widest = self.setting.cell.robot.max_opening();
-        let grip = self.grip(widest, OPEN_FORCE)?;
-        self.body.gripped(grip, None)?;
+        let to = width.unwrap_or_else(|| self.setting.cell.robot.max_opening());
+        let before = self.opening()?;
+        let grip = self.grip(to, OPEN_FORCE)?;
+        let is_wider = width.is_none() || grip.opening > before + LET_GO;
+        if is_wider || self.body.state()?.held.is_none() {
+            self.body.gripped(grip, None)?;
+        }
         Ok(())
     }
 
@@ -109,7 +126,10 @@ impl ActionContext {
     }
 
     /// Returns the mean joint positions and the mean torques beyond the model's, over `seconds` at rest.
-    fn torque_excess(&mut self, seconds: f64) -> Result<(Vec<f64>, Vec<f64>), ActionError> {
+    pub(super) fn torque_excess(
+        &mut self,
+        seconds: f64,
+    ) -> Result<(Vec<f64>, Vec<f64>), ActionError> {
         let mut samples: Vec<Feedback> = Vec::new();
         // The arm swings out for a moment before the torques are worth reading.
         self.wait(0.3)?;

@@ -4,10 +4,12 @@
 //! the twin survived, through [`crate::arm::limits`]. Both work with the cell as the regressions found it. The
 //! words are bound to rhai in [`super::script`]; planning itself is in [`super::plan`].
 //!
-//! `ask` looks, plans and chooses, `motion` moves the arm, `hand`
-//! the fingers.
+//! `ask` looks, plans and chooses, `motion` moves the arm, `cartesian` its tool in the world, `feel` until something is
+//! felt, `hand` the fingers.
 
 mod ask;
+mod cartesian;
+mod feel;
 mod hand;
 mod motion;
 
@@ -74,6 +76,8 @@ struct RunState {
     memory: Memory,
     /// Whether the step before ended sooner than its script.
     was_cut: bool,
+    /// Whether the arm stands where it came to feel something, and not where a plan ended.
+    felt: bool,
     past: Past,
 }
 
@@ -140,6 +144,7 @@ impl ActionContext {
                 tare: None,
                 memory: Memory::new(),
                 was_cut: false,
+                felt: false,
                 past: Past::default(),
             },
             step: StepState::default(),

@@ -11,11 +11,12 @@ use crate::world::Pose;
 use crate::world::frame::{Tool, World};
 
 use super::super::body::Watcher;
-use super::super::decisions::{Entry, Kind};
+use super::super::decisions::Entry;
 use super::super::error::ActionError;
 use super::super::plan::{Planner, Way, distance, turned_angle};
 use super::super::refusal::Refusal;
 use super::ActionContext;
+use crate::arm::limits::Cleared;
 use crate::arm::{Arm, Cancel, DeviceError, Feedback};
 use crate::trace::{Event, NoWay, Unrehearsed};
 
@@ -140,6 +141,7 @@ impl ActionContext {
     }
 
     fn drive_way(&mut self, way: &Way, speed: f64) -> Result<(), ActionError> {
+        self.run.felt = false;
         if way.out.len() > 1 {
             self.drive_corners(&way.out, speed.min(OUT_SPEED))?;
         }
@@ -172,9 +174,10 @@ impl ActionContext {
 
     /// `arm.follow(path, speed)`: a joint path at a fraction of the speed limits.
     pub fn follow(&mut self, path: &[Vec<f64>], speed: f64) -> Result<(), ActionError> {
+        let path = self.slid(path);
         let trajectory =
-            Trajectory::through_points(path, &self.paced(speed)).map_err(Refusal::from)?;
-        self.drive(self.dialled(trajectory), path)
+            Trajectory::through_points(&path, &self.paced(speed)).map_err(Refusal::from)?;
+        self.drive(self.dialled(trajectory), &path)
     }
 
     /// Follows straight joint motions from corner to corner, the corners a little rounded.
@@ -200,7 +203,7 @@ impl ActionContext {
     }
 
     /// Returns the robot's limits at a fraction of its speed.
-    fn paced(&self, speed: f64) -> trajectory::Limits {
+    pub(super) fn paced(&self, speed: f64) -> trajectory::Limits {
         let speed = speed.clamp(0.02, 1.0);
         trajectory::Limits::of(&self.setting.cell.robot).scaled(speed, speed)
     }
@@ -325,18 +328,20 @@ impl ActionContext {
         }
     }
 
-    fn logged_path(&mut self) -> Result<Option<Vec<Vec<f64>>>, ActionError> {
-        Ok(self.run.log.next(Kind::Path, |entry| match entry {
-            Entry::Path(path) => Some(path.clone()),
-            _ => None,
-        })?)
+    /// Leads the arm to where `path` begins, and clears a trajectory along it.
+    pub(super) fn cleared(
+        &mut self,
+        trajectory: Trajectory,
+        path: &[Vec<f64>],
+    ) -> Result<Cleared, ActionError> {
+        self.bridge(path)?;
+        let from = self.body.arm().feedback()?.q_cmd;
+        Ok(self.setting.cell.clear(trajectory, &from)?)
     }
 
     /// Clears a trajectory and follows it; the plan then has the arm at the end of `path`.
     fn drive(&mut self, trajectory: Trajectory, path: &[Vec<f64>]) -> Result<(), ActionError> {
-        self.bridge(path)?;
-        let from = self.body.arm().feedback()?.q_cmd;
-        let cleared = self.setting.cell.clear(trajectory, &from)?;
+        let cleared = self.cleared(trajectory, path)?;
         let seconds = cleared.trajectory().duration();
         if let Err(error) = self.act(seconds, |arm, stop, watch| arm.follow(&cleared, stop, watch))
         {

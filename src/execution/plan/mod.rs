@@ -8,6 +8,7 @@ mod grasp;
 mod hollow;
 mod place;
 mod pour;
+mod straight;
 
 use std::sync::Arc;
 
@@ -29,7 +30,6 @@ use crate::world::{Pose, Shape, WorldState};
 use crate::trace::{NoWay, Why};
 
 use super::cell::Cell;
-use super::wording;
 use grasp::SHARES_UP;
 
 pub use grasp::{Grasp, distance, side_pose};
@@ -90,8 +90,6 @@ const FOLLOWED: f64 = 0.5;
 /// How far joint 3 is moved, rad, in the order tried, when a pose has no solution where it is. Chosen: the small shift
 /// keeps the elbow nearly still, the large one is below half of [`JUMP`], so that the other joints may follow.
 const ELBOW_SHIFTS: [f64; 5] = [0.0, 0.04, -0.04, 0.1, -0.1];
-/// Shares of a rise that are tried, most first: half as far as asked is still clear of what was let go, an eighth is not.
-const RISES: [f64; 3] = [1.0, 0.5, 0.25];
 /// How high over its base an object must be reached to count as reachable: low as for taking it, as a share of its
 /// height (the first share at which it is grasped), and high as for pouring over it, m above its top. Chosen: a
 /// source that is held at 0.6 of 14 cm over a rim with 5 cm of room has the hand 13 cm above it. With half of it a
@@ -317,41 +315,6 @@ impl Planner {
         }
     }
 
-    /// Returns the joint path of a straight line of the tool by `by` m in the world, orientation kept.
-    pub fn line(&self, by: Vector3<f64>) -> Result<Vec<Vec<f64>>, NoWay> {
-        let no = |why| NoWay { what: wording::to_move(by.norm()), why };
-        let poses = straight(&self.tool_at(&self.q), by);
-        self.goes_on(TRACKING * poses.len() as u64, 0).map_err(no)?;
-        self.track(&self.q, &poses).map_err(|nearest| no(Why::OutOfReach { nearest }))
-    }
-
-    /// Returns the joint path of the tool straight up by `by` m, or by as much of it as the arm can follow without
-    /// touching anything; one point when it can go no way up.
-    pub fn rise(&self, by: f64) -> Result<Vec<Vec<f64>>, NoWay> {
-        let world = self.obstacles(&[], self.state.opening);
-        for share in RISES {
-            let Ok(path) = self.line(Vector3::z() * by * share) else { continue };
-            let no = |why| NoWay { what: "to rise".to_owned(), why };
-            self.goes_on(world.cost() * path.len() as u64, 0).map_err(no)?;
-            if Self::clear(&world, &path, &mut Dropped::new()).is_some() && self.passes(&path) {
-                return Ok(path);
-            }
-        }
-        Ok(vec![self.q.clone()])
-    }
-
-    /// Returns a way to where the tool is at `at`, round everything in the way.
-    pub fn visit(&self, at: &Pose<World, Tool>, seed: u64) -> Result<Way, NoWay> {
-        let no = |why| NoWay { what: "to get there".to_owned(), why };
-        self.goes_on(REACHING, 0).map_err(no)?;
-        let goals = self.reach(at, &self.q).map_err(|nearest| no(Why::OutOfReach { nearest }))?;
-        let world = self.obstacles(&[], self.state.opening);
-        let free = goals.iter().find(|q| world.free(q));
-        let goal =
-            free.ok_or_else(|| no(Why::Blocked { tried: goals.len(), by: String::new() }))?;
-        self.free(goal, None, seed)
-    }
-
     /// Returns whether the arm can get at an object: between its fingers, or over it when it is too wide.
     ///
     /// # Errors
@@ -494,8 +457,14 @@ pub fn gravity_torque(robot: &Arc<Robot>, q: &[f64]) -> Vec<f64> {
     torques.map_or_else(|_| vec![0.0; q.len()], |torques: DVector<f64>| torques.as_slice().to_vec())
 }
 
-/// Returns the joint torques, N·m, that one more kilogram takes at `q`, `at` in the frame of the tool, m.
-fn payload_torque(robot: &Arc<Robot>, q: &[f64], at: &Vector3<f64>) -> Vec<f64> {
+/// Returns the joint torques, N·m, that it takes at `q` to push with one newton along `way` (in the base) `at` this place
+/// in the frame of the tool, m; zeros for a wrong number of joints.
+pub fn push_torque(
+    robot: &Arc<Robot>,
+    q: &[f64],
+    at: &Vector3<f64>,
+    way: &Vector3<f64>,
+) -> Vec<f64> {
     let (Ok(jacobian), Ok(flange)) = (robot.jacobian(q), robot.forward(q)) else {
         return vec![0.0; q.len()];
     };
@@ -504,18 +473,29 @@ fn payload_torque(robot: &Arc<Robot>, q: &[f64], at: &Vector3<f64>) -> Vec<f64> 
     let ahead = flange.rotation() * (tool.origin() + tool.rotation() * at);
     (0..q.len())
         .map(|joint| {
-            let turn = jacobian.fixed_view::<3, 1>(3, joint).into_owned();
-            (jacobian[(2, joint)] + turn.cross(&ahead).z) * GRAVITY
+            let column = jacobian.column(joint);
+            let turn = Vector3::new(column[3], column[4], column[5]);
+            let moves = Vector3::new(column[0], column[1], column[2]) + turn.cross(&ahead);
+            moves.dot(way)
         })
         .collect()
+}
+
+/// Returns the force, N, with which the hand pushes along `way` (in the base) when holding still takes so much more
+/// torque (N·m) at `q`: the least-squares one over all joints; `None` where no joint would feel it.
+pub fn force_of(robot: &Arc<Robot>, q: &[f64], excess: &[f64], way: &Vector3<f64>) -> Option<f64> {
+    let column = push_torque(robot, q, &Vector3::zeros(), way);
+    let along: f64 = column.iter().zip(excess).map(|(c, e)| c * e).sum();
+    let norm: f64 = column.iter().map(|c| c * c).sum();
+    (norm > LEAST_LEVER).then(|| along / norm)
 }
 
 /// Returns the mass, kg, that takes so much more torque (N·m) at `q` than an empty hand when it hangs `at` this place
 /// in the frame of the tool, m: the least-squares one over all joints.
 pub fn mass_of(robot: &Arc<Robot>, q: &[f64], excess: &[f64], at: &Vector3<f64>) -> f64 {
-    let column = payload_torque(robot, q, at);
+    let column = push_torque(robot, q, at, &Vector3::z());
     let along: f64 = column.iter().zip(excess).map(|(c, e)| c * e).sum();
-    let norm: f64 = column.iter().map(|c| c * c).sum();
+    let norm: f64 = column.iter().map(|c| c * c).sum::<f64>() * GRAVITY;
     if norm > LEAST_LEVER { along / norm } else { 0.0 }
 }
 

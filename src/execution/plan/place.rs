@@ -90,7 +90,7 @@ pub struct Placement {
     /// Away with open fingers, rad.
     pub way_out: Vec<Vec<f64>>,
     /// Where it will stand, m.
-    pub at: [f64; 2],
+    pub at: [f64; 3],
     /// What the ways are sorted by; less is better.
     cost: f64,
 }
@@ -189,7 +189,7 @@ impl Planner {
                     above: way_down[0].clone(),
                     way_down,
                     way_out,
-                    at: [x, y],
+                    at: place.into(),
                     cost,
                 });
                 break;

@@ -6,7 +6,7 @@ use super::super::ast::{Call, Conditions, Expr, Param};
 use super::super::bind;
 use super::super::builtins;
 use super::super::library::{Callable, Library, Scope};
-use super::super::{nearest, text};
+use super::super::{nearest, script_words, text};
 
 /// What a call needs, keeps and gives, arguments filled in, as text.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -50,7 +50,7 @@ pub fn promises(library: &Library, call: &Call) -> Option<Promises> {
 }
 
 /// Returns what a name means, as lines of text: its signature or type, its documentation, what it needs and
-/// gives, and where it is defined.
+/// gives, and where it is defined. What nothing else is called may be a word of action scripts, such as `arm.close`.
 pub fn describe(library: &Library, scope: &Scope, name: &str) -> Option<String> {
     if let Some((callable, source)) = library.callable(name) {
         let mut said = signature(name, callable.params());
@@ -116,7 +116,8 @@ pub fn describe(library: &Library, scope: &Scope, name: &str) -> Option<String> 
         return Some(format!("{name}: {ty}\n  {doc}"));
     }
     let built_in = builtins::TYPES.iter().find(|(ty, _)| *ty == name);
-    built_in.map(|(ty, doc)| format!("type {ty}\n  {doc}"))
+    let built_in = built_in.map(|(ty, doc)| format!("type {ty}\n  {doc}"));
+    built_in.or_else(|| script_words::describe(name))
 }
 
 /// Returns what can be asked under a name: a fluent, or something that is measured.
@@ -143,7 +144,9 @@ pub fn nearest_name<'a>(library: &'a Library, scope: &'a Scope, name: &str) -> O
     let objects = scope.objects.keys().map(String::as_str);
     let measured = builtins::FUNCTIONS.iter().map(|function| function.name);
     let known = tasks.chain(actions).chain(fluents).chain(objects).chain(library.type_names());
-    nearest(name, known.chain(measured))
+    let of_scripts = script_words::WORDS.iter().map(|word| word.name);
+    let name = name.rsplit('.').next().unwrap_or(name);
+    nearest(name, known.chain(measured).chain(of_scripts))
 }
 
 fn documentation(doc: &[String], said: &mut String) {

@@ -30,6 +30,13 @@ use crate::world::{Scene, WorldState};
 /// Two surfaces closer than this touch, m: the compression of a contact at rest is below 0.1 mm.
 const TOUCH: f64 = 5e-4;
 
+/// The most parts of a step that friction is taken to be alike in: the engine takes each step in four (`solver_iterations`).
+const PARTS: f64 = 4.0;
+
+/// A jaw presses on what it touches at less than 60 deg from the way it closes, as a cosine: on a pad it is none, on the
+/// side of a finger 90.
+const PRESSES: f64 = 0.5;
+
 /// Water whose mass changes by less than this share, and whose centre by less than so many metres, is the same.
 const SAME: f64 = 1e-6;
 
@@ -295,10 +302,65 @@ impl Physics {
         of(a).iter().any(|&x| of(b).iter().any(|&y| touching(x, y)))
     }
 
-    /// Returns whether both jaws touch the object.
+    /// Returns whether both jaws press on the object: what they only push aside is touched beside their pads.
     pub fn holds(&self, object: usize) -> bool {
-        let jaws = &self.tree.jaws;
-        jaws.iter().all(|&jaw| self.touch(Part::Body(jaw), Part::Object(object)))
+        let Some(held) = self.handle(Part::Object(object)) else { return false };
+        self.tree.jaws.iter().all(|&jaw| {
+            let Some(joint) = &self.tree.bodies[jaw].joint else { return false };
+            let closes = self.body_pose(jaw) * joint.axis.into_inner();
+            let of = |body: RigidBodyHandle| self.bodies[body].colliders();
+            let presses = |x: &ColliderHandle, y: &ColliderHandle| {
+                let pair = self.narrow_phase.contact_pair(*x, *y);
+                pair.is_some_and(|pair| {
+                    pair.solver_manifolds().iter().any(|manifold| {
+                        let normal = from_engine(manifold.data.normal);
+                        normal.dot(&closes).abs() > PRESSES
+                            && manifold.points.iter().any(|point| point.dist < TOUCH)
+                    })
+                })
+            };
+            of(self.links[jaw]).iter().any(|x| of(held).iter().any(|y| presses(x, y)))
+        })
+    }
+
+    /// Returns where, m in the world, and with what force, N, others push on the hand and on the object that it holds: what
+    /// is beyond the last joint of the arm.
+    ///
+    /// The forces are those of the last step, whose length is `dt` s.
+    pub fn pushes(&self, held: Option<usize>, dt: f64) -> Vec<(Vector3<f64>, Vector3<f64>)> {
+        let own = self.tree.hand.iter().map(|body| self.links[*body]);
+        let own: Vec<_> = own.chain(held.and_then(|object| self.objects[object])).collect();
+        let mut pushes = Vec::new();
+        let is_own = |collider: ColliderHandle| {
+            let parent = self.colliders.get(collider).and_then(|collider| collider.parent());
+            parent.is_some_and(|parent| own.contains(&parent))
+        };
+        for &collider in own.iter().flat_map(|body| self.bodies[*body].colliders()) {
+            for pair in self.narrow_phase.contact_pairs_with(collider) {
+                if is_own(pair.collider1) && is_own(pair.collider2) {
+                    continue;
+                }
+                let Some(first) = self.colliders.get(pair.collider1) else { continue };
+                // The normal points out of the first, so the first is pushed against it.
+                let sign = if is_own(pair.collider1) { -1.0 } else { 1.0 };
+                for manifold in pair.solver_manifolds() {
+                    let within =
+                        manifold.subshape_pos1().map_or_else(Isometry3::identity, pose_from_engine);
+                    let at = pose_from_engine(first.position()) * within;
+                    let normal = from_engine(manifold.data.normal);
+                    for contact in manifold.points.iter().filter(|p| p.data.impulse > 0.0) {
+                        let data = &contact.data;
+                        // The engine keeps friction as a vector for the last part of the step only.
+                        let parts = data.impulse / data.warmstart_impulse.max(f64::MIN_POSITIVE);
+                        let aside = from_engine(data.warmstart_tangent_world) * parts.min(PARTS);
+                        let impulse = normal * data.impulse - aside;
+                        let point = at * nalgebra::Point3::from(from_engine(contact.local_p1));
+                        pushes.push((point.coords, impulse * (sign / dt)));
+                    }
+                }
+            }
+        }
+        pushes
     }
 
     fn handle(&self, part: Part) -> Option<RigidBodyHandle> {

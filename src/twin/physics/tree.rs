@@ -32,6 +32,8 @@ pub struct Tree {
     pub arm: Vec<usize>,
     /// The bodies of the two jaws.
     pub jaws: [usize; 2],
+    /// The bodies beyond the last joint of the arm.
+    pub hand: Vec<usize>,
     /// The body and the pose in it of each link of the robot.
     pub links: Vec<(usize, Isometry3<f64>)>,
 }
@@ -76,9 +78,15 @@ impl Tree {
         if driven.count() != robot.n_joints() {
             return Err(Unfit::Mimic.into());
         }
-        let arm = robot.joints().iter().map(|joint| links[joint.link].0).collect();
+        let arm: Vec<usize> = robot.joints().iter().map(|joint| links[joint.link].0).collect();
         let jaws = jaws(robot)?.map(|link| links[link].0);
-        Ok(Self { bodies, arm, jaws, links })
+        let mut hand: Vec<usize> = arm.last().copied().into_iter().collect();
+        for (at, body) in bodies.iter().enumerate() {
+            if body.parent.is_some_and(|parent| hand.contains(&parent)) {
+                hand.push(at);
+            }
+        }
+        Ok(Self { bodies, arm, jaws, hand, links })
     }
 }
 

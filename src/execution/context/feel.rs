@@ -1,0 +1,163 @@
+//! Going until something is felt: by the torques of the joints, against what they were at rest.
+//!
+//! How far that is may differ between the rehearsal and the arm by what a table is believed lower or higher; what follows
+//! is then shifted by as much (`ActionContext::slid`), and much further the arm does not go.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use super::super::decisions::{Entry, Kind};
+use super::super::error::ActionError;
+use super::super::plan::{distance, force_of, gravity_torque};
+use super::super::refusal::Refusal;
+use super::ActionContext;
+use crate::arm::{DeviceError, Feedback};
+use crate::motion::Robot;
+use crate::motion::trajectory::Trajectory;
+use crate::trace::Unrehearsed;
+
+/// How fast the tool goes where something is to be felt, m/s. Chosen: a servo of 4000 N·m/rad (`twin::Settings`) holds a
+/// hand 0.6 m out to about 0.1 mm/N, and in the 20 ms over which is averaged it goes on by 0.2 mm: 2 N. With half of it a
+/// touch takes twice as long, with twice as much it ends with 4 N more than was asked for.
+const FEELING: f64 = 0.01;
+/// Readings that are averaged: of 250 a second, 20 ms.
+const READINGS: usize = 5;
+/// How long the torques are read at rest before, s. Chosen: the noise of a mean over it (0.08 N·m a reading in the
+/// laboratory) is a hundredth of a newton at 0.6 m.
+const REST: f64 = 0.5;
+/// How much further than in the rehearsal the arm may go until it feels something, m: what a hand may be off (8 to 19 mm
+/// in `docs/results.md`).
+const FURTHER: f64 = 0.02;
+/// A path that begins this near to where the arm came to feel something is shifted to there, rad: 2 cm at 0.4 m.
+const SLID: f64 = 0.05;
+
+/// What the joints feel along a way.
+struct Feel {
+    robot: Arc<Robot>,
+    /// Torques beyond the model's at rest, N·m.
+    rest: Vec<f64>,
+    /// Unit vector in the base.
+    way: Vector3<f64>,
+    /// N.
+    threshold: f64,
+    recent: VecDeque<f64>,
+    felt: bool,
+}
+
+impl Feel {
+    /// Takes a reading; returns whether the threshold is reached.
+    fn sees(&mut self, feedback: &Feedback) -> bool {
+        let model = gravity_torque(&self.robot, &feedback.q);
+        let excess: Vec<f64> = (feedback.tau.iter().zip(&model))
+            .zip(&self.rest)
+            .map(|((tau, model), rest)| tau - model - rest)
+            .collect();
+        self.recent
+            .push_back(force_of(&self.robot, &feedback.q, &excess, &self.way).unwrap_or(0.0));
+        if self.recent.len() > READINGS {
+            self.recent.pop_front();
+        }
+        let mean = self.recent.iter().sum::<f64>() / self.recent.len() as f64;
+        self.felt |= self.recent.len() == READINGS && mean >= self.threshold;
+        self.felt
+    }
+}
+
+impl ActionContext {
+    /// `arm.move_until([x, y, z], force)`: a straight line of the tool until `force` N are felt against it; returns how
+    /// far it went, m.
+    ///
+    /// # Errors
+    ///
+    /// [`Refusal::NothingFelt`] at its end, and [`Unrehearsed::Touch`] on an arm that goes further than the rehearsal did.
+    pub fn move_until(&mut self, by: [f64; 3], force: f64) -> Result<f64, ActionError> {
+        let by = Vector3::from(by);
+        let Some(way) = by.try_normalize(1e-6) else { return Ok(0.0) };
+        let path = if let Some(path) = self.logged_path()? {
+            path
+        } else {
+            let path = self.planner()?.line_into(by)?;
+            self.run.log.record(Entry::Path(path.clone()));
+            path
+        };
+        let rehearsed = self.run.log.next(Kind::Felt, |entry| match entry {
+            Entry::Felt(went) => Some(*went),
+            _ => None,
+        })?;
+        let most = rehearsed.map_or(by.norm(), |went| by.norm().min(went + FURTHER));
+        let gone = self.feel_along(&path, &way, most, force);
+        let went = (self.setting.cell.tool_pose(&self.run.q).origin()
+            - self.setting.cell.tool_pose(&path[0]).origin())
+        .dot(&way);
+        self.run.log.record(Entry::Felt(went));
+        if gone? {
+            return Ok(went);
+        }
+        match rehearsed {
+            Some(rehearsed) if most < by.norm() => {
+                Err(ActionError::Unrehearsed(Unrehearsed::Touch { went, rehearsed }))
+            }
+            _ => Err(Refusal::NothingFelt { force, way: went }.into()),
+        }
+    }
+
+    /// Goes along a path until something is felt, at most so far, m; returns whether it was.
+    fn feel_along(
+        &mut self,
+        path: &[Vec<f64>],
+        way: &Vector3<f64>,
+        most: f64,
+        threshold: f64,
+    ) -> Result<bool, ActionError> {
+        let path = self.slid(path);
+        let (_, rest) = self.torque_excess(REST)?;
+        let way_in_base = self.in_base(way);
+        let robot = self.setting.cell.robot.clone();
+        if force_of(&robot, &path[0], &rest, &way_in_base).is_none() {
+            return Err(Refusal::Numb.into());
+        }
+        let (cell, begin) = (self.setting.cell.clone(), self.setting.cell.tool_pose(&path[0]));
+        let length =
+            path.last().map_or(0.0, |last| (cell.tool_pose(last).origin() - begin.origin()).norm());
+        let limits = self.paced(1.0);
+        let trajectory = Trajectory::through_points(&path, &limits).map_err(Refusal::from)?;
+        let slower = length / FEELING / trajectory.duration().max(1e-3);
+        let trajectory = if slower > 1.0 { trajectory.slowed(slower) } else { trajectory };
+        let cleared = self.cleared(trajectory, &path)?;
+        let mut feel =
+            Feel { robot, rest, way: way_in_base, threshold, recent: VecDeque::new(), felt: false };
+        let seconds = cleared.trajectory().duration();
+        let done = self.act(seconds, |arm, stop, watch| {
+            let touch = stop.child();
+            let done = arm.follow(&cleared, &touch, &mut |feedback| {
+                watch(feedback);
+                let gone = (cell.tool_pose(&feedback.q).origin() - begin.origin()).dot(way);
+                if feel.sees(feedback) || gone > most {
+                    touch.cancel();
+                }
+            });
+            match done {
+                Err(DeviceError::Stopped) if !stop.is_cancelled() => Ok(()),
+                done => done,
+            }
+        });
+        self.find_arm()?;
+        done?;
+        self.run.felt = true;
+        Ok(feel.felt)
+    }
+
+    /// Returns a path from where the arm came to feel something, when it begins next to there, in place of from where it
+    /// was planned to begin.
+    pub(super) fn slid(&self, path: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let begins_near = |first: &Vec<f64>| self.run.felt && distance(first, &self.run.q) < SLID;
+        let Some(first) = path.first().filter(|first| begins_near(first)) else {
+            return path.to_vec();
+        };
+        let off: Vec<f64> = self.run.q.iter().zip(first).map(|(is, was)| is - was).collect();
+        let shift = |q: &Vec<f64>| q.iter().zip(&off).map(|(q, off)| q + off).collect();
+        path.iter().map(shift).collect()
+    }
+}
