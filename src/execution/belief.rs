@@ -26,6 +26,9 @@ const LET_DOWN: f64 = 0.03;
 const BESIDE: f64 = 0.08;
 /// A base this far above another's hangs over it, m. Chosen: more than what is lifted by before it is carried.
 const ABOVE: f64 = 0.05;
+/// How well the place of a thing is known that was pushed and not seen since, m, one standard deviation. Chosen: a hand is
+/// off by up to 2 cm (8 to 19 mm in `docs/results.md`), two of these.
+const PUSHED: f64 = 0.01;
 /// A thing whose base is this far above the table hangs in the hand, m.
 const HANGS: f64 = 0.002;
 
@@ -187,6 +190,15 @@ impl Belief {
             object.world_from_object = None;
             object.std = f64::INFINITY;
         }
+    }
+
+    /// Takes where a thing is believed to stand that was pushed; where it stands whose push was cut short nobody knows.
+    pub fn pushed(&mut self, name: &str, ends: Option<Pose<World, Object>>) {
+        let Some(object) = self.objects.iter_mut().find(|object| object.name == name) else {
+            return;
+        };
+        object.world_from_object = ends;
+        object.std = ends.map_or(f64::INFINITY, |_| object.std.max(PUSHED));
     }
 
     /// Takes what a photograph showed that nothing explains. While something is in the hand nothing is said of it, since

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use crate::arm::{Arm, DeviceError, Feedback, Grip, Shot};
 use crate::trace::Observer;
-use crate::world::WorldState;
+use crate::world::{Pose, WorldState, frame};
 
 use super::calibration::Calibration;
 use super::cell::Cell;
@@ -65,6 +65,9 @@ pub trait Body: Send {
 
     /// Takes note of a better measurement of the mass in the hand, kg: nothing has left it since the last.
     fn bears(&mut self, _mass: f64) {}
+
+    /// Takes note that a thing was pushed to where it is believed to stand now; `None` when the push was cut short.
+    fn pushed(&mut self, _o: &str, _ends: Option<Pose<frame::World, frame::Object>>) {}
 
     /// Returns whether two things touch, `None` when nobody can tell.
     fn contact(&mut self, a: &str, b: &str) -> Option<bool>;

@@ -8,7 +8,7 @@ use rhai::module_resolvers::DummyModuleResolver;
 use rhai::{Array, Dynamic, Engine, EvalAltResult, Map};
 
 use super::path::Path;
-use super::plan::{Grasp, Placement, Pour};
+use super::plan::{Grasp, Leg, Placement, Pour, Push};
 use super::refusal::{NoMemory, OutOfRange, Refusal};
 use super::tool_pose::ToolPose;
 
@@ -248,6 +248,8 @@ fn plain(value: Dynamic, depth: usize, left: &mut usize) -> Result<Dynamic, NoMe
         || value.is::<Grasp>()
         || value.is::<Pour>()
         || value.is::<Placement>()
+        || value.is::<Push>()
+        || value.is::<Leg>()
         || value.is::<Path>()
         || value.is::<ToolPose>();
     if is_value { Ok(value) } else { Err(NoMemory::Handle) }

@@ -59,6 +59,8 @@ impl Cell {
 pub struct Pads {
     /// Coefficient of friction on what is held.
     pub friction: f64,
+    /// Coefficient of friction of what things stand on.
+    pub table_friction: f64,
     /// How fast a thing creeps along them the way its weight pulls, m/s.
     pub creep: f64,
 }
@@ -67,6 +69,7 @@ impl Pads {
     /// Takes what the twin is built with.
     pub fn of(settings: &Settings) -> Self {
         let friction = &settings.friction;
-        Self { friction: friction.pad_object, creep: friction.pad_creep }
+        let (pads, table) = (friction.pad_object, friction.table_object);
+        Self { friction: pads, table_friction: table, creep: friction.pad_creep }
     }
 }

@@ -10,7 +10,7 @@
 
 use std::fmt;
 
-use super::plan::{Grasp, Placement, Pour};
+use super::plan::{Grasp, Placement, Pour, Push};
 
 /// One decision.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +21,8 @@ pub enum Entry {
     Pours(Vec<Pour>),
     /// The ways to put an object down that were found, best first.
     Placements(Vec<Placement>),
+    /// The ways to push an object that were found, best first.
+    Pushes(Vec<Push>),
     /// Which of several was taken.
     Choice(usize),
     /// A joint path, rad.
@@ -87,6 +89,8 @@ pub enum Kind {
     Pours,
     /// Ways to put an object down.
     Placements,
+    /// Ways to push an object.
+    Pushes,
     /// One of several.
     Choice,
     /// What the twin said.
@@ -111,6 +115,7 @@ impl fmt::Display for Kind {
             Self::Grasps => "ways to grasp",
             Self::Pours => "ways to pour",
             Self::Placements => "ways to put down",
+            Self::Pushes => "ways to push",
             Self::Choice => "a choice",
             Self::Answer => "a yes or no",
             Self::Path => "a path",
@@ -134,6 +139,7 @@ impl Entry {
             Self::Grasps(_) => Kind::Grasps,
             Self::Pours(_) => Kind::Pours,
             Self::Placements(_) => Kind::Placements,
+            Self::Pushes(_) => Kind::Pushes,
             Self::Choice(_) => Kind::Choice,
             Self::Path(_) => Kind::Path,
             Self::Felt(_) => Kind::Felt,

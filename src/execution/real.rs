@@ -10,7 +10,7 @@ use image::GrayImage;
 use crate::alignment::overlay::{annotate, outline_unknown};
 use crate::alignment::vision::{self, Sighting};
 use crate::twin::render::{ArmLook, NOTHING, Options, TABLE, View, render};
-use crate::world::frame::{Tool, World};
+use crate::world::frame::{self, Tool, World};
 use crate::world::{Pose, Unknown, WorldState};
 
 use super::belief::Belief;
@@ -235,6 +235,10 @@ impl Body for RealBody {
 
     fn bears(&mut self, mass: f64) {
         self.belief.bears(mass);
+    }
+
+    fn pushed(&mut self, o: &str, ends: Option<Pose<World, frame::Object>>) {
+        self.belief.pushed(o, ends);
     }
 
     fn photo(&mut self) -> Result<Option<Shot>, DeviceError> {

@@ -106,6 +106,11 @@ pub(super) fn moves_until(by: [f64; 3], force: f64) -> String {
     format!("move straight until {force:.1} N are felt, at most {:.1} cm", 100.0 * way)
 }
 
+/// What `arm.push` does.
+pub(super) fn pushes(object: &str, way: f64) -> String {
+    format!("push the {object} straight, {:.1} cm of way", 100.0 * way)
+}
+
 /// What `arm.open_to` does, to so many m.
 pub(super) fn opens_to(width: f64) -> String {
     format!("move the fingers to {:.0} mm between the pads", 1e3 * width)
@@ -150,6 +155,11 @@ pub(super) fn to_put(object: &str, at: &Region) -> String {
         Region::Away(_) => format!("to put `{object}` aside"),
         Region::Unknown(of) => format!("to put `{object}` where `{of}` was"),
     }
+}
+
+/// To push an object somewhere.
+pub(super) fn to_push(object: &str, at: &Region) -> String {
+    to_put(object, at).replacen("to put", "to push", 1)
 }
 
 /// To pour.

@@ -14,7 +14,7 @@ use super::bounds::{
 use super::context::ActionContext;
 use super::handle::{Arm, Camera, Fallible, Twin, lock, raise};
 use super::path::Path;
-use super::plan::{Grasp, Placement, Pour};
+use super::plan::{Grasp, Leg, Placement, Pour, Push};
 use super::refusal::Refusal;
 use super::tool_pose::ToolPose;
 use super::wording;
@@ -82,6 +82,12 @@ fn bind_values(engine: &mut Engine) {
         })
         .register_get("way_out", |place: &mut Placement| Path::plain(place.way_out.clone()))
         .register_get("at", |place: &mut Placement| array(place.at))
+        .register_type_with_name::<Push>("Push")
+        .register_get("legs", |push: &mut Push| list(push.legs.clone()))
+        .register_type_with_name::<Leg>("Leg")
+        .register_get("before", |leg: &mut Leg| array(leg.before.iter().copied()))
+        .register_get("way_in", |leg: &mut Leg| Path::plain(leg.way_in.clone()))
+        .register_get("way_out", |leg: &mut Leg| Path::plain(leg.way_out.clone()))
         .register_type_with_name::<Path>("Path")
         .register_type_with_name::<Region>("Region");
 }
@@ -142,6 +148,13 @@ fn bind_twin(engine: &mut Engine) {
         })
         .register_fn("placements", |twin: &mut Twin, o: &str, at: Region| {
             twin.plans()?.placements(o, &at).map(list).map_err(raise)
+        })
+        .register_fn("pushes", |twin: &mut Twin, o: &str, at: &str| {
+            let at = Region::On(at.to_owned());
+            twin.plans()?.pushes(o, &at).map(list).map_err(raise)
+        })
+        .register_fn("pushes", |twin: &mut Twin, o: &str, at: Region| {
+            twin.plans()?.pushes(o, &at).map(list).map_err(raise)
         })
         .register_fn("reach", |twin: &mut Twin, at: ToolPose| {
             let found = twin.plans()?.reach(&at).map_err(raise)?;
@@ -266,6 +279,11 @@ fn bind_lines(engine: &mut Engine) {
                 arm.acts(&at, does)?.move_by(by, speed).map_err(raise)
             },
         )
+        .register_fn("push", |at: NativeCallContext<'_>, arm: &mut Arm, leg: Leg| {
+            let does = wording::pushes(&leg.object, leg.length);
+            let pushed = Deed::Pushed { object: leg.object.clone() };
+            arm.acts_on(&at, does, Some(pushed))?.push(&leg).map_err(raise)
+        })
         .register_fn("move_to", |at: NativeCallContext<'_>, arm: &mut Arm, to: ToolPose| {
             arm.acts(&at, wording::moves_round())?.move_to_pose(&to).map_err(raise)
         })

@@ -112,6 +112,16 @@ pub const WORDS: &[ScriptWord] = &[
     part("placement", "way_out", "the path away with open fingers"),
     part("placement", "at", "where the thing will stand, `[x, y, z]` in m"),
     twin(
+        "pushes",
+        "o, at",
+        "ways to push `o` along what it stands on, with the fingers as far open as they are, to a place such as \
+         `left_of(cup)`; best first",
+    ),
+    part("push", "legs", "its straight pushes, one or two"),
+    part("leg", "before", "joint positions above and behind the thing"),
+    part("leg", "way_in", "the path down behind it"),
+    part("leg", "way_out", "the path back from it and up"),
+    twin(
         "reach",
         "pose",
         "joint positions that bring the tool to a pose and touch nothing, nearest first; fails when there are none",
@@ -198,6 +208,7 @@ pub const WORDS: &[ScriptWord] = &[
         "a straight line by `[x, y, z]` m, slowly, until the joints feel `force` N against it; returns how far it went, m, \
          and fails when nothing is felt. Fingers and what they hold may touch",
     ),
+    arm("push", "leg", JOINTS, "forward to the thing and with it, at 5 cm/s"),
     arm(
         "rise",
         "by, speed",

@@ -54,6 +54,34 @@ impl Robot {
         faces.max_by(|a, b| a.z.total_cmp(&b.z))
     }
 
+    /// Returns the corners of boxes that hold the fingers, m in the frame of the tool, with so many m between the pads; none
+    /// without jaws or a tool.
+    pub fn finger_corners(&self, opening: f64) -> Vec<Vector3<f64>> {
+        let Some(tool) = self.tool else { return Vec::new() };
+        let Ok(poses) = self.link_poses(&vec![0.0; self.n_joints()], opening) else {
+            return Vec::new();
+        };
+        let tool_from_base = poses[tool].inverse();
+        let fingers: Vec<&str> = self.jaw_links().collect();
+        let links = (0..self.links.len()).filter(|at| fingers.contains(&&*self.links[*at].name));
+        let boxes = links.flat_map(|link| {
+            let tool_from_link = tool_from_base * poses[link];
+            let solids = self.links[link].collision.iter();
+            solids.map(move |placed| extents(&(tool_from_link * placed.pose), &placed.solid))
+        });
+        let signs = [-1.0, 1.0];
+        boxes
+            .flat_map(|(centre, half)| {
+                signs.into_iter().flat_map(move |x| {
+                    signs.into_iter().flat_map(move |y| {
+                        let corner = move |z| half.component_mul(&Vector3::new(x, y, z));
+                        signs.into_iter().map(move |z| centre + corner(z))
+                    })
+                })
+            })
+            .collect()
+    }
+
     /// Returns how far the fingertips reach past the tool centre point along the tool's z, m; `None` without jaws
     /// or a tool.
     pub fn fingers_ahead(&self) -> Option<f64> {

@@ -31,6 +31,11 @@ pub enum Deed {
     },
     /// The hand turned a vessel back upright.
     TurnedBack,
+    /// The fingers pushed an object along what it stands on.
+    Pushed {
+        /// What.
+        object: String,
+    },
     /// The hand went down to where what it holds is to stand.
     SetDown {
         /// What.

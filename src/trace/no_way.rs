@@ -43,6 +43,22 @@ pub enum Why {
     NoPath(String),
     /// There is nothing in the hand.
     EmptyHand,
+    /// Pushed, it would tip over.
+    Topples {
+        /// How high it is, m.
+        height: f64,
+        /// The highest of its width that slides, m.
+        most: f64,
+        /// The coefficient of friction that this rests on.
+        friction: f64,
+    },
+    /// Pushing does not bring it onto something else.
+    Lifted {
+        /// What bears it.
+        from: String,
+        /// What was to bear it.
+        to: String,
+    },
     /// The search used up its budget, which stands for about so many seconds of computing.
     NotWithin(u64),
     /// A person asked to stop.
@@ -71,6 +87,16 @@ impl std::fmt::Display for NoWay {
                 write!(f, "all {tried} reachable ways touch something, mostly {by}")
             }
             Why::NoPath(why) => write!(f, "no path was found ({why})"),
+            Why::Topples { height, most, friction } => write!(
+                f,
+                "it is {:.0} mm high and would tip over; with a friction of {friction:.2} what is as narrow may be at \
+                 most {:.0} mm high",
+                height * 1e3,
+                most * 1e3
+            ),
+            Why::Lifted { from, to } => {
+                write!(f, "it stands on `{from}`, and pushing does not bring it onto `{to}`")
+            }
             Why::EmptyHand => write!(f, "there is nothing in the hand"),
             Why::NotWithin(seconds) => {
                 write!(f, "none was found within a budget of about {seconds} s of computing")

@@ -5,7 +5,7 @@ use rand::RngExt;
 use super::super::beside::Order;
 use super::super::decisions::{Entry, Kind};
 use super::super::error::ActionError;
-use super::super::plan::{Grasp, Placement, Pour};
+use super::super::plan::{Grasp, Placement, Pour, Push};
 use super::super::refusal::Refusal;
 use super::ActionContext;
 use crate::motion::dynamics::GRAVITY;
@@ -71,6 +71,20 @@ impl ActionContext {
         }
         let ways = self.planner()?.placements(o, at)?;
         self.run.log.record(Entry::Placements(ways.clone()));
+        Ok(ways)
+    }
+
+    /// `twin.pushes(o, at)`: ways to push `o` along what it stands on to a free place, best first.
+    pub fn pushes(&mut self, o: &str, at: &Region) -> Result<Vec<Push>, ActionError> {
+        let logged = self.run.log.next(Kind::Pushes, |entry| match entry {
+            Entry::Pushes(ways) => Some(ways.clone()),
+            _ => None,
+        })?;
+        if let Some(ways) = logged {
+            return Ok(ways);
+        }
+        let ways = self.planner()?.pushes(o, at)?;
+        self.run.log.record(Entry::Pushes(ways.clone()));
         Ok(ways)
     }
 

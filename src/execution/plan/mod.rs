@@ -8,6 +8,7 @@ mod grasp;
 mod hollow;
 mod place;
 mod pour;
+mod push;
 mod straight;
 
 use std::sync::Arc;
@@ -35,6 +36,7 @@ use grasp::SHARES_UP;
 pub use grasp::{Grasp, distance, side_pose};
 pub use place::Placement;
 pub use pour::Pour;
+pub use push::{Leg, Push};
 
 /// How far plans keep from the ends of a joint's range, rad: a smooth curve through planned points
 /// swings a little past them, and what is measured may ask for a little more than was planned. Chosen: 1.7 deg. Half of

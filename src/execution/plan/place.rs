@@ -262,7 +262,7 @@ impl Planner {
 
     /// Returns free places in a region that relations bound: those that are well inside first, and of these the ones
     /// nearest to the hand, m.
-    fn places_in(&self, o: &scene::Object, region: &Region) -> Result<Vec<Vector3<f64>>, Why> {
+    pub(super) fn places_in(&self, o: &scene::Object, region: &Region) -> Result<Vec<Vector3<f64>>, Why> {
         let (scene, objects) = (&self.cell.scene, &self.state.objects);
         let unseen = |lost: region::Unseen| Why::NotSeen(lost.0);
         let extent = region.extent(scene, objects, o).map_err(unseen)?;
@@ -330,13 +330,13 @@ impl Planner {
     }
 
     /// Whether nothing that the scene does not declare is nearer than `room` m to a point of the table.
-    fn is_known(&self, x: f64, y: f64, room: f64) -> bool {
+    pub(super) fn is_known(&self, x: f64, y: f64, room: f64) -> bool {
         let gap = |other: &Unknown| (other.at[0] - x).hypot(other.at[1] - y) - other.radius;
         self.state.unknown.iter().all(|other| gap(other) > room)
     }
 
     /// Returns a thing whose side is nearer than `room` m to a place, so that `o` cannot stand there.
-    fn beside(
+    pub(super) fn beside(
         &self,
         o: &scene::Object,
         bears: &str,

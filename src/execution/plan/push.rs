@@ -1,0 +1,476 @@
+//! Ways to push a thing along what it stands on, with the fingers as far open as they are, to a place.
+//!
+//! A push goes straight, square to a face of the thing, with the middle of the fingers on the line through its middle: then
+//! it neither turns nor slips off (Lynch and Mason, "Stable pushing", IJRR 1996: a line of contact pushes stably while the
+//! centre of friction stays before it). Where one straight push does not lead to the place, two square to each other do. It
+//! is pushed at its mid height or lower. How far it slides on when the hand stops is left out: 1 mm at the speed of a push.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::world::frame::{Object, Tool, World};
+use crate::world::region::{Bearer, TABLE, Unseen};
+use crate::world::{self as scene, Pose, Region, Shape, support};
+
+use super::super::wording;
+use super::grasp::{distance, side_pose};
+use super::{Dropped, NoWay, Planner, REACHING, TRACKING, Why, straight};
+
+/// How far behind the thing the fingers come down, m. Chosen: a thing is seen to some millimetres and a hand is off by 8 to
+/// 19 mm before it is calibrated (`docs/results.md`); with half of it a finger may come down on the thing, with twice as
+/// much neighbours are struck that the push itself passes.
+const STANDOFF: f64 = 0.03;
+/// From how high they come down, and how high they leave, m. Chosen: above what is as high as a hand is long (62 mm from
+/// the palm to the tips of a 2F-85); with half of it the palm comes from aside into what is pushed.
+const ABOVE: f64 = 0.10;
+/// Shares of [`ABOVE`] that are tried, most first, where the arm's reach ends.
+const SHORT: [f64; 2] = [1.0, 0.5];
+/// How far the fingers draw back before they rise, m: 2 cm more than a thing may lean on them.
+const BACK: f64 = 0.03;
+/// The lowest that fingertips are led over what the thing stands on, m. Chosen: a calibrated hand is off by 2 to 4 mm in
+/// height (`docs/results.md`); with half of it it scrapes, with twice as much nothing lower than 32 mm is pushed low enough.
+const LOWEST: f64 = 0.008;
+/// Where along its height a thing is pushed when there is room below, and at most, as shares of it.
+const LOW: f64 = 0.25;
+const MIDDLE: f64 = 0.5;
+/// How far a hand points down, rad, in the order tried: straight down, where the flat of the fingers pushes and every
+/// direction is alike; slanting, where what is higher than a finger is long would touch the palm; nearly level.
+const PITCHES: [f64; 3] = [FRAC_PI_2, 0.25 * std::f64::consts::PI, 0.35];
+/// Turns of a hand that points straight down from the way of the push, rad, in the order tried.
+const AROUND: [f64; 4] = [0.0, std::f64::consts::PI, FRAC_PI_2, -FRAC_PI_2];
+/// So many joint positions behind the thing are tried, nearest first: as many as for putting down.
+const BRANCHES: usize = 4;
+/// How far apart the ends are that are looked at along one straight push, m, and how far a push may go: as far as a table is
+/// wide.
+const STEP: f64 = 0.01;
+const FARTHEST: f64 = 0.8;
+/// A stretch shorter than this is left out, m: it is less than a thing is known by.
+const SHORTEST: f64 = 0.005;
+/// So much room is left beside the thing on its way, m: its place is known to some millimetres.
+const BESIDE: f64 = 0.005;
+/// So far inside a region a push ends, m: half of what a point allows, as for putting down.
+const INSIDE: f64 = 0.5 * scene::region::AT;
+/// From here on inside no end is better than another, m: as for putting down.
+const WELL_INSIDE: f64 = 0.5 * scene::region::NEAR;
+/// How far from the edge of the table it is kept, m: as for putting down.
+const FROM_EDGE: f64 = 0.02;
+/// Places of a region that are tried with two pushes: each costs some twenty searches.
+const PLACES: usize = 8;
+/// So many ways are enough: a run rehearses four.
+const ENOUGH: usize = 5;
+/// What a way costs for each rad that the joint that turns most goes, 1/rad, the unit, and for each stretch. Chosen: a second
+/// stretch takes ten seconds, and the thing has turned a little after the first.
+const TRAVEL_COST: f64 = 1.0;
+const LEG_COST: f64 = 2.0;
+/// Corners of the fingers this much less far ahead than the foremost touch as well, m.
+const FLUSH: f64 = 1e-4;
+
+/// One straight push.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Leg {
+    /// What is pushed.
+    pub object: String,
+    /// Joint positions above and behind it, rad.
+    pub before: Vec<f64>,
+    /// Down behind it, rad.
+    pub way_in: Vec<Vec<f64>>,
+    /// Forward, rad: first to the thing, then with it.
+    pub way: Vec<Vec<f64>>,
+    /// Back from it and up, rad.
+    pub way_out: Vec<Vec<f64>>,
+    /// Where it stands afterwards.
+    pub ends: Pose<World, Object>,
+    /// How long the way is, m.
+    pub length: f64,
+}
+
+/// One way to push a thing to a place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Push {
+    /// The straight pushes, one or two.
+    pub legs: Vec<Leg>,
+    cost: f64,
+}
+
+/// A hand that pushes.
+struct Hand {
+    /// The tool, its origin at zero.
+    turned: Pose<World, Tool>,
+    /// How far ahead of the tool's origin the foremost corner of the fingers is, along the push, m.
+    reach: f64,
+    /// The lowest corner below the tool's origin, and the lowest foremost one above that, m.
+    low: f64,
+    touches: f64,
+}
+
+impl Planner {
+    /// Returns ways to push `o` to a place in `at`, best first.
+    ///
+    /// # Errors
+    ///
+    /// [`NoWay`]: its place is unknown, it would topple or be lifted, no place is free, or none is reached.
+    pub fn pushes(&self, o: &str, at: &Region) -> Result<Vec<Push>, NoWay> {
+        let what = wording::to_push(o, at);
+        let no = |why| NoWay { what: what.clone(), why };
+        let object = self.cell.scene.object(o).ok_or_else(|| no(Why::NotSeen(o.to_owned())))?;
+        let pose = self.pose(o, &what)?;
+        let bears = support::below(&self.cell.scene, &self.state.objects, object, &pose);
+        let on = bears.name.clone().unwrap_or_else(|| TABLE.to_owned());
+        self.slides(object).map_err(no)?;
+        self.stays_level(&on, at).map_err(no)?;
+        let ends = self.ends(object, &pose, at, &on).map_err(no)?;
+        let mut dropped = Dropped::new();
+        let mut ways = Vec::new();
+        for stops in ends {
+            if !self.goes_on(REACHING, ways.len()).map_err(no)? || ways.len() >= ENOUGH {
+                break;
+            }
+            if let Some(way) = self.push_by(object, &pose, &stops, &mut dropped).map_err(no)? {
+                ways.push(way);
+            }
+        }
+        if ways.is_empty() {
+            return Err(no(dropped.why()));
+        }
+        ways.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        Ok(ways)
+    }
+
+    /// Says no to what tips over before it slides: pushed at its middle it tips when that is higher than half of its width
+    /// over the friction.
+    fn slides(&self, object: &scene::Object) -> Result<(), Why> {
+        let friction = self.cell.pads.table_friction;
+        let most = 2.0 * object.shape.inner_radius() / friction.max(1e-6);
+        let height = object.shape.height();
+        if height > most { Err(Why::Topples { height, most, friction }) } else { Ok(()) }
+    }
+
+    /// Says no to a place on something else than what bears the thing.
+    fn stays_level(&self, on: &str, at: &Region) -> Result<(), Why> {
+        let unseen = |lost: Unseen| Why::NotSeen(lost.0);
+        match at.bearer(&self.cell.scene, &self.state.objects).map_err(unseen)? {
+            Bearer::This(bears) if bears != on => {
+                Err(Why::Lifted { from: on.to_owned(), to: bears })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Returns where a push, or two, may end, best first: the points at which the thing is left.
+    fn ends(
+        &self,
+        object: &scene::Object,
+        pose: &Pose<World, Object>,
+        at: &Region,
+        on: &str,
+    ) -> Result<Vec<Vec<[f64; 2]>>, Why> {
+        let from = pose.origin().xy();
+        let unseen = |lost: Unseen| Why::NotSeen(lost.0);
+        let inside = |to: Vector2<f64>| {
+            at.margin(&self.cell.scene, &self.state.objects, object, to.into()).map_err(unseen)
+        };
+        let ways: Vec<Vector2<f64>> = match object.shape {
+            Shape::Cuboid { .. } => (0..4)
+                .map(|quarter| pose.yaw() + f64::from(quarter) * FRAC_PI_2)
+                .map(|turn| Vector2::new(turn.cos(), turn.sin()))
+                .collect(),
+            Shape::Cylinder { .. } => (0..16)
+                .map(|part| f64::from(part) * TAU / 16.0)
+                .map(|turn| Vector2::new(turn.cos(), turn.sin()))
+                .collect(),
+        };
+        let mut single: Vec<(f64, f64, [f64; 2])> = Vec::new();
+        let mut blocked = None;
+        for way in &ways {
+            let mut best: Option<(f64, f64, [f64; 2])> = None;
+            for k in 1..=(FARTHEST / STEP) as usize {
+                let far = STEP * k as f64;
+                let to = from + way * far;
+                if let Some(by) = self.on_the_way(object, pose, to, on) {
+                    blocked = blocked.or(Some(by));
+                    break;
+                }
+                let depth = inside(to)?.min(WELL_INSIDE);
+                if depth >= INSIDE && best.is_none_or(|(most, ..)| depth > most + 1e-9) {
+                    best = Some((depth, far, to.into()));
+                }
+            }
+            single.extend(best);
+        }
+        single.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1)));
+        let mut ends: Vec<Vec<[f64; 2]>> = single.into_iter().map(|(.., to)| vec![to]).collect();
+        if !matches!(at, Region::On(_)) {
+            // What is in the way of one push need not be in that of two.
+            match self.places_in(object, at) {
+                Ok(places) => ends.extend(self.by_two(object, pose, &places, on)),
+                Err(why) if ends.is_empty() => return Err(why),
+                Err(_) => {}
+            }
+        }
+        if ends.is_empty() {
+            let by = blocked.unwrap_or_else(|| on.to_owned());
+            return Err(Why::Blocked { tried: 0, by });
+        }
+        Ok(ends)
+    }
+
+    /// Returns how places are come to by two pushes square to each other, or by one where a round thing is pushed.
+    fn by_two(
+        &self,
+        object: &scene::Object,
+        pose: &Pose<World, Object>,
+        places: &[Vector3<f64>],
+        on: &str,
+    ) -> Vec<Vec<[f64; 2]>> {
+        let from = pose.origin().xy();
+        let (first, second) = match object.shape {
+            Shape::Cuboid { .. } => (pose.axis(0).xy().normalize(), pose.axis(1).xy().normalize()),
+            Shape::Cylinder { .. } => (Vector2::x(), Vector2::y()),
+        };
+        let round = matches!(object.shape, Shape::Cylinder { .. });
+        let mut ends = Vec::new();
+        for place in places.iter().take(PLACES) {
+            let by = place.xy() - from;
+            if round {
+                if by.norm() > SHORTEST && self.on_the_way(object, pose, place.xy(), on).is_none() {
+                    ends.push(vec![place.xy().into()]);
+                }
+                continue;
+            }
+            for (a, b) in [(first, second), (second, first)] {
+                let corner = from + a * by.dot(&a);
+                let turn = by.dot(&a).abs() > SHORTEST && by.dot(&b).abs() > SHORTEST;
+                let is_free = |from: Vector2<f64>, to: Vector2<f64>| {
+                    let stands = Pose::upright(from.x, from.y, pose.origin().z, pose.yaw());
+                    self.on_the_way(object, &stands, to, on).is_none()
+                };
+                if turn && is_free(from, corner) && is_free(corner, place.xy()) {
+                    ends.push(vec![corner.into(), place.xy().into()]);
+                }
+            }
+        }
+        ends
+    }
+
+    /// Returns what is in the way of a thing that slides straight to a point, the edge of what bears it included.
+    fn on_the_way(
+        &self,
+        object: &scene::Object,
+        pose: &Pose<World, Object>,
+        to: Vector2<f64>,
+        on: &str,
+    ) -> Option<String> {
+        let from = pose.origin().xy();
+        let far = (to - from).norm();
+        let n = (far / STEP).ceil().max(1.0) as usize;
+        let radius = object.shape.outer_radius();
+        let scene = &self.cell.scene;
+        let room = radius + BESIDE;
+        let begins = self.beside(object, on, pose.origin(), room);
+        (1..=n).find_map(|k| {
+            let at = from + (to - from) * (k as f64 / n as f64);
+            let place = Vector3::new(at.x, at.y, pose.origin().z);
+            let carried = match scene.object(on) {
+                None => scene.table.holds(at.x, at.y, radius + FROM_EDGE),
+                Some(bears) => {
+                    self.state.object(on).and_then(|known| known.world_from_object).is_some_and(
+                        |stands| {
+                            let local = stands.isometry().inverse_transform_point(&place.into());
+                            bears.shape.inset(local.x, local.y) >= object.shape.inner_radius()
+                        },
+                    )
+                }
+            };
+            if !carried {
+                return Some(on.to_owned());
+            }
+            if !self.is_known(at.x, at.y, room) {
+                return Some(super::UNKNOWN.to_owned());
+            }
+            // What it stands beside already is left by the hand as by the thing.
+            self.beside(object, on, place, room).filter(|by| begins.as_ref() != Some(by))
+        })
+    }
+
+    /// Returns the way that pushes a thing to these points, one after the other, if there is one.
+    fn push_by(
+        &self,
+        object: &scene::Object,
+        pose: &Pose<World, Object>,
+        stops: &[[f64; 2]],
+        dropped: &mut Dropped,
+    ) -> Result<Option<Push>, Why> {
+        let mut legs: Vec<Leg> = Vec::new();
+        let mut now = self.standing(object, *pose, self.q.clone());
+        let mut cost = 0.0;
+        for &[x, y] in stops {
+            let stands = legs.last().map_or(*pose, |leg| leg.ends);
+            let ends = Pose::upright(x, y, stands.origin().z, stands.yaw());
+            let Some(leg) = now.leg(object, &stands, ends, dropped)? else { return Ok(None) };
+            cost += LEG_COST + TRAVEL_COST * distance(&leg.before, &now.q);
+            let q = leg.way_out.last().unwrap_or(&leg.before).clone();
+            now = now.standing(object, ends, q);
+            legs.push(leg);
+        }
+        Ok(Some(Push { legs, cost }))
+    }
+
+    /// The same planner with a thing elsewhere, and the arm at `q`.
+    fn standing(&self, object: &scene::Object, pose: Pose<World, Object>, q: Vec<f64>) -> Self {
+        let mut state = self.state.clone();
+        if let Some(known) = state.object_mut(&object.name) {
+            known.world_from_object = Some(pose);
+        }
+        Self::new(self.cell.clone(), state, q, self.doubt, self.budget.clone())
+    }
+
+    /// Returns one straight push.
+    fn leg(
+        &self,
+        object: &scene::Object,
+        from: &Pose<World, Object>,
+        ends: Pose<World, Object>,
+        dropped: &mut Dropped,
+    ) -> Result<Option<Leg>, Why> {
+        let by = ends.origin() - from.origin();
+        let way = Vector3::new(by.x, by.y, 0.0);
+        let Some(ahead) = way.try_normalize(1e-9) else { return Ok(None) };
+        let heading = ahead.y.atan2(ahead.x);
+        let half = half_along(&object.shape, from.yaw(), heading);
+        for pitch in PITCHES {
+            let turns = if pitch < FRAC_PI_2 - 1e-9 { &AROUND[..1] } else { &AROUND[..] };
+            for turn in turns {
+                let hand = self.pushing_hand(heading + turn, pitch, &ahead);
+                let Some(up) = hand.height_for(object.shape.height()) else { continue };
+                let tool = from.origin() - ahead * (half + hand.reach + STANDOFF)
+                    + Vector3::z() * (up - hand.low);
+                let start = Pose::from_parts(tool, hand.turned.rotation());
+                let found = self.stretch(object, &start, &ahead, way.norm(), &ends, dropped)?;
+                if found.is_some() {
+                    return Ok(found);
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// Returns the hand that pushes along `ahead` with its fingers as far open as they are.
+    fn pushing_hand(&self, heading: f64, pitch: f64, ahead: &Vector3<f64>) -> Hand {
+        let turned = side_pose(Vector3::zeros(), heading, pitch);
+        let corners: Vec<Vector3<f64>> = self.robot().finger_corners(self.state.opening);
+        let corners = corners.into_iter().map(|corner| turned.rotation() * corner);
+        let corners: Vec<Vector3<f64>> = corners.collect();
+        let reach = corners.iter().map(|c| c.dot(ahead)).fold(f64::NEG_INFINITY, f64::max);
+        let low = corners.iter().map(|c| c.z).fold(f64::INFINITY, f64::min);
+        let foremost = corners.iter().filter(|c| c.dot(ahead) > reach - FLUSH);
+        let touches = foremost.map(|c| c.z).fold(f64::INFINITY, f64::min) - low;
+        Hand { turned, reach, low, touches }
+    }
+
+    /// Returns a push from where the hand stands behind the thing, if the arm can follow it and touches nothing else.
+    fn stretch(
+        &self,
+        object: &scene::Object,
+        start: &Pose<World, Tool>,
+        ahead: &Vector3<f64>,
+        length: f64,
+        ends: &Pose<World, Object>,
+        dropped: &mut Dropped,
+    ) -> Result<Option<Leg>, Why> {
+        let opening = self.state.opening;
+        let mut before = self.obstacles(&[], opening);
+        let beside = self.obstacles(&[&object.name], opening);
+        let left = self.standing(object, *ends, self.q.clone());
+        let mut after = left.obstacles(&[], opening);
+        for jaw in self.robot().jaw_links() {
+            before.ignore(jaw, &object.name);
+            after.ignore(jaw, &object.name);
+        }
+        let forward = straight(start, ahead * (STANDOFF + length));
+        let contact = (STANDOFF / (STANDOFF + length) * forward.len() as f64).ceil() as usize;
+        let poses = (forward.len() + 60) as u64;
+        self.goes_on(REACHING + (TRACKING + before.cost()) * poses, 0)?;
+        let starts = match self.reach(start, &self.q) {
+            Ok(starts) => starts,
+            Err(nearest) => {
+                dropped.out_of_reach(nearest);
+                return Ok(None);
+            }
+        };
+        for q in starts.iter().take(BRANCHES) {
+            dropped.tried += 1;
+            let Ok(way) = self.track(q, &forward) else {
+                dropped.out_of_reach(0.0);
+                continue;
+            };
+            let Some((way_in, way_out)) = self.in_and_out(q, start, &way, &forward, ahead) else {
+                dropped.out_of_reach(0.0);
+                continue;
+            };
+            let is_clear = Self::clear(&before, &way_in, dropped).is_some()
+                && Self::clear(&before, &way[..=contact.min(way.len() - 1)], dropped).is_some()
+                && Self::clear(&beside, &way, dropped).is_some()
+                && Self::clear(&after, &way_out, dropped).is_some();
+            if !is_clear {
+                continue;
+            }
+            if ![&way_in, &way, &way_out].into_iter().all(|path| self.passes(path)) {
+                dropped.out_of_reach(0.0);
+                continue;
+            }
+            return Ok(Some(Leg {
+                object: object.name.clone(),
+                before: way_in[0].clone(),
+                way_in,
+                way,
+                way_out,
+                ends: *ends,
+                length: STANDOFF + length,
+            }));
+        }
+        Ok(None)
+    }
+
+    /// Returns the way down to where a push begins, and the way back and up from where it ends.
+    fn in_and_out(
+        &self,
+        q: &[f64],
+        start: &Pose<World, Tool>,
+        way: &[Vec<f64>],
+        forward: &[Pose<World, Tool>],
+        ahead: &Vector3<f64>,
+    ) -> Option<(Vec<Vec<f64>>, Vec<Vec<f64>>)> {
+        let up = |share: f64| Vector3::z() * (ABOVE * share);
+        let mut way_in =
+            SHORT.iter().find_map(|share| self.track(q, &straight(start, up(*share))).ok())?;
+        way_in.reverse();
+        let (last, at) = (way.last()?, forward.last()?);
+        let back = straight(at, -ahead * BACK);
+        let behind = back.last()?;
+        let way_out = SHORT.iter().find_map(|share| {
+            let out: Vec<_> = back.iter().copied().chain(straight(behind, up(*share))).collect();
+            self.track(last, &out).ok()
+        })?;
+        Some((way_in, way_out))
+    }
+}
+
+impl Hand {
+    /// Returns how high its lowest corner is led over what bears a thing so high, m; `None` when the thing is too flat.
+    fn height_for(&self, height: f64) -> Option<f64> {
+        let most = MIDDLE * height - self.touches;
+        (most >= LOWEST).then(|| (LOW * height - self.touches).clamp(LOWEST, most))
+    }
+}
+
+/// Returns how far a thing reaches from its middle in a direction, both rad in the world, m.
+fn half_along(shape: &Shape, yaw: f64, heading: f64) -> f64 {
+    match *shape {
+        Shape::Cylinder { radius, .. } => radius,
+        Shape::Cuboid { size } => {
+            let turn = heading - yaw;
+            0.5 * (size.x * turn.cos().abs() + size.y * turn.sin().abs())
+        }
+    }
+}
