@@ -83,9 +83,11 @@ impl ActionContext {
     /// `twin.size(o)`: the box that `o` fills when it stands, m.
     pub(in super::super) fn size(&self, o: &str) -> Result<[f64; 3], ActionError> {
         let object = self.setting.cell.scene.object(o);
-        Ok(match object.ok_or_else(|| Refusal::NoObject(o.to_owned()))?.shape {
+        let shape = object.ok_or_else(|| Refusal::NoObject(o.to_owned()))?.shape;
+        let wide = 2.0 * shape.outer_radius();
+        Ok(match shape {
             Shape::Cuboid { size } => size.into(),
-            Shape::Cylinder { radius, height } => [2.0 * radius, 2.0 * radius, height],
+            Shape::Cylinder { .. } | Shape::Lathe { .. } => [wide, wide, shape.height()],
         })
     }
 

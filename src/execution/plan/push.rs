@@ -175,7 +175,7 @@ impl Planner {
                 .map(|quarter| pose.yaw() + f64::from(quarter) * FRAC_PI_2)
                 .map(|turn| Vector2::new(turn.cos(), turn.sin()))
                 .collect(),
-            Shape::Cylinder { .. } => (0..16)
+            Shape::Cylinder { .. } | Shape::Lathe { .. } => (0..16)
                 .map(|part| f64::from(part) * TAU / 16.0)
                 .map(|turn| Vector2::new(turn.cos(), turn.sin()))
                 .collect(),
@@ -226,9 +226,9 @@ impl Planner {
         let from = pose.origin().xy();
         let (first, second) = match object.shape {
             Shape::Cuboid { .. } => (pose.axis(0).xy().normalize(), pose.axis(1).xy().normalize()),
-            Shape::Cylinder { .. } => (Vector2::x(), Vector2::y()),
+            Shape::Cylinder { .. } | Shape::Lathe { .. } => (Vector2::x(), Vector2::y()),
         };
-        let round = matches!(object.shape, Shape::Cylinder { .. });
+        let round = !matches!(object.shape, Shape::Cuboid { .. });
         let mut ends = Vec::new();
         for place in places.iter().take(PLACES) {
             let by = place.xy() - from;
@@ -467,7 +467,7 @@ impl Hand {
 /// Returns how far a thing reaches from its middle in a direction, both rad in the world, m.
 fn half_along(shape: &Shape, yaw: f64, heading: f64) -> f64 {
     match *shape {
-        Shape::Cylinder { radius, .. } => radius,
+        Shape::Cylinder { .. } | Shape::Lathe { .. } => shape.outer_radius(),
         Shape::Cuboid { size } => {
             let turn = heading - yaw;
             0.5 * (size.x * turn.cos().abs() + size.y * turn.sin().abs())
