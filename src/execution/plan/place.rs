@@ -262,7 +262,11 @@ impl Planner {
 
     /// Returns free places in a region that relations bound: those that are well inside first, and of these the ones
     /// nearest to the hand, m.
-    pub(super) fn places_in(&self, o: &scene::Object, region: &Region) -> Result<Vec<Vector3<f64>>, Why> {
+    pub(super) fn places_in(
+        &self,
+        o: &scene::Object,
+        region: &Region,
+    ) -> Result<Vec<Vector3<f64>>, Why> {
         let (scene, objects) = (&self.cell.scene, &self.state.objects);
         let unseen = |lost: region::Unseen| Why::NotSeen(lost.0);
         let extent = region.extent(scene, objects, o).map_err(unseen)?;

@@ -398,9 +398,15 @@ fn foot(radius: f64, half: f64, at: Isometry3<f64>) -> Vec<Part> {
     (0..SQUARES).map(square).collect()
 }
 
-/// Returns a round thing whose radius changes as polygons over each other; each stands on an edge of corners, as a
-/// [`foot`] does.
+/// Returns a round thing whose radius changes as polygons over each other, on a [`foot`]: standing on a polygon of many
+/// corners it gains energy as a circle does (a bottle put down leant, rocked and fell).
 fn turned(profile: &Profile) -> Vec<Part> {
+    let at = Isometry3::translation(0.0, 0.0, 0.5 * FOOT);
+    let under =
+        if profile.foot() > FOOT { foot(profile.foot(), 0.5 * FOOT, at) } else { Vec::new() };
+    let above = profile.points().iter().copied().filter(|[_, z]| *z > FOOT);
+    let points: Vec<[f64; 2]> =
+        std::iter::once([profile.radius_at(FOOT), FOOT]).chain(above).collect();
     let ring = |[r, z]: [f64; 2]| {
         (0..CORNERS).map(move |k| {
             let (sin, cos) = (std::f64::consts::TAU * k as f64 / CORNERS as f64).sin_cos();
@@ -408,9 +414,11 @@ fn turned(profile: &Profile) -> Vec<Part> {
         })
     };
     if profile.is_convex() {
-        return hull(profile.points().iter().flat_map(|point| ring(*point)));
+        let body = hull(points.iter().flat_map(|point| ring(*point)));
+        return under.into_iter().chain(body).collect();
     }
-    profile.stretches().flat_map(|(low, high)| hull(ring(low).chain(ring(high)))).collect()
+    let body = points.windows(2).flat_map(|pair| hull(ring(pair[0]).chain(ring(pair[1]))));
+    under.into_iter().chain(body).collect()
 }
 
 /// Returns the convex hull of points, m; nothing where they enclose nothing.
