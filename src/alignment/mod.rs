@@ -3,7 +3,8 @@
 //! Seeing: [`vision::see`] finds the scene's objects in a picture, [`marks`] the table's printed dots and
 //! the ball on the gripper. Regression 1, [`image_map`]: the twin's picture onto the real one. Regression
 //! 2, [`intrinsics`] and [`camera_fit`]: the camera's own numbers, and where it stands. Regression 3,
-//! [`offset`]: from where the arm says it is to where it is. [`files`] reads tables of pairs, views and poses.
+//! [`offset`]: from where the arm says it is to where it is. [`hand_eye`] finds where a camera sits on a wrist, or
+//! beside an arm, from pictures of a board. [`files`] reads tables of pairs, views and poses.
 //! All three regressions share one least-squares solver ([`crate::fit`])
 //! and one way of telling outliers ([`consensus`]).
 //!
@@ -52,6 +53,7 @@ pub mod image_map;
 pub mod intrinsics;
 pub mod camera_fit;
 pub mod offset;
+pub mod hand_eye;
 pub mod files;
 pub mod camera_file;
 

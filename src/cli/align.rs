@@ -1,4 +1,6 @@
-//! `trueup align`: the three regressions on files.
+//! `trueup align`: the three regressions on files, and a camera on a wrist or beside an arm.
+
+mod hand_eye;
 
 use std::path::{Path, PathBuf};
 
@@ -36,6 +38,8 @@ pub(super) enum AlignCommand {
         )]
         model: String,
     },
+    /// Where a camera sits on the wrist or beside the arm, from pictures of a chessboard and the arm's poses.
+    HandEye(hand_eye::HandEyeArgs),
 }
 
 #[derive(Debug, Args)]
@@ -64,8 +68,13 @@ fn size(text: &str) -> Result<(u32, u32), String> {
 }
 
 /// `trueup align ...`.
-pub(super) fn align(command: &AlignCommand, style: Style) -> Result<Exit, Failure> {
+pub(super) fn align(
+    command: &AlignCommand,
+    scene: Option<&PathBuf>,
+    style: Style,
+) -> Result<Exit, Failure> {
     match command {
+        AlignCommand::HandEye(args) => return hand_eye::hand_eye(args, scene, style),
         AlignCommand::Map { file, model } => {
             let pairs = files::read_map_pairs(&read(file)?).map_err(|e| table(&e, file))?;
             let model = image_map::Model::from_name(model).unwrap_or(image_map::Model::Projective);

@@ -1,6 +1,6 @@
 //! `trueup camera`: find objects in a picture; cut things out of one; calibrate a camera from pictures of a board.
 
-mod calibrate;
+pub(in crate::cli) mod calibrate;
 mod segment;
 
 use std::path::{Path, PathBuf};
@@ -114,7 +114,7 @@ pub(super) fn calibrated(
 }
 
 /// Reads a calibrated camera, with an error that says what is wrong with the file.
-fn calibration(path: &Path) -> Result<CameraFile, Failure> {
+pub(super) fn calibration(path: &Path) -> Result<CameraFile, Failure> {
     camera_file::read(&read(path)?).map_err(|error| {
         Failure::input("camera::calibration", format!("not a calibration: {error}"))
             .at(path.display().to_string())

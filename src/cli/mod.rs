@@ -120,7 +120,7 @@ enum Command {
     Scene(scene::SceneCommand),
     /// Write the dots of a scene as a page to print, in true size.
     Marks(marks::MarksArgs),
-    /// The three regressions on files.
+    /// The three regressions on files; a camera on the wrist or beside the arm.
     #[command(subcommand)]
     Align(align::AlignCommand),
     /// Play a Gen3's controller, with the lab's arm inside, for clients of any make.
@@ -233,7 +233,9 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         (Some(Command::Scene(command)), _) => {
             scene::scene(command, shared.cell.scene.as_ref(), style)
         }
-        (Some(Command::Align(command)), _) => align::align(command, style),
+        (Some(Command::Align(command)), _) => {
+            align::align(command, shared.cell.scene.as_ref(), style)
+        }
         #[cfg(feature = "kortex")]
         (Some(Command::Emulate(args)), _) => emulate::emulate(args, shared, style),
         #[cfg(feature = "kortex")]

@@ -14,6 +14,7 @@ pub mod fork;
 pub mod gap;
 pub mod gap_page;
 pub mod grid;
+pub mod hand_eye;
 pub mod html;
 pub mod kept;
 pub mod marks_sheet;

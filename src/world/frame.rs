@@ -30,6 +30,8 @@ frames! {
     Tool,
     /// A camera: x right, y down, z forward.
     Camera,
+    /// A printed board: origin at its first inner corner, x along a row, y along a column.
+    Board,
     /// Any object: origin at the centre of its base, z along its axis of symmetry, up when it stands.
     Object,
 }

@@ -5,5 +5,6 @@ mod image_map;
 mod intrinsics;
 mod camera_fit;
 mod chessboard;
+mod hand_eye;
 mod offset;
 mod files;

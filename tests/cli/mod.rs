@@ -6,6 +6,7 @@ mod calibrate;
 mod explain;
 mod export;
 mod gap;
+mod hand_eye;
 mod hidden;
 mod kortex;
 mod kortex_faults;

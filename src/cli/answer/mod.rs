@@ -3,6 +3,7 @@
 
 pub mod align;
 pub mod calibrate;
+pub mod hand_eye;
 pub mod measured;
 pub mod robot;
 pub mod robot_check;

@@ -45,7 +45,7 @@ pub(in crate::cli) struct CalibrateArgs {
 }
 
 /// Reads `chessboard:9x6:25mm`.
-fn board(text: &str) -> Result<Board, String> {
+pub(in crate::cli) fn board(text: &str) -> Result<Board, String> {
     let form =
         "write it as chessboard:9x6:25mm: inner corners across and down, and the side of a square";
     let parts: Vec<&str> = text.split(':').map(str::trim).collect();
@@ -64,9 +64,9 @@ fn board(text: &str) -> Result<Board, String> {
 
 /// `trueup camera calibrate ...`.
 pub(super) fn calibrate(args: &CalibrateArgs, style: Style) -> Result<Exit, Failure> {
-    let (pictures, views, size) = look(args);
+    let (pictures, views, size) = look(&args.images, &args.board);
     let Some(size) = size.filter(|_| !views.is_empty()) else {
-        return Err(unseen(args, &pictures));
+        return Err(unseen(&args.board, &pictures));
     };
     let options = intrinsics::Options {
         skew: Some(args.skew),
@@ -109,17 +109,20 @@ fn save(path: &Path, answer: &Answer) -> Result<(), Failure> {
 }
 
 /// Looks for the board in every picture. A picture that cannot be used says why, and the others go on.
-fn look(args: &CalibrateArgs) -> (Vec<Picture>, Vec<View>, Option<(u32, u32)>) {
+pub(in crate::cli) fn look(
+    images: &[PathBuf],
+    board: &Board,
+) -> (Vec<Picture>, Vec<View>, Option<(u32, u32)>) {
     let (mut pictures, mut views, mut size) = (Vec::new(), Vec::new(), None);
-    let points = args.board.points();
-    for path in &args.images {
+    let points = board.points();
+    for path in images {
         let name = path.display().to_string();
         let seen = match decode::read(path) {
             Err(error) => Seen::Unreadable(format!("cannot be read: {error}")),
             Ok(image) if size.is_some_and(|size| size != image.dimensions()) => {
                 Seen::OtherSize(image.dimensions())
             }
-            Ok(image) => match chessboard::find(&image, &args.board) {
+            Ok(image) => match chessboard::find(&image, board) {
                 Err(why) => Seen::NotFound(why),
                 Ok(corners) => {
                     // The size is that of the first picture that shows the board.
@@ -135,8 +138,9 @@ fn look(args: &CalibrateArgs) -> (Vec<Picture>, Vec<View>, Option<(u32, u32)>) {
     (pictures, views, size)
 }
 
-fn unseen(args: &CalibrateArgs, pictures: &[Picture]) -> Failure {
-    let Board { columns, rows, .. } = args.board;
+/// Says that no picture shows the board, and what each shows.
+pub(in crate::cli) fn unseen(board: &Board, pictures: &[Picture]) -> Failure {
+    let Board { columns, rows, .. } = board;
     let each: Vec<String> = pictures.iter().map(Picture::to_string).collect();
     let message =
         format!("no picture shows a board of {columns}x{rows} inner corners: {}", each.join("; "));
@@ -146,7 +150,12 @@ fn unseen(args: &CalibrateArgs, pictures: &[Picture]) -> Failure {
     )
 }
 
-fn refused(error: &alignment::Error, views: &[View], pictures: &[Picture]) -> Failure {
+/// Says why the pictures do not determine the camera.
+pub(in crate::cli) fn refused(
+    error: &alignment::Error,
+    views: &[View],
+    pictures: &[Picture],
+) -> Failure {
     let left_out: Vec<String> = pictures
         .iter()
         .filter(|picture| !matches!(picture.seen, Seen::Board(_)))

@@ -1,0 +1,315 @@
+//! Hand-eye calibration: where a camera sits on a robot's wrist, or beside the robot, from pictures of a board and the robot's
+//! pose at each.
+//!
+//! A camera on the wrist looks at a board that stays where it is (`base_from_flange X = base_from_board B`, with
+//! `X = flange_from_camera` and `B = board_from_camera`); a fixed one at a board in the hand, the same with the flange's poses
+//! inverted. [`table`] reads the poses, [`solve`] fits. First each picture alone gives `B` with its covariance (`board.rs`), three
+//! pictures at a time a rough answer that half of the rows may spoil (`start.rs`); then everything is fitted together
+//! (`refine.rs`): `X`, the board, the camera's own numbers as far as its calibration leaves them open, and the noise of the robot's
+//! poses beside that of the corners. `judge.rs` leaves out each picture in turn, and measures the squares by the robot's
+//! travel. `motions.rs` refuses what motions cannot tell. Finding corners and intrinsics is [`super::chessboard`]'s and
+//! [`super::intrinsics`]' work.
+
+mod board;
+mod error;
+mod judge;
+mod motions;
+mod noise;
+mod refine;
+mod start;
+pub mod table;
+mod wording;
+
+use std::fmt;
+
+use nalgebra::{Isometry3, SMatrix, Vector3};
+
+use super::chessboard::Board;
+use super::reprojection::INTRINSIC;
+use crate::world::{Intrinsics, Pixel, Point, Pose, frame};
+
+pub use error::Error;
+pub use judge::{LeftOut, Square};
+pub use motions::Motions;
+pub use wording::Advice;
+
+use board::Sight;
+use refine::{Fitted, Refine};
+use start::Start;
+
+/// Points of the board and where they are seen.
+pub type Corners = Vec<(Point<frame::World>, Pixel)>;
+
+/// Where the camera is mounted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mount {
+    /// On the wrist; the board stays where it is.
+    Wrist,
+    /// Beside the robot; the board is in the hand.
+    Fixed,
+}
+
+impl Mount {
+    /// Returns its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Wrist => "wrist",
+            Self::Fixed => "fixed",
+        }
+    }
+
+    /// Returns the frame that the camera is fixed to.
+    pub fn carrier(self) -> &'static str {
+        match self {
+            Self::Wrist => "flange",
+            Self::Fixed => "base",
+        }
+    }
+
+    /// Returns the frame that the board is fixed to.
+    pub fn other(self) -> &'static str {
+        match self {
+            Self::Wrist => "base",
+            Self::Fixed => "flange",
+        }
+    }
+}
+
+impl fmt::Display for Mount {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Wrist => "on the wrist",
+            Self::Fixed => "fixed",
+        })
+    }
+}
+
+/// One picture of the board and where the robot was.
+#[derive(Debug, Clone, PartialEq)]
+pub struct View {
+    /// Its name in messages.
+    pub name: String,
+    /// Where the robot says its flange was.
+    pub base_from_flange: Pose<frame::Base, frame::Flange>,
+    /// The board's corners, row by row, with the board's own coordinates (z = 0).
+    pub points: Corners,
+}
+
+/// What is known of the camera itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Known {
+    /// Its numbers.
+    pub intrinsics: Intrinsics,
+    /// Their covariance, in the order of [`super::intrinsics::NAMES`]: zero where they are taken as exact.
+    pub covariance: SMatrix<f64, INTRINSIC, INTRINSIC>,
+}
+
+/// How to calibrate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// The board, with the size of its squares as it was said.
+    pub board: Board,
+    /// Where the camera is mounted; `None` lets the pictures tell.
+    pub mount: Option<Mount>,
+}
+
+/// Where something is, with its uncertainty.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placed {
+    /// Its pose in the frame it is fixed to.
+    pub pose: Isometry3<f64>,
+    /// Standard deviation of its place along the axes of that frame, m.
+    pub std_position: Vector3<f64>,
+    /// Standard deviation of its turn about its own axes, rad.
+    pub std_rotation: Vector3<f64>,
+}
+
+/// How far poses and pictures disagree: standard deviations along one axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// Of a turn, rad.
+    pub rotation: f64,
+    /// Of a place, m.
+    pub position: f64,
+}
+
+/// One picture after the fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ViewFit {
+    /// Its name.
+    pub name: String,
+    /// Whether it was used; if not, it disagrees with the others.
+    pub is_used: bool,
+    /// How the flange seems to be turned from where the robot says, rad.
+    pub rotation: f64,
+    /// How far it seems to be from there, m.
+    pub position: f64,
+    /// What the others predict of it is off by so much; `None` where they are too few.
+    pub left_out: Option<LeftOut>,
+    /// The picture whose row of the table would fit, for one that was not used.
+    pub row_of: Option<usize>,
+}
+
+/// Camera and board, and how sure they are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HandEye {
+    /// Where the camera is mounted.
+    pub mount: Mount,
+    /// What the median picture is off by were it mounted the other way (rad, m); `None` where that was not tried.
+    pub other_mount: Option<(f64, f64)>,
+    /// `flange_from_camera`, or `base_from_camera` of a fixed one.
+    pub camera: Placed,
+    /// `base_from_board`, or `flange_from_board` where the camera is fixed.
+    pub board: Placed,
+    /// The camera's numbers, as corners and robot leave them.
+    pub intrinsics: Intrinsics,
+    /// The squares, measured by the robot's travel.
+    pub square: Square,
+    /// How far poses and pictures disagree.
+    pub noise: Noise,
+    /// Root mean square distance of the corners from where robot, camera and board put them, px.
+    pub rms_px: f64,
+    /// The same with each picture's board where it fits best, px: what the corners alone leave.
+    pub picture_rms_px: f64,
+    /// Root mean square distance of the board's middle, as each picture tells it, from its mean, m.
+    pub spread: f64,
+    /// The pictures in the order given.
+    pub views: Vec<ViewFit>,
+    /// How the robot moved.
+    pub motions: Motions,
+}
+
+/// The flange as the robot says it was against where camera and board put it: `flange_from_flange`.
+fn off(
+    mount: Mount,
+    base_from_flange: &Isometry3<f64>,
+    camera: &Isometry3<f64>,
+    board: &Isometry3<f64>,
+    board_from_camera: &Isometry3<f64>,
+) -> Isometry3<f64> {
+    let implied = match mount {
+        Mount::Wrist => board * board_from_camera * camera.inverse(),
+        Mount::Fixed => camera * board_from_camera.inverse() * board.inverse(),
+    };
+    base_from_flange.inverse() * implied
+}
+
+/// Finds where the camera is.
+///
+/// # Errors
+///
+/// [`Error`]: too few pictures or turns, poses that do not belong to the pictures or are in another unit, a mount
+/// that cannot be told.
+pub fn solve(views: &[View], camera: &Known, options: &Options) -> Result<HandEye, Error> {
+    if views.len() < 3 {
+        return Err(Error::TooFew { pictures: views.len() });
+    }
+    let robot: Vec<Isometry3<f64>> = views.iter().map(|v| *v.base_from_flange.isometry()).collect();
+    for mount in options.mount.map_or(vec![Mount::Wrist, Mount::Fixed], |mount| vec![mount]) {
+        Motions::of(mount, &robot).checked(mount)?;
+    }
+    let sights = sights(views, &robot, camera, options)?;
+    let boards: Vec<_> = sights.iter().map(|s| s.board_from_camera).collect();
+    let lever = lever(&robot, &boards);
+    let Mounted { mount, start, other: other_mount } = mounted(&robot, &boards, lever, options)?;
+    let problem = Refine::new(mount, &robot, &sights, camera, options.board);
+    let free = problem.fit(&start, lever, true)?;
+    let square = problem.square(&free);
+    if let Some(times) = square.other_unit() {
+        return Err(Error::LengthUnit { times });
+    }
+    let fitted = if square.is_wrong { free } else { problem.fit(&start, lever, false)? };
+    let kept: Vec<_> = (0..robot.len()).filter(|&i| fitted.is_used(i)).map(|i| robot[i]).collect();
+    let motions = Motions::of(mount, &kept).checked(mount)?;
+    Ok(problem.answer(views, &fitted, square, motions, other_mount))
+}
+
+/// Looks at every picture, with its corners in the order that goes with the others.
+fn sights(
+    views: &[View],
+    robot: &[Isometry3<f64>],
+    camera: &Known,
+    options: &Options,
+) -> Result<Vec<Sight>, Error> {
+    let mut all = Vec::with_capacity(views.len());
+    for view in views {
+        let each = board::orders(&view.points, &options.board);
+        let seen: Option<Vec<Sight>> =
+            each.iter().map(|points| board::sight(points, &camera.intrinsics)).collect();
+        all.push(seen.ok_or_else(|| Error::NoBoard { picture: view.name.clone() })?);
+    }
+    // A turn between two pictures is as large for the robot as for the camera: the order of corners that makes it so is
+    // the right one, up to a turn of the whole board. The picture that most others agree with is the first.
+    let apart = |i: usize, j: usize, order: usize| {
+        let turned = all[i][0]
+            .board_from_camera
+            .rotation
+            .angle_to(&all[j][order].board_from_camera.rotation);
+        (turned - robot[i].rotation.angle_to(&robot[j].rotation)).abs()
+    };
+    let best = |i: usize, j: usize| {
+        let orders = 0..all[j].len();
+        orders.min_by(|&a, &b| apart(i, j, a).total_cmp(&apart(i, j, b))).unwrap_or(0)
+    };
+    let wrong = |i: usize| (0..all.len()).map(|j| apart(i, j, best(i, j)).min(0.1)).sum::<f64>();
+    let first = (0..all.len()).min_by(|&a, &b| wrong(a).total_cmp(&wrong(b))).unwrap_or(0);
+    Ok((0..all.len()).map(|j| all[j][best(first, j)].clone()).collect())
+}
+
+/// A length of the order of the robot's motions, m; not nothing where it only turned.
+fn lever(robot: &[Isometry3<f64>], boards: &[Isometry3<f64>]) -> f64 {
+    let travel = Motions::of(Mount::Wrist, robot).travel;
+    let n = boards.len().max(1) as f64;
+    let far = boards.iter().map(|b| b.translation.vector.norm()).sum::<f64>() / n;
+    // Chosen: a tenth of the distance to the board is moved by a turn of 6 deg.
+    travel.max(0.1 * far)
+}
+
+/// Two mounts that fit within this ratio of each other are alike. Chosen: the wrong one was 5 to 40 times worse on every
+/// set of pictures tried.
+const ALIKE: f64 = 2.0;
+
+/// Which mount, where camera and board roughly are, and what the median picture is off by with the other mount (rad, m).
+struct Mounted {
+    mount: Mount,
+    start: Start,
+    other: Option<(f64, f64)>,
+}
+
+/// Finds the mount, if it was not said, and roughly where camera and board are.
+fn mounted(
+    robot: &[Isometry3<f64>],
+    boards: &[Isometry3<f64>],
+    lever: f64,
+    options: &Options,
+) -> Result<Mounted, Error> {
+    let tried = |mount| start::search(mount, robot, boards, lever);
+    let error = |mount, found: Option<&Start>| {
+        let off = found.map_or((std::f64::consts::PI, lever), |s| (s.rotation, s.position));
+        Error::NoFit { mount, rotation: off.0, position: off.1 }
+    };
+    if let Some(mount) = options.mount {
+        return match tried(mount) {
+            Some(start) if start.fits(lever) => Ok(Mounted { mount, start, other: None }),
+            found => Err(error(mount, found.as_ref())),
+        };
+    }
+    let (wrist, fixed) = (tried(Mount::Wrist), tried(Mount::Fixed));
+    let score = |s: &Option<Start>| s.as_ref().map_or(f64::INFINITY, |s| s.score(lever));
+    let is_wrist = score(&wrist) <= score(&fixed);
+    let (mount, best, other) =
+        if is_wrist { (Mount::Wrist, wrist, fixed) } else { (Mount::Fixed, fixed, wrist) };
+    let Some(best) = best.filter(|s| s.fits(lever)) else {
+        return Err(error(mount, None));
+    };
+    let of = |s: &Start| (s.rotation, s.position);
+    if let Some(other) = &other
+        && other.fits(lever)
+        && other.score(lever) < ALIKE * best.score(lever)
+    {
+        let (wrist, fixed) = if is_wrist { (of(&best), of(other)) } else { (of(other), of(&best)) };
+        return Err(Error::WhichMount { wrist, fixed });
+    }
+    let other = other.as_ref().map(of);
+    Ok(Mounted { mount, start: best, other })
+}

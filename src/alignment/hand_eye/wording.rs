@@ -1,0 +1,162 @@
+//! What to say of an answer beside its numbers: what is doubtful, and which picture to take next.
+
+use std::fmt;
+
+use nalgebra::Vector3;
+
+use super::{HandEye, Mount, Square};
+
+/// Something that a person should know or do. Lengths in m, angles in rad.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Advice {
+    /// The squares are of another size than was said.
+    Square(Square),
+    /// A picture that was left out.
+    LeftOut {
+        /// Its name.
+        picture: String,
+        /// What it is off by.
+        rotation: f64,
+        /// What it is off by.
+        position: f64,
+        /// The picture whose row of the table fits it.
+        row_of: Option<String>,
+    },
+    /// Few pictures.
+    Few {
+        /// How many were used.
+        pictures: usize,
+    },
+    /// The wrist turned little about an axis.
+    Turn {
+        /// Where the camera is mounted.
+        mount: Mount,
+        /// The axis, in the frame that the camera is fixed to.
+        axis: Vector3<f64>,
+        /// How far it turned, rms.
+        turned: f64,
+    },
+    /// The camera's place is loosely held along an axis.
+    Unsure {
+        /// Where the camera is mounted.
+        mount: Mount,
+        /// The axis, 0 to 2, of the frame that the camera is fixed to.
+        axis: usize,
+        /// Standard deviation along it.
+        std: f64,
+    },
+    /// The robot's poses, not the corners, limit the answer.
+    Poses {
+        /// Noise of the robot's poses along one axis.
+        rotation: f64,
+        /// The same.
+        position: f64,
+    },
+}
+
+/// Fewer pictures than this are few: the noise is taken from them. Chosen: ten, as makers of arms and cameras ask for.
+const FEW: usize = 10;
+/// A place less sure than this is said to be, m. Chosen: what a gripper forgives.
+const UNSURE: f64 = 0.005;
+/// Poses that are worse than this are said to be, rad and m. Chosen: 0.2 deg and 1 mm, some times what makers of arms promise.
+const ROUGH: (f64, f64) = (3.5e-3, 1e-3);
+
+impl HandEye {
+    /// Returns what is doubtful and what the next pictures should show, most important first.
+    pub fn advice(&self) -> Vec<Advice> {
+        let mut advice = Vec::new();
+        if self.square.is_wrong {
+            advice.push(Advice::Square(self.square));
+        }
+        for view in self.views.iter().filter(|v| !v.is_used) {
+            advice.push(Advice::LeftOut {
+                picture: view.name.clone(),
+                rotation: view.rotation,
+                position: view.position,
+                row_of: view.row_of.map(|i| self.views[i].name.clone()),
+            });
+        }
+        if let Some((axis, turned)) = self.motions.wanting() {
+            advice.push(Advice::Turn { mount: self.mount, axis, turned });
+        }
+        let std = self.camera.std_position;
+        let axis = std.imax();
+        if std[axis] > UNSURE {
+            advice.push(Advice::Unsure { mount: self.mount, axis, std: std[axis] });
+        }
+        let pictures = self.views.iter().filter(|v| v.is_used).count();
+        if pictures < FEW {
+            advice.push(Advice::Few { pictures });
+        }
+        if self.noise.rotation > ROUGH.0 || self.noise.position > ROUGH.1 {
+            let super::Noise { rotation, position } = self.noise;
+            advice.push(Advice::Poses { rotation, position });
+        }
+        advice
+    }
+}
+
+impl Advice {
+    /// Returns whether the calibration should not be used before this is mended.
+    pub fn is_warning(&self) -> bool {
+        matches!(self, Self::Square(_) | Self::LeftOut { .. })
+    }
+}
+
+impl fmt::Display for Advice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Square(square) => write!(
+                f,
+                "by the robot's travel the squares look like {:.2} ± {:.2} mm, not {:.2} mm; that size was used. Measure ten of \
+                 them with a ruler and say what they are; if they are as said, the robot's lengths are off by {:.1} %",
+                1e3 * square.measured,
+                1e3 * square.std,
+                1e3 * square.said,
+                100.0 * (square.said / square.measured - 1.0).abs()
+            ),
+            Self::LeftOut { picture, rotation, position, row_of } => {
+                write!(
+                    f,
+                    "{picture} was left out: its pose is {:.1} deg and {:.1} mm off what the others say",
+                    rotation.to_degrees(),
+                    1e3 * position
+                )?;
+                match row_of {
+                    Some(other) => write!(f, "; the row of {other} fits it: are rows exchanged?"),
+                    None => write!(f, "; did the robot or the board move before it was taken?"),
+                }
+            }
+            Self::Few { pictures } => write!(
+                f,
+                "only {pictures} pictures; take {} or more, the wrist turned by 20 to 40 deg to another side in each",
+                FEW.max(pictures + 1) - pictures
+            ),
+            Self::Turn { mount, axis, turned } => write!(
+                f,
+                "the wrist turned by {:.0} deg only about ({:.2}, {:.2}, {:.2}) in the {} frame; take pictures turned by 20 to \
+                 40 deg about it",
+                turned.to_degrees(),
+                axis.x,
+                axis.y,
+                axis.z,
+                mount.carrier()
+            ),
+            Self::Unsure { mount, axis, std } => write!(
+                f,
+                "the camera's place along {} of the {} frame is known to ± {:.1} mm only; take more pictures, turned about \
+                 the other two axes",
+                ["x", "y", "z"][*axis],
+                mount.carrier(),
+                1e3 * std
+            ),
+            Self::Poses { rotation, position } => write!(
+                f,
+                "the robot's poses are off by {:.2} deg and {:.1} mm an axis, which limits the answer, not the corners: is \
+                 the arm calibrated, did it stand still, are board and camera tight?",
+                rotation.to_degrees(),
+                1e3 * position
+            ),
+        }
+    }
+}
