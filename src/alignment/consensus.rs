@@ -3,25 +3,35 @@
 //! Inliers scatter about the model with one unknown standard deviation `σ`; outliers lie anywhere in the
 //! volume that is measured. Hypotheses come from minimal samples and are scored by the likelihood of that
 //! mixture, with `σ` and the share of inliers at their best for each hypothesis, so that no pixel
-//! threshold is needed. The best few are refined by expectation–maximisation. [`image_map`] and
-//! [`offset`] use it; they say how a model is made and how far a measurement is from it.
+//! threshold is needed. A hypothesis is dropped after a few measurements when too few of them agree with it; the best
+//! two are refined by expectation–maximisation. [`image_map`] and [`offset`] use it; they say how a model is made and how
+//! far measurements are from it.
 //!
 //! Everything is seeded, and the sample that hypotheses are drawn from is chosen by the value of the
 //! measurements rather than their order: the same rows in another order give the same answer.
 //!
 //! Source: Torr and Zisserman, "MLESAC", CVIU 2000; the scale-free score in the spirit of Moisan and
-//! Stival, "A Probabilistic Criterion to Detect Rigid Point Matches", IJCV 2004 (a-contrario RANSAC).
+//! Stival, "A Probabilistic Criterion to Detect Rigid Point Matches", IJCV 2004 (a-contrario RANSAC); Capel, "An
+//! effective bail-out test for RANSAC consensus scoring", BMVC 2005; Chum and Matas, "Matching with PROSAC", CVPR 2005.
 //!
 //! [`image_map`]: crate::alignment::image_map
 //! [`offset`]: crate::alignment::offset
 
+mod judge;
+mod samples;
+
+use rand::SeedableRng;
 use rand::rngs::StdRng;
-use rand::{RngExt, SeedableRng};
+
+use judge::{Judge, Score};
+use samples::Samples;
 
 /// A regression as the consensus search sees it.
 pub trait Regression {
     /// The model.
     type Model: Clone;
+    /// Some of the measurements, put together so that they can be looked at quickly.
+    type Rows;
     /// Returns how many measurements there are.
     fn len(&self) -> usize;
     /// Returns whether there are none.
@@ -41,10 +51,13 @@ pub trait Regression {
     fn key(&self, row: usize) -> u64;
     /// Returns the model through a minimal sample, `None` when the sample is degenerate.
     fn through(&self, rows: &[usize]) -> Option<Self::Model>;
-    /// Returns the squared error of a measurement; infinite where the model has no value.
-    fn error2(&self, model: &Self::Model, row: usize) -> f64;
-    /// Returns the model that fits weighted rows best, starting from `model`.
-    fn refit(&self, model: &Self::Model, rows: &[(usize, f64)]) -> Option<Self::Model>;
+    /// Returns some of the measurements put together.
+    fn rows(&self, rows: &[usize]) -> Self::Rows;
+    /// Appends the squared error of each measurement; infinite where the model has no value.
+    fn errors2(&self, model: &Self::Model, rows: &Self::Rows, out: &mut Vec<f64>);
+    /// Returns the model that fits rows best, a weight each, starting from `model`.
+    fn refit(&self, model: &Self::Model, rows: &Self::Rows, weights: &[f64])
+    -> Option<Self::Model>;
 }
 
 /// What the measurements agree on.
@@ -60,73 +73,104 @@ pub struct Consensus<M> {
     pub inliers: Vec<usize>,
 }
 
-/// Hypotheses are scored on at most this many rows: enough to tell good from bad.
-const SCORED: usize = 200;
-/// Refinement before the last round looks at no more rows than this.
-const REFINED: usize = 1500;
+/// Hypotheses are scored on at most this many rows. Measured (`benches/map.rs`): with half of them one search of 200 with 30 %
+/// of 1000 pairs wrong starts its refinement from a worse map; twice as many take 20 µs more.
+const SCORED: usize = 256;
+/// After so many of them a hypothesis may be dropped.
+const GLANCED: usize = 64;
+/// Samples are drawn from no more rows than this, and no more are refined on before the last rounds.
+const DRAWN: usize = 512;
+/// With more rows than this the refinement looks at a part of them first.
+const MANY: usize = 4096;
+/// How many hypotheses are made at most, and at least, since a sample may be clean and still badly spread.
+const TRIES: usize = 3000;
+const LEAST_TRIES: usize = 40;
 /// How often the search may miss: the chance that no sample is free of outliers.
 const MISS: f64 = 1e-7;
 
 /// Finds the model that most measurements agree on, or `None` when every sample is degenerate.
 ///
-/// `seed` decides which minimal samples are tried.
-pub fn search<R: Regression>(regression: &R, seed: u64) -> Option<Consensus<R::Model>> {
+/// `seed` decides which minimal samples are tried. `scores`, one a measurement where there are any, say which are likelier
+/// right: samples of those with high scores come first (PROSAC). They change how soon a model is found, not which is best.
+pub fn search<R: Regression>(
+    regression: &R,
+    scores: Option<&[f64]>,
+    seed: u64,
+) -> Option<Consensus<R::Model>> {
     let n = regression.len();
     let minimal = regression.minimal();
     if n < minimal {
         return None;
     }
-    let rows = ordered(regression, seed);
-    let scored = &rows[..rows.len().min(SCORED)];
-    let mut best: Vec<(f64, R::Model)> = Vec::new();
-    let mut errors = Vec::with_capacity(scored.len());
+    let drawn = ordered(regression, if n > MANY { MANY / 2 } else { DRAWN }, seed);
+    let scored = &drawn[..drawn.len().min(SCORED)];
+    let judge = Judge::new(regression, scored.len());
+    let mut look = Look::new(regression, scored);
+    let best = hypotheses(regression, &judge, &mut look, &drawn, scores, seed);
+    let rows = regression.rows(scored);
+    let mut work = Work::default();
+    let refined = best.into_iter().map(|(state, model)| {
+        let (model, state) = refine(regression, &judge, model, state, &rows, 4, &mut work);
+        let value = judge.likelihood(regression, &model, &rows, state, &mut work);
+        (value, model, state)
+    });
+    let (_, mut model, mut state) = refined.reduce(|a, b| if b.0 > a.0 { b } else { a })?;
+    if n > MANY {
+        let some = regression.rows(&drawn);
+        (model, state) = refine(regression, &judge, model, state, &some, 6, &mut work);
+    }
+    let all: Vec<usize> = (0..n).collect();
+    let rows = regression.rows(&all);
+    let rounds = if n > MANY { 1 } else { 4 };
+    let (model, state) = refine(regression, &judge, model, state, &rows, rounds, &mut work);
+    settle(regression, &judge, model, state, &rows, &mut work)
+}
+
+/// The two best hypotheses, best first.
+fn hypotheses<R: Regression>(
+    regression: &R,
+    judge: &Judge,
+    look: &mut Look<R>,
+    drawn: &[usize],
+    scores: Option<&[f64]>,
+    seed: u64,
+) -> Vec<(Score, R::Model)> {
+    let mut best: Vec<(Score, R::Model)> = Vec::new();
     let mut random = StdRng::seed_from_u64(seed);
-    let mut sample = vec![0; minimal];
-    let mut wanted = 3000;
+    let mut samples = Samples::new(regression, drawn, scores, seed);
+    let mut picked = vec![0; regression.minimal()];
+    let mut wanted = TRIES;
     let mut tried = 0;
     while tried < wanted {
         tried += 1;
-        draw(&mut random, rows.len(), &mut sample);
-        let picked: Vec<usize> = sample.iter().map(|&i| rows[i]).collect();
+        samples.draw(&mut random, &mut picked);
         let Some(model) = regression.through(&picked) else { continue };
-        let score = score(regression, &model, scored, &mut errors);
-        if best.len() < 3 || score.value > best[best.len() - 1].0 {
-            if best.first().is_none_or(|first| score.value > first.0) {
-                // At least 40, since a sample may be clean and still badly spread.
-                let clean = score.share.powf(minimal as f64).clamp(1e-9, 1.0 - 1e-9);
-                let enough = MISS.ln() / (1.0 - clean).ln();
-                wanted = (enough.ceil() as usize).clamp(40, 3000);
-            }
-            best.push((score.value, model));
-            best.sort_by(|a, b| b.0.total_cmp(&a.0));
-            best.truncate(3);
+        let Some(score) = look.at(regression, judge, &model, best.first().map(|b| b.0)) else {
+            continue;
+        };
+        if best.len() == 2 && score.value <= best[1].0.value {
+            continue;
         }
-    }
-    let some = &rows[..rows.len().min(REFINED)];
-    let mut refined: Option<(f64, R::Model, Score)> = None;
-    for (_, start) in best {
-        let first = score(regression, &start, scored, &mut errors);
-        let (model, last) = refine(regression, start, first, scored, 6);
-        let value = likelihood(regression, &model, scored, last);
-        if refined.as_ref().is_none_or(|(v, ..)| value > *v) {
-            refined = Some((value, model, last));
+        if best.first().is_none_or(|(first, _)| score.value > first.value) {
+            let share = samples.share(regression, judge, &model, score).max(score.share);
+            let clean = share.powf(picked.len() as f64).clamp(1e-9, 1.0 - 1e-9);
+            let enough = MISS.ln() / (1.0 - clean).ln();
+            wanted = (enough.ceil() as usize).clamp(LEAST_TRIES, TRIES);
         }
+        best.push((score, model));
+        best.sort_by(|a, b| b.0.value.total_cmp(&a.0.value));
+        best.truncate(2);
     }
-    let (_, model, state) = refined?;
-    let (model, state) = refine(regression, model, state, some, 10);
-    let all: Vec<usize> = (0..n).collect();
-    let rounds = usize::from(n > REFINED);
-    let (model, state) = refine(regression, model, state, &all, rounds);
-    settle(regression, model, state, &all)
+    best
 }
 
-/// Rows in an order that depends on their values and the seed only.
-fn ordered<R: Regression>(regression: &R, seed: u64) -> Vec<usize> {
+/// Rows in an order that depends on their values and the seed only, at most `most` of them.
+fn ordered<R: Regression>(regression: &R, most: usize, seed: u64) -> Vec<usize> {
     let mut keyed: Vec<(u64, usize)> =
         (0..regression.len()).map(|i| (mix(regression.key(i) ^ seed), i)).collect();
-    if keyed.len() > REFINED {
-        keyed.select_nth_unstable(REFINED);
-        keyed.truncate(REFINED);
+    if keyed.len() > most {
+        keyed.select_nth_unstable(most);
+        keyed.truncate(most);
     }
     keyed.sort_unstable();
     keyed.into_iter().map(|(_, i)| i).collect()
@@ -140,131 +184,95 @@ pub(super) fn mix(mut z: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// Fills `sample` with different numbers below `n`.
-fn draw(random: &mut StdRng, n: usize, sample: &mut [usize]) {
-    for i in 0..sample.len() {
-        loop {
-            let candidate = random.random_range(0..n);
-            if !sample[..i].contains(&candidate) {
-                sample[i] = candidate;
-                break;
+/// The rows that hypotheses are scored on: a few first, the others only for what may be the best.
+struct Look<R: Regression> {
+    first: R::Rows,
+    others: R::Rows,
+    /// How many are in the first.
+    n_first: usize,
+    errors: Vec<f64>,
+}
+
+impl<R: Regression> Look<R> {
+    fn new(regression: &R, scored: &[usize]) -> Self {
+        let (first, others) = scored.split_at(scored.len().min(GLANCED));
+        let n_first = first.len();
+        let (first, others) = (regression.rows(first), regression.rows(others));
+        Self { first, others, n_first, errors: Vec::new() }
+    }
+
+    /// Returns the score of a model, `None` when it is plainly worse than the best so far.
+    fn at(
+        &mut self,
+        regression: &R,
+        judge: &Judge,
+        model: &R::Model,
+        best: Option<Score>,
+    ) -> Option<Score> {
+        self.errors.clear();
+        regression.errors2(model, &self.first, &mut self.errors);
+        if let Some(best) = best
+            && self.n_first == GLANCED
+        {
+            // Of the first rows so many agree with the best, less three standard deviations of that number. A better
+            // model from a worse spread sample may scatter twice as much before it is refined: of a two-dimensional
+            // error 99 % are within three standard deviations.
+            let near = judge.floor2.max((6.0 * best.sigma).powi(2));
+            let agree = self.errors.iter().filter(|e2| **e2 < near).count() as f64;
+            let n = GLANCED as f64;
+            let spread = (n * best.share * (1.0 - best.share)).sqrt();
+            if agree < n * best.share - 3.0 * spread {
+                return None;
             }
         }
+        regression.errors2(model, &self.others, &mut self.errors);
+        Some(judge.score(&mut self.errors))
     }
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Score {
-    value: f64,
-    sigma: f64,
-    share: f64,
+/// Memory that is used again.
+#[derive(Default)]
+struct Work {
+    errors: Vec<f64>,
+    weights: Vec<f64>,
 }
 
-/// The log-likelihood gained over "all are outliers", at the best number of inliers.
-///
-/// With the errors sorted, taking the `k` smallest as inliers gives `σ² = Σ e² / (d (k - m))`; the
-/// `m` rows of the sample fit by construction and gain nothing.
-fn score<R: Regression>(
-    regression: &R,
-    model: &R::Model,
-    rows: &[usize],
-    errors: &mut Vec<f64>,
-) -> Score {
-    let d = regression.dimension() as f64;
-    let m = regression.minimal();
-    let (n, floor2, log_volume) =
-        (rows.len(), regression.floor().powi(2), regression.volume().ln());
-    errors.clear();
-    errors.extend(rows.iter().map(|&i| regression.error2(model, i)));
-    errors.sort_unstable_by(f64::total_cmp);
-    let mut best = Score { value: f64::NEG_INFINITY, sigma: regression.floor(), share: 0.0 };
-    let mut sum = 0.0;
-    for (i, e2) in errors.iter().enumerate() {
-        if !e2.is_finite() {
-            break;
-        }
-        sum += e2;
-        let k = i + 1;
-        if k < m || (k == m && n > m) {
-            continue;
-        }
-        let told = (k - m).max(1) as f64;
-        let sigma2 = (sum / (d * told)).max(floor2);
-        let share = (k as f64 + 1.0) / (n as f64 + 2.0);
-        let gain = log_volume
-            - 0.5 * d * (std::f64::consts::TAU * sigma2).ln()
-            - 0.5 * (sum / sigma2) / told
-            + share.ln();
-        let value = told * gain + (n - k) as f64 * (1.0 - share).ln();
-        if value > best.value {
-            best = Score { value, sigma: sigma2.sqrt(), share };
-        }
-    }
-    best
-}
-
-/// The chance that a row with squared error `e2` is an inlier.
-fn responsibility<R: Regression>(regression: &R, state: Score, e2: f64) -> f64 {
-    let inlier = log_inlier(regression, state, e2);
-    let outlier = (1.0 - state.share).ln() - regression.volume().ln();
-    1.0 / (1.0 + (outlier - inlier).exp())
-}
-
-fn log_inlier<R: Regression>(regression: &R, state: Score, e2: f64) -> f64 {
-    let d = regression.dimension() as f64;
-    let sigma2 = state.sigma.powi(2);
-    state.share.ln() - 0.5 * d * (std::f64::consts::TAU * sigma2).ln() - 0.5 * e2 / sigma2
-}
-
-fn likelihood<R: Regression>(
-    regression: &R,
-    model: &R::Model,
-    rows: &[usize],
-    state: Score,
-) -> f64 {
-    let outlier = (1.0 - state.share).ln() - regression.volume().ln();
-    rows.iter()
-        .map(|&i| {
-            let inlier = log_inlier(regression, state, regression.error2(model, i));
-            let top = inlier.max(outlier);
-            top + ((inlier - top).exp() + (outlier - top).exp()).ln()
-        })
-        .sum()
-}
-
-/// Expectation–maximisation over model, `σ` and share.
+/// Expectation–maximisation over model, `σ` and share. `σ` is that of the model before the step, which at rest is the same.
 fn refine<R: Regression>(
     regression: &R,
+    judge: &Judge,
     mut model: R::Model,
     mut state: Score,
-    rows: &[usize],
+    rows: &R::Rows,
     rounds: usize,
+    work: &mut Work,
 ) -> (R::Model, Score) {
-    let d = regression.dimension() as f64;
-    let m = regression.minimal() as f64;
+    let m = judge.m as f64;
     for _ in 0..rounds {
-        let mut weights = Vec::with_capacity(rows.len());
-        let mut total = 0.0;
-        for &i in rows {
-            let w = responsibility(regression, state, regression.error2(&model, i));
-            // Rows of no weight cost time and change nothing.
-            if w > 1e-6 {
-                weights.push((i, w));
-                total += w;
-            }
-        }
+        work.errors.clear();
+        regression.errors2(&model, rows, &mut work.errors);
+        let (zero, outlier) = judge.densities(state);
+        let per = -0.5 / state.sigma.powi(2);
+        work.weights.clear();
+        work.weights.extend(work.errors.iter().map(|e2| {
+            // The chance that the row is an inlier. Rows of no weight cost time and change nothing: e^-14 is 1e-6.
+            let odds = zero + per * e2 - outlier;
+            if odds < -14.0 { 0.0 } else { 1.0 / (1.0 + (-odds).exp()) }
+        }));
+        let total: f64 = work.weights.iter().sum();
         if total < m {
             break;
         }
-        let Some(next) = regression.refit(&model, &weights) else { break };
-        let sum: f64 = weights.iter().map(|&(i, w)| w * regression.error2(&next, i)).sum();
+        let weighted = work.weights.iter().zip(&work.errors).filter(|(w, _)| **w > 0.0);
+        let sum: f64 = weighted.map(|(w, e2)| w * e2).sum();
+        let Some(next) = regression.refit(&model, rows, &work.weights) else { break };
         if !sum.is_finite() {
             break;
         }
         model = next;
-        let sigma = (sum / (d * (total - m).max(1.0))).sqrt().max(regression.floor());
-        let share = (total + 1.0) / (rows.len() as f64 + 2.0);
-        let still = (sigma / state.sigma - 1.0).abs() < 1e-4 && (share - state.share).abs() < 1e-4;
+        let sigma = (sum / (judge.d * (total - m).max(1.0))).sqrt().max(judge.floor);
+        let share = (total + 1.0) / (work.errors.len() as f64 + 2.0);
+        let still = (sigma / state.sigma - 1.0).abs() < 1e-3 && (share - state.share).abs() < 1e-3;
         state = Score { value: state.value, sigma, share };
         if still {
             break;
@@ -276,38 +284,54 @@ fn refine<R: Regression>(
 /// Decides who is in, refits on them with equal weights, and checks the decision against that model.
 fn settle<R: Regression>(
     regression: &R,
+    judge: &Judge,
     mut model: R::Model,
     mut state: Score,
-    rows: &[usize],
+    rows: &R::Rows,
+    work: &mut Work,
 ) -> Option<Consensus<R::Model>> {
-    let d = regression.dimension() as f64;
-    let m = regression.minimal();
-    let mut inliers: Vec<usize> = Vec::new();
+    let mut count = 0;
+    work.weights.clear();
+    work.errors.clear();
+    regression.errors2(&model, rows, &mut work.errors);
+    let n = work.errors.len();
+    work.weights.resize(n, 0.0);
     for _ in 0..6 {
-        let now: Vec<usize> = rows
-            .iter()
-            .copied()
-            .filter(|&i| responsibility(regression, state, regression.error2(&model, i)) >= 0.5)
-            .collect();
-        if now.len() < m || now == inliers {
+        let even = judge.even(state);
+        let (mut now, mut changed) = (0, false);
+        for (weight, e2) in work.weights.iter_mut().zip(&work.errors) {
+            let next = f64::from(u8::from(*e2 <= even));
+            changed |= next.to_bits() != weight.to_bits();
+            *weight = next;
+            now += usize::from(*e2 <= even);
+        }
+        if now < judge.m {
             break;
         }
-        let weights: Vec<(usize, f64)> = now.iter().map(|&i| (i, 1.0)).collect();
-        let Some(next) = regression.refit(&model, &weights) else { break };
-        let sum: f64 = now.iter().map(|&i| regression.error2(&next, i)).sum();
+        count = now;
+        if !changed {
+            break;
+        }
+        let Some(next) = regression.refit(&model, rows, &work.weights) else { break };
+        let mut errors = std::mem::take(&mut work.errors);
+        errors.clear();
+        regression.errors2(&next, rows, &mut errors);
+        work.errors = errors;
+        let kept = work.weights.iter().zip(&work.errors).filter(|(w, _)| **w > 0.0);
+        let sum: f64 = kept.map(|(_, e2)| e2).sum();
         if !sum.is_finite() {
             break;
         }
         model = next;
-        let told = now.len().saturating_sub(m).max(1) as f64;
-        state.sigma = (sum / (d * told)).sqrt().max(regression.floor());
-        state.share = (now.len() as f64 + 1.0) / (rows.len() as f64 + 2.0);
-        inliers = now;
+        let told = now.saturating_sub(judge.m).max(1) as f64;
+        state.sigma = (sum / (judge.d * told)).sqrt().max(judge.floor);
+        state.share = (now as f64 + 1.0) / (n as f64 + 2.0);
     }
-    (!inliers.is_empty()).then_some(Consensus {
+    let kept = work.weights.iter().enumerate().filter(|(_, w)| **w > 0.0);
+    (count > 0).then(|| Consensus {
         model,
         sigma: state.sigma,
         share: state.share,
-        inliers,
+        inliers: kept.map(|(i, _)| i).collect(),
     })
 }

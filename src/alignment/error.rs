@@ -88,6 +88,15 @@ pub enum Error {
         /// How many directions are free.
         free: usize,
     },
+    /// No map that keeps all points on one side of its horizon goes through them.
+    #[error(
+        "no projective map takes the twin points to the real ones with all of them in front of the camera ({given} pairs): at \
+         least one is paired wrongly, or the points are numbered otherwise in one of the pictures"
+    )]
+    Crossed {
+        /// How many pairs there are.
+        given: usize,
+    },
     /// The map cannot be written with a 1 in its corner.
     #[error(
         "the map sends the twin's pixel (0, 0) to infinity (h33 = 0), so it has no form with a 1 in \

@@ -211,13 +211,27 @@ fn read(text: &str, columns: &[Column], label: Option<&str>) -> Result<Table, Er
 ///
 /// [`Error`], saying which row and column.
 pub fn read_map_pairs(text: &str) -> Result<Vec<image_map::Pair>, Error> {
+    Ok(read_ranked_pairs(text)?.0)
+}
+
+/// Reads the pairs of regression 1, and what stands in a column `score` where there is one: the higher, the likelier right.
+///
+/// # Errors
+///
+/// [`Error`], saying which row and column.
+pub fn read_ranked_pairs(text: &str) -> Result<(Vec<image_map::Pair>, Option<Vec<f64>>), Error> {
     let columns = ["u_x", "u_y", "v_x", "v_y"].map(|name| (name, Kind::Pixel));
-    let table = read(text, &columns, None)?;
+    let table = read(text, &columns, Some("score"))?;
     let pair = |r: &Vec<f64>| image_map::Pair {
         real: Pixel::new(r[0], r[1]),
         twin: Pixel::new(r[2], r[3]),
     };
-    Ok(table.rows.iter().map(pair).collect())
+    let score = |(i, text): (usize, &String)| match text.parse::<f64>() {
+        Ok(score) if score.is_finite() => Ok(score),
+        _ => Err(Error::Cell { row: i + 1, column: "score", text: text.clone() }),
+    };
+    let scores = table.labels.as_ref().map(|all| all.iter().enumerate().map(score).collect());
+    Ok((table.rows.iter().map(pair).collect(), scores.transpose()?))
 }
 
 /// Reads the pairs of regression 3: `xs[m],ys[m],zs[m],xr[m],yr[m],zr[m]`.

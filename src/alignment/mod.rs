@@ -46,6 +46,7 @@ pub mod overlay;
 
 // The three regressions.
 mod error;
+mod lanes;
 mod reprojection;
 pub mod consensus;
 pub mod rigid;

@@ -13,12 +13,14 @@
 //! PAMI 1991 (starting values).
 
 mod models;
+mod trust;
 
 use nalgebra::{DMatrix, Matrix4, Vector3, Vector4};
 
 use super::Error;
 use super::consensus;
 use models::Pairs;
+pub use trust::{Known, Trust};
 
 /// What was said and what should have been, m, in the same frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -144,6 +146,8 @@ pub struct OffsetFit {
     pub unobservable: Vec<String>,
     /// Covariance of `D p_r` at the centre of the points, m².
     pub covariance_at_centre: DMatrix<f64>,
+    /// What says how far the offset is known elsewhere.
+    pub trust: Trust,
     /// The forms side by side on the same rows, simplest first.
     pub compared: Vec<Compared>,
 }
@@ -208,6 +212,7 @@ pub fn fit_offset(pairs: &[Pair], model: Model, options: &Options) -> Result<Off
         outliers,
         unobservable: fitted.unobservable,
         covariance_at_centre: fitted.covariance_at_centre,
+        trust: fitted.trust,
         compared,
     })
 }
@@ -230,7 +235,7 @@ fn agreeing(pairs: &[Pair], model: Model, options: &Options) -> Result<Vec<usize
     }
     let of = "pairs";
     let none = Error::NoConsensus { model: model.name(), agreeing: 0, given, of };
-    let found = consensus::search(&data, options.seed).ok_or(none)?;
+    let found = consensus::search(&data, None, options.seed).ok_or(none)?;
     if found.inliers.len() < needed {
         let agreeing = found.inliers.len();
         return Err(Error::NoConsensus { model: model.name(), agreeing, given, of });

@@ -5,25 +5,21 @@ mod hand_eye;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
+use nalgebra::Vector2;
 
 use crate::alignment::intrinsics::{self, Distortion, calibrate, lens};
 use crate::alignment::{files, image_map, offset};
 use crate::report::{Failure, Style};
 
-use super::answer::align::{IntrinsicsAnswer, MapAnswer, OffsetAnswer};
+use super::answer::align::{IntrinsicsAnswer, KnownAnswer, MapAnswer, OffsetAnswer};
+use super::clock::clock;
 use super::inputs::read;
 use crate::report::exit::Exit;
 
 #[derive(Debug, Subcommand)]
 pub(super) enum AlignCommand {
     /// Regression 1: the map from twin pixels to real ones, `u = M v`.
-    Map {
-        /// Pairs: `u_x[px],u_y[px],v_x[px],v_y[px]`, real pixel and twin pixel.
-        file: PathBuf,
-        /// Which map: `auto` lets the evidence choose.
-        #[arg(long, default_value = "projective", value_parser = ["scale", "affine", "projective", "auto"])]
-        model: String,
-    },
+    Map(MapArgs),
     /// Regression 2: the camera's intrinsics from points and their pixels.
     Intrinsics(IntrinsicsArgs),
     /// Regression 3: the matrix D of `p_s = D p_r`.
@@ -37,9 +33,27 @@ pub(super) enum AlignCommand {
             value_parser = ["translation", "rigid", "similarity", "affine", "full", "auto"]
         )]
         model: String,
+        /// Where to say how far the offset is known, m: `0.4,0.1,0.2`; may be given several times.
+        #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+        at: Vec<[f64; 3]>,
     },
     /// Where a camera sits on the wrist or beside the arm, from pictures of a chessboard and the arm's poses.
     HandEye(hand_eye::HandEyeArgs),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct MapArgs {
+    /// Pairs: `u_x[px],u_y[px],v_x[px],v_y[px]`, real pixel and twin pixel; a column `score` says which are likelier right.
+    file: PathBuf,
+    /// Which map: `auto` lets the evidence choose.
+    #[arg(long, default_value = "projective", value_parser = ["scale", "affine", "projective", "auto"])]
+    model: String,
+    /// Size of the twin's picture, px: `1280x720`; as far as the points reach when left out.
+    #[arg(long, value_parser = size)]
+    image: Option<(u32, u32)>,
+    /// Fit the form that was asked for and no other.
+    #[arg(long)]
+    no_compare: bool,
 }
 
 #[derive(Debug, Args)]
@@ -67,6 +81,35 @@ fn size(text: &str) -> Result<(u32, u32), String> {
     }
 }
 
+fn point(text: &str) -> Result<[f64; 3], String> {
+    let numbers = text.split(',').map(|word| word.trim().parse::<f64>());
+    let numbers: Vec<f64> = numbers.flatten().filter(|x| x.is_finite()).collect();
+    <[f64; 3]>::try_from(numbers).map_err(|_| "write it as 0.4,0.1,0.2".into())
+}
+
+/// `trueup align map`.
+fn map(args: &MapArgs, style: Style) -> Result<Exit, Failure> {
+    let file = &args.file;
+    let (pairs, scores) = files::read_ranked_pairs(&read(file)?).map_err(|e| table(&e, file))?;
+    let model = image_map::Model::from_name(&args.model).unwrap_or(image_map::Model::Projective);
+    let options = image_map::Options::default();
+    let begin = clock();
+    let fit = image_map::fit_map_ranked(&pairs, scores.as_deref(), model, &options)
+        .map_err(|error| degenerate(&error, file))?;
+    let time_us = Some(1e6 * (clock() - begin));
+    let size = match args.image {
+        Some((width, height)) => Vector2::new(f64::from(width), f64::from(height)),
+        None => image_map::reached(&pairs),
+    };
+    let warnings = fit.warnings(&pairs, size);
+    let mut answer = MapAnswer::from(&fit).trusted(fit.uncertainty(size), &warnings);
+    if !args.no_compare && fit.compared.len() < 2 {
+        answer = answer.beside(&image_map::compare(&pairs, &fit, &options));
+    }
+    style.answer(&MapAnswer { time_us, ..answer });
+    Ok(Exit::Yes)
+}
+
 /// `trueup align ...`.
 pub(super) fn align(
     command: &AlignCommand,
@@ -75,13 +118,7 @@ pub(super) fn align(
 ) -> Result<Exit, Failure> {
     match command {
         AlignCommand::HandEye(args) => return hand_eye::hand_eye(args, scene, style),
-        AlignCommand::Map { file, model } => {
-            let pairs = files::read_map_pairs(&read(file)?).map_err(|e| table(&e, file))?;
-            let model = image_map::Model::from_name(model).unwrap_or(image_map::Model::Projective);
-            let fit = image_map::fit_map(&pairs, model, &image_map::Options::default())
-                .map_err(|error| degenerate(&error, file))?;
-            style.answer(&MapAnswer::from(&fit));
-        }
+        AlignCommand::Map(args) => return map(args, style),
         AlignCommand::Intrinsics(args) => {
             let file = &args.file;
             let beside = file.with_extension("extrinsics.json");
@@ -99,12 +136,16 @@ pub(super) fn align(
             let fit = fit.map_err(|error| degenerate(&error, file))?;
             style.answer(&IntrinsicsAnswer::from(&fit));
         }
-        AlignCommand::Offset { file, model } => {
+        AlignCommand::Offset { file, model, at } => {
             let pairs = files::read_offset_pairs(&read(file)?).map_err(|e| table(&e, file))?;
             let model = offset::Model::from_name(model).unwrap_or(offset::Model::Auto);
             let fit = offset::fit_offset(&pairs, model, &offset::Options::default())
                 .map_err(|error| degenerate(&error, file))?;
-            style.answer(&OffsetAnswer::from(&fit));
+            let mut answer = OffsetAnswer::from(&fit);
+            answer.known.extend(
+                at.iter().filter_map(|&at| fit.known_at(at.into())).map(|k| KnownAnswer::from(&k)),
+            );
+            style.answer(&answer);
         }
     }
     Ok(Exit::Yes)

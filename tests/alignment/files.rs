@@ -3,7 +3,9 @@
 use std::fmt::Write;
 
 use serde_json::Value;
-use trueup::alignment::files::{Error, read_map_pairs, read_offset_pairs, read_views};
+use trueup::alignment::files::{
+    Error, read_map_pairs, read_offset_pairs, read_ranked_pairs, read_views,
+};
 use trueup::alignment::image_map::{self, fit_map};
 use trueup::alignment::intrinsics::{self, calibrate};
 use trueup::alignment::offset::{self, fit_offset};
@@ -139,4 +141,16 @@ fn answers_have_the_keys_that_others_rely_on() {
     has(&answer["views"][0]["camera_from_world"], &["xyz_m", "quat_wxyz"]);
     assert!((answer["fx_px"].as_f64().unwrap() - 500.0).abs() < 1e-6);
     assert!((answer["cy_px"].as_f64().unwrap() - 240.0).abs() < 1e-6);
+}
+
+#[test]
+fn a_column_of_scores_is_read_where_there_is_one() {
+    let (pairs, scores) = read_ranked_pairs(PAIRS).unwrap();
+    assert_eq!((pairs.len(), scores), (5, None));
+    let ranked = "u_x[px],u_y[px],v_x[px],v_y[px],score\n1,2,3,4,0.5\n5,6,7,8,-2\n";
+    let (pairs, scores) = read_ranked_pairs(ranked).unwrap();
+    assert_eq!((pairs.len(), scores), (2, Some(vec![0.5, -2.0])));
+    let wrong = ranked.replace("-2", "good");
+    let cell = Error::Cell { row: 2, column: "score", text: "good".into() };
+    assert_eq!(read_ranked_pairs(&wrong), Err(cell));
 }

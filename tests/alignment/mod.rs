@@ -2,6 +2,7 @@
 
 mod support;
 mod image_map;
+mod map_trust;
 mod intrinsics;
 mod camera_fit;
 mod chessboard;

@@ -160,3 +160,31 @@ fn degenerate_input_is_named() {
 fn planted_shift(y: f64) -> Matrix4<f64> {
     homogeneous(Matrix3::identity(), Vector3::new(0.0, y, 0.0))
 }
+
+#[test]
+fn the_offset_says_how_far_it_is_known_away_from_the_points() {
+    // Repetition: how far the fitted offset is off where nobody touched, against what it says.
+    let truth = planted(Model::Rigid);
+    let place = Vector3::new(0.55, 0.0, 1.2);
+    let (mut squares, mut told) = (0.0, 0.0);
+    let runs = 60;
+    for seed in 0..runs {
+        let data = pairs(&truth, 12, 0.0005, true, seed);
+        let options = Options { robust: false, ..Options::default() };
+        let fit = fit_offset(&data, Model::Rigid, &options).unwrap();
+        let known = fit.known();
+        assert_eq!(known.len(), 4);
+        assert!(known.windows(2).all(|pair| pair[0].std < pair[1].std), "{known:?}");
+        let at = fit.known_at(place).unwrap();
+        assert!(at.reach > 1.5, "{at:?}");
+        told += at.std / runs as f64;
+        squares += (fit.apply(place).unwrap() - apply(&truth, place).unwrap()).norm_squared()
+            / runs as f64;
+    }
+    // A standard deviation from 60 runs is known to 7 %.
+    let ratio = squares.sqrt() / told;
+    assert!((ratio - 1.0).abs() < 0.25, "{ratio}: {} against {told}", squares.sqrt());
+    // What nothing checks is not said to be known.
+    let few = pairs(&truth, 1, 0.0, false, 1);
+    assert!(fit_offset(&few, Model::Translation, &Options::default()).unwrap().known().is_empty());
+}

@@ -11,6 +11,7 @@ use super::pairs::{Map, Pairs};
 /// Fits one form: the map and the rows that agree with it.
 pub(super) fn fit_one(
     pairs: &[Pair],
+    scores: Option<&[f64]>,
     model: Model,
     options: &Options,
 ) -> Result<(Map, Vec<usize>), Error> {
@@ -26,8 +27,11 @@ pub(super) fn fit_one(
         let map = data.fit(&all)?;
         return Ok((map, all));
     }
-    let found = consensus::search(&data, options.seed)
-        .ok_or(Error::Degenerate { model: model.name(), free: 1 })?;
+    let Some(found) = consensus::search(&data, scores, options.seed) else {
+        // What is wrong with all of them together is what to say; samples may fail for either reason.
+        data.fit(&all)?;
+        return Err(Error::Degenerate { model: model.name(), free: 1 });
+    };
     if found.inliers.len() < needed {
         return Err(Error::NoConsensus {
             model: model.name(),
@@ -72,11 +76,13 @@ pub(super) fn describe(
         mse_px,
         std_px,
         noise_px: map.noise_px,
+        kept: inliers.len(),
         outliers,
         leave_one_out_px: map.leave_one_out_px,
         worst: map.worst,
         covariance,
         conditioning: map.conditioning,
+        area_px2: map.area,
         compared,
         reason,
     })

@@ -114,6 +114,8 @@ pub struct MapFit {
     pub std_px: f64,
     /// Standard deviation of the noise of one coordinate, px, 0 without redundancy.
     pub noise_px: f64,
+    /// How many rows it rests on.
+    pub kept: usize,
     /// Rows left out, in order.
     pub outliers: Vec<usize>,
     /// Root mean square error of each row as predicted from all others, px; `None` without redundancy.
@@ -125,7 +127,10 @@ pub struct MapFit {
     pub covariance: DMatrix<f64>,
     /// Least singular value over the largest of the scaled design; near 0 the points hardly do.
     pub conditioning: f64,
-    /// The models side by side on the same rows, simplest first.
+    /// Area of the real picture that wrong pairs may lie in, px²: that of the bounding box of its points.
+    pub area_px2: f64,
+    /// The models side by side on the same rows, simplest first; the one that was asked for alone unless
+    /// [`compare`](super::compare) was asked.
     pub compared: Vec<Compared>,
     /// Why this model.
     pub reason: String,

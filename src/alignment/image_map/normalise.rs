@@ -62,23 +62,46 @@ pub(super) fn project(
     Some((Vector2::new(x, y), d, w))
 }
 
+/// The entries uu, uv, vv of the scatter about the mean, px².
+fn scatter(pixels: impl Iterator<Item = Pixel> + Clone) -> [f64; 3] {
+    let (mut n, mut mean) = (0.0, Vector2::zeros());
+    for p in pixels.clone() {
+        mean += Vector2::new(p.u, p.v);
+        n += 1.0;
+    }
+    mean /= f64::max(n, 1.0);
+    let mut sums = [0.0; 3];
+    for p in pixels {
+        let (u, v) = (p.u - mean.x, p.v - mean.y);
+        sums[0] += u * u;
+        sums[1] += u * v;
+        sums[2] += v * v;
+    }
+    sums.map(|sum| sum / f64::max(n, 1.0))
+}
+
+/// Root mean square distance of points from the line nearest to them, px.
+pub(super) fn across(pixels: impl Iterator<Item = Pixel> + Clone) -> f64 {
+    let [uu, uv, vv] = scatter(pixels);
+    Matrix2::new(uu, uv, uv, vv).symmetric_eigenvalues().min().max(0.0).sqrt()
+}
+
+/// The points of one picture, and what they are called.
+type Side = (&'static str, fn(&Pair) -> Pixel);
+
 /// Refuses points that are all one, or on one line where the model needs two dimensions.
 pub(super) fn check_spread(pairs: &[Pair], rows: &[usize], model: Model) -> Result<(), Error> {
-    type Side = (&'static str, fn(&Pair) -> Pixel);
+    if model == Model::Scale {
+        return Ok(());
+    }
     let sides: [Side; 2] = [("real points", |p| p.real), ("twin points", |p| p.twin)];
     for (what, side) in sides {
-        let n = rows.len() as f64;
-        let points = rows.iter().map(|&i| side(&pairs[i])).map(|p| Vector2::new(p.u, p.v));
-        let mean = points.clone().sum::<Vector2<f64>>() / n;
-        let scatter = points.map(|p| (p - mean) * (p - mean).transpose()).sum::<Matrix2<f64>>() / n;
-        let spread = scatter.trace().max(0.0).sqrt();
-        if model == Model::Scale {
-            continue;
-        }
+        let [uu, uv, vv] = scatter(rows.iter().map(|&i| side(&pairs[i])));
+        let spread = (uu + vv).sqrt();
         if spread < 1e-6 {
             return Err(Error::Coincident { what, spread, unit: "px" });
         }
-        let across = scatter.symmetric_eigenvalues().min().max(0.0).sqrt();
+        let across = Matrix2::new(uu, uv, uv, vv).symmetric_eigenvalues().min().max(0.0).sqrt();
         if across < 1e-6 * spread {
             return Err(Error::Collinear { what, ratio: across / spread });
         }

@@ -4,8 +4,9 @@
 //! never 0 there: the centre of points on one side of the horizon is on that side too. The scale form
 //! keeps its origin, since it has no offset.
 
-use nalgebra::{DMatrix, Matrix2, Matrix3, SMatrix, SVector, Vector2};
+use nalgebra::{DMatrix, Matrix2, Matrix3, Vector2};
 
+use super::columns::{Columns, Normal, Scale, Sums};
 use super::normalise::{Frame, project, with_unit_corner};
 use super::{Error, Model, NoiseIn, Pair, projective};
 use crate::alignment::consensus::{Regression, mix};
@@ -13,7 +14,7 @@ use crate::fit::{self, Jacobian, Noise, Problem};
 
 /// All pairs, normalised.
 pub(super) struct Pairs<'a> {
-    rows: &'a [Pair],
+    given: &'a [Pair],
     pub(super) model: Model,
     noise: NoiseIn,
     real: Frame,
@@ -36,30 +37,30 @@ pub(super) struct Map {
     pub(super) worst: Option<(usize, f64)>,
     /// Sum of squared whitened errors, px².
     pub(super) sum: f64,
+    /// Area that outliers may lie in, px².
+    pub(super) area: f64,
 }
 
-/// The entries of the normalised matrix that a form leaves free, row order.
-fn entries(model: Model) -> &'static [(usize, usize)] {
-    const ALL: [(usize, usize); 8] =
-        [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1)];
+/// The entries of the normalised matrix that a form leaves free, counted row by row.
+fn indices(model: Model) -> &'static [usize] {
     match model {
-        Model::Scale => &[(0, 0), (1, 1)],
-        Model::Affine => &ALL[..6],
-        _ => &ALL,
+        Model::Scale => &[0, 4],
+        Model::Affine => &[0, 1, 2, 3, 4, 5],
+        _ => &[0, 1, 2, 3, 4, 5, 6, 7],
     }
 }
 
 fn unpack(model: Model, x: &[f64]) -> Matrix3<f64> {
     let mut m = Matrix3::zeros();
     m[(2, 2)] = 1.0;
-    for (&(i, j), v) in entries(model).iter().zip(x) {
-        m[(i, j)] = *v;
+    for (&k, v) in indices(model).iter().zip(x) {
+        m[(k / 3, k % 3)] = *v;
     }
     m
 }
 
 fn pack(model: Model, m: &Matrix3<f64>) -> Vec<f64> {
-    entries(model).iter().map(|&at| m[at] / m[(2, 2)]).collect()
+    indices(model).iter().map(|&k| m[(k / 3, k % 3)] / m[(2, 2)]).collect()
 }
 
 impl<'a> Pairs<'a> {
@@ -79,7 +80,7 @@ impl<'a> Pairs<'a> {
         let side = high - low;
         // A line of points still has room for outliers beside it.
         let area = side.x.max(0.1 * side.y).max(1.0) * side.y.max(0.1 * side.x).max(1.0);
-        Self { rows: pairs, model, noise, real, twin, points, area }
+        Self { given: pairs, model, noise, real, twin, points, area }
     }
 
     /// The inverse Cholesky factor of the error's covariance (in units of the noise), for errors in px.
@@ -98,61 +99,57 @@ impl<'a> Pairs<'a> {
         }
     }
 
-    /// Rows, whiteners and weights for a fit around `m`.
-    fn linearised(&self, m: &Matrix3<f64>, rows: &[(usize, f64)]) -> Option<Part<'_>> {
+    /// Rows and whiteners for a fit around `m`.
+    fn linearised(&self, m: &Matrix3<f64>, rows: &[usize]) -> Option<Part<'_>> {
         let mut part = Part { pairs: self, rows: Vec::with_capacity(rows.len()) };
-        for &(row, weight) in rows {
+        for &row in rows {
             let (_, derivative, _) = project(m, self.points[row].1)?;
-            let whitener = self.whitener(&derivative) * (self.real.size * weight.sqrt());
+            let whitener = self.whitener(&derivative) * self.real.size;
             part.rows.push((row, whitener));
         }
         Some(part)
     }
 
-    /// The normal equations around `m` with its whiteners, in px: matrix (lower triangle, unused
-    /// parameters with a 1), gradient, and the sum of squares.
-    fn normal(&self, m: &Matrix3<f64>, rows: &[(usize, f64)]) -> Option<(Normal, Gradient, f64)> {
-        let k = self.model.dof();
-        let mut normal = Normal::zeros();
-        let mut gradient = Gradient::zeros();
-        let mut sum = 0.0;
-        for &(row, weight) in rows {
-            let (u, v) = self.points[row];
-            let (p, derivative, _) = project(m, v)?;
-            let whitener = self.whitener(&derivative) * self.real.size;
-            let e = whitener * (p - u);
-            sum += weight * e.norm_squared();
-            let (a, b) = row_jacobian(self.model, m, v, &whitener)?;
-            for j in 0..k {
-                let (aj, bj) = (weight * a[j], weight * b[j]);
-                gradient[j] += aj * e.x + bj * e.y;
-                for i in j..k {
-                    normal[(i, j)] += aj * a[i] + bj * b[i];
-                }
-            }
-        }
-        for i in k..8 {
-            normal[(i, i)] = 1.0;
-        }
-        Some((normal, gradient, sum))
+    /// What errors are measured in.
+    fn scale(&self) -> Scale {
+        let twin = match self.noise {
+            NoiseIn::Real => 0.0,
+            NoiseIn::Both => self.real.size / self.twin.size,
+        };
+        Scale { real: self.real.size, twin }
     }
 
-    /// One Gauss–Newton step. The search takes hundreds, so nothing is allocated here.
-    fn gauss_newton(&self, m: &Matrix3<f64>, rows: &[(usize, f64)]) -> Option<Matrix3<f64>> {
-        let (normal, gradient, _) = self.normal(m, rows)?;
+    /// One Gauss–Newton step from what the rows say.
+    fn gauss_newton(&self, m: &Matrix3<f64>, sums: &Sums) -> Option<Matrix3<f64>> {
+        let free = indices(self.model);
+        let is_free = |k: usize| free.contains(&k);
+        let mut normal = sums.normal;
+        let mut gradient = sums.gradient;
+        for k in (0..8).filter(|&k| !is_free(k)) {
+            normal.row_mut(k).fill(0.0);
+            normal.column_mut(k).fill(0.0);
+            normal[(k, k)] = 1.0;
+            gradient[k] = 0.0;
+        }
         let step = normal.cholesky()?.solve(&gradient);
         let mut next = *m;
-        for (&at, d) in entries(self.model).iter().zip(step.iter()) {
-            next[at] -= d;
+        for &k in free {
+            next[(k / 3, k % 3)] -= step[k];
         }
         next.iter().all(|x| x.is_finite()).then_some(next)
     }
 
     /// Gauss–Newton to rest, or `None` where it does not come to rest on its own.
-    fn at_rest(&self, start: &Matrix3<f64>, rows: &[(usize, f64)]) -> Option<Matrix3<f64>> {
+    fn at_rest(
+        &self,
+        start: &Matrix3<f64>,
+        columns: &Columns,
+        ones: &[f64],
+    ) -> Option<Matrix3<f64>> {
         let mut m = *start;
         for _ in 0..8 {
-            let next = self.gauss_newton(&m, rows)?;
+            let sums = columns.sums(&m, self.scale(), ones)?;
+            let next = self.gauss_newton(&m, &sums)?;
             let moved = (next - m).amax();
             m = next;
             // 1e-10 of the spread is 1e-7 px in any picture.
@@ -164,7 +161,7 @@ impl<'a> Pairs<'a> {
     }
 
     /// Levenberg–Marquardt with the whiteners renewed, for starts that Gauss–Newton cannot use.
-    fn damped(&self, start: Matrix3<f64>, rows: &[(usize, f64)]) -> Result<Matrix3<f64>, Error> {
+    fn damped(&self, start: Matrix3<f64>, rows: &[usize]) -> Result<Matrix3<f64>, Error> {
         let options = fit::Options { noise: Noise::Known, ..fit::Options::default() };
         let mut m = start;
         for _ in 0..4 {
@@ -181,45 +178,51 @@ impl<'a> Pairs<'a> {
         Ok(m)
     }
 
-    fn start(&self, rows: &[usize]) -> Option<Matrix3<f64>> {
-        projective::linear(self.model, rows.iter().map(|&i| self.points[i]))
+    fn start(&self, rows: &[usize]) -> Result<Matrix3<f64>, Error> {
+        let degenerate = Error::Degenerate { model: self.model.name(), free: 1 };
+        match projective::linear(self.model, rows.iter().map(|&i| self.points[i])) {
+            Ok(m) => Ok(m),
+            Err(projective::Unfit::Family) => Err(degenerate),
+            Err(projective::Unfit::Behind) => Err(Error::Crossed { given: self.points.len() }),
+        }
     }
 
     /// Fits without rejecting anything.
     pub(super) fn fit(&self, rows: &[usize]) -> Result<Map, Error> {
         // A start needs no more than a few thousand rows.
         let some: Vec<usize> = rows.iter().copied().step_by(1 + rows.len() / 2000).collect();
-        let start =
-            self.start(&some).ok_or(Error::Degenerate { model: self.model.name(), free: 1 })?;
-        self.polish(start, rows)
+        self.polish(self.start(&some)?, rows)
     }
 
     /// Fits to the end, starting at a normalised matrix, and works out the uncertainty.
     pub(super) fn polish(&self, start: Matrix3<f64>, rows: &[usize]) -> Result<Map, Error> {
         let degenerate = |free| Error::Degenerate { model: self.model.name(), free };
-        let weighted: Vec<(usize, f64)> = rows.iter().map(|&i| (i, 1.0)).collect();
-        let m = match self.at_rest(&start, &weighted) {
+        let columns = self.rows(rows);
+        let ones = vec![1.0; rows.len()];
+        let m = match self.at_rest(&start, &columns, &ones) {
             Some(m) => m,
-            None => self.damped(start, &weighted)?,
+            None => self.damped(start, rows)?,
         };
-        let (normal, _, sum) = self.normal(&m, &weighted).ok_or_else(|| degenerate(1))?;
-        let k = self.model.dof();
-        let normal = DMatrix::from_fn(k, k, |i, j| normal[(i.max(j), i.min(j))]);
+        let sums = columns.sums(&m, self.scale(), &ones).ok_or_else(|| degenerate(1))?;
+        let free = indices(self.model);
+        let k = free.len();
+        let normal = DMatrix::from_fn(k, k, |i, j| sums.normal[(free[i], free[j])]);
         // Columns scaled to length 1, as `fit` does it.
         let length = normal.diagonal().map(|d| d.max(f64::MIN_POSITIVE).sqrt());
         let scaled = DMatrix::from_fn(k, k, |i, j| normal[(i, j)] / (length[i] * length[j]));
         let values = scaled.symmetric_eigenvalues();
         let conditioning = (values.min().max(0.0) / values.max()).sqrt();
         // A direction seen a hundred thousand times less sharply than the sharpest is free.
-        let free = values.iter().filter(|v| v.max(0.0).sqrt() < 1e-5 * values.max().sqrt()).count();
-        if free > 0 {
-            return Err(degenerate(free));
+        let n_free =
+            values.iter().filter(|v| v.max(0.0).sqrt() < 1e-5 * values.max().sqrt()).count();
+        if n_free > 0 {
+            return Err(degenerate(n_free));
         }
         let unit = normal.try_inverse().ok_or_else(|| degenerate(1))?;
         let told = (2 * rows.len()).saturating_sub(k);
-        let noise2 = if told > 0 { sum / told as f64 } else { 0.0 };
+        let noise2 = if told > 0 { sums.square / told as f64 } else { 0.0 };
         let (leave_one_out_px, worst) =
-            if told > 0 { self.leave_one_out(&m, &unit, rows) } else { (None, None) };
+            if told > 0 { self.leave_one_out(&m, &unit, rows, &columns) } else { (None, None) };
         Ok(Map {
             model: self.model,
             normalised: m,
@@ -230,58 +233,47 @@ impl<'a> Pairs<'a> {
             conditioning,
             leave_one_out_px,
             worst,
-            sum,
+            sum: sums.square,
+            area: self.area,
         })
     }
 
-    /// Errors of each row as predicted from all others, to first order (PRESS): `(I - H)⁻¹ e` with `H`
-    /// the row's leverage; `unit` is the covariance at a noise of 1 px.
+    /// Root mean square of the errors of rows as predicted from all others, and the largest, px; `unit` is the covariance at
+    /// a noise of 1 px. A row that alone holds a direction cannot be predicted from the others.
     fn leave_one_out(
         &self,
         m: &Matrix3<f64>,
         unit: &DMatrix<f64>,
         rows: &[usize],
+        columns: &Columns,
     ) -> (Option<f64>, Option<(usize, f64)>) {
-        let k = self.model.dof();
         let mut c = Normal::zeros();
-        c.view_mut((0, 0), (k, k)).copy_from(unit);
-        let (mut sum, mut worst) = (0.0, None::<(usize, f64)>);
-        for &row in rows {
-            let (u, v) = self.points[row];
-            let Some((p, derivative, _)) = project(m, v) else { return (None, None) };
-            let whitener = self.whitener(&derivative) * self.real.size;
-            let Some((a, b)) = row_jacobian(self.model, m, v, &whitener) else {
-                return (None, None);
-            };
-            let (a, b) = (Gradient::from(a), Gradient::from(b));
-            let (ca, cb) = (c * a, c * b);
-            let leverage = Matrix2::new(a.dot(&ca), a.dot(&cb), b.dot(&ca), b.dot(&cb));
-            let rest = Matrix2::identity() - leverage;
-            // A row that alone holds a direction cannot be predicted from the others.
-            if rest.determinant() < 1e-9 {
-                return (None, None);
-            }
-            let (Some(rest), Some(colour)) = (rest.try_inverse(), whitener.try_inverse()) else {
-                return (None, None);
-            };
-            let e = (colour * (rest * (whitener * (p - u)))).norm() * self.real.size;
-            sum += e * e;
-            if worst.is_none_or(|(_, w)| e > w) {
-                worst = Some((row, e));
+        for (i, &row) in indices(self.model).iter().enumerate() {
+            for (j, &column) in indices(self.model).iter().enumerate() {
+                c[(row, column)] = unit[(i, j)];
             }
         }
-        (Some((sum / rows.len() as f64).sqrt()), worst)
+        let (mut sum, mut worst) = (0.0, None::<(usize, f64)>);
+        for (&row, e2) in rows.iter().zip(columns.left_out(m, self.scale(), &c)) {
+            sum += e2;
+            if worst.is_none_or(|(_, largest)| e2 > largest) {
+                worst = Some((row, e2));
+            }
+        }
+        if !sum.is_finite() {
+            return (None, None);
+        }
+        let root = (sum / rows.len() as f64).sqrt();
+        (Some(root), worst.map(|(row, e2)| (row, e2.sqrt())))
     }
 }
 
-type Normal = SMatrix<f64, 8, 8>;
-type Gradient = SVector<f64, 8>;
-
 impl Regression for Pairs<'_> {
     type Model = Matrix3<f64>;
+    type Rows = Columns;
 
     fn len(&self) -> usize {
-        self.rows.len()
+        self.points.len()
     }
     fn minimal(&self) -> usize {
         self.model.minimal()
@@ -296,8 +288,16 @@ impl Regression for Pairs<'_> {
         FLOOR_PX
     }
     fn key(&self, row: usize) -> u64 {
-        let p = self.rows[row];
-        [p.real.u, p.real.v, p.twin.u, p.twin.v].iter().fold(0, |key, v| mix(key ^ v.to_bits()))
+        let p = self.given[row];
+        // Odd factors keep all bits; one scramble at the end spreads them.
+        let [a, b, c, d] = [p.real.u, p.real.v, p.twin.u, p.twin.v].map(f64::to_bits);
+        let half = |x: u64, y: u64| {
+            x.wrapping_mul(FACTORS[0]) ^ y.rotate_left(32).wrapping_mul(FACTORS[1])
+        };
+        mix(half(a, b).wrapping_mul(FACTORS[2]) ^ half(c, d))
+    }
+    fn rows(&self, rows: &[usize]) -> Columns {
+        Columns::of(rows.iter().map(|&i| self.points[i]))
     }
     fn through(&self, rows: &[usize]) -> Option<Matrix3<f64>> {
         match self.model {
@@ -307,30 +307,20 @@ impl Regression for Pairs<'_> {
                 self.points[rows[2]],
                 self.points[rows[3]],
             ]),
-            _ => self.start(rows),
+            _ => self.start(rows).ok(),
         }
     }
-    fn error2(&self, m: &Matrix3<f64>, row: usize) -> f64 {
-        let (u, v) = self.points[row];
-        let Some((p, derivative, _)) = project(m, v) else { return f64::INFINITY };
-        let e = (p - u) * self.real.size;
-        match self.noise {
-            NoiseIn::Real => e.norm_squared(),
-            NoiseIn::Both => {
-                let j = derivative * (self.real.size / self.twin.size);
-                // eᵀ (I + J Jᵀ)⁻¹ e, written out: this is the innermost loop.
-                let a = 1.0 + j[(0, 0)] * j[(0, 0)] + j[(0, 1)] * j[(0, 1)];
-                let b = j[(0, 0)] * j[(1, 0)] + j[(0, 1)] * j[(1, 1)];
-                let d = 1.0 + j[(1, 0)] * j[(1, 0)] + j[(1, 1)] * j[(1, 1)];
-                (d * e.x * e.x - 2.0 * b * e.x * e.y + a * e.y * e.y) / (a * d - b * b)
-            }
-        }
+    fn errors2(&self, m: &Matrix3<f64>, rows: &Columns, out: &mut Vec<f64>) {
+        rows.errors2(m, self.scale(), out);
     }
-    fn refit(&self, m: &Matrix3<f64>, rows: &[(usize, f64)]) -> Option<Matrix3<f64>> {
+    fn refit(&self, m: &Matrix3<f64>, rows: &Columns, weights: &[f64]) -> Option<Matrix3<f64>> {
         // Expectation–maximisation repeats anyway; one step each is enough.
-        self.gauss_newton(m, rows)
+        self.gauss_newton(m, &rows.sums(m, self.scale(), weights)?)
     }
 }
+
+/// Odd numbers without pattern: the factors of splitmix64 and of Weyl's sequence in it (Steele, Lea and Flood 2014).
+const FACTORS: [u64; 3] = [0x9e37_79b9_7f4a_7c15, 0xbf58_476d_1ce4_e5b9, 0x94d0_49bb_1331_11eb];
 
 /// No picture is measured better than this; data without noise would make the likelihood infinite.
 pub(super) const FLOOR_PX: f64 = 1e-3;
@@ -348,13 +338,8 @@ fn row_jacobian(
         [x, y, one, 0.0, 0.0, 0.0, -p.x * x, -p.x * y],
         [0.0, 0.0, 0.0, x, y, one, -p.y * x, -p.y * y],
     ];
-    let columns: &[usize] = match model {
-        Model::Scale => &[0, 4],
-        Model::Affine => &[0, 1, 2, 3, 4, 5],
-        _ => &[0, 1, 2, 3, 4, 5, 6, 7],
-    };
     let (mut a, mut b) = ([0.0; 8], [0.0; 8]);
-    for (k, &c) in columns.iter().enumerate() {
+    for (k, &c) in indices(model).iter().enumerate() {
         a[k] = whitener[(0, 0)] * full[0][c] + whitener[(0, 1)] * full[1][c];
         b[k] = whitener[(1, 0)] * full[0][c] + whitener[(1, 1)] * full[1][c];
     }
@@ -408,13 +393,14 @@ impl Map {
         if m.determinant().abs() <= 1e-14 * m.amax().powi(2) {
             return Err(Error::Singular);
         }
-        let at = entries(self.model);
+        let at = indices(self.model);
         let corner = raw[(2, 2)];
         let mut j = DMatrix::zeros(at.len(), at.len());
-        for (column, &(p, q)) in at.iter().enumerate() {
+        for (column, &pq) in at.iter().enumerate() {
             // d raw / d x_pq = left[:, p] · right[q, :], then the quotient rule for the corner.
-            let d = left.column(p) * right.row(q);
-            for (row, &(a, b)) in at.iter().enumerate() {
+            let d = left.column(pq / 3) * right.row(pq % 3);
+            for (row, &ab) in at.iter().enumerate() {
+                let (a, b) = (ab / 3, ab % 3);
                 j[(row, column)] = (d[(a, b)] - m[(a, b)] * d[(2, 2)]) / corner;
             }
         }

@@ -12,23 +12,43 @@ type Point = Vector2<f64>;
 /// Each side is the image of the standard basis under `A = [λ1 p1, λ2 p2, λ3 p3]` with
 /// `A (1, 1, 1)ᵀ = p4`; the map is `A_u A_v⁻¹`.
 pub(super) fn through_four(sample: &[(Point, Point); 4]) -> Option<Matrix3<f64>> {
-    let u = basis(&[sample[0].0, sample[1].0, sample[2].0, sample[3].0])?;
-    let v = basis(&[sample[0].1, sample[1].1, sample[2].1, sample[3].1])?;
-    let m = u * v.try_inverse()?;
-    let m = upright(m, sample.iter().map(|(_, v)| *v))?;
+    let (real, whole_real) = areas(&sample.map(|(u, _)| u))?;
+    let (twin, whole_twin) = areas(&sample.map(|(_, v)| v))?;
+    // The homogeneous coordinates of the four are as `real[i] / twin[i]` to `whole_real / whole_twin`: all must have the
+    // same sign (Chum, Werner and Matas, "Epipolar geometry estimation via RANSAC benefits from the oriented epipolar
+    // constraint", ICPR 2004, for the plane). Most samples with an outlier end here.
+    let side = whole_real * whole_twin;
+    if real.iter().zip(&twin).any(|(u, v)| u * v * side <= 0.0) {
+        return None;
+    }
+    let corner = |k: usize, side: fn(&(Point, Point)) -> Point, weight: f64| {
+        let p = side(&sample[k]);
+        Vector3::new(p.x, p.y, 1.0) * weight
+    };
+    // Columns of A_u over those of A_v, without dividing by the whole.
+    let u = Matrix3::from_columns(&std::array::from_fn::<_, 3, _>(|k| {
+        corner(k, |pair| pair.0, real[k] / twin[k])
+    }));
+    // The inverse of the matrix whose columns are the twin's points has their cross products as rows, over the whole.
+    let v: [Vector3<f64>; 3] = std::array::from_fn(|k| corner(k, |pair| pair.1, 1.0));
+    let inverse = Matrix3::from_rows(&[
+        v[1].cross(&v[2]).transpose(),
+        v[2].cross(&v[0]).transpose(),
+        v[0].cross(&v[1]).transpose(),
+    ]);
+    let m = upright(u * inverse, sample.iter().map(|(_, v)| *v))?;
     m.iter().all(|x| x.is_finite()).then_some(m)
 }
 
-fn basis(p: &[Point; 4]) -> Option<Matrix3<f64>> {
+/// Twice the areas of the triangles that the fourth point makes with the sides opposite each of the others, and of the
+/// triangle without it; `None` when three points are nearly on one line.
+fn areas(p: &[Point; 4]) -> Option<([f64; 3], f64)> {
     let area = |a: Point, b: Point, c: Point| (b - a).perp(&(c - a));
-    let (a, b, c) = (area(p[3], p[1], p[2]), area(p[0], p[3], p[2]), area(p[0], p[1], p[3]));
+    let parts = [area(p[3], p[1], p[2]), area(p[0], p[3], p[2]), area(p[0], p[1], p[3])];
     let whole = area(p[0], p[1], p[2]);
     // Points have spread 1 here; a thinner triangle says nothing about the direction across it.
-    if [a, b, c, whole].iter().any(|x| x.abs() < 1e-7) {
-        return None;
-    }
-    let column = |p: Point, weight: f64| Vector3::new(p.x, p.y, 1.0) * (weight / whole);
-    Some(Matrix3::from_columns(&[column(p[0], a), column(p[1], b), column(p[2], c)]))
+    let is_thin = |x: f64| x.abs() < 1e-7;
+    (!is_thin(whole) && !parts.iter().any(|x| is_thin(*x))).then_some((parts, whole))
 }
 
 /// Scales the matrix so that its corner is 1 and all points lie on the positive side of the horizon.
@@ -46,13 +66,21 @@ fn upright(m: Matrix3<f64>, points: impl Iterator<Item = Point>) -> Option<Matri
     Some(m)
 }
 
-/// Returns the linear fit of a form to pairs `(u, v)` in normalised coordinates, `None` when they do not
-/// determine it.
+/// Why there is no linear fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Unfit {
+    /// A family of maps fits as well.
+    Family,
+    /// The one that fits sends some of the points over its horizon.
+    Behind,
+}
+
+/// Returns the linear fit of a form to pairs `(u, v)` in normalised coordinates, or why there is none.
 pub(super) fn linear(
     model: Model,
     pairs: impl Iterator<Item = (Point, Point)> + Clone,
-) -> Option<Matrix3<f64>> {
-    match model {
+) -> Result<Matrix3<f64>, Unfit> {
+    let found = match model {
         Model::Scale => {
             let (mut uv, mut vv) = (Vector2::<f64>::zeros(), Vector2::<f64>::zeros());
             for (u, v) in pairs {
@@ -69,20 +97,27 @@ pub(super) fn linear(
                 normal += v * v.transpose();
                 right += v * u.transpose();
             }
-            let inverse = normal.try_inverse().filter(|i| i.amax() < 1e12)?;
+            let inverse = normal.try_inverse().filter(|i| i.amax() < 1e12);
+            let inverse = inverse.ok_or(Unfit::Family)?;
             let a = (inverse * right).transpose();
             let mut m = Matrix3::identity();
             m.fixed_view_mut::<2, 3>(0, 0).copy_from(&a);
             Some(m)
         }
-        _ => dlt(pairs),
-    }
+        _ => {
+            let (m, is_sharp) = dlt(pairs.clone()).ok_or(Unfit::Family)?;
+            let behind = if is_sharp { Unfit::Behind } else { Unfit::Family };
+            return upright(m, pairs.map(|(_, v)| v)).ok_or(behind);
+        }
+    };
+    found.ok_or(Unfit::Family)
 }
 
-/// The direct linear transform on normalised points: the eigenvector of the least eigenvalue of `AᵀA`.
-fn dlt(pairs: impl Iterator<Item = (Point, Point)> + Clone) -> Option<Matrix3<f64>> {
+/// The direct linear transform on normalised points: the eigenvector of the least eigenvalue of `AᵀA`, and whether that stands
+/// out from the next.
+fn dlt(pairs: impl Iterator<Item = (Point, Point)> + Clone) -> Option<(Matrix3<f64>, bool)> {
     let mut normal = SMatrix::<f64, 9, 9>::zeros();
-    for (u, v) in pairs.clone() {
+    for (u, v) in pairs {
         let a = SMatrix::<f64, 9, 1>::from_column_slice(&[
             v.x,
             v.y,
@@ -114,7 +149,10 @@ fn dlt(pairs: impl Iterator<Item = (Point, Point)> + Clone) -> Option<Matrix3<f6
     if eigen.eigenvalues[order[1]] < 1e-11 * eigen.eigenvalues[order[8]] {
         return None;
     }
+    // Noise is what the least one is made of. Where the second is less than ten times as large in length, noise decides which
+    // map of a family it is.
+    let is_sharp = eigen.eigenvalues[order[1]] > 100.0 * eigen.eigenvalues[order[0]].max(0.0);
     let h = eigen.eigenvectors.column(order[0]);
     let m = Matrix3::new(h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], h[8]);
-    upright(m, pairs.map(|(_, v)| v))
+    Some((m, is_sharp))
 }

@@ -8,7 +8,7 @@ use super::super::Error;
 pub(super) use super::compared::Compared;
 use super::fit::{describe, fit_one};
 use super::model::{MapFit, Model, Options, Pair};
-use super::pairs::{FLOOR_PX, Pairs};
+use super::pairs::{FLOOR_PX, Map, Pairs};
 use super::wording;
 
 /// Fits every form that the rows determine.
@@ -23,25 +23,34 @@ pub(super) fn compare(pairs: &[Pair], rows: &[usize], options: &Options) -> Vec<
             continue;
         }
         let Ok(map) = Pairs::new(&kept, model, options.noise).fit(&all) else { continue };
-        let n = 2.0 * kept.len() as f64;
-        let sigma2 = (map.sum / n).max(FLOOR_PX * FLOOR_PX);
-        let log_likelihood = -0.5 * (n * (std::f64::consts::TAU * sigma2).ln() + map.sum / sigma2);
-        let evidence = log_likelihood - 0.5 * model.dof() as f64 * n.ln();
-        let leave_one_out_px = map.leave_one_out_px;
         let Ok(fit) = describe(&kept, &map, &all, Vec::new(), String::new()) else { continue };
-        compared.push(Compared { model, mse_px: fit.mse_px, leave_one_out_px, evidence });
+        compared.push(entry(&map, &fit, kept.len()));
     }
     compared
 }
 
+/// The line of the comparison about one fit to `n_kept` pairs.
+pub(super) fn entry(map: &Map, fit: &MapFit, n_kept: usize) -> Compared {
+    let n = 2.0 * n_kept as f64;
+    let sigma2 = (map.sum / n).max(FLOOR_PX * FLOOR_PX);
+    let log_likelihood = -0.5 * (n * (std::f64::consts::TAU * sigma2).ln() + map.sum / sigma2);
+    let evidence = log_likelihood - 0.5 * map.model.dof() as f64 * n.ln();
+    let leave_one_out_px = map.leave_one_out_px;
+    Compared { model: map.model, mse_px: fit.mse_px, leave_one_out_px, evidence }
+}
+
 /// Chooses the form, then fits it to all rows.
-pub(super) fn choose(pairs: &[Pair], options: &Options) -> Result<MapFit, Error> {
+pub(super) fn choose(
+    pairs: &[Pair],
+    scores: Option<&[f64]>,
+    options: &Options,
+) -> Result<MapFit, Error> {
     // The most general form that the rows determine says which of them belong: what does not fit it
     // does not fit the others.
     let mut kept = None;
     let mut first_error = None;
     for model in Model::FORMS.into_iter().rev() {
-        match fit_one(pairs, model, options) {
+        match fit_one(pairs, scores, model, options) {
             Ok((_, rows)) => {
                 kept = Some(rows);
                 break;
@@ -83,7 +92,7 @@ pub(super) fn choose(pairs: &[Pair], options: &Options) -> Result<MapFit, Error>
         let map = Pairs::new(pairs, model, options.noise).fit(&rows)?;
         (map, rows)
     } else {
-        fit_one(pairs, model, options)?
+        fit_one(pairs, scores, model, options)?
     };
     describe(pairs, &map, &inliers, compared, reason)
 }

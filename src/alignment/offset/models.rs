@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, Matrix3, Matrix4, UnitQuaternion, Vector3};
 
-use super::{Error, FLOOR_M, Model, Pair};
+use super::{Error, FLOOR_M, Model, Pair, Trust};
 use crate::alignment::consensus::{Regression, mix};
 use crate::alignment::rigid::turn_between;
 use crate::fit::{self, Noise, Prior, Residuals};
@@ -30,6 +30,7 @@ pub(super) struct Fitted {
     pub(super) unobservable: Vec<String>,
     pub(super) n_free: usize,
     pub(super) covariance_at_centre: DMatrix<f64>,
+    pub(super) trust: Trust,
 }
 
 /// Names of the parameters of each form, in order.
@@ -43,6 +44,40 @@ fn names(model: Model) -> &'static [&'static str] {
             "d42", "d43",
         ],
     }
+}
+
+/// `D` of parameters about a centre: shifts in units of the spread, the rest without unit.
+pub(super) fn matrix(model: Model, centre: Vector3<f64>, size: f64, x: &[f64]) -> Matrix4<f64> {
+    let mut d = Matrix4::identity();
+    let linear = match model {
+        Model::Translation | Model::Auto => Matrix3::identity(),
+        Model::Rigid | Model::Similarity => {
+            let turn = UnitQuaternion::from_scaled_axis(Vector3::new(x[3], x[4], x[5]));
+            let scale = if model == Model::Similarity { 1.0 + x[6] } else { 1.0 };
+            turn.to_rotation_matrix().into_inner() * scale
+        }
+        Model::Affine | Model::Full => Matrix3::identity() + Matrix3::from_row_slice(&x[3..12]),
+    };
+    d.fixed_view_mut::<3, 3>(0, 0).copy_from(&linear);
+    for i in 0..3 {
+        d[(i, 3)] = x[i];
+    }
+    if model == Model::Full {
+        for i in 0..3 {
+            d[(3, i)] = x[12 + i];
+        }
+    }
+    // From normalised coordinates, centred alike on both sides, to metres.
+    let mut out = Matrix4::identity() * size;
+    out[(3, 3)] = 1.0;
+    let mut into = Matrix4::identity() / size;
+    into[(3, 3)] = 1.0;
+    for i in 0..3 {
+        out[(i, 3)] = centre[i];
+        into[(i, 3)] = -centre[i] / size;
+    }
+    let d = out * d * into;
+    d / d[(3, 3)]
 }
 
 impl<'a> Pairs<'a> {
@@ -70,38 +105,9 @@ impl<'a> Pairs<'a> {
         (square / n).sqrt()
     }
 
-    /// `D` of parameters: shifts in units of the spread, the rest without unit.
+    /// `D` of parameters.
     pub(super) fn matrix(&self, x: &[f64]) -> Matrix4<f64> {
-        let mut d = Matrix4::identity();
-        let linear = match self.model {
-            Model::Translation | Model::Auto => Matrix3::identity(),
-            Model::Rigid | Model::Similarity => {
-                let turn = UnitQuaternion::from_scaled_axis(Vector3::new(x[3], x[4], x[5]));
-                let scale = if self.model == Model::Similarity { 1.0 + x[6] } else { 1.0 };
-                turn.to_rotation_matrix().into_inner() * scale
-            }
-            Model::Affine | Model::Full => Matrix3::identity() + Matrix3::from_row_slice(&x[3..12]),
-        };
-        d.fixed_view_mut::<3, 3>(0, 0).copy_from(&linear);
-        for i in 0..3 {
-            d[(i, 3)] = x[i];
-        }
-        if self.model == Model::Full {
-            for i in 0..3 {
-                d[(3, i)] = x[12 + i];
-            }
-        }
-        // From normalised coordinates, centred alike on both sides, to metres.
-        let mut out = Matrix4::identity() * self.size;
-        out[(3, 3)] = 1.0;
-        let mut into = Matrix4::identity() / self.size;
-        into[(3, 3)] = 1.0;
-        for i in 0..3 {
-            out[(i, 3)] = self.centre[i];
-            into[(i, 3)] = -self.centre[i] / self.size;
-        }
-        let d = out * d * into;
-        d / d[(3, 3)]
+        matrix(self.model, self.centre, self.size, x)
     }
 
     fn solve(
@@ -185,6 +191,18 @@ impl<'a> Pairs<'a> {
             n_free,
             // At the centre D p_r moves with the shift alone.
             covariance_at_centre: result.covariance.view((0, 0), (3, 3)) * self.size.powi(2),
+            trust: Trust {
+                model: self.model,
+                centre: self.centre,
+                size: self.size,
+                reach: rows
+                    .iter()
+                    .map(|&i| (self.rows[i].real - self.centre).norm())
+                    .fold(0.0, f64::max),
+                x: result.x,
+                covariance: result.covariance,
+                told,
+            },
         })
     }
 
@@ -275,6 +293,7 @@ impl<'a> Pairs<'a> {
 
 impl Regression for Pairs<'_> {
     type Model = Vec<f64>;
+    type Rows = Vec<usize>;
 
     fn len(&self) -> usize {
         self.rows.len()
@@ -298,19 +317,26 @@ impl Regression for Pairs<'_> {
     fn through(&self, rows: &[usize]) -> Option<Vec<f64>> {
         let start = self.start(rows);
         if matches!(self.model, Model::Affine | Model::Full) {
-            let weighted: Vec<(usize, f64)> = rows.iter().map(|&i| (i, 1.0)).collect();
-            return self.refit(&start, &weighted);
+            return self.refit(&start, &rows.to_vec(), &vec![1.0; rows.len()]);
         }
         start.iter().all(|v| v.is_finite()).then_some(start)
     }
-    fn error2(&self, x: &Vec<f64>, row: usize) -> f64 {
-        let pair = &self.rows[row];
-        super::apply(&self.matrix(x), pair.real)
-            .map_or(f64::INFINITY, |p| (p - pair.said).norm_squared())
+    fn rows(&self, rows: &[usize]) -> Vec<usize> {
+        rows.to_vec()
     }
-    fn refit(&self, x: &Vec<f64>, rows: &[(usize, f64)]) -> Option<Vec<f64>> {
+    fn errors2(&self, x: &Vec<f64>, rows: &Vec<usize>, out: &mut Vec<f64>) {
+        let d = self.matrix(x);
+        out.extend(rows.iter().map(|&row| {
+            let pair = &self.rows[row];
+            super::apply(&d, pair.real).map_or(f64::INFINITY, |p| (p - pair.said).norm_squared())
+        }));
+    }
+    fn refit(&self, x: &Vec<f64>, rows: &Vec<usize>, weights: &[f64]) -> Option<Vec<f64>> {
         // The search has no use for sharp priors: a thousandth of the size stands for the noise.
         let sigma = (1e-3 * self.size).max(FLOOR_M);
-        self.solve(rows, sigma, x).ok().map(|fit| fit.x)
+        let weighted = rows.iter().copied().zip(weights.iter().copied());
+        // Rows of no weight cost time and change nothing.
+        let weighted: Vec<(usize, f64)> = weighted.filter(|(_, w)| *w > 0.0).collect();
+        self.solve(&weighted, sigma, x).ok().map(|fit| fit.x)
     }
 }

@@ -6,9 +6,9 @@
 use nalgebra::{DMatrix, Matrix3, Matrix4};
 use serde::Serialize;
 
-use crate::alignment::image_map::MapFit;
+use crate::alignment::image_map::{Compared, Grid, MapFit, Warning};
 use crate::alignment::intrinsics::{Calibration, NAMES};
-use crate::alignment::offset::OffsetFit;
+use crate::alignment::offset::{Known, OffsetFit};
 use crate::world::{Pose, frame};
 
 /// The row predicted worst from all others.
@@ -33,6 +33,26 @@ pub struct MapCompared {
     pub leave_one_out_px: Option<f64>,
     /// `-BIC/2`; more is better.
     pub evidence: f64,
+}
+
+/// What to beware of, regression 1.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct WarningAnswer {
+    /// Its name, such as `small_patch`.
+    pub code: &'static str,
+    /// In words.
+    pub message: String,
+}
+
+/// How far the map is known over the twin's picture.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct UncertaintyAnswer {
+    /// Columns of the grid, px of the twin's picture.
+    pub u_px: Vec<f64>,
+    /// Its rows, px of the twin's picture.
+    pub v_px: Vec<f64>,
+    /// Standard deviation of where a pixel is mapped to, px of the real picture, a list a row; null beyond the horizon.
+    pub std_px: Vec<Vec<Option<f64>>>,
 }
 
 /// `align map`.
@@ -65,6 +85,42 @@ pub struct MapAnswer {
     pub compared: Vec<MapCompared>,
     /// Why this form.
     pub reason: String,
+    /// What to beware of; empty where nothing is.
+    pub warnings: Vec<WarningAnswer>,
+    /// How far it is known over the twin's picture, where that was asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uncertainty: Option<UncertaintyAnswer>,
+    /// Time that the fit took, without reading and comparing, µs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_us: Option<f64>,
+}
+
+impl MapAnswer {
+    /// Adds how far the map can be trusted.
+    #[must_use]
+    pub fn trusted(self, grid: Option<Grid>, warnings: &[Warning]) -> Self {
+        let known = |Grid { u_px, v_px, std_px }| UncertaintyAnswer { u_px, v_px, std_px };
+        let warnings = warnings.iter();
+        let warnings = warnings.map(|w| WarningAnswer { code: w.code(), message: w.to_string() });
+        Self { uncertainty: grid.map(known), warnings: warnings.collect(), ..self }
+    }
+
+    /// Adds the forms side by side.
+    #[must_use]
+    pub fn beside(self, compared: &[Compared]) -> Self {
+        Self { compared: beside(compared), ..self }
+    }
+}
+
+fn beside(compared: &[Compared]) -> Vec<MapCompared> {
+    let one = |c: &Compared| MapCompared {
+        model: c.model.name(),
+        dof: c.model.dof(),
+        mse_px: c.mse_px,
+        leave_one_out_px: c.leave_one_out_px,
+        evidence: c.evidence,
+    };
+    compared.iter().map(one).collect()
 }
 
 impl From<&MapFit> for MapAnswer {
@@ -81,18 +137,11 @@ impl From<&MapFit> for MapAnswer {
             worst: fit.worst.map(|(row, error)| Worst { row, error }),
             covariance: rows(&fit.covariance),
             conditioning: fit.conditioning,
-            compared: fit
-                .compared
-                .iter()
-                .map(|c| MapCompared {
-                    model: c.model.name(),
-                    dof: c.model.dof(),
-                    mse_px: c.mse_px,
-                    leave_one_out_px: c.leave_one_out_px,
-                    evidence: c.evidence,
-                })
-                .collect(),
+            compared: beside(&fit.compared),
             reason: fit.reason.clone(),
+            warnings: Vec::new(),
+            uncertainty: None,
+            time_us: None,
         }
     }
 }
@@ -242,6 +291,26 @@ pub struct OffsetCompared {
     pub evidence: f64,
 }
 
+/// How far the offset is known somewhere.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct KnownAnswer {
+    /// Distance from the centre of the points, m.
+    pub from_centre_m: f64,
+    /// The same over that of the farthest point; more than 1 is away from all of them.
+    pub reach: f64,
+    /// Where at this distance it is known worst, m.
+    pub at_m: [f64; 3],
+    /// Standard deviation of the corrected position there (root of the sum over the axes), m.
+    pub std_m: f64,
+}
+
+impl From<&Known> for KnownAnswer {
+    fn from(known: &Known) -> Self {
+        let &Known { from_centre: from_centre_m, reach, at, std: std_m } = known;
+        Self { from_centre_m, reach, at_m: at.into(), std_m }
+    }
+}
+
 /// `align offset`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OffsetAnswer {
@@ -262,6 +331,8 @@ pub struct OffsetAnswer {
     pub outliers: Vec<usize>,
     /// What the points leave free; it keeps the value of "no offset".
     pub unobservable: Vec<String>,
+    /// How far the offset is known, among the points and away from them; nothing without redundancy.
+    pub known: Vec<KnownAnswer>,
     /// The forms side by side.
     pub compared: Vec<OffsetCompared>,
 }
@@ -277,6 +348,7 @@ impl From<&OffsetFit> for OffsetAnswer {
             worst: fit.worst.map(|(row, error)| Worst { row, error }),
             outliers: fit.outliers.clone(),
             unobservable: fit.unobservable.clone(),
+            known: fit.known().iter().map(KnownAnswer::from).collect(),
             compared: fit
                 .compared
                 .iter()
