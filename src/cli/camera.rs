@@ -46,11 +46,11 @@ pub(super) struct SeeArgs {
 /// Aligns the scene's camera by the table's dots where there are enough of them; says so where not.
 fn aligned(image: &RgbImage, scene: &Scene, switches: Switches, style: Style) -> Camera {
     match marks::from_marks(image, scene, switches) {
-        Ok((camera, notes)) => {
-            for note in notes {
+        Ok(found) => {
+            for note in found.notes {
                 style.note(&format!("  {note}"));
             }
-            camera
+            found.camera
         }
         Err(error) => {
             style.note(&format!(

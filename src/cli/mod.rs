@@ -35,6 +35,7 @@ mod new;
 mod numbers;
 #[cfg(feature = "page")]
 mod page;
+mod paper;
 mod replay;
 mod report;
 mod robot;
@@ -134,6 +135,9 @@ enum Command {
     Gap(gap::GapArgs),
     /// Carry out a task in one laboratory after the other, and count.
     Trials(trials::TrialsArgs),
+    /// The paper's tables, made anew in laboratories, with the paper's own numbers beside.
+    #[command(subcommand)]
+    Paper(paper::PaperCommand),
     /// Ask a vision-language model the questions of runs, and see how well anybody answers them.
     #[command(subcommand)]
     Vqa(vqa::VqaCommand),
@@ -242,6 +246,7 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         (Some(Command::Kortex(command)), _) => supervisor::kortex(command, style),
         (Some(Command::Gap(args)), _) => gap::gap(args, shared, style),
         (Some(Command::Trials(args)), _) => trials::trials(args, shared, style),
+        (Some(Command::Paper(command)), _) => paper::paper(command, shared, style),
         (Some(Command::Vqa(command)), _) => vqa::vqa(command, shared, style),
         (Some(Command::Lab(command)), _) => lab::lab(command, shared, style),
         (None, Some(line)) => run::line(line, shared, style),

@@ -78,7 +78,7 @@ struct MergeArgs {
 #[derive(Debug, Args)]
 struct Told {
     /// What a soft success may spill, mL.
-    #[arg(long, value_name = "ML", default_value_t = 10.0, value_parser = numbers::millilitres)]
+    #[arg(long, value_name = "ML", default_value_t = LEAK, value_parser = numbers::millilitres)]
     leak: f64,
     #[command(flatten)]
     form: FormArgs,
@@ -96,6 +96,10 @@ pub(super) struct FormArgs {
 }
 
 impl FormArgs {
+    pub(super) fn markdown() -> Self {
+        Self { csv: false, md: true }
+    }
+
     pub(super) fn form(self) -> Form {
         match (self.csv, self.md) {
             (true, _) => Form::Csv,
@@ -162,6 +166,57 @@ pub(super) fn trials(args: &TrialsArgs, cli: &Shared, style: Style) -> Result<Ex
         return Err(Failure::input("usage", "there is no task to try")
             .help("`--task scripts/pour.task`, or `--task 'pour(jar, cup)'`"));
     };
+    let Counted { trials, file, of, stopped } = counted(task, args, cli, style)?;
+    if style.json {
+        let rows = table(&trials, args.told.leak);
+        style.document(&json!({
+            "task": task, "file": file.display().to_string(), "done": trials.len(), "of": of,
+            "stopped": stopped, "leak_ml": args.told.leak, "rows": rows, "trials": trials,
+        }));
+    } else {
+        if !trials.is_empty() {
+            tell(&trials, &args.told, style);
+        }
+        if stopped {
+            style.note(&format!(
+                "stopped; {} of {of} trials are kept in {}, and the same command goes on",
+                trials.len(),
+                file.display()
+            ));
+        }
+    }
+    Ok(if stopped { Exit::Stopped } else { Exit::Yes })
+}
+
+/// What is kept of the trials that were wanted.
+pub(super) struct Counted {
+    pub(super) trials: Vec<Trial>,
+    pub(super) file: PathBuf,
+    /// How many were wanted.
+    pub(super) of: usize,
+    /// Whether a person stopped them.
+    pub(super) stopped: bool,
+}
+
+impl TrialsArgs {
+    /// Returns the arguments of `n` trials kept in a folder.
+    pub(super) fn of(n: u64, ablate: Vec<u8>, budget: f64, out: PathBuf) -> Self {
+        let form = FormArgs { csv: false, md: false };
+        let told = Told { leak: LEAK, form };
+        Self { command: None, task: None, n, shard: None, ablate, budget, out: Some(out), told }
+    }
+}
+
+/// What a soft success may spill unless somebody says otherwise, mL. Chosen: two spoons, which a cloth takes up.
+pub(super) const LEAK: f64 = 10.0;
+
+/// Makes the trials of a task that are not kept yet, and returns all that were wanted.
+pub(super) fn counted(
+    task: &str,
+    args: &TrialsArgs,
+    cli: &Shared,
+    style: Style,
+) -> Result<Counted, Failure> {
     if arm::at(&cli.cell.robot)?.is_elsewhere() {
         return Err(Failure::input(
             "trials::robot",
@@ -175,25 +230,7 @@ pub(super) fn trials(args: &TrialsArgs, cli: &Shared, style: Style) -> Result<Ex
     let mut trials = work.kept()?;
     let wanted = work.wanted();
     trials.retain(|trial| wanted.contains(&(trial.without.as_slice(), trial.seed)));
-    if style.json {
-        let rows = table(&trials, args.told.leak);
-        style.document(&json!({
-            "task": task, "file": work.file.display().to_string(), "done": trials.len(), "of": of,
-            "stopped": stopped, "leak_ml": args.told.leak, "rows": rows, "trials": trials,
-        }));
-    } else {
-        if !trials.is_empty() {
-            tell(&trials, &args.told, style);
-        }
-        if stopped {
-            style.note(&format!(
-                "stopped; {} of {of} trials are kept in {}, and the same command goes on",
-                trials.len(),
-                work.file.display()
-            ));
-        }
-    }
-    Ok(if stopped { Exit::Stopped } else { Exit::Yes })
+    Ok(Counted { trials, file: work.file, of, stopped })
 }
 
 fn tell(trials: &[Trial], told: &Told, style: Style) {

@@ -99,6 +99,8 @@ pub struct Belief {
     creep: f64,
     /// What else was seen on the table.
     unknown: Vec<Unknown>,
+    /// How probable it is that things are where the last picture that showed them says, by name.
+    sure: BTreeMap<String, f64>,
 }
 
 impl Belief {
@@ -122,6 +124,7 @@ impl Belief {
             mass: None,
             creep: 0.0,
             unknown: Vec::new(),
+            sure: BTreeMap::new(),
         }
     }
 
@@ -153,7 +156,13 @@ impl Belief {
             };
             object.world_from_object = sighting.world_from_object;
             object.std = sighting.std;
+            self.sure.insert(sighting.name.clone(), sighting.confidence);
         }
+    }
+
+    /// Returns how probable it is that things are where the last picture that showed them says, 0 to 1, by name.
+    pub fn sure(&self) -> Vec<(String, f64)> {
+        self.sure.iter().map(|(name, sure)| (name.clone(), *sure)).collect()
     }
 
     /// Returns how high above the table things stand that stand on others, m.

@@ -86,6 +86,11 @@ pub trait Body: Send {
     /// found it.
     fn calibrate(&mut self, _calibration: Calibration, _cell: &Cell) {}
 
+    /// Returns how probable it is that things are where they were seen last, 0 to 1, by name.
+    fn sure(&self) -> Vec<(String, f64)> {
+        Vec::new()
+    }
+
     /// Returns the regressions in force.
     fn calibration(&self) -> Option<&Calibration> {
         None

@@ -26,6 +26,20 @@ pub struct Calibration {
     pub tool_shift: [f64; 3],
     /// What was fitted, in words, for the record.
     pub notes: Vec<String>,
+    /// How far off what was found still is, as far as it was measured. Records of older programs do not say.
+    #[serde(default)]
+    pub left: Left,
+}
+
+/// How far the adapted camera and robot are from what was measured: standard deviations along one axis of the table, m.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Left {
+    /// Of a dot of the table from where the camera in force sees it, whatever was fitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera_m: Option<f64>,
+    /// Of the hand, at the points that were visited, by the fit's covariance.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot_m: Option<f64>,
 }
 
 impl Calibration {
@@ -37,6 +51,7 @@ impl Calibration {
             zeros: Vec::new(),
             tool_shift: [0.0; 3],
             notes: vec![wording::nothing_calibrated()],
+            left: Left::default(),
         }
     }
 

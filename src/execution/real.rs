@@ -191,6 +191,10 @@ impl Body for RealBody {
         Ok(())
     }
 
+    fn sure(&self) -> Vec<(String, f64)> {
+        self.belief.sure()
+    }
+
     fn confirm(&mut self, names: &[String]) -> Result<(), DeviceError> {
         if names.is_empty() {
             return Ok(());

@@ -25,6 +25,7 @@ pub mod run_page;
 pub mod seen;
 pub mod sentence;
 pub mod teach;
+pub mod paper;
 pub mod trials;
 pub mod vqa;
 pub mod why;

@@ -340,6 +340,9 @@ pub fn ending(run: &Run, style: Style) -> String {
     if let Some(water) = &run.water {
         let _ = write!(text, "\n  water on {}: {}", scales_of(&water.measured_by), volumes(water));
     }
+    if let Some(matching) = &run.matching {
+        let _ = write!(text, "\n  {}", super::paper::matching(matching));
+    }
     let all = run.steps.iter().map(compared);
     let all = all.fold((0, 0), |all, step| (all.0 + step.0, all.1 + step.1));
     if all.1 > 0 {

@@ -150,7 +150,7 @@ pub fn table(rows: &[Row], leak: f64, form: Form) -> String {
     lines.join("\n")
 }
 
-fn share(share: Option<Share>) -> String {
+pub(super) fn share(share: Option<Share>) -> String {
     share.map_or_else(
         || "-".to_owned(),
         |Share { of, yes, wilson_95: [low, high] }| {

@@ -42,7 +42,7 @@ fn bases(table: &Table) -> Grid {
 }
 
 /// Everything together, as the paper has it.
-fn paper(table: &Table) -> Grid {
+pub(super) fn paper(table: &Table) -> Grid {
     let mut grid = Grid::new(
         1,
         &[

@@ -193,3 +193,29 @@ impl From<DeviceError> for Error {
         Self::Action(error.into())
     }
 }
+
+/// Why the corners of a cube say nothing in a laboratory.
+#[derive(Debug, thiserror::Error)]
+pub enum NoCorners {
+    /// The laboratory cannot be opened.
+    #[error(transparent)]
+    Cell(#[from] Error),
+    /// Its camera gives no picture.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+    /// Its dots do not give the camera.
+    #[error(transparent)]
+    Calibrate(#[from] calibrate::Error),
+    /// Nothing can be found in the picture.
+    #[error(transparent)]
+    Picture(#[from] crate::alignment::vision::Error),
+    /// Its dots do not give a map.
+    #[error(transparent)]
+    Map(#[from] crate::alignment::Error),
+    /// The cube is not found, or not by its contour.
+    #[error("the cube's corners were not measured on its contour {0}")]
+    NotSeen(String),
+    /// Not all corners are there.
+    #[error("{0} of the cube's 6 corners were found")]
+    Few(usize),
+}

@@ -11,6 +11,9 @@ pub mod check;
 pub mod devices;
 pub mod fork;
 pub mod learning;
+pub mod matching;
+pub mod paper;
+
 pub mod picture;
 pub mod carried;
 pub mod poured;
@@ -69,7 +72,7 @@ pub use roles::Fan;
 use roles::{Audience, Controls, Experience, Model, Setup};
 
 pub use devices::{Devices, Laboratory, laboratory, robot_of};
-pub use error::{Error, NoRun, WhatIf};
+pub use error::{Error, NoCorners, NoRun, WhatIf};
 pub use learning::Learnt;
 pub use options::{CANDIDATES, Options};
 pub use outcome::{Aims, Ending, Run, State, Timing, Tried, Water};

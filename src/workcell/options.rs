@@ -2,7 +2,7 @@
 
 use super::Stdlib;
 use crate::execution::calibrate::Switches;
-use crate::lab::LabSettings;
+use crate::lab::{LabSettings, Spot};
 use crate::language::Source;
 
 /// How many candidates are rehearsed at most unless somebody says otherwise. Chosen: two cores rehearse four pours in
@@ -32,4 +32,12 @@ pub struct Options {
     pub is_real_time: bool,
     /// Returns seconds since some instant; only differences are used.
     pub clock: fn() -> f64,
+}
+
+impl Options {
+    /// Puts a thing of the laboratory at a place of the table, m, turned by `yaw`, rad, instead of where chance has it.
+    pub fn put(&mut self, name: &str, x: f64, y: f64, yaw: f64) {
+        let spot = Spot { x_m: x, y_m: y, yaw_rad: yaw };
+        self.lab.placement.fixed.insert(name.to_owned(), spot);
+    }
 }

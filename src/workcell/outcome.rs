@@ -10,6 +10,8 @@ use crate::trace::{Outcome, StepRecord};
 use crate::vqa::Probe;
 use crate::world::WorldState;
 
+use super::matching::Matching;
+
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -135,6 +137,9 @@ pub struct Run {
     /// What the regressions found: with it the joint positions of the steps mean the poses they meant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration: Option<Calibration>,
+    /// How well the twin matched what was measured before the first step (Eq. 1).
+    #[serde(default, rename = "match", skip_serializing_if = "Option::is_none")]
+    pub matching: Option<Matching>,
     /// The steps, as carried out.
     pub steps: Vec<StepRecord>,
     /// The questionnaire, answered by geometry after each step, and by a model where one is asked.
@@ -177,6 +182,7 @@ impl Run {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             start: None,
             calibration: None,
+            matching: None,
             steps: steps.to_vec(),
             questions: Vec::new(),
             probe: None,

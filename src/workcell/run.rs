@@ -15,6 +15,7 @@ use crate::trace::{Event, Observer};
 use crate::world::WorldState;
 
 use super::album::Album;
+use super::matching::Matching;
 use super::record::Recorder;
 use super::{Ending, Error, Run, State, Water, WorkCell, wording};
 
@@ -151,7 +152,9 @@ impl WorkCell {
         perceived?;
         let start = self.state()?;
         run.start = Some(start.clone());
+        let sure = self.scripts.context().body().sure();
         run.calibration = self.scripts.context().body().calibration().cloned();
+        run.matching = Some(Matching::of(run.calibration.as_ref(), &start, &sure));
         let album = Album::new(self.audience.fan.clone());
         let mut on = UnderWay { graph: &graph, start: &start, run: &mut *run, recorder, album };
         let attempted = self.attempt(&mut on);

@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::matching::Matching;
 use super::{Aims, Ending, Error, Run, wording};
 use crate::execution::calibrate::Switches;
 use crate::trace::{Deed, StepRecord};
@@ -48,6 +49,9 @@ pub struct Trial {
     /// Why it did not succeed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+    /// How well the twin matched what was measured before the first step (Eq. 1).
+    #[serde(default, rename = "match", skip_serializing_if = "Option::is_none")]
+    pub matching: Option<Matching>,
     /// Wall time of all of it, s.
     pub total_s: f64,
     /// Time the arm itself took over its steps, s of arm time.
@@ -71,6 +75,7 @@ impl Trial {
             in_target_ml: None,
             spilt_ml: None,
             reason: Some(why.to_string()),
+            matching: None,
             total_s,
             arm_s: 0.0,
             run_dir: None,
@@ -97,6 +102,7 @@ impl Trial {
             in_target_ml: water.filter(|_| is_pour).map(|water| water.in_target_ml),
             spilt_ml: water.map(|water| water.spilt_ml),
             reason: run.reason.clone(),
+            matching: run.matching.clone(),
             total_s: run.timing_s.total,
             arm_s: run.steps.iter().map(|step| step.interval_s[1] - step.interval_s[0]).sum(),
             run_dir: run.run_dir.clone(),
@@ -156,6 +162,11 @@ pub struct Share {
 }
 
 impl Share {
+    /// Returns so many of so many.
+    pub fn counted(yes: usize, of: usize) -> Self {
+        Self { of, yes, wilson_95: wilson(yes, of) }
+    }
+
     /// Counts; `None` without anything to count.
     pub fn of(all: impl Iterator<Item = bool>) -> Option<Self> {
         let (mut of, mut yes) = (0, 0);
@@ -163,7 +174,7 @@ impl Share {
             of += 1;
             yes += usize::from(one);
         }
-        (of > 0).then(|| Self { of, yes, wilson_95: wilson(yes, of) })
+        (of > 0).then(|| Self::counted(yes, of))
     }
 }
 
@@ -191,7 +202,8 @@ pub struct Spread {
 }
 
 impl Spread {
-    fn of(values: impl Iterator<Item = f64>) -> Option<Self> {
+    /// Returns it of some numbers; `None` of none.
+    pub fn of(values: impl Iterator<Item = f64>) -> Option<Self> {
         let values: Vec<f64> = values.collect();
         let n = values.len();
         if n == 0 {

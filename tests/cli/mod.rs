@@ -12,6 +12,7 @@ mod kortex;
 mod kortex_faults;
 mod learn;
 mod panics;
+mod paper;
 mod records;
 mod robot;
 mod robot_check;

@@ -168,6 +168,7 @@ pub(crate) fn pour(branch: &str, held: f64, off: f64, sigma: f64) -> Run {
         version: "0".into(),
         start: None,
         calibration: None,
+        matching: None,
         questions: vec![Vec::new(); steps.len()],
         steps,
         probe: None,

@@ -10,6 +10,7 @@ mod recovery;
 mod conduct;
 mod corrected;
 mod recorder;
+mod matching;
 mod trials;
 mod turned;
 

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use crate::report::{self, Failure, Style};
 use crate::teach::answers;
-use crate::vqa::score::{self, GEOMETRY};
+use crate::vqa::score::{self, Case, GEOMETRY, Table};
 use crate::vqa::{self, Line, Probe};
 use crate::workcell::questions::{Kept, cases};
 
@@ -45,6 +45,39 @@ enum Answerer {
 
 /// `trueup vqa eval`.
 pub(super) fn eval(args: &EvalArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
+    let Scored { table, probes, .. } = scored(args, cli.common.seed, style)?;
+    let command = command(args, cli);
+    if style.json {
+        let mut document = json!(table);
+        document["probes"] = json!(probes);
+        document["command"] = json!(command);
+        style.document(&document);
+    } else {
+        style.say(report::vqa::table(&table, &probes, &command, args.form.form()));
+    }
+    Ok(Exit::Yes)
+}
+
+/// The answers of stored runs, counted.
+pub(in super::super) struct Scored {
+    pub(in super::super) table: Table,
+    pub(in super::super) probes: Vec<Probe>,
+    pub(in super::super) cases: Vec<Case>,
+}
+
+impl EvalArgs {
+    /// Returns the arguments that count everybody's answers in some folders.
+    pub(in super::super) fn of(runs: Vec<PathBuf>) -> Self {
+        Self { runs, answerers: Vec::new(), answers: None, form: FormArgs::markdown() }
+    }
+}
+
+/// Counts the answers of stored runs.
+pub(in super::super) fn scored(
+    args: &EvalArgs,
+    seed: u64,
+    style: Style,
+) -> Result<Scored, Failure> {
     let runs = stored(&args.runs, style)?;
     let mut found = Vec::new();
     let mut probes: Vec<Probe> = Vec::new();
@@ -72,17 +105,8 @@ pub(super) fn eval(args: &EvalArgs, cli: &Shared, style: Style) -> Result<Exit, 
         };
         args.answerers.is_empty() || args.answerers.contains(&kind)
     };
-    let table = score::table(&found, &wanted, cli.common.seed);
-    let command = command(args, cli);
-    if style.json {
-        let mut document = json!(table);
-        document["probes"] = json!(probes);
-        document["command"] = json!(command);
-        style.document(&document);
-    } else {
-        style.say(report::vqa::table(&table, &probes, &command, args.form.form()));
-    }
-    Ok(Exit::Yes)
+    let table = score::table(&found, &wanted, seed);
+    Ok(Scored { table, probes, cases: found })
 }
 
 /// Reads what people answered about a run.

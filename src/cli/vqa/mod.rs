@@ -2,7 +2,7 @@
 //! everybody answers.
 
 mod ask;
-mod eval;
+pub(super) mod eval;
 mod label;
 
 use std::path::{Path, PathBuf};

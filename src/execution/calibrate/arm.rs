@@ -15,7 +15,7 @@
 //! Source: the paper, "Robot offset", Eq. 7; Hollerbach, Khalil and Gautier, "Model Identification", Springer
 //! Handbook of Robotics, 2nd ed., §6.2 (kinematic calibration, open loop).
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{DMatrix, UnitQuaternion, Vector3};
 
 use crate::alignment::Error;
 use crate::fit::{self, Noise, Prior, Residuals};
@@ -69,6 +69,9 @@ pub struct ArmFit {
     pub tool_shift: Vector3<f64>,
     /// How far the marker really is from where the arm says, root mean square over the stops, m.
     pub off: f64,
+    /// Standard deviation of where the marker is after the fit, along one axis of the table, root mean square over the stops
+    /// kept, m.
+    pub std: f64,
     /// Root mean square reprojection error of the stops kept, before the fit, px.
     pub rms_before_px: f64,
     /// The same after it, px.
@@ -91,6 +94,28 @@ const TOOL: usize = 3;
 /// Fewest stops that say more than the priors: twelve numbers, twice those of the base. With half of them they are as
 /// many as the base alone has; with twice as many a scene that hides most points could not be calibrated.
 pub const NEEDED: usize = 6;
+
+/// Returns the standard deviation along one axis of the table of a place that follows from parameters, m.
+fn sideways(
+    place: &dyn Fn(&[f64]) -> Option<Vector3<f64>>,
+    x: &[f64],
+    covariance: &DMatrix<f64>,
+) -> f64 {
+    /// Step of the differences: rad and m, far above rounding and far below what bends.
+    const STEP: f64 = 1e-6;
+    let mut jacobian = DMatrix::zeros(2, x.len());
+    let mut moved = x.to_vec();
+    for k in 0..x.len() {
+        let mut at = |by: f64| {
+            moved[k] = x[k] + by;
+            place(&moved)
+        };
+        let (Some(up), Some(down)) = (at(STEP), at(-STEP)) else { return f64::INFINITY };
+        moved[k] = x[k];
+        jacobian.set_column(k, &((up - down).xy() / (2.0 * STEP)));
+    }
+    ((&jacobian * covariance * jacobian.transpose()).trace().max(0.0) / 2.0).sqrt()
+}
 
 /// Finds where the arm really is from stops at which one camera saw the marker ball.
 ///
@@ -188,6 +213,7 @@ pub fn fit_arm(
         zeros: x[BASE..BASE + n].to_vec(),
         tool_shift: Vector3::from_column_slice(&x[BASE + n..]),
         off: mean(&|i| real(x, &stops[i]).map_or(0.0, |real| (real - reported[i]).norm())),
+        std: mean(&|i| sideways(&|x| real(x, &stops[i]), x, &found.fit.covariance)),
         rms_before_px: rms(&before),
         rms_px: rms(&found.fit.residuals),
         outliers: found.outliers,

@@ -82,7 +82,9 @@ pub fn camera(context: &mut ActionContext, switches: Switches) -> Result<(), Err
     let mut calibration = Calibration::nominal(&scene);
     if let Some(shot) = context.body().photo().map_err(ActionError::from)? {
         let photo = shot();
-        (calibration.camera, calibration.notes) = from_marks(&photo, &scene, switches)?;
+        let found = from_marks(&photo, &scene, switches)?;
+        (calibration.camera, calibration.notes) = (found.camera, found.notes);
+        calibration.left.camera_m = found.left_m;
     }
     in_force(context, calibration, 0)
 }
@@ -116,7 +118,19 @@ fn in_force(
     Ok(context.calibrate(calibration)?)
 }
 
-/// Regressions 1 and 2 from one photograph of the table's dots: the camera, and what was fitted in words.
+/// What one photograph of the table's dots says of the camera.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FromMarks {
+    /// The camera, as far as the regressions that are in force adapt it.
+    pub camera: Camera,
+    /// What was fitted, in words.
+    pub notes: Vec<String>,
+    /// Root mean square distance along one axis of the table between a dot and where this camera sees it, m; `None` when
+    /// nobody looked.
+    pub left_m: Option<f64>,
+}
+
+/// Regressions 1 and 2 from one photograph of the table's dots.
 ///
 /// # Errors
 ///
@@ -125,12 +139,12 @@ pub fn from_marks(
     photo: &image::RgbImage,
     scene: &Scene,
     switches: Switches,
-) -> Result<(Camera, Vec<String>), Error> {
+) -> Result<FromMarks, Error> {
     let guess = scene.camera;
     let mut notes = Vec::new();
     if !switches.camera && !switches.intrinsics {
         notes.push(wording::camera_left_out());
-        return Ok((guess, notes));
+        return Ok(FromMarks { camera: guess, notes, left_m: None });
     }
     let sightings = find_marks(photo, scene, &guess)?;
     let on_table = |idx: usize| {
@@ -164,7 +178,19 @@ pub fn from_marks(
     let fit = refine_camera(&guess, &points, &refine)?;
     let lens = &fit.camera.intrinsics;
     notes.push(wording::lens_fitted(lens, fit.rms_px, switches.intrinsics));
-    Ok((fit.camera, notes))
+    let left_m = left_on_table(&fit.camera, &points);
+    Ok(FromMarks { camera: fit.camera, notes, left_m })
+}
+
+/// Returns the root mean square, along one axis, of how far a camera puts points of the table from where they are, m.
+fn left_on_table(camera: &Camera, points: &[camera_fit::Sighting]) -> Option<f64> {
+    let square = |seen: &camera_fit::Sighting| {
+        let at = camera.on_plane(seen.pixel, seen.point.coords().z)?;
+        Some((at.coords() - seen.point.coords()).norm_squared())
+    };
+    let squares: Vec<f64> = points.iter().map(square).collect::<Option<_>>()?;
+    let n = squares.len() as f64;
+    (n > 0.0).then(|| (squares.iter().sum::<f64>() / (2.0 * n)).sqrt())
 }
 
 /// Stops after which more would say little: 24 numbers, for the 16 unknowns of [`arm`] (six of the base, seven zeros,
@@ -245,6 +271,7 @@ fn align_robot(context: &mut ActionContext, calibration: &mut Calibration) -> Re
     calibration.reported_from_real = fit.reported_from_real;
     calibration.zeros = fit.zeros;
     calibration.tool_shift = fit.tool_shift.into();
+    calibration.left.robot_m = Some(fit.std);
     Ok(())
 }
 
