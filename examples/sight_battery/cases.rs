@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 use trueup::world::{
-    Camera, Intrinsics, Material, Object, Pixel, Point, Pose, Scene, Shape, Table,
+    Camera, Intrinsics, Material, Object, Pixel, Point, Pose, Profile, Scene, Shape, Table,
 };
 
 use crate::photos::{Clear, Ground};
@@ -78,7 +78,13 @@ fn body(shape: Shape) -> Body {
     match shape {
         Shape::Cuboid { size } => Body::Cuboid(size),
         Shape::Cylinder { radius, height } => Body::Lathe(vec![(radius, 0.0), (radius, height)]),
+        Shape::Lathe { profile } => Body::Lathe(points(&profile, 1.0)),
     }
+}
+
+/// The points (radius, height) of a profile, so many times as large.
+fn points(profile: &Profile, by: f64) -> Vec<(f64, f64)> {
+    profile.points().iter().map(|[r, z]| (by * r, by * z)).collect()
 }
 
 struct Chance(StdRng);
@@ -142,6 +148,7 @@ fn other(object: &Object, chance: &mut Chance) -> Thing {
                 Shape::Cylinder { radius, height } => {
                     Body::Lathe(vec![(by * radius, 0.0), (by * radius, by * height)])
                 }
+                Shape::Lathe { profile } => Body::Lathe(points(&profile, by)),
             }
         }
         // A bottle of about its size.
