@@ -19,6 +19,11 @@ pub trait Sight: Send {
 
     /// Returns whether two things touch, `None` when nobody can tell.
     fn contact(&self, a: &str, b: &str) -> Option<bool>;
+
+    /// Whether a touch is known by what the joints feel alone.
+    fn feels(&self) -> bool {
+        false
+    }
 }
 
 /// A body in a world: the twin's, or a real one behind devices.

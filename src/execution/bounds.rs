@@ -8,7 +8,7 @@ use rhai::module_resolvers::DummyModuleResolver;
 use rhai::{Array, Dynamic, Engine, EvalAltResult, Map};
 
 use super::path::Path;
-use super::plan::{Grasp, Leg, Placement, Pour, Push};
+use super::plan::{Grasp, Leg, Placement, Pour, Push, Stir, Stroke, Wipe};
 use super::refusal::{NoMemory, OutOfRange, Refusal};
 use super::tool_pose::ToolPose;
 
@@ -250,6 +250,9 @@ fn plain(value: Dynamic, depth: usize, left: &mut usize) -> Result<Dynamic, NoMe
         || value.is::<Placement>()
         || value.is::<Push>()
         || value.is::<Leg>()
+        || value.is::<Stir>()
+        || value.is::<Stroke>()
+        || value.is::<Wipe>()
         || value.is::<Path>()
         || value.is::<ToolPose>();
     if is_value { Ok(value) } else { Err(NoMemory::Handle) }

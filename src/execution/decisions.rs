@@ -10,7 +10,7 @@
 
 use std::fmt;
 
-use super::plan::{Grasp, Placement, Pour, Push};
+use super::plan::{Grasp, Placement, Pour, Push, Stir, Wipe};
 
 /// One decision.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,6 +23,10 @@ pub enum Entry {
     Placements(Vec<Placement>),
     /// The ways to push an object that were found, best first.
     Pushes(Vec<Push>),
+    /// The ways to stir that were found, best first.
+    Stirs(Vec<Stir>),
+    /// The ways to wipe that were found, best first.
+    Wipes(Vec<Wipe>),
     /// Which of several was taken.
     Choice(usize),
     /// A joint path, rad.
@@ -91,6 +95,10 @@ pub enum Kind {
     Placements,
     /// Ways to push an object.
     Pushes,
+    /// Ways to stir.
+    Stirs,
+    /// Ways to wipe.
+    Wipes,
     /// One of several.
     Choice,
     /// What the twin said.
@@ -116,6 +124,8 @@ impl fmt::Display for Kind {
             Self::Pours => "ways to pour",
             Self::Placements => "ways to put down",
             Self::Pushes => "ways to push",
+            Self::Stirs => "ways to stir",
+            Self::Wipes => "ways to wipe",
             Self::Choice => "a choice",
             Self::Answer => "a yes or no",
             Self::Path => "a path",
@@ -140,6 +150,8 @@ impl Entry {
             Self::Pours(_) => Kind::Pours,
             Self::Placements(_) => Kind::Placements,
             Self::Pushes(_) => Kind::Pushes,
+            Self::Stirs(_) => Kind::Stirs,
+            Self::Wipes(_) => Kind::Wipes,
             Self::Choice(_) => Kind::Choice,
             Self::Path(_) => Kind::Path,
             Self::Felt(_) => Kind::Felt,

@@ -25,6 +25,7 @@ pub mod done;
 pub mod context;
 mod path;
 mod tool_pose;
+mod worked;
 mod bounds;
 mod handle;
 mod words;

@@ -42,6 +42,16 @@ impl Facts for BodyFacts<'_> {
         Some(Fact { truth: (!unknown).then_some(reach.is_ok()), margin })
     }
 
+    fn stirred(&self, vessel: &str) -> Option<f64> {
+        self.0.borrow_mut().past().worked.stirred(vessel)
+    }
+
+    fn swept(&self, thing: &str) -> Option<f64> {
+        let mut context = self.0.borrow_mut();
+        let scene = context.cell().scene.clone();
+        context.past().worked.swept(scene.object(thing)?)
+    }
+
     fn stroke(&self) -> f64 {
         self.0.borrow_mut().cell().robot.max_opening()
     }

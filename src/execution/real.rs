@@ -123,6 +123,10 @@ impl Sight for RealSight {
     fn contact(&self, a: &str, b: &str) -> Option<bool> {
         self.belief.contact(a, b)
     }
+
+    fn feels(&self) -> bool {
+        true
+    }
 }
 
 impl Body for RealBody {

@@ -16,6 +16,7 @@ use crate::trace::Mistimed;
 
 use super::done::Done;
 use super::during::Deadline;
+use super::worked::Worked;
 
 /// Two times closer than this are the same, s: a little more than the period at which a step's end is
 /// noticed.
@@ -30,6 +31,8 @@ pub struct Past {
     intervals: BTreeMap<String, Interval>,
     /// Steps that are over before their turn to be told, by index.
     pub(super) ahead: BTreeMap<usize, Done>,
+    /// What was done to things with a tool.
+    pub(super) worked: Worked,
 }
 
 impl Past {

@@ -162,6 +162,16 @@ pub(super) fn to_push(object: &str, at: &Region) -> String {
     to_put(object, at).replacen("to put", "to push", 1)
 }
 
+/// To stir a vessel's water.
+pub(super) fn to_stir(vessel: &str, tool: &str) -> String {
+    format!("to stir `{vessel}` with `{tool}`")
+}
+
+/// To wipe a thing's top.
+pub(super) fn to_wipe(object: &str) -> String {
+    format!("to wipe `{object}`")
+}
+
 /// To pour.
 pub(super) fn to_pour(source: &str, target: &str) -> String {
     format!("to pour from `{source}` into `{target}`")

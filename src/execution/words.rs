@@ -14,7 +14,7 @@ use super::bounds::{
 use super::context::ActionContext;
 use super::handle::{Arm, Camera, Fallible, Twin, lock, raise};
 use super::path::Path;
-use super::plan::{Grasp, Leg, Placement, Pour, Push};
+use super::plan::{Grasp, Leg, Placement, Pour, Push, Stir, Stroke, Wipe};
 use super::refusal::Refusal;
 use super::tool_pose::ToolPose;
 use super::wording;
@@ -25,6 +25,7 @@ use crate::world::region::TABLE;
 /// Binds all of them.
 pub(super) fn bind(engine: &mut Engine, context: &Arc<Mutex<ActionContext>>) {
     bind_values(engine);
+    bind_work(engine);
     bind_poses(engine);
     bind_camera(engine);
     bind_twin(engine);
@@ -90,6 +91,31 @@ fn bind_values(engine: &mut Engine) {
         .register_get("way_out", |leg: &mut Leg| Path::plain(leg.way_out.clone()))
         .register_type_with_name::<Path>("Path")
         .register_type_with_name::<Region>("Region");
+}
+
+/// What the planner finds for a tool.
+fn bind_work(engine: &mut Engine) {
+    engine
+        .register_type_with_name::<Stir>("Stir")
+        .register_get("above", |stir: &mut Stir| array(stir.above.iter().copied()))
+        .register_get("way_in", |stir: &mut Stir| Path::plain(stir.way_in.clone()))
+        .register_get("way_out", |stir: &mut Stir| {
+            Path::plain(stir.way_in.iter().rev().cloned().collect())
+        })
+        .register_get("round", |stir: &mut Stir| Path::plain(stir.round.clone()))
+        .register_type_with_name::<Wipe>("Wipe")
+        .register_get("strokes", |wipe: &mut Wipe| list(wipe.strokes.clone()))
+        .register_get("hover", |wipe: &mut Wipe| wipe.hover)
+        .register_type_with_name::<Stroke>("Stroke")
+        .register_get("before", |stroke: &mut Stroke| array(stroke.before.iter().copied()))
+        .register_get("along", |stroke: &mut Stroke| Path::plain(stroke.along.clone()))
+        .register_get("way_out", |stroke: &mut Stroke| Path::plain(stroke.way_out.clone()))
+        .register_fn("stirs", |twin: &mut Twin, tool: &str, vessel: &str| {
+            twin.plans()?.stirs(tool, vessel).map(list).map_err(raise)
+        })
+        .register_fn("wipes", |twin: &mut Twin, o: &str| {
+            twin.plans()?.wipes(o).map(list).map_err(raise)
+        });
 }
 
 /// Poses of the tool.

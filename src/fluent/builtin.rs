@@ -59,9 +59,8 @@ pub(super) fn call(
         | "away_from" => 2..=2,
         "reachable" | "left_of" | "right_of" | "in_front_of" | "behind" => 1..=2,
         "height" | "drop" | "lip" | "center" | "rim" | "tilt" | "volume" | "filled"
-        | "capacity" | "visible" | "tall" | "held" | "width" | "speed" | "next_to" | "start_of" => {
-            1..=1
-        }
+        | "capacity" | "visible" | "tall" | "held" | "width" | "speed" | "next_to" | "start_of"
+        | "stirring" | "swept" => 1..=1,
         _ => return Err(Error::UnknownFunction { name: name.to_owned() }),
     };
     if !wanted.contains(&call.args.len()) {
@@ -202,6 +201,16 @@ fn measured(on: &Evaluator<'_>, name: &str, a: &Standing<'_>) -> Result<Measure,
                 Shape::Cylinder { .. } | Shape::Lathe { .. } => 2.0 * object.shape.inner_radius(),
             };
             Measure::exact(width, LENGTH)
+        }
+        // How far something held went round in its water.
+        "stirring" => {
+            let turned = on.facts.stirred(&object.name);
+            known(turned, ANGLE, 0.0, None, || wording::work(&object.name))
+        }
+        // The share of its top that a tool was led over.
+        "swept" => {
+            let share = on.facts.swept(&object.name);
+            known(share, Dimension::NONE, 0.0, None, || wording::work(&object.name))
         }
         // How fast its middle moves.
         _ => {

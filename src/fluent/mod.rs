@@ -82,6 +82,14 @@ pub trait Facts {
     fn speed(&self, _object: &str) -> Option<f64> {
         None
     }
+    /// How far something held went round in the water of a vessel since the run began, rad.
+    fn stirred(&self, _vessel: &str) -> Option<f64> {
+        None
+    }
+    /// The share of a thing's top over which a tool was led, touching it, since the run began.
+    fn swept(&self, _thing: &str) -> Option<f64> {
+        None
+    }
     /// The widest opening of the gripper, m.
     fn stroke(&self) -> f64 {
         0.085

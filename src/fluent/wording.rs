@@ -38,6 +38,11 @@ pub(super) fn speed(object: &str) -> String {
     format!("the speed of `{object}` has not been measured")
 }
 
+/// Why what was done to an object with a tool is unknown.
+pub(super) fn work(object: &str) -> String {
+    format!("what a tool did to `{object}` has not been measured")
+}
+
 /// Why what depends on a place is unknown.
 pub(super) fn place(object: &str) -> String {
     format!("the position of `{object}` has not been measured")

@@ -153,6 +153,18 @@ pub const FUNCTIONS: &[Builtin] = &[
     of("volume", ONE, "Volume", "Water inside `o` now."),
     of("filled", ONE, "Volume", "Water inside `o` when the run began."),
     of("capacity", ONE, "Volume", "Water `o` can hold, to the brim."),
+    of(
+        "stirring",
+        ONE,
+        "Angle",
+        "How far something held went round in the water of `o` since the run began.",
+    ),
+    of(
+        "swept",
+        ONE,
+        "Number",
+        "The share of the top of `o` over which closed fingers, or what they hold, were led touching it since the run began.",
+    ),
     of("spilt", &[], "Volume", "Water on the table."),
 ];
 

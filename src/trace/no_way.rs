@@ -41,6 +41,13 @@ pub enum Why {
     },
     /// The search ended without a path.
     NoPath(String),
+    /// There is too little water to stir.
+    Shallow {
+        /// How deep it is, m.
+        depth: f64,
+        /// How deep it should be, m.
+        least: f64,
+    },
     /// There is nothing in the hand.
     EmptyHand,
     /// Pushed, it would tip over.
@@ -97,6 +104,12 @@ impl std::fmt::Display for NoWay {
             Why::Lifted { from, to } => {
                 write!(f, "it stands on `{from}`, and pushing does not bring it onto `{to}`")
             }
+            Why::Shallow { depth, least } => write!(
+                f,
+                "its water is {:.0} mm deep, and a tool needs {:.0} mm",
+                depth * 1e3,
+                least * 1e3
+            ),
             Why::EmptyHand => write!(f, "there is nothing in the hand"),
             Why::NotWithin(seconds) => {
                 write!(f, "none was found within a budget of about {seconds} s of computing")

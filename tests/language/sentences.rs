@@ -245,6 +245,12 @@ const SAID: &[(&str, &str)] = &[
     ("clear the tray", "clear(tray)"),
     ("put everything on the tray", "collect(tray)"),
     ("take out the die", "unstack(die)"),
+    // With closed fingers, and with what they hold.
+    ("push the die to the tray", "push_to(die, tray)"),
+    ("shove the white die to the left of the red cup", "push(die, left_of(red))"),
+    ("push the tray next to the jar", "push(tray, next_to(jar))"),
+    ("stir the red cup with the die", "stir(red, die)"),
+    ("wipe the tray", "wipe(tray)"),
     // Not here, not so, not known.
     ("put it down", "! nothing was named before \"it\""),
     ("pour the jar into the cup", "? which cup: red cup or blue cup?"),

@@ -11,6 +11,7 @@ mod conduct;
 mod corrected;
 mod recorder;
 mod matching;
+mod tools;
 mod trials;
 mod turned;
 

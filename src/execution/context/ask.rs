@@ -5,7 +5,7 @@ use rand::RngExt;
 use super::super::beside::Order;
 use super::super::decisions::{Entry, Kind};
 use super::super::error::ActionError;
-use super::super::plan::{Grasp, Placement, Pour, Push};
+use super::super::plan::{Grasp, Placement, Pour, Push, Stir, Wipe};
 use super::super::refusal::Refusal;
 use super::ActionContext;
 use crate::motion::dynamics::GRAVITY;
@@ -85,6 +85,34 @@ impl ActionContext {
         }
         let ways = self.planner()?.pushes(o, at)?;
         self.run.log.record(Entry::Pushes(ways.clone()));
+        Ok(ways)
+    }
+
+    /// `twin.stirs(tool, vessel)`: ways to stir with what is in the hand, best first.
+    pub fn stirs(&mut self, tool: &str, vessel: &str) -> Result<Vec<Stir>, ActionError> {
+        let logged = self.run.log.next(Kind::Stirs, |entry| match entry {
+            Entry::Stirs(ways) => Some(ways.clone()),
+            _ => None,
+        })?;
+        if let Some(ways) = logged {
+            return Ok(ways);
+        }
+        let ways = self.planner()?.stirs(tool, vessel)?;
+        self.run.log.record(Entry::Stirs(ways.clone()));
+        Ok(ways)
+    }
+
+    /// `twin.wipes(o)`: ways to wipe the top of `o` with closed fingers.
+    pub fn wipes(&mut self, o: &str) -> Result<Vec<Wipe>, ActionError> {
+        let logged = self.run.log.next(Kind::Wipes, |entry| match entry {
+            Entry::Wipes(ways) => Some(ways.clone()),
+            _ => None,
+        })?;
+        if let Some(ways) = logged {
+            return Ok(ways);
+        }
+        let ways = self.planner()?.wipes(o)?;
+        self.run.log.record(Entry::Wipes(ways.clone()));
         Ok(ways)
     }
 

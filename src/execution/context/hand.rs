@@ -152,6 +152,8 @@ impl ActionContext {
     }
 
     fn grip(&mut self, opening: f64, force: f64) -> Result<Grip, ActionError> {
+        // What is in the hand afterwards is felt as well.
+        self.run.rest = None;
         let grip = self.setting.cell.clear_grip(opening, FINGER_SPEED, force)?;
         self.act(GRIP, |arm, cancel, watch| arm.grip(&grip, cancel, watch))
     }

@@ -78,6 +78,8 @@ struct RunState {
     was_cut: bool,
     /// Whether the arm stands where it came to feel something, and not where a plan ended.
     felt: bool,
+    /// Joint torques beyond the model's at rest before something was felt last, N·m.
+    rest: Option<Vec<f64>>,
     past: Past,
 }
 
@@ -145,6 +147,7 @@ impl ActionContext {
                 memory: Memory::new(),
                 was_cut: false,
                 felt: false,
+                rest: None,
                 past: Past::default(),
             },
             step: StepState::default(),

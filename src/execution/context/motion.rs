@@ -15,6 +15,7 @@ use super::super::decisions::Entry;
 use super::super::error::ActionError;
 use super::super::plan::{Leg, Planner, Way, distance, turned_angle};
 use super::super::refusal::Refusal;
+use super::super::worked::Working;
 use super::ActionContext;
 use crate::arm::limits::Cleared;
 use crate::arm::{Arm, Cancel, DeviceError, Feedback};
@@ -311,14 +312,18 @@ impl ActionContext {
         }
         self.in_time(seconds)?;
         let (mut ticks, openings) = (ticks(&self.setting.watcher), self.step.openings.clone());
+        let mut working = self.working()?;
         let mut tell = |feedback: &Feedback| {
             ticks(feedback);
+            working.sees(feedback);
             if let Some(openings) = &openings {
                 openings.note(feedback);
             }
         };
         let Some(mut during) = self.step.during.take() else {
-            return Ok(doing(self.body.arm(), &self.setting.cancel, &mut tell)?);
+            let done = doing(self.body.arm(), &self.setting.cancel, &mut tell);
+            self.run.past.worked = working.done();
+            return Ok(done?);
         };
         during.motion_begins(self.body.sight(), seconds);
         // What cuts this motion short is not a wish to stop everything.
@@ -330,6 +335,7 @@ impl ActionContext {
             }
         });
         during.motion_ends();
+        self.run.past.worked = working.done();
         let cut = during.cut().cloned();
         if let Some(ended) = during.ended() {
             self.run.log.record(Entry::Ended(ended));
@@ -353,6 +359,13 @@ impl ActionContext {
         self.bridge(path)?;
         let from = self.body.arm().feedback()?.q_cmd;
         Ok(self.setting.cell.clear(trajectory, &from)?)
+    }
+
+    /// Begins to take note of what a tool does while the arm moves.
+    fn working(&mut self) -> Result<Working, ActionError> {
+        let (state, sight) = (self.body.state()?, self.body.sight());
+        let (cell, rest) = (self.setting.cell.clone(), self.run.rest.clone());
+        Ok(Working::new(sight, cell, &state, rest, std::mem::take(&mut self.run.past.worked)))
     }
 
     /// Clears a trajectory and follows it; the plan then has the arm at the end of `path`.

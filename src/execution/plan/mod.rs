@@ -10,6 +10,7 @@ mod place;
 mod pour;
 mod push;
 mod straight;
+mod work;
 
 use std::sync::Arc;
 
@@ -37,6 +38,7 @@ pub use grasp::{Grasp, distance, side_pose};
 pub use place::Placement;
 pub use pour::Pour;
 pub use push::{Leg, Push};
+pub use work::{Stir, Stroke, Wipe};
 
 /// How far plans keep from the ends of a joint's range, rad: a smooth curve through planned points
 /// swings a little past them, and what is measured may ask for a little more than was planned. Chosen: 1.7 deg. Half of

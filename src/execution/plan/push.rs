@@ -35,10 +35,17 @@ const LOWEST: f64 = 0.008;
 const LOW: f64 = 0.25;
 const MIDDLE: f64 = 0.5;
 /// How far a hand points down, rad, in the order tried: straight down, where the flat of the fingers pushes and every
-/// direction is alike; slanting, where what is higher than a finger is long would touch the palm; nearly level.
-const PITCHES: [f64; 3] = [FRAC_PI_2, 0.25 * std::f64::consts::PI, 0.35];
+/// direction is alike; slanting by 45 and 30 deg, where the palm would touch what is higher than a finger
+/// is long; nearly level, and level.
+const PITCHES: [f64; 5] = [FRAC_PI_2, 0.25 * std::f64::consts::PI, 0.52, 0.35, 0.0];
 /// Turns of a hand that points straight down from the way of the push, rad, in the order tried.
 const AROUND: [f64; 4] = [0.0, std::f64::consts::PI, FRAC_PI_2, -FRAC_PI_2];
+/// The same of a hand that slants: with its tips ahead, or with the side of a finger.
+const SLANTED: [f64; 3] = [0.0, FRAC_PI_2, -FRAC_PI_2];
+/// So much room is left between what the side of a finger pushes and the palm, and so much of the finger stays past the
+/// line through its middle, m: as for grasping.
+const PALM_ROOM: f64 = 0.005;
+const PAST_MIDDLE: f64 = 0.008;
 /// So many joint positions behind the thing are tried, nearest first: as many as for putting down.
 const BRANCHES: usize = 4;
 /// How far apart the ends are that are looked at along one straight push, m, and how far a push may go: as far as a table is
@@ -65,6 +72,9 @@ const TRAVEL_COST: f64 = 1.0;
 const LEG_COST: f64 = 2.0;
 /// Corners of the fingers this much less far ahead than the foremost touch as well, m.
 const FLUSH: f64 = 1e-4;
+
+/// Joint positions in order, rad.
+type JointPath = Vec<Vec<f64>>;
 
 /// One straight push.
 #[derive(Debug, Clone, PartialEq)]
@@ -215,7 +225,7 @@ impl Planner {
         Ok(ends)
     }
 
-    /// Returns how places are come to by two pushes square to each other, or by one where a round thing is pushed.
+    /// Returns how places are come to by two pushes square to each other, or by one where a round thing can go straight.
     fn by_two(
         &self,
         object: &scene::Object,
@@ -228,14 +238,13 @@ impl Planner {
             Shape::Cuboid { .. } => (pose.axis(0).xy().normalize(), pose.axis(1).xy().normalize()),
             Shape::Cylinder { .. } | Shape::Lathe { .. } => (Vector2::x(), Vector2::y()),
         };
-        let round = !matches!(object.shape, Shape::Cuboid { .. });
+        let is_round = !matches!(object.shape, Shape::Cuboid { .. });
         let mut ends = Vec::new();
         for place in places.iter().take(PLACES) {
             let by = place.xy() - from;
-            if round {
-                if by.norm() > SHORTEST && self.on_the_way(object, pose, place.xy(), on).is_none() {
-                    ends.push(vec![place.xy().into()]);
-                }
+            let is_straight = is_round && by.norm() > SHORTEST;
+            if is_straight && self.on_the_way(object, pose, place.xy(), on).is_none() {
+                ends.push(vec![place.xy().into()]);
                 continue;
             }
             for (a, b) in [(first, second), (second, first)] {
@@ -339,11 +348,17 @@ impl Planner {
         let heading = ahead.y.atan2(ahead.x);
         let half = half_along(&object.shape, from.yaw(), heading);
         for pitch in PITCHES {
-            let turns = if pitch < FRAC_PI_2 - 1e-9 { &AROUND[..1] } else { &AROUND[..] };
-            for turn in turns {
+            let is_down = pitch > FRAC_PI_2 - 1e-9;
+            let turns = if is_down { &AROUND[..] } else { &SLANTED[..] };
+            for &turn in turns {
                 let hand = self.pushing_hand(heading + turn, pitch, &ahead);
+                let aside = half_along(&object.shape, from.yaw(), heading + FRAC_PI_2);
+                let is_side = !is_down && turn.abs() > 1e-9;
+                let back = if is_side { self.drawn_back(aside, pitch) } else { Some(0.0) };
+                let Some(back) = back else { continue };
+                let points = Vector3::new((heading + turn).cos(), (heading + turn).sin(), 0.0);
                 let Some(up) = hand.height_for(object.shape.height()) else { continue };
-                let tool = from.origin() - ahead * (half + hand.reach + STANDOFF)
+                let tool = from.origin() - ahead * (half + hand.reach + STANDOFF) - points * back
                     + Vector3::z() * (up - hand.low);
                 let start = Pose::from_parts(tool, hand.turned.rotation());
                 let found = self.stretch(object, &start, &ahead, way.norm(), &ends, dropped)?;
@@ -353,6 +368,14 @@ impl Planner {
             }
         }
         Ok(None)
+    }
+
+    /// Returns how far a hand is drawn back that pushes with the side of a finger, so that what reaches so far aside, m, stays
+    /// before its palm; `None` when the fingers are too short.
+    fn drawn_back(&self, aside: f64, pitch: f64) -> Option<f64> {
+        let (palm, tips) = (self.robot().palm()?, self.robot().fingers_ahead()?);
+        let back = (aside + PALM_ROOM + palm.z * pitch.cos()).max(0.0);
+        (back <= tips * pitch.cos() - PAST_MIDDLE).then_some(back)
     }
 
     /// Returns the hand that pushes along `ahead` with its fingers as far open as they are.
@@ -440,7 +463,7 @@ impl Planner {
         way: &[Vec<f64>],
         forward: &[Pose<World, Tool>],
         ahead: &Vector3<f64>,
-    ) -> Option<(Vec<Vec<f64>>, Vec<Vec<f64>>)> {
+    ) -> Option<(JointPath, JointPath)> {
         let up = |share: f64| Vector3::z() * (ABOVE * share);
         let mut way_in =
             SHORT.iter().find_map(|share| self.track(q, &straight(start, up(*share))).ok())?;

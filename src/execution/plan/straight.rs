@@ -33,7 +33,7 @@ impl Planner {
     /// [`NoWay`] when it cannot be followed, or what is in the way.
     pub fn line(&self, by: Vector3<f64>) -> Result<Vec<Vec<f64>>, NoWay> {
         let poses = straight(&self.tool_at(&self.q), by);
-        self.along(&poses, wording::to_move(by.norm()), &self.around_hand())
+        self.along(&poses, &wording::to_move(by.norm()), &self.around_hand())
     }
 
     /// As [`Self::line`], to a pose, the tool turning evenly on the way.
@@ -54,7 +54,7 @@ impl Planner {
             Pose::from_parts(from.origin() + by * share, turned)
         };
         let poses: Vec<_> = (1..=n).map(pose).collect();
-        self.along(&poses, wording::to_move(by.norm()), &self.around_hand())
+        self.along(&poses, &wording::to_move(by.norm()), &self.around_hand())
     }
 
     /// As [`Self::line`], turning the tool about an axis of the world through its own point by `angle` rad.
@@ -70,7 +70,7 @@ impl Planner {
             Pose::from_parts(from.origin(), turn * from.rotation())
         };
         let poses: Vec<_> = (1..=n).map(pose).collect();
-        self.along(&poses, wording::to_turn(angle), &self.around_hand())
+        self.along(&poses, &wording::to_turn(angle), &self.around_hand())
     }
 
     /// As [`Self::line`], but fingers and what they hold may touch anything: the way is to end where they do.
@@ -84,7 +84,7 @@ impl Planner {
             self.obstacles(&held.as_deref().map_or(vec![], |o| vec![o]), self.state.opening);
         self.let_jaws_touch(&mut world, held.as_deref());
         let poses = straight(&self.tool_at(&self.q), by);
-        self.along(&poses, wording::to_move(by.norm()), &world)
+        self.along(&poses, &wording::to_move(by.norm()), &world)
     }
 
     /// Lets the jaws touch everything; `but` is not there anyway.
@@ -114,10 +114,10 @@ impl Planner {
     fn along(
         &self,
         poses: &[Pose<World, Tool>],
-        what: String,
+        what: &str,
         world: &CollisionWorld<'_>,
     ) -> Result<Vec<Vec<f64>>, NoWay> {
-        let no = |why| NoWay { what: what.clone(), why };
+        let no = |why| NoWay { what: what.to_owned(), why };
         let work = (TRACKING + world.cost()) * poses.len() as u64;
         self.goes_on(work, 0).map_err(no)?;
         let path = self.track(&self.q, poses);

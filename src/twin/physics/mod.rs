@@ -17,7 +17,7 @@ use rapier3d_f64::dynamics::{
     MultibodyJointHandle, MultibodyJointSet, RigidBodyHandle, RigidBodySet, SoftBodySet,
     SpringCoefficients,
 };
-use rapier3d_f64::geometry::{BroadPhaseBvh, ColliderHandle, ColliderSet, NarrowPhase};
+use rapier3d_f64::geometry::{BroadPhaseBvh, Collider, ColliderHandle, ColliderSet, NarrowPhase};
 use rapier3d_f64::pipeline::{PhysicsHooks, PhysicsPipeline};
 
 pub use tree::{Body, Tree};
@@ -332,7 +332,7 @@ impl Physics {
         let own: Vec<_> = own.chain(held.and_then(|object| self.objects[object])).collect();
         let mut pushes = Vec::new();
         let is_own = |collider: ColliderHandle| {
-            let parent = self.colliders.get(collider).and_then(|collider| collider.parent());
+            let parent = self.colliders.get(collider).and_then(Collider::parent);
             parent.is_some_and(|parent| own.contains(&parent))
         };
         for &collider in own.iter().flat_map(|body| self.bodies[*body].colliders()) {
