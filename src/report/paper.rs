@@ -185,7 +185,7 @@ pub fn first_page(made: &Made, rows: &[Way], n: usize, failures: &[(u64, String)
          the laboratory's photograph, against the twin's corners under each map. Maps are fitted to the dots on the table.",
     );
     let _ = write!(text, "\n{}\n\n", first(rows).form(Form::Markdown));
-    let _ = write!(text, "- {n} laboratories; after ± the standard deviation between them.\n");
+    let _ = writeln!(text, "- {n} laboratories; after ± the standard deviation between them.");
     text += "- The paper prints one column, \"MSE\", and its text calls the last value \"2.7 pixels on average\": it is to be \
              compared with the mean error rather than with px².\n";
     text += "- Not the paper's setting: its camera was put up to mirror the twin's, while a laboratory's differs by some \
@@ -194,7 +194,7 @@ pub fn first_page(made: &Made, rows: &[Way], n: usize, failures: &[(u64, String)
     text += "- A map of the table's plane cannot put the cube's upper corners where another camera sees them; the last row shows \
              what the camera that a run fits to the same dots does.\n";
     for (seed, reason) in failures {
-        let _ = write!(text, "- Left out, seed {seed}: {reason}.\n");
+        let _ = writeln!(text, "- Left out, seed {seed}: {reason}.");
     }
     text
 }
@@ -269,14 +269,14 @@ pub fn second_page(made: &Made, rows: &[Row], leak: f64, trials: &[Trial]) -> St
     );
     let _ = write!(text, "\n{}\n\n", second(rows).form(Form::Markdown));
     text += "- In brackets Wilson's 95 % interval, also of the paper's counts.\n";
-    let _ = write!(
+    let _ = writeln!(
         text,
-        "- Pour water: at least 90 % is in the target. Soft: done with at most {leak} mL on the table; hard: with none.\n"
+        "- Pour water: at least 90 % is in the target. Soft: done with at most {leak} mL on the table; hard: with none."
     );
     for row in rows {
-        let _ = write!(
+        let _ = writeln!(
             text,
-            "- {}: wall time {} s, arm time {} s, in the target {} mL.\n",
+            "- {}: wall time {} s, arm time {} s, in the target {} mL.",
             row.method,
             spread(row.total_s, 1),
             spread(row.arm_s, 1),
@@ -284,10 +284,10 @@ pub fn second_page(made: &Made, rows: &[Row], leak: f64, trials: &[Trial]) -> St
         );
     }
     let Matched { camera, scene, robot, probability } = matched(trials);
-    let _ = write!(
+    let _ = writeln!(
         text,
         "- Match probabilities before the first step (Eq. 1, within 10 mm; of each run in its `run.json`): camera {}, scene {}, \
-         robot {}; product {}.\n",
+         robot {}; product {}.",
         spread(camera, 3),
         spread(scene, 3),
         spread(robot, 3),
@@ -296,7 +296,7 @@ pub fn second_page(made: &Made, rows: &[Row], leak: f64, trials: &[Trial]) -> St
     text += "- Not run here: CLIPort and the RL model (their weights are not at hand, and nothing is invented for them) and the \
              person who guides. The paper's rows are a real Gen3's; ours are the simulated laboratory's.\n";
     for failed in rows.iter().flat_map(|row| &row.failures) {
-        let _ = write!(text, "- Seed {} did not succeed: {}.\n", failed.seed, failed.reason);
+        let _ = writeln!(text, "- Seed {} did not succeed: {}.", failed.seed, failed.reason);
     }
     text
 }
@@ -342,15 +342,15 @@ pub fn third_page(made: &Made, table: &Table, geometry: Agreement) -> String {
         "The questions of runs, asked of the photograph and of the twin's picture after each step. P, R, F1 of the answer yes.",
     );
     let _ = write!(text, "\n{}\n\n", third(table, geometry).form(Form::Markdown));
-    let _ = write!(
+    let _ = writeln!(
         text,
-        "- {} questions about pictures in {} laboratories; {} of them geometry leaves open.\n",
+        "- {} questions about pictures in {} laboratories; {} of them geometry leaves open.",
         table.questions, table.laboratories, table.without_truth
     );
-    let _ = write!(
+    let _ = writeln!(
         text,
         "- Consistency: the same answer on both pictures of a moment. Geometry's is over {} moments in which it can tell both; it \
-         is the truth that others are judged by, so it has no precision of its own.\n",
+         is the truth that others are judged by, so it has no precision of its own.",
         geometry.pairs
     );
     if table.groups.is_empty() {
