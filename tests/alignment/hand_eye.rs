@@ -136,7 +136,7 @@ fn positions_in_another_unit_are_named() {
         }
         match found(&rig, &views) {
             Err(Error::LengthUnit { times: told }) => {
-                assert!((told / times - 1.0).abs() < 0.05, "{told}")
+                assert!((told / times - 1.0).abs() < 0.05, "{told}");
             }
             other => panic!("{times}: {other:?}"),
         }
