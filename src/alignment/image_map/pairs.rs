@@ -179,12 +179,13 @@ impl<'a> Pairs<'a> {
     }
 
     fn start(&self, rows: &[usize]) -> Result<Matrix3<f64>, Error> {
-        let degenerate = Error::Degenerate { model: self.model.name(), free: 1 };
-        match projective::linear(self.model, rows.iter().map(|&i| self.points[i])) {
-            Ok(m) => Ok(m),
-            Err(projective::Unfit::Family) => Err(degenerate),
-            Err(projective::Unfit::Behind) => Err(Error::Crossed { given: self.points.len() }),
-        }
+        projective::linear(self.model, rows.iter().map(|&i| self.points[i])).map_err(|unfit| {
+            match unfit {
+                // Four in general position determine the one map that there is; of more, noise may be what has no front.
+                projective::Unfit::Behind if self.points.len() == 4 => Error::Crossed { given: 4 },
+                _ => Error::Degenerate { model: self.model.name(), free: 1 },
+            }
+        })
     }
 
     /// Fits without rejecting anything.

@@ -105,17 +105,15 @@ pub(super) fn linear(
             Some(m)
         }
         _ => {
-            let (m, is_sharp) = dlt(pairs.clone()).ok_or(Unfit::Family)?;
-            let behind = if is_sharp { Unfit::Behind } else { Unfit::Family };
-            return upright(m, pairs.map(|(_, v)| v)).ok_or(behind);
+            let m = dlt(pairs.clone()).ok_or(Unfit::Family)?;
+            return upright(m, pairs.map(|(_, v)| v)).ok_or(Unfit::Behind);
         }
     };
     found.ok_or(Unfit::Family)
 }
 
-/// The direct linear transform on normalised points: the eigenvector of the least eigenvalue of `AᵀA`, and whether that stands
-/// out from the next.
-fn dlt(pairs: impl Iterator<Item = (Point, Point)> + Clone) -> Option<(Matrix3<f64>, bool)> {
+/// The direct linear transform on normalised points: the eigenvector of the least eigenvalue of `AᵀA`.
+fn dlt(pairs: impl Iterator<Item = (Point, Point)> + Clone) -> Option<Matrix3<f64>> {
     let mut normal = SMatrix::<f64, 9, 9>::zeros();
     for (u, v) in pairs {
         let a = SMatrix::<f64, 9, 1>::from_column_slice(&[
@@ -149,10 +147,6 @@ fn dlt(pairs: impl Iterator<Item = (Point, Point)> + Clone) -> Option<(Matrix3<f
     if eigen.eigenvalues[order[1]] < 1e-11 * eigen.eigenvalues[order[8]] {
         return None;
     }
-    // Noise is what the least one is made of. Where the second is less than ten times as large in length, noise decides which
-    // map of a family it is.
-    let is_sharp = eigen.eigenvalues[order[1]] > 100.0 * eigen.eigenvalues[order[0]].max(0.0);
     let h = eigen.eigenvectors.column(order[0]);
-    let m = Matrix3::new(h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], h[8]);
-    Some((m, is_sharp))
+    Some(Matrix3::new(h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], h[8]))
 }
