@@ -219,6 +219,9 @@ impl Working {
                 Shape::Cylinder { radius, .. } => {
                     Vector2::repeat(radius * std::f64::consts::FRAC_1_SQRT_2)
                 }
+                Shape::Lathe { profile } => {
+                    Vector2::repeat(profile.foot() * std::f64::consts::FRAC_1_SQRT_2)
+                }
             };
             return Some((Foot { at: from_tool, least: -half, most: half }, pose.origin().z));
         }
@@ -278,7 +281,10 @@ impl Top {
     fn of(shape: &Shape) -> Self {
         let (x, y) = match *shape {
             Shape::Cuboid { size } => (size.x, size.y),
-            Shape::Cylinder { radius, .. } => (2.0 * radius, 2.0 * radius),
+            Shape::Cylinder { .. } | Shape::Lathe { .. } => {
+                let across = 2.0 * shape.rim_radius();
+                (across, across)
+            }
         };
         let count = |length: f64| (length / SQUARE).round().max(1.0) as usize;
         Self { shape: Arc::new(*shape), along: count(x), across: count(y) }

@@ -32,6 +32,9 @@ const AROUND: [f64; 4] = [1.4, -1.4, 2.1, -2.1];
 /// Shares of [`ABOVE`] and [`BACK`] that are tried: near the end of the arm's reach the short way is the only one, and
 /// after 60 mm of it the fingertips are behind the thing.
 const SHORT: [f64; 2] = [1.0, 0.5];
+/// What a way down costs that is missing as a whole, in rad of travel. Chosen: one of half the height, which is come to low past
+/// whatever stands beside it, is taken only where half a rad further there is none of all the height.
+const SHORT_COST: f64 = 1.0;
 /// So many joint positions of a place are tried, nearest first. Chosen: with one of them a high place is given up where
 /// only that branch of the arm cannot come down straight, with twice as many a place out of reach costs twice as much.
 const BRANCHES: usize = 4;
@@ -163,10 +166,11 @@ impl Planner {
                     down.ok().zip(out.ok())
                 };
                 let starts = &starts[..starts.len().min(BRANCHES)];
-                let ways_of = SHORT
-                    .iter()
-                    .find_map(|&short| starts.iter().find_map(|q_down| both(q_down, short)));
-                let Some((mut way_down, way_out)) = ways_of else {
+                let ways_of = SHORT.iter().find_map(|&short| {
+                    let ways = starts.iter().find_map(|q_down| both(q_down, short))?;
+                    Some((ways, short))
+                });
+                let Some(((mut way_down, way_out), short)) = ways_of else {
                     dropped.out_of_reach(0.0);
                     continue;
                 };
@@ -183,7 +187,9 @@ impl Planner {
                     dropped.out_of_reach(0.0);
                     continue;
                 }
-                let cost = TRAVEL_COST * distance(&way_down[0], &self.q) + TURN_COST * turn.abs();
+                let cost = TRAVEL_COST * distance(&way_down[0], &self.q)
+                    + TURN_COST * turn.abs()
+                    + SHORT_COST * (1.0 - short);
                 ways.push(Placement {
                     object: o.to_owned(),
                     above: way_down[0].clone(),

@@ -166,7 +166,10 @@ impl Planner {
         let (x, y) = match object.shape {
             Shape::Cuboid { size } => (size.x, size.y),
             // What a square inside the circle leaves over is less than a fifth on each side.
-            Shape::Cylinder { radius, .. } => (1.8 * radius, 1.8 * radius),
+            Shape::Cylinder { .. } | Shape::Lathe { .. } => {
+                let radius = object.shape.rim_radius();
+                (1.8 * radius, 1.8 * radius)
+            }
         };
         let corners = self.robot().finger_corners(self.state.opening);
         let most = |along: fn(&Vector3<f64>) -> f64| corners.iter().map(along).fold(0.0, f64::max);
