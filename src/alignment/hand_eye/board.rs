@@ -8,7 +8,7 @@ use nalgebra::{
     Isometry3, Matrix3, Matrix6, SMatrix, Translation3, UnitQuaternion, Vector3, Vector6,
 };
 
-use super::Corners;
+use super::types::Corners;
 use crate::alignment::chessboard::Board;
 use crate::alignment::image_map::{self, Model, NoiseIn, Pair};
 use crate::alignment::intrinsics::pose_from_homography;

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::Mount;
+use super::types::Mount;
 use crate::fit;
 
 /// Why there is no answer. Lengths in m, angles in rad.

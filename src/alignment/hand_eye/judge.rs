@@ -9,30 +9,10 @@
 
 use nalgebra::{Isometry3, Point3, Vector2, Vector3, Vector6};
 
-use super::refine::{BOARD, CAMERA, CUT, SCALE};
-use super::{Fitted, HandEye, Motions, Mount, Placed, Refine, View, ViewFit};
-
-/// What the other pictures predict of one is off by.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LeftOut {
-    /// Of the board's middle, in the robot's base, m.
-    pub position: f64,
-    /// Of the board's turn, rad.
-    pub rotation: f64,
-}
-
-/// The side of a square, as it was said and as the robot's travel measures it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Square {
-    /// As it was said, m.
-    pub said: f64,
-    /// As it is measured, m.
-    pub measured: f64,
-    /// Standard deviation of that, m: the larger one of the fit's and the jackknife's.
-    pub std: f64,
-    /// Whether it is another size than was said. Then the measured one was used.
-    pub is_wrong: bool,
-}
+use super::board::orders;
+use super::motions::Motions;
+use super::refine::{BOARD, CAMERA, CUT, Fitted, Refine, SCALE};
+use super::types::{HandEye, LeftOut, Mount, Placed, Square, View, ViewFit};
 
 /// Squares off by more standard deviations than this are of another size. Chosen: the noise is estimated from ten to twenty
 /// pictures, whose errors are not independent.
@@ -127,7 +107,7 @@ impl Refine<'_> {
                 Mount::Fixed => fitted.camera.inverse() * self.robot[i] * fitted.board,
             };
             // In the order that the fit took.
-            let orders = super::board::orders(&view.points, &self.board);
+            let orders = orders(&view.points, &self.board);
             let each = orders.iter().map(|points| {
                 let far = points.iter().map(|(point, pixel)| {
                     let p = camera_from_board * Point3::from(point.coords() * fitted.scale);

@@ -8,7 +8,8 @@
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
-use super::{Error, Mount};
+use super::error::Error;
+use super::types::Mount;
 
 /// How the robot moved between pictures.
 #[derive(Debug, Clone, Copy, PartialEq)]

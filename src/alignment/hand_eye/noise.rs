@@ -9,7 +9,7 @@
 
 use nalgebra::{Matrix2, Matrix6, Vector2, Vector6};
 
-use super::Noise;
+use super::types::Noise;
 
 /// A robot does not repeat itself better than this, rad and m: 10 µm, and the same at 0.5 m.
 pub(super) const FINEST: Noise = Noise { rotation: 2e-5, position: 1e-5 };

@@ -13,8 +13,11 @@ use nalgebra::{
     DMatrix, Isometry3, Matrix6, SVector, Translation3, UnitQuaternion, Vector3, Vector6,
 };
 
+use super::board::Sight;
 use super::noise::{self, FINEST};
-use super::{Board, Known, Mount, Noise, Sight, Start, off};
+use super::start::Start;
+use super::types::{Known, Mount, Noise, off};
+use crate::alignment::chessboard::Board;
 use crate::alignment::reprojection::INTRINSIC;
 use crate::fit::{self, Fit, Prior, Problem};
 use crate::world::Intrinsics;

@@ -12,7 +12,7 @@ use nalgebra::{
     DMatrix, DVector, Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3,
 };
 
-use super::{Mount, off};
+use super::types::{Mount, off};
 use crate::alignment::rigid::turn_between;
 
 /// A camera and a board that roughly agree with the pictures.

@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::Vector3;
 
-use super::{HandEye, Mount, Square};
+use super::types::{HandEye, Mount, Noise, Square};
 
 /// Something that a person should know or do. Lengths in m, angles in rad.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,7 +89,7 @@ impl HandEye {
             advice.push(Advice::Few { pictures });
         }
         if self.noise.rotation > ROUGH.0 || self.noise.position > ROUGH.1 {
-            let super::Noise { rotation, position } = self.noise;
+            let Noise { rotation, position } = self.noise;
             advice.push(Advice::Poses { rotation, position });
         }
         advice
