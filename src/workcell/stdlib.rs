@@ -130,7 +130,7 @@ impl Stdlib {
     ///
     /// # Errors
     ///
-    /// [`RobotError::None`] with the names there are, or why the text is no robot.
+    /// `RobotError::None` with the names there are, or why the text is no robot.
     pub fn robot(&self, name: &str) -> Result<Robot, RobotError> {
         let folder = format!("robots/{name}/");
         let urdf = self.files.iter().find(|(path, _)| {

@@ -49,7 +49,8 @@ fn the_engine_binds_what_is_listed_and_nothing_else() {
         unlisted.is_empty() && unbound.is_empty(),
         "unlisted {unlisted:?}, unbound {unbound:?}"
     );
-    let written: BTreeSet<_> = WORDS.iter().map(|word| word.full_name()).collect();
+    let written: BTreeSet<_> =
+        WORDS.iter().map(trueup::language::script_words::ScriptWord::full_name).collect();
     assert_eq!(written.len(), WORDS.len(), "a word is listed twice");
 }
 

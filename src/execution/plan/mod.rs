@@ -294,7 +294,7 @@ impl Planner {
 
     /// Returns the way from where the arm is to `q`, round everything in the way; `tilt` bounds the angle,
     /// rad, of what is in the hand from upright. Where something is touched already, the arm is led away from
-    /// it first. What is in the hand keeps [`SLID`] from everything where there is such a way.
+    /// it first. What is in the hand keeps 10 mm from everything where there is such a way.
     pub fn free(&self, q: &[f64], tilt: Option<f64>, seed: u64) -> Result<Way, NoWay> {
         if self.in_hand().is_some() && self.doubt < SLID {
             let whole = Arc::clone(&self.budget);

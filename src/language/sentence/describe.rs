@@ -4,8 +4,9 @@
 //! A noun is resolved first; what stands beside it then chooses among what it may mean. Left, ahead and near are as the
 //! robot looks from its base, as in `left_of(cup)`. What nobody has seen is never left out: then a person is asked.
 
+use super::knowledge::{Knowledge, Spot, either};
+use super::relation;
 use super::resolve::{self, Found, Hindrance};
-use super::{Knowledge, Spot, either, relation};
 
 /// A thing is next to another when at most this is between them, m: as `next_to(o)` of a place.
 const NEAR: f64 = 0.12;

@@ -9,6 +9,7 @@
 //! Source of clear, ambiguous and impossible: Park et al., "CLARA", 2023 (arXiv 2306.10376).
 
 mod describe;
+mod knowledge;
 mod relation;
 mod resolve;
 mod sequence;
@@ -19,10 +20,11 @@ use std::collections::BTreeMap;
 use super::ast::{Call, Param, SceneItem, Span, Step};
 use super::builtins::Ty;
 use super::diagnostic::Source;
-use super::library::{Library, Scope};
+use super::library::Scope;
 use super::parse::parse_line;
 use super::text;
-pub use resolve::Thing;
+use knowledge::either;
+pub use knowledge::{Knowledge, Phrase, Spot, Thing};
 use resolve::{Found, Hindrance};
 pub use template::{Reach, Template, Wrong};
 
@@ -99,51 +101,6 @@ pub struct Understood {
     pub slots: Vec<(String, String, String)>,
     /// What the sentence does not say and the task fills in: `amount: filled(source)`.
     pub defaults: Vec<String>,
-}
-
-/// A sentence that a person has taught, and the call it stands for: `"empty the {o}" = pour(o, cup)`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Phrase {
-    /// The sentence.
-    pub template: Template,
-    /// The call; a slot's name in it stands for what the slot holds.
-    pub call: Call,
-}
-
-/// What sentences are read with.
-#[derive(Clone, Copy)]
-pub struct Knowledge<'a> {
-    /// Tasks with their templates.
-    pub library: &'a Library,
-    /// What is on the table.
-    pub things: &'a [Thing],
-    /// What has been taught.
-    pub phrases: &'a [Phrase],
-    /// What was handled last, which "it" means.
-    pub it: Option<&'a str>,
-    /// Says where a thing stands and what it holds, if somebody has seen it.
-    pub spot: &'a dyn Fn(&str) -> Option<Spot>,
-    /// Says why a call cannot be done now, if somebody knows: which need fails, and by how much.
-    pub hindrance: &'a dyn Fn(&Call) -> Option<String>,
-}
-
-/// Where a thing stands, how big it is and what it holds, as the robot looks from its base.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Spot {
-    /// Its middle, m to the left of the base.
-    pub left: f64,
-    /// Its middle, m ahead of the base.
-    pub ahead: f64,
-    /// The radius of the upright cylinder around it, m.
-    pub radius: f64,
-    /// Its height, m.
-    pub height: f64,
-    /// Its volume from outside, m³.
-    pub volume: f64,
-    /// What it stands on or in; `None` is the table.
-    pub on: Option<String>,
-    /// Water in it, m³; `None` when nobody knows.
-    pub water: Option<f64>,
 }
 
 /// Returns the things of a scene as sentences may name them.
@@ -598,13 +555,4 @@ fn example(template: &Template, params: &[Param], with: &Knowledge<'_>) -> Strin
         let word = named.iter().find(|(name, _)| *name == slot);
         word.map_or_else(|| slot.to_owned(), |(_, word)| word.clone())
     })
-}
-
-/// `a`, `a or b`, `a, b or c`.
-fn either(names: &[&str]) -> String {
-    match names {
-        [] => String::new(),
-        [one] => (*one).to_owned(),
-        [most @ .., last] => format!("{} or {last}", most.join(", ")),
-    }
 }

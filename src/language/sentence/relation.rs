@@ -3,7 +3,7 @@
 //! A sentence's words for a relation are joined into the language's own before templates are matched, so that `{at}`
 //! after "at" is one slot: "put the jar next to the cup" is read as "put the jar at `next_to` the cup".
 
-use super::Knowledge;
+use super::knowledge::Knowledge;
 use super::resolve::{self, Found, Hindrance};
 use crate::language::builtins::Ty;
 

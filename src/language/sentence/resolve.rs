@@ -1,25 +1,13 @@
 //! A slot's words → the thing, face or quantity they name.
 
-use super::super::ast::{ExprKind, SceneThing};
 use super::super::builtins::{self, Ty};
 use super::super::library::Library;
 use super::super::text;
-use super::{Knowledge, either};
+use super::knowledge::{Knowledge, Thing, either};
 use crate::units::{Dimension, Unit, suggest_unit};
 
 /// Words that may stand before the name of a thing and say nothing about which.
 const ARTICLES: &[&str] = &["the", "a", "an", "this", "that", "my", "your", "our", "some"];
-
-/// A thing on the table as sentences name it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Thing {
-    /// Its name in programs: `cup2`.
-    pub name: String,
-    /// Its type: `Container`.
-    pub kind: String,
-    /// What it looks like: `blue cup`; may be empty.
-    pub looks: String,
-}
 
 /// Words that every thing answers to.
 const ANYTHING: &[&str] = &["one", "thing", "object", "item"];
@@ -69,37 +57,6 @@ pub(super) struct Hindrance {
 impl Hindrance {
     pub(super) fn new(why: impl Into<String>, help: Option<String>) -> Self {
         Self { why: why.into(), help, after: 0 }
-    }
-}
-
-impl Thing {
-    /// Returns what a scene says of a thing.
-    pub(crate) fn of(thing: &SceneThing) -> Self {
-        let looks = thing.properties.iter().find(|property| property.name.text == "looks");
-        let looks = looks.and_then(|property| match property.value.first().map(|v| &v.kind) {
-            Some(ExprKind::Text(text)) => Some(text.clone()),
-            _ => None,
-        });
-        Self {
-            name: thing.name.text.clone(),
-            kind: thing.ty.text.clone(),
-            looks: looks.unwrap_or_default(),
-        }
-    }
-
-    /// Returns what a person calls it.
-    pub(super) fn shown(&self) -> &str {
-        if self.looks.is_empty() { &self.name } else { &self.looks }
-    }
-
-    /// Returns every word that may be used of it.
-    fn words(&self) -> Vec<String> {
-        let name = self.name.to_lowercase();
-        let bare = name.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned();
-        let parts = name.split('_').map(str::to_owned);
-        let looks = self.looks.to_lowercase();
-        let looks = looks.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
-        parts.chain([bare, self.kind.to_lowercase()]).chain(looks).collect()
     }
 }
 

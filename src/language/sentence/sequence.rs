@@ -4,7 +4,8 @@
 //! before it handled "it".
 
 use super::super::ast::ExprKind;
-use super::{Knowledge, MOST_CHOICES, Meaning, Understood, nearest_sentence, one};
+use super::knowledge::Knowledge;
+use super::{MOST_CHOICES, Meaning, Understood, nearest_sentence, one};
 
 /// Words between two wishes; the longer before those that they hold.
 const JOINS: &[&str] = &[" and after that ", " after that ", " and then ", " then ", " and "];

@@ -14,7 +14,7 @@ use crate::twin::hold::Hold;
 use crate::world::{Object, Profile, Shape};
 
 /// The outline of a prism, seen from above.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 enum Outline {
     /// Half edge lengths, m.
     Box(f32, f32),
@@ -25,9 +25,9 @@ enum Outline {
 }
 
 /// A round outline whose radius changes with the height.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 struct Turned {
-    profile: Profile,
+    profile: Arc<Profile>,
     /// How high its foot is, m.
     foot: f32,
     /// How much larger it is, m.
@@ -42,25 +42,27 @@ impl Turned {
 
 impl Outline {
     /// Returns the outline moved outwards by `d` m.
-    fn grown(self, d: f32) -> Self {
-        match self {
+    fn grown(&self, d: f32) -> Self {
+        match *self {
             Self::Box(x, y) => Self::Box((x + d).max(0.0), (y + d).max(0.0)),
             Self::Round(r) => Self::Round((r + d).max(0.0)),
-            Self::Turned(turned) => Self::Turned(Turned { grown: turned.grown + d, ..turned }),
+            Self::Turned(ref turned) => {
+                Self::Turned(Turned { grown: turned.grown + d, ..turned.clone() })
+            }
         }
     }
 
-    fn contains(self, p: &Vector3<f32>) -> bool {
-        match self {
+    fn contains(&self, p: &Vector3<f32>) -> bool {
+        match *self {
             Self::Box(x, y) => p.x.abs() <= x && p.y.abs() <= y,
             Self::Round(r) => p.x * p.x + p.y * p.y <= r * r,
-            Self::Turned(turned) => Self::Round(turned.radius_at(p.z)).contains(p),
+            Self::Turned(ref turned) => Self::Round(turned.radius_at(p.z)).contains(p),
         }
     }
 
     /// Moves a point that is outside onto the outline.
-    fn pull_in(self, p: &mut Vector3<f32>) {
-        match self {
+    fn pull_in(&self, p: &mut Vector3<f32>) {
+        match *self {
             Self::Box(x, y) => {
                 p.x = p.x.clamp(-x, x);
                 p.y = p.y.clamp(-y, y);
@@ -72,13 +74,13 @@ impl Outline {
                     p.y *= r / d;
                 }
             }
-            Self::Turned(turned) => Self::Round(turned.radius_at(p.z)).pull_in(p),
+            Self::Turned(ref turned) => Self::Round(turned.radius_at(p.z)).pull_in(p),
         }
     }
 
     /// Moves a point that is inside onto the nearest place of the outline.
-    fn push_out(self, p: &mut Vector3<f32>) {
-        match self {
+    fn push_out(&self, p: &mut Vector3<f32>) {
+        match *self {
             Self::Box(x, y) => {
                 if x - p.x.abs() < y - p.y.abs() {
                     p.x = x.copysign(p.x);
@@ -95,7 +97,7 @@ impl Outline {
                     p.x = r;
                 }
             }
-            Self::Turned(turned) => Self::Round(turned.radius_at(p.z)).push_out(p),
+            Self::Turned(ref turned) => Self::Round(turned.radius_at(p.z)).push_out(p),
         }
     }
 }
@@ -125,6 +127,7 @@ impl Vessel {
             Shape::Cuboid { size } => Outline::Box((size.x / 2.0) as f32, (size.y / 2.0) as f32),
             Shape::Cylinder { radius, .. } => Outline::Round(radius as f32),
             Shape::Lathe { profile } => {
+                let profile = Arc::new(profile);
                 Outline::Turned(Turned { profile, foot: foot as f32, grown: 0.0 })
             }
         };
@@ -157,7 +160,7 @@ impl Vessel {
     /// Returns the volume to the rim, m³.
     pub fn volume(&self) -> f32 {
         match self.inner {
-            Outline::Turned(turned) => turned.profile.volume() as f32,
+            Outline::Turned(ref turned) => turned.profile.volume() as f32,
             _ => self.area() * (self.rim - self.floor),
         }
     }
@@ -172,7 +175,7 @@ impl Vessel {
         let across = match self.outer {
             Outline::Box(x, y) => x.hypot(y),
             Outline::Round(r) => r,
-            Outline::Turned(turned) => turned.profile.widest() as f32 + turned.grown,
+            Outline::Turned(ref turned) => turned.profile.widest() as f32 + turned.grown,
         };
         across.hypot(self.rim)
     }
@@ -182,7 +185,7 @@ impl Vessel {
         match self.inner {
             Outline::Box(x, y) => 4.0 * x * y,
             Outline::Round(r) => std::f32::consts::PI * r * r,
-            Outline::Turned(turned) => {
+            Outline::Turned(ref turned) => {
                 let r = turned.profile.foot() as f32;
                 std::f32::consts::PI * r * r
             }
@@ -222,7 +225,7 @@ impl Vessel {
             }
             Outline::Box(x, y) => (1.8 * along * x, y.copysign(down.y)),
             Outline::Round(r) => around(r),
-            Outline::Turned(turned) => around(turned.radius_at(self.rim)),
+            Outline::Turned(ref turned) => around(turned.radius_at(self.rim)),
         };
         Vector3::new(x, y, self.rim + gap)
     }

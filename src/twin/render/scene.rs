@@ -1,5 +1,7 @@
 //! The view as a list of placed solids, ready to be met by rays.
 
+use std::sync::Arc;
+
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::solid::{Solid, TOP, times};
@@ -291,7 +293,7 @@ fn of_body(body: &Body, id: u16) -> Vec<Thing> {
             .stretches()
             .filter_map(|([r0, z0], [r1, z1])| {
                 let part = Profile::cone(r0, r1, z1 - z0).ok()?;
-                let solid = Solid::Lathe { profile: part, bottom: z0 };
+                let solid = Solid::Lathe { profile: Arc::new(part), bottom: z0 };
                 Some(Thing::new(Kind::Solid(solid), pose, body.paint, id))
             })
             .collect(),
@@ -331,7 +333,7 @@ fn standing(shape: &object::Shape, wall: f64, floor: f64) -> Solid {
         }
         object::Shape::Lathe { profile } => {
             let inside = (wall > 0.0).then(|| profile.inside(wall)).flatten();
-            Solid::Lathe { profile: inside.unwrap_or(profile), bottom: floor }
+            Solid::Lathe { profile: Arc::new(inside.unwrap_or(profile)), bottom: floor }
         }
     }
 }

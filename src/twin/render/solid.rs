@@ -4,12 +4,14 @@
 //! appears. Placing solids in the world and colouring them is [`super::scene`]'s and [`super::trace`]'s
 //! work.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Vector3};
 
 use crate::world::Profile;
 
 /// A convex solid about its own z axis, lengths in m.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) enum Solid {
     /// A box given by its centre and half its edges.
     Cuboid {
@@ -29,8 +31,8 @@ pub(super) enum Solid {
     },
     /// A convex round thing about z: radii over heights from `bottom` up.
     Lathe {
-        /// The radii, each as much larger as `grown`.
-        profile: Profile,
+        /// The radii.
+        profile: Arc<Profile>,
         /// Height of the lower end.
         bottom: f64,
     },
@@ -381,6 +383,8 @@ mod tests {
     use super::*;
 
     fn solids() -> Vec<Solid> {
+        let lathe =
+            |profile: Result<Profile, crate::world::profile::Fault>| Arc::new(profile.unwrap());
         vec![
             Solid::Cuboid {
                 centre: Vector3::new(0.1, 0.0, 0.2),
@@ -390,11 +394,11 @@ mod tests {
             Solid::Capsule { radius: 0.2, bottom: -0.1, top: 0.4 },
             Solid::Capsule { radius: 0.25, bottom: 0.0, top: 0.0 },
             Solid::Ellipsoid { half: Vector3::new(0.3, 0.2, 0.1) },
-            Solid::Lathe { profile: Profile::cone(0.2, 0.35, 0.5).unwrap(), bottom: -0.2 },
-            Solid::Lathe { profile: Profile::cone(0.4, 0.0, 0.4).unwrap(), bottom: -0.1 },
-            Solid::Lathe { profile: Profile::ball(0.3).unwrap(), bottom: -0.3 },
+            Solid::Lathe { profile: lathe(Profile::cone(0.2, 0.35, 0.5)), bottom: -0.2 },
+            Solid::Lathe { profile: lathe(Profile::cone(0.4, 0.0, 0.4)), bottom: -0.1 },
+            Solid::Lathe { profile: lathe(Profile::ball(0.3)), bottom: -0.3 },
             Solid::Lathe {
-                profile: Profile::new(&[[0.1, 0.0], [0.3, 0.2], [0.32, 0.5]]).unwrap(),
+                profile: lathe(Profile::new(&[[0.1, 0.0], [0.3, 0.2], [0.32, 0.5]])),
                 bottom: -0.1,
             },
         ]
