@@ -4,9 +4,11 @@ use nalgebra::{UnitVector3, Vector3};
 
 use super::super::decisions::{Entry, Kind};
 use super::super::error::ActionError;
+use super::super::plan::Planner;
 use super::super::refusal::Refusal;
 use super::super::tool_pose::ToolPose;
 use super::ActionContext;
+use crate::trace::NoWay;
 use crate::world::Shape;
 
 /// How fast `arm.turn_about` turns the hand, rad/s. Chosen: 30 deg/s, a third of what joint 7 may do.
@@ -47,13 +49,7 @@ impl ActionContext {
         to: &ToolPose,
         speed: f64,
     ) -> Result<(), ActionError> {
-        let path = if let Some(path) = self.logged_path()? {
-            path
-        } else {
-            let path = self.planner()?.line_to(&to.0)?;
-            self.run.log.record(Entry::Path(path.clone()));
-            path
-        };
+        let path = self.planned_path(|planner| planner.line_to(&to.0))?;
         self.follow(&path, speed)
     }
 
@@ -63,13 +59,7 @@ impl ActionContext {
         axis: UnitVector3<f64>,
         angle: f64,
     ) -> Result<(), ActionError> {
-        let path = if let Some(path) = self.logged_path()? {
-            path
-        } else {
-            let path = self.planner()?.turned(axis, angle)?;
-            self.run.log.record(Entry::Path(path.clone()));
-            path
-        };
+        let path = self.planned_path(|planner| planner.turned(axis, angle))?;
         self.turn(&path, TURNING)
     }
 
@@ -96,6 +86,19 @@ impl ActionContext {
             Entry::Path(path) => Some(path.clone()),
             _ => None,
         })?)
+    }
+
+    /// Returns the path that the rehearsal took, or in a rehearsal what `plan` finds.
+    pub(super) fn planned_path(
+        &mut self,
+        plan: impl FnOnce(&Planner) -> Result<Vec<Vec<f64>>, NoWay>,
+    ) -> Result<Vec<Vec<f64>>, ActionError> {
+        if let Some(path) = self.logged_path()? {
+            return Ok(path);
+        }
+        let path = plan(&self.planner()?)?;
+        self.run.log.record(Entry::Path(path.clone()));
+        Ok(path)
     }
 
     /// Returns a direction of the world as the base has it.

@@ -75,13 +75,7 @@ impl ActionContext {
     pub fn move_until(&mut self, by: [f64; 3], force: f64) -> Result<f64, ActionError> {
         let by = Vector3::from(by);
         let Some(way) = by.try_normalize(1e-6) else { return Ok(0.0) };
-        let path = if let Some(path) = self.logged_path()? {
-            path
-        } else {
-            let path = self.planner()?.line_into(by)?;
-            self.run.log.record(Entry::Path(path.clone()));
-            path
-        };
+        let path = self.planned_path(|planner| planner.line_into(by))?;
         let rehearsed = self.run.log.next(Kind::Felt, |entry| match entry {
             Entry::Felt(went) => Some(*went),
             _ => None,

@@ -154,25 +154,13 @@ impl ActionContext {
 
     /// `arm.move_by([x, y, z], speed)`: a straight line of the tool in the world, orientation kept.
     pub fn move_by(&mut self, by: [f64; 3], speed: f64) -> Result<(), ActionError> {
-        let path = if let Some(path) = self.logged_path()? {
-            path
-        } else {
-            let path = self.planner()?.line(Vector3::from(by))?;
-            self.run.log.record(Entry::Path(path.clone()));
-            path
-        };
+        let path = self.planned_path(|planner| planner.line(Vector3::from(by)))?;
         self.follow(&path, speed)
     }
 
     /// `arm.rise(by, speed)`: the tool straight up by `by` m, or by as much of it as the arm can follow.
     pub fn rise(&mut self, by: f64, speed: f64) -> Result<(), ActionError> {
-        let path = if let Some(path) = self.logged_path()? {
-            path
-        } else {
-            let path = self.planner()?.rise(by)?;
-            self.run.log.record(Entry::Path(path.clone()));
-            path
-        };
+        let path = self.planned_path(|planner| planner.rise(by))?;
         if path.len() > 1 { self.follow(&path, speed) } else { Ok(()) }
     }
 

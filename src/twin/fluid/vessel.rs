@@ -159,10 +159,7 @@ impl Vessel {
 
     /// Returns the volume to the rim, m³.
     pub fn volume(&self) -> f32 {
-        match self.inner {
-            Outline::Turned(ref turned) => turned.profile.volume() as f32,
-            _ => self.area() * (self.rim - self.floor),
-        }
+        self.area() * (self.rim - self.floor)
     }
 
     /// Returns the height of the rim above the base, m.
@@ -180,14 +177,13 @@ impl Vessel {
         across.hypot(self.rim)
     }
 
-    /// Returns the area of the inside floor, m².
+    /// Returns the area of the inside across, m²; its mean over the height.
     pub fn area(&self) -> f32 {
         match self.inner {
             Outline::Box(x, y) => 4.0 * x * y,
             Outline::Round(r) => std::f32::consts::PI * r * r,
             Outline::Turned(ref turned) => {
-                let r = turned.profile.foot() as f32;
-                std::f32::consts::PI * r * r
+                (turned.profile.volume() / turned.profile.height()) as f32
             }
         }
     }
