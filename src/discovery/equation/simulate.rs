@@ -275,7 +275,7 @@ fn late_outputs<N: Number>(model: &Compiled, time: &[f64], frame: &[N], out: &mu
     }
 }
 
-/// Lanes of derivatives carried at a time.
+/// Most derivatives carried at a time.
 const LANES: usize = 8;
 
 /// As [`simulate`], with the derivatives of every output with respect to the parameters, unless those are
@@ -294,35 +294,77 @@ pub fn simulate_with_derivatives(
     jacobian: &mut Vec<f64>,
 ) -> Result<Vec<f64>, BlowUp> {
     let n_values = rows.len() * model.outputs.len();
-    let free: Vec<usize> = (0..start.len()).filter(|i| start[*i].is_some()).collect();
     let n_params = if fixed { 0 } else { params.len() };
-    let n = n_params + free.len();
+    let n = n_params + start.iter().flatten().count();
     jacobian.clear();
     jacobian.resize(n_values * n, 0.0);
-    let mut values = vec![0.0; n_values];
-    let mut out = vec![Dual::<LANES>::constant(0.0); n_values];
-    let mut first = 0;
-    while first < n.max(1) {
-        let seed = |k: usize| k.checked_sub(first).unwrap_or(LANES);
-        let lane = |k: usize| if fixed { LANES } else { seed(k) };
-        let p: Vec<Dual<LANES>> =
-            params.iter().enumerate().map(|(k, v)| Dual::variable(*v, lane(k), 1.0)).collect();
-        let s: Vec<Option<Dual<LANES>>> = (0..start.len())
-            .map(|i| {
-                let k = free.iter().position(|f| *f == i).map(|at| n_params + at);
-                start[i].map(|v| Dual::variable(v, seed(k.unwrap_or(usize::MAX)), 1.0))
-            })
-            .collect();
-        simulate(model, data, rows.clone(), scheme, &p, &s, &mut out)?;
-        for (i, dual) in out.iter().enumerate() {
-            values[i] = dual.v;
-            for lane in 0..LANES.min(n - first) {
-                jacobian[i * n + first + lane] = dual.d[lane];
-            }
+    let mut of = Derivatives {
+        params,
+        n_params,
+        start,
+        n,
+        first: 0,
+        values: vec![0.0; n_values],
+        jacobian,
+    };
+    while of.first < n.max(1) {
+        // What is not wanted is not carried along.
+        match n - of.first {
+            0..=2 => of.lanes::<2>(model, data, rows.clone(), scheme)?,
+            3..=4 => of.lanes::<4>(model, data, rows.clone(), scheme)?,
+            _ => of.lanes::<LANES>(model, data, rows.clone(), scheme)?,
         }
-        first += LANES;
+        of.first += LANES;
     }
-    Ok(values)
+    Ok(of.values)
+}
+
+/// The derivatives of a simulation's outputs, filled some columns at a time.
+struct Derivatives<'a> {
+    params: &'a [f64],
+    /// Parameters that are free: all or none.
+    n_params: usize,
+    start: &'a [Option<f64>],
+    /// Columns: free parameters, then free first values.
+    n: usize,
+    /// The column that comes next.
+    first: usize,
+    values: Vec<f64>,
+    jacobian: &'a mut Vec<f64>,
+}
+
+impl Derivatives<'_> {
+    /// Fills the next `N` columns, or those that are left.
+    fn lanes<const N: usize>(
+        &mut self,
+        model: &Compiled,
+        data: &Data,
+        rows: Range<usize>,
+        scheme: Scheme,
+    ) -> Result<(), BlowUp> {
+        let variable = |v: f64, column: usize| {
+            Dual::<N>::variable(v, column.checked_sub(self.first).unwrap_or(N), 1.0)
+        };
+        let params: Vec<_> = (0..)
+            .zip(self.params)
+            .map(|(k, v)| if k < self.n_params { variable(*v, k) } else { Dual::constant(*v) })
+            .collect();
+        let mut columns = self.n_params..;
+        let start: Vec<_> = self
+            .start
+            .iter()
+            .map(|v| v.and_then(|v| columns.next().map(|column| variable(v, column))))
+            .collect();
+        let mut out = vec![Dual::<N>::constant(0.0); self.values.len()];
+        simulate(model, data, rows, scheme, &params, &start, &mut out)?;
+        let n_filled = N.min(self.n - self.first);
+        for (i, dual) in out.iter().enumerate() {
+            self.values[i] = dual.v;
+            let at = i * self.n + self.first;
+            self.jacobian[at..at + n_filled].copy_from_slice(&dual.d[..n_filled]);
+        }
+        Ok(())
+    }
 }
 
 /// The usual size of what stands in each `sign` and `step` along a recording: root mean square.
