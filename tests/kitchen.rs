@@ -72,6 +72,7 @@ pub(crate) fn scene() -> Scene {
             Vector3::new(1.25, 0.0, 0.85),
             Vector3::new(0.60, 0.0, 0.05),
         ),
+        calibration: None,
         robot: "gen3_2f85".into(),
         world_from_base: Pose::identity(),
     }

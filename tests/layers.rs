@@ -20,7 +20,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("language", &["units", "plain"]),
     ("graph", &["units", "language"]),
     // A scene is read from a syntax tree, and a fluent is an expression of the language.
-    ("scene", &["units", "language", "world"]),
+    ("scene", &["units", "files", "language", "world"]),
     ("fluent", &["units", "language", "world"]),
     ("alignment", &["fit", "world"]),
     ("motion", &["world"]),

@@ -44,6 +44,7 @@ fn scene(camera: Camera, table: Table, objects: Vec<Object>) -> Scene {
         objects,
         camera_name: "still".into(),
         camera,
+        calibration: None,
         robot: "gen3_2f85".into(),
         world_from_base: Pose::identity(),
     }

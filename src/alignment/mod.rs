@@ -56,6 +56,5 @@ pub mod camera_fit;
 pub mod offset;
 pub mod hand_eye;
 pub mod files;
-pub mod camera_file;
 
 pub use error::{Error, TooAlike};

@@ -41,6 +41,7 @@ impl Plane {
     }
 
     /// Returns the value of a pixel; coordinates outside are moved to the border.
+    #[inline]
     pub fn at(&self, x: i64, y: i64) -> f32 {
         let x = x.clamp(0, self.width as i64 - 1) as usize;
         let y = y.clamp(0, self.height as i64 - 1) as usize;
@@ -48,6 +49,7 @@ impl Plane {
     }
 
     /// Returns the bilinear value at a place in px; outside, the border's.
+    #[inline]
     pub fn sample(&self, u: f64, v: f64) -> f32 {
         let (x0, y0) = (u.floor(), v.floor());
         let (fx, fy) = ((u - x0) as f32, (v - y0) as f32);

@@ -5,12 +5,12 @@ mod segment;
 
 use std::path::{Path, PathBuf};
 
-use crate::alignment::camera_file::{self, CameraFile};
 use crate::alignment::decode;
 use crate::alignment::vision::{self, Options};
 use crate::execution::calibrate::{self as marks, Switches};
 use crate::files::write;
 use crate::report::{self, Failure, Style};
+use crate::world::camera_file::{self, CameraFile};
 use crate::world::{Camera, Scene};
 use clap::{Args, Subcommand};
 use image::RgbImage;
@@ -44,8 +44,8 @@ pub(super) struct SeeArgs {
 }
 
 /// Aligns the scene's camera by the table's dots where there are enough of them; says so where not.
-fn aligned(image: &RgbImage, scene: &Scene, switches: Switches, style: Style) -> Camera {
-    match marks::from_marks(image, scene, switches) {
+fn aligned(image: &RgbImage, scene: &Scene, style: Style) -> Camera {
+    match marks::from_marks(image, scene, Switches::default()) {
         Ok(found) => {
             for note in found.notes {
                 style.note(&format!("  {note}"));
@@ -92,7 +92,6 @@ pub(super) fn calibrated(
     mut scene: Scene,
     style: Style,
 ) -> Result<Camera, Failure> {
-    let mut switches = Switches::default();
     if let Some(path) = file {
         let CameraFile { mut intrinsics, world_from_camera } = calibration(path)?;
         if (intrinsics.width, intrinsics.height) == (0, 0) {
@@ -103,14 +102,14 @@ pub(super) fn calibrated(
         }
         // The file knows what is inside better than one picture of the table does.
         scene.camera.intrinsics = intrinsics;
-        switches.intrinsics = false;
+        scene.calibration = Some(path.display().to_string());
     }
     let sensor = (scene.camera.intrinsics.width, scene.camera.intrinsics.height);
     // A picture of another size is refused where it is looked at, in one message.
     if image.dimensions() != sensor {
         return Ok(scene.camera);
     }
-    Ok(aligned(image, &scene, switches, style))
+    Ok(aligned(image, &scene, style))
 }
 
 /// Reads a calibrated camera, with an error that says what is wrong with the file.

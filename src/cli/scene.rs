@@ -59,7 +59,10 @@ pub(super) fn scene(
 }
 
 fn from(args: &FromArgs, base: Option<&Path>, style: Style) -> Result<Exit, Failure> {
-    let base = inputs::scene(base, style)?;
+    let folder = base.and_then(Path::parent).unwrap_or(Path::new(""));
+    let mut base = inputs::scene(base, style)?;
+    let named = base.calibration.take().map(|file| folder.join(file));
+    base.calibration = args.calibration.clone().or(named).map(|file| beside(&args.out, &file));
     let name = name_of(&args.out)?;
     if args.out.exists() {
         return Err(Failure::input("new::there", "there is a file of that name already")
@@ -104,6 +107,14 @@ fn from(args: &FromArgs, base: Option<&Path>, style: Style) -> Result<Exit, Fail
         style.say(format!("{} is written; edit it, then `trueup --scene {0}`", args.out.display()));
     }
     Ok(if scene.objects.is_empty() || !missed.is_empty() { Exit::No } else { Exit::Yes })
+}
+
+/// How a scene that is written to `out` names a file.
+fn beside(out: &Path, file: &Path) -> String {
+    let folder = |path: &Path| path.parent().map(Path::to_path_buf).unwrap_or_default();
+    let name = file.file_name().map(Path::new).filter(|_| folder(out) == folder(file));
+    let whole = || std::path::absolute(file).unwrap_or_else(|_| file.to_path_buf());
+    name.map_or_else(whole, Path::to_path_buf).display().to_string()
 }
 
 /// The scene's name: that of its file.

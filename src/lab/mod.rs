@@ -451,6 +451,7 @@ mod tests {
                 Vector3::new(1.25, 0.0, 0.85),
                 Vector3::new(0.6, 0.0, 0.05),
             ),
+            calibration: None,
             robot: "gen3_2f85".into(),
             world_from_base: Pose::identity(),
         }

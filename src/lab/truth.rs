@@ -143,7 +143,7 @@ impl Truth {
             if on { values } else { vec![nominal; values.len()] }
         };
         Ok(Self {
-            camera: camera(scene.camera, settings, seed),
+            camera: camera(scene, settings, seed),
             light: light(settings, seed),
             exposure: exposure(&settings.sensor, on, seed),
             zeros: keep(on.zero_offsets, zeros, 0.0),
@@ -164,7 +164,9 @@ impl Truth {
     }
 }
 
-fn camera(assumed: Camera, settings: &LabSettings, seed: u64) -> Camera {
+/// The camera as it is: what a calibration says of its inside is so, everything else is off.
+fn camera(scene: &Scene, settings: &LabSettings, seed: u64) -> Camera {
+    let assumed = scene.camera;
     let mut camera = assumed;
     if settings.switches.camera_pose {
         let mut chance = Chance::new(seed, Topic::Camera);
@@ -173,7 +175,7 @@ fn camera(assumed: Camera, settings: &LabSettings, seed: u64) -> Camera {
         let pose = assumed.world_from_camera;
         camera.world_from_camera = Pose::from_parts(pose.origin() + shift, pose.rotation() * turn);
     }
-    if settings.switches.lens {
+    if settings.switches.lens && scene.calibration.is_none() {
         let mut chance = Chance::new(seed, Topic::Lens);
         let lens = &settings.lens;
         let i = &mut camera.intrinsics;

@@ -6,7 +6,7 @@
 //!
 //! Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008: RNEA §5.3, CRBA §6.2.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::cholesky;
 use super::error::Error;
@@ -14,6 +14,7 @@ use super::fault::UrdfFault;
 use super::frames::{Frame, Frames, Node};
 use super::inertial::Inertial;
 use super::robot::Robot;
+use crate::world::frame::times;
 
 /// Standard use in this program and in the reference values, m/s².
 pub const GRAVITY: f64 = 9.81;
@@ -285,16 +286,6 @@ impl State {
         self.moment = frame.direction(&spin) + (frame.origin + com).cross(&self.force);
         self
     }
-}
-
-/// The product written out: the general one is a loop.
-#[inline]
-fn times(m: &Matrix3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
-    Vector3::new(
-        m.m11 * v.x + m.m12 * v.y + m.m13 * v.z,
-        m.m21 * v.x + m.m22 * v.y + m.m23 * v.z,
-        m.m31 * v.x + m.m32 * v.y + m.m33 * v.z,
-    )
 }
 
 /// Bodies welded together, about the base origin in base axes.

@@ -28,6 +28,10 @@ pub(super) enum Mistake<'a> {
     TwoCameras,
     #[error("a focal length of {focal} px is impossible")]
     FocalLength { focal: f64 },
+    #[error("`{file}` is not read as a calibration: {why}")]
+    NoCalibration { file: &'a str, why: String },
+    #[error("`{file}` does not say how large its camera's pictures are")]
+    NoPictureSize { file: &'a str },
     #[error("the camera `{camera}` cannot see the table from there")]
     BlindCamera { camera: &'a str },
     #[error("a scene has one robot")]
@@ -114,6 +118,8 @@ impl Mistake<'_> {
             Self::BlindCamera { .. } => {
                 ("task::outside", "at the height of the table, or where it looks")
             }
+            Self::NoCalibration { .. } => ("scene::calibration", "named here"),
+            Self::NoPictureSize { .. } => ("scene::calibration", "no size in it"),
             Self::FocalLength { .. } | Self::NotPositive { .. } => ("task::size", "not above 0"),
             Self::ThickWalls { .. } => ("task::size", "walls as thick as the vessel"),
             Self::HoldsTooMuch { .. } => ("task::size", "holds more than fits"),
@@ -149,6 +155,11 @@ impl Mistake<'_> {
             }
             Self::TwoCameras => "keep the camera that looks at the table",
             Self::FocalLength { .. } => "a usual one is close to the width of the picture",
+            Self::NoCalibration { .. } => {
+                "`trueup camera calibrate photos/*.jpg --board … --write FILE` writes one; the file is looked for \
+                 beside the scene's"
+            }
+            Self::NoPictureSize { .. } => "add `\"image_px\": [1280, 720]` to the file",
             Self::BlindCamera { .. } => {
                 "the table top is at z = 0; the camera stands above it and looks at it"
             }

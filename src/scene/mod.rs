@@ -72,6 +72,44 @@ mod tests {
     }
 
     #[test]
+    fn a_camera_may_be_known_from_a_file_beside_the_scene() {
+        let folder = tempfile::tempdir().unwrap();
+        let lens =
+            r#"{"fx_px": 905, "cx_px": 640, "cy_px": 355, "k1": -0.1, "image_px": [1280, 720]}"#;
+        std::fs::write(folder.path().join("camera.json"), lens).unwrap();
+        std::fs::write(folder.path().join("bare.json"), r#"{"fx_px": 9, "cx_px": 6, "cy_px": 3}"#)
+            .unwrap();
+        let read = |inside: &str| {
+            let text = format!(
+                "scene s {{ table: Surface = box(120 cm, 80 cm, 2 cm) robot gen3_2f85\n\
+                 camera c {{ {inside} at (1 m, 0 m, 1 m) looking (0.5 m, 0 m, 0 m) }} }}"
+            );
+            let told = |wrong: &Diagnostic| (wrong.code.to_string(), wrong.message.clone());
+            if let Some(wrong) = crate::language::parse(&text).1.first() {
+                return Err(told(wrong));
+            }
+            let mut library = Library::new();
+            library.add(Source::new(folder.path().join("s.task").display().to_string(), text));
+            let (item, source) = library.scenes().next().expect("the text holds a scene");
+            from_item(item, source).map_err(|found| told(&found[0]))
+        };
+        let scene = read("calibration \"camera.json\"").unwrap();
+        let lens = scene.camera.intrinsics;
+        assert_eq!((lens.fx, lens.cy, lens.k1, lens.width), (905.0, 355.0, -0.1, 1280));
+        assert_eq!(scene.calibration.as_deref(), Some("camera.json"));
+        for (inside, code, told) in [
+            ("calibration \"nothing.json\"", "scene::calibration", "`nothing.json`"),
+            ("calibration \"s.task\"", "scene::calibration", "`s.task`"),
+            ("calibration \"bare.json\"", "scene::calibration", "how large"),
+            ("calibration \"camera.json\" focal ~ 900 px", "task::argument", "`focal`"),
+            ("focal ~ 900 px", "task::missing", "not complete"),
+        ] {
+            let (found, message) = read(inside).unwrap_err();
+            assert!(found == code && message.contains(told), "{inside}: {found}: {message}");
+        }
+    }
+
+    #[test]
     fn everything_wrong_with_a_scene_is_told_at_once() {
         let found = read(
             "scene s {\n table: Surface = box(120 cm, 80 cm, 2 cm)\n\

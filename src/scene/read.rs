@@ -1,19 +1,30 @@
 //! Scene items → tables, marks, cameras and robots; the things are in [`super::thing`].
 
+use std::path::Path;
+
 use nalgebra::Vector3;
 
 use super::error::{Mistake, Side};
-use crate::language::ast::{Literal, SceneItem, SceneThing, Span};
+use crate::files;
+use crate::language::ast::{Literal, SceneItem, SceneLens, SceneThing, Span};
 use crate::language::{Diagnostic, Source};
 use crate::units::{Dimension, Quantity};
 use crate::world::frame::{Base, World};
-use crate::world::{Camera, Intrinsics, Mark, Object, Pose, Scene, Shape, Table};
+use crate::world::{Camera, Intrinsics, Mark, Object, Pose, Scene, Shape, Table, camera_file};
 
 /// Reads one scene and collects what is wrong in it.
 pub(super) struct Reader<'a> {
     pub(super) source: &'a Source,
     /// What is wrong.
     pub(super) diagnostics: Vec<Diagnostic>,
+}
+
+/// A scene's camera.
+pub(super) struct SeenThrough {
+    name: String,
+    camera: Camera,
+    /// The file that says what is inside it.
+    calibration: Option<String>,
 }
 
 impl Reader<'_> {
@@ -58,7 +69,7 @@ impl Reader<'_> {
         }
         let camera = self.camera(item);
         let robot = self.robot(item);
-        let (camera_name, camera) = camera?;
+        let SeenThrough { name: camera_name, camera, calibration } = camera?;
         let (robot, world_from_base) = robot?;
         Some(Scene {
             name: item.name.text.clone(),
@@ -67,12 +78,13 @@ impl Reader<'_> {
             objects,
             camera_name,
             camera,
+            calibration,
             robot,
             world_from_base,
         })
     }
 
-    pub(super) fn camera(&mut self, item: &SceneItem) -> Option<(String, Camera)> {
+    pub(super) fn camera(&mut self, item: &SceneItem) -> Option<SeenThrough> {
         let Some(camera) = item.cameras.first() else {
             self.tell(item.name.span, &Mistake::NoCamera { scene: &item.name.text });
             return None;
@@ -80,19 +92,49 @@ impl Reader<'_> {
         if let Some(second) = item.cameras.get(1) {
             self.tell(second.name.span, &Mistake::TwoCameras);
         }
-        if !(camera.focal > 0.0 && camera.focal.is_finite()) {
-            self.tell(camera.span, &Mistake::FocalLength { focal: camera.focal });
-            return None;
-        }
+        let (intrinsics, calibration) = self.lens(&camera.lens, camera.span)?;
         let eye = self.point(&camera.at)?;
         let target = self.point(&camera.looking)?;
         if (eye - target).norm() < 1e-3 || eye.z <= 0.0 {
             self.tell(camera.span, &Mistake::BlindCamera { camera: &camera.name.text });
             return None;
         }
-        let [width, height] = camera.image;
-        let intrinsics = Intrinsics::centred(camera.focal, width, height);
-        Some((camera.name.text.clone(), Camera::looking(intrinsics, eye, target)))
+        let camera = SeenThrough {
+            name: camera.name.text.clone(),
+            camera: Camera::looking(intrinsics, eye, target),
+            calibration,
+        };
+        Some(camera)
+    }
+
+    /// Returns what is inside a camera, and the file that says so.
+    fn lens(&mut self, lens: &SceneLens, of: Span) -> Option<(Intrinsics, Option<String>)> {
+        let (file, span) = match lens {
+            SceneLens::Guess { focal, .. } if !(*focal > 0.0 && focal.is_finite()) => {
+                self.tell(of, &Mistake::FocalLength { focal: *focal });
+                return None;
+            }
+            SceneLens::Guess { image: [width, height], focal } => {
+                return Some((Intrinsics::centred(*focal, *width, *height), None));
+            }
+            SceneLens::Calibration { file, span } => (file, *span),
+        };
+        let beside = Path::new(&self.source.name).parent().unwrap_or(Path::new(""));
+        let read = files::read::text(&beside.join(file)).map_err(|error| error.to_string());
+        let found = read.and_then(|text| camera_file::read(&text).map_err(|why| why.to_string()));
+        match found {
+            Ok(camera) if camera.intrinsics.width > 0 => {
+                Some((camera.intrinsics, Some(file.clone())))
+            }
+            Ok(_) => {
+                self.tell(span, &Mistake::NoPictureSize { file });
+                None
+            }
+            Err(why) => {
+                self.tell(span, &Mistake::NoCalibration { file, why });
+                None
+            }
+        }
     }
 
     pub(super) fn robot(&mut self, item: &SceneItem) -> Option<(String, Pose<World, Base>)> {

@@ -1,6 +1,7 @@
 //! A [`Scene`] → a `scene` item of the task language, which [`super::from_item`] reads again.
 //!
-//! Lengths are written to a tenth of a millimetre, the camera as a guess that looks at the table. A robot that is turned
+//! Lengths are written to a tenth of a millimetre, the camera's place as a guess that looks at the table, and its inside as
+//! a guess too, unless a calibration says what it is. A robot that is turned
 //! and a camera that is rolled have no words in the language; only where they stand is written.
 
 use std::fmt::Write;
@@ -50,12 +51,13 @@ pub fn to_text(scene: &Scene, doc: &str, comments: &[(String, String)]) -> Strin
     let eye = scene.camera.world_from_camera.origin();
     let ahead = scene.camera.world_from_camera.axis(2);
     let looking = scene.camera.on_plane(middle, 0.0).map_or(eye + ahead, |point| point.coords());
+    let inside = match &scene.calibration {
+        Some(file) => format!("calibration \"{file}\""),
+        None => format!("image {} x {} focal ~ {:.0} px", lens.width, lens.height, lens.fx),
+    };
     line(format!(
-        "camera {} {{ image {} x {} focal ~ {:.0} px at {} looking {} }}",
+        "camera {} {{ {inside} at {} looking {} }}",
         scene.camera_name,
-        lens.width,
-        lens.height,
-        lens.fx,
         place(&eye),
         place(&looking)
     ));

@@ -30,6 +30,7 @@
 //!     objects: vec![block],
 //!     camera_name: "overhead".into(),
 //!     camera: Camera::looking(Intrinsics::centred(900.0, 1280, 720), eye, Vector3::zeros()),
+//!     calibration: None,
 //!     robot: "gen3_2f85".into(),
 //!     world_from_base: Pose::identity(),
 //! };

@@ -98,6 +98,7 @@ impl Intrinsics {
     }
 
     /// Returns the pixel of normalised, undistorted image coordinates.
+    #[inline]
     pub fn pixel(&self, normalised: Vector2<f64>) -> Pixel {
         let d = self.distort(normalised);
         Pixel::new(self.fx * d.x + self.skew * d.y + self.cx, self.fy * d.y + self.cy)
@@ -111,6 +112,7 @@ impl Intrinsics {
     }
 
     /// Applies the distortion to normalised coordinates.
+    #[inline]
     pub fn distort(&self, n: Vector2<f64>) -> Vector2<f64> {
         let r2 = n.norm_squared();
         let radial = n * (1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3)));
@@ -249,11 +251,13 @@ impl Camera {
     }
 
     /// Returns the pixel of a world point, or `None` when it lies behind the camera.
+    #[inline]
     pub fn project(&self, point: Point<World>) -> Option<Pixel> {
         self.project_with_depth(point).map(|(pixel, _)| pixel)
     }
 
     /// As [`Self::project`], with the depth along camera z, m.
+    #[inline]
     pub fn project_with_depth(&self, point: Point<World>) -> Option<(Pixel, f64)> {
         let p = (self.world_from_camera.inverse() * point).coords();
         (p.z > 1e-6).then(|| (self.intrinsics.pixel(Vector2::new(p.x / p.z, p.y / p.z)), p.z))

@@ -4,6 +4,7 @@
 //! always two states: what the twin says and what was measured.
 
 pub mod camera;
+pub mod camera_file;
 pub mod frame;
 pub mod object;
 pub mod profile;

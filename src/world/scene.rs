@@ -41,6 +41,7 @@ impl Table {
     }
 
     /// Returns whether a point of the plane lies on the table, at least `margin` m from its edge.
+    #[inline]
     pub fn holds(&self, x: f64, y: f64, margin: f64) -> bool {
         (x - self.centre[0]).abs() <= self.size.x / 2.0 - margin
             && (y - self.centre[1]).abs() <= self.size.y / 2.0 - margin
@@ -62,6 +63,9 @@ pub struct Scene {
     pub camera_name: String,
     /// The camera as it is thought to be.
     pub camera: Camera,
+    /// The file that says what is inside the camera, as the scene names it; without one its intrinsics are a guess.
+    #[serde(default)]
+    pub calibration: Option<String>,
     /// The robot's folder in `stdlib/robots/`.
     pub robot: String,
     /// Where the robot is mounted.
@@ -89,6 +93,7 @@ pub(crate) fn bare(objects: Vec<Object>) -> Scene {
             intrinsics: Intrinsics::centred(900.0, 1280, 720),
             world_from_camera: Pose::upright(0.0, 0.0, 1.0, 0.0),
         },
+        calibration: None,
         robot: String::new(),
         world_from_base: Pose::upright(0.0, 0.0, 0.0, 0.0),
     }

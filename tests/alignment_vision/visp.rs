@@ -113,6 +113,7 @@ impl Visp {
             ],
             camera_name: "still".into(),
             camera,
+            calibration: None,
             robot: "gen3_2f85".into(),
             world_from_base: Pose::identity(),
         };

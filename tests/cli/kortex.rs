@@ -120,7 +120,11 @@ fn a_server_that_ran_out_of_files_takes_connections_again() {
         // The controller has fewer places than there are files; it turns the rest of a crowd away.
         assert!(place == tcp || soon(&|| open() >= FILES), "{place}: {} files are open", open());
         drop(crowd);
-        assert!(soon(&|| WebScales(scales.parse().unwrap()).weigh().is_some()), "after {place}: {} are open", open());
+        assert!(
+            soon(&|| WebScales(scales.parse().unwrap()).weigh().is_some()),
+            "after {place}: {} are open",
+            open()
+        );
         let robot = format!("kortex://admin@{tcp}");
         let answers = || {
             let mut status = scratch.command(&["kortex", "status", &robot, "--json"]);

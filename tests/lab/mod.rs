@@ -97,6 +97,20 @@ fn a_perfect_laboratory_is_what_the_assumed_camera_projects() {
     assert!(errors.iter().all(|&e| e < 0.15), "{errors:?}");
 }
 
+/// What a scene's calibration says of the lens is so in the laboratory; a guess is not.
+#[test]
+fn a_lens_that_was_calibrated_is_as_calibrated() {
+    let mut settings = with_places(LabSettings::perfect());
+    settings.switches.lens = true;
+    let mut worst = |calibration: Option<String>| {
+        let scene = Scene { calibration, ..kitchen::scene() };
+        let mut lab = Lab::new(&Robot::gen3(), &scene, settings.clone(), 1).unwrap();
+        mark_errors(&mut lab, &scene, 28.0).into_iter().fold(0.0, f64::max)
+    };
+    let (known, guessed) = (worst(Some("camera.json".into())), worst(None));
+    assert!(known < 0.15 && guessed > 3.0, "{known} {guessed}");
+}
+
 #[test]
 fn a_hidden_camera_is_seen_to_be_elsewhere() {
     let mut settings = LabSettings::perfect();

@@ -69,6 +69,7 @@ pub(crate) fn scene(objects: Vec<Object>) -> Scene {
         objects,
         camera_name: "overhead".into(),
         camera: Camera::looking(Intrinsics::centred(900.0, 1280, 720), eye, Vector3::zeros()),
+        calibration: None,
         robot: "gen3_2f85".into(),
         world_from_base: Pose::identity(),
     }

@@ -48,6 +48,7 @@ fn scene() -> Scene {
             intrinsics: Intrinsics::centred(900.0, 1280, 720),
             world_from_camera: Pose::from_parts(Vector3::new(0.5, 0.0, 1.0), rotation),
         },
+        calibration: None,
         robot: "gen3_2f85".into(),
         world_from_base: Pose::identity(),
     }

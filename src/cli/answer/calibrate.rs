@@ -1,5 +1,5 @@
 //! What `trueup camera calibrate` prints and writes: the answer of `align intrinsics`, the camera as
-//! [`crate::alignment::camera_file`] reads it, the pictures, and what to photograph next.
+//! [`crate::world::camera_file`] reads it, the pictures, and what to photograph next.
 
 use serde::Serialize;
 

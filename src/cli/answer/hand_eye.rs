@@ -1,5 +1,5 @@
 //! What `trueup align hand-eye` prints and writes: where the camera is, as other programs and
-//! [`crate::alignment::camera_file`] read it, with what is known of how good that is.
+//! [`crate::world::camera_file`] read it, with what is known of how good that is.
 
 use nalgebra::{Isometry3, Vector3};
 use serde::Serialize;

@@ -12,10 +12,10 @@ use serde::Deserialize;
 
 use super::lens::Lens;
 use super::{error, wording};
-use crate::alignment::camera_file;
 use crate::alignment::files::{Extrinsics, read_extrinsics};
 use crate::discovery::recording::{Error, Map, Sheet};
 use crate::units::{self, Dimension};
+use crate::world::camera_file;
 use crate::world::{Pose, frame};
 
 /// The columns without which a table is none of points.

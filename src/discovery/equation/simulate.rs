@@ -298,15 +298,8 @@ pub fn simulate_with_derivatives(
     let n = n_params + start.iter().flatten().count();
     jacobian.clear();
     jacobian.resize(n_values * n, 0.0);
-    let mut of = Derivatives {
-        params,
-        n_params,
-        start,
-        n,
-        first: 0,
-        values: vec![0.0; n_values],
-        jacobian,
-    };
+    let mut of =
+        Derivatives { params, n_params, start, n, first: 0, values: vec![0.0; n_values], jacobian };
     while of.first < n.max(1) {
         // What is not wanted is not carried along.
         match n - of.first {

@@ -13,6 +13,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 use super::error::Misfit;
 use crate::motion::robot::{Drive, Motion};
 use crate::motion::{Inertial, Robot};
+use crate::world::frame::{times, turned_back};
 
 /// Most joints an arm may have here.
 pub const MOST_JOINTS: usize = 12;
@@ -179,13 +180,12 @@ impl Chain {
         for i in 0..n {
             let body = &self.bodies[i];
             (turn[i], place[i]) = body.pose(q[i]);
-            let back = turn[i].transpose();
             let p = place[i];
             let carried = a + dw.cross(&p) + w.cross(&w.cross(&p));
-            a = back * carried;
+            a = turned_back(&turn[i], &carried);
             let axis = body.axis.into_inner();
-            let w_parent = back * w;
-            dw = back * dw;
+            let w_parent = turned_back(&turn[i], &w);
+            dw = turned_back(&turn[i], &dw);
             if body.slides {
                 w = w_parent;
                 a += 2.0 * w.cross(&(axis * dq[i])) + axis * ddq[i];
@@ -194,14 +194,16 @@ impl Chain {
                 w = w_parent + axis * dq[i];
             }
             force[i] = body.mass * a + dw.cross(&body.moment) + w.cross(&w.cross(&body.moment));
-            couple[i] = body.inertia * dw + w.cross(&(body.inertia * w)) + body.moment.cross(&a);
+            couple[i] = times(&body.inertia, &dw)
+                + w.cross(&times(&body.inertia, &w))
+                + body.moment.cross(&a);
         }
         for i in (0..n).rev() {
             let axis = self.bodies[i].axis.into_inner();
             tau[i] = if self.bodies[i].slides { axis.dot(&force[i]) } else { axis.dot(&couple[i]) };
             if i > 0 {
-                let f = turn[i] * force[i];
-                let c = turn[i] * couple[i] + place[i].cross(&f);
+                let f = times(&turn[i], &force[i]);
+                let c = times(&turn[i], &couple[i]) + place[i].cross(&f);
                 force[i - 1] += f;
                 couple[i - 1] += c;
             }
@@ -245,7 +247,7 @@ impl Chain {
         let mut point: Point3<f64> = self.body_from_tip.translation.vector.into();
         for (body, &angle) in self.bodies.iter().zip(q).rev() {
             let (turn, place) = body.pose(angle);
-            point = (turn * point.coords + place).into();
+            point = (times(&turn, &point.coords) + place).into();
         }
         point.coords
     }
@@ -271,11 +273,16 @@ impl Body {
         if self.slides {
             return (self.turn, origin + self.turn * axis * value);
         }
-        // Rodrigues' formula; most axes are ±z, where it is a few products.
+        // Rodrigues' formula, column by column: e cos + (axis × e) sin + axis (axis · e) (1 - cos).
         let (sin, cos) = value.sin_cos();
-        let cross = axis.cross_matrix();
-        let about = Matrix3::identity() + cross * sin + cross * cross * (1.0 - cos);
-        (self.turn * about, origin)
+        let (x, y, z) = (axis.x, axis.y, axis.z);
+        let part = axis * (1.0 - cos);
+        let about = [
+            Vector3::new(cos, z * sin, -y * sin) + part * x,
+            Vector3::new(-z * sin, cos, x * sin) + part * y,
+            Vector3::new(y * sin, -x * sin, cos) + part * z,
+        ];
+        (Matrix3::from_columns(&about.map(|column| times(&self.turn, &column))), origin)
     }
 
     /// Makes the body heavier by a part of what it is, its mass spread as it was.

@@ -141,8 +141,10 @@ pub fn from_marks(
     switches: Switches,
 ) -> Result<FromMarks, Error> {
     let guess = scene.camera;
+    // What a calibration says is known better than one picture of the table can tell.
+    let is_lens_free = switches.intrinsics && scene.calibration.is_none();
     let mut notes = Vec::new();
-    if !switches.camera && !switches.intrinsics {
+    if !switches.camera && !is_lens_free {
         notes.push(wording::camera_left_out());
         return Ok(FromMarks { camera: guess, notes, left_m: None });
     }
@@ -170,14 +172,14 @@ pub fn from_marks(
         .collect();
     let (used, dots) = (points.len(), scene.marks.len());
     notes.push(wording::camera_aligned(used, dots, map.rms_px, switches.camera));
-    let refine = match (switches.camera, switches.intrinsics) {
+    let refine = match (switches.camera, is_lens_free) {
         (true, true) => Refine::all(),
         (true, false) => Refine::pose_only(),
         (false, _) => Refine::intrinsics_only(),
     };
     let fit = refine_camera(&guess, &points, &refine)?;
     let lens = &fit.camera.intrinsics;
-    notes.push(wording::lens_fitted(lens, fit.rms_px, switches.intrinsics));
+    notes.push(wording::lens_fitted(lens, fit.rms_px, is_lens_free));
     let left_m = left_on_table(&fit.camera, &points);
     Ok(FromMarks { camera: fit.camera, notes, left_m })
 }

@@ -15,7 +15,7 @@ pub use model::{
     EffectItem, EffectParameter, ModelFormula, ModelItem, ModelSignal, ModelStart, ModelUnit,
     StartValue, TwinItem,
 };
-pub use scene::{Property, SceneCamera, SceneItem, SceneMarks, SceneRobot, SceneThing};
+pub use scene::{Property, SceneCamera, SceneItem, SceneLens, SceneMarks, SceneRobot, SceneThing};
 pub use step::{
     Act, Allen, Block, Branch, Break, Each, Either, Hold, If, Recovery, Remedy, Repeat, Step,
     Timing, Together,

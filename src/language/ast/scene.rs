@@ -67,16 +67,33 @@ pub struct SceneMarks {
 pub struct SceneCamera {
     /// Its name.
     pub name: Name,
-    /// Width and height, px.
-    pub image: [u32; 2],
-    /// Focal length, px.
-    pub focal: f64,
+    /// What is inside it.
+    pub lens: SceneLens,
     /// Where it stands.
     pub at: [Literal; 3],
     /// What it looks at.
     pub looking: [Literal; 3],
     /// Where.
     pub span: Span,
+}
+
+/// What a scene says of the inside of a camera.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SceneLens {
+    /// `image 1280 x 720  focal ~ 900 px`: a guess, to be fitted.
+    Guess {
+        /// Width and height, px.
+        image: [u32; 2],
+        /// Focal length, px.
+        focal: f64,
+    },
+    /// `calibration "camera.json"`: known, from a file beside the scene's.
+    Calibration {
+        /// The file, as written.
+        file: String,
+        /// Where it is named.
+        span: Span,
+    },
 }
 
 /// `robot gen3_2f85 at (0 m, 0 m, 0 m)`.

@@ -5,7 +5,7 @@
 
 use super::super::ast::{
     Arg, Call, EffectItem, EffectParameter, Expr, ExprKind, Literal, Name, Property, SceneCamera,
-    SceneItem, SceneMarks, SceneRobot, SceneThing, Span, TwinItem,
+    SceneItem, SceneLens, SceneMarks, SceneRobot, SceneThing, Span, TwinItem,
 };
 use super::super::diagnostic::Diagnostic;
 use super::build::{Builder, find, number, unquote};
@@ -148,7 +148,8 @@ impl Builder<'_> {
     fn camera(&mut self, pair: &Pair) -> Option<SceneCamera> {
         let span = self.span(pair);
         let name = self.name(&find(pair, Rule::id)?);
-        let (mut image, mut focal, mut at, mut looking) = (None, None, None, None);
+        let (mut image, mut focal, mut file) = (None, None, None);
+        let (mut at, mut looking) = (None, None);
         for part in pair.clone().into_inner() {
             match part.as_rule() {
                 Rule::picture => {
@@ -157,6 +158,9 @@ impl Builder<'_> {
                     image = Some([self.pixels(&w), self.pixels(&h)]);
                 }
                 Rule::focal => focal = find(&part, Rule::signed).map(|p| self.signed(&p)),
+                Rule::calibration => {
+                    file = find(&part, Rule::text).map(|p| (unquote(p.as_str()), self.span(&p)));
+                }
                 Rule::place => at = self.place(&part),
                 Rule::looking => looking = self.place(&part),
                 Rule::bad_entry => {
@@ -165,17 +169,28 @@ impl Builder<'_> {
                 _ => {}
             }
         }
+        let lens = match (file, image, focal) {
+            (Some((file, span)), None, None) => Some(SceneLens::Calibration { file, span }),
+            (Some((_, span)), ..) => {
+                self.told_twice(span);
+                return None;
+            }
+            (None, Some(image), Some(focal)) => {
+                let focal = self.focal(&focal)?;
+                Some(SceneLens::Guess { image, focal })
+            }
+            _ => None,
+        };
         let missing: Vec<&str> = [
-            ("image 1280 x 720", image.is_none()),
-            ("focal ~ 900 px", focal.is_none()),
+            ("image 1280 x 720", lens.is_none() && image.is_none()),
+            ("focal ~ 900 px", lens.is_none() && focal.is_none()),
             ("at (1.2 m, 0 m, 0.9 m)", at.is_none()),
             ("looking (0.6 m, 0 m, 0 m)", looking.is_none()),
         ]
         .iter()
         .filter_map(|(what, is_missing)| is_missing.then_some(*what))
         .collect();
-        let (Some(image), Some(focal), Some(at), Some(looking)) = (image, focal, at, looking)
-        else {
+        let (Some(lens), Some(at), Some(looking)) = (lens, at, looking) else {
             if !self.balanced.mended(span) {
                 self.diagnostics.push(
                     Diagnostic::error(
@@ -189,19 +204,37 @@ impl Builder<'_> {
             }
             return None;
         };
-        if !matches!(focal.quantity.dimension, Dimension::PIXEL) {
-            self.diagnostics.push(
-                Diagnostic::error(
-                    "task::unit",
-                    focal.span,
-                    format!("a focal length is given in pixels, not as {}", focal.quantity),
-                    "expected px",
-                )
-                .help("write it as `900 px`: focal length over the width of one pixel"),
-            );
-            return None;
+        Some(SceneCamera { name, lens, at, looking, span })
+    }
+
+    /// Returns a focal length, px.
+    fn focal(&mut self, focal: &Literal) -> Option<f64> {
+        if matches!(focal.quantity.dimension, Dimension::PIXEL) {
+            return Some(focal.quantity.value);
         }
-        Some(SceneCamera { name, image, focal: focal.quantity.value, at, looking, span })
+        self.diagnostics.push(
+            Diagnostic::error(
+                "task::unit",
+                focal.span,
+                format!("a focal length is given in pixels, not as {}", focal.quantity),
+                "expected px",
+            )
+            .help("write it as `900 px`: focal length over the width of one pixel"),
+        );
+        None
+    }
+
+    /// Tells of a calibration beside what it says.
+    fn told_twice(&mut self, calibration: Span) {
+        self.diagnostics.push(
+            Diagnostic::error(
+                "task::argument",
+                calibration,
+                "a calibration says what `image` and `focal` guess",
+                "both are given",
+            )
+            .help("remove `image` and `focal`: the file has both, and the lens"),
+        );
     }
 
     fn robot(&mut self, pair: &Pair) -> Option<SceneRobot> {

@@ -15,7 +15,7 @@ pub(super) const STEPS: &[&str] = &[
 pub(super) const CLAUSES: &[&str] = &["needs", "keeps", "gives", "run", "limit"];
 pub(super) const ENTRIES: &[&str] = &["marks", "camera", "robot"];
 pub(super) const MODEL: &[&str] = &["input", "param", "state", "let", "output"];
-pub(super) const VIEWS: &[&str] = &["image", "focal", "looking", "at"];
+pub(super) const VIEWS: &[&str] = &["image", "focal", "calibration", "looking", "at"];
 
 /// How two steps may lie in time.
 pub(super) const ALLEN: &[&str] =

@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use super::solid::times;
+use crate::world::frame::times;
 use crate::world::{Camera, Intrinsics};
 
 const STEPS: usize = 2048;
@@ -53,19 +53,20 @@ impl Lens {
     }
 
     /// Returns the direction through `(u, v)` px, world, scaled so that camera z grows by 1.
+    #[inline]
     pub(super) fn direction(&self, u: f64, v: f64) -> Vector3<f64> {
         let i = &self.intrinsics;
         let y = (v - i.cy) / i.fy;
         let x = (u - i.cx - i.skew * y) / i.fx;
         if !i.is_radial() {
             let n = i.undistort(Vector2::new(x, y));
-            return times(&self.world_from_camera, Vector3::new(n.x, n.y, 1.0));
+            return times(&self.world_from_camera, &Vector3::new(n.x, n.y, 1.0));
         }
         let at = (x * x + y * y) * self.steps_per_unit;
         let cell = (at as usize).min(STEPS);
         let s =
             self.factors[cell] + (self.factors[cell + 1] - self.factors[cell]) * (at - cell as f64);
-        times(&self.world_from_camera, Vector3::new(x * s, y * s, 1.0))
+        times(&self.world_from_camera, &Vector3::new(x * s, y * s, 1.0))
     }
 }
 

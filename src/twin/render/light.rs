@@ -71,6 +71,7 @@ impl Lighting {
     }
 
     /// Returns a few directions spread over the lamp; none when nothing casts shadows.
+    #[inline]
     pub(super) fn samples(&self) -> &[Vector3<f64>] {
         &self.samples
     }
@@ -99,12 +100,14 @@ impl Lighting {
     }
 
     /// Returns the direction to the lamp, unit, world.
+    #[inline]
     pub(super) fn towards(&self) -> Vector3<f64> {
         self.towards
     }
 
     /// Returns the light a surface sends towards the eye. `lit` (0 to 1) is the part of the lamp it sees,
     /// `open` (0 to 1) the part of the room.
+    #[inline]
     pub(super) fn surface(
         &self,
         albedo: Rgb,
@@ -130,16 +133,19 @@ impl Lighting {
     }
 
     /// Returns what the table top looks like at `(x, y)`: its light, without marks.
+    #[inline]
     pub(super) fn table_top(&self, x: f64, y: f64) -> Vector3<f32> {
         self.flat(self.on_table.colour * grain(self.on_table.wood, x, y), 0.10, x, y)
     }
 
     /// Returns the ink of a printed mark at `(x, y)`.
+    #[inline]
     pub(super) fn mark(&self, x: f64, y: f64) -> Vector3<f32> {
         self.flat(Vector3::repeat(0.016), 0.08, x, y)
     }
 
     /// As [`Self::surface`] for what lies flat on the table.
+    #[inline]
     fn flat(&self, albedo: Vector3<f32>, specular: f32, x: f64, y: f64) -> Vector3<f32> {
         let [lit, open, shine, _] = self.shade.at(x, y);
         let on = &self.on_table;
@@ -337,6 +343,7 @@ impl Shade {
     }
 
     /// Returns a cell's values at a place, between the centres of four cells.
+    #[inline]
     fn at(&self, x: f64, y: f64) -> [f32; 4] {
         let u = ((x - self.low[0]) / CELL + 0.5).clamp(0.0, self.columns as f64 - 1.001);
         let v = ((y - self.low[1]) / CELL + 0.5).clamp(0.0, self.rows as f64 - 1.001);
@@ -415,6 +422,7 @@ static WOOD: LazyLock<Vec<f32>> = LazyLock::new(|| {
 });
 
 /// Returns the wood's brightness at a place of the table, about 1.
+#[inline]
 fn grain(wood: &[f32], x: f64, y: f64) -> f32 {
     let fold = |a: f64| {
         const PERIOD: f64 = (GRAIN - 2) as f64;
@@ -432,6 +440,7 @@ fn grain(wood: &[f32], x: f64, y: f64) -> f32 {
 }
 
 /// Smooth value noise on the unit grid, 0 to 1 (Perlin's interpolation of hashed corners).
+#[inline]
 fn noise(x: f64, y: f64) -> f64 {
     let (i, j) = (x.floor(), y.floor());
     let (fx, fy) = (x - i, y - j);

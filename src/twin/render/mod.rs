@@ -240,6 +240,7 @@ pub fn srgb(x: f32) -> f32 {
 }
 
 /// Returns the sRGB byte of linear light, from a table: a picture asks three million times.
+#[inline]
 pub fn developed(x: f32) -> u8 {
     const STEPS: f32 = 16383.0;
     static TABLE: LazyLock<Vec<u8>> = LazyLock::new(|| {
@@ -250,6 +251,7 @@ pub fn developed(x: f32) -> u8 {
 
 /// Highlights are cut where a sensor's pixel would be full several times over; else one bright look would
 /// outweigh all others of an edge.
+#[inline]
 fn clamped(light: Vector3<f64>) -> [f32; 3] {
     let cut = |x: f64| (x as f32).clamp(0.0, 4.0);
     [cut(light.x), cut(light.y), cut(light.z)]

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
-use super::solid::{Solid, TOP, times};
+use super::solid::{Solid, TOP};
 use super::view::{Body, FIRST_BODY, MARKER, Paint, Shape, TABLE, View, WATER};
 use crate::twin::basin::Basin;
+use crate::world::frame::times;
 use crate::world::{Profile, object};
 
 /// A solid in the world.
@@ -86,21 +87,25 @@ impl Thing {
     }
 
     /// Returns a ray in the thing's own frame.
+    #[inline]
     pub(super) fn inward(&self, o: Vector3<f64>, d: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
-        (times(&self.local_from_world, o - self.origin), times(&self.local_from_world, d))
+        (times(&self.local_from_world, &(o - self.origin)), times(&self.local_from_world, &d))
     }
 
     /// Returns a direction of the thing's frame in the world.
+    #[inline]
     pub(super) fn outward(&self, d: Vector3<f64>) -> Vector3<f64> {
-        times(&self.world_from_local, d)
+        times(&self.world_from_local, &d)
     }
 
     /// Returns a point of the thing's frame in the world.
+    #[inline]
     pub(super) fn back(&self, p: Vector3<f64>) -> Vector3<f64> {
-        times(&self.world_from_local, p) + self.origin
+        times(&self.world_from_local, &p) + self.origin
     }
 
     /// Returns whether the line `o + t d`, `d` of length 1, comes near enough ahead to be worth a closer look.
+    #[inline]
     pub(super) fn near(&self, o: Vector3<f64>, d: Vector3<f64>) -> bool {
         let to = self.centre - o;
         let along = to.dot(&d);
@@ -131,6 +136,7 @@ impl Thing {
     }
 
     /// Returns where a ray first meets the thing beyond `least`, taking it as opaque.
+    #[inline]
     pub(super) fn hit(&self, o: Vector3<f64>, d: Vector3<f64>, least: f64) -> Option<Hit> {
         let (lo, ld) = self.inward(o, d);
         match &self.kind {
@@ -187,6 +193,7 @@ impl Thing {
     }
 
     /// Returns whether a point is inside the thing's outline, hollows included.
+    #[inline]
     pub(super) fn holds(&self, p: Vector3<f64>) -> bool {
         let (local, _) = self.inward(p, Vector3::z());
         match &self.kind {
@@ -197,6 +204,7 @@ impl Thing {
     }
 
     /// Returns whether the thing stands between `o` and what lies far along `d`.
+    #[inline]
     pub(super) fn blocks(&self, o: Vector3<f64>, d: Vector3<f64>) -> bool {
         let (lo, ld) = self.inward(o, d);
         match &self.kind {
@@ -220,7 +228,7 @@ impl Thing {
         mut told: impl FnMut(usize),
     ) {
         let (lo, ld) = self.inward(from, d);
-        let stride = times(&self.local_from_world, step);
+        let stride = times(&self.local_from_world, &step);
         for k in cells {
             let blocks = if let Kind::Solid(solid) = &self.kind {
                 solid.span(lo + stride * k as f64, ld).is_some_and(|span| span.leave > 1e-6)
@@ -234,6 +242,7 @@ impl Thing {
         }
     }
 
+    #[inline]
     fn report(&self, solid: &Solid, t: f64, face: u8, o: Vector3<f64>, d: Vector3<f64>) -> Hit {
         let normal = self.outward(solid.normal(face % 8, o + d * t));
         Hit { t, normal, face, depth: 0.0, wet: false }

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use crate::world::Profile;
 
@@ -74,6 +74,7 @@ pub(super) const TOP: u8 = 5;
 
 impl Solid {
     /// Returns the stretch of the line `origin + t direction` inside the solid, if any.
+    #[inline]
     pub(super) fn span(&self, origin: Vector3<f64>, direction: Vector3<f64>) -> Option<Span> {
         match *self {
             Self::Cuboid { centre, half } => cuboid(origin - centre, direction, half),
@@ -94,6 +95,7 @@ impl Solid {
     }
 
     /// Returns the outward unit normal at a point of the surface.
+    #[inline]
     pub(super) fn normal(&self, face: u8, at: Vector3<f64>) -> Vector3<f64> {
         match *self {
             Self::Cuboid { .. } => {
@@ -168,6 +170,7 @@ impl Solid {
     }
 
     /// Returns whether a point lies inside.
+    #[inline]
     pub(super) fn holds(&self, p: Vector3<f64>) -> bool {
         match *self {
             Self::Cuboid { centre, half } => {
@@ -189,17 +192,8 @@ impl Solid {
     }
 }
 
-/// Returns `m v`, written out: a ray asks for it some hundred million times, and the general product is
-/// several times slower unless the whole of it is inlined.
-pub(super) fn times(m: &Matrix3<f64>, v: Vector3<f64>) -> Vector3<f64> {
-    Vector3::new(
-        m.m11 * v.x + m.m12 * v.y + m.m13 * v.z,
-        m.m21 * v.x + m.m22 * v.y + m.m23 * v.z,
-        m.m31 * v.x + m.m32 * v.y + m.m33 * v.z,
-    )
-}
-
 /// The slab method of Kay and Kajiya (SIGGRAPH 1986).
+#[inline]
 fn cuboid(o: Vector3<f64>, d: Vector3<f64>, half: Vector3<f64>) -> Option<Span> {
     let mut span =
         Span { enter: f64::NEG_INFINITY, enter_face: 0, leave: f64::INFINITY, leave_face: 0 };
@@ -228,6 +222,7 @@ fn cuboid(o: Vector3<f64>, d: Vector3<f64>, half: Vector3<f64>) -> Option<Span> 
 }
 
 /// The roots of |o + t d|² = r².
+#[inline]
 fn ball(o: Vector3<f64>, d: Vector3<f64>, radius: f64) -> Option<Span> {
     let a = d.norm_squared();
     let middle = -o.dot(&d) / a;
@@ -241,6 +236,7 @@ fn ball(o: Vector3<f64>, d: Vector3<f64>, radius: f64) -> Option<Span> {
     Some(Span { enter: middle - reach, enter_face: SIDE, leave: middle + reach, leave_face: SIDE })
 }
 
+#[inline]
 fn cylinder(o: Vector3<f64>, d: Vector3<f64>, radius: f64, bottom: f64, top: f64) -> Option<Span> {
     let a = d.x * d.x + d.y * d.y;
     let mut span = if a < 1e-18 {
@@ -345,6 +341,7 @@ fn cone(o: Vector3<f64>, d: Vector3<f64>, radius: f64, grows: f64) -> Option<(f6
 
 /// A capsule lies in the endless cylinder around it: where the line enters and leaves that between the ends
 /// of the stretch, it enters and leaves the capsule; beyond an end it does so through the ball there.
+#[inline]
 fn capsule(o: Vector3<f64>, d: Vector3<f64>, radius: f64, bottom: f64, top: f64) -> Option<Span> {
     let at = |z: f64| ball(o - Vector3::z() * z, d, radius);
     if top - bottom < 1e-12 {

@@ -101,6 +101,7 @@ impl<'a> Stage<'a> {
     }
 
     /// Returns what a ray from `o` along `d` (unit) meets.
+    #[inline]
     pub(super) fn see(
         &self,
         o: Vector3<f64>,
@@ -146,6 +147,7 @@ impl<'a> Stage<'a> {
     }
 
     /// Returns the mark at a place of the table, among those listed or any.
+    #[inline]
     pub(super) fn mark_at(&self, x: f64, y: f64, listed: Option<&[u32]>) -> Option<&Mark> {
         let on = |mark: &&Mark| {
             let (x, y) = (x - mark.x, y - mark.y);
@@ -158,6 +160,7 @@ impl<'a> Stage<'a> {
     }
 
     /// Returns where a ray meets the table: nearly always its top, which is quickly told.
+    #[inline]
     fn meet_table(&self, o: Vector3<f64>, d: Vector3<f64>) -> Option<Hit> {
         if o.z > 1e-6 {
             if d.z >= 0.0 {
@@ -299,11 +302,13 @@ impl<'a> Stage<'a> {
 }
 
 /// The key of the table's top, and of a mark on it.
+#[inline]
 fn table_key(on_mark: bool) -> u64 {
     if on_mark { 64 } else { 65 }
 }
 
 /// Folds a number into a key (FNV-1a's step).
+#[inline]
 pub(super) fn mix(key: u64, with: u64) -> u64 {
     (key ^ with).wrapping_mul(0x0100_0000_01B3).rotate_left(23)
 }

@@ -15,7 +15,7 @@
 
 use serde::Deserialize;
 
-use crate::world::{Intrinsics, Pose, frame};
+use super::{Intrinsics, Pose, frame};
 
 /// A camera as a file tells it.
 #[derive(Debug, Clone, Copy, PartialEq)]
