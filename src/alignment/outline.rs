@@ -10,6 +10,7 @@ mod lathe;
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
+use crate::world::frame::times;
 use crate::world::{Camera, Intrinsics, Pixel, Pose, Shape, frame};
 
 /// A pose of an object in the world.
@@ -38,12 +39,19 @@ impl Projector {
     }
 
     /// Returns the pixel of a world point, `None` behind the camera.
+    #[inline]
     pub fn pixel(&self, point: Vector3<f64>) -> Option<Vector2<f64>> {
-        let p = self.rotation * point + self.shift;
-        (p.z > 0.02).then(|| {
-            let pixel = self.intrinsics.pixel(Vector2::new(p.x / p.z, p.y / p.z));
-            Vector2::new(pixel.u, pixel.v)
-        })
+        pixel(&self.intrinsics, times(&self.rotation, &point) + self.shift)
+    }
+
+    /// Returns what projects the points of an object at a pose.
+    fn of(&self, pose: &ObjectPose) -> PointsOf {
+        let turn = pose.rotation().to_rotation_matrix();
+        PointsOf {
+            rotation: self.rotation * turn.matrix(),
+            shift: times(&self.rotation, &pose.origin()) + self.shift,
+            intrinsics: self.intrinsics,
+        }
     }
 
     /// Returns the unit direction from the eye through a pixel, world; lines of sight are straight again.
@@ -67,6 +75,32 @@ impl Projector {
     /// Returns the camera centre, m, world.
     pub fn eye(&self) -> Vector3<f64> {
         self.eye
+    }
+}
+
+/// Returns the pixel of a point in the camera's frame, `None` behind the camera.
+#[inline]
+fn pixel(intrinsics: &Intrinsics, p: Vector3<f64>) -> Option<Vector2<f64>> {
+    if p.z <= 0.02 {
+        return None;
+    }
+    let pixel = intrinsics.pixel(Vector2::new(p.x / p.z, p.y / p.z));
+    Some(Vector2::new(pixel.u, pixel.v))
+}
+
+/// Projects points of an object that is somewhere: the search for a thing asks for millions.
+#[derive(Debug, Clone, Copy)]
+struct PointsOf {
+    rotation: Matrix3<f64>,
+    shift: Vector3<f64>,
+    intrinsics: Intrinsics,
+}
+
+impl PointsOf {
+    /// Returns the pixel of a point, m, object frame; `None` behind the camera.
+    #[inline]
+    fn pixel(&self, body: Vector3<f64>) -> Option<Vector2<f64>> {
+        pixel(&self.intrinsics, times(&self.rotation, &body) + self.shift)
     }
 }
 
@@ -198,24 +232,18 @@ pub(super) fn convex_hull(points: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
 /// Adds an edge of body points; the normal is turned away from `inside` (px) for silhouettes.
 fn push_edge(
     samples: &mut Vec<Sample>,
-    view: &Projector,
-    pose: &ObjectPose,
+    points: &PointsOf,
     body: impl Fn(f64) -> Vector3<f64>,
     n: usize,
     kind: Kind,
     inside: Vector2<f64>,
 ) -> Option<()> {
     let edge = samples.last().map_or(0, |sample| sample.edge + 1);
-    let isometry = pose.isometry();
-    let place = |t: f64| {
-        let point = isometry * nalgebra::Point3::from(body(t));
-        view.pixel(point.coords)
-    };
-    let mut before = place(0.0)?;
+    let mut before = points.pixel(body(0.0))?;
     for i in 0..n {
         let t = (i as f64 + 0.5) / n as f64;
-        let pixel = place(t)?;
-        let after = place((i + 1) as f64 / n as f64)?;
+        let pixel = points.pixel(body(t))?;
+        let after = points.pixel(body((i + 1) as f64 / n as f64))?;
         let along = after - before;
         let length = along.norm();
         let mut normal = Vector2::new(-along.y, along.x) / length.max(1e-9);
@@ -250,13 +278,18 @@ fn cuboid(
             if i & 4 == 0 { low.z } else { high.z },
         )
     };
-    let mut pixels = Vec::with_capacity(8);
-    for i in 0..8 {
-        let world = pose.isometry() * nalgebra::Point3::from(corner(i));
-        pixels.push(view.pixel(world.coords)?);
+    let points = view.of(pose);
+    let mut pixels = [Vector2::zeros(); 8];
+    for (i, pixel) in pixels.iter_mut().enumerate() {
+        *pixel = points.pixel(corner(i))?;
     }
     let inside = pixels.iter().sum::<Vector2<f64>>() / 8.0;
-    let mut outline = Outline { hull: convex_hull(&pixels), ..Outline::default() };
+    let mut outline = Outline {
+        // Of twelve edges nine are seen at most.
+        samples: Vec::with_capacity(9 * per_edge),
+        hull: convex_hull(&pixels),
+        ..Outline::default()
+    };
     let mut seen = [false; 8];
     for axis in 0..3 {
         let (other, third) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -271,15 +304,8 @@ fn cuboid(
             seen[to] = true;
             let (a, b) = (corner(from), corner(to));
             let kind = if faces == 1 { Kind::Silhouette } else { Kind::Inner };
-            push_edge(
-                &mut outline.samples,
-                view,
-                pose,
-                |u| a + (b - a) * u,
-                per_edge,
-                kind,
-                inside,
-            )?;
+            let along = |u| a + (b - a) * u;
+            push_edge(&mut outline.samples, &points, along, per_edge, kind, inside)?;
         }
     }
     outline.key_points = (0..8).filter(|&i| seen[i]).map(|i| pixels[i]).collect();
@@ -303,31 +329,31 @@ fn cylinder(
         return None;
     }
     let rim = |phi: f64, z: f64| Vector3::new(radius * phi.cos(), radius * phi.sin(), z);
-    let world = |body: Vector3<f64>| (pose.isometry() * nalgebra::Point3::from(body)).coords;
-    let inside = view.pixel(world(Vector3::new(0.0, 0.0, height / 2.0)))?;
+    let points = view.of(pose);
+    let inside = points.pixel(Vector3::new(0.0, 0.0, height / 2.0))?;
     let mut outline = Outline::default();
-    let mut points = Vec::with_capacity(64);
+    let mut rims = Vec::with_capacity(68);
     for i in 0..32 {
         let phi = std::f64::consts::TAU * f64::from(i) / 32.0 + facing;
         for z in [0.0, height] {
-            points.push(view.pixel(world(rim(phi, z)))?);
+            rims.push(points.pixel(rim(phi, z))?);
         }
     }
     if let Some(half) = opening {
         for phi in [facing - half, facing + half] {
             for z in [0.0, height] {
-                let pixel = view.pixel(world(rim(phi, z)))?;
-                points.push(pixel);
+                let pixel = points.pixel(rim(phi, z))?;
+                rims.push(pixel);
                 outline.key_points.push(pixel);
             }
         }
     }
-    outline.hull = convex_hull(&points);
+    outline.hull = convex_hull(&rims);
     let samples = &mut outline.samples;
     if let Some(half) = opening {
         for phi in [facing - half, facing + half] {
             let side = |t: f64| rim(phi, t * height);
-            push_edge(samples, view, pose, side, per_edge, Kind::Silhouette, inside)?;
+            push_edge(samples, &points, side, per_edge, Kind::Silhouette, inside)?;
         }
     }
     for (z, sees_face) in [(0.0, sees_bottom), (height, sees_top)] {
@@ -336,13 +362,13 @@ fn cylinder(
             // The near half of the rim is always seen; it lies inside when the face beyond is seen too.
             let near = |t: f64| rim(facing - half + 2.0 * half * t, z);
             let kind = if sees_face { Kind::Inner } else { Kind::Silhouette };
-            push_edge(samples, view, pose, near, 2 * per_edge, kind, inside)?;
-            outline.key_points.push(view.pixel(world(rim(facing, z)))?);
+            push_edge(samples, &points, near, 2 * per_edge, kind, inside)?;
+            outline.key_points.push(points.pixel(rim(facing, z))?);
         }
         if sees_face {
             let far = |t: f64| rim(facing + half + (std::f64::consts::TAU - 2.0 * half) * t, z);
-            push_edge(samples, view, pose, far, 2 * per_edge, Kind::Silhouette, inside)?;
-            outline.key_points.push(view.pixel(world(rim(facing + std::f64::consts::PI, z)))?);
+            push_edge(samples, &points, far, 2 * per_edge, Kind::Silhouette, inside)?;
+            outline.key_points.push(points.pixel(rim(facing + std::f64::consts::PI, z))?);
         }
     }
     Some(outline)

@@ -13,6 +13,7 @@ use std::sync::LazyLock;
 
 use image::RgbImage;
 use nalgebra::Vector2;
+use rayon::prelude::*;
 
 /// One channel of a picture, row by row.
 #[derive(Debug, Clone)]
@@ -51,12 +52,7 @@ impl Plane {
     /// Returns the bilinear value at a place in px; outside, the border's.
     #[inline]
     pub fn sample(&self, u: f64, v: f64) -> f32 {
-        let (x0, y0) = (u.floor(), v.floor());
-        let (fx, fy) = ((u - x0) as f32, (v - y0) as f32);
-        let (x0, y0) = (x0 as i64, y0 as i64);
-        let top = self.at(x0, y0) * (1.0 - fx) + self.at(x0 + 1, y0) * fx;
-        let bottom = self.at(x0, y0 + 1) * (1.0 - fx) + self.at(x0 + 1, y0 + 1) * fx;
-        top * (1.0 - fy) + bottom * fy
+        Between::pixels(self, u, v).of(self)
     }
 
     /// Returns the plane blurred by a Gaussian of `sigma` px.
@@ -78,8 +74,9 @@ impl Plane {
             row[..r].fill(source[0]);
             row[r..r + w].copy_from_slice(source);
             row[r + w..].fill(source[w - 1]);
-            for (x, value) in across[y * w..(y + 1) * w].iter_mut().enumerate() {
-                *value = kernel.iter().zip(&row[x..]).map(|(k, s)| k * s).sum();
+            let out = &mut across[y * w..(y + 1) * w];
+            for (k, weight) in kernel.iter().enumerate() {
+                add(out, &row[k..k + w], *weight);
             }
         }
         let mut data = vec![0.0_f32; w * h];
@@ -87,9 +84,7 @@ impl Plane {
             let out = &mut data[y * w..(y + 1) * w];
             for (k, weight) in kernel.iter().enumerate() {
                 let from = (y as i64 + k as i64 - radius).clamp(0, h as i64 - 1) as usize;
-                for (value, s) in out.iter_mut().zip(&across[from * w..(from + 1) * w]) {
-                    *value += weight * s;
-                }
+                add(out, &across[from * w..(from + 1) * w], *weight);
             }
         }
         Self { width: w, height: h, data }
@@ -111,6 +106,55 @@ impl Plane {
             }
         }
         half
+    }
+}
+
+/// A place between four pixels of planes of one size.
+#[derive(Debug, Clone, Copy)]
+struct Between {
+    /// Top left, top right, bottom left, bottom right.
+    at: [usize; 4],
+    /// How far it is to the right and down, 0 to 1.
+    far: [f32; 2],
+}
+
+impl Between {
+    #[inline]
+    fn pixels(of: &Plane, u: f64, v: f64) -> Self {
+        let (x, y) = (u.floor(), v.floor());
+        let clamped = |at: i64, n: usize| at.clamp(0, n as i64 - 1) as usize;
+        let (left, right) = (clamped(x as i64, of.width), clamped(x as i64 + 1, of.width));
+        let (top, bottom) = (clamped(y as i64, of.height), clamped(y as i64 + 1, of.height));
+        let row = |y: usize| y * of.width;
+        Self {
+            at: [row(top) + left, row(top) + right, row(bottom) + left, row(bottom) + right],
+            far: [(u - x) as f32, (v - y) as f32],
+        }
+    }
+
+    #[inline]
+    fn of(&self, plane: &Plane) -> f32 {
+        let ([a, b, c, d], [right, down]) = (self.at, self.far);
+        let top = plane.data[a] * (1.0 - right) + plane.data[b] * right;
+        let bottom = plane.data[c] * (1.0 - right) + plane.data[d] * right;
+        top * (1.0 - down) + bottom * down
+    }
+}
+
+/// Makes three things of three, on as many processors as there are.
+fn each<A: Send, B: Send>(from: [A; 3], make: impl Fn(A) -> B + Sync) -> [B; 3] {
+    let [a, b, c] = from;
+    let (a, (b, c)) = rayon::join(|| make(a), || rayon::join(|| make(b), || make(c)));
+    [a, b, c]
+}
+
+/// Adds a row times a weight: plain indices are several at once in every profile.
+#[inline]
+fn add(sum: &mut [f32], row: &[f32], weight: f32) {
+    let n = sum.len().min(row.len());
+    let (sum, row) = (&mut sum[..n], &row[..n]);
+    for x in 0..n {
+        sum[x] += weight * row[x];
     }
 }
 
@@ -162,8 +206,10 @@ pub fn lab(colour: [u8; 3]) -> [f32; 3] {
 pub struct Level {
     /// Full-size pixels per pixel of this level.
     pub scale: f64,
-    /// The tensor's `xx`, `xy`, `yy` per pixel, (CIELAB/px)², px of this level.
-    tensor: [Plane; 3],
+    width: usize,
+    height: usize,
+    /// The tensor's `xx`, `xy`, `yy` of each pixel, (CIELAB/px)², px of this level: side by side, as they are asked for.
+    tensor: Vec<[f32; 3]>,
 }
 
 impl Level {
@@ -185,17 +231,22 @@ impl Level {
         if spread > 0.0 {
             tensor = tensor.map(|plane| plane.blurred(spread));
         }
-        Self { scale, tensor }
+        let [xx, xy, yy] = &tensor;
+        let tensor = (0..w * h).map(|at| [xx.data[at], xy.data[at], yy.data[at]]).collect();
+        Self { scale, width: w, height: h, tensor }
     }
 
     /// Returns how strong an edge with this unit normal is at a full-size place, CIELAB/px of this level.
     ///
     /// What points elsewhere counts against: `nᵀTn / √(tr T)` is the gradient times the square of its
     /// cosine with the normal, so texture scores less than a line of equal strength.
+    #[inline]
     pub fn edge(&self, u: f64, v: f64, normal: Vector2<f64>) -> f64 {
-        let x = ((u + 0.5) / self.scale - 0.5).round() as i64;
-        let y = ((v + 0.5) / self.scale - 0.5).round() as i64;
-        let [xx, xy, yy] = [0, 1, 2].map(|i| f64::from(self.tensor[i].at(x, y)));
+        let place = |at: f64, n: usize| {
+            (((at + 0.5) / self.scale - 0.5).round() as i64).clamp(0, n as i64 - 1) as usize
+        };
+        let [xx, xy, yy] = self.tensor[place(v, self.height) * self.width + place(u, self.width)];
+        let (xx, xy, yy) = (f64::from(xx), f64::from(xy), f64::from(yy));
         let along =
             normal.x * normal.x * xx + 2.0 * normal.x * normal.y * xy + normal.y * normal.y * yy;
         along.max(0.0) / ((xx + yy).sqrt() + 1e-6)
@@ -220,29 +271,45 @@ pub struct Picture {
 }
 
 impl Picture {
+    /// Returns the colour at a place in px, CIELAB; outside, the border's.
+    #[inline]
+    pub fn lab_at(&self, u: f64, v: f64) -> [f32; 3] {
+        let between = Between::pixels(&self.lab[0], u, v);
+        [between.of(&self.lab[0]), between.of(&self.lab[1]), between.of(&self.lab[2])]
+    }
+
     /// Prepares a picture; costs about a tenth of a second per megapixel.
     pub fn new(image: &RgbImage) -> Self {
         let (w, h) = (image.width() as usize, image.height() as usize);
         let lut: Vec<f32> = (0..=255).map(linear).collect();
-        let mut raw = [Plane::zeros(w, h), Plane::zeros(w, h), Plane::zeros(w, h)];
-        let mut light = [Plane::zeros(w, h), Plane::zeros(w, h), Plane::zeros(w, h)];
-        let mut is_grey = true;
-        for (at, pixel) in image.pixels().enumerate() {
-            let [r, g, b] = pixel.0;
-            is_grey &= r.abs_diff(g) < 3 && b.abs_diff(g) < 3;
-            let rgb = pixel.0.map(|c| lut[usize::from(c)]);
-            let value = lab_of_linear(rgb);
-            for c in 0..3 {
-                raw[c].data[at] = value[c];
-                light[c].data[at] = rgb[c];
-            }
-        }
+        let mut both = vec![[0.0_f32; 6]; w * h];
+        both.par_chunks_mut(w.max(1)).zip(image.as_raw().par_chunks(3 * w.max(1))).for_each(
+            |(row, bytes)| {
+                for (to, rgb) in row.iter_mut().zip(bytes.chunks_exact(3)) {
+                    let light = [0, 1, 2].map(|c| lut[usize::from(rgb[c])]);
+                    let [l, a, b] = lab_of_linear(light);
+                    *to = [l, a, b, light[0], light[1], light[2]];
+                }
+            },
+        );
+        let plane = |c: usize| {
+            let data = both.iter().map(|both| both[c]).collect();
+            Plane { width: w, height: h, data }
+        };
+        let is_grey = image.pixels().all(|p| {
+            let [r, g, b] = p.0;
+            r.abs_diff(g) < 3 && b.abs_diff(g) < 3
+        });
+        let raw = each([0, 1, 2], plane);
         let noise = noise_of(&raw[0]);
-        let lab = raw.map(|plane| plane.blurred(0.8));
+        let lab = each([0, 1, 2], |c: usize| raw[c].blurred(0.8));
         let half = [0, 1, 2].map(|c| lab[c].halved());
         let small = [0, 1, 2].map(|c| half[c].halved());
-        let levels =
-            [Level::new(&lab, 1.0, 0.7), Level::new(&half, 2.0, 0.8), Level::new(&small, 4.0, 1.2)];
+        let levels = each([(&lab, 1.0, 0.7), (&half, 2.0, 0.8), (&small, 4.0, 1.2)], |level| {
+            let (planes, scale, spread): (&[Plane; 3], f64, f32) = level;
+            Level::new(planes, scale, spread)
+        });
+        let light = [3, 4, 5].map(plane);
         let light = light.map(|plane| plane.halved().halved());
         let mut chromaticity = [
             Plane::zeros(small[0].width, small[0].height),

@@ -284,7 +284,7 @@ impl<'a> Evidence<'a> {
             return Score { visible, ..Score::default() };
         }
         let edge = support.iter().map(|s| s.0 * s.1).sum::<f64>() / seen;
-        support.sort_by(|a, b| a.0.total_cmp(&b.0));
+        support.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
         let (mut weak, mut weight) = (0.0, 0.0);
         for (value, length) in support {
             if weight >= seen / WEAKEST_PART {

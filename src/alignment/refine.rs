@@ -235,7 +235,7 @@ pub fn strongest(
     let colours: Vec<[f32; 3]> = (-n - 2..=n + 2)
         .map(|k| {
             let q = p + normal * (k as f64 * STEP);
-            [0, 1, 2].map(|c| picture.lab[c].sample(q.x, q.y))
+            picture.lab_at(q.x, q.y)
         })
         .collect();
     let gradient: Vec<f64> = (0..colours.len() - 4)

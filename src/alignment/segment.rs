@@ -184,9 +184,8 @@ pub fn cut(
         let (x, y) = ((x0 + i % cols) * CELL, (y0 + i / cols) * CELL);
         Vector2::new(x as f64 + 0.5, y as f64 + 0.5)
     };
-    let cells: Vec<[f64; 3]> = (0..cols * rows)
-        .map(|i| [0, 1, 2].map(|c| f64::from(picture.lab[c].sample(place(i).x, place(i).y))))
-        .collect();
+    let cells: Vec<[f64; 3]> =
+        (0..cols * rows).map(|i| picture.lab_at(place(i).x, place(i).y).map(f64::from)).collect();
     let expected: Vec<Expect> = (0..cols * rows)
         .map(|i| {
             let (x, y) = (i % cols, i / cols);

@@ -102,7 +102,7 @@ fn a_perfect_laboratory_is_what_the_assumed_camera_projects() {
 fn a_lens_that_was_calibrated_is_as_calibrated() {
     let mut settings = with_places(LabSettings::perfect());
     settings.switches.lens = true;
-    let mut worst = |calibration: Option<String>| {
+    let worst = |calibration: Option<String>| {
         let scene = Scene { calibration, ..kitchen::scene() };
         let mut lab = Lab::new(&Robot::gen3(), &scene, settings.clone(), 1).unwrap();
         mark_errors(&mut lab, &scene, 28.0).into_iter().fold(0.0, f64::max)

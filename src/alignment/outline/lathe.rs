@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Vector2, Vector3};
 
-use super::{Kind, ObjectPose, Outline, Projector, convex_hull, push_edge};
+use super::{Kind, ObjectPose, Outline, PointsOf, Projector, convex_hull, push_edge};
 use crate::world::Profile;
 
 /// Points of each circle for the hull: as for a cylinder.
@@ -34,8 +34,8 @@ pub(super) fn outline(
     }
     let facing = eye.y.atan2(eye.x);
     let halves: Vec<f64> = profile.stretches().map(|stretch| seen_half(stretch, &eye)).collect();
-    let drawn = Drawn { view, pose, profile, per_edge, facing, halves };
-    let inside = drawn.pixel(Vector3::new(0.0, 0.0, 0.5 * profile.height()))?;
+    let drawn = Drawn { points: view.of(pose), profile, per_edge, facing, halves };
+    let inside = drawn.points.pixel(Vector3::new(0.0, 0.0, 0.5 * profile.height()))?;
     let mut outline = Outline { hull: drawn.hull()?, ..Outline::default() };
     drawn.sides(&mut outline, inside)?;
     drawn.circles(&mut outline, inside, &eye)?;
@@ -66,8 +66,7 @@ fn blocked(profile: &Profile, eye: &Vector3<f64>, at: &Vector3<f64>) -> bool {
 }
 
 struct Drawn<'a> {
-    view: &'a Projector,
-    pose: &'a ObjectPose,
+    points: PointsOf,
     profile: &'a Profile,
     per_edge: usize,
     /// Where the camera is about the axis, rad.
@@ -77,10 +76,6 @@ struct Drawn<'a> {
 }
 
 impl Drawn<'_> {
-    fn pixel(&self, body: Vector3<f64>) -> Option<Vector2<f64>> {
-        self.view.pixel((self.pose.isometry() * nalgebra::Point3::from(body)).coords)
-    }
-
     /// Returns a point of the surface, `turn` rad from the camera's direction.
     fn at(&self, [radius, z]: [f64; 2], turn: f64) -> Vector3<f64> {
         let (sin, cos) = (self.facing + turn).sin_cos();
@@ -91,13 +86,13 @@ impl Drawn<'_> {
         let mut points = Vec::with_capacity(AROUND * self.profile.points().len());
         for point in self.profile.points() {
             for k in 0..AROUND {
-                points.push(self.pixel(self.at(*point, TAU * k as f64 / AROUND as f64))?);
+                points.push(self.points.pixel(self.at(*point, TAU * k as f64 / AROUND as f64))?);
             }
         }
         for ((from, to), half) in self.profile.stretches().zip(&self.halves) {
             for turn in [-half, *half] {
-                points.push(self.pixel(self.at(from, turn))?);
-                points.push(self.pixel(self.at(to, turn))?);
+                points.push(self.points.pixel(self.at(from, turn))?);
+                points.push(self.points.pixel(self.at(to, turn))?);
             }
         }
         Some(convex_hull(&points))
@@ -115,9 +110,9 @@ impl Drawn<'_> {
             for turn in [-half, *half] {
                 let side = |t: f64| self.at([r0 + (r1 - r0) * t, z0 + (z1 - z0) * t], turn);
                 let samples = &mut outline.samples;
-                push_edge(samples, self.view, self.pose, side, n, Kind::Silhouette, inside)?;
+                push_edge(samples, &self.points, side, n, Kind::Silhouette, inside)?;
                 for end in [0.0, 1.0] {
-                    outline.key_points.push(self.pixel(side(end))?);
+                    outline.key_points.push(self.points.pixel(side(end))?);
                 }
             }
         }
@@ -154,7 +149,7 @@ impl Drawn<'_> {
             }
             if is_end {
                 for turn in [0.0, PI].into_iter().filter(|turn| *turn < one + 1e-9) {
-                    outline.key_points.push(self.pixel(self.at(*point, turn))?);
+                    outline.key_points.push(self.points.pixel(self.at(*point, turn))?);
                 }
             }
         }
@@ -182,6 +177,6 @@ impl Drawn<'_> {
             return Some(());
         }
         let arc = |t: f64| self.at(point, from + (to - from) * t);
-        push_edge(&mut outline.samples, self.view, self.pose, arc, n, kind, inside)
+        push_edge(&mut outline.samples, &self.points, arc, n, kind, inside)
     }
 }

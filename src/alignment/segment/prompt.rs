@@ -205,7 +205,7 @@ impl<'a> Grid<'a> {
             .map(|i| {
                 let x = ((from[0] + i % size[0]) * side) as f64 + half;
                 let y = ((from[1] + i / size[0]) * side) as f64 + half;
-                [0, 1, 2].map(|c| f64::from(picture.lab[c].sample(x, y)))
+                picture.lab_at(x, y).map(f64::from)
             })
             .collect();
         Some(Self { picture, at, side, from, size, colours })
