@@ -62,9 +62,6 @@ pub struct Limits {
     pub scale: f64,
     /// The most a trajectory's first point may differ from the last command, rad.
     pub jump: f64,
-    /// Accelerations may go so far over the robot's own, as a factor: between two points of a path the
-    /// timed curve swings a little past what it keeps on average.
-    pub surge: f64,
     /// The lowest the tool centre point may go, m above the table.
     pub floor: f64,
     /// The fastest the fingers may open or close, m/s.
@@ -83,7 +80,6 @@ impl Default for Limits {
         Self {
             scale: 1.02,
             jump: 0.02,
-            surge: 1.25,
             floor: 0.005,
             finger_speed: 0.15,
             finger_force: 117.5,
@@ -145,7 +141,7 @@ impl Limits {
             }
             for (i, limit) in robot.joints().iter().enumerate() {
                 let ddq = at.ddq[i].abs();
-                if ddq > limit.acceleration * self.surge {
+                if ddq > limit.acceleration * self.scale {
                     return Err(LimitError::Acceleration {
                         joint: i + 1,
                         time_s,

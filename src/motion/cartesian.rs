@@ -21,6 +21,11 @@ const STEP: f64 = 0.005;
 const TURN: f64 = 0.02;
 /// A joint that moves more than this between two points has jumped, rad.
 const JUMP: f64 = 0.25;
+/// So far from the ends of their ranges joints are kept where they can be, rad. Derived: a joint that is stopped from
+/// [`JUMP`] a point to nothing makes a cubic spline swing over by less than a tenth of that.
+const SWING: f64 = 0.1 * JUMP;
+/// What begins nearer to an end than that goes away from it by so much a point, rad.
+const BACK: f64 = 0.1 * SWING;
 /// A point is reached when position (m) and rotation (rad) are off by less.
 const EXACT: f64 = 1e-10;
 
@@ -120,8 +125,29 @@ fn follow(
     Ok(points)
 }
 
-/// Solves one point near the last; the shortest way there, and back inside the limits if it leaves them.
+/// Solves one point near the last, inside the joints' ranges: where it can be with room for what a smooth curve
+/// through the points swings over, else up to their ends.
 fn step_to(robot: &Robot, last: &[f64], target: &Isometry3<f64>) -> Result<Vec<f64>, Stop> {
+    let ranges = |room: f64| -> Vec<[f64; 2]> {
+        let joints = robot.joints().iter().zip(last);
+        joints
+            .map(|(joint, &at)| {
+                let (low, high) = (joint.lower + room, joint.upper - room);
+                [low.min(at + BACK).max(joint.lower), high.max(at - BACK).min(joint.upper)]
+            })
+            .collect()
+    };
+    step_within(robot, last, target, &ranges(SWING))
+        .or_else(|_| step_within(robot, last, target, &ranges(0.0)))
+}
+
+/// The shortest way there, and back inside the ranges (rad) if it leaves them.
+fn step_within(
+    robot: &Robot,
+    last: &[f64],
+    target: &Isometry3<f64>,
+    ranges: &[[f64; 2]],
+) -> Result<Vec<f64>, Stop> {
     let n = robot.n_joints();
     let at_its_end = |i: usize| Stop::AtLimit { joint: robot.joints()[i].name.clone() };
     // Joints that would leave their range are held at its end, one more at each attempt.
@@ -131,12 +157,12 @@ fn step_to(robot: &Robot, last: &[f64], target: &Isometry3<f64>) -> Result<Vec<f
             let at_limit = held.iter().position(Option::is_some);
             return Err(at_limit.map_or(Stop::Singular, at_its_end));
         };
-        if let Some(i) = robot.outside_limits(&q, 1e-9) {
+        let outside = (0..n).find(|&i| q[i] < ranges[i][0] - 1e-9 || q[i] > ranges[i][1] + 1e-9);
+        if let Some(i) = outside {
             if held[i].is_some() {
                 return Err(at_its_end(i));
             }
-            let joint = &robot.joints()[i];
-            held[i] = Some(q[i].clamp(joint.lower, joint.upper));
+            held[i] = Some(q[i].clamp(ranges[i][0], ranges[i][1]));
             continue;
         }
         let jump = q.iter().zip(last).position(|(a, b)| (a - b).abs() > JUMP);
