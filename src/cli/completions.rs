@@ -1,12 +1,12 @@
 //! `trueup completions SHELL`: a script with which a shell completes commands and options.
 
-use clap::{Args, CommandFactory as _};
+use clap::Args;
 use clap_complete::Shell;
 use serde_json::json;
 
 use crate::report::{self, Style};
 
-use super::Cli;
+use super::guide;
 use crate::report::exit::Exit;
 
 /// Write a script with which a shell completes commands and options.
@@ -20,7 +20,7 @@ pub(super) struct CompletionsArgs {
 /// `trueup completions bash`.
 pub(super) fn completions(args: &CompletionsArgs, style: Style) -> Exit {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "trueup", &mut script);
+    clap_complete::generate(args.shell, &mut guide::offering(), "trueup", &mut script);
     let script = String::from_utf8_lossy(&script);
     if style.json {
         style.document(&json!({"shell": args.shell.to_string(), "script": script}));

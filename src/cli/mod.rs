@@ -20,6 +20,7 @@ mod explain;
 mod export;
 mod gap;
 mod graph;
+mod guide;
 mod inputs;
 mod arm;
 mod bridge;
@@ -33,6 +34,7 @@ mod lsp;
 mod marks;
 mod new;
 mod numbers;
+mod offered;
 #[cfg(feature = "page")]
 mod page;
 mod paper;
@@ -48,6 +50,7 @@ mod signals;
 mod teach;
 mod test;
 mod text;
+mod topics;
 mod trials;
 mod vqa;
 
@@ -55,7 +58,7 @@ use std::io::IsTerminal as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{FromArgMatches as _, Parser, Subcommand};
 
 use crate::report::{Failure, Style, panics};
 
@@ -85,13 +88,13 @@ enum Command {
     Check(text::CheckArgs),
     /// Lay task files out in the one canonical way.
     Fmt(text::FmtArgs),
-    /// Carry out the examples in the documentation of task files, in the twin.
+    /// Carry out the examples in task files, in the twin.
     Test(test::TestArgs),
-    /// Say what a name means: a task, an action, a fluent, a type, an object.
+    /// Say what a name means.
     Doc(doc::DocArgs),
     /// Say what the code of a mistake means.
     Explain(explain::ExplainArgs),
-    /// Serve an editor: diagnostics, completion, hover, definitions and layout, over stdin and stdout.
+    /// Serve an editor over stdin and stdout.
     #[cfg(feature = "lsp")]
     Lsp,
     /// Learn from stored runs which branches work.
@@ -104,11 +107,11 @@ enum Command {
     Runs(runs::RunsArgs),
     /// Tell a recorded run again, without an arm.
     Replay(replay::ReplayArgs),
-    /// Carry out a call or a script step by step, or step through a run that is over.
+    /// Carry out a call or a script one step at a time, or look at a run.
     Teach(teach::TeachArgs),
     /// Write a run folder as one HTML page.
     Report(report::ReportArgs),
-    /// Write a run folder as one file for other programs: MCAP, CSV.
+    /// Write a run as MCAP or CSV, for other programs.
     Export(export::ExportArgs),
     /// Kinematics, dynamics and planning of a robot.
     #[command(subcommand)]
@@ -121,40 +124,45 @@ enum Command {
     Scene(scene::SceneCommand),
     /// Write the dots of a scene as a page to print, in true size.
     Marks(marks::MarksArgs),
-    /// The three regressions on files; a camera on the wrist or beside the arm.
+    /// The three regressions on files; where a camera sits.
     #[command(subcommand)]
     Align(align::AlignCommand),
-    /// Play a Gen3's controller, with the lab's arm inside, for clients of any make.
+    /// Play a Gen3's controller, with the lab's arm inside.
     #[cfg(feature = "kortex")]
     Emulate(emulate::EmulateArgs),
-    /// Look after a Gen3 beside whoever commands it: status, stop, clear faults.
+    /// Look after a Gen3 beside whoever commands it.
     #[command(subcommand)]
     #[cfg(feature = "kortex")]
     Kortex(supervisor::KortexCommand),
-    /// Find what the model lacks from recordings: the effect's name, place and size.
+    /// Find what a model lacks, from recordings.
     Gap(gap::GapArgs),
-    /// Carry out a task in one laboratory after the other, and count.
+    /// Carry out a task in many laboratories, and count.
     Trials(trials::TrialsArgs),
-    /// The paper's tables, made anew in laboratories, with the paper's own numbers beside.
+    /// The paper's tables, made anew beside the paper's own numbers.
     #[command(subcommand)]
     Paper(paper::PaperCommand),
-    /// Ask a vision-language model the questions of runs, and see how well anybody answers them.
+    /// Ask a vision-language model about runs, and score the answers.
     #[command(subcommand)]
     Vqa(vqa::VqaCommand),
-    /// Hide an effect in the laboratory, and open the seal once it is named.
+    /// Hide an effect in the laboratory, and reveal it.
     #[command(subcommand)]
     Lab(lab::LabCommand),
-    /// Say what is in order and what is away: texts, run folder, arm, camera, model.
+    /// Tell how something is done, with examples: `trueup help gap`.
+    Help(guide::HelpArgs),
+    /// Say what is in order: texts, run folder, arm, camera, model.
     Doctor,
-    /// Write a script with which a shell completes commands and options.
+    /// Write a script that completes commands in a shell.
     Completions(completions::CompletionsArgs),
 }
 
 /// Runs the program with the arguments of the process and returns its exit code.
 pub fn main() -> ExitCode {
     panics::listen();
-    let cli = match Cli::try_parse() {
-        Ok(cli) => cli,
+    let command = guide::command();
+    let parsed = command.clone().try_get_matches();
+    let read = parsed.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
+    let (cli, matches) = match read {
+        Ok(read) => read,
         Err(error) => {
             // Help and version go to stdout with code 0; everything else is bad usage.
             let code = if error.use_stderr() { Exit::BadInput } else { Exit::Yes };
@@ -176,6 +184,9 @@ pub fn main() -> ExitCode {
     };
     let common = &cli.shared.common;
     let style = Style::detect(common.json, common.quiet, common.verbose);
+    for note in offered::without_effect(&command, &matches) {
+        style.note(&note);
+    }
     let outcome = catch_unwind(AssertUnwindSafe(|| dispatch(&cli, style)));
     let outcome =
         outcome.unwrap_or_else(|panic| Err(panics::caught(panic.as_ref(), signals::has_arm())));
@@ -226,6 +237,7 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         (Some(Command::Test(args)), _) => test::test(args, shared, style),
         (Some(Command::Doc(args)), _) => doc::doc(args, shared, style),
         (Some(Command::Runs(args)), _) => runs::runs(args, shared, style),
+        (Some(Command::Help(args)), _) => guide::help(args, style),
         (Some(Command::Doctor), _) => doctor::doctor(shared, style),
         (Some(Command::Completions(args)), _) => Ok(completions::completions(args, style)),
         (Some(Command::Explain(args)), _) => explain::explain(args, style),

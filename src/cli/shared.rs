@@ -9,20 +9,27 @@ use crate::workcell::CANDIDATES;
 
 use super::numbers;
 
+// The sections of `--help` that shared options stand in.
+const EVERYWHERE: &str = "Every command";
+const ARM: &str = "Arm, camera and scales";
+const CELL: &str = "Scene, laboratory and files";
+const PLANS: &str = "Planning";
+const MODEL: &str = "A model that answers questions";
+
 /// Options every command takes.
 #[derive(Debug, Clone, Args)]
 pub(super) struct Common {
     /// Print one JSON document on stdout and nothing else there.
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = EVERYWHERE)]
     pub(super) json: bool,
     /// No progress and no tables.
-    #[arg(long, short, global = true)]
+    #[arg(long, short, global = true, help_heading = EVERYWHERE)]
     pub(super) quiet: bool,
     /// All there is about every step: each fluent that the step changed, promised or asks about.
-    #[arg(long, short, global = true, conflicts_with = "quiet")]
+    #[arg(long, short, global = true, help_heading = EVERYWHERE, conflicts_with = "quiet")]
     pub(super) verbose: bool,
     /// All chance comes from this number.
-    #[arg(long, global = true, default_value_t = 1)]
+    #[arg(long, global = true, help_heading = EVERYWHERE, default_value_t = 1)]
     pub(super) seed: u64,
 }
 
@@ -40,56 +47,56 @@ pub(super) enum Pace {
 pub(super) struct CellArgs {
     /// The arm: `lab`, the embedded reality, `twin`, the simulation alone, `kortex://USER@HOST[:PORT]`, a Gen3, with
     /// its password in `KORTEX_PASSWORD`, or `bridge://HOST:PORT`, a simulator or robot of your own.
-    #[arg(long, global = true, default_value = "lab")]
+    #[arg(long, global = true, help_heading = ARM, default_value = "lab")]
     pub(super) robot: String,
     /// The camera beside a Gen3 or a bridge: `http://HOST[:PORT]/PATH`, which answers with a PNG or JPEG picture.
-    #[arg(long, global = true, value_name = "URL")]
+    #[arg(long, global = true, help_heading = ARM, value_name = "URL")]
     pub(super) camera_at: Option<Address>,
     /// Scales beside a Gen3 or a bridge: `http://HOST[:PORT]/PATH`, which answers with JSON, as the emulator does.
-    #[arg(long, global = true, value_name = "URL")]
+    #[arg(long, global = true, help_heading = ARM, value_name = "URL")]
     pub(super) scales_at: Option<Address>,
     /// The share of a real arm's speed and acceleration limits that is used, from 0.02 to 1.
-    #[arg(long, global = true, value_name = "SHARE", default_value_t = 0.1)]
+    #[arg(long, global = true, help_heading = ARM, value_name = "SHARE", default_value_t = 0.1)]
     pub(super) speed: f64,
     /// Send a Gen3 positions at 1 kHz over UDP, at the port after its TCP port, instead of waypoints.
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = ARM)]
     pub(super) stream: bool,
-    /// How fast the laboratory's arm moves: as fast as it can be computed, or as a real one.
-    #[arg(long, global = true, value_name = "PACE", default_value = "fast")]
+    /// How fast the laboratory's arm moves: `fast`, as fast as it can be computed, or `real`, as a real one.
+    #[arg(long, global = true, help_heading = ARM, value_name = "PACE", default_value = "fast", hide_possible_values = true)]
     pub(super) pace: Pace,
     /// Let a real arm move without asking first.
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = ARM)]
     pub(super) yes: bool,
     /// A `.task` file with a `scene`, instead of the kitchen of the stdlib.
-    #[arg(long, global = true, value_name = "FILE")]
+    #[arg(long, global = true, help_heading = CELL, value_name = "FILE")]
     pub(super) scene: Option<PathBuf>,
     /// Settings of the lab (TOML), instead of its defaults.
-    #[arg(long, global = true, value_name = "FILE")]
+    #[arg(long, global = true, help_heading = CELL, value_name = "FILE")]
     pub(super) lab: Option<PathBuf>,
     /// A folder whose files come before the embedded stdlib.
-    #[arg(long, global = true, value_name = "DIR")]
+    #[arg(long, global = true, help_heading = CELL, value_name = "DIR")]
     pub(super) stdlib: Option<PathBuf>,
     /// Where run folders are made.
-    #[arg(long, global = true, value_name = "DIR", default_value = "runs")]
+    #[arg(long, global = true, help_heading = CELL, value_name = "DIR", default_value = "runs")]
     pub(super) record: PathBuf,
     /// Try branches in proportion to how likely they are the best, instead of the best known.
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = PLANS)]
     pub(super) explore: bool,
     /// How many plans are tried in the twin at most before the arm moves, from 1 to 64; one that spills nothing is enough.
-    #[arg(long, global = true, value_name = "N", default_value_t = CANDIDATES, value_parser = numbers::candidates)]
+    #[arg(long, global = true, help_heading = PLANS, value_name = "N", default_value_t = CANDIDATES, value_parser = numbers::candidates)]
     pub(super) candidates: usize,
     /// Leave a regression out, to see what it is worth: 1 camera alignment, 2 intrinsics, 3 robot offset.
-    #[arg(long, global = true, value_name = "1|2|3", value_delimiter = ',')]
+    #[arg(long, global = true, help_heading = PLANS, value_name = "1|2|3", value_delimiter = ',')]
     pub(super) without_regression: Vec<u8>,
     /// A vision-language model, `http://HOST:PORT/v1`, that answers the questions of runs beside geometry and
     /// at the prompt proposes calls for sentences; its key is in `TRUEUP_VQA_KEY`.
-    #[arg(long, global = true, value_name = "URL")]
+    #[arg(long, global = true, help_heading = MODEL, value_name = "URL")]
     pub(super) ask_endpoint: Option<Address>,
     /// The name of that model; the only one that is served when left out.
-    #[arg(long, global = true, value_name = "NAME", requires = "ask_endpoint")]
+    #[arg(long, global = true, help_heading = MODEL, value_name = "NAME", requires = "ask_endpoint")]
     pub(super) ask_model: Option<String>,
     /// How long one of its replies may take, s.
-    #[arg(long, global = true, value_name = "S", default_value_t = 20.0, value_parser = numbers::seconds)]
+    #[arg(long, global = true, help_heading = MODEL, value_name = "S", default_value_t = 20.0, value_parser = numbers::seconds)]
     pub(super) ask_timeout: f64,
 }
 

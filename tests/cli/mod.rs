@@ -7,6 +7,7 @@ mod explain;
 mod export;
 mod gap;
 mod hand_eye;
+mod help;
 mod hidden;
 mod kortex;
 mod kortex_faults;

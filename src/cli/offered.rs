@@ -1,0 +1,80 @@
+//! Which shared options act in which command.
+//!
+//! Every command takes the shared options, so that a line can be changed from one command to another; its help offers
+//! those that do something there, and one that does nothing is noted.
+
+use clap::parser::ValueSource;
+use clap::{Arg, ArgMatches, Command};
+
+/// Options that talk to an arm, its camera and its scales.
+const DEVICES: &[&str] = &["robot", "camera_at", "scales_at"];
+/// What a performance takes beside what a rehearsal does.
+const PERFORMS: &[&str] = &["verbose", "speed", "stream", "pace", "yes", "record", "explore"];
+/// What a rehearsal, or a laboratory by itself, is made with.
+const REHEARSES: &[&str] = &["seed", "scene", "stdlib", "candidates", "without_regression"];
+/// A model that answers questions.
+const MODEL: &[&str] = &["ask_endpoint", "ask_model", "ask_timeout"];
+/// Trials draw their own laboratories.
+const TRIES: &[&str] = &["robot", "lab", "explore"];
+
+/// Returns the shared options that act in a command, beside `--json` and `--quiet`, which all take.
+///
+/// A command is named by its words: `lab hide`; the prompt has none.
+fn acting(command: &str) -> Vec<&'static str> {
+    let groups: &[&[&str]] = match command {
+        "" | "run" | "teach" => &[DEVICES, PERFORMS, REHEARSES, &["lab"], MODEL],
+        "trials" | "paper table1" | "paper table2" | "paper table3" => &[TRIES, REHEARSES, MODEL],
+        "test" => &[REHEARSES],
+        "doctor" => &[DEVICES, MODEL, &["scene", "stdlib", "lab", "record"]],
+        "emulate" => &[&["seed", "scene", "stdlib", "lab"]],
+        "graph" => &[&["scene", "stdlib", "robot", "record", "explore"]],
+        "learn" => &[&["robot", "record", "stdlib"]],
+        "gap" | "doc" | "say" => &[&["scene", "stdlib"]],
+        "check" | "lsp" | "vqa probe" => &[&["stdlib"]],
+        "lab hide" => &[&["seed", "stdlib", "lab"]],
+        "vqa eval" | "robot ik" | "robot plan" => &[&["seed"]],
+        "runs" | "replay" | "report" | "export" | "vqa label" => &[&["record"]],
+        "marks" | "camera see" | "scene from" | "align hand-eye" => &[&["scene"]],
+        _ => &[],
+    };
+    groups.concat()
+}
+
+/// Whether an option is one of those that all commands take.
+fn is_shared(arg: &Arg) -> bool {
+    arg.is_global_set() && !matches!(arg.get_id().as_str(), "json" | "quiet")
+}
+
+/// Hides, in each command below, the shared options that do nothing there.
+pub(super) fn hidden_elsewhere(command: Command) -> Command {
+    fn within(command: Command, words: &str) -> Command {
+        let acting = acting(words);
+        let command = command.mut_args(|arg| {
+            let hide = is_shared(&arg) && !acting.contains(&arg.get_id().as_str());
+            if hide { arg.hide(true) } else { arg }
+        });
+        command.mut_subcommands(|own| {
+            let own_words = format!("{words} {}", own.get_name());
+            within(own, own_words.trim_start())
+        })
+    }
+    within(command, "")
+}
+
+/// Returns a note for each shared option that was given where it does nothing.
+pub(super) fn without_effect(command: &Command, given: &ArgMatches) -> Vec<String> {
+    let (mut given, mut words) = (given, String::new());
+    while let Some((name, own)) = given.subcommand() {
+        words = format!("{words} {name}").trim_start().to_owned();
+        given = own;
+    }
+    let acting = acting(&words);
+    let is_given = |arg: &&Arg| {
+        is_shared(arg)
+            && !acting.contains(&arg.get_id().as_str())
+            && given.value_source(arg.get_id().as_str()) == Some(ValueSource::CommandLine)
+    };
+    let name = |arg: &Arg| format!("--{}", arg.get_long().unwrap_or_default());
+    let useless = command.get_arguments().filter(is_given).filter(|arg| arg.get_id() != "seed");
+    useless.map(|arg| format!("note: {} does nothing in `trueup {words}`", name(arg))).collect()
+}
