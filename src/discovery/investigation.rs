@@ -2,6 +2,7 @@
 
 use super::finding::{Finding, Left};
 use super::selection;
+use super::why::Why;
 use crate::motion::revise::Revision;
 
 /// An investigation: the finding and what a page shows beside it.
@@ -11,6 +12,8 @@ pub struct Investigation {
     pub finding: Finding,
     /// Measured minus model over time, before and after.
     pub traces: Vec<Trace>,
+    /// Why each effect is named.
+    pub whys: Vec<Why>,
     /// The commands that would settle a doubt, as the text of a recording.
     pub experiment: Option<String>,
     /// The numbers of the robot's file as they were identified, where they were.
@@ -28,8 +31,11 @@ pub struct Trace {
     pub unit: String,
     /// Its noise, in that unit.
     pub noise: f64,
-    /// Whether it was held out.
-    pub held_out: bool,
+    /// How exactly each value is expected to be met, in that unit: its noise, and more where the model is not exact.
+    /// Values are weighed by it.
+    pub sigma: Vec<f64>,
+    /// Which values were held out.
+    pub held_out: Vec<bool>,
     /// What `time` is in: `s`, or what it counts, such as `poses`.
     pub along: &'static str,
     /// When each value was read.
@@ -69,14 +75,15 @@ pub(super) fn by_channel(finding: &mut Finding, traces: &[Trace]) {
     for place in &mut finding.places {
         let own = || traces.iter().filter(|trace| trace.channel == place.channel);
         let is_any = own().any(|trace| trace.unseen.contains(&true));
-        let told =
-            |trace: &Trace, row: usize| if is_any { trace.unseen[row] } else { trace.held_out };
+        let told = |trace: &Trace, row: usize| {
+            if is_any { trace.unseen[row] } else { trace.held_out[row] }
+        };
         let rms = |values: fn(&Trace) -> &[f64]| {
             let of =
                 |trace| values(trace).iter().enumerate().filter(move |(row, _)| told(trace, *row));
             rms_judged(own().flat_map(of).map(|(_, value)| value))
         };
-        place.heldout = (is_any || own().any(|trace| trace.held_out))
+        place.heldout = (is_any || own().any(|trace| trace.held_out.contains(&true)))
             .then(|| Left { before: rms(|trace| &trace.before), after: rms(|trace| &trace.after) });
     }
 }

@@ -45,6 +45,7 @@
 //! ```
 
 mod investigation;
+mod why;
 pub mod vocabulary;
 pub mod finding;
 pub mod recording;
@@ -66,6 +67,7 @@ use crate::world::Scene;
 pub use investigation::{Against, Investigation, Options, Trace};
 use investigation::{by_channel, rms_judged};
 use recording::{Error, Recording};
+pub use why::{Row, Why};
 
 /// What the recordings are of.
 #[derive(Debug, Clone, Copy)]

@@ -10,10 +10,9 @@ use super::Style;
 /// How many characters the bar of the shrink is long.
 const BAR: usize = 40;
 
-/// Words a finding for people.
-pub fn people(finding: &Finding, style: Style) -> String {
-    let mut text = String::new();
-    let head = match finding.verdict {
+/// The verdict in plain words.
+pub(super) fn headline(finding: &Finding) -> &'static str {
+    match finding.verdict {
         Verdict::Named => "one effect is missing",
         Verdict::Several => "several effects are missing",
         Verdict::Ambiguous => "cannot tell: several effects explain this equally well",
@@ -29,7 +28,13 @@ pub fn people(finding: &Finding, style: Style) -> String {
         Verdict::ModelInadequate => {
             "the model does not fit: most of the gap stays, whatever is added to it"
         }
-    };
+    }
+}
+
+/// Words a finding for people.
+pub fn people(finding: &Finding, style: Style) -> String {
+    let mut text = String::new();
+    let head = headline(finding);
     let _ = writeln!(text, "{}  {}", style.green(head), style.dim(&finding.reason));
     let shown: Vec<_> = finding.places.iter().filter(|place| place.share > 0.005).take(6).collect();
     if finding.verdict != Verdict::NothingMissing && !shown.is_empty() {
@@ -227,13 +232,35 @@ fn shrink(finding: &Finding, style: Style) -> String {
         );
     }
     if !finding.effects.is_empty() {
-        let _ = writeln!(
+        let _ = writeln!(text, "  {}", gone(finding));
+    }
+    text
+}
+
+/// Says which part of the gap is gone, and what that counts: it may hide much of a channel where little weight lies.
+pub(super) fn gone(finding: &Finding) -> String {
+    let part = finding.gap.shrink_heldout * 100.0;
+    let mut text = format!("{part:.1} % of the gap on held-out data is gone, noise taken out");
+    let largest = finding.places.first().and_then(|place| Some((place, place.heldout?)));
+    if let Some((place, left)) = largest {
+        let of = |value| quantity(value, &place.unit);
+        let _ = write!(
             text,
-            "  {:.1} % of the gap on held-out data is gone, noise taken out",
-            gap.shrink_heldout * 100.0
+            "; each value counts by how exactly it is known.\n  Unweighted, {} went from {} to {}",
+            place.channel,
+            of(left.before),
+            of(left.after)
         );
     }
     text
+}
+
+/// Words the numbers of an effect.
+pub(super) fn numbers(effect: &Effect) -> String {
+    let number = |(name, parameter): (&String, &Parameter)| {
+        format!("{name} = {}", parameter_text(parameter))
+    };
+    effect.parameters.iter().map(number).collect::<Vec<_>>().join(", ")
 }
 
 /// Writes a number in its everyday unit.

@@ -1,152 +1,308 @@
-//! A finding as one self-contained HTML page: residuals before and after, held-out data shaded.
+//! A finding as one self-contained HTML page: what is missing and why, then what is left of every channel over time.
+//!
+//! A plot of an effect shows what is left without it, all others in place, against the state it acts by, with what the
+//! effect adds over it. Below, each channel before and after, with what was held out shaded and with the band that values
+//! are weighed by. How a finding is worded is [`super::gap`]'s business, how a plot is drawn [`super::plot`]'s.
 
 use std::fmt::Write as _;
 
-use crate::discovery::finding::Finding;
-use crate::discovery::{Against, Investigation, Trace};
-use crate::trace::Measure;
+use crate::discovery::finding::{Channel, Effect, Finding, Verdict};
+use crate::discovery::vocabulary::kind_named;
+use crate::discovery::{Against, Investigation, Trace, Why};
+use crate::units::significant;
 
 use super::html::{self, escaped};
-use super::{Style, gap, why};
-
-/// Size of a plot, px.
-const WIDTH: f64 = 860.0;
-const HEIGHT: f64 = 150.0;
-
-/// How many channels are drawn.
-const CHANNELS: usize = 8;
+use super::plot::{Axis, Plot, STYLE};
+use super::{Style, gap};
 
 /// Most points of a curve; more would not show.
-const POINTS: usize = 900;
-
+const POINTS: usize = 700;
 /// Stretches of a state over which what is left is averaged.
 const MEANS: usize = 40;
+/// A channel has changed if what is left of it has by this part of its noise.
+const CHANGED: f64 = 0.1;
 
 /// Returns the page; `after` is what follows the plots, as HTML.
 pub fn page(investigation: &Investigation, after: &str) -> String {
     let finding = &investigation.finding;
     let plain = Style { json: false, quiet: false, verbose: false, colour: false, bars: false };
     let words = escaped(gap::people(finding, plain).trim_end());
-    let mut plots = String::new();
-    let shown = finding.places.iter().take(CHANNELS);
-    for place in shown {
-        for trace in investigation.traces.iter().filter(|trace| trace.channel == place.channel) {
-            plots.push_str(&plot(trace, finding));
-        }
+    let mut whys = String::new();
+    for effect in &finding.effects {
+        whys.push_str(&effect_card(effect, &investigation.whys));
     }
-    let body = format!(
-        "<style>\n.key b{{padding:0 .4em}} .plot svg{{display:block;width:100%;height:auto}}\n\
-         :root{{--before:#c0271e;--after:#1f6fb0;--field:#fff;--held:#eef3e4}}\n\
-         @media(prefers-color-scheme:dark){{:root{{--before:#ff8a80;--after:#7cb8f2;--field:#14171a;\
-         --held:#1d2a1c}}}}\n</style>\n<h1>{}</h1>\n<pre class=\"columns\">{words}</pre>\n\
-         <p class=\"key\">Measured minus model, <b style=\"color:var(--before)\">before (dotted)</b> and \
-         <b style=\"color:var(--after)\">after (solid)</b>; the grey band is twice the noise, shaded is \
-         held out.</p>\n{plots}{after}",
-        escaped(&finding.reason)
+    let (mut changed, mut others) = (String::new(), String::new());
+    for place in &finding.places {
+        let own: Vec<&Trace> =
+            investigation.traces.iter().filter(|trace| trace.channel == place.channel).collect();
+        let text =
+            if is_changed(&own) || finding.effects.is_empty() { &mut changed } else { &mut others };
+        text.push_str(&channel_card(place, &own));
+    }
+    let mut body = format!(
+        "<style>\n{STYLE}\n.key b{{padding:0 .3em}} .effect{{margin-top:0}}\n</style>\n<h1>{}</h1>\n<p>{}</p>\n{}",
+        escaped(&heading(finding)),
+        escaped(&finding.reason),
+        gone(finding)
+    );
+    if !whys.is_empty() {
+        let _ = write!(
+            body,
+            "<h2>Why</h2>\n<p class=\"key soft\">Measured minus the model with all other effects: \
+             <b style=\"color:var(--fitted)\">● fitted</b> <b style=\"color:var(--heldout)\">■ held out</b>; \
+             <b style=\"color:var(--law)\">● what the effect adds</b></p>\n<div class=\"plots\">{whys}</div>\n"
+        );
+    }
+    if !changed.is_empty() {
+        let _ = write!(
+            body,
+            "<h2>Before and after</h2>\n<p class=\"key soft\">Measured minus model: \
+             <b style=\"color:var(--before)\">before (dotted)</b> <b style=\"color:var(--fitted)\">after \
+             (solid)</b>. Shaded: held out. Grey band: two standard deviations to each side; values are weighed by \
+             it.</p>\n<div class=\"plots\">{changed}</div>\n"
+        );
+    }
+    body.push_str(&weighed(finding, &investigation.traces));
+    if !others.is_empty() {
+        let _ = writeln!(
+            body,
+            "<details><summary>Channels that did not change</summary><div class=\"plots\">{others}</div></details>"
+        );
+    }
+    let _ = write!(
+        body,
+        "<details><summary>The whole answer in words</summary><pre class=\"columns\">{words}</pre></details>\n{after}"
     );
     html::document("gap", &body)
 }
 
-/// Draws measured minus model over time.
-fn plot(trace: &Trace, finding: &Finding) -> String {
-    let rows = trace.time.len();
-    if rows < 2 {
+/// Says how much smaller the gap is, in what it is counted, and what that is in the channels' own units.
+fn weighed(finding: &Finding, traces: &[Trace]) -> String {
+    let gap = &finding.gap;
+    let in_noise = (gap.noise_floor - 1.0).abs() < 1e-9;
+    let unit = if in_noise {
+        "times what noise and the model's own inaccuracy explain (1 is noise alone)"
+    } else {
+        "standard deviations of the signal"
+    };
+    let mut text = format!(
+        "<details><summary>All channels in numbers</summary><div class=\"scroll\"><table><caption>What is left, root mean square</caption><thead><tr><th scope=\"col\">\
+         <th scope=\"col\" class=\"number\">fitted, before<th scope=\"col\" class=\"number\">after\
+         <th scope=\"col\" class=\"number\">held out, before<th scope=\"col\" class=\"number\">after</tr></thead>\n<tbody>\
+         <tr><th scope=\"row\">all channels, {unit}{}",
+        [gap.before.train, gap.after.train, gap.before.heldout, gap.after.heldout]
+            .map(|value| format!("<td class=\"number\">{}", significant(value, 3)))
+            .concat()
+    );
+    for place in &finding.places {
+        let own = || traces.iter().filter(|trace| trace.channel == place.channel);
+        let rms = |is_held: bool, values: fn(&Trace) -> &[f64]| {
+            let rows = own().flat_map(|trace| values(trace).iter().zip(&trace.held_out));
+            let rows = rows.filter(|(value, held)| **held == is_held && value.abs() > 0.0);
+            let (sum, n) = rows.fold((0.0, 0_usize), |(sum, n), (v, _)| (sum + v * v, n + 1));
+            if n == 0 {
+                "–".to_owned()
+            } else {
+                gap::quantity((sum / n as f64).sqrt(), &place.unit)
+            }
+        };
+        let cells =
+            [(false, before as fn(&Trace) -> &[f64]), (false, left), (true, before), (true, left)];
+        if own().next().is_some() {
+            let cells = cells.map(|(held, of)| format!("<td class=\"number\">{}", rms(held, of)));
+            let _ = write!(
+                text,
+                "\n<tr><th scope=\"row\">{}{}",
+                escaped(&place.channel),
+                cells.concat()
+            );
+        }
+    }
+    text.push_str("</tbody></table></div></details>\n");
+    text
+}
+
+/// The verdict in plain words, with what one effect does.
+fn heading(finding: &Finding) -> String {
+    let mut letters = gap::headline(finding).chars();
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    let head: String = first.chain(letters).collect();
+    match finding.effects.as_slice() {
+        [one] if finding.verdict == Verdict::Named => match kind_named(&one.name) {
+            Some(kind) => format!("{head}: {}, at {}", kind.does, one.at),
+            None => head,
+        },
+        _ => head,
+    }
+}
+
+/// Says which part of the gap is gone, where something was found.
+fn gone(finding: &Finding) -> String {
+    if finding.effects.is_empty() {
         return String::new();
     }
-    let most = trace
-        .before
-        .iter()
-        .chain(&trace.after)
-        .fold(3.0 * trace.noise, |most, value| most.max(value.abs()));
-    let (from, to) = (trace.time[0], trace.time[rows - 1]);
-    let x = |t: f64| (t - from) / (to - from).max(1e-9) * WIDTH;
-    let y = |value: f64| HEIGHT / 2.0 - value / most * (HEIGHT / 2.0 - 4.0);
-    let stride = rows.div_ceil(POINTS);
-    let line = |values: &[f64], colour: &str, dash: &str| {
-        let mut points = String::new();
-        for (t, value) in trace.time.iter().zip(values).step_by(stride) {
-            let _ = write!(points, "{:.1},{:.1} ", x(*t), y(*value));
-        }
-        format!(
-            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.2\"{dash}/>",
-            points.trim_end()
-        )
-    };
-    let band = (y(-2.0 * trace.noise) - y(2.0 * trace.noise)).max(1.0);
-    let shade = if trace.held_out { "var(--held)" } else { "var(--field)" };
-    let follows = finding
-        .places
-        .iter()
-        .find(|place| place.channel == trace.channel)
-        .map_or("", |place| place.concentrated_in.as_str());
+    format!("<p>{}</p>\n", escaped(&gap::gone(finding)))
+}
+
+fn before(trace: &Trace) -> &[f64] {
+    &trace.before
+}
+
+fn left(trace: &Trace) -> &[f64] {
+    &trace.after
+}
+
+/// Whether what is left of a channel changed.
+fn is_changed(traces: &[&Trace]) -> bool {
+    traces.iter().any(|trace| {
+        let change = trace.before.iter().zip(&trace.after).map(|(a, b)| (a - b).powi(2));
+        let rms = (change.sum::<f64>() / trace.before.len().max(1) as f64).sqrt();
+        rms > CHANGED * trace.noise
+    })
+}
+
+/// An effect: its name, what it does, its numbers, and the plots that show it.
+fn effect_card(effect: &Effect, whys: &[Why]) -> String {
+    let own = whys.iter().filter(|why| why.name == effect.name && why.at == effect.at);
+    let plots: String = own.filter_map(why_plot).collect();
+    let does = kind_named(&effect.name).map_or("", |kind| kind.does);
+    let numbers = gap::numbers(effect);
+    let doubt = if effect.indistinguishable { " (in doubt)" } else { "" };
     format!(
-        "<section class=\"card plot\"><h2>{}{} ({})</h2><p class=\"soft\">full scale ± {}, {:.1} {}{}{}</p>\n\
-         <svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"measured minus model\">\
-         <rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"{shade}\"/>\
-         <rect y=\"{:.1}\" width=\"{WIDTH}\" height=\"{band:.1}\" fill=\"#8884\"/>{}{}</svg>{}</section>\n",
-        escaped(&trace.channel),
-        if trace.held_out { ", held out" } else { "" },
-        escaped(&trace.recording),
-        why::size(&Measure { value: most, unit: trace.unit.clone() }),
-        to - from,
-        trace.along,
-        if follows.is_empty() { "" } else { ", follows " },
-        escaped(follows),
-        y(2.0 * trace.noise),
-        line(&trace.before, "var(--before)", " stroke-dasharray=\"3 2\""),
-        line(&trace.after, "var(--after)", ""),
-        trace.against.as_ref().map_or_else(String::new, |against| scatter(trace, against)),
+        "<section class=\"card\"><h3 class=\"effect\">{} at {}{doubt}</h3><p>{}{}</p>{plots}</section>\n",
+        escaped(&effect.name),
+        escaped(&effect.at),
+        escaped(does),
+        if numbers.is_empty() { String::new() } else { format!("<br>{}", escaped(&numbers)) },
     )
 }
 
+/// Draws what is left without an effect against the state it acts by, and what the effect adds.
+fn why_plot(why: &Why) -> Option<String> {
+    let state = Axis::over(&why.state, &why.state_unit, why.rows.iter().map(|row| row.state))?;
+    let values = why.rows.iter().flat_map(|row| [row.left, row.law]);
+    let mut plot = Plot::new(state, Axis::around(&why.channel, &why.unit, values)?);
+    let stride = why.rows.len().div_ceil(2 * POINTS).max(1);
+    for held_out in [false, true] {
+        let colour = if held_out { "var(--heldout)" } else { "var(--fitted)" };
+        let own = why.rows.iter().filter(|row| row.held_out == held_out).step_by(stride);
+        plot.dots(own.map(|row| (row.state, row.left)), (colour, 3.0), !held_out);
+    }
+    let law = why.rows.iter().step_by(stride);
+    plot.dots(law.map(|row| (row.state, row.law)), ("var(--law)", 2.0), true);
+    let says = format!("{} against {}, and what {} adds", why.channel, why.state, why.name);
+    Some(plot.drawn(&says))
+}
+
+/// Draws a channel over time, recording after recording.
+fn channel_card(place: &Channel, traces: &[&Trace]) -> String {
+    let Some(first) = traces.first() else { return String::new() };
+    // Recordings follow each other with a little room between them.
+    let span = |trace: &Trace| match (trace.time.first(), trace.time.last()) {
+        (Some(from), Some(to)) => to - from,
+        _ => 0.0,
+    };
+    let total: f64 = traces.iter().map(|trace| span(trace)).sum();
+    let mut begin = 0.0;
+    let mut laid = Vec::new();
+    for trace in traces {
+        let from = trace.time.first().copied().unwrap_or(0.0);
+        laid.push((*trace, trace.time.iter().map(|t| begin + t - from).collect::<Vec<f64>>()));
+        begin += span(trace) + 0.02 * total;
+    }
+    let values = traces.iter().flat_map(|trace| trace.before.iter().chain(&trace.after).copied());
+    let values = values.chain([-3.0 * first.noise, 3.0 * first.noise]);
+    let along = if first.along == "s" { ("time", "s") } else { (first.along, "") };
+    let times = laid.iter().flat_map(|(_, time)| time.iter().copied());
+    let axes =
+        (Axis::over(along.0, along.1, times), Axis::around(&place.channel, &place.unit, values));
+    let (Some(x), Some(y)) = axes else { return String::new() };
+    let mut plot = Plot::new(x, y);
+    for (trace, time) in &laid {
+        for (from, to) in stretches(&trace.held_out) {
+            plot.shade(time[from], time[to], "var(--held)");
+        }
+        let stride = time.len().div_ceil(POINTS).max(1);
+        let rows = || (0..time.len()).step_by(stride);
+        let band: Vec<_> =
+            rows().map(|k| (time[k], -2.0 * trace.sigma[k], 2.0 * trace.sigma[k])).collect();
+        plot.band(&band, "#8884");
+        plot.line(rows().map(|k| (time[k], trace.before[k])), "var(--before)", "3 2");
+        plot.line(rows().map(|k| (time[k], trace.after[k])), "var(--fitted)", "");
+    }
+    // Of a path, what tells recordings apart: of a run's, its folder.
+    let name = |trace: &&Trace| {
+        let path = trace.recording.strip_suffix("/arm.csv").unwrap_or(&trace.recording);
+        let name = path.rsplit('/').next().unwrap_or_default();
+        let is_held = trace.held_out.iter().all(|held| *held);
+        format!("{name}{}", if is_held { " (held out)" } else { "" })
+    };
+    let names: Vec<String> = traces.iter().map(name).collect();
+    let against = traces.iter().filter_map(|trace| Some((*trace, trace.against.as_ref()?)));
+    let follows = &place.concentrated_in;
+    format!(
+        "<section class=\"card\"><h3 class=\"effect\">{}</h3><p class=\"soft\">{}{}</p>{}{}</section>\n",
+        escaped(&place.channel),
+        escaped(&names.join(", ")),
+        if follows.is_empty() { String::new() } else { format!("; follows {}", escaped(follows)) },
+        plot.drawn("measured minus model, before and after"),
+        against.filter_map(|(trace, against)| scatter(trace, against)).collect::<String>(),
+    )
+}
+
+/// Returns the stretches in which a flag is set: first row and last.
+fn stretches(flags: &[bool]) -> Vec<(usize, usize)> {
+    let mut found: Vec<(usize, usize)> = Vec::new();
+    for (row, _) in flags.iter().enumerate().filter(|(_, flag)| **flag) {
+        match found.last_mut() {
+            Some((_, to)) if *to + 1 == row => *to = row,
+            _ => found.push((row, row)),
+        }
+    }
+    found
+}
+
 /// Draws what is left of a channel over the state it depends on most, and the mean over stretches of that state.
-fn scatter(trace: &Trace, against: &Against) -> String {
+fn scatter(trace: &Trace, against: &Against) -> Option<String> {
     let judged = || trace.after.iter().zip(&against.values).filter(|(left, _)| left.abs() > 0.0);
-    let most = judged().fold(3.0 * trace.noise, |most, (left, _)| most.max(left.abs()));
+    let state = Axis::over(&against.state, &against.unit, judged().map(|(_, at)| *at))?;
+    let axis = Axis::around(&trace.channel, &trace.unit, judged().map(|(left, _)| *left))?;
+    let mut plot = Plot::new(state, axis);
+    let stride = judged().count().div_ceil(2 * POINTS).max(1);
+    plot.dots(
+        judged().step_by(stride).map(|(left, at)| (*at, *left)),
+        ("var(--fitted)", 2.5),
+        true,
+    );
     let (from, to) = judged().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (_, at)| {
         (low.min(*at), high.max(*at))
     });
-    let x = |at: f64| (at - from) / (to - from).max(1e-12) * WIDTH;
-    let y = |value: f64| HEIGHT / 2.0 - value / most * (HEIGHT / 2.0 - 4.0);
-    let stride = judged().count().div_ceil(2 * POINTS).max(1);
-    let mut dots = String::new();
-    for (left, at) in judged().step_by(stride) {
-        let _ = write!(dots, "M{:.1} {:.1}h0", x(*at), y(*left));
-    }
+    let wide = ((to - from) / MEANS as f64).max(f64::MIN_POSITIVE);
     let mut sums = [(0.0, 0_usize); MEANS];
     for (left, at) in judged() {
-        let sum = &mut sums[((x(*at) / WIDTH * MEANS as f64) as usize).min(MEANS - 1)];
+        let sum = &mut sums[(((at - from) / wide) as usize).min(MEANS - 1)];
         *sum = (sum.0 + left, sum.1 + 1);
     }
-    let mut means = String::new();
-    for (k, (sum, rows)) in sums.iter().enumerate().filter(|(_, (_, rows))| *rows > 0) {
-        let middle = (k as f64 + 0.5) / MEANS as f64 * WIDTH;
-        let _ = write!(means, "{middle:.1},{:.1} ", y(sum / *rows as f64));
-    }
-    let size = |value| gap::quantity(value, &against.unit);
-    format!(
-        "<p class=\"soft\">What is left against {}, from {} to {}, full scale ± {}: a curve over it, such as the mean (red), would take {:.0} % of it away</p>\
-         <svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"what is left against {}\">\
-         <rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"var(--field)\"/>\
-         <path d=\"{dots}\" stroke=\"var(--after)\" stroke-opacity=\"0.35\" stroke-width=\"2.5\" stroke-linecap=\"round\"/>\
-         <polyline points=\"{}\" fill=\"none\" stroke=\"var(--before)\" stroke-width=\"1.6\"/></svg>",
+    let means = sums.iter().enumerate().filter(|(_, (_, rows))| *rows > 0);
+    let means = means.map(|(k, (sum, rows))| (from + (k as f64 + 0.5) * wide, sum / *rows as f64));
+    plot.line(means, "var(--before)", "");
+    let drawn = plot.drawn(&format!("what is left against {}", against.state));
+    Some(format!(
+        "<p class=\"soft\">What is left in {} against {}: a curve over it, such as the mean (red), would take {:.0} % of it away</p>{drawn}",
+        escaped(&trace.recording),
         escaped(&against.state),
-        size(from),
-        size(to),
-        why::size(&Measure { value: most, unit: trace.unit.clone() }),
         100.0 * against.part,
-        escaped(&against.state),
-        means.trim_end(),
-    )
+    ))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::discovery::finding::{Channel, Gap, ModelChange, Split, Verdict};
+    use crate::discovery::Row;
+    use crate::discovery::finding::{Evidence, Gap, ModelChange, Split};
 
     #[test]
-    fn the_page_needs_nothing_from_outside_and_escapes_what_it_shows() {
+    fn the_page_shows_why_with_axes_and_needs_nothing_from_outside() {
         let split = Split { train: 2.0, heldout: 2.0 };
         let place = Channel {
             channel: "tau_1".into(),
@@ -161,7 +317,12 @@ mod tests {
             identified: Vec::new(),
             verdict: Verdict::Unknown,
             places: vec![place],
-            effects: Vec::new(),
+            effects: vec![Effect::new(
+                ("coulomb_friction", "joint_1".into()),
+                std::collections::BTreeMap::new(),
+                (Evidence::default(), 1.0),
+                String::new(),
+            )],
             path: Vec::new(),
             gap: Gap::of(split, split, 1.0),
             model: ModelChange::default(),
@@ -178,17 +339,39 @@ mod tests {
             channel: "tau_1".into(),
             unit: "N*m".into(),
             noise: 0.1,
-            held_out: true,
+            sigma: vec![0.1; 100],
+            held_out: (0..100).map(|k| k >= 60).collect(),
             along: "s",
             time: (0..100).map(f64::from).collect(),
-            before: left.clone(),
+            before: left.iter().map(|left| 2.0 * left).collect(),
             after: left,
             unseen: Vec::new(),
             against: Some(against),
         };
         let traces = vec![trace];
-        let page = page(&Investigation { finding, traces, experiment: None, revision: None }, "");
+        let row = |k: i32| Row {
+            state: f64::from(k - 50),
+            left: 0.7 * f64::from((k - 50).signum()),
+            law: 0.7 * f64::from((k - 50).signum()),
+            held_out: k % 2 == 0,
+        };
+        let whys = vec![Why {
+            name: "coulomb_friction".into(),
+            at: "joint_1".into(),
+            channel: "tau_1".into(),
+            unit: "N*m".into(),
+            state: "dq_1".into(),
+            state_unit: "rad/s".into(),
+            rows: (0..100).map(row).collect(),
+        }];
+        let page =
+            page(&Investigation { finding, traces, whys, experiment: None, revision: None }, "");
         assert!(page.contains("a &lt; b") && !page.contains("://"));
-        assert!(page.contains("What is left against q_1, from -57.3 deg to 57.3 deg"), "{page}");
+        assert!(page.contains("What is left in log against q_1"), "{page}");
+        for axis in ["q_1 (deg)", "tau_1 (N·m)", "time (s)", "dq_1 (rad/s)"] {
+            assert!(page.contains(axis), "{axis} in {page}");
+        }
+        assert!(page.contains("<h3 class=\"effect\">coulomb_friction at joint_1</h3>"), "{page}");
+        assert_eq!(page.matches("fill=\"var(--held)\"").count(), 1, "one stretch was held out");
     }
 }

@@ -26,6 +26,7 @@ pub mod seen;
 pub mod sentence;
 pub mod teach;
 pub mod paper;
+pub mod plot;
 pub mod trials;
 pub mod vqa;
 pub mod why;

@@ -203,6 +203,7 @@ fn equations(
     let mut investigation = Investigation {
         finding: outcome.finding,
         traces: outcome.traces,
+        whys: Vec::new(),
         experiment: outcome.experiment,
         revision: None,
     };

@@ -11,6 +11,7 @@ use super::{error, pictures, robust, wording};
 use crate::discovery::finding::{SIGNIFICANT, above_noise};
 use crate::discovery::recording::Error;
 use crate::discovery::selection::{self, Diverged, Hypothesis, Outcome, Residuals as _, Set};
+use crate::discovery::why::{Left, Seen, Shows, State, whys};
 use crate::discovery::{Investigation, Options, Trace, by_channel};
 use crate::language::ast::EffectItem;
 use crate::world::Camera;
@@ -59,6 +60,7 @@ pub fn investigate(
     }
     progress("writing the answer", 0.98);
     let traces = traces(&gap, &outcome.best, files);
+    let whys = whys(&gap, &outcome.best);
     let mut finding = answer(&gap, &outcome, &search, notes);
     let mut experiment = None;
     if let Some(next) = &mut finding.next_experiment {
@@ -68,7 +70,7 @@ pub fn investigate(
         experiment = table;
     }
     by_channel(&mut finding, &traces);
-    Ok(Investigation { finding, traces, experiment, revision: None })
+    Ok(Investigation { finding, traces, whys, experiment, revision: None })
 }
 
 fn known_laws(
@@ -190,7 +192,8 @@ fn traces(gap: &CameraGap, best: &Hypothesis<Law>, files: &[Points]) -> Vec<Trac
                     channel: channel.into(),
                     unit: "px".into(),
                     noise: data.sigma,
-                    held_out: set != Set::Train,
+                    sigma: vec![data.sigma; was.len()],
+                    held_out: vec![set != Set::Train; was.len()],
                     unseen: vec![set == Set::Unseen; was.len()],
                     along: if data.timed { "s" } else { "points" },
                     time: time.collect(),
@@ -202,4 +205,55 @@ fn traces(gap: &CameraGap, best: &Hypothesis<Law>, files: &[Points]) -> Vec<Trac
         }
     }
     found
+}
+
+/// What sets leave of the points, in the order of the points.
+fn in_order(gap: &CameraGap, bent: &Bent, set: Set) -> Vec<(usize, nalgebra::Vector2<f64>)> {
+    let mut left = gap.data.residuals(bent, set).unwrap_or_default();
+    left.sort_by_key(|(at, _)| *at);
+    left
+}
+
+impl Shows for CameraGap {
+    fn left(&self, terms: &[Law], parameters: &[f64]) -> Vec<Left> {
+        let bent = self.bent(terms, parameters);
+        let of = |set: Set| {
+            let rows = in_order(self, &bent, set);
+            ["u", "v"].into_iter().enumerate().map(move |(axis, channel)| Left {
+                channel: channel.into(),
+                unit: "px".into(),
+                noise: self.data.sigma,
+                held_out: vec![set != Set::Train; rows.len()],
+                values: rows.iter().map(|(_, left)| left[axis]).collect(),
+            })
+        };
+        Set::ALL.into_iter().flat_map(of).collect()
+    }
+
+    fn states(&self, at: usize) -> Vec<State> {
+        // Two channels a set.
+        let rows = in_order(self, &self.bent(&[], &[]), Set::ALL[at / 2]);
+        let sights = || rows.iter().map(|(at, _)| &self.data.sights[*at]);
+        let state = |name: &str, unit: &str, values: Vec<f64>| State {
+            name: name.into(),
+            unit: unit.into(),
+            values,
+        };
+        let mut found = vec![
+            state("u", "px", sights().map(|sight| sight.pixel.x).collect()),
+            state("v", "px", sights().map(|sight| sight.pixel.y).collect()),
+        ];
+        if self.data.timed {
+            found.push(state("time", "s", sights().map(|sight| sight.time).collect()));
+        }
+        found
+    }
+
+    fn told(&self, term: &Law) -> Option<(String, String)> {
+        Some((term.name().to_owned(), term.site().to_owned()))
+    }
+
+    fn seen(&self, _term: &Law) -> Seen {
+        Seen::default()
+    }
 }

@@ -6,6 +6,7 @@ use super::wording;
 use crate::discovery::finding::{Channel, Finding, ParameterEstimate};
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Hypothesis, Options, Residuals as _, Set};
+use crate::discovery::why::{Left, Seen, Shows, State, whys};
 use crate::discovery::wording::{Worded, answer, sets};
 use crate::discovery::{Investigation, Trace};
 use crate::language::ast::EffectItem;
@@ -42,8 +43,9 @@ pub fn investigate(
         .map_err(|what| wording::diverged(what, &recordings[0].name))?;
     progress("writing the answer", 0.98);
     let traces = traces(&gap, &outcome.nothing, &outcome.best);
+    let whys = whys(&gap, &outcome.best);
     let finding: Finding = answer(&gap, &outcome, options, notes);
-    Ok(Investigation { finding, traces, experiment: None, revision: None })
+    Ok(Investigation { finding, traces, whys, experiment: None, revision: None })
 }
 
 /// Gives the gap the effects that the model has already; returns a sentence for each that is not of a thing held.
@@ -97,7 +99,8 @@ fn traces(gap: &HeldGap, nothing: &Hypothesis<Term>, best: &Hypothesis<Term>) ->
                 channel: channel.into(),
                 unit: "m".into(),
                 noise: held.noise,
-                held_out: gap.sets[at] == Some(Set::Heldout),
+                sigma: vec![held.noise; before.len()],
+                held_out: before.iter().map(|(row, _)| !gap.is_in(at, *row, Set::Train)).collect(),
                 along: "s",
                 time: before.iter().map(|(row, _)| held.time[*row]).collect(),
                 before: before.iter().map(|(_, value)| value[axis]).collect(),
@@ -108,6 +111,39 @@ fn traces(gap: &HeldGap, nothing: &Hypothesis<Term>, best: &Hypothesis<Term>) ->
         }
     }
     found
+}
+
+impl Shows for HeldGap {
+    fn left(&self, terms: &[Term], parameters: &[f64]) -> Vec<Left> {
+        let mut found = Vec::new();
+        for (at, held) in self.held.iter().enumerate() {
+            let rows = HeldGap::left(self, at, None, terms, parameters).unwrap_or_default();
+            found.extend(AXES.into_iter().enumerate().map(|(axis, channel)| Left {
+                channel: channel.into(),
+                unit: "m".into(),
+                noise: held.noise,
+                held_out: rows.iter().map(|(row, _)| !self.is_in(at, *row, Set::Train)).collect(),
+                values: rows.iter().map(|(_, value)| value[axis]).collect(),
+            }));
+        }
+        found
+    }
+
+    fn states(&self, at: usize) -> Vec<State> {
+        let held = &self.held[at / AXES.len()];
+        let begin = held.time.first().copied().unwrap_or(0.0);
+        let rows = held.stretches.iter().flatten();
+        let values = rows.map(|row| held.time[*row] - begin).collect();
+        vec![State { name: "time".into(), unit: "s".into(), values }]
+    }
+
+    fn told(&self, term: &Term) -> Option<(String, String)> {
+        Some((self.name(term).to_owned(), self.site(term)))
+    }
+
+    fn seen(&self, _term: &Term) -> Seen {
+        Seen::default()
+    }
 }
 
 impl Worded for HeldGap {

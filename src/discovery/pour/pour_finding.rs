@@ -6,6 +6,7 @@ use super::wording;
 use crate::discovery::finding::{Channel, ParameterEstimate};
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Hypothesis, Options, Outcome, Set};
+use crate::discovery::why::{Left, Seen, Shows, State, whys};
 use crate::discovery::wording::{Worded, answer, sets};
 use crate::discovery::{Investigation, Trace};
 use crate::language::ast::EffectItem;
@@ -37,8 +38,9 @@ pub fn investigate(
         .map_err(|what| wording::diverged(what, &recordings[0].name))?;
     progress("writing the answer", 0.98);
     let traces = traces(&gap, &outcome);
+    let whys = whys(&gap, &outcome.best);
     let finding = answer(&gap, &outcome, options, notes);
-    Ok(Investigation { finding, traces, experiment: None, revision: None })
+    Ok(Investigation { finding, traces, whys, experiment: None, revision: None })
 }
 
 /// Gives the gap the effects that the model has already; returns a sentence for each that is not of a pour.
@@ -70,16 +72,14 @@ fn take_known(gap: &mut PourGap, known: &[EffectItem]) -> Vec<String> {
 /// Returns measured minus model before and after, pour by pour, kg.
 fn traces(gap: &PourGap, outcome: &Outcome<Term>) -> Vec<Trace> {
     let of = |at: usize, pour: &Pour| {
-        let left = |h: &Hypothesis<Term>| {
-            let (predicted, _) = gap.predicted(at, &h.terms, &h.parameters);
-            pour.mass.iter().zip(predicted).map(|(mass, value)| mass - value).collect()
-        };
+        let left = |h: &Hypothesis<Term>| gap.left_of(at, &h.terms, &h.parameters);
         Trace {
             recording: pour.name.clone(),
             channel: "mass".into(),
             unit: "kg".into(),
             noise: pour.scale_noise,
-            held_out: gap.sets[at] == Some(Set::Heldout),
+            sigma: pour.noise.clone(),
+            held_out: gap.held_out(at),
             along: "s",
             time: pour.time.clone(),
             before: left(&outcome.nothing),
@@ -89,6 +89,85 @@ fn traces(gap: &PourGap, outcome: &Outcome<Term>) -> Vec<Trace> {
         }
     };
     gap.pours.iter().enumerate().map(|(at, pour)| of(at, pour)).collect()
+}
+
+/// Half the time over which a stream is taken, s: the scale's noise is a gram or two of it.
+const STREAM: f64 = 0.4;
+
+impl PourGap {
+    /// Returns measured minus model of one pour, kg.
+    fn left_of(&self, at: usize, terms: &[Term], parameters: &[f64]) -> Vec<f64> {
+        let (predicted, _) = self.predicted(at, terms, parameters);
+        self.pours[at].mass.iter().zip(predicted).map(|(mass, value)| mass - value).collect()
+    }
+
+    /// Returns which rows of a pour were held out.
+    fn held_out(&self, at: usize) -> Vec<bool> {
+        let rows = 0..self.pours[at].time.len();
+        rows.map(|row| !self.is_in(at, row, Set::Train)).collect()
+    }
+}
+
+/// Returns how fast a reading changes, per second, over [`STREAM`] to both sides.
+fn rate(time: &[f64], reading: &[f64]) -> Vec<f64> {
+    let near = |row: usize| {
+        let within = |other: &usize| (time[*other] - time[row]).abs() <= STREAM;
+        let first = (0..=row).rev().take_while(within).last().unwrap_or(row);
+        let last = (row..time.len()).take_while(within).last().unwrap_or(row);
+        (reading[last] - reading[first]) / (time[last] - time[first]).max(1e-9)
+    };
+    (0..time.len()).map(near).collect()
+}
+
+impl Shows for PourGap {
+    fn left(&self, terms: &[Term], parameters: &[f64]) -> Vec<Left> {
+        let of = |(at, pour): (usize, &Pour)| {
+            let mass = self.left_of(at, terms, parameters);
+            let stream = rate(&pour.time, &mass);
+            let left = |channel: &str, unit: &str, noise, values| Left {
+                channel: channel.into(),
+                unit: unit.into(),
+                noise,
+                held_out: self.held_out(at),
+                values,
+            };
+            let noise = pour.scale_noise;
+            [left("mass", "kg", noise, mass), left("stream", "kg/s", noise / STREAM, stream)]
+        };
+        self.pours.iter().enumerate().flat_map(of).collect()
+    }
+
+    fn states(&self, at: usize) -> Vec<State> {
+        // Two channels a pour.
+        let pour = &self.pours[at / 2];
+        let state = |name: &str, unit: &str, values: &[f64]| State {
+            name: name.into(),
+            unit: unit.into(),
+            values: values.to_vec(),
+        };
+        let begin = pour.time.first().copied().unwrap_or(0.0);
+        let time: Vec<f64> = pour.time.iter().map(|t| t - begin).collect();
+        vec![
+            state("tilt", "rad", &pour.tilt),
+            state("mass", "kg", &pour.mass),
+            state("time", "s", &time),
+        ]
+    }
+
+    fn told(&self, term: &Term) -> Option<(String, String)> {
+        // What the hand weighed is one number a pour.
+        (*term != Term::Mass).then(|| (term.name().to_owned(), self.site(term)))
+    }
+
+    fn seen(&self, term: &Term) -> Seen {
+        let (channel, state) = match term {
+            Term::Dribble | Term::Viscosity => ("stream", "tilt"),
+            Term::Volume | Term::Mass => ("mass", "tilt"),
+            Term::Overflow | Term::Gain | Term::Clip => ("mass", "mass"),
+            Term::Drift => ("mass", "time"),
+        };
+        Seen { channel: Some(channel.into()), state: Some(state.into()) }
+    }
 }
 
 impl Worded for PourGap {

@@ -12,7 +12,7 @@ use crate::discovery::{Against, Trace, rms_judged};
 /// Bins of equally many rows; fewer of time, in which any slow motion looks the same as what depends on it.
 const BINS: usize = 24;
 const BINS_OF_TIME: usize = 6;
-const TIME: &str = "time";
+pub(super) const TIME: &str = "time";
 
 /// Least part that a state takes away to be told.
 const PART: f64 = 0.1;
@@ -48,7 +48,7 @@ pub(super) fn against(model: &Model, channel: &Channel, left: &[f64]) -> Option<
 }
 
 /// The states a channel may depend on, row by row, with their units: of its own joint, or of all for the tip.
-fn states(model: &Model, channel: &Channel) -> Vec<(String, &'static str, Vec<f64>)> {
+pub(super) fn states(model: &Model, channel: &Channel) -> Vec<(String, &'static str, Vec<f64>)> {
     let plant = &model.course.plant;
     let time = &model.course.data.time;
     let joints = match channel.quantity {

@@ -17,6 +17,7 @@ use crate::discovery::Investigation;
 use crate::discovery::finding::{SIGNIFICANT, above_noise};
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Options, Outcome, Residuals as _, Set};
+use crate::discovery::why::whys;
 use crate::language::ast::EffectItem;
 use crate::motion::Robot;
 
@@ -57,8 +58,13 @@ pub fn investigate(
     progress(wording::IDENTIFYING, 0.0);
     let mut names: Vec<&str> = train.iter().chain(heldout).map(|r| r.name.as_str()).collect();
     let numbers = links::identified(&gap).unwrap_or_default();
-    let differs =
-        |finding| Investigation { finding, traces: Vec::new(), experiment: None, revision: None };
+    let differs = |finding| Investigation {
+        finding,
+        traces: Vec::new(),
+        whys: Vec::new(),
+        experiment: None,
+        revision: None,
+    };
     if numbers.are_apart
         && let Some((carried, of_train)) = bearing(&mut gap)
     {
@@ -132,6 +138,7 @@ fn told(
 ) -> Investigation {
     let Found { outcome, fitted, own, filed } = found;
     let traces = traces(filed.as_ref().unwrap_or(&gap), &gap, &outcome, names);
+    let whys = whys(&gap, &outcome.best);
     let experiment = experiment(&gap, &outcome, options, robot);
     let chain = gap.train[0].arm.chain.clone();
     let mut finding = answer(gap, fitted, &outcome, options, noise_is_estimated, notes);
@@ -148,7 +155,7 @@ fn told(
     }
     finding.notes.extend(hints(&finding, &traces));
     let experiment = experiment.map(|experiment| experiment.csv);
-    Investigation { finding, traces, experiment, revision }
+    Investigation { finding, traces, whys, experiment, revision }
 }
 
 /// Returns the load that the recordings held out bear, or those fitted, which then change their places; and whether it is those.

@@ -15,6 +15,7 @@ use crate::discovery::finding::{Channel, ParameterEstimate};
 use crate::discovery::recording::Error;
 use crate::discovery::resample;
 use crate::discovery::selection::{Candidate, Hypothesis, ParameterSpec, Residuals, Set};
+use crate::discovery::why::{Left, Seen, Shows, State};
 use crate::discovery::wording::Worded;
 use crate::language::ast::EffectItem;
 
@@ -155,7 +156,8 @@ impl AtPoses {
                     channel: channel_name(channel),
                     unit: unit(channel).to_owned(),
                     noise: self.noise_of(channel),
-                    held_out: set != Set::Train,
+                    sigma: vec![self.noise_of(channel); before.len()],
+                    held_out: vec![set != Set::Train; before.len()],
                     unseen: vec![set == Set::Unseen; before.len()],
                     along: "poses",
                     time: (0..before.len()).map(|row| row as f64).collect(),
@@ -355,6 +357,48 @@ impl Residuals for AtPoses {
 
     fn contains(&self, general: &Term, special: &Term) -> bool {
         general.contains(special, self.arm.chain.n())
+    }
+}
+
+impl Shows for AtPoses {
+    fn left(&self, terms: &[Term], parameters: &[f64]) -> Vec<Left> {
+        let of = |set: Set| {
+            let channels = AtPoses::left(self, set, terms, parameters).into_iter();
+            let left = move |(channel, values): (usize, Vec<f64>)| Left {
+                channel: channel_name(channel),
+                unit: unit(channel).to_owned(),
+                noise: self.noise_of(channel),
+                held_out: vec![set != Set::Train; values.len()],
+                values,
+            };
+            channels.map(left).collect::<Vec<_>>()
+        };
+        Set::ALL.into_iter().flat_map(of).collect()
+    }
+
+    fn states(&self, at: usize) -> Vec<State> {
+        // Of each set as many channels as are read at all.
+        let sizes = Set::ALL.map(|set| (set, AtPoses::left(self, set, &[], &[])));
+        let each = sizes.iter().flat_map(|(set, left)| left.iter().map(move |(c, _)| (*set, *c)));
+        let Some((set, channel)) = each.into_iter().nth(at) else { return Vec::new() };
+        let is_read = |pose: &&Pose| {
+            if channel < 3 { pose.tip.is_some() } else { pose.tau.len() > channel - 3 }
+        };
+        let joint = |j: usize| State {
+            name: format!("q_{}", j + 1),
+            unit: "rad".into(),
+            values: self.poses(set).iter().filter(is_read).map(|pose| pose.q[j]).collect(),
+        };
+        (0..self.arm.chain.n()).map(joint).collect()
+    }
+
+    fn told(&self, term: &Term) -> Option<(String, String)> {
+        Some((self.name(term).to_owned(), self.site(term)))
+    }
+
+    fn seen(&self, term: &Term) -> Seen {
+        let channel = term.law.is_local().then(|| format!("tau_{}", term.joint + 1));
+        Seen { channel, state: None }
     }
 }
 

@@ -27,6 +27,7 @@ use crate::discovery::Investigation;
 use crate::discovery::finding::Verdict;
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Options, Outcome, Residuals as _, Set, sum_of_squares};
+use crate::discovery::why::whys;
 use crate::discovery::wording::{Worded as _, answer};
 use crate::language::ast::EffectItem;
 use crate::motion::Robot;
@@ -96,6 +97,7 @@ pub(in super::super) fn investigate(
     }
     progress(wording::WRITING, 0.98);
     let traces = gap.traces(&filed, &outcome.best, &place);
+    let whys = whys(&gap, &outcome.best);
     let mut finding = answer(&gap, &outcome, &options, notes);
     if !identified.is_empty() {
         let none = selection::refit(&filed, Vec::new(), Vec::new(), Vec::new());
@@ -105,7 +107,7 @@ pub(in super::super) fn investigate(
             finding.reason = wording::POSES_ARE_NOISE_NOW.into();
         }
     }
-    Ok(Investigation { finding, traces, experiment: None, revision })
+    Ok(Investigation { finding, traces, whys, experiment: None, revision })
 }
 
 /// Searches for effects among the poses of a recording.
