@@ -72,8 +72,10 @@ pub(super) fn task_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
 /// `trueup check FILE...`: each file by itself over the stdlib.
 pub(super) fn check(args: &CheckArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let stdlib = stdlib(cli)?;
-    let files = task_files(&args.files)?.into_iter();
-    let sources = files.map(|path| Ok(Source::new(path.display().to_string(), read(&path)?)));
+    let paths = task_files(&args.files)?;
+    let files = paths.len();
+    let sources =
+        paths.into_iter().map(|path| Ok(Source::new(path.display().to_string(), read(&path)?)));
     let all = check::check_all(&stdlib, sources.collect::<Result<_, Failure>>()?);
     let errors = all.iter().filter(|(diagnostic, _)| diagnostic.is_error()).count();
     if style.json {
@@ -82,11 +84,21 @@ pub(super) fn check(args: &CheckArgs, cli: &Shared, style: Style) -> Result<Exit
         for drawn in report::diagnostics(all.iter().map(|(d, source)| (d, source)), style) {
             style.say(drawn);
         }
-        if all.is_empty() {
-            style.say(style.green("no mistakes found"));
-        }
+        style.say(counted(errors, all.len() - errors, files, style));
     }
     Ok(if errors > 0 { Exit::No } else { Exit::Yes })
+}
+
+/// Counts what is wrong with how many files.
+fn counted(errors: usize, warnings: usize, files: usize, style: Style) -> String {
+    let many = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+    let of = format!("in {}", many(files, "file"));
+    match (errors, warnings) {
+        (0, 0) => style.green(&format!("no mistakes found {of}")),
+        (0, _) => format!("{} {of}", many(warnings, "warning")),
+        (_, 0) => style.red(&format!("{} {of}", many(errors, "error"))),
+        _ => style.red(&format!("{}, {} {of}", many(errors, "error"), many(warnings, "warning"))),
+    }
 }
 
 /// `trueup fmt FILE...`.

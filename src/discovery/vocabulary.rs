@@ -694,7 +694,7 @@ fn unknown(what: &str, name: &Name, near: Option<&str>) -> Diagnostic {
     let message = format!("there is no {what} `{}`", name.text);
     let found = Diagnostic::error("task::effect", name.span, message, "not in the vocabulary");
     match near {
-        Some(near) => found.help(format!("did you mean `{near}`?")),
+        Some(near) => found.did_you_mean(near),
         None => found.help("`docs/gap.md` lists the effects that have a name"),
     }
 }

@@ -46,6 +46,15 @@ pub struct Label {
     pub text: String,
 }
 
+/// A change of a text: what stands in its place, which may be nothing, or a place between two characters.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Fix {
+    /// Which bytes.
+    pub span: Span,
+    /// What is to stand there.
+    pub text: String,
+}
+
 /// One thing that is wrong.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostic {
@@ -63,6 +72,8 @@ pub struct Diagnostic {
     pub labels: Vec<Label>,
     /// What to do about it.
     pub help: Option<String>,
+    /// The change that does it, where there is only one.
+    pub fix: Option<Fix>,
     /// How many mistakes it stands for: 1, or those that [`limited`] left out.
     pub count: usize,
 }
@@ -128,6 +139,7 @@ impl Diagnostic {
             span,
             labels: Vec::new(),
             help: None,
+            fix: None,
             count: 1,
         };
         diagnostic.label(span, label)
@@ -150,10 +162,31 @@ impl Diagnostic {
         self
     }
 
+    /// Adds the name that was probably meant, which is to stand where this one does.
+    #[must_use]
+    pub fn did_you_mean(self, near: &str) -> Self {
+        let span = self.span;
+        self.help(format!("did you mean `{near}`?")).fix(span, near)
+    }
+
+    /// Adds the change that mends it.
+    #[must_use]
+    pub fn fix(mut self, span: Span, text: impl Into<String>) -> Self {
+        self.fix = Some(Fix { span, text: text.into() });
+        self
+    }
+
+    /// Adds what mends it by being written at a place.
+    #[must_use]
+    pub fn insert(self, at: usize, text: impl Into<String>) -> Self {
+        self.fix(Span { from: at, to: at }, text)
+    }
+
     /// The same about a text without its first `bytes`: for what was read with words before it that nobody wrote.
     #[must_use]
     pub fn without_first(mut self, bytes: usize) -> Self {
         let spans = self.labels.iter_mut().map(|label| &mut label.span);
+        let spans = spans.chain(self.fix.as_mut().map(|fix| &mut fix.span));
         for span in spans.chain([&mut self.span]) {
             span.from = span.from.saturating_sub(bytes);
             span.to = span.to.saturating_sub(bytes);
@@ -198,6 +231,9 @@ impl Diagnostic {
             "column": column,
             "labels": labels,
             "help": self.help,
+            "fix": self.fix.as_ref().map(|fix| {
+                serde_json::json!({"span": [fix.span.from, fix.span.to], "text": fix.text})
+            }),
         })
     }
 }

@@ -30,7 +30,7 @@ mod excerpt;
 mod parse;
 
 pub use check::{MODEL_CONSTANTS, MODEL_FUNCTIONS, ModelUnits, check_model, names_in};
-pub use diagnostic::{Diagnostic, Label, Severity, Source, Style, limited, render};
+pub use diagnostic::{Diagnostic, Fix, Label, Severity, Source, Style, limited, render};
 pub use format::format;
 pub use library::{Library, Scope};
 pub(crate) use parse::is_reserved;

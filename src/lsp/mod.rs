@@ -1,12 +1,13 @@
 //! The language server: what an editor asks while somebody writes a `.task` file.
 //!
-//! Diagnostics, completion, hover, go to definition and formatting, over a [`Connection`]. Every answer is
-//! one function of [`crate::language::assist`] or of [`crate::workcell::check`], which the prompt and
+//! Diagnostics and their fixes, completion, hover, signatures, outline, definitions, references, renaming and
+//! formatting, over a [`Connection`]; what names mean in more than one text is in [`names`]. Every answer is one function of [`crate::language::assist`] or of [`crate::workcell::check`], which the prompt and
 //! `trueup check` ask as well. Texts are whatever the editor holds, half-typed or not; nothing here knows
 //! a robot. One thread, one request at a time: every answer takes milliseconds.
 //!
 //! Source: the Language Server Protocol 3.17; framing and types are `lsp-server` and `lsp-types`.
 
+mod names;
 mod position;
 
 use std::collections::BTreeMap;
@@ -16,17 +17,20 @@ use std::path::{Path, PathBuf};
 
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
 use lsp_types::{
-    CompletionItem, CompletionItemKind, CompletionOptions, DiagnosticRelatedInformation,
-    DiagnosticSeverity, Documentation, HoverContents, HoverProviderCapability, Location,
-    MarkupContent, MarkupKind, NumberOrString, OneOf, PublishDiagnosticsParams, ServerCapabilities,
-    TextDocumentPositionParams, TextDocumentSyncCapability, TextDocumentSyncKind, TextEdit, Uri,
+    CodeActionKind, CodeActionOptions, CodeActionProviderCapability, CompletionItem,
+    CompletionItemKind, CompletionOptions, DiagnosticRelatedInformation, DiagnosticSeverity,
+    Documentation, HoverContents, HoverProviderCapability, Location, MarkupContent, MarkupKind,
+    NumberOrString, OneOf, ParameterInformation, ParameterLabel, PublishDiagnosticsParams,
+    RenameOptions, ServerCapabilities, SignatureHelp, SignatureHelpOptions, SignatureInformation,
+    SymbolKind, TextDocumentPositionParams, TextDocumentSyncCapability, TextDocumentSyncKind,
+    TextEdit, Uri, WorkDoneProgressOptions,
 };
 use serde_json::Value;
 
 use crate::files::read::{TEXT, text_of};
 use crate::files::write;
-use crate::language::assist::{self, CompletionKind, Place};
-use crate::language::{self, Diagnostic, Library, Scope, Severity, Source};
+use crate::language::assist::{self, CompletionKind, Place, Symbol};
+use crate::language::{self, Diagnostic, Fix, Library, Scope, Severity, Source};
 use crate::workcell::{Stdlib, check, library};
 use position::{offset, range, whole};
 
@@ -84,6 +88,20 @@ fn capabilities() -> ServerCapabilities {
         }),
         hover_provider: Some(HoverProviderCapability::Simple(true)),
         definition_provider: Some(OneOf::Left(true)),
+        signature_help_provider: Some(SignatureHelpOptions {
+            trigger_characters: Some(vec!["(".into(), ",".into()]),
+            ..SignatureHelpOptions::default()
+        }),
+        document_symbol_provider: Some(OneOf::Left(true)),
+        references_provider: Some(OneOf::Left(true)),
+        rename_provider: Some(OneOf::Right(RenameOptions {
+            prepare_provider: Some(true),
+            work_done_progress_options: WorkDoneProgressOptions::default(),
+        })),
+        code_action_provider: Some(CodeActionProviderCapability::Options(CodeActionOptions {
+            code_action_kinds: Some(vec![CodeActionKind::QUICKFIX]),
+            ..CodeActionOptions::default()
+        })),
         document_formatting_provider: Some(OneOf::Left(true)),
         ..ServerCapabilities::default()
     }
@@ -147,6 +165,18 @@ impl Server<'_> {
             "textDocument/hover" => self.at(&params).map(|at| self.hover(&at)),
             "textDocument/definition" => self.at(&params).map(|at| self.definition(&at)),
             "textDocument/formatting" => Some(self.formatting(&params)),
+            "textDocument/signatureHelp" => self.at(&params).map(|at| self.signature(&at)),
+            "textDocument/documentSymbol" => Some(self.symbols(&params)),
+            "textDocument/codeAction" => Some(self.fixes(&params)),
+            "textDocument/references" => self.at(&params).map(|at| self.references(&at, &params)),
+            "textDocument/prepareRename" => self.at(&params).map(|at| self.renamable(&at)),
+            "textDocument/rename" => match self.at(&params).map(|at| self.renamed(&at, &params)) {
+                Some(Err(why)) => {
+                    let code = ErrorCode::RequestFailed as i32;
+                    return self.send(Response::new_err(id, code, why.to_string()));
+                }
+                answered => answered.and_then(Result::ok),
+            },
             method => {
                 let code = ErrorCode::MethodNotFound as i32;
                 let words = format!("`{method}` is not answered");
@@ -174,11 +204,72 @@ impl Server<'_> {
         Open { library, file, scope }
     }
 
-    fn diagnostics(&self, uri: &str) -> Vec<lsp_types::Diagnostic> {
+    fn text(&self, uri: &str) -> &str {
+        self.texts.get(uri).map(String::as_str).unwrap_or_default()
+    }
+
+    fn wrong(&self, uri: &str) -> Vec<Diagnostic> {
         let open = self.open(uri);
-        let found = check::check_file(&open.library, self.stdlib, open.file, &open.scope);
-        let text = self.texts.get(uri).map(String::as_str).unwrap_or_default();
-        found.iter().map(|diagnostic| diagnosed(diagnostic, uri, text)).collect()
+        check::check_file(&open.library, self.stdlib, open.file, &open.scope)
+    }
+
+    fn diagnostics(&self, uri: &str) -> Vec<lsp_types::Diagnostic> {
+        let text = self.text(uri);
+        self.wrong(uri).iter().map(|diagnostic| diagnosed(diagnostic, uri, text)).collect()
+    }
+
+    /// Returns the fixes of the mistakes that a stretch of text touches.
+    fn fixes(&self, params: &Value) -> Value {
+        let uri = params["textDocument"]["uri"].as_str().unwrap_or_default();
+        let text = self.text(uri);
+        let asked: Option<lsp_types::Range> = serde_json::from_value(params["range"].clone()).ok();
+        let Some(asked) = asked else { return Value::Null };
+        let touches =
+            |found: &lsp_types::Range| found.start <= asked.end && asked.start <= found.end;
+        let wrong = self.wrong(uri);
+        let fixes = wrong.iter().filter_map(|diagnostic| {
+            let fix = diagnostic.fix.as_ref()?;
+            let told = diagnosed(diagnostic, uri, text);
+            let edit = TextEdit { range: range(text, fix.span), new_text: fix.text.clone() };
+            touches(&told.range).then(|| {
+                serde_json::json!({
+                    "title": title(fix, text),
+                    "kind": CodeActionKind::QUICKFIX,
+                    "diagnostics": [told],
+                    "isPreferred": true,
+                    "edit": {"changes": {uri: [edit]}},
+                })
+            })
+        });
+        fixes.collect()
+    }
+
+    fn signature(&self, (uri, at): &(String, usize)) -> Value {
+        let open = self.open(uri);
+        let place =
+            Place { library: &open.library, scope: &open.scope, text: self.text(uri), at: *at };
+        let Some(called) = assist::called(&place) else { return Value::Null };
+        let parameter = |param: String| ParameterInformation {
+            label: ParameterLabel::Simple(param),
+            documentation: None,
+        };
+        serde_json::json!(SignatureHelp {
+            signatures: vec![SignatureInformation {
+                label: called.signature,
+                documentation: (!called.doc.is_empty())
+                    .then_some(Documentation::String(called.doc)),
+                parameters: Some(called.params.into_iter().map(parameter).collect()),
+                active_parameter: None,
+            }],
+            active_signature: Some(0),
+            active_parameter: called.active.and_then(|at| u32::try_from(at).ok()),
+        })
+    }
+
+    fn symbols(&self, params: &Value) -> Value {
+        let uri = params["textDocument"]["uri"].as_str().unwrap_or_default();
+        let text = self.text(uri);
+        assist::outline(text).iter().map(|found| symbol(found, text)).collect()
     }
 
     fn completion(&self, (uri, at): &(String, usize)) -> Value {
@@ -264,6 +355,35 @@ impl Server<'_> {
         }
         serde_json::json!([TextEdit { range: whole(text), new_text }])
     }
+}
+
+/// Says what a fix does.
+fn title(fix: &Fix, text: &str) -> String {
+    let was = text.get(fix.span.from..fix.span.to).unwrap_or_default();
+    match (was.trim(), fix.text.trim()) {
+        (was, "") => format!("remove `{was}`"),
+        ("", new) => format!("insert `{new}`"),
+        (was, new) => format!("`{new}` instead of `{was}`"),
+    }
+}
+
+fn symbol(found: &Symbol, text: &str) -> Value {
+    let kind = match found.kind {
+        assist::SymbolKind::Type => SymbolKind::CLASS,
+        assist::SymbolKind::Fluent => SymbolKind::PROPERTY,
+        assist::SymbolKind::Action => SymbolKind::METHOD,
+        assist::SymbolKind::Task => SymbolKind::FUNCTION,
+        assist::SymbolKind::Scene => SymbolKind::NAMESPACE,
+        assist::SymbolKind::Thing => SymbolKind::CONSTANT,
+        assist::SymbolKind::Twin | assist::SymbolKind::Model => SymbolKind::STRUCT,
+    };
+    serde_json::json!({
+        "name": found.name,
+        "kind": kind,
+        "range": range(text, found.span),
+        "selectionRange": range(text, found.at),
+        "children": found.within.iter().map(|inner| symbol(inner, text)).collect::<Vec<_>>(),
+    })
 }
 
 fn kind(kind: CompletionKind) -> CompletionItemKind {

@@ -147,6 +147,110 @@ fn a_session_from_a_mistake_to_a_tidy_file() {
     editor.close();
 }
 
+/// Every fix that is offered, carried out, leaves a text without that mistake.
+#[test]
+fn a_fix_mends_what_it_is_offered_for() {
+    let scratch = Scratch::new("lsp-fixes");
+    let mut editor = Editor::open(&scratch);
+    let task = |line: &str| format!("task mine(o: Container) {{\n    {line}\n}}\n");
+    let mut version = 0;
+    for (wrong, title, right) in [
+        ("pick(jra)", "`jar` instead of `jra`", "pick(jar)"),
+        ("check tilt(o) <= 5", "insert `deg`", "check tilt(o) <= 5 deg"),
+        ("pour(jar, cup, amount = 30 mL)", "`:` instead of `=`", "pour(jar, cup, amount: 30 mL)"),
+        ("pour(jar cup)", "insert `,`", "pour(jar , cup)"),
+        ("pick(\"jar\")", "`jar` instead of `\"jar\"`", "pick(jar)"),
+        ("pick(jar))", "remove `)`", "pick(jar)"),
+    ] {
+        version += 1;
+        let text = task(wrong);
+        let found = editor.write(version, &text);
+        assert_eq!(found.len(), 1, "{wrong}: {found:?}");
+        let fixes = editor.ask(
+            "textDocument/codeAction",
+            json!({"textDocument": {"uri": URI}, "range": found[0]["range"], "context": {"diagnostics": []}}),
+        );
+        assert_eq!(fixes[0]["title"], title, "{wrong}: {fixes}");
+        let mended = edited(&text, &fixes[0]["edit"]["changes"][URI]);
+        assert_eq!(mended, task(right));
+        version += 1;
+        assert_eq!(editor.write(version, &mended), [] as [Value; 0], "{mended}");
+    }
+    editor.close();
+}
+
+/// Returns a text with edits of one line each carried out; the columns of these texts are bytes.
+fn edited(text: &str, edits: &Value) -> String {
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let mut edits: Vec<&Value> = edits.as_array().unwrap().iter().collect();
+    let at = |edit: &Value, end: &str, what: &str| {
+        usize::try_from(edit["range"][end][what].as_u64().unwrap()).unwrap()
+    };
+    edits.sort_by_key(|edit| std::cmp::Reverse(at(edit, "start", "character")));
+    for edit in edits {
+        let columns = at(edit, "start", "character")..at(edit, "end", "character");
+        lines[at(edit, "start", "line")].replace_range(columns, edit["newText"].as_str().unwrap());
+    }
+    lines.join("\n") + "\n"
+}
+
+#[test]
+fn a_name_is_found_and_renamed_wherever_it_means_the_same() {
+    let scratch = Scratch::new("lsp-names");
+    let mut editor = Editor::open(&scratch);
+    let text = "/// Put o away.\ntask tidy(o: Graspable, amount: Volume = 30 mL) {\n    pick(o)\n    \
+                pour(jar, cup, amount: amount)\n    place(o)\n}\ntidy(jar, amount: 20 mL)\n";
+    assert_eq!(editor.write(1, text), [] as [Value; 0]);
+    let lines = |found: &Value| -> Vec<u64> {
+        found
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|at| at["range"]["start"]["line"].as_u64().unwrap())
+            .collect()
+    };
+    // `o` of the task: its parameter and two uses, not the `o` of the note.
+    let position = json!({"line": 2, "character": 9});
+    let asked = json!({"textDocument": {"uri": URI}, "position": position, "context": {"includeDeclaration": true}});
+    assert_eq!(lines(&editor.ask("textDocument/references", asked)), [1, 2, 4]);
+    // `amount` of `tidy` is not the `amount` of `pour` before the colon.
+    let position = json!({"line": 3, "character": 29});
+    let renamed = editor.ask(
+        "textDocument/rename",
+        json!({"textDocument": {"uri": URI}, "position": position, "newName": "how_much"}),
+    );
+    let after = edited(text, &renamed["changes"][URI]);
+    assert!(after.contains("amount: how_much)"), "{after}");
+    assert!(after.contains("tidy(jar, how_much: 20 mL)"), "{after}");
+    assert_eq!(editor.write(2, &after), [] as [Value; 0]);
+    // What the standard library defines is found here, and not renamed.
+    let position = json!({"line": 2, "character": 5});
+    let place = json!({"textDocument": {"uri": URI}, "position": position});
+    assert_eq!(editor.ask("textDocument/prepareRename", place), Value::Null);
+    let help = editor.at("textDocument/signatureHelp", 3, 15);
+    let label = help["signatures"][0]["label"].as_str().unwrap();
+    assert!(label.starts_with("pour(source: Container, target: Container"), "{help}");
+    assert_eq!(help["activeParameter"], 1);
+    let symbols = editor.ask("textDocument/documentSymbol", json!({"textDocument": {"uri": URI}}));
+    assert_eq!((&symbols[0]["name"], symbols.as_array().unwrap().len()), (&json!("tidy"), 1));
+    editor.close();
+}
+
+/// The extension for VS Code, before a stand-in for its interface, where there is a `node`.
+#[test]
+fn the_extension_speaks_with_the_server() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let ran = std::process::Command::new("node")
+        .arg(root.join("examples/editor/try.js"))
+        .arg(env!("CARGO_BIN_EXE_trueup"))
+        .output();
+    let Ok(ran) = ran else {
+        eprintln!("skipped: there is no `node` here");
+        return;
+    };
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+}
+
 /// What is embedded in the program can be gone to as a file: a copy in the user's cache.
 #[test]
 fn the_embedded_library_can_be_gone_to() {
@@ -188,9 +292,9 @@ fn a_hover_over_a_task_tells_what_it_needs_and_gives() {
     // A request nobody answers is refused, and the session goes on.
     editor.id += 1;
     let id = editor.id;
-    editor
-        .send(&json!({"jsonrpc": "2.0", "id": id, "method": "textDocument/rename", "params": {}}));
-    assert!(editor.hear()["error"]["message"].as_str().unwrap().contains("rename"));
+    let method = "textDocument/foldingRange";
+    editor.send(&json!({"jsonrpc": "2.0", "id": id, "method": method, "params": {}}));
+    assert!(editor.hear()["error"]["message"].as_str().unwrap().contains("foldingRange"));
     assert!(!editor.at("textDocument/hover", 0, 6).is_null());
     editor.close();
 }
@@ -219,7 +323,7 @@ fn every_prefix_of_a_file_is_survived() {
     let text = include_str!("../../stdlib/tasks/std.task");
     let start = text.find("/// Pick up one object").unwrap();
     let text = &text[start..];
-    for (end, _) in text.char_indices().step_by(3) {
+    for (end, _) in text.char_indices().step_by(7) {
         let prefix = &text[..end];
         let document = json!({"uri": URI, "languageId": "task", "version": 1, "text": prefix});
         tell("textDocument/didOpen", json!({ "textDocument": document }));
@@ -227,13 +331,19 @@ fn every_prefix_of_a_file_is_survived() {
         let column = prefix.rsplit('\n').next().unwrap().encode_utf16().count();
         let at =
             json!({"textDocument": {"uri": URI}, "position": {"line": line, "character": column}});
-        for method in ["completion", "hover", "definition"] {
+        let all =
+            ["completion", "hover", "definition", "signatureHelp", "prepareRename", "references"];
+        for method in all {
             ask(&format!("textDocument/{method}"), at.clone());
         }
+        let whole = json!({"textDocument": {"uri": URI}});
+        ask("textDocument/documentSymbol", whole);
         ask(
             "textDocument/formatting",
             json!({"textDocument": {"uri": URI}, "options": {"tabSize": 4, "insertSpaces": true}}),
         );
+        let end = json!({"start": at["position"], "end": at["position"]});
+        ask("textDocument/codeAction", json!({"textDocument": {"uri": URI}, "range": end}));
     }
     ask("shutdown", Value::Null);
     tell("exit", Value::Null);

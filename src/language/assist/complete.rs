@@ -5,7 +5,7 @@ use super::super::builtins::{self, Ty};
 use super::super::library::Library;
 use super::super::parse;
 use super::super::parse::lexer::{Kind, Token};
-use super::{Place, code, describe, locals, words};
+use super::{Place, called, code, describe, locals, words};
 use crate::units::Dimension;
 
 /// What kind of thing is offered.
@@ -119,34 +119,15 @@ fn context(code: &[Token], text: &str) -> Context {
     if code[last].kind == Kind::Number {
         return Context::Unit;
     }
-    if let Some(open) = open
-        && said(open) == "("
-        && let Some(name) = open.checked_sub(1).filter(|i| code[*i].kind == Kind::Word)
-    {
-        let defines = name > 0 && matches!(said(name - 1), "task" | "action" | "fluent");
-        if defines {
+    if let Some(call) = called::around(code, text) {
+        if called::defines(code, call.name, text) {
             return if said(last) == ":" { Context::Type } else { Context::Nothing };
         }
         if operand_ends(said(last), code[last].kind) {
             return Context::Nothing;
         }
-        let inner = &code[open + 1..];
-        let mut nested = 0;
-        let mut argument = 0;
-        let mut start = open + 1;
-        for (i, token) in inner.iter().enumerate() {
-            match (token.kind, token.text(text)) {
-                (Kind::Open, _) => nested += 1,
-                (Kind::Close, _) => nested -= 1,
-                (_, ",") if nested == 0 => {
-                    argument += 1;
-                    start = open + 2 + i;
-                }
-                _ => {}
-            }
-        }
-        let named = (said(start + 1) == ":").then(|| said(start).to_owned());
-        return Context::Argument(said(name).to_owned(), argument, named);
+        let named = (said(call.start + 1) == ":").then(|| said(call.start).to_owned());
+        return Context::Argument(said(call.name).to_owned(), call.argument, named);
     }
     match said(last) {
         "via" => {

@@ -1,10 +1,14 @@
-//! What a person who is writing wants to know: what could stand here, what a word means, where it is defined.
+//! What a person who is writing wants to know: what could stand here, what a word means, where it is defined and where
+//! else it stands, what is called, what a text holds.
 //!
 //! The prompt and the editor ask the same functions, so both say the same. Everything is read from texts
 //! and from the names of a scene; no device is asked, and nothing here waits. A text may be half-typed.
 
+mod called;
 mod complete;
 mod describe;
+mod names;
+mod outline;
 mod words;
 
 use super::ast::{Item, Param, Program, Span, Step};
@@ -12,8 +16,11 @@ use super::library::{Library, Scope};
 use super::parse;
 use super::parse::lexer::{Kind, Token, tokens};
 
+pub use called::{Called, called};
 pub use complete::{Completion, CompletionKind, complete};
 pub use describe::{Promises, describe, nearest_name, promises, signature};
+pub use names::{is_name, meant, uses, word};
+pub use outline::{Symbol, SymbolKind, outline};
 
 /// A text at one place, with what names mean there.
 #[derive(Clone, Copy)]
@@ -79,21 +86,33 @@ pub fn hover(place: &Place<'_>) -> Option<Hover> {
 /// Returns where the word at a place is defined.
 pub fn definition(place: &Place<'_>) -> Option<Definition> {
     let code = code(place.text);
-    let i = word_at(&code, place.at)?;
-    let word = code[i].text(place.text);
     let (program, _) = parse(place.text);
+    defined(place, &code, &program, word_at(&code, place.at)?)
+}
+
+/// Returns where a token's word is defined.
+fn defined(place: &Place<'_>, code: &[Token], program: &Program, i: usize) -> Option<Definition> {
+    let word = code[i].text(place.text);
+    let at = code[i].from;
     let here = |span| Some(Definition { file: String::new(), span });
-    let is_called = code.get(i + 1).is_some_and(|next| next.text(place.text) == "(");
-    if !is_called
-        && let Some(item) = item_at(&program, place.at)
-        && let Some(param) = params(item).iter().find(|param| param.name.text == word)
-    {
-        return here(param.name.span);
-    }
     let library = place.library;
     let file = |(span, source): (Span, &super::Source)| {
         Some(Definition { file: source.name.clone(), span })
     };
+    let next = code.get(i + 1).map_or("", |next| next.text(place.text));
+    // `amount: 30 mL` names a parameter of what is called.
+    if next == ":"
+        && let Some(around) = called::around(&code[..i], place.text)
+        && !called::defines(code, around.name, place.text)
+    {
+        return param_of(library, code[around.name].text(place.text), word).and_then(file);
+    }
+    if next != "("
+        && let Some(item) = item_at(program, at)
+        && let Some(span) = local_at(item, at, word)
+    {
+        return here(span);
+    }
     let callable = library.callable(word).map(|(found, source)| (found.span(), source));
     let fluent = library.fluent(word).map(|(found, source)| (found.name.span, source));
     let is_asked = complete::is_asked(&code[..i], place.text);
@@ -108,6 +127,31 @@ pub fn definition(place: &Place<'_>) -> Option<Definition> {
         Some((thing.name.span, source))
     });
     callable.or(fluent).or(ty).or(scene).or(thing).and_then(file)
+}
+
+/// Where a parameter of what is called is defined.
+fn param_of<'a>(
+    library: &'a Library,
+    called: &str,
+    param: &str,
+) -> Option<(Span, &'a super::Source)> {
+    let callable = library.callable(called).map(|(found, source)| (found.params(), source));
+    let fluent = || library.fluent(called).map(|(found, source)| (&found.params[..], source));
+    let (params, source) = callable.or_else(fluent)?;
+    let found = params.iter().find(|known| known.name.text == param)?;
+    Some((found.name.span, source))
+}
+
+/// Where a parameter or a `let` of an item is defined that has a meaning at a place.
+fn local_at(item: &Item, at: usize, word: &str) -> Option<Span> {
+    let param = params(item).iter().find(|param| param.name.text == word);
+    let Item::Task(task) = item else { return param.map(|param| param.name.span) };
+    let lets = task.steps.iter().rev().filter_map(|step| match step {
+        Step::Let(name, _, span) if span.from <= at => Some(name),
+        _ => None,
+    });
+    let found = lets.into_iter().find(|name| name.text == word).map(|name| name.span);
+    found.or(param.map(|param| param.name.span))
 }
 
 /// The tokens that are no notes.

@@ -174,13 +174,10 @@ impl Checker<'_> {
             _ => "task::type",
         };
         let found = match (wanted, given) {
-            (Ty::Quantity(d), Ty::Quantity(none)) if none.is_none() => Diagnostic::error(
-                code,
-                value.span,
-                format!("`{name}` is {}, and `{text}` has no unit", wanted.words()),
-                "no unit",
-            )
-            .help(missing_unit(&text, value, *d)),
+            (Ty::Quantity(d), Ty::Quantity(none)) if none.is_none() => {
+                let message = format!("`{name}` is {}, and `{text}` has no unit", wanted.words());
+                with_unit(Diagnostic::error(code, value.span, message, "no unit"), &text, value, *d)
+            }
             _ => Diagnostic::error(
                 code,
                 value.span,
@@ -209,7 +206,8 @@ impl Checker<'_> {
             (Ty::Object(_), Ty::Text)
                 if self.scope.objects.contains_key(text.trim_matches('"')) =>
             {
-                found.help(format!("write `{}`, without quotes", text.trim_matches('"')))
+                let plain = text.trim_matches('"');
+                found.help(format!("write `{plain}`, without quotes")).fix(value.span, plain)
             }
             (Ty::Face, _) => found.help("write `side` or `top`"),
             (Ty::View, _) => found.help("write `robot` or `camera`"),
@@ -272,17 +270,23 @@ pub(super) fn signature(name: &str, slots: &[Slot]) -> String {
     format!("`{name}({})`", params.join(", "))
 }
 
-/// What to write instead of a number without a unit.
-pub(super) fn missing_unit(text: &str, value: &Expr, dimension: Dimension) -> String {
+/// Says what to write instead of a number without a unit.
+pub(super) fn with_unit(
+    found: Diagnostic,
+    text: &str,
+    value: &Expr,
+    dimension: Dimension,
+) -> Diagnostic {
     let literal = match &value.kind {
         ExprKind::Literal(_) => true,
         ExprKind::Negate(inner) => matches!(inner.kind, ExprKind::Literal(_)),
         _ => false,
     };
+    let unit = dimension.everyday_unit();
     if literal {
-        format!("write `{text} {}`", dimension.everyday_unit())
+        found.help(format!("write `{text} {unit}`")).insert(value.span.to, format!(" {unit}"))
     } else {
-        format!("write {}, such as `{}`", dimension.words(), sample(dimension))
+        found.help(format!("write {}, such as `{}`", dimension.words(), sample(dimension)))
     }
 }
 

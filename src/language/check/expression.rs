@@ -4,7 +4,7 @@ use super::super::ast::{BinaryOp, Call, Expr, ExprKind, FluentItem, Name, Span};
 use super::super::builtins::{self, Ty};
 use super::super::diagnostic::Diagnostic;
 use super::super::parse::nearest;
-use super::call::{Slot, missing_unit, slot, small};
+use super::call::{Slot, slot, small, with_unit};
 use super::{Checker, Names};
 use crate::units::Dimension;
 
@@ -335,19 +335,10 @@ impl Checker<'_> {
     /// `bare` has no unit beside `other`, which has one.
     pub(super) fn unit_beside(&mut self, bare: &Expr, other: &Expr, dimension: Dimension) -> Ty {
         let text = self.source.slice(bare.span).to_string();
-        self.tell(
-            Diagnostic::error(
-                "task::unit",
-                bare.span,
-                format!(
-                    "`{}` is {}, and `{text}` has no unit",
-                    self.source.slice(other.span),
-                    dimension.words()
-                ),
-                "no unit",
-            )
-            .help(missing_unit(&text, bare, dimension)),
-        );
+        let other = self.source.slice(other.span);
+        let message = format!("`{other}` is {}, and `{text}` has no unit", dimension.words());
+        let found = Diagnostic::error("task::unit", bare.span, message, "no unit");
+        self.tell(with_unit(found, &text, bare, dimension));
         Ty::Any
     }
 

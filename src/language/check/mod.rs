@@ -138,7 +138,7 @@ impl<'a> Checker<'a> {
             "not known",
         );
         self.tell(match nearest(name, known.iter().copied()) {
-            Some(near) => found.help(format!("did you mean `{near}`?")),
+            Some(near) => found.did_you_mean(near),
             None if known.is_empty() => found,
             None if known.len() <= 8 => found.help(format!("known are: {}", known.join(", "))),
             None => {
@@ -350,7 +350,7 @@ impl<'a> Checker<'a> {
             "not a time",
         );
         self.tell(if quantity.dimension.is_none() {
-            found.help(format!("write `{text} s`"))
+            found.help(format!("write `{text} s`")).insert(span.to, " s")
         } else {
             found.help("write a time, such as `20 s`")
         });

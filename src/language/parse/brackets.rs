@@ -303,7 +303,8 @@ fn unclosed(source: &str, bracket: Token, found: Option<Token>) -> Diagnostic {
     match found {
         Some(found) => diagnostic
             .label(span(found), "expected the closing bracket before this")
-            .help(format!("add `{closing}` before this `{}`", found.text(source))),
+            .help(format!("add `{closing}` before this `{}`", found.text(source)))
+            .insert(found.from, closing),
         None => diagnostic.help(format!("add `{closing}` where it should end")),
     }
 }
@@ -318,7 +319,8 @@ fn extra(bracket: Token, text: &str, edits: &mut Vec<Edit>, diagnostics: &mut Ve
             format!("`{text}` closes nothing"),
             "no bracket is open here",
         )
-        .help(format!("remove this `{text}`, or open it earlier")),
+        .help(format!("remove this `{text}`, or open it earlier"))
+        .fix(span(bracket), ""),
     );
 }
 

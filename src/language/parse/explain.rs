@@ -80,11 +80,9 @@ pub(super) fn wrong_units(slice: &str, original: &ToOriginal) -> Vec<Diagnostic>
             "unknown unit",
         );
         out.push(match suggest_unit(text) {
-            Some(unit) => found.help(format!(
-                "write `{} {unit}`  (units: {})",
-                number.text(slice),
-                known_units()
-            )),
+            Some(unit) => found
+                .help(format!("write `{} {unit}`  (units: {})", number.text(slice), known_units()))
+                .fix(span, unit),
             None => found.help(format!("units: {}", known_units())),
         });
     }
@@ -122,7 +120,7 @@ fn misspelt(
             format!("`{word}` cannot start anything here"),
             "not a word of the language",
         )
-        .help(format!("did you mean `{nearest}`?")),
+        .did_you_mean(nearest),
     )
 }
 
@@ -271,6 +269,7 @@ impl Unexpected<'_> {
                 "expected `)`, `,`",
             )
             .help(format!("separate {what} with commas"))
+            .insert(self.span.from, ", ")
         })
     }
 
@@ -282,7 +281,7 @@ impl Unexpected<'_> {
         if self.could_be(Rule::allen)
             && let Some(near) = nearest(text, ALLEN.iter().copied())
         {
-            return found.help(format!("did you mean `{near}`?"));
+            return found.did_you_mean(near);
         }
         if text == "%" {
             return found.help("a probability is a number from 0 to 1, such as `0.7`");

@@ -100,7 +100,8 @@ fn argument_with_equals(written: &Written, original: &ToOriginal) -> Option<Diag
         "an argument is given with `:`, not with `=`",
         "expected `:`",
     );
-    Some(found.help(format!("write `{name}: {value}`")))
+    let sign = original(code[at - 1].to, code[at].to);
+    Some(found.help(format!("write `{name}: {value}`")).fix(sign, ":"))
 }
 
 /// A habit: how it is told, and what is answered.

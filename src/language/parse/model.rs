@@ -117,7 +117,9 @@ impl Builder<'_> {
                 "unknown unit",
             );
             self.diagnostics.push(match suggest_unit(text.as_str()) {
-                Some(unit) => found.help(format!("write `{unit}`  (units: {})", known_units())),
+                Some(unit) => found
+                    .help(format!("write `{unit}`  (units: {})", known_units()))
+                    .fix(span, unit),
                 None => found.help(format!(
                     "units: {} and their products, such as `N*m*s/rad`; leave it out if it has none",
                     known_units()

@@ -68,19 +68,16 @@ impl<'a> Check<'a> {
             }
             if !model.states.iter().any(|s| s.name.text == name.text) {
                 let states: Vec<&str> = model.states.iter().map(|s| s.name.text.as_str()).collect();
-                let help = nearest(&name.text, states.iter().copied()).map_or_else(
-                    || format!("add `state {} = free`", name.text),
-                    |near| format!("did you mean `{near}`?"),
+                let found = Diagnostic::error(
+                    "task::unknown_name",
+                    name.span,
+                    format!("`{}` is not a state of this model", name.text),
+                    "only states have a rate",
                 );
-                self.out.push(
-                    Diagnostic::error(
-                        "task::unknown_name",
-                        name.span,
-                        format!("`{}` is not a state of this model", name.text),
-                        "only states have a rate",
-                    )
-                    .help(help),
-                );
+                self.out.push(match nearest(&name.text, states.iter().copied()) {
+                    Some(near) => found.did_you_mean(near),
+                    None => found.help(format!("add `state {} = free`", name.text)),
+                });
             }
         }
         for state in &model.states {
@@ -222,7 +219,7 @@ impl<'a> Check<'a> {
                         "unknown function",
                     );
                     self.out.push(match nearest(&call.name.text, known.clone()) {
-                        Some(near) => found.help(format!("did you mean `{near}`?")),
+                        Some(near) => found.did_you_mean(near),
                         None => found
                             .help(format!("functions: {}", known.collect::<Vec<_>>().join(" "))),
                     });
@@ -324,7 +321,7 @@ impl<'a> Check<'a> {
                     "unknown name",
                 );
                 self.out.push(match nearest(name, known.into_iter()) {
-                    Some(near) => found.help(format!("did you mean `{near}`?")),
+                    Some(near) => found.did_you_mean(near),
                     None => found.help(format!("add `param {name} = free`, or `input {name}`")),
                 });
             }
