@@ -16,6 +16,7 @@ mod lab;
 mod fit;
 mod alignment;
 mod program;
+mod schema;
 mod rig;
 mod execution;
 mod bridge;

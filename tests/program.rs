@@ -7,6 +7,8 @@ use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
+use crate::schema::Schemas;
+
 /// A folder of its own to run the program in, empty at the start.
 pub(crate) struct Scratch {
     dir: PathBuf,
@@ -169,6 +171,13 @@ impl Said {
     /// Returns stdout as the one JSON document it must be.
     pub(crate) fn json(&self) -> Value {
         serde_json::from_str(&self.out).unwrap_or_else(|error| panic!("{error} in {}", self.out))
+    }
+
+    /// Returns the JSON document that stdout must be, held to its schema.
+    pub(crate) fn document(&self, schema: &str) -> Value {
+        let document = self.json();
+        Schemas::read().holds(schema, &document);
+        document
     }
 
     /// Returns one field of the error that stdout must be.

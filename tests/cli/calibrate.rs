@@ -41,7 +41,7 @@ fn photographs_become_a_file_that_camera_see_reads() {
     let mut args = vec!["camera", "calibrate", "--board", "chessboard:9x6:25mm"];
     args.extend(["--write", "camera.json", "--out", "seen", "--json"]);
     args.extend(names.iter().map(String::as_str));
-    let answer = scratch.trueup(&args).json();
+    let answer = scratch.trueup(&args).document("camera-calibrate");
     assert!(answer["rms_px"].as_f64().unwrap() < 0.1954, "{answer}");
     assert!((answer["fx_px"].as_f64().unwrap() - 533.0).abs() < 1.0, "{answer}");
     assert!(answer["std"]["k1"].as_f64().unwrap() > 0.0);

@@ -47,7 +47,8 @@ fn rendered_pictures_of_a_camera_on_the_wrist() {
     let rows = photographed(&scratch, &rig);
     scratch.file("poses.csv", table(MM, &rows));
     let args = ["align", "hand-eye", "poses.csv", "photos", "--board", "chessboard:9x6:20mm"];
-    let answer = scratch.trueup(&[&args[..], &["--json", "--out", "camera.json"]].concat()).json();
+    let answer = scratch.trueup(&[&args[..], &["--json", "--out", "camera.json"]].concat());
+    let answer = answer.document("align-hand-eye");
     assert_eq!(answer["camera_on"], "wrist");
     let camera = &answer["flange_from_camera"];
     // The camera is calibrated from the same pictures, so its focal length is known to a pixel or so.

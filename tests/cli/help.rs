@@ -19,7 +19,8 @@ fn commands(scratch: &Scratch) -> Vec<String> {
 /// Returns the command that a line of help is about: two blanks, its name, two blanks, what it does.
 fn listed(line: &str) -> Option<&str> {
     let (name, about) = line.strip_prefix("  ")?.split_once(' ')?;
-    (name.starts_with(|c: char| c.is_ascii_lowercase()) && about.starts_with(' ')).then_some(name)
+    let is_name = name.starts_with(|c: char| c.is_ascii_lowercase()) && name != "trueup";
+    (is_name && about.starts_with(' ')).then_some(name)
 }
 
 #[test]

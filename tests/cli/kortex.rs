@@ -15,6 +15,7 @@ use trueup::kortex::link::Login;
 
 use crate::kitchen::HOME;
 use crate::program::Scratch;
+use crate::schema::Schemas;
 
 /// A program that is ended with the test.
 struct Running(Child);
@@ -42,7 +43,9 @@ fn places(out: &mut impl BufRead) -> Value {
     while !text.ends_with("}\n") {
         assert!(out.read_line(&mut text).unwrap() > 0, "it ended with {text}");
     }
-    serde_json::from_str(&text).unwrap()
+    let places = serde_json::from_str(&text).unwrap();
+    Schemas::read().holds("emulate", &places);
+    places
 }
 
 #[test]

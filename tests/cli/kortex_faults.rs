@@ -94,7 +94,7 @@ fn an_arm_is_looked_after_from_the_command_line_while_someone_else_moves_it() {
     };
     let said = kortex(&["status", "--json"]);
     assert_eq!(said.code, 0, "{said:?}");
-    let told = said.json();
+    let told = said.document("kortex-status");
     assert_eq!(told["state"], "ready");
     assert_eq!(told["model"], "L53");
     assert_eq!(told["joints_deg"].as_array().unwrap().len(), 7);

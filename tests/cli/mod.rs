@@ -20,6 +20,7 @@ mod robot_check;
 mod run;
 mod say;
 mod scene;
+mod schema;
 mod segment;
 mod strangers;
 mod text;

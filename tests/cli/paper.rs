@@ -10,7 +10,7 @@ fn table_1_of_two_laboratories_has_every_form_and_the_papers_numbers() {
     let said =
         scratch.trueup(&["paper", "table1", "--n", "2", "--seed", "3", "--out", "out", "--json"]);
     assert_eq!(said.code, 0, "{said:?}");
-    let told = said.json();
+    let told = said.document("paper-table1");
     let kept: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(scratch.path("out/table1.json")).unwrap())
             .unwrap();

@@ -54,7 +54,7 @@ fn a_model_is_asked_once_and_judged_by_geometry() {
     let ask = ["vqa", "ask", "runs", "--endpoint", &server.base(), "--model", "sees", "--json"];
     let said = scratch.trueup(&ask);
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-    let json = said.json();
+    let json = said.document("vqa-ask");
     // Two questions after the second step, one after the first, on two pictures each.
     assert_eq!((json["asked"].as_u64(), json["open"].as_u64()), (Some(6), Some(6)));
     assert_eq!((json["yes"].as_u64(), json["no"].as_u64()), (Some(4), Some(2)));
@@ -64,7 +64,7 @@ fn a_model_is_asked_once_and_judged_by_geometry() {
 
     let table = scratch.trueup(&["vqa", "eval", "runs", "--json"]);
     assert_eq!(table.code, 0, "{}", table.out);
-    let table = table.json();
+    let table = table.document("vqa-eval");
     // Nine questions on two pictures; of one run alone the model was asked.
     assert_eq!((table["questions"].as_u64(), table["without_truth"].as_u64()), (Some(18), Some(0)));
     let groups = table["groups"].as_array().unwrap();

@@ -114,7 +114,7 @@ fn trials_go_on_where_they_ended_and_shards_make_one_table() {
         first.err
     );
     assert!(first.out.lines().nth(1).unwrap().starts_with("without regression 3"), "{}", first.out);
-    let second = try_it(&["--n", "2", "--json"]).json();
+    let second = try_it(&["--n", "2", "--json"]).document("trials");
     assert_eq!((second["done"].as_u64(), second["stopped"].as_bool()), (Some(2), Some(false)));
     let row = &second["rows"][0];
     assert_eq!((row["success_hard"]["yes"].as_u64(), row["n"].as_u64()), (Some(2), Some(2)));
@@ -130,6 +130,7 @@ fn trials_go_on_where_they_ended_and_shards_make_one_table() {
     // What another machine made of its part.
     let other = kept.lines().last().unwrap().replace("\"seed\":2", "\"seed\":3");
     scratch.file("t/trials-2of2.jsonl", other);
+    scratch.trueup(&["trials", "merge", "t", "--json"]).document("trials-merge");
     let whole = scratch.trueup(&["trials", "merge", "t", "--csv"]);
     let row = whole.out.lines().nth(1).unwrap();
     assert!(row.starts_with("without regression 3,3,,,,,,,3,"), "{}", whole.out);
@@ -160,7 +161,7 @@ fn a_trial_beyond_its_budget_has_failed_and_trials_go_on() {
     ];
     let said = scratch.trueup(&[&args[..], &["--out", "t", "--json"]].concat());
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-    let document = said.json();
+    let document = said.document("trials");
     assert_eq!(document["done"], 2);
     for trial in document["trials"].as_array().unwrap() {
         assert_eq!(
