@@ -63,11 +63,12 @@ pub(super) fn hidden_elsewhere(command: Command) -> Command {
 
 /// Returns a note for each shared option that was given where it does nothing.
 pub(super) fn without_effect(command: &Command, given: &ArgMatches) -> Vec<String> {
-    let (mut given, mut words) = (given, String::new());
+    let (mut given, mut words) = (given, Vec::new());
     while let Some((name, own)) = given.subcommand() {
-        words = format!("{words} {name}").trim_start().to_owned();
+        words.push(name);
         given = own;
     }
+    let words = words.join(" ");
     let acting = acting(&words);
     let is_given = |arg: &&Arg| {
         is_shared(arg)
