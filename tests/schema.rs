@@ -96,7 +96,7 @@ impl Schemas {
                 match own {
                     Some(schema) => wrong.extend(self.wrong(file, schema, member, &place)),
                     None if words.contains_key("properties") => {
-                        wrong.push(format!("{place}: not listed"))
+                        wrong.push(format!("{place}: not listed"));
                     }
                     None => {}
                 }

@@ -1,9 +1,10 @@
 //! The language server: what an editor asks while somebody writes a `.task` file.
 //!
 //! Diagnostics and their fixes, completion, hover, signatures, outline, definitions, references, renaming and
-//! formatting, over a [`Connection`]; what names mean in more than one text is in [`names`]. Every answer is one function of [`crate::language::assist`] or of [`crate::workcell::check`], which the prompt and
-//! `trueup check` ask as well. Texts are whatever the editor holds, half-typed or not; nothing here knows
-//! a robot. One thread, one request at a time: every answer takes milliseconds.
+//! formatting, over a [`Connection`]; what names mean in more than one text is in `names`. Every answer is one
+//! function of [`crate::language::assist`] or of [`crate::workcell::check`], which the prompt and `trueup check` ask
+//! as well. Texts are whatever the editor holds, half-typed or not; nothing here knows a robot. One thread, one
+//! request at a time: every answer takes milliseconds.
 //!
 //! Source: the Language Server Protocol 3.17; framing and types are `lsp-server` and `lsp-types`.
 

@@ -1,5 +1,6 @@
 //! Every document of `--json` against its schema in `docs/schema/`.
 
+use std::fmt::Write as _;
 use std::fs;
 
 use serde_json::Value;
@@ -34,7 +35,7 @@ fn pairs() -> String {
     for k in 0..30 {
         let (x, y) = (f64::from(k * 37 % 30) * 40.0, f64::from(k * 11 % 30) * 20.0);
         let off = 0.2 * f64::from(k).sin();
-        rows += &format!("\n{},{},{x},{y}", 1.02 * x + 5.0 + off, 0.99 * y - 3.0 - off);
+        let _ = write!(rows, "\n{},{},{x},{y}", 1.02 * x + 5.0 + off, 0.99 * y - 3.0 - off);
     }
     rows
 }
@@ -44,7 +45,8 @@ fn offsets() -> String {
     for k in 0..20 {
         let p = [3, 7, 11].map(|by| 0.2 + 0.02 * f64::from(k * by % 20));
         let off = 5e-4 * f64::from(k).sin();
-        rows += &format!(
+        let _ = write!(
+            rows,
             "\n{},{},{},{},{},{}",
             p[0],
             p[1],
@@ -68,7 +70,8 @@ fn points() -> String {
             let (cy, cz) = (y * a.cos() - cz * a.sin(), y * a.sin() + cz * a.cos());
             let (cx, cy, cz) = (cx - 0.1, cy - 0.08, cz + 0.6);
             let off = 0.1 * f64::from(k * 7 + view).sin();
-            rows += &format!(
+            let _ = write!(
+                rows,
                 "\n{x},{y},0,{},{},{view}",
                 900.0 * cx / cz + 640.0 + off,
                 900.0 * cy / cz + 360.0 - off

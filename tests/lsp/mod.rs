@@ -245,7 +245,7 @@ fn the_extension_speaks_with_the_server() {
         .arg(env!("CARGO_BIN_EXE_trueup"))
         .output();
     let Ok(ran) = ran else {
-        eprintln!("skipped: there is no `node` here");
+        crate::absent::skipped("there is no `node` here");
         return;
     };
     assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
