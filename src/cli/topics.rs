@@ -126,9 +126,9 @@ All of it in one go: scripts/hidden_effect.sh.",
         title: "calibrate a camera, and find where it sits",
         text: "\
 Photographs of a printed chessboard, tilted differently; inner corners count.
-  trueup camera calibrate a.jpg b.jpg --board chessboard:9x6:25mm --write cam.json
+  trueup camera calibrate *.jpg --board chessboard:9x6:25mm --write cam.json
 What stands on a table, and a thing cut out of any picture:
-  trueup camera see photo.png --scene stdlib/scenes/kitchen.task --calibration cam.json
+  trueup camera see photo.png --calibration cam.json --out seen/
   trueup camera segment photo.png --box 450,250,640,480 --out cut/
 On the wrist or beside the arm, from the arm's pose at each photograph:
   trueup align hand-eye poses.csv photos/ --board chessboard:9x6:25mm
@@ -154,9 +154,9 @@ Every command answers as one JSON document; docs/schema/ says its form.
         name: "trials",
         title: "count over many laboratories, on one machine or many",
         text: "\
-The same task in the laboratories of seeds 1 to 20, with each regression left out:
+The same task in the laboratories of seeds 1 to 20, and without each regression:
   trueup trials --task scripts/pour.task --n 20 --ablate 1,2,3 --out trials/pour
-The same command goes on where it ended. In parts, on several machines, and merged:
+The same command goes on where it ended. In parts, on several machines:
   trueup trials --task scripts/pour.task --n 20 --shard 1/2 --out trials/a
   trueup trials --task scripts/pour.task --n 20 --shard 2/2 --out trials/b
   trueup trials merge trials/a trials/b

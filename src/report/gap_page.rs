@@ -40,7 +40,7 @@ pub fn page(investigation: &Investigation, after: &str) -> String {
         text.push_str(&channel_card(place, &own));
     }
     let mut body = format!(
-        "<style>\n{STYLE}\n.key b{{padding:0 .3em}} .effect{{margin-top:0}}\n</style>\n<h1>{}</h1>\n<p>{}</p>\n{}",
+        "<style>\n{STYLE}\n.effect{{margin-top:0}}\n</style>\n<h1>{}</h1>\n<p>{}</p>\n{}",
         escaped(&heading(finding)),
         escaped(&finding.reason),
         gone(finding)
@@ -49,7 +49,7 @@ pub fn page(investigation: &Investigation, after: &str) -> String {
         let _ = write!(
             body,
             "<h2>Why</h2>\n<p class=\"key soft\">Measured minus the model with all other effects: \
-             <b style=\"color:var(--fitted)\">● fitted</b> <b style=\"color:var(--heldout)\">■ held out</b>; \
+             <b style=\"color:var(--fitted)\">● fitted</b>, <b style=\"color:var(--heldout)\">■ held out</b>, \
              <b style=\"color:var(--law)\">● what the effect adds</b></p>\n<div class=\"plots\">{whys}</div>\n"
         );
     }
@@ -57,7 +57,7 @@ pub fn page(investigation: &Investigation, after: &str) -> String {
         let _ = write!(
             body,
             "<h2>Before and after</h2>\n<p class=\"key soft\">Measured minus model: \
-             <b style=\"color:var(--before)\">before (dotted)</b> <b style=\"color:var(--fitted)\">after \
+             <b style=\"color:var(--before)\">before (dotted)</b>, <b style=\"color:var(--fitted)\">after \
              (solid)</b>. Shaded: held out. Grey band: two standard deviations to each side; values are weighed by \
              it.</p>\n<div class=\"plots\">{changed}</div>\n"
         );
