@@ -14,6 +14,8 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("lines", &[]),
     // A small server for the two that listen, and a client for cameras, scales and models.
     ("http", &[]),
+    // Pictures become a file that players open.
+    ("film", &[]),
     ("fit", &[]),
     // Frames, cameras, objects, scenes and states as data: whoever moves an arm or fits a camera needs no parser.
     ("world", &[]),

@@ -14,6 +14,7 @@ mod graph;
 mod world;
 mod lab;
 mod fit;
+mod film;
 mod alignment;
 mod program;
 mod schema;
