@@ -29,7 +29,7 @@ fn pictures(criterion: &mut Criterion) {
         bencher.iter(|| render(&camera, &view, &Options::default()));
     });
     group.bench_function("kitchen 1280x720, 4 samples", |bencher| {
-        bencher.iter(|| render(&camera, &view, &Options { edge_samples: 4, shadows: true }));
+        bencher.iter(|| render(&camera, &view, &Options { edge_samples: 4, ..Options::default() }));
     });
     group.bench_function("kitchen 1280x720, quick", |bencher| {
         bencher.iter(|| radiance(&camera, &view, &Options::quick()));

@@ -135,6 +135,20 @@ pub trait Camera: Send {
         let image = self.photo()?;
         Ok(Box::new(move || image))
     }
+
+    /// Returns what films beside this camera, if anything can.
+    fn film(&self) -> Option<Box<dyn Film>> {
+        None
+    }
+}
+
+/// A small picture of some instant, to be had like a [`Shot`]; nothing when the camera gave none.
+pub type SmallShot = Box<dyn FnOnce() -> Option<RgbImage> + Send>;
+
+/// What takes small pictures for people while the arm moves. No measurement rests on them.
+pub trait Film: Send {
+    /// Takes a picture of this instant, `width` px wide, and returns at once; nothing while it is busy.
+    fn shoot(&mut self, width: u32) -> Option<SmallShot>;
 }
 
 /// Scales under the vessels and the table, read when a run is over to say what became of the water.

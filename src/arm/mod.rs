@@ -12,5 +12,5 @@ pub mod patience;
 pub mod ticked;
 
 pub use cancel::Cancel;
-pub use device::{Arm, Camera, Feedback, Grip, Pacing, Scales, Shot, Weighing};
+pub use device::{Arm, Camera, Feedback, Film, Grip, Pacing, Scales, Shot, SmallShot, Weighing};
 pub use error::DeviceError;

@@ -377,8 +377,9 @@ impl Work {
         cell.graph(call).map_err(|error| report::cell_failure(&error, style))?;
         let made =
             Recorder::create(&self.out, &stamp(), &format!("{}-seed-{seed}", call.name.text));
-        let recorder =
-            made.map_err(|(path, error)| Failure::no_run_folder(&path, &error, "--out"))?;
+        let recorder = made
+            .map_err(|(path, error)| Failure::no_run_folder(&path, &error, "--out"))?
+            .without_film();
         let watch = progress.watch(&format!("seed {seed}"));
         let watchdog = Watchdog::over(cell.cancel(), self.budget);
         let ran = cell.run(call, Some(recorder), Box::new(watch));

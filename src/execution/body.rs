@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use crate::arm::{Arm, DeviceError, Feedback, Grip, Shot};
+use crate::arm::{Arm, DeviceError, Feedback, Film, Grip, Shot};
 use crate::trace::Observer;
 use crate::world::{Pose, WorldState, frame};
 
@@ -85,6 +85,11 @@ pub trait Body: Send {
     /// Takes a photograph, where there is a camera.
     fn photo(&mut self) -> Result<Option<Shot>, DeviceError> {
         Ok(None)
+    }
+
+    /// Returns what films beside the camera, where anything does.
+    fn film(&self) -> Option<Box<dyn Film>> {
+        None
     }
 
     /// Puts the three regressions in force, where there is something to correct: `cell` is the cell as they

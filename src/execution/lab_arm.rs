@@ -11,7 +11,7 @@ use crate::lab::Lab;
 
 use super::wording;
 use crate::arm::ticked::{Plant, Ticked};
-use crate::arm::{Camera, DeviceError, Feedback, Scales, Shot, Weighing};
+use crate::arm::{Camera, DeviceError, Feedback, Film, Scales, Shot, SmallShot, Weighing};
 
 /// The lab, shared by its arm, its camera and its scales.
 pub type SharedLab = Arc<Mutex<Lab>>;
@@ -82,6 +82,20 @@ impl Camera for LabCamera {
         // The laboratory is held for as long as the shutter is open, not while the picture is drawn.
         let negative = lock(&self.0).shutter();
         Ok(Box::new(move || negative.develop()))
+    }
+
+    fn film(&self) -> Option<Box<dyn Film>> {
+        Some(Box::new(LabFilm(self.0.clone())))
+    }
+}
+
+/// The lab's camera as it films.
+struct LabFilm(SharedLab);
+
+impl Film for LabFilm {
+    fn shoot(&mut self, width: u32) -> Option<SmallShot> {
+        let negative = lock(&self.0).film(width);
+        Some(Box::new(move || Some(negative.develop())))
     }
 }
 

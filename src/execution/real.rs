@@ -21,7 +21,7 @@ use super::cell::Cell;
 use super::confirm::Confirmation;
 use super::wording;
 use crate::arm::patience::Patient;
-use crate::arm::{Arm, Camera, DeviceError, Feedback, Grip, Shot};
+use crate::arm::{Arm, Camera, DeviceError, Feedback, Film, Grip, Shot};
 use crate::trace::Event;
 
 /// An arm and a camera as a body in a context.
@@ -184,10 +184,10 @@ impl Body for RealBody {
         if let Ok(mut watcher) = self.watcher.lock() {
             watcher.event(&picture);
             for sighting in &sightings {
-                watcher.event(&Event::Note { text: wording::seen(sighting) });
+                watcher.event(&Event::note(wording::seen(sighting)));
             }
             for other in &others {
-                watcher.event(&Event::Note { text: wording::seen_unknown(other) });
+                watcher.event(&Event::note(wording::seen_unknown(other)));
             }
         }
         self.belief.saw(&sightings);
@@ -221,7 +221,7 @@ impl Body for RealBody {
         if let Ok(mut watcher) = self.watcher.lock() {
             watcher.event(&picture);
             for name in &gone {
-                watcher.event(&Event::Note { text: wording::gone(name) });
+                watcher.event(&Event::note(wording::gone(name)));
             }
         }
         for name in &gone {
@@ -251,6 +251,10 @@ impl Body for RealBody {
 
     fn photo(&mut self) -> Result<Option<Shot>, DeviceError> {
         Ok(Some(self.camera.shoot()?))
+    }
+
+    fn film(&self) -> Option<Box<dyn Film>> {
+        self.camera.film()
     }
 
     fn calibrate(&mut self, calibration: Calibration, cell: &Cell) {

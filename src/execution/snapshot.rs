@@ -1,12 +1,15 @@
 //! A camera and scales behind a web address: any device that answers `GET` with a PNG or JPEG picture, or
 //! with the scales' JSON. One request a photograph.
 
-use image::RgbImage;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use image::{RgbImage, imageops};
 
 use crate::alignment::decode;
 use crate::http::{Address, Client, Limits, Trouble};
 
-use crate::arm::{Camera, DeviceError, Scales, Weighing};
+use crate::arm::{Camera, DeviceError, Film, Scales, SmallShot, Weighing};
 
 use super::wording;
 
@@ -53,6 +56,33 @@ pub struct WebCamera(pub Address);
 impl Camera for WebCamera {
     fn photo(&mut self) -> Result<RgbImage, DeviceError> {
         picture(&self.0).map_err(|why| why.of_camera(&self.0))
+    }
+
+    fn film(&self) -> Option<Box<dyn Film>> {
+        Some(Box::new(WebFilm { address: self.0.clone(), is_busy: Arc::default() }))
+    }
+}
+
+/// A camera at a web address as it films: a picture is asked for when the one before has come.
+struct WebFilm {
+    address: Address,
+    is_busy: Arc<AtomicBool>,
+}
+
+impl Film for WebFilm {
+    fn shoot(&mut self, width: u32) -> Option<SmallShot> {
+        if self.is_busy.swap(true, Ordering::SeqCst) {
+            return None;
+        }
+        let (address, is_busy) = (self.address.clone(), self.is_busy.clone());
+        Some(Box::new(move || {
+            let image = picture(&address).ok();
+            is_busy.store(false, Ordering::SeqCst);
+            let image = image.filter(|image| image.width() > 0)?;
+            let height =
+                (u64::from(image.height()) * u64::from(width) / u64::from(image.width())).max(1);
+            Some(imageops::thumbnail(&image, width, height as u32))
+        }))
     }
 }
 

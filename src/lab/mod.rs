@@ -230,12 +230,23 @@ impl Lab {
     /// Takes a photo of the table as it is now, to be drawn by whoever wants it, while the arm goes on.
     pub fn shutter(&mut self) -> Negative {
         self.photos += 1;
+        let key = self.key(1, self.photos);
+        Negative::new(self.view(), self.truth.camera, self.truth.exposure, key)
+    }
+
+    /// Takes a picture, `width` px wide, without the noise that its size averages away; the laboratory takes no notice.
+    pub fn film(&self, width: u32) -> Negative {
+        let (camera, scale) = self.truth.camera.resized(width);
+        Negative::of_film(self.view(), camera, self.truth.exposure.of_film(scale))
+    }
+
+    /// What there is to see now.
+    fn view(&self) -> View {
         let mut view =
             View::of(self.world.scene(), &self.world.state(), &self.look, &self.world.link_poses())
                 .with_water(&self.world.water(), self.world.fluid().radius());
         view.light = self.truth.light;
-        let key = self.key(1, self.photos);
-        Negative::new(view, self.truth.camera, self.truth.exposure, key)
+        view
     }
 
     /// Sends joint angles (rad) and speeds (rad/s) to the arm's servos, base first; they act after the

@@ -17,16 +17,22 @@ pub struct Negative {
     camera: Camera,
     exposure: Exposure,
     key: u64,
+    options: Options,
 }
 
 impl Negative {
     pub(super) fn new(view: View, camera: Camera, exposure: Exposure, key: u64) -> Self {
-        Self { view, camera, exposure, key }
+        Self { view, camera, exposure, key, options: Options::default() }
+    }
+
+    /// As one of the small pictures of a film: drawn quickly.
+    pub(super) fn of_film(view: View, camera: Camera, exposure: Exposure) -> Self {
+        Self { options: Options::film(), ..Self::new(view, camera, exposure, 0) }
     }
 
     /// Draws the picture; the same each time.
     pub fn develop(&self) -> RgbImage {
-        let drawn = render::radiance(&self.camera, &self.view, &Options::default());
+        let drawn = render::radiance(&self.camera, &self.view, &self.options);
         sensor::expose(&drawn, &self.exposure, self.key)
     }
 }

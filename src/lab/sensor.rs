@@ -27,8 +27,9 @@ pub(super) fn expose(drawn: &Radiance, exposure: &Exposure, key: u64) -> RgbImag
                 let place = ((v * width + u) * 3 + c) as u64;
                 let variance = exposure.read_noise * exposure.read_noise
                     + signal.max(0.0) / exposure.full_well;
-                let noisy = signal + variance.sqrt() * noise(key, place);
-                row[3 * u + c] = developed(noisy as f32);
+                // A film has none, and is drawn often.
+                let noise = if variance > 0.0 { variance.sqrt() * noise(key, place) } else { 0.0 };
+                row[3 * u + c] = developed((signal + noise) as f32);
             }
         }
     });

@@ -54,6 +54,13 @@ pub(super) struct Exposure {
     pub(super) read_noise: f64,
 }
 
+impl Exposure {
+    /// As it shows in a picture of `scale` times the width: blurred by fewer pixels, without noise.
+    pub(super) fn of_film(&self, scale: f64) -> Self {
+        Self { blur: self.blur * scale, full_well: f64::INFINITY, read_noise: 0.0, ..*self }
+    }
+}
+
 /// The topics that draw separately.
 #[derive(Clone, Copy)]
 enum Topic {

@@ -201,7 +201,7 @@ pub struct Watch(pub Arc<Live>);
 
 impl Observer for Watch {
     fn event(&mut self, event: &Event) {
-        if matches!(event, Event::Tick(_)) {
+        if matches!(event, Event::Tick(_) | Event::Still(_) | Event::Tryout(_)) {
             return;
         }
         self.0.change(|now| {
@@ -210,7 +210,7 @@ impl Observer for Watch {
                 Event::Progress { what, fraction } => {
                     now.doing = format!("{what} {:.0} %", fraction * 100.0);
                 }
-                Event::Note { text } => {
+                Event::Note { text, .. } => {
                     now.notes.push(text.clone());
                     let surplus = now.notes.len().saturating_sub(NOTES);
                     now.notes.drain(..surplus);
@@ -226,7 +226,7 @@ impl Observer for Watch {
                 Event::Picture { name, .. } => {
                     now.pictures.insert(name.clone());
                 }
-                Event::Tick(_) => {}
+                Event::Tick(_) | Event::Still(_) | Event::Tryout(_) => {}
             }
         });
     }

@@ -4,6 +4,7 @@ use crate::report::Failure;
 use crate::report::teach::compared;
 use crate::teach::answers::{self, Answer, Answered, TRAINEE};
 use crate::teach::quiz;
+use crate::workcell::picture;
 
 use super::line_source::Typed;
 use super::{Next, Session};
@@ -26,11 +27,11 @@ impl Session<'_, '_> {
             .filter_map(|entry| Some((entry.load().ok()?, entry)))
             .collect();
         let steps: Vec<_> = kept.iter().map(|(run, _)| run.steps.as_slice()).collect();
-        let picture = |run: usize, number: usize| {
-            kept[run].1.dir.join("frames").join(format!("{number:02}-after-real.png"))
+        let shown = |run: usize, number: usize| {
+            picture::file(&kept[run].1.dir, &picture::after(number, "real"))
         };
         // The same order every time: what was skipped is found again.
-        let mut items = quiz::ordered(&steps, &|run, step| picture(run, step.number).is_file(), 1);
+        let mut items = quiz::ordered(&steps, &|run, step| shown(run, step.number).is_file(), 1);
         let head = |text: &str| text.split('(').next().unwrap_or_default().to_owned();
         items.retain(|item| {
             let row = &steps[item.run][item.step].fluents[item.row];
@@ -53,7 +54,7 @@ impl Session<'_, '_> {
                 entry.number,
                 step.number,
                 step.action,
-                picture(item.run, step.number).display(),
+                shown(item.run, step.number).display(),
                 row.ask.as_deref().unwrap_or(&row.name)
             ));
             let said = match self.quiz_answer(&format!("quiz {}/{}> ", at + 1, items.len())) {

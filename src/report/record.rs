@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::trace::{FluentRow, Outcome, StepRecord};
 use crate::workcell::archive::{Entry, Standing, standing};
-use crate::workcell::{Ending, Run};
+use crate::workcell::{Ending, Run, picture};
 
 use super::run::{people, step as words_of_step};
 use super::{Failure, Style};
@@ -91,11 +91,9 @@ pub fn again(
         }
         Some(wanted) => {
             if let Some(dir) = &run.run_dir {
-                for when in ["before", "after"] {
-                    let _ = writeln!(
-                        text,
-                        "       pictures {when}: {dir}/frames/{wanted:02}-{when}-real.png and -twin.png"
-                    );
+                for name in [picture::before, picture::after] {
+                    let path = picture::file(Path::new(dir), &name(wanted, "real"));
+                    let _ = writeln!(text, "       pictures: {} and -twin", path.display());
                 }
             }
             Ok(text.trim_end().to_owned())

@@ -92,8 +92,9 @@ impl Observer for Console {
         match event {
             Event::Phase { name, detail } => self.spin(&format!("{name}: {detail}")),
             // What a second look finds again is not told again.
-            Event::Note { text } if !self.style.verbose && self.told.contains(text) => {}
-            Event::Note { text } => {
+            Event::Note { text, is_detail }
+                if !self.style.verbose && (*is_detail || self.told.contains(text)) => {}
+            Event::Note { text, .. } => {
                 self.told.push(text.clone());
                 if !self.style.quiet && !self.style.json {
                     match &self.bar {
@@ -125,7 +126,7 @@ impl Observer for Console {
                 }
                 self.before.clone_from(&record.fluents);
             }
-            Event::Tick(_) | Event::Picture { .. } => {}
+            Event::Tick(_) | Event::Picture { .. } | Event::Still(_) | Event::Tryout(_) => {}
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::teach::shown::{Front, Shown};
 use crate::teach::wording::WORDS;
 use crate::teach::words::{Takes, Wrong};
 use crate::trace::{FluentRow, StepRecord};
-use crate::workcell::Run;
+use crate::workcell::{Run, picture};
 
 use super::run::people;
 use super::{Style, record, run, why};
@@ -91,9 +91,8 @@ impl<A: FnMut(&str) -> Option<String> + Send> Teller<A> {
                 if let Some(dir) = run_dir {
                     let _ = write!(
                         text,
-                        "       pictures: {}/frames/{:02}-before-real.png to {:02}-after-twin.png",
-                        dir.display(),
-                        record.number,
+                        "       pictures: {} to {:02}-after-twin",
+                        picture::file(dir, &picture::before(record.number, "real")).display(),
                         record.number
                     );
                 }

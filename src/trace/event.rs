@@ -2,13 +2,19 @@
 
 use std::sync::Arc;
 
-use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder as _, RgbImage};
+use image::RgbImage;
+use image::codecs::jpeg::JpegEncoder;
 use serde::{Deserialize, Serialize};
 
 use crate::arm::Feedback;
 
 use super::step::StepRecord;
+
+/// How finely pictures are kept, of 100. Chosen: a photograph's objects are found where they were to a tenth of a
+/// millimetre (`docs/seeing.md`), in a seventeenth of a PNG file's bytes, most of which are the sensor's noise.
+const QUALITY: u8 = 85;
+/// As [`QUALITY`], of the small pictures of a film. Chosen: a pour of 30 s takes 3 MB.
+const FILM_QUALITY: u8 = 70;
 
 /// What happens during a run, in order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -25,6 +31,9 @@ pub enum Event {
     Note {
         /// The line.
         text: String,
+        /// Whether only who asks for everything is told.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        is_detail: bool,
     },
     /// How far a long piece of work has come.
     Progress {
@@ -57,22 +66,84 @@ pub enum Event {
     Picture {
         /// File name without ending.
         name: String,
-        /// The picture as a PNG file; empty when it cannot be one. Two names may share one picture.
-        png: Arc<[u8]>,
+        /// The picture as a JPEG file; empty when it cannot be one. Two names may share one picture.
+        jpeg: Arc<[u8]>,
     },
+    /// A moment of a moving arm, in small pictures: for the film, not the event file.
+    #[serde(skip)]
+    Still(Arc<Still>),
+    /// How a rehearsal goes, for who looks on.
+    #[serde(skip)]
+    Tryout(Arc<Tryout>),
 }
 
 impl Event {
+    /// Returns the event of a line for everybody.
+    pub fn note(text: impl Into<String>) -> Self {
+        Self::Note { text: text.into(), is_detail: false }
+    }
+
+    /// Returns the event of a line for who asks for everything.
+    pub fn detail(text: impl Into<String>) -> Self {
+        Self::Note { text: text.into(), is_detail: true }
+    }
+
     /// Returns the event of a picture, encoded here so that whoever watches has nothing long to do.
     pub fn picture(name: impl Into<String>, image: &RgbImage) -> Self {
-        let mut png = Vec::new();
-        let encoder = PngEncoder::new(&mut png);
-        let (width, height) = image.dimensions();
-        if encoder.write_image(image, width, height, ExtendedColorType::Rgb8).is_err() {
-            png.clear();
-        }
-        Self::Picture { name: name.into(), png: png.into() }
+        Self::Picture { name: name.into(), jpeg: coded(image, QUALITY).into() }
     }
+}
+
+/// A moment while the arm moves: what the camera saw, and the twin at the same moment of its rehearsal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Still {
+    /// Its place in the run's film, from 1.
+    pub number: usize,
+    /// The arm's time, s.
+    pub time: f64,
+    /// The step that is carried out.
+    pub step: usize,
+    /// The camera's picture as a JPEG file, where there is a camera that films.
+    pub real: Option<Vec<u8>>,
+    /// The twin's.
+    pub twin: Option<Vec<u8>>,
+    /// Water in the twin's vessels, by name, m³.
+    pub water: Vec<(String, f64)>,
+    /// Water on the twin's table, m³.
+    pub spilt: f64,
+}
+
+/// How a rehearsal in the twin goes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tryout {
+    /// Its place among those of its attempt, from 1.
+    pub number: usize,
+    /// How many there are at most.
+    pub of: usize,
+    /// Which branches are tried, and which way in them.
+    pub name: String,
+    /// The twin as it is now, a JPEG file, where there is a new picture.
+    pub picture: Option<Vec<u8>>,
+    /// How it ended: why it failed, or that it did not; nothing while it goes on.
+    pub went: Option<Result<(), String>>,
+}
+
+/// Returns a picture as a JPEG file; nothing when it cannot be one.
+pub fn jpeg(image: &RgbImage) -> Vec<u8> {
+    coded(image, QUALITY)
+}
+
+/// As [`jpeg`], of a small picture of a film.
+pub fn small_jpeg(image: &RgbImage) -> Vec<u8> {
+    coded(image, FILM_QUALITY)
+}
+
+fn coded(image: &RgbImage, quality: u8) -> Vec<u8> {
+    let mut file = Vec::new();
+    if image.write_with_encoder(JpegEncoder::new_with_quality(&mut file, quality)).is_err() {
+        file.clear();
+    }
+    file
 }
 
 /// Someone who watches a run.

@@ -9,7 +9,7 @@ mod no_way;
 mod rows;
 mod step;
 
-pub use event::{Event, Nobody, Observer};
+pub use event::{Event, Nobody, Observer, Still, Tryout, jpeg, small_jpeg};
 pub use failure::{Cause, Mistimed, Overdue, Place, Shared, StepFailure, Unmet, Unrehearsed};
 pub use line::{Call, Deed, Line};
 pub use no_way::{NoWay, Why};

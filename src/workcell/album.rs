@@ -10,20 +10,49 @@ use std::thread::JoinHandle;
 
 use image::RgbImage;
 
-use crate::arm::Shot;
-use crate::trace::Event;
+use crate::arm::{Shot, SmallShot};
+use crate::trace::{Event, Still, Tryout, small_jpeg};
+use crate::twin::render::View;
+use crate::world::Camera;
 
+use super::picture;
 use super::roles::{Fan, tell};
 
 /// How many pictures back one may be asked for again: real and twin of the step before.
 const BACK: usize = 2;
 
 /// What is to be done.
-enum Job {
+pub(super) enum Job {
     /// Draw a picture and tell of it.
     Draw { name: String, shot: Shot, drawn: Sender<RgbImage> },
     /// Tell of an earlier picture by another name.
     Again { name: String, of: String },
+    /// Draw a moment of the film and tell of it.
+    Moment(Box<Moment>),
+    /// Draw how a rehearsal goes and tell of it.
+    Tryout(Box<(Option<(Camera, View)>, Tryout)>),
+    /// There is no more.
+    End,
+}
+
+/// A moment of the film that is not drawn yet: as [`Still`], with what its pictures are drawn of.
+pub(super) struct Moment {
+    pub(super) number: usize,
+    pub(super) time: f64,
+    pub(super) step: usize,
+    pub(super) real: Option<SmallShot>,
+    pub(super) twin: Option<(Camera, View)>,
+    pub(super) water: Vec<(String, f64)>,
+    pub(super) spilt: f64,
+}
+
+impl Moment {
+    fn drawn(self) -> Still {
+        let Self { number, time, step, real, twin, water, spilt } = self;
+        let real = real.and_then(|shot| shot()).map(|image| small_jpeg(&image));
+        let twin = twin.map(|(camera, view)| small(&camera, &view));
+        Still { number, time, step, real, twin, water, spilt }
+    }
 }
 
 /// A picture that is being drawn.
@@ -38,8 +67,7 @@ impl Pending {
 
 /// The pictures of one run.
 pub(super) struct Album {
-    /// Hung up to end the thread.
-    jobs: Option<Sender<Job>>,
+    jobs: Sender<Job>,
     worker: Option<JoinHandle<()>>,
 }
 
@@ -48,7 +76,7 @@ impl Album {
     pub(super) fn new(fan: Arc<Mutex<Fan>>) -> Self {
         let (jobs, todo) = channel();
         let worker = std::thread::spawn(move || work(&todo, &fan));
-        Self { jobs: Some(jobs), worker: Some(worker) }
+        Self { jobs, worker: Some(worker) }
     }
 
     /// Asks for a picture under a name without ending.
@@ -63,16 +91,19 @@ impl Album {
         self.send(Job::Again { name, of });
     }
 
+    /// Returns where moments of the film are sent to.
+    pub(super) fn jobs(&self) -> Sender<Job> {
+        self.jobs.clone()
+    }
+
     /// A thread that is gone has panicked, which [`Self::finish`] passes on.
     fn send(&self, job: Job) {
-        if let Some(jobs) = &self.jobs {
-            let _ = jobs.send(job);
-        }
+        let _ = self.jobs.send(job);
     }
 
     /// Waits until all pictures are drawn and told of.
     pub(super) fn finish(mut self) {
-        self.jobs = None;
+        self.send(Job::End);
         if let Some(Err(panic)) = self.worker.take().map(JoinHandle::join) {
             resume_unwind(panic);
         }
@@ -81,12 +112,16 @@ impl Album {
 
 impl Drop for Album {
     fn drop(&mut self) {
-        self.jobs = None;
+        self.send(Job::End);
         if let Some(worker) = self.worker.take() {
             // A run that ends early has its own reason to tell.
             let _ = worker.join();
         }
     }
+}
+
+fn small(camera: &Camera, view: &View) -> Vec<u8> {
+    small_jpeg(&picture::draw_small(camera, view))
 }
 
 fn work(todo: &Receiver<Job>, fan: &Mutex<Fan>) {
@@ -97,18 +132,25 @@ fn work(todo: &Receiver<Job>, fan: &Mutex<Fan>) {
                 let image = shot();
                 let event = Event::picture(name, &image);
                 tell(fan, &event);
-                if let Event::Picture { name, png } = event {
+                if let Event::Picture { name, jpeg } = event {
                     last.truncate(BACK - 1);
-                    last.insert(0, (name, png));
+                    last.insert(0, (name, jpeg));
                 }
                 // Few wait for it.
                 let _ = drawn.send(image);
             }
             Job::Again { name, of } => {
-                if let Some((_, png)) = last.iter().find(|(name, _)| *name == of) {
-                    tell(fan, &Event::Picture { name, png: png.clone() });
+                if let Some((_, jpeg)) = last.iter().find(|(name, _)| *name == of) {
+                    tell(fan, &Event::Picture { name, jpeg: jpeg.clone() });
                 }
             }
+            Job::Moment(moment) => tell(fan, &Event::Still(Arc::new(moment.drawn()))),
+            Job::Tryout(shown) => {
+                let (drawn, told) = *shown;
+                let picture = drawn.map(|(camera, view)| small(&camera, &view));
+                tell(fan, &Event::Tryout(Arc::new(Tryout { picture, ..told })));
+            }
+            Job::End => break,
         }
     }
 }

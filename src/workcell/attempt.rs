@@ -10,6 +10,7 @@ use crate::language::ast::Remedy;
 use crate::trace::Event;
 use crate::world::WorldState;
 
+use super::filming::Shown;
 use super::perform::Failed;
 use super::rehearse::{Candidate, Rehearsal, Rehearsals};
 use super::roles::tell;
@@ -18,6 +19,8 @@ use super::{Ending, Error, Tried, WorkCell, wording};
 
 /// How often in one attempt the rest is planned again because the arm found things otherwise than rehearsed.
 const AGAIN: usize = 3;
+/// Width of a rehearsal's picture for who looks on, px.
+const WIDTH_OF_REHEARSAL: u32 = 240;
 
 impl WorkCell {
     /// Rehearses and performs until the task is done or given up.
@@ -129,6 +132,13 @@ impl WorkCell {
         let q = self.scripts.context().planned_q().to_vec();
         let memory = self.scripts.context().memory().clone();
         let past = self.scripts.context().past().clone();
+        let shown = self.audience.sees_rehearsals.then(|| Shown {
+            album: on.album.jobs(),
+            camera: self.camera().resized(WIDTH_OF_REHEARSAL).0,
+            number: 0,
+            of: n,
+            name: String::new(),
+        });
         let finished = Mutex::new(0_usize);
         let tried = Rehearsals {
             cell: &self.model.cell,
@@ -143,6 +153,7 @@ impl WorkCell {
             past: &past,
             seed: self.setup.seed,
             cancel: &self.controls.cancel,
+            shown,
         }
         .all(candidates, &|_| {
             let mut finished = finished.lock().unwrap_or_else(PoisonError::into_inner);
@@ -158,7 +169,13 @@ impl WorkCell {
         on.run.timing_s.simulate += self.now() - begin;
         on.run.rehearsals.extend(tried.iter().map(summary));
         for line in told(&tried) {
-            self.audience.note(&line);
+            self.audience.detail(&line);
+        }
+        if let Some(best) = tried.first() {
+            let succeeded = tried.iter().filter(|rehearsal| rehearsal.worth.success).count();
+            let branches = best.candidate.branches();
+            let plans = (succeeded, tried.len());
+            self.audience.note(&wording::plans(plans, &branches, &summary(best)));
         }
         let Some(best) = tried.into_iter().next() else {
             return Err(Error::NothingToDo);
@@ -233,9 +250,7 @@ fn told(tried: &[Rehearsal]) -> Vec<String> {
     let mut lines: Vec<(String, String, String)> = Vec::new();
     for rehearsal in tried {
         let tried = summary(rehearsal);
-        let free = rehearsal.candidate.pg.choices.iter().filter(|c| c.is_free);
-        let branches: Vec<_> = free.map(|c| c.branch.as_str()).collect();
-        let (branches, variant) = (branches.join(" "), format!(" #{}", tried.variant));
+        let (branches, variant) = (rehearsal.candidate.branches(), format!(" #{}", tried.variant));
         let went = wording::went(&tried);
         match lines.last_mut() {
             Some((of, variants, before)) if *of == branches && *before == went => {

@@ -137,6 +137,7 @@ impl WorkCell {
             past: &past,
             seed: self.setup.seed,
             cancel: &self.controls.cancel,
+            shown: None,
         }
         .all(&candidates, &|_| {})?
         .into_iter()

@@ -31,6 +31,8 @@ mod asking;
 mod attempt;
 mod choice;
 mod error;
+pub mod film;
+mod filming;
 mod known;
 mod lead;
 mod leader;
@@ -64,7 +66,7 @@ use crate::motion::robot::Robot;
 use crate::trace::Observer;
 use crate::twin::Settings;
 use crate::twin::render::{ArmLook, View};
-use crate::world::{Scene, WorldState};
+use crate::world::{Camera, Scene, WorldState};
 use known::Known;
 pub use known::unheeded_words;
 
@@ -233,6 +235,11 @@ impl WorkCell {
         self.audience.is(observers);
     }
 
+    /// Shows rehearsals to who watches from now on, in small pictures.
+    pub fn show_rehearsals(&mut self) {
+        self.audience.sees_rehearsals = true;
+    }
+
     /// Returns the And-Or graph of a call.
     ///
     /// # Errors
@@ -331,8 +338,13 @@ impl WorkCell {
 
     /// Returns the picture of a view through the camera as it is known.
     fn shoot_twin(&mut self, view: &View) -> Shot {
-        let camera = self.scripts.context().body().calibration().map(|found| found.camera);
-        let (camera, view) = (camera.unwrap_or(self.model.cell.scene.camera), view.clone());
+        let (camera, view) = (self.camera(), view.clone());
         Box::new(move || picture::draw(&camera, &view))
+    }
+
+    /// Returns the camera as it is known.
+    fn camera(&mut self) -> Camera {
+        let camera = self.scripts.context().body().calibration().map(|found| found.camera);
+        camera.unwrap_or(self.model.cell.scene.camera)
     }
 }

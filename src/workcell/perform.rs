@@ -73,6 +73,8 @@ impl WorkCell {
                 path: pg.steps[index].path.clone(),
             });
             let begin = self.state()?.time;
+            let glimpses = rehearsal.glimpses.get(k).map_or(&[][..], Vec::as_slice);
+            on.filming.begin(number, begin, &self.camera(), glimpses);
             let (done, cut_short) = {
                 let mut walker = Walker::new(
                     &mut self.scripts,
@@ -89,6 +91,7 @@ impl WorkCell {
                     }
                 }
             };
+            on.filming.end();
             self.scripts.context().set_gate(None);
             let twin = rehearsal.steps.get(k);
             let comparison = monitor::compare(twin.map_or(&[], |t| &t.fluents), &done.fluents);

@@ -1,7 +1,8 @@
 //! The run folder: everything a run decided, did and measured, on disk step by step.
 //!
 //! `events.jsonl` is appended and flushed event by event, `arm.csv` is a recording of
-//! commands, joints and torques, pictures are PNG files in `frames/`, and `run.json` is written anew
+//! commands, joints and torques, pictures are JPEG files in `frames/`, those of the
+//! film in `film/`, and `run.json` is written anew
 //! after each step, so that an interrupted run is still a whole document. Rows and lines are written whole or
 //! not at all. `events.jsonl` is locked while the run goes on, by which a run that was cut off is told from one
 //! that is not over: the system takes the lock away from a program that is killed.
@@ -16,7 +17,9 @@ use serde::Serialize;
 
 use crate::arm::{Cancel, Feedback};
 use crate::files::write;
-use crate::trace::{Event, Observer};
+use crate::trace::{Event, Observer, Still};
+
+use super::{film, picture};
 
 /// The file of events in a run folder.
 pub const EVENTS: &str = "events.jsonl";
@@ -29,6 +32,10 @@ pub struct Recorder {
     dir: PathBuf,
     events: Growing,
     arm: Growing,
+    /// Whether a film is kept.
+    is_filmed: bool,
+    /// The film's table, once there is a film.
+    film: Option<Growing>,
     /// Rows of the arm that are not written yet.
     rows: String,
     arm_has_header: bool,
@@ -108,6 +115,8 @@ impl Recorder {
             dir: dir.to_owned(),
             events,
             arm,
+            is_filmed: true,
+            film: None,
             rows: String::new(),
             arm_has_header: false,
             last_tick: f64::NEG_INFINITY,
@@ -116,6 +125,17 @@ impl Recorder {
             trouble: None,
             is_told: false,
         })
+    }
+
+    /// Keeps no film: of many runs of which nobody looks at each.
+    #[must_use]
+    pub fn without_film(self) -> Self {
+        Self { is_filmed: false, ..self }
+    }
+
+    /// Whether a film is kept.
+    pub(super) fn is_filmed(&self) -> bool {
+        self.is_filmed
     }
 
     /// Asks for a stop when something cannot be recorded: what nobody can look up later is not done.
@@ -212,27 +232,46 @@ impl Recorder {
     }
 
     /// Writes a picture; one that is there by another name is linked.
-    fn picture(&mut self, name: &str, png: &Arc<[u8]>) -> io::Result<()> {
-        let path = self.dir.join("frames").join(format!("{name}.png"));
-        if png.is_empty() {
+    fn picture(&mut self, name: &str, jpeg: &Arc<[u8]>) -> io::Result<()> {
+        let path = self.dir.join("frames").join(format!("{name}.{}", picture::ENDING));
+        if jpeg.is_empty() {
             return Err(io::ErrorKind::InvalidData.into());
         }
-        let twin = self.pictures.iter().find(|(_, last)| Arc::ptr_eq(last, png));
+        let twin = self.pictures.iter().find(|(_, last)| Arc::ptr_eq(last, jpeg));
         // Where the file system has no links it is written again.
         if twin.is_some_and(|(twin, _)| fs::hard_link(twin, &path).is_ok()) {
             return Ok(());
         }
-        write::place(&path, png)?;
+        write::place(&path, jpeg)?;
         self.pictures.truncate(1);
-        self.pictures.insert(0, (path, png.clone()));
+        self.pictures.insert(0, (path, jpeg.clone()));
         Ok(())
+    }
+
+    /// Writes a moment of the film: its pictures first, so that the table tells of none that is not there.
+    fn still(&mut self, still: &Still) -> io::Result<()> {
+        if self.film.is_none() {
+            let dir = self.dir.join(film::FOLDER);
+            fs::create_dir(&dir)?;
+            let mut table = Growing::new(&dir.join(film::TABLE))?;
+            table.add(&film::header(still))?;
+            self.film = Some(table);
+        }
+        for (whose, jpeg) in [("real", &still.real), ("twin", &still.twin)] {
+            if let Some(jpeg) = jpeg {
+                write::place(&film::picture(&self.dir, still.number, whose), jpeg)?;
+            }
+        }
+        let Some(table) = &mut self.film else { return Ok(()) };
+        table.add(&film::row(still))
     }
 
     fn keep(&mut self, event: &Event) -> io::Result<()> {
         match event {
             Event::Tick(feedback) => self.tick(feedback),
-            Event::Picture { name, png } => self.picture(name, png),
-            Event::Progress { .. } => Ok(()),
+            Event::Picture { name, jpeg } => self.picture(name, jpeg),
+            Event::Still(still) => self.still(still),
+            Event::Progress { .. } | Event::Tryout(_) => Ok(()),
             other => {
                 // Rows first: the arm's recording is as long as what is said of it.
                 self.write_rows()?;

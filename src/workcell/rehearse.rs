@@ -22,11 +22,12 @@ use crate::execution::{done::Done, walk::Walker};
 use crate::graph::ParseGraph;
 use crate::language::Library;
 use crate::motion::budget;
-use crate::trace::{Nobody, Outcome, StepFailure};
+use crate::trace::{Outcome, StepFailure};
 use crate::twin::render::{ArmLook, View};
 use crate::twin::{Settings, Twin};
 use crate::world::WorldState;
 
+use super::filming::{Glances, Glimpse, Shown};
 use super::stdlib::Stdlib;
 
 /// Arm time after which a rehearsal is given up, s: a pour takes 30 s.
@@ -47,6 +48,14 @@ pub struct Candidate {
     pub from: usize,
     /// Which set of choices: 0 takes the best way everywhere.
     pub variant: usize,
+}
+
+impl Candidate {
+    /// Returns the branches that were free to choose.
+    pub fn branches(&self) -> String {
+        let free = self.pg.choices.iter().filter(|choice| choice.is_free);
+        free.map(|choice| choice.branch.as_str()).collect::<Vec<_>>().join(" ")
+    }
 }
 
 /// What a rehearsal is worth.
@@ -87,6 +96,8 @@ pub struct Rehearsal {
     pub start: View,
     /// What the twin looked like after each step.
     pub views: Vec<View>,
+    /// What it looked like during each step, for the film.
+    pub glimpses: Vec<Vec<Glimpse>>,
     /// Every decision.
     pub log: DecisionLog,
     /// What it is worth.
@@ -127,6 +138,8 @@ pub struct Rehearsals<'a> {
     pub seed: u64,
     /// Stops all of them.
     pub cancel: &'a Cancel,
+    /// Who is shown them, if anybody: as the first, before it has a name.
+    pub shown: Option<Shown>,
 }
 
 impl Rehearsals<'_> {
@@ -142,11 +155,12 @@ impl Rehearsals<'_> {
         done: &(dyn Fn(&Rehearsal) + Sync),
     ) -> Result<Vec<Rehearsal>, ActionError> {
         let mut tried: Vec<Rehearsal> = Vec::new();
-        for few in candidates.chunks(AT_ONCE) {
+        for (at, few) in candidates.chunks(AT_ONCE).enumerate() {
             let few: Result<Vec<Rehearsal>, ActionError> = few
                 .par_iter()
-                .map(|candidate| {
-                    let rehearsal = self.one(candidate.clone())?;
+                .enumerate()
+                .map(|(k, candidate)| {
+                    let rehearsal = self.one(candidate.clone(), at * AT_ONCE + k + 1)?;
                     done(&rehearsal);
                     Ok(rehearsal)
                 })
@@ -160,7 +174,7 @@ impl Rehearsals<'_> {
         Ok(tried)
     }
 
-    fn one(&self, candidate: Candidate) -> Result<Rehearsal, ActionError> {
+    fn one(&self, candidate: Candidate, number: usize) -> Result<Rehearsal, ActionError> {
         let settings = Settings { seed: self.seed, ..self.settings.clone() };
         // The plan knows better than the encoders where the arm is.
         let state = WorldState { q: self.q.to_vec(), ..self.state.clone() };
@@ -172,6 +186,12 @@ impl Rehearsals<'_> {
             twin.run(0.3).map_err(failed)?;
         }
         let twin = Arc::new(Mutex::new(twin));
+        let shown = self.shown.clone().map(|shown| {
+            let name = format!("{} #{}", candidate.branches(), candidate.variant);
+            Shown { number, name: name.trim().to_owned(), ..shown }
+        });
+        let glances = Glances::new(twin.clone(), self.look.clone(), shown.clone());
+        let glances = Arc::new(Mutex::new(glances));
         let context = ActionContext::new(
             self.cell.clone(),
             Box::new(TwinBody::new(twin.clone())),
@@ -179,7 +199,7 @@ impl Rehearsals<'_> {
             DecisionLog::recording(),
             (self.seed, candidate.variant),
             self.cancel.clone(),
-            Arc::new(Mutex::new(Nobody)),
+            glances.clone(),
         );
         let mut scripts = Scripts::new(context);
         scripts.context().allow(LONGEST, PLANNED)?;
@@ -190,12 +210,18 @@ impl Rehearsals<'_> {
         let watched = candidate.pg.fluents();
         let start =
             super::picture::view(&twin.lock().unwrap_or_else(PoisonError::into_inner), self.look);
-        let (mut steps, mut views) = (Vec::new(), Vec::new());
+        let (mut steps, mut views, mut glimpses) = (Vec::new(), Vec::new(), Vec::new());
         let mut success = true;
+        let next_step = || {
+            let time = twin.lock().unwrap_or_else(PoisonError::into_inner).time();
+            glances.lock().unwrap_or_else(PoisonError::into_inner).next_step(time)
+        };
+        next_step();
         for index in candidate.from..candidate.pg.steps.len() {
             let step = walker.step(&candidate.pg, index, &watched)?;
             success = step.outcome == Outcome::Success;
             steps.push(step);
+            glimpses.push(next_step());
             let twin = twin.lock().unwrap_or_else(PoisonError::into_inner);
             views.push(super::picture::view(&twin, self.look));
             if !success {
@@ -211,6 +237,11 @@ impl Rehearsals<'_> {
             time: state.time - self.state.time,
         };
         let log = scripts.context().log().clone();
-        Ok(Rehearsal { candidate, steps, start, views, log, worth })
+        let rehearsal = Rehearsal { candidate, steps, start, views, glimpses, log, worth };
+        if let Some(shown) = shown {
+            let failed = rehearsal.failure().map(|(_, failure)| failure.to_string());
+            shown.tell(rehearsal.views.last().cloned(), Some(failed.map_or(Ok(()), Err)));
+        }
+        Ok(rehearsal)
     }
 }

@@ -68,6 +68,8 @@ pub(super) struct Audience {
     pub(super) fan: Arc<Mutex<Fan>>,
     pub(super) lead: Option<SharedLead>,
     pub(super) answerer: Option<Endpoint>,
+    /// Whether who watches is shown how rehearsals go.
+    pub(super) sees_rehearsals: bool,
 }
 
 impl Audience {
@@ -80,7 +82,16 @@ impl Audience {
     }
 
     pub(super) fn note(&self, text: &str) {
-        self.tell(&Event::Note { text: text.into() });
+        self.tell(&Event::note(text));
+    }
+
+    pub(super) fn detail(&self, text: &str) {
+        self.tell(&Event::detail(text));
+    }
+
+    /// Lets someone else watch as well.
+    pub(super) fn add(&self, observer: Box<dyn Observer + Send>) {
+        self.fan.lock().unwrap_or_else(PoisonError::into_inner).0.push(observer);
     }
 
     /// Lets someone watch from now on, in place of all who watched before.
@@ -100,7 +111,7 @@ pub(super) struct Controls {
 
 /// Several observers as one.
 #[derive(Default)]
-pub struct Fan(Vec<Box<dyn Observer + Send>>);
+pub struct Fan(pub Vec<Box<dyn Observer + Send>>);
 
 impl Observer for Fan {
     fn event(&mut self, event: &Event) {

@@ -15,6 +15,7 @@ use crate::trace::{Event, Observer};
 use crate::world::WorldState;
 
 use super::album::Album;
+use super::filming::Filming;
 use super::matching::Matching;
 use super::record::Recorder;
 use super::{Ending, Error, Run, State, Water, WorkCell, wording};
@@ -156,7 +157,15 @@ impl WorkCell {
         run.calibration = self.scripts.context().body().calibration().cloned();
         run.matching = Some(Matching::of(run.calibration.as_ref(), &start, &sure));
         let album = Album::new(self.audience.fan.clone());
-        let mut on = UnderWay { graph: &graph, start: &start, run: &mut *run, recorder, album };
+        let filming = Filming::new(self.scripts.context().body().film(), album.jobs());
+        let is_filmed = |recorder: &SharedRecorder| {
+            recorder.lock().unwrap_or_else(PoisonError::into_inner).is_filmed()
+        };
+        if recorder.is_some_and(is_filmed) {
+            self.audience.add(Box::new(filming.clone()));
+        }
+        let (graph, start) = (&graph, &start);
+        let mut on = UnderWay { graph, start, run: &mut *run, recorder, album, filming };
         let attempted = self.attempt(&mut on);
         on.album.finish();
         let weighing = self.scales.as_mut().and_then(|scales| scales.weigh());
@@ -166,7 +175,7 @@ impl WorkCell {
         }
         attempted?;
         if run.outcome == Ending::Success {
-            self.judge(&graph, &start, weighing.as_ref(), run)?;
+            self.judge(graph, start, weighing.as_ref(), run)?;
         }
         Ok(())
     }
@@ -268,6 +277,8 @@ pub(super) struct UnderWay<'a> {
     pub(super) recorder: Option<&'a SharedRecorder>,
     /// The pictures of its steps.
     pub(super) album: Album,
+    /// The film of it.
+    pub(super) filming: Filming,
 }
 
 impl UnderWay<'_> {

@@ -67,6 +67,18 @@ pub(super) fn went(tried: &Tried) -> String {
     }
 }
 
+/// How many simulated plans succeeded, and which is carried out; what failed is told by who gives up.
+pub(super) fn plans((succeeded, all): (usize, usize), branches: &str, best: &Tried) -> String {
+    let chosen = if succeeded == 0 {
+        String::new()
+    } else {
+        let way = if branches.is_empty() { "the best" } else { branches };
+        format!("; {way}: {:.1} mL spilt, {:.0} s on the arm", best.spilt_ml, best.time_s)
+    };
+    let s = if all == 1 { "" } else { "s" };
+    format!("{succeeded} of {all} simulated plan{s} succeeded{chosen}")
+}
+
 /// Rehearsals of one choice of branches that went alike.
 pub(super) fn twin_line(branches: &str, variants: &str, went: &str) -> String {
     format!("twin: {branches}{variants} {went}")

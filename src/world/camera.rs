@@ -92,6 +92,17 @@ impl Intrinsics {
         }
     }
 
+    /// Returns the same lens before `width` pixels across, as many down as keep the picture's shape, and how many of them
+    /// make one of now. The outer edges of the picture stay where they are.
+    fn resized(&self, width: u32) -> (Self, f64) {
+        let scale = f64::from(width) / f64::from(self.width.max(1));
+        let height = (f64::from(self.height) * scale).round().max(1.0) as u32;
+        let centre = |c: f64| (c + 0.5) * scale - 0.5;
+        let (cx, cy) = (centre(self.cx), centre(self.cy));
+        let (fx, fy, skew) = (self.fx * scale, self.fy * scale, self.skew * scale);
+        (Self { fx, fy, cx, cy, skew, width, height, ..*self }, scale)
+    }
+
     /// Returns the paper's matrix I (Eq. 4) without its last column.
     pub fn matrix(&self) -> Matrix3<f64> {
         Matrix3::new(self.fx, self.skew, self.cx, 0.0, self.fy, self.cy, 0.0, 0.0, 1.0)
@@ -248,6 +259,13 @@ impl Camera {
         let rotation =
             nalgebra::Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, y, z]));
         Self { intrinsics, world_from_camera: Pose::from_parts(eye, rotation.into()) }
+    }
+
+    /// Returns this camera with pictures of `width` pixels across that show the same, and how many of their pixels make one
+    /// of now.
+    pub fn resized(&self, width: u32) -> (Self, f64) {
+        let (intrinsics, scale) = self.intrinsics.resized(width);
+        (Self { intrinsics, ..*self }, scale)
     }
 
     /// Returns the pixel of a world point, or `None` when it lies behind the camera.

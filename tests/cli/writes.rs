@@ -400,7 +400,7 @@ fn a_program_that_is_killed_leaves_a_run_that_can_be_told() {
         assert!(rows.is_empty() || rows.ends_with('\n'), "a row is there by half");
         for frame in fs::read_dir(folder.join("frames")).unwrap() {
             let path = frame.unwrap().path();
-            if path.extension().is_some_and(|ending| ending == "png") {
+            if path.extension().is_some_and(|ending| ending == "jpg") {
                 assert!(image::open(&path).is_ok(), "{} is there by half", path.display());
             }
         }

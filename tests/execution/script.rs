@@ -176,7 +176,7 @@ struct Told(Vec<String>);
 
 impl Observer for Told {
     fn event(&mut self, event: &Event) {
-        if let Event::Note { text } = event {
+        if let Event::Note { text, .. } = event {
             self.0.push(text.clone());
         }
     }

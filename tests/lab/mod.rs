@@ -145,6 +145,26 @@ fn a_laboratory_repeats_itself_bit_for_bit() {
     assert!(a.0 != other.0 && a.1 != other.1);
 }
 
+/// A film shows what photographs show, smaller and without their noise, and leaves no trace in the laboratory.
+#[test]
+fn a_film_shows_the_table_and_changes_nothing() {
+    let (mut lab, _) = open(LabSettings::default(), 5);
+    let (mut filmed, _) = open(LabSettings::default(), 5);
+    let small = filmed.film(480).develop();
+    assert_eq!(small.dimensions(), (480, 270));
+    assert!(small == filmed.film(480).develop(), "there is no noise in it");
+    for lab in [&mut lab, &mut filmed] {
+        lab.advance(0.02).unwrap();
+    }
+    filmed.film(480).develop();
+    let photo = lab.photo();
+    assert!(photo == filmed.photo(), "the next photograph is another one");
+    let thumb = image::imageops::thumbnail(&photo, 480, 270);
+    let off = thumb.iter().zip(small.iter()).map(|(a, b)| f64::from(a.abs_diff(*b)));
+    let off = off.sum::<f64>() / (480.0 * 270.0 * 3.0);
+    assert!(off < 3.0, "{off} levels on the mean");
+}
+
 #[test]
 fn a_photo_is_noisy_and_the_next_one_differently() {
     let (mut lab, _) = open(LabSettings::default(), 2);

@@ -65,7 +65,7 @@ struct Notes {
 
 impl Observer for Notes {
     fn event(&mut self, event: &Event) {
-        if let Event::Note { text } = event {
+        if let Event::Note { text, .. } = event {
             self.notes.lock().unwrap().push(text.clone());
             if text.contains("`break`") {
                 self.cancel.cancel();

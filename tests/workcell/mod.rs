@@ -3,6 +3,7 @@
 mod again;
 mod archive;
 mod during;
+mod film;
 mod fork;
 mod lines;
 mod places;

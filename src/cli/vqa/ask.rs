@@ -126,7 +126,7 @@ fn questions<'a>(run: &'a Stored, model: &Endpoint) -> Result<Vec<Open<'a>>, Fai
 }
 
 fn frame(run: &Stored, step: usize, on: On) -> PathBuf {
-    run.dir.join("frames").join(format!("{}.png", picture::after(step, on.name())))
+    picture::file(&run.dir, &picture::after(step, on.name()))
 }
 
 fn distinct(open: &[Open<'_>]) -> Vec<String> {

@@ -115,7 +115,7 @@ pub(super) fn label(args: &LabelArgs, cli: &Shared, style: Style) -> Result<Exit
 }
 
 fn frame(dir: &Path, step: usize, on: On) -> PathBuf {
-    dir.join("frames").join(format!("{}.png", picture::after(step, on.name())))
+    picture::file(dir, &picture::after(step, on.name()))
 }
 
 fn keep(

@@ -113,7 +113,7 @@ fn in_force(
     told: usize,
 ) -> Result<(), Error> {
     for text in &calibration.notes[told..] {
-        context.tell(&Event::Note { text: text.clone() });
+        context.tell(&Event::detail(text.as_str()));
     }
     Ok(context.calibrate(calibration)?)
 }

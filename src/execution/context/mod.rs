@@ -376,7 +376,7 @@ impl ActionContext {
             n if n == most + 1 => wording::notes_end(most),
             _ => return,
         };
-        self.tell(&Event::Note { text });
+        self.tell(&Event::note(text));
     }
 
     /// `remember(name, value)`.

@@ -8,6 +8,7 @@ use std::sync::LazyLock;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+use super::options::Options;
 use super::scene::{Thing, linear};
 use super::view::{Light, TABLE, View, WATER};
 
@@ -47,7 +48,7 @@ const SHEEN_EDGE: f64 = 0.06;
 
 impl Lighting {
     /// Makes the light of a view ready to be seen from `eye`.
-    pub(super) fn new(view: &View, things: &[Thing], shadows: bool, eye: Vector3<f64>) -> Self {
+    pub(super) fn new(view: &View, things: &[Thing], options: Options, eye: Vector3<f64>) -> Self {
         let light = view.light;
         let towards = light.towards.try_normalize(1e-9).unwrap_or(Vector3::z());
         let lamp = Vector3::from(light.tint) * light.intensity;
@@ -65,8 +66,8 @@ impl Lighting {
                 wood: &WOOD,
             },
             sheen_from: (light.spread + SHEEN_EDGE).cos(),
-            shade: Shade::new(view, things, &light, towards, shadows, eye),
-            samples: if shadows { disc(towards, light.spread, 4) } else { Vec::new() },
+            shade: Shade::new(view, things, &light, towards, options, eye),
+            samples: if options.shadows { disc(towards, light.spread, 4) } else { Vec::new() },
         }
     }
 
@@ -208,6 +209,8 @@ impl Lighting {
 /// How much of the lamp and of the room each place of the table sees.
 struct Shade {
     low: [f64; 2],
+    /// Edge of a cell, m.
+    cell: f64,
     columns: usize,
     rows: usize,
     /// The parts of the lamp and of the room, and how much of the lamp a polished table would mirror to
@@ -215,25 +218,23 @@ struct Shade {
     cells: Vec<[f32; 4]>,
 }
 
-/// Edge of a cell of the shadow grid, m. Shadows of a wide lamp are softer than this.
-const CELL: f64 = 0.006;
-
 impl Shade {
     fn new(
         view: &View,
         things: &[Thing],
         light: &Light,
         towards: Vector3<f64>,
-        shadows: bool,
+        options: Options,
         eye: Vector3<f64>,
     ) -> Self {
+        let cell = f64::from(options.shadow_cell_mm.max(1)) / 1000.0;
         let [x, y] = view.table.centre;
         let (hx, hy) = (view.table.size.x / 2.0, view.table.size.y / 2.0);
-        let columns = (2.0 * hx / CELL).ceil() as usize + 2;
-        let rows = (2.0 * hy / CELL).ceil() as usize + 2;
+        let columns = (2.0 * hx / cell).ceil() as usize + 2;
+        let rows = (2.0 * hy / cell).ceil() as usize + 2;
         let low = [x - hx, y - hy];
         let mut cells = vec![[1.0_f32, 1.0, 0.0, 0.0]; columns * rows];
-        if shadows && towards.z > 0.1 {
+        if options.shadows && towards.z > 0.1 {
             let casters: Vec<&Thing> =
                 things.iter().filter(|thing| thing.id != TABLE && thing.id != WATER).collect();
             let lamp = disc(towards, light.spread, 24);
@@ -242,13 +243,13 @@ impl Shade {
                 .flat_map(|(off, n, phase)| ring(Vector3::z(), off, n, phase))
                 .collect();
             cells.par_chunks_mut(columns).enumerate().for_each(|(row, cells)| {
-                let y = low[1] + (row as f64 - 0.5) * CELL;
+                let y = low[1] + (row as f64 - 0.5) * cell;
                 for (directions, is_lamp) in [(&lamp, true), (&dome, false)] {
                     let part = 1.0 / directions.len() as f32;
                     for &d in directions {
                         let mut seen = vec![1.0_f32; cells.len()];
                         for thing in &casters {
-                            darken(thing, d, y, low[0], &mut seen);
+                            darken(thing, d, y, (low[0], cell), &mut seen);
                         }
                         for (cell, seen) in cells.iter_mut().zip(seen) {
                             let loss = part * (1.0 - seen);
@@ -258,7 +259,7 @@ impl Shade {
                 }
             });
         }
-        let mut shade = Self { low, columns, rows, cells };
+        let mut shade = Self { low, cell, columns, rows, cells };
         shade.uncover(things);
         shade.soften();
         for k in 0..shade.cells.len() {
@@ -274,10 +275,12 @@ impl Shade {
     fn uncover(&mut self, things: &[Thing]) {
         let mut covered: Vec<usize> = Vec::new();
         for thing in things.iter().filter(|thing| thing.id != TABLE && thing.id != WATER) {
-            let row_of =
-                |y: f64| ((y - self.low[1]) / CELL + 0.5).clamp(0.0, self.rows as f64) as usize;
-            let column_of =
-                |x: f64| ((x - self.low[0]) / CELL + 0.5).clamp(0.0, self.columns as f64) as usize;
+            let row_of = |y: f64| {
+                ((y - self.low[1]) / self.cell + 0.5).clamp(0.0, self.rows as f64) as usize
+            };
+            let column_of = |x: f64| {
+                ((x - self.low[0]) / self.cell + 0.5).clamp(0.0, self.columns as f64) as usize
+            };
             if thing.centre.z > thing.radius + 0.002 {
                 continue;
             }
@@ -338,15 +341,15 @@ impl Shade {
     }
 
     fn centre(&self, column: usize, row: usize) -> Vector3<f64> {
-        let place = |k: usize, low: f64| low + (k as f64 - 0.5) * CELL;
+        let place = |k: usize, low: f64| low + (k as f64 - 0.5) * self.cell;
         Vector3::new(place(column, self.low[0]), place(row, self.low[1]), 1e-5)
     }
 
     /// Returns a cell's values at a place, between the centres of four cells.
     #[inline]
     fn at(&self, x: f64, y: f64) -> [f32; 4] {
-        let u = ((x - self.low[0]) / CELL + 0.5).clamp(0.0, self.columns as f64 - 1.001);
-        let v = ((y - self.low[1]) / CELL + 0.5).clamp(0.0, self.rows as f64 - 1.001);
+        let u = ((x - self.low[0]) / self.cell + 0.5).clamp(0.0, self.columns as f64 - 1.001);
+        let v = ((y - self.low[1]) / self.cell + 0.5).clamp(0.0, self.rows as f64 - 1.001);
         let (i, j) = (u as usize, v as usize);
         let (fu, fv) = ((u - i as f64) as f32, (v - j as f64) as f32);
         let at = j * self.columns + i;
@@ -358,8 +361,8 @@ impl Shade {
     }
 }
 
-/// Marks the cells of a row whose line of sight along `d` a thing blocks.
-fn darken(thing: &Thing, d: Vector3<f64>, y: f64, low_x: f64, seen: &mut [f32]) {
+/// Marks the cells of a row, which begins at `low_x` with edges of `cell` m, whose line of sight along `d` a thing blocks.
+fn darken(thing: &Thing, d: Vector3<f64>, y: f64, (low_x, cell): (f64, f64), seen: &mut [f32]) {
     // The ball around the thing, seen along d on the plane z = 0, reaches r / d.z at most.
     let reach = thing.radius / d.z;
     let foot = thing.centre - d * (thing.centre.z / d.z);
@@ -368,13 +371,13 @@ fn darken(thing: &Thing, d: Vector3<f64>, y: f64, low_x: f64, seen: &mut [f32]) 
         return;
     }
     let half = (reach * reach - dy * dy).sqrt();
-    let from = ((foot.x - half - low_x) / CELL + 0.5).floor().max(0.0) as usize;
-    let to = ((foot.x + half - low_x) / CELL + 1.5).ceil().max(0.0) as usize;
+    let from = ((foot.x - half - low_x) / cell + 0.5).floor().max(0.0) as usize;
+    let to = ((foot.x + half - low_x) / cell + 1.5).ceil().max(0.0) as usize;
     // Glass lets most light through and gathers what it bends; a third is missing beside the bright spots.
     let left = if thing.paint.transparent { 0.70_f32 } else { 0.0 };
-    let first = Vector3::new(low_x - 0.5 * CELL, y, 1e-5);
+    let first = Vector3::new(low_x - 0.5 * cell, y, 1e-5);
     let to = to.min(seen.len()).max(from.min(seen.len()));
-    thing.blocked(first, Vector3::x() * CELL, d, from.min(to)..to, |k| seen[k] = seen[k].min(left));
+    thing.blocked(first, Vector3::x() * cell, d, from.min(to)..to, |k| seen[k] = seen[k].min(left));
 }
 
 /// Returns `n` directions spread evenly over a cone of half angle `spread` (Vogel's spiral).

@@ -12,6 +12,7 @@
 mod lens;
 mod light;
 mod look;
+mod options;
 mod scene;
 mod solid;
 mod tile;
@@ -28,31 +29,10 @@ use rayon::prelude::*;
 use crate::world::Camera;
 use lens::Lens;
 pub use look::ArmLook;
+pub use options::Options;
 use tile::{Content, TILE, Tile};
 use trace::{Sample, Stage};
 pub use view::{Ball, Body, FIRST_BODY, Light, MARKER, NOTHING, Paint, Shape, TABLE, View, WATER};
-
-/// How a picture is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Options {
-    /// Looks per pixel where surfaces meet; 1 draws without a second pass.
-    pub edge_samples: u16,
-    /// Whether things cast shadows.
-    pub shadows: bool,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self { edge_samples: 16, shadows: true }
-    }
-}
-
-impl Options {
-    /// Returns the quickest drawing: ragged edges, no shadows.
-    pub fn quick() -> Self {
-        Self { edge_samples: 1, shadows: false }
-    }
-}
 
 /// A picture as light, row by row from the top.
 #[derive(Debug, Clone, PartialEq)]
@@ -103,7 +83,7 @@ pub fn render(camera: &Camera, view: &View, options: &Options) -> Frame {
 pub fn radiance(camera: &Camera, view: &View, options: &Options) -> Radiance {
     let (width, height) = (camera.intrinsics.width as usize, camera.intrinsics.height as usize);
     let lens = Lens::new(camera);
-    let stage = Stage::new(view, options.shadows, lens.centre);
+    let stage = Stage::new(view, *options, lens.centre);
     let tiles = tile::tiles(&stage, &lens, width, height);
     let columns = width.div_ceil(TILE);
 

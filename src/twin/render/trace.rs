@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::glass::entry;
 use super::light::{Lighting, Rgb};
+use super::options::Options;
 use super::scene::{self, Hit, Kind, Thing};
 use super::solid::TOP;
 use super::view::{NOTHING, TABLE, View};
@@ -82,9 +83,9 @@ impl Sample {
 
 impl<'a> Stage<'a> {
     /// Makes a view ready to be looked at from `eye`.
-    pub(super) fn new(view: &'a View, shadows: bool, eye: Vector3<f64>) -> Self {
+    pub(super) fn new(view: &'a View, options: Options, eye: Vector3<f64>) -> Self {
         let things = scene::things(view);
-        let lighting = Lighting::new(view, &things, shadows, eye);
+        let lighting = Lighting::new(view, &things, options, eye);
         let casters = (0..things.len()).map(|k| lighting.casters(&things, k)).collect();
         Self { things, lighting, marks: &view.marks, table: view.table, casters }
     }
