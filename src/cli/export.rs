@@ -1,19 +1,21 @@
-//! `trueup export RUN`: a run folder as one file for other programs. No arm is asked.
+//! `trueup export RUN`: a run folder as one file for other programs, or as a film. No arm is asked.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use crate::alignment::decode;
 use crate::files::{self, write};
 use crate::report::export::{self, Material};
+use crate::report::film::Seen;
 use crate::report::{self, Failure, Style, kept};
-use crate::workcell::archive;
+use crate::workcell::{Run, archive, film, picture};
 
 use super::inputs::data;
 use super::shared::Shared;
 use crate::report::exit::Exit;
 
-/// Write a run folder as one file for other programs.
+/// Write a run folder as a film, or as one file for other programs.
 #[derive(Debug, Args)]
 pub(super) struct ExportArgs {
     /// A run folder, or the number or name of one in the folder of `--record`.
@@ -28,33 +30,30 @@ pub(super) struct ExportArgs {
     /// Not written: Rerun opens the file of `--mcap`.
     #[arg(long, value_name = "FILE", hide = true)]
     rrd: Option<PathBuf>,
-    /// Not written.
-    #[arg(long, value_name = "FILE", hide = true)]
+    /// A film for browsers and players: camera beside twin, with the step, the fluents and the water below.
+    #[arg(long, value_name = "FILE")]
     mp4: Option<PathBuf>,
 }
 
-/// `trueup export RUN --mcap FILE --csv FILE`.
+/// `trueup export RUN --mp4 FILE --mcap FILE --csv FILE`.
 pub(super) fn export(args: &ExportArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     if args.rrd.is_some() {
         return Err(Failure::input("export::format", "RRD files are not written").help(
             "Rerun opens MCAP files: `trueup export RUN --mcap run.mcap`, `rerun run.mcap`",
         ));
     }
-    if args.mp4.is_some() {
-        return Err(Failure::input("export::format", "films are not written")
-            .help("`trueup report RUN` shows the pictures on one page, `--mcap` hands them on"));
-    }
     let dir = kept::folder(&cli.cell.record, &args.run)?;
     let run = archive::load(&dir).map_err(|error| report::cell_failure(&error, style))?;
     // A run that ended before the arm was asked anything has none.
     let rows = dir.join("arm.csv");
     let arm = if rows.exists() { data(&rows)? } else { String::new() };
-    let frames = dir.join("frames");
-    let picture = |name: &str| {
-        let path = frames.join(format!("{name}.png"));
-        files::read::bytes(&path, files::read::DATA).ok()
+    let picture =
+        |name: &str| files::read::bytes(&picture::file(&dir, name), files::read::DATA).ok();
+    let film = film::read(&dir);
+    let still = |number: usize, whose: &str| {
+        files::read::bytes(&film::picture(&dir, number, whose), files::read::DATA).ok()
     };
-    let material = Material { run: &run, arm: &arm, picture: &picture };
+    let material = Material { run: &run, arm: &arm, picture: &picture, film: &film, still: &still };
     let wrong = |error: export::Error| {
         Failure::input("export::run", format!("{}: {error}", dir.display()))
             .help("a run folder as `trueup` writes it can be exported")
@@ -72,9 +71,16 @@ pub(super) fn export(args: &ExportArgs, cli: &Shared, style: Style) -> Result<Ex
     if let Some(path) = &args.csv {
         put(path, export::table(&material).map_err(wrong)?.as_bytes())?;
     }
+    if let Some(path) = &args.mp4 {
+        let film = moving(&dir, &run, &film).ok_or_else(|| {
+            Failure::input("export::pictures", format!("{}: no pictures", dir.display()))
+                .help("a run that moved the arm has them; `trueup runs` lists what is kept")
+        })?;
+        put(path, &film)?;
+    }
     if written.is_empty() {
         return Err(Failure::input("usage", "`export` is not told what to write")
-            .help("`trueup export RUN --mcap run.mcap` or `--csv run.csv`"));
+            .help("`trueup export RUN --mp4 run.mp4`, `--mcap run.mcap` or `--csv run.csv`"));
     }
     if style.json {
         style.document(&serde_json::json!({"files": written}));
@@ -82,4 +88,16 @@ pub(super) fn export(args: &ExportArgs, cli: &Shared, style: Style) -> Result<Ex
         style.say(format!("{} in {}", run.task, written.join(" and ")));
     }
     Ok(Exit::Yes)
+}
+
+/// Returns the film of a run.
+fn moving(dir: &Path, run: &Run, film: &film::Film) -> Option<Vec<u8>> {
+    let picture = |seen: Seen, whose: &str| {
+        let path = match seen {
+            Seen::Moment(number) => film::picture(dir, number, whose),
+            Seen::After(number) => picture::file(dir, &picture::after(number, whose)),
+        };
+        decode::read(&path).ok()
+    };
+    report::film::mp4(&report::film::Material { run, film, picture: &picture })
 }

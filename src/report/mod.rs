@@ -10,6 +10,7 @@ pub mod energy;
 pub mod exit;
 pub mod export;
 mod failure;
+pub mod film;
 pub mod fork;
 pub mod gap;
 pub mod gap_page;
@@ -65,6 +66,11 @@ pub struct Style {
 }
 
 impl Style {
+    /// Words alone, for pages and files.
+    pub fn plain() -> Self {
+        Self { json: false, quiet: false, verbose: false, colour: false, bars: false }
+    }
+
     /// Looks at the terminal and the environment once.
     pub fn detect(json: bool, quiet: bool, verbose: bool) -> Self {
         Self {

@@ -25,6 +25,11 @@ fn with_rows(scratch: &Scratch) {
     }
     scratch.file(&format!("{RUN}/arm.csv"), rows);
     scratch.file(&format!("{RUN}/frames/01-after-real.png"), b"a picture");
+    let table = "number,t[s],step,jar[mL],cup[mL],spilt[mL]\n1,0.200,1,150.00,0.00,0.00\n2,0.400,1,149.00,1.00,0.00\n";
+    scratch.file(&format!("{RUN}/film/film.csv"), table);
+    for name in ["0001-real", "0002-real", "0002-twin"] {
+        scratch.file(&format!("{RUN}/film/{name}.jpg"), b"a picture");
+    }
 }
 
 #[test]
@@ -56,6 +61,12 @@ fn an_exported_run_is_read_back_as_it_was() {
     assert_eq!((count("/gripper/opening"), count("/scale/mass")), (500, 500), "{topics:?}");
     assert_eq!((count("/steps"), count("/fluents")), (2 * steps, steps), "{topics:?}");
     assert_eq!(count("/camera/real/compressed"), 1, "{topics:?}");
+    assert_eq!(
+        (count("/film/real/compressed"), count("/film/twin/compressed")),
+        (2, 1),
+        "{topics:?}"
+    );
+    assert_eq!(count("/twin/water"), 2, "{topics:?}");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde_json::Value;
 use trueup::units::parse_column;
-use trueup::workcell::{Ending, Run};
+use trueup::workcell::{Ending, Run, film};
 
 use crate::program::{Scratch, project};
 
@@ -84,14 +84,53 @@ fn the_script_that_is_shipped_pours() {
     for number in 1..=steps.len() {
         for when in ["before", "after"] {
             for whose in ["real", "twin"] {
-                let frame = folder.join(format!("frames/{number:02}-{when}-{whose}.png"));
+                let frame = folder.join(format!("frames/{number:02}-{when}-{whose}.jpg"));
                 let size = image::image_dimensions(&frame);
                 assert_eq!(size.unwrap_or_default(), (1280, 720), "{}", frame.display());
             }
         }
     }
+    film(&scratch, &folder, steps);
     events(&folder, steps.len());
     recording(&folder);
+}
+
+/// `film/`: pictures at a steady rate while the arm moved, small; and the film that is made of them.
+fn film(scratch: &Scratch, folder: &Path, steps: &[Value]) {
+    let film = film::read(folder);
+    assert_eq!(film.vessels, ["jar", "cup", "spilt"]);
+    let moving: f64 = steps
+        .iter()
+        .map(|step| number(&step["interval_s"][1]) - number(&step["interval_s"][0]))
+        .sum();
+    let most = moving / 0.2;
+    assert!(film.moments.len() as f64 > 0.8 * most, "{} of {most}", film.moments.len());
+    let tilt = steps.iter().position(|step| step["action"].as_str().unwrap().starts_with("tilt("));
+    let inside = film.moments.iter().filter(|moment| moment.step == tilt.unwrap() + 1);
+    let cup: Vec<f64> = inside.map(|moment| moment.water_ml[1]).collect();
+    assert!(cup.len() > 20 && cup[0] < 1.0 && cup[cup.len() - 1] > 120.0, "{cup:?}");
+    assert!(
+        cup.iter().filter(|ml| (5.0..130.0).contains(*ml)).count() >= 3,
+        "the stream is seen: {cup:?}"
+    );
+    for moment in &film.moments {
+        for whose in ["real", "twin"] {
+            let path = film::picture(folder, moment.number, whose);
+            assert_eq!(image::image_dimensions(&path).unwrap_or_default(), (480, 270));
+        }
+    }
+    let length = |name: &str| -> u64 {
+        let files = fs::read_dir(folder.join(name)).unwrap();
+        files.map(|file| file.unwrap().metadata().unwrap().len()).sum()
+    };
+    // Those before a step are links to those after the one before, and counted twice here.
+    let (frames, film_bytes) = (length("frames"), length("film"));
+    assert!(frames + film_bytes < 8_000_000, "{frames} and {film_bytes} bytes");
+    let dir = folder.to_str().unwrap();
+    assert_eq!(scratch.trueup(&["export", dir, "--mp4", "run.mp4"]).code, 0);
+    let file = fs::read(scratch.path("run.mp4")).unwrap();
+    assert_eq!(&file[4..12], b"ftypisom");
+    assert!(file.len() < 2_000_000, "{} bytes", file.len());
 }
 
 /// `events.jsonl`: one JSON document a line, phases in order, each step begun and ended.

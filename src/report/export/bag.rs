@@ -30,6 +30,10 @@ const WARNING: u8 = 3;
 const CAMERAS: [(&str, &str); 2] =
     [("/camera/real/compressed", "real"), ("/camera/twin/compressed", "twin")];
 
+/// As [`CAMERAS`], of the small pictures while the arm moves.
+const FILMS: [(&str, &str); 2] =
+    [("/film/real/compressed", "real"), ("/film/twin/compressed", "twin")];
+
 /// A message that is not yet in the file.
 struct Message {
     topic: &'static str,
@@ -96,13 +100,41 @@ pub fn bag(material: &Material<'_>) -> Result<Vec<u8>, Error> {
                 before.into_iter().chain([(picture::after(step.number, whose), end)])
             {
                 let Some(data) = (material.picture)(&name) else { continue };
-                let image = CompressedImage { header: header(time, "camera"), format: "png", data };
-                messages.push(Message { topic, at: nanoseconds(time), data: cdr(&image)? });
+                messages.push(image(topic, time, data)?);
             }
         }
     }
+    film(material, &mut messages)?;
     messages.sort_by_key(|message| message.at);
     written(&messages)
+}
+
+/// A picture, JPEG or PNG.
+fn image(topic: &'static str, time: f64, data: Vec<u8>) -> Result<Message, Error> {
+    let format = if data.starts_with(b"\x89PNG") { "png" } else { "jpeg" };
+    let image = CompressedImage { header: header(time, "camera"), format, data };
+    Ok(Message { topic, at: nanoseconds(time), data: cdr(&image)? })
+}
+
+/// The small pictures while the arm moved, and the water in the twin.
+fn film(material: &Material<'_>, messages: &mut Vec<Message>) -> Result<(), Error> {
+    for moment in &material.film.moments {
+        for (topic, whose) in FILMS {
+            if let Some(data) = (material.still)(moment.number, whose) {
+                messages.push(image(topic, moment.time, data)?);
+            }
+        }
+        let water = material.film.vessels.iter().zip(&moment.water_ml);
+        let water: BTreeMap<String, f64> =
+            water.map(|(name, ml)| (format!("{name}_ml"), *ml)).collect();
+        push_json(
+            messages,
+            "/twin/water",
+            moment.time,
+            &json!({"step": moment.step, "water": water}),
+        )?;
+    }
+    Ok(())
 }
 
 fn nanoseconds(time: f64) -> u64 {
@@ -229,6 +261,13 @@ fn channel(topic: &str) -> (&'static str, &'static str, String, &'static str) {
                 }}},
             }});
             ("trueup.Fluents", "jsonschema", schema.to_string(), "json")
+        }
+        "/twin/water" => {
+            let schema = json!({"title": "trueup.Water", "type": "object", "properties": {
+                "step": {"type": "integer"},
+                "water": {"type": "object", "additionalProperties": {"type": "number"}},
+            }});
+            ("trueup.Water", "jsonschema", schema.to_string(), "json")
         }
         _ => ros(COMPRESSED_IMAGE),
     }

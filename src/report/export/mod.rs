@@ -14,6 +14,7 @@ pub use bag::bag;
 pub use table::table;
 
 use crate::workcell::Run;
+use crate::workcell::film::Film;
 
 /// What of a run folder is written.
 pub struct Material<'a> {
@@ -21,8 +22,12 @@ pub struct Material<'a> {
     pub run: &'a Run,
     /// The text of its `arm.csv`; empty when nothing was recorded.
     pub arm: &'a str,
-    /// Returns the bytes of a picture, a PNG file, by its name without ending: `03-after-real`.
+    /// Returns the bytes of a picture, a JPEG or PNG file, by its name without ending: `03-after-real`.
     pub picture: &'a dyn Fn(&str) -> Option<Vec<u8>>,
+    /// The table of its film.
+    pub film: &'a Film,
+    /// Returns the bytes of a moment's picture, a JPEG file: of the camera (`real`) or the `twin`.
+    pub still: &'a dyn Fn(usize, &str) -> Option<Vec<u8>>,
 }
 
 /// Why a run cannot be written.
